@@ -1,0 +1,26 @@
+#include "formulations/make.hpp"
+
+#include "formulations/nonsmooth/nonsmooth.hpp"
+#include "formulations/penalty/penalty.hpp"
+
+namespace freeplay {
+
+std::unique_ptr<Formulation> make(Family family, const Scene& scene, const System& system, const State& state,
+                                  const std::vector<double>& restitution) {
+  switch (family) {
+    case Family::penalty:
+      return make_penalty(scene, system, state);
+    default:
+      return make_nonsmooth(scene, system, state, restitution);
+  }
+}
+
+std::vector<double> delivered_restitutions(const Scene& scene, const System& system) {
+  std::vector<double> e;
+  for (int k = 0; k < system.contacts(); ++k)
+    if (const auto asked = system.contact_facts(k).surface.restitution)
+      e.push_back(delivered_by(scene.penalty, *asked));
+  return e;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,310 @@
+#include "formulations/nonsmooth/moreau.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace freeplay {
+
+MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& options,
+                             std::vector<double> restitution, bool redundant)
+    : system_(system),
+      options_(options),
+      saddle_(system.mass(), system.pattern(), SolvePath::automatic, redundant),
+      e_(system.make_evaluation()),
+      end_(system.make_evaluation()),
+      problem_(options.solver == LcpSolver::lemke),
+      position_problem_(false),
+      contacts_(system.contacts()),
+      slides_(system.frictions()) {
+  int rows = system.frictions();
+  for (int k = 0; k < system.contacts(); ++k) {
+    contacts_[k].restitution = restitution[k];
+    rows += system.has_friction(k) ? 2 : 1;
+  }
+  problem_.reserve(rows);
+  position_problem_.reserve(system.contacts());
+  rows_.resize(rows);
+  response_.resize(static_cast<std::size_t>(rows) * system.n());
+  reaction_.resize(static_cast<std::size_t>(rows) * system.rows());
+  for (auto* x : {&q_, &v_, &q_old_, &v_old_, &q_mid_, &v_mean_, &v_trial_, &force_, &dq_})
+    x->resize(system.n());
+  for (auto* x : {&r_, &lambda_, &lambda_dq_}) x->resize(system.rows());
+  extremes_.penetration.assign(system.contacts(), 0);
+}
+
+void MoreauStepper::start(const State& state, ContactLog& log) {
+  log_ = &log;
+  q_ = q_old_ = state.q;
+  v_ = v_old_ = state.v;
+  t_ = t_old_ = t_start_ = state.t;
+  index_ = 0;
+  system_.place(t_, q_.data(), end_);
+  for (int k = 0; k < system_.contacts(); ++k) contacts_[k].gap = system_.gap(k, q_.data(), end_);
+}
+
+bool MoreauStepper::step(double t_end) {
+  t_old_ = t_;
+  t_ = t_start_ + static_cast<double>(index_ + 1) * options_.step;
+  if (t_ > t_end - 1e-9 * options_.step) {
+    t_ = t_end;  // the last step may be shorter
+    t_start_ = t_end - static_cast<double>(index_ + 1) * options_.step;
+  }
+  ++index_;
+  const double h = t_ - t_old_;
+  std::swap(q_, q_old_);
+  std::swap(v_, v_old_);
+  const int n = system_.n();
+  for (int i = 0; i < n; ++i) q_mid_[i] = q_old_[i] + 0.5 * h * v_old_[i];
+  system_.place(t_old_ + 0.5 * h, q_mid_.data(), e_);
+  system_.rate(q_mid_.data(), v_old_.data(), e_);
+  for (int k = 0; k < system_.contacts(); ++k)
+    system_.contact(k, q_mid_.data(), v_old_.data(), e_, contacts_[k].row);
+  for (int k = 0; k < system_.frictions(); ++k) system_.friction(k, q_mid_.data(), e_, slides_[k]);
+  ++work_.steps;
+  ++work_.factorisations;
+  if (!saddle_.factor(e_.G.data())) {
+    failure_ =
+        fmt::format("t = {:.9g} s: the constraint equations are not finite or cannot be factorised", t_old_);
+    return false;
+  }
+
+  if (!solve_velocities(h, v_old_.data())) return false;
+  if (system_.has_velocity_forces()) {
+    // Damper forces belong to the mean velocity: iterate to it.
+    for (int i = 0;; ++i) {
+      double change = 0, size = 0;
+      for (int c = 0; c < n; ++c) {
+        const double mean = 0.5 * (v_old_[c] + v_[c]);
+        change = std::max(change, std::abs(v_[c] - v_trial_[c]));
+        size = std::max(size, std::abs(mean));
+        v_mean_[c] = mean;
+      }
+      if (i > 0 && change <= 1e-12 * size) break;
+      if (i == 50 || !std::isfinite(change)) {
+        failure_ = fmt::format(
+            "t = {:.9g} s: the damper forces do not converge within a step of {:.3g} s; take "
+            "nonsmooth.step shorter than mass/damping",
+            t_old_, h);
+        return false;
+      }
+      v_trial_ = v_;
+      if (!solve_velocities(h, v_mean_.data())) return false;
+    }
+  }
+  for (int i = 0; i < n; ++i) q_[i] = q_mid_[i] + 0.5 * h * v_[i];
+  account(h);
+  log_contacts(h);
+  if (!bring_back(t_)) return false;
+  double sum = 0;
+  for (int i = 0; i < n; ++i) sum += q_[i] + v_[i];
+  if (!std::isfinite(sum)) {
+    failure_ = fmt::format("t = {:.9g} s: the state is no longer finite", t_);
+    return false;
+  }
+  return true;
+}
+
+/// v⁺ from the forces at velocity v_force, with impulses of all active contacts.
+bool MoreauStepper::solve_velocities(double h, const double* v_force) {
+  const int n = system_.n(), m = system_.rows();
+  ++work_.rhs;
+  system_.forces(t_old_ + 0.5 * h, q_mid_.data(), v_force, e_);
+  for (int i = 0; i < n; ++i) force_[i] = system_.mass()[i] * v_old_[i] + h * e_.force[i];
+  for (int k = 0; k < m; ++k) r_[k] = -e_.phi_t[k] + 0.5 * h * e_.gamma[k];
+  saddle_.solve(force_.data(), r_.data(), v_.data(), lambda_.data());
+
+  problem_.clear();
+  collect_contacts(h);
+  if (problem_.unknowns.empty()) return true;
+  for (int r = 0; r < problem_.rows; ++r) {
+    std::fill_n(dq_.data(), n, 0.0);
+    rows_[r].add_to(dq_.data(), 1);
+    saddle_.solve(dq_.data(), nullptr, response(r), reaction(r));
+  }
+  for (int r = 0; r < problem_.rows; ++r)
+    for (int s = 0; s <= r; ++s) problem_.D(r, s) = problem_.D(s, r) = rows_[r].dot(response(s));
+  const auto result = problem_.solve();
+  ++work_.lcp_solves;
+  work_.pivots += result.pivots;
+  extremes_.lcp_residual = std::max(extremes_.lcp_residual, result.residual);
+  if (result.status != LcpResult::Status::solved || !(result.residual <= options_.lcp_tolerance)) {
+    failure_ = fmt::format("t = {:.9g} s: the contact problem of {} rows was not solved: {}, residual {:.2g}",
+                           t_old_, problem_.rows, describe(result.status), result.residual);
+    return false;
+  }
+  const auto apply = [&](int row, double impulse) {
+    if (row < 0 || impulse == 0) return;
+    for (int i = 0; i < n; ++i) v_[i] += impulse * response(row)[i];
+    for (int k = 0; k < m; ++k) lambda_[k] += impulse * reaction(row)[k];
+  };
+  for (const auto& c : problem_.unknowns) {
+    apply(c.normal, c.impulse_n);
+    apply(c.tangent, c.impulse_t);
+  }
+  return true;
+}
+
+int MoreauStepper::add_row(const SparseRow& row, double end_rate_bias) {
+  const int r = problem_.rows++;
+  rows_[r] = row;
+  problem_.b[r] = row.dot(v_.data()) + end_rate_bias;
+  return r;
+}
+
+/// A contact takes part when the motion without impulses would have closed its gap by the end of the step.
+void MoreauStepper::collect_contacts(double h) {
+  for (auto& c : contacts_) {
+    c.unknown = -1;
+    if (c.row.normal.size == 0) continue;
+    const double end_gap = c.row.gap + 0.5 * h * (c.row.normal.dot(v_.data()) - 0.25 * h * c.row.gamma_n);
+    if (end_gap > 0) continue;
+    c.u_n_minus = c.row.normal.dot(v_old_.data()) + 0.5 * h * c.row.gamma_n;
+    ContactUnknown u;
+    u.normal = add_row(c.row.normal, -0.5 * h * c.row.gamma_n);
+    u.target_n = -c.restitution * std::min(0.0, c.u_n_minus);
+    if (c.row.tangent.size > 0) {
+      u.tangent = add_row(c.row.tangent, -0.5 * h * c.row.gamma_t);
+      u.friction = *system_.contact_facts(static_cast<int>(&c - contacts_.data())).surface.friction;
+    }
+    c.unknown = static_cast<int>(problem_.unknowns.size());
+    problem_.unknowns.push_back(u);
+  }
+  for (int k = 0; k < system_.frictions(); ++k) {
+    ContactUnknown u;
+    u.tangent = add_row(slides_[k], 0);
+    u.bound = h * system_.friction_facts(k).bound;
+    problem_.unknowns.push_back(u);
+  }
+}
+
+void MoreauStepper::account(double h) {
+  const int n = system_.n();
+  for (int k = 0; k < system_.rows(); ++k) {
+    integrals_.drive += lambda_[k] * e_.phi_t[k];
+    const double rate = 0.5 * (row_dot(system_.pattern(), e_.G.data(), k, v_old_.data()) +
+                               row_dot(system_.pattern(), e_.G.data(), k, v_.data())) +
+                        e_.phi_t[k];
+    integrals_.stabilisation -= lambda_[k] * rate;
+  }
+  for (const auto& c : problem_.unknowns) {
+    const auto mean_rate = [&](int row) {
+      return 0.5 * (rows_[row].dot(v_old_.data()) + rows_[row].dot(v_.data()));
+    };
+    if (c.normal >= 0) integrals_.contact -= c.impulse_n * mean_rate(c.normal);
+    if (c.tangent >= 0) integrals_.friction -= c.impulse_t * mean_rate(c.tangent);
+  }
+  if (!system_.has_loads()) return;
+  for (int i = 0; i < n; ++i) v_mean_[i] = 0.5 * (v_old_[i] + v_[i]);
+  system_.forces(t_old_ + 0.5 * h, q_mid_.data(), v_mean_.data(), e_);
+  integrals_.drive += h * e_.power.drive;
+  integrals_.load += h * e_.power.load;
+  integrals_.damping -= h * e_.power.damping;
+}
+
+void MoreauStepper::log_contacts(double h) {
+  for (int k = 0; k < system_.contacts(); ++k) {
+    auto& c = contacts_[k];
+    const auto* u = c.unknown >= 0 ? &problem_.unknowns[c.unknown] : nullptr;
+    const bool pressed = u && u->impulse_n > 0;
+    if (!pressed) {
+      if (log_->is_open(k)) {
+        const double t = c.steps > 1 ? t_old_ : c.t_touch;
+        log_->leave(k, t, system_.crank_angle(q_old_.data()), c.u_n_plus, c.u_t_plus, c.impulse_n,
+                    c.impulse_t, t - c.t_touch);
+        c.steps = 0;
+      }
+      continue;
+    }
+    const double tangent_minus =
+        c.row.tangent.size > 0 ? c.row.tangent.dot(v_old_.data()) + 0.5 * h * c.row.gamma_t : 0;
+    if (c.steps++ == 0) {
+      // First touch where the gap at the step's beginning closes at its rate there.
+      c.t_touch = t_old_ + (c.u_n_minus < 0 ? std::clamp(-c.gap / c.u_n_minus, 0.0, h) : 0);
+      c.impulse_n = c.impulse_t = 0;
+      log_->touch(k, c.t_touch, system_.crank_angle(q_old_.data()), c.u_n_minus, tangent_minus, h, 1.5 * h);
+      ++work_.events;
+    }
+    c.impulse_n += u->impulse_n;
+    c.impulse_t += u->impulse_t;
+    c.u_n_plus = c.row.normal.dot(v_.data()) - 0.5 * h * c.row.gamma_n;
+    c.u_t_plus = c.row.tangent.size > 0 ? c.row.tangent.dot(v_.data()) - 0.5 * h * c.row.gamma_t : 0;
+  }
+}
+
+/// One Newton step of least mass-weighted length onto Φ(q⁺, t⁺) = 0, then contacts whose gap is still
+/// negative are opened to zero along A W_N, which leaves Φ alone to first order.
+bool MoreauStepper::bring_back(double t_new) {
+  const int n = system_.n(), m = system_.rows();
+  system_.place(t_new, q_.data(), end_);
+  const auto move = [&](const double* dq) {
+    double work = 0;
+    for (int i = 0; i < n; ++i) {
+      q_[i] += dq[i];
+      work -= e_.force[i] * dq[i];
+    }
+    integrals_.stabilisation += work;
+  };
+  if (m > 0) {
+    for (int k = 0; k < m; ++k) r_[k] = -end_.phi[k];
+    saddle_.solve(nullptr, r_.data(), dq_.data(), lambda_dq_.data());
+    move(dq_.data());
+    system_.place(t_new, q_.data(), end_);
+  }
+  bool moved = false;
+  for (auto& c : contacts_) {
+    const int k = static_cast<int>(&c - contacts_.data());
+    c.gap = system_.gap(k, q_.data(), end_);
+    moved |= c.gap < 0;
+  }
+  if (moved) {
+    position_problem_.clear();
+    auto& p = position_problem_;
+    for (auto& c : contacts_) {
+      if (c.row.normal.size == 0 || (c.gap >= 0 && c.unknown < 0)) continue;
+      std::fill_n(dq_.data(), n, 0.0);
+      c.row.normal.add_to(dq_.data(), 1);
+      rows_[p.rows] = c.row.normal;
+      saddle_.solve(dq_.data(), nullptr, response(p.rows), reaction(p.rows));
+      ContactUnknown u;
+      u.normal = p.rows;
+      p.b[p.rows++] = c.gap;
+      p.unknowns.push_back(u);
+    }
+    for (int r = 0; r < p.rows; ++r)
+      for (int s = 0; s <= r; ++s) p.D(r, s) = p.D(s, r) = rows_[r].dot(response(s));
+    const auto result = p.solve();
+    work_.pivots += result.pivots;
+    if (result.status != LcpResult::Status::solved) {
+      failure_ = fmt::format("t = {:.9g} s: the positions of {} contacts cannot be brought back together",
+                             t_new, p.rows);
+      return false;
+    }
+    for (const auto& u : p.unknowns)
+      if (u.impulse_n > 0) {
+        for (int i = 0; i < n; ++i) dq_[i] = u.impulse_n * response(u.normal)[i];
+        move(dq_.data());
+      }
+    system_.place(t_new, q_.data(), end_);
+  }
+  for (int k = 0; k < system_.contacts(); ++k) {
+    if (moved) contacts_[k].gap = system_.gap(k, q_.data(), end_);
+    extremes_.penetration[k] = std::max(extremes_.penetration[k], -contacts_[k].gap);
+  }
+  for (int k = 0; k < m; ++k) {
+    double& worst = system_.is_angle_row(k) ? extremes_.constraint_angle : extremes_.constraint_length;
+    worst = std::max(worst, std::abs(end_.phi[k]));
+  }
+  return true;
+}
+
+void MoreauStepper::interpolate(double t, double* q, double* v) const {
+  const double s = t_ > t_old_ ? (t - t_old_) / (t_ - t_old_) : 1;
+  for (int i = 0; i < system_.n(); ++i) {
+    q[i] = q_old_[i] + s * (q_[i] - q_old_[i]);
+    v[i] = v_old_[i] + s * (v_[i] - v_old_[i]);
+  }
+}
+
+}  // namespace freeplay

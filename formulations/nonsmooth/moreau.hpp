@@ -1,0 +1,87 @@
+// Moreau–Jean time stepping with θ = ½ (Moreau 1988; Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235),
+// second order on smooth stretches. With q_m = q + (h/2) v and everything evaluated at (q_m, t + h/2):
+//
+//     M (v⁺ − v) + GᵀΛ = h f + W P
+//     G v⁺ + Φ_t = (h/2) γ                       (the rate of Φ at the end of the step)
+//     u⁻ = Wᵀv + (h/2) γ_c,   u⁺ = Wᵀv⁺ − (h/2) γ_c   (rates of the gaps at the step's ends)
+//     0 ≤ u_N⁺ + e u_N⁻ ⊥ P_N ≥ 0,   −P_T ∈ μ P_N Sgn(u_T⁺)   for contacts that the motion without P would
+//     close q⁺ = q_m + (h/2) v⁺
+//
+// Then positions are brought back: the least mass-weighted movement onto Φ = 0 and g ≥ 0, velocities
+// untouched.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "formulations/nonsmooth/contact_problem.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
+#include "numerics/saddle_point.hpp"
+#include "sim/formulation.hpp"
+
+namespace freeplay {
+
+class MoreauStepper {
+ public:
+  /// `restitution`: e of each contact. `redundant`: the constraint rows depend on each other.
+  MoreauStepper(const System& system, const NonsmoothOptions& options, std::vector<double> restitution,
+                bool redundant);
+
+  void start(const State& state, ContactLog& log);
+  bool step(double t_end);
+  const std::string& failure() const { return failure_; }
+
+  double t() const { return t_; }
+  double t_old() const { return t_old_; }
+  const double* v() const { return v_.data(); }
+  const double* v_old() const { return v_old_.data(); }
+  void interpolate(double t, double* q, double* v) const;
+
+  const std::vector<double>& q() const { return q_; }
+  const EnergyLedger& integrals() const { return integrals_; }
+  const Extremes& extremes() const { return extremes_; }
+  const Work& work() const { return work_; }
+  bool singular() const { return saddle_.singular(); }
+
+ private:
+  struct Contact {
+    double restitution = 0;
+    ContactRow row;
+    double gap = 0;  // at the end of the last step
+    double u_n_minus = 0, u_t_minus = 0, u_n_plus = 0, u_t_plus = 0;
+    double impulse_n = 0, impulse_t = 0;  // of the present episode
+    double t_touch = 0;
+    int steps = 0;     // of the present episode
+    int unknown = -1;  // in the step's contact problem
+  };
+
+  bool solve_velocities(double h, const double* v_force);
+  void collect_contacts(double h);
+  int add_row(const SparseRow& row, double end_rate_bias);
+  bool bring_back(double t_new);
+  void account(double h);
+  void log_contacts(double h);
+  double* response(int row) { return response_.data() + static_cast<long>(row) * system_.n(); }
+  double* reaction(int row) { return reaction_.data() + static_cast<long>(row) * system_.rows(); }
+
+  const System& system_;
+  NonsmoothOptions options_;
+  SaddlePoint saddle_;
+  Evaluation e_, end_;
+  ContactProblem problem_, position_problem_;
+  std::vector<Contact> contacts_;
+  std::vector<SparseRow> slides_, rows_;
+  std::vector<double> response_,
+      reaction_;  // A W and its multipliers, one column for each row of the problem
+  std::vector<double> q_, v_, q_old_, v_old_, q_mid_, v_mean_, v_trial_, force_, r_, lambda_, dq_, lambda_dq_;
+  double t_ = 0, t_old_ = 0, t_start_ = 0;
+  long index_ = 0;
+  ContactLog* log_ = nullptr;
+  EnergyLedger integrals_;
+  Extremes extremes_;
+  Work work_;
+  std::string failure_;
+};
+
+}  // namespace freeplay

@@ -1,0 +1,112 @@
+#include "formulations/penalty/dynamics.hpp"
+
+#include <algorithm>
+
+namespace freeplay {
+
+PenaltyDynamics::PenaltyDynamics(const System& system, const PenaltyOptions& options,
+                                 std::vector<PenaltyContact> contacts, bool redundant)
+    : system_(system),
+      two_alpha_(2 * options.alpha),
+      beta_squared_(options.beta * options.beta),
+      friction_{options.friction_v0, options.friction_v1},
+      contacts_(std::move(contacts)),
+      saddle_(system.mass(), system.pattern(), SolvePath::automatic, redundant),
+      e_(system.make_evaluation()),
+      probe_(system.make_evaluation()),
+      r_(system.rows()),
+      lambda_(system.rows()),
+      rate_(system.rows()),
+      scratch_(system.n()),
+      unit_(system.n()) {}
+
+void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
+  ++work.rhs;
+  const int n = system_.n(), m = system_.rows();
+  const double* q = x.data();
+  const double* v = q + n;
+  system_.place(t, q, e_);
+  system_.rate(q, v, e_);
+  system_.forces(t, q, v, e_);
+  double* integral = dxdt.data() + integral_offset();
+  integral[contact_loss] = integral[friction_loss] = 0;
+
+  double* impulse = dxdt.data() + impulse_offset();
+  for (int k = 0; k < system_.contacts(); ++k, impulse += 2) {
+    impulse[0] = impulse[1] = 0;
+    const auto& c = contacts_[k];
+    if (!c.closed) continue;
+    system_.contact(k, q, v, e_, row_);
+    if (!(row_.gap < 0)) continue;
+    const double delta = -row_.gap, rate = -row_.normal.dot(v);
+    const double elastic = c.law.elastic_force(delta);
+    const double force = std::max(0.0, elastic * (1 + c.law.chi * rate / c.v0));
+    row_.normal.add_to(e_.force.data(), force);
+    impulse[0] = force;
+    integral[contact_loss] += (force - elastic) * rate;
+    if (!c.has_friction) continue;
+    const double v_t = row_.tangent.dot(v);
+    const double tangential = -c.friction * friction_.direction(v_t) * force;
+    row_.tangent.add_to(e_.force.data(), tangential);
+    impulse[1] = tangential;
+    integral[friction_loss] -= tangential * v_t;
+  }
+  for (int k = 0; k < system_.frictions(); ++k) {
+    const auto& facts = system_.friction_facts(k);
+    system_.friction(k, q, e_, slide_);
+    const double u = slide_.dot(v), force = preloaded_friction(facts.bound, *facts.regularisation, u);
+    slide_.add_to(e_.force.data(), force);
+    integral[friction_loss] -= force * u;
+  }
+
+  for (int k = 0; k < m; ++k) {
+    rate_[k] = row_dot(system_.pattern(), e_.G.data(), k, v) + e_.phi_t[k];
+    r_[k] = e_.gamma[k] - two_alpha_ * rate_[k] - beta_squared_ * e_.phi[k];
+  }
+  ++work.factorisations;
+  double* a = dxdt.data() + n;
+  if (saddle_.factor(e_.G.data()))
+    saddle_.solve(e_.force.data(), r_.data(), a, lambda_.data());
+  else
+    std::fill(a, a + n, __builtin_nan(""));  // refused by the step control
+  singular_ = saddle_.singular();
+
+  integral[drive] = e_.power.drive;
+  integral[load] = e_.power.load;
+  integral[damping] = -e_.power.damping;
+  integral[stabilisation] = 0;
+  for (int k = 0; k < m; ++k) {
+    integral[drive] += lambda_[k] * e_.phi_t[k];
+    integral[stabilisation] -= lambda_[k] * rate_[k];
+  }
+  std::copy(v, v + n, dxdt.data());
+}
+
+const ContactRow& PenaltyDynamics::contact_row(int k, const Vector& x, double t) {
+  system_.place(t, x.data(), probe_);
+  system_.contact(k, x.data(), x.data() + system_.n(), probe_, row_);
+  return row_;
+}
+
+std::pair<double, double> PenaltyDynamics::gap(int k, const Vector& x, double t) {
+  const auto& row = contact_row(k, x, t);
+  return {row.gap, row.normal.dot(x.data() + system_.n())};
+}
+
+double PenaltyDynamics::effective_mass(const ContactRow& row) {
+  std::ranges::fill(unit_, 0);
+  row.normal.add_to(unit_.data(), 1);
+  if (!saddle_.factor(probe_.G.data())) return 0;
+  saddle_.solve(unit_.data(), nullptr, scratch_.data(), lambda_.data());
+  const double mobility = row.normal.dot(scratch_.data());
+  return mobility > 0 ? 1 / mobility : 0;
+}
+
+double PenaltyDynamics::elastic_energy(const Vector& x, double t) {
+  double sum = 0;
+  for (int k = 0; k < system_.contacts(); ++k)
+    if (contacts_[k].closed) sum += contacts_[k].law.elastic_energy(std::max(0.0, -gap(k, x, t).first));
+  return sum;
+}
+
+}  // namespace freeplay

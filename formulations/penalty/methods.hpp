@@ -1,0 +1,149 @@
+// Integrators by Boost.Odeint behind one small face. A Method
+//     start(f, t, x)          begins anew at a state (after every event: the right-hand side has changed);
+//     step(f, t_end)          makes one accepted step, not beyond t_end; false when none is to be had;
+//     land(f, t)              makes the last step again so that it ends at t, t_old < t ≤ its end;
+//     interpolate(t, x)       gives the state within the last step.
+// landing by a step, not by interpolation, keeps an event as accurate as the method.
+#pragma once
+
+#include <boost/numeric/odeint/stepper/controlled_runge_kutta.hpp>
+#include <boost/numeric/odeint/stepper/runge_kutta4.hpp>
+#include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+namespace freeplay {
+
+using Vector = std::vector<double>;
+
+/// The error of a step in units of what is accepted: max |error_i| / (tolerance (absolute_i + relative_i
+/// |x_i|)). A component with absolute_i = 0 is carried along without error control.
+struct ErrorNorm {
+  Vector absolute, relative;
+  double tolerance = 1e-8;
+
+  template <class Algebra, class State, class Deriv, class Error, class Time>
+  double error(Algebra&, const State& x, const Deriv&, Error& e, Time) const {
+    double worst = 0;
+    for (std::size_t i = 0; i < absolute.size(); ++i) {
+      const double accepted = tolerance * (absolute[i] + relative[i] * std::abs(x[i]));
+      const double ratio = std::abs(e[i]) / accepted;
+      if (!(ratio <= worst)) worst = ratio;
+    }
+    return worst < 1e10 ? worst : 1e10;  // also for a NaN
+  }
+};
+
+struct MethodState {
+  double t_old = 0, t = 0;
+  Vector x_old, x, dxdt_old, dxdt;
+  long rejected = 0;
+
+  void resize(std::size_t n) {
+    for (auto* y : {&x_old, &x, &dxdt_old, &dxdt}) y->assign(n, 0);
+  }
+};
+
+/// Dormand and Prince's 5(4) pair, adaptive, with its fourth-order dense output.
+class Dopri5 : public MethodState {
+  using Base = boost::numeric::odeint::runge_kutta_dopri5<Vector>;
+  using Controlled = boost::numeric::odeint::controlled_runge_kutta<Base, ErrorNorm>;
+
+ public:
+  Dopri5(ErrorNorm norm, double first_step)
+      : stepper_(std::move(norm)), first_step_(first_step), dt_(first_step) {}
+
+  template <class F>
+  void start(F& f, double at, const Vector& state) {
+    if (x.size() != state.size()) {
+      resize(state.size());
+      stepper_.stepper().adjust_size(state);
+    }
+    t_old = t = at;
+    std::copy(state.begin(), state.end(), x.begin());
+    f(x, dxdt, t);
+  }
+  /// The next step is at most this long.
+  void limit_step(double h) { dt_ = std::min(dt_, h); }
+
+  template <class F>
+  bool step(F& f, double t_end) {
+    std::swap(x, x_old);
+    std::swap(dxdt, dxdt_old);
+    t_old = t;
+    const double wish = dt_;
+    bool cut = t + dt_ >= t_end;
+    if (cut) dt_ = t_end - t;
+    using boost::numeric::odeint::success;
+    while (stepper_.try_step(std::ref(f), x_old, dxdt_old, t, x, dxdt, dt_) != success) {
+      ++rejected;
+      cut = false;
+      if (!(dt_ > 4e-16 * std::abs(t)) || !(dt_ > 1e-14 * first_step_)) return false;
+    }
+    if (cut) {
+      t = t_end;
+      dt_ = std::max(dt_, wish);
+    }
+    return true;
+  }
+  template <class F>
+  void land(F& f, double to) {
+    stepper_.stepper().do_step(std::ref(f), x_old, dxdt_old, t_old, x, dxdt, to - t_old);
+    t = to;
+  }
+  void interpolate(double at, Vector& out) const {
+    stepper_.stepper().calc_state(at, out, x_old, dxdt_old, t_old, x, dxdt, t);
+  }
+
+ private:
+  Controlled stepper_;
+  double first_step_, dt_;
+};
+
+/// The classical fourth-order method with a fixed step; between steps Hermite's cubic.
+class Rk4 : public MethodState {
+ public:
+  explicit Rk4(double step) : h_(step) {}
+
+  template <class F>
+  void start(F& f, double at, const Vector& state) {
+    if (x.size() != state.size()) {
+      resize(state.size());
+      stepper_.adjust_size(state);
+    }
+    t_old = t = at;
+    std::copy(state.begin(), state.end(), x.begin());
+    f(x, dxdt, t);
+  }
+  void limit_step(double) {}
+
+  template <class F>
+  bool step(F& f, double t_end) {
+    std::swap(x, x_old);
+    std::swap(dxdt, dxdt_old);
+    t_old = t;
+    land(f, t_old + h_ * (1 + 1e-9) >= t_end ? t_end : t_old + h_);
+    for (double y : x)
+      if (!std::isfinite(y)) return false;
+    return true;
+  }
+  template <class F>
+  void land(F& f, double to) {
+    stepper_.do_step(std::ref(f), x_old, dxdt_old, t_old, x, to - t_old);
+    t = to;
+    f(x, dxdt, t);
+  }
+  void interpolate(double at, Vector& out) const {
+    const double h = t - t_old, s = (at - t_old) / h, r = 1 - s;
+    const double a = r * r * (1 + 2 * s), b = s * s * (3 - 2 * s), c = h * s * r * r, d = -h * s * s * r;
+    for (std::size_t i = 0; i < x.size(); ++i)
+      out[i] = a * x_old[i] + b * x[i] + c * dxdt_old[i] + d * dxdt[i];
+  }
+
+ private:
+  boost::numeric::odeint::runge_kutta4<Vector> stepper_;
+  double h_;
+};
+
+}  // namespace freeplay

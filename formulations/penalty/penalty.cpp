@@ -1,0 +1,140 @@
+#include "formulations/penalty/penalty.hpp"
+
+#include <fmt/format.h>
+
+#include "formulations/penalty/stepper.hpp"
+#include "formulations/penalty/tolerance.hpp"
+#include "sim/march.hpp"
+
+namespace freeplay {
+namespace {
+
+[[noreturn]] void missing(const Scene& scene, const std::string& key, const char* why) {
+  throw SceneError(fmt::format("{}: {}: is missing: {}", scene.file.string(), key, why));
+}
+
+std::vector<PenaltyContact> make_contacts(const Scene& scene, const System& system) {
+  std::vector<PenaltyContact> contacts;
+  for (int k = 0; k < system.contacts(); ++k) {
+    const auto& facts = system.contact_facts(k);
+    const auto& surface = facts.surface;
+    const auto key = [&](const char* name) { return fmt::format("surfaces.{}.{}", surface.name, name); };
+    if (!surface.young) missing(scene, key("young"), "a penalty contact takes its stiffness from it");
+    if (!surface.restitution)
+      missing(scene, key("restitution"), "a penalty contact takes its damping from it");
+    PenaltyContact c;
+    c.law.stiffness =
+        hertz_stiffness(*surface.young, *surface.poisson, facts.radius_bearing, facts.radius_journal);
+    c.law.chi = damping_factor(scene.penalty.contact, *surface.restitution);
+    c.has_friction = surface.friction.has_value();
+    c.friction = surface.friction.value_or(0);
+    contacts.push_back(c);
+  }
+  for (int k = 0; k < system.frictions(); ++k)
+    if (!system.friction_facts(k).regularisation)
+      missing(scene, fmt::format("loads.{}.regularisation", system.friction_facts(k).name),
+              "the penalty formulation's friction needs a velocity (m/s) below which it is linear");
+  return contacts;
+}
+
+template <class Method>
+class Penalty final : public Formulation {
+ public:
+  Penalty(const Scene& scene, const System& system, const State& state, Method method, double v0_floor)
+      : scene_(scene),
+        system_(system),
+        stepper_(PenaltyDynamics(system, scene.penalty, make_contacts(scene, system),
+                                 !redundant_rows(system, state.q).empty()),
+                 std::move(method), v0_floor) {
+    start(state);
+  }
+  const char* name() const override { return "penalty"; }
+  void start(const State& state) override {
+    log_ = ContactLog(system_.contacts(), scene_.run.discard);
+    stepper_.start(state, log_);
+    initial_ = system_.kinetic(state.v.data()) + system_.potential(state.q.data()) +
+               stepper_.dynamics().elastic_energy(stepper_.x(), state.t);
+  }
+  Ending run(double t_end, Recorder& recorder) override {
+    auto ending = march(stepper_, t_end, log_, recorder);
+    log_.finish(stepper_.t());
+    log_.drain([&](const ContactEvent& e) { recorder.event(e); });
+    elastic_ = stepper_.dynamics().elastic_energy(stepper_.x(), stepper_.t());
+    return ending;
+  }
+  State state() const override {
+    const auto& x = stepper_.x();
+    const int n = system_.n();
+    return {stepper_.t(), {x.begin(), x.begin() + n}, {x.begin() + n, x.begin() + 2 * n}};
+  }
+  EnergyLedger ledger() const override {
+    const auto& x = stepper_.x();
+    const double* w = x.data() + stepper_.dynamics().integral_offset();
+    EnergyLedger l;
+    l.initial = initial_;
+    l.kinetic = system_.kinetic(x.data() + system_.n());
+    l.potential = system_.potential(x.data());
+    l.elastic = elastic_;
+    l.drive = w[PenaltyDynamics::drive];
+    l.load = w[PenaltyDynamics::load];
+    l.damping = w[PenaltyDynamics::damping];
+    l.contact = w[PenaltyDynamics::contact_loss];
+    l.friction = w[PenaltyDynamics::friction_loss];
+    l.stabilisation = w[PenaltyDynamics::stabilisation];
+    return l;
+  }
+  const Work& work() const override { return stepper_.dynamics().work; }
+  const Extremes& extremes() const override { return stepper_.extremes(); }
+  const ContactLog& log() const override { return log_; }
+  std::vector<ContactModel> contact_models() const override {
+    std::vector<ContactModel> models;
+    for (int k = 0; k < system_.contacts(); ++k) {
+      const auto& law = stepper_.dynamics().contacts()[k].law;
+      models.push_back({*system_.contact_facts(k).surface.restitution, delivered_restitution(law.chi),
+                        law.stiffness, ContactForce::exponent, law.chi});
+    }
+    return models;
+  }
+  std::vector<std::string> notes() const override {
+    std::vector<std::string> notes;
+    if (stepper_.dynamics().singular())
+      notes.push_back("constraint rows depend on each other: reactions are those of least norm");
+    return notes;
+  }
+
+ private:
+  const Scene& scene_;
+  const System& system_;
+  PenaltyStepper<Method> stepper_;
+  ContactLog log_;
+  double initial_ = 0, elastic_ = 0;
+};
+
+ErrorNorm make_norm(const System& system, const Scales& s, double tolerance) {
+  ErrorNorm norm;
+  norm.tolerance = tolerance;
+  const int n = system.n();
+  for (int i = 0; i < n; ++i) norm.absolute.push_back(system.is_angle(i) ? s.angle : s.length);
+  norm.relative.assign(n, 0);
+  for (int i = 0; i < n; ++i) norm.absolute.push_back(system.is_angle(i) ? s.angular_speed : s.speed);
+  norm.relative.resize(2 * n, 1);
+  return norm;
+}
+
+}  // namespace
+
+double delivered_by(const PenaltyOptions& options, double restitution) {
+  return delivered_restitution(damping_factor(options.contact, restitution));
+}
+
+std::unique_ptr<Formulation> make_penalty(const Scene& scene, const System& system, const State& state) {
+  const auto& options = scene.penalty;
+  const auto scales = make_scales(scene.mechanism, system);
+  const double floor = options.v0_floor.value_or(1e-3 * scales.speed);
+  if (options.integrator == Integrator::rk4)
+    return std::make_unique<Penalty<Rk4>>(scene, system, state, Rk4(options.step), floor);
+  return std::make_unique<Penalty<Dopri5>>(
+      scene, system, state, Dopri5(make_norm(system, scales, options.tolerance), 1e-3 * scales.time), floor);
+}
+
+}  // namespace freeplay

@@ -1,0 +1,230 @@
+// One step of the penalty formulation: a step of the method in the present mode, then a search for contact
+// events within it. If there is one, the step is made again to end exactly at the first, and the mode changes
+// there.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/tools/toms748_solve.hpp>
+#include <cmath>
+#include <string>
+
+#include "formulations/penalty/dynamics.hpp"
+#include "formulations/penalty/methods.hpp"
+
+namespace freeplay {
+
+template <class Method>
+class PenaltyStepper {
+ public:
+  PenaltyStepper(PenaltyDynamics dynamics, Method method, double v0_floor)
+      : f_(std::move(dynamics)), method_(std::move(method)), v0_floor_(v0_floor) {
+    const int contacts = f_.system().contacts();
+    mark_.resize(contacts);
+    scratch_.resize(f_.size());
+    extremes_.penetration.assign(contacts, 0);
+  }
+
+  void start(const State& state, ContactLog& log) {
+    log_ = &log;
+    std::ranges::fill(scratch_, 0);
+    std::ranges::copy(state.q, scratch_.begin());
+    std::ranges::copy(state.v, scratch_.begin() + f_.system().n());
+    for (auto& c : f_.contacts()) c.closed = false;
+    method_.start(f_, state.t, scratch_);
+    for (int k = 0; k < f_.system().contacts(); ++k) {
+      const auto [g, rate] = f_.gap(k, method_.x, state.t);
+      mark_[k] = {g, rate};
+      if (g < 0 || (g == 0 && rate < 0)) close(k);
+    }
+  }
+
+  double t() const { return method_.t; }
+  double t_old() const { return method_.t_old; }
+  const double* v() const { return method_.x.data() + f_.system().n(); }
+  const double* v_old() const { return method_.x_old.data() + f_.system().n(); }
+  void interpolate(double t, double* q, double* v) const {
+    const int n = f_.system().n();
+    const Vector* x = &method_.x;
+    if (t < method_.t) {
+      method_.interpolate(t, scratch_);
+      x = &scratch_;
+    }
+    std::copy(x->begin(), x->begin() + n, q);
+    std::copy(x->begin() + n, x->begin() + 2 * n, v);
+  }
+
+  bool step(double t_end) {
+    if (restart_) f_(method_.x, method_.dxdt, method_.t);
+    restart_ = false;
+    if (!method_.step(f_, t_end)) return false;
+    ++f_.work.steps;
+    f_.work.rejected = method_.rejected;
+    Event first{-1, method_.t, 0};
+    for (int k = 0; k < f_.system().contacts(); ++k) find_event(k, first);
+    if (first.contact >= 0) land(first);
+    keep_extremes();
+    for (int k = 0; k < f_.system().contacts(); ++k) {
+      const auto [g, rate] = f_.gap(k, method_.x, method_.t);
+      mark_[k].gap = g;
+      mark_[k].rate = rate;
+      extremes_.penetration[k] = std::max(extremes_.penetration[k], f_.contacts()[k].closed ? -g : 0.0);
+    }
+    if (first.contact >= 0) change_mode(first.contact);
+    stalled_ = method_.t > method_.t_old ? 0 : stalled_ + 1;
+    return stalled_ < most_stalled;
+  }
+  std::string failure() const {
+    if (stalled_ >= most_stalled)
+      return fmt::format("t = {:.9g} s: a contact opens and closes without time passing", t());
+    return fmt::format(
+        "t = {:.9g} s: no step is accepted any more, however small; the motion may be singular there, or "
+        "penalty.tolerance beyond rounding",
+        t_old());
+  }
+
+  const Vector& x() const { return method_.x; }
+  PenaltyDynamics& dynamics() { return f_; }
+  const PenaltyDynamics& dynamics() const { return f_; }
+  const Extremes& extremes() const { return extremes_; }
+
+ private:
+  static constexpr int most_stalled = 10;
+  static constexpr int samples = 4;  // of a step, to see a gap that opens or closes within it
+  struct Mark {
+    double gap = 0, rate = 0;
+    double impulse_n = 0, impulse_t = 0, t = 0;  // at first touch
+  };
+  struct Event {
+    int contact;
+    double t;
+    double left;  // a time before it in the same step where the gap has its old sign
+  };
+
+  std::pair<double, double> gap_at(int k, double t) {
+    if (t >= method_.t) return f_.gap(k, method_.x, method_.t);
+    method_.interpolate(t, scratch_);
+    return f_.gap(k, scratch_, t);
+  }
+  template <class G>
+  double root(G g, double a, double b, double ga, double gb) {
+    std::uintmax_t most = 100;
+    const auto [lo, hi] = boost::math::tools::toms748_solve(
+        g, a, b, ga, gb, boost::math::tools::eps_tolerance<double>(50), most);
+    return 0.5 * (lo + hi);
+  }
+
+  /// Finds the first change of sign of contact k's gap in the last step before first.t, by samples of the
+  /// dense output; between samples of one sign a turning point of the gap is looked at as well.
+  void find_event(int k, Event& first) {
+    const double sign = f_.contacts()[k].closed ? -1 : 1;  // sign·gap is positive while the mode lasts
+    const double t0 = method_.t_old, h = method_.t - t0;
+    double ta = t0, ga = sign * mark_[k].gap, ra = sign * mark_[k].rate;
+    if (ga <= 0 && ra > 0) ga = 0;  // just changed mode here: rounding
+    for (int s = 1; s <= samples; ++s) {
+      const double tb = s == samples ? method_.t : t0 + h * s / samples;
+      auto [gb, rb] = gap_at(k, tb);
+      gb *= sign;
+      rb *= sign;
+      if (gb >= 0 && ra < 0 && rb > 0 && std::min(ga, gb) < (tb - ta) * std::max(-ra, rb)) {
+        const auto turn = root([&](double t) { return sign * gap_at(k, t).second; }, ta, tb, ra, rb);
+        const double least = sign * gap_at(k, turn).first;
+        if (least < 0 && ga > 0) return take(k, sign, ta, turn, ga, least, first);
+      }
+      if (gb < 0) {
+        if (ga > 0) return take(k, sign, ta, tb, ga, gb, first);
+        if (ra > 0) {  // left zero upwards and came back within one sample: the peak lies between
+          const auto peak =
+              rb < 0 ? root([&](double t) { return sign * gap_at(k, t).second; }, ta, tb, ra, rb) : tb;
+          const double most = sign * gap_at(k, peak).first;
+          if (most > 0) return take(k, sign, peak, tb, most, gb, first);
+        }
+        if (t0 < first.t) first = {k, t0, t0};  // never left zero: the mode ends where it began
+        return;
+      }
+      ta = tb;
+      ga = gb;
+      ra = rb;
+    }
+  }
+  void take(int k, double sign, double a, double b, double ga, double gb, Event& first) {
+    const double t = root([&](double s) { return sign * gap_at(k, s).first; }, a, b, ga, gb);
+    if (t < first.t || first.contact < 0) first = {k, t, a};
+  }
+
+  /// Steps from the old state to the event, then corrects its time by Newton on the gap at the end of the
+  /// step.
+  void land(Event& event) {
+    ++f_.work.events;
+    if (event.t <= method_.t_old) {
+      method_.start(f_, method_.t_old, method_.x_old);
+      return;
+    }
+    const double length = f_.system().contact_facts(event.contact).clearance;
+    for (int i = 0; i < 5; ++i) {
+      method_.land(f_, event.t);
+      const auto [g, rate] = f_.gap(event.contact, method_.x, event.t);
+      if (std::abs(g) <= 1e-13 * length || rate == 0) break;
+      const double next = event.t - g / rate;
+      if (!(next > method_.t_old) || std::abs(next - event.t) <= 2e-16 * event.t) break;
+      if (std::abs(next - event.t) > 0.1 * (event.t - method_.t_old))
+        break;  // grazing: keep the bracketed root
+      event.t = next;
+    }
+  }
+
+  void change_mode(int k) {
+    if (f_.contacts()[k].closed)
+      open(k);
+    else
+      close(k);
+  }
+  double crank() const { return f_.system().crank_angle(method_.x.data()); }
+
+  void close(int k) {
+    auto& c = f_.contacts()[k];
+    const auto& row = f_.contact_row(k, method_.x, method_.t);
+    const double rate = row.normal.dot(v()), slide = row.tangent.dot(v());
+    c.closed = true;
+    c.v0 = std::max(-rate, v0_floor_);
+    const int p = f_.impulse_offset() + 2 * k;
+    mark_[k] = {row.gap, rate, method_.x[p], method_.x[p + 1], method_.t};
+    const double duration = hertz_duration(c.law.stiffness, f_.effective_mass(row), c.v0);
+    log_->touch(k, method_.t, crank(), rate, slide, time_uncertainty(), 4 * duration);
+    restart_ = true;
+    method_.limit_step(0.05 * duration);
+  }
+  void open(int k) {
+    const auto& row = f_.contact_row(k, method_.x, method_.t);
+    const double rate = row.normal.dot(v()), slide = row.tangent.dot(v());
+    f_.contacts()[k].closed = false;
+    const int p = f_.impulse_offset() + 2 * k;
+    log_->leave(k, method_.t, crank(), rate, slide, method_.x[p] - mark_[k].impulse_n,
+                method_.x[p + 1] - mark_[k].impulse_t, method_.t - mark_[k].t);
+    mark_[k].gap = row.gap;
+    mark_[k].rate = rate;
+    restart_ = true;
+  }
+  double time_uncertainty() const { return 4e-16 * method_.t; }
+
+  void keep_extremes() {
+    const auto& e = f_.evaluation();
+    for (int k = 0; k < f_.system().rows(); ++k) {
+      double& worst = f_.system().is_angle_row(k) ? extremes_.constraint_angle : extremes_.constraint_length;
+      worst = std::max(worst, std::abs(e.phi[k]));
+    }
+  }
+
+  PenaltyDynamics f_;
+  Method method_;
+  double v0_floor_;
+  ContactLog* log_ = nullptr;
+  std::vector<Mark> mark_;
+  mutable Vector scratch_;
+  Extremes extremes_;
+  bool restart_ = false;  // the mode has changed since the last right-hand side
+  int stalled_ = 0;
+};
+
+}  // namespace freeplay

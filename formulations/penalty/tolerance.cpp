@@ -1,0 +1,24 @@
+#include "formulations/penalty/tolerance.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace freeplay {
+
+Scales make_scales(const Mechanism& mechanism, const System& system) {
+  Scales s;
+  const double arm = system.longest_arm() > 0 ? system.longest_arm() : 1;
+  s.length = arm;
+  for (int k = 0; k < system.contacts(); ++k)
+    s.length = std::min(s.length, system.contact_facts(k).clearance);
+  double omega = 0;
+  for (const auto& drive : mechanism.drives)
+    if (const auto* d = std::get_if<SpeedDrive>(&drive)) omega = std::max(omega, std::abs(d->speed));
+  s.speed = std::max({s.length * omega, std::sqrt(mechanism.gravity.norm() * s.length), 1e-3 * s.length});
+  s.angle = s.length / arm;
+  s.angular_speed = s.speed / arm;
+  s.time = omega > 0 ? 1 / omega : s.length / s.speed;
+  return s;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,25 @@
+// The scales that errors are measured by. With ℓ the smallest clearance (without contacts the longest arm), L
+// the longest arm, and V the greatest of ℓΩ (drives), √(gℓ) (gravity) and 10⁻³ ℓ/s:
+//
+//     positions ℓ,    angles ℓ/L,    velocities V + |v|,    angular velocities V/L + |ω|.
+//
+// The floor of a contact's v₀ is 10⁻³ V unless the scene gives one: a contact that begins at rest has no
+// approach speed to scale its damping with.
+#pragma once
+
+#include "model/scene.hpp"
+#include "model/system.hpp"
+
+namespace freeplay {
+
+struct Scales {
+  double length = 1;         ///< ℓ, m
+  double angle = 1;          ///< ℓ/L, rad
+  double speed = 1;          ///< V, m/s
+  double angular_speed = 1;  ///< V/L, rad/s
+  double time = 1;           ///< s, in which something happens: 1/Ω, or ℓ/V
+};
+
+Scales make_scales(const Mechanism& mechanism, const System& system);
+
+}  // namespace freeplay

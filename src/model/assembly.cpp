@@ -1,0 +1,159 @@
+#include "model/assembly.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/assembly_ipopt.hpp"
+#include "numerics/rank.hpp"
+#include "numerics/saddle_point.hpp"
+
+namespace freeplay {
+namespace {
+
+State given_state(const Mechanism& m) {
+  State s;
+  for (const auto& b : m.bodies) {
+    s.q.insert(s.q.end(), {b.position.x(), b.position.y(), b.angle});
+    s.v.insert(s.v.end(), {b.velocity.x(), b.velocity.y(), b.angular_velocity});
+  }
+  return s;
+}
+
+std::string describe(const OpenJoint& open) {
+  return fmt::format("\"{}\" stays open by {:.4g} {}", open.name, open.amount, open.angular ? "rad" : "m");
+}
+
+/// Newton steps of least mass-weighted length onto Φ = 0, down to rounding.
+void close_exactly(const System& system, std::vector<double>& q, bool redundant) {
+  auto e = system.make_evaluation();
+  SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic, redundant);
+  std::vector<double> dq(q.size()), lambda(e.phi.size()), r(e.phi.size());
+  for (int i = 0; i < 5; ++i) {
+    system.place(0, q.data(), e);
+    if (!saddle.factor(e.G.data())) return;
+    std::ranges::transform(e.phi, r.begin(), std::negate{});
+    saddle.solve(nullptr, r.data(), dq.data(), lambda.data());
+    for (std::size_t c = 0; c < q.size(); ++c) q[c] += dq[c];
+  }
+}
+
+/// Lengths that a mechanism is measured by when its positions are judged.
+double length_scale(const System& system) {
+  double scale = system.longest_arm();
+  for (int k = 0; k < system.contacts(); ++k) scale = std::max(scale, system.contact_facts(k).radius_bearing);
+  return scale > 0 ? scale : 1;
+}
+
+void assemble_positions(const System& system, State& s) {
+  const double accepted = 1e-9 * length_scale(system);
+  const auto open = worst_open_joint(system, s.q);
+  if (open.amount > 1e-14 * length_scale(system)) {
+    const auto start = s.q;
+    // Rows that depend on others at the rough positions may not do so at the assembled ones: choose again
+    // once.
+    for (int attempt = 0; attempt < 2 && worst_open_joint(system, s.q).amount > accepted; ++attempt) {
+      const auto all = redundant_rows(system, s.q);
+      least_movement(system, start, all, s.q);
+      if (worst_open_joint(system, s.q).amount < 1e-3 * length_scale(system))
+        close_exactly(system, s.q, !redundant_rows(system, s.q).empty());
+    }
+  }
+  const auto left = worst_open_joint(system, s.q);
+  if (!(left.amount <= accepted))
+    throw SceneError(
+        fmt::format("the mechanism cannot be assembled from the positions given: joint {}; check the "
+                    "lengths, or give bodies.*.position and .angle nearer to closure",
+                    describe(left)));
+}
+
+void assemble_velocities(const System& system, State& s) {
+  auto e = system.make_evaluation();
+  system.place(0, s.q.data(), e);
+  SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic,
+                     !redundant_rows(system, s.q).empty());
+  std::vector<double> dv(s.v.size()), lambda(e.phi.size()), r(e.phi.size());
+  const auto residual = [&] {
+    double worst = 0;
+    int row = -1;
+    for (int k = 0; k < system.rows(); ++k) {
+      const auto i = k;
+      r[i] = -e.phi_t[i] - row_dot(system.pattern(), e.G.data(), k, s.v.data());
+      if (std::abs(r[i]) > worst) {
+        worst = std::abs(r[i]);
+        row = k;
+      }
+    }
+    return std::pair{worst, row};
+  };
+  const double before = residual().first;
+  if (!saddle.factor(e.G.data())) throw SceneError("the mechanism's velocities cannot be made consistent");
+  for (int i = 0; i < 2; ++i) {  // the second pass removes the rounding of the first
+    residual();
+    saddle.solve(nullptr, r.data(), dv.data(), lambda.data());
+    for (std::size_t c = 0; c < s.v.size(); ++c) s.v[c] += dv[c];
+  }
+  const auto [worst, row] = residual();
+  if (worst > 1e-8 * std::max(before, 1e-300))
+    throw SceneError(
+        fmt::format("no velocities satisfy all constraints: \"{}\" is left violated at {:.3g} (m/s or "
+                    "rad/s); the drives contradict each other, or the start is a locked position",
+                    system.row_name(row), worst));
+}
+
+}  // namespace
+
+OpenJoint worst_open_joint(const System& system, const std::vector<double>& q) {
+  auto e = system.make_evaluation();
+  system.place(0, q.data(), e);
+  OpenJoint worst{"", 0, false};
+  for (int k = 0; k < system.rows(); ++k) {
+    const double phi = std::abs(e.phi[k]);
+    if (phi > worst.amount || !std::isfinite(phi)) worst = {system.row_name(k), phi, system.is_angle_row(k)};
+  }
+  for (int k = 0; k < system.contacts(); ++k)
+    if (const double g = system.gap(k, q.data(), e); - g > worst.amount)
+      worst = {system.contact_facts(k).name, -g, false};
+  return worst;
+}
+
+std::vector<int> redundant_rows(const System& system, const std::vector<double>& q) {
+  auto e = system.make_evaluation();
+  system.place(0, q.data(), e);
+  const auto kept = independent_rows(system.pattern(), e.G, system.mass());
+  std::vector<int> rest;
+  for (int k = 0; k < system.rows(); ++k)
+    if (!std::ranges::binary_search(kept, k)) rest.push_back(k);
+  return rest;
+}
+
+State assemble(const Mechanism& mechanism, RunOptions::Start start) {
+  const System system(start == RunOptions::Start::ideal ? idealised(mechanism) : mechanism);
+  State s = given_state(mechanism);
+  if (start == RunOptions::Start::given) {
+    const auto open = worst_open_joint(system, s.q);
+    if (open.amount > 1e-6 * length_scale(system))
+      throw SceneError(fmt::format(
+          "run.start = \"given\": joint {}; correct the positions or use \"assembled\"", describe(open)));
+    auto e = system.make_evaluation();
+    system.place(0, s.q.data(), e);
+    double speed = 0;
+    for (double v : s.v) speed = std::max(speed, std::abs(v));
+    for (int k = 0; k < system.rows(); ++k) {
+      const double r = row_dot(system.pattern(), e.G.data(), k, s.v.data()) + e.phi_t[k];
+      if (std::abs(r) > 1e-6 * std::max(speed, std::abs(e.phi_t[k])))
+        throw SceneError(
+            fmt::format("run.start = \"given\": the velocities violate \"{}\" by {:.4g}; correct them or "
+                        "use \"assembled\"",
+                        system.row_name(k), std::abs(r)));
+    }
+    close_exactly(system, s.q, !redundant_rows(system, s.q).empty());
+  } else {
+    assemble_positions(system, s);
+  }
+  assemble_velocities(system, s);
+  return s;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,31 @@
+// A consistent start. Positions: the least mass-weighted movement from the rough ones,
+//
+//     min ½ (q − q₀)ᵀ M (q − q₀)   subject to   Φ(q, 0) = 0   and   |e_k| ≤ c_k for every loose joint,
+//
+// a nonlinear program for Ipopt (Wächter and Biegler, Math. Program. 106 (2006) 25), finished by Newton steps
+// to rounding. Velocities: the least mass-weighted change subject to G v + Φ_t = 0, one linear saddle-point
+// system.
+#pragma once
+
+#include <vector>
+
+#include "model/scene.hpp"
+#include "model/system.hpp"
+
+namespace freeplay {
+
+/// Throws SceneError that names the joint which stays open and by how much.
+State assemble(const Mechanism& mechanism, RunOptions::Start start);
+
+/// The joint or drive whose constraint is worst violated, and by how much (m or rad).
+struct OpenJoint {
+  std::string name;
+  double amount = 0;
+  bool angular = false;
+};
+OpenJoint worst_open_joint(const System& system, const std::vector<double>& q);
+
+/// Indices of constraint rows that depend on others at q; empty when none do.
+std::vector<int> redundant_rows(const System& system, const std::vector<double>& q);
+
+}  // namespace freeplay

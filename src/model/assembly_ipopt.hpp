@@ -1,0 +1,14 @@
+#pragma once
+
+#include <vector>
+
+#include "model/system.hpp"
+
+namespace freeplay {
+
+/// Moves q to the solution of the assembly program of assembly.hpp, with the rows `left_out` (ascending) not
+/// imposed. On failure q holds Ipopt's last iterate, the point nearest to closure that it found.
+void least_movement(const System& system, const std::vector<double>& start, const std::vector<int>& left_out,
+                    std::vector<double>& q);
+
+}  // namespace freeplay

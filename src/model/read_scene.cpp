@@ -1,0 +1,162 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <numbers>
+#include <sstream>
+
+#include "model/read_mechanism.hpp"
+#include "model/scene.hpp"
+
+namespace freeplay {
+namespace {
+
+/// Sets one dotted key of the document; what does not parse as a TOML value is taken as a text.
+void apply_override(toml::table& root, SceneSource& source, const std::string& given) {
+  const auto equals = given.find('=');
+  const auto bad = [&](const char* why) { throw SceneError(fmt::format("--set {}: {}", given, why)); };
+  if (equals == given.npos || equals == 0)
+    bad("must be KEY=VALUE, for example joints.gudgeon.clearance=1e-3");
+  const std::string key = given.substr(0, equals), value = given.substr(equals + 1);
+  if (value.empty()) bad("has no value");
+
+  toml::table parsed;
+  try {
+    parsed = toml::parse("value = " + value);
+  } catch (const toml::parse_error&) {
+    parsed.insert("value", value);
+  }
+  if (parsed.size() != 1) bad("must set one value");
+
+  toml::table* table = &root;
+  std::istringstream segments(key);
+  std::string segment;
+  std::vector<std::string> names;
+  while (std::getline(segments, segment, '.')) names.push_back(segment);
+  for (std::size_t i = 0; i + 1 < names.size(); ++i) {
+    if (!table->contains(names[i])) table->insert(names[i], toml::table{});
+    table = table->get_as<toml::table>(names[i]);
+    if (!table) bad(fmt::format("{} is a value, not a table", names[i]).c_str());
+  }
+  if (names.empty() || names.back().empty()) bad("has an empty key");
+  table->insert_or_assign(names.back(), std::move(*parsed.get("value")));
+  source.overridden[key] = given;
+}
+
+RunOptions read_run(Section& s, const Mechanism& mechanism) {
+  RunOptions o;
+  const auto* drive = main_drive(mechanism);
+  if (s.has("revolutions") == s.has("duration")) s.fail("", "needs one of revolutions and duration");
+  double unit = 1;
+  if (s.has("revolutions")) {
+    if (!drive || drive->speed == 0)
+      s.fail("revolutions", "needs a drive that turns at a prescribed speed; give duration (s) instead");
+    unit = 2 * std::numbers::pi / std::abs(drive->speed);
+    o.duration = s.number("revolutions", positive) * unit;
+  } else {
+    o.duration = s.number("duration", positive);
+  }
+  o.discard = s.number("discard", non_negative, 0) * unit;
+  if (o.discard >= o.duration) s.fail("discard", "must be less than the length of the run");
+  o.start = static_cast<RunOptions::Start>(s.choice("start", {"assembled", "ideal", "given"}, 0));
+  o.output_step = s.maybe_number("output_step", positive);
+  s.done("[run]");
+  return o;
+}
+
+PenaltyOptions read_penalty(Section s) {
+  PenaltyOptions o;
+  o.contact = static_cast<ContactLaw>(s.choice("contact", {"lankarani-nikravesh", "flores", "exact"}, 2));
+  o.friction = static_cast<FrictionLaw>(s.choice("friction", {"ambrosio"}, 0));
+  o.friction_v0 = s.number("friction_v0", non_negative, o.friction_v0);
+  o.friction_v1 = s.number("friction_v1", positive, o.friction_v1);
+  if (o.friction_v1 <= o.friction_v0)
+    s.fail("friction_v1",
+           fmt::format("must be greater than friction_v0 = {}, is {}", o.friction_v0, o.friction_v1));
+  o.alpha = s.number("alpha", non_negative, o.alpha);
+  o.beta = s.number("beta", non_negative, o.beta);
+  o.integrator = static_cast<Integrator>(s.choice("integrator", {"rk4", "dopri5"}, 1));
+  o.tolerance = s.number("tolerance", positive, o.tolerance);
+  o.step = s.number("step", positive, o.step);
+  o.v0_floor = s.maybe_number("v0_floor", positive);
+  s.done("[penalty]");
+  return o;
+}
+
+NonsmoothOptions read_nonsmooth(Section s) {
+  NonsmoothOptions o;
+  o.scheme = static_cast<Scheme>(s.choice("scheme", {"moreau-jean"}, 0));
+  o.step = s.number("step", positive, o.step);
+  o.solver = static_cast<LcpSolver>(s.choice("solver", {"automatic", "lemke"}, 0));
+  o.lcp_tolerance = s.number("lcp_tolerance", positive, o.lcp_tolerance);
+  s.done("[nonsmooth]");
+  return o;
+}
+
+Accelerometer read_accelerometer(const Mechanism& mechanism, const std::string& name, Section& s) {
+  Accelerometer a;
+  a.name = name;
+  s.choice("type", {"accelerometer"}, 0);
+  a.body = body_index(mechanism, s, "body", s.text("body"));
+  if (a.body == ground) s.fail("body", "must be a moving body, is the ground");
+  a.axis = s.point("axis", {1, 0});
+  if (!(a.axis.norm() > 0)) s.fail("axis", "must not be zero");
+  a.axis.normalize();
+  a.bandwidth = s.number("bandwidth", positive);
+  a.sampling = s.number("sampling", positive);
+  if (a.sampling <= 2 * a.bandwidth)
+    s.fail("sampling",
+           fmt::format("must exceed twice the bandwidth {} Hz, is {} Hz", a.bandwidth, a.sampling));
+  s.done("an accelerometer");
+  return a;
+}
+
+}  // namespace
+
+const SpeedDrive* main_drive(const Mechanism& mechanism) {
+  for (const auto& drive : mechanism.drives)
+    if (const auto* speed = std::get_if<SpeedDrive>(&drive)) return speed;
+  return nullptr;
+}
+
+Scene parse_scene(const std::string& text, const std::string& name,
+                  const std::vector<std::string>& overrides) {
+  Scene scene;
+  scene.file = name;
+  scene.text = text;
+  scene.overrides = overrides;
+  SceneSource source{name, {}};
+  toml::table document;
+  try {
+    document = toml::parse(text, name);
+  } catch (const toml::parse_error& e) {
+    const auto where = e.source().begin;
+    throw SceneError(fmt::format("{}:{}:{}: not TOML: {}", name, where.line, where.column, e.description()));
+  }
+  for (const auto& o : overrides) apply_override(document, source, o);
+
+  Section root(document, "", "", source);
+  scene.mechanism = read_mechanism(root);
+  auto run = root.child("run");
+  scene.run = read_run(run, scene.mechanism);
+  scene.penalty = read_penalty(root.child("penalty"));
+  scene.nonsmooth = read_nonsmooth(root.child("nonsmooth"));
+  for (auto& [key, s] : root.children("instruments"))
+    scene.accelerometers.push_back(read_accelerometer(scene.mechanism, key, s));
+  root.done("a scene");
+  return scene;
+}
+
+Scene read_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) throw SceneError(fmt::format("{}: no such file", file.string()));
+  if (!std::filesystem::is_regular_file(file, error))
+    throw SceneError(fmt::format("{}: is not a file", file.string()));
+  std::ifstream in(file, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (!in) throw SceneError(fmt::format("{}: cannot be read", file.string()));
+  return parse_scene(text, file.string(), overrides);
+}
+
+}  // namespace freeplay

@@ -1,0 +1,90 @@
+// A scene: a mechanism together with what the author of the scene asks of a run. Options say their unit,
+// their meaning and the inequality they stand in; docs/scene.md has the same list for users.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "model/mechanism.hpp"
+
+namespace freeplay {
+
+struct RunOptions {
+  enum class Start {
+    assembled,  ///< rough positions made consistent, journals inside their bearings
+    ideal,      ///< the ideal joints' positions and velocities: journals concentric
+    given       ///< positions and velocities as they stand; refused if they are not consistent
+  };
+  double duration = 0;  ///< s, > 0
+  double discard = 0;   ///< s left out of the statistics, 0 ≤ discard < duration
+  Start start = Start::assembled;
+  std::optional<double> output_step;  ///< s between rows of trajectory.csv; default duration/20000
+};
+
+enum class ContactLaw { lankarani_nikravesh, flores, exact };
+enum class FrictionLaw { ambrosio };
+enum class Integrator { rk4, dopri5 };
+
+struct PenaltyOptions {
+  ContactLaw contact = ContactLaw::exact;
+  FrictionLaw friction = FrictionLaw::ambrosio;
+  double friction_v0 = 1e-4;  ///< m/s: no friction below it (Ambrósio)
+  double friction_v1 = 1e-3;  ///< m/s: full friction above it; friction_v1 > friction_v0
+  double alpha = 5;           ///< 1/s: G a = γ − 2αΦ̇ − β²Φ
+  double beta = 5;            ///< 1/s
+  Integrator integrator = Integrator::dopri5;
+  double tolerance =
+      1e-9;            ///< a step is accepted when every |error_i| ≤ tolerance·scale_i (see tolerance.hpp)
+  double step = 1e-6;  ///< s, of the fixed-step integrator
+  std::optional<double> v0_floor;  ///< m/s: least v₀ a contact may start with; default see tolerance.hpp
+};
+
+enum class Scheme { moreau_jean };
+enum class LcpSolver { automatic, lemke };
+
+struct NonsmoothOptions {
+  Scheme scheme = Scheme::moreau_jean;
+  double step = 1e-5;                       ///< s
+  LcpSolver solver = LcpSolver::automatic;  ///< automatic: closed form for one contact, else Lemke
+  double lcp_tolerance = 1e-10;             ///< a solve is accepted when its relative residual is below
+};
+
+/// Second-order Butterworth low-pass on the acceleration of a body along an axis of the world.
+struct Accelerometer {
+  std::string name;
+  int body = ground;
+  Vec2 axis{1, 0};       ///< unit vector
+  double bandwidth = 0;  ///< Hz, −3 dB
+  double sampling = 0;   ///< Hz
+};
+
+struct Scene {
+  std::filesystem::path file;
+  std::string text;                    ///< as read, for the provenance of results
+  std::vector<std::string> overrides;  ///< KEY=VALUE as given
+  Mechanism mechanism;
+  RunOptions run;
+  PenaltyOptions penalty;
+  NonsmoothOptions nonsmooth;
+  std::vector<Accelerometer> accelerometers;
+};
+
+/// Bad input. what() is the one line that a user gets: FILE:LINE:COL: key: what is wrong, what would be
+/// right.
+struct SceneError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Reads and validates a scene; each override is KEY=VALUE with a dotted key. Throws SceneError.
+Scene read_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
+/// The same from text; `name` stands for the file in messages.
+Scene parse_scene(const std::string& text, const std::string& name,
+                  const std::vector<std::string>& overrides = {});
+
+/// The drive whose joint angle counts revolutions and is reported as the crank angle, if there is one.
+const SpeedDrive* main_drive(const Mechanism& mechanism);
+
+}  // namespace freeplay

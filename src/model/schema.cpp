@@ -1,0 +1,149 @@
+#include "model/schema.hpp"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <vector>
+
+namespace freeplay {
+namespace {
+
+constexpr SchemaKey keys[] = {
+    {"title", "text", "", "\"\"", "what the scene is; stands in results and figures"},
+    {"gravity", "point", "m/s²", "[0, 0]", "acceleration of gravity in the plane of motion"},
+
+    {"bodies.*.mass", "number", "kg", "required", "mass, > 0"},
+    {"bodies.*.inertia", "number", "kg m²", "required", "moment of inertia about the centre of mass, > 0"},
+    {"bodies.*.position", "point", "m", "[0, 0]", "centre of mass at the start; may be rough"},
+    {"bodies.*.angle", "number", "rad", "0", "angle at the start; may be rough"},
+    {"bodies.*.velocity", "point", "m/s", "[0, 0]",
+     "velocity of the centre of mass at the start; may be rough"},
+    {"bodies.*.angular_velocity", "number", "rad/s", "0", "angular velocity at the start; may be rough"},
+
+    {"joints.*.type", "text", "", "required", "\"revolute\", \"translational\" or \"rigid\""},
+    {"joints.*.between", "names", "", "required", "two bodies, or \"ground\" and a body"},
+    {"joints.*.at", "points", "m", "[[0, 0], [0, 0]]",
+     "the joint's point in each body's frame, from its centre of mass; ground: world"},
+    {"joints.*.axis", "point", "", "[1, 0]", "translational: direction of sliding in the first body's frame"},
+    {"joints.*.angle", "number", "rad", "0",
+     "translational, rigid: angle of the second body less that of the first"},
+    {"joints.*.clearance", "number", "m", "–",
+     "revolute: radial clearance, bearing radius less journal radius; left out: ideal"},
+    {"joints.*.bearing_radius", "number", "m", "–",
+     "revolute with clearance: radius of the bearing, on the first body; the journal is on the second"},
+    {"joints.*.surface", "text", "", "–", "revolute with clearance: the surface of its contact"},
+
+    {"surfaces.*.young", "number", "Pa", "–", "Young's modulus, > 0; the penalty formulation needs it"},
+    {"surfaces.*.poisson", "number", "", "–", "Poisson's ratio, 0 to 0.5; goes with young"},
+    {"surfaces.*.restitution", "number", "", "–", "coefficient of restitution asked for, 0 to 1"},
+    {"surfaces.*.friction", "number", "", "–", "Coulomb's coefficient, ≥ 0; left out: frictionless"},
+
+    {"drives.*.joint", "text", "", "required", "the revolute joint that is driven (translational: none yet)"},
+    {"drives.*.speed_rpm", "number", "rpm", "–", "prescribed speed of the second body relative to the first"},
+    {"drives.*.initial_angle", "number", "rad", "from the bodies",
+     "speed drive: relative angle at t = 0; default: that of the bodies' `angle` keys"},
+    {"drives.*.torque", "number", "N m", "–",
+     "constant torque on the second body, its opposite on the first"},
+    {"drives.*.torque_table", "points", "s or rad, N m", "–",
+     "tabulated torque: [[t or angle, torque], ...], linear between"},
+    {"drives.*.against", "text", "", "\"time\"",
+     "torque_table: \"time\" (constant outside) or \"angle\" (repeats every 2π)"},
+
+    {"loads.*.type", "text", "", "required",
+     "\"force\", \"torque\", \"spring-damper\", \"torsional-spring-damper\" or \"joint-friction\""},
+    {"loads.*.body", "text", "", "required", "force, torque: the loaded body"},
+    {"loads.*.at", "point(s)", "m", "[0, 0]",
+     "force: the loaded point in the body's frame; spring-damper: its two ends"},
+    {"loads.*.force", "point or number", "N", "required",
+     "force: constant force in the world's directions; joint-friction: the bound of the friction force"},
+    {"loads.*.torque", "number", "N m", "required", "torque: constant torque"},
+    {"loads.*.between", "names", "", "required", "spring-dampers: two bodies, or \"ground\" and a body"},
+    {"loads.*.stiffness", "number", "N/m or N m/rad", "0", "spring-dampers: rate, ≥ 0"},
+    {"loads.*.damping", "number", "N s/m or N m s/rad", "0", "spring-dampers: damping, ≥ 0"},
+    {"loads.*.free_length", "number", "m", "0", "spring-damper: length without force"},
+    {"loads.*.free_angle", "number", "rad", "0", "torsional-spring-damper: relative angle without torque"},
+    {"loads.*.joint", "text", "", "required", "joint-friction: the translational joint"},
+    {"loads.*.regularisation", "number", "m/s", "–",
+     "joint-friction: speed below which the penalty formulation's friction is linear; it needs it"},
+
+    {"run.revolutions", "number", "", "–", "length of the run in turns of the driven joint; or duration"},
+    {"run.duration", "number", "s", "–", "length of the run; or revolutions"},
+    {"run.discard", "number", "as the length", "0",
+     "start of the run left out of the statistics: revolutions, with `duration` seconds"},
+    {"run.start", "text", "", "\"assembled\"",
+     "\"assembled\" (rough positions made consistent), \"ideal\" (the ideal joints' configuration and "
+     "velocities) or \"given\" (as they stand)"},
+    {"run.output_step", "number", "s", "duration/20000", "spacing of the rows of trajectory.csv"},
+
+    {"penalty.contact", "text", "", "\"exact\"", "\"lankarani-nikravesh\", \"flores\" or \"exact\""},
+    {"penalty.friction", "text", "", "\"ambrosio\"", "regularised friction law"},
+    {"penalty.friction_v0", "number", "m/s", "1e-4", "Ambrósio: no friction below this sliding speed"},
+    {"penalty.friction_v1", "number", "m/s", "1e-3", "Ambrósio: full friction above this sliding speed"},
+    {"penalty.alpha", "number", "1/s", "5", "Baumgarte: damping, ≥ 0"},
+    {"penalty.beta", "number", "1/s", "5", "Baumgarte: frequency, ≥ 0"},
+    {"penalty.integrator", "text", "", "\"dopri5\"", "\"dopri5\" (adaptive) or \"rk4\" (fixed step)"},
+    {"penalty.tolerance", "number", "", "1e-9",
+     "dopri5: a step is accepted when every |error| is below tolerance × scale"},
+    {"penalty.step", "number", "s", "1e-6", "rk4: step"},
+    {"penalty.v0_floor", "number", "m/s", "see penalty.md",
+     "least approach speed that a contact's damping is scaled with"},
+
+    {"nonsmooth.scheme", "text", "", "\"moreau-jean\"", "time stepping scheme"},
+    {"nonsmooth.step", "number", "s", "1e-5", "step"},
+    {"nonsmooth.solver", "text", "", "\"automatic\"",
+     "\"automatic\" (closed form for a single contact, else Lemke) or \"lemke\""},
+    {"nonsmooth.lcp_tolerance", "number", "", "1e-10",
+     "a complementarity solve is accepted when its relative residual is below"},
+
+    {"instruments.*.type", "text", "", "\"accelerometer\"", "kind of instrument"},
+    {"instruments.*.body", "text", "", "required", "the body it is fixed to"},
+    {"instruments.*.axis", "point", "", "[1, 0]", "direction of measurement in the world"},
+    {"instruments.*.bandwidth", "number", "Hz", "required",
+     "−3 dB frequency of its second-order Butterworth low-pass"},
+    {"instruments.*.sampling", "number", "Hz", "required", "samples per second in signals.csv"},
+};
+
+int edit_distance(std::string_view a, std::string_view b) {
+  std::vector<int> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), 0);
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    int diagonal = row[0];
+    row[0] = static_cast<int>(i);
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const int above = row[j];
+      row[j] = std::min({row[j - 1] + 1, above + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      diagonal = above;
+    }
+  }
+  return row[b.size()];
+}
+
+}  // namespace
+
+std::span<const SchemaKey> schema() { return keys; }
+
+const SchemaKey* find_key(std::string_view path) {
+  const auto it = std::ranges::find(keys, path, &SchemaKey::path);
+  return it == std::end(keys) ? nullptr : &*it;
+}
+
+std::string nearest_key(std::string_view path) {
+  const auto dot = path.rfind('.');
+  const std::string_view table = dot == path.npos ? "" : path.substr(0, dot + 1);
+  const std::string_view name = path.substr(table.size());
+  std::string best;
+  int least = static_cast<int>(name.size()) / 2 + 1;
+  for (const auto& k : keys) {
+    if (!k.path.starts_with(table)) continue;
+    const auto candidate = k.path.substr(table.size());
+    if (candidate.find('.') != candidate.npos) continue;
+    const int d = edit_distance(name, candidate);
+    if (d < least) {
+      least = d;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+}  // namespace freeplay

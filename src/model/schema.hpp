@@ -1,0 +1,27 @@
+// Every key that a scene may hold. The reader refuses what is not listed here and asserts that what it reads
+// is; docs/scene.md shows the same rows, and a test compares the two.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace freeplay {
+
+struct SchemaKey {
+  std::string_view path;      ///< dotted; * stands for a name that the author chooses
+  std::string_view type;      ///< number, text, point, …
+  std::string_view unit;      ///< "" for none
+  std::string_view fallback;  ///< default as a user would write it; "required", or "–" for left out
+  std::string_view meaning;
+};
+
+std::span<const SchemaKey> schema();
+
+/// The row of a path such as joints.*.clearance, or nullptr.
+const SchemaKey* find_key(std::string_view path);
+
+/// The key of the same table nearest in spelling, or "" when none is near.
+std::string nearest_key(std::string_view path);
+
+}  // namespace freeplay

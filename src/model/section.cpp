@@ -1,0 +1,207 @@
+#include "model/section.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "model/schema.hpp"
+
+namespace freeplay {
+namespace {
+
+const toml::table empty_table;
+
+std::string_view kind_of(const toml::node& node) {
+  switch (node.type()) {
+    case toml::node_type::string:
+      return "a text";
+    case toml::node_type::integer:
+    case toml::node_type::floating_point:
+      return "a number";
+    case toml::node_type::boolean:
+      return "true or false";
+    case toml::node_type::array:
+      return "a list";
+    case toml::node_type::table:
+      return "a table";
+    default:
+      return "a date or time";
+  }
+}
+
+/// Names stand in file headers and dotted keys.
+bool is_plain_name(std::string_view name) {
+  return !name.empty() && std::ranges::all_of(name, [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  });
+}
+
+}  // namespace
+
+void SceneSource::fail(const toml::node* node, const std::string& path, const std::string& message) const {
+  for (std::string key = path;;) {
+    if (const auto it = overridden.find(key); it != overridden.end())
+      throw SceneError(fmt::format("--set {}: {}: {}", it->second, path, message));
+    const auto dot = key.rfind('.');
+    if (dot == key.npos) break;
+    key.resize(dot);
+  }
+  const auto where = node ? node->source().begin : toml::source_position{};
+  if (where.line == 0) throw SceneError(fmt::format("{}: {}: {}", name, path, message));
+  throw SceneError(fmt::format("{}:{}:{}: {}: {}", name, where.line, where.column, path, message));
+}
+
+Section::Section(const toml::table& table, std::string path, std::string pattern, const SceneSource& source)
+    : table_(table), path_(std::move(path)), pattern_(std::move(pattern)), source_(&source) {}
+
+std::string Section::full(std::string_view key) const {
+  return path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key);
+}
+
+void Section::fail(std::string_view key, const std::string& message) const {
+  const toml::node* node = key.empty() ? nullptr : table_.get(key);
+  source_->fail(node ? node : &table_, key.empty() ? path_ : full(key), message);
+}
+
+const toml::node* Section::take(std::string_view key) {
+  assert(find_key(pattern_.empty() ? std::string(key) : fmt::format("{}.{}", pattern_, key)) &&
+         "key not in schema");
+  read_.emplace(key);
+  return table_.get(key);
+}
+
+const toml::node& Section::require(std::string_view key) {
+  const auto* node = take(key);
+  if (node) return *node;
+  const auto* row = find_key(pattern_.empty() ? std::string(key) : fmt::format("{}.{}", pattern_, key));
+  source_->fail(&table_, full(key), fmt::format("is missing: {}", row ? row->meaning : "required"));
+}
+
+double Section::to_number(const toml::node& node, std::string_view key, Range range) const {
+  const auto value = node.value<double>();
+  if (!node.is_number() || !value)
+    source_->fail(&node, full(key), fmt::format("must be a number, is {}", kind_of(node)));
+  if (!std::isfinite(*value)) source_->fail(&node, full(key), fmt::format("must be finite, is {}", *value));
+  if (!range.holds(*value))
+    source_->fail(&node, full(key), fmt::format("must be {}, is {}", range.text, *value));
+  return *value;
+}
+
+double Section::number(std::string_view key, Range range) { return to_number(require(key), key, range); }
+
+double Section::number(std::string_view key, Range range, double fallback) {
+  return maybe_number(key, range).value_or(fallback);
+}
+
+std::optional<double> Section::maybe_number(std::string_view key, Range range) {
+  const auto* node = take(key);
+  if (!node) return std::nullopt;
+  return to_number(*node, key, range);
+}
+
+std::string Section::text(std::string_view key) {
+  const auto& node = require(key);
+  const auto value = node.value_exact<std::string>();
+  if (!value) source_->fail(&node, full(key), fmt::format("must be a text in quotes, is {}", kind_of(node)));
+  return *value;
+}
+
+std::string Section::text(std::string_view key, const std::string& fallback) {
+  return has(key) ? text(key) : (take(key), fallback);
+}
+
+Vec2 Section::to_point(const toml::node& node, std::string_view key) const {
+  const auto* list = node.as_array();
+  if (!list || list->size() != 2)
+    source_->fail(&node, full(key),
+                  fmt::format("must be a pair [x, y], is {}",
+                              list ? fmt::format("a list of {}", list->size()) : std::string(kind_of(node))));
+  return {to_number((*list)[0], key, any_number), to_number((*list)[1], key, any_number)};
+}
+
+Vec2 Section::point(std::string_view key) { return to_point(require(key), key); }
+
+Vec2 Section::point(std::string_view key, Vec2 fallback) {
+  const auto* node = take(key);
+  return node ? to_point(*node, key) : fallback;
+}
+
+std::vector<Vec2> Section::points(std::string_view key) {
+  const auto& node = require(key);
+  const auto* list = node.as_array();
+  if (!list || list->empty())
+    source_->fail(&node, full(key),
+                  fmt::format("must be a list of pairs [[a, b], ...], is {}", kind_of(node)));
+  std::vector<Vec2> result;
+  for (const auto& item : *list) result.push_back(to_point(item, key));
+  return result;
+}
+
+std::vector<std::string> Section::names(std::string_view key) {
+  const auto& node = require(key);
+  std::vector<std::string> result;
+  const auto* list = node.as_array();
+  if (list)
+    for (const auto& item : *list)
+      if (const auto value = item.value_exact<std::string>()) result.push_back(*value);
+  if (!list || result.size() != list->size())
+    source_->fail(&node, full(key), fmt::format("must be a list of names, is {}", kind_of(node)));
+  return result;
+}
+
+int Section::to_choice(const std::string& value, std::string_view key,
+                       const std::vector<std::string>& choices) const {
+  const auto it = std::ranges::find(choices, value);
+  if (it == choices.end())
+    fail(key, fmt::format("\"{}\" is not known here; one of \"{}\"", value, fmt::join(choices, "\", \"")));
+  return static_cast<int>(it - choices.begin());
+}
+
+int Section::choice(std::string_view key, const std::vector<std::string>& choices) {
+  return to_choice(text(key), key, choices);
+}
+
+int Section::choice(std::string_view key, const std::vector<std::string>& choices, int fallback) {
+  return has(key) ? choice(key, choices) : (take(key), fallback);
+}
+
+Section Section::child(std::string_view key) {
+  read_.emplace(key);
+  const auto* node = table_.get(key);
+  if (node && !node->is_table()) fail(key, fmt::format("must be a table, is {}", kind_of(*node)));
+  return {node ? *node->as_table() : empty_table, full(key), full(key), *source_};
+}
+
+std::vector<std::pair<std::string, Section>> Section::children(std::string_view key) {
+  Section parent = child(key);
+  std::vector<std::pair<toml::source_position, std::string>> order;
+  for (const auto& [name, node] : parent.table_) {
+    if (!node.is_table()) parent.fail(name.str(), fmt::format("must be a table, is {}", kind_of(node)));
+    if (!is_plain_name(name.str()))
+      parent.fail(name.str(), "a name must be made of letters, digits, _ and -");
+    order.emplace_back(node.source().begin, std::string(name.str()));
+  }
+  std::ranges::stable_sort(order, [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::pair<std::string, Section>> result;
+  for (const auto& [where, name] : order)
+    result.emplace_back(name, Section(*parent.table_.get_as<toml::table>(name), parent.full(name),
+                                      fmt::format("{}.*", parent.pattern_), *source_));
+  return result;
+}
+
+void Section::done(const std::string& kind) const {
+  for (const auto& [name, node] : table_) {
+    if (read_.contains(name.str())) continue;
+    const auto pattern =
+        pattern_.empty() ? std::string(name.str()) : fmt::format("{}.{}", pattern_, name.str());
+    if (find_key(pattern)) fail(name.str(), fmt::format("does not apply to {}", kind));
+    const auto near = nearest_key(pattern);
+    fail(name.str(),
+         fmt::format("is not a key of {}{}", kind,
+                     near.empty() ? "; docs/scene.md lists all" : fmt::format("; did you mean {}?", near)));
+  }
+}
+
+}  // namespace freeplay

@@ -1,0 +1,83 @@
+// One table of a scene file with typed access. It remembers which keys were read, so that what nobody reads
+// is refused, and it knows where each stands, so that a message can say FILE:LINE:COL.
+#pragma once
+
+#define TOML_ENABLE_FORMATTERS 0
+#include <toml++/toml.h>
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "model/scene.hpp"
+
+namespace freeplay {
+
+/// What a number must satisfy; `text` completes "must be ...".
+struct Range {
+  bool (*holds)(double);
+  const char* text;
+};
+inline constexpr Range any_number{[](double) { return true; }, "a number"};
+inline constexpr Range positive{[](double x) { return x > 0; }, "greater than 0"};
+inline constexpr Range non_negative{[](double x) { return x >= 0; }, "0 or greater"};
+inline constexpr Range zero_to_one{[](double x) { return x >= 0 && x <= 1; }, "between 0 and 1"};
+inline constexpr Range zero_to_half{[](double x) { return x >= 0 && x <= 0.5; }, "between 0 and 0.5"};
+
+/// The parsed document: its name in messages and the values that came from the command line.
+struct SceneSource {
+  std::string name;
+  std::map<std::string, std::string> overridden;  ///< dotted key → KEY=VALUE as given
+
+  /// Throws SceneError about `path`, placed at `node` (or at the override that set it).
+  [[noreturn]] void fail(const toml::node* node, const std::string& path, const std::string& message) const;
+};
+
+class Section {
+ public:
+  /// `path` is the dotted key of the table ("" for the root), `pattern` the same with * for chosen names.
+  Section(const toml::table& table, std::string path, std::string pattern, const SceneSource& source);
+
+  bool has(std::string_view key) const { return table_.contains(key); }
+  double number(std::string_view key, Range range);
+  double number(std::string_view key, Range range, double fallback);
+  std::optional<double> maybe_number(std::string_view key, Range range);
+  std::string text(std::string_view key);
+  std::string text(std::string_view key, const std::string& fallback);
+  Vec2 point(std::string_view key, Vec2 fallback);
+  Vec2 point(std::string_view key);
+  /// A list of [x, y] pairs.
+  std::vector<Vec2> points(std::string_view key);
+  std::vector<std::string> names(std::string_view key);
+  /// The value of `key` as an index into `choices`; a message lists them.
+  int choice(std::string_view key, const std::vector<std::string>& choices, int fallback);
+  int choice(std::string_view key, const std::vector<std::string>& choices);
+  /// The sub-tables of `key` in the order they stand in the file; `key` itself may be missing.
+  std::vector<std::pair<std::string, Section>> children(std::string_view key);
+  /// The table `key`, or an empty one.
+  Section child(std::string_view key);
+
+  /// Throws about a key that nobody read. `kind` says whose keys they are ("a revolute joint").
+  void done(const std::string& kind) const;
+  [[noreturn]] void fail(std::string_view key, const std::string& message) const;
+  const std::string& path() const { return path_; }
+
+ private:
+  const toml::node* take(std::string_view key);
+  const toml::node& require(std::string_view key);
+  double to_number(const toml::node& node, std::string_view key, Range range) const;
+  Vec2 to_point(const toml::node& node, std::string_view key) const;
+  int to_choice(const std::string& value, std::string_view key,
+                const std::vector<std::string>& choices) const;
+  std::string full(std::string_view key) const;
+
+  const toml::table& table_;
+  std::string path_, pattern_;
+  const SceneSource* source_;
+  std::set<std::string, std::less<>> read_;
+};
+
+}  // namespace freeplay

@@ -1,0 +1,184 @@
+// The mechanism laid flat for stepping:
+//
+//     M a + Gᵀ λ = f(t, q, v) + contact forces,     Φ(q, t) = 0,   G v + Φ_t = 0,   G a = γ(t, q, v)
+//
+// plus, for every contact, its gap g and the rows of ġ and of the sliding rate (docs/notation.md). A System
+// is constant; what varies with the state lives in an Evaluation. Nothing here allocates once an Evaluation
+// is made. That a mechanism is planar is known here and not beyond.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "model/mechanism.hpp"
+#include "numerics/sparse.hpp"
+
+namespace freeplay {
+
+struct State {
+  double t = 0;           ///< s
+  std::vector<double> q;  ///< m, rad
+  std::vector<double> v;  ///< m/s, rad/s
+};
+
+/// A contact pair as the formulations see it.
+struct ContactFacts {
+  std::string name;                           ///< of the joint
+  std::array<int, 2> bodies{ground, ground};  ///< bearing's and journal's
+  double clearance = 0;  ///< m: the length that its gaps and penetrations are measured by
+  double radius_bearing = 0, radius_journal = 0;  ///< m
+  Surface surface;
+};
+
+/// A contact's geometry at one state. Without friction the tangent row stays empty.
+struct ContactRow {
+  double gap = 0;                   ///< m
+  SparseRow normal, tangent;        ///< ġ = normal·v, v_T = tangent·v
+  double gamma_n = 0, gamma_t = 0;  ///< g̈ = normal·a − gamma_n, v̇_T = tangent·a − gamma_t
+};
+
+/// Coulomb friction of a preloaded joint as the formulations see it.
+struct FrictionFacts {
+  std::string name;
+  double bound = 0;                      ///< N
+  std::optional<double> regularisation;  ///< m/s
+};
+
+/// Powers of the loads (W): what they put into the mechanism.
+struct LoadPower {
+  double drive = 0;    ///< torque drives
+  double load = 0;     ///< constant forces and torques
+  double damping = 0;  ///< dampers, ≤ 0
+};
+
+/// What a System computes at one state.
+struct Evaluation {
+  std::vector<double> cosine, sine;       ///< of each body's angle
+  std::vector<double> phi, phi_t, gamma;  ///< one per constraint row
+  std::vector<double> G;                  ///< values in the order of System::pattern()
+  std::vector<double> force;              ///< n
+  LoadPower power;
+};
+
+class System {
+ public:
+  explicit System(const Mechanism& mechanism);
+
+  int n() const { return static_cast<int>(mass_.size()); }
+  int rows() const { return G_.rows; }
+  int contacts() const { return static_cast<int>(contact_facts_.size()); }
+  int frictions() const { return static_cast<int>(frictions_.size()); }
+  int bodies() const { return n() / 3; }
+  const CsrPattern& pattern() const { return G_; }
+  const std::vector<double>& mass() const { return mass_; }
+  const ContactFacts& contact_facts(int k) const { return contact_facts_[k]; }
+  const FrictionFacts& friction_facts(int k) const { return friction_facts_[k]; }
+  /// Name of the joint or drive that a constraint row belongs to.
+  const std::string& row_name(int row) const { return row_names_[row]; }
+  /// Whether a constraint row is measured in rad (else in m).
+  bool is_angle_row(int row) const { return angle_rows_[row]; }
+  /// Number of rows that prescribe motion; they are the last ones.
+  int drive_rows() const { return static_cast<int>(speed_drives_.size()); }
+  bool has_friction(int contact) const { return contact_facts(contact).surface.friction.has_value(); }
+  /// Whether a coordinate is an angle (rad, else m).
+  bool is_angle(int coordinate) const { return coordinate % 3 == 2; }
+  /// Whether any load or torque drive does work that is not a change of potential().
+  bool has_loads() const {
+    return velocity_forces_ || !torque_drives_.empty() || !force_loads_.empty() || !torque_loads_.empty();
+  }
+  /// Whether a force depends on the velocities (dampers).
+  bool has_velocity_forces() const { return velocity_forces_; }
+  /// Longest distance of a joint's point from its body's centre of mass (m); 0 when all are central.
+  double longest_arm() const { return longest_arm_; }
+
+  Evaluation make_evaluation() const;
+  /// Fills cosine, sine, phi, phi_t and G.
+  void place(double t, const double* q, Evaluation& e) const;
+  /// Fills gamma; needs place().
+  void rate(const double* q, const double* v, Evaluation& e) const;
+  /// Fills force and power; needs place().
+  void forces(double t, const double* q, const double* v, Evaluation& e) const;
+  /// Gravity and springs (J); constant forces and torques count as loads.
+  double potential(const double* q) const;
+  double kinetic(const double* v) const;
+
+  /// Gap of contact k alone; needs place().
+  double gap(int k, const double* q, const Evaluation& e) const;
+  /// All of contact k; needs place(). A concentric journal has no normal: its rows are empty, its gap is c.
+  void contact(int k, const double* q, const double* v, const Evaluation& e, ContactRow& row) const;
+  /// Eccentricity vector of contact k (m); needs place().
+  Vec2 eccentricity(int k, const double* q, const Evaluation& e) const;
+  /// Sliding row of a preloaded joint; needs place().
+  void friction(int k, const double* q, const Evaluation& e, SparseRow& row) const;
+
+  /// Angle of the main drive's joint (rad), 0 without one.
+  double crank_angle(const double* q) const;
+
+ private:
+  struct Link {  // two bodies and the arms of a joint's points
+    int i = ground, j = ground;
+    Vec2 si{0, 0}, sj{0, 0};
+  };
+  struct PointRows {  // two rows: the points coincide
+    Link link;
+    int row;
+    std::array<int, 2> theta_i, theta_j;  // entries of G that turn with the bodies, −1 where the arm is zero
+  };
+  struct AngleRow {  // θ_j − θ_i − angle − speed·t
+    int i, j, row;
+    double angle, speed;
+  };
+  struct SlideRow {  // no offset across the axis
+    Link link;
+    Vec2 axis;
+    int row;
+  };
+  struct FrictionElement {
+    Link link;
+    Vec2 axis;
+  };
+  struct Arms {  // world arms and r_j^P − r_i^P
+    Vec2 ri{0, 0}, rj{0, 0}, d{0, 0};
+  };
+
+  int entry(int column, double constant);
+  void end_row(const std::string& name, bool angle);
+  void add_points(const Link& link, const std::string& name);
+  void add(const RevoluteJoint& joint, const Mechanism& mechanism);
+  void add(const TranslationalJoint& joint);
+  void add(const RigidJoint& joint);
+  void add_angle(int i, int j, double angle, double speed, const std::string& name);
+  Link make_link(const std::array<int, 2>& between, const std::array<Vec2, 2>& at);
+
+  Vec2 turned(int body, const Vec2& s, const Evaluation& e) const;
+  Arms arms(const Link& link, const double* q, const Evaluation& e) const;
+  Vec2 relative_velocity(const Link& link, const Arms& a, const double* v) const;
+  double torque_of(const std::array<int, 2>& pair, const TorqueDrive& drive, double t, const double* q) const;
+  void add_force(const Link& link, const Arms& a, const Vec2& force_on_j, std::vector<double>& f) const;
+
+  std::vector<double> mass_;
+  CsrPattern G_;
+  std::vector<double> constant_G_;      // entries of G that never change
+  std::vector<double> constant_force_;  // gravity
+  std::vector<std::string> row_names_;
+  std::vector<bool> angle_rows_;
+  std::vector<PointRows> points_;
+  std::vector<AngleRow> angles_;
+  std::vector<SlideRow> slides_;
+  std::vector<AngleRow> speed_drives_;
+  std::vector<Link> contacts_;
+  std::vector<ContactFacts> contact_facts_;
+  std::vector<FrictionElement> frictions_;
+  std::vector<FrictionFacts> friction_facts_;
+  std::vector<std::pair<std::array<int, 2>, TorqueDrive>> torque_drives_;
+  std::vector<ForceLoad> force_loads_;
+  std::vector<TorqueLoad> torque_loads_;
+  std::vector<std::pair<Link, SpringDamper>> springs_;
+  std::vector<TorsionalSpringDamper> torsions_;
+  Vec2 gravity_{0, 0};
+  std::array<int, 2> crank_{ground, ground};
+  bool velocity_forces_ = false;
+  double longest_arm_ = 0;
+};
+
+}  // namespace freeplay

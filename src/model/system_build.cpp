@@ -1,0 +1,138 @@
+// From a Mechanism to a System: which rows there are, and which of their entries never change.
+#include <fmt/format.h>
+
+#include "model/system.hpp"
+
+namespace freeplay {
+
+System::System(const Mechanism& m) : gravity_(m.gravity) {
+  G_.columns = 3 * static_cast<int>(m.bodies.size());
+  for (const auto& b : m.bodies) {
+    mass_.insert(mass_.end(), {b.mass, b.mass, b.inertia});
+    constant_force_.insert(constant_force_.end(), {b.mass * gravity_.x(), b.mass * gravity_.y(), 0.0});
+  }
+  for (const auto& joint : m.joints)
+    std::visit(
+        [&](const auto& j) {
+          if constexpr (std::is_same_v<std::decay_t<decltype(j)>, RevoluteJoint>)
+            add(j, m);
+          else
+            add(j);
+        },
+        joint);
+  for (const auto& drive : m.drives) {
+    if (const auto* speed = std::get_if<SpeedDrive>(&drive)) {
+      const auto& pair = bodies_of(m.joints[speed->joint]);
+      if (speed_drives_.empty()) crank_ = pair;
+      speed_drives_.push_back({pair[0], pair[1], G_.rows, speed->initial_angle, speed->speed});
+      if (pair[0] != ground) entry(3 * pair[0] + 2, -1);
+      if (pair[1] != ground) entry(3 * pair[1] + 2, 1);
+      end_row(speed->name, true);
+    } else {
+      const auto& torque = std::get<TorqueDrive>(drive);
+      torque_drives_.emplace_back(bodies_of(m.joints[torque.joint]), torque);
+    }
+  }
+  for (const auto& load : m.loads) {
+    if (const auto* f = std::get_if<ForceLoad>(&load)) force_loads_.push_back(*f);
+    if (const auto* t = std::get_if<TorqueLoad>(&load)) torque_loads_.push_back(*t);
+    if (const auto* s = std::get_if<SpringDamper>(&load)) {
+      springs_.emplace_back(make_link(s->between, s->at), *s);
+      velocity_forces_ |= s->damping > 0;
+    }
+    if (const auto* s = std::get_if<TorsionalSpringDamper>(&load)) {
+      torsions_.push_back(*s);
+      velocity_forces_ |= s->damping > 0;
+    }
+    if (const auto* c = std::get_if<JointFriction>(&load)) {
+      const auto& joint = std::get<TranslationalJoint>(m.joints[c->joint]);
+      frictions_.push_back({make_link(joint.between, joint.at), joint.axis});
+      friction_facts_.push_back({c->name, c->force, c->regularisation});
+    }
+  }
+}
+
+int System::entry(int column, double constant) {
+  G_.column.push_back(column);
+  constant_G_.push_back(constant);
+  return static_cast<int>(constant_G_.size()) - 1;
+}
+
+void System::end_row(const std::string& name, bool angle) {
+  G_.end_row();
+  row_names_.push_back(name);
+  angle_rows_.push_back(angle);
+}
+
+System::Link System::make_link(const std::array<int, 2>& between, const std::array<Vec2, 2>& at) {
+  if (between[0] != ground) longest_arm_ = std::max(longest_arm_, at[0].norm());
+  if (between[1] != ground) longest_arm_ = std::max(longest_arm_, at[1].norm());
+  return {between[0], between[1], at[0], at[1]};
+}
+
+/// r_j^P − r_i^P = 0
+void System::add_points(const Link& link, const std::string& name) {
+  PointRows rows{link, G_.rows, {-1, -1}, {-1, -1}};
+  for (int axis : {0, 1}) {
+    const auto a = axis;
+    if (link.i != ground) {
+      entry(3 * link.i + axis, -1);
+      if (!link.si.isZero(0)) rows.theta_i[a] = entry(3 * link.i + 2, 0);
+    }
+    if (link.j != ground) {
+      entry(3 * link.j + axis, 1);
+      if (!link.sj.isZero(0)) rows.theta_j[a] = entry(3 * link.j + 2, 0);
+    }
+    end_row(name, false);
+  }
+  points_.push_back(rows);
+}
+
+void System::add_angle(int i, int j, double angle, double speed, const std::string& name) {
+  angles_.push_back({i, j, G_.rows, angle, speed});
+  if (i != ground) entry(3 * i + 2, -1);
+  if (j != ground) entry(3 * j + 2, 1);
+  end_row(name, true);
+}
+
+void System::add(const RevoluteJoint& joint, const Mechanism& m) {
+  const Link link = make_link(joint.between, joint.at);
+  if (!joint.clearance) return add_points(link, joint.name);
+  const auto& c = *joint.clearance;
+  contacts_.push_back(link);
+  contact_facts_.push_back({joint.name, joint.between, c.radial, c.bearing_radius,
+                            c.bearing_radius - c.radial, m.surfaces[c.surface]});
+}
+
+void System::add(const TranslationalJoint& joint) {
+  const Link link = make_link(joint.between, joint.at);
+  slides_.push_back({link, joint.axis, G_.rows});
+  for (int b : {link.i, link.j}) {
+    if (b == ground) continue;
+    entry(3 * b, 0);
+    entry(3 * b + 1, 0);
+    if (b == link.i || !link.sj.isZero(0)) entry(3 * b + 2, 0);
+  }
+  end_row(joint.name, false);
+  add_angle(link.i, link.j, joint.angle, 0, joint.name);
+}
+
+void System::add(const RigidJoint& joint) {
+  add_points(make_link(joint.between, joint.at), joint.name);
+  add_angle(joint.between[0], joint.between[1], joint.angle, 0, joint.name);
+}
+
+Evaluation System::make_evaluation() const {
+  Evaluation e;
+  e.cosine.assign((bodies()), 1);
+  e.sine.assign((bodies()), 0);
+  e.phi.assign((rows()), 0);
+  e.phi_t.assign((rows()), 0);
+  e.gamma.assign((rows()), 0);
+  for (const auto& d : speed_drives_) e.phi_t[d.row] = -d.speed;
+  e.G = constant_G_;
+  e.force = constant_force_;
+  return e;
+}
+
+}  // namespace freeplay

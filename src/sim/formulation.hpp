@@ -1,0 +1,89 @@
+// What a formulation is to the rest of the program: it advances a state and reports impulses, energies and
+// work. Everything is decided when it is made; its stepping loop has no virtual call and allocates nothing.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "model/assembly.hpp"
+#include "sim/contact_log.hpp"
+
+namespace freeplay {
+
+class Recorder;
+
+/// Energies (J) since the start. The balance is kinetic + potential + elastic − their values at the start
+/// = drive + load + stabilisation + scheme − contact − friction − damping, up to `closure()`.
+struct EnergyLedger {
+  double kinetic = 0, potential = 0, elastic = 0;  ///< now
+  double initial = 0;                              ///< kinetic + potential + elastic at the start
+  double drive = 0;                                ///< work of the drives
+  double load = 0;                                 ///< work of constant forces and torques
+  double damping = 0;                              ///< dissipated in dampers, ≥ 0
+  double contact = 0;                              ///< dissipated in the normal direction of contacts
+  double friction = 0;  ///< dissipated by friction, in contacts and preloaded joints
+  double stabilisation =
+      0;  ///< work of constraint forces along constraint errors, and of moving positions back
+  /// What the balance leaves unexplained: the integration error of the energies themselves.
+  double closure() const {
+    return kinetic + potential + elastic - initial - drive - load - stabilisation + contact + friction +
+           damping;
+  }
+  /// The largest of the balance's terms, to judge the closure by.
+  double scale() const;
+};
+
+/// Counts that do not depend on the machine.
+struct Work {
+  long steps = 0;           ///< accepted
+  long rejected = 0;        ///< adaptive steps refused
+  long rhs = 0;             ///< right-hand sides, or evaluations of the system in time stepping
+  long factorisations = 0;  ///< saddle-point
+  long lcp_solves = 0;      ///< complementarity problems with at least one unknown
+  long pivots = 0;
+  long events = 0;  ///< located contact events
+};
+
+/// How well the run kept its constraints and its walls.
+struct Extremes {
+  double constraint_length = 0;     ///< m, greatest |Φ| of rows in m
+  double constraint_angle = 0;      ///< rad
+  double lcp_residual = 0;          ///< greatest relative residual of a complementarity solve
+  std::vector<double> penetration;  ///< m, of each contact
+};
+
+/// What a formulation makes of one contact.
+struct ContactModel {
+  double restitution_asked = 0;
+  double restitution_delivered = 0;
+  double stiffness = 0;  ///< N/m^n; 0 for an impact law
+  double exponent = 0;
+  double chi = 0;
+};
+
+struct Ending {
+  enum class Status { finished, interrupted, failed };
+  Status status = Status::finished;
+  std::string reason;  ///< for a failure: what happened and what may help
+};
+
+class Formulation {
+ public:
+  virtual ~Formulation() = default;
+  virtual const char* name() const = 0;
+  virtual void start(const State& state) = 0;
+  /// The stepping loop, from the present state to t_end.
+  virtual Ending run(double t_end, Recorder& recorder) = 0;
+  virtual State state() const = 0;
+  virtual EnergyLedger ledger() const = 0;
+  virtual const Work& work() const = 0;
+  virtual const Extremes& extremes() const = 0;
+  virtual const ContactLog& log() const = 0;
+  virtual std::vector<ContactModel> contact_models() const = 0;
+  /// Sentences that a user must read: what was asked for outside its range, what was handled in a special
+  /// way.
+  virtual std::vector<std::string> notes() const = 0;
+};
+
+}  // namespace freeplay

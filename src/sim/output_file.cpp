@@ -1,0 +1,79 @@
+#include "sim/output_file.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+
+namespace freeplay {
+
+void make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error || !std::filesystem::is_directory(folder))
+    throw OutputError(fmt::format("{}: cannot make this folder: {}", folder.string(),
+                                  error ? error.message() : "a file of that name is in the way"));
+}
+
+OutputFile::OutputFile(const std::filesystem::path& path)
+    : path_(path), partial_(path.string() + ".partial"), buffer_(1 << 16) {
+  file_ = std::fopen(partial_.c_str(), "wb");
+  if (!file_) fail("cannot be written");
+  std::setvbuf(file_, nullptr, _IONBF, 0);  // the buffer is ours
+}
+
+OutputFile::~OutputFile() {
+  if (!file_) return;
+  std::fclose(file_);
+  std::error_code ignored;
+  std::filesystem::remove(partial_, ignored);
+}
+
+void OutputFile::fail(const char* what) const {
+  throw OutputError(fmt::format("{}: {}: {}", path_.string(), what, std::strerror(errno)));
+}
+
+void OutputFile::flush() {
+  if (used_ == 0) return;
+  if (std::fwrite(buffer_.data(), 1, used_, file_) != used_) fail("cannot be written");
+  used_ = 0;
+}
+
+void OutputFile::write(std::string_view text) {
+  if (text.size() > buffer_.size() - used_) flush();
+  if (text.size() > buffer_.size()) {
+    if (std::fwrite(text.data(), 1, text.size(), file_) != text.size()) fail("cannot be written");
+    return;
+  }
+  std::memcpy(buffer_.data() + used_, text.data(), text.size());
+  used_ += text.size();
+}
+
+void OutputFile::number(double x) {
+  if (buffer_.size() - used_ < 32) flush();
+  const auto end = fmt::format_to(buffer_.data() + used_, "{}", x);
+  used_ = static_cast<std::size_t>(end - buffer_.data());
+}
+
+void OutputFile::commit() {
+  flush();
+  std::FILE* file = file_;
+  file_ = nullptr;
+  const bool closed = std::fclose(file) == 0;
+  std::error_code error;
+  if (closed) std::filesystem::rename(partial_, path_, error);
+  if (!closed || error) {
+    const int reason = closed ? error.value() : errno;
+    std::error_code ignored;
+    std::filesystem::remove(partial_, ignored);
+    errno = reason;
+    fail("cannot be completed");
+  }
+}
+
+void write_file(const std::filesystem::path& path, std::string_view text) {
+  OutputFile file(path);
+  file.write(text);
+  file.commit();
+}
+
+}  // namespace freeplay

@@ -1,0 +1,50 @@
+// A file that is written whole or not at all: it grows beside its place as NAME.partial and is renamed when
+// it is complete. A file that is never committed leaves nothing behind.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <stdexcept>
+#include <string_view>
+#include <vector>
+
+namespace freeplay {
+
+/// The disk refused: what() names the file and the reason.
+struct OutputError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Makes a folder and its parents, or throws OutputError.
+void make_folder(const std::filesystem::path& folder);
+
+class OutputFile {
+ public:
+  explicit OutputFile(const std::filesystem::path& path);
+  ~OutputFile();
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+
+  void write(std::string_view text);
+  /// Appends one number in the shortest form that reads back the same. No allocation.
+  void number(double x);
+  /// Completes the file and puts it in its place.
+  void commit();
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  void flush();
+  [[noreturn]] void fail(const char* what) const;
+
+  std::filesystem::path path_, partial_;
+  std::FILE* file_ = nullptr;
+  std::vector<char> buffer_;
+  std::size_t used_ = 0;
+};
+
+/// Writes a small file in one go.
+void write_file(const std::filesystem::path& path, std::string_view text);
+
+}  // namespace freeplay

@@ -1,0 +1,89 @@
+// Streams what a scene asks to be recorded while a formulation steps: rows of trajectory.csv, settled events,
+// samples of the instruments. Memory does not grow with the length of the run. Without a folder nothing is
+// written.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "measure/accelerometer.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
+#include "sim/contact_log.hpp"
+#include "sim/output_file.hpp"
+
+namespace freeplay {
+
+/// Set by a signal handler: the run ends after the present step with whole files.
+extern std::atomic<bool> stop_requested;
+
+class Recorder {
+ public:
+  /// How many events are kept in memory for comparisons.
+  static constexpr std::size_t kept_events = 4096;
+
+  Recorder(const Scene& scene, const System& system, std::optional<std::filesystem::path> folder);
+
+  /// After each accepted step. A Stepper has t_old(), t(), v_old(), v() and interpolate(t, q, v) within its
+  /// last step.
+  template <class Stepper>
+  void accept(const Stepper& stepper, ContactLog& log) {
+    if (log.has_pending()) log.drain([&](const ContactEvent& e) { event(e); });
+    if (trajectory_)
+      for (; next_row_ <= stepper.t(); next_row_ = static_cast<double>(++row_index_) * output_step_) {
+        stepper.interpolate(next_row_, q_.data(), v_.data());
+        row(next_row_);
+      }
+    for (std::size_t i = 0; i < channels_.size(); ++i) feed(stepper, channels_[i], i);
+    if (stepper.t() >= next_progress_) progress(stepper.t());
+  }
+  void event(const ContactEvent& event);
+  /// First row of the trajectory and the start of the instruments.
+  void begin(const State& state);
+  /// Puts the files in their places.
+  void commit();
+
+  const std::vector<ContactEvent>& events() const { return events_; }
+  /// Called now and then with the fraction done.
+  std::function<void(double)> on_progress;
+
+ private:
+  template <class Stepper>
+  void feed(const Stepper& stepper, AccelerometerChannel& channel, std::size_t index) {
+    const double t_end = stepper.t(), longest = channel.longest_piece() * (1 + 1e-6), tiny = 1e-6 * longest;
+    double t = stepper.t_old(), v = channel.velocity(stepper.v_old());
+    while (t < t_end) {
+      double to = t_end - t > longest ? t + longest : t_end;
+      if (const double due = channel.next_sample(); due > t + tiny && due < to - tiny) to = due;
+      double v_to;
+      if (to < t_end) {
+        stepper.interpolate(to, q_.data(), v_.data());
+        v_to = channel.velocity(v_.data());
+      } else {
+        v_to = channel.velocity(stepper.v());
+      }
+      if (channel.feed(t, to, v, v_to)) sample(to, index);
+      t = to;
+      v = v_to;
+    }
+  }
+  void row(double t);
+  void sample(double t, std::size_t index);
+  void progress(double t);
+
+  const System& system_;
+  std::vector<std::string> joint_names_;
+  double duration_, output_step_, next_row_ = 0, next_progress_;
+  long row_index_ = 0;
+  std::optional<OutputFile> trajectory_, event_file_, signals_;
+  std::vector<AccelerometerChannel> channels_;
+  Evaluation evaluation_;
+  std::vector<double> q_, v_;
+  std::vector<ContactEvent> events_;
+};
+
+}  // namespace freeplay
