@@ -88,6 +88,14 @@ void assemble_velocities(const System& system, State& s) {
     return std::pair{worst, row};
   };
   const double before = residual().first;
+  // What counts as rounding: the size of the terms that the constraint rates are made of.
+  double terms = before;
+  for (int k = 0; k < system.rows(); ++k) {
+    double sum = std::abs(e.phi_t[k]);
+    for (int i = system.pattern().begin[k]; i < system.pattern().begin[k + 1]; ++i)
+      sum += std::abs(e.G[i] * s.v[system.pattern().column[i]]);
+    terms = std::max(terms, sum);
+  }
   if (!saddle.factor(e.G.data())) throw SceneError("the mechanism's velocities cannot be made consistent");
   for (int i = 0; i < 2; ++i) {  // the second pass removes the rounding of the first
     residual();
@@ -95,7 +103,7 @@ void assemble_velocities(const System& system, State& s) {
     for (std::size_t c = 0; c < s.v.size(); ++c) s.v[c] += dv[c];
   }
   const auto [worst, row] = residual();
-  if (worst > 1e-8 * std::max(before, 1e-300))
+  if (worst > 1e-9 * terms)
     throw SceneError(
         fmt::format("no velocities satisfy all constraints: \"{}\" is left violated at {:.3g} (m/s or "
                     "rad/s); the drives contradict each other, or the start is a locked position",

@@ -12,6 +12,7 @@ Recorder::Recorder(const Scene& scene, const System& system, std::optional<std::
       evaluation_(system.make_evaluation()),
       q_(system.n()),
       v_(system.n()) {
+  if (const auto* drive = main_drive(scene.mechanism)) crank_speed_ = drive->speed;
   for (const auto& a : scene.accelerometers) channels_.emplace_back(a);
   events_.reserve(kept_events);
   if (!folder) return;
@@ -32,7 +33,7 @@ Recorder::Recorder(const Scene& scene, const System& system, std::optional<std::
   }
   if (!channels_.empty()) {
     signals_.emplace(*folder / "signals.csv");
-    signals_->write("channel,t,value\n");
+    signals_->write("channel,t,crank_angle,value\n");
   }
 }
 
@@ -87,6 +88,8 @@ void Recorder::sample(double t, std::size_t index) {
   signals_->write(channels_[index].settings().name);
   signals_->write(",");
   signals_->number(t);
+  signals_->write(",");
+  signals_->number(crank_speed_ * t);
   signals_->write(",");
   signals_->number(channels_[index].output());
   signals_->write("\n");

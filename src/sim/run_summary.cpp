@@ -64,7 +64,7 @@ RunSummary summarise(const Scene& scene, const System& system, const Formulation
       c.flight_fraction = 1 - c.impact_fraction - c.lasting_fraction;
     }
     c.impacts = tally.approach.total();
-    c.counted_impacts = tally.approach.at_least(0.01 * tally.approach.greatest());
+    c.counted_impacts = tally.approach.at_least(0.1 * tally.approach.greatest());
     const double per = s.revolutions > 0 ? s.revolutions : observed;
     c.impacts_per_revolution = per > 0 ? static_cast<double>(c.counted_impacts) / per : 0;
     c.fastest_approach = tally.approach.greatest();
@@ -88,7 +88,7 @@ nlohmann::json to_json(const RunSummary& s) {
          {"impact_fraction", c.impact_fraction},
          {"lasting_contact_fraction", c.lasting_fraction},
          {"impacts", c.impacts},
-         {"impacts_above_1_percent_of_fastest", c.counted_impacts},
+         {"impacts_above_a_tenth_of_fastest", c.counted_impacts},
          {s.revolutions > 0 ? "impacts_per_revolution" : "impacts_per_second", c.impacts_per_revolution},
          {"fastest_approach_m_per_s", c.fastest_approach},
          {"median_approach_m_per_s", c.median_approach},

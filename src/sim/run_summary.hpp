@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -18,7 +19,7 @@ struct ContactSummary {
   ContactModel model;
   double flight_fraction = 0, impact_fraction = 0, lasting_fraction = 0;  ///< of the time
   long impacts = 0;                                                       ///< all
-  long counted_impacts = 0;           ///< with an approach speed of at least 1 % of the fastest
+  long counted_impacts = 0;           ///< with an approach speed of at least a tenth of the fastest
   double impacts_per_revolution = 0;  ///< counted ones; per second when nothing turns at a prescribed speed
   double fastest_approach = 0;        ///< m/s
   double median_approach = 0;         ///< m/s, of all impacts

@@ -1,0 +1,68 @@
+// Orbit of the journal's centre inside the clearance circle, in units of the clearance, for both formulations
+// side by side: the last two revolutions (without a drive, the last tenth of the time).
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "plots/figure.hpp"
+
+namespace freeplay::plots {
+namespace {
+
+/// The clearance is the gap plus the eccentricity, in any row.
+std::string orbit(const Csv& csv, const std::string& joint, double from) {
+  const auto t = csv.column("t"), x = csv.column(joint + ".ex"), y = csv.column(joint + ".ey"),
+             gap = csv.column(joint + ".gap");
+  std::string block = "# " + joint + ": e_x/c, e_y/c\n";
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    const double c = gap[i] + std::hypot(x[i], y[i]);
+    if (t[i] >= from) block += fmt::format("{:.5f} {:.5f}\n", x[i] / c, y[i] / c);
+  }
+  return block;
+}
+
+}  // namespace
+
+std::filesystem::path journal_orbit(const std::filesystem::path& folder) {
+  std::vector<std::string> joints;
+  const Csv penalty(folder / "penalty" / "trajectory.csv"),
+      nonsmooth(folder / "nonsmooth" / "trajectory.csv");
+  for (const auto& name : penalty.names())
+    if (name.ends_with(".gap")) joints.push_back(name.substr(0, name.size() - 4));
+  if (joints.empty() || penalty.rows() < 2) return {};
+
+  std::ifstream in(folder / "comparison.json");
+  const auto document = nlohmann::json::parse(in);
+  const double counted = document.at("penalty").at("revolutions_counted");
+  const double end = document.at("provenance").at("options").at("duration_s");
+  const double discard = document.at("provenance").at("options").at("discard_s");
+  const double from = counted > 0 ? end - std::min(2.0, counted) * (end - discard) / counted : 0.9 * end;
+
+  Figure f;
+  f.name = "journal_orbit";
+  f.width_cm = 16;
+  f.height_cm = 8.6 * static_cast<double>(joints.size());
+  f.script = fmt::format(
+      "set multiplot layout {},2 margins 0.08,0.98,0.11,0.93 spacing 0.1,0.12\nset size ratio -1\n"
+      "set xrange [-1.15:1.15]\nset yrange [-1.15:1.15]\nset xtics 0.5\nset ytics 0.5\nset parametric\n"
+      "set trange [0:2*pi]\nset samples 400\nset xlabel 'e_x / c'\nset ylabel 'e_y / c' offset 1\nunset "
+      "key\n",
+      joints.size());
+  int index = 0;
+  for (const auto& joint : joints)
+    for (int run : {1, 2}) {
+      f.blocks.push_back(orbit(run == 1 ? penalty : nonsmooth, joint, from));
+      f.script += fmt::format(
+          "set title '{}, {}' noenhanced\nplot cos(t),sin(t) with lines ls 4, 'DATA' index {} using 1:2 with "
+          "lines "
+          "ls {} lw 0.7 dt 1\n{}",
+          joint, run == 1 ? "penalty" : "nonsmooth", index, run, index == 0 ? "unset label 100\n" : "");
+      ++index;
+    }
+  f.script += "unset multiplot\n";
+  return draw(f, folder);
+}
+
+}  // namespace freeplay::plots

@@ -1,0 +1,61 @@
+// The impacts of both formulations up to the horizon: approach speed over time, and below it what each pair
+// differs by, as shares of the nonsmooth value (time: of the interval since the previous impact).
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "plots/figure.hpp"
+
+namespace freeplay::plots {
+
+std::filesystem::path paired_impacts(const std::filesystem::path& folder) {
+  std::ifstream in(folder / "comparison.json");
+  const auto document = nlohmann::json::parse(in);
+  const auto& pairing = document.at("pairing");
+  const auto& pairs = pairing.at("pairs");
+  if (pairs.empty()) return {};
+
+  Figure f;
+  f.name = "paired_impacts";
+  f.height_cm = 11;
+  std::string penalty = "# penalty: t (ms), approach speed (m/s)\n", nonsmooth = "# nonsmooth: the same\n";
+  std::string difference = "# number, |difference| of time / interval, of approach speed, of impulse\n";
+  double before = 0;
+  int number = 0;
+  for (const auto& pair : pairs) {
+    const auto get = [&](const char* run, const char* key) { return pair.at(run).at(key).get<double>(); };
+    const double tp = get("penalty", "t_s"), tn = get("nonsmooth", "t_s");
+    const double vp = -get("penalty", "v_n_minus_m_per_s"), vn = -get("nonsmooth", "v_n_minus_m_per_s");
+    const double Pp = get("penalty", "impulse_n_N_s"), Pn = get("nonsmooth", "impulse_n_N_s");
+    penalty += fmt::format("{:.6f} {:.6g}\n", 1e3 * tp, vp);
+    nonsmooth += fmt::format("{:.6f} {:.6g}\n", 1e3 * tn, vn);
+    const auto share = [](double a, double b) {
+      return a > 0 && b > 0 ? fmt::format("{:.4g}", std::abs(a / b - 1)) : "NaN";
+    };
+    difference += fmt::format("{} {:.4g} {} {}\n", ++number, std::abs(tp - tn) / (tn - before), share(vp, vn),
+                              share(Pp, Pn));
+    before = tn;
+  }
+  f.blocks = {penalty, nonsmooth, difference};
+  f.script = fmt::format(
+      "set multiplot layout 2,1 margins 0.11,0.97,0.11,0.96 spacing 0,0.14\n"
+      "set xlabel 'Time (ms)' offset 0,0.4\nset ylabel 'Approach speed (m/s)'\nset logscale y\nset format y "
+      "'%g'\n"
+      "set xrange [0:{:.4g}]\n"
+      "plot 'DATA' index 0 using 1:2 with points ls 1 title 'penalty', 'DATA' index 1 using 1:2 with points "
+      "ls 2 "
+      "title 'nonsmooth'\n"
+      "unset label 100\nset xlabel 'Impact' offset 0,0.4\nset ylabel 'Difference (–)'\nset format y '%.0e'\n"
+      "set xrange [0.5:{}]\nset xtics {}\n"
+      "plot 'DATA' index 2 using 1:2 with points pt 4 ps 0.7 lc rgb '#000000' title 'time / interval', '' "
+      "index 2 "
+      "using 1:3 with points pt 8 ps 0.8 lc rgb '#0b3c8c' title 'approach speed', '' index 2 using 1:4 with "
+      "points pt "
+      "2 ps 0.6 lc rgb '#c8500a' title 'impulse'\nunset multiplot\n",
+      1.05e3 * pairing.at("horizon_s").get<double>(), number + 0.5, number > 20 ? number / 10 : 1);
+  return draw(f, folder);
+}
+
+}  // namespace freeplay::plots

@@ -1,0 +1,26 @@
+// The commands. Each returns the exit status: 0 done, 1 a solve gave up. Bad input is thrown as SceneError.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace freeplay::cli {
+
+struct Request;
+using Command = int (*)(const Request&);
+
+struct Request {
+  Command command = nullptr;
+  std::string scene;  ///< scene file, or for figures the result folder
+  std::vector<std::string> overrides;
+  std::string formulation;
+  std::string output;
+  bool as_given = false;
+};
+
+int check(const Request& request);
+int run(const Request& request);
+int compare(const Request& request);
+int figures(const Request& request);
+
+}  // namespace freeplay::cli

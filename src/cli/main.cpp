@@ -1,0 +1,64 @@
+#include <CLI/CLI.hpp>
+
+#include <fmt/format.h>
+
+#include <csignal>
+
+#include "cli/commands.hpp"
+#include "sim/recorder.hpp"
+#include "version.hpp"
+
+using namespace freeplay;
+
+int main(int argc, char** argv) {
+  std::signal(SIGINT, [](int) { stop_requested = true; });
+  std::signal(SIGTERM, [](int) { stop_requested = true; });
+  std::signal(SIGPIPE, SIG_IGN);
+
+  CLI::App app{"Freeplay: dynamics of mechanisms with clearance joints in two formulations"};
+  app.set_version_flag("--version", fmt::format("freeplay {} ({})", version, commit));
+  app.require_subcommand(1);
+  cli::Request request;
+  const auto add = [&](const char* name, const char* what, cli::Command command) {
+    auto* sub = app.add_subcommand(name, what);
+    sub->add_option("scene", request.scene, "scene file")->required();
+    sub->add_option("--set", request.overrides, "override a key, KEY=VALUE; may be repeated")
+        ->allow_extra_args(false);
+    sub->callback([&request, command] { request.command = command; });
+    return sub;
+  };
+  add("check", "read and validate a scene; print what it makes the solver carry", cli::check);
+  auto* run = add("run", "solve a scene in one formulation", cli::run);
+  run->add_option("--formulation", request.formulation, "penalty or nonsmooth")
+      ->required()
+      ->check(CLI::IsMember({"penalty", "nonsmooth"}));
+  run->add_option("-o,--output", request.output, "result folder; default out/NAME-FORMULATION");
+  auto* compare = add("compare", "solve a scene in both formulations and compare them", cli::compare);
+  compare->add_flag("--as-given", request.as_given,
+                    "leave the impact law at the restitution asked for, unmatched");
+  compare->add_option("-o,--output", request.output, "result folder; default out/NAME");
+  auto* figures = app.add_subcommand("figures", "draw the figures of a result folder again");
+  figures->add_option("folder", request.scene, "folder made by compare")->required();
+  figures->callback([&request] { request.command = cli::figures; });
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  }
+  try {
+    return request.command(request);
+  } catch (const SceneError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return 2;
+  } catch (const OutputError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return 1;
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "out of memory\n");
+    return 1;
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "freeplay: {}\n", e.what());
+    return 1;
+  }
+}

@@ -1,0 +1,32 @@
+// One line of progress on a terminal; nothing in a pipe.
+#pragma once
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <string>
+
+namespace freeplay::cli {
+
+class Progress {
+ public:
+  void show(const std::string& what, double done) {
+    const int percent = static_cast<int>(100 * done);
+    if (!terminal_ || (what == what_ && percent == percent_)) return;
+    what_ = what;
+    percent_ = percent;
+    fmt::print(stderr, "\r{:<12}{:>4} %", what, percent);
+    std::fflush(stderr);
+  }
+  void clear() {
+    if (terminal_) fmt::print(stderr, "\r{:30}\r", "");
+  }
+
+ private:
+  const bool terminal_ = isatty(2);
+  std::string what_;
+  int percent_ = -1;
+};
+
+}  // namespace freeplay::cli

@@ -1,0 +1,97 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "cli/commands.hpp"
+#include "cli/progress.hpp"
+#include "formulations/make.hpp"
+#include "plots/figure.hpp"
+#include "sim/recorder.hpp"
+#include "study/compare.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+/// out/NAME, where NAME is the scene file's, or its folder's for a file called scene.toml.
+std::filesystem::path default_folder(const std::filesystem::path& scene, const std::string& suffix) {
+  auto name = scene.stem().string();
+  if (name == "scene") name = std::filesystem::absolute(scene).parent_path().filename().string();
+  return std::filesystem::path("out") / (name + suffix);
+}
+
+MakeFormulation maker(Family family) {
+  return [family](const Scene& scene, const System& system, const State& state) {
+    return make(family, scene, system, state);
+  };
+}
+
+/// 0 for a finished run; else says on stderr why it ended.
+int report(const RunSummary& summary) {
+  if (summary.ending.status == Ending::Status::finished) return 0;
+  fmt::print(stderr, "{}: {} at t = {:.9g} s{}\n", summary.formulation,
+             summary.ending.status == Ending::Status::failed ? "stopped" : "interrupted", summary.t_end,
+             summary.ending.status == Ending::Status::failed ? ": " + summary.ending.reason : "");
+  return 1;
+}
+
+}  // namespace
+
+int run(const Request& request) {
+  const Scene scene = read_scene(request.scene, request.overrides);
+  const auto family = request.formulation == "penalty" ? Family::penalty : Family::nonsmooth;
+  const std::filesystem::path folder = request.output.empty()
+                                           ? default_folder(scene.file, "-" + request.formulation)
+                                           : std::filesystem::path(request.output);
+  Progress progress;
+  const auto summary =
+      run_scene(scene, maker(family), folder, [&](double done) { progress.show(request.formulation, done); });
+  progress.clear();
+  fmt::print("{}: {:.6g} s in {} steps, {} right-hand sides, {:.3g} s CPU\n", summary.formulation,
+             summary.t_end, summary.work.steps, summary.work.rhs, summary.cpu_seconds);
+  for (const auto& c : summary.contacts)
+    fmt::print(
+        "{}: flight {:.2f} %, impacts {:.2f} %, lasting contact {:.2f} %; {} impacts;\n"
+        "  restitution asked {:.4g}, delivered {:.4g}; greatest penetration {:.3g} of the clearance\n",
+        c.name, 100 * c.flight_fraction, 100 * c.impact_fraction, 100 * c.lasting_fraction, c.impacts,
+        c.model.restitution_asked, c.model.restitution_delivered, c.penetration_ratio);
+  fmt::print("energy balance closes to {:.2g} J of {:.3g} J\n", summary.ledger.closure(),
+             summary.ledger.scale());
+  for (const auto& note : summary.notes) fmt::print("note: {}\n", note);
+  fmt::print("results in {}\n", folder.string());
+  return report(summary);
+}
+
+int compare(const Request& request) {
+  const Scene scene = read_scene(request.scene, request.overrides);
+  const std::filesystem::path folder =
+      request.output.empty() ? default_folder(scene.file, "") : std::filesystem::path(request.output);
+  Progress progress;
+  CompareSetup setup;
+  setup.matched = !request.as_given;
+  setup.penalty = maker(Family::penalty);
+  setup.nonsmooth = [&](const Scene& s, const System& system, const State& state) {
+    return make(Family::nonsmooth, s, system, state,
+                setup.matched ? delivered_restitutions(s, system) : std::vector<double>{});
+  };
+  setup.on_progress = [&](const std::string& which, double done) { progress.show(which, done); };
+  const auto comparison = freeplay::compare(scene, setup, folder);
+  progress.clear();
+  int status = report(comparison.penalty);
+  if (comparison.penalty.ending.status != Ending::Status::interrupted) status |= report(comparison.nonsmooth);
+  if (stop_requested) return 1;
+
+  fmt::print("{}\n", comparison_table(scene, comparison, false));
+  fmt::print("results in {}\nfigures:\n", folder.string());
+  for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
+  return status;
+}
+
+int figures(const Request& request) {
+  if (!std::filesystem::exists(std::filesystem::path(request.scene) / "comparison.json"))
+    throw SceneError(request.scene + ": has no comparison.json; give a folder made by freeplay compare");
+  for (const auto& path : plots::all(request.scene)) fmt::print("{}\n", path.string());
+  return 0;
+}
+
+}  // namespace freeplay::cli

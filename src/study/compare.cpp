@@ -1,0 +1,117 @@
+#include "study/compare.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "sim/output_file.hpp"
+
+namespace freeplay {
+namespace {
+
+std::vector<std::vector<ContactEvent>> touches(const std::vector<ContactEvent>& events, int joints) {
+  std::vector<std::vector<ContactEvent>> of(joints);
+  for (const auto& e : events)
+    if (e.kind != EventKind::separation) of[e.joint].push_back(e);
+  return of;
+}
+
+/// First touch of a joint that has no partner: its time and the reason.
+struct Break {
+  double t = INFINITY;
+  std::string why;
+};
+
+Break pair_joint(const std::vector<ContactEvent>& a, const std::vector<ContactEvent>& b,
+                 std::vector<ImpactPair>& out) {
+  for (std::size_t i = 0; i < std::max(a.size(), b.size()); ++i) {
+    const double t = std::min(i < a.size() ? a[i].t : INFINITY, i < b.size() ? b[i].t : INFINITY);
+    if (i >= a.size() || i >= b.size())
+      return {t, fmt::format("only the {} run has touch {}", i < a.size() ? "penalty" : "nonsmooth", i + 1)};
+    const double interval = i == 0 ? t : t - std::max(a[i - 1].t, b[i - 1].t);
+    if (!(std::abs(a[i].t - b[i].t) <= 0.25 * interval))
+      return {t, fmt::format("the times of touch {} differ by more than a quarter of the interval before it",
+                             i + 1)};
+    const double ratio = a[i].v_n_minus / b[i].v_n_minus;
+    if (!(ratio < 2 && ratio > 0.5))
+      return {t, fmt::format("the approach speeds of touch {} differ twofold", i + 1)};
+    out.push_back({a[i], b[i]});
+  }
+  return {INFINITY, "all touches are paired"};
+}
+
+nlohmann::json to_json(const ContactEvent& e) {
+  return {{"t_s", e.t},
+          {"kind", name_of(e.kind)},
+          {"crank_angle_rad", e.crank_angle},
+          {"v_n_minus_m_per_s", e.v_n_minus},
+          {"v_n_plus_m_per_s", e.v_n_plus},
+          {"impulse_n_N_s", e.impulse_n},
+          {"t_uncertainty_s", e.t_uncertainty}};
+}
+
+}  // namespace
+
+Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector<ContactEvent>& nonsmooth,
+                     int joints) {
+  Pairing p;
+  const auto a = touches(penalty, joints), b = touches(nonsmooth, joints);
+  Break first{INFINITY, "all touches are paired"};
+  for (int k = 0; k < joints; ++k) {
+    const auto end = pair_joint(a[k], b[k], p.pairs);
+    if (end.t < first.t) first = end;
+  }
+  std::erase_if(p.pairs,
+                [&](const ImpactPair& x) { return std::max(x.penalty.t, x.nonsmooth.t) >= first.t; });
+  std::ranges::sort(p.pairs, {}, [](const ImpactPair& x) { return x.nonsmooth.t; });
+  p.ended_by = first.why;
+  if (!p.pairs.empty()) p.horizon = std::max(p.pairs.back().penalty.t, p.pairs.back().nonsmooth.t);
+  return p;
+}
+
+Comparison compare(const Scene& scene, const CompareSetup& setup, const std::filesystem::path& folder) {
+  Comparison c;
+  c.matched = setup.matched;
+  const auto progress = [&](const char* which) {
+    return [&setup, which](double done) {
+      if (setup.on_progress) setup.on_progress(which, done);
+    };
+  };
+  make_folder(folder);
+  c.penalty = run_scene(scene, setup.penalty, folder / "penalty", progress("penalty"));
+  if (c.penalty.ending.status == Ending::Status::interrupted) return c;
+  c.nonsmooth = run_scene(scene, setup.nonsmooth, folder / "nonsmooth", progress("nonsmooth"));
+  if (c.nonsmooth.ending.status == Ending::Status::interrupted) return c;
+  for (const auto& contact : c.penalty.contacts) c.joints.push_back(contact.name);
+  if (!c.joints.empty()) {
+    Scene ideal = scene;
+    ideal.mechanism = idealised(scene.mechanism);
+    c.ideal = run_scene(ideal, setup.penalty, folder / "ideal", progress("ideal"));
+  }
+  c.pairing = pair_impacts(c.penalty.events, c.nonsmooth.events, static_cast<int>(c.joints.size()));
+
+  auto document = to_json(c);
+  document["provenance"] = provenance(scene);
+  write_file(folder / "comparison.json", document.dump(2) + "\n");
+  write_file(folder / "comparison.md", comparison_table(scene, c, true));
+  return c;
+}
+
+nlohmann::json to_json(const Comparison& c) {
+  nlohmann::json pairs = nlohmann::json::array();
+  for (const auto& p : c.pairing.pairs)
+    pairs.push_back({{"joint", c.joints[p.penalty.joint]},
+                     {"penalty", to_json(p.penalty)},
+                     {"nonsmooth", to_json(p.nonsmooth)}});
+  nlohmann::json j = {
+      {"restitution_matched", c.matched},
+      {"penalty", to_json(c.penalty)},
+      {"nonsmooth", to_json(c.nonsmooth)},
+      {"pairing", {{"horizon_s", c.pairing.horizon}, {"ended_by", c.pairing.ended_by}, {"pairs", pairs}}}};
+  if (c.ideal) j["ideal"] = to_json(*c.ideal);
+  return j;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,63 @@
+// One step of the explicit Runge–Kutta method of order 8 with 11 stages of Cooper and Verner, ẏ = f(t, y):
+//
+//     k_i = f(t + c_i h, y + h Σ_{j<i} a_ij k_j),        y(t + h) ≈ y + h Σ b_i k_i,        local error O(h⁹).
+//
+// Its coefficients are exact in √21, so it serves any floating-point type. Each row of a sums to its c.
+// Used by the slider-crank oracle alone. Source: Cooper and Verner, SIAM J. Numer. Anal. 9 (1972) 389; printed as well in
+// Butcher, Numerical Methods for Ordinary Differential Equations, §32.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace freeplay::reference {
+
+template <class Real>
+struct CooperVerner {
+  static constexpr std::size_t stages = 11;
+  std::array<std::array<Real, stages>, stages> a{};
+  std::array<Real, stages> b{}, c{};
+
+  CooperVerner() {
+    using std::sqrt;
+    const Real q = sqrt(Real(21));
+    const auto row = [this](std::size_t i, std::array<Real, stages> values) { a[i] = values; };
+    row(1, {Real(1) / 2});
+    row(2, {Real(1) / 4, Real(1) / 4});
+    row(3, {Real(1) / 7, (-7 - 3 * q) / 98, (21 + 5 * q) / 49});
+    row(4, {(11 + q) / 84, 0, (18 + 4 * q) / 63, (21 - q) / 252});
+    row(5, {(5 + q) / 48, 0, (9 + q) / 36, (-231 + 14 * q) / 360, (63 - 7 * q) / 80});
+    row(6, {(10 - q) / 42, 0, (-432 + 92 * q) / 315, (633 - 145 * q) / 90, (-504 + 115 * q) / 70, (63 - 13 * q) / 35});
+    row(7, {Real(1) / 14, 0, 0, 0, (14 - 3 * q) / 126, (13 - 3 * q) / 63, Real(1) / 9});
+    row(8, {Real(1) / 32, 0, 0, 0, (91 - 21 * q) / 576, Real(11) / 72, (-385 - 75 * q) / 1152, (63 + 13 * q) / 128});
+    row(9, {Real(1) / 14, 0, 0, 0, Real(1) / 9, (-733 - 147 * q) / 2205, (515 + 111 * q) / 504, (-51 - 11 * q) / 56,
+            (132 + 28 * q) / 245});
+    row(10, {0, 0, 0, 0, (-42 + 7 * q) / 18, (-18 + 28 * q) / 45, (-273 - 53 * q) / 72, (301 + 53 * q) / 72,
+             (28 - 28 * q) / 45, (49 - 7 * q) / 18});
+    b = {Real(1) / 20, 0, 0, 0, 0, 0, 0, Real(49) / 180, Real(16) / 45, Real(49) / 180, Real(1) / 20};
+    c = {0, Real(1) / 2, Real(1) / 2, (7 + q) / 14, (7 + q) / 14, Real(1) / 2,
+         (7 - q) / 14, (7 - q) / 14, Real(1) / 2, (7 + q) / 14, 1};
+  }
+
+  template <std::size_t N, class Rate>
+  std::array<Real, N> step(const Rate& f, Real t, const std::array<Real, N>& y, Real h) const {
+    std::array<std::array<Real, N>, stages> k;
+    for (std::size_t i = 0; i < stages; ++i) {
+      std::array<Real, N> at = y;
+      for (std::size_t j = 0; j < i; ++j) {
+        if (a[i][j] == 0) continue;
+        for (std::size_t n = 0; n < N; ++n) at[n] += h * a[i][j] * k[j][n];
+      }
+      k[i] = f(t + c[i] * h, at);
+    }
+    std::array<Real, N> next = y;
+    for (std::size_t i = 0; i < stages; ++i) {
+      if (b[i] == 0) continue;
+      for (std::size_t n = 0; n < N; ++n) next[n] += h * b[i] * k[i][n];
+    }
+    return next;
+  }
+};
+
+}  // namespace freeplay::reference

@@ -1,0 +1,72 @@
+// One planar contact: Newton's restitution with Coulomb friction on the impulses. With u = (u_N, u_T), u⁺ = u⁻ + D P,
+//
+//     u_N⁺ = −e u_N⁻,   P_N ≥ 0,      −P_T ∈ μ P_N Sgn(u_T⁺),      D = [D_NN D_NT; D_NT D_TT] positive definite.
+//
+//     stick     u_T⁺ = 0:         D P = (−(1 + e) u_N⁻, −u_T⁻),     valid if |P_T| ≤ μ P_N
+//     slip s    s = sgn u_T⁺:     P_N = −(1 + e) u_N⁻/(D_NN − s μ D_NT),   P_T = −s μ P_N,     valid if s u_T⁺ > 0
+//
+// Slip is "reversed" when s differs from sgn u_T⁻: the coupling D_NT then outweighs the friction. P_T(u_T⁺) is monotone where
+// D_NN > μ |D_NT|, so exactly one case is valid; otherwise (Painlevé) the law may have none or several and this throws.
+// Newton's law with coupling may add energy (Kane); kinetic_energy_gain() says how much, nothing here forbids it.
+// Sign convention: u_N the rate of the gap, negative before an impact; P_N pushes apart; P_T acts along the sliding velocity u_T.
+// Units: m/s, N s, 1/kg. Source: Moreau (1988); Glocker, Set-Valued Force Laws (2001), ch. 8; D of a rigid body by Newton-Euler.
+#pragma once
+
+#include <cmath>
+#include <stdexcept>
+
+namespace freeplay::reference {
+
+template <class Real = double>
+struct Delassus {
+  Real nn = 0, nt = 0, tt = 0;  ///< 1/kg
+};
+
+enum class ImpactCase { none, stick, slip, reversed_slip };
+
+template <class Real = double>
+struct ObliqueImpact {
+  ImpactCase kind = ImpactCase::none;  ///< none: the contact was not closing
+  Real impulse_n = 0, impulse_t = 0;   ///< N s
+  Real u_n = 0, u_t = 0;               ///< m/s, after the impact
+};
+
+template <class Real>
+ObliqueImpact<Real> oblique_impact(const Delassus<Real>& d, Real u_n, Real u_t, Real restitution, Real friction) {
+  using std::abs;
+  if (u_n >= 0) return {ImpactCase::none, 0, 0, u_n, u_t};
+  if (!(d.nn > friction * abs(d.nt) && d.nn * d.tt > d.nt * d.nt)) {
+    throw std::invalid_argument("oblique_impact: need D positive definite and D_NN > μ |D_NT|");
+  }
+  const Real closing = -(1 + restitution) * u_n;
+  const auto with = [&](ImpactCase kind, Real p_n, Real p_t, Real slide) {
+    return ObliqueImpact<Real>{kind, p_n, p_t, -restitution * u_n, slide};
+  };
+  if (friction == 0) return with(ImpactCase::slip, closing / d.nn, 0, u_t + d.nt * closing / d.nn);
+  const Real determinant = d.nn * d.tt - d.nt * d.nt;
+  const Real stick_n = (d.tt * closing + d.nt * u_t) / determinant;
+  const Real stick_t = (-d.nn * u_t - d.nt * closing) / determinant;
+  if (abs(stick_t) <= friction * stick_n) return with(ImpactCase::stick, stick_n, stick_t, 0);
+  for (const int s : {1, -1}) {
+    const Real p_n = closing / (d.nn - s * friction * d.nt), p_t = -s * friction * p_n;
+    const Real slide = u_t + d.nt * p_n + d.tt * p_t;
+    if (s * slide > 0) {
+      return with(s * u_t < 0 ? ImpactCase::reversed_slip : ImpactCase::slip, p_n, p_t, slide);
+    }
+  }
+  return with(ImpactCase::stick, stick_n, stick_t, 0);  // on the edge between stick and slip, by rounding
+}
+
+/// Change of the kinetic energy (J) in the impact, ½ (u⁺ + u⁻)ᵀ P; negative when energy is lost.
+template <class Real>
+Real kinetic_energy_gain(const ObliqueImpact<Real>& impact, Real u_n, Real u_t) {
+  return ((impact.u_n + u_n) * impact.impulse_n + (impact.u_t + u_t) * impact.impulse_t) / 2;
+}
+
+/// D of a free rigid body (kg, kg m² about its centre of mass) against the ground. The contact point lies at (x, y) from the
+/// centre, the ground below: u_N its velocity along +y, u_T along +x. A disc of radius R touches at (0, −R), so nt = 0.
+inline Delassus<double> body_on_ground(double mass, double inertia, double x, double y) {
+  return {1 / mass + x * x / inertia, -x * y / inertia, 1 / mass + y * y / inertia};
+}
+
+}  // namespace freeplay::reference
