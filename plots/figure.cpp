@@ -69,13 +69,13 @@ std::string origin(const std::filesystem::path& folder) {
 
 std::string style() {
   return "set encoding utf8\n"
-         "set style line 1 lc rgb '#0b3c8c' lw 1.6 dt 1 pt 6 ps 0.7\n"
-         "set style line 2 lc rgb '#c8500a' lw 1.2 dt (6,3) pt 2 ps 0.6\n"
-         "set style line 3 lc rgb '#000000' lw 2.0 dt (1,3)\n"
+         "set style line 1 lc rgb '#0b3c8c' lw 1.6 dt 1 pt 6 ps 1.1\n"
+         "set style line 2 lc rgb '#c8500a' lw 1.3 dt (12,5) pt 2 ps 1.0\n"
+         "set style line 3 lc rgb '#000000' lw 2.2 dt (2,4)\n"
          "set style line 4 lc rgb '#888888' lw 1.0 dt 1\n"
          "set border lw 0.8\n"
          "set tics nomirror scale 0.6\n"
-         "set grid lc rgb '#dddddd' lw 0.5 dt 1\n"
+         "set grid lc rgb '#cccccc' lw 0.6 dt 1\n"
          "set key top right samplen 3 spacing 1.1\n";
 }
 

@@ -12,13 +12,13 @@ namespace freeplay::plots {
 namespace {
 
 /// The clearance is the gap plus the eccentricity, in any row.
-std::string orbit(const Csv& csv, const std::string& joint, double from) {
+std::string orbit(const Csv& csv, const std::string& joint, double from, double to) {
   const auto t = csv.column("t"), x = csv.column(joint + ".ex"), y = csv.column(joint + ".ey"),
              gap = csv.column(joint + ".gap");
   std::string block = "# " + joint + ": e_x/c, e_y/c\n";
   for (std::size_t i = 0; i < t.size(); ++i) {
     const double c = gap[i] + std::hypot(x[i], y[i]);
-    if (t[i] >= from) block += fmt::format("{:.5f} {:.5f}\n", x[i] / c, y[i] / c);
+    if (t[i] >= from && t[i] <= to) block += fmt::format("{:.5f} {:.5f}\n", x[i] / c, y[i] / c);
   }
   return block;
 }
@@ -38,29 +38,37 @@ std::filesystem::path journal_orbit(const std::filesystem::path& folder) {
   const double counted = document.at("penalty").at("revolutions_counted");
   const double end = document.at("provenance").at("options").at("duration_s");
   const double discard = document.at("provenance").at("options").at("discard_s");
-  const double from = counted > 0 ? end - std::min(2.0, counted) * (end - discard) / counted : 0.9 * end;
+  const double turn = counted > 0 ? (end - discard) / counted : 0.1 * end;
+  struct Span {
+    double from, to;
+    const char* name;
+  };
+  const Span spans[] = {{0, std::min(turn, end), counted > 0 ? "first revolution" : "first tenth"},
+                        {std::max(0.0, end - (counted > 0 ? 2 : 1) * turn), end,
+                         counted > 0 ? "last two revolutions" : "last tenth"}};
 
   Figure f;
   f.name = "journal_orbit";
   f.width_cm = 16;
-  f.height_cm = 8.6 * static_cast<double>(joints.size());
+  const double rows = 2.0 * static_cast<double>(joints.size());
+  f.height_cm = 8.2 * rows;
   f.script = fmt::format(
-      "set multiplot layout {},2 margins 0.08,0.98,0.11,0.93 spacing 0.1,0.12\nset size ratio -1\n"
+      "set multiplot layout {},2 margins 0.08,0.98,{:.3f},{:.3f} spacing 0.1,{:.3f}\nset size ratio -1\n"
       "set xrange [-1.15:1.15]\nset yrange [-1.15:1.15]\nset xtics 0.5\nset ytics 0.5\nset parametric\n"
-      "set trange [0:2*pi]\nset samples 400\nset xlabel 'e_x / c'\nset ylabel 'e_y / c' offset 1\nunset "
-      "key\n",
-      joints.size());
+      "set trange [0:2*pi]\nset samples 400\nset xlabel 'e_x / c' offset 0,0.5\nset ylabel 'e_y / c' offset 1\n"
+      "unset key\nset title offset 0,-0.5\n",
+      rows, 0.14 / rows, 1 - 0.07 / rows, 0.24 / rows);
   int index = 0;
   for (const auto& joint : joints)
-    for (int run : {1, 2}) {
-      f.blocks.push_back(orbit(run == 1 ? penalty : nonsmooth, joint, from));
-      f.script += fmt::format(
-          "set title '{}, {}' noenhanced\nplot cos(t),sin(t) with lines ls 4, 'DATA' index {} using 1:2 with "
-          "lines "
-          "ls {} lw 0.7 dt 1\n{}",
-          joint, run == 1 ? "penalty" : "nonsmooth", index, run, index == 0 ? "unset label 100\n" : "");
-      ++index;
-    }
+    for (const auto& span : spans)
+      for (int run : {1, 2}) {
+        f.blocks.push_back(orbit(run == 1 ? penalty : nonsmooth, joint, span.from, span.to));
+        f.script += fmt::format(
+            "set title '{}, {}: {}' noenhanced\nplot cos(t),sin(t) with lines ls 4, 'DATA' index {} using 1:2 with "
+            "lines ls {} lw 0.8 dt 1\n{}",
+            joint, run == 1 ? "penalty" : "nonsmooth", span.name, index, run, index == 0 ? "unset label 100\n" : "");
+        ++index;
+      }
   f.script += "unset multiplot\n";
   return draw(f, folder);
 }

@@ -34,8 +34,8 @@ double delivered_restitution(double chi) {
   // With y = ln(1 − χê): (1 − e^y) + χ + y = ln(1 + χ), monotone in y < 0, well conditioned for any χ.
   const double log_chi = std::log1p(chi);
   const auto f = [&](double y) { return chi - std::expm1(y) + y - log_chi; };
-  // The root lies above y = ln(1 + χ) − χ − 1, and below 0, where f > 0; near χ = 0 it tends to −χ.
-  const double y = root(f, log_chi - chi - 1, 0);
+  // f < 0 at y = ln(1 + χ) − χ − 2 and f > 0 at 0; near χ = 0 the root tends to −χ.
+  const double y = root(f, log_chi - chi - 2, 0);
   return -std::expm1(y) / chi;
 }
 

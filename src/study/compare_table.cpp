@@ -16,6 +16,7 @@ class Table {
     std::string rule = markdown_ ? "|" : "";
     for (int w : widths_)
       rule += markdown_ ? " --- |" : std::string(static_cast<std::size_t>(w - 1), '-') + " ";
+    while (rule.back() == ' ') rule.pop_back();
     text += rule + "\n";
   }
   void row(const std::vector<std::string>& cells) {
@@ -113,10 +114,10 @@ std::string comparison_table(const Scene& scene, const Comparison& c, bool markd
   if (c.joints.empty()) return out;
 
   out +=
-      fmt::format("\n{}Impacts paired up to the horizon t = {:.6g} ms; there {}.\n{}", markdown ? "## " : "",
+      fmt::format("\n{}Impacts paired up to the horizon t = {:.6g} ms, where\n{}\n{}", markdown ? "## " : "",
                   1e3 * c.pairing.horizon, c.pairing.ended_by, markdown ? "\n" : "");
   Table pairs(markdown, {12, 11, 11, 11, 9, 9, 9, 8});
-  pairs.head({"joint", "t ms", "t nonsm.", "diff us", "v m/s", "v nonsm.", "P N s", "P nonsm."});
+  pairs.head({"joint", "t pen. ms", "nonsmooth", "diff us", "v pen.", "nonsm.", "P pen.", "nonsm."});
   std::size_t shown = 0;
   for (const auto& x : c.pairing.pairs) {
     if (!markdown && ++shown > 20) {
@@ -132,7 +133,7 @@ std::string comparison_table(const Scene& scene, const Comparison& c, bool markd
                fmt::format("{:.5f}", -x.penalty.v_n_minus), fmt::format("{:.5f}", -x.nonsmooth.v_n_minus),
                impulse(x.penalty), impulse(x.nonsmooth)});
   }
-  return out + pairs.text;
+  return out + pairs.text + (markdown ? "\n" : "") + "v: approach speed, m/s; P: normal impulse, N s\n";
 }
 
 }  // namespace freeplay

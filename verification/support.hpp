@@ -1,0 +1,55 @@
+// What tests share: where the scenes are, and short ways to run one.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "formulations/make.hpp"
+#include "sim/run_summary.hpp"
+
+namespace freeplay::test {
+
+inline std::filesystem::path source_folder() { return FREEPLAY_SOURCE_DIR; }
+inline std::filesystem::path flores() { return source_folder() / "cases/flores2011/scene.toml"; }
+inline std::filesystem::path scene_file(const std::string& name) {
+  return source_folder() / "verification/scenes" / (name + ".toml");
+}
+
+/// One run in memory.
+inline RunSummary simulate(const Scene& scene, Family family) {
+  return run_scene(
+      scene, [family](const Scene& s, const System& system, const State& state) { return make(family, s, system, state); },
+      std::nullopt);
+}
+
+/// Touches (impacts and beginnings of lasting contact) in the order of time.
+inline std::vector<ContactEvent> touches(const RunSummary& run) {
+  std::vector<ContactEvent> list;
+  for (const auto& e : run.events)
+    if (e.kind != EventKind::separation) list.push_back(e);
+  return list;
+}
+
+/// Slope of log y over log x between the first and the last point: an observed order.
+double observed_order(const std::vector<double>& x, const std::vector<double>& y);
+
+/// A folder that is removed with the object.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Runs the freeplay program; its output on both streams, and its exit status.
+struct Outcome {
+  int status;
+  std::string out, err;
+};
+Outcome freeplay(const std::string& arguments);
+
+}  // namespace freeplay::test

@@ -1,0 +1,190 @@
+// Files, events, the low-pass, pairing, and the program as a user meets it.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "measure/accelerometer.hpp"
+#include "sim/output_file.hpp"
+#include "study/compare.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
+
+TEST_CASE("a file appears whole or not at all", "[files]") {
+  test::TemporaryFolder folder;
+  const auto path = folder.path() / "a.csv";
+  {
+    OutputFile file(path);
+    file.write("half");
+  }
+  REQUIRE(std::filesystem::is_empty(folder.path()));
+  write_file(path, "whole");
+  REQUIRE(std::filesystem::file_size(path) == 5);
+  std::filesystem::create_symlink("/dev/full", folder.path() / "b.csv.partial");
+  REQUIRE_THROWS_WITH(write_file(folder.path() / "b.csv", std::string(1 << 20, 'x')), Contains("No space left"));
+  REQUIRE_FALSE(std::filesystem::exists(folder.path() / "b.csv"));
+  REQUIRE_THROWS_AS(OutputFile(folder.path() / "none" / "c.csv"), OutputError);
+}
+
+TEST_CASE("the low-pass follows its transfer function and takes an impulse exactly", "[instruments]") {
+  const double f = 1000, wc = 2 * std::numbers::pi * f;
+  // Sine of frequency f through a Butterworth of the same band: gain 1/√2. Pieces of 1e-7 s: error (ω h)²/24 ≈ 2e-8.
+  LowPass filter(f);
+  filter.reset(0);
+  const double h = 1e-7;
+  double greatest = 0;
+  for (int i = 0; i < 100000; ++i) {
+    const double a = std::cos(wc * i * h), b = std::cos(wc * (i + 1) * h);
+    filter.advance(h, (a - b) / (wc * h));  // the mean of sin over the piece
+    if (i > 80000) greatest = std::max(greatest, std::abs(filter.output()));
+  }
+  REQUIRE(greatest == Approx(1 / std::numbers::sqrt2).epsilon(1e-6));
+  // A velocity jump Δv gives y(t) = Δv √2 ω_c e^(−σt) sin σt with σ = ω_c/√2; a jump spread over h is off by σh.
+  LowPass jump(f);
+  jump.reset(0);
+  jump.advance(1e-9, 0.3 / 1e-9);
+  const double t = 2e-4, sigma = wc / std::numbers::sqrt2;
+  jump.advance(t, 0);
+  REQUIRE(jump.output() ==
+          Approx(0.3 * std::numbers::sqrt2 * wc * std::exp(-sigma * t) * std::sin(sigma * t)).epsilon(1e-5));
+}
+
+TEST_CASE("contact log: impacts, lasting contact, order, tallies", "[events]") {
+  ContactLog log(2, 0.0);
+  std::vector<ContactEvent> out;
+  const auto drain = [&] { log.drain([&](const ContactEvent& e) { out.push_back(e); }); };
+  log.touch(0, 1.0, 0, -0.5, 0, 0, 0.1);
+  log.touch(1, 1.02, 0, -0.2, 0, 0, 0.1);
+  log.leave(1, 1.05, 0, 0.1, 0, 2.0, 0, 0.03);
+  drain();
+  REQUIRE(out.empty());  // the touch at 1.0 is still undecided
+  log.advance(1.2);
+  drain();
+  REQUIRE(out.size() == 2);
+  REQUIRE(out[0].kind == EventKind::contact);
+  REQUIRE(out[1].kind == EventKind::impact);
+  log.leave(0, 3.0, 0, 0.1, 0, 9.0, 0, 2.0);
+  log.finish(4.0);
+  drain();
+  REQUIRE(out.at(2).kind == EventKind::separation);
+  REQUIRE(log.tally(0).lasting_time == Approx(2));
+  REQUIRE(log.tally(1).impact_time == Approx(0.03));
+  REQUIRE(log.tally(1).approach.total() == 1);
+  REQUIRE(log.tally(0).time == Approx(4));
+}
+
+TEST_CASE("pairing ends where the motions part", "[compare]") {
+  const auto touch = [](double t, double v) {
+    ContactEvent e;
+    e.t = t;
+    e.v_n_minus = -v;
+    return e;
+  };
+  const std::vector<ContactEvent> a{touch(1, 1), touch(2, .5), touch(3, .3)};
+  const std::vector<ContactEvent> b{touch(1.01, 1), touch(2.1, .5), touch(3.4, .3)};
+  const auto p = pair_impacts(a, b, 1);
+  REQUIRE(p.pairs.size() == 2);
+  REQUIRE(p.horizon == 2.1);
+  REQUIRE_THAT(p.ended_by, Contains("touch 3"));
+  REQUIRE(pair_impacts(a, a, 1).pairs.size() == 3);
+  REQUIRE(pair_impacts(a, {a[0]}, 1).pairs.size() == 1);
+}
+
+TEST_CASE("the program: bad input is one line and status 2, nothing written", "[program]") {
+  test::TemporaryFolder folder;
+  const auto out = (folder.path() / "r").string();
+  const auto scene = test::flores().string();
+  const auto refused = [&](const std::string& arguments, const char* expected) {
+    const auto o = test::freeplay(arguments);
+    CAPTURE(arguments, o.err);
+    CHECK(o.status == 2);
+    CHECK_THAT(o.err, Contains(expected));
+    CHECK(std::ranges::count(o.err, '\n') == 1);
+    CHECK_FALSE(std::filesystem::exists(out));
+  };
+  const std::string run = "run " + scene + " --formulation nonsmooth -o " + out;
+  refused("run /no/such.toml --formulation penalty -o " + out, "/no/such.toml: no such file");
+  refused("check " + folder.path().string(), "is not a file");
+  refused(run + " --set bodies.crank.mass=-1", "bodies.crank.mass: must be greater than 0");
+  refused(run + " --set bodies.crank.mass=nan", "must be finite");
+  refused("run " + scene + " --formulation penalty -o " + out + " --set surfaces.steel.restitution=0 --set penalty.contact=exact",
+          "restitution greater than 0");
+  refused("figures " + folder.path().string(), "has no comparison.json");
+  CHECK(test::freeplay("").status == 2);
+  CHECK(test::freeplay("run " + scene).status == 2);
+  CHECK(test::freeplay("run " + scene + " --formulation magic").status == 2);
+  CHECK(test::freeplay("--help").status == 0);
+}
+
+TEST_CASE("the program: a folder that cannot be made and a full disk end with status 1", "[program]") {
+  test::TemporaryFolder folder;
+  const auto scene = test::flores().string() + " --set run.revolutions=1 --set run.discard=0";
+  write_file(folder.path() / "file", "in the way");
+  auto o = test::freeplay("run " + scene + " --formulation nonsmooth -o " + (folder.path() / "file/x").string());
+  CHECK(o.status == 1);
+  CHECK_THAT(o.err, Contains("cannot make this folder"));
+  const auto full = folder.path() / "full";
+  std::filesystem::create_directory(full);
+  std::filesystem::create_symlink("/dev/full", full / "trajectory.csv.partial");
+  o = test::freeplay("run " + scene + " --formulation nonsmooth -o " + full.string());
+  CHECK(o.status == 1);
+  CHECK_THAT(o.err, Contains("No space left"));
+  CHECK(std::filesystem::is_empty(full));
+}
+
+TEST_CASE("the program: run and compare leave the promised files", "[program]") {
+  test::TemporaryFolder folder;
+  const auto out = folder.path() / "c";
+  const auto o = test::freeplay("compare " + test::flores().string() +
+                                " --set run.revolutions=1 --set run.discard=0 --set penalty.contact=exact -o " +
+                                out.string());
+  CAPTURE(o.err);
+  REQUIRE(o.status == 0);
+  std::size_t widest = 0;
+  std::istringstream lines(o.out);
+  for (std::string line; std::getline(lines, line);)
+    if (line.find(out.string()) == line.npos) widest = std::max(widest, line.size());
+  CHECK(widest <= 80);
+  for (const auto* name : {"comparison.json", "comparison.md", "penalty/run.json", "penalty/trajectory.csv",
+                           "penalty/events.csv", "penalty/signals.csv", "nonsmooth/run.json", "ideal/signals.csv",
+                           "figures/acceleration.pdf", "figures/acceleration.png", "figures/acceleration.gp",
+                           "figures/acceleration.dat", "figures/journal_orbit.pdf", "figures/paired_impacts.pdf"}) {
+    CAPTURE(name);
+    CHECK(std::filesystem::exists(out / name));
+    CHECK(std::filesystem::file_size(out / name) > 100);
+  }
+  std::ifstream in(out / "comparison.json");
+  const auto j = nlohmann::json::parse(in);
+  CHECK(j["penalty"]["contacts"]["gudgeon"]["restitution_delivered"].get<double>() == Approx(0.46));
+  CHECK(j["nonsmooth"]["contacts"]["gudgeon"]["restitution_delivered"].get<double>() == Approx(0.46));
+  CHECK(j["pairing"]["pairs"].size() >= 3);
+  std::ifstream events(out / "penalty/events.csv");
+  std::string header;
+  std::getline(events, header);
+  CHECK(header ==
+        "t,joint,kind,crank_angle,v_n_minus,v_n_plus,v_t_minus,v_t_plus,impulse_n,impulse_t,duration,t_uncertainty");
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(out))
+    CHECK(entry.path().extension() != ".partial");
+}
+
+TEST_CASE("the program: memory does not grow with the length of a run", "[program]") {
+  test::TemporaryFolder folder;
+  const auto peak = [&](const std::string& formulation, const std::string& revolutions) {
+    const auto out = folder.path() / (formulation + revolutions);
+    REQUIRE(test::freeplay("run " + test::flores().string() + " --set run.discard=0 --set run.output_step=1e-4 " +
+                           "--set run.revolutions=" + revolutions + " --formulation " + formulation + " -o " +
+                           out.string())
+                .status == 0);
+    std::ifstream in(out / "run.json");
+    return nlohmann::json::parse(in)["cost"]["peak_memory_KiB"].get<long>();
+  };
+  for (const auto* formulation : {"nonsmooth", "penalty"})
+    // Twelve times the run may cost pages of noise, not twelve times the rows (4 MB of trajectory each revolution).
+    CHECK(peak(formulation, "6") < peak(formulation, "0.5") + 1500);
+}

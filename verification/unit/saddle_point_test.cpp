@@ -1,0 +1,109 @@
+// The two paths of the saddle-point solve against each other and against a dense factorisation of the whole matrix;
+// for dependent rows against the complete orthogonal decomposition, which gives least-norm multipliers directly.
+#include "numerics/saddle_point.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <Eigen/Dense>
+#include <random>
+
+#include "numerics/rank.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+struct Problem {
+  std::vector<double> mass, values;
+  CsrPattern G;
+  Eigen::MatrixXd dense;
+  Eigen::VectorXd f, r;
+};
+
+/// A chain-like random G: each row touches six neighbouring columns.
+Problem random_problem(std::mt19937& engine, int n, int m, int copies) {
+  std::uniform_real_distribution<double> u(-1, 1);
+  Problem p;
+  p.G.columns = n;
+  p.dense.setZero(m + copies, n);
+  for (int i = 0; i < n; ++i) p.mass.push_back(std::exp(3 * u(engine)));
+  for (int k = 0; k < m + copies; ++k) {
+    const int original = k < m ? k : k - m;
+    const int first = std::min(n - 6, original * std::max(1, (n - 6) / std::max(1, m)));
+    for (int c = first; c < first + 6; ++c) {
+      const double x = k < m ? u(engine) : 2 * p.dense(original, c);  // a multiple of an earlier row
+      p.dense(k, c) = x;
+      p.G.column.push_back(c);
+      p.values.push_back(x);
+    }
+    p.G.end_row();
+  }
+  p.f = Eigen::VectorXd::NullaryExpr(n, [&](Eigen::Index) { return u(engine); });
+  p.r = p.dense * Eigen::VectorXd::NullaryExpr(n, [&](Eigen::Index) { return u(engine); });  // consistent
+  return p;
+}
+
+}  // namespace
+
+TEST_CASE("dense and sparse saddle-point solves agree with a dense factorisation", "[saddle]") {
+  std::mt19937 engine(7);
+  for (auto [n, m] : {std::pair{9, 7}, {30, 20}, {60, 41}, {150, 100}}) {
+    const auto p = random_problem(engine, n, m, 0);
+    Eigen::MatrixXd K = Eigen::MatrixXd::Zero(n + m, n + m);
+    K.topLeftCorner(n, n).diagonal() = Eigen::Map<const Eigen::VectorXd>(p.mass.data(), n);
+    K.topRightCorner(n, m) = p.dense.transpose();
+    K.bottomLeftCorner(m, n) = p.dense;
+    Eigen::VectorXd rhs(n + m);
+    rhs << p.f, p.r;
+    const Eigen::VectorXd expected = K.fullPivLu().solve(rhs);
+    for (auto path : {SolvePath::dense, SolvePath::sparse}) {
+      SaddlePoint solver(p.mass, p.G, path);
+      Eigen::VectorXd a(n), lambda(m);
+      REQUIRE(solver.factor(p.values.data()));
+      REQUIRE_FALSE(solver.singular());
+      solver.solve(p.f.data(), p.r.data(), a.data(), lambda.data());
+      // Rounding times the condition of the Schur complement (up to 1e5 for these).
+      REQUIRE((a - expected.head(n)).norm() <= 1e-9 * expected.head(n).norm());
+      REQUIRE((lambda - expected.tail(m)).norm() <= 1e-9 * expected.tail(m).norm());
+    }
+  }
+}
+
+TEST_CASE("dependent rows give least-norm multipliers on both paths", "[saddle]") {
+  std::mt19937 engine(11);
+  for (auto [n, m] : {std::pair{12, 6}, {60, 30}}) {
+    const auto p = random_problem(engine, n, m, 2);
+    const int rows = m + 2;
+    const auto kept = independent_rows(p.G, p.values, p.mass);
+    REQUIRE(static_cast<int>(kept.size()) == m);
+    // With B = G M^(−1/2): a' = B⁺ r + (I − B⁺B) f', λ = (Bᵀ)⁺ (f' − a'), where x' = M^(∓1/2) x.
+    const Eigen::VectorXd root = Eigen::Map<const Eigen::VectorXd>(p.mass.data(), n).cwiseSqrt();
+    const Eigen::MatrixXd B = p.dense * root.cwiseInverse().asDiagonal();
+    const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> cod(B), cod_t(B.transpose());
+    const Eigen::VectorXd f = p.f.cwiseQuotient(root);
+    const Eigen::VectorXd a_scaled = f + cod.solve(p.r - B * f);
+    const Eigen::VectorXd lambda_expected = cod_t.solve(f - a_scaled);
+    const Eigen::VectorXd a_expected = a_scaled.cwiseQuotient(root);
+    for (auto path : {SolvePath::dense, SolvePath::sparse})
+      for (bool announced : {true, false}) {
+        SaddlePoint solver(p.mass, p.G, path, announced);
+        Eigen::VectorXd a(n), lambda(rows);
+        REQUIRE(solver.factor(p.values.data()));
+        REQUIRE(solver.singular());
+        solver.solve(p.f.data(), p.r.data(), a.data(), lambda.data());
+        // The proximal term is 1e-9 of the Schur complement: its factors lose nine digits, iteration restores most.
+        REQUIRE((a - a_expected).norm() <= 1e-6 * a_expected.norm());
+        REQUIRE((lambda - lambda_expected).norm() <= 1e-5 * lambda_expected.norm());
+      }
+  }
+}
+
+TEST_CASE("values that are not finite are refused", "[saddle]") {
+  std::mt19937 engine(3);
+  auto p = random_problem(engine, 12, 5, 0);
+  p.values[3] = std::nan("");
+  for (auto path : {SolvePath::dense, SolvePath::sparse}) {
+    SaddlePoint solver(p.mass, p.G, path);
+    REQUIRE_FALSE(solver.factor(p.values.data()));
+  }
+}

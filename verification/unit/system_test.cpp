@@ -1,0 +1,246 @@
+// The System against finite differences: every element of the Jacobian, γ, gap rows, their second derivatives, and
+// forces against the potential. Central differences of step s have errors of s² times third derivatives (here of
+// order 1 to 100 in SI units) plus rounding ε/s; with s = 1e-5 both stay below 1e-7.
+#include <catch2/catch.hpp>
+
+#include <random>
+
+#include "model/scene.hpp"
+#include "model/system.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+constexpr double s = 1e-5, bound = 1e-7;
+
+/// A mechanism with an element of every kind, joints between moving bodies and to the ground on either side.
+Scene everything() {
+  return parse_scene(R"(
+gravity = [0.3, -9.81]
+[bodies.a]
+mass = 1.5
+inertia = 0.02
+[bodies.b]
+mass = 0.7
+inertia = 0.01
+[bodies.c]
+mass = 2.0
+inertia = 0.05
+[surfaces.steel]
+young = 2e11
+poisson = 0.3
+restitution = 0.5
+friction = 0.1
+[joints.pin_ground]
+type = "revolute"
+between = ["ground", "a"]
+at = [[0.1, 0.2], [0.3, -0.1]]
+[joints.pin]
+type = "revolute"
+between = ["a", "b"]
+at = [[-0.2, 0.1], [0.15, 0.05]]
+[joints.pin_back]
+type = "revolute"
+between = ["c", "ground"]
+at = [[0.12, -0.07], [0.5, 0.4]]
+[joints.slide]
+type = "translational"
+between = ["b", "c"]
+at = [[0.02, 0.03], [-0.04, 0.05]]
+axis = [0.6, 0.8]
+angle = 0.2
+[joints.guide]
+type = "translational"
+between = ["ground", "b"]
+at = [[0.1, 0.1], [0.07, -0.02]]
+axis = [1.0, 0.3]
+[joints.weld]
+type = "rigid"
+between = ["a", "c"]
+at = [[0.2, 0.3], [0.1, -0.2]]
+angle = 0.4
+[joints.loose]
+type = "revolute"
+between = ["a", "c"]
+at = [[0.11, 0.06], [-0.13, 0.08]]
+clearance = 0.4
+bearing_radius = 0.5
+surface = "steel"
+[joints.loose_ground]
+type = "revolute"
+between = ["ground", "b"]
+at = [[0.0, 0.1], [0.2, 0.1]]
+clearance = 0.3
+bearing_radius = 0.6
+surface = "steel"
+[drives.motor]
+joint = "pin"
+speed_rpm = 90
+[loads.spring]
+type = "spring-damper"
+between = ["a", "c"]
+at = [[0.3, 0.1], [0.2, -0.3]]
+stiffness = 40
+free_length = 0.2
+[loads.torsion]
+type = "torsional-spring-damper"
+between = ["b", "c"]
+stiffness = 3
+free_angle = 0.1
+[loads.rub]
+type = "joint-friction"
+joint = "slide"
+force = 5
+[run]
+duration = 1
+)",
+                     "everything");
+}
+
+struct Random {
+  std::mt19937 engine{20260101};
+  std::uniform_real_distribution<double> uniform{-1, 1};
+  std::vector<double> vector(int n) {
+    std::vector<double> x(static_cast<std::size_t>(n));
+    for (auto& y : x) y = uniform(engine);
+    return x;
+  }
+};
+
+std::vector<double> along(const std::vector<double>& q, const std::vector<double>& v, double t) {
+  auto x = q;
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] += t * v[i];
+  return x;
+}
+
+}  // namespace
+
+TEST_CASE("every element of the constraint Jacobian equals its central difference", "[system]") {
+  const System system(everything().mechanism);
+  Random random;
+  auto e = system.make_evaluation(), lo = e, hi = e;
+  for (int trial = 0; trial < 20; ++trial) {
+    const auto q = random.vector(system.n());
+    const double t = 0.3 * trial;
+    system.place(t, q.data(), e);
+    for (int c = 0; c < system.n(); ++c) {
+      auto qa = q, qb = q;
+      qa[c] -= s;
+      qb[c] += s;
+      system.place(t, qa.data(), lo);
+      system.place(t, qb.data(), hi);
+      for (int k = 0; k < system.rows(); ++k) {
+        double G = 0;
+        for (int i = system.pattern().begin[k]; i < system.pattern().begin[k + 1]; ++i)
+          if (system.pattern().column[i] == c) G += e.G[i];
+        CAPTURE(system.row_name(k), c);
+        REQUIRE(G == Approx((hi.phi[k] - lo.phi[k]) / (2 * s)).margin(bound));
+      }
+    }
+    system.place(t - s, q.data(), lo);
+    system.place(t + s, q.data(), hi);
+    for (int k = 0; k < system.rows(); ++k)
+      REQUIRE(e.phi_t[k] == Approx((hi.phi[k] - lo.phi[k]) / (2 * s)).margin(bound));
+  }
+}
+
+TEST_CASE("gamma is what is left of the second derivative of the constraints", "[system]") {
+  // Along q + t v the acceleration is zero, so d(Gv + Φ_t)/dt = −γ.
+  const System system(everything().mechanism);
+  Random random;
+  auto e = system.make_evaluation(), lo = e, hi = e;
+  for (int trial = 0; trial < 20; ++trial) {
+    const auto q = random.vector(system.n()), v = random.vector(system.n());
+    system.place(0, q.data(), e);
+    system.rate(q.data(), v.data(), e);
+    system.place(-s, along(q, v, -s).data(), lo);
+    system.place(s, along(q, v, s).data(), hi);
+    for (int k = 0; k < system.rows(); ++k) {
+      const double rate_lo = row_dot(system.pattern(), lo.G.data(), k, v.data());
+      const double rate_hi = row_dot(system.pattern(), hi.G.data(), k, v.data());
+      CAPTURE(system.row_name(k));
+      REQUIRE(e.gamma[k] == Approx(-(rate_hi - rate_lo) / (2 * s)).margin(bound));
+    }
+  }
+}
+
+TEST_CASE("rows of gaps and sliding match finite differences, rotation of the surfaces included", "[system]") {
+  const System system(everything().mechanism);
+  Random random;
+  auto e = system.make_evaluation(), lo = e, hi = e;
+  ContactRow row, row_lo, row_hi;
+  for (int trial = 0; trial < 20; ++trial) {
+    const auto q = random.vector(system.n()), v = random.vector(system.n());
+    system.place(0, q.data(), e);
+    const auto qa = along(q, v, -s), qb = along(q, v, s);
+    system.place(0, qa.data(), lo);
+    system.place(0, qb.data(), hi);
+    for (int k = 0; k < system.contacts(); ++k) {
+      const auto& facts = system.contact_facts(k);
+      system.contact(k, q.data(), v.data(), e, row);
+      system.contact(k, qa.data(), v.data(), lo, row_lo);
+      system.contact(k, qb.data(), v.data(), hi, row_hi);
+      REQUIRE(row.gap == system.gap(k, q.data(), e));
+      REQUIRE(row.normal.dot(v.data()) == Approx((row_hi.gap - row_lo.gap) / (2 * s)).margin(bound));
+      REQUIRE(row.gamma_n ==
+              Approx(-(row_hi.normal.dot(v.data()) - row_lo.normal.dot(v.data())) / (2 * s)).margin(1e-6));
+      REQUIRE(row.gamma_t ==
+              Approx(-(row_hi.tangent.dot(v.data()) - row_lo.tangent.dot(v.data())) / (2 * s)).margin(1e-6));
+      // Sliding: t·ė by differences of the eccentricity, plus what the surfaces add by turning.
+      const Vec2 n = system.eccentricity(k, q.data(), e).normalized(), t{-n.y(), n.x()};
+      const Vec2 rate = (system.eccentricity(k, qb.data(), hi) - system.eccentricity(k, qa.data(), lo)) / (2 * s);
+      const auto omega = [&](int body) { return body == ground ? 0 : v[3 * body + 2]; };
+      const double expected = t.dot(rate) + facts.radius_journal * omega(facts.bodies[1]) -
+                              facts.radius_bearing * omega(facts.bodies[0]);
+      REQUIRE(row.tangent.dot(v.data()) == Approx(expected).margin(bound));
+    }
+  }
+}
+
+TEST_CASE("a journal in the middle of its bearing has no normal and no contact", "[system]") {
+  const auto scene = parse_scene(R"(
+[bodies.a]
+mass = 1
+inertia = 1
+[surfaces.s]
+restitution = 0.5
+[joints.j]
+type = "revolute"
+between = ["ground", "a"]
+clearance = 1e-3
+bearing_radius = 1e-2
+surface = "s"
+[run]
+duration = 1
+)",
+                                 "concentric");
+  const System system(scene.mechanism);
+  auto e = system.make_evaluation();
+  const std::vector<double> zero(3, 0.0);
+  ContactRow row;
+  system.place(0, zero.data(), e);
+  system.contact(0, zero.data(), zero.data(), e, row);
+  REQUIRE(row.gap == 1e-3);
+  REQUIRE(row.normal.size == 0);
+}
+
+TEST_CASE("forces are the gradient of the potential", "[system]") {
+  const System system(everything().mechanism);
+  Random random;
+  auto e = system.make_evaluation();
+  const std::vector<double> rest(system.n(), 0.0);
+  for (int trial = 0; trial < 20; ++trial) {
+    const auto q = random.vector(system.n());
+    system.place(0, q.data(), e);
+    system.forces(0, q.data(), rest.data(), e);
+    for (int c = 0; c < system.n(); ++c) {
+      auto qa = q, qb = q;
+      qa[c] -= s;
+      qb[c] += s;
+      // The spring's length can come near zero, where third derivatives are large: 1e-5 instead of 1e-7.
+      REQUIRE(e.force[c] ==
+              Approx(-(system.potential(qb.data()) - system.potential(qa.data())) / (2 * s)).margin(1e-5));
+    }
+  }
+}
