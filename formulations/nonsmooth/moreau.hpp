@@ -48,7 +48,7 @@ class MoreauStepper {
   struct Contact {
     double restitution = 0;
     ContactRow row;
-    double gap = 0;  // at the end of the last step
+    double gap = 0;                           // at the end of the last step
     double gamma_n_end = 0, gamma_t_end = 0;  // of the velocities at the end of the step
     double u_n_minus = 0, u_t_minus = 0, u_n_plus = 0, u_t_plus = 0;
     double impulse_n = 0, impulse_t = 0;  // of the present episode

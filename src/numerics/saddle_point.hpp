@@ -25,7 +25,7 @@ enum class SolvePath { automatic, dense, sparse };
 class SaddlePoint {
  public:
   /// Up to this many rows the dense path is the faster one (measured, docs/decisions/003).
-  static constexpr int dense_rows = 24;
+  static constexpr int dense_rows = 28;
 
   /// `mass`: diagonal of M, length G.columns. `redundant`: the rows are known to depend on each other.
   SaddlePoint(std::span<const double> mass, const CsrPattern& G, SolvePath path = SolvePath::automatic,

@@ -1,5 +1,6 @@
-// Both formulations on nine mechanisms (four slider-cranks, a loose big end, four-bars with one and two loose pins,
-// pendulums, a free ring and journal) against the event-driven solutions of verification/references/impact_tables.hpp.
+// Both formulations on nine mechanisms (four slider-cranks, a loose big end, four-bars with one and two loose
+// pins, pendulums, a free ring and journal) against the event-driven solutions of
+// verification/references/impact_tables.hpp.
 #include <catch2/catch.hpp>
 
 #include "verification/references/impact_tables.hpp"
@@ -26,7 +27,8 @@ void compare_with(const reference::ImpactRow (&rows)[3], const Scene& scene, Fam
     CHECK(e.t == Approx(expected.t).margin(time_bound(i)).epsilon(0));
     CHECK(e.v_n_minus == Approx(expected.v_n_minus).margin(relative * speed).epsilon(0));
     CHECK(e.v_n_plus == Approx(expected.v_n_plus).margin(relative * speed).epsilon(0));
-    CHECK(e.v_t_minus == Approx(expected.v_t_minus).margin(relative * (speed + std::abs(expected.v_t_minus))).epsilon(0));
+    CHECK(e.v_t_minus ==
+          Approx(expected.v_t_minus).margin(relative * (speed + std::abs(expected.v_t_minus))).epsilon(0));
     CHECK(e.impulse_n == Approx(expected.impulse_n).margin(relative * expected.impulse_n).epsilon(0));
     CHECK(e.impulse_t == Approx(expected.impulse_t).margin(relative * expected.impulse_n).epsilon(0));
     before = expected.t;
@@ -46,11 +48,17 @@ Scene load(const char* name) {
 TEST_CASE("penalty meets the event-driven tables", "[cross][penalty]") {
   for (const auto& table : reference::impact_tables) {
     CAPTURE(table.scene);
-    // Tolerance 1e-9 of the clearance and speed per step, some hundred steps a flight, and an amplification of up to
-    // ten per impact: 1e-7, 1e-6, 1e-5 of a speed. A time is a position error over a speed: 1e-9 s after one impact.
+    // Tolerance 1e-9 of the clearance and speed per step, some hundred steps a flight, and an amplification
+    // of up to ten per impact: 1e-7, 1e-6, 1e-5 of a speed. A time is a position error over a speed: 1e-9 s
+    // after one impact.
     compare_with(
-        table.penalty, load(table.scene), Family::penalty, [](int i) { return i == 0 ? 1e-9 : i == 1 ? 3e-9 : 1e-8; },
-        [](int i, double) { return i == 0 ? 2e-7 : i == 1 ? 2e-6 : 2e-5; });
+        table.penalty, load(table.scene), Family::penalty,
+        [](int i) { return i == 0   ? 1e-9
+                           : i == 1 ? 3e-9
+                                    : 1e-8; },
+        [](int i, double) { return i == 0   ? 2e-7
+                                   : i == 1 ? 2e-6
+                                            : 2e-5; });
   }
 }
 
@@ -59,8 +67,9 @@ TEST_CASE("nonsmooth meets the event-driven tables to first order in the step", 
     CAPTURE(table.scene);
     auto scene = load(table.scene);
     scene.nonsmooth.step = 1e-6;
-    // An impact is misplaced by up to a step, and each later one inherits that: 2h per impact. Rates change over a
-    // step by about their size times h over the flight, at either end of it: 4h/flight per impact so far.
+    // An impact is misplaced by up to a step, and each later one inherits that: 2h per impact. Rates change
+    // over a step by about their size times h over the flight, at either end of it: 4h/flight per impact so
+    // far.
     compare_with(
         table.nonsmooth, scene, Family::nonsmooth, [](int i) { return 2e-6 * (i + 1); },
         [](int i, double flight) { return 4e-6 * (i + 1) / flight; });
@@ -68,8 +77,9 @@ TEST_CASE("nonsmooth meets the event-driven tables to first order in the step", 
 }
 
 TEST_CASE("first touch of the reference scene", "[cross][flores]") {
-  // Flores et al. 2011, c = 0.25 mm at 200 rpm from the ideal configuration at top dead centre: free flight, recomputed
-  // in two coordinates. Printed digits: 4.42296 ms, 0.112919 m/s; impulse 0.16700 N s at e = 0.46, μ = 0.01.
+  // Flores et al. 2011, c = 0.25 mm at 200 rpm from the ideal configuration at top dead centre: free flight,
+  // recomputed in two coordinates. Printed digits: 4.42296 ms, 0.112919 m/s; impulse 0.16700 N s at e = 0.46,
+  // μ = 0.01.
   auto scene = read_scene(test::flores());
   scene.run.duration = 0.006;
   scene.run.discard = 0;
@@ -87,8 +97,9 @@ TEST_CASE("first touch of the reference scene", "[cross][flores]") {
 }
 
 TEST_CASE("the stiff limit: penalty tends to the impact law like K^(-2/5)", "[cross][limit]") {
-  // The contact time shrinks as K^(-2/5), and with it what the second impact differs by from the event-driven impact
-  // law. At K × 1 a contact takes 5 % of a flight, so the next order bends the observed exponent by up to 0.02.
+  // The contact time shrinks as K^(-2/5), and with it what the second impact differs by from the event-driven
+  // impact law. At K × 1 a contact takes 5 % of a flight, so the next order bends the observed exponent by up
+  // to 0.02.
   const auto& exact = reference::impact_tables[0].nonsmooth[1];
   std::vector<double> K, time, speed;
   for (double factor : {1.0, 10.0, 100.0, 1000.0}) {

@@ -1,5 +1,5 @@
-// What must hold in every run: the energy balance, constraints, walls, no allocation while stepping, memory that does
-// not grow with the length of the run.
+// What must hold in every run: the energy balance, constraints, walls, no allocation while stepping, memory
+// that does not grow with the length of the run.
 #include <catch2/catch.hpp>
 
 #include <cstdlib>
@@ -42,16 +42,16 @@ TEST_CASE("the stepping loop allocates nothing", "[allocation]") {
 #endif
 
 TEST_CASE("energy balances, constraints and walls hold in every mechanism", "[invariants]") {
-  for (const auto* name : {"gudgeon", "gudgeon_mu03", "gudgeon_1mm_250rpm", "big_end", "four_bar", "four_bar_two",
-                           "pendulum", "double_pendulum", "ring"})
+  for (const auto* name : {"gudgeon", "gudgeon_mu03", "gudgeon_1mm_250rpm", "big_end", "four_bar",
+                           "four_bar_two", "pendulum", "double_pendulum", "ring"})
     for (const auto family : {Family::penalty, Family::nonsmooth}) {
       CAPTURE(name, family == Family::penalty);
       auto scene = read_scene(test::scene_file(name));
       scene.run.duration = 0.3;
       const auto run = test::simulate(scene, family);
       REQUIRE(run.ending.status == Ending::Status::finished);
-      // Penalty: 1e-9 per step and thousands of steps. Time stepping: what the impulses do is accounted exactly; what
-      // is left is the midpoint rule's error of the potential, h² relative.
+      // Penalty: 1e-9 per step and thousands of steps. Time stepping: what the impulses do is accounted
+      // exactly; what is left is the midpoint rule's error of the potential, h² relative.
       CHECK(std::abs(run.ledger.closure()) <= (family == Family::penalty ? 1e-5 : 1e-7) * run.ledger.scale());
       CHECK(run.ledger.contact >= 0);
       CHECK(run.ledger.friction >= 0);
@@ -62,12 +62,14 @@ TEST_CASE("energy balances, constraints and walls hold in every mechanism", "[in
       if (family == Family::nonsmooth) {
         CHECK(run.extremes.constraint_length < 1e-9);
         CHECK(run.extremes.lcp_residual < 1e-10);
-        // An impact leaves the journal up to h|u|/2 inside the wall; moving it back lifts no more than the weight W by
-        // that (leverage up to 2). Without weight only second-order terms are left: 1e-4 of what contacts dissipate.
+        // An impact leaves the journal up to h|u|/2 inside the wall; moving it back lifts no more than the
+        // weight W by that (leverage up to 2). Without weight only second-order terms are left: 1e-4 of what
+        // contacts dissipate.
         double weight = 0, speeds = 0;
         for (const auto& b : scene.mechanism.bodies) weight += b.mass * scene.mechanism.gravity.norm();
         for (const auto& e : run.events) speeds += std::abs(e.v_n_minus);
-        CHECK(std::abs(run.ledger.stabilisation) <= scene.nonsmooth.step * weight * speeds + 1e-4 * run.ledger.contact);
+        CHECK(std::abs(run.ledger.stabilisation) <=
+              scene.nonsmooth.step * weight * speeds + 1e-4 * run.ledger.contact);
       } else {
         CHECK(run.extremes.constraint_length < 1e-8);
       }
@@ -99,7 +101,8 @@ duration = 2
 }
 
 TEST_CASE("set-valued friction stops a preloaded slide for good; the regularised one creeps", "[friction]") {
-  // Mass 2 kg at 0.3 m/s against 15 N: stops after 0.04 s and 6 mm. Then 10 N pull on it, below the bound: it stays.
+  // Mass 2 kg at 0.3 m/s against 15 N: stops after 0.04 s and 6 mm. Then 10 N pull on it, below the bound: it
+  // stays.
   auto scene = parse_scene(R"(
 [bodies.block]
 mass = 2
@@ -125,13 +128,15 @@ duration = 0.2
     REQUIRE(f->run(0.2, recorder).status == Ending::Status::finished);
     return std::pair{f->state().q[0], f->state().v[0]};
   };
-  // Time stepping stops within a step of 1e-5 s: ½·0.3·1e-5 m. Regularised: the last 1e-3 m/s decays over m v/F.
+  // Time stepping stops within a step of 1e-5 s: ½·0.3·1e-5 m. Regularised: the last 1e-3 m/s decays over m
+  // v/F.
   const auto [x, v] = final_x(Family::nonsmooth);
   CHECK(x == Approx(6e-3).margin(1.5e-6).epsilon(0));
   CHECK(v == 0);
   const auto [xp, vp] = final_x(Family::penalty);
   CHECK(xp == Approx(6e-3).margin(1e-6).epsilon(0));
-  scene = parse_scene(scene.text + "\n[loads.pull]\ntype = \"force\"\nbody = \"block\"\nforce = [10, 0]\n", "block");
+  scene = parse_scene(scene.text + "\n[loads.pull]\ntype = \"force\"\nbody = \"block\"\nforce = [10, 0]\n",
+                      "block");
   const double stop = 0.3 * 2 / (15 - 10);  // decelerated by 5 N while it slides: 0.12 s, 18 mm
   const auto [xs, vs] = final_x(Family::nonsmooth);
   CHECK(stop < 0.2);
@@ -172,7 +177,8 @@ step = 1e-4
     Recorder recorder(scene, system, std::nullopt);
     REQUIRE(f->run(1, recorder).status == Ending::Status::finished);
     // Time stepping: (ω h)²/12 of the phase over ω t: 2e-7 relative here; dopri5 far better.
-    CHECK(f->state().q[0] - 1 == Approx(expected).margin(family == Family::penalty ? 1e-8 : 1e-7 * 0.2).epsilon(0));
+    CHECK(f->state().q[0] - 1 ==
+          Approx(expected).margin(family == Family::penalty ? 1e-8 : 1e-7 * 0.2).epsilon(0));
     const auto l = f->ledger();
     CHECK(l.damping == Approx(l.initial - l.kinetic - l.potential).epsilon(1e-5));
   }
@@ -195,8 +201,9 @@ force = [4, 3]
 [run]
 duration = 0.5
 )";
-  const std::string two = std::string(one) + "[joints.guide2]\ntype = \"translational\"\nbetween = [\"ground\", "
-                                              "\"slider\"]\nat = [[0, 0.1], [0, 0.1]]\n";
+  const std::string two = std::string(one) +
+                          "[joints.guide2]\ntype = \"translational\"\nbetween = [\"ground\", "
+                          "\"slider\"]\nat = [[0, 0.1], [0, 0.1]]\n";
   for (const auto family : {Family::penalty, Family::nonsmooth}) {
     const auto a = parse_scene(one, "one"), b = parse_scene(two, "two");
     const State start = assemble(b.mechanism, b.run.start);
@@ -204,7 +211,8 @@ duration = 0.5
     const auto ra = test::simulate(a, family), rb = test::simulate(b, family);
     REQUIRE(ra.notes.empty());
     REQUIRE(rb.notes.size() == 1);
-    // x = t + t², v = 1 + 2t: kinetic energy 2·½·(1 + 2·0.5)² = 4 J. The proximal term loses nine digits of sixteen.
+    // x = t + t², v = 1 + 2t: kinetic energy 2·½·(1 + 2·0.5)² = 4 J. The proximal term loses nine digits of
+    // sixteen.
     CHECK(ra.ledger.kinetic == Approx(4).epsilon(1e-9));
     CHECK(rb.ledger.kinetic == Approx(4).epsilon(1e-7));
   }

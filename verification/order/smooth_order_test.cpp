@@ -1,16 +1,17 @@
-// Orders of the integrators on smooth motion, bracketed: a compound pendulum released at rest from 60°, against the
-// closed form with elliptic functions.
+// Orders of the integrators on smooth motion, bracketed: a compound pendulum released at rest from 60°,
+// against the closed form with elliptic functions.
 #include <catch2/catch.hpp>
 
-#include "verification/references/pendulum.hpp"
 #include "sim/recorder.hpp"
+#include "verification/references/pendulum.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
 
 namespace {
 
-constexpr double mass = 0.8, inertia = 0.01, arm = 0.25, gravity = 9.81, amplitude = 1.0471975511965976, t_end = 0.9;
+constexpr double mass = 0.8, inertia = 0.01, arm = 0.25, gravity = 9.81, amplitude = 1.0471975511965976,
+                 t_end = 0.9;
 
 Scene pendulum() {
   // θ is the angle of the body; it hangs along −y, so its angle from the vertical is θ + 90°.
@@ -39,10 +40,13 @@ double angle_error(const Scene& scene, Family family) {
   Recorder recorder(scene, system, std::nullopt);
   REQUIRE(formulation->run(t_end, recorder).status == Ending::Status::finished);
   const double theta = formulation->state().q[2] + 1.5707963267948966;
-  return std::abs(theta - reference::pendulum_state(reference::Pendulum{mass, inertia, arm, gravity, amplitude}, t_end).angle);
+  return std::abs(
+      theta -
+      reference::pendulum_state(reference::Pendulum{mass, inertia, arm, gravity, amplitude}, t_end).angle);
 }
 
-double order(Scene scene, Family family, double Scene::*, const std::vector<double>& steps, double& (*step)(Scene&)) {
+double order(Scene scene, Family family, double Scene::*, const std::vector<double>& steps,
+             double& (*step)(Scene&)) {
   std::vector<double> errors;
   for (double h : steps) {
     step(scene) = h;
@@ -73,7 +77,8 @@ TEST_CASE("rk4 is of fourth order on smooth motion", "[order]") {
 TEST_CASE("the error of dopri5 falls in proportion to its tolerance", "[order]") {
   const double p = order(pendulum(), Family::penalty, nullptr, {1e-4, 1e-6, 1e-8, 1e-10},
                          [](Scene& s) -> double& { return s.penalty.tolerance; });
-  // Error per step against tolerance gives 1 for global error per unit step and 4/5 to 1 for local extrapolation.
+  // Error per step against tolerance gives 1 for global error per unit step and 4/5 to 1 for local
+  // extrapolation.
   REQUIRE(p > 0.75);
   REQUIRE(p < 1.15);
 }

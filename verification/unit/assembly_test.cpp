@@ -62,8 +62,8 @@ TEST_CASE("a journal outside its bearing is moved just inside", "[assembly]") {
   const System system(scene.mechanism);
   auto e = system.make_evaluation();
   system.place(0, s.q.data(), e);
-  // An interior-point method ends inside by its last barrier parameter (1e-11) over the multiplier of the bound,
-  // which in these units is 1e-6: 1e-5 of c; allow ten times that.
+  // An interior-point method ends inside by its last barrier parameter (1e-11) over the multiplier of the
+  // bound, which in these units is 1e-6: 1e-5 of c; allow ten times that.
   REQUIRE(system.gap(0, s.q.data(), e) >= -1e-9 * 1e-3);
   REQUIRE(system.gap(0, s.q.data(), e) < 1e-4 * 1e-3);
 }

@@ -1,5 +1,6 @@
-// Penalty laws against the table of delivered restitutions, whose values come from the implicit equation solved by
-// bisection (verification/references/delivered_restitution.hpp), and against direct integration of an impact.
+// Penalty laws against the table of delivered restitutions, whose values come from the implicit equation
+// solved by bisection (verification/references/delivered_restitution.hpp), and against direct integration of
+// an impact.
 #include "formulations/penalty/contact_law.hpp"
 
 #include <catch2/catch.hpp>
@@ -20,7 +21,8 @@ TEST_CASE("laws deliver the tabulated restitution", "[laws]") {
     CAPTURE(e[i]);
     REQUIRE(delivered_restitution(damping_factor(ContactLaw::lankarani_nikravesh, e[i])) ==
             Approx(lankarani[i]).margin(5e-6));
-    REQUIRE(delivered_restitution(damping_factor(ContactLaw::flores, e[i])) == Approx(flores[i]).margin(5e-6));
+    REQUIRE(delivered_restitution(damping_factor(ContactLaw::flores, e[i])) ==
+            Approx(flores[i]).margin(5e-6));
     REQUIRE(exact_damping_factor(e[i]) == Approx(chi[i]).margin(5e-6));
   }
 }
@@ -39,8 +41,9 @@ TEST_CASE("the exact law delivers what it is asked for, near both ends as well",
 }
 
 TEST_CASE("an impact integrated directly delivers the restitution of the implicit equation", "[laws]") {
-  // m δ̈ = −F by classical Runge–Kutta with 20,000 steps over a contact: fourth order but for the start and the end
-  // of δ^1.5, whose local error h^2.5 gives about (1/20000)^2.5 ≈ 2e-11; bound 1e-7 with the linear end search.
+  // m δ̈ = −F by classical Runge–Kutta with 20,000 steps over a contact: fourth order but for the start and
+  // the end of δ^1.5, whose local error h^2.5 gives about (1/20000)^2.5 ≈ 2e-11; bound 1e-7 with the linear
+  // end search.
   for (double chi : {0.2, 0.59, 1.66, 10.0}) {
     const ContactForce law{1e9, chi};
     const double m = 0.8, v0 = 0.3;

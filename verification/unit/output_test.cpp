@@ -27,14 +27,16 @@ TEST_CASE("a file appears whole or not at all", "[files]") {
   write_file(path, "whole");
   REQUIRE(std::filesystem::file_size(path) == 5);
   std::filesystem::create_symlink("/dev/full", folder.path() / "b.csv.partial");
-  REQUIRE_THROWS_WITH(write_file(folder.path() / "b.csv", std::string(1 << 20, 'x')), Contains("No space left"));
+  REQUIRE_THROWS_WITH(write_file(folder.path() / "b.csv", std::string(1 << 20, 'x')),
+                      Contains("No space left"));
   REQUIRE_FALSE(std::filesystem::exists(folder.path() / "b.csv"));
   REQUIRE_THROWS_AS(OutputFile(folder.path() / "none" / "c.csv"), OutputError);
 }
 
 TEST_CASE("the low-pass follows its transfer function and takes an impulse exactly", "[instruments]") {
   const double f = 1000, wc = 2 * std::numbers::pi * f;
-  // Sine of frequency f through a Butterworth of the same band: gain 1/√2. Pieces of 1e-7 s: error (ω h)²/24 ≈ 2e-8.
+  // Sine of frequency f through a Butterworth of the same band: gain 1/√2. Pieces of 1e-7 s: error (ω h)²/24
+  // ≈ 2e-8.
   LowPass filter(f);
   filter.reset(0);
   const double h = 1e-7;
@@ -45,7 +47,8 @@ TEST_CASE("the low-pass follows its transfer function and takes an impulse exact
     if (i > 80000) greatest = std::max(greatest, std::abs(filter.output()));
   }
   REQUIRE(greatest == Approx(1 / std::numbers::sqrt2).epsilon(1e-6));
-  // A velocity jump Δv gives y(t) = Δv √2 ω_c e^(−σt) sin σt with σ = ω_c/√2; a jump spread over h is off by σh.
+  // A velocity jump Δv gives y(t) = Δv √2 ω_c e^(−σt) sin σt with σ = ω_c/√2; a jump spread over h is off by
+  // σh.
   LowPass jump(f);
   jump.reset(0);
   jump.advance(1e-9, 0.3 / 1e-9);
@@ -113,7 +116,8 @@ TEST_CASE("the program: bad input is one line and status 2, nothing written", "[
   refused("check " + folder.path().string(), "is not a file");
   refused(run + " --set bodies.crank.mass=-1", "bodies.crank.mass: must be greater than 0");
   refused(run + " --set bodies.crank.mass=nan", "must be finite");
-  refused("run " + scene + " --formulation penalty -o " + out + " --set surfaces.steel.restitution=0 --set penalty.contact=exact",
+  refused("run " + scene + " --formulation penalty -o " + out +
+              " --set surfaces.steel.restitution=0 --set penalty.contact=exact",
           "restitution greater than 0");
   refused("figures " + folder.path().string(), "has no comparison.json");
   CHECK(test::freeplay("").status == 2);
@@ -126,7 +130,8 @@ TEST_CASE("the program: a folder that cannot be made and a full disk end with st
   test::TemporaryFolder folder;
   const auto scene = test::flores().string() + " --set run.revolutions=1 --set run.discard=0";
   write_file(folder.path() / "file", "in the way");
-  auto o = test::freeplay("run " + scene + " --formulation nonsmooth -o " + (folder.path() / "file/x").string());
+  auto o =
+      test::freeplay("run " + scene + " --formulation nonsmooth -o " + (folder.path() / "file/x").string());
   CHECK(o.status == 1);
   CHECK_THAT(o.err, Contains("cannot make this folder"));
   const auto full = folder.path() / "full";
@@ -141,9 +146,9 @@ TEST_CASE("the program: a folder that cannot be made and a full disk end with st
 TEST_CASE("the program: run and compare leave the promised files", "[program]") {
   test::TemporaryFolder folder;
   const auto out = folder.path() / "c";
-  const auto o = test::freeplay("compare " + test::flores().string() +
-                                " --set run.revolutions=1 --set run.discard=0 --set penalty.contact=exact -o " +
-                                out.string());
+  const auto o = test::freeplay(
+      "compare " + test::flores().string() +
+      " --set run.revolutions=1 --set run.discard=0 --set penalty.contact=exact -o " + out.string());
   CAPTURE(o.err);
   REQUIRE(o.status == 0);
   std::size_t widest = 0;
@@ -151,10 +156,11 @@ TEST_CASE("the program: run and compare leave the promised files", "[program]") 
   for (std::string line; std::getline(lines, line);)
     if (line.find(out.string()) == line.npos) widest = std::max(widest, line.size());
   CHECK(widest <= 80);
-  for (const auto* name : {"comparison.json", "comparison.md", "penalty/run.json", "penalty/trajectory.csv",
-                           "penalty/events.csv", "penalty/signals.csv", "nonsmooth/run.json", "ideal/signals.csv",
-                           "figures/acceleration.pdf", "figures/acceleration.png", "figures/acceleration.gp",
-                           "figures/acceleration.dat", "figures/journal_orbit.pdf", "figures/paired_impacts.pdf"}) {
+  for (const auto* name :
+       {"comparison.json", "comparison.md", "penalty/run.json", "penalty/trajectory.csv",
+        "penalty/events.csv", "penalty/signals.csv", "nonsmooth/run.json", "ideal/signals.csv",
+        "figures/acceleration.pdf", "figures/acceleration.png", "figures/acceleration.gp",
+        "figures/acceleration.dat", "figures/journal_orbit.pdf", "figures/paired_impacts.pdf"}) {
     CAPTURE(name);
     CHECK(std::filesystem::exists(out / name));
     CHECK(std::filesystem::file_size(out / name) > 100);
@@ -168,7 +174,8 @@ TEST_CASE("the program: run and compare leave the promised files", "[program]") 
   std::string header;
   std::getline(events, header);
   CHECK(header ==
-        "t,joint,kind,crank_angle,v_n_minus,v_n_plus,v_t_minus,v_t_plus,impulse_n,impulse_t,duration,t_uncertainty");
+        "t,joint,kind,crank_angle,v_n_minus,v_n_plus,v_t_minus,v_t_plus,impulse_n,impulse_t,duration,t_"
+        "uncertainty");
   for (const auto& entry : std::filesystem::recursive_directory_iterator(out))
     CHECK(entry.path().extension() != ".partial");
 }
@@ -177,14 +184,15 @@ TEST_CASE("the program: memory does not grow with the length of a run", "[progra
   test::TemporaryFolder folder;
   const auto peak = [&](const std::string& formulation, const std::string& revolutions) {
     const auto out = folder.path() / (formulation + revolutions);
-    REQUIRE(test::freeplay("run " + test::flores().string() + " --set run.discard=0 --set run.output_step=1e-4 " +
-                           "--set run.revolutions=" + revolutions + " --formulation " + formulation + " -o " +
-                           out.string())
+    REQUIRE(test::freeplay("run " + test::flores().string() +
+                           " --set run.discard=0 --set run.output_step=1e-4 " + "--set run.revolutions=" +
+                           revolutions + " --formulation " + formulation + " -o " + out.string())
                 .status == 0);
     std::ifstream in(out / "run.json");
     return nlohmann::json::parse(in)["cost"]["peak_memory_KiB"].get<long>();
   };
   for (const auto* formulation : {"nonsmooth", "penalty"})
-    // Twelve times the run may cost pages of noise, not twelve times the rows (4 MB of trajectory each revolution).
+    // Twelve times the run may cost pages of noise, not twelve times the rows (4 MB of trajectory each
+    // revolution).
     CHECK(peak(formulation, "6") < peak(formulation, "0.5") + 1500);
 }

@@ -1,5 +1,6 @@
-// The two paths of the saddle-point solve against each other and against a dense factorisation of the whole matrix;
-// for dependent rows against the complete orthogonal decomposition, which gives least-norm multipliers directly.
+// The two paths of the saddle-point solve against each other and against a dense factorisation of the whole
+// matrix; for dependent rows against the complete orthogonal decomposition, which gives least-norm
+// multipliers directly.
 #include "numerics/saddle_point.hpp"
 
 #include <catch2/catch.hpp>
@@ -91,7 +92,8 @@ TEST_CASE("dependent rows give least-norm multipliers on both paths", "[saddle]"
         REQUIRE(solver.factor(p.values.data()));
         REQUIRE(solver.singular());
         solver.solve(p.f.data(), p.r.data(), a.data(), lambda.data());
-        // The proximal term is 1e-9 of the Schur complement: its factors lose nine digits, iteration restores most.
+        // The proximal term is 1e-9 of the Schur complement: its factors lose nine digits, iteration restores
+        // most.
         REQUIRE((a - a_expected).norm() <= 1e-6 * a_expected.norm());
         REQUIRE((lambda - lambda_expected).norm() <= 1e-5 * lambda_expected.norm());
       }

@@ -89,10 +89,11 @@ TEST_CASE("the reference scene reads as it stands", "[scene]") {
 }
 
 TEST_CASE("overrides set any key", "[scene]") {
-  const auto s = parse_scene(scene(), "s", {"joints.loose.clearance=2e-3", "penalty.contact=flores",
-                                            "surfaces.steel.friction=0", "bodies.a.position=[1, 2]",
-                                            "drives.motor.speed_rpm=-30", "loads.push.type=force",
-                                            "loads.push.body=b", "loads.push.force=[1,0]"});
+  const auto s =
+      parse_scene(scene(), "s",
+                  {"joints.loose.clearance=2e-3", "penalty.contact=flores", "surfaces.steel.friction=0",
+                   "bodies.a.position=[1, 2]", "drives.motor.speed_rpm=-30", "loads.push.type=force",
+                   "loads.push.body=b", "loads.push.force=[1,0]"});
   REQUIRE(std::get<RevoluteJoint>(s.mechanism.joints[1]).clearance->radial == 2e-3);
   REQUIRE(s.penalty.contact == ContactLaw::flores);
   REQUIRE(s.mechanism.bodies[0].position == Vec2(1, 2));
@@ -112,14 +113,17 @@ TEST_CASE("bad scenes are refused with place, key and remedy", "[scene]") {
       {"mass = 1.0", "mass = inf", "bodies.a.mass: must be finite"},
       {"mass = 1.0", "mass = \"heavy\"", "s.toml:2:8: bodies.a.mass: must be a number, is a text"},
       {"mass = 1.0", "", "s.toml:1:1: bodies.a.mass: is missing"},
-      {"mass = 1.0", "mas = 1.0\nmass = 1.0", "s.toml:2:7: bodies.a.mas: is not a key of a body; did you mean mass?"},
+      {"mass = 1.0", "mas = 1.0\nmass = 1.0",
+       "s.toml:2:7: bodies.a.mas: is not a key of a body; did you mean mass?"},
       {"mass = 1.0", "mass = 1.0\nmass = 2.0", "s.toml:3:"},
       {"mass = 1.0", "mass = = 1", "not TOML"},
       {"inertia = 0.1", "inertia = true", "bodies.a.inertia: must be a number, is true or false"},
       {"[bodies.b]", "[bodies.ground]", "bodies.ground: \"ground\" is the fixed frame"},
       {"[bodies.b]", "[bodies.\"b,c\"]", "a name must be made of letters"},
-      {"type = \"revolute\"", "type = \"hinge\"", "joints.pivot.type: \"hinge\" is not known here; one of \"revolute\""},
-      {"\"ground\", \"a\"", "\"ground\", \"z\"", "joints.pivot.between: there is no body \"z\"; there is: ground, a, b"},
+      {"type = \"revolute\"", "type = \"hinge\"",
+       "joints.pivot.type: \"hinge\" is not known here; one of \"revolute\""},
+      {"\"ground\", \"a\"", "\"ground\", \"z\"",
+       "joints.pivot.between: there is no body \"z\"; there is: ground, a, b"},
       {"\"ground\", \"a\"", "\"a\", \"a\"", "joints.pivot.between: joins \"a\" to itself"},
       {"\"ground\", \"a\"", "\"a\"", "joints.pivot.between: must name two bodies, names 1"},
       {"\"ground\", \"a\"", "1, 2", "joints.pivot.between: must be a list of names"},
@@ -128,19 +132,24 @@ TEST_CASE("bad scenes are refused with place, key and remedy", "[scene]") {
       {"[[0, 0], [0.5, 0]]", "[[0, 0], [0.5, nan]]", "joints.pivot.at: must be finite"},
       {"clearance = 1e-3", "clearance = 0.0", "joints.loose.clearance: must be greater than 0"},
       {"bearing_radius = 1e-2\n", "", "joints.loose.bearing_radius: is missing"},
-      {"bearing_radius = 1e-2", "bearing_radius = 1e-4", "joints.loose.bearing_radius: must be greater than the clearance"},
+      {"bearing_radius = 1e-2", "bearing_radius = 1e-4",
+       "joints.loose.bearing_radius: must be greater than the clearance"},
       {"surface = \"steel\"\n", "", "joints.loose.surface: is missing"},
-      {"surface = \"steel\"", "surface = \"wood\"", "joints.loose.surface: no surface \"wood\"; there is: steel"},
-      {"clearance = 1e-3\n", "", "joints.loose.bearing_radius: does not apply to a revolute joint without clearance"},
+      {"surface = \"steel\"", "surface = \"wood\"",
+       "joints.loose.surface: no surface \"wood\"; there is: steel"},
+      {"clearance = 1e-3\n", "",
+       "joints.loose.bearing_radius: does not apply to a revolute joint without clearance"},
       {"axis = [1, 0]", "axis = [0, 0]", "joints.guide.axis: must not be zero"},
-      {"axis = [1, 0]", "axes = [0, 1]", "joints.guide.axes: is not a key of a translational joint; did you mean axis?"},
+      {"axis = [1, 0]", "axes = [0, 1]",
+       "joints.guide.axes: is not a key of a translational joint; did you mean axis?"},
       {"poisson = 0.3", "poisson = 0.6", "surfaces.steel.poisson: must be between 0 and 0.5, is 0.6"},
       {"poisson = 0.3\n", "", "young and poisson go together"},
       {"restitution = 0.5", "restitution = 1.5", "surfaces.steel.restitution: must be between 0 and 1"},
       {"friction = 0.1", "friction = -0.1", "surfaces.steel.friction: must be 0 or greater"},
       {"joint = \"pivot\"", "joint = \"nope\"", "drives.motor.joint: there is no joint \"nope\""},
       {"joint = \"pivot\"", "joint = \"guide\"", "drives.motor.joint: must be a revolute joint"},
-      {"speed_rpm = 60", "speed_rpm = 60\ntorque = 1", "drives.motor: needs exactly one of speed_rpm, torque"},
+      {"speed_rpm = 60", "speed_rpm = 60\ntorque = 1",
+       "drives.motor: needs exactly one of speed_rpm, torque"},
       {"speed_rpm = 60", "", "drives.motor: needs exactly one of speed_rpm, torque"},
       {"speed_rpm = 60", "torque_table = [[0, 1], [0, 2]]", "drives.motor.torque_table: must increase"},
       {"speed_rpm = 60", "torque = 1", "run.revolutions: needs a drive that turns at a prescribed speed"},
@@ -154,7 +163,8 @@ TEST_CASE("bad scenes are refused with place, key and remedy", "[scene]") {
       {"contact = \"exact\"", "tolerance = 0", "penalty.tolerance: must be greater than 0"},
       {"step = 1e-5", "step = -1e-5", "nonsmooth.step: must be greater than 0"},
       {"step = 1e-5", "stepp = 1e-5", "nonsmooth.stepp: is not a key of [nonsmooth]; did you mean step?"},
-      {"sampling = 1000", "sampling = 150", "instruments.accelerometer.sampling: must exceed twice the bandwidth"},
+      {"sampling = 1000", "sampling = 150",
+       "instruments.accelerometer.sampling: must exceed twice the bandwidth"},
       {"body = \"b\"", "body = \"ground\"", "instruments.accelerometer.body: must be a moving body"},
       {"[nonsmooth]", "[smooth]\nx = 1\n[nonsmooth]", "smooth: is not a key of a scene"},
       {"[bodies.a]", "[bodies]\nx = 3\n[bodies.a]", "bodies.x: must be a table, is a number"},
@@ -172,7 +182,8 @@ TEST_CASE("bad scenes are refused with place, key and remedy", "[scene]") {
   CHECK_THAT(message(scene(), {"title.x=1"}), !Contains("accepted"));
 }
 
-TEST_CASE("docs/scene.md lists exactly the keys of the reader, with their units and defaults", "[scene][docs]") {
+TEST_CASE("docs/scene.md lists exactly the keys of the reader, with their units and defaults",
+          "[scene][docs]") {
   std::ifstream in(test::source_folder() / "docs/scene.md");
   REQUIRE(in);
   std::string line;
@@ -193,15 +204,16 @@ TEST_CASE("docs/scene.md lists exactly the keys of the reader, with their units 
 }
 
 TEST_CASE("every key of the schema is read by some scene", "[scene][docs]") {
-  // verification/scenes/every_key.toml names each key once (torque drives and loads included); what the reader does
-  // not read it refuses, so reading these variants proves schema and reader in step.
+  // verification/scenes/every_key.toml names each key once (torque drives and loads included); what the
+  // reader does not read it refuses, so reading these variants proves schema and reader in step.
   const auto file = test::scene_file("every_key");
   REQUIRE_NOTHROW(read_scene(file));
   std::ifstream in(file);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   for (const auto& key : schema()) {
     const auto name = std::string(key.path.substr(key.path.rfind('.') + 1));
-    const auto table = key.path.find('.') == key.path.npos ? "" : std::string(key.path.substr(0, key.path.find('.')));
+    const auto table =
+        key.path.find('.') == key.path.npos ? "" : std::string(key.path.substr(0, key.path.find('.')));
     CAPTURE(key.path);
     std::istringstream lines(text);
     std::string line, current = "";

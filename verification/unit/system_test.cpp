@@ -1,6 +1,6 @@
-// The System against finite differences: every element of the Jacobian, γ, gap rows, their second derivatives, and
-// forces against the potential. Central differences of step s have errors of s² times third derivatives (here of
-// order 1 to 100 in SI units) plus rounding ε/s; with s = 1e-5 both stay below 1e-7.
+// The System against finite differences: every element of the Jacobian, γ, gap rows, their second
+// derivatives, and forces against the potential. Central differences of step s have errors of s² times third
+// derivatives (here of order 1 to 100 in SI units) plus rounding ε/s; with s = 1e-5 both stay below 1e-7.
 #include <catch2/catch.hpp>
 
 #include <random>
@@ -165,7 +165,8 @@ TEST_CASE("gamma is what is left of the second derivative of the constraints", "
   }
 }
 
-TEST_CASE("rows of gaps and sliding match finite differences, rotation of the surfaces included", "[system]") {
+TEST_CASE("rows of gaps and sliding match finite differences, rotation of the surfaces included",
+          "[system]") {
   const System system(everything().mechanism);
   Random random;
   auto e = system.make_evaluation(), lo = e, hi = e;
@@ -189,7 +190,8 @@ TEST_CASE("rows of gaps and sliding match finite differences, rotation of the su
               Approx(-(row_hi.tangent.dot(v.data()) - row_lo.tangent.dot(v.data())) / (2 * s)).margin(1e-6));
       // Sliding: t·ė by differences of the eccentricity, plus what the surfaces add by turning.
       const Vec2 n = system.eccentricity(k, q.data(), e).normalized(), t{-n.y(), n.x()};
-      const Vec2 rate = (system.eccentricity(k, qb.data(), hi) - system.eccentricity(k, qa.data(), lo)) / (2 * s);
+      const Vec2 rate =
+          (system.eccentricity(k, qb.data(), hi) - system.eccentricity(k, qa.data(), lo)) / (2 * s);
       const auto omega = [&](int body) { return body == ground ? 0 : v[3 * body + 2]; };
       const double expected = t.dot(rate) + facts.radius_journal * omega(facts.bodies[1]) -
                               facts.radius_bearing * omega(facts.bodies[0]);
