@@ -37,8 +37,8 @@ TemporaryFolder::~TemporaryFolder() {
 Outcome freeplay(const std::string& arguments) {
   TemporaryFolder folder;
   const auto out = folder.path() / "out", err = folder.path() / "err";
-  const std::string command = std::string(FREEPLAY_BINARY_DIR) + "/freeplay " + arguments + " >" + out.string() +
-                              " 2>" + err.string() + " </dev/null";
+  const std::string command = std::string(FREEPLAY_BINARY_DIR) + "/freeplay " + arguments + " >" +
+                              out.string() + " 2>" + err.string() + " </dev/null";
   const int status = std::system(command.c_str());
   const auto read = [](const std::filesystem::path& p) {
     std::ifstream in(p);

@@ -19,7 +19,10 @@ inline std::filesystem::path scene_file(const std::string& name) {
 /// One run in memory.
 inline RunSummary simulate(const Scene& scene, Family family) {
   return run_scene(
-      scene, [family](const Scene& s, const System& system, const State& state) { return make(family, s, system, state); },
+      scene,
+      [family](const Scene& s, const System& system, const State& state) {
+        return make(family, s, system, state);
+      },
       std::nullopt);
 }
 

@@ -1,10 +1,11 @@
-// A block on a slope of inclination α with Coulomb friction μ and the initial velocity v₀ along it, s upwards along the slope:
+// A block on a slope of inclination α with Coulomb friction μ and the initial velocity v₀ along it:
 //
-//     moving up       s̈ = −g (sin α + μ cos α)        stops at t_s = v₀/|s̈|,  s_s = v₀²/(2|s̈|)
-//     moving down     s̈ = −g (sin α − μ cos α)        stops only if μ > tan α, at t_s = |v₀|/s̈
-//     at rest         sticks if tan α ≤ μ, with the friction g m sin α up the slope; otherwise slides down
+//     moving up       s̈ = −g (sin α + μ cos α)      stops at t_s = v₀/|s̈|,  s_s = v₀²/(2|s̈|)
+//     moving down     s̈ = −g (sin α − μ cos α)      stops only if μ > tan α, at t_s = |v₀|/s̈
+//     at rest         sticks if tan α ≤ μ, held by g sin α; otherwise slides down
 //
-// Sign convention: s, v, friction positive up the slope; 0 ≤ α < π/2. Units: m, s, rad; friction as force over mass, m/s².
+// Sign convention: s, v, friction positive up the slope; 0 ≤ α < π/2. Units: m, s, rad; friction as
+// force over mass, m/s².
 // Source: Coulomb's law F_T ∈ −μ F_N Sgn(v) with F_N = m g cos α; any text of statics.
 #pragma once
 

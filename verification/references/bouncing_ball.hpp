@@ -1,12 +1,13 @@
 // A ball released at rest at the height H above a floor, restitution e at every impact:
 //
-//     t₁ = √(2H/g),  v₁ = g t₁                                           first impact
-//     v_k = e^{k−1} v₁                                                   approach speed of the k-th impact
+//     t₁ = √(2H/g),  v₁ = g t₁                                      first impact
+//     v_k = e^{k−1} v₁                                              approach speed of the k-th
 //     t_k = t₁ [1 + 2 (e + e² + … + e^{k−1})] = t₁ [1 + 2 e (1 − e^{k−1})/(1 − e)]
-//     t_∞ = t₁ (1 + e)/(1 − e)                                           rest, after infinitely many impacts; e < 1
+//     t_∞ = t₁ (1 + e)/(1 − e)                                      at rest, after infinitely many; e < 1
 //
-// Each flight after an impact at v lasts 2 e v/g. Sign convention: heights and rebounds upwards, v_k a magnitude. Units: m, s.
-// Source: elementary; the accumulation is the model case of Brogliato, Nonsmooth Mechanics, ch. 1.
+// Each flight after an impact at v lasts 2 e v/g.
+// Sign convention: heights and rebounds upwards, v_k a magnitude. Units: m, s.
+// Source: elementary; the model case of accumulation in Brogliato, Nonsmooth Mechanics.
 #pragma once
 
 #include <cmath>

@@ -1,10 +1,11 @@
 // One step of the explicit Runge–Kutta method of order 8 with 11 stages of Cooper and Verner, ẏ = f(t, y):
 //
-//     k_i = f(t + c_i h, y + h Σ_{j<i} a_ij k_j),        y(t + h) ≈ y + h Σ b_i k_i,        local error O(h⁹).
+//     k_i = f(t + c_i h, y + h Σ_{j<i} a_ij k_j),       y(t + h) ≈ y + h Σ b_i k_i,       local error O(h⁹).
 //
-// Its coefficients are exact in √21, so it serves any floating-point type. Each row of a sums to its c.
-// Used by the slider-crank oracle alone. Source: Cooper and Verner, SIAM J. Numer. Anal. 9 (1972) 389; printed as well in
-// Butcher, Numerical Methods for Ordinary Differential Equations, §32.
+// Its coefficients are exact in √21, so it serves any floating-point type. Used by the slider-crank oracle.
+// Sign convention: h may be negative. Units: those of y and t.
+// Source: Cooper and Verner, Some explicit Runge–Kutta methods of high order, SIAM J. Numer. Anal. 9 (1972)
+// 389; the order is measured in the test.
 #pragma once
 
 #include <array>
@@ -28,16 +29,27 @@ struct CooperVerner {
     row(3, {Real(1) / 7, (-7 - 3 * q) / 98, (21 + 5 * q) / 49});
     row(4, {(11 + q) / 84, 0, (18 + 4 * q) / 63, (21 - q) / 252});
     row(5, {(5 + q) / 48, 0, (9 + q) / 36, (-231 + 14 * q) / 360, (63 - 7 * q) / 80});
-    row(6, {(10 - q) / 42, 0, (-432 + 92 * q) / 315, (633 - 145 * q) / 90, (-504 + 115 * q) / 70, (63 - 13 * q) / 35});
+    row(6, {(10 - q) / 42, 0, (-432 + 92 * q) / 315, (633 - 145 * q) / 90, (-504 + 115 * q) / 70,
+            (63 - 13 * q) / 35});
     row(7, {Real(1) / 14, 0, 0, 0, (14 - 3 * q) / 126, (13 - 3 * q) / 63, Real(1) / 9});
-    row(8, {Real(1) / 32, 0, 0, 0, (91 - 21 * q) / 576, Real(11) / 72, (-385 - 75 * q) / 1152, (63 + 13 * q) / 128});
-    row(9, {Real(1) / 14, 0, 0, 0, Real(1) / 9, (-733 - 147 * q) / 2205, (515 + 111 * q) / 504, (-51 - 11 * q) / 56,
-            (132 + 28 * q) / 245});
+    row(8, {Real(1) / 32, 0, 0, 0, (91 - 21 * q) / 576, Real(11) / 72, (-385 - 75 * q) / 1152,
+            (63 + 13 * q) / 128});
+    row(9, {Real(1) / 14, 0, 0, 0, Real(1) / 9, (-733 - 147 * q) / 2205, (515 + 111 * q) / 504,
+            (-51 - 11 * q) / 56, (132 + 28 * q) / 245});
     row(10, {0, 0, 0, 0, (-42 + 7 * q) / 18, (-18 + 28 * q) / 45, (-273 - 53 * q) / 72, (301 + 53 * q) / 72,
              (28 - 28 * q) / 45, (49 - 7 * q) / 18});
     b = {Real(1) / 20, 0, 0, 0, 0, 0, 0, Real(49) / 180, Real(16) / 45, Real(49) / 180, Real(1) / 20};
-    c = {0, Real(1) / 2, Real(1) / 2, (7 + q) / 14, (7 + q) / 14, Real(1) / 2,
-         (7 - q) / 14, (7 - q) / 14, Real(1) / 2, (7 + q) / 14, 1};
+    c = {0,
+         Real(1) / 2,
+         Real(1) / 2,
+         (7 + q) / 14,
+         (7 + q) / 14,
+         Real(1) / 2,
+         (7 - q) / 14,
+         (7 - q) / 14,
+         Real(1) / 2,
+         (7 + q) / 14,
+         1};
   }
 
   template <std::size_t N, class Rate>

@@ -2,16 +2,20 @@
 //
 //     χ (1 + ê) = ln[(1 + χ)/(1 − χ ê)],       0 < ê < min(1, 1/χ).
 //
-// Divide m δ̇ dδ̇ = −F dδ by the bracket and integrate δ̇ from v₀ to −ê v₀: the loop ∮ K δⁿ dδ vanishes. Up to the greatest
-// depth the same integral gives  K δ_maxⁿ⁺¹/(n + 1) = m v₀² (χ − ln(1 + χ))/χ².
+// Divide m δ̇ dδ̇ = −F dδ by the bracket and integrate δ̇ from v₀ to −ê v₀: the loop ∮ K δⁿ dδ vanishes. Up to
+// the greatest depth the same integral gives
+//
+//     K δ_maxⁿ⁺¹/(n + 1) = m v₀² (χ − ln(1 + χ))/χ².
+//
 // The equation has the trivial root ê = −1 and, for small χ, terms that cancel to second order. With
 //
-//     h(x) = (x − ln(1 + x))/x² = ½ − x/3 + x²/4 − …        it reads        h(χ) = ê² h(−χ ê),
+//     h(x) = (x − ln(1 + x))/x² = ½ − x/3 + x²/4 − …      it reads      h(χ) = ê² h(−χ ê),
 //
-// whose terms are of order one and whose difference falls monotonically in ê and in χ, so bisection is safe for every χ.
-// Sign convention: δ > 0 penetration, v₀ > 0 approach speed, ê ≥ 0 the ratio of separation to approach speed. Units: m, kg, s,
-// K in N/mⁿ; χ and ê have none. Source: the separation of variables of Hunt and Crossley, J. Appl. Mech. 42 (1975) 440, and
-// Gonthier, McPhee, Lange, Piedbœuf, Multibody Syst. Dyn. 11 (2004) 209.
+// whose terms are of order one and whose difference falls monotonically in ê and in χ: bisection is safe.
+// Sign convention: δ > 0 penetration, v₀ > 0 approach speed, ê ≥ 0 the ratio of separation to approach speed.
+// Units: m, kg, s, K in N/mⁿ; χ and ê have none.
+// Source: the separation of variables of Hunt and Crossley, J. Appl. Mech. 42 (1975) 440, and Gonthier,
+// McPhee, Lange, Piedbœuf, Multibody Syst. Dyn. 11 (2004) 209.
 #pragma once
 
 #include <array>
@@ -60,13 +64,14 @@ inline long double exact_chi(long double e) {
 }
 
 /// Greatest depth (m) of the damped impact of the mass (kg) at the speed v₀ (m/s).
-inline long double damped_impact_depth(long double stiffness, long double mass, long double speed, long double chi,
-                                       long double n = 1.5L) {
+inline long double damped_impact_depth(long double stiffness, long double mass, long double speed,
+                                       long double chi, long double n = 1.5L) {
   const long double area = mass * speed * speed * separation_kernel(chi);
   return std::pow((n + 1) * area / stiffness, 1 / (n + 1));
 }
 
-/// One published law: its χ(e) and the ê that it delivers for the restitutions asked for of delivered_table_e.
+/// One published law: its χ(e) and the ê that it delivers for the restitutions asked for of
+/// delivered_table_e.
 struct DampingLaw {
   const char* name;
   double (*chi)(double e);
@@ -75,11 +80,15 @@ struct DampingLaw {
 };
 inline constexpr std::array<double, 6> delivered_table_e{0.1, 0.3, 0.46, 0.5, 0.7, 0.9};
 
-/// Rows computed by an independent program, rounded to the digits shown. Sources of χ(e): Hunt and Crossley 1975; Herbert and
-/// McWhannell 1977; Lee and Wang 1983; Lankarani and Nikravesh 1990; Gonthier et al. 2004 (closed form); Zhiying and Qishao
-/// 2006; Flores et al. 2011; Hu and Guo 2015; Carvalho and Martins 2019.
+/// Rows computed by an independent program, rounded to the digits shown; Zhiying and Qishao's first stood
+/// there as .218, the last digit of 0.21747 rounded wrongly. Sources of χ(e): Hunt and Crossley
+/// 1975; Herbert and McWhannell 1977; Lee and Wang 1983; Lankarani and Nikravesh 1990; Gonthier et al. 2004
+/// (closed form); Zhiying and Qishao 2006; Flores et al. 2011; Hu and Guo 2015; Carvalho and Martins 2019.
 inline const std::array<DampingLaw, 9> delivered_table{{
-    {"hunt-crossley", [](double e) { return 3 * (1 - e) / 2; }, {.51583, .58129, .64504, .66296, .76800, .90902}, 1e-5},
+    {"hunt-crossley",
+     [](double e) { return 3 * (1 - e) / 2; },
+     {.51583, .58129, .64504, .66296, .76800, .90902},
+     1e-5},
     {"herbert-mcwhannell",
      [](double e) { return 6 * (1 - e) / ((2 * e - 1) * (2 * e - 1) + 3); },
      {.491, .520, .575, .594, .723, .901},
@@ -92,9 +101,12 @@ inline const std::array<DampingLaw, 9> delivered_table{{
     {"gonthier", [](double e) { return (1 - e * e) / e; }, {.101, .304, .452, .488, .670, .876}, 1e-3},
     {"zhiying-qishao",
      [](double e) { return 0.75 * (1 - e * e) * std::exp(2 * (1 - e)); },
-     {.218, .327, .448, .483, .680, .896},
+     {.217, .327, .448, .483, .680, .896},
      1e-3},
-    {"flores", [](double e) { return 8 * (1 - e) / (5 * e); }, {.06944, .25621, .42746, .47044, .68318, .89392}, 1e-5},
+    {"flores",
+     [](double e) { return 8 * (1 - e) / (5 * e); },
+     {.06944, .25621, .42746, .47044, .68318, .89392},
+     1e-5},
     {"hu-guo", [](double e) { return 3 * (1 - e) / (2 * e); }, {.074, .271, .445, .488, .697, .900}, 1e-3},
     {"carvalho-martins",
      [](double e) { return 3 * (1 - e) * (11 - e) / (2 * (1 + 9 * e)); },

@@ -1,14 +1,16 @@
-// Undamped impact of a mass m at speed v on the spring F = K δⁿ (n = 3/2: Hertz). Energy, ½ m v² = K δⁿ⁺¹/(n + 1), gives
+// Undamped impact of a mass m at the speed v on the spring F = K δⁿ (n = 3/2: Hertz). The energy,
+// ½ m v² = K δⁿ⁺¹/(n + 1), gives
 //
-//     δ_max = [(n + 1) m v² / (2K)]^{1/(n+1)}                      n = 3/2: (5 m v²/(4K))^{2/5}
+//     δ_max = [(n + 1) m v² / (2K)]^{1/(n+1)}               n = 3/2: (5 m v²/(4K))^{2/5}
 //     δ̇ = v √(1 − (δ/δ_max)ⁿ⁺¹)
 //     T = 2 (δ_max/v) ∫₀¹ dz/√(1 − zⁿ⁺¹) = C_n δ_max/v
 //     C_n = 2/(n+1) B(1/(n+1), ½) = 2 √π Γ(1 + 1/(n+1)) / Γ(½ + 1/(n+1))
 //
-// C_1 = π (a linear spring) and C_{3/2} = 2 √π Γ(1.4)/Γ(0.9) = 2.9432…
-// Sign convention: δ > 0 is penetration, v > 0 the approach speed. Units: m, kg, s, K in N/mⁿ. For two bodies m is the
-// effective mass, the inverse of the contact's Delassus element. Source: Goldsmith, Impact (1960), ch. 4; Johnson, Contact
-// Mechanics (1985), §11.4, prints 2.94.
+// C_1 = π (a linear spring) and C_{3/2} = 2 √π Γ(1.4)/Γ(0.9) = 2.943275…
+// Sign convention: δ > 0 is penetration, v > 0 the approach speed. Units: m, kg, s, K in N/mⁿ. For two bodies
+// m is the effective mass, the inverse of the contact's Delassus element.
+// Source: Goldsmith, Impact (1960); Johnson, Contact Mechanics (1985), §11.4, prints 2.94; 2.9432 is it cut
+// off.
 #pragma once
 
 #include <cmath>

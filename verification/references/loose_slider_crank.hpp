@@ -1,25 +1,26 @@
-// The slider-crank with a loose gudgeon pin in two coordinates, by hand. The crank angle φ = φ₀ + ω t is prescribed, the guide
-// holds the slider's y = 0 and its rotation; what moves freely is the rod's angle θ and the slider's position x.
+// The slider-crank with a loose gudgeon pin in two coordinates, by hand. The crank angle φ = φ₀ + ω t is
+// prescribed, the guide holds the slider's y = 0 and its rotation; θ of the rod and x of the slider are free.
 //
-//     crank pin A = r (cos φ, sin φ),   rod's bearing centre B = A + l u,   u = (cos θ, sin θ),   u′ = (−sin θ, cos θ)
-//     eccentricity  e = (x, 0) − B,     ė = (ẋ, 0) − Ȧ − l θ̇ u′,            Ȧ = r ω (−sin φ, cos φ)
-//     n = e/|e|,  t = n turned by +90°
-//     gap           g = c − |e|,        ġ  = −n·ė                      = w_Nθ θ̇ + w_Nx ẋ + n·Ȧ
-//     sliding       v_T = t·ė + R_j·0 − R_i θ̇                          = w_Tθ θ̇ + w_Tx ẋ − t·Ȧ
-//     rows          w_N = (l n·u′, −n_x),     w_T = (−l t·u′ − R_i, t_x)
+//     crank pin           A = r (cos φ, sin φ),     Ȧ = r ω (−sin φ, cos φ),     Ä = −ω² A
+//     rod                 u = (cos θ, sin θ),       u′ = (−sin θ, cos θ),        bearing centre B = A + l u
+//     eccentricity        e = (x, 0) − B,           ė = (ẋ, 0) − Ȧ − l θ̇ u′
+//     contact frame       n = e/|e|,                t = n turned by +90°
+//     gap                 g = c − |e|,              ġ = −n·ė           = w_Nθ θ̇ + w_Nx ẋ + n·Ȧ
+//     sliding             R_j ω_j = 0,              v_T = t·ė − R_i θ̇   = w_Tθ θ̇ + w_Tx ẋ − t·Ȧ
+//     rows                w_N = (l n·u′, −n_x),     w_T = (−l t·u′ − R_i, t_x)
 //
-// Rod, moments about the accelerated point A (this drops the crank's force). With the centre of mass at s u from A, J_A = J + m s²:
+// Rod: moments about the accelerated point A drop the crank's force. With the centre of mass at s u from A
+// and J_A = J + m s², J_A θ̈ + m s (u × Ä) = Q_θ and u × Ä = −r ω² sin(φ − θ). So
 //
-//     J_A θ̈ + m s (u × Ä) = Q_θ,      Ä = −r ω² (cos φ, sin φ),      u × Ä = −r ω² sin(φ − θ)
-//     J_A θ̈ = m s r ω² sin(φ − θ) + Q_θ                             slider:  M ẍ = Q_x
-//     (Q_θ, Q_x) = w_N F_N + w_T F_T                                 by virtual power of the contact
+//     J_A θ̈ = m s r ω² sin(φ − θ) + Q_θ,      M ẍ = Q_x,      (Q_θ, Q_x) = w_N F_N + w_T F_T
 //
-// In free flight ẋ is constant and ψ = φ − θ is a pendulum, ψ̈ = −(m s r ω²/J_A) sin ψ. A contact sees the Delassus matrix
-// D_ab = w_aθ w_bθ/J_A + w_ax w_bx/M. The kinetic energy relative to the drive is not needed: over an impact the energy changes
-// by ½ (u⁺ + u⁻)ᵀ P less the drive's work P_N n·Ȧ − P_T t·Ȧ.
-// Sign convention: angles counter-clockwise, φ = 0 at top dead centre; e from bearing (rod) to journal (slider); F_N ≥ 0 pushes
-// the journal along −n; F_T acts on the journal along t. Units: m, kg, s, rad, N. No gravity, no friction in the guide.
-// Source: Newton–Euler, derived above; the rig is that of Flores et al., Nonlinear Dyn. 65 (2011) 383, table 1.
+// (virtual power of the contact). In free flight ẋ is constant and ψ = φ − θ is a pendulum,
+// ψ̈ = −(m s r ω²/J_A) sin ψ. The contact's Delassus matrix is D_ab = w_aθ w_bθ/J_A + w_ax w_bx/M.
+//
+// Sign convention: angles counter-clockwise, φ = 0 at top dead centre; e from bearing (rod) to journal
+// (slider); F_N ≥ 0 pushes the journal along −n, F_T acts on the journal along t. Units: m, kg, s, rad, N.
+// No gravity, no friction in the guide.
+// Source: Newton–Euler as above; the rig is that of Flores et al., Nonlinear Dyn. 65 (2011) 383, table 1.
 #pragma once
 
 #include <array>
@@ -32,17 +33,17 @@ namespace freeplay::reference {
 
 template <class Real>
 struct LooseSliderCrank {
-  Real crank_length = 0.05L;         ///< r, m
-  Real rod_length = 0.3L;            ///< l, m
-  Real rod_mass = 1.13L;             ///< m, kg
-  Real rod_inertia = 0.0153L;        ///< J, kg m², about its centre of mass
-  Real rod_centre = 0.15L;           ///< s, m, crank pin to the rod's centre of mass; the paper does not state it
-  Real slider_mass = 1.013L;         ///< M, kg
-  Real clearance = 0.25e-3L;         ///< c, m, radial
-  Real bearing_radius = 11.125e-3L;  ///< R_i, m; the journal has R_i − c
-  Real speed = from_rpm(Real(200));  ///< ω, rad/s
-  Real start_angle = 0;              ///< φ₀, rad
-  Real friction = 0;                 ///< μ, Coulomb
+  Real crank_length = Real(0.05L);         ///< r, m
+  Real rod_length = Real(0.3L);            ///< l, m
+  Real rod_mass = Real(1.13L);             ///< m, kg
+  Real rod_inertia = Real(0.0153L);        ///< J, kg m², about its centre of mass
+  Real rod_centre = Real(0.15L);           ///< s, m, from the crank pin; the paper does not state it
+  Real slider_mass = Real(1.013L);         ///< M, kg
+  Real clearance = Real(0.25e-3L);         ///< c, m, radial
+  Real bearing_radius = Real(11.125e-3L);  ///< R_i, m; the journal has R_i − c
+  Real speed = from_rpm(Real(200));        ///< ω, rad/s
+  Real start_angle = 0;                    ///< φ₀, rad
+  Real friction = 0;                       ///< μ, Coulomb
 
   Real rod_inertia_about_pin() const { return rod_inertia + rod_mass * rod_centre * rod_centre; }
 };
@@ -60,22 +61,22 @@ LooseState<Real> ideal_start(const LooseSliderCrank<Real>& m) {
 
 /// Rates of the state under the contact force's generalised components Q_θ (N m) and Q_x (N).
 template <class Real>
-LooseState<Real> loose_rates(const LooseSliderCrank<Real>& m, Real t, const LooseState<Real>& y, Real q_theta = 0,
-                             Real q_x = 0) {
+LooseState<Real> loose_rates(const LooseSliderCrank<Real>& m, Real t, const LooseState<Real>& y,
+                             Real q_theta = 0, Real q_x = 0) {
   using std::sin;
   const Real phi = m.start_angle + m.speed * t;
   const Real drive = m.rod_mass * m.rod_centre * m.crank_length * m.speed * m.speed * sin(phi - y[0]);
   return {y[1], (drive + q_theta) / m.rod_inertia_about_pin(), y[3], q_x / m.slider_mass, 0, 0};
 }
 
-/// Where the journal stands in the bearing. `room` = (c² − e·e)/(2c) has the sign of the gap, agrees with it at the wall to
-/// first order and, unlike it, is smooth where the journal is centred.
+/// Where the journal stands in the bearing. `room` = (c² − e·e)/(2c) has the sign of the gap, agrees with it
+/// at the wall to first order and, unlike it, is smooth where the journal is centred.
 template <class Real>
 struct Eccentricity {
-  Real e_x, e_y;      ///< m
+  Real e_x, e_y;        ///< m
   Real rate_x, rate_y;  ///< m/s
-  Real room;          ///< m
-  Real room_rate;     ///< m/s, −e·ė/c
+  Real room;            ///< m
+  Real room_rate;       ///< m/s, −e·ė/c
 };
 
 template <class Real>
@@ -86,17 +87,22 @@ Eccentricity<Real> eccentricity(const LooseSliderCrank<Real>& m, Real t, const L
   const Real e_x = y[2] - r * cos_phi - l * cos_theta, e_y = -r * sin_phi - l * sin_theta;
   const Real rate_x = y[3] + r * m.speed * sin_phi + l * y[1] * sin_theta;
   const Real rate_y = -r * m.speed * cos_phi - l * y[1] * cos_theta;
-  return {e_x, e_y, rate_x, rate_y, (c * c - e_x * e_x - e_y * e_y) / (2 * c), -(e_x * rate_x + e_y * rate_y) / c};
+  return {e_x,
+          e_y,
+          rate_x,
+          rate_y,
+          (c * c - e_x * e_x - e_y * e_y) / (2 * c),
+          -(e_x * rate_x + e_y * rate_y) / c};
 }
 
 /// The contact's frame: needs e ≠ 0.
 template <class Real>
 struct GudgeonContact {
-  Real delta;                   ///< m, |e| − c
-  Real u_n, u_t;                ///< m/s, ġ and v_T
+  Real delta;                    ///< m, |e| − c
+  Real u_n, u_t;                 ///< m/s, ġ and v_T
   std::array<Real, 2> w_n, w_t;  ///< rows over (θ̇, ẋ): m, 1
-  Real drive_n, drive_t;        ///< m/s, the prescribed parts n·Ȧ and −t·Ȧ
-  Delassus<Real> delassus;      ///< 1/kg
+  Real drive_n, drive_t;         ///< m/s, the prescribed parts n·Ȧ and −t·Ȧ
+  Delassus<Real> delassus;       ///< 1/kg
 };
 
 template <class Real>

@@ -1,15 +1,16 @@
-// A bearing of mass m₁ and a journal of mass m₂, free in the plane, radial clearance c, no friction. With e = r₂ − r₁:
+// A bearing of mass m₁ and a journal of mass m₂, free in the plane, radial clearance c, no friction. With
+// e = r₂ − r₁, n = e/c at the wall, the restitution ε and m̄ = m₁ m₂/(m₁ + m₂):
 //
-//     flight        |e₀ + ė₀ τ| = c   →   τ = (c² − e·e)/(e·ė + √((e·ė)² + ė·ė (c² − e·e)))        when e·ė ≥ 0
-//                                         τ = (−e·ė + √(…))/ė·ė                                     when e·ė < 0
-//     impact        n = e/c:  P = (1 + ε) m̄ n·ė,   m̄ = m₁ m₂/(m₁ + m₂);   v₁⁺ = v₁ + P n/m₁,  v₂⁺ = v₂ − P n/m₂
-//     loss          ½ m̄ (1 − ε²) (n·ė)²
+//     flight     |e + ė τ| = c  →  τ = (c² − e·e)/(e·ė + √((e·ė)² + ė·ė (c² − e·e)))      when e·ė ≥ 0
+//                                  τ = (−e·ė + √(…))/ė·ė                                 when e·ė < 0
+//     impact     P = (1 + ε) m̄ n·ė,     v₁⁺ = v₁ + P n/m₁,     v₂⁺ = v₂ − P n/m₂
+//     loss       ½ m̄ (1 − ε²) (n·ė)²
 //
-// ε is the restitution. From wall to wall the journal runs along chords: with the normal speed w and the tangential speed u
-// after an impact, the chord takes τ = 2 c w/(w² + u²) and turns n by 2 atan2(w, u); w falls by ε at each impact and u stays
-// (the relative angular momentum m̄ e × ė is kept, the force being central).
-// Sign convention: n from bearing centre to journal centre, gap rate = −n·ė; P > 0 pushes apart. Units: m, kg, s.
-// Source: two-body reduction, any text of dynamics.
+// From wall to wall the journal runs along chords: with the normal speed w and the tangential speed u after
+// an impact, the chord takes 2 c w/(w² + u²) and turns n by 2 atan2(w, u). At each impact w falls by ε and u
+// stays, the force being central (relative angular momentum m̄ e × ė).
+// Sign convention: n from bearing centre to journal centre, gap rate = −n·ė; P > 0 pushes apart.
+// Units: m, kg, s. Source: two-body reduction, any text of dynamics.
 #pragma once
 
 #include <array>
@@ -34,8 +35,8 @@ struct RingAndJournal {
 };
 
 struct PairState {
-  double t = 0;                              ///< s
-  Plane bearing{}, journal{};                ///< m, centres
+  double t = 0;                                  ///< s
+  Plane bearing{}, journal{};                    ///< m, centres
   Plane bearing_velocity{}, journal_velocity{};  ///< m/s
 
   Plane eccentricity() const { return {journal[0] - bearing[0], journal[1] - bearing[1]}; }
@@ -44,8 +45,8 @@ struct PairState {
   }
 };
 
-/// Time (s) until the journal next reaches the wall; none when the two move alike. On the wall itself and moving inwards it
-/// is the time of the whole chord.
+/// Time (s) until the journal next reaches the wall; none when the two move alike. On the wall itself and
+/// moving inwards it is the time of the whole chord.
 inline std::optional<double> time_to_contact(const Plane& e, const Plane& rate, double clearance) {
   const double a = dot(rate, rate), b = dot(e, rate), room = clearance * clearance - dot(e, e);
   if (a == 0) return std::nullopt;

@@ -1,6 +1,6 @@
-// Ideal slider-crank, exact (no two-term approximation). Crank pin A = r (cos φ, sin φ), rod end and slider (x, 0):
+// Ideal slider-crank, exact (no two-term approximation). Crank pin r (cos φ, sin φ), slider (x, 0):
 //
-//     sin θ = −(r/l) sin φ                              rod angle θ, from the x axis, |θ| < π/2
+//     sin θ = −(r/l) sin φ                             rod angle θ from the x axis, |θ| < π/2
 //     x = r cos φ + l cos θ
 //     θ̇ = −(r/l) φ̇ cos φ / cos θ
 //     ẋ = −r φ̇ sin φ − l θ̇ sin θ
@@ -8,7 +8,7 @@
 //     ẍ = −r φ̇² cos φ − l (θ̈ sin θ + θ̇² cos θ)
 //
 // Sign convention: angles counter-clockwise, φ = 0 at top dead centre (x = r + l). Units: m, rad, s.
-// Source: the loop closure r e^{iφ} + l e^{iθ} = x, differentiated twice; e.g. Norton, Design of Machinery, ch. 6, 7.
+// Source: the loop closure r e^{iφ} + l e^{iθ} = x, differentiated twice; e.g. Norton, Design of Machinery.
 #pragma once
 
 #include <cmath>
@@ -26,7 +26,8 @@ struct SliderCrankMotion {
   Real rod_acceleration = 0;  ///< rad/s²
 };
 
-/// Motion at crank angle φ (rad) and constant crank rate φ̇ = speed (rad/s), crank length r and rod length l (m), r < l.
+/// Motion at crank angle φ (rad) and constant crank rate φ̇ = speed (rad/s), crank length r and rod length l
+/// (m), r < l.
 template <class Real>
 SliderCrankMotion<Real> slider_crank(Real r, Real l, Real angle, Real speed) {
   using std::asin, std::cos, std::sin, std::sqrt;
@@ -45,8 +46,8 @@ SliderCrankMotion<Real> slider_crank(Real r, Real l, Real angle, Real speed) {
   return m;
 }
 
-/// Greatest magnitude of the slider's acceleration (m/s²), at top dead centre: r φ̇² (1 + r/l). For l > r it is the greatest
-/// over the revolution: the acceleration there is larger in magnitude than at bottom dead centre, r φ̇² (1 − r/l).
+/// Greatest magnitude of the slider's acceleration (m/s²), at top dead centre: r φ̇² (1 + r/l). Holds for r/l
+/// ≤ 0.8; with a shorter rod the quick turn near mid-stroke exceeds it.
 inline double slider_crank_greatest_acceleration(double r, double l, double speed) {
   return r * speed * speed * (1 + r / l);
 }
