@@ -16,11 +16,16 @@ LcpResult ContactProblem::solve() {
   if (unknowns.empty()) return {};
   if (unknowns.size() == 1 && !lemke_always_) {
     auto& c = unknowns.front();
+    LcpResult result;
     if (c.normal < 0) {
       one_preloaded(c);
-      return {};
+      result.residual = residual(c);
+      return result;
     }
-    if (one_contact(c)) return {};
+    if (one_contact(c)) {
+      result.residual = residual(c);
+      return result;
+    }
   }
   return by_lemke();
 }
@@ -56,6 +61,31 @@ bool ContactProblem::one_contact(ContactUnknown& c) const {
     return true;
   }
   return false;
+}
+
+/// What a closed form leaves of the laws, as velocities relative to the greatest |b|: max(0, ·) of each violation.
+double ContactProblem::residual(const ContactUnknown& c) const {
+  const auto rate = [&](int row) {
+    double u = b[row];
+    if (c.normal >= 0) u += D(row, c.normal) * c.impulse_n;
+    if (c.tangent >= 0) u += D(row, c.tangent) * c.impulse_t;
+    return u;
+  };
+  double worst = 0, scale = 0, bound = c.bound;
+  if (c.normal >= 0) {
+    worst = std::abs(std::min(D(c.normal, c.normal) * c.impulse_n, rate(c.normal) - c.target_n));
+    scale = std::max(std::abs(b[c.normal]), std::abs(c.target_n));
+    bound = c.friction * c.impulse_n;
+  }
+  if (c.tangent >= 0) {
+    // −P_T ∈ bound·Sgn(u) is u = 0 or P_T at the bound against u: min over both of the distance to it.
+    const double u = rate(c.tangent), Dtt = D(c.tangent, c.tangent);
+    const double to_bound = Dtt * std::abs(c.impulse_t + std::copysign(bound, u));
+    const double beyond = Dtt * std::max(0.0, std::abs(c.impulse_t) - bound);
+    worst = std::max({worst, std::min(std::abs(u), to_bound), beyond});
+    scale = std::max(scale, std::abs(b[c.tangent]));
+  }
+  return scale > 0 ? worst / scale : worst;
 }
 
 LcpResult ContactProblem::by_lemke() {

@@ -49,6 +49,7 @@ class ContactProblem {
  private:
   bool one_contact(ContactUnknown& c) const;
   void one_preloaded(ContactUnknown& c) const;
+  double residual(const ContactUnknown& c) const;
   LcpResult by_lemke();
 
   bool lemke_always_;
