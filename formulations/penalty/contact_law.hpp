@@ -1,49 +1,66 @@
-// Point-contact laws with hysteresis damping,
+// Contact laws with hysteresis damping,
 //
-//     F = K δⁿ (1 + χ δ̇/v₀),     clamped at zero,     n = 3/2,
+//     F = F_el(δ) (1 + χ δ̇/v₀),     clamped at zero,
 //
-// which differ in the damping factor χ alone. For a free impact the restitution ê that such a law delivers
-// obeys
+// where F_el is one of elastic.hpp and χ(e) one of the damping factors below. For a free impact the restitution ê that
+// such a law delivers obeys
 //
 //     χ (1 + ê) = ln[(1 + χ)/(1 − χ ê)]
 //
-// for any K, n and mass: divide m δ̇ dδ̇ = −F dδ by the bracket and integrate over the loop, where ∮ K δⁿ dδ =
-// 0. Solved for χ at a given ê it is the exact law. Sources of χ: Lankarani and Nikravesh, J. Mech. Des. 112
-// (1990) 369: ¾(1 − e²); Flores, Machado, Silva, Martins, Multibody Syst. Dyn. 25 (2011) 357: 8(1 − e)/(5e).
+// for any F_el and mass: divide m δ̇ dδ̇ = −F dδ by the bracket and integrate over the loop, where ∮ F_el dδ = 0. Solved
+// for χ at a given ê it is the exact law. Kelvin–Voigt, F = K δ + D δ̇, is the one law of another form.
 #pragma once
 
+#include <span>
 #include <string>
+#include <string_view>
 
+#include "formulations/penalty/elastic.hpp"
 #include "model/scene.hpp"
+#include "model/system.hpp"
 
 namespace freeplay {
 
 /// One contact's law, ready to evaluate.
 struct ContactForce {
-  double stiffness = 0;  ///< K, N/m^1.5
-  double chi = 0;        ///< χ, ≥ 0
-  static constexpr double exponent = 1.5;
+  ElasticLaw elastic;
+  double chi = 0;      ///< χ, ≥ 0
+  double viscous = 0;  ///< D of Kelvin–Voigt, N s/m
 
-  double elastic_force(double delta) const { return stiffness * delta * __builtin_sqrt(delta); }
-  double elastic_energy(double delta) const {
-    return stiffness * delta * delta * __builtin_sqrt(delta) / (exponent + 1);
+  /// F for δ > 0; `elastic_force` is elastic.force(δ).
+  double force(double elastic_force, double rate, double v0) const {
+    const double f = elastic_force * (1 + chi * rate / v0) + viscous * rate;
+    return f < 0 ? 0 : f;  // a NaN stays one
   }
 };
 
-const char* name_of(ContactLaw law);
+/// What `freeplay laws` says of a law.
+struct LawFacts {
+  ContactLaw law;
+  std::string_view name, formula, source, range;
+};
+std::span<const LawFacts> contact_laws();
+const LawFacts& facts_of(ContactLaw law);
+/// Hertz's point contact with a damping factor (the others are line contacts or Kelvin–Voigt).
+bool is_point_law(ContactLaw law);
 
-/// χ of a law at the restitution asked for. Throws SceneError where the law has none.
+/// χ of a point law at the restitution asked for. Throws SceneError where the law has none.
 double damping_factor(ContactLaw law, double restitution);
 /// ê from χ by the equation above, by a bracketed root search (Boost TOMS 748).
 double delivered_restitution(double chi);
 /// χ from ê, 0 < ê ≤ 1.
 double exact_damping_factor(double restitution);
+/// ê of a free impact of mass m (kg) under Kelvin–Voigt with the force clamped at zero: the exit is where F = 0.
+double kelvin_voigt_restitution(double stiffness, double viscous, double mass);
 
-/// Hertz's K = (4/3) E* √(R_i R_j/(R_i − R_j)) of a journal inside a bearing, E* = E/(2(1 − ν²)) for like
-/// materials.
+/// The law of one contact from the scene's options. Throws SceneError about the key that is missing.
+ContactForce make_contact_force(const Scene& scene, const ContactFacts& facts);
+
+/// Hertz's K = (4/3) E* √(R_i R_j/(R_i − R_j)) of a journal inside a bearing, E* = E/(2(1 − ν²)) for like materials.
 double hertz_stiffness(double young, double poisson, double radius_bearing, double radius_journal);
 
-/// Duration of the undamped impact of a mass m at speed v: 2.9432 δ_max/v, δ_max = (5 m v²/(4K))^(2/5).
-double hertz_duration(double stiffness, double mass, double speed);
+/// Duration of the undamped impact of a mass m (kg) at speed v (m/s): Hertz's 2.9432… δ_max/v, in general
+/// 2 ∫ dδ/√(v² − 2U(δ)/m) estimated from the energy balance at the greatest depth.
+double elastic_duration(const ElasticLaw& law, double mass, double speed);
 
 }  // namespace freeplay

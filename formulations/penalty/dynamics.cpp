@@ -9,7 +9,6 @@ PenaltyDynamics::PenaltyDynamics(const System& system, const PenaltyOptions& opt
     : system_(system),
       two_alpha_(2 * options.alpha),
       beta_squared_(options.beta * options.beta),
-      friction_{options.friction_v0, options.friction_v1},
       contacts_(std::move(contacts)),
       saddle_(system.mass(), system.pattern(), SolvePath::automatic, redundant),
       e_(system.make_evaluation()),
@@ -18,7 +17,11 @@ PenaltyDynamics::PenaltyDynamics(const System& system, const PenaltyOptions& opt
       lambda_(system.rows()),
       rate_(system.rows()),
       scratch_(system.n()),
-      unit_(system.n()) {}
+      unit_(system.n()) {
+  // One place per contact, so that a bristle is found by its contact; contacts without friction leave theirs at zero.
+  for (const auto& c : contacts_)
+    if (c.friction && c.friction->has_state()) bristles_ = system.contacts();
+}
 
 void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   ++work.rhs;
@@ -34,19 +37,21 @@ void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   double* impulse = dxdt.data() + impulse_offset();
   for (int k = 0; k < system_.contacts(); ++k, impulse += 2) {
     impulse[0] = impulse[1] = 0;
+    if (bristles_) dxdt[bristle_offset() + k] = 0;
     const auto& c = contacts_[k];
     if (!c.closed) continue;
     system_.contact(k, q, v, e_, row_);
     if (!(row_.gap < 0)) continue;
     const double delta = -row_.gap, rate = -row_.normal.dot(v);
-    const double elastic = c.law.elastic_force(delta);
-    const double force = std::max(0.0, elastic * (1 + c.law.chi * rate / c.v0));
+    const double elastic = c.law.elastic.force(delta);
+    const double force = c.law.force(elastic, rate, c.v0);
     row_.normal.add_to(e_.force.data(), force);
     impulse[0] = force;
     integral[contact_loss] += (force - elastic) * rate;
-    if (!c.has_friction) continue;
-    const double v_t = row_.tangent.dot(v);
-    const double tangential = -c.friction * friction_.direction(v_t) * force;
+    if (!c.friction) continue;
+    const double v_t = row_.tangent.dot(v), z = bristles_ ? x[bristle_offset() + k] : 0;
+    const double tangential = -c.friction->coefficient(v_t, c.zone, z) * force;
+    if (bristles_) dxdt[bristle_offset() + k] = c.friction->bristle_rate(v_t, c.zone, z);
     row_.tangent.add_to(e_.force.data(), tangential);
     impulse[1] = tangential;
     integral[friction_loss] -= tangential * v_t;
@@ -105,7 +110,7 @@ double PenaltyDynamics::effective_mass(const ContactRow& row) {
 double PenaltyDynamics::elastic_energy(const Vector& x, double t) {
   double sum = 0;
   for (int k = 0; k < system_.contacts(); ++k)
-    if (contacts_[k].closed) sum += contacts_[k].law.elastic_energy(std::max(0.0, -gap(k, x, t).first));
+    if (contacts_[k].closed) sum += contacts_[k].law.elastic.energy(std::max(0.0, -gap(k, x, t).first));
   return sum;
 }
 

@@ -3,7 +3,7 @@
 //
 //     M v̇ + Gᵀλ = f + Σ W_N F_N + W_T F_T,       G v̇ = γ − 2α(Gv + Φ_t) − β²Φ.
 //
-// The integrated vector is x = [q, v, (P_N, P_T) of each contact, work integrals]. A contact is either open
+// The integrated vector is x = [q, v, (P_N, P_T) of each contact, bristles (LuGre), work integrals]. A contact is either open
 // or closed for the whole of a step: an open one exerts no force however the trial state lies, so each mode's
 // right-hand side is smooth and an event is a root of a smooth function.
 #pragma once
@@ -22,9 +22,10 @@ namespace freeplay {
 /// One contact as the penalty formulation carries it.
 struct PenaltyContact {
   ContactForce law;
-  double friction = 0;  ///< μ, 0 without
-  bool has_friction = false;
+  std::optional<FrictionForce> friction;
   bool closed = false;
+  int zone = 0;         ///< of the friction law, while closed
+  double deepest = 0;   ///< m, so far
   double v0 = 1;  ///< m/s, δ̇ at first touch of the present contact
 };
 
@@ -42,7 +43,10 @@ class PenaltyDynamics {
 
   int size() const { return integral_offset() + integrals; }
   int impulse_offset() const { return 2 * system_.n(); }
-  int integral_offset() const { return impulse_offset() + 2 * system_.contacts(); }
+  int bristle_offset() const { return impulse_offset() + 2 * system_.contacts(); }
+  /// Bristle states, one per contact with LuGre's law, else none.
+  int bristles() const { return bristles_; }
+  int integral_offset() const { return bristle_offset() + bristles_; }
 
   /// Gap and its rate of contact k at x.
   std::pair<double, double> gap(int k, const Vector& x, double t);
@@ -62,7 +66,7 @@ class PenaltyDynamics {
  private:
   const System& system_;
   double two_alpha_, beta_squared_;
-  AmbrosioFriction friction_;
+  int bristles_ = 0;
   std::vector<PenaltyContact> contacts_;
   SaddlePoint saddle_;
   Evaluation e_, probe_;

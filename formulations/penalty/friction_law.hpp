@@ -1,24 +1,92 @@
-// Regularised Coulomb friction. Ambrósio (2003), as used by Flores et al. 2011:
+// Regularised friction, F_T = −F_N c(v_T), as a function c of the sliding speed v (odd in v), μ kinetic, μ_s static:
 //
-//     F_T = −μ c_d F_N sgn(v_T),    c_d = 0 below v₀,  (|v_T| − v₀)/(v₁ − v₀) between,  1 above v₁.
+//   Ambrósio 2003       0 below v₀, μ(|v| − v₀)/(v₁ − v₀) between, μ above v₁
+//   Threlfall 1978      μ(1 − exp(−3|v|/v₀)) up to v₀, then its value there, 0.95 μ
+//   Bengisu–Akay 1994   μ_s[1 − (|v|/v₀ − 1)²] up to v₀, then μ + (μ_s − μ) exp[−ξ(|v| − v₀)]
+//   Brown–McPhee 2016   μ tanh(4x) + (μ_s − μ) x/(x²/4 + ¾)² + σ₂ v,  x = v/v₀
+//   LuGre 1995          ż = v − |v| z/g,  g = [μ + (μ_s − μ) e^(−(v/v₀)²)]/σ₀,  c = σ₀ z + σ₁ ż + σ₂ v
 //
-// It has no stiction: under a tangential load it creeps at up to v₁.
+// LuGre's bristle deflection z (m) is a state of its own (Canudas de Wit et al., IEEE Trans. Autom. Control 40, 419).
+// Where c has a kink the speed axis is cut into zones; within a zone c is the zone's own smooth branch, continued
+// beyond its ends, so that an integrator which stops at the ends never steps over a kink.
 #pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "model/scene.hpp"
 
 namespace freeplay {
 
-struct AmbrosioFriction {
-  double v0 = 0;  ///< m/s
-  double v1 = 0;  ///< m/s, > v0
+struct FrictionForce {
+  FrictionLaw law = FrictionLaw::ambrosio;
+  double mu = 0, mu_static = 0;
+  double v0 = 0, v1 = 0;   ///< m/s
+  double decay = 0;        ///< ξ, s/m
+  double viscous = 0;      ///< σ₂, s/m
+  double sigma0 = 0;       ///< 1/m
+  double sigma1 = 0;       ///< s/m
 
-  /// c_d sgn(v_T), in [−1, 1].
-  double direction(double v_t) const {
-    const double speed = v_t < 0 ? -v_t : v_t;
-    if (speed <= v0) return 0;
-    const double c = speed >= v1 ? 1 : (speed - v0) / (v1 - v0);
-    return v_t < 0 ? -c : c;
+  bool has_state() const { return law == FrictionLaw::lugre; }
+
+  /// Zone of a speed: 0 in the middle where there is one, its sign that of v.
+  int zone(double v) const {
+    const double s = std::abs(v);
+    const int side = v < 0 ? -1 : 1;
+    switch (law) {
+      case FrictionLaw::ambrosio: return s <= v0 ? 0 : s < v1 ? side : 2 * side;
+      case FrictionLaw::threlfall:
+      case FrictionLaw::bengisu_akay: return s < v0 ? side : 2 * side;
+      case FrictionLaw::lugre: return side;
+      default: return 0;
+    }
+  }
+  struct Ends {
+    double low, high;
+  };
+  /// Ends of a zone on the speed axis (m/s).
+  Ends ends(int zone) const {
+    constexpr double far = std::numeric_limits<double>::infinity();
+    const auto mirrored = [&](double a, double b) { return zone < 0 ? Ends{-b, -a} : Ends{a, b}; };
+    const int n = zone < 0 ? -zone : zone;
+    switch (law) {
+      case FrictionLaw::ambrosio: return n == 0 ? Ends{-v0, v0} : n == 1 ? mirrored(v0, v1) : mirrored(v1, far);
+      case FrictionLaw::threlfall:
+      case FrictionLaw::bengisu_akay: return n == 1 ? mirrored(0, v0) : mirrored(v0, far);
+      case FrictionLaw::lugre: return mirrored(0, far);
+      default: return {-far, far};
+    }
+  }
+
+  /// c(v) on the branch of `zone`; z as given for LuGre.
+  double coefficient(double v, int zone, double z) const {
+    const double side = zone < 0 ? -1 : 1, s = side * v;
+    const int n = zone < 0 ? -zone : zone;
+    switch (law) {
+      case FrictionLaw::ambrosio: return n == 0 ? 0 : side * mu * (n == 1 ? (s - v0) / (v1 - v0) : 1);
+      case FrictionLaw::threlfall: return side * mu * (1 - std::exp(n == 1 ? -3 * s / v0 : -3));
+      case FrictionLaw::bengisu_akay:
+        return side * (n == 1 ? mu_static * (1 - (s / v0 - 1) * (s / v0 - 1))
+                              : mu + (mu_static - mu) * std::exp(-decay * (s - v0)));
+      case FrictionLaw::brown_mcphee: {
+        const double x = v / v0, d = 0.25 * x * x + 0.75;
+        return mu * std::tanh(4 * x) + (mu_static - mu) * x / (d * d) + viscous * v;
+      }
+      default: return sigma0 * z + sigma1 * bristle_rate(v, zone, z) + viscous * v;
+    }
+  }
+  /// ż of LuGre.
+  double bristle_rate(double v, int zone, double z) const {
+    const double x = v / v0, g = (mu + (mu_static - mu) * std::exp(-x * x)) / sigma0;
+    return g > 0 ? v - (zone < 0 ? -v : v) * z / g : 0;
   }
 };
+
+/// The law of the scene's options for a contact with Coulomb's μ.
+inline FrictionForce make_friction(const PenaltyOptions& o, double mu) {
+  return {o.friction,       mu,         mu * o.friction_static, o.friction_v0, o.friction_v1, o.friction_decay,
+          o.friction_viscous, o.bristle_stiffness, o.bristle_damping};
+}
 
 /// Friction of a preloaded joint: linear up to the regularising velocity, then the bound.
 inline double preloaded_friction(double bound, double regularisation, double u) {

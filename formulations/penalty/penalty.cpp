@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "formulations/penalty/stepper.hpp"
 #include "formulations/penalty/tolerance.hpp"
 #include "sim/march.hpp"
@@ -9,31 +11,20 @@
 namespace freeplay {
 namespace {
 
-[[noreturn]] void missing(const Scene& scene, const std::string& key, const char* why) {
-  throw SceneError(fmt::format("{}: {}: is missing: {}", scene.file.string(), key, why));
-}
-
 std::vector<PenaltyContact> make_contacts(const Scene& scene, const System& system) {
   std::vector<PenaltyContact> contacts;
   for (int k = 0; k < system.contacts(); ++k) {
     const auto& facts = system.contact_facts(k);
-    const auto& surface = facts.surface;
-    const auto key = [&](const char* name) { return fmt::format("surfaces.{}.{}", surface.name, name); };
-    if (!surface.young) missing(scene, key("young"), "a penalty contact takes its stiffness from it");
-    if (!surface.restitution)
-      missing(scene, key("restitution"), "a penalty contact takes its damping from it");
     PenaltyContact c;
-    c.law.stiffness =
-        hertz_stiffness(*surface.young, *surface.poisson, facts.radius_bearing, facts.radius_journal);
-    c.law.chi = damping_factor(scene.penalty.contact, *surface.restitution);
-    c.has_friction = surface.friction.has_value();
-    c.friction = surface.friction.value_or(0);
+    c.law = make_contact_force(scene, facts);
+    if (facts.surface.friction) c.friction = make_friction(scene.penalty, *facts.surface.friction);
     contacts.push_back(c);
   }
   for (int k = 0; k < system.frictions(); ++k)
     if (!system.friction_facts(k).regularisation)
-      missing(scene, fmt::format("loads.{}.regularisation", system.friction_facts(k).name),
-              "the penalty formulation's friction needs a velocity (m/s) below which it is linear");
+      throw SceneError(fmt::format("{}: loads.{}.regularisation: is missing: the penalty formulation's friction needs a "
+                                   "velocity (m/s) below which it is linear",
+                                   scene.file.string(), system.friction_facts(k).name));
   return contacts;
 }
 
@@ -90,19 +81,45 @@ class Penalty final : public Formulation {
     std::vector<ContactModel> models;
     for (int k = 0; k < system_.contacts(); ++k) {
       const auto& law = stepper_.dynamics().contacts()[k].law;
-      models.push_back({*system_.contact_facts(k).surface.restitution, delivered_restitution(law.chi),
-                        law.stiffness, ContactForce::exponent, law.chi});
+      const double asked = system_.contact_facts(k).surface.restitution.value_or(1);
+      models.push_back({asked, law.viscous > 0 ? std::nan("") : delivered_restitution(law.chi),
+                        law.elastic.kind == ElasticLaw::Kind::hertz || law.elastic.kind == ElasticLaw::Kind::power ||
+                                law.elastic.kind == ElasticLaw::Kind::linear
+                            ? law.elastic.stiffness
+                            : 0,
+                        law.elastic.exponent, law.chi});
     }
     return models;
   }
   std::vector<std::string> notes() const override {
     std::vector<std::string> notes;
+    law_notes(notes);
     if (stepper_.dynamics().singular())
       notes.push_back("constraint rows depend on each other: reactions are those of least norm");
     return notes;
   }
 
  private:
+  /// Where a law was asked for something outside what it can do.
+  void law_notes(std::vector<std::string>& notes) const {
+    const auto& law = facts_of(scene_.penalty.contact);
+    const auto models = contact_models();
+    for (int k = 0; k < system_.contacts(); ++k) {
+      const auto& facts = system_.contact_facts(k);
+      const auto& contact = stepper_.dynamics().contacts()[k];
+      if (contact.law.viscous == 0 && std::abs(models[k].restitution_delivered - models[k].restitution_asked) > 0.05)
+        notes.push_back(fmt::format("{}: {} asked for a restitution of {:.3g} delivers {:.3g}; its range: {}", facts.name,
+                                    law.name, models[k].restitution_asked, models[k].restitution_delivered, law.range));
+      if (scene_.penalty.contact == ContactLaw::pereira && (facts.clearance < 0.005e-3 || facts.clearance >= 10e-3))
+        notes.push_back(fmt::format("{}: pereira at a clearance of {:.4g} mm is outside its range, {}", facts.name,
+                                    1e3 * facts.clearance, law.range));
+      const double depth = stepper_.extremes().penetration[k];
+      if (depth > 0.5 * contact.law.elastic.limit())
+        notes.push_back(fmt::format("{}: penetration {:.3g} m is beyond half the range of {}, {}", facts.name, depth,
+                                    law.name, law.range));
+    }
+  }
+
   const Scene& scene_;
   const System& system_;
   PenaltyStepper<Method> stepper_;
@@ -123,8 +140,8 @@ ErrorNorm make_norm(const System& system, const Scales& s, double tolerance) {
 
 }  // namespace
 
-double delivered_by(const PenaltyOptions& options, double restitution) {
-  return delivered_restitution(damping_factor(options.contact, restitution));
+double delivered_by(const Scene& scene, const ContactFacts& contact) {
+  return delivered_restitution(make_contact_force(scene, contact).chi);
 }
 
 std::unique_ptr<Formulation> make_penalty(const Scene& scene, const System& system, const State& state) {

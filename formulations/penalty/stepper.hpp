@@ -22,6 +22,7 @@ class PenaltyStepper {
       : f_(std::move(dynamics)), method_(std::move(method)), v0_floor_(v0_floor) {
     const int contacts = f_.system().contacts();
     mark_.resize(contacts);
+    end_.resize(contacts);
     scratch_.resize(f_.size());
     extremes_.penetration.assign(contacts, 0);
   }
@@ -34,9 +35,8 @@ class PenaltyStepper {
     for (auto& c : f_.contacts()) c.closed = false;
     method_.start(f_, state.t, scratch_);
     for (int k = 0; k < f_.system().contacts(); ++k) {
-      const auto [g, rate] = f_.gap(k, method_.x, state.t);
-      mark_[k] = {g, rate};
-      if (g < 0 || (g == 0 && rate < 0)) close(k);
+      mark_[k].at = sample(k, method_.x, state.t);
+      if (mark_[k].at.gap < 0 || (mark_[k].at.gap == 0 && mark_[k].at.rate < 0)) close(k);
     }
   }
 
@@ -61,17 +61,23 @@ class PenaltyStepper {
     if (!method_.step(f_, t_end)) return false;
     ++f_.work.steps;
     f_.work.rejected = method_.rejected;
-    Event first{-1, method_.t, 0};
-    for (int k = 0; k < f_.system().contacts(); ++k) find_event(k, first);
+    Event first;
+    first.t = method_.t;
+    for (int k = 0; k < f_.system().contacts(); ++k) {
+      end_[k] = sample(k, method_.x, method_.t);
+      find_gap_event(k, first);
+      find_slide_event(k, first);
+    }
     if (first.contact >= 0) land(first);
     keep_extremes();
     for (int k = 0; k < f_.system().contacts(); ++k) {
-      const auto [g, rate] = f_.gap(k, method_.x, method_.t);
-      mark_[k].gap = g;
-      mark_[k].rate = rate;
-      extremes_.penetration[k] = std::max(extremes_.penetration[k], f_.contacts()[k].closed ? -g : 0.0);
+      mark_[k].at = first.contact >= 0 ? sample(k, method_.x, method_.t) : end_[k];
+      auto& c = f_.contacts()[k];
+      if (!c.closed) continue;
+      extremes_.penetration[k] = std::max(extremes_.penetration[k], -mark_[k].at.gap);
+      if (c.friction && first.contact != k) follow_zone(c, mark_[k].at.slide);
     }
-    if (first.contact >= 0) change_mode(first.contact);
+    if (first.contact >= 0) change_mode(first);
     stalled_ = method_.t > method_.t_old ? 0 : stalled_ + 1;
     return stalled_ < most_stalled;
   }
@@ -92,20 +98,28 @@ class PenaltyStepper {
  private:
   static constexpr int most_stalled = 10;
   static constexpr int samples = 4;  // of a step, to see a gap that opens or closes within it
+  struct Sample {
+    double gap = 0, rate = 0, slide = 0;
+  };
   struct Mark {
-    double gap = 0, rate = 0;
+    Sample at;                                   // end of the last step
     double impulse_n = 0, impulse_t = 0, t = 0;  // at first touch
   };
   struct Event {
-    int contact;
-    double t;
-    double left;  // a time before it in the same step where the gap has its old sign
+    int contact = -1;
+    bool slide = false;  // the sliding speed reaches `boundary`; else the gap reaches zero
+    double t = 0, boundary = 0;
   };
 
-  std::pair<double, double> gap_at(int k, double t) {
-    if (t >= method_.t) return f_.gap(k, method_.x, method_.t);
+  Sample sample(int k, const Vector& x, double t) {
+    const auto& row = f_.contact_row(k, x, t);
+    const double* v = x.data() + f_.system().n();
+    return {row.gap, row.normal.dot(v), row.tangent.dot(v)};
+  }
+  Sample sample_at(int k, double t) {
+    if (t >= method_.t) return end_[k];
     method_.interpolate(t, scratch_);
-    return f_.gap(k, scratch_, t);
+    return sample(k, scratch_, t);
   }
   template <class G>
   double root(G g, double a, double b, double ga, double gb) {
@@ -115,32 +129,34 @@ class PenaltyStepper {
     return 0.5 * (lo + hi);
   }
 
-  /// Finds the first change of sign of contact k's gap in the last step before first.t, by samples of the
-  /// dense output; between samples of one sign a turning point of the gap is looked at as well.
-  void find_event(int k, Event& first) {
+  /// Finds the first change of sign of contact k's gap in the last step before first.t, by samples of the dense
+  /// output; between samples of one sign a turning point of the gap is looked at as well.
+  void find_gap_event(int k, Event& first) {
     const double sign = f_.contacts()[k].closed ? -1 : 1;  // sign·gap is positive while the mode lasts
     const double t0 = method_.t_old, h = method_.t - t0;
-    double ta = t0, ga = sign * mark_[k].gap, ra = sign * mark_[k].rate;
+    const auto& start = mark_[k].at;
+    double ta = t0, ga = sign * start.gap, ra = sign * start.rate;
+    // Far from zero for as fast as the gap moves: nothing to look for.
+    if (std::min(ga, sign * end_[k].gap) > 2 * h * std::max(std::abs(ra), std::abs(end_[k].rate))) return;
     if (ga <= 0 && ra > 0) ga = 0;  // just changed mode here: rounding
+    const auto rate = [&](double t) { return sign * sample_at(k, t).rate; };
     for (int s = 1; s <= samples; ++s) {
       const double tb = s == samples ? method_.t : t0 + h * s / samples;
-      auto [gb, rb] = gap_at(k, tb);
-      gb *= sign;
-      rb *= sign;
+      const auto b = sample_at(k, tb);
+      const double gb = sign * b.gap, rb = sign * b.rate;
       if (gb >= 0 && ra < 0 && rb > 0 && std::min(ga, gb) < (tb - ta) * std::max(-ra, rb)) {
-        const auto turn = root([&](double t) { return sign * gap_at(k, t).second; }, ta, tb, ra, rb);
-        const double least = sign * gap_at(k, turn).first;
-        if (least < 0 && ga > 0) return take(k, sign, ta, turn, ga, least, first);
+        const auto turn = root(rate, ta, tb, ra, rb);
+        const double least = sign * sample_at(k, turn).gap;
+        if (least < 0 && ga > 0) return take_gap(k, sign, ta, turn, ga, least, first);
       }
       if (gb < 0) {
-        if (ga > 0) return take(k, sign, ta, tb, ga, gb, first);
+        if (ga > 0) return take_gap(k, sign, ta, tb, ga, gb, first);
         if (ra > 0) {  // left zero upwards and came back within one sample: the peak lies between
-          const auto peak =
-              rb < 0 ? root([&](double t) { return sign * gap_at(k, t).second; }, ta, tb, ra, rb) : tb;
-          const double most = sign * gap_at(k, peak).first;
-          if (most > 0) return take(k, sign, peak, tb, most, gb, first);
+          const auto peak = rb < 0 ? root(rate, ta, tb, ra, rb) : tb;
+          const double most = sign * sample_at(k, peak).gap;
+          if (most > 0) return take_gap(k, sign, peak, tb, most, gb, first);
         }
-        if (t0 < first.t) first = {k, t0, t0};  // never left zero: the mode ends where it began
+        if (t0 < first.t) first = {k, false, t0, 0};  // never left zero: the mode ends where it began
         return;
       }
       ta = tb;
@@ -148,9 +164,27 @@ class PenaltyStepper {
       ra = rb;
     }
   }
-  void take(int k, double sign, double a, double b, double ga, double gb, Event& first) {
-    const double t = root([&](double s) { return sign * gap_at(k, s).first; }, a, b, ga, gb);
-    if (t < first.t || first.contact < 0) first = {k, t, a};
+  void take_gap(int k, double sign, double a, double b, double ga, double gb, Event& first) {
+    const double t = root([&](double s) { return sign * sample_at(k, s).gap; }, a, b, ga, gb);
+    if (t < first.t || first.contact < 0) first = {k, false, t, 0};
+  }
+
+  /// The sliding speed of a closed contact leaves its zone between the ends of the step.
+  void find_slide_event(int k, Event& first) {
+    const auto& c = f_.contacts()[k];
+    if (!c.closed || !c.friction) return;
+    const auto [low, high] = c.friction->ends(c.zone);
+    const double before = mark_[k].at.slide, after = end_[k].slide;
+    if (!(before > low && before < high) || (after >= low && after <= high)) return;
+    const double boundary = after > high ? high : low;
+    const double t = root([&](double s) { return sample_at(k, s).slide - boundary; }, method_.t_old, method_.t,
+                          before - boundary, after - boundary);
+    if (t < first.t || first.contact < 0) first = {k, true, t, boundary};
+  }
+  /// A speed that rounding left outside its zone at both ends of a step takes its own zone now.
+  static void follow_zone(PenaltyContact& c, double slide) {
+    const auto [low, high] = c.friction->ends(c.zone);
+    if (slide < low || slide > high) c.zone = c.friction->zone(slide);
   }
 
   /// Steps from the old state to the event, then corrects its time by Newton on the gap at the end of the
@@ -159,6 +193,10 @@ class PenaltyStepper {
     ++f_.work.events;
     if (event.t <= method_.t_old) {
       method_.start(f_, method_.t_old, method_.x_old);
+      return;
+    }
+    if (event.slide) {
+      method_.land(f_, event.t);
       return;
     }
     const double length = f_.system().contact_facts(event.contact).clearance;
@@ -174,11 +212,17 @@ class PenaltyStepper {
     }
   }
 
-  void change_mode(int k) {
-    if (f_.contacts()[k].closed)
-      open(k);
-    else
-      close(k);
+  void change_mode(const Event& event) {
+    auto& c = f_.contacts()[event.contact];
+    if (event.slide) {
+      const double nudge = 1e-9 * c.friction->v0;
+      c.zone = c.friction->zone(event.boundary + (event.boundary == c.friction->ends(c.zone).high ? nudge : -nudge));
+      restart_ = true;
+    } else if (c.closed) {
+      open(event.contact);
+    } else {
+      close(event.contact);
+    }
   }
   double crank() const { return f_.system().crank_angle(method_.x.data()); }
 
@@ -189,8 +233,10 @@ class PenaltyStepper {
     c.closed = true;
     c.v0 = std::max(-rate, v0_floor_);
     const int p = f_.impulse_offset() + 2 * k;
-    mark_[k] = {row.gap, rate, method_.x[p], method_.x[p + 1], method_.t};
-    const double duration = hertz_duration(c.law.stiffness, f_.effective_mass(row), c.v0);
+    mark_[k] = {{row.gap, rate, slide}, method_.x[p], method_.x[p + 1], method_.t};
+    if (c.friction) c.zone = c.friction->zone(slide);
+    if (f_.bristles()) method_.x[f_.bristle_offset() + k] = 0;
+    const double duration = elastic_duration(c.law.elastic, f_.effective_mass(row), c.v0);
     log_->touch(k, method_.t, crank(), rate, slide, time_uncertainty(), 4 * duration);
     restart_ = true;
     method_.limit_step(0.05 * duration);
@@ -202,8 +248,7 @@ class PenaltyStepper {
     const int p = f_.impulse_offset() + 2 * k;
     log_->leave(k, method_.t, crank(), rate, slide, method_.x[p] - mark_[k].impulse_n,
                 method_.x[p + 1] - mark_[k].impulse_t, method_.t - mark_[k].t);
-    mark_[k].gap = row.gap;
-    mark_[k].rate = rate;
+    mark_[k].at = {row.gap, rate, slide};
     restart_ = true;
   }
   double time_uncertainty() const { return 4e-16 * method_.t; }
@@ -221,6 +266,7 @@ class PenaltyStepper {
   double v0_floor_;
   ContactLog* log_ = nullptr;
   std::vector<Mark> mark_;
+  std::vector<Sample> end_;  // of the step as it was made, before an event cuts it
   mutable Vector scratch_;
   Extremes extremes_;
   bool restart_ = false;  // the mode has changed since the last right-hand side

@@ -41,6 +41,7 @@ struct Clearance {
   double radial = 0;          ///< m, > 0: bearing radius less journal radius
   double bearing_radius = 0;  ///< m, > radial
   int surface = -1;           ///< index into Mechanism::surfaces
+  std::optional<double> bearing_length;  ///< m, > 0: length of the bearing; line contacts need it
 };
 
 /// Two points kept together, each in its body's frame (ground: world), m from the centre of mass.

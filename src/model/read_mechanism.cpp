@@ -51,6 +51,7 @@ Clearance read_clearance(const Mechanism& mechanism, Section& s) {
   if (c.bearing_radius <= c.radial)
     s.fail("bearing_radius",
            fmt::format("must be greater than the clearance {}, is {}", c.radial, c.bearing_radius));
+  c.bearing_length = s.maybe_number("bearing_length", positive);
   const auto name = s.text("surface");
   c.surface = index_of(mechanism.surfaces, name, [](const auto& x) { return x.name; });
   if (c.surface < 0)

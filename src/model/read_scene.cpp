@@ -67,11 +67,27 @@ RunOptions read_run(Section& s, const Mechanism& mechanism) {
 
 PenaltyOptions read_penalty(Section s) {
   PenaltyOptions o;
-  o.contact = static_cast<ContactLaw>(s.choice("contact", {"lankarani-nikravesh", "flores", "exact"}, 2));
-  o.friction = static_cast<FrictionLaw>(s.choice("friction", {"ambrosio"}, 0));
-  o.friction_v0 = s.number("friction_v0", non_negative, o.friction_v0);
+  o.contact = static_cast<ContactLaw>(s.choice("contact", contact_law_names, static_cast<int>(o.contact)));
+  if (s.has("damping")) {
+    if (o.contact < ContactLaw::johnson)
+      s.fail("damping", "belongs to line contacts (johnson and below in `freeplay laws`); this law has its own");
+    std::vector<std::string> point(contact_law_names.begin(),
+                                   contact_law_names.begin() + static_cast<int>(ContactLaw::kelvin_voigt));
+    o.damping = static_cast<ContactLaw>(s.choice("damping", point));
+  }
+  if (o.contact == ContactLaw::kelvin_voigt || s.has("kelvin_stiffness") || s.has("kelvin_damping")) {
+    o.kelvin_stiffness = s.maybe_number("kelvin_stiffness", positive);
+    o.kelvin_damping = s.maybe_number("kelvin_damping", non_negative);
+  }
+  o.friction = static_cast<FrictionLaw>(s.choice("friction", friction_law_names, 0));
+  o.friction_v0 = s.number("friction_v0", o.friction == FrictionLaw::ambrosio ? non_negative : positive, o.friction_v0);
   o.friction_v1 = s.number("friction_v1", positive, o.friction_v1);
-  if (o.friction_v1 <= o.friction_v0)
+  o.friction_static = s.number("friction_static", one_or_more, o.friction_static);
+  o.friction_decay = s.number("friction_decay", non_negative, o.friction_decay);
+  o.friction_viscous = s.number("friction_viscous", non_negative, o.friction_viscous);
+  o.bristle_stiffness = s.number("bristle_stiffness", positive, o.bristle_stiffness);
+  o.bristle_damping = s.number("bristle_damping", non_negative, o.bristle_damping);
+  if (o.friction == FrictionLaw::ambrosio && o.friction_v1 <= o.friction_v0)
     s.fail("friction_v1",
            fmt::format("must be greater than friction_v0 = {}, is {}", o.friction_v0, o.friction_v1));
   o.alpha = s.number("alpha", non_negative, o.alpha);
@@ -113,6 +129,13 @@ Accelerometer read_accelerometer(const Mechanism& mechanism, const std::string& 
 }
 
 }  // namespace
+
+const std::vector<std::string> contact_law_names = {
+    "hertz",        "hunt-crossley", "herbert-mcwhannell", "lee-wang", "lankarani-nikravesh", "gonthier",
+    "zhiying-qishao", "flores",      "hu-guo",             "carvalho-martins", "exact",       "kelvin-voigt",
+    "johnson",      "esdu-78035",    "radzimovsky",        "liu",      "persson",             "pereira"};
+const std::vector<std::string> friction_law_names = {"ambrosio", "threlfall", "bengisu-akay", "lugre",
+                                                     "brown-mcphee"};
 
 const SpeedDrive* main_drive(const Mechanism& mechanism) {
   for (const auto& drive : mechanism.drives)

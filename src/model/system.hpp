@@ -28,6 +28,7 @@ struct ContactFacts {
   double clearance = 0;  ///< m: the length that its gaps and penetrations are measured by
   double radius_bearing = 0, radius_journal = 0;  ///< m
   Surface surface;
+  std::optional<double> bearing_length;  ///< m
 };
 
 /// A contact's geometry at one state. Without friction the tangent row stays empty.

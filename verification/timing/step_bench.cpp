@@ -37,9 +37,10 @@ void penalty_rhs(benchmark::State& state) {
   const Setup s;
   const bool closed = state.range(0) != 0;
   PenaltyContact contact;
-  contact.law = {1.055e11, 1.66};
-  contact.friction = 0.01;
-  contact.has_friction = true;
+  contact.law.elastic.stiffness = 1.055e11;
+  contact.law.chi = 1.66;
+  contact.friction = make_friction(s.scene.penalty, 0.01);
+  contact.zone = contact.friction->zone(0.05);
   contact.closed = closed;
   PenaltyDynamics f(s.system, s.scene.penalty, {contact}, false);
   std::vector<double> x(f.size(), 0.0), dxdt(f.size());

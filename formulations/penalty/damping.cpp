@@ -1,0 +1,83 @@
+// Damping factors χ(e) and the restitution that they deliver.
+#include <fmt/format.h>
+
+#include <boost/math/tools/toms748_solve.hpp>
+#include <cmath>
+
+#include "formulations/penalty/contact_law.hpp"
+
+namespace freeplay {
+namespace {
+
+template <class F>
+double root(F f, double lo, double hi) {
+  std::uintmax_t iterations = 200;
+  const auto [a, b] =
+      boost::math::tools::toms748_solve(f, lo, hi, boost::math::tools::eps_tolerance<double>(52), iterations);
+  return 0.5 * (a + b);
+}
+
+}  // namespace
+
+double delivered_restitution(double chi) {
+  if (chi == 0) return 1;
+  // With y = ln(1 − χê): (1 − e^y) + χ + y = ln(1 + χ), monotone in y < 0, well conditioned for any χ.
+  const double log_chi = std::log1p(chi);
+  const auto f = [&](double y) { return chi - std::expm1(y) + y - log_chi; };
+  // f < 0 at y = ln(1 + χ) − χ − 2 and f > 0 at 0; near χ = 0 the root tends to −χ.
+  const double y = root(f, log_chi - chi - 2, 0);
+  return -std::expm1(y) / chi;
+}
+
+double exact_damping_factor(double e) {
+  if (e >= 1) return 0;
+  // With y = ln(1 − χe), χ = (1 − e^y)/e: the trivial root y = 0 is divided out by bracketing away from it.
+  const auto f = [&](double y) {
+    const double chi = -std::expm1(y) / e;
+    return chi * (1 + e) - std::log1p(chi) + y;
+  };
+  // Near y = 0, χ ≈ −y/e and f ≈ χ²(1 − e²)/2 > 0; far below, y dominates and f < 0.
+  double near = -e * (1 - e);
+  while (f(near) <= 0) near *= 0.5;
+  double far = -(1 + 1 / e) * 2;
+  while (f(far) >= 0) far *= 2;
+  return -std::expm1(root(f, far, near)) / e;
+}
+
+double damping_factor(ContactLaw law, double e) {
+  const auto over = [&](double numerator, double denominator) {
+    if (denominator > 0) return numerator / denominator;
+    throw SceneError(fmt::format("penalty.contact = \"{}\" needs a restitution greater than 0: its damping factor is "
+                                 "infinite at 0",
+                                 facts_of(law).name));
+  };
+  switch (law) {
+    case ContactLaw::hertz: return 0;
+    case ContactLaw::hunt_crossley: return 1.5 * (1 - e);
+    case ContactLaw::herbert_mcwhannell: return 6 * (1 - e) / ((2 * e - 1) * (2 * e - 1) + 3);
+    case ContactLaw::lee_wang: return 0.75 * (1 - e);
+    case ContactLaw::lankarani_nikravesh: return 0.75 * (1 - e * e);
+    case ContactLaw::gonthier: return over(1 - e * e, e);
+    case ContactLaw::zhiying_qishao: return 0.75 * (1 - e * e) * std::exp(2 * (1 - e));
+    case ContactLaw::flores: return over(8 * (1 - e), 5 * e);
+    case ContactLaw::hu_guo: return over(3 * (1 - e), 2 * e);
+    case ContactLaw::carvalho_martins: return 1.5 * (1 - e) * (11 - e) / (1 + 9 * e);
+    default: over(1, e); return exact_damping_factor(e);
+  }
+}
+
+/// m δ̈ + D δ̇ + K δ = 0 from δ = 0: with ζ = D/(2√(Km)) the force vanishes at ω_d t = atan2(2ζ√(1−ζ²), 2ζ²−1), where the
+/// speed has fallen to e^(−ζ ω₀ t); overdamped, the same with hyperbolic functions.
+double kelvin_voigt_restitution(double stiffness, double viscous, double mass) {
+  const double zeta = viscous / (2 * std::sqrt(stiffness * mass));
+  if (zeta == 0) return 1;
+  if (std::abs(zeta - 1) < 1e-9) return std::exp(-2);
+  if (zeta < 1) {
+    const double s = std::sqrt(1 - zeta * zeta);
+    return std::exp(-zeta / s * std::atan2(2 * zeta * s, 2 * zeta * zeta - 1));
+  }
+  const double s = std::sqrt(zeta * zeta - 1);
+  return std::exp(-zeta / s * std::log((zeta + s) / (zeta - s)));
+}
+
+}  // namespace freeplay
