@@ -2,13 +2,14 @@
 //
 //     F = F_el(δ) (1 + χ δ̇/v₀),     clamped at zero,
 //
-// where F_el is one of elastic.hpp and χ(e) one of the damping factors below. For a free impact the restitution ê that
-// such a law delivers obeys
+// where F_el is one of elastic.hpp and χ(e) one of the damping factors below. For a free impact the
+// restitution ê that such a law delivers obeys
 //
 //     χ (1 + ê) = ln[(1 + χ)/(1 − χ ê)]
 //
-// for any F_el and mass: divide m δ̇ dδ̇ = −F dδ by the bracket and integrate over the loop, where ∮ F_el dδ = 0. Solved
-// for χ at a given ê it is the exact law. Kelvin–Voigt, F = K δ + D δ̇, is the one law of another form.
+// for any F_el and mass: divide m δ̇ dδ̇ = −F dδ by the bracket and integrate over the loop, where ∮ F_el dδ =
+// 0. Solved for χ at a given ê it is the exact law. Kelvin–Voigt, F = K δ + D δ̇, is the one law of another
+// form.
 #pragma once
 
 #include <span>
@@ -50,13 +51,15 @@ double damping_factor(ContactLaw law, double restitution);
 double delivered_restitution(double chi);
 /// χ from ê, 0 < ê ≤ 1.
 double exact_damping_factor(double restitution);
-/// ê of a free impact of mass m (kg) under Kelvin–Voigt with the force clamped at zero: the exit is where F = 0.
+/// ê of a free impact of mass m (kg) under Kelvin–Voigt with the force clamped at zero: the exit is where F =
+/// 0.
 double kelvin_voigt_restitution(double stiffness, double viscous, double mass);
 
 /// The law of one contact from the scene's options. Throws SceneError about the key that is missing.
 ContactForce make_contact_force(const Scene& scene, const ContactFacts& facts);
 
-/// Hertz's K = (4/3) E* √(R_i R_j/(R_i − R_j)) of a journal inside a bearing, E* = E/(2(1 − ν²)) for like materials.
+/// Hertz's K = (4/3) E* √(R_i R_j/(R_i − R_j)) of a journal inside a bearing, E* = E/(2(1 − ν²)) for like
+/// materials.
 double hertz_stiffness(double young, double poisson, double radius_bearing, double radius_journal);
 
 /// Duration of the undamped impact of a mass m (kg) at speed v (m/s): Hertz's 2.9432… δ_max/v, in general

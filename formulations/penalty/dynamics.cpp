@@ -18,7 +18,8 @@ PenaltyDynamics::PenaltyDynamics(const System& system, const PenaltyOptions& opt
       rate_(system.rows()),
       scratch_(system.n()),
       unit_(system.n()) {
-  // One place per contact, so that a bristle is found by its contact; contacts without friction leave theirs at zero.
+  // One place per contact, so that a bristle is found by its contact; contacts without friction leave theirs
+  // at zero.
   for (const auto& c : contacts_)
     if (c.friction && c.friction->has_state()) bristles_ = system.contacts();
 }

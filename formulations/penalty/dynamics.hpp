@@ -3,9 +3,9 @@
 //
 //     M v̇ + Gᵀλ = f + Σ W_N F_N + W_T F_T,       G v̇ = γ − 2α(Gv + Φ_t) − β²Φ.
 //
-// The integrated vector is x = [q, v, (P_N, P_T) of each contact, bristles (LuGre), work integrals]. A contact is either open
-// or closed for the whole of a step: an open one exerts no force however the trial state lies, so each mode's
-// right-hand side is smooth and an event is a root of a smooth function.
+// The integrated vector is x = [q, v, (P_N, P_T) of each contact, bristles (LuGre), work integrals]. A
+// contact is either open or closed for the whole of a step: an open one exerts no force however the trial
+// state lies, so each mode's right-hand side is smooth and an event is a root of a smooth function.
 #pragma once
 
 #include <vector>
@@ -24,9 +24,9 @@ struct PenaltyContact {
   ContactForce law;
   std::optional<FrictionForce> friction;
   bool closed = false;
-  int zone = 0;         ///< of the friction law, while closed
-  double deepest = 0;   ///< m, so far
-  double v0 = 1;  ///< m/s, δ̇ at first touch of the present contact
+  int zone = 0;        ///< of the friction law, while closed
+  double deepest = 0;  ///< m, so far
+  double v0 = 1;       ///< m/s, δ̇ at first touch of the present contact
 };
 
 class PenaltyDynamics {

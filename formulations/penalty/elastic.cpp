@@ -10,7 +10,8 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// Solves δ = f [ln(A/f) + B] for f on its rising branch, f < A e^(B − 1), by Newton's method kept inside a bracket.
+/// Solves δ = f [ln(A/f) + B] for f on its rising branch, f < A e^(B − 1), by Newton's method kept inside a
+/// bracket.
 double logarithmic_root(double delta, double A, double B) {
   if (delta == 0) return 0;
   const double top = A * std::exp(B - 1);
@@ -20,46 +21,56 @@ double logarithmic_root(double delta, double A, double B) {
   };
   const double guess = delta / std::max(1.5, std::log(A / delta) + B);
   std::uintmax_t most = 100;
-  return boost::math::tools::newton_raphson_iterate(g, std::min(guess, 0.5 * top), guess * 1e-6, top, 52, most);
+  return boost::math::tools::newton_raphson_iterate(g, std::min(guess, 0.5 * top), guess * 1e-6, top, 52,
+                                                    most);
 }
 
 }  // namespace
 
 double ElasticLaw::limit() const {
   switch (kind) {
-    case Kind::logarithmic: return 4 * clearance * std::exp(offset - 1);  // where dδ/df = 0: δ = f
+    case Kind::logarithmic:
+      return 4 * clearance * std::exp(offset - 1);  // where dδ/df = 0: δ = f
     case Kind::persson: {
       // The denominator 2 − ln(b² + 1) − 2b⁴ vanishes at b² = 0.83462…: the load of a full conformal contact.
       constexpr double b2 = 0.834615245477657;
       return 2 * clearance * b2 / (1 - b2);
     }
-    default: return std::numeric_limits<double>::infinity();
+    default:
+      return std::numeric_limits<double>::infinity();
   }
 }
 
 double ElasticLaw::other_force(double delta) const {
   switch (kind) {
-    case Kind::power: return stiffness * std::pow(delta, exponent);
-    case Kind::linear: return stiffness * delta;
+    case Kind::power:
+      return stiffness * std::pow(delta, exponent);
+    case Kind::linear:
+      return stiffness * delta;
     case Kind::logarithmic:
       if (!(delta < limit())) return std::numeric_limits<double>::quiet_NaN();
       return stiffness * logarithmic_root(delta, 4 * clearance, offset);
-    case Kind::liu: return stiffness * delta * std::sqrt(delta / (2 * (clearance + delta)));
+    case Kind::liu:
+      return stiffness * delta * std::sqrt(delta / (2 * (clearance + delta)));
     case Kind::persson: {
       if (!(delta < limit())) return std::numeric_limits<double>::quiet_NaN();
       const double b2 = delta / (2 * clearance + delta);
       return stiffness * clearance * b2 * (b2 + 1) / (2 - std::log1p(b2) - 2 * b2 * b2);
     }
-    default: return stiffness * delta * std::sqrt(delta);
+    default:
+      return stiffness * delta * std::sqrt(delta);
   }
 }
 
 double ElasticLaw::energy(double delta) const {
   if (!(delta > 0)) return 0;
   switch (kind) {
-    case Kind::hertz: return 0.4 * force(delta) * delta;
-    case Kind::power: return force(delta) * delta / (exponent + 1);
-    case Kind::linear: return 0.5 * force(delta) * delta;
+    case Kind::hertz:
+      return 0.4 * force(delta) * delta;
+    case Kind::power:
+      return force(delta) * delta / (exponent + 1);
+    case Kind::linear:
+      return 0.5 * force(delta) * delta;
     case Kind::logarithmic: {
       // ∫ F (dδ/df) df with dδ/df = ln(A/f) + B − 1.
       const double f = force(delta) / stiffness;
@@ -68,7 +79,8 @@ double ElasticLaw::energy(double delta) const {
     default: {
       // With δ = s² the integrand is smooth at zero.
       const auto g = [&](double s) { return 2 * s * force(s * s); };
-      return boost::math::quadrature::gauss_kronrod<double, 31>::integrate(g, 0.0, std::sqrt(delta), 5, 1e-13);
+      return boost::math::quadrature::gauss_kronrod<double, 31>::integrate(g, 0.0, std::sqrt(delta), 5,
+                                                                           1e-13);
     }
   }
 }

@@ -1,4 +1,5 @@
-// Regularised friction, F_T = −F_N c(v_T), as a function c of the sliding speed v (odd in v), μ kinetic, μ_s static:
+// Regularised friction, F_T = −F_N c(v_T), as a function c of the sliding speed v (odd in v), μ kinetic, μ_s
+// static:
 //
 //   Ambrósio 2003       0 below v₀, μ(|v| − v₀)/(v₁ − v₀) between, μ above v₁
 //   Threlfall 1978      μ(1 − exp(−3|v|/v₀)) up to v₀, then its value there, 0.95 μ
@@ -6,9 +7,9 @@
 //   Brown–McPhee 2016   μ tanh(4x) + (μ_s − μ) x/(x²/4 + ¾)² + σ₂ v,  x = v/v₀
 //   LuGre 1995          ż = v − |v| z/g,  g = [μ + (μ_s − μ) e^(−(v/v₀)²)]/σ₀,  c = σ₀ z + σ₁ ż + σ₂ v
 //
-// LuGre's bristle deflection z (m) is a state of its own (Canudas de Wit et al., IEEE Trans. Autom. Control 40, 419).
-// Where c has a kink the speed axis is cut into zones; within a zone c is the zone's own smooth branch, continued
-// beyond its ends, so that an integrator which stops at the ends never steps over a kink.
+// LuGre's bristle deflection z (m) is a state of its own (Canudas de Wit et al., IEEE Trans. Autom. Control
+// 40, 419). Where c has a kink the speed axis is cut into zones; within a zone c is the zone's own smooth
+// branch, continued beyond its ends, so that an integrator which stops at the ends never steps over a kink.
 #pragma once
 
 #include <cmath>
@@ -21,11 +22,11 @@ namespace freeplay {
 struct FrictionForce {
   FrictionLaw law = FrictionLaw::ambrosio;
   double mu = 0, mu_static = 0;
-  double v0 = 0, v1 = 0;   ///< m/s
-  double decay = 0;        ///< ξ, s/m
-  double viscous = 0;      ///< σ₂, s/m
-  double sigma0 = 0;       ///< 1/m
-  double sigma1 = 0;       ///< s/m
+  double v0 = 0, v1 = 0;  ///< m/s
+  double decay = 0;       ///< ξ, s/m
+  double viscous = 0;     ///< σ₂, s/m
+  double sigma0 = 0;      ///< 1/m
+  double sigma1 = 0;      ///< s/m
 
   bool has_state() const { return law == FrictionLaw::lugre; }
 
@@ -34,11 +35,15 @@ struct FrictionForce {
     const double s = std::abs(v);
     const int side = v < 0 ? -1 : 1;
     switch (law) {
-      case FrictionLaw::ambrosio: return s <= v0 ? 0 : s < v1 ? side : 2 * side;
+      case FrictionLaw::ambrosio:
+        return s <= v0 ? 0 : s < v1 ? side : 2 * side;
       case FrictionLaw::threlfall:
-      case FrictionLaw::bengisu_akay: return s < v0 ? side : 2 * side;
-      case FrictionLaw::lugre: return side;
-      default: return 0;
+      case FrictionLaw::bengisu_akay:
+        return s < v0 ? side : 2 * side;
+      case FrictionLaw::lugre:
+        return side;
+      default:
+        return 0;
     }
   }
   struct Ends {
@@ -50,11 +55,15 @@ struct FrictionForce {
     const auto mirrored = [&](double a, double b) { return zone < 0 ? Ends{-b, -a} : Ends{a, b}; };
     const int n = zone < 0 ? -zone : zone;
     switch (law) {
-      case FrictionLaw::ambrosio: return n == 0 ? Ends{-v0, v0} : n == 1 ? mirrored(v0, v1) : mirrored(v1, far);
+      case FrictionLaw::ambrosio:
+        return n == 0 ? Ends{-v0, v0} : n == 1 ? mirrored(v0, v1) : mirrored(v1, far);
       case FrictionLaw::threlfall:
-      case FrictionLaw::bengisu_akay: return n == 1 ? mirrored(0, v0) : mirrored(v0, far);
-      case FrictionLaw::lugre: return mirrored(0, far);
-      default: return {-far, far};
+      case FrictionLaw::bengisu_akay:
+        return n == 1 ? mirrored(0, v0) : mirrored(v0, far);
+      case FrictionLaw::lugre:
+        return mirrored(0, far);
+      default:
+        return {-far, far};
     }
   }
 
@@ -63,8 +72,10 @@ struct FrictionForce {
     const double side = zone < 0 ? -1 : 1, s = side * v;
     const int n = zone < 0 ? -zone : zone;
     switch (law) {
-      case FrictionLaw::ambrosio: return n == 0 ? 0 : side * mu * (n == 1 ? (s - v0) / (v1 - v0) : 1);
-      case FrictionLaw::threlfall: return side * mu * (1 - std::exp(n == 1 ? -3 * s / v0 : -3));
+      case FrictionLaw::ambrosio:
+        return n == 0 ? 0 : side * mu * (n == 1 ? (s - v0) / (v1 - v0) : 1);
+      case FrictionLaw::threlfall:
+        return side * mu * (1 - std::exp(n == 1 ? -3 * s / v0 : -3));
       case FrictionLaw::bengisu_akay:
         return side * (n == 1 ? mu_static * (1 - (s / v0 - 1) * (s / v0 - 1))
                               : mu + (mu_static - mu) * std::exp(-decay * (s - v0)));
@@ -72,7 +83,8 @@ struct FrictionForce {
         const double x = v / v0, d = 0.25 * x * x + 0.75;
         return mu * std::tanh(4 * x) + (mu_static - mu) * x / (d * d) + viscous * v;
       }
-      default: return sigma0 * z + sigma1 * bristle_rate(v, zone, z) + viscous * v;
+      default:
+        return sigma0 * z + sigma1 * bristle_rate(v, zone, z) + viscous * v;
     }
   }
   /// ż of LuGre.
@@ -84,8 +96,15 @@ struct FrictionForce {
 
 /// The law of the scene's options for a contact with Coulomb's μ.
 inline FrictionForce make_friction(const PenaltyOptions& o, double mu) {
-  return {o.friction,       mu,         mu * o.friction_static, o.friction_v0, o.friction_v1, o.friction_decay,
-          o.friction_viscous, o.bristle_stiffness, o.bristle_damping};
+  return {o.friction,
+          mu,
+          mu * o.friction_static,
+          o.friction_v0,
+          o.friction_v1,
+          o.friction_decay,
+          o.friction_viscous,
+          o.bristle_stiffness,
+          o.bristle_damping};
 }
 
 /// Friction of a preloaded joint: linear up to the regularising velocity, then the bound.

@@ -22,9 +22,10 @@ std::vector<PenaltyContact> make_contacts(const Scene& scene, const System& syst
   }
   for (int k = 0; k < system.frictions(); ++k)
     if (!system.friction_facts(k).regularisation)
-      throw SceneError(fmt::format("{}: loads.{}.regularisation: is missing: the penalty formulation's friction needs a "
-                                   "velocity (m/s) below which it is linear",
-                                   scene.file.string(), system.friction_facts(k).name));
+      throw SceneError(
+          fmt::format("{}: loads.{}.regularisation: is missing: the penalty formulation's friction needs a "
+                      "velocity (m/s) below which it is linear",
+                      scene.file.string(), system.friction_facts(k).name));
   return contacts;
 }
 
@@ -83,7 +84,8 @@ class Penalty final : public Formulation {
       const auto& law = stepper_.dynamics().contacts()[k].law;
       const double asked = system_.contact_facts(k).surface.restitution.value_or(1);
       models.push_back({asked, law.viscous > 0 ? std::nan("") : delivered_restitution(law.chi),
-                        law.elastic.kind == ElasticLaw::Kind::hertz || law.elastic.kind == ElasticLaw::Kind::power ||
+                        law.elastic.kind == ElasticLaw::Kind::hertz ||
+                                law.elastic.kind == ElasticLaw::Kind::power ||
                                 law.elastic.kind == ElasticLaw::Kind::linear
                             ? law.elastic.stiffness
                             : 0,
@@ -107,16 +109,19 @@ class Penalty final : public Formulation {
     for (int k = 0; k < system_.contacts(); ++k) {
       const auto& facts = system_.contact_facts(k);
       const auto& contact = stepper_.dynamics().contacts()[k];
-      if (contact.law.viscous == 0 && std::abs(models[k].restitution_delivered - models[k].restitution_asked) > 0.05)
-        notes.push_back(fmt::format("{}: {} asked for a restitution of {:.3g} delivers {:.3g}; its range: {}", facts.name,
-                                    law.name, models[k].restitution_asked, models[k].restitution_delivered, law.range));
-      if (scene_.penalty.contact == ContactLaw::pereira && (facts.clearance < 0.005e-3 || facts.clearance >= 10e-3))
-        notes.push_back(fmt::format("{}: pereira at a clearance of {:.4g} mm is outside its range, {}", facts.name,
-                                    1e3 * facts.clearance, law.range));
+      if (contact.law.viscous == 0 &&
+          std::abs(models[k].restitution_delivered - models[k].restitution_asked) > 0.05)
+        notes.push_back(fmt::format("{}: {} asked for a restitution of {:.3g} delivers {:.3g}; its range: {}",
+                                    facts.name, law.name, models[k].restitution_asked,
+                                    models[k].restitution_delivered, law.range));
+      if (scene_.penalty.contact == ContactLaw::pereira &&
+          (facts.clearance < 0.005e-3 || facts.clearance >= 10e-3))
+        notes.push_back(fmt::format("{}: pereira at a clearance of {:.4g} mm is outside its range, {}",
+                                    facts.name, 1e3 * facts.clearance, law.range));
       const double depth = stepper_.extremes().penetration[k];
       if (depth > 0.5 * contact.law.elastic.limit())
-        notes.push_back(fmt::format("{}: penetration {:.3g} m is beyond half the range of {}, {}", facts.name, depth,
-                                    law.name, law.range));
+        notes.push_back(fmt::format("{}: penetration {:.3g} m is beyond half the range of {}, {}", facts.name,
+                                    depth, law.name, law.range));
     }
   }
 
@@ -127,14 +132,21 @@ class Penalty final : public Formulation {
   double initial_ = 0, elastic_ = 0;
 };
 
-ErrorNorm make_norm(const System& system, const Scales& s, double tolerance) {
+/// Scales of the integrated vector; impulses and work integrals have none and are carried along.
+ErrorNorm make_norm(const System& system, const Scales& s, const PenaltyOptions& options) {
   ErrorNorm norm;
-  norm.tolerance = tolerance;
+  norm.tolerance = options.tolerance;
   const int n = system.n();
   for (int i = 0; i < n; ++i) norm.absolute.push_back(system.is_angle(i) ? s.angle : s.length);
   norm.relative.assign(n, 0);
   for (int i = 0; i < n; ++i) norm.absolute.push_back(system.is_angle(i) ? s.angular_speed : s.speed);
   norm.relative.resize(2 * n, 1);
+  if (options.friction == FrictionLaw::lugre) {
+    // Bristles: deflections of the order 1/σ₀ behind the impulses, which are carried along.
+    norm.absolute.resize(2 * n + 2 * system.contacts(), INFINITY);
+    norm.absolute.resize(norm.absolute.size() + system.contacts(), 1 / options.bristle_stiffness);
+    norm.relative.resize(norm.absolute.size(), 0);
+  }
   return norm;
 }
 
@@ -151,7 +163,7 @@ std::unique_ptr<Formulation> make_penalty(const Scene& scene, const System& syst
   if (options.integrator == Integrator::rk4)
     return std::make_unique<Penalty<Rk4>>(scene, system, state, Rk4(options.step), floor);
   return std::make_unique<Penalty<Dopri5>>(
-      scene, system, state, Dopri5(make_norm(system, scales, options.tolerance), 1e-3 * scales.time), floor);
+      scene, system, state, Dopri5(make_norm(system, scales, options), 1e-3 * scales.time), floor);
 }
 
 }  // namespace freeplay

@@ -11,8 +11,8 @@ namespace freeplay {
 /// contact force needs.
 std::unique_ptr<Formulation> make_penalty(const Scene& scene, const System& system, const State& state);
 
-/// The restitution that the scene's contact law delivers at a contact in a free impact; not for Kelvin–Voigt, where it
-/// depends on the mass.
+/// The restitution that the scene's contact law delivers at a contact in a free impact; not for Kelvin–Voigt,
+/// where it depends on the mass.
 double delivered_by(const Scene& scene, const ContactFacts& contact);
 
 }  // namespace freeplay

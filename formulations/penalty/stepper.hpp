@@ -129,8 +129,8 @@ class PenaltyStepper {
     return 0.5 * (lo + hi);
   }
 
-  /// Finds the first change of sign of contact k's gap in the last step before first.t, by samples of the dense
-  /// output; between samples of one sign a turning point of the gap is looked at as well.
+  /// Finds the first change of sign of contact k's gap in the last step before first.t, by samples of the
+  /// dense output; between samples of one sign a turning point of the gap is looked at as well.
   void find_gap_event(int k, Event& first) {
     const double sign = f_.contacts()[k].closed ? -1 : 1;  // sign·gap is positive while the mode lasts
     const double t0 = method_.t_old, h = method_.t - t0;
@@ -177,8 +177,8 @@ class PenaltyStepper {
     const double before = mark_[k].at.slide, after = end_[k].slide;
     if (!(before > low && before < high) || (after >= low && after <= high)) return;
     const double boundary = after > high ? high : low;
-    const double t = root([&](double s) { return sample_at(k, s).slide - boundary; }, method_.t_old, method_.t,
-                          before - boundary, after - boundary);
+    const double t = root([&](double s) { return sample_at(k, s).slide - boundary; }, method_.t_old,
+                          method_.t, before - boundary, after - boundary);
     if (t < first.t || first.contact < 0) first = {k, true, t, boundary};
   }
   /// A speed that rounding left outside its zone at both ends of a step takes its own zone now.
@@ -216,7 +216,8 @@ class PenaltyStepper {
     auto& c = f_.contacts()[event.contact];
     if (event.slide) {
       const double nudge = 1e-9 * c.friction->v0;
-      c.zone = c.friction->zone(event.boundary + (event.boundary == c.friction->ends(c.zone).high ? nudge : -nudge));
+      c.zone = c.friction->zone(event.boundary +
+                                (event.boundary == c.friction->ends(c.zone).high ? nudge : -nudge));
       restart_ = true;
     } else if (c.closed) {
       open(event.contact);

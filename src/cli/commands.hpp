@@ -1,6 +1,7 @@
 // The commands. Each returns the exit status: 0 done, 1 a solve gave up. Bad input is thrown as SceneError.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,11 +17,13 @@ struct Request {
   std::string formulation;
   std::string output;
   bool as_given = false;
+  std::optional<double> restitution;
 };
 
 int check(const Request& request);
 int run(const Request& request);
 int compare(const Request& request);
+int laws(const Request& request);
 int figures(const Request& request);
 
 }  // namespace freeplay::cli

@@ -41,6 +41,11 @@ int main(int argc, char** argv) {
   figures->add_option("folder", request.scene, "folder made by compare")->required();
   figures->callback([&request] { request.command = cli::figures; });
 
+  auto* laws = app.add_subcommand("laws", "list the contact laws, or what each delivers");
+  laws->add_option("--restitution", request.restitution,
+                   "restitution asked for: print what each law delivers");
+  laws->callback([&request] { request.command = cli::laws; });
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -49,9 +49,7 @@ TEST_CASE("an impact integrated directly delivers the restitution of the implici
     const double m = 0.8, v0 = 0.3;
     const double h = elastic_duration(law, m, v0) / 20000;
     double d = 0, v = v0, t = 0;
-    const auto a = [&](double x, double w) {
-      return x > 0 ? -law.force(x) * (1 + chi * w / v0) / m : 0;
-    };
+    const auto a = [&](double x, double w) { return x > 0 ? -law.force(x) * (1 + chi * w / v0) / m : 0; };
     double d_old = 0, v_old = v0;
     while (d > 0 || t == 0) {
       d_old = d;

@@ -1,0 +1,59 @@
+#include <fmt/format.h>
+
+#include "cli/commands.hpp"
+#include "formulations/penalty/contact_law.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+/// Columns that a UTF-8 text takes on a terminal (no wide characters here).
+int width(std::string_view text) {
+  int n = 0;
+  for (char c : text) n += (c & 0xC0) != 0x80;
+  return n;
+}
+std::string padded(std::string_view text, int to) {
+  return std::string(text) + std::string(static_cast<std::size_t>(std::max(1, to - width(text))), ' ');
+}
+
+}  // namespace
+
+int laws(const Request& request) {
+  if (request.restitution) {
+    const double e = *request.restitution;
+    if (!(e >= 0 && e <= 1)) throw SceneError(fmt::format("--restitution must be between 0 and 1, is {}", e));
+    fmt::print("A free impact asked for a restitution of {:.6g}\n\n{}{:>10}{:>12}\n", e, padded("law", 22),
+               "chi", "delivers");
+    for (const auto& law : contact_laws()) {
+      if (!is_point_law(law.law)) continue;
+      try {
+        const double chi = damping_factor(law.law, e);
+        fmt::print("{}{:>10.5f}{:>12.5f}\n", padded(law.name, 22), chi, delivered_restitution(chi));
+      } catch (const SceneError&) {
+        fmt::print("{}{:>10}{:>12}\n", padded(law.name, 22), "infinite", "-");
+      }
+    }
+    fmt::print(
+        "\nLine contacts take the damping factor of penalty.damping, exact by default,\nand deliver what it "
+        "does. "
+        "Kelvin-Voigt's value depends on the mass.\n");
+    return 0;
+  }
+  fmt::print(
+      "Contact laws (penalty.contact). Point contacts: F = K δ^1.5 (1 + χ δ̇/v₀) ≥ 0,\n"
+      "K = (4/3) E* √(R_i R_j/ΔR). Line contacts: f = F/(π E* L); ΔR the clearance.\n\n");
+  for (const auto& law : contact_laws())
+    fmt::print("{}{}\n{}{}\n{}range: {}\n", padded(law.name, 22), law.formula, padded("", 22), law.source,
+               padded("", 22), law.range);
+  fmt::print(
+      "\nFriction laws (penalty.friction): ambrosio, threlfall, bengisu-akay, lugre,\nbrown-mcphee; "
+      "docs/penalty.md "
+      "has their formulas.\nGoldsmith's and Dubowsky-Freudenstein's laws are left out: the argument "
+      "of\ntheir logarithm "
+      "has a dimension, so the force depends on the units chosen.\n\nfreeplay laws --restitution 0.46 prints "
+      "what each "
+      "delivers.\n");
+  return 0;
+}
+
+}  // namespace freeplay::cli

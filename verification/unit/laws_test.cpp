@@ -1,0 +1,198 @@
+// Every contact and friction law: delivered restitution against the reference's bisection, line contacts
+// against each other and their own definitions, friction laws at the ends of their zones.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+#include "formulations/penalty/contact_law.hpp"
+#include "formulations/penalty/friction_law.hpp"
+#include "verification/references/delivered_restitution.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+constexpr double modulus = 207e9 / (2 * (1 - 0.3 * 0.3)), length = 0.02, c = 0.25e-3;
+
+Scene steel(ContactLaw law) {
+  auto scene = read_scene(test::flores());
+  scene.penalty.contact = law;
+  std::get<RevoluteJoint>(scene.mechanism.joints[2]).clearance->bearing_length = length;
+  return scene;
+}
+ContactForce force_of(ContactLaw law) {
+  const auto scene = steel(law);
+  return make_contact_force(scene, System(scene.mechanism).contact_facts(0));
+}
+
+}  // namespace
+
+TEST_CASE("every law delivers what the implicit equation says, e = 0.1 ... 0.9", "[laws]") {
+  for (const auto& row : reference::delivered_table) {
+    const auto law = std::ranges::find(contact_laws(), std::string_view(row.name), &LawFacts::name);
+    REQUIRE(law != contact_laws().end());
+    for (int i = 1; i <= 9; ++i) {
+      const double e = 0.1 * i, chi = damping_factor(law->law, e);
+      CAPTURE(row.name, e);
+      REQUIRE(chi == Approx(row.chi(e)).epsilon(1e-14));
+      REQUIRE(
+          delivered_restitution(chi) ==
+          Approx(static_cast<double>(reference::delivered_restitution(row.chi(e)))).margin(1e-8).epsilon(0));
+    }
+  }
+  for (int i = 1; i <= 9; ++i)
+    REQUIRE(exact_damping_factor(0.1 * i) ==
+            Approx(static_cast<double>(reference::exact_chi(0.1 * i))).epsilon(1e-10));
+}
+
+TEST_CASE("names in the scene and in the list of laws are the same", "[laws]") {
+  REQUIRE(contact_laws().size() == contact_law_names.size());
+  for (std::size_t i = 0; i < contact_law_names.size(); ++i) {
+    REQUIRE(contact_laws()[i].name == contact_law_names[i]);
+    REQUIRE(static_cast<std::size_t>(contact_laws()[i].law) == i);
+  }
+}
+
+TEST_CASE("Johnson and ESDU differ by the sign of the one", "[laws]") {
+  const auto johnson = force_of(ContactLaw::johnson).elastic, esdu = force_of(ContactLaw::esdu).elastic;
+  const double line = 3.14159265358979323846 * modulus * length;
+  for (double F : {1.0, 1e2, 1e4, 5e5}) {  // Johnson ends at 9.7e5 N here
+    const double f = F / line, logarithm = std::log(4 * c / f);
+    // δ from the definition, then F back through the law: rounding times the condition of the logarithm.
+    CHECK(johnson.force(f * (logarithm - 1)) == Approx(F).epsilon(1e-12));
+    CHECK(esdu.force(f * (logarithm + 1)) == Approx(F).epsilon(1e-12));
+  }
+  // Radzimovsky: ⅔ + ln(4R_i/b) + ln(4R_j/b) with b = 2√(4FR/(πE*L)), R = R_i R_j/ΔR.
+  const double Ri = 11.125e-3, Rj = Ri - c, F = 1e4;
+  const double b = 2 * std::sqrt(4 * F * Ri * Rj / c / line);
+  const double delta = F / line * (2.0 / 3 + std::log(4 * Ri / b) + std::log(4 * Rj / b));
+  CHECK(force_of(ContactLaw::radzimovsky).elastic.force(delta) == Approx(F).epsilon(1e-12));
+}
+
+TEST_CASE("line contacts grow, end where they say, and their energy is the integral of the force", "[laws]") {
+  for (auto law : {ContactLaw::hertz, ContactLaw::johnson, ContactLaw::esdu, ContactLaw::radzimovsky,
+                   ContactLaw::liu, ContactLaw::persson, ContactLaw::pereira}) {
+    const auto elastic = force_of(law).elastic;
+    CAPTURE(facts_of(law).name);
+    const double top = std::min(elastic.limit(), 4 * c);
+    double before = 0;
+    for (double x = 1e-6; x < 0.8; x += 0.0499) {  // at the limit the slope is infinite
+      const double d = x * top, F = elastic.force(d);
+      REQUIRE(F > before);
+      before = F;
+      // Central difference of the energy: h² F''/F ~ (h/d)², h/d = 1e-4; rounding ε d/h = 1e-12.
+      const double h = 1e-4 * d;
+      REQUIRE((elastic.energy(d + h) - elastic.energy(d - h)) / (2 * h) == Approx(F).epsilon(1e-6));
+    }
+    if (std::isfinite(elastic.limit())) REQUIRE(std::isnan(elastic.force(elastic.limit() * 1.001)));
+  }
+}
+
+TEST_CASE("Pereira's exponent is continuous at its joint, and its limits are reported", "[laws]") {
+  const auto at = [](double mm) {
+    auto scene = steel(ContactLaw::pereira);
+    std::get<RevoluteJoint>(scene.mechanism.joints[2]).clearance->radial = 1e-3 * mm;
+    return make_contact_force(scene, System(scene.mechanism).contact_facts(0)).elastic.exponent;
+  };
+  // The source gives 1.1563 on both sides (five digits, times ΔR^−0.005 = 1.00527).
+  REQUIRE(at(0.349539) == Approx(1.1563 * std::pow(0.34954, -0.005)).epsilon(1e-4));
+  REQUIRE(at(0.349541) == Approx(at(0.349539)).epsilon(1e-4));
+  auto scene = steel(ContactLaw::pereira);
+  scene.run.duration = 1e-4;
+  scene.run.discard = 0;
+  std::get<RevoluteJoint>(scene.mechanism.joints[2]).clearance->radial = 2e-6;
+  const auto run = test::simulate(scene, Family::penalty);
+  REQUIRE_FALSE(run.notes.empty());
+  CHECK_THAT(run.notes.back(), Contains("outside its range"));
+}
+
+TEST_CASE("Kelvin-Voigt: the closed form of its restitution against direct integration", "[laws]") {
+  // RK4 with 1e5 steps over a half period: (1e-5 π)⁴ ≪ the linear search of the exit, 1e-9.
+  for (double D : {10.0, 200.0, 900.0, 4000.0}) {
+    const double K = 1e6, m = 0.2, h = 3.2 * std::sqrt(m / K) / 1e5;
+    double d = 0, v = 1, F = D, F_old = F, v_old = v;
+    const auto a = [&](double x, double w) { return -(K * x + D * w) / m; };
+    while (F > 0) {
+      F_old = F;
+      v_old = v;
+      const double k1 = a(d, v), k2 = a(d + h / 2 * v, v + h / 2 * k1),
+                   k3 = a(d + h / 2 * v + h * h / 4 * k1, v + h / 2 * k2),
+                   k4 = a(d + h * v + h * h / 2 * k2, v + h * k3);
+      d += h * v + h * h / 6 * (k1 + k2 + k3);
+      v += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+      F = K * d + D * v;
+    }
+    const double exit = -(v_old + F_old / (F_old - F) * (v - v_old));
+    CAPTURE(D);
+    CHECK(kelvin_voigt_restitution(K, D, m) == Approx(exit).epsilon(1e-7));
+  }
+}
+
+TEST_CASE("friction laws are odd, and continuous at the ends of their zones", "[laws]") {
+  PenaltyOptions o;
+  o.friction_static = 1.4;
+  o.friction_viscous = 2;
+  for (auto law : {FrictionLaw::ambrosio, FrictionLaw::threlfall, FrictionLaw::bengisu_akay,
+                   FrictionLaw::brown_mcphee}) {
+    o.friction = law;
+    const auto f = make_friction(o, 0.2);
+    for (double v : {1e-5, 1e-4, 5e-4, 1e-3, 5e-3, 0.1}) {
+      CHECK(f.coefficient(v, f.zone(v), 0) == Approx(-f.coefficient(-v, f.zone(-v), 0)).margin(1e-15));
+      CHECK(f.coefficient(v, f.zone(v), 0) >= 0);
+      const auto [low, high] = f.ends(f.zone(v));
+      CHECK(v >= low);
+      CHECK(v <= high);
+    }
+    for (int zone : {-2, -1, 0, 1}) {
+      const double end = f.ends(zone).high;
+      if (!std::isfinite(end) || f.zone(end - 1e-9) != zone) continue;
+      CAPTURE(friction_law_names[static_cast<std::size_t>(law)], zone);
+      CHECK(f.coefficient(end, zone, 0) == Approx(f.coefficient(end, f.zone(end + 1e-12), 0)).margin(1e-12));
+    }
+  }
+  // Steady sliding of LuGre: ż = 0 gives c = μ + (μ_s − μ) e^(−(v/v₀)²) + σ₂ v.
+  o.friction = FrictionLaw::lugre;
+  const auto f = make_friction(o, 0.2);
+  const double v = 3e-4, g = (0.2 + 0.08 * std::exp(-9.0)) / 1e5;
+  CHECK(f.bristle_rate(v, 1, g) == Approx(0).margin(1e-18));
+  CHECK(f.coefficient(v, 1, g) == Approx(1e5 * g + 2 * v));
+}
+
+TEST_CASE("friction laws on the mechanism agree where sliding is fast", "[laws][friction]") {
+  // First impact of the reference scene: sliding at 0.03 to 0.04 m/s throughout, far above every regularising
+  // speed, so that each law gives μ F_N. LuGre's bristles need a distance of g = μ/σ₀ = 1e-7 m of the 8e-6 m
+  // slid to build up.
+  auto scene = read_scene(test::flores());
+  scene.run.duration = 0.006;
+  scene.run.discard = 0;
+  for (auto law : {FrictionLaw::ambrosio, FrictionLaw::threlfall, FrictionLaw::bengisu_akay,
+                   FrictionLaw::lugre, FrictionLaw::brown_mcphee}) {
+    scene.penalty.friction = law;
+    const auto run = test::simulate(scene, Family::penalty);
+    const auto e = test::touches(run).at(0);
+    CAPTURE(friction_law_names[static_cast<std::size_t>(law)]);
+    const double mu = law == FrictionLaw::threlfall ? 0.01 * (1 - std::exp(-3.0)) : 0.01;
+    CHECK(-e.impulse_t / e.impulse_n == Approx(mu).epsilon(law == FrictionLaw::lugre ? 0.05 : 1e-6));
+    CHECK(std::abs(run.ledger.closure()) < 1e-7 * run.ledger.scale());
+  }
+}
+
+TEST_CASE("the program lists laws and refuses combinations that mean nothing", "[program][laws]") {
+  const auto list = test::freeplay("laws");
+  CHECK(list.status == 0);
+  for (const auto& name : contact_law_names) CHECK_THAT(list.out, Contains(name));
+  CHECK_THAT(test::freeplay("laws --restitution 0.46").out, Contains("0.71499"));
+  CHECK(test::freeplay("laws --restitution 2").status == 2);
+  const auto scene = test::flores().string();
+  const auto refused = [&](const std::string& sets, const char* expected) {
+    const auto o = test::freeplay("check " + scene + sets);
+    CAPTURE(sets, o.out, o.err);
+    CHECK_THAT(o.out + o.err, Contains(expected));
+  };
+  refused(" --set penalty.contact=johnson", "joints.gudgeon.bearing_length: is missing");
+  refused(" --set penalty.contact=kelvin-voigt", "penalty.kelvin_stiffness: is missing");
+  refused(" --set penalty.damping=exact", "belongs to line contacts");
+}
