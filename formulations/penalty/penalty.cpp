@@ -160,10 +160,18 @@ std::unique_ptr<Formulation> make_penalty(const Scene& scene, const System& syst
   const auto& options = scene.penalty;
   const auto scales = make_scales(scene.mechanism, system);
   const double floor = options.v0_floor.value_or(1e-3 * scales.speed);
-  if (options.integrator == Integrator::rk4)
-    return std::make_unique<Penalty<Rk4>>(scene, system, state, Rk4(options.step), floor);
-  return std::make_unique<Penalty<Dopri5>>(
-      scene, system, state, Dopri5(make_norm(system, scales, options), 1e-3 * scales.time), floor);
+  const auto with = [&](auto method) -> std::unique_ptr<Formulation> {
+    return std::make_unique<Penalty<decltype(method)>>(scene, system, state, std::move(method), floor);
+  };
+  const auto norm = make_norm(system, scales, options);
+  const double first = 1e-3 * scales.time;
+  switch (options.integrator) {
+    case Integrator::rk4: return with(Rk4(options.step));
+    case Integrator::fehlberg78: return with(Fehlberg78(norm, first));
+    case Integrator::bulirsch_stoer: return with(BulirschStoer(norm, first));
+    case Integrator::adams_bashforth_moulton: return with(Adams(norm, first));
+    default: return with(Dopri5(norm, first));
+  }
 }
 
 }  // namespace freeplay

@@ -92,7 +92,8 @@ PenaltyOptions read_penalty(Section s) {
            fmt::format("must be greater than friction_v0 = {}, is {}", o.friction_v0, o.friction_v1));
   o.alpha = s.number("alpha", non_negative, o.alpha);
   o.beta = s.number("beta", non_negative, o.beta);
-  o.integrator = static_cast<Integrator>(s.choice("integrator", {"rk4", "dopri5"}, 1));
+  o.integrator = static_cast<Integrator>(s.choice(
+      "integrator", {"rk4", "dopri5", "fehlberg78", "bulirsch_stoer", "adams_bashforth_moulton"}, 1));
   o.tolerance = s.number("tolerance", positive, o.tolerance);
   o.step = s.number("step", positive, o.step);
   o.v0_floor = s.maybe_number("v0_floor", positive);

@@ -30,7 +30,7 @@ enum class ContactLaw {
   carvalho_martins, exact, kelvin_voigt, johnson, esdu, radzimovsky, liu, persson, pereira
 };
 enum class FrictionLaw { ambrosio, threlfall, bengisu_akay, lugre, brown_mcphee };
-enum class Integrator { rk4, dopri5 };
+enum class Integrator { rk4, dopri5, fehlberg78, bulirsch_stoer, adams_bashforth_moulton };
 
 extern const std::vector<std::string> contact_law_names, friction_law_names;
 
