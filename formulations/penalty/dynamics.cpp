@@ -7,8 +7,7 @@ namespace freeplay {
 PenaltyDynamics::PenaltyDynamics(const System& system, const PenaltyOptions& options,
                                  std::vector<PenaltyContact> contacts, bool redundant)
     : system_(system),
-      two_alpha_(2 * options.alpha),
-      beta_squared_(options.beta * options.beta),
+      projects_(options.stabilisation == Stabilisation::projection),
       contacts_(std::move(contacts)),
       saddle_(system.mass(), system.pattern(), SolvePath::automatic, redundant),
       e_(system.make_evaluation()),
@@ -18,6 +17,10 @@ PenaltyDynamics::PenaltyDynamics(const System& system, const PenaltyOptions& opt
       rate_(system.rows()),
       scratch_(system.n()),
       unit_(system.n()) {
+  if (options.stabilisation == Stabilisation::baumgarte) {
+    two_alpha_ = 2 * options.alpha;
+    beta_squared_ = options.beta * options.beta;
+  }
   // One place per contact, so that a bristle is found by its contact; contacts without friction leave theirs
   // at zero.
   for (const auto& c : contacts_)
@@ -86,6 +89,25 @@ void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
     integral[stabilisation] -= lambda_[k] * rate_[k];
   }
   std::copy(v, v + n, dxdt.data());
+}
+
+void PenaltyDynamics::project(Vector& x, double t) {
+  const int n = system_.n(), m = system_.rows();
+  double* q = x.data();
+  double* v = q + n;
+  const double before = system_.kinetic(v) + system_.potential(q);
+  const auto move = [&](double* y, auto residual) {
+    for (int k = 0; k < m; ++k) r_[k] = -residual(k);
+    saddle_.solve(nullptr, r_.data(), scratch_.data(), lambda_.data());
+    for (int i = 0; i < n; ++i) y[i] += scratch_[i];
+  };
+  system_.place(t, q, e_);
+  ++work.factorisations;
+  if (!saddle_.factor(e_.G.data())) return;
+  move(q, [&](int k) { return e_.phi[k]; });
+  system_.place(t, q, e_);
+  move(v, [&](int k) { return row_dot(system_.pattern(), e_.G.data(), k, v) + e_.phi_t[k]; });
+  x[integral_offset() + stabilisation] += system_.kinetic(v) + system_.potential(q) - before;
 }
 
 const ContactRow& PenaltyDynamics::contact_row(int k, const Vector& x, double t) {

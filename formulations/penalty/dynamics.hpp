@@ -56,6 +56,10 @@ class PenaltyDynamics {
   double effective_mass(const ContactRow& row);
   double elastic_energy(const Vector& x, double t);
 
+  /// Moves x onto Φ = 0 and G v + Φ_t = 0 by the least mass-weighted change, and books what that does to the energy.
+  void project(Vector& x, double t);
+  bool projects() const { return projects_; }
+
   const System& system() const { return system_; }
   std::vector<PenaltyContact>& contacts() { return contacts_; }
   const std::vector<PenaltyContact>& contacts() const { return contacts_; }
@@ -65,7 +69,8 @@ class PenaltyDynamics {
 
  private:
   const System& system_;
-  double two_alpha_, beta_squared_;
+  double two_alpha_ = 0, beta_squared_ = 0;
+  bool projects_;
   int bristles_ = 0;
   std::vector<PenaltyContact> contacts_;
   SaddlePoint saddle_;

@@ -1,6 +1,7 @@
 // Integrators by Boost.Odeint behind one small face. A Method
 //     start(f, t, x)          begins anew at a state (after every event: the right-hand side has changed);
 //     step(f, t_end)          makes one accepted step, not beyond t_end; false when none is to be had;
+//     renew(f)                takes the right-hand side anew at the present state, which may have been moved;
 //     land(f, t)              makes the last step again so that it ends at t, t_old < t ≤ its end;
 //     interpolate(t, x)       gives the state within the last step.
 // landing by a step, not by interpolation, keeps an event as accurate as the method.
@@ -63,6 +64,10 @@ struct MethodState {
     const double a = r * r * (1 + 2 * s), b = s * s * (3 - 2 * s), c = h * s * r * r, d = -h * s * s * r;
     for (std::size_t i = 0; i < x.size(); ++i)
       out[i] = a * x_old[i] + b * x[i] + c * dxdt_old[i] + d * dxdt[i];
+  }
+  template <class F>
+  void renew(F& f) {
+    f(x, dxdt, t);
   }
   /// A step this short is lost in rounding.
   bool vanishing(double dt, double first) const { return !(dt > 4e-16 * std::abs(t)) || !(dt > 1e-14 * first); }
@@ -224,6 +229,11 @@ class BulirschStoer : public MethodState {
     fresh_ = true;  // called after an event: the past is of another mode
   }
   template <class F>
+  void renew(F& f) {
+    fresh_ = true;
+    MethodState::renew(f);
+  }
+  template <class F>
   bool step(F& f, double t_end) {
     const auto scaled = [&](const Vector& y, Vector& dydt, double at) { side_.evaluate(f, y, dydt, at); };
     shift();
@@ -306,6 +316,11 @@ class Adams : public MethodState {
     // A restart is of first order: it needs a step far shorter than the one of high order before it.
     dt_ = std::min({1e-2 * dt_, h, first_step_});
     fresh_ = true;
+  }
+  template <class F>
+  void renew(F& f) {
+    if (!fresh_) limit_step(dt_);
+    MethodState::renew(f);
   }
   template <class F>
   bool step(F& f, double t_end) {

@@ -56,7 +56,7 @@ class PenaltyStepper {
   }
 
   bool step(double t_end) {
-    if (restart_) f_(method_.x, method_.dxdt, method_.t);
+    if (restart_) method_.renew(f_);
     restart_ = false;
     if (!method_.step(f_, t_end)) return false;
     ++f_.work.steps;
@@ -69,6 +69,10 @@ class PenaltyStepper {
       find_slide_event(k, first);
     }
     if (first.contact >= 0) land(first);
+    if (f_.projects()) {
+      f_.project(method_.x, method_.t);
+      restart_ = true;
+    }
     keep_extremes();
     for (int k = 0; k < f_.system().contacts(); ++k) {
       mark_[k].at = first.contact >= 0 ? sample(k, method_.x, method_.t) : end_[k];

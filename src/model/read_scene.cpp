@@ -90,10 +90,17 @@ PenaltyOptions read_penalty(Section s) {
   if (o.friction == FrictionLaw::ambrosio && o.friction_v1 <= o.friction_v0)
     s.fail("friction_v1",
            fmt::format("must be greater than friction_v0 = {}, is {}", o.friction_v0, o.friction_v1));
+  o.stabilisation = static_cast<Stabilisation>(s.choice("stabilisation", {"none", "baumgarte", "projection"}, 1));
+  for (const char* key : {"alpha", "beta"})
+    if (s.has(key) && o.stabilisation != Stabilisation::baumgarte)
+      s.fail(key, "belongs to penalty.stabilisation = \"baumgarte\"");
   o.alpha = s.number("alpha", non_negative, o.alpha);
   o.beta = s.number("beta", non_negative, o.beta);
   o.integrator = static_cast<Integrator>(s.choice(
       "integrator", {"rk4", "dopri5", "fehlberg78", "bulirsch_stoer", "adams_bashforth_moulton"}, 1));
+  if (o.integrator == Integrator::adams_bashforth_moulton && o.stabilisation == Stabilisation::projection)
+    s.fail("stabilisation", "\"projection\" moves the state after each step, which a multistep integrator cannot take; "
+           "use \"baumgarte\", or a one-step integrator");
   o.tolerance = s.number("tolerance", positive, o.tolerance);
   o.step = s.number("step", positive, o.step);
   o.v0_floor = s.maybe_number("v0_floor", positive);

@@ -32,6 +32,12 @@ enum class ContactLaw {
 enum class FrictionLaw { ambrosio, threlfall, bengisu_akay, lugre, brown_mcphee };
 enum class Integrator { rk4, dopri5, fehlberg78, bulirsch_stoer, adams_bashforth_moulton };
 
+enum class Stabilisation {
+  none,
+  baumgarte,
+  projection  ///< least mass-weighted movement onto Φ = 0, then onto G v + Φ_t = 0, after each accepted step
+};
+
 extern const std::vector<std::string> contact_law_names, friction_law_names;
 
 struct PenaltyOptions {
@@ -47,6 +53,7 @@ struct PenaltyOptions {
   double friction_viscous = 0;   ///< s/m: adds F_N·friction_viscous·v_T (LuGre's σ₂, Brown–McPhee)
   double bristle_stiffness = 1e5;  ///< 1/m, LuGre's σ₀ over F_N
   double bristle_damping = 10;     ///< s/m, LuGre's σ₁ over F_N
+  Stabilisation stabilisation = Stabilisation::baumgarte;
   double alpha = 5;           ///< 1/s: G a = γ − 2αΦ̇ − β²Φ
   double beta = 5;            ///< 1/s
   Integrator integrator = Integrator::dopri5;

@@ -91,6 +91,7 @@ constexpr SchemaKey keys[] = {
     {"penalty.friction_viscous", "number", "s/m", "0", "LuGre, Brown–McPhee: viscous friction over the normal force"},
     {"penalty.bristle_stiffness", "number", "1/m", "1e5", "LuGre: σ₀ over the normal force"},
     {"penalty.bristle_damping", "number", "s/m", "10", "LuGre: σ₁ over the normal force"},
+    {"penalty.stabilisation", "text", "", "\"baumgarte\"", "\"none\", \"baumgarte\" or \"projection\" (after each accepted step)"},
     {"penalty.alpha", "number", "1/s", "5", "Baumgarte: damping, ≥ 0"},
     {"penalty.beta", "number", "1/s", "5", "Baumgarte: frequency, ≥ 0"},
     {"penalty.integrator", "text", "", "\"dopri5\"", "\"dopri5\", \"fehlberg78\", \"bulirsch_stoer\", \"adams_bashforth_moulton\" (adaptive) or \"rk4\" (fixed step)"},
