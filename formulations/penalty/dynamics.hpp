@@ -56,7 +56,8 @@ class PenaltyDynamics {
   double effective_mass(const ContactRow& row);
   double elastic_energy(const Vector& x, double t);
 
-  /// Moves x onto Φ = 0 and G v + Φ_t = 0 by the least mass-weighted change, and books what that does to the energy.
+  /// Moves x onto Φ = 0 and G v + Φ_t = 0 by the least mass-weighted change, and books what that does to the
+  /// energy.
   void project(Vector& x, double t);
   bool projects() const { return projects_; }
 

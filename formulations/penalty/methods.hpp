@@ -70,18 +70,23 @@ struct MethodState {
     f(x, dxdt, t);
   }
   /// A step this short is lost in rounding.
-  bool vanishing(double dt, double first) const { return !(dt > 4e-16 * std::abs(t)) || !(dt > 1e-14 * first); }
+  bool vanishing(double dt, double first) const {
+    return !(dt > 4e-16 * std::abs(t)) || !(dt > 1e-14 * first);
+  }
 };
 
-/// An embedded explicit Runge–Kutta pair with step control: Dormand and Prince's 5(4) with its fourth-order dense
-/// output, or Fehlberg's 7(8), which has none: Hermite's cubic serves to find events, and landing makes them exact.
+/// An embedded explicit Runge–Kutta pair with step control: Dormand and Prince's 5(4) with its fourth-order
+/// dense output, or Fehlberg's 7(8), which has none: Hermite's cubic serves to find events, and landing makes
+/// them exact.
 template <class Pair>
 class Embedded : public MethodState {
-  static constexpr bool first_same_as_last = std::is_same_v<Pair, boost::numeric::odeint::runge_kutta_dopri5<Vector>>;
+  static constexpr bool first_same_as_last =
+      std::is_same_v<Pair, boost::numeric::odeint::runge_kutta_dopri5<Vector>>;
   using Controlled = boost::numeric::odeint::controlled_runge_kutta<Pair, ErrorNorm>;
 
  public:
-  Embedded(ErrorNorm norm, double first_step) : stepper_(std::move(norm)), first_step_(first_step), dt_(first_step) {}
+  Embedded(ErrorNorm norm, double first_step)
+      : stepper_(std::move(norm)), first_step_(first_step), dt_(first_step) {}
 
   template <class F>
   void start(F& f, double at, const Vector& state) {
@@ -175,8 +180,8 @@ class Rk4 : public MethodState {
   double h_;
 };
 
-/// A right-hand side in units of its error scales, for odeint's methods that measure errors by one absolute number.
-/// Components without a scale are measured in units so large that their error never counts.
+/// A right-hand side in units of its error scales, for odeint's methods that measure errors by one absolute
+/// number. Components without a scale are measured in units so large that their error never counts.
 class ScaledSide {
  public:
   explicit ScaledSide(ErrorNorm norm) : norm_(std::move(norm)) {}
@@ -185,7 +190,8 @@ class ScaledSide {
     constexpr double unmeasured = 1e9;
     scale_.assign(x.size(), unmeasured);
     for (std::size_t i = 0; i < norm_.absolute.size(); ++i)
-      if (std::isfinite(norm_.absolute[i])) scale_[i] = norm_.absolute[i] + norm_.relative[i] * std::abs(x[i]);
+      if (std::isfinite(norm_.absolute[i]))
+        scale_[i] = norm_.absolute[i] + norm_.relative[i] * std::abs(x[i]);
     x_.resize(x.size());
     dxdt_.resize(x.size());
   }
@@ -214,7 +220,9 @@ class BulirschStoer : public MethodState {
 
  public:
   BulirschStoer(ErrorNorm norm, double first_step)
-      : side_(std::move(norm)), stepper_(side_.tolerance(), 0.0, 1.0, 0.0, 0.0, true), first_step_(first_step),
+      : side_(std::move(norm)),
+        stepper_(side_.tolerance(), 0.0, 1.0, 0.0, 0.0, true),
+        first_step_(first_step),
         dt_(first_step) {}
 
   template <class F>
@@ -280,8 +288,9 @@ class BulirschStoer : public MethodState {
   mutable Vector y_;
 };
 
-/// Adams, Bashforth and Moulton's predictor and corrector of variable order (up to 8) and step; Hermite's cubic between
-/// steps. An event is landed on by one step of Fehlberg's 7(8), since the past is of no use behind it anyway.
+/// Adams, Bashforth and Moulton's predictor and corrector of variable order (up to 8) and step; Hermite's
+/// cubic between steps. An event is landed on by one step of Fehlberg's 7(8), since the past is of no use
+/// behind it anyway.
 class Adams : public MethodState {
   static constexpr int order = 8;
   using Error = boost::numeric::odeint::adaptive_adams_bashforth_moulton<order, Vector>;
@@ -302,7 +311,10 @@ class Adams : public MethodState {
 
  public:
   Adams(ErrorNorm norm, double first_step)
-      : side_(std::move(norm)), stepper_(Adjuster{side_.tolerance()}), first_step_(first_step), dt_(first_step) {}
+      : side_(std::move(norm)),
+        stepper_(Adjuster{side_.tolerance()}),
+        first_step_(first_step),
+        dt_(first_step) {}
 
   template <class F>
   void start(F& f, double at, const Vector& state) {

@@ -166,11 +166,16 @@ std::unique_ptr<Formulation> make_penalty(const Scene& scene, const System& syst
   const auto norm = make_norm(system, scales, options);
   const double first = 1e-3 * scales.time;
   switch (options.integrator) {
-    case Integrator::rk4: return with(Rk4(options.step));
-    case Integrator::fehlberg78: return with(Fehlberg78(norm, first));
-    case Integrator::bulirsch_stoer: return with(BulirschStoer(norm, first));
-    case Integrator::adams_bashforth_moulton: return with(Adams(norm, first));
-    default: return with(Dopri5(norm, first));
+    case Integrator::rk4:
+      return with(Rk4(options.step));
+    case Integrator::fehlberg78:
+      return with(Fehlberg78(norm, first));
+    case Integrator::bulirsch_stoer:
+      return with(BulirschStoer(norm, first));
+    case Integrator::adams_bashforth_moulton:
+      return with(Adams(norm, first));
+    default:
+      return with(Dopri5(norm, first));
   }
 }
 
