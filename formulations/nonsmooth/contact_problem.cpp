@@ -63,7 +63,8 @@ bool ContactProblem::one_contact(ContactUnknown& c) const {
   return false;
 }
 
-/// What a closed form leaves of the laws, as velocities relative to the greatest |b|: max(0, ·) of each violation.
+/// What a closed form leaves of the laws, as velocities relative to the greatest |b|: max(0, ·) of each
+/// violation.
 double ContactProblem::residual(const ContactUnknown& c) const {
   const auto rate = [&](int row) {
     double u = b[row];

@@ -59,12 +59,8 @@ bool MoreauStepper::step(double t_end) {
   for (int i = 0; i < n; ++i) q_mid_[i] = q_old_[i] + 0.5 * h * v_old_[i];
   system_.place(t_old_ + 0.5 * h, q_mid_.data(), e_);
   system_.rate(q_mid_.data(), v_old_.data(), e_);
-  for (int k = 0; k < system_.contacts(); ++k) {
-    auto& c = contacts_[k];
-    system_.contact(k, q_mid_.data(), v_old_.data(), e_, c.row);
-    c.gamma_n_end = c.row.gamma_n;
-    c.gamma_t_end = c.row.gamma_t;
-  }
+  for (int k = 0; k < system_.contacts(); ++k)
+    system_.contact(k, q_mid_.data(), v_old_.data(), e_, contacts_[k].row);
   for (int k = 0; k < system_.frictions(); ++k) system_.friction(k, q_mid_.data(), e_, slides_[k]);
   ++work_.steps;
   ++work_.factorisations;
@@ -75,16 +71,6 @@ bool MoreauStepper::step(double t_end) {
   }
 
   if (!solve_velocities(h, v_old_.data())) return false;
-  if (has_new_impact()) {
-    // The rates at the end of the step belong to the velocities after the impact: take their bias from there.
-    system_.rate(q_mid_.data(), v_.data(), e_);
-    for (int k = 0; k < system_.contacts(); ++k) {
-      system_.contact(k, q_mid_.data(), v_.data(), e_, scratch_row_);
-      contacts_[k].gamma_n_end = scratch_row_.gamma_n;
-      contacts_[k].gamma_t_end = scratch_row_.gamma_t;
-    }
-    if (!solve_velocities(h, v_old_.data())) return false;
-  }
   if (system_.has_velocity_forces()) {
     // Damper forces belong to the mean velocity: iterate to it.
     for (int i = 0;; ++i) {
@@ -160,12 +146,6 @@ bool MoreauStepper::solve_velocities(double h, const double* v_force) {
   return true;
 }
 
-bool MoreauStepper::has_new_impact() const {
-  return std::ranges::any_of(contacts_, [&](const Contact& c) {
-    return c.unknown >= 0 && c.steps == 0 && problem_.unknowns[c.unknown].impulse_n > 0;
-  });
-}
-
 int MoreauStepper::add_row(const SparseRow& row, double end_rate_bias) {
   const int r = problem_.rows++;
   rows_[r] = row;
@@ -182,10 +162,10 @@ void MoreauStepper::collect_contacts(double h) {
     if (end_gap > 0) continue;
     c.u_n_minus = c.row.normal.dot(v_old_.data()) + 0.5 * h * c.row.gamma_n;
     ContactUnknown u;
-    u.normal = add_row(c.row.normal, -0.5 * h * c.gamma_n_end);
+    u.normal = add_row(c.row.normal, -0.5 * h * c.row.gamma_n);
     u.target_n = -c.restitution * std::min(0.0, c.u_n_minus);
     if (c.row.tangent.size > 0) {
-      u.tangent = add_row(c.row.tangent, -0.5 * h * c.gamma_t_end);
+      u.tangent = add_row(c.row.tangent, -0.5 * h * c.row.gamma_t);
       u.friction = *system_.contact_facts(static_cast<int>(&c - contacts_.data())).surface.friction;
     }
     c.unknown = static_cast<int>(problem_.unknowns.size());
@@ -248,8 +228,8 @@ void MoreauStepper::log_contacts(double h) {
     }
     c.impulse_n += u->impulse_n;
     c.impulse_t += u->impulse_t;
-    c.u_n_plus = c.row.normal.dot(v_.data()) - 0.5 * h * c.gamma_n_end;
-    c.u_t_plus = c.row.tangent.size > 0 ? c.row.tangent.dot(v_.data()) - 0.5 * h * c.gamma_t_end : 0;
+    c.u_n_plus = c.row.normal.dot(v_.data()) - 0.5 * h * c.row.gamma_n;
+    c.u_t_plus = c.row.tangent.size > 0 ? c.row.tangent.dot(v_.data()) - 0.5 * h * c.row.gamma_t : 0;
   }
 }
 

@@ -48,8 +48,7 @@ class MoreauStepper {
   struct Contact {
     double restitution = 0;
     ContactRow row;
-    double gap = 0;                           // at the end of the last step
-    double gamma_n_end = 0, gamma_t_end = 0;  // of the velocities at the end of the step
+    double gap = 0;  // at the end of the last step
     double u_n_minus = 0, u_t_minus = 0, u_n_plus = 0, u_t_plus = 0;
     double impulse_n = 0, impulse_t = 0;  // of the present episode
     double t_touch = 0;
@@ -58,7 +57,6 @@ class MoreauStepper {
   };
 
   bool solve_velocities(double h, const double* v_force);
-  bool has_new_impact() const;
   void collect_contacts(double h);
   int add_row(const SparseRow& row, double end_rate_bias);
   bool bring_back(double t_new);
@@ -71,7 +69,6 @@ class MoreauStepper {
   NonsmoothOptions options_;
   SaddlePoint saddle_;
   Evaluation e_, end_;
-  ContactRow scratch_row_;
   ContactProblem problem_, position_problem_;
   std::vector<Contact> contacts_;
   std::vector<SparseRow> slides_, rows_;

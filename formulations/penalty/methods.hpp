@@ -207,6 +207,8 @@ class ScaledSide {
     f(x_, dxdt_, t);
     to_scaled(dxdt_, dydt);
   }
+  /// The derivative of the last evaluation, in the units of x.
+  const Vector& last() const { return dxdt_; }
   double tolerance() const { return norm_.tolerance; }
 
  private:
@@ -265,7 +267,7 @@ class BulirschStoer : public MethodState {
     dt_ = std::max(stepper_.current_time_step(), t >= t_end ? wish_ : 0.0);
     if (std::abs(t - t_end) <= 4e-16 * t_end) t = t_end;
     side_.from_scaled(stepper_.current_state(), x);
-    f(x, dxdt, t);
+    dxdt = side_.last();  // the step ends by evaluating at its end
     return !vanishing(t - t_old, first_step_) && std::isfinite(x.front());
   }
   template <class F>
@@ -318,6 +320,7 @@ class Adams : public MethodState {
 
   template <class F>
   void start(F& f, double at, const Vector& state) {
+    if (x.size() != state.size()) landing_.adjust_size(state);
     begin(at, state);
     y_.resize(x.size());
     y_new_.resize(x.size());
@@ -356,7 +359,7 @@ class Adams : public MethodState {
     if (cut) dt_ = std::max(dt_, wish);
     if (std::abs(t - t_end) <= 4e-16 * t_end) t = t_end;
     side_.from_scaled(y_new_, x);
-    f(x, dxdt, t);
+    dxdt = side_.last();  // an accepted step ends by evaluating at its end
     return true;
   }
   template <class F>

@@ -203,11 +203,13 @@ class PenaltyStepper {
       method_.land(f_, event.t);
       return;
     }
-    const double length = f_.system().contact_facts(event.contact).clearance;
+    // Where rounding of the positions ends what Newton can do.
+    const double enough =
+        1e-13 * f_.system().contact_facts(event.contact).clearance + 4e-16 * f_.system().longest_arm();
     for (int i = 0; i < 5; ++i) {
       method_.land(f_, event.t);
       const auto [g, rate] = f_.gap(event.contact, method_.x, event.t);
-      if (std::abs(g) <= 1e-13 * length || rate == 0) break;
+      if (std::abs(g) <= enough || rate == 0) break;
       const double next = event.t - g / rate;
       if (!(next > method_.t_old) || std::abs(next - event.t) <= 2e-16 * event.t) break;
       if (std::abs(next - event.t) > 0.1 * (event.t - method_.t_old))

@@ -38,9 +38,9 @@ struct Surface {
 
 /// Play of a revolute joint. The bearing is on the first body, the journal on the second.
 struct Clearance {
-  double radial = 0;          ///< m, > 0: bearing radius less journal radius
-  double bearing_radius = 0;  ///< m, > radial
-  int surface = -1;           ///< index into Mechanism::surfaces
+  double radial = 0;                     ///< m, > 0: bearing radius less journal radius
+  double bearing_radius = 0;             ///< m, > radial
+  int surface = -1;                      ///< index into Mechanism::surfaces
   std::optional<double> bearing_length;  ///< m, > 0: length of the bearing; line contacts need it
 };
 

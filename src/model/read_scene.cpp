@@ -70,7 +70,8 @@ PenaltyOptions read_penalty(Section s) {
   o.contact = static_cast<ContactLaw>(s.choice("contact", contact_law_names, static_cast<int>(o.contact)));
   if (s.has("damping")) {
     if (o.contact < ContactLaw::johnson)
-      s.fail("damping", "belongs to line contacts (johnson and below in `freeplay laws`); this law has its own");
+      s.fail("damping",
+             "belongs to line contacts (johnson and below in `freeplay laws`); this law has its own");
     std::vector<std::string> point(contact_law_names.begin(),
                                    contact_law_names.begin() + static_cast<int>(ContactLaw::kelvin_voigt));
     o.damping = static_cast<ContactLaw>(s.choice("damping", point));
@@ -80,7 +81,8 @@ PenaltyOptions read_penalty(Section s) {
     o.kelvin_damping = s.maybe_number("kelvin_damping", non_negative);
   }
   o.friction = static_cast<FrictionLaw>(s.choice("friction", friction_law_names, 0));
-  o.friction_v0 = s.number("friction_v0", o.friction == FrictionLaw::ambrosio ? non_negative : positive, o.friction_v0);
+  o.friction_v0 =
+      s.number("friction_v0", o.friction == FrictionLaw::ambrosio ? non_negative : positive, o.friction_v0);
   o.friction_v1 = s.number("friction_v1", positive, o.friction_v1);
   o.friction_static = s.number("friction_static", one_or_more, o.friction_static);
   o.friction_decay = s.number("friction_decay", non_negative, o.friction_decay);
@@ -90,16 +92,19 @@ PenaltyOptions read_penalty(Section s) {
   if (o.friction == FrictionLaw::ambrosio && o.friction_v1 <= o.friction_v0)
     s.fail("friction_v1",
            fmt::format("must be greater than friction_v0 = {}, is {}", o.friction_v0, o.friction_v1));
-  o.stabilisation = static_cast<Stabilisation>(s.choice("stabilisation", {"none", "baumgarte", "projection"}, 1));
+  o.stabilisation =
+      static_cast<Stabilisation>(s.choice("stabilisation", {"none", "baumgarte", "projection"}, 1));
   for (const char* key : {"alpha", "beta"})
     if (s.has(key) && o.stabilisation != Stabilisation::baumgarte)
       s.fail(key, "belongs to penalty.stabilisation = \"baumgarte\"");
   o.alpha = s.number("alpha", non_negative, o.alpha);
   o.beta = s.number("beta", non_negative, o.beta);
-  o.integrator = static_cast<Integrator>(s.choice(
-      "integrator", {"rk4", "dopri5", "fehlberg78", "bulirsch_stoer", "adams_bashforth_moulton"}, 1));
+  o.integrator = static_cast<Integrator>(
+      s.choice("integrator", {"rk4", "dopri5", "fehlberg78", "bulirsch_stoer", "adams_bashforth_moulton"},
+               static_cast<int>(o.integrator)));
   if (o.integrator == Integrator::adams_bashforth_moulton && o.stabilisation == Stabilisation::projection)
-    s.fail("stabilisation", "\"projection\" moves the state after each step, which a multistep integrator cannot take; "
+    s.fail("stabilisation",
+           "\"projection\" moves the state after each step, which a multistep integrator cannot take; "
            "use \"baumgarte\", or a one-step integrator");
   o.tolerance = s.number("tolerance", positive, o.tolerance);
   o.step = s.number("step", positive, o.step);
@@ -138,10 +143,24 @@ Accelerometer read_accelerometer(const Mechanism& mechanism, const std::string& 
 
 }  // namespace
 
-const std::vector<std::string> contact_law_names = {
-    "hertz",        "hunt-crossley", "herbert-mcwhannell", "lee-wang", "lankarani-nikravesh", "gonthier",
-    "zhiying-qishao", "flores",      "hu-guo",             "carvalho-martins", "exact",       "kelvin-voigt",
-    "johnson",      "esdu-78035",    "radzimovsky",        "liu",      "persson",             "pereira"};
+const std::vector<std::string> contact_law_names = {"hertz",
+                                                    "hunt-crossley",
+                                                    "herbert-mcwhannell",
+                                                    "lee-wang",
+                                                    "lankarani-nikravesh",
+                                                    "gonthier",
+                                                    "zhiying-qishao",
+                                                    "flores",
+                                                    "hu-guo",
+                                                    "carvalho-martins",
+                                                    "exact",
+                                                    "kelvin-voigt",
+                                                    "johnson",
+                                                    "esdu-78035",
+                                                    "radzimovsky",
+                                                    "liu",
+                                                    "persson",
+                                                    "pereira"};
 const std::vector<std::string> friction_law_names = {"ambrosio", "threlfall", "bengisu-akay", "lugre",
                                                      "brown-mcphee"};
 

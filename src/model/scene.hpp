@@ -26,8 +26,24 @@ struct RunOptions {
 
 /// Point contacts first, up to exact; then Kelvin–Voigt and the line contacts. Names as in contact_law_names.
 enum class ContactLaw {
-  hertz, hunt_crossley, herbert_mcwhannell, lee_wang, lankarani_nikravesh, gonthier, zhiying_qishao, flores, hu_guo,
-  carvalho_martins, exact, kelvin_voigt, johnson, esdu, radzimovsky, liu, persson, pereira
+  hertz,
+  hunt_crossley,
+  herbert_mcwhannell,
+  lee_wang,
+  lankarani_nikravesh,
+  gonthier,
+  zhiying_qishao,
+  flores,
+  hu_guo,
+  carvalho_martins,
+  exact,
+  kelvin_voigt,
+  johnson,
+  esdu,
+  radzimovsky,
+  liu,
+  persson,
+  pereira
 };
 enum class FrictionLaw { ambrosio, threlfall, bengisu_akay, lugre, brown_mcphee };
 enum class Integrator { rk4, dopri5, fehlberg78, bulirsch_stoer, adams_bashforth_moulton };
@@ -42,21 +58,21 @@ extern const std::vector<std::string> contact_law_names, friction_law_names;
 
 struct PenaltyOptions {
   ContactLaw contact = ContactLaw::exact;
-  std::optional<ContactLaw> damping;        ///< a point law's χ(e) for a line contact; hertz: none. Default exact
-  std::optional<double> kelvin_stiffness;   ///< N/m
-  std::optional<double> kelvin_damping;     ///< N s/m
+  std::optional<ContactLaw> damping;  ///< a point law's χ(e) for a line contact; hertz: none. Default exact
+  std::optional<double> kelvin_stiffness;  ///< N/m
+  std::optional<double> kelvin_damping;    ///< N s/m
   FrictionLaw friction = FrictionLaw::ambrosio;
-  double friction_v0 = 1e-4;     ///< m/s: the speed that each friction law is regularised with
-  double friction_v1 = 1e-3;     ///< m/s, Ambrósio: full friction above it; friction_v1 > friction_v0
-  double friction_static = 1;    ///< μ_s/μ ≥ 1 (Bengisu–Akay, LuGre, Brown–McPhee)
-  double friction_decay = 1e3;   ///< s/m, ξ of Bengisu–Akay
-  double friction_viscous = 0;   ///< s/m: adds F_N·friction_viscous·v_T (LuGre's σ₂, Brown–McPhee)
+  double friction_v0 = 1e-4;       ///< m/s: the speed that each friction law is regularised with
+  double friction_v1 = 1e-3;       ///< m/s, Ambrósio: full friction above it; friction_v1 > friction_v0
+  double friction_static = 1;      ///< μ_s/μ ≥ 1 (Bengisu–Akay, LuGre, Brown–McPhee)
+  double friction_decay = 1e3;     ///< s/m, ξ of Bengisu–Akay
+  double friction_viscous = 0;     ///< s/m: adds F_N·friction_viscous·v_T (LuGre's σ₂, Brown–McPhee)
   double bristle_stiffness = 1e5;  ///< 1/m, LuGre's σ₀ over F_N
   double bristle_damping = 10;     ///< s/m, LuGre's σ₁ over F_N
   Stabilisation stabilisation = Stabilisation::baumgarte;
-  double alpha = 5;           ///< 1/s: G a = γ − 2αΦ̇ − β²Φ
-  double beta = 5;            ///< 1/s
-  Integrator integrator = Integrator::dopri5;
+  double alpha = 5;  ///< 1/s: G a = γ − 2αΦ̇ − β²Φ
+  double beta = 5;   ///< 1/s
+  Integrator integrator = Integrator::adams_bashforth_moulton;
   double tolerance =
       1e-9;            ///< a step is accepted when every |error_i| ≤ tolerance·scale_i (see tolerance.hpp)
   double step = 1e-6;  ///< s, of the fixed-step integrator
