@@ -4,6 +4,8 @@
 #include <memory>
 #include <vector>
 
+#include "formulations/penalty/contact_law.hpp"  // the list of laws, for those who come through here
+#include "formulations/penalty/law_curves.hpp"
 #include "model/scene.hpp"
 #include "sim/formulation.hpp"
 

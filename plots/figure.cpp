@@ -4,6 +4,7 @@
 
 #include <gnuplot-iostream.h>
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -59,9 +60,11 @@ std::vector<double> Csv::column(const std::string& name) const {
 }
 
 std::string origin(const std::filesystem::path& folder) {
-  std::ifstream in(folder / "comparison.json");
+  auto file = folder / "comparison.json";
+  if (!std::filesystem::exists(file)) file = folder / "laws.json";
+  std::ifstream in(file);
   const auto document = nlohmann::json::parse(in, nullptr, false);
-  if (document.is_discarded()) throw OutputError((folder / "comparison.json").string() + ": cannot be read");
+  if (document.is_discarded()) throw OutputError(file.string() + ": cannot be read");
   const auto& p = document.at("provenance");
   return fmt::format("freeplay {} ({}), {}", p.at("version").get<std::string>(),
                      p.at("commit").get<std::string>(), p.at("scene_file").get<std::string>());
@@ -121,8 +124,14 @@ std::filesystem::path draw(const Figure& f, const std::filesystem::path& folder)
 
 std::vector<std::filesystem::path> all(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> made;
-  for (const auto& one : {acceleration, journal_orbit, paired_impacts})
-    if (const auto path = one(folder); !path.empty()) made.push_back(path);
+  const auto draw_all = [&](auto list) {
+    for (const auto& one : list)
+      if (const auto path = one(folder); !path.empty()) made.push_back(path);
+  };
+  if (std::filesystem::exists(folder / "comparison.json"))
+    draw_all(std::array{acceleration, journal_orbit, paired_impacts});
+  if (std::filesystem::exists(folder / "laws.json"))
+    draw_all(std::array{impact_loops, delivered_restitution, friction_laws});
   return made;
 }
 

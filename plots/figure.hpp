@@ -53,7 +53,12 @@ std::filesystem::path acceleration(const std::filesystem::path& folder);
 std::filesystem::path journal_orbit(const std::filesystem::path& folder);
 std::filesystem::path paired_impacts(const std::filesystem::path& folder);
 
-/// All figures of a folder made by `freeplay compare`.
+/// Figures of a folder made by `freeplay laws SCENE`.
+std::filesystem::path impact_loops(const std::filesystem::path& folder);
+std::filesystem::path delivered_restitution(const std::filesystem::path& folder);
+std::filesystem::path friction_laws(const std::filesystem::path& folder);
+
+/// All figures that the result files of a folder allow.
 std::vector<std::filesystem::path> all(const std::filesystem::path& folder);
 
 }  // namespace freeplay::plots

@@ -17,7 +17,8 @@ struct Request {
   std::string formulation;
   std::string output;
   bool as_given = false;
-  std::optional<double> restitution;
+  std::optional<double> restitution;  ///< laws
+  double mass = 1, speed = 0.1;       ///< laws: kg and m/s of the impact that is drawn
 };
 
 int check(const Request& request);

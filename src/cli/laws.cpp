@@ -1,7 +1,8 @@
 #include <fmt/format.h>
 
 #include "cli/commands.hpp"
-#include "formulations/penalty/contact_law.hpp"
+#include "formulations/make.hpp"
+#include "plots/figure.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -19,6 +20,17 @@ std::string padded(std::string_view text, int to) {
 }  // namespace
 
 int laws(const Request& request) {
+  if (!request.scene.empty()) {
+    const Scene scene = read_scene(request.scene, request.overrides);
+    const auto folder =
+        request.output.empty() ? std::filesystem::path("out/laws") : std::filesystem::path(request.output);
+    if (!(request.mass > 0) || !(request.speed > 0))
+      throw SceneError("--mass and --speed must be greater than 0");
+    write_law_curves(scene, {request.mass, request.speed}, folder);
+    fmt::print("curves in {}\nfigures:\n", folder.string());
+    for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
+    return 0;
+  }
   if (request.restitution) {
     const double e = *request.restitution;
     if (!(e >= 0 && e <= 1)) throw SceneError(fmt::format("--restitution must be between 0 and 1, is {}", e));

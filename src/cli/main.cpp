@@ -44,6 +44,12 @@ int main(int argc, char** argv) {
   auto* laws = app.add_subcommand("laws", "list the contact laws, or what each delivers");
   laws->add_option("--restitution", request.restitution,
                    "restitution asked for: print what each law delivers");
+  laws->add_option("scene", request.scene, "draw the laws for this scene's first contact");
+  laws->add_option("--set", request.overrides, "override a key, KEY=VALUE; may be repeated")
+      ->allow_extra_args(false);
+  laws->add_option("--mass", request.mass, "mass of the impact that is drawn, kg");
+  laws->add_option("--speed", request.speed, "its speed of approach, m/s");
+  laws->add_option("-o,--output", request.output, "result folder; default out/laws");
   laws->callback([&request] { request.command = cli::laws; });
 
   try {

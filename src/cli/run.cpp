@@ -88,8 +88,10 @@ int compare(const Request& request) {
 }
 
 int figures(const Request& request) {
-  if (!std::filesystem::exists(std::filesystem::path(request.scene) / "comparison.json"))
-    throw SceneError(request.scene + ": has no comparison.json; give a folder made by freeplay compare");
+  const std::filesystem::path folder = request.scene;
+  if (!std::filesystem::exists(folder / "comparison.json") && !std::filesystem::exists(folder / "laws.json"))
+    throw SceneError(request.scene +
+                     ": has no comparison.json or laws.json; give a folder made by freeplay compare or laws");
   for (const auto& path : plots::all(request.scene)) fmt::print("{}\n", path.string());
   return 0;
 }
