@@ -112,7 +112,7 @@ void assemble_velocities(const System& system, State& s) {
 
 }  // namespace
 
-OpenJoint worst_open_joint(const System& system, const std::vector<double>& q) {
+OpenJoint worst_open_joint(const System& system, const std::vector<double>& q, double allowed_penetration) {
   auto e = system.make_evaluation();
   system.place(0, q.data(), e);
   OpenJoint worst{"", 0, false};
@@ -120,9 +120,11 @@ OpenJoint worst_open_joint(const System& system, const std::vector<double>& q) {
     const double phi = std::abs(e.phi[k]);
     if (phi > worst.amount || !std::isfinite(phi)) worst = {system.row_name(k), phi, system.is_angle_row(k)};
   }
-  for (int k = 0; k < system.contacts(); ++k)
-    if (const double g = system.gap(k, q.data(), e); - g > worst.amount)
-      worst = {system.contact_facts(k).name, -g, false};
+  for (int k = 0; k < system.contacts(); ++k) {
+    const auto& facts = system.contact_facts(k);
+    const double inside = -system.gap(k, q.data(), e);
+    if (inside > worst.amount && inside > allowed_penetration * facts.clearance) worst = {facts.name, inside, false};
+  }
   return worst;
 }
 
@@ -140,7 +142,8 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start) {
   const System system(start == RunOptions::Start::ideal ? idealised(mechanism) : mechanism);
   State s = given_state(mechanism);
   if (start == RunOptions::Start::given) {
-    const auto open = worst_open_joint(system, s.q);
+    // A loaded contact is compressed: a journal may start inside the wall by up to a tenth of the clearance.
+    const auto open = worst_open_joint(system, s.q, 0.1);
     if (open.amount > 1e-6 * length_scale(system))
       throw SceneError(fmt::format(
           "run.start = \"given\": joint {}; correct the positions or use \"assembled\"", describe(open)));

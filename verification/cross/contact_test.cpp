@@ -1,0 +1,89 @@
+// Penalty contacts on a mechanism: a free impact's prediction with the real effective mass, contacts that begin at rest,
+// grazing, and a state that starts inside the wall.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "formulations/penalty/contact_law.hpp"
+#include "sim/recorder.hpp"
+#include "verification/references/delivered_restitution.hpp"
+#include "verification/references/impact_tables.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+
+TEST_CASE("an impact in the mechanism is a free impact of the effective mass, to the order of its duration", "[contact]") {
+  auto scene = read_scene(test::scene_file("gudgeon"));
+  const auto& table = reference::impact_tables[0];
+  const double chi = exact_damping_factor(0.46), K = hertz_stiffness(207e9, 0.3, 11.125e-3, 10.875e-3);
+  for (int i = 0; i < 2; ++i) {
+    // Effective mass of the contact from the impact law's impulse, P = (1 + e) m v.
+    const double v_ns = -table.nonsmooth[i].v_n_minus, mass = table.nonsmooth[i].impulse_n / (1.46 * v_ns);
+    scene.run.duration = table.penalty[i].t + 6e-4;
+    scene.run.discard = 0;
+    const auto run = test::simulate(scene, Family::penalty);
+    const auto e = test::touches(run).at(i);
+    // Loads press the joint shut with some 26 m/s² while the contact lasts: that changes the speed by 26 T of v.
+    const double order = 26 * e.duration / -e.v_n_minus;
+    CAPTURE(i, order);
+    CHECK(order < 0.2);
+    CHECK(-e.v_n_plus / e.v_n_minus == Approx(0.46).epsilon(order));
+    CHECK(e.impulse_n == Approx(1.46 * mass * -e.v_n_minus).epsilon(order));
+    if (i == 0) {
+      const double depth = static_cast<double>(reference::damped_impact_depth(K, mass, -e.v_n_minus, chi));
+      CHECK(run.contacts[0].penetration == Approx(depth).epsilon(order));
+    }
+  }
+}
+
+namespace {
+/// A pendulum that hangs at rest from a loose pivot, its pin on the bearing's lowest point, displaced by `lift` upwards.
+Scene hanging(double lift) {
+  auto scene = read_scene(test::scene_file("pendulum"));
+  auto& body = scene.mechanism.bodies[0];
+  body.angle = -1.5707963267948966;
+  // The pin is 0.15 m above the centre of mass; the bearing's centre is the origin, its clearance 0.5 mm.
+  body.position = Vec2(0, -0.15 - 0.5e-3 + lift);
+  scene.run.start = RunOptions::Start::given;
+  scene.run.duration = 0.05;
+  scene.run.discard = 0;
+  return scene;
+}
+}  // namespace
+
+TEST_CASE("a contact that begins at rest settles, in both formulations", "[contact]") {
+  auto scene = hanging(0);
+  for (const auto family : {Family::penalty, Family::nonsmooth}) {
+    const auto run = test::simulate(scene, family);
+    CAPTURE(family == Family::penalty);
+    REQUIRE(run.ending.status == Ending::Status::finished);
+    // The weight compresses the contact by (mg/K)^(2/3) = 1e-7 m; nothing moves farther than a few times that.
+    CHECK(run.contacts[0].penetration < 1e-6);
+    CHECK(run.ledger.kinetic < 1e-6);
+    CHECK(run.contacts[0].lasting_fraction > 0.95);
+  }
+}
+
+TEST_CASE("a state that starts inside the wall is a contact from the first instant", "[contact]") {
+  // 2 µm inside: Hertz's energy 0.4 K δ^2.5 throws the journal up; it must not exceed that energy.
+  auto scene = hanging(-2e-6);
+  const auto run = test::simulate(scene, Family::penalty);
+  REQUIRE(run.ending.status == Ending::Status::finished);
+  const double K = hertz_stiffness(207e9, 0.3, 10e-3, 9.5e-3), stored = 0.4 * K * std::pow(2e-6, 2.5);
+  CHECK(run.ledger.initial - 0.471 * 9.81 * (-0.15 - 0.5e-3 - 2e-6) == Approx(stored).epsilon(1e-6));
+  CHECK(run.ledger.kinetic < stored);
+  CHECK(std::abs(run.ledger.closure()) < 1e-6 * stored);
+}
+
+TEST_CASE("a journal that only grazes the wall is handled", "[contact]") {
+  // Tossed up from the bottom so that it just reaches the top: v² = 2 g (2c), a little less, just that, and a little more.
+  for (double factor : {1 - 1e-9, 1.0, 1 + 1e-12, 1 + 1e-9, 1 + 1e-6}) {
+    auto scene = hanging(1e-9);
+    scene.mechanism.bodies[0].velocity = Vec2(0, std::sqrt(2 * 9.81 * (1e-3 - 1e-9) * factor));
+    scene.mechanism.surfaces[0].friction.reset();
+    const auto run = test::simulate(scene, Family::penalty);
+    CAPTURE(factor);
+    REQUIRE(run.ending.status == Ending::Status::finished);
+    CHECK(std::abs(run.ledger.closure()) < 1e-6 * run.ledger.scale());
+  }
+}
