@@ -68,6 +68,12 @@ class Nonsmooth final : public Formulation {
 
 std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& system, const State& state,
                                             const std::vector<double>& restitution) {
+  for (int k = 0; k < system.contacts(); ++k)
+    if (system.contact_facts(k).lubricant)
+      throw SceneError(fmt::format(
+          "{}: joints.{}.lubricant: the nonsmooth formulation has no film; leave it out, or use the "
+          "penalty formulation",
+          scene.file.string(), system.contact_facts(k).name));
   std::vector<double> e = restitution;
   for (int k = static_cast<int>(e.size()); k < system.contacts(); ++k) {
     const auto& surface = system.contact_facts(k).surface;

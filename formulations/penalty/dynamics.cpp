@@ -36,15 +36,17 @@ void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   system_.rate(q, v, e_);
   system_.forces(t, q, v, e_);
   double* integral = dxdt.data() + integral_offset();
-  integral[contact_loss] = integral[friction_loss] = 0;
+  integral[contact_loss] = integral[friction_loss] = integral[film_loss] = 0;
 
   double* impulse = dxdt.data() + impulse_offset();
   for (int k = 0; k < system_.contacts(); ++k, impulse += 2) {
     impulse[0] = impulse[1] = 0;
     if (bristles_) dxdt[bristle_offset() + k] = 0;
     const auto& c = contacts_[k];
-    if (!c.closed) continue;
+    if (!c.closed && !c.film) continue;
     system_.contact(k, q, v, e_, row_);
+    if (c.film) integral[film_loss] += film_forces(*c.film, v);
+    if (!c.closed) continue;
     if (!(row_.gap < 0)) continue;
     const double delta = -row_.gap, rate = -row_.normal.dot(v);
     const double elastic = c.law.elastic.force(delta);
@@ -89,6 +91,19 @@ void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
     integral[stabilisation] -= lambda_[k] * rate_[k];
   }
   std::copy(v, v + n, dxdt.data());
+}
+
+/// Adds a film's forces at row_ and returns the power that it dissipates (W).
+double PenaltyDynamics::film_forces(const Film& film, const double* v) {
+  const double share = film.share(row_.gap);
+  if (share == 0) return 0;
+  const double w_r = -row_.normal.dot(v), w_t = row_.film.dot(v), spin = row_.spin.dot(v);
+  const auto F = film.force(film.ratio(row_.gap), w_r, w_t);
+  const double torque = share * film.shear(film.ratio(row_.gap)) * spin;
+  row_.normal.add_to(e_.force.data(), -share * F.radial);
+  row_.film.add_to(e_.force.data(), share * F.tangential);
+  row_.spin.add_to(e_.force.data(), -torque);
+  return torque * spin - share * (F.radial * w_r + F.tangential * w_t);
 }
 
 void PenaltyDynamics::project(Vector& x, double t) {

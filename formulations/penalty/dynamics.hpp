@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "formulations/penalty/contact_law.hpp"
+#include "formulations/penalty/film.hpp"
 #include "formulations/penalty/friction_law.hpp"
 #include "model/scene.hpp"
 #include "model/system.hpp"
@@ -23,6 +24,7 @@ namespace freeplay {
 struct PenaltyContact {
   ContactForce law;
   std::optional<FrictionForce> friction;
+  std::optional<Film> film;
   bool closed = false;
   int zone = 0;        ///< of the friction law, while closed
   double deepest = 0;  ///< m, so far
@@ -32,7 +34,7 @@ struct PenaltyContact {
 class PenaltyDynamics {
  public:
   using Vector = std::vector<double>;
-  enum Integral { drive, load, damping, contact_loss, friction_loss, stabilisation, integrals };
+  enum Integral { drive, load, damping, contact_loss, friction_loss, film_loss, stabilisation, integrals };
 
   /// `redundant`: the constraint rows depend on each other.
   PenaltyDynamics(const System& system, const PenaltyOptions& options, std::vector<PenaltyContact> contacts,
@@ -80,6 +82,8 @@ class PenaltyDynamics {
   SparseRow slide_;
   std::vector<double> r_, lambda_, rate_, scratch_, unit_;
   bool singular_ = false;
+
+  double film_forces(const Film& film, const double* v);
 };
 
 }  // namespace freeplay

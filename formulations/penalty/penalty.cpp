@@ -18,6 +18,17 @@ std::vector<PenaltyContact> make_contacts(const Scene& scene, const System& syst
     PenaltyContact c;
     c.law = make_contact_force(scene, facts);
     if (facts.surface.friction) c.friction = make_friction(scene.penalty, *facts.surface.friction);
+    if (facts.lubricant) {
+      const auto& oil = *facts.lubricant;
+      c.film = Film{
+          oil.film == Lubricant::Film::short_bearing ? Film::Kind::short_bearing : Film::Kind::long_bearing,
+          oil.cavitation,
+          oil.viscosity,
+          *facts.bearing_length,
+          facts.radius_bearing,
+          facts.clearance,
+          oil.hand_over.value_or(0.01 * facts.clearance)};
+    }
     contacts.push_back(c);
   }
   for (int k = 0; k < system.frictions(); ++k)
@@ -72,6 +83,7 @@ class Penalty final : public Formulation {
     l.damping = w[PenaltyDynamics::damping];
     l.contact = w[PenaltyDynamics::contact_loss];
     l.friction = w[PenaltyDynamics::friction_loss];
+    l.film = w[PenaltyDynamics::film_loss];
     l.stabilisation = w[PenaltyDynamics::stabilisation];
     return l;
   }

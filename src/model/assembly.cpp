@@ -123,7 +123,8 @@ OpenJoint worst_open_joint(const System& system, const std::vector<double>& q, d
   for (int k = 0; k < system.contacts(); ++k) {
     const auto& facts = system.contact_facts(k);
     const double inside = -system.gap(k, q.data(), e);
-    if (inside > worst.amount && inside > allowed_penetration * facts.clearance) worst = {facts.name, inside, false};
+    if (inside > worst.amount && inside > allowed_penetration * facts.clearance)
+      worst = {facts.name, inside, false};
   }
   return worst;
 }

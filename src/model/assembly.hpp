@@ -17,14 +17,15 @@ namespace freeplay {
 /// Throws SceneError that names the joint which stays open and by how much.
 State assemble(const Mechanism& mechanism, RunOptions::Start start);
 
-/// The joint or drive whose constraint is worst violated, and by how much (m or rad). Journals inside the wall by up to
-/// allowed_penetration of their clearance do not count.
+/// The joint or drive whose constraint is worst violated, and by how much (m or rad). Journals inside the
+/// wall by up to allowed_penetration of their clearance do not count.
 struct OpenJoint {
   std::string name;
   double amount = 0;
   bool angular = false;
 };
-OpenJoint worst_open_joint(const System& system, const std::vector<double>& q, double allowed_penetration = 0);
+OpenJoint worst_open_joint(const System& system, const std::vector<double>& q,
+                           double allowed_penetration = 0);
 
 /// Indices of constraint rows that depend on others at q; empty when none do.
 std::vector<int> redundant_rows(const System& system, const std::vector<double>& q);

@@ -36,12 +36,24 @@ struct Surface {
   std::optional<double> friction;     ///< Coulomb's μ, ≥ 0
 };
 
+/// What fills a clearance. Only the penalty formulation has a model of it.
+struct Lubricant {
+  enum class Film { short_bearing, long_bearing };
+  std::string name;
+  double viscosity = 0;  ///< Pa s, > 0
+  Film film = Film::short_bearing;
+  bool cavitation = true;  ///< no tension in the film
+  std::optional<double>
+      hand_over;  ///< m: film thickness below which dry contact takes over; default 0.01 clearance
+};
+
 /// Play of a revolute joint. The bearing is on the first body, the journal on the second.
 struct Clearance {
   double radial = 0;                     ///< m, > 0: bearing radius less journal radius
   double bearing_radius = 0;             ///< m, > radial
   int surface = -1;                      ///< index into Mechanism::surfaces
-  std::optional<double> bearing_length;  ///< m, > 0: length of the bearing; line contacts need it
+  std::optional<double> bearing_length;  ///< m, > 0: length of the bearing; line contacts and films need it
+  int lubricant = -1;                    ///< index into Mechanism::lubricants, −1: dry
 };
 
 /// Two points kept together, each in its body's frame (ground: world), m from the centre of mass.
@@ -145,6 +157,7 @@ struct Mechanism {
   std::vector<Body> bodies;
   std::vector<Joint> joints;
   std::vector<Surface> surfaces;
+  std::vector<Lubricant> lubricants;
   std::vector<Drive> drives;
   std::vector<Load> loads;
 };

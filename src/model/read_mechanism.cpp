@@ -52,6 +52,17 @@ Clearance read_clearance(const Mechanism& mechanism, Section& s) {
     s.fail("bearing_radius",
            fmt::format("must be greater than the clearance {}, is {}", c.radial, c.bearing_radius));
   c.bearing_length = s.maybe_number("bearing_length", positive);
+  if (s.has("lubricant")) {
+    const auto lubricant = s.text("lubricant");
+    c.lubricant = index_of(mechanism.lubricants, lubricant, [](const auto& x) { return x.name; });
+    if (c.lubricant < 0)
+      s.fail("lubricant",
+             fmt::format("no lubricant \"{}\"; there is: {}", lubricant, known(mechanism.lubricants)));
+    if (!c.bearing_length) s.fail("bearing_length", "is missing: the force of a lubricant's film needs it");
+    const auto& oil = mechanism.lubricants[c.lubricant];
+    if (oil.hand_over && *oil.hand_over >= c.radial)
+      s.fail("lubricant", "its hand_over must be less than the clearance of the joint");
+  }
   const auto name = s.text("surface");
   c.surface = index_of(mechanism.surfaces, name, [](const auto& x) { return x.name; });
   if (c.surface < 0)
@@ -200,6 +211,17 @@ Surface read_surface(const std::string& name, Section& s) {
   return x;
 }
 
+Lubricant read_lubricant(const std::string& name, Section& s) {
+  Lubricant l;
+  l.name = name;
+  l.viscosity = s.number("viscosity", positive);
+  l.film = static_cast<Lubricant::Film>(s.choice("film", {"short", "long"}, 0));
+  l.cavitation = s.choice("cavitation", {"half-sommerfeld", "none"}, 0) == 0;
+  l.hand_over = s.maybe_number("hand_over", positive);
+  s.done("a lubricant");
+  return l;
+}
+
 }  // namespace
 
 int body_index(const Mechanism& mechanism, const Section& section, std::string_view key,
@@ -220,6 +242,7 @@ Mechanism read_mechanism(Section& root) {
   if (m.bodies.empty())
     root.fail("bodies", "a scene needs at least one body: [bodies.NAME] with mass and inertia");
   for (auto& [name, s] : root.children("surfaces")) m.surfaces.push_back(read_surface(name, s));
+  for (auto& [name, s] : root.children("lubricants")) m.lubricants.push_back(read_lubricant(name, s));
   for (auto& [name, s] : root.children("joints")) m.joints.push_back(read_joint(m, name, s));
   for (auto& [name, s] : root.children("drives")) m.drives.push_back(read_drive(m, name, s));
   for (auto& [name, s] : root.children("loads")) m.loads.push_back(read_load(m, name, s));

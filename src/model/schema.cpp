@@ -35,6 +35,16 @@ constexpr SchemaKey keys[] = {
      "revolute with clearance: length of the bearing; line-contact laws need it"},
     {"joints.*.surface", "text", "", "–", "revolute with clearance: the surface of its contact"},
 
+    {"joints.*.lubricant", "text", "", "–", "revolute with clearance: what fills it; left out: dry"},
+
+    {"lubricants.*.viscosity", "number", "Pa s", "required", "dynamic viscosity, > 0"},
+    {"lubricants.*.film", "text", "", "\"short\"",
+     "\"short\" (Ocvirk) or \"long\" (Sommerfeld) journal bearing"},
+    {"lubricants.*.cavitation", "text", "", "\"half-sommerfeld\"",
+     "\"half-sommerfeld\": no tension in the film; \"none\": full film"},
+    {"lubricants.*.hand_over", "number", "m", "clearance/100",
+     "film thickness below which the film fades out and dry contact takes over"},
+
     {"surfaces.*.young", "number", "Pa", "–", "Young's modulus, > 0; the penalty formulation needs it"},
     {"surfaces.*.poisson", "number", "", "–", "Poisson's ratio, 0 to 0.5; goes with young"},
     {"surfaces.*.restitution", "number", "", "–", "coefficient of restitution asked for, 0 to 1"},

@@ -29,12 +29,17 @@ struct ContactFacts {
   double radius_bearing = 0, radius_journal = 0;  ///< m
   Surface surface;
   std::optional<double> bearing_length;  ///< m
+  std::optional<Lubricant> lubricant;
 };
 
 /// A contact's geometry at one state. Without friction the tangent row stays empty.
 struct ContactRow {
-  double gap = 0;                   ///< m
-  SparseRow normal, tangent;        ///< ġ = normal·v, v_T = tangent·v
+  double gap = 0;             ///< m
+  SparseRow normal, tangent;  ///< ġ = normal·v, v_T = tangent·v
+  /// Only for a lubricated joint: film·v = t·ė − ½(ω_i + ω_j)|e|, the journal's sideways motion relative to
+  /// the mean surface, along which the film's tangential force acts (its couples included); spin·v = ω_j −
+  /// ω_i.
+  SparseRow film, spin;
   double gamma_n = 0, gamma_t = 0;  ///< g̈ = normal·a − gamma_n, v̇_T = tangent·a − gamma_t
 };
 

@@ -101,7 +101,8 @@ void System::add(const RevoluteJoint& joint, const Mechanism& m) {
   const auto& c = *joint.clearance;
   contacts_.push_back(link);
   contact_facts_.push_back({joint.name, joint.between, c.radial, c.bearing_radius,
-                            c.bearing_radius - c.radial, m.surfaces[c.surface], c.bearing_length});
+                            c.bearing_radius - c.radial, m.surfaces[c.surface], c.bearing_length,
+                            c.lubricant < 0 ? std::nullopt : std::optional(m.lubricants[c.lubricant])});
 }
 
 void System::add(const TranslationalJoint& joint) {

@@ -31,14 +31,18 @@ void System::contact(int k, const double* q, const double* v, const Evaluation& 
   const Arms a = arms(link, q, e);
   const double length = std::sqrt(a.d.squaredNorm());
   row.gap = facts.clearance - length;
-  if (!(length > 1e-9 * facts.clearance)) return;
+  row.film.clear();
+  row.spin.clear();
+  // A concentric journal has no normal; a film still resists it, alike in all directions: any will do.
+  const bool concentric = !(length > 1e-9 * facts.clearance);
+  if (concentric && !facts.lubricant) return;
 
-  const Vec2 n = a.d / length, t = perp(n);
+  const Vec2 n = concentric ? Vec2{1, 0} : Vec2{a.d / length}, t = perp(n);
   const Vec2 rate = relative_velocity(link, a, v);
   const double wi = omega(v, link.i), wj = omega(v, link.j);
   const Vec2 bias = wi * wi * a.ri - wj * wj * a.rj;  // the part of ë without accelerations
   const double swirl = t.dot(rate);
-  row.gamma_n = n.dot(bias) + swirl * swirl / length;
+  row.gamma_n = n.dot(bias) + (concentric ? 0 : swirl * swirl / length);
   const auto push = [](SparseRow& r, int body, const Vec2& direction, double turn) {
     if (body == ground) return;
     r.push(3 * body, direction.x());
@@ -47,8 +51,14 @@ void System::contact(int k, const double* q, const double* v, const Evaluation& 
   };
   push(row.normal, link.i, n, n.dot(perp(a.ri)));
   push(row.normal, link.j, -n, -n.dot(perp(a.rj)));
+  if (facts.lubricant) {
+    push(row.film, link.i, -t, -t.dot(perp(a.ri)) - 0.5 * length);
+    push(row.film, link.j, t, t.dot(perp(a.rj)) - 0.5 * length);
+    if (link.i != ground) row.spin.push(3 * link.i + 2, -1);
+    if (link.j != ground) row.spin.push(3 * link.j + 2, 1);
+  }
   if (!facts.surface.friction) return;
-  row.gamma_t = -t.dot(bias) + swirl * n.dot(rate) / length;
+  row.gamma_t = -t.dot(bias) + (concentric ? 0 : swirl * n.dot(rate) / length);
   push(row.tangent, link.i, -t, -t.dot(perp(a.ri)) - facts.radius_bearing);
   push(row.tangent, link.j, t, t.dot(perp(a.rj)) + facts.radius_journal);
 }

@@ -14,7 +14,7 @@ namespace freeplay {
 class Recorder;
 
 /// Energies (J) since the start. The balance is kinetic + potential + elastic − their values at the start
-/// = drive + load + stabilisation + scheme − contact − friction − damping, up to `closure()`.
+/// = drive + load + stabilisation − contact − friction − damping − film, up to `closure()`.
 struct EnergyLedger {
   double kinetic = 0, potential = 0, elastic = 0;  ///< now
   double initial = 0;                              ///< kinetic + potential + elastic at the start
@@ -23,12 +23,13 @@ struct EnergyLedger {
   double damping = 0;                              ///< dissipated in dampers, ≥ 0
   double contact = 0;                              ///< dissipated in the normal direction of contacts
   double friction = 0;  ///< dissipated by friction, in contacts and preloaded joints
-  double stabilisation =
-      0;  ///< work of constraint forces along constraint errors, and of moving positions back
+  double film = 0;      ///< dissipated in lubricant films
+  /// Work of constraint forces along constraint errors, and of moving positions back.
+  double stabilisation = 0;
   /// What the balance leaves unexplained: the integration error of the energies themselves.
   double closure() const {
     return kinetic + potential + elastic - initial - drive - load - stabilisation + contact + friction +
-           damping;
+           damping + film;
   }
   /// The largest of the balance's terms, to judge the closure by.
   double scale() const;

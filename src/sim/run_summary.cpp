@@ -120,6 +120,7 @@ nlohmann::json to_json(const RunSummary& s) {
             {"dissipated_in_dampers", l.damping},
             {"dissipated_in_contacts", l.contact},
             {"dissipated_by_friction", l.friction},
+            {"dissipated_in_films", l.film},
             {"work_of_stabilisation", l.stabilisation},
             {"closure", l.closure()}}},
           {"work",

@@ -94,6 +94,8 @@ std::string comparison_table(const Scene& scene, const Comparison& c, bool markd
   line("energy: dissipated by friction, J", [](const auto& r) { return number(r.ledger.friction); });
   if (p.ledger.damping != 0 || n.ledger.damping != 0)
     line("energy: dissipated in dampers, J", [](const auto& r) { return number(r.ledger.damping); });
+  if (p.ledger.film != 0)
+    line("energy: dissipated in films, J", [](const auto& r) { return number(r.ledger.film); });
   line("energy: stored (change since start), J", [](const auto& r) {
     return number(r.ledger.kinetic + r.ledger.potential + r.ledger.elastic - r.ledger.initial);
   });

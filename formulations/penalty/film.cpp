@@ -1,0 +1,116 @@
+#include "formulations/penalty/film.hpp"
+
+#include <algorithm>
+#include <boost/math/tools/toms748_solve.hpp>
+#include <cmath>
+#include <numbers>
+
+namespace freeplay {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// Sommerfeld's γ of θ ∈ [−2π, 2π], continuous and increasing: cos γ = (cos θ − ε)/(1 − ε cos θ).
+double sommerfeld(double theta, double epsilon) {
+  const double turns = std::round(theta / (2 * pi)), x = theta - 2 * pi * turns;
+  return 2 * pi * turns + std::atan2(std::sqrt(1 - epsilon * epsilon) * std::sin(x), std::cos(x) - epsilon);
+}
+
+/// Integrals over θ from a to b of products with (1 − ε cos θ)^(−3).
+struct ShortIntegrals {
+  double cc, cs, ss;
+};
+ShortIntegrals short_integrals(double a, double b, double epsilon) {
+  const double s2 = 1 - epsilon * epsilon, s = std::sqrt(s2);
+  const auto at = [&](double g) {
+    const double sg = std::sin(g), cg = std::cos(g);
+    return ShortIntegrals{(g / 2 + sg * cg / 2 + 2 * epsilon * sg + epsilon * epsilon * g) / (s2 * s2 * s),
+                          (sg * sg / 2 - epsilon * cg) / (s2 * s2), (g / 2 - sg * cg / 2) / (s2 * s)};
+  };
+  const auto A = at(sommerfeld(a, epsilon)), B = at(sommerfeld(b, epsilon));
+  return {B.cc - A.cc, B.cs - A.cs, B.ss - A.ss};
+}
+
+/// ∫ p cos θ dθ and ∫ p sin θ dθ of the long bearing's pressure (in units of 12μR²/c³) from a to b.
+struct LongIntegrals {
+  double cosine, sine;
+};
+LongIntegrals long_integrals(double a, double b, double epsilon, double w_r, double w_t) {
+  // With x = 1 − ε cos θ: squeeze by Sommerfeld's substitution, wedge likewise; sines by the primitive in x.
+  // Small ε is a removable singularity of these primitives: series to second order below 1e-4.
+  const double s2 = 1 - epsilon * epsilon, s = std::sqrt(s2), wedge = w_t / (2 + epsilon * epsilon);
+  if (epsilon < 1e-4) {
+    // p ≈ w_r (1 + cos θ) + w_t sin θ to zeroth order in ε; the next order is below 3ε relative.
+    const auto at = [&](double t) {
+      const double c = std::cos(t), sn = std::sin(t);
+      return LongIntegrals{w_r * (sn + t / 2 + sn * c / 2) + w_t * sn * sn / 2,
+                           w_r * (-c + sn * sn / 2) + w_t * (t / 2 - sn * c / 2)};
+    };
+    const auto A = at(a), B = at(b);
+    return {B.cosine - A.cosine, B.sine - A.sine};
+  }
+  const double far = 1 / ((1 + epsilon) * (1 + epsilon)), squeeze = w_r / (2 * epsilon);
+  const auto at = [&](double theta) {
+    const double g = sommerfeld(theta, epsilon), sg = std::sin(g);
+    const double x = 1 - epsilon * std::cos(theta);
+    // ∫ cos θ x^(−2) dθ = ∫ (cos γ + ε) dγ / s³
+    const double c2 = (sg + epsilon * g) / (s2 * s);
+    // ∫ sin θ x^(−2) dθ = −1/(ε x)
+    const double s2x = -1 / (epsilon * x);
+    // ∫ sin²θ (2 − ε cos θ) x^(−2) dθ with 2 − ε cos θ = 1 + x: ∫ sin²θ x^(−2) dθ + ∫ sin²θ x^(−1) dθ
+    //   sin²θ x^(−2) dθ = sin²γ/(1 + ε cos γ) dγ / s;  sin²θ x^(−1) dθ is done by parts to elementary
+    //   integrals: ∫ sin²θ/x dθ = [θ + ε sin θ − s γ]/ε²,   ∫ sin²θ/x² dθ = sin θ... by d/dθ(sin θ/x) = (cos
+    //   θ − ε)/x²
+    const double i1 = (theta + epsilon * std::sin(theta) - s * g) / (epsilon * epsilon);
+    //   ∫ sin²θ/x² dθ = −sin θ/(ε x) + (1/ε) ∫ cos θ/x dθ,   ∫ cos θ/x dθ = (γ/s − θ)/ε
+    const double i2 = -std::sin(theta) / (epsilon * x) + (g / s - theta) / (epsilon * epsilon);
+    // ∫ sin θ cos θ (1 + x) x^(−2) dθ with u = x, cos θ = (1 − u)/ε, sin θ dθ = du/ε:
+    //   ∫ (1 − u)(1 + u)/u² du / ε² = (−1/u − u)/ε²
+    const double sc = (-1 / x - x) / (epsilon * epsilon);
+    return LongIntegrals{squeeze * (c2 - far * std::sin(theta)) + wedge * sc,
+                         squeeze * (s2x + far * std::cos(theta)) + wedge * (i1 + i2)};
+  };
+  const auto A = at(a), B = at(b);
+  return {B.cosine - A.cosine, B.sine - A.sine};
+}
+
+}  // namespace
+
+Film::Force Film::force(double epsilon, double w_r, double w_t) const {
+  if (w_r == 0 && w_t == 0) return {};
+  const double c3 = clearance * clearance * clearance;
+  if (kind == Kind::short_bearing) {
+    const double unit = viscosity * radius * length * length * length / c3;
+    const double middle = std::atan2(w_t, w_r), half = cavitated ? pi / 2 : pi;
+    const auto I = short_integrals(middle - half, middle + half, epsilon);
+    return {-unit * (I.cc * w_r + I.cs * w_t), -unit * (I.cs * w_r + I.ss * w_t)};
+  }
+  const double unit = 12 * viscosity * length * radius * radius * radius / c3;
+  double a = -pi, b = pi;
+  if (cavitated) {
+    // p (1 − ε cos θ)²/(1 + cos θ) = w_r (2 + ε − ε cos θ)/(2(1 + ε)²) + w_t tan(θ/2)(2 − ε cos θ)/(2 + ε²):
+    // one zero.
+    const auto sign = [&](double theta) {
+      const double ct = std::cos(theta);
+      return std::cos(theta / 2) * w_r * (2 + epsilon - epsilon * ct) / (2 * (1 + epsilon) * (1 + epsilon)) +
+             std::sin(theta / 2) * w_t * (2 - epsilon * ct) / (2 + epsilon * epsilon);
+    };
+    if (w_t == 0) {
+      if (w_r < 0) return {};
+    } else {
+      std::uintmax_t most = 100;
+      const auto [lo, hi] = boost::math::tools::toms748_solve(
+          sign, -pi, pi, boost::math::tools::eps_tolerance<double>(50), most);
+      (w_t > 0 ? a : b) = 0.5 * (lo + hi);
+    }
+  }
+  const auto I = long_integrals(a, b, epsilon, w_r, w_t);
+  return {-unit * I.cosine, -unit * I.sine};
+}
+
+double Film::shear(double epsilon) const {
+  return 2 * pi * viscosity * radius * radius * radius * length /
+         (clearance * std::sqrt(1 - epsilon * epsilon));
+}
+
+}  // namespace freeplay

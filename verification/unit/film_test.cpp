@@ -1,0 +1,172 @@
+// The film's closed forms against quadrature of the pressure, and its limits. Quadrature: composite Simpson
+// with 20,000 intervals; the integrand's fourth derivative grows like (1 − ε)^(−7), so at ε = 0.95 the error
+// is still below 1e-8.
+#include "formulations/penalty/film.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <functional>
+
+#include "sim/recorder.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+Film film(Film::Kind kind, bool cavitated) { return {kind, cavitated, 0.04, 0.02, 0.01, 0.2e-3}; }
+
+/// Pressure per unit of length (short) or pressure (long) by integrating Reynolds' equation as its definition
+/// says.
+double pressure(const Film& f, double e, double w_r, double w_t, double t) {
+  const double c3 = std::pow(f.clearance, 3), x = 1 - e * std::cos(t);
+  if (f.kind == Film::Kind::short_bearing)
+    return f.viscosity * std::pow(f.length, 3) / c3 * (w_r * std::cos(t) + w_t * std::sin(t)) / (x * x * x);
+  return 12 * f.viscosity * f.radius * f.radius / c3 *
+         (w_r / (2 * e) * (1 / (x * x) - 1 / ((1 + e) * (1 + e))) +
+          w_t * std::sin(t) * (2 - e * std::cos(t)) / ((2 + e * e) * x * x));
+}
+
+Film::Force by_quadrature(const Film& f, double e, double w_r, double w_t) {
+  const int n = 20000;
+  double r = 0, s = 0;
+  for (int i = 0; i <= n; ++i) {
+    const double t = -pi + 2 * pi * i / n, weight = (i == 0 || i == n) ? 1 : i % 2 ? 4 : 2;
+    double p = pressure(f, e, w_r, w_t, t);
+    if (f.cavitated) p = std::max(0.0, p);
+    r += weight * p * std::cos(t);
+    s += weight * p * std::sin(t);
+  }
+  const double scale = -f.radius * (2 * pi / n) / 3 * (f.kind == Film::Kind::long_bearing ? f.length : 1);
+  return {scale * r, scale * s};
+}
+
+}  // namespace
+
+TEST_CASE("film forces equal the quadrature of their pressure at small and large eccentricity", "[film]") {
+  for (auto kind : {Film::Kind::short_bearing, Film::Kind::long_bearing})
+    for (bool cavitated : {false, true})
+      for (double e : {1e-3, 0.05, 0.3, 0.6, 0.9, 0.95})
+        for (double angle : {0.0, 0.4, 1.5707963, 2.0, 3.0, -0.7, -1.5707963, -2.6}) {
+          const auto f = film(kind, cavitated);
+          const double w_r = 0.1 * std::cos(angle), w_t = 0.1 * std::sin(angle);
+          const auto exact = by_quadrature(f, e, w_r, w_t), closed = f.force(e, w_r, w_t);
+          const double size = std::hypot(exact.radial, exact.tangential);
+          CAPTURE(static_cast<int>(kind), cavitated, e, angle);
+          // At e = 1e-3 the long bearing's primitives cancel to ε² = 1e-6 of their size: ten digits are left.
+          // The kink at the edge of a cavitated film costs Simpson's rule (2π/20000)² ≈ 1e-7.
+          CHECK(closed.radial == Approx(exact.radial).margin(2e-7 * size));
+          CHECK(closed.tangential == Approx(exact.tangential).margin(2e-7 * size));
+          CHECK(closed.radial * w_r + closed.tangential * w_t <= 0);
+        }
+}
+
+TEST_CASE("the long bearing's pressure solves Reynolds' equation", "[film]") {
+  // d/dθ(h³ dp/dθ) = 12 μ R² q with q = −n·w: by central differences of step 1e-3, error 1e-6 times
+  // derivatives ~ 10.
+  const auto f = film(Film::Kind::long_bearing, false);
+  const double e = 0.4, w_r = 0.03, w_t = -0.08, h = 1e-3, c = f.clearance;
+  const auto flow = [&](double t) {
+    const double x = c * (1 - e * std::cos(t));
+    return x * x * x * (pressure(f, e, w_r, w_t, t + h / 2) - pressure(f, e, w_r, w_t, t - h / 2)) / h;
+  };
+  for (double t = -3; t < 3; t += 0.37) {
+    const double expected = -12 * f.viscosity * f.radius * f.radius * (w_r * std::cos(t) + w_t * std::sin(t));
+    CHECK((flow(t + h / 2) - flow(t - h / 2)) / h ==
+          Approx(expected).margin(1e-4 * 12 * f.viscosity * f.radius * f.radius * 0.1));
+  }
+  CHECK(pressure(f, e, w_r, w_t, pi) == Approx(0).margin(1e-6));
+}
+
+TEST_CASE("full films have the classical closed forms", "[film]") {
+  for (double e : {0.1, 0.5, 0.9}) {
+    const double s2 = 1 - e * e;
+    const auto sh = film(Film::Kind::short_bearing, false), lo = film(Film::Kind::long_bearing, false);
+    const double us = 0.04 * 0.01 * std::pow(0.02, 3) / std::pow(0.2e-3, 3),
+                 ul = 12 * pi * 0.04 * 0.02 * 1e-6 / std::pow(0.2e-3, 3);
+    CHECK(sh.force(e, 1, 0).radial == Approx(-us * pi * (1 + 2 * e * e) / std::pow(s2, 2.5)));
+    CHECK(sh.force(e, 0, 1).tangential == Approx(-us * pi / std::pow(s2, 1.5)));
+    CHECK(lo.force(e, 1, 0).radial == Approx(-ul / std::pow(s2, 1.5)));
+    CHECK(lo.force(e, 0, 1).tangential == Approx(-ul / ((2 + e * e) * std::sqrt(s2)) * 2));
+  }
+}
+
+namespace {
+/// A shaft (2 kg) in a fixed bearing, turning at 100 rad/s under its weight, in a short film.
+Scene shaft(double viscosity) {
+  auto scene = parse_scene(R"(
+gravity = [0, -9.81]
+[bodies.shaft]
+mass = 2
+inertia = 0.5
+angular_velocity = 100
+[lubricants.oil]
+viscosity = 0.04
+[surfaces.steel]
+young = 2e11
+poisson = 0.3
+restitution = 0.5
+[joints.bearing]
+type = "revolute"
+between = ["ground", "shaft"]
+clearance = 0.1e-3
+bearing_radius = 20e-3
+bearing_length = 20e-3
+surface = "steel"
+lubricant = "oil"
+[run]
+duration = 0.2
+)",
+                           "shaft");
+  scene.mechanism.lubricants[0].viscosity = viscosity;
+  return scene;
+}
+}  // namespace
+
+TEST_CASE("a loaded shaft settles where the film carries its weight", "[film]") {
+  const auto scene = shaft(0.02);
+  const State start = assemble(scene.mechanism, scene.run.start);
+  const System system(scene.mechanism);
+  auto formulation = make(Family::penalty, scene, system, start);
+  Recorder recorder(scene, system, std::nullopt);
+  REQUIRE(formulation->run(scene.run.duration, recorder).status == Ending::Status::finished);
+  const auto s = formulation->state();
+  auto e = system.make_evaluation();
+  system.place(s.t, s.q.data(), e);
+  const Vec2 d = system.eccentricity(0, s.q.data(), e), n = d.normalized();
+  const double epsilon = d.norm() / 0.1e-3, omega = s.v[2];
+  // Equilibrium: ė = 0, so w = −ω̄ × e is tangential, −½ω|e|; the film's force is the weight, read off
+  // quadrature.
+  const Film f{Film::Kind::short_bearing, true, 0.02, 0.02, 0.02, 0.1e-3, 1e-6};
+  const auto F = by_quadrature(f, epsilon, 0, -0.5 * omega * d.norm());
+  const Vec2 force = F.radial * n + F.tangential * Vec2(-n.y(), n.x());
+  CAPTURE(epsilon, omega);
+  CHECK(epsilon > 0.01);
+  CHECK(epsilon < 0.95);
+  // What is left of settling (the film's time constant is far below 0.2 s) and of the speed's slow decay.
+  CHECK(force.x() == Approx(0).margin(1e-3 * 2 * 9.81));
+  CHECK(force.y() == Approx(2 * 9.81).epsilon(1e-3));
+  const auto l = formulation->ledger();
+  CHECK(l.film > 0);
+  CHECK(std::abs(l.closure()) < 1e-6 * l.scale());
+}
+
+TEST_CASE("a thin film hands over to dry contact, a scene without lubricant has none", "[film]") {
+  // Squeezed to its hand-over thickness of 1 µm a short film of viscosity μ resists with some 1e10 μ N s/m
+  // here: at 1e-9 Pa s that is nothing beside a contact.
+  auto scene = shaft(1e-9);
+  scene.mechanism.bodies[0].angular_velocity = 0;
+  scene.run.duration = 0.05;
+  const auto run = test::simulate(scene, Family::penalty);
+  REQUIRE(run.ending.status == Ending::Status::finished);
+  CHECK(run.contacts[0].impacts > 3);  // it bounces on the wall
+  CHECK(run.ledger.film > 0);
+  CHECK(run.ledger.film < run.ledger.contact);
+  CHECK(std::abs(run.ledger.closure()) < 1e-6 * run.ledger.scale());
+  CHECK_THROWS_AS(test::simulate(scene, Family::nonsmooth), SceneError);
+  const auto dry = read_scene(test::flores());
+  CHECK_FALSE(System(dry.mechanism).contact_facts(0).lubricant);
+}
