@@ -162,7 +162,7 @@ TEST_CASE("a thin film hands over to dry contact, a scene without lubricant has 
   scene.run.duration = 0.05;
   const auto run = test::simulate(scene, Family::penalty);
   REQUIRE(run.ending.status == Ending::Status::finished);
-  CHECK(run.contacts[0].impacts > 3);  // it bounces on the wall
+  CHECK(run.contacts[0].impacts >= 2);  // at e = 0.5 it bounces before it rests
   CHECK(run.ledger.film > 0);
   CHECK(run.ledger.film < run.ledger.contact);
   CHECK(std::abs(run.ledger.closure()) < 1e-6 * run.ledger.scale());
