@@ -25,7 +25,7 @@ class Nonsmooth final : public Formulation {
   }
   Ending run(double t_end, Recorder& recorder) override {
     auto ending = march(stepper_, t_end, log_, recorder);
-    log_.finish(stepper_.t());
+    log_.tally_until(stepper_.t());
     log_.drain([&](const ContactEvent& e) { recorder.event(e); });
     return ending;
   }

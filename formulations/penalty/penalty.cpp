@@ -60,7 +60,7 @@ class Penalty final : public Formulation {
   }
   Ending run(double t_end, Recorder& recorder) override {
     auto ending = march(stepper_, t_end, log_, recorder);
-    log_.finish(stepper_.t());
+    log_.tally_until(stepper_.t());
     log_.drain([&](const ContactEvent& e) { recorder.event(e); });
     elastic_ = stepper_.dynamics().elastic_energy(stepper_.x(), stepper_.t());
     return ending;

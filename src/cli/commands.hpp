@@ -24,6 +24,7 @@ struct Request {
 int check(const Request& request);
 int run(const Request& request);
 int compare(const Request& request);
+int drift(const Request& request);
 int laws(const Request& request);
 int figures(const Request& request);
 

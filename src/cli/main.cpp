@@ -41,6 +41,9 @@ int main(int argc, char** argv) {
   figures->add_option("folder", request.scene, "folder made by compare")->required();
   figures->callback([&request] { request.command = cli::figures; });
 
+  auto* drift =
+      add("drift", "what each stabilisation of the penalty formulation does to a scene", cli::drift);
+  drift->add_option("-o,--output", request.output, "result folder; default out/NAME-drift");
   auto* laws = app.add_subcommand("laws", "list the contact laws, or what each delivers");
   laws->add_option("--restitution", request.restitution,
                    "restitution asked for: print what each law delivers");

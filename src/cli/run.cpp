@@ -9,6 +9,7 @@
 #include "plots/figure.hpp"
 #include "sim/recorder.hpp"
 #include "study/compare.hpp"
+#include "study/drift.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -87,11 +88,38 @@ int compare(const Request& request) {
   return status;
 }
 
+int drift(const Request& request) {
+  const Scene scene = read_scene(request.scene, request.overrides);
+  const auto folder =
+      request.output.empty() ? default_folder(scene.file, "-drift") : std::filesystem::path(request.output);
+  Progress progress;
+  const auto runs = measure_drift(scene, maker(Family::penalty), folder,
+                                  [&](const std::string& which, double done) { progress.show(which, done); });
+  progress.clear();
+  if (stop_requested) return 1;
+  fmt::print("{:<12}{:>14}{:>14}{:>14}{:>12}{:>10}\n", "", "greatest m", "greatest rad", "closure J", "rhs",
+             "CPU s");
+  int status = 0;
+  for (const auto& r : runs) {
+    fmt::print("{:<12}{:>14.2g}{:>14.2g}{:>14.2g}{:>12}{:>10.3g}\n", r.stabilisation, r.greatest_length,
+               r.greatest_angle, r.closure, r.rhs, r.cpu_seconds);
+    if (r.ending.status == Ending::Status::failed) {
+      fmt::print(stderr, "{}: stopped: {}\n", r.stabilisation, r.ending.reason);
+      status = 1;
+    }
+  }
+  fmt::print("results in {}\nfigures:\n", folder.string());
+  for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
+  return status;
+}
+
 int figures(const Request& request) {
   const std::filesystem::path folder = request.scene;
-  if (!std::filesystem::exists(folder / "comparison.json") && !std::filesystem::exists(folder / "laws.json"))
+  if (!std::filesystem::exists(folder / "comparison.json") &&
+      !std::filesystem::exists(folder / "laws.json") && !std::filesystem::exists(folder / "drift.json"))
     throw SceneError(request.scene +
-                     ": has no comparison.json or laws.json; give a folder made by freeplay compare or laws");
+                     ": has no comparison.json, laws.json or drift.json; give a folder made by freeplay "
+                     "compare, laws or drift");
   for (const auto& path : plots::all(request.scene)) fmt::print("{}\n", path.string());
   return 0;
 }

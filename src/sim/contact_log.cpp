@@ -46,7 +46,7 @@ double LogHistogram::quantile(double p) const {
 }
 
 ContactLog::ContactLog(int contacts, double discard)
-    : discard_(discard), open_(contacts), tallies_(contacts) {
+    : discard_(discard), open_(contacts), tallies_(contacts), ended_lasting_(contacts) {
   pending_.reserve(256);
 }
 
@@ -96,7 +96,7 @@ void ContactLog::leave(int k, double t, double crank_angle, double v_n, double v
     event.t = t;
     event.crank_angle = crank_angle;
     event.v_n_minus = event.v_t_minus = 0;
-    tallies_[k].lasting_time += counted;
+    ended_lasting_[k] += counted;
   } else {
     event.kind = EventKind::impact;
     if (event.t >= discard_) {
@@ -119,14 +119,13 @@ std::size_t ContactLog::settled() const {
   return n;
 }
 
-void ContactLog::finish(double t) {
+void ContactLog::tally_until(double t) {
   for (std::size_t k = 0; k < open_.size(); ++k) {
-    auto& episode = open_[k];
+    const auto& episode = open_[k];
     tallies_[k].time = std::max(0.0, t - discard_);
-    if (!episode.open) continue;
-    episode.open = false;
-    --open_count_;
-    if (episode.lasting) tallies_[k].lasting_time += std::max(0.0, t - std::max(discard_, episode.first.t));
+    tallies_[k].lasting_time = ended_lasting_[k];
+    if (episode.open && episode.lasting)
+      tallies_[k].lasting_time += std::max(0.0, t - std::max(discard_, episode.first.t));
   }
 }
 

@@ -76,8 +76,8 @@ class ContactLog {
     pending_.erase(pending_.begin(), pending_.begin() + static_cast<long>(n));
   }
   bool has_pending() const { return !pending_.empty(); }
-  /// Ends the log: contacts still open are counted up to t.
-  void finish(double t);
+  /// Brings the tallies up to t; contacts still open are counted so far.
+  void tally_until(double t);
   const ContactTally& tally(int k) const { return tallies_[k]; }
 
  private:
@@ -93,6 +93,7 @@ class ContactLog {
   int open_count_ = 0;
   std::vector<Episode> open_;
   std::vector<ContactTally> tallies_;
+  std::vector<double> ended_lasting_;  // s, of lasting contacts that have ended
   std::vector<ContactEvent> pending_;  // in the order of t
 };
 

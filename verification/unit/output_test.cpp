@@ -73,7 +73,7 @@ TEST_CASE("contact log: impacts, lasting contact, order, tallies", "[events]") {
   REQUIRE(out[0].kind == EventKind::contact);
   REQUIRE(out[1].kind == EventKind::impact);
   log.leave(0, 3.0, 0, 0.1, 0, 9.0, 0, 2.0);
-  log.finish(4.0);
+  log.tally_until(4.0);
   drain();
   REQUIRE(out.at(2).kind == EventKind::separation);
   REQUIRE(log.tally(0).lasting_time == Approx(2));

@@ -1,0 +1,71 @@
+#include "study/drift.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <nlohmann/json.hpp>
+
+#include "sim/output_file.hpp"
+#include "sim/recorder.hpp"
+
+namespace freeplay {
+
+std::vector<DriftRun> measure_drift(const Scene& scene, const MakeFormulation& make,
+                                    const std::filesystem::path& folder,
+                                    const std::function<void(const std::string&, double)>& on_progress) {
+  constexpr int points = 200;
+  constexpr std::pair<Stabilisation, const char*> kinds[] = {{Stabilisation::none, "none"},
+                                                             {Stabilisation::baumgarte, "baumgarte"},
+                                                             {Stabilisation::projection, "projection"}};
+  const State start = assemble(scene.mechanism, scene.run.start);
+  const System system(scene.mechanism);
+  std::vector<DriftRun> runs;
+  std::string rows = "stabilisation,t,length,angle,closure\n";
+  nlohmann::json summary = nlohmann::json::object();
+  for (const auto& [kind, name] : kinds) {
+    Scene one = scene;
+    one.penalty.stabilisation = kind;
+    if (one.penalty.integrator == Integrator::adams_bashforth_moulton)
+      one.penalty.integrator = Integrator::dopri5;
+    auto formulation = make(one, system, start);
+    Recorder recorder(one, system, std::nullopt);
+    auto e = system.make_evaluation();
+    DriftRun run;
+    run.stabilisation = name;
+    const auto cpu = std::clock();
+    for (int i = 1; i <= points && run.ending.status == Ending::Status::finished; ++i) {
+      run.ending = formulation->run(scene.run.duration * i / points, recorder);
+      const auto state = formulation->state();
+      system.place(state.t, state.q.data(), e);
+      double length = 0, angle = 0;
+      for (int k = 0; k < system.rows(); ++k)
+        (system.is_angle_row(k) ? angle : length) =
+            std::max(system.is_angle_row(k) ? angle : length, std::abs(e.phi[k]));
+      rows += fmt::format("{},{},{},{},{}\n", name, state.t, length, angle, formulation->ledger().closure());
+      if (on_progress) on_progress(name, static_cast<double>(i) / points);
+    }
+    run.cpu_seconds = static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
+    run.greatest_length = formulation->extremes().constraint_length;
+    run.greatest_angle = formulation->extremes().constraint_angle;
+    run.closure = formulation->ledger().closure();
+    run.stabilisation_work = formulation->ledger().stabilisation;
+    run.rhs = formulation->work().rhs;
+    summary[name] = {{"greatest_length_m", run.greatest_length},
+                     {"greatest_angle_rad", run.greatest_angle},
+                     {"closure_J", run.closure},
+                     {"work_of_stabilisation_J", run.stabilisation_work},
+                     {"right_hand_sides", run.rhs},
+                     {"cpu_s", run.cpu_seconds}};
+    runs.push_back(run);
+    if (stop_requested) return runs;
+  }
+  make_folder(folder);
+  write_file(folder / "drift.csv", rows);
+  write_file(folder / "drift.json",
+             nlohmann::json{{"runs", summary}, {"provenance", provenance(scene)}}.dump(2) + "\n");
+  return runs;
+}
+
+}  // namespace freeplay
