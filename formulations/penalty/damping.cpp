@@ -17,10 +17,33 @@ double root(F f, double lo, double hi) {
   return 0.5 * (a + b);
 }
 
+/// Near e = 1 the equation's terms cancel. There its series, divided by χ²,
+///     (1 − e²)/2 − χ(1 + e³)/3 + χ²(1 − e⁴)/4 − χ³(1 + e⁵)/5 + χ⁴(1 − e⁶)/6 = 0,
+/// takes over; for 1 − e or χ below 1e-3 what is cut off is 1e-15 of the leading term.
+constexpr double series_below = 1e-3;
+double series(double chi, double e) {
+  const double e2 = e * e, e3 = e2 * e;
+  return (1 - e) * (1 + e) / 2 -
+         chi * ((1 + e3) / 3 - chi * ((1 - e) * (1 + e) * (1 + e2) / 4 -
+                                      chi * ((1 + e3 * e2) / 5 - chi * (1 - e3) * (1 + e3) / 6)));
+}
+/// Newton's method with the series' leading derivatives: ∂/∂χ ≈ −(1 + e³)/3, ∂/∂e ≈ −e.
+double chi_by_series(double e) {
+  double chi = 1.5 * (1 - e) * (1 + e) / (1 + e * e * e);
+  for (int i = 0; i < 6; ++i) chi += 3 * series(chi, e) / (1 + e * e * e);
+  return chi;
+}
+double restitution_by_series(double chi) {
+  double e = 1 - 2 * chi / 3;
+  for (int i = 0; i < 12; ++i) e += series(chi, e) / e;
+  return e;
+}
+
 }  // namespace
 
 double delivered_restitution(double chi) {
   if (chi == 0) return 1;
+  if (chi < series_below) return restitution_by_series(chi);
   // With y = ln(1 − χê): (1 − e^y) + χ + y = ln(1 + χ), monotone in y < 0, well conditioned for any χ.
   const double log_chi = std::log1p(chi);
   const auto f = [&](double y) { return chi - std::expm1(y) + y - log_chi; };
@@ -31,6 +54,7 @@ double delivered_restitution(double chi) {
 
 double exact_damping_factor(double e) {
   if (e >= 1) return 0;
+  if (1 - e < series_below) return chi_by_series(e);
   // With y = ln(1 − χe), χ = (1 − e^y)/e: the trivial root y = 0 is divided out by bracketing away from it.
   const auto f = [&](double y) {
     const double chi = -std::expm1(y) / e;

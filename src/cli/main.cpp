@@ -11,8 +11,13 @@
 using namespace freeplay;
 
 int main(int argc, char** argv) {
-  std::signal(SIGINT, [](int) { stop_requested = true; });
-  std::signal(SIGTERM, [](int) { stop_requested = true; });
+  // The first signal ends a run after its present step, with whole files; a second one ends the program.
+  const auto stop = [](int signal) {
+    stop_requested = true;
+    std::signal(signal, SIG_DFL);
+  };
+  std::signal(SIGINT, stop);
+  std::signal(SIGTERM, stop);
   std::signal(SIGPIPE, SIG_IGN);
 
   CLI::App app{"Freeplay: dynamics of mechanisms with clearance joints in two formulations"};
