@@ -28,9 +28,9 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
   rows_.resize(rows);
   response_.resize(static_cast<std::size_t>(rows) * system.n());
   reaction_.resize(static_cast<std::size_t>(rows) * system.rows());
-  for (auto* x : {&q_, &v_, &q_old_, &v_old_, &q_mid_, &v_mean_, &v_trial_, &force_, &dq_})
+  for (auto* x : {&q_, &v_, &q_old_, &v_old_, &q_mid_, &v_mean_, &v_trial_, &v_free_, &force_, &dq_})
     x->resize(system.n());
-  for (auto* x : {&r_, &lambda_, &lambda_dq_}) x->resize(system.rows());
+  for (auto* x : {&r_, &lambda_, &lambda_free_, &lambda_dq_}) x->resize(system.rows());
   extremes_.penetration.assign(system.contacts(), 0);
 }
 
@@ -115,9 +115,23 @@ bool MoreauStepper::solve_velocities(double h, const double* v_force) {
   for (int k = 0; k < m; ++k) r_[k] = -e_.phi_t[k] + 0.5 * h * e_.gamma[k];
   saddle_.solve(force_.data(), r_.data(), v_.data(), lambda_.data());
 
-  problem_.clear();
-  collect_contacts(h);
-  if (problem_.unknowns.empty()) return true;
+  v_free_ = v_;
+  lambda_free_ = lambda_;
+  for (auto& c : contacts_) c.active = false;
+  // Impulses of the other elements may close a gap that the free motion leaves open: look again with them.
+  for (bool first = true; activate(h) || first; first = false) {
+    v_ = v_free_;
+    lambda_ = lambda_free_;
+    collect(h);
+    if (problem_.unknowns.empty()) break;
+    if (!solve_contacts()) return false;
+  }
+  return true;
+}
+
+/// Solves the collected problem and adds its impulses to v and Λ.
+bool MoreauStepper::solve_contacts() {
+  const int n = system_.n(), m = system_.rows();
   for (int r = 0; r < problem_.rows; ++r) {
     std::fill_n(dq_.data(), n, 0.0);
     rows_[r].add_to(dq_.data(), 1);
@@ -153,13 +167,24 @@ int MoreauStepper::add_row(const SparseRow& row, double end_rate_bias) {
   return r;
 }
 
-/// A contact takes part when the motion without impulses would have closed its gap by the end of the step.
-void MoreauStepper::collect_contacts(double h) {
+/// A contact takes part once the motion with the other elements' impulses would have closed its gap by the
+/// end of the step. True when one was added.
+bool MoreauStepper::activate(double h) {
+  bool added = false;
+  for (auto& c : contacts_) {
+    if (c.active || c.row.normal.size == 0) continue;
+    const double end_gap = c.row.gap + 0.5 * h * (c.row.normal.dot(v_.data()) - 0.25 * h * c.row.gamma_n);
+    added |= c.active = end_gap <= 0;
+  }
+  return added;
+}
+
+/// The contact problem of the active contacts and the preloaded joints.
+void MoreauStepper::collect(double h) {
+  problem_.clear();
   for (auto& c : contacts_) {
     c.unknown = -1;
-    if (c.row.normal.size == 0) continue;
-    const double end_gap = c.row.gap + 0.5 * h * (c.row.normal.dot(v_.data()) - 0.25 * h * c.row.gamma_n);
-    if (end_gap > 0) continue;
+    if (!c.active) continue;
     c.u_n_minus = c.row.normal.dot(v_old_.data()) + 0.5 * h * c.row.gamma_n;
     ContactUnknown u;
     u.normal = add_row(c.row.normal, -0.5 * h * c.row.gamma_n);

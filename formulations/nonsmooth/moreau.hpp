@@ -47,6 +47,7 @@ class MoreauStepper {
  private:
   struct Contact {
     double restitution = 0;
+    bool active = false;  // in this step
     ContactRow row;
     double gap = 0;  // at the end of the last step
     double u_n_minus = 0, u_t_minus = 0, u_n_plus = 0, u_t_plus = 0;
@@ -57,7 +58,9 @@ class MoreauStepper {
   };
 
   bool solve_velocities(double h, const double* v_force);
-  void collect_contacts(double h);
+  bool solve_contacts();
+  bool activate(double h);
+  void collect(double h);
   int add_row(const SparseRow& row, double end_rate_bias);
   bool bring_back(double t_new);
   void account(double h);
@@ -74,7 +77,8 @@ class MoreauStepper {
   std::vector<SparseRow> slides_, rows_;
   std::vector<double> response_,
       reaction_;  // A W and its multipliers, one column for each row of the problem
-  std::vector<double> q_, v_, q_old_, v_old_, q_mid_, v_mean_, v_trial_, force_, r_, lambda_, dq_, lambda_dq_;
+  std::vector<double> q_, v_, q_old_, v_old_, q_mid_, v_mean_, v_trial_, v_free_, lambda_free_, force_, r_,
+      lambda_, dq_, lambda_dq_;
   double t_ = 0, t_old_ = 0, t_start_ = 0;
   long index_ = 0;
   ContactLog* log_ = nullptr;
