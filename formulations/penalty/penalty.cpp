@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "formulations/penalty/scaled_methods.hpp"
 #include "formulations/penalty/stepper.hpp"
 #include "formulations/penalty/tolerance.hpp"
 #include "sim/march.hpp"

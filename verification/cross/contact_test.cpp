@@ -1,5 +1,5 @@
-// Penalty contacts on a mechanism: a free impact's prediction with the real effective mass, contacts that begin at rest,
-// grazing, and a state that starts inside the wall.
+// Penalty contacts on a mechanism: a free impact's prediction with the real effective mass, contacts that
+// begin at rest, grazing, and a state that starts inside the wall.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -12,7 +12,8 @@
 
 using namespace freeplay;
 
-TEST_CASE("an impact in the mechanism is a free impact of the effective mass, to the order of its duration", "[contact]") {
+TEST_CASE("an impact in the mechanism is a free impact of the effective mass, to the order of its duration",
+          "[contact]") {
   auto scene = read_scene(test::scene_file("gudgeon"));
   const auto& table = reference::impact_tables[0];
   const double chi = exact_damping_factor(0.46), K = hertz_stiffness(207e9, 0.3, 11.125e-3, 10.875e-3);
@@ -23,7 +24,8 @@ TEST_CASE("an impact in the mechanism is a free impact of the effective mass, to
     scene.run.discard = 0;
     const auto run = test::simulate(scene, Family::penalty);
     const auto e = test::touches(run).at(i);
-    // Loads press the joint shut with some 26 m/s² while the contact lasts: that changes the speed by 26 T of v.
+    // Loads press the joint shut with some 26 m/s² while the contact lasts: that changes the speed by 26 T of
+    // v.
     const double order = 26 * e.duration / -e.v_n_minus;
     CAPTURE(i, order);
     CHECK(order < 0.2);
@@ -37,7 +39,8 @@ TEST_CASE("an impact in the mechanism is a free impact of the effective mass, to
 }
 
 namespace {
-/// A pendulum that hangs at rest from a loose pivot, its pin on the bearing's lowest point, displaced by `lift` upwards.
+/// A pendulum that hangs at rest from a loose pivot, its pin on the bearing's lowest point, displaced by
+/// `lift` upwards.
 Scene hanging(double lift) {
   auto scene = read_scene(test::scene_file("pendulum"));
   auto& body = scene.mechanism.bodies[0];
@@ -57,7 +60,8 @@ TEST_CASE("a contact that begins at rest settles, in both formulations", "[conta
     const auto run = test::simulate(scene, family);
     CAPTURE(family == Family::penalty);
     REQUIRE(run.ending.status == Ending::Status::finished);
-    // The weight compresses the contact by (mg/K)^(2/3) = 1e-7 m; nothing moves farther than a few times that.
+    // The weight compresses the contact by (mg/K)^(2/3) = 1e-7 m; nothing moves farther than a few times
+    // that.
     CHECK(run.contacts[0].penetration < 1e-6);
     CHECK(run.ledger.kinetic < 1e-6);
     CHECK(run.contacts[0].lasting_fraction > 0.95);
@@ -76,7 +80,8 @@ TEST_CASE("a state that starts inside the wall is a contact from the first insta
 }
 
 TEST_CASE("a journal that only grazes the wall is handled", "[contact]") {
-  // Tossed up from the bottom so that it just reaches the top: v² = 2 g (2c), a little less, just that, and a little more.
+  // Tossed up from the bottom so that it just reaches the top: v² = 2 g (2c), a little less, just that, and a
+  // little more.
   for (double factor : {1 - 1e-9, 1.0, 1 + 1e-12, 1 + 1e-9, 1 + 1e-6}) {
     auto scene = hanging(1e-9);
     scene.mechanism.bodies[0].velocity = Vec2(0, std::sqrt(2 * 9.81 * (1e-3 - 1e-9) * factor));

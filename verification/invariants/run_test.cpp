@@ -26,10 +26,10 @@ TEST_CASE("the stepping loop allocates nothing", "[allocation]") {
   auto scene = read_scene(test::flores());
   const auto family = GENERATE(Family::penalty, Family::nonsmooth);
   // Boost's bulirsch_stoer_dense_out allocates in its own steps; docs/penalty.md says so.
-  scene.penalty.integrator =
-      family == Family::penalty ? GENERATE(Integrator::rk4, Integrator::dopri5, Integrator::fehlberg78,
-                                           Integrator::adams_bashforth_moulton)
-                                : Integrator::dopri5;
+  scene.penalty.integrator = family == Family::penalty
+                                 ? GENERATE(Integrator::rk4, Integrator::dopri5, Integrator::fehlberg78,
+                                            Integrator::adams_bashforth_moulton)
+                                 : Integrator::dopri5;
   CAPTURE(family == Family::penalty, static_cast<int>(scene.penalty.integrator));
   const State start = assemble(scene.mechanism, scene.run.start);
   const System system(scene.mechanism);
@@ -225,15 +225,20 @@ duration = 0.5
 }
 
 TEST_CASE("friction in the guide does not make lasting contact chatter", "[friction]") {
-  // The guide's impulse of a step can be what closes the gudgeon's gap. A step that looks at the free motion alone leaves
-  // the contact out and lets it bounce every second step: 3500 impacts a revolution instead of some tens.
+  // The guide's impulse of a step can be what closes the gudgeon's gap. A step that looks at the free motion
+  // alone leaves the contact out and lets it bounce every second step: 3500 impacts a revolution instead of
+  // some tens.
   auto scene = read_scene(test::flores());
-  scene = parse_scene(scene.text + "\n[loads.rub]\ntype = \"joint-friction\"\njoint = \"guide\"\nforce = 15.0\n"
-                                   "regularisation = 1e-3\n",
+  scene = parse_scene(scene.text +
+                          "\n[loads.rub]\ntype = \"joint-friction\"\njoint = \"guide\"\nforce = 15.0\n"
+                          "regularisation = 1e-3\n",
                       "guide", {"run.revolutions=12", "run.discard=2", "penalty.contact=exact"});
   scene.accelerometers.clear();
-  const auto nonsmooth = test::simulate(scene, Family::nonsmooth), penalty = test::simulate(scene, Family::penalty);
+  const auto nonsmooth = test::simulate(scene, Family::nonsmooth),
+             penalty = test::simulate(scene, Family::penalty);
   CHECK(nonsmooth.contacts[0].impacts < 1000);
-  // Shares of flight over ten revolutions: within half a flight of the measured kind (20° of crank) per revolution.
-  CHECK(nonsmooth.contacts[0].flight_fraction == Approx(penalty.contacts[0].flight_fraction).margin(0.5 * 20 / 360));
+  // Shares of flight over ten revolutions: within half a flight of the measured kind (20° of crank) per
+  // revolution.
+  CHECK(nonsmooth.contacts[0].flight_fraction ==
+        Approx(penalty.contacts[0].flight_fraction).margin(0.5 * 20 / 360));
 }

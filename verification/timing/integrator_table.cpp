@@ -1,6 +1,7 @@
-// Cost and accuracy of every integrator on the paper's scene (target freeplay-integrators): one run each, up to ten
-// touches; error of the second and of the tenth touch's time against dopri5 at 1e-13. Prints Markdown, for
-// docs/decisions/005-default-integrator.md. The second table is the exact law without friction over 0.3 s.
+// Cost and accuracy of every integrator on the paper's scene (target freeplay-integrators): one run each, up
+// to ten touches; error of the second and of the tenth touch's time against dopri5 at 1e-13. Prints Markdown,
+// for docs/decisions/005-default-integrator.md. The second table is the exact law without friction over 0.3
+// s.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -45,9 +46,11 @@ void table(const char* title, Scene scene, std::size_t last) {
   scene.penalty.integrator = Integrator::dopri5;
   scene.penalty.tolerance = 1e-13;
   const auto exact = measure(scene);
-  fmt::print("\n{}: {} touches by {:.4g} s\n\n| integrator | tolerance or step | right-hand sides | ms | error of touch 2, s | "
-             "of touch {}, s |\n| --- | --- | --- | --- | --- | --- |\n",
-             title, exact.touches.size(), scene.run.duration, last + 1);
+  fmt::print(
+      "\n{}: {} touches by {:.4g} s\n\n| integrator | tolerance or step | right-hand sides | ms | error of "
+      "touch 2, s | "
+      "of touch {}, s |\n| --- | --- | --- | --- | --- | --- |\n",
+      title, exact.touches.size(), scene.run.duration, last + 1);
   const auto print = [&](const char* name, double setting) {
     const auto row = measure(scene);
     fmt::print("| {} | {:.0e} | {} | {:.1f} | {} | {} |\n", name, setting, row.work.rhs, row.milliseconds,

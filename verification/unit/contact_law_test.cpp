@@ -28,7 +28,8 @@ TEST_CASE("laws deliver the tabulated restitution", "[laws]") {
 }
 
 TEST_CASE("the exact law delivers what it is asked for, near both ends as well", "[laws]") {
-  for (double e : {1e-3, 0.01, 0.05, 0.2, 0.46, 0.8, 0.99, 0.9985, 0.999, 0.9995, 0.9999, 0.999999, 1 - 1e-11, 1 - 1e-15}) {
+  for (double e : {1e-3, 0.01, 0.05, 0.2, 0.46, 0.8, 0.99, 0.9985, 0.999, 0.9995, 0.9999, 0.999999, 1 - 1e-11,
+                   1 - 1e-15}) {
     CAPTURE(e);
     const double chi = exact_damping_factor(e);
     // Where χ → 0 the equation's root is conditioned like 1/χ: allow rounding over χ.

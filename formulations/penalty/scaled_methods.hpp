@@ -1,0 +1,213 @@
+// Methods of Boost.Odeint that measure errors by one absolute number: they integrate in units of the error
+// scales.
+#pragma once
+
+#include <boost/numeric/odeint/stepper/adaptive_adams_bashforth_moulton.hpp>
+#include <boost/numeric/odeint/stepper/bulirsch_stoer_dense_out.hpp>
+#include <boost/numeric/odeint/stepper/controlled_adams_bashforth_moulton.hpp>
+
+#include "formulations/penalty/methods.hpp"
+
+namespace freeplay {
+
+/// A right-hand side in units of its error scales, for odeint's methods that measure errors by one absolute
+/// number. Components without a scale are measured in units so large that their error never counts.
+class ScaledSide {
+ public:
+  explicit ScaledSide(ErrorNorm norm) : norm_(std::move(norm)) {}
+  /// Scales at a state: absolute_i + relative_i |x_i|.
+  void measure(const Vector& x) {
+    constexpr double unmeasured = 1e9;
+    scale_.assign(x.size(), unmeasured);
+    for (std::size_t i = 0; i < norm_.absolute.size(); ++i)
+      if (std::isfinite(norm_.absolute[i]))
+        scale_[i] = norm_.absolute[i] + norm_.relative[i] * std::abs(x[i]);
+    x_.resize(x.size());
+    dxdt_.resize(x.size());
+  }
+  void to_scaled(const Vector& x, Vector& y) const {
+    for (std::size_t i = 0; i < x.size(); ++i) y[i] = x[i] / scale_[i];
+  }
+  void from_scaled(const Vector& y, Vector& x) const {
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = y[i] * scale_[i];
+  }
+  template <class F>
+  void evaluate(F& f, const Vector& y, Vector& dydt, double t) {
+    from_scaled(y, x_);
+    f(x_, dxdt_, t);
+    to_scaled(dxdt_, dydt);
+  }
+  /// The derivative of the last evaluation, in the units of x.
+  const Vector& last() const { return dxdt_; }
+  double tolerance() const { return norm_.tolerance; }
+
+ private:
+  ErrorNorm norm_;
+  Vector scale_, x_, dxdt_;
+};
+
+/// Bulirsch and Stoer's extrapolation with dense output of the same order: an event lands on the interpolant.
+class BulirschStoer : public MethodState {
+  using Stepper = boost::numeric::odeint::bulirsch_stoer_dense_out<Vector>;
+
+ public:
+  BulirschStoer(ErrorNorm norm, double first_step)
+      : side_(std::move(norm)),
+        stepper_(side_.tolerance(), 0.0, 1.0, 0.0, 0.0, true),
+        first_step_(first_step),
+        dt_(first_step) {}
+
+  template <class F>
+  void start(F& f, double at, const Vector& state) {
+    begin(at, state);
+    y_.resize(x.size());
+    fresh_ = true;
+    f(x, dxdt, t);
+  }
+  void limit_step(double h) {
+    dt_ = std::min(dt_, h);
+    fresh_ = true;  // called after an event: the past is of another mode
+  }
+  template <class F>
+  void renew(F& f) {
+    fresh_ = true;
+    MethodState::renew(f);
+  }
+  template <class F>
+  bool step(F& f, double t_end) {
+    const auto scaled = [&](const Vector& y, Vector& dydt, double at) { side_.evaluate(f, y, dydt, at); };
+    shift();
+    if (fresh_ || t + dt_ > t_end) {
+      if (fresh_) {
+        side_.measure(x_old);
+        stepper_.reset();
+      }
+      const double wish = dt_;
+      side_.to_scaled(x_old, y_);
+      stepper_.initialize(y_, t, std::min(dt_, t_end - t));
+      fresh_ = false;
+      wish_ = wish;
+    }
+    try {
+      stepper_.do_step(scaled);
+    } catch (const std::exception&) {  // odeint's way to say that no step is accepted
+      return false;
+    }
+    t = stepper_.current_time();
+    dt_ = std::max(stepper_.current_time_step(), t >= t_end ? wish_ : 0.0);
+    if (std::abs(t - t_end) <= 4e-16 * t_end) t = t_end;
+    side_.from_scaled(stepper_.current_state(), x);
+    dxdt = side_.last();  // the step ends by evaluating at its end
+    return !vanishing(t - t_old, first_step_) && std::isfinite(x.front());
+  }
+  template <class F>
+  void land(F& f, double to) {
+    interpolate(to, x);
+    t = to;
+    fresh_ = true;
+    f(x, dxdt, t);
+  }
+  void interpolate(double at, Vector& out) const {
+    stepper_.calc_state(at, y_);
+    side_.from_scaled(y_, out);
+  }
+
+ private:
+  ScaledSide side_;
+  Stepper stepper_;
+  double first_step_, dt_, wish_ = 0;
+  bool fresh_ = true;
+  mutable Vector y_;
+};
+
+/// Adams, Bashforth and Moulton's predictor and corrector of variable order (up to 8) and step; Hermite's
+/// cubic between steps. An event is landed on by one step of Fehlberg's 7(8), since the past is of no use
+/// behind it anyway.
+class Adams : public MethodState {
+  static constexpr int order = 8;
+  using Error = boost::numeric::odeint::adaptive_adams_bashforth_moulton<order, Vector>;
+  /// Step control on the greatest scaled error; a step is accepted when the proposal is not below 0.9 of it.
+  struct Adjuster {
+    double tolerance = 1e-8;
+    double adjust_stepsize(std::size_t steps, double dt, Vector& error, const Vector&, const Vector&) {
+      double worst = 0;
+      for (double e : error)
+        if (!(std::abs(e) <= worst)) worst = std::abs(e);
+      const double ratio = worst < 1e10 * tolerance ? worst / tolerance : 1e10;
+      const double factor = 0.9 * std::pow(ratio, -1.0 / (static_cast<double>(steps) + 1));
+      return dt * std::min(ratio <= 1 ? std::max(1.0, 0.9 * factor) : factor, 2.0);
+    }
+    static double threshold() { return 0.9; }
+  };
+  using Stepper = boost::numeric::odeint::controlled_adams_bashforth_moulton<Error, Adjuster>;
+
+ public:
+  Adams(ErrorNorm norm, double first_step)
+      : side_(std::move(norm)),
+        stepper_(Adjuster{side_.tolerance()}),
+        first_step_(first_step),
+        dt_(first_step) {}
+
+  template <class F>
+  void start(F& f, double at, const Vector& state) {
+    if (x.size() != state.size()) landing_.adjust_size(state);
+    begin(at, state);
+    y_.resize(x.size());
+    y_new_.resize(x.size());
+    fresh_ = true;
+    f(x, dxdt, t);
+  }
+  void limit_step(double h) {
+    // A restart is of first order: it needs a step far shorter than the one of high order before it.
+    dt_ = std::min({1e-2 * dt_, h, first_step_});
+    fresh_ = true;
+  }
+  template <class F>
+  void renew(F& f) {
+    if (!fresh_) limit_step(dt_);
+    MethodState::renew(f);
+  }
+  template <class F>
+  bool step(F& f, double t_end) {
+    const auto scaled = [&](const Vector& y, Vector& dydt, double at) { side_.evaluate(f, y, dydt, at); };
+    shift();
+    if (fresh_) {
+      side_.measure(x_old);
+      side_.to_scaled(x_old, y_);
+      stepper_.reset();
+      fresh_ = false;
+    } else {
+      std::swap(y_, y_new_);
+    }
+    const double wish = dt_;
+    const bool cut = t + dt_ >= t_end;
+    if (cut) dt_ = t_end - t;
+    while (stepper_.try_step(scaled, y_, t, y_new_, dt_) != boost::numeric::odeint::success) {
+      ++rejected;
+      if (vanishing(dt_, first_step_)) return false;
+    }
+    if (cut) dt_ = std::max(dt_, wish);
+    if (std::abs(t - t_end) <= 4e-16 * t_end) t = t_end;
+    side_.from_scaled(y_new_, x);
+    dxdt = side_.last();  // an accepted step ends by evaluating at its end
+    return true;
+  }
+  template <class F>
+  void land(F& f, double to) {
+    landing_.do_step(std::ref(f), x_old, dxdt_old, t_old, x, to - t_old);
+    t = to;
+    fresh_ = true;
+    f(x, dxdt, t);
+  }
+  void interpolate(double at, Vector& out) const { hermite(at, out); }
+
+ private:
+  ScaledSide side_;
+  Stepper stepper_;
+  boost::numeric::odeint::runge_kutta_fehlberg78<Vector> landing_;
+  double first_step_, dt_;
+  bool fresh_ = true;
+  Vector y_, y_new_;
+};
+
+}  // namespace freeplay
