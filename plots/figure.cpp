@@ -22,6 +22,13 @@ std::vector<std::string> split(const std::string& line) {
   return fields;
 }
 
+/// For gnuplot's single quotes.
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (char c : text) out += c == '\'' ? std::string("''") : std::string(1, c);
+  return out;
+}
+
 std::string quoted(const std::filesystem::path& path) {
   std::string text;
   for (char c : path.string()) text += c == '\'' ? std::string("''") : std::string(1, c);
@@ -96,7 +103,7 @@ std::filesystem::path draw(const Figure& f, const std::filesystem::path& folder)
   std::string script = "# " + origin(folder) + "\n# Draw again: gnuplot " + f.name + ".gp\n" + style();
   script += fmt::format(
       "set label 100 '{}' at screen 0.995, screen 0.012 right font ',6' tc rgb '#888888' noenhanced\n",
-      origin(folder));
+      escaped(origin(folder)));
   const auto page = [&](const char* terminal, const char* suffix) {
     return fmt::format("reset session\n{}\nset output '{}.{}'\n", terminal, f.name, suffix);
   };

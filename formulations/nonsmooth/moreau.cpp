@@ -17,7 +17,8 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
       problem_(options.solver == LcpSolver::lemke),
       position_problem_(false),
       contacts_(system.contacts()),
-      slides_(system.frictions()) {
+      slides_(system.frictions()),
+      slide_gamma_(system.frictions()) {
   int rows = system.frictions();
   for (int k = 0; k < system.contacts(); ++k) {
     contacts_[k].restitution = restitution[k];
@@ -61,7 +62,8 @@ bool MoreauStepper::step(double t_end) {
   system_.rate(q_mid_.data(), v_old_.data(), e_);
   for (int k = 0; k < system_.contacts(); ++k)
     system_.contact(k, q_mid_.data(), v_old_.data(), e_, contacts_[k].row);
-  for (int k = 0; k < system_.frictions(); ++k) system_.friction(k, q_mid_.data(), e_, slides_[k]);
+  for (int k = 0; k < system_.frictions(); ++k)
+    slide_gamma_[k] = system_.friction(k, q_mid_.data(), v_old_.data(), e_, slides_[k]);
   ++work_.steps;
   ++work_.factorisations;
   if (!saddle_.factor(e_.G.data())) {
@@ -114,6 +116,12 @@ bool MoreauStepper::solve_velocities(double h, const double* v_force) {
   for (int i = 0; i < n; ++i) force_[i] = system_.mass()[i] * v_old_[i] + h * e_.force[i];
   for (int k = 0; k < m; ++k) r_[k] = -e_.phi_t[k] + 0.5 * h * e_.gamma[k];
   saddle_.solve(force_.data(), r_.data(), v_.data(), lambda_.data());
+  if (!saddle_.converged()) {
+    failure_ = fmt::format(
+        "t = {:.9g} s: redundant constraints on bodies of very unlike mass cannot be solved accurately",
+        t_old_);
+    return false;
+  }
 
   v_free_ = v_;
   lambda_free_ = lambda_;
@@ -198,7 +206,7 @@ void MoreauStepper::collect(double h) {
   }
   for (int k = 0; k < system_.frictions(); ++k) {
     ContactUnknown u;
-    u.tangent = add_row(slides_[k], 0);
+    u.tangent = add_row(slides_[k], -0.5 * h * slide_gamma_[k]);
     u.bound = h * system_.friction_facts(k).bound;
     problem_.unknowns.push_back(u);
   }

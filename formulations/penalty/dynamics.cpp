@@ -64,7 +64,7 @@ void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   }
   for (int k = 0; k < system_.frictions(); ++k) {
     const auto& facts = system_.friction_facts(k);
-    system_.friction(k, q, e_, slide_);
+    system_.friction(k, q, v, e_, slide_);
     const double u = slide_.dot(v), force = preloaded_friction(facts.bound, *facts.regularisation, u);
     slide_.add_to(e_.force.data(), force);
     integral[friction_loss] -= force * u;
@@ -80,7 +80,8 @@ void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
     saddle_.solve(e_.force.data(), r_.data(), a, lambda_.data());
   else
     std::fill(a, a + n, __builtin_nan(""));  // refused by the step control
-  singular_ = saddle_.singular();
+  if (!saddle_.converged()) std::fill(a, a + n, __builtin_nan(""));
+  singular_ = singular_ || saddle_.singular();
 
   integral[drive] = e_.power.drive;
   integral[load] = e_.power.load;

@@ -58,6 +58,10 @@ class PenaltyStepper {
   bool step(double t_end) {
     if (restart_) method_.renew(f_);
     restart_ = false;
+    // A table's knots are stops: no step crosses a kink of the torque, or misses a pulse.
+    const double knot = f_.system().next_knot(method_.t);
+    const bool to_knot = knot < t_end;
+    if (to_knot) t_end = knot;
     if (!method_.step(f_, t_end)) return false;
     ++f_.work.steps;
     f_.work.rejected = method_.rejected;
@@ -82,11 +86,15 @@ class PenaltyStepper {
       if (c.friction && first.contact != k) follow_zone(c, mark_[k].at.slide);
     }
     if (first.contact >= 0) change_mode(first);
+    if (to_knot && method_.t >= knot) {
+      method_.limit_step(INFINITY);
+      restart_ = true;
+    }
     stalled_ = method_.t > method_.t_old ? 0 : stalled_ + 1;
-    return stalled_ < most_stalled;
+    return stalled_ < most_stalled();
   }
   std::string failure() const {
-    if (stalled_ >= most_stalled)
+    if (stalled_ >= most_stalled())
       return fmt::format("t = {:.9g} s: a contact opens and closes without time passing", t());
     return fmt::format(
         "t = {:.9g} s: no step is accepted any more, however small; the motion may be singular there, or "
@@ -100,7 +108,8 @@ class PenaltyStepper {
   const Extremes& extremes() const { return extremes_; }
 
  private:
-  static constexpr int most_stalled = 10;
+  /// Coincident events take a step without length each.
+  int most_stalled() const { return 10 + 2 * f_.system().contacts(); }
   static constexpr int samples = 4;  // of a step, to see a gap that opens or closes within it
   struct Sample {
     double gap = 0, rate = 0, slide = 0;
@@ -179,8 +188,9 @@ class PenaltyStepper {
     if (!c.closed || !c.friction) return;
     const auto [low, high] = c.friction->ends(c.zone);
     const double before = mark_[k].at.slide, after = end_[k].slide;
-    if (!(before > low && before < high) || (after >= low && after <= high)) return;
+    if (after >= low && after <= high) return;
     const double boundary = after > high ? high : low;
+    if ((before - boundary) * (after - boundary) >= 0) return;  // beyond it already: follow_zone
     const double t = root([&](double s) { return sample_at(k, s).slide - boundary; }, method_.t_old,
                           method_.t, before - boundary, after - boundary);
     if (t < first.t || first.contact < 0) first = {k, true, t, boundary};

@@ -114,8 +114,11 @@ class System {
   void contact(int k, const double* q, const double* v, const Evaluation& e, ContactRow& row) const;
   /// Eccentricity vector of contact k (m); needs place().
   Vec2 eccentricity(int k, const double* q, const Evaluation& e) const;
-  /// Sliding row of a preloaded joint; needs place().
-  void friction(int k, const double* q, const Evaluation& e, SparseRow& row) const;
+  /// Sliding row of a preloaded joint, u = row·v; returns γ in u̇ = row·a − γ. Needs place().
+  double friction(int k, const double* q, const double* v, const Evaluation& e, SparseRow& row) const;
+
+  /// The first knot of a torque table against time after t (s); infinite when there is none.
+  double next_knot(double t) const;
 
   /// Angle of the main drive's joint (rad), 0 without one.
   double crank_angle(const double* q) const;

@@ -63,7 +63,7 @@ void System::contact(int k, const double* q, const double* v, const Evaluation& 
   push(row.tangent, link.j, t, t.dot(perp(a.rj)) + facts.radius_journal);
 }
 
-void System::friction(int k, const double* q, const Evaluation& e, SparseRow& row) const {
+double System::friction(int k, const double* q, const double* v, const Evaluation& e, SparseRow& row) const {
   const auto& f = frictions_[k];
   const Arms a = arms(f.link, q, e);
   const Vec2 axis = turned(f.link.i, f.axis, e);
@@ -78,6 +78,9 @@ void System::friction(int k, const double* q, const Evaluation& e, SparseRow& ro
     row.push(3 * f.link.j + 1, axis.y());
     row.push(3 * f.link.j + 2, axis.dot(perp(a.rj)));
   }
+  // u = a·ḋ, so u̇ = a·d̈ + ω_i n·ḋ with n = perp a.
+  const double wi = omega(v, f.link.i), wj = omega(v, f.link.j);
+  return -(wi * perp(axis).dot(relative_velocity(f.link, a, v)) + axis.dot(wi * wi * a.ri - wj * wj * a.rj));
 }
 
 }  // namespace freeplay

@@ -44,6 +44,15 @@ double System::torque_of(const std::array<int, 2>& pair, const TorqueDrive& driv
   return interpolate_periodic(drive.table, theta(q, pair[1]) - theta(q, pair[0]));
 }
 
+double System::next_knot(double t) const {
+  double next = INFINITY;
+  for (const auto& [pair, drive] : torque_drives_)
+    if (drive.against == TorqueDrive::Against::time && drive.table.size() > 1)
+      for (const auto& knot : drive.table)
+        if (knot.first > t) next = std::min(next, knot.first);
+  return next;
+}
+
 void System::add_force(const Link& link, const Arms& a, const Vec2& force, std::vector<double>& f) const {
   const auto push = [&](int body, const Vec2& arm, const Vec2& x) {
     if (body == ground) return;

@@ -56,7 +56,8 @@ int Lemke::leaving_row(int n, int column) const {
     }
     const double pi = tableau_(i, column), pb = tableau_(best, column);
     double difference = tableau_(i, rhs) / pi - tableau_(best, rhs) / pb;
-    const double tie = 1e-13 * (std::abs(tableau_(i, rhs) / pi) + std::abs(tableau_(best, rhs) / pb));
+    const double tie = 1e-13 * (std::abs(tableau_(i, rhs) / pi) + std::abs(tableau_(best, rhs) / pb)) +
+                       1e-14 * scale_ / std::min(pi, pb);  // a zero of a degenerate problem is only rounding
     if (std::abs(difference) <= tie) {
       // z0 leaves whenever it can: the problem is then solved.
       if (basis_[i] == 2 * n) {
@@ -91,6 +92,7 @@ LcpResult Lemke::solve(int n, const double* A, int stride, const double* b, doub
     tableau_(i, rhs) = b[i];
     basis_[i] = i;
   }
+  scale_ = -b[worst];
   pivot(n, worst, z0);
   result.pivots = 1;
   int entering = n + worst;
@@ -113,6 +115,10 @@ LcpResult Lemke::solve(int n, const double* A, int stride, const double* b, doub
   for (int i = 0; i < n; ++i)
     if (basis_[i] >= n && basis_[i] < z0) z[basis_[i] - n] = std::max(0.0, tableau_(i, rhs));
   result.residual = lcp_residual(n, A, stride, b, z);
+  // In a degenerate problem the artificial variable may stay basic at zero: z solves it all the same, and
+  // shows it.
+  if (result.status == LcpResult::Status::ray && result.residual < 1e-12)
+    result.status = LcpResult::Status::solved;
   return result;
 }
 

@@ -30,6 +30,7 @@ class Lemke {
 
   Eigen::MatrixXd tableau_;  // columns: w (n), z (n), z0, b
   Eigen::VectorXi basis_;
+  double scale_ = 0;  // of b
 };
 
 /// The residual of a proposed solution, as defined in LcpResult.

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double relative_epsilon = 1e-9;  // of the proximal term, against the mean diagonal of S
 constexpr double pivot_ratio = 1e-12;      // a smaller pivot of S against its diagonal means dependent rows
-constexpr int most_iterations = 20;
+constexpr int most_iterations = 50;
 
 /// In-place Cholesky of the lower triangle of a small dense matrix, column by column; false on a pivot below
 /// `least` times the diagonal it came from.
@@ -187,13 +187,23 @@ void SaddlePoint::solve_once(const double* f, const double* r, const double* pre
 
 void SaddlePoint::solve(const double* f, const double* r, double* a, double* lambda) {
   solve_once(f, r, nullptr, a, lambda);
+  converged_ = true;
   if (!proximal_) return;
+  double size = 0;  // of G M⁻¹f − r
+  for (int k = 0; k < G_.rows; ++k) {
+    double x = r ? -r[k] : 0;
+    for (int e = G_.begin[k]; f && e < G_.begin[k + 1]; ++e)
+      x += values_[e] * f[G_.column[e]] * inverse_mass_[G_.column[e]];
+    size = std::max(size, std::abs(x));
+  }
   Eigen::Map<Eigen::VectorXd> now(lambda, G_.rows);
   for (int i = 0; i < most_iterations; ++i) {
     previous_ = now;
     solve_once(f, r, previous_.data(), a, lambda);
     if ((now - previous_).norm() <= 1e-13 * now.norm()) break;
   }
+  // What is left of G a − r is ε times the last change of λ.
+  converged_ = epsilon_ * (now - previous_).lpNorm<Eigen::Infinity>() <= 1e-6 * size;
 }
 
 }  // namespace freeplay

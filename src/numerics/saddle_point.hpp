@@ -40,6 +40,9 @@ class SaddlePoint {
   void solve(const double* f, const double* r, double* a, double* lambda);
 
   bool dense() const { return dense_; }
+  /// The last solve satisfied its constraint rows. With dependent rows of very unlike scale the proximal
+  /// iteration may not.
+  bool converged() const { return converged_; }
   /// The last factorisation met dependent rows.
   bool singular() const { return proximal_; }
   std::span<const double> inverse_mass() const { return inverse_mass_; }
@@ -55,7 +58,7 @@ class SaddlePoint {
 
   const CsrPattern G_;
   std::vector<double> mass_, inverse_mass_, values_;
-  bool dense_, redundant_, proximal_ = false;
+  bool dense_, redundant_, proximal_ = false, converged_ = true;
   double epsilon_ = 0;
   std::vector<Product> products_;
   Eigen::MatrixXd S_;

@@ -12,7 +12,10 @@ Recorder::Recorder(const Scene& scene, const System& system, std::optional<std::
       evaluation_(system.make_evaluation()),
       q_(system.n()),
       v_(system.n()) {
-  if (const auto* drive = main_drive(scene.mechanism)) crank_speed_ = drive->speed;
+  if (const auto* drive = main_drive(scene.mechanism)) {
+    crank_speed_ = drive->speed;
+    crank_start_ = drive->initial_angle;
+  }
   for (const auto& a : scene.accelerometers) channels_.emplace_back(a);
   events_.reserve(kept_events);
   if (!folder) return;
@@ -89,7 +92,7 @@ void Recorder::sample(double t, std::size_t index) {
   signals_->write(",");
   signals_->number(t);
   signals_->write(",");
-  signals_->number(crank_speed_ * t);
+  signals_->number(crank_start_ + crank_speed_ * t);
   signals_->write(",");
   signals_->number(channels_[index].output());
   signals_->write("\n");

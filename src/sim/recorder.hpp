@@ -78,7 +78,7 @@ class Recorder {
   const System& system_;
   std::vector<std::string> joint_names_;
   double duration_, output_step_, next_row_ = 0, next_progress_;
-  double crank_speed_ = 0;  // rad/s
+  double crank_start_ = 0, crank_speed_ = 0;  // rad, rad/s
   long row_index_ = 0;
   std::optional<OutputFile> trajectory_, event_file_, signals_;
   std::vector<AccelerometerChannel> channels_;

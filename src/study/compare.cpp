@@ -79,7 +79,6 @@ Comparison compare(const Scene& scene, const CompareSetup& setup, const std::fil
       if (setup.on_progress) setup.on_progress(which, done);
     };
   };
-  make_folder(folder);
   c.penalty = run_scene(scene, setup.penalty, folder / "penalty", progress("penalty"));
   if (c.penalty.ending.status == Ending::Status::interrupted) return c;
   c.nonsmooth = run_scene(scene, setup.nonsmooth, folder / "nonsmooth", progress("nonsmooth"));
@@ -88,7 +87,13 @@ Comparison compare(const Scene& scene, const CompareSetup& setup, const std::fil
   if (!c.joints.empty()) {
     Scene ideal = scene;
     ideal.mechanism = idealised(scene.mechanism);
-    c.ideal = run_scene(ideal, setup.penalty, folder / "ideal", progress("ideal"));
+    ideal.run.start = RunOptions::Start::ideal;
+    try {
+      c.ideal = run_scene(ideal, setup.penalty, folder / "ideal", progress("ideal"));
+    } catch (const SceneError&) {
+      // A mechanism that closes only thanks to its play has no ideal motion to show.
+      c.nonsmooth.notes.push_back("with ideal joints the mechanism does not assemble; no ideal run");
+    }
   }
   c.pairing = pair_impacts(c.penalty.events, c.nonsmooth.events, static_cast<int>(c.joints.size()));
 

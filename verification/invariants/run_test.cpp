@@ -242,3 +242,25 @@ TEST_CASE("friction in the guide does not make lasting contact chatter", "[frict
   CHECK(nonsmooth.contacts[0].flight_fraction ==
         Approx(penalty.contacts[0].flight_fraction).margin(0.5 * 20 / 360));
 }
+
+TEST_CASE("a short pulse of a torque table is not stepped over", "[loads]") {
+  // 10 N m for 10 ms on 0.1 kg m²: ω = 1 rad/s. Without the pulse nothing happens, so steps are as long as
+  // they may be.
+  auto scene = parse_scene(R"(
+[bodies.wheel]
+mass = 1
+inertia = 0.1
+[joints.axle]
+type = "revolute"
+between = ["ground", "wheel"]
+[drives.motor]
+joint = "axle"
+torque_table = [[0, 0], [0.5, 0], [0.500001, 10], [0.510001, 10], [0.510002, 0]]
+[run]
+duration = 1
+)",
+                           "pulse");
+  const auto run = test::simulate(scene, Family::penalty);
+  // The ramps add a microsecond's worth: 1e-4 of ω.
+  CHECK(run.ledger.kinetic == Approx(0.5 * 0.1 * 1.0001 * 1.0001).epsilon(1e-6));
+}

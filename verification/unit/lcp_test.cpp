@@ -115,3 +115,27 @@ TEST_CASE("the closed form of a single frictional contact equals Lemke's solutio
   }
   for (int count : by_mode) REQUIRE(count > 100);  // separation, stick, slip both ways all occurred
 }
+
+TEST_CASE("frictionless elements beside frictional ones are no obstacle to Lemke", "[lcp]") {
+  // With μ = 0 the rows 2μP_N − P_R ≥ 0 start as ties at zero, and z₀ may end basic at zero.
+  std::mt19937 engine(77);
+  std::uniform_real_distribution<double> u(-1, 1);
+  for (int trial = 0; trial < 20000; ++trial) {
+    ContactProblem p(true);
+    p.reserve(4);
+    p.rows = 4;
+    const Eigen::MatrixXd R = Eigen::MatrixXd::NullaryExpr(4, 4, [&] { return u(engine); });
+    p.D = R * R.transpose() + 0.05 * Eigen::MatrixXd::Identity(4, 4);
+    p.b = Eigen::VectorXd::NullaryExpr(4, [&] { return u(engine); });
+    for (int i : {0, 1}) {
+      ContactUnknown c;
+      c.normal = 2 * i;
+      c.tangent = 2 * i + 1;
+      c.friction = trial % 2 ? 0 : 0.05 * i;
+      p.unknowns.push_back(c);
+    }
+    const auto result = p.solve();
+    REQUIRE(result.status == LcpResult::Status::solved);
+    REQUIRE(result.residual < 1e-10);
+  }
+}

@@ -200,6 +200,24 @@ TEST_CASE("rows of gaps and sliding match finite differences, rotation of the su
   }
 }
 
+TEST_CASE("the sliding row of a preloaded joint and its second derivative", "[system]") {
+  const System system(everything().mechanism);
+  Random random;
+  auto e = system.make_evaluation(), lo = e, hi = e;
+  SparseRow row, row_lo, row_hi;
+  for (int trial = 0; trial < 20; ++trial) {
+    const auto q = random.vector(system.n()), v = random.vector(system.n());
+    const auto qa = along(q, v, -s), qb = along(q, v, s);
+    system.place(0, q.data(), e);
+    system.place(0, qa.data(), lo);
+    system.place(0, qb.data(), hi);
+    const double gamma = system.friction(0, q.data(), v.data(), e, row);
+    system.friction(0, qa.data(), v.data(), lo, row_lo);
+    system.friction(0, qb.data(), v.data(), hi, row_hi);
+    REQUIRE(gamma == Approx(-(row_hi.dot(v.data()) - row_lo.dot(v.data())) / (2 * s)).margin(1e-6));
+  }
+}
+
 TEST_CASE("a journal in the middle of its bearing has no normal and no contact", "[system]") {
   const auto scene = parse_scene(R"(
 [bodies.a]
