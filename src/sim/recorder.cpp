@@ -20,6 +20,9 @@ Recorder::Recorder(const Scene& scene, const System& system, std::optional<std::
   events_.reserve(kept_events);
   if (!folder) return;
 
+  // What an earlier run left here and this one will not write would be taken for its own.
+  for (const auto* name : {"run.json", "trajectory.csv", "events.csv", "signals.csv"})
+    std::filesystem::remove(*folder / name);
   trajectory_.emplace(*folder / "trajectory.csv");
   trajectory_->write("t");
   for (const auto& b : scene.mechanism.bodies)

@@ -1,5 +1,6 @@
 #include "sim/run_summary.hpp"
 
+#include <fmt/format.h>
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -32,6 +33,22 @@ long peak_memory_kib() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return usage.ru_maxrss;
+}
+
+/// Says what makes a result doubtful: a journal deep in its wall, an energy balance that does not close.
+void warn(RunSummary& s) {
+  const bool impact_law = s.formulation == "nonsmooth";
+  for (const auto& c : s.contacts)
+    if (c.penetration_ratio > (impact_law ? 1e-3 : 0.1))
+      s.notes.push_back(fmt::format(
+          "DOUBTFUL: {} lay up to {:.3g} clearances inside its wall; {}", c.name, c.penetration_ratio,
+          impact_law ? "take a shorter nonsmooth.step" : "the contact is too soft for this load"));
+  const double scale = s.ledger.scale();
+  if (std::abs(s.ledger.closure()) > 1e-3 * scale || std::abs(s.ledger.stabilisation) > 1e-3 * scale)
+    s.notes.push_back(fmt::format(
+        "DOUBTFUL: of {:.3g} J the energy balance misses {:.2g} J and stabilisation did {:.2g} J; "
+        "tighten the tolerance or shorten the step, or the motion passed a singular position",
+        scale, s.ledger.closure(), s.ledger.stabilisation));
 }
 
 }  // namespace
@@ -75,6 +92,7 @@ RunSummary summarise(const Scene& scene, const System& system, const Formulation
     c.penetration_ratio = c.penetration / system.contact_facts(k).clearance;
     s.contacts.push_back(c);
   }
+  warn(s);
   return s;
 }
 
@@ -185,7 +203,8 @@ RunSummary run_scene(const Scene& scene, const MakeFormulation& make,
     recorder.commit();
     auto document = to_json(summary);
     document["provenance"] = provenance(scene);
-    write_file(*folder / "run.json", document.dump(2) + "\n");
+    write_file(*folder / "run.json",
+               document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   }
   return summary;
 }

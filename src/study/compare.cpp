@@ -99,7 +99,8 @@ Comparison compare(const Scene& scene, const CompareSetup& setup, const std::fil
 
   auto document = to_json(c);
   document["provenance"] = provenance(scene);
-  write_file(folder / "comparison.json", document.dump(2) + "\n");
+  write_file(folder / "comparison.json",
+             document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   write_file(folder / "comparison.md", comparison_table(scene, c, true));
   return c;
 }
