@@ -8,9 +8,11 @@
 #pragma once
 
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "model/mechanism.hpp"
+#include "numerics/dual.hpp"
 #include "numerics/sparse.hpp"
 
 namespace freeplay {
@@ -32,16 +34,22 @@ struct ContactFacts {
   std::optional<Lubricant> lubricant;
 };
 
-/// A contact's geometry at one state. Without friction the tangent row stays empty.
-struct ContactRow {
-  double gap = 0;             ///< m
-  SparseRow normal, tangent;  ///< ġ = normal·v, v_T = tangent·v
+template <class T>
+using Vec2Of = Eigen::Matrix<T, 2, 1>;
+
+/// A contact's geometry at one state. Without friction the tangent row stays empty. T, here and below, is
+/// double, or Gradient for derivatives.
+template <class T>
+struct ContactRowOf {
+  T gap = 0;                       ///< m
+  SparseRowOf<T> normal, tangent;  ///< ġ = normal·v, v_T = tangent·v
   /// Only for a lubricated joint: film·v = t·ė − ½(ω_i + ω_j)|e|, the journal's sideways motion relative to
   /// the mean surface, along which the film's tangential force acts (its couples included); spin·v = ω_j −
   /// ω_i.
-  SparseRow film, spin;
-  double gamma_n = 0, gamma_t = 0;  ///< g̈ = normal·a − gamma_n, v̇_T = tangent·a − gamma_t
+  SparseRowOf<T> film, spin;
+  T gamma_n = 0, gamma_t = 0;  ///< g̈ = normal·a − gamma_n, v̇_T = tangent·a − gamma_t
 };
+using ContactRow = ContactRowOf<double>;
 
 /// Coulomb friction of a preloaded joint as the formulations see it.
 struct FrictionFacts {
@@ -51,20 +59,25 @@ struct FrictionFacts {
 };
 
 /// Powers of the loads (W): what they put into the mechanism.
+template <class T>
 struct LoadPower {
-  double drive = 0;    ///< torque drives
-  double load = 0;     ///< constant forces and torques
-  double damping = 0;  ///< dampers, ≤ 0
+  T drive = 0;    ///< torque drives
+  T load = 0;     ///< constant forces and torques
+  T damping = 0;  ///< dampers, ≤ 0
 };
 
 /// What a System computes at one state.
-struct Evaluation {
-  std::vector<double> cosine, sine;       ///< of each body's angle
-  std::vector<double> phi, phi_t, gamma;  ///< one per constraint row
-  std::vector<double> G;                  ///< values in the order of System::pattern()
-  std::vector<double> force;              ///< n
-  LoadPower power;
+template <class T>
+struct EvaluationOf {
+  std::vector<T> cosine, sine;       ///< of each body's angle
+  std::vector<T> phi, phi_t, gamma;  ///< one per constraint row
+  std::vector<T> G;                  ///< values in the order of System::pattern()
+  std::vector<T> force;              ///< n
+  LoadPower<T> power;
 };
+using Evaluation = EvaluationOf<double>;
+/// A number with its derivatives in four directions at once.
+using Gradient = Dual<4>;
 
 class System {
  public:
@@ -97,13 +110,17 @@ class System {
   /// Longest distance of a joint's point from its body's centre of mass (m); 0 when all are central.
   double longest_arm() const { return longest_arm_; }
 
-  Evaluation make_evaluation() const;
+  template <class T = double>
+  EvaluationOf<T> make_evaluation() const;
   /// Fills cosine, sine, phi, phi_t and G.
-  void place(double t, const double* q, Evaluation& e) const;
+  template <class T>
+  void place(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e) const;
   /// Fills gamma; needs place().
-  void rate(const double* q, const double* v, Evaluation& e) const;
+  template <class T>
+  void rate(const T* q, const T* v, EvaluationOf<T>& e) const;
   /// Fills force and power; needs place().
-  void forces(double t, const double* q, const double* v, Evaluation& e) const;
+  template <class T>
+  void forces(std::type_identity_t<T> t, const T* q, const T* v, EvaluationOf<T>& e) const;
   /// Gravity and springs (J); constant forces and torques count as loads.
   double potential(const double* q) const;
   double kinetic(const double* v) const;
@@ -111,11 +128,13 @@ class System {
   /// Gap of contact k alone; needs place().
   double gap(int k, const double* q, const Evaluation& e) const;
   /// All of contact k; needs place(). A concentric journal has no normal: its rows are empty, its gap is c.
-  void contact(int k, const double* q, const double* v, const Evaluation& e, ContactRow& row) const;
+  template <class T>
+  void contact(int k, const T* q, const T* v, const EvaluationOf<T>& e, ContactRowOf<T>& row) const;
   /// Eccentricity vector of contact k (m); needs place().
   Vec2 eccentricity(int k, const double* q, const Evaluation& e) const;
   /// Sliding row of a preloaded joint, u = row·v; returns γ in u̇ = row·a − γ. Needs place().
-  double friction(int k, const double* q, const double* v, const Evaluation& e, SparseRow& row) const;
+  template <class T>
+  T friction(int k, const T* q, const T* v, const EvaluationOf<T>& e, SparseRowOf<T>& row) const;
 
   /// The first knot of a torque table against time after t (s); infinite when there is none.
   double next_knot(double t) const;
@@ -146,8 +165,9 @@ class System {
     Link link;
     Vec2 axis;
   };
+  template <class T>
   struct Arms {  // world arms and r_j^P − r_i^P
-    Vec2 ri{0, 0}, rj{0, 0}, d{0, 0};
+    Vec2Of<T> ri, rj, d;
   };
 
   int entry(int column, double constant);
@@ -159,11 +179,12 @@ class System {
   void add_angle(int i, int j, double angle, double speed, const std::string& name);
   Link make_link(const std::array<int, 2>& between, const std::array<Vec2, 2>& at);
 
-  Vec2 turned(int body, const Vec2& s, const Evaluation& e) const;
-  Arms arms(const Link& link, const double* q, const Evaluation& e) const;
-  Vec2 relative_velocity(const Link& link, const Arms& a, const double* v) const;
-  double torque_of(const std::array<int, 2>& pair, const TorqueDrive& drive, double t, const double* q) const;
-  void add_force(const Link& link, const Arms& a, const Vec2& force_on_j, std::vector<double>& f) const;
+  template <class T>
+  static Vec2Of<T> turned(int body, const Vec2& s, const EvaluationOf<T>& e);
+  template <class T>
+  static Arms<T> arms(const Link& link, const T* q, const EvaluationOf<T>& e);
+  template <class T>
+  static Vec2Of<T> relative_velocity(const Link& link, const Arms<T>& a, const T* v);
 
   std::vector<double> mass_;
   CsrPattern G_;

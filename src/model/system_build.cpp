@@ -123,17 +123,20 @@ void System::add(const RigidJoint& joint) {
   add_angle(joint.between[0], joint.between[1], joint.angle, 0, joint.name);
 }
 
-Evaluation System::make_evaluation() const {
-  Evaluation e;
-  e.cosine.assign((bodies()), 1);
-  e.sine.assign((bodies()), 0);
-  e.phi.assign((rows()), 0);
-  e.phi_t.assign((rows()), 0);
-  e.gamma.assign((rows()), 0);
+template <class T>
+EvaluationOf<T> System::make_evaluation() const {
+  EvaluationOf<T> e;
+  e.cosine.assign(bodies(), 1);
+  e.sine.assign(bodies(), 0);
+  e.phi.assign(rows(), 0);
+  e.phi_t.assign(rows(), 0);
+  e.gamma.assign(rows(), 0);
   for (const auto& d : speed_drives_) e.phi_t[d.row] = -d.speed;
-  e.G = constant_G_;
-  e.force = constant_force_;
+  e.G.assign(constant_G_.begin(), constant_G_.end());
+  e.force.assign(constant_force_.begin(), constant_force_.end());
   return e;
 }
+template Evaluation System::make_evaluation() const;
+template EvaluationOf<Gradient> System::make_evaluation() const;
 
 }  // namespace freeplay

@@ -5,13 +5,9 @@
 // and the sliding row of preloaded translational joints, a·ḋ.
 #include <cmath>
 
-#include "model/system.hpp"
+#include "model/plane.hpp"
 
 namespace freeplay {
-namespace {
-inline Vec2 perp(const Vec2& r) { return {-r.y(), r.x()}; }
-inline double omega(const double* v, int body) { return body == ground ? 0 : v[3 * body + 2]; }
-}  // namespace
 
 Vec2 System::eccentricity(int k, const double* q, const Evaluation& e) const {
   return arms(contacts_[k], q, e).d;
@@ -22,14 +18,16 @@ double System::gap(int k, const double* q, const Evaluation& e) const {
   return contact_facts_[k].clearance - std::sqrt(d.squaredNorm());
 }
 
-void System::contact(int k, const double* q, const double* v, const Evaluation& e, ContactRow& row) const {
+template <class T>
+void System::contact(int k, const T* q, const T* v, const EvaluationOf<T>& e, ContactRowOf<T>& row) const {
+  using std::sqrt;
   const auto& link = contacts_[k];
   const auto& facts = contact_facts_[k];
   row.normal.clear();
   row.tangent.clear();
   row.gamma_n = row.gamma_t = 0;
-  const Arms a = arms(link, q, e);
-  const double length = std::sqrt(a.d.squaredNorm());
+  const Arms<T> a = arms(link, q, e);
+  const T length = sqrt(dot(a.d, a.d));
   row.gap = facts.clearance - length;
   row.film.clear();
   row.spin.clear();
@@ -37,50 +35,63 @@ void System::contact(int k, const double* q, const double* v, const Evaluation& 
   const bool concentric = !(length > 1e-9 * facts.clearance);
   if (concentric && !facts.lubricant) return;
 
-  const Vec2 n = concentric ? Vec2{1, 0} : Vec2{a.d / length}, t = perp(n);
-  const Vec2 rate = relative_velocity(link, a, v);
-  const double wi = omega(v, link.i), wj = omega(v, link.j);
-  const Vec2 bias = wi * wi * a.ri - wj * wj * a.rj;  // the part of ë without accelerations
-  const double swirl = t.dot(rate);
-  row.gamma_n = n.dot(bias) + (concentric ? 0 : swirl * swirl / length);
-  const auto push = [](SparseRow& r, int body, const Vec2& direction, double turn) {
+  Vec2Of<T> n{T(1), T(0)};
+  if (!concentric) n = {a.d.x() / length, a.d.y() / length};
+  const Vec2Of<T> t = perp(n), rate = relative_velocity(link, a, v);
+  const T wi = omega(v, link.i), wj = omega(v, link.j);
+  // The part of ë without accelerations.
+  const Vec2Of<T> bias{wi * wi * a.ri.x() - wj * wj * a.rj.x(), wi * wi * a.ri.y() - wj * wj * a.rj.y()};
+  const T swirl = dot(t, rate);
+  row.gamma_n = dot(n, bias);
+  if (!concentric) row.gamma_n += swirl * swirl / length;
+  const auto push = [](SparseRowOf<T>& r, int body, const Vec2Of<T>& direction, const T& turn) {
     if (body == ground) return;
     r.push(3 * body, direction.x());
     r.push(3 * body + 1, direction.y());
     r.push(3 * body + 2, turn);
   };
-  push(row.normal, link.i, n, n.dot(perp(a.ri)));
-  push(row.normal, link.j, -n, -n.dot(perp(a.rj)));
+  push(row.normal, link.i, n, cross(a.ri, n));
+  push(row.normal, link.j, Vec2Of<T>(-n), -cross(a.rj, n));
   if (facts.lubricant) {
-    push(row.film, link.i, -t, -t.dot(perp(a.ri)) - 0.5 * length);
-    push(row.film, link.j, t, t.dot(perp(a.rj)) - 0.5 * length);
+    push(row.film, link.i, Vec2Of<T>(-t), -cross(a.ri, t) - 0.5 * length);
+    push(row.film, link.j, t, cross(a.rj, t) - 0.5 * length);
     if (link.i != ground) row.spin.push(3 * link.i + 2, -1);
     if (link.j != ground) row.spin.push(3 * link.j + 2, 1);
   }
   if (!facts.surface.friction) return;
-  row.gamma_t = -t.dot(bias) + (concentric ? 0 : swirl * n.dot(rate) / length);
-  push(row.tangent, link.i, -t, -t.dot(perp(a.ri)) - facts.radius_bearing);
-  push(row.tangent, link.j, t, t.dot(perp(a.rj)) + facts.radius_journal);
+  row.gamma_t = -dot(t, bias);
+  if (!concentric) row.gamma_t += swirl * dot(n, rate) / length;
+  push(row.tangent, link.i, Vec2Of<T>(-t), -cross(a.ri, t) - facts.radius_bearing);
+  push(row.tangent, link.j, t, cross(a.rj, t) + facts.radius_journal);
 }
 
-double System::friction(int k, const double* q, const double* v, const Evaluation& e, SparseRow& row) const {
+template <class T>
+T System::friction(int k, const T* q, const T* v, const EvaluationOf<T>& e, SparseRowOf<T>& row) const {
   const auto& f = frictions_[k];
-  const Arms a = arms(f.link, q, e);
-  const Vec2 axis = turned(f.link.i, f.axis, e);
+  const Arms<T> a = arms(f.link, q, e);
+  const Vec2Of<T> axis = turned(f.link.i, f.axis, e);
   row.clear();
   if (f.link.i != ground) {
     row.push(3 * f.link.i, -axis.x());
     row.push(3 * f.link.i + 1, -axis.y());
-    row.push(3 * f.link.i + 2, -axis.dot(perp(a.ri)));
+    row.push(3 * f.link.i + 2, -cross(a.ri, axis));
   }
   if (f.link.j != ground) {
     row.push(3 * f.link.j, axis.x());
     row.push(3 * f.link.j + 1, axis.y());
-    row.push(3 * f.link.j + 2, axis.dot(perp(a.rj)));
+    row.push(3 * f.link.j + 2, cross(a.rj, axis));
   }
   // u = a·ḋ, so u̇ = a·d̈ + ω_i n·ḋ with n = perp a.
-  const double wi = omega(v, f.link.i), wj = omega(v, f.link.j);
-  return -(wi * perp(axis).dot(relative_velocity(f.link, a, v)) + axis.dot(wi * wi * a.ri - wj * wj * a.rj));
+  const T wi = omega(v, f.link.i), wj = omega(v, f.link.j);
+  return -(wi * dot(perp(axis), relative_velocity(f.link, a, v)) + wi * wi * dot(axis, a.ri) -
+           wj * wj * dot(axis, a.rj));
 }
+
+template void System::contact(int, const double*, const double*, const Evaluation&, ContactRow&) const;
+template void System::contact(int, const Gradient*, const Gradient*, const EvaluationOf<Gradient>&,
+                              ContactRowOf<Gradient>&) const;
+template double System::friction(int, const double*, const double*, const Evaluation&, SparseRow&) const;
+template Gradient System::friction(int, const Gradient*, const Gradient*, const EvaluationOf<Gradient>&,
+                                   SparseRowOf<Gradient>&) const;
 
 }  // namespace freeplay

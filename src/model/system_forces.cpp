@@ -3,46 +3,59 @@
 #include <cmath>
 #include <numbers>
 
-#include "model/system.hpp"
+#include "model/plane.hpp"
 
 namespace freeplay {
 namespace {
 
-inline double cross(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
-inline double theta(const double* q, int body) { return body == ground ? 0 : q[3 * body + 2]; }
-inline double omega(const double* v, int body) { return body == ground ? 0 : v[3 * body + 2]; }
-
-void add_torque(const std::array<int, 2>& pair, double torque, std::vector<double>& f) {
+template <class T>
+void add_torque(const std::array<int, 2>& pair, const T& torque, std::vector<T>& f) {
   if (pair[0] != ground) f[3 * pair[0] + 2] -= torque;
   if (pair[1] != ground) f[3 * pair[1] + 2] += torque;
 }
 
-double interpolate(const std::vector<std::pair<double, double>>& table, double x) {
+/// A force on the second body at its arm, and its reaction on the first.
+template <class T>
+void add_force(int i, const Vec2Of<T>& ri, int j, const Vec2Of<T>& rj, const Vec2Of<T>& force,
+               std::vector<T>& f) {
+  const auto push = [&](int body, const Vec2Of<T>& arm, double sign) {
+    if (body == ground) return;
+    f[3 * body] += sign * force.x();
+    f[3 * body + 1] += sign * force.y();
+    f[3 * body + 2] += sign * cross(arm, force);
+  };
+  push(i, ri, -1);
+  push(j, rj, 1);
+}
+
+template <class T>
+T interpolate(const std::vector<std::pair<double, double>>& table, const T& x) {
   if (x <= table.front().first) return table.front().second;
   if (x >= table.back().first) return table.back().second;
-  const auto hi = std::ranges::upper_bound(table, x, {}, &std::pair<double, double>::first);
+  const auto hi = std::ranges::upper_bound(table, value_of(x), {}, &std::pair<double, double>::first);
   const auto lo = hi - 1;
-  return lo->second + (hi->second - lo->second) * (x - lo->first) / (hi->first - lo->first);
+  return lo->second + (hi->second - lo->second) / (hi->first - lo->first) * (x - lo->first);
 }
 
 /// One turn of a table against an angle, closed from its last point to its first.
-double interpolate_periodic(const std::vector<std::pair<double, double>>& table, double angle) {
+template <class T>
+T interpolate_periodic(const std::vector<std::pair<double, double>>& table, const T& angle) {
   constexpr double turn = 2 * std::numbers::pi;
   const double first = table.front().first, last = table.back().first;
-  const double x = first + (angle - first) - turn * std::floor((angle - first) / turn);
+  const T x = angle - turn * std::floor((value_of(angle) - first) / turn);
   if (x <= last) return interpolate(table, x);
-  const double s = (x - last) / (first + turn - last);
-  return table.back().second + s * (table.front().second - table.back().second);
+  return table.back().second +
+         (table.front().second - table.back().second) / (first + turn - last) * (x - last);
+}
+
+template <class T>
+T torque_of(const std::array<int, 2>& pair, const TorqueDrive& drive, const T& t, const T* q) {
+  if (drive.table.size() == 1) return drive.table.front().second;
+  if (drive.against == TorqueDrive::Against::time) return interpolate(drive.table, t);
+  return interpolate_periodic(drive.table, T(theta(q, pair[1]) - theta(q, pair[0])));
 }
 
 }  // namespace
-
-double System::torque_of(const std::array<int, 2>& pair, const TorqueDrive& drive, double t,
-                         const double* q) const {
-  if (drive.table.size() == 1) return drive.table.front().second;
-  if (drive.against == TorqueDrive::Against::time) return interpolate(drive.table, t);
-  return interpolate_periodic(drive.table, theta(q, pair[1]) - theta(q, pair[0]));
-}
 
 double System::next_knot(double t) const {
   double next = INFINITY;
@@ -53,52 +66,47 @@ double System::next_knot(double t) const {
   return next;
 }
 
-void System::add_force(const Link& link, const Arms& a, const Vec2& force, std::vector<double>& f) const {
-  const auto push = [&](int body, const Vec2& arm, const Vec2& x) {
-    if (body == ground) return;
-    const auto b = (3 * body);
-    f[b] += x.x();
-    f[b + 1] += x.y();
-    f[b + 2] += cross(arm, x);
-  };
-  push(link.i, a.ri, -force);
-  push(link.j, a.rj, force);
-}
-
-void System::forces(double t, const double* q, const double* v, Evaluation& e) const {
+template <class T>
+void System::forces(std::type_identity_t<T> t, const T* q, const T* v, EvaluationOf<T>& e) const {
+  using std::sqrt;
   std::ranges::copy(constant_force_, e.force.begin());
   e.power = {};
   for (const auto& [pair, drive] : torque_drives_) {
-    const double torque = torque_of(pair, drive, t, q);
+    const T torque = torque_of(pair, drive, t, q);
     add_torque(pair, torque, e.force);
     e.power.drive += torque * (omega(v, pair[1]) - omega(v, pair[0]));
   }
   for (const auto& load : force_loads_) {
     const Link link{ground, load.body, {0, 0}, load.at};
-    const Arms a = arms(link, q, e);
-    add_force(link, a, load.force, e.force);
-    e.power.load += load.force.dot(relative_velocity(link, a, v));
+    const Arms<T> a = arms(link, q, e);
+    const Vec2Of<T> force{T(load.force.x()), T(load.force.y())};
+    add_force(link.i, a.ri, link.j, a.rj, force, e.force);
+    e.power.load += dot(force, relative_velocity(link, a, v));
   }
   for (const auto& load : torque_loads_) {
-    add_torque({ground, load.body}, load.torque, e.force);
+    add_torque({ground, load.body}, T(load.torque), e.force);
     e.power.load += load.torque * omega(v, load.body);
   }
   for (const auto& [link, s] : springs_) {
-    const Arms a = arms(link, q, e);
-    const double length = std::sqrt(a.d.squaredNorm());
+    const Arms<T> a = arms(link, q, e);
+    const T length = sqrt(dot(a.d, a.d));
     if (!(length > 0)) continue;  // no direction: no force
-    const Vec2 along = a.d / length;
-    const double speed = along.dot(relative_velocity(link, a, v));
-    add_force(link, a, -(s.stiffness * (length - s.free_length) + s.damping * speed) * along, e.force);
+    const Vec2Of<T> along{a.d.x() / length, a.d.y() / length};
+    const T speed = dot(along, relative_velocity(link, a, v));
+    const T pull = s.stiffness * (length - s.free_length) + s.damping * speed;
+    add_force(link.i, a.ri, link.j, a.rj, Vec2Of<T>{-pull * along.x(), -pull * along.y()}, e.force);
     e.power.damping -= s.damping * speed * speed;
   }
   for (const auto& s : torsions_) {
-    const double speed = omega(v, s.between[1]) - omega(v, s.between[0]);
-    const double angle = theta(q, s.between[1]) - theta(q, s.between[0]) - s.free_angle;
-    add_torque(s.between, -(s.stiffness * angle + s.damping * speed), e.force);
+    const T speed = omega(v, s.between[1]) - omega(v, s.between[0]);
+    const T angle = theta(q, s.between[1]) - theta(q, s.between[0]) - s.free_angle;
+    add_torque(s.between, T(-(s.stiffness * angle + s.damping * speed)), e.force);
     e.power.damping -= s.damping * speed * speed;
   }
 }
+
+template void System::forces(double, const double*, const double*, Evaluation&) const;
+template void System::forces(Gradient, const Gradient*, const Gradient*, EvaluationOf<Gradient>&) const;
 
 double System::kinetic(const double* v) const {
   double sum = 0;

@@ -21,39 +21,43 @@ struct CsrPattern {
 };
 
 /// y_k = Σ_j value_kj x_j of one row.
-inline double row_dot(const CsrPattern& p, const double* value, int k, const double* x) {
-  double sum = 0;
+template <class T>
+T row_dot(const CsrPattern& p, const T* value, int k, const T* x) {
+  T sum = 0;
   for (int e = p.begin[k]; e < p.begin[k + 1]; ++e) sum += value[e] * x[p.column[e]];
   return sum;
 }
 
 /// x += Gᵀ λ.
-inline void add_transposed(const CsrPattern& p, const double* value, const double* lambda, double* x) {
+template <class T>
+void add_transposed(const CsrPattern& p, const T* value, const double* lambda, T* x) {
   for (int k = 0; k < p.rows; ++k)
     for (int e = p.begin[k]; e < p.begin[k + 1]; ++e) x[p.column[e]] += value[e] * lambda[k];
 }
 
-/// A row that touches at most two bodies.
-struct SparseRow {
+/// A row that touches at most two bodies; T is double or a number with derivatives.
+template <class T>
+struct SparseRowOf {
   static constexpr int max_size = 6;  // two bodies in the plane
   int size = 0;
   std::array<int, max_size> column{};
-  std::array<double, max_size> value{};
+  std::array<T, max_size> value{};
 
   void clear() { size = 0; }
-  void push(int c, double x) {
+  void push(int c, const T& x) {
     column[size] = c;
     value[size] = x;
     ++size;
   }
-  double dot(const double* x) const {
-    double sum = 0;
+  T dot(const T* x) const {
+    T sum = 0;
     for (int i = 0; i < size; ++i) sum += value[i] * x[column[i]];
     return sum;
   }
-  void add_to(double* x, double factor) const {
+  void add_to(T* x, const T& factor) const {
     for (int i = 0; i < size; ++i) x[column[i]] += factor * value[i];
   }
 };
+using SparseRow = SparseRowOf<double>;
 
 }  // namespace freeplay
