@@ -29,9 +29,10 @@ struct ContactForce {
   double viscous = 0;  ///< D of Kelvin–Voigt, N s/m
 
   /// F for δ > 0; `elastic_force` is elastic.force(δ).
-  double force(double elastic_force, double rate, double v0) const {
-    const double f = elastic_force * (1 + chi * rate / v0) + viscous * rate;
-    return f < 0 ? 0 : f;  // a NaN stays one
+  template <class T>
+  T force(const T& elastic_force, const T& rate, double v0) const {
+    const T f = elastic_force * (1 + chi / v0 * rate) + viscous * rate;
+    return f < 0 ? T(0) : f;  // a NaN stays one
   }
 };
 

@@ -1,110 +1,197 @@
 #include "formulations/penalty/dynamics.hpp"
 
 #include <algorithm>
+#include <tuple>
 
 namespace freeplay {
+
+namespace {
+
+/// Adds a film's forces and returns the power that it dissipates (W).
+template <class T>
+T film_forces(const Film& film, const T* v, PenaltyTerms<T>& terms) {
+  auto& row = terms.row;
+  const T share = film.share(row.gap);
+  if (share == 0) return 0;
+  const T w_r = -row.normal.dot(v), w_t = row.film.dot(v), spin = row.spin.dot(v),
+          ratio = film.ratio(row.gap);
+  const auto F = film.force(ratio, w_r, w_t);
+  const T torque = share * film.shear(ratio) * spin;
+  row.normal.add_to(terms.e.force.data(), -share * F.radial);
+  row.film.add_to(terms.e.force.data(), share * F.tangential);
+  row.spin.add_to(terms.e.force.data(), -torque);
+  return torque * spin - share * (F.radial * w_r + F.tangential * w_t);
+}
+
+/// One place per contact, so that a bristle is found by its contact; contacts without friction leave theirs
+/// at zero.
+int count_bristles(const std::vector<PenaltyContact>& contacts) {
+  const bool any = std::ranges::any_of(
+      contacts, [](const PenaltyContact& c) { return c.friction && c.friction->has_state(); });
+  return any ? static_cast<int>(contacts.size()) : 0;
+}
+
+}  // namespace
 
 PenaltyDynamics::PenaltyDynamics(const System& system, const PenaltyOptions& options,
                                  std::vector<PenaltyContact> contacts, bool redundant)
     : system_(system),
       projects_(options.stabilisation == Stabilisation::projection),
+      bristles_(count_bristles(contacts)),
       contacts_(std::move(contacts)),
       saddle_(system.mass(), system.pattern(), SolvePath::automatic, redundant),
-      e_(system.make_evaluation()),
+      terms_(system, bristles_),
       probe_(system.make_evaluation()),
-      r_(system.rows()),
       lambda_(system.rows()),
-      rate_(system.rows()),
+      r_(system.rows()),
       scratch_(system.n()),
       unit_(system.n()) {
   if (options.stabilisation == Stabilisation::baumgarte) {
     two_alpha_ = 2 * options.alpha;
     beta_squared_ = options.beta * options.beta;
   }
-  // One place per contact, so that a bristle is found by its contact; contacts without friction leave theirs
-  // at zero.
-  for (const auto& c : contacts_)
-    if (c.friction && c.friction->has_state()) bristles_ = system.contacts();
+}
+
+template <class T>
+void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T& t,
+                               PenaltyTerms<T>& terms) const {
+  auto& e = terms.e;
+  auto& row = terms.row;
+  system_.place(t, q, e);
+  system_.rate(q, v, e);
+  system_.forces(t, q, v, e);
+  terms.contact_loss = terms.friction_loss = terms.film_loss = 0;
+
+  T* impulse = terms.impulse_rate.data();
+  for (int k = 0; k < system_.contacts(); ++k, impulse += 2) {
+    impulse[0] = impulse[1] = 0;
+    if (bristles_) terms.bristle_rate[k] = 0;
+    const auto& c = contacts_[k];
+    if (!c.closed && !c.film) continue;
+    system_.contact(k, q, v, e, row);
+    if (c.film) terms.film_loss += film_forces(*c.film, v, terms);
+    if (!c.closed) continue;
+    if (!(row.gap < 0)) continue;
+    const T delta = -row.gap, rate = -row.normal.dot(v);
+    const T elastic = c.law.elastic.force(delta);
+    const T force = c.law.force(elastic, rate, c.v0);
+    row.normal.add_to(e.force.data(), force);
+    impulse[0] = force;
+    terms.contact_loss += (force - elastic) * rate;
+    if (!c.friction) continue;
+    const T v_t = row.tangent.dot(v), z = bristles_ ? bristle[k] : T(0);
+    const T tangential = -c.friction->coefficient(v_t, c.zone, z) * force;
+    if (bristles_) terms.bristle_rate[k] = c.friction->bristle_rate(v_t, c.zone, z);
+    row.tangent.add_to(e.force.data(), tangential);
+    impulse[1] = tangential;
+    terms.friction_loss -= tangential * v_t;
+  }
+  for (int k = 0; k < system_.frictions(); ++k) {
+    const auto& facts = system_.friction_facts(k);
+    system_.friction(k, q, v, e, terms.slide);
+    const T u = terms.slide.dot(v), force = preloaded_friction(facts.bound, *facts.regularisation, u);
+    terms.slide.add_to(e.force.data(), force);
+    terms.friction_loss -= force * u;
+  }
+  for (int k = 0; k < system_.rows(); ++k) {
+    terms.rate[k] = row_dot(system_.pattern(), e.G.data(), k, v) + e.phi_t[k];
+    terms.r[k] = e.gamma[k] - two_alpha_ * terms.rate[k] - beta_squared_ * e.phi[k];
+  }
 }
 
 void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   ++work.rhs;
   const int n = system_.n(), m = system_.rows();
-  const double* q = x.data();
-  const double* v = q + n;
-  system_.place(t, q, e_);
-  system_.rate(q, v, e_);
-  system_.forces(t, q, v, e_);
-  double* integral = dxdt.data() + integral_offset();
-  integral[contact_loss] = integral[friction_loss] = integral[film_loss] = 0;
-
-  double* impulse = dxdt.data() + impulse_offset();
-  for (int k = 0; k < system_.contacts(); ++k, impulse += 2) {
-    impulse[0] = impulse[1] = 0;
-    if (bristles_) dxdt[bristle_offset() + k] = 0;
-    const auto& c = contacts_[k];
-    if (!c.closed && !c.film) continue;
-    system_.contact(k, q, v, e_, row_);
-    if (c.film) integral[film_loss] += film_forces(*c.film, v);
-    if (!c.closed) continue;
-    if (!(row_.gap < 0)) continue;
-    const double delta = -row_.gap, rate = -row_.normal.dot(v);
-    const double elastic = c.law.elastic.force(delta);
-    const double force = c.law.force(elastic, rate, c.v0);
-    row_.normal.add_to(e_.force.data(), force);
-    impulse[0] = force;
-    integral[contact_loss] += (force - elastic) * rate;
-    if (!c.friction) continue;
-    const double v_t = row_.tangent.dot(v), z = bristles_ ? x[bristle_offset() + k] : 0;
-    const double tangential = -c.friction->coefficient(v_t, c.zone, z) * force;
-    if (bristles_) dxdt[bristle_offset() + k] = c.friction->bristle_rate(v_t, c.zone, z);
-    row_.tangent.add_to(e_.force.data(), tangential);
-    impulse[1] = tangential;
-    integral[friction_loss] -= tangential * v_t;
-  }
-  for (int k = 0; k < system_.frictions(); ++k) {
-    const auto& facts = system_.friction_facts(k);
-    system_.friction(k, q, v, e_, slide_);
-    const double u = slide_.dot(v), force = preloaded_friction(facts.bound, *facts.regularisation, u);
-    slide_.add_to(e_.force.data(), force);
-    integral[friction_loss] -= force * u;
-  }
-
-  for (int k = 0; k < m; ++k) {
-    rate_[k] = row_dot(system_.pattern(), e_.G.data(), k, v) + e_.phi_t[k];
-    r_[k] = e_.gamma[k] - two_alpha_ * rate_[k] - beta_squared_ * e_.phi[k];
-  }
+  const double* v = x.data() + n;
+  evaluate(x.data(), v, x.data() + bristle_offset(), t, terms_);
+  const auto& e = terms_.e;
   ++work.factorisations;
   double* a = dxdt.data() + n;
-  if (saddle_.factor(e_.G.data()))
-    saddle_.solve(e_.force.data(), r_.data(), a, lambda_.data());
+  if (saddle_.factor(e.G.data()))
+    saddle_.solve(e.force.data(), terms_.r.data(), a, lambda_.data());
   else
     std::fill(a, a + n, __builtin_nan(""));  // refused by the step control
   if (!saddle_.converged()) std::fill(a, a + n, __builtin_nan(""));
   singular_ = singular_ || saddle_.singular();
 
-  integral[drive] = e_.power.drive;
-  integral[load] = e_.power.load;
-  integral[damping] = -e_.power.damping;
+  std::copy(v, v + n, dxdt.data());
+  std::ranges::copy(terms_.impulse_rate, dxdt.begin() + impulse_offset());
+  std::ranges::copy(terms_.bristle_rate, dxdt.begin() + bristle_offset());
+  double* integral = dxdt.data() + integral_offset();
+  integral[drive] = e.power.drive;
+  integral[load] = e.power.load;
+  integral[damping] = -e.power.damping;
+  integral[contact_loss] = terms_.contact_loss;
+  integral[friction_loss] = terms_.friction_loss;
+  integral[film_loss] = terms_.film_loss;
   integral[stabilisation] = 0;
   for (int k = 0; k < m; ++k) {
-    integral[drive] += lambda_[k] * e_.phi_t[k];
-    integral[stabilisation] -= lambda_[k] * rate_[k];
+    integral[drive] += lambda_[k] * e.phi_t[k];
+    integral[stabilisation] -= lambda_[k] * terms_.rate[k];
   }
-  std::copy(v, v + n, dxdt.data());
 }
 
-/// Adds a film's forces at row_ and returns the power that it dissipates (W).
-double PenaltyDynamics::film_forces(const Film& film, const double* v) {
-  const double share = film.share(row_.gap);
-  if (share == 0) return 0;
-  const double w_r = -row_.normal.dot(v), w_t = row_.film.dot(v), spin = row_.spin.dot(v);
-  const auto F = film.force(film.ratio(row_.gap), w_r, w_t);
-  const double torque = share * film.shear(film.ratio(row_.gap)) * spin;
-  row_.normal.add_to(e_.force.data(), -share * F.radial);
-  row_.film.add_to(e_.force.data(), share * F.tangential);
-  row_.spin.add_to(e_.force.data(), -torque);
-  return torque * spin - share * (F.radial * w_r + F.tangential * w_t);
+void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfdt) {
+  constexpr int chunk = static_cast<int>(std::tuple_size_v<decltype(Gradient::slope)>);
+  const int n = system_.n(), m = system_.rows(), N = size();
+  if (!tangent_)
+    tangent_ = std::make_unique<Tangent>(Tangent{PenaltyTerms<Gradient>(system_, bristles_),
+                                                 std::vector<Gradient>(2 * n + bristles_),
+                                                 std::vector<Gradient>(std::max(n, m)), Vector(N), Vector(n),
+                                                 Vector(m), Vector(n), Vector(m), Vector(n)});
+  auto& d = *tangent_;
+  (*this)(x, d.slope, t);  // for the reactions and accelerations, and their factorised matrix
+  ++work.jacobians;
+  const auto& a = d.acceleration;
+  std::copy_n(d.slope.begin() + n, n, d.acceleration.begin());
+  std::fill(J, J + static_cast<long>(N) * N, 0.0);
+  const auto place_of = [&](int input) { return input < 2 * n ? input : bristle_offset() + input - 2 * n; };
+
+  const int inputs = 2 * n + bristles_;  // then time
+  for (int first = 0; first <= inputs; first += chunk) {
+    const int directions = std::min(chunk, inputs + 1 - first);
+    for (int i = 0; i < inputs; ++i) {
+      d.state[i] = x[place_of(i)];
+      if (i >= first && i < first + chunk) d.state[i].slope[i - first] = 1;
+    }
+    Gradient time = t;
+    if (inputs < first + chunk) time.slope[inputs - first] = 1;
+    auto& terms = d.terms;
+    evaluate(d.state.data(), d.state.data() + n, d.state.data() + 2 * n, time, terms);
+
+    // What the slopes leave of M a + Gᵀλ = F and G a = r.
+    for (int i = 0; i < n; ++i) d.reaction[i] = 0;
+    add_transposed(system_.pattern(), terms.e.G.data(), lambda_.data(), d.reaction.data());
+    for (int i = 0; i < n; ++i) d.reaction[i] = terms.e.force[i] - d.reaction[i];
+    for (int k = 0; k < m; ++k)
+      for (int e = system_.pattern().begin[k]; e < system_.pattern().begin[k + 1]; ++e)
+        terms.r[k] -= terms.e.G[e] * a[system_.pattern().column[e]];
+
+    for (int s = 0; s < directions; ++s) {
+      for (int i = 0; i < n; ++i) d.force[i] = d.reaction[i].slope[s];
+      for (int k = 0; k < m; ++k) d.r[k] = terms.r[k].slope[s];
+      saddle_.solve(d.force.data(), d.r.data(), d.a.data(), d.lambda.data());
+      const int input = first + s;
+      double* column = input == inputs ? dfdt : J + static_cast<long>(N) * place_of(input);
+      for (int i = 0; i < n; ++i) column[i] = input == n + i ? 1 : 0;
+      std::ranges::copy(d.a, column + n);
+      for (int k = 0; k < 2 * system_.contacts(); ++k)
+        column[impulse_offset() + k] = terms.impulse_rate[k].slope[s];
+      for (int k = 0; k < bristles_; ++k) column[bristle_offset() + k] = terms.bristle_rate[k].slope[s];
+      double* integral = column + integral_offset();
+      integral[drive] = terms.e.power.drive.slope[s];
+      integral[load] = terms.e.power.load.slope[s];
+      integral[damping] = -terms.e.power.damping.slope[s];
+      integral[contact_loss] = terms.contact_loss.slope[s];
+      integral[friction_loss] = terms.friction_loss.slope[s];
+      integral[film_loss] = terms.film_loss.slope[s];
+      integral[stabilisation] = 0;
+      for (int k = 0; k < m; ++k) {
+        integral[drive] += d.lambda[k] * terms.e.phi_t[k].value;
+        integral[stabilisation] -= d.lambda[k] * terms.rate[k].value + lambda_[k] * terms.rate[k].slope[s];
+      }
+    }
+  }
 }
 
 void PenaltyDynamics::project(Vector& x, double t) {
@@ -117,12 +204,12 @@ void PenaltyDynamics::project(Vector& x, double t) {
     saddle_.solve(nullptr, r_.data(), scratch_.data(), lambda_.data());
     for (int i = 0; i < n; ++i) y[i] += scratch_[i];
   };
-  system_.place(t, q, e_);
+  system_.place(t, q, terms_.e);
   ++work.factorisations;
-  if (!saddle_.factor(e_.G.data())) return;
-  move(q, [&](int k) { return e_.phi[k]; });
-  system_.place(t, q, e_);
-  move(v, [&](int k) { return row_dot(system_.pattern(), e_.G.data(), k, v) + e_.phi_t[k]; });
+  if (!saddle_.factor(terms_.e.G.data())) return;
+  move(q, [&](int k) { return terms_.e.phi[k]; });
+  system_.place(t, q, terms_.e);
+  move(v, [&](int k) { return row_dot(system_.pattern(), terms_.e.G.data(), k, v) + terms_.e.phi_t[k]; });
   x[integral_offset() + stabilisation] += system_.kinetic(v) + system_.potential(q) - before;
 }
 

@@ -8,6 +8,7 @@
 // state lies, so each mode's right-hand side is smooth and an event is a root of a smooth function.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "formulations/penalty/contact_law.hpp"
@@ -19,6 +20,26 @@
 #include "sim/formulation.hpp"
 
 namespace freeplay {
+
+/// What the state alone decides, before the reactions are solved for; T is double, or Gradient for
+/// derivatives. Forces are in e.force.
+template <class T>
+struct PenaltyTerms {
+  EvaluationOf<T> e;
+  ContactRowOf<T> row;
+  SparseRowOf<T> slide;
+  std::vector<T> impulse_rate;  ///< (F_N, F_T) of each contact
+  std::vector<T> bristle_rate;
+  std::vector<T> rate, r;  ///< G v + Φ_t and the right-hand side of G v̇ = r
+  T contact_loss = 0, friction_loss = 0, film_loss = 0;
+
+  PenaltyTerms(const System& system, int bristles)
+      : e(system.make_evaluation<T>()),
+        impulse_rate(2 * system.contacts()),
+        bristle_rate(bristles),
+        rate(system.rows()),
+        r(system.rows()) {}
+};
 
 /// One contact as the penalty formulation carries it.
 struct PenaltyContact {
@@ -42,6 +63,9 @@ class PenaltyDynamics {
 
   /// dx/dt for odeint.
   void operator()(const Vector& x, Vector& dxdt, double t);
+  /// ∂(dx/dt)/∂x (column-major, size() × size()) and ∂(dx/dt)/∂t at a state, exact to rounding: with M v̇ +
+  /// Gᵀλ = F and G v̇ = r the derivatives obey M dv̇ + Gᵀdλ = dF − dGᵀ λ, G dv̇ = dr − dG v̇.
+  void jacobian(const Vector& x, double t, double* J, double* dfdt);
 
   int size() const { return integral_offset() + integrals; }
   int impulse_offset() const { return 2 * system_.n(); }
@@ -66,7 +90,7 @@ class PenaltyDynamics {
   const System& system() const { return system_; }
   std::vector<PenaltyContact>& contacts() { return contacts_; }
   const std::vector<PenaltyContact>& contacts() const { return contacts_; }
-  const Evaluation& evaluation() const { return e_; }
+  const Evaluation& evaluation() const { return terms_.e; }
   bool singular() const { return singular_; }
   Work work;
 
@@ -77,13 +101,20 @@ class PenaltyDynamics {
   int bristles_ = 0;
   std::vector<PenaltyContact> contacts_;
   SaddlePoint saddle_;
-  Evaluation e_, probe_;
-  ContactRow row_;
-  SparseRow slide_;
-  std::vector<double> r_, lambda_, rate_, scratch_, unit_;
+  PenaltyTerms<double> terms_;
+  Evaluation probe_;
+  ContactRow row_;  // the last one asked for by contact_row()
+  std::vector<double> lambda_, r_, scratch_, unit_;
+  struct Tangent {  // of jacobian()
+    PenaltyTerms<Gradient> terms;
+    std::vector<Gradient> state, reaction;
+    std::vector<double> slope, force, r, a, lambda, acceleration;
+  };
+  std::unique_ptr<Tangent> tangent_;  // made when first asked for
   bool singular_ = false;
 
-  double film_forces(const Film& film, const double* v);
+  template <class T>
+  void evaluate(const T* q, const T* v, const T* bristle, const T& t, PenaltyTerms<T>& terms) const;
 };
 
 }  // namespace freeplay

@@ -62,6 +62,34 @@ double ElasticLaw::other_force(double delta) const {
   }
 }
 
+double ElasticLaw::slope(double delta) const {
+  switch (kind) {
+    case Kind::power:
+      return exponent * stiffness * std::pow(delta, exponent - 1);
+    case Kind::linear:
+      return stiffness;
+    case Kind::logarithmic: {
+      // dF/dδ = K/(dδ/df), dδ/df = ln(A/f) + B − 1; vertical at δ = 0, where f → 0.
+      if (!(delta > 0 && delta < limit())) return delta == 0 ? 0 : std::numeric_limits<double>::quiet_NaN();
+      const double f = logarithmic_root(delta, 4 * clearance, offset);
+      return stiffness / (std::log(4 * clearance / f) + offset - 1);
+    }
+    case Kind::liu: {
+      const double s = clearance + delta;
+      return stiffness * std::sqrt(delta / (2 * s)) * (1 + 0.5 * clearance / s);
+    }
+    case Kind::persson: {
+      if (!(delta < limit())) return std::numeric_limits<double>::quiet_NaN();
+      const double s = 2 * clearance + delta, b2 = delta / s;
+      const double top = b2 * (b2 + 1), bottom = 2 - std::log1p(b2) - 2 * b2 * b2;
+      const double by_b2 = ((2 * b2 + 1) * bottom + top * (1 / (1 + b2) + 4 * b2)) / (bottom * bottom);
+      return stiffness * clearance * by_b2 * 2 * clearance / (s * s);
+    }
+    default:
+      return 1.5 * stiffness * std::sqrt(delta);
+  }
+}
+
 double ElasticLaw::energy(double delta) const {
   if (!(delta > 0)) return 0;
   switch (kind) {

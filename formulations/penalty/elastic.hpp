@@ -16,6 +16,8 @@
 
 #include <cmath>
 
+#include "numerics/dual.hpp"
+
 namespace freeplay {
 
 struct ElasticLaw {
@@ -32,6 +34,12 @@ struct ElasticLaw {
   double force(double delta) const {
     if (kind == Kind::hertz) return stiffness * delta * std::sqrt(delta);
     return other_force(delta);
+  }
+  /// dF_el/dδ (N/m), likewise.
+  double slope(double delta) const;
+  template <int N>
+  Dual<N> force(const Dual<N>& delta) const {
+    return delta.chain(force(delta.value), slope(delta.value));
   }
   /// ∫ F_el dδ from 0 (J), in closed form where there is one, else by quadrature.
   double energy(double delta) const;

@@ -18,6 +18,8 @@
 // pressure.
 #pragma once
 
+#include <type_traits>
+
 namespace freeplay {
 
 struct Film {
@@ -30,24 +32,32 @@ struct Film {
   double clearance = 0;  ///< c, m
   double hand_over = 0;  ///< m, film thickness at which dry contact begins to take over
 
+  template <class T>
   struct Force {
-    double radial = 0;      ///< N, on the journal along n (away from the bearing's centre)
-    double tangential = 0;  ///< N, on the journal along t
+    T radial = 0;      ///< N, on the journal along n (away from the bearing's centre)
+    T tangential = 0;  ///< N, on the journal along t
   };
-  /// Force at eccentricity ratio 0 ≤ ε < 1 and velocity w (m/s).
-  Force force(double epsilon, double w_r, double w_t) const;
+  /// Force at eccentricity ratio 0 ≤ ε < 1 and velocity w (m/s); T is double or Gradient.
+  template <class T>
+  Force<T> force(const T& epsilon, const std::type_identity_t<T>& w_r,
+                 const std::type_identity_t<T>& w_t) const;
   /// The film's share at a gap g (m): 1 down to the hand-over thickness, then falling smoothly to 0 at dry
   /// contact. Below that thickness force() is taken at it, so that it stays bounded.
-  double share(double gap) const {
+  template <class T>
+  T share(const T& gap) const {
     if (gap >= hand_over) return 1;
-    const double s = gap > 0 ? gap / hand_over : 0;
+    const T s = gap > 0 ? T(gap / hand_over) : T(0);
     return s * s * (3 - 2 * s);
   }
   /// ε that force() is taken at for a gap.
-  double ratio(double gap) const { return 1 - (gap > hand_over ? gap : hand_over) / clearance; }
+  template <class T>
+  T ratio(const T& gap) const {
+    return 1 - (gap > hand_over ? gap : T(hand_over)) / clearance;
+  }
   /// Torque on the journal against its rotation relative to the bearing, over that rotation (N m s):
   /// Petroff's shear of a full film, 2π μ R³ L/(c √(1 − ε²)).
-  double shear(double epsilon) const;
+  template <class T>
+  T shear(const T& epsilon) const;
 };
 
 }  // namespace freeplay

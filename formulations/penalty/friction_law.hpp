@@ -14,6 +14,7 @@
 
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 #include "model/scene.hpp"
 
@@ -68,29 +69,34 @@ struct FrictionForce {
   }
 
   /// c(v) on the branch of `zone`; z as given for LuGre.
-  double coefficient(double v, int zone, double z) const {
-    const double side = zone < 0 ? -1 : 1, s = side * v;
+  template <class T>
+  T coefficient(const T& v, int zone, const std::type_identity_t<T>& z) const {
+    using std::exp, std::tanh;
+    const double side = zone < 0 ? -1 : 1;
+    const T s = side * v;
     const int n = zone < 0 ? -zone : zone;
     switch (law) {
       case FrictionLaw::ambrosio:
-        return n == 0 ? 0 : side * mu * (n == 1 ? (s - v0) / (v1 - v0) : 1);
+        return n == 0 ? T(0) : n == 1 ? T(side * mu * (s - v0) / (v1 - v0)) : T(side * mu);
       case FrictionLaw::threlfall:
-        return side * mu * (1 - std::exp(n == 1 ? -3 * s / v0 : -3));
+        return side * mu * (1 - exp(n == 1 ? T(-3 * s / v0) : T(-3)));
       case FrictionLaw::bengisu_akay:
-        return side * (n == 1 ? mu_static * (1 - (s / v0 - 1) * (s / v0 - 1))
-                              : mu + (mu_static - mu) * std::exp(-decay * (s - v0)));
+        return side * (n == 1 ? T(mu_static * (1 - (s / v0 - 1) * (s / v0 - 1)))
+                              : T(mu + (mu_static - mu) * exp(-decay * (s - v0))));
       case FrictionLaw::brown_mcphee: {
-        const double x = v / v0, d = 0.25 * x * x + 0.75;
-        return mu * std::tanh(4 * x) + (mu_static - mu) * x / (d * d) + viscous * v;
+        const T x = v / v0, d = 0.25 * x * x + 0.75;
+        return mu * tanh(4 * x) + (mu_static - mu) * x / (d * d) + viscous * v;
       }
       default:
         return sigma0 * z + sigma1 * bristle_rate(v, zone, z) + viscous * v;
     }
   }
   /// ż of LuGre.
-  double bristle_rate(double v, int zone, double z) const {
-    const double x = v / v0, g = (mu + (mu_static - mu) * std::exp(-x * x)) / sigma0;
-    return g > 0 ? v - (zone < 0 ? -v : v) * z / g : 0;
+  template <class T>
+  T bristle_rate(const T& v, int zone, const std::type_identity_t<T>& z) const {
+    using std::exp;
+    const T x = v / v0, g = (mu + (mu_static - mu) * exp(-x * x)) / sigma0;
+    return g > 0 ? T(v - (zone < 0 ? T(-v) : v) * z / g) : T(0);
   }
 };
 
@@ -108,9 +114,10 @@ inline FrictionForce make_friction(const PenaltyOptions& o, double mu) {
 }
 
 /// Friction of a preloaded joint: linear up to the regularising velocity, then the bound.
-inline double preloaded_friction(double bound, double regularisation, double u) {
-  const double x = u / regularisation;
-  return -bound * (x > 1 ? 1 : x < -1 ? -1 : x);
+template <class T>
+T preloaded_friction(double bound, double regularisation, const T& u) {
+  const T x = u / regularisation;
+  return -bound * (x > 1 ? T(1) : x < -1 ? T(-1) : x);
 }
 
 }  // namespace freeplay

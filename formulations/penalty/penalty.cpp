@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "formulations/penalty/rosenbrock.hpp"
 #include "formulations/penalty/scaled_methods.hpp"
 #include "formulations/penalty/stepper.hpp"
 #include "formulations/penalty/tolerance.hpp"
@@ -187,6 +188,8 @@ std::unique_ptr<Formulation> make_penalty(const Scene& scene, const System& syst
       return with(BulirschStoer(norm, first));
     case Integrator::adams_bashforth_moulton:
       return with(Adams(norm, first));
+    case Integrator::rosenbrock4:
+      return with(Rosenbrock(norm, first));
     default:
       return with(Dopri5(norm, first));
   }

@@ -100,7 +100,8 @@ PenaltyOptions read_penalty(Section s) {
   o.alpha = s.number("alpha", non_negative, o.alpha);
   o.beta = s.number("beta", non_negative, o.beta);
   o.integrator = static_cast<Integrator>(
-      s.choice("integrator", {"rk4", "dopri5", "fehlberg78", "bulirsch_stoer", "adams_bashforth_moulton"},
+      s.choice("integrator",
+               {"rk4", "dopri5", "fehlberg78", "bulirsch_stoer", "adams_bashforth_moulton", "rosenbrock4"},
                static_cast<int>(o.integrator)));
   if (o.integrator == Integrator::adams_bashforth_moulton && o.stabilisation == Stabilisation::projection)
     s.fail("stabilisation",

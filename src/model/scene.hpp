@@ -46,7 +46,7 @@ enum class ContactLaw {
   pereira
 };
 enum class FrictionLaw { ambrosio, threlfall, bengisu_akay, lugre, brown_mcphee };
-enum class Integrator { rk4, dopri5, fehlberg78, bulirsch_stoer, adams_bashforth_moulton };
+enum class Integrator { rk4, dopri5, fehlberg78, bulirsch_stoer, adams_bashforth_moulton, rosenbrock4 };
 
 enum class Stabilisation {
   none,

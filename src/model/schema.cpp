@@ -111,8 +111,8 @@ constexpr SchemaKey keys[] = {
     {"penalty.alpha", "number", "1/s", "5", "Baumgarte: damping, ≥ 0"},
     {"penalty.beta", "number", "1/s", "5", "Baumgarte: frequency, ≥ 0"},
     {"penalty.integrator", "text", "", "\"adams_bashforth_moulton\"",
-     "\"dopri5\", \"fehlberg78\", \"bulirsch_stoer\", \"adams_bashforth_moulton\" (adaptive) or \"rk4\" "
-     "(fixed step)"},
+     "\"dopri5\", \"fehlberg78\", \"bulirsch_stoer\", \"adams_bashforth_moulton\", \"rosenbrock4\" "
+     "(implicit, for stiff scenes; all these adaptive) or \"rk4\" (fixed step)"},
     {"penalty.tolerance", "number", "", "1e-9",
      "adaptive integrators: a step is accepted when every |error| is below tolerance × scale"},
     {"penalty.step", "number", "s", "1e-6", "rk4: step"},

@@ -40,6 +40,7 @@ struct Work {
   long steps = 0;           ///< accepted
   long rejected = 0;        ///< adaptive steps refused
   long rhs = 0;             ///< right-hand sides, or evaluations of the system in time stepping
+  long jacobians = 0;       ///< of the right-hand side (implicit integrators)
   long factorisations = 0;  ///< saddle-point
   long lcp_solves = 0;      ///< complementarity problems with at least one unknown
   long pivots = 0;

@@ -61,7 +61,8 @@ double EnergyLedger::scale() const {
 RunSummary summarise(const Scene& scene, const System& system, const Formulation& formulation) {
   RunSummary s;
   s.formulation = formulation.name();
-  s.t_end = formulation.state().t;
+  s.final_state = formulation.state();
+  s.t_end = s.final_state.t;
   s.ledger = formulation.ledger();
   s.work = formulation.work();
   s.extremes = formulation.extremes();
@@ -145,6 +146,7 @@ nlohmann::json to_json(const RunSummary& s) {
            {{"steps", s.work.steps},
             {"rejected_steps", s.work.rejected},
             {"right_hand_sides", s.work.rhs},
+            {"jacobians", s.work.jacobians},
             {"factorisations", s.work.factorisations},
             {"complementarity_solves", s.work.lcp_solves},
             {"pivots", s.work.pivots},

@@ -31,7 +31,8 @@ struct ContactSummary {
 struct RunSummary {
   std::string formulation;
   Ending ending;
-  double t_end = 0;        ///< s, reached
+  double t_end = 0;  ///< s, reached
+  State final_state;
   double revolutions = 0;  ///< counted in the statistics; 0 without a drive of prescribed speed
   EnergyLedger ledger;
   Work work;

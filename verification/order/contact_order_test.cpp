@@ -76,7 +76,7 @@ TEST_CASE("rk4 across Hertz contacts is limited to order 5/2 by the force's star
 TEST_CASE("adaptive integrators: errors across impacts fall in proportion to the tolerance",
           "[order][events]") {
   const auto integrator = GENERATE(Integrator::dopri5, Integrator::fehlberg78, Integrator::bulirsch_stoer,
-                                   Integrator::adams_bashforth_moulton);
+                                   Integrator::adams_bashforth_moulton, Integrator::rosenbrock4);
   auto scene = with_linear_contact(ring());
   const double exact = reference(third_impact, scene);
   scene.penalty.integrator = integrator;

@@ -42,7 +42,8 @@ void table(const char* title, Scene scene, std::size_t last) {
       {Integrator::dopri5, "dopri5"},
       {Integrator::fehlberg78, "fehlberg78"},
       {Integrator::bulirsch_stoer, "bulirsch_stoer"},
-      {Integrator::adams_bashforth_moulton, "adams_bashforth_moulton"}};
+      {Integrator::adams_bashforth_moulton, "adams_bashforth_moulton"},
+      {Integrator::rosenbrock4, "rosenbrock4"}};
   scene.penalty.integrator = Integrator::dopri5;
   scene.penalty.tolerance = 1e-13;
   const auto exact = measure(scene);

@@ -77,5 +77,5 @@ TEST_CASE("stiffness is the one of the paper's equation (4)", "[laws]") {
 
 TEST_CASE("regularised friction", "[laws]") {
   REQUIRE(preloaded_friction(10, 1e-3, 5e-4) == Approx(-5));
-  REQUIRE(preloaded_friction(10, 1e-3, -1) == 10);
+  REQUIRE(preloaded_friction(10, 1e-3, -1.0) == 10);
 }

@@ -30,7 +30,7 @@ double pressure(const Film& f, double e, double w_r, double w_t, double t) {
           w_t * std::sin(t) * (2 - e * std::cos(t)) / ((2 + e * e) * x * x));
 }
 
-Film::Force by_quadrature(const Film& f, double e, double w_r, double w_t) {
+Film::Force<double> by_quadrature(const Film& f, double e, double w_r, double w_t) {
   const int n = 20000;
   double r = 0, s = 0;
   for (int i = 0; i <= n; ++i) {

@@ -1,0 +1,33 @@
+// Odeint's rosenbrock4 (the parameters of Shampine; Hairer and Wanner, Solving Ordinary Differential
+// Equations II, section IV.7): one step of an implicit, A-stable method of order 4 with an error estimate of
+// order 3. It stands apart because Boost 1.74's uBLAS, which odeint keeps its matrices in, cannot be compiled
+// as C++20.
+#pragma once
+
+#include <memory>
+
+namespace freeplay {
+
+class Rosenbrock4 {
+ public:
+  /// The problem dx/dt = f(x, t) as plain functions with their context.
+  struct Problem {
+    void* context;
+    void (*side)(void* context, const double* x, double* dxdt, double t);
+    /// J = ∂f/∂x, column-major, and ∂f/∂t.
+    void (*jacobian)(void* context, const double* x, double t, double* J, double* dfdt);
+  };
+  explicit Rosenbrock4(int size);
+  ~Rosenbrock4();
+  Rosenbrock4(Rosenbrock4&&) noexcept;
+  Rosenbrock4& operator=(Rosenbrock4&&) noexcept;
+
+  /// One step of length h from (x, t); the dense solves cost the cube of the size.
+  void step(const Problem& problem, const double* x, double t, double h, double* x_new, double* error);
+
+ private:
+  struct Storage;
+  std::unique_ptr<Storage> storage_;
+};
+
+}  // namespace freeplay

@@ -1,0 +1,174 @@
+// The exact Jacobian of the penalty formulation against central differences of its right-hand side, for every
+// contact law, friction law and film, on a mechanism with loops, drives, springs and dampers. Differences are
+// taken of Richardson's form from steps s and s/2; their error is of s⁴ times fifth derivatives plus rounding
+// ε/s, both below 1e-6 of the greatest entry of a row for the steps chosen.
+#include <catch2/catch.hpp>
+
+#include <random>
+
+#include "formulations/penalty/dynamics.hpp"
+#include "model/scene.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+Scene scene_with(const std::string& penalty, const std::string& lubricant) {
+  return parse_scene(R"(
+gravity = [0.3, -9.81]
+[bodies.a]
+mass = 1.5
+inertia = 0.02
+[bodies.b]
+mass = 0.7
+inertia = 0.01
+[surfaces.steel]
+young = 2e5
+poisson = 0.3
+restitution = 0.6
+friction = 0.3
+[lubricants.oil]
+viscosity = 0.1
+)" + lubricant + R"(
+[joints.pin]
+type = "revolute"
+between = ["ground", "a"]
+at = [[0.1, 0.2], [0.3, -0.1]]
+[joints.slide]
+type = "translational"
+between = ["a", "b"]
+at = [[0.02, 0.03], [-0.04, 0.05]]
+axis = [0.6, 0.8]
+angle = 0.2
+[joints.loose]
+type = "revolute"
+between = ["ground", "b"]
+at = [[0.0, 0.1], [0.2, 0.1]]
+clearance = 0.3
+bearing_radius = 0.6
+bearing_length = 0.2
+surface = "steel"
+)" + (lubricant.empty() ? "" : "lubricant = \"oil\"\n") +
+                         R"([drives.motor]
+joint = "pin"
+torque_table = [[0.0, 0.2], [1.0, 1.4]]
+[loads.spring]
+type = "spring-damper"
+between = ["a", "b"]
+at = [[0.3, 0.1], [0.2, -0.3]]
+stiffness = 40
+damping = 3
+free_length = 0.2
+[loads.torsion]
+type = "torsional-spring-damper"
+between = ["ground", "b"]
+stiffness = 3
+damping = 0.4
+free_angle = 0.1
+[loads.rub]
+type = "joint-friction"
+joint = "slide"
+force = 5
+regularisation = 10.0
+[run]
+duration = 1
+[penalty]
+)" + penalty,
+                     "jacobian");
+}
+
+struct Setting {
+  std::string penalty, lubricant;
+};
+
+}  // namespace
+
+TEST_CASE("the exact Jacobian equals differences of the right-hand side for every law",
+          "[penalty][jacobian]") {
+  std::vector<Setting> settings;
+  for (const auto& law : contact_law_names)
+    settings.push_back({"contact = \"" + law + "\"\n" +
+                            (law == "kelvin-voigt" ? "kelvin_stiffness = 1e4\nkelvin_damping = 10.0\n" : ""),
+                        ""});
+  for (const auto& law : friction_law_names)
+    settings.push_back(
+        {"contact = \"flores\"\nfriction = \"" + law +
+             "\"\nfriction_v0 = 0.5\nfriction_v1 = 2.0\nfriction_static = 1.4\nfriction_decay = "
+             "0.5\nfriction_viscous = 0.1\nbristle_stiffness = 10.0\nbristle_damping = 0.3\n",
+         ""});
+  for (const char* film : {"short", "long"})
+    for (const char* cavitation : {"half-sommerfeld", "none"})
+      settings.push_back({"contact = \"flores\"\n", std::string("film = \"") + film + "\"\ncavitation = \"" +
+                                                        cavitation + "\"\nhand_over = 0.05\n"});
+  const auto setting = GENERATE_COPY(from_range(settings));
+  CAPTURE(setting.penalty, setting.lubricant);
+  const auto scene = scene_with(setting.penalty, setting.lubricant);
+  const System system(scene.mechanism);
+  std::mt19937 engine(20261121);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+
+  for (int trial = 0; trial < 4; ++trial) {
+    std::vector<PenaltyContact> contacts(1);
+    auto& c = contacts[0];
+    c.law = make_contact_force(scene, system.contact_facts(0));
+    c.friction = make_friction(scene.penalty, 0.3);
+    if (!setting.lubricant.empty()) {
+      const auto& oil = *system.contact_facts(0).lubricant;
+      c.film = Film{
+          oil.film == Lubricant::Film::short_bearing ? Film::Kind::short_bearing : Film::Kind::long_bearing,
+          oil.cavitation,
+          oil.viscosity,
+          0.2,
+          0.6,
+          0.3,
+          *oil.hand_over};
+    }
+    PenaltyDynamics f(system, scene.penalty, contacts, false);
+    PenaltyDynamics::Vector x(f.size());
+    for (auto& y : x) y = uniform(engine);
+    // The journal of b at (0, 0.1) + e: in contact by a twentieth of its clearance, or within a film.
+    const double angle = 3 * uniform(engine), theta = x[5];
+    const double length = trial == 0 && c.film ? 0.2 : trial == 1 && c.film ? 0.27 : 0.315;
+    x[3] = length * std::cos(angle) - (0.2 * std::cos(theta) - 0.1 * std::sin(theta));
+    x[4] = 0.1 + length * std::sin(angle) - (0.2 * std::sin(theta) + 0.1 * std::cos(theta));
+    f.contacts()[0].closed = length > 0.3;
+    f.contacts()[0].v0 = 2.0;
+    const double t = 0.4;
+    const auto& row = f.contact_row(0, x, t);
+    f.contacts()[0].zone = c.friction->zone(row.tangent.dot(x.data() + system.n()));
+
+    const int N = f.size();
+    std::vector<double> J(N * N), dfdt(N);
+    f.jacobian(x, t, J.data(), dfdt.data());
+    const auto difference = [&](int j, double s) {
+      PenaltyDynamics::Vector lo = x, hi = x, a(N), b(N);
+      double ta = t, tb = t;
+      (j < N ? lo[j] : ta) -= s;
+      (j < N ? hi[j] : tb) += s;
+      f(lo, a, ta);
+      f(hi, b, tb);
+      for (int i = 0; i < N; ++i) a[i] = (b[i] - a[i]) / (2 * s);
+      return a;
+    };
+    std::vector<std::vector<double>> columns;
+    std::vector<double> greatest(N, 1e-3);
+    for (int j = 0; j <= N; ++j) {
+      const double s = 2e-4;
+      auto coarse = difference(j, s);
+      const auto fine = difference(j, s / 2);
+      for (int i = 0; i < N; ++i) {
+        coarse[i] = (4 * fine[i] - coarse[i]) / 3;
+        greatest[i] = std::max(greatest[i], std::abs(coarse[i]));
+      }
+      columns.push_back(coarse);
+    }
+    double worst = 0;
+    for (int j = 0; j <= N; ++j)
+      for (int i = 0; i < N; ++i) {
+        const double exact = j < N ? J[static_cast<std::size_t>(j) * N + i] : dfdt[i];
+        worst = std::max(worst, std::abs(exact - columns[j][i]) / greatest[i]);
+      }
+    CAPTURE(trial);
+    CHECK(worst < 1e-6);
+  }
+}
