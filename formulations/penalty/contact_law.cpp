@@ -67,9 +67,8 @@ const LawFacts& facts_of(ContactLaw law) { return *std::ranges::find(facts, law,
 
 bool is_point_law(ContactLaw law) { return law <= ContactLaw::exact; }
 
-double hertz_stiffness(double young, double poisson, double radius_bearing, double radius_journal) {
-  const double modulus = young / (2 * (1 - poisson * poisson));
-  return 4.0 / 3.0 * modulus * std::sqrt(radius_bearing * radius_journal / (radius_bearing - radius_journal));
+double hertz_stiffness(double young, double poisson, double radius) {
+  return 4.0 / 3.0 * young / (2 * (1 - poisson * poisson)) * std::sqrt(radius);
 }
 
 ContactForce make_contact_force(const Scene& scene, const ContactFacts& contact) {
@@ -90,9 +89,15 @@ ContactForce make_contact_force(const Scene& scene, const ContactFacts& contact)
   const double modulus = *surface.young / (2 * (1 - *surface.poisson * *surface.poisson));
   const double c = contact.clearance;
   if (is_point_law(o.contact)) {
-    law.elastic.stiffness =
-        hertz_stiffness(*surface.young, *surface.poisson, contact.radius_bearing, contact.radius_journal);
+    if (!(contact.radius > 0))
+      missing(scene, fmt::format("{} (radius or corner_radius)", contact.name),
+              "a penalty contact of a sharp corner has no stiffness");
+    law.elastic.stiffness = hertz_stiffness(*surface.young, *surface.poisson, contact.radius);
   } else {
+    if (!contact.ring)
+      throw SceneError(fmt::format("{}: penalty.contact: \"{}\" is a law of journals in bearings, \"{}\" is none; "
+                                   "use a point law such as \"exact\"",
+                                   scene.file.string(), facts_of(o.contact).name, contact.name));
     if (!contact.bearing_length)
       missing(scene, fmt::format("joints.{}.bearing_length", contact.name),
               "a line contact's force grows with it");

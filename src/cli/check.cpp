@@ -36,8 +36,8 @@ int check(const Request& request) {
 
   for (int k = 0; k < system.contacts(); ++k) {
     const auto& facts = system.contact_facts(k);
-    fmt::print("\n  contact {}: clearance {:.4g} mm, bearing radius {:.5g} mm\n", facts.name,
-               1e3 * facts.clearance, 1e3 * facts.radius_bearing);
+    fmt::print("\n  contact {}: {} {:.4g} mm, radius of curvature {:.5g} mm\n", facts.name,
+               facts.ring ? "clearance" : "measured by", 1e3 * facts.clearance, 1e3 * facts.radius);
     if (const auto e = facts.surface.restitution) fmt::print("    restitution asked for {:.4g}\n", *e);
   }
   for (const auto family : {Family::penalty, Family::nonsmooth}) {

@@ -42,7 +42,8 @@ void close_exactly(const System& system, std::vector<double>& q, bool redundant)
 /// Lengths that a mechanism is measured by when its positions are judged.
 double length_scale(const System& system) {
   double scale = system.longest_arm();
-  for (int k = 0; k < system.contacts(); ++k) scale = std::max(scale, system.contact_facts(k).radius_bearing);
+  for (int k = 0; k < system.contacts(); ++k)
+    scale = std::max(scale, system.contact_facts(k).ring ? system.contact_facts(k).radius_bearing : 0);
   return scale > 0 ? scale : 1;
 }
 

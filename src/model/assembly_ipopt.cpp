@@ -67,8 +67,11 @@ class Assembly : public Ipopt::TNLP {
   bool eval_g(Index, const Number* x, bool, Index, Number* g) override {
     system_.place(0, x, e_);
     for (int k : rows_) *g++ = at(e_.phi, k);
-    for (int k = 0; k < system_.contacts(); ++k)
-      *g++ = system_.eccentricity(k, x, e_).squaredNorm() / square(system_.contact_facts(k).clearance);
+    for (int k = 0; k < system_.contacts(); ++k) {
+      const auto& facts = system_.contact_facts(k);
+      *g++ = facts.ring ? system_.eccentricity(k, x, e_).squaredNorm() / square(facts.clearance)
+                        : 1 - system_.gap(k, x, e_) / facts.clearance;
+    }
     return true;
   }
   bool eval_jac_g(Index, const Number* x, bool, Index, Index, Index* row, Index* column,
@@ -86,16 +89,16 @@ class Assembly : public Ipopt::TNLP {
       for (int i = p.begin[k]; i < p.begin[k + 1]; ++i) *values++ = at(e_.G, i);
     ContactRow contact;
     for (int k = 0; k < system_.contacts(); ++k) {
-      // ∂|e|²/∂q = −2|e| W_N; a concentric journal has no normal, and the derivative is zero.
+      // Rings: ∂|e|²/∂q = −2|e| W_N, smooth where a journal has no normal, and the derivative is zero.
       const auto& facts = system_.contact_facts(k);
       system_.contact(k, x, zero_.data(), e_, contact);
+      const double factor = facts.ring ? -2 * (facts.clearance - contact.gap) / square(facts.clearance)
+                                       : -1 / facts.clearance;
       int i = 0;
       for (int body : facts.bodies)
         if (body != ground)
           for (int c = 0; c < 3; ++c, ++i)
-            *values++ = contact.normal.size == 0 ? 0
-                                                 : -2 * (facts.clearance - contact.gap) *
-                                                       contact.normal.value[i] / square(facts.clearance);
+            *values++ = contact.normal.size == 0 ? 0 : factor * contact.normal.value[i];
     }
     return true;
   }

@@ -34,6 +34,7 @@ struct Surface {
   std::optional<double> poisson;      ///< in [0, 0.5]
   std::optional<double> restitution;  ///< asked for, in [0, 1]
   std::optional<double> friction;     ///< Coulomb's μ, ≥ 0
+  double tangential_restitution = 0;  ///< e_T in [0, 1], of impact laws
 };
 
 /// What fills a clearance. Only the penalty formulation has a model of it.
@@ -64,6 +65,15 @@ struct RevoluteJoint {
   std::optional<Clearance> clearance;  ///< absent: an ideal joint
 };
 
+/// Play of a translational joint: a rectangular slider, centred on the second body's point, between two
+/// parallel walls of the first body. Its four corners can touch.
+struct SliderClearance {
+  double half_play = 0;  ///< m, > 0: half the distance of the walls less half the slider's height
+  double length = 0, height = 0;        ///< m, of the slider along and across the axis, > 0
+  std::optional<double> corner_radius;  ///< m, of the rounded corners: for the stiffness of penalty contacts
+  int surface = -1;                     ///< index into Mechanism::surfaces
+};
+
 /// The second body slides along an axis of the first without turning relative to it.
 struct TranslationalJoint {
   std::string name;
@@ -71,6 +81,26 @@ struct TranslationalJoint {
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
   Vec2 axis{1, 0};   ///< unit vector in the first body's frame
   double angle = 0;  ///< rad, θ of the second body less θ of the first
+  std::optional<SliderClearance> clearance;  ///< absent: an ideal joint
+};
+
+/// A disc (or a point) of the second body against a straight wall of the first.
+struct PlaneContact {
+  std::string name;
+  std::array<int, 2> between{ground, ground};
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< a point of the wall, the disc's centre
+  Vec2 axis{1, 0};  ///< unit vector along the wall, in the first body's frame; free space lies on its left
+  double radius = 0;  ///< m, ≥ 0
+  int surface = -1;
+};
+
+/// Two discs that may touch from outside.
+struct DiscContact {
+  std::string name;
+  std::array<int, 2> between{ground, ground};
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< centres
+  std::array<double, 2> radii{0, 0};               ///< m, > 0
+  int surface = -1;
 };
 
 /// Two bodies welded together at a point, at a fixed relative angle.
@@ -82,6 +112,7 @@ struct RigidJoint {
 };
 
 using Joint = std::variant<RevoluteJoint, TranslationalJoint, RigidJoint>;
+using Contact = std::variant<PlaneContact, DiscContact>;
 
 inline const std::string& name_of(const Joint& joint) {
   return std::visit([](const auto& j) -> const std::string& { return j.name; }, joint);
@@ -156,13 +187,14 @@ struct Mechanism {
   Vec2 gravity{0, 0};  ///< m/s²
   std::vector<Body> bodies;
   std::vector<Joint> joints;
+  std::vector<Contact> contacts;
   std::vector<Surface> surfaces;
   std::vector<Lubricant> lubricants;
   std::vector<Drive> drives;
   std::vector<Load> loads;
 };
 
-/// The same mechanism with every clearance closed.
+/// The same mechanism with every clearance closed, and without contacts between bodies.
 Mechanism idealised(Mechanism mechanism);
 
 }  // namespace freeplay

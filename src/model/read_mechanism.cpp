@@ -44,6 +44,14 @@ Vec2 read_axis(Section& s) {
   return axis.normalized();
 }
 
+int read_surface_name(const Mechanism& mechanism, Section& s) {
+  const auto name = s.text("surface");
+  const int surface = index_of(mechanism.surfaces, name, [](const auto& x) { return x.name; });
+  if (surface < 0)
+    s.fail("surface", fmt::format("no surface \"{}\"; there is: {}", name, known(mechanism.surfaces)));
+  return surface;
+}
+
 Clearance read_clearance(const Mechanism& mechanism, Section& s) {
   Clearance c;
   c.radial = s.number("clearance", positive);
@@ -63,11 +71,24 @@ Clearance read_clearance(const Mechanism& mechanism, Section& s) {
     if (oil.hand_over && *oil.hand_over >= c.radial)
       s.fail("lubricant", "its hand_over must be less than the clearance of the joint");
   }
-  const auto name = s.text("surface");
-  c.surface = index_of(mechanism.surfaces, name, [](const auto& x) { return x.name; });
-  if (c.surface < 0)
-    s.fail("surface", fmt::format("no surface \"{}\"; there is: {}", name, known(mechanism.surfaces)));
+  c.surface = read_surface_name(mechanism, s);
   return c;
+}
+
+SliderClearance read_slider_clearance(const Mechanism& mechanism, Section& s) {
+  SliderClearance c;
+  c.half_play = s.number("clearance", positive);
+  c.length = s.number("slider_length", positive);
+  c.height = s.number("slider_height", positive);
+  c.corner_radius = s.maybe_number("corner_radius", positive);
+  c.surface = read_surface_name(mechanism, s);
+  return c;
+}
+
+std::array<double, 2> read_radii(Section& s) {
+  const Vec2 radii = s.point("radii");
+  if (!(radii.x() > 0 && radii.y() > 0)) s.fail("radii", "must be two positive lengths");
+  return {radii.x(), radii.y()};
 }
 
 Joint read_joint(const Mechanism& mechanism, const std::string& name, Section& s) {
@@ -80,8 +101,9 @@ Joint read_joint(const Mechanism& mechanism, const std::string& name, Section& s
     }
     case 1: {
       TranslationalJoint j{name, read_between(mechanism, s), read_at(s), read_axis(s),
-                           s.number("angle", any_number, 0)};
-      s.done("a translational joint");
+                           s.number("angle", any_number, 0), {}};
+      if (s.has("clearance")) j.clearance = read_slider_clearance(mechanism, s);
+      s.done(j.clearance ? "a translational joint" : "a translational joint without clearance");
       return j;
     }
     default: {
@@ -90,6 +112,18 @@ Joint read_joint(const Mechanism& mechanism, const std::string& name, Section& s
       return j;
     }
   }
+}
+
+Contact read_contact(const Mechanism& mechanism, const std::string& name, Section& s) {
+  if (s.choice("type", {"plane", "discs"}) == 0) {
+    PlaneContact c{name,         read_between(mechanism, s),          read_at(s),
+                   read_axis(s), s.number("radius", non_negative, 0), read_surface_name(mechanism, s)};
+    s.done("a plane contact");
+    return c;
+  }
+  DiscContact c{name, read_between(mechanism, s), read_at(s), read_radii(s), read_surface_name(mechanism, s)};
+  s.done("a contact of discs");
+  return c;
 }
 
 /// The joint named by the key `joint`, which must be of kind J.
@@ -178,6 +212,8 @@ Load read_load(const Mechanism& mechanism, const std::string& name, Section& s) 
     default: {
       JointFriction l{name, read_joint_name<TranslationalJoint>(mechanism, s, "translational"),
                       s.number("force", non_negative), s.maybe_number("regularisation", positive)};
+      if (std::get<TranslationalJoint>(mechanism.joints[l.joint]).clearance)
+        s.fail("joint", "must be a joint without clearance; a loose one has friction by its surface");
       s.done("a joint friction");
       return l;
     }
@@ -205,6 +241,7 @@ Surface read_surface(const std::string& name, Section& s) {
   x.poisson = s.maybe_number("poisson", zero_to_half);
   x.restitution = s.maybe_number("restitution", zero_to_one);
   x.friction = s.maybe_number("friction", non_negative);
+  x.tangential_restitution = s.number("tangential_restitution", zero_to_one, 0);
   if (x.young.has_value() != x.poisson.has_value())
     s.fail(x.young ? "young" : "poisson", "young and poisson go together; one of them is missing");
   s.done("a surface");
@@ -244,14 +281,22 @@ Mechanism read_mechanism(Section& root) {
   for (auto& [name, s] : root.children("surfaces")) m.surfaces.push_back(read_surface(name, s));
   for (auto& [name, s] : root.children("lubricants")) m.lubricants.push_back(read_lubricant(name, s));
   for (auto& [name, s] : root.children("joints")) m.joints.push_back(read_joint(m, name, s));
+  for (auto& [name, s] : root.children("contacts")) {
+    if (index_of(m.joints, name, [](const Joint& j) { return name_of(j); }) >= 0)
+      s.fail("", "there is a joint of that name; events could not tell them apart");
+    m.contacts.push_back(read_contact(m, name, s));
+  }
   for (auto& [name, s] : root.children("drives")) m.drives.push_back(read_drive(m, name, s));
   for (auto& [name, s] : root.children("loads")) m.loads.push_back(read_load(m, name, s));
   return m;
 }
 
 Mechanism idealised(Mechanism mechanism) {
-  for (auto& joint : mechanism.joints)
+  mechanism.contacts.clear();
+  for (auto& joint : mechanism.joints) {
     if (auto* revolute = std::get_if<RevoluteJoint>(&joint)) revolute->clearance.reset();
+    if (auto* slider = std::get_if<TranslationalJoint>(&joint)) slider->clearance.reset();
+  }
   return mechanism;
 }
 

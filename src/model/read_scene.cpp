@@ -116,10 +116,17 @@ PenaltyOptions read_penalty(Section s) {
 
 NonsmoothOptions read_nonsmooth(Section s) {
   NonsmoothOptions o;
-  o.scheme = static_cast<Scheme>(s.choice("scheme", {"moreau-jean"}, 0));
+  o.scheme = static_cast<Scheme>(s.choice("scheme", {"moreau-jean", "event-driven"}, 0));
   o.step = s.number("step", positive, o.step);
-  o.solver = static_cast<LcpSolver>(s.choice("solver", {"automatic", "lemke"}, 0));
+  o.tolerance = s.number("tolerance", positive, o.tolerance);
+  o.solver = static_cast<LcpSolver>(
+      s.choice("solver", {"automatic", "enumeration", "lemke", "gauss-seidel", "newton"}, 0));
   o.lcp_tolerance = s.number("lcp_tolerance", positive, o.lcp_tolerance);
+  o.impact_law = static_cast<ImpactLaw>(s.choice("impact_law", {"newton", "poisson", "energetic"}, 0));
+  if (o.impact_law != ImpactLaw::newton && o.scheme == Scheme::moreau_jean)
+    s.fail("impact_law",
+           "time stepping has only \"newton\": a step's impulse is of impacts and of lasting contact together, "
+           "and the others would let a resting contact rebound; use scheme = \"event-driven\"");
   s.done("[nonsmooth]");
   return o;
 }

@@ -28,7 +28,10 @@ struct ContactFacts {
   std::string name;                           ///< of the joint
   std::array<int, 2> bodies{ground, ground};  ///< bearing's and journal's
   double clearance = 0;  ///< m: the length that its gaps and penetrations are measured by
-  double radius_bearing = 0, radius_journal = 0;  ///< m
+  /// m, of curvature at the contact; 0: a sharp corner. Inside a ring and outside discs R_i R_j/|R_i ∓ R_j|.
+  double radius = 0;
+  bool ring = true;  ///< a journal inside a bearing
+  double radius_bearing = 0, radius_journal = 0;  ///< m, of a ring
   Surface surface;
   std::optional<double> bearing_length;  ///< m
   std::optional<Lubricant> lubricant;
@@ -130,7 +133,8 @@ class System {
   /// All of contact k; needs place(). A concentric journal has no normal: its rows are empty, its gap is c.
   template <class T>
   void contact(int k, const T* q, const T* v, const EvaluationOf<T>& e, ContactRowOf<T>& row) const;
-  /// Eccentricity vector of contact k (m); needs place().
+  /// From the first body's point of contact k to the second's, in the world (m): a journal's eccentricity.
+  /// Needs place().
   Vec2 eccentricity(int k, const double* q, const Evaluation& e) const;
   /// Sliding row of a preloaded joint, u = row·v; returns γ in u̇ = row·a − γ. Needs place().
   template <class T>
@@ -161,6 +165,15 @@ class System {
     Vec2 axis;
     int row;
   };
+  struct ContactElement {
+    enum class Kind { round, line };  // two circles; a circle or point against a straight wall
+    Kind kind = Kind::round;
+    Link link;
+    double side = 1;            // round: +1 ring, −1 discs; line: free space on the left (+1) or right of the axis
+    Vec2 axis{1, 0};            // line: along the wall
+    double rest = 0;            // round: |e| at touch; line: what n·d is short of the gap
+    double radius_i = 0, radius_j = 0;  // round: R_j < 0 outside each other; line: R_j of the disc
+  };
   struct FrictionElement {
     Link link;
     Vec2 axis;
@@ -174,8 +187,15 @@ class System {
   void end_row(const std::string& name, bool angle);
   void add_points(const Link& link, const std::string& name);
   void add(const RevoluteJoint& joint, const Mechanism& mechanism);
-  void add(const TranslationalJoint& joint);
+  void add(const TranslationalJoint& joint, const Mechanism& mechanism);
   void add(const RigidJoint& joint);
+  void add(const PlaneContact& contact, const Mechanism& mechanism);
+  void add(const DiscContact& contact, const Mechanism& mechanism);
+  void add_corners(const TranslationalJoint& joint, const Mechanism& mechanism);
+  template <class T>
+  void round_contact(int k, const Arms<T>& a, const T* v, ContactRowOf<T>& row) const;
+  template <class T>
+  void line_contact(int k, const Arms<T>& a, const T* v, const EvaluationOf<T>& e, ContactRowOf<T>& row) const;
   void add_angle(int i, int j, double angle, double speed, const std::string& name);
   Link make_link(const std::array<int, 2>& between, const std::array<Vec2, 2>& at);
 
@@ -196,7 +216,7 @@ class System {
   std::vector<AngleRow> angles_;
   std::vector<SlideRow> slides_;
   std::vector<AngleRow> speed_drives_;
-  std::vector<Link> contacts_;
+  std::vector<ContactElement> contacts_;
   std::vector<ContactFacts> contact_facts_;
   std::vector<FrictionElement> frictions_;
   std::vector<FrictionFacts> friction_facts_;

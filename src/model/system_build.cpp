@@ -1,6 +1,9 @@
 // From a Mechanism to a System: which rows there are, and which of their entries never change.
 #include <fmt/format.h>
 
+#include <cmath>
+#include <tuple>
+
 #include "model/system.hpp"
 
 namespace freeplay {
@@ -14,12 +17,13 @@ System::System(const Mechanism& m) : gravity_(m.gravity) {
   for (const auto& joint : m.joints)
     std::visit(
         [&](const auto& j) {
-          if constexpr (std::is_same_v<std::decay_t<decltype(j)>, RevoluteJoint>)
-            add(j, m);
-          else
+          if constexpr (std::is_same_v<std::decay_t<decltype(j)>, RigidJoint>)
             add(j);
+          else
+            add(j, m);
         },
         joint);
+  for (const auto& contact : m.contacts) std::visit([&](const auto& c) { add(c, m); }, contact);
   for (const auto& drive : m.drives) {
     if (const auto* speed = std::get_if<SpeedDrive>(&drive)) {
       const auto& pair = bodies_of(m.joints[speed->joint]);
@@ -99,13 +103,24 @@ void System::add(const RevoluteJoint& joint, const Mechanism& m) {
   const Link link = make_link(joint.between, joint.at);
   if (!joint.clearance) return add_points(link, joint.name);
   const auto& c = *joint.clearance;
-  contacts_.push_back(link);
-  contact_facts_.push_back({joint.name, joint.between, c.radial, c.bearing_radius,
-                            c.bearing_radius - c.radial, m.surfaces[c.surface], c.bearing_length,
-                            c.lubricant < 0 ? std::nullopt : std::optional(m.lubricants[c.lubricant])});
+  const double journal = c.bearing_radius - c.radial;
+  contacts_.push_back(
+      {ContactElement::Kind::round, link, 1, {1, 0}, c.radial, c.bearing_radius, journal});
+  ContactFacts facts;
+  facts.name = joint.name;
+  facts.bodies = joint.between;
+  facts.clearance = c.radial;
+  facts.radius = c.bearing_radius * journal / c.radial;
+  facts.radius_bearing = c.bearing_radius;
+  facts.radius_journal = journal;
+  facts.surface = m.surfaces[c.surface];
+  facts.bearing_length = c.bearing_length;
+  if (c.lubricant >= 0) facts.lubricant = m.lubricants[c.lubricant];
+  contact_facts_.push_back(facts);
 }
 
-void System::add(const TranslationalJoint& joint) {
+void System::add(const TranslationalJoint& joint, const Mechanism& m) {
+  if (joint.clearance) return add_corners(joint, m);
   const Link link = make_link(joint.between, joint.at);
   slides_.push_back({link, joint.axis, G_.rows});
   for (int b : {link.i, link.j}) {
@@ -116,6 +131,68 @@ void System::add(const TranslationalJoint& joint) {
   }
   end_row(joint.name, false);
   add_angle(link.i, link.j, joint.angle, 0, joint.name);
+}
+
+/// The four corners of a loose slider, each against the wall on its side.
+void System::add_corners(const TranslationalJoint& joint, const Mechanism& m) {
+  const auto& c = *joint.clearance;
+  // The slider's own directions in its body's frame.
+  const double turn = -joint.angle;
+  const Vec2 along{std::cos(turn) * joint.axis.x() - std::sin(turn) * joint.axis.y(),
+                   std::sin(turn) * joint.axis.x() + std::cos(turn) * joint.axis.y()};
+  const Vec2 across{-along.y(), along.x()};
+  for (const auto& [name, x, y] : {std::tuple{"rear_lower", -0.5, -0.5}, std::tuple{"rear_upper", -0.5, 0.5},
+                                   std::tuple{"front_lower", 0.5, -0.5}, std::tuple{"front_upper", 0.5, 0.5}}) {
+    const Vec2 corner = joint.at[1] + x * c.length * along + y * c.height * across;
+    ContactElement element;
+    element.kind = ContactElement::Kind::line;
+    element.link = make_link(joint.between, {joint.at[0], corner});
+    element.side = y < 0 ? 1 : -1;
+    element.axis = joint.axis;
+    element.rest = -(0.5 * c.height + c.half_play);
+    contacts_.push_back(element);
+    ContactFacts facts;
+    facts.name = joint.name + "." + name;
+    facts.bodies = joint.between;
+    facts.clearance = c.half_play;
+    facts.radius = c.corner_radius.value_or(0);
+    facts.ring = false;
+    facts.surface = m.surfaces[c.surface];
+    contact_facts_.push_back(facts);
+  }
+}
+
+void System::add(const PlaneContact& contact, const Mechanism& m) {
+  ContactElement element;
+  element.kind = ContactElement::Kind::line;
+  element.link = make_link(contact.between, contact.at);
+  element.axis = contact.axis;
+  element.rest = contact.radius;
+  element.radius_j = contact.radius;
+  contacts_.push_back(element);
+  ContactFacts facts;
+  facts.name = contact.name;
+  facts.bodies = contact.between;
+  facts.radius = contact.radius;
+  facts.clearance = 1e-3 * std::max(contact.radius, longest_arm_);
+  if (!(facts.clearance > 0)) facts.clearance = 1e-3;
+  facts.ring = false;
+  facts.surface = m.surfaces[contact.surface];
+  contact_facts_.push_back(facts);
+}
+
+void System::add(const DiscContact& contact, const Mechanism& m) {
+  const auto [Ri, Rj] = contact.radii;
+  contacts_.push_back({ContactElement::Kind::round, make_link(contact.between, contact.at), -1, {1, 0}, Ri + Rj,
+                       Ri, -Rj});
+  ContactFacts facts;
+  facts.name = contact.name;
+  facts.bodies = contact.between;
+  facts.radius = Ri * Rj / (Ri + Rj);
+  facts.clearance = 1e-3 * facts.radius;
+  facts.ring = false;
+  facts.surface = m.surfaces[contact.surface];
+  contact_facts_.push_back(facts);
 }
 
 void System::add(const RigidJoint& joint) {

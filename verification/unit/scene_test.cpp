@@ -141,7 +141,7 @@ TEST_CASE("bad scenes are refused with place, key and remedy", "[scene]") {
        "joints.loose.bearing_radius: does not apply to a revolute joint without clearance"},
       {"axis = [1, 0]", "axis = [0, 0]", "joints.guide.axis: must not be zero"},
       {"axis = [1, 0]", "axes = [0, 1]",
-       "joints.guide.axes: is not a key of a translational joint; did you mean axis?"},
+       "joints.guide.axes: is not a key of a translational joint without clearance; did you mean axis?"},
       {"poisson = 0.3", "poisson = 0.6", "surfaces.steel.poisson: must be between 0 and 0.5, is 0.6"},
       {"poisson = 0.3\n", "", "young and poisson go together"},
       {"restitution = 0.5", "restitution = 1.5", "surfaces.steel.restitution: must be between 0 and 1"},

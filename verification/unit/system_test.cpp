@@ -3,6 +3,7 @@
 // derivatives (here of order 1 to 100 in SI units) plus rounding ε/s; with s = 1e-5 both stay below 1e-7.
 #include <catch2/catch.hpp>
 
+#include <map>
 #include <random>
 
 #include "model/scene.hpp"
@@ -73,6 +74,29 @@ between = ["ground", "b"]
 at = [[0.0, 0.1], [0.2, 0.1]]
 clearance = 0.3
 bearing_radius = 0.6
+surface = "steel"
+[joints.play]
+type = "translational"
+between = ["b", "c"]
+at = [[0.1, 0.2], [-0.3, 0.1]]
+axis = [0.8, -0.6]
+angle = 0.3
+clearance = 0.1
+slider_length = 0.7
+slider_height = 0.4
+surface = "steel"
+[contacts.wall]
+type = "plane"
+between = ["a", "b"]
+at = [[0.3, 0.2], [-0.1, 0.4]]
+axis = [0.6, -0.8]
+radius = 0.15
+surface = "steel"
+[contacts.discs]
+type = "discs"
+between = ["c", "a"]
+at = [[0.3, 0.2], [-0.1, 0.4]]
+radii = [0.2, 0.5]
 surface = "steel"
 [drives.motor]
 joint = "pin"
@@ -188,6 +212,7 @@ TEST_CASE("rows of gaps and sliding match finite differences, rotation of the su
               Approx(-(row_hi.normal.dot(v.data()) - row_lo.normal.dot(v.data())) / (2 * s)).margin(1e-6));
       REQUIRE(row.gamma_t ==
               Approx(-(row_hi.tangent.dot(v.data()) - row_lo.tangent.dot(v.data())) / (2 * s)).margin(1e-6));
+      if (!facts.ring) continue;
       // Sliding: t·ė by differences of the eccentricity, plus what the surfaces add by turning.
       const Vec2 n = system.eccentricity(k, q.data(), e).normalized(), t{-n.y(), n.x()};
       const Vec2 rate =
@@ -196,6 +221,46 @@ TEST_CASE("rows of gaps and sliding match finite differences, rotation of the su
       const double expected = t.dot(rate) + facts.radius_journal * omega(facts.bodies[1]) -
                               facts.radius_bearing * omega(facts.bodies[0]);
       REQUIRE(row.tangent.dot(v.data()) == Approx(expected).margin(bound));
+    }
+  }
+}
+
+TEST_CASE("sliding at walls and discs: none in common motion, by the second body's turning its radius",
+          "[system]") {
+  // Turning both bodies about one point moves neither surface along the other where they touch; across a gap
+  // of discs it moves one surface past the other by gap × ω.
+  const System system(everything().mechanism);
+  Random random;
+  auto e = system.make_evaluation();
+  ContactRow row;
+  const std::map<std::string, double> radius{{"wall", 0.15}, {"discs", -0.5}};
+  for (int trial = 0; trial < 20; ++trial) {
+    const auto q = random.vector(system.n()), x = random.vector(3);
+    std::vector<double> common(system.n());
+    for (int b = 0; b < system.bodies(); ++b) {
+      common[3 * b] = x[0] - x[2] * q[3 * b + 1];
+      common[3 * b + 1] = x[1] + x[2] * q[3 * b];
+      common[3 * b + 2] = x[2];
+    }
+    system.place(0, q.data(), e);
+    for (int k = 0; k < system.contacts(); ++k) {
+      const auto& facts = system.contact_facts(k);
+      if (facts.ring) continue;
+      system.contact(k, q.data(), common.data(), e, row);
+      const bool discs = facts.name == "discs";
+      CAPTURE(facts.name);
+      CHECK(row.normal.dot(common.data()) == Approx(0).margin(1e-12));
+      CHECK(row.tangent.dot(common.data()) == Approx(discs ? row.gap * x[2] : 0).margin(1e-12));
+      std::vector<double> turn(system.n());
+      turn[3 * facts.bodies[1] + 2] = 1;
+      if (radius.contains(facts.name)) {
+        // The same centre driven round by the body's own turning is taken out by moving the body back.
+        const Vec2 at{-0.1, 0.4};
+        const double c = std::cos(q[3 * facts.bodies[1] + 2]), sn = std::sin(q[3 * facts.bodies[1] + 2]);
+        turn[3 * facts.bodies[1]] = sn * at.x() + c * at.y();
+        turn[3 * facts.bodies[1] + 1] = -(c * at.x() - sn * at.y());
+        CHECK(row.tangent.dot(turn.data()) == Approx(radius.at(facts.name)).margin(1e-12));
+      }
     }
   }
 }
