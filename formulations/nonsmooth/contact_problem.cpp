@@ -12,41 +12,90 @@ void ContactProblem::reserve(int size) {
   unknowns.reserve(size);
 }
 
-LcpResult ContactProblem::solve() {
-  if (unknowns.empty()) return {};
-  if (unknowns.size() == 1 && !lemke_always_) {
-    auto& c = unknowns.front();
-    LcpResult result;
-    if (c.normal < 0) {
-      one_preloaded(c);
-      result.residual = residual(c);
-      return result;
-    }
-    if (one_contact(c)) {
-      result.residual = residual(c);
-      return result;
-    }
+std::array<ContactProblem::Way, 4> ContactProblem::order() const {
+  using enum Way;
+  const auto n = static_cast<int>(unknowns.size());
+  switch (solver_) {
+    case LcpSolver::enumeration:
+      return n <= most_for_enumeration ? std::array{enumeration, lemke, newton, gauss_seidel}
+                                       : std::array{lemke, newton, gauss_seidel, none};
+    case LcpSolver::lemke:
+      return {lemke, newton, gauss_seidel, none};
+    case LcpSolver::gauss_seidel:
+      return {gauss_seidel, lemke, newton, none};
+    case LcpSolver::newton:
+      return {newton, lemke, gauss_seidel, none};
+    default:
+      if (n == 1) return {closed_form, lemke, newton, none};
+      if (n == 2) return {enumeration, lemke, newton, gauss_seidel};
+      if (n <= most_for_lemke) return {lemke, newton, gauss_seidel, none};
+      return {gauss_seidel, lemke, newton, none};
   }
-  return by_lemke();
 }
 
-void ContactProblem::one_preloaded(ContactUnknown& c) const {
-  c.impulse_t = std::clamp(-b[c.tangent] / D(c.tangent, c.tangent), -c.bound, c.bound);
+ContactSolution ContactProblem::solve() {
+  ContactSolution s;
+  if (unknowns.empty()) return s;
+  const double size = scale(), accepted = tolerance_ * size;
+  s.solved = false;
+  for (const Way way : order()) {
+    if (way == Way::none) break;
+    const bool found = attempt(way, accepted, s.pivots);
+    s.residual_rate = residual();
+    s.solved = found && s.residual_rate <= accepted;
+    if (s.solved) break;
+    ++s.retries;
+  }
+  s.residual = size > 0 ? s.residual_rate / size : s.residual_rate;
+  for (const auto& c : unknowns)
+    if (c.normal >= 0 && c.tangent >= 0 && c.impulse_n > 0)
+      s.ambiguous |= D(c.normal, c.normal) <= c.friction * std::abs(D(c.normal, c.tangent));
+  return s;
 }
 
-/// Separation, stick, then slip either way. False where no case is consistent (Painlevé).
-bool ContactProblem::one_contact(ContactUnknown& c) const {
-  c.impulse_n = c.impulse_t = 0;
-  const double bn = b[c.normal] - c.target_n, Dnn = D(c.normal, c.normal);
-  if (bn >= 0) return true;
-  if (c.tangent < 0) {
-    c.impulse_n = -bn / Dnn;
+bool ContactProblem::attempt(Way way, double accepted, int& pivots) {
+  switch (way) {
+    case Way::closed_form: {
+      auto& c = unknowns.front();
+      const int n = c.normal, t = c.tangent;
+      return one(c, n >= 0 ? b[n] : 0, t >= 0 ? b[t] : 0, n >= 0 ? D(n, n) : 0, n >= 0 && t >= 0 ? D(n, t) : 0,
+                 t >= 0 ? D(t, t) : 0);
+    }
+    case Way::enumeration:
+      return enumerate(accepted, pivots);
+    case Way::gauss_seidel:
+      return gauss_seidel(accepted, pivots);
+    case Way::newton:
+      return newton(accepted, pivots);
+    default:
+      return by_lemke(pivots);
+  }
+}
+
+/// One element alone, in closed form by its cases: separation, stick, then slip either way. False where none is
+/// consistent (Painlevé).
+bool ContactProblem::one(ContactUnknown& c, double bn, double bt, double Dnn, double Dnt, double Dtt) {
+  bt -= c.target_t;
+  if (c.normal < 0) {
+    c.impulse_n = 0;
+    c.impulse_t = std::clamp(-bt / Dtt, -c.bound, c.bound);
     return true;
   }
-  const double bt = b[c.tangent], Dnt = D(c.normal, c.tangent), Dtt = D(c.tangent, c.tangent);
+  bn -= c.target_n;
+  c.impulse_n = c.impulse_t = 0;
+  if (c.tangent < 0) {
+    c.impulse_n = std::max(0.0, -bn / Dnn);
+    return true;
+  }
+  if (c.bound > 0) {  // friction without pressure, where the contact stays open
+    c.impulse_t = std::clamp(-bt / Dtt, -c.bound, c.bound);
+    if (bn + Dnt * c.impulse_t >= 0) return true;
+  } else if (bn >= 0) {
+    return true;
+  }
   const double determinant = Dnn * Dtt - Dnt * Dnt;
   const double Pn = (-bn * Dtt + bt * Dnt) / determinant, Pt = (-bt * Dnn + bn * Dnt) / determinant;
-  if (determinant > 0 && Pn >= 0 && std::abs(Pt) <= c.friction * Pn) {
+  if (determinant > 0 && Pn >= 0 && std::abs(Pt) <= c.bound + c.friction * Pn) {
     c.impulse_n = Pn;
     c.impulse_t = Pt;
     return true;
@@ -54,42 +103,50 @@ bool ContactProblem::one_contact(ContactUnknown& c) const {
   for (double s : {1.0, -1.0}) {
     const double slope = Dnn - s * c.friction * Dnt;
     if (!(slope > 0)) continue;
-    const double P = -bn / slope;
-    if (s * (bt + (Dnt - s * c.friction * Dtt) * P) < 0) continue;
+    const double P = (-bn + s * c.bound * Dnt) / slope, T = -s * (c.bound + c.friction * P);
+    if (P < 0 || s * (bt + Dnt * P + Dtt * T) < 0) continue;
     c.impulse_n = P;
-    c.impulse_t = -s * c.friction * P;
+    c.impulse_t = T;
     return true;
   }
   return false;
 }
 
-/// What a closed form leaves of the laws, as velocities relative to the greatest |b|: max(0, ·) of each
-/// violation.
-double ContactProblem::residual(const ContactUnknown& c) const {
-  const auto rate = [&](int row) {
-    double u = b[row];
+double ContactProblem::rate(int row) const {
+  double u = b[row];
+  for (const auto& c : unknowns) {
     if (c.normal >= 0) u += D(row, c.normal) * c.impulse_n;
     if (c.tangent >= 0) u += D(row, c.tangent) * c.impulse_t;
-    return u;
-  };
-  double worst = 0, scale = 0, bound = c.bound;
-  if (c.normal >= 0) {
-    worst = std::abs(std::min(D(c.normal, c.normal) * c.impulse_n, rate(c.normal) - c.target_n));
-    scale = std::max(std::abs(b[c.normal]), std::abs(c.target_n));
-    bound = c.friction * c.impulse_n;
   }
-  if (c.tangent >= 0) {
-    // −P_T ∈ bound·Sgn(u) is u = 0 or P_T at the bound against u: min over both of the distance to it.
-    const double u = rate(c.tangent), Dtt = D(c.tangent, c.tangent);
-    const double to_bound = Dtt * std::abs(c.impulse_t + std::copysign(bound, u));
-    const double beyond = Dtt * std::max(0.0, std::abs(c.impulse_t) - bound);
-    worst = std::max({worst, std::min(std::abs(u), to_bound), beyond});
-    scale = std::max(scale, std::abs(b[c.tangent]));
-  }
-  return scale > 0 ? worst / scale : worst;
+  return u;
 }
 
-LcpResult ContactProblem::by_lemke() {
+double ContactProblem::scale() const {
+  double size = 0;
+  for (const auto& c : unknowns) {
+    if (c.normal >= 0) size = std::max({size, std::abs(b[c.normal]), std::abs(c.target_n)});
+    if (c.tangent >= 0) size = std::max({size, std::abs(b[c.tangent]), std::abs(c.target_t)});
+  }
+  return size;
+}
+
+double ContactProblem::residual() const {
+  double worst = 0;
+  const auto take = [&](double x) { worst = std::abs(x) <= worst ? worst : std::abs(x); };  // keeps a NaN
+  for (const auto& c : unknowns) {
+    if (c.normal >= 0) take(std::min(D(c.normal, c.normal) * c.impulse_n, rate(c.normal) - c.target_n));
+    if (c.tangent < 0) continue;
+    // −P_T ∈ bound·Sgn(u) is u = 0 or P_T at the bound against u: the distance to the nearer of both.
+    const double u = rate(c.tangent) - c.target_t, Dtt = D(c.tangent, c.tangent);
+    const double bound = c.bound + c.friction * std::max(0.0, c.impulse_n);
+    const double to_bound = Dtt * std::abs(c.impulse_t + std::copysign(bound, u));
+    take(std::min(std::abs(u), to_bound));
+    take(Dtt * std::max(0.0, std::abs(c.impulse_t) - bound));
+  }
+  return worst;
+}
+
+bool ContactProblem::by_lemke(int& pivots) {
   int normals = 0, tangents = 0;
   for (const auto& c : unknowns) {
     normals += c.normal >= 0;
@@ -114,7 +171,7 @@ LcpResult ContactProblem::by_lemke() {
       const double Dt = c.tangent >= 0 ? D(row, c.tangent) * scale : 0;
       if (c.normal >= 0) A_(place, i++) += D(row, c.normal) * scale - c.friction * Dt;
       if (c.tangent < 0) continue;
-      if (c.normal < 0) q_[place] -= D(row, c.tangent) * c.bound;
+      q_[place] -= D(row, c.tangent) * c.bound;
       A_(place, normals + j++) += Dt;
     }
   };
@@ -123,7 +180,7 @@ LcpResult ContactProblem::by_lemke() {
     if (c.normal >= 0) fill_row(i, c.normal, b[c.normal] - c.target_n);
     if (c.tangent >= 0) {
       const int R = normals + j, L = normals + tangents + j;
-      fill_row(R, c.tangent, b[c.tangent]);
+      fill_row(R, c.tangent, b[c.tangent] - c.target_t);
       A_(R, L) = 1;
       A_(L, R) = -1;
       q_[L] = 2 * c.bound / scale;
@@ -137,12 +194,13 @@ LcpResult ContactProblem::by_lemke() {
   for (auto& c : unknowns) {
     c.impulse_n = c.normal >= 0 ? z_[i] * scale : 0;
     if (c.tangent >= 0)
-      c.impulse_t = z_[normals + j++] * scale - (c.normal >= 0 ? c.friction * c.impulse_n : c.bound);
+      c.impulse_t = z_[normals + j++] * scale - c.friction * c.impulse_n - c.bound;
     else
       c.impulse_t = 0;
     i += c.normal >= 0;
   }
-  return result;
+  pivots += result.pivots;
+  return result.status == LcpResult::Status::solved;
 }
 
 }  // namespace freeplay

@@ -7,30 +7,48 @@
 //     −P_T ∈ μ P_N Sgn(u_T⁺)  or, preloaded,  −P_T ∈ B Sgn(u_T⁺).
 //
 // As a linear complementarity problem (Glocker, Set-Valued Force Laws, 2001): with P_T = P_R − μP_N and
-// u_T = u_R − u_L the unknowns are z = (P_N, P_R, u_L) and w = (u_N⁺ + e u_N⁻, u_R, P_L = 2μP_N − P_R). One
-// contact alone, or one friction element alone, is solved in closed form by cases.
+// u_T = u_R − u_L the unknowns are z = (P_N, P_R, u_L) and w = (u_N⁺ + e u_N⁻, u_R, P_L = 2μP_N − P_R). The
+// other solvers work on the cases (open, stick, slip) directly. With tangential restitution u_T⁺ + e_T u_T⁻
+// stands for u_T⁺. The same problem in accelerations chooses what contacts do next.
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
+#include "model/scene.hpp"
 #include "numerics/lcp.hpp"
 
 namespace freeplay {
 
-/// One set-valued element of the problem and, after a solve, its impulses. Rows of D and b: `normal`,
-/// `tangent`, −1 where there is none.
+/// One set-valued element of the problem and, after a solve, its impulses (before: a guess to start from).
+/// Rows of D and b: `normal`, `tangent`, −1 where there is none.
 struct ContactUnknown {
   int normal = -1, tangent = -1;
   double friction = 0;  ///< μ of a contact
-  double bound = 0;     ///< N s, of a preloaded joint (no normal row)
+  double bound = 0;     ///< N s: |P_T| ≤ bound + μ P_N
   double target_n = 0;  ///< −e u_N⁻ for an approaching contact, else 0: u_N⁺ is to be at least this
+  double target_t = 0;  ///< −e_T u_T⁻: the rate at which friction does not resist
   double impulse_n = 0, impulse_t = 0;
+};
+
+struct ContactSolution {
+  bool solved = true;
+  double residual = 0;       ///< relative to the greatest |b|
+  double residual_rate = 0;  ///< the same in the units of b
+  int pivots = 0;            ///< of Lemke; cases tried, sweeps or Newton steps of the others
+  int retries = 0;           ///< solvers that failed before
+  /// Some pressed contact has D_NN ≤ μ|D_NT| (Painlevé): there may be other solutions than this one.
+  bool ambiguous = false;
 };
 
 class ContactProblem {
  public:
-  explicit ContactProblem(bool lemke_always) : lemke_always_(lemke_always), lemke_(0) {}
+  static constexpr int most_for_enumeration = 6;  // 4⁶ cases
+  static constexpr int most_for_lemke = 12;
+
+  explicit ContactProblem(LcpSolver solver = LcpSolver::automatic, double tolerance = 1e-10)
+      : solver_(solver), tolerance_(tolerance), lemke_(0) {}
 
   /// Makes room for this many rows of D; grows, never shrinks.
   void reserve(int rows);
@@ -38,8 +56,13 @@ class ContactProblem {
     unknowns.clear();
     rows = 0;
   }
-  /// Solves for the impulses of `unknowns`. The residual is relative to the greatest |b| of the problem.
-  LcpResult solve();
+  /// Solves for the impulses of `unknowns` to the tolerance, by the chosen solver or the next that can.
+  ContactSolution solve();
+  /// What the present impulses leave of the laws, as rates: for each row the distance to the nearest of its
+  /// cases.
+  double residual() const;
+  /// Greatest |b| and |target|: what residuals are judged by.
+  double scale() const;
 
   std::vector<ContactUnknown> unknowns;
   int rows = 0;
@@ -47,12 +70,19 @@ class ContactProblem {
   Eigen::VectorXd b;
 
  private:
-  bool one_contact(ContactUnknown& c) const;
-  void one_preloaded(ContactUnknown& c) const;
-  double residual(const ContactUnknown& c) const;
-  LcpResult by_lemke();
+  enum class Way { closed_form, enumeration, lemke, gauss_seidel, newton, none };
+  std::array<Way, 4> order() const;
+  bool attempt(Way way, double accepted, int& pivots);
 
-  bool lemke_always_;
+  double rate(int row) const;
+  static bool one(ContactUnknown& c, double bn, double bt, double Dnn, double Dnt, double Dtt);
+  bool enumerate(double accepted, int& cases);
+  bool gauss_seidel(double accepted, int& sweeps);
+  bool newton(double accepted, int& steps);
+  bool by_lemke(int& pivots);
+
+  LcpSolver solver_;
+  double tolerance_;
   Lemke lemke_;
   int lemke_size_ = 0;
   Eigen::MatrixXd A_;

@@ -14,8 +14,8 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
       saddle_(system.mass(), system.pattern(), SolvePath::automatic, redundant),
       e_(system.make_evaluation()),
       end_(system.make_evaluation()),
-      problem_(options.solver == LcpSolver::lemke),
-      position_problem_(false),
+      problem_(options.solver, options.lcp_tolerance),
+      position_problem_(LcpSolver::automatic, options.lcp_tolerance),
       contacts_(system.contacts()),
       slides_(system.frictions()),
       slide_gamma_(system.frictions()) {
@@ -150,10 +150,15 @@ bool MoreauStepper::solve_contacts() {
   const auto result = problem_.solve();
   ++work_.lcp_solves;
   work_.pivots += result.pivots;
+  work_.lcp_retries += result.retries;
   extremes_.lcp_residual = std::max(extremes_.lcp_residual, result.residual);
-  if (result.status != LcpResult::Status::solved || !(result.residual <= options_.lcp_tolerance)) {
-    failure_ = fmt::format("t = {:.9g} s: the contact problem of {} rows was not solved: {}, residual {:.2g}",
-                           t_old_, problem_.rows, describe(result.status), result.residual);
+  extremes_.lcp_residual_rate = std::max(extremes_.lcp_residual_rate, result.residual_rate);
+  extremes_.ambiguous += result.ambiguous;
+  if (!result.solved) {
+    failure_ = fmt::format(
+        "t = {:.9g} s: the contact problem of {} contacts was not solved by any of {} solvers: residual {:.2g} "
+        "m/s",
+        t_old_, problem_.unknowns.size(), result.retries, result.residual_rate);
     return false;
   }
   const auto apply = [&](int row, double impulse) {
@@ -197,9 +202,16 @@ void MoreauStepper::collect(double h) {
     ContactUnknown u;
     u.normal = add_row(c.row.normal, -0.5 * h * c.row.gamma_n);
     u.target_n = -c.restitution * std::min(0.0, c.u_n_minus);
+    u.impulse_n = c.last_n;
     if (c.row.tangent.size > 0) {
+      const auto& surface = system_.contact_facts(static_cast<int>(&c - contacts_.data())).surface;
       u.tangent = add_row(c.row.tangent, -0.5 * h * c.row.gamma_t);
-      u.friction = *system_.contact_facts(static_cast<int>(&c - contacts_.data())).surface.friction;
+      u.friction = *surface.friction;
+      u.impulse_t = c.last_t;
+      // Reversal belongs to impacts; a contact that lasts would be driven back by it.
+      if (c.u_n_minus < 0 && c.steps == 0)
+        u.target_t = -surface.tangential_restitution *
+                     (c.row.tangent.dot(v_old_.data()) + 0.5 * h * c.row.gamma_t);
     }
     c.unknown = static_cast<int>(problem_.unknowns.size());
     problem_.unknowns.push_back(u);
@@ -241,6 +253,8 @@ void MoreauStepper::log_contacts(double h) {
     auto& c = contacts_[k];
     const auto* u = c.unknown >= 0 ? &problem_.unknowns[c.unknown] : nullptr;
     const bool pressed = u && u->impulse_n > 0;
+    c.last_n = pressed ? u->impulse_n : 0;
+    c.last_t = pressed ? u->impulse_t : 0;
     if (!pressed) {
       if (log_->is_open(k)) {
         const double t = c.steps > 1 ? t_old_ : c.t_touch;
@@ -309,7 +323,7 @@ bool MoreauStepper::bring_back(double t_new) {
       for (int s = 0; s <= r; ++s) p.D(r, s) = p.D(s, r) = rows_[r].dot(response(s));
     const auto result = p.solve();
     work_.pivots += result.pivots;
-    if (result.status != LcpResult::Status::solved) {
+    if (!result.solved) {
       failure_ = fmt::format("t = {:.9g} s: the positions of {} contacts cannot be brought back together",
                              t_new, p.rows);
       return false;

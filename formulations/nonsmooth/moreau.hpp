@@ -52,6 +52,7 @@ class MoreauStepper {
     double gap = 0;  // at the end of the last step
     double u_n_minus = 0, u_t_minus = 0, u_n_plus = 0, u_t_plus = 0;
     double impulse_n = 0, impulse_t = 0;  // of the present episode
+    double last_n = 0, last_t = 0;        // of the last step, to start the next solve from
     double t_touch = 0;
     int steps = 0;     // of the present episode
     int unknown = -1;  // in the step's contact problem

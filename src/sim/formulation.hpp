@@ -43,7 +43,8 @@ struct Work {
   long jacobians = 0;       ///< of the right-hand side (implicit integrators)
   long factorisations = 0;  ///< saddle-point
   long lcp_solves = 0;      ///< complementarity problems with at least one unknown
-  long pivots = 0;
+  long lcp_retries = 0;     ///< solvers of them that failed before another did not
+  long pivots = 0;          ///< of Lemke; cases, sweeps or Newton steps of the other solvers
   long events = 0;  ///< located contact events
 };
 
@@ -52,6 +53,10 @@ struct Extremes {
   double constraint_length = 0;     ///< m, greatest |Φ| of rows in m
   double constraint_angle = 0;      ///< rad
   double lcp_residual = 0;          ///< greatest relative residual of a complementarity solve
+  double lcp_residual_rate = 0;     ///< m/s (m/s² in accelerations), the same before division
+  long ambiguous = 0;               ///< complementarity solves that may have had other solutions (Painlevé)
+  long gains = 0;                   ///< impacts that raised the energy
+  double greatest_gain = 0;         ///< J, of one of them
   std::vector<double> penetration;  ///< m, of each contact
 };
 

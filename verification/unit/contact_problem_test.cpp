@@ -1,0 +1,211 @@
+// Every solver of the contact problem against every other, on random problems whose solution is unique: D of
+// random mechanisms is a Gram matrix WᵀAW; friction so small that D_NN > μ Σ|D_·T| keeps the frictional map a
+// P-map. And frictionless problems against a convex quadratic program solved by Ipopt.
+#include <IpIpoptApplication.hpp>
+#include <IpTNLP.hpp>
+#include <catch2/catch.hpp>
+
+#include <random>
+
+#include "formulations/nonsmooth/contact_problem.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+struct Random {
+  std::mt19937 engine{20261121};
+  double operator()(double lo = -1, double hi = 1) {
+    return std::uniform_real_distribution<double>(lo, hi)(engine);
+  }
+};
+
+/// `contacts` contacts, some frictionless, and a preloaded joint now and then.
+ContactProblem random_problem(Random& u, int contacts, bool friction) {
+  ContactProblem p;
+  p.reserve(2 * contacts + 1);
+  for (int i = 0; i < contacts; ++i) {
+    ContactUnknown c;
+    c.normal = p.rows++;
+    c.target_n = std::max(0.0, u());
+    if (friction && u() > -0.5) {
+      c.tangent = p.rows++;
+      c.friction = u(0, 0.3) / contacts;
+      c.target_t = u() > 0 ? u() : 0;
+    }
+    p.unknowns.push_back(c);
+  }
+  if (friction && u() > 0) {
+    ContactUnknown c;
+    c.tangent = p.rows++;
+    c.bound = u(0, 1);
+    p.unknowns.push_back(c);
+  }
+  const int m = p.rows;
+  const Eigen::MatrixXd R = Eigen::MatrixXd::NullaryExpr(m, m + 1, [&] { return u(); });
+  p.D.topLeftCorner(m, m) = R * R.transpose() / m + 0.3 * Eigen::MatrixXd::Identity(m, m);
+  for (int i = 0; i < m; ++i) p.b[i] = u();
+  return p;
+}
+
+ContactSolution solve_by(LcpSolver solver, ContactProblem& p) {
+  ContactProblem q(solver);
+  q.reserve(static_cast<int>(p.D.rows()));
+  q.unknowns = p.unknowns;
+  q.rows = p.rows;
+  q.D = p.D;
+  q.b = p.b;
+  const auto result = q.solve();
+  p.unknowns = q.unknowns;
+  return result;
+}
+
+/// min ½ PᵀDP + (b − target)ᵀP, P ≥ 0: its optimality conditions are the frictionless contact problem.
+class QuadraticProgram : public Ipopt::TNLP {
+ public:
+  using Index = Ipopt::Index;
+  using Number = Ipopt::Number;
+  explicit QuadraticProgram(const ContactProblem& p)
+      : D(p.D.topLeftCorner(p.rows, p.rows)), c(p.rows), x(p.rows) {
+    for (const auto& u : p.unknowns) c[u.normal] = p.b[u.normal] - u.target_n;
+  }
+  bool get_nlp_info(Index& n, Index& m, Index& j, Index& h, IndexStyleEnum& style) override {
+    n = static_cast<Index>(c.size());
+    m = j = 0;
+    h = n * (n + 1) / 2;
+    style = C_STYLE;
+    return true;
+  }
+  bool get_bounds_info(Index n, Number* lo, Number* hi, Index, Number*, Number*) override {
+    std::fill(lo, lo + n, 0.0);
+    std::fill(hi, hi + n, 1e19);
+    return true;
+  }
+  bool get_starting_point(Index n, bool, Number* y, bool, Number*, Number*, Index, bool, Number*) override {
+    std::fill(y, y + n, 1.0);
+    return true;
+  }
+  bool eval_f(Index n, const Number* y, bool, Number& f) override {
+    const Eigen::Map<const Eigen::VectorXd> P(y, n);
+    f = 0.5 * P.dot(D * P) + c.dot(P);
+    return true;
+  }
+  bool eval_grad_f(Index n, const Number* y, bool, Number* g) override {
+    const Eigen::Map<const Eigen::VectorXd> P(y, n);
+    Eigen::Map<Eigen::VectorXd>(g, n) = D * P + c;
+    return true;
+  }
+  bool eval_g(Index, const Number*, bool, Index, Number*) override { return true; }
+  bool eval_jac_g(Index, const Number*, bool, Index, Index, Index*, Index*, Number*) override { return true; }
+  bool eval_h(Index n, const Number*, bool, Number factor, Index, const Number*, bool, Index, Index* row,
+              Index* column, Number* value) override {
+    for (Index i = 0, k = 0; i < n; ++i)
+      for (Index j = 0; j <= i; ++j, ++k)
+        if (value)
+          value[k] = factor * D(i, j);
+        else {
+          row[k] = i;
+          column[k] = j;
+        }
+    return true;
+  }
+  void finalize_solution(Ipopt::SolverReturn, Index n, const Number* y, const Number*, const Number*, Index,
+                         const Number*, const Number*, Number, const Ipopt::IpoptData*,
+                         Ipopt::IpoptCalculatedQuantities*) override {
+    x = Eigen::Map<const Eigen::VectorXd>(y, n);
+  }
+  Eigen::MatrixXd D;
+  Eigen::VectorXd c, x;
+};
+
+}  // namespace
+
+TEST_CASE("all solvers of the contact problem find the same impulses, without help", "[contact-problem]") {
+  Random u;
+  for (int trial = 0; trial < 3000; ++trial) {
+    const int contacts = 1 + trial % 4;
+    auto p = random_problem(u, contacts, true);
+    auto reference = p;
+    const auto by_lemke = solve_by(LcpSolver::lemke, reference);
+    REQUIRE(by_lemke.solved);
+    REQUIRE(by_lemke.retries == 0);
+    for (const auto solver :
+         {LcpSolver::automatic, LcpSolver::enumeration, LcpSolver::gauss_seidel, LcpSolver::newton}) {
+      auto q = p;
+      const auto result = solve_by(solver, q);
+      CAPTURE(trial, contacts, static_cast<int>(solver), result.residual);
+      REQUIRE(result.solved);
+      // Newton's method has no guarantee to converge; the others must do it alone.
+      if (solver != LcpSolver::newton) REQUIRE(result.retries == 0);
+      for (std::size_t i = 0; i < q.unknowns.size(); ++i) {
+        REQUIRE(q.unknowns[i].impulse_n == Approx(reference.unknowns[i].impulse_n).margin(1e-8));
+        REQUIRE(q.unknowns[i].impulse_t == Approx(reference.unknowns[i].impulse_t).margin(1e-8));
+      }
+    }
+  }
+}
+
+TEST_CASE("Newton's method finds nearly every solution by itself", "[contact-problem]") {
+  Random u;
+  int alone = 0;
+  for (int trial = 0; trial < 1000; ++trial) {
+    auto p = random_problem(u, 3, true);
+    alone += solve_by(LcpSolver::newton, p).retries == 0;
+  }
+  CHECK(alone > 950);
+}
+
+TEST_CASE("frictionless problems against Ipopt's quadratic program", "[contact-problem]") {
+  Random u;
+  for (int trial = 0; trial < 60; ++trial) {
+    auto p = random_problem(u, 1 + trial % 8, false);
+    Ipopt::SmartPtr<QuadraticProgram> program = new QuadraticProgram(p);
+    Ipopt::SmartPtr<Ipopt::IpoptApplication> ipopt = IpoptApplicationFactory();
+    ipopt->Options()->SetIntegerValue("print_level", 0);
+    ipopt->Options()->SetStringValue("sb", "yes");
+    ipopt->Options()->SetNumericValue("tol", 1e-12);
+    REQUIRE(ipopt->Initialize("") == Ipopt::Solve_Succeeded);
+    REQUIRE(ipopt->OptimizeTNLP(GetRawPtr(program)) == Ipopt::Solve_Succeeded);
+    REQUIRE(p.solve().solved);
+    // An interior point stays √tol away from the bounds of degenerate unknowns; 1e-6 is far above it.
+    for (const auto& c : p.unknowns) CHECK(c.impulse_n == Approx(program->x[c.normal]).margin(1e-6));
+  }
+}
+
+TEST_CASE("a failed solver is replaced by the next, which is counted", "[contact-problem]") {
+  // Painlevé: D_NN = 1, D_NT = 2, μ = 1, sliding to the right with approach. Separation, stick and slip are all
+  // tried in vain by the closed form; P_N = −b/(D_NN − μ D_NT) < 0.
+  ContactProblem p;
+  p.reserve(2);
+  p.rows = 2;
+  p.D << 1, 2, 2, 5;
+  p.b << -1, 10;
+  ContactUnknown c;
+  c.normal = 0;
+  c.tangent = 1;
+  c.friction = 0.9;
+  p.unknowns.push_back(c);
+  const auto result = p.solve();
+  // Jammed: stick needs |P_T| ≤ μ P_N. u = 0: P = −D⁻¹b = (25, −12), within the cone: found at once, but the
+  // configuration is Painlevé's, and that is said.
+  CHECK(result.solved);
+  CHECK(result.ambiguous);
+  CHECK(p.unknowns[0].impulse_n == Approx(25));
+  CHECK(p.unknowns[0].impulse_t == Approx(-12));
+
+  ContactProblem q(LcpSolver::gauss_seidel);
+  q.reserve(2);
+  q.rows = 2;
+  q.D << 1, 1, 1, 1;  // two contacts on one line, both asked to open at different rates: Gauss–Seidel creeps
+  q.b << -1, -1;
+  for (int i : {0, 1}) {
+    ContactUnknown x;
+    x.normal = i;
+    x.target_n = i;
+    q.unknowns.push_back(x);
+  }
+  const auto tie = q.solve();
+  CHECK(tie.solved);
+  CHECK(q.unknowns[1].impulse_n == Approx(2));
+  CHECK(q.unknowns[0].impulse_n == Approx(0).margin(1e-10));
+}
