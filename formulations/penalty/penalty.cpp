@@ -4,10 +4,10 @@
 
 #include <cmath>
 
-#include "formulations/penalty/rosenbrock.hpp"
-#include "formulations/penalty/scaled_methods.hpp"
+#include "formulations/integrators/rosenbrock.hpp"
+#include "formulations/integrators/scaled_methods.hpp"
 #include "formulations/penalty/stepper.hpp"
-#include "formulations/penalty/tolerance.hpp"
+#include "formulations/integrators/tolerance.hpp"
 #include "sim/march.hpp"
 
 namespace freeplay {

@@ -6,12 +6,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <string>
 
 #include "formulations/penalty/dynamics.hpp"
-#include "formulations/penalty/methods.hpp"
+#include "formulations/integrators/crossing.hpp"
+#include "formulations/integrators/methods.hpp"
 
 namespace freeplay {
 
@@ -110,7 +110,6 @@ class PenaltyStepper {
  private:
   /// Coincident events take a step without length each.
   int most_stalled() const { return 10 + 2 * f_.system().contacts(); }
-  static constexpr int samples = 4;  // of a step, to see a gap that opens or closes within it
   struct Sample {
     double gap = 0, rate = 0, slide = 0;
   };
@@ -134,52 +133,13 @@ class PenaltyStepper {
     method_.interpolate(t, scratch_);
     return sample(k, scratch_, t);
   }
-  template <class G>
-  double root(G g, double a, double b, double ga, double gb) {
-    std::uintmax_t most = 100;
-    const auto [lo, hi] = boost::math::tools::toms748_solve(
-        g, a, b, ga, gb, boost::math::tools::eps_tolerance<double>(50), most);
-    return 0.5 * (lo + hi);
-  }
-
-  /// Finds the first change of sign of contact k's gap in the last step before first.t, by samples of the
-  /// dense output; between samples of one sign a turning point of the gap is looked at as well.
+  /// The first change of sign of contact k's gap in the last step before first.t.
   void find_gap_event(int k, Event& first) {
     const double sign = f_.contacts()[k].closed ? -1 : 1;  // sign·gap is positive while the mode lasts
-    const double t0 = method_.t_old, h = method_.t - t0;
-    const auto& start = mark_[k].at;
-    double ta = t0, ga = sign * start.gap, ra = sign * start.rate;
-    // Far from zero for as fast as the gap moves: nothing to look for.
-    if (std::min(ga, sign * end_[k].gap) > 2 * h * std::max(std::abs(ra), std::abs(end_[k].rate))) return;
-    if (ga <= 0 && ra > 0) ga = 0;  // just changed mode here: rounding
-    const auto rate = [&](double t) { return sign * sample_at(k, t).rate; };
-    for (int s = 1; s <= samples; ++s) {
-      const double tb = s == samples ? method_.t : t0 + h * s / samples;
-      const auto b = sample_at(k, tb);
-      const double gb = sign * b.gap, rb = sign * b.rate;
-      if (gb >= 0 && ra < 0 && rb > 0 && std::min(ga, gb) < (tb - ta) * std::max(-ra, rb)) {
-        const auto turn = root(rate, ta, tb, ra, rb);
-        const double least = sign * sample_at(k, turn).gap;
-        if (least < 0 && ga > 0) return take_gap(k, sign, ta, turn, ga, least, first);
-      }
-      if (gb < 0) {
-        if (ga > 0) return take_gap(k, sign, ta, tb, ga, gb, first);
-        if (ra > 0) {  // left zero upwards and came back within one sample: the peak lies between
-          const auto peak = rb < 0 ? root(rate, ta, tb, ra, rb) : tb;
-          const double most = sign * sample_at(k, peak).gap;
-          if (most > 0) return take_gap(k, sign, peak, tb, most, gb, first);
-        }
-        if (t0 < first.t) first = {k, false, t0, 0};  // never left zero: the mode ends where it began
-        return;
-      }
-      ta = tb;
-      ga = gb;
-      ra = rb;
-    }
-  }
-  void take_gap(int k, double sign, double a, double b, double ga, double gb, Event& first) {
-    const double t = root([&](double s) { return sign * sample_at(k, s).gap; }, a, b, ga, gb);
-    if (t < first.t || first.contact < 0) first = {k, false, t, 0};
+    const auto watched = [&](const Sample& s) { return Watched{sign * s.gap, sign * s.rate}; };
+    const auto t = first_loss([&](double at) { return watched(sample_at(k, at)); }, method_.t_old, method_.t,
+                              watched(mark_[k].at), watched(end_[k]));
+    if (t && (*t < first.t || first.contact < 0)) first = {k, false, *t, 0};
   }
 
   /// The sliding speed of a closed contact leaves its zone between the ends of the step.
@@ -191,8 +151,8 @@ class PenaltyStepper {
     if (after >= low && after <= high) return;
     const double boundary = after > high ? high : low;
     if ((before - boundary) * (after - boundary) >= 0) return;  // beyond it already: follow_zone
-    const double t = root([&](double s) { return sample_at(k, s).slide - boundary; }, method_.t_old,
-                          method_.t, before - boundary, after - boundary);
+    const double t = bracketed_root([&](double s) { return sample_at(k, s).slide - boundary; }, method_.t_old,
+                                    method_.t, before - boundary, after - boundary);
     if (t < first.t || first.contact < 0) first = {k, true, t, boundary};
   }
   /// A speed that rounding left outside its zone at both ends of a step takes its own zone now.

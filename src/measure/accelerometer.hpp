@@ -19,6 +19,8 @@ class LowPass {
   void reset(double input);
   /// Advances by h with the mean input a.
   void advance(double h, double a);
+  /// An impulse of the input: a(t) = dv·δ(t) raises ẏ by ω_c² dv.
+  void kick(double dv) { rate_ += 2 * sigma_ * sigma_ * dv; }
   double output() const { return y_; }
 
  private:
@@ -39,6 +41,10 @@ class AccelerometerChannel {
   double velocity(const double* v) const;
   /// Advances to t1; returns true when a sample is due there and moves on to the next.
   bool feed(double t0, double t1, double v0, double v1);
+  /// A jump of the velocity between two pieces.
+  void jump(double dv) {
+    if (started_) filter_.kick(dv);
+  }
   double output() const { return filter_.output(); }
 
  private:

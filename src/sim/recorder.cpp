@@ -17,6 +17,7 @@ Recorder::Recorder(const Scene& scene, const System& system, std::optional<std::
     crank_start_ = drive->initial_angle;
   }
   for (const auto& a : scene.accelerometers) channels_.emplace_back(a);
+  last_velocity_.resize(channels_.size());
   events_.reserve(kept_events);
   if (!folder) return;
 

@@ -56,6 +56,8 @@ class Recorder {
   void feed(const Stepper& stepper, AccelerometerChannel& channel, std::size_t index) {
     const double t_end = stepper.t(), longest = channel.longest_piece() * (1 + 1e-6), tiny = 1e-6 * longest;
     double t = stepper.t_old(), v = channel.velocity(stepper.v_old());
+    // What an impact between two steps, or a projection, did to the velocity.
+    if (last_velocity_[index]) channel.jump(v - *last_velocity_[index]);
     while (t < t_end) {
       double to = t_end - t > longest ? t + longest : t_end;
       if (const double due = channel.next_sample(); due > t + tiny && due < to - tiny) to = due;
@@ -70,6 +72,7 @@ class Recorder {
       t = to;
       v = v_to;
     }
+    last_velocity_[index] = v;
   }
   void row(double t);
   void sample(double t, std::size_t index);
@@ -82,6 +85,7 @@ class Recorder {
   long row_index_ = 0;
   std::optional<OutputFile> trajectory_, event_file_, signals_;
   std::vector<AccelerometerChannel> channels_;
+  std::vector<std::optional<double>> last_velocity_;  // of each channel, at the end of the last step
   Evaluation evaluation_;
   std::vector<double> q_, v_;
   std::vector<ContactEvent> events_;

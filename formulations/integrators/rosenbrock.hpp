@@ -2,7 +2,7 @@
 // with the exact Jacobian of PenaltyDynamics::jacobian.
 #pragma once
 
-#include "formulations/penalty/methods.hpp"
+#include "formulations/integrators/methods.hpp"
 #include "numerics/rosenbrock4.hpp"
 
 namespace freeplay {

@@ -1,4 +1,4 @@
-#include "formulations/penalty/tolerance.hpp"
+#include "formulations/integrators/tolerance.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include <boost/numeric/odeint/stepper/bulirsch_stoer_dense_out.hpp>
 #include <boost/numeric/odeint/stepper/controlled_adams_bashforth_moulton.hpp>
 
-#include "formulations/penalty/methods.hpp"
+#include "formulations/integrators/methods.hpp"
 
 namespace freeplay {
 

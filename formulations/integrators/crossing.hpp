@@ -1,0 +1,61 @@
+// Where a function watched during a step first leaves its sign: on the dense output of the step, by samples,
+// and between samples of one sign at the turning point.
+#pragma once
+
+#include <algorithm>
+#include <boost/math/tools/toms748_solve.hpp>
+#include <cmath>
+#include <optional>
+
+namespace freeplay {
+
+/// A function's value and its rate of change.
+struct Watched {
+  double value = 0, rate = 0;
+};
+
+template <class F>
+double bracketed_root(F f, double a, double b, double fa, double fb) {
+  std::uintmax_t most = 100;
+  const auto [lo, hi] = boost::math::tools::toms748_solve(f, a, b, fa, fb,
+                                                          boost::math::tools::eps_tolerance<double>(50), most);
+  return 0.5 * (lo + hi);
+}
+
+/// First time in [t0, t1] at which `at`, positive while a mode lasts, becomes negative: t0 when it never was
+/// positive. `start` and `end` are its values at the ends.
+template <class F>
+std::optional<double> first_loss(F at, double t0, double t1, Watched start, Watched end) {
+  constexpr int samples = 4;
+  const double h = t1 - t0;
+  // Far from zero for as fast as it moves: nothing to look for.
+  if (std::min(start.value, end.value) > 2 * h * std::max(std::abs(start.rate), std::abs(end.rate)))
+    return std::nullopt;
+  if (start.value <= 0 && start.rate > 0) start.value = 0;  // just changed mode here: rounding
+  const auto value = [&](double t) { return at(t).value; };
+  const auto rate = [&](double t) { return at(t).rate; };
+  double ta = t0;
+  Watched a = start;
+  for (int s = 1; s <= samples; ++s) {
+    const double tb = s == samples ? t1 : t0 + h * s / samples;
+    const Watched b = s == samples ? end : at(tb);
+    if (b.value >= 0 && a.rate < 0 && b.rate > 0 &&
+        std::min(a.value, b.value) < (tb - ta) * std::max(-a.rate, b.rate)) {
+      const double turn = bracketed_root(rate, ta, tb, a.rate, b.rate), least = value(turn);
+      if (least < 0 && a.value > 0) return bracketed_root(value, ta, turn, a.value, least);
+    }
+    if (b.value < 0) {
+      if (a.value > 0) return bracketed_root(value, ta, tb, a.value, b.value);
+      if (a.rate > 0) {  // left zero upwards and came back within one sample: the peak lies between
+        const double peak = b.rate < 0 ? bracketed_root(rate, ta, tb, a.rate, b.rate) : tb, most = value(peak);
+        if (most > 0) return bracketed_root(value, peak, tb, most, b.value);
+      }
+      return t0;  // never left zero: the mode ends where it began
+    }
+    ta = tb;
+    a = b;
+  }
+  return std::nullopt;
+}
+
+}  // namespace freeplay
