@@ -21,4 +21,15 @@ Scales make_scales(const Mechanism& mechanism, const System& system) {
   return s;
 }
 
+ErrorNorm motion_norm(const System& system, const Scales& s, double tolerance) {
+  ErrorNorm norm;
+  norm.tolerance = tolerance;
+  const int n = system.n();
+  for (int i = 0; i < n; ++i) norm.absolute.push_back(system.is_angle(i) ? s.angle : s.length);
+  norm.relative.assign(n, 0);
+  for (int i = 0; i < n; ++i) norm.absolute.push_back(system.is_angle(i) ? s.angular_speed : s.speed);
+  norm.relative.resize(2 * n, 1);
+  return norm;
+}
+
 }  // namespace freeplay

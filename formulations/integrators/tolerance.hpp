@@ -7,6 +7,7 @@
 // approach speed to scale its damping with.
 #pragma once
 
+#include "formulations/integrators/methods.hpp"
 #include "model/scene.hpp"
 #include "model/system.hpp"
 
@@ -19,6 +20,9 @@ struct Scales {
   double angular_speed = 1;  ///< V/L, rad/s
   double time = 1;           ///< s, in which something happens: 1/Ω, or ℓ/V
 };
+
+/// Accepted errors of [q, v]; what follows in an integrated vector is carried along without control.
+ErrorNorm motion_norm(const System& system, const Scales& scales, double tolerance);
 
 Scales make_scales(const Mechanism& mechanism, const System& system);
 

@@ -38,7 +38,7 @@ class MoreauStepper {
   const double* v_old() const { return v_old_.data(); }
   void interpolate(double t, double* q, double* v) const;
 
-  const std::vector<double>& q() const { return q_; }
+  const double* q() const { return q_.data(); }
   const EnergyLedger& integrals() const { return integrals_; }
   const Extremes& extremes() const { return extremes_; }
   const Work& work() const { return work_; }

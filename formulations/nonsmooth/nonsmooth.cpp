@@ -2,19 +2,22 @@
 
 #include <fmt/format.h>
 
+#include "formulations/integrators/tolerance.hpp"
+#include "formulations/nonsmooth/event_driven.hpp"
 #include "formulations/nonsmooth/moreau.hpp"
 #include "sim/march.hpp"
 
 namespace freeplay {
 namespace {
 
+/// What both schemes say of themselves in the same way. A Stepper adds q(), v(), integrals(), work(),
+/// extremes() and singular() to what march asks for.
+template <class Stepper>
 class Nonsmooth final : public Formulation {
  public:
-  Nonsmooth(const Scene& scene, const System& system, const State& state, std::vector<double> restitution)
-      : scene_(scene),
-        system_(system),
-        restitution_(std::move(restitution)),
-        stepper_(system, scene.nonsmooth, restitution_, !redundant_rows(system, state.q).empty()) {
+  Nonsmooth(const Scene& scene, const System& system, const State& state, std::vector<double> restitution,
+            Stepper stepper)
+      : scene_(scene), system_(system), restitution_(std::move(restitution)), stepper_(std::move(stepper)) {
     start(state);
   }
   const char* name() const override { return "nonsmooth"; }
@@ -30,13 +33,14 @@ class Nonsmooth final : public Formulation {
     return ending;
   }
   State state() const override {
-    return {stepper_.t(), stepper_.q(), {stepper_.v(), stepper_.v() + system_.n()}};
+    const double* q = stepper_.q();
+    return {stepper_.t(), {q, q + system_.n()}, {stepper_.v(), stepper_.v() + system_.n()}};
   }
   EnergyLedger ledger() const override {
     EnergyLedger l = stepper_.integrals();
     l.initial = initial_;
     l.kinetic = system_.kinetic(stepper_.v());
-    l.potential = system_.potential(stepper_.q().data());
+    l.potential = system_.potential(stepper_.q());
     return l;
   }
   const Work& work() const override { return stepper_.work(); }
@@ -52,6 +56,20 @@ class Nonsmooth final : public Formulation {
     std::vector<std::string> notes;
     if (stepper_.singular())
       notes.push_back("constraint rows depend on each other: reactions are those of least norm");
+    const auto& w = work();
+    const auto& e = extremes();
+    if (w.lcp_retries > 0)
+      notes.push_back(fmt::format("{} of {} contact problems were left to another solver after one had failed",
+                                  w.lcp_retries, w.lcp_solves));
+    if (e.ambiguous > 0)
+      notes.push_back(fmt::format("{} contact problems of Painlevé's kind (D_NN <= mu |D_NT|): the impulses are "
+                                  "consistent, but may not be the only ones",
+                                  e.ambiguous));
+    if (e.gains > 0)
+      notes.push_back(
+          fmt::format("{} impacts raised the energy, by up to {:.3g} J: a restitution of rates with friction can "
+                      "(Kane and Levinson 1985); nonsmooth.impact_law = \"energetic\" does not",
+                      e.gains, e.greatest_gain));
     return notes;
   }
 
@@ -59,10 +77,19 @@ class Nonsmooth final : public Formulation {
   const Scene& scene_;
   const System& system_;
   std::vector<double> restitution_;
-  MoreauStepper stepper_;
+  Stepper stepper_;
   ContactLog log_;
   double initial_ = 0;
 };
+
+/// The event-driven stepper with the contacts' accumulation time: 3e-6 of the scene's time scale.
+EventDriven make_event_driven(const Scene& scene, const System& system, const std::vector<double>& restitution,
+                              bool redundant) {
+  const auto scales = make_scales(scene.mechanism, system);
+  const auto norm = motion_norm(system, scales, scene.nonsmooth.tolerance);
+  return {EventDynamics(system, scene.nonsmooth, restitution, redundant, scales.speed),
+          Dopri5(norm, 1e-3 * scales.time), 3e-6 * scales.time};
+}
 
 }  // namespace
 
@@ -82,7 +109,19 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
                                    scene.file.string(), surface.name));
     e.push_back(*surface.restitution);
   }
-  return std::make_unique<Nonsmooth>(scene, system, state, std::move(e));
+  const bool redundant = !redundant_rows(system, state.q).empty();
+  const auto with = [&](auto stepper) -> std::unique_ptr<Formulation> {
+    return std::make_unique<Nonsmooth<decltype(stepper)>>(scene, system, state, e, std::move(stepper));
+  };
+  if (scene.nonsmooth.impact_law != ImpactLaw::newton)
+    for (const auto& s : scene.mechanism.surfaces)
+      if (s.tangential_restitution > 0)
+        throw SceneError(fmt::format("{}: surfaces.{}.tangential_restitution: belongs to nonsmooth.impact_law = "
+                                     "\"newton\"; leave it out",
+                                     scene.file.string(), s.name));
+  if (scene.nonsmooth.scheme == Scheme::event_driven)
+    return with(make_event_driven(scene, system, e, redundant));
+  return with(MoreauStepper(system, scene.nonsmooth, e, redundant));
 }
 
 }  // namespace freeplay

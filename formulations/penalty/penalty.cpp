@@ -148,13 +148,8 @@ class Penalty final : public Formulation {
 
 /// Scales of the integrated vector; impulses and work integrals have none and are carried along.
 ErrorNorm make_norm(const System& system, const Scales& s, const PenaltyOptions& options) {
-  ErrorNorm norm;
-  norm.tolerance = options.tolerance;
+  ErrorNorm norm = motion_norm(system, s, options.tolerance);
   const int n = system.n();
-  for (int i = 0; i < n; ++i) norm.absolute.push_back(system.is_angle(i) ? s.angle : s.length);
-  norm.relative.assign(n, 0);
-  for (int i = 0; i < n; ++i) norm.absolute.push_back(system.is_angle(i) ? s.angular_speed : s.speed);
-  norm.relative.resize(2 * n, 1);
   if (options.friction == FrictionLaw::lugre) {
     // Bristles: deflections of the order 1/σ₀ behind the impulses, which are carried along.
     norm.absolute.resize(2 * n + 2 * system.contacts(), INFINITY);

@@ -1,0 +1,358 @@
+#include "formulations/nonsmooth/event_driven.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace freeplay {
+
+EventDriven::EventDriven(EventDynamics dynamics, Dopri5 method, double accumulation)
+    : dynamics_(std::move(dynamics)), method_(std::move(method)), accumulation_(accumulation) {
+  const auto contacts = static_cast<std::size_t>(dynamics_.system().contacts());
+  mark_.resize(contacts);
+  for (auto* x : {&ending_, &rate_before_, &slide_before_}) x->resize(contacts);
+  scratch_.resize(dynamics_.size());
+  slope_.resize(dynamics_.size());
+}
+
+void EventDriven::start(const State& state, ContactLog& log) {
+  log_ = &log;
+  std::ranges::fill(scratch_, 0);
+  std::ranges::copy(state.q, scratch_.begin());
+  std::ranges::copy(state.v, scratch_.begin() + dynamics_.system().n());
+  for (auto& c : dynamics_.contacts()) c.closed = false;
+  for (auto& p : dynamics_.preloaded()) p.slip = 1;  // any mode: the true one is chosen before the first step
+  method_.start(dynamics_, state.t, scratch_);
+  last_ = {};
+  pending_ = true;
+}
+
+bool EventDriven::fail(const std::string& what) {
+  failure_ = fmt::format("t = {:.9g} s: {}", method_.t, what);
+  return false;
+}
+
+void EventDriven::interpolate(double t, double* q, double* v) const {
+  const int n = dynamics_.system().n();
+  const std::vector<double>* x = &method_.x;
+  if (t < method_.t) {
+    method_.interpolate(t, scratch_);
+    x = &scratch_;
+  }
+  std::copy(x->begin(), x->begin() + n, q);
+  std::copy(x->begin() + n, x->begin() + 2 * n, v);
+}
+
+bool EventDriven::step(double t_end) {
+  if (pending_ && !change_mode()) return false;
+  const double knot = dynamics_.system().next_knot(method_.t);
+  const bool to_knot = knot < t_end;
+  if (to_knot) t_end = knot;
+  watch(method_.x, before_);
+  if (!method_.step(dynamics_, t_end))
+    return fail("no step is accepted any more, however small; the motion is singular there, or "
+                "nonsmooth.tolerance beyond rounding");
+  ++dynamics_.work.steps;
+  dynamics_.work.rejected = method_.rejected;
+  Event first;
+  first.t = method_.t;
+  find_gap_events(first);
+  find_mode_events(first);
+  last_ = first;
+  pending_ = first.kind != Event::Kind::none;
+  if (pending_) land(last_);
+  const auto& e = dynamics_.evaluation();
+  for (int k = 0; k < dynamics_.system().rows(); ++k) {
+    double& worst = dynamics_.system().is_angle_row(k) ? dynamics_.extremes.constraint_angle
+                                                       : dynamics_.extremes.constraint_length;
+    worst = std::max(worst, std::abs(e.phi[k]));
+  }
+  if (!pending_) {
+    dynamics_.project(method_.x, method_.t);
+    method_.renew(dynamics_);
+    if (to_knot && method_.t >= knot) method_.start(dynamics_, method_.t, std::vector<double>(method_.x));
+  }
+  for (int k = 0; k < dynamics_.system().contacts(); ++k) {
+    const auto& row = dynamics_.look(k, method_.x, method_.t);
+    mark_[k].gap = {row.gap + rounding(k), row.normal.dot(v())};
+    auto& deepest = dynamics_.extremes.penetration[k];
+    deepest = std::max(deepest, -row.gap);
+  }
+  stalled_ = method_.t > method_.t_old ? 0 : stalled_ + 1;
+  if (stalled_ > 20 + 4 * dynamics_.system().contacts())
+    return fail("the mode of contact changes again and again without time passing; it cannot be decided there");
+  return true;
+}
+
+/// What a gap is known to (m).
+double EventDriven::rounding(int k) const {
+  return 1e-13 * dynamics_.system().contact_facts(k).clearance + 4e-16 * dynamics_.system().longest_arm();
+}
+
+Watched EventDriven::gap_at(int k, double t) {
+  const std::vector<double>* x = &method_.x;
+  if (t < method_.t) {
+    method_.interpolate(t, scratch_);
+    x = &scratch_;
+  }
+  const auto& row = dynamics_.look(k, *x, t);
+  // A contact that has just opened starts within rounding of zero.
+  return {row.gap + rounding(k), row.normal.dot(x->data() + dynamics_.system().n())};
+}
+
+void EventDriven::find_gap_events(Event& first) {
+  for (int k = 0; k < dynamics_.system().contacts(); ++k) {
+    if (dynamics_.contacts()[k].closed) continue;
+    const auto t = first_loss([&](double at) { return gap_at(k, at); }, method_.t_old, method_.t, mark_[k].gap,
+                              gap_at(k, method_.t));
+    if (t && (*t < first.t || first.kind == Event::Kind::none)) first = {Event::Kind::gap, k, *t};
+  }
+}
+
+/// What must stay positive for the mode to last, from the last evaluation of the dynamics.
+void EventDriven::watch(const std::vector<double>& x, std::vector<double>& values) {
+  values.clear();
+  watched_.clear();
+  const auto put = [&](Event::Kind kind, int k, double value) {
+    watched_.push_back({kind, k, 0});
+    values.push_back(value);
+  };
+  const double* v = x.data() + dynamics_.system().n();
+  for (int k = 0; k < dynamics_.system().contacts(); ++k) {
+    const auto& c = dynamics_.contacts()[k];
+    if (!c.closed) continue;
+    put(Event::Kind::force, k, c.lambda_n);
+    if (c.row.tangent.size == 0) continue;
+    const double bound = *dynamics_.system().contact_facts(k).surface.friction * c.lambda_n;
+    if (c.slip == 0)
+      put(Event::Kind::stick, k, bound - std::abs(c.lambda_t));
+    else
+      put(Event::Kind::slip, k, c.slip * c.row.tangent.dot(v));
+  }
+  for (int k = 0; k < dynamics_.system().frictions(); ++k) {
+    const auto& p = dynamics_.preloaded()[k];
+    if (p.slip == 0)
+      put(Event::Kind::slide_stick, k, dynamics_.system().friction_facts(k).bound - std::abs(p.lambda));
+    else
+      put(Event::Kind::slide_slip, k, p.slip * p.rate);
+  }
+}
+
+void EventDriven::values_at(double t, std::vector<double>& values) {
+  const std::vector<double>* x = &method_.x;
+  if (t < method_.t) {
+    method_.interpolate(t, scratch_);
+    x = &scratch_;
+  }
+  dynamics_(*x, slope_, t);
+  watch(*x, values);
+}
+
+void EventDriven::find_mode_events(Event& first) {
+  if (watched_.empty()) return;
+  const double t0 = method_.t_old, t1 = method_.t, tm = 0.5 * (t0 + t1);
+  values_at(tm, middle_);
+  values_at(t1, after_);
+  const auto take = [&](std::size_t i, double a, double b, double fa, double fb) {
+    auto event = watched_[i];
+    event.t = a;
+    if (fa > 0) {
+      std::vector<double> values;
+      event.t = bracketed_root(
+          [&](double s) {
+            values_at(s, values);
+            return values[i];
+          },
+          a, b, fa, fb);
+    }
+    if (event.t < first.t || first.kind == Event::Kind::none) first = event;
+  };
+  for (std::size_t i = 0; i < watched_.size(); ++i) {
+    const bool speed = watched_[i].kind == Event::Kind::slip || watched_[i].kind == Event::Kind::slide_slip;
+    // A surface that has just begun to slide starts from rest, within rounding.
+    const double start = speed && before_[i] <= dynamics_.speed_tolerance() ? 0 : before_[i];
+    const bool fresh = speed && start == 0;
+    if (middle_[i] < 0 && !(fresh && after_[i] > 0))
+      take(i, t0, tm, start, middle_[i]);
+    else if (after_[i] < 0)
+      take(i, tm, t1, middle_[i], after_[i]);
+  }
+}
+
+/// Steps from the old state to the event; for a gap its time is corrected by Newton at the end of the step.
+void EventDriven::land(Event& event) {
+  ++dynamics_.work.events;
+  if (event.t <= method_.t_old) {
+    method_.start(dynamics_, method_.t_old, std::vector<double>(method_.x_old));
+    return;
+  }
+  if (event.kind != Event::Kind::gap) {
+    method_.land(dynamics_, event.t);
+    return;
+  }
+  const double enough = rounding(event.index);
+  for (int i = 0; i < 5; ++i) {
+    method_.land(dynamics_, event.t);
+    const auto& row = dynamics_.look(event.index, method_.x, method_.t);
+    const double rate = row.normal.dot(v());
+    if (std::abs(row.gap) <= enough || rate == 0) break;
+    const double next = event.t - row.gap / rate;
+    if (!(next > method_.t_old) || std::abs(next - event.t) <= 2e-16 * event.t) break;
+    if (std::abs(next - event.t) > 0.1 * (event.t - method_.t_old)) break;  // grazing: keep the root
+    event.t = next;
+  }
+}
+
+/// Impacts where something approaches, then the mode that the accelerations choose.
+bool EventDriven::change_mode() {
+  pending_ = false;
+  const double t = method_.t;
+  auto& d = dynamics_;
+  auto& x = method_.x;
+  d.measure_speeds(x);
+  // Where sliding has come to an end its speed is zero, not rounding.
+  if (last_.kind == Event::Kind::slip) d.contacts()[last_.index].slip = 0;
+  if (last_.kind == Event::Kind::slide_slip) d.preloaded()[last_.index].slip = 0;
+  if (last_.kind == Event::Kind::slip || last_.kind == Event::Kind::slide_slip) d.project(x, t);
+  if (last_.kind == Event::Kind::stick)
+    d.contacts()[last_.index].forced = d.contacts()[last_.index].lambda_t > 0 ? -1 : 1;
+  if (last_.kind == Event::Kind::slide_stick)
+    d.preloaded()[last_.index].forced = d.preloaded()[last_.index].lambda > 0 ? -1 : 1;
+
+  std::vector<int> touching, was_closed;
+  for (int k = 0; k < d.system().contacts(); ++k) {
+    const bool closed = d.contacts()[k].closed;
+    if (closed) was_closed.push_back(k);
+    const auto& row = d.look(k, x, t);
+    rate_before_[k] = row.normal.dot(v());
+    slide_before_[k] = row.tangent.dot(v());
+    ending_[k] = 0;
+    const bool here = last_.kind == Event::Kind::gap && last_.index == k;
+    const double near = 1e-10 * d.system().contact_facts(k).clearance + 1e-14 * d.system().longest_arm();
+    if (closed || here || (row.normal.size > 0 && row.gap <= near && rate_before_[k] <= d.speed_tolerance()))
+      touching.push_back(k);
+  }
+  if (!impacts(touching) || !choose(touching)) return false;
+  for (auto& c : d.contacts()) c.forced = 0;
+  for (auto& p : d.preloaded()) p.forced = 0;
+  d.project(x, t);
+  record(was_closed);
+  method_.start(d, t, std::vector<double>(x));
+  for (int k = 0; k < d.system().contacts(); ++k) {
+    const auto& row = d.look(k, x, t);
+    mark_[k].gap = {row.gap + rounding(k), row.normal.dot(v())};
+  }
+  return true;
+}
+
+/// The mode. A contact whose force has just come to zero opens, unless what presses it then closes it.
+bool EventDriven::choose(std::vector<int>& touching) {
+  auto& d = dynamics_;
+  const auto& x = method_.x;
+  if (last_.kind == Event::Kind::force && std::ranges::find(touching, last_.index) != touching.end()) {
+    auto rest = touching;
+    std::erase(rest, last_.index);
+      if (const auto reason = d.choose(x, method_.t, rest); !reason.empty()) return fail(reason);
+    const double g = d.gap_acceleration(last_.index, x, method_.t);
+    if (g >= -1e-6 * d.acceleration_scale()) {
+      touching = rest;
+      return true;
+    }
+  }
+  const auto reason = d.choose(x, method_.t, touching);
+  return reason.empty() || fail(reason);
+}
+
+/// Solves the impact of the touching contacts if one approaches; leaves in `touching` those that stay.
+bool EventDriven::impacts(std::vector<int>& touching) {
+  auto& d = dynamics_;
+  const double tiny = d.speed_tolerance(), t = method_.t;
+  if (std::ranges::none_of(touching, [&](int k) { return rate_before_[k] < -tiny; })) {
+    std::erase_if(touching, [&](int k) { return rate_before_[k] > tiny; });
+    return true;
+  }
+  const auto before = method_.x;
+  const double loss_before = d.contact_loss;
+  if (const auto reason = d.strike(method_.x, t, touching, {}); !reason.empty()) return fail(reason);
+  const auto leaving = [&](int k) { return d.look(k, method_.x, t).normal.dot(v()) > tiny; };
+  auto staying = touching;
+  std::erase_if(staying, leaving);
+  std::vector<int> over;
+  if (!ending_contacts(touching, staying, over)) return false;
+  if (!over.empty()) {
+    method_.x = before;
+    d.contact_loss = loss_before;
+    if (const auto reason = d.strike(method_.x, t, touching, over); !reason.empty()) return fail(reason);
+    staying = touching;
+    std::erase_if(staying, leaving);
+  }
+  const double kinetic = d.system().kinetic(before.data() + d.system().n());
+  if (const double gain = d.impact_gain(); gain > 1e-12 * kinetic) {
+    ++d.extremes.gains;
+    d.extremes.greatest_gain = std::max(d.extremes.greatest_gain, gain);
+  }
+  touching = staying;
+  return true;
+}
+
+/// Of the struck contacts that leave again, those whose remaining impacts are over within the accumulation
+/// time; with the time left in ending_.
+bool EventDriven::ending_contacts(const std::vector<int>& struck, const std::vector<int>& staying,
+                                  std::vector<int>& over) {
+  auto& d = dynamics_;
+  bool chosen = false;
+  for (const int k : struck) {
+    if (std::ranges::find(staying, k) != staying.end() || !(rate_before_[k] < 0)) continue;
+    const double u = d.look(k, method_.x, method_.t).normal.dot(v()), e = u / -rate_before_[k];
+    if (!(e < 1)) continue;
+    if (!chosen)
+      if (const auto reason = d.choose(method_.x, method_.t, staying); !reason.empty()) return fail(reason);
+    chosen = true;
+    const double g = d.gap_acceleration(k, method_.x, method_.t);
+    const double rest = g < 0 ? 2 * u / -g / (1 - e) : INFINITY;
+    if (rest > accumulation_) continue;
+    over.push_back(k);
+    ending_[k] = rest;
+  }
+  return true;
+}
+
+/// The log: impacts, touches that begin to last, and losses of contact.
+void EventDriven::record(const std::vector<int>& was_closed) {
+  auto& d = dynamics_;
+  const double t = method_.t;
+  for (int k = 0; k < d.system().contacts(); ++k) {
+    const bool was = std::ranges::find(was_closed, k) != was_closed.end(), is = d.contacts()[k].closed;
+    const double* impulse = method_.x.data() + d.impulse_offset() + 2 * k;
+    const auto& row = d.look(k, method_.x, t);
+    const double* now = method_.x.data() + d.system().n();
+    const double u = row.normal.dot(now), slide = row.tangent.dot(now);
+    const double struck_n = impulse[0] - mark_[k].impulse_n;
+    if (!was && (is || struck_n > 0)) {
+      const double touch = t + ending_[k];
+      log_->touch(k, touch, crank(), rate_before_[k], slide_before_[k], std::max(ending_[k], 4e-16 * t), 0);
+      mark_[k].t = touch;
+    }
+    if (!is && (was || struck_n > 0))
+      log_->leave(k, t, crank(), u, slide, struck_n, impulse[1] - mark_[k].impulse_t, t - mark_[k].t);
+    if (!is) {
+      mark_[k].impulse_n = impulse[0];
+      mark_[k].impulse_t = impulse[1];
+    }
+  }
+}
+
+EnergyLedger EventDriven::integrals() const {
+  const double* w = method_.x.data() + dynamics_.integral_offset();
+  EnergyLedger l;
+  l.drive = w[EventDynamics::drive];
+  l.load = w[EventDynamics::load];
+  l.damping = w[EventDynamics::damping];
+  l.friction = w[EventDynamics::friction_loss];
+  l.contact = dynamics_.contact_loss;
+  l.stabilisation = dynamics_.stabilisation;
+  return l;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,85 @@
+// Event-driven integration of the set-valued laws: smooth motion by Dormand and Prince's pair with dense output;
+// impacts, losses of contact, and changes between stick and slip located on it and landed on by a step of their
+// own, and the motion begun anew in the mode that the accelerations choose.
+//
+// A contact that bounces ever faster would take infinitely many impacts to come to rest. With u⁺ its rate after an
+// impact, e = u⁺/|u⁻| and g̈ < 0 what presses it, the rest of the sequence lasts τ = 2u⁺/(|g̈|(1 − e)). Once τ is below
+// the accumulation time the contact is closed: its impulses over τ are the same up to τ², and the touch is
+// recorded at the end of the sequence, with τ as its uncertainty.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "formulations/integrators/crossing.hpp"
+#include "formulations/integrators/methods.hpp"
+#include "formulations/nonsmooth/event_dynamics.hpp"
+
+namespace freeplay {
+
+class EventDriven {
+ public:
+  /// `accumulation`: s.
+  EventDriven(EventDynamics dynamics, Dopri5 method, double accumulation);
+
+  void start(const State& state, ContactLog& log);
+  bool step(double t_end);
+  const std::string& failure() const { return failure_; }
+
+  double t() const { return method_.t; }
+  double t_old() const { return method_.t_old; }
+  /// At the end of the step, before an impact that may follow there.
+  const double* v() const { return method_.x.data() + dynamics_.system().n(); }
+  const double* v_old() const { return method_.x_old.data() + dynamics_.system().n(); }
+  void interpolate(double t, double* q, double* v) const;
+
+  const double* q() const { return method_.x.data(); }
+  EnergyLedger integrals() const;
+  const Work& work() const { return dynamics_.work; }
+  const Extremes& extremes() const { return dynamics_.extremes; }
+  bool singular() const { return dynamics_.singular(); }
+
+ private:
+  struct Event {
+    enum class Kind { none, gap, force, stick, slip, slide_stick, slide_slip };
+    Kind kind = Kind::none;
+    int index = -1;
+    double t = 0;
+  };
+  struct Mark {
+    Watched gap;                                 // at the end of the last step, open contacts
+    double impulse_n = 0, impulse_t = 0, t = 0;  // at first touch of a closed one
+  };
+
+  void find_gap_events(Event& first);
+  void find_mode_events(Event& first);
+  void watch(const std::vector<double>& x, std::vector<double>& values);
+  void values_at(double t, std::vector<double>& values);
+  void land(Event& event);
+  bool change_mode();
+  bool impacts(std::vector<int>& touching);
+  bool ending_contacts(const std::vector<int>& struck, const std::vector<int>& staying, std::vector<int>& over);
+  bool choose(std::vector<int>& touching);
+  void record(const std::vector<int>& before);
+  Watched gap_at(int k, double t);
+  double rounding(int k) const;
+  double crank() const { return dynamics_.system().crank_angle(method_.x.data()); }
+  bool fail(const std::string& what);
+
+  EventDynamics dynamics_;
+  Dopri5 method_;
+  double accumulation_;
+  ContactLog* log_ = nullptr;
+  std::vector<Mark> mark_;
+  std::vector<double> ending_;           // s, τ of contacts closed by accumulation now, else 0
+  std::vector<double> rate_before_, slide_before_;
+  mutable std::vector<double> scratch_;
+  std::vector<double> slope_, before_, middle_, after_;
+  std::vector<Event> watched_;  // what the values stand for
+  bool pending_ = false;        // the mode changes before the next step
+  Event last_;
+  int stalled_ = 0;
+  std::string failure_;
+};
+
+}  // namespace freeplay

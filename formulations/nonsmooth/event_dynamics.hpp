@@ -1,0 +1,110 @@
+// Motion between events under set-valued laws. In a mode every contact is open or closed and every closed one
+// with friction, like every preloaded joint, sticks or slips one way:
+//
+//     M v̇ + Gᵀλ = f + Σ (W_N − s μ W_T) λ_N + Σ W_T λ_T,    G v̇ = γ,
+//     W_Nᵀ v̇ = γ_N (closed),   W_Tᵀ v̇ = γ_T (sticking),   s = sgn u_T of those that slip.
+//
+// Which mode follows an event is a complementarity problem in accelerations (Glocker, Set-Valued Force Laws, 2001):
+//     0 ≤ g̈ ⊥ λ_N ≥ 0,   −λ_T ∈ μ λ_N Sgn(u̇_T) where u_T = 0,   λ_T = −s μ λ_N where it is not.
+// The integrated vector is [q, v, (P_N, P_T) of each contact, work integrals].
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "formulations/nonsmooth/contact_problem.hpp"
+#include "formulations/nonsmooth/impact.hpp"
+#include "model/system.hpp"
+#include "numerics/saddle_point.hpp"
+#include "sim/formulation.hpp"
+
+namespace freeplay {
+
+class EventDynamics {
+ public:
+  using Vector = std::vector<double>;
+  enum Integral { drive, load, damping, friction_loss, integrals };
+  struct Contact {
+    bool closed = false;
+    int slip = 0;    ///< of a closed one with friction: 0 sticks, ±1 the sign of u_T
+    int forced = 0;  ///< it has just been torn from sticking this way: the next choice starts from that
+    double restitution = 0;
+    ContactRow row;
+    double lambda_n = 0, lambda_t = 0;  ///< N, at the last evaluation
+    int unknown = -1, tangent_unknown = -1;
+  };
+  struct Preloaded {
+    int slip = 0, forced = 0;  ///< as of a contact
+    SparseRow row;
+    double gamma = 0, rate = 0, lambda = 0;
+    int unknown = -1;
+  };
+
+  EventDynamics(const System& system, const NonsmoothOptions& options, std::vector<double> restitution,
+                bool redundant, double speed_scale);
+
+  /// dx/dt of the present mode.
+  void operator()(const Vector& x, Vector& dxdt, double t);
+
+  /// Impulses of all contacts in `struck` (gap closed), added to v and to the impulses and works in x. An
+  /// empty text, or why there are none. Contacts in `soft` take e = 0 and e_T = 0.
+  std::string strike(Vector& x, double t, const std::vector<int>& struck, const std::vector<int>& soft);
+  double impact_gain() const { return impact_.normal_work() + impact_.tangential_work(); }
+
+  /// Chooses the mode from the contacts that touch without relative normal speed (`candidates`), by the
+  /// problem in accelerations. An empty text, or why it cannot be chosen.
+  std::string choose(const Vector& x, double t, const std::vector<int>& candidates);
+  /// g̈ of an open contact in the present mode.
+  double gap_acceleration(int k, const Vector& x, double t);
+  /// Greatest acceleration at the last evaluation (m/s²).
+  double acceleration_scale() const;
+  /// Moves x onto the constraints of the mode, positions then velocities, by the least mass-weighted change.
+  void project(Vector& x, double t);
+
+  /// Fills row() of contact k at a state.
+  const ContactRow& look(int k, const Vector& x, double t);
+  double slide_rate(int k, const Vector& x, double t);
+
+  int size() const { return integral_offset() + integrals; }
+  int impulse_offset() const { return 2 * system_.n(); }
+  int integral_offset() const { return impulse_offset() + 2 * system_.contacts(); }
+  const System& system() const { return system_; }
+  bool singular() const { return saddle_.singular(); }
+  std::vector<Contact>& contacts() { return contacts_; }
+  const std::vector<Contact>& contacts() const { return contacts_; }
+  std::vector<Preloaded>& preloaded() { return preloaded_; }
+  const Evaluation& evaluation() const { return e_; }
+  /// Below it a relative speed is none (m/s): rounding of the velocities, or 1e-10 of the scene's scale.
+  double speed_tolerance() const { return speed_tolerance_; }
+  void measure_speeds(const Vector& x);
+
+  Work work;
+  Extremes extremes;
+  double contact_loss = 0, stabilisation = 0;  ///< J
+
+ private:
+  void collect_rows(const Vector& x, double t);
+  bool solve_mode(const double* q, const double* v, double t);
+  /// Adds a column A·`column` to the responses and its row; returns its index.
+  int add(const SparseRow& row, const SparseRow* beside, double factor);
+  double* response(int r) { return response_.data() + static_cast<long>(r) * system_.n(); }
+  double* reaction(int r) { return reaction_.data() + static_cast<long>(r) * system_.rows(); }
+
+  const System& system_;
+  double speed_scale_, speed_tolerance_ = 0;
+  SaddlePoint saddle_;
+  Evaluation e_;
+  std::vector<Contact> contacts_;
+  std::vector<Preloaded> preloaded_;
+  Impact impact_;
+  ContactProblem status_;
+  std::vector<ImpactContact> struck_;
+  std::vector<SparseRow> rows_;
+  std::vector<double> response_, reaction_;
+  int used_ = 0;
+  Eigen::MatrixXd K_;
+  Eigen::VectorXd rhs_, solution_;
+  Vector a_, lambda_, r_, unit_, force_;
+};
+
+}  // namespace freeplay
