@@ -171,7 +171,7 @@ void EventDriven::find_mode_events(Event& first) {
   for (std::size_t i = 0; i < watched_.size(); ++i) {
     const bool speed = watched_[i].kind == Event::Kind::slip || watched_[i].kind == Event::Kind::slide_slip;
     // A surface that has just begun to slide starts from rest, within rounding.
-    const double start = speed && before_[i] <= dynamics_.speed_tolerance() ? 0 : before_[i];
+    const double start = speed && before_[i] <= dynamics_.slide_tolerance() ? 0 : before_[i];
     const bool fresh = speed && start == 0;
     if (middle_[i] < 0 && !(fresh && after_[i] > 0))
       take(i, t0, tm, start, middle_[i]);
@@ -211,10 +211,6 @@ bool EventDriven::change_mode() {
   auto& d = dynamics_;
   auto& x = method_.x;
   d.measure_speeds(x);
-  // Where sliding has come to an end its speed is zero, not rounding.
-  if (last_.kind == Event::Kind::slip) d.contacts()[last_.index].slip = 0;
-  if (last_.kind == Event::Kind::slide_slip) d.preloaded()[last_.index].slip = 0;
-  if (last_.kind == Event::Kind::slip || last_.kind == Event::Kind::slide_slip) d.project(x, t);
   if (last_.kind == Event::Kind::stick)
     d.contacts()[last_.index].forced = d.contacts()[last_.index].lambda_t > 0 ? -1 : 1;
   if (last_.kind == Event::Kind::slide_stick)
@@ -246,18 +242,23 @@ bool EventDriven::change_mode() {
   return true;
 }
 
-/// The mode. A contact whose force has just come to zero opens, unless what presses it then closes it.
+/// The mode. Contacts whose force has just come to zero open, unless what presses them then closes them.
 bool EventDriven::choose(std::vector<int>& touching) {
   auto& d = dynamics_;
   const auto& x = method_.x;
-  if (last_.kind == Event::Kind::force && std::ranges::find(touching, last_.index) != touching.end()) {
-    auto rest = touching;
-    std::erase(rest, last_.index);
-      if (const auto reason = d.choose(x, method_.t, rest); !reason.empty()) return fail(reason);
-    const double g = d.gap_acceleration(last_.index, x, method_.t);
-    if (g >= -1e-6 * d.acceleration_scale()) {
-      touching = rest;
-      return true;
+  if (last_.kind == Event::Kind::force) {
+    const double none = 1e-6 * d.acceleration_scale();
+    auto pressed = touching;
+    std::erase_if(pressed, [&](int k) { return d.contacts()[k].closed && d.pressure(k) <= none; });
+    if (pressed.size() < touching.size()) {
+      const auto open = [&](int k) {
+        return std::ranges::find(pressed, k) != pressed.end() || d.gap_acceleration(k, x, method_.t) >= -none;
+      };
+      if (const auto reason = d.choose(x, method_.t, pressed); !reason.empty()) return fail(reason);
+      if (std::ranges::all_of(touching, open)) {
+        touching = pressed;
+        return true;
+      }
     }
   }
   const auto reason = d.choose(x, method_.t, touching);

@@ -91,6 +91,7 @@ bool EventDynamics::solve_mode(const double* q, const double* v, double t) {
     auto& c = contacts_[k];
     if (c.unknown < 0) continue;
     c.lambda_n = solution_[c.unknown];
+    c.mobility = K_(c.unknown, c.unknown);
     if (c.row.tangent.size == 0) continue;
     const double mu = *system_.contact_facts(k).surface.friction;
     c.lambda_t = c.slip != 0 ? -c.slip * mu * c.lambda_n : solution_[c.tangent_unknown];
@@ -129,6 +130,7 @@ void EventDynamics::measure_speeds(const Vector& x) {
   for (int i = 0; i < system_.n(); ++i)
     fastest = std::max(fastest, std::abs(x[system_.n() + i]) * (system_.is_angle(i) ? system_.longest_arm() : 1));
   speed_tolerance_ = 1e-10 * speed_scale_ + 1e-14 * fastest;
+  slide_tolerance_ = 1e-7 * speed_scale_ + 1e-12 * fastest;
 }
 
 std::string EventDynamics::strike(Vector& x, double t, const std::vector<int>& struck,
@@ -198,7 +200,7 @@ std::string EventDynamics::choose(const Vector& x, double t, const std::vector<i
   for (int k = 0; k < system_.frictions(); ++k) {
     const double u = slide_rate(k, x, t);
     auto& p = preloaded_[k];
-    p.slip = std::abs(u) > speed_tolerance() ? (u > 0 ? 1 : -1) : p.forced;
+    p.slip = std::abs(u) > slide_tolerance() ? (u > 0 ? 1 : -1) : p.forced;
   }
   if (candidates.empty() && std::ranges::none_of(preloaded_, [](const auto& p) { return p.slip == 0; })) return "";
 
@@ -229,7 +231,7 @@ std::string EventDynamics::choose(const Vector& x, double t, const std::vector<i
     if (c.row.tangent.size > 0) {
       mu = *system_.contact_facts(k).surface.friction;
       const double rate = c.row.tangent.dot(v);
-      slip = std::abs(rate) > speed_tolerance() ? (rate > 0 ? 1 : -1) : c.forced;
+      slip = std::abs(rate) > slide_tolerance() ? (rate > 0 ? 1 : -1) : c.forced;
     }
     u.normal = add(c.row.normal, slip != 0 ? &c.row.tangent : nullptr, -slip * mu);
     status_.b[u.normal] = c.row.normal.dot(a_.data()) - c.row.gamma_n;

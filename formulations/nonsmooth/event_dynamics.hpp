@@ -31,6 +31,7 @@ class EventDynamics {
     double restitution = 0;
     ContactRow row;
     double lambda_n = 0, lambda_t = 0;  ///< N, at the last evaluation
+    double mobility = 0;                ///< 1/kg, of λ_N on its own gap
     int unknown = -1, tangent_unknown = -1;
   };
   struct Preloaded {
@@ -56,6 +57,8 @@ class EventDynamics {
   std::string choose(const Vector& x, double t, const std::vector<int>& candidates);
   /// g̈ of an open contact in the present mode.
   double gap_acceleration(int k, const Vector& x, double t);
+  /// λ_N of contact k as the acceleration of its gap that it makes (m/s²), at the last evaluation of a mode.
+  double pressure(int k) const { return contacts_[k].lambda_n * contacts_[k].mobility; }
   /// Greatest acceleration at the last evaluation (m/s²).
   double acceleration_scale() const;
   /// Moves x onto the constraints of the mode, positions then velocities, by the least mass-weighted change.
@@ -76,6 +79,9 @@ class EventDynamics {
   const Evaluation& evaluation() const { return e_; }
   /// Below it a relative speed is none (m/s): rounding of the velocities, or 1e-10 of the scene's scale.
   double speed_tolerance() const { return speed_tolerance_; }
+  /// Below it a sliding speed is none: the accelerations decide which way it goes on. Wider, because a located
+  /// end of sliding is only as sharp as the dense output.
+  double slide_tolerance() const { return slide_tolerance_; }
   void measure_speeds(const Vector& x);
 
   Work work;
@@ -91,7 +97,7 @@ class EventDynamics {
   double* reaction(int r) { return reaction_.data() + static_cast<long>(r) * system_.rows(); }
 
   const System& system_;
-  double speed_scale_, speed_tolerance_ = 0;
+  double speed_scale_, speed_tolerance_ = 0, slide_tolerance_ = 0;
   SaddlePoint saddle_;
   Evaluation e_;
   std::vector<Contact> contacts_;
