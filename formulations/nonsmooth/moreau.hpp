@@ -87,6 +87,7 @@ class MoreauStepper {
   EnergyLedger integrals_;
   Extremes extremes_;
   Work work_;
+  bool struck_ = false;  // a contact was touched in this step
   std::string failure_;
 };
 
