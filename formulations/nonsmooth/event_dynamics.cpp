@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -82,7 +83,8 @@ bool EventDynamics::solve_mode(const double* q, const double* v, double t) {
   if (used_ == 0) return true;
   for (int r = 0; r < used_; ++r)
     for (int s = 0; s < used_; ++s) K_(r, s) = rows_[r].dot(response(s));
-  solution_ = K_.topLeftCorner(used_, used_).partialPivLu().solve(rhs_.head(used_));
+  solve_active();
+  if (dependent_) share_friction();
   for (int r = 0; r < used_; ++r) {
     for (int i = 0; i < n; ++i) a_[i] += solution_[r] * response(r)[i];
     for (int k = 0; k < m; ++k) lambda_[k] += solution_[r] * reaction(r)[k];
@@ -99,6 +101,41 @@ bool EventDynamics::solve_mode(const double* q, const double* v, double t) {
   for (auto& p : preloaded_)
     if (p.unknown >= 0) p.lambda = solution_[p.unknown];
   return true;
+}
+
+/// K x = rhs of the active rows; of several solutions (sticking feet of one body share a row) the least.
+void EventDynamics::solve_active() {
+  const auto K = K_.topLeftCorner(used_, used_);
+  const auto lu = K.partialPivLu();
+  const auto pivots = lu.matrixLU().diagonal().cwiseAbs();
+  dependent_ = !(pivots.minCoeff() > 1e-11 * pivots.maxCoeff());
+  if (dependent_) {
+    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
+    decomposition.setThreshold(1e-10);
+    decomposition.compute(K);
+    solution_ = decomposition.solve(rhs_.head(used_));
+  } else {
+    solution_ = lu.solve(rhs_.head(used_));
+  }
+}
+
+/// Where sticking rows depend on each other their forces are not unique. They are shared in proportion to what each
+/// contact can hold, so that none gives way while others could hold on.
+void EventDynamics::share_friction() {
+  Eigen::VectorXd share = Eigen::VectorXd::Ones(used_);
+  for (int k = 0; k < system_.contacts(); ++k) {
+    const auto& c = contacts_[k];
+    if (c.tangent_unknown < 0) continue;
+    const double bound = *system_.contact_facts(k).surface.friction * solution_[c.unknown];
+    share[c.tangent_unknown] = std::max(bound, 0.0);
+  }
+  for (int k = 0; k < system_.frictions(); ++k)
+    if (preloaded_[k].unknown >= 0) share[preloaded_[k].unknown] = system_.friction_facts(k).bound;
+  share /= share.maxCoeff();
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
+  decomposition.setThreshold(1e-10);
+  decomposition.compute(K_.topLeftCorner(used_, used_) * share.asDiagonal());
+  solution_ = share.asDiagonal() * decomposition.solve(rhs_.head(used_));
 }
 
 void EventDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
@@ -327,7 +364,7 @@ void EventDynamics::project(Vector& x, double t) {
         rhs_[r] = -rhs_[r] - rows_[r].dot(a_.data());
         for (int s = 0; s <= r; ++s) K_(r, s) = K_(s, r) = rows_[r].dot(response(s));
       }
-      solution_ = K_.topLeftCorner(used_, used_).partialPivLu().solve(rhs_.head(used_));
+      solve_active();
       for (int r = 0; r < used_; ++r)
         for (int i = 0; i < n; ++i) a_[i] += solution_[r] * response(r)[i];
     }

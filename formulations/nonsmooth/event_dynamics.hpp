@@ -90,6 +90,8 @@ class EventDynamics {
 
  private:
   void collect_rows(const Vector& x, double t);
+  void solve_active();
+  void share_friction();
   bool solve_mode(const double* q, const double* v, double t);
   /// Adds a column A·`column` to the responses and its row; returns its index.
   int add(const SparseRow& row, const SparseRow* beside, double factor);
@@ -108,6 +110,7 @@ class EventDynamics {
   std::vector<SparseRow> rows_;
   std::vector<double> response_, reaction_;
   int used_ = 0;
+  bool dependent_ = false;  // the active rows depend on each other
   Eigen::MatrixXd K_;
   Eigen::VectorXd rhs_, solution_;
   Vector a_, lambda_, r_, unit_, force_;
