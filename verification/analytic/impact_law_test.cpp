@@ -5,6 +5,7 @@
 #include <random>
 
 #include "formulations/nonsmooth/impact.hpp"
+#include "verification/references/loose_guide.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
@@ -104,6 +105,31 @@ TEST_CASE("Kane and Levinson's pendulum: Newton's law gains energy, says so, and
   const auto run = test::simulate(scene, Family::nonsmooth);
   CHECK(run.extremes.gains == 1);
   CHECK(run.extremes.greatest_gain == Approx(run.ledger.kinetic - run.ledger.initial).epsilon(1e-6));
+}
+
+TEST_CASE("single impacts by three laws against an independent program", "[impact]") {
+  REQUIRE(reference::single_impacts.size() > 8);
+  for (const auto& row : reference::single_impacts) {
+    const std::pair<ImpactLaw, const double*> laws[] = {{ImpactLaw::newton, row.newton},
+                                                        {ImpactLaw::poisson, row.poisson},
+                                                        {ImpactLaw::energetic, row.energetic}};
+    for (const auto& [law, expected] : laws) {
+      Impact impact(law, LcpSolver::automatic, 1e-12);
+      Eigen::MatrixXd D(2, 2);
+      D << row.D_nn, row.D_nt, row.D_nt, row.D_tt;
+      Eigen::VectorXd rates(2);
+      rates << row.v_n_minus, row.v_t_minus;
+      std::vector<ImpactContact> contacts(1);
+      contacts[0].normal = 0;
+      contacts[0].tangent = 1;
+      contacts[0].friction = row.mu;
+      contacts[0].restitution = row.e;
+      CAPTURE(static_cast<int>(law), row.mu, row.e, row.v_t_minus, row.v_n_minus, row.D_nt);
+      REQUIRE(impact.solve(D, rates, 2, contacts).empty());
+      CHECK(contacts[0].impulse_n == Approx(expected[0]).epsilon(1e-10));
+      CHECK(contacts[0].impulse_t == Approx(expected[1]).margin(1e-10 * expected[0]).epsilon(0));
+    }
+  }
 }
 
 TEST_CASE("a single impact integrated along its normal impulse", "[impact]") {
