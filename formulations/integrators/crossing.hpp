@@ -17,8 +17,8 @@ struct Watched {
 template <class F>
 double bracketed_root(F f, double a, double b, double fa, double fb) {
   std::uintmax_t most = 100;
-  const auto [lo, hi] = boost::math::tools::toms748_solve(f, a, b, fa, fb,
-                                                          boost::math::tools::eps_tolerance<double>(50), most);
+  const auto [lo, hi] =
+      boost::math::tools::toms748_solve(f, a, b, fa, fb, boost::math::tools::eps_tolerance<double>(50), most);
   return 0.5 * (lo + hi);
 }
 
@@ -47,7 +47,8 @@ std::optional<double> first_loss(F at, double t0, double t1, Watched start, Watc
     if (b.value < 0) {
       if (a.value > 0) return bracketed_root(value, ta, tb, a.value, b.value);
       if (a.rate > 0) {  // left zero upwards and came back within one sample: the peak lies between
-        const double peak = b.rate < 0 ? bracketed_root(rate, ta, tb, a.rate, b.rate) : tb, most = value(peak);
+        const double peak = b.rate < 0 ? bracketed_root(rate, ta, tb, a.rate, b.rate) : tb,
+                     most = value(peak);
         if (most > 0) return bracketed_root(value, peak, tb, most, b.value);
       }
       return t0;  // never left zero: the mode ends where it began

@@ -58,8 +58,8 @@ bool ContactProblem::attempt(Way way, double accepted, int& pivots) {
     case Way::closed_form: {
       auto& c = unknowns.front();
       const int n = c.normal, t = c.tangent;
-      return one(c, n >= 0 ? b[n] : 0, t >= 0 ? b[t] : 0, n >= 0 ? D(n, n) : 0, n >= 0 && t >= 0 ? D(n, t) : 0,
-                 t >= 0 ? D(t, t) : 0);
+      return one(c, n >= 0 ? b[n] : 0, t >= 0 ? b[t] : 0, n >= 0 ? D(n, n) : 0,
+                 n >= 0 && t >= 0 ? D(n, t) : 0, t >= 0 ? D(t, t) : 0);
     }
     case Way::enumeration:
       return enumerate(accepted, pivots);
@@ -72,8 +72,8 @@ bool ContactProblem::attempt(Way way, double accepted, int& pivots) {
   }
 }
 
-/// One element alone, in closed form by its cases: separation, stick, then slip either way. False where none is
-/// consistent (Painlevé).
+/// One element alone, in closed form by its cases: separation, stick, then slip either way. False where none
+/// is consistent (Painlevé).
 bool ContactProblem::one(ContactUnknown& c, double bn, double bt, double Dnn, double Dnt, double Dtt) {
   bt -= c.target_t;
   if (c.normal < 0) {

@@ -71,8 +71,8 @@ bool ContactProblem::enumerate(double accepted, int& cases) {
   }
 }
 
-/// Contact by contact, each solved exactly with the others held, from the impulses given (Jourdan, Alart, Jean,
-/// Comput. Methods Appl. Mech. Eng. 155 (1998) 31).
+/// Contact by contact, each solved exactly with the others held, from the impulses given (Jourdan, Alart,
+/// Jean, Comput. Methods Appl. Mech. Eng. 155 (1998) 31).
 bool ContactProblem::gauss_seidel(double accepted, int& sweeps) {
   constexpr int most = 2000;
   q_.conservativeResize(std::max<Eigen::Index>(q_.size(), rows));

@@ -51,8 +51,9 @@ bool EventDriven::step(double t_end) {
   if (to_knot) t_end = knot;
   watch(method_.x, before_);
   if (!method_.step(dynamics_, t_end))
-    return fail("no step is accepted any more, however small; the motion is singular there, or "
-                "nonsmooth.tolerance beyond rounding");
+    return fail(
+        "no step is accepted any more, however small; the motion is singular there, or "
+        "nonsmooth.tolerance beyond rounding");
   ++dynamics_.work.steps;
   dynamics_.work.rejected = method_.rejected;
   Event first;
@@ -81,7 +82,8 @@ bool EventDriven::step(double t_end) {
   }
   stalled_ = method_.t > method_.t_old ? 0 : stalled_ + 1;
   if (stalled_ > 20 + 4 * dynamics_.system().contacts())
-    return fail("the mode of contact changes again and again without time passing; it cannot be decided there");
+    return fail(
+        "the mode of contact changes again and again without time passing; it cannot be decided there");
   return true;
 }
 
@@ -104,8 +106,8 @@ Watched EventDriven::gap_at(int k, double t) {
 void EventDriven::find_gap_events(Event& first) {
   for (int k = 0; k < dynamics_.system().contacts(); ++k) {
     if (dynamics_.contacts()[k].closed) continue;
-    const auto t = first_loss([&](double at) { return gap_at(k, at); }, method_.t_old, method_.t, mark_[k].gap,
-                              gap_at(k, method_.t));
+    const auto t = first_loss([&](double at) { return gap_at(k, at); }, method_.t_old, method_.t,
+                              mark_[k].gap, gap_at(k, method_.t));
     if (t && (*t < first.t || first.kind == Event::Kind::none)) first = {Event::Kind::gap, k, *t};
   }
 }

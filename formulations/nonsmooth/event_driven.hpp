@@ -1,11 +1,11 @@
-// Event-driven integration of the set-valued laws: smooth motion by Dormand and Prince's pair with dense output;
-// impacts, losses of contact, and changes between stick and slip located on it and landed on by a step of their
-// own, and the motion begun anew in the mode that the accelerations choose.
+// Event-driven integration of the set-valued laws: smooth motion by Dormand and Prince's pair with dense
+// output; impacts, losses of contact, and changes between stick and slip located on it and landed on by a
+// step of their own, and the motion begun anew in the mode that the accelerations choose.
 //
-// A contact that bounces ever faster would take infinitely many impacts to come to rest. With u⁺ its rate after an
-// impact, e = u⁺/|u⁻| and g̈ < 0 what presses it, the rest of the sequence lasts τ = 2u⁺/(|g̈|(1 − e)). Once τ is below
-// the accumulation time the contact is closed: its impulses over τ are the same up to τ², and the touch is
-// recorded at the end of the sequence, with τ as its uncertainty.
+// A contact that bounces ever faster would take infinitely many impacts to come to rest. With u⁺ its rate
+// after an impact, e = u⁺/|u⁻| and g̈ < 0 what presses it, the rest of the sequence lasts τ = 2u⁺/(|g̈|(1 −
+// e)). Once τ is below the accumulation time the contact is closed: its impulses over τ are the same up to
+// τ², and the touch is recorded at the end of the sequence, with τ as its uncertainty.
 #pragma once
 
 #include <string>
@@ -58,7 +58,8 @@ class EventDriven {
   void land(Event& event);
   bool change_mode();
   bool impacts(std::vector<int>& touching);
-  bool ending_contacts(const std::vector<int>& struck, const std::vector<int>& staying, std::vector<int>& over);
+  bool ending_contacts(const std::vector<int>& struck, const std::vector<int>& staying,
+                       std::vector<int>& over);
   bool choose(std::vector<int>& touching);
   void record(const std::vector<int>& before);
   Watched gap_at(int k, double t);
@@ -71,7 +72,7 @@ class EventDriven {
   double accumulation_;
   ContactLog* log_ = nullptr;
   std::vector<Mark> mark_;
-  std::vector<double> ending_;           // s, τ of contacts closed by accumulation now, else 0
+  std::vector<double> ending_;  // s, τ of contacts closed by accumulation now, else 0
   std::vector<double> rate_before_, slide_before_;
   mutable std::vector<double> scratch_;
   std::vector<double> slope_, before_, middle_, after_;

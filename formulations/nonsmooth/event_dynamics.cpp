@@ -119,8 +119,8 @@ void EventDynamics::solve_active() {
   }
 }
 
-/// Where sticking rows depend on each other their forces are not unique. They are shared in proportion to what each
-/// contact can hold, so that none gives way while others could hold on.
+/// Where sticking rows depend on each other their forces are not unique. They are shared in proportion to
+/// what each contact can hold, so that none gives way while others could hold on.
 void EventDynamics::share_friction() {
   Eigen::VectorXd share = Eigen::VectorXd::Ones(used_);
   for (int k = 0; k < system_.contacts(); ++k) {
@@ -165,7 +165,8 @@ void EventDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
 void EventDynamics::measure_speeds(const Vector& x) {
   double fastest = 0;
   for (int i = 0; i < system_.n(); ++i)
-    fastest = std::max(fastest, std::abs(x[system_.n() + i]) * (system_.is_angle(i) ? system_.longest_arm() : 1));
+    fastest =
+        std::max(fastest, std::abs(x[system_.n() + i]) * (system_.is_angle(i) ? system_.longest_arm() : 1));
   speed_tolerance_ = 1e-10 * speed_scale_ + 1e-14 * fastest;
   slide_tolerance_ = 1e-7 * speed_scale_ + 1e-12 * fastest;
 }
@@ -239,7 +240,8 @@ std::string EventDynamics::choose(const Vector& x, double t, const std::vector<i
     auto& p = preloaded_[k];
     p.slip = std::abs(u) > slide_tolerance() ? (u > 0 ? 1 : -1) : p.forced;
   }
-  if (candidates.empty() && std::ranges::none_of(preloaded_, [](const auto& p) { return p.slip == 0; })) return "";
+  if (candidates.empty() && std::ranges::none_of(preloaded_, [](const auto& p) { return p.slip == 0; }))
+    return "";
 
   // Accelerations with nothing closed and resting joints without friction.
   ++work.rhs;
@@ -296,9 +298,10 @@ std::string EventDynamics::choose(const Vector& x, double t, const std::vector<i
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const int n = status_.unknowns[i].normal;
     if (slips[i] != 0 && status_.D(n, n) <= 0 && status_.b[n] < 0)
-      return fmt::format("{}: sliding there, friction of this size admits no acceleration or more than one "
-                         "(Painlevé); time stepping gives a consistent impulse",
-                         system_.contact_facts(candidates[i]).name);
+      return fmt::format(
+          "{}: sliding there, friction of this size admits no acceleration or more than one "
+          "(Painlevé); time stepping gives a consistent impulse",
+          system_.contact_facts(candidates[i]).name);
   }
   const auto solution = status_.solve();
   work.pivots += solution.pivots;
@@ -373,32 +376,34 @@ void EventDynamics::project(Vector& x, double t) {
   system_.place(t, q, e_);
   ++work.factorisations;
   if (!saddle_.factor(e_.G.data())) return;
-  move(q, [&](int k) { return e_.phi[k]; },
-       [&] {
-         for (int k = 0; k < system_.contacts(); ++k) {
-           auto& c = contacts_[k];
-           if (!c.closed) continue;
-           system_.contact(k, q, v, e_, c.row);
-           rhs_[add(c.row.normal, nullptr, 0)] = c.row.gap;
-         }
-       });
+  move(
+      q, [&](int k) { return e_.phi[k]; },
+      [&] {
+        for (int k = 0; k < system_.contacts(); ++k) {
+          auto& c = contacts_[k];
+          if (!c.closed) continue;
+          system_.contact(k, q, v, e_, c.row);
+          rhs_[add(c.row.normal, nullptr, 0)] = c.row.gap;
+        }
+      });
   system_.place(t, q, e_);
-  move(v, [&](int k) { return row_dot(system_.pattern(), e_.G.data(), k, v) + e_.phi_t[k]; },
-       [&] {
-         for (int k = 0; k < system_.contacts(); ++k) {
-           auto& c = contacts_[k];
-           if (!c.closed) continue;
-           system_.contact(k, q, v, e_, c.row);
-           rhs_[add(c.row.normal, nullptr, 0)] = c.row.normal.dot(v);
-           if (c.slip == 0 && c.row.tangent.size > 0)
-             rhs_[add(c.row.tangent, nullptr, 0)] = c.row.tangent.dot(v);
-         }
-         for (int k = 0; k < system_.frictions(); ++k) {
-           if (preloaded_[k].slip != 0) continue;
-           system_.friction(k, q, v, e_, preloaded_[k].row);
-           rhs_[add(preloaded_[k].row, nullptr, 0)] = preloaded_[k].row.dot(v);
-         }
-       });
+  move(
+      v, [&](int k) { return row_dot(system_.pattern(), e_.G.data(), k, v) + e_.phi_t[k]; },
+      [&] {
+        for (int k = 0; k < system_.contacts(); ++k) {
+          auto& c = contacts_[k];
+          if (!c.closed) continue;
+          system_.contact(k, q, v, e_, c.row);
+          rhs_[add(c.row.normal, nullptr, 0)] = c.row.normal.dot(v);
+          if (c.slip == 0 && c.row.tangent.size > 0)
+            rhs_[add(c.row.tangent, nullptr, 0)] = c.row.tangent.dot(v);
+        }
+        for (int k = 0; k < system_.frictions(); ++k) {
+          if (preloaded_[k].slip != 0) continue;
+          system_.friction(k, q, v, e_, preloaded_[k].row);
+          rhs_[add(preloaded_[k].row, nullptr, 0)] = preloaded_[k].row.dot(v);
+        }
+      });
   stabilisation += system_.kinetic(v) + system_.potential(q) - before;
 }
 

@@ -4,7 +4,8 @@
 //     M v̇ + Gᵀλ = f + Σ (W_N − s μ W_T) λ_N + Σ W_T λ_T,    G v̇ = γ,
 //     W_Nᵀ v̇ = γ_N (closed),   W_Tᵀ v̇ = γ_T (sticking),   s = sgn u_T of those that slip.
 //
-// Which mode follows an event is a complementarity problem in accelerations (Glocker, Set-Valued Force Laws, 2001):
+// Which mode follows an event is a complementarity problem in accelerations (Glocker, Set-Valued Force Laws,
+// 2001):
 //     0 ≤ g̈ ⊥ λ_N ≥ 0,   −λ_T ∈ μ λ_N Sgn(u̇_T) where u_T = 0,   λ_T = −s μ λ_N where it is not.
 // The integrated vector is [q, v, (P_N, P_T) of each contact, work integrals].
 #pragma once
@@ -79,8 +80,8 @@ class EventDynamics {
   const Evaluation& evaluation() const { return e_; }
   /// Below it a relative speed is none (m/s): rounding of the velocities, or 1e-10 of the scene's scale.
   double speed_tolerance() const { return speed_tolerance_; }
-  /// Below it a sliding speed is none: the accelerations decide which way it goes on. Wider, because a located
-  /// end of sliding is only as sharp as the dense output.
+  /// Below it a sliding speed is none: the accelerations decide which way it goes on. Wider, because a
+  /// located end of sliding is only as sharp as the dense output.
   double slide_tolerance() const { return slide_tolerance_; }
   void measure_speeds(const Vector& x);
 

@@ -5,11 +5,13 @@
 
 namespace freeplay {
 
-/// Along P_N the rates are piecewise linear: du_N/dP = D_NN + c D_NT, du_T/dP = D_NT + c D_TT, where c = −μ sgn u_T
-/// while slipping and −D_NT/D_TT while sticking, which needs |c| ≤ μ; else slip starts anew the way D_NT drives.
-void routh_impact(double Dnn, double Dnt, double Dtt, double u_n, double u_t, double mu, double e,
-                  double& P, double& T) {
+/// Along P_N the rates are piecewise linear: du_N/dP = D_NN + c D_NT, du_T/dP = D_NT + c D_TT, where c = −μ
+/// sgn u_T while slipping and −D_NT/D_TT while sticking, which needs |c| ≤ μ; else slip starts anew the way
+/// D_NT drives.
+void routh_impact(double Dnn, double Dnt, double Dtt, double u_n, double u_t, double mu, double e, double& P,
+                  double& T) {
   P = T = 0;
+  if (!(u_n < 0)) return;
   double work = 0, wanted = INFINITY;  // of the normal impulse; `wanted` once compression is over
   const double stick = Dtt > 0 ? -Dnt / Dtt : 0;
   for (int phase = 0; phase < 12; ++phase) {
@@ -130,8 +132,9 @@ bool Impact::energetic(const Eigen::VectorXd& u, std::vector<ImpactContact>& con
     const auto& D = problem_.D;
     const bool rough = c.tangent >= 0;
     solution_ = {};
-    routh_impact(D(c.normal, c.normal), rough ? D(c.normal, c.tangent) : 0, rough ? D(c.tangent, c.tangent) : 0,
-                 u[c.normal], rough ? u[c.tangent] : 0, c.friction, c.restitution, c.impulse_n, c.impulse_t);
+    routh_impact(D(c.normal, c.normal), rough ? D(c.normal, c.tangent) : 0,
+                 rough ? D(c.tangent, c.tangent) : 0, u[c.normal], rough ? u[c.tangent] : 0, c.friction,
+                 c.restitution, c.impulse_n, c.impulse_t);
     return true;
   }
   std::vector<double> ratio;
@@ -150,8 +153,8 @@ bool Impact::energetic(const Eigen::VectorXd& u, std::vector<ImpactContact>& con
       if (!(compressed < 0) || contacts[k].restitution == 0) continue;
       const double mean = 0.5 * (after_compression_[n] + end[n]);
       if (!(mean > 0)) continue;
-      const double next = contacts[k].restitution * contacts[k].restitution * -compressed /
-                          (mean * compression_n_[k]);
+      const double next =
+          contacts[k].restitution * contacts[k].restitution * -compressed / (mean * compression_n_[k]);
       change = std::max(change, std::abs(next - ratio[k]));
       ratio[k] = 0.5 * (ratio[k] + next);
     }
@@ -175,8 +178,9 @@ std::string Impact::solve(const Eigen::MatrixXd& D, const Eigen::VectorXd& u, in
   } else {
     done = energetic(u, contacts);
   }
-  if (!done) return solution_.solved ? "the works of simultaneous impacts do not converge to their ratios"
-                                     : "the impact's complementarity problem has no solution that any solver finds";
+  if (!done)
+    return solution_.solved ? "the works of simultaneous impacts do not converge to their ratios"
+                            : "the impact's complementarity problem has no solution that any solver finds";
   normal_work_ = tangential_work_ = 0;
   for (const auto& c : contacts) {
     const auto mean = [&](int row) {

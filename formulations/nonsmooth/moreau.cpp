@@ -156,7 +156,8 @@ bool MoreauStepper::solve_contacts() {
   extremes_.ambiguous += result.ambiguous;
   if (!result.solved) {
     failure_ = fmt::format(
-        "t = {:.9g} s: the contact problem of {} contacts was not solved by any of {} solvers: residual {:.2g} "
+        "t = {:.9g} s: the contact problem of {} contacts was not solved by any of {} solvers: residual "
+        "{:.2g} "
         "m/s",
         t_old_, problem_.unknowns.size(), result.retries, result.residual_rate);
     return false;
@@ -201,7 +202,7 @@ void MoreauStepper::collect(double h) {
     c.u_n_minus = c.row.normal.dot(v_old_.data()) + 0.5 * h * c.row.gamma_n;
     ContactUnknown u;
     u.normal = add_row(c.row.normal, -0.5 * h * c.row.gamma_n);
-    u.target_n = -c.restitution * std::min(0.0, c.u_n_minus);
+    u.target_n = -c.restitution * c.u_n_minus;
     u.impulse_n = c.last_n;
     if (c.row.tangent.size > 0) {
       const auto& surface = system_.contact_facts(static_cast<int>(&c - contacts_.data())).surface;
@@ -210,8 +211,8 @@ void MoreauStepper::collect(double h) {
       u.impulse_t = c.last_t;
       // Reversal belongs to impacts; a contact that lasts would be driven back by it.
       if (c.u_n_minus < 0 && c.steps == 0)
-        u.target_t = -surface.tangential_restitution *
-                     (c.row.tangent.dot(v_old_.data()) + 0.5 * h * c.row.gamma_t);
+        u.target_t =
+            -surface.tangential_restitution * (c.row.tangent.dot(v_old_.data()) + 0.5 * h * c.row.gamma_t);
     }
     c.unknown = static_cast<int>(problem_.unknowns.size());
     problem_.unknowns.push_back(u);

@@ -59,17 +59,19 @@ class Nonsmooth final : public Formulation {
     const auto& w = work();
     const auto& e = extremes();
     if (w.lcp_retries > 0)
-      notes.push_back(fmt::format("{} of {} contact problems were left to another solver after one had failed",
-                                  w.lcp_retries, w.lcp_solves));
-    if (e.ambiguous > 0)
-      notes.push_back(fmt::format("{} contact problems of Painlevé's kind (D_NN <= mu |D_NT|): the impulses are "
-                                  "consistent, but may not be the only ones",
-                                  e.ambiguous));
-    if (e.gains > 0)
       notes.push_back(
-          fmt::format("{} impacts raised the energy, by up to {:.3g} J: a restitution of rates with friction can "
-                      "(Kane and Levinson 1985); nonsmooth.impact_law = \"energetic\" does not",
-                      e.gains, e.greatest_gain));
+          fmt::format("{} of {} contact problems were left to another solver after one had failed",
+                      w.lcp_retries, w.lcp_solves));
+    if (e.ambiguous > 0)
+      notes.push_back(
+          fmt::format("{} contact problems of Painlevé's kind (D_NN <= mu |D_NT|): the impulses are "
+                      "consistent, but may not be the only ones",
+                      e.ambiguous));
+    if (e.gains > 0)
+      notes.push_back(fmt::format(
+          "{} impacts raised the energy, by up to {:.3g} J: a restitution of rates with friction can "
+          "(Kane and Levinson 1985); nonsmooth.impact_law = \"energetic\" does not",
+          e.gains, e.greatest_gain));
     return notes;
   }
 
@@ -83,8 +85,8 @@ class Nonsmooth final : public Formulation {
 };
 
 /// The event-driven stepper with the contacts' accumulation time: 1e-5 of the scene's time scale.
-EventDriven make_event_driven(const Scene& scene, const System& system, const std::vector<double>& restitution,
-                              bool redundant) {
+EventDriven make_event_driven(const Scene& scene, const System& system,
+                              const std::vector<double>& restitution, bool redundant) {
   const auto scales = make_scales(scene.mechanism, system);
   const auto norm = motion_norm(system, scales, scene.nonsmooth.tolerance);
   return {EventDynamics(system, scene.nonsmooth, restitution, redundant, scales.speed),
@@ -116,9 +118,10 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
   if (scene.nonsmooth.impact_law != ImpactLaw::newton)
     for (const auto& s : scene.mechanism.surfaces)
       if (s.tangential_restitution > 0)
-        throw SceneError(fmt::format("{}: surfaces.{}.tangential_restitution: belongs to nonsmooth.impact_law = "
-                                     "\"newton\"; leave it out",
-                                     scene.file.string(), s.name));
+        throw SceneError(
+            fmt::format("{}: surfaces.{}.tangential_restitution: belongs to nonsmooth.impact_law = "
+                        "\"newton\"; leave it out",
+                        scene.file.string(), s.name));
   if (scene.nonsmooth.scheme == Scheme::event_driven)
     return with(make_event_driven(scene, system, e, redundant));
   return with(MoreauStepper(system, scene.nonsmooth, e, redundant));

@@ -95,9 +95,10 @@ ContactForce make_contact_force(const Scene& scene, const ContactFacts& contact)
     law.elastic.stiffness = hertz_stiffness(*surface.young, *surface.poisson, contact.radius);
   } else {
     if (!contact.ring)
-      throw SceneError(fmt::format("{}: penalty.contact: \"{}\" is a law of journals in bearings, \"{}\" is none; "
-                                   "use a point law such as \"exact\"",
-                                   scene.file.string(), facts_of(o.contact).name, contact.name));
+      throw SceneError(
+          fmt::format("{}: penalty.contact: \"{}\" is a law of journals in bearings, \"{}\" is none; "
+                      "use a point law such as \"exact\"",
+                      scene.file.string(), facts_of(o.contact).name, contact.name));
     if (!contact.bearing_length)
       missing(scene, fmt::format("joints.{}.bearing_length", contact.name),
               "a line contact's force grows with it");

@@ -59,8 +59,8 @@ double kelvin_voigt_restitution(double stiffness, double viscous, double mass);
 /// The law of one contact from the scene's options. Throws SceneError about the key that is missing.
 ContactForce make_contact_force(const Scene& scene, const ContactFacts& facts);
 
-/// Hertz's K = (4/3) E* √R, E* = E/(2(1 − ν²)) for like materials; R = R_i R_j/(R_i − R_j) of a journal inside
-/// a bearing.
+/// Hertz's K = (4/3) E* √R, E* = E/(2(1 − ν²)) for like materials; R = R_i R_j/(R_i − R_j) of a journal
+/// inside a bearing.
 double hertz_stiffness(double young, double poisson, double radius);
 
 /// Duration of the undamped impact of a mass m (kg) at speed v (m/s): Hertz's 2.9432… δ_max/v, in general

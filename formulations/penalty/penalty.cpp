@@ -6,8 +6,8 @@
 
 #include "formulations/integrators/rosenbrock.hpp"
 #include "formulations/integrators/scaled_methods.hpp"
-#include "formulations/penalty/stepper.hpp"
 #include "formulations/integrators/tolerance.hpp"
+#include "formulations/penalty/stepper.hpp"
 #include "sim/march.hpp"
 
 namespace freeplay {

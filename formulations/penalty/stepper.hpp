@@ -9,9 +9,9 @@
 #include <cmath>
 #include <string>
 
-#include "formulations/penalty/dynamics.hpp"
 #include "formulations/integrators/crossing.hpp"
 #include "formulations/integrators/methods.hpp"
+#include "formulations/penalty/dynamics.hpp"
 
 namespace freeplay {
 

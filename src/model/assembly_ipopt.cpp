@@ -92,8 +92,8 @@ class Assembly : public Ipopt::TNLP {
       // Rings: ∂|e|²/∂q = −2|e| W_N, smooth where a journal has no normal, and the derivative is zero.
       const auto& facts = system_.contact_facts(k);
       system_.contact(k, x, zero_.data(), e_, contact);
-      const double factor = facts.ring ? -2 * (facts.clearance - contact.gap) / square(facts.clearance)
-                                       : -1 / facts.clearance;
+      const double factor =
+          facts.ring ? -2 * (facts.clearance - contact.gap) / square(facts.clearance) : -1 / facts.clearance;
       int i = 0;
       for (int body : facts.bodies)
         if (body != ground)

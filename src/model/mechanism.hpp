@@ -68,8 +68,8 @@ struct RevoluteJoint {
 /// Play of a translational joint: a rectangular slider, centred on the second body's point, between two
 /// parallel walls of the first body. Its four corners can touch.
 struct SliderClearance {
-  double half_play = 0;  ///< m, > 0: half the distance of the walls less half the slider's height
-  double length = 0, height = 0;        ///< m, of the slider along and across the axis, > 0
+  double half_play = 0;           ///< m, > 0: half the distance of the walls less half the slider's height
+  double length = 0, height = 0;  ///< m, of the slider along and across the axis, > 0
   std::optional<double> corner_radius;  ///< m, of the rounded corners: for the stiffness of penalty contacts
   int surface = -1;                     ///< index into Mechanism::surfaces
 };
@@ -79,8 +79,8 @@ struct TranslationalJoint {
   std::string name;
   std::array<int, 2> between{ground, ground};
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
-  Vec2 axis{1, 0};   ///< unit vector in the first body's frame
-  double angle = 0;  ///< rad, θ of the second body less θ of the first
+  Vec2 axis{1, 0};                           ///< unit vector in the first body's frame
+  double angle = 0;                          ///< rad, θ of the second body less θ of the first
   std::optional<SliderClearance> clearance;  ///< absent: an ideal joint
 };
 
@@ -89,7 +89,7 @@ struct PlaneContact {
   std::string name;
   std::array<int, 2> between{ground, ground};
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< a point of the wall, the disc's centre
-  Vec2 axis{1, 0};  ///< unit vector along the wall, in the first body's frame; free space lies on its left
+  Vec2 axis{1, 0};    ///< unit vector along the wall, in the first body's frame; free space lies on its left
   double radius = 0;  ///< m, ≥ 0
   int surface = -1;
 };

@@ -100,8 +100,8 @@ Joint read_joint(const Mechanism& mechanism, const std::string& name, Section& s
       return j;
     }
     case 1: {
-      TranslationalJoint j{name, read_between(mechanism, s), read_at(s), read_axis(s),
-                           s.number("angle", any_number, 0), {}};
+      TranslationalJoint j{name,         read_between(mechanism, s),       read_at(s),
+                           read_axis(s), s.number("angle", any_number, 0), {}};
       if (s.has("clearance")) j.clearance = read_slider_clearance(mechanism, s);
       s.done(j.clearance ? "a translational joint" : "a translational joint without clearance");
       return j;

@@ -124,9 +124,10 @@ NonsmoothOptions read_nonsmooth(Section s) {
   o.lcp_tolerance = s.number("lcp_tolerance", positive, o.lcp_tolerance);
   o.impact_law = static_cast<ImpactLaw>(s.choice("impact_law", {"newton", "poisson", "energetic"}, 0));
   if (o.impact_law != ImpactLaw::newton && o.scheme == Scheme::moreau_jean)
-    s.fail("impact_law",
-           "time stepping has only \"newton\": a step's impulse is of impacts and of lasting contact together, "
-           "and the others would let a resting contact rebound; use scheme = \"event-driven\"");
+    s.fail(
+        "impact_law",
+        "time stepping has only \"newton\": a step's impulse is of impacts and of lasting contact together, "
+        "and the others would let a resting contact rebound; use scheme = \"event-driven\"");
   s.done("[nonsmooth]");
   return o;
 }

@@ -80,16 +80,16 @@ struct PenaltyOptions {
 };
 
 enum class Scheme { moreau_jean, event_driven };
-/// How the contact problem is solved; automatic: closed form for one contact, enumeration for two, Lemke up to
-/// ContactProblem::most_for_lemke contacts, Gauss–Seidel beyond. The others take over when one fails.
+/// How the contact problem is solved; automatic: closed form for one contact, enumeration for two, Lemke up
+/// to ContactProblem::most_for_lemke contacts, Gauss–Seidel beyond. The others take over when one fails.
 enum class LcpSolver { automatic, enumeration, lemke, gauss_seidel, newton };
 /// Restitution by rates (Newton), impulses (Poisson) or work of the normal impulse (Stronge).
 enum class ImpactLaw { newton, poisson, energetic };
 
 struct NonsmoothOptions {
   Scheme scheme = Scheme::moreau_jean;
-  double step = 1e-5;       ///< s, of Moreau–Jean
-  double tolerance = 1e-10; ///< of the event-driven scheme's integrator, as penalty.tolerance
+  double step = 1e-5;        ///< s, of Moreau–Jean
+  double tolerance = 1e-10;  ///< of the event-driven scheme's integrator, as penalty.tolerance
   LcpSolver solver = LcpSolver::automatic;
   double lcp_tolerance = 1e-10;  ///< a solve is accepted when its relative residual is below
   ImpactLaw impact_law = ImpactLaw::newton;

@@ -35,7 +35,8 @@ constexpr SchemaKey keys[] = {
     {"joints.*.bearing_length", "number", "m", "–",
      "revolute with clearance: length of the bearing; line-contact laws need it"},
     {"joints.*.slider_length", "number", "m", "–", "translational with clearance: the slider along the axis"},
-    {"joints.*.slider_height", "number", "m", "–", "translational with clearance: the slider across the axis"},
+    {"joints.*.slider_height", "number", "m", "–",
+     "translational with clearance: the slider across the axis"},
     {"joints.*.corner_radius", "number", "m", "–",
      "translational with clearance: rounding of the slider's corners, for the stiffness of penalty contacts"},
     {"joints.*.surface", "text", "", "–", "joints with clearance: the surface of its contacts"},
@@ -43,7 +44,8 @@ constexpr SchemaKey keys[] = {
     {"joints.*.lubricant", "text", "", "–", "revolute with clearance: what fills it; left out: dry"},
 
     {"contacts.*.type", "text", "", "required", "\"plane\" or \"discs\""},
-    {"contacts.*.between", "names", "", "required", "two bodies, or \"ground\" and a body; a plane is on the first"},
+    {"contacts.*.between", "names", "", "required",
+     "two bodies, or \"ground\" and a body; a plane is on the first"},
     {"contacts.*.at", "points", "m", "[[0, 0], [0, 0]]",
      "plane: a point of the wall, and the centre of the disc; discs: their centres"},
     {"contacts.*.axis", "point", "", "[1, 0]",
@@ -137,15 +139,18 @@ constexpr SchemaKey keys[] = {
      "least approach speed that a contact's damping is scaled with"},
 
     {"nonsmooth.scheme", "text", "", "\"moreau-jean\"",
-     "\"moreau-jean\" (time stepping) or \"event-driven\" (impacts and changes of contact located one by one)"},
+     "\"moreau-jean\" (time stepping) or \"event-driven\" (impacts and changes of contact located one by "
+     "one)"},
     {"nonsmooth.step", "number", "s", "1e-5", "moreau-jean: step"},
     {"nonsmooth.tolerance", "number", "", "1e-10",
      "event-driven: a step of its integrator is accepted when every |error| is below tolerance × scale"},
     {"nonsmooth.impact_law", "text", "", "\"newton\"",
      "\"newton\"; event-driven also \"poisson\" or \"energetic\" (Stronge): what restitution is a ratio of"},
     {"nonsmooth.solver", "text", "", "\"automatic\"",
-     "contact problem: \"enumeration\", \"lemke\", \"gauss-seidel\", \"newton\", or \"automatic\" (closed form for "
-     "one contact, enumeration for two, then Lemke, Gauss-Seidel for many); another takes over when one fails"},
+     "contact problem: \"enumeration\", \"lemke\", \"gauss-seidel\", \"newton\", or \"automatic\" (closed "
+     "form for "
+     "one contact, enumeration for two, then Lemke, Gauss-Seidel for many); another takes over when one "
+     "fails"},
     {"nonsmooth.lcp_tolerance", "number", "", "1e-10",
      "a complementarity solve is accepted when its relative residual is below"},
 

@@ -30,7 +30,7 @@ struct ContactFacts {
   double clearance = 0;  ///< m: the length that its gaps and penetrations are measured by
   /// m, of curvature at the contact; 0: a sharp corner. Inside a ring and outside discs R_i R_j/|R_i ∓ R_j|.
   double radius = 0;
-  bool ring = true;  ///< a journal inside a bearing
+  bool ring = true;                               ///< a journal inside a bearing
   double radius_bearing = 0, radius_journal = 0;  ///< m, of a ring
   Surface surface;
   std::optional<double> bearing_length;  ///< m
@@ -169,9 +169,9 @@ class System {
     enum class Kind { round, line };  // two circles; a circle or point against a straight wall
     Kind kind = Kind::round;
     Link link;
-    double side = 1;            // round: +1 ring, −1 discs; line: free space on the left (+1) or right of the axis
-    Vec2 axis{1, 0};            // line: along the wall
-    double rest = 0;            // round: |e| at touch; line: what n·d is short of the gap
+    double side = 1;  // round: +1 ring, −1 discs; line: free space on the left (+1) or right of the axis
+    Vec2 axis{1, 0};  // line: along the wall
+    double rest = 0;  // round: |e| at touch; line: what n·d is short of the gap
     double radius_i = 0, radius_j = 0;  // round: R_j < 0 outside each other; line: R_j of the disc
   };
   struct FrictionElement {
@@ -195,7 +195,8 @@ class System {
   template <class T>
   void round_contact(int k, const Arms<T>& a, const T* v, ContactRowOf<T>& row) const;
   template <class T>
-  void line_contact(int k, const Arms<T>& a, const T* v, const EvaluationOf<T>& e, ContactRowOf<T>& row) const;
+  void line_contact(int k, const Arms<T>& a, const T* v, const EvaluationOf<T>& e,
+                    ContactRowOf<T>& row) const;
   void add_angle(int i, int j, double angle, double speed, const std::string& name);
   Link make_link(const std::array<int, 2>& between, const std::array<Vec2, 2>& at);
 

@@ -104,8 +104,7 @@ void System::add(const RevoluteJoint& joint, const Mechanism& m) {
   if (!joint.clearance) return add_points(link, joint.name);
   const auto& c = *joint.clearance;
   const double journal = c.bearing_radius - c.radial;
-  contacts_.push_back(
-      {ContactElement::Kind::round, link, 1, {1, 0}, c.radial, c.bearing_radius, journal});
+  contacts_.push_back({ContactElement::Kind::round, link, 1, {1, 0}, c.radial, c.bearing_radius, journal});
   ContactFacts facts;
   facts.name = joint.name;
   facts.bodies = joint.between;
@@ -141,8 +140,9 @@ void System::add_corners(const TranslationalJoint& joint, const Mechanism& m) {
   const Vec2 along{std::cos(turn) * joint.axis.x() - std::sin(turn) * joint.axis.y(),
                    std::sin(turn) * joint.axis.x() + std::cos(turn) * joint.axis.y()};
   const Vec2 across{-along.y(), along.x()};
-  for (const auto& [name, x, y] : {std::tuple{"rear_lower", -0.5, -0.5}, std::tuple{"rear_upper", -0.5, 0.5},
-                                   std::tuple{"front_lower", 0.5, -0.5}, std::tuple{"front_upper", 0.5, 0.5}}) {
+  for (const auto& [name, x, y] :
+       {std::tuple{"rear_lower", -0.5, -0.5}, std::tuple{"rear_upper", -0.5, 0.5},
+        std::tuple{"front_lower", 0.5, -0.5}, std::tuple{"front_upper", 0.5, 0.5}}) {
     const Vec2 corner = joint.at[1] + x * c.length * along + y * c.height * across;
     ContactElement element;
     element.kind = ContactElement::Kind::line;
@@ -183,8 +183,8 @@ void System::add(const PlaneContact& contact, const Mechanism& m) {
 
 void System::add(const DiscContact& contact, const Mechanism& m) {
   const auto [Ri, Rj] = contact.radii;
-  contacts_.push_back({ContactElement::Kind::round, make_link(contact.between, contact.at), -1, {1, 0}, Ri + Rj,
-                       Ri, -Rj});
+  contacts_.push_back(
+      {ContactElement::Kind::round, make_link(contact.between, contact.at), -1, {1, 0}, Ri + Rj, Ri, -Rj});
   ContactFacts facts;
   facts.name = contact.name;
   facts.bodies = contact.between;

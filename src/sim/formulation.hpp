@@ -45,7 +45,7 @@ struct Work {
   long lcp_solves = 0;      ///< complementarity problems with at least one unknown
   long lcp_retries = 0;     ///< solvers of them that failed before another did not
   long pivots = 0;          ///< of Lemke; cases, sweeps or Newton steps of the other solvers
-  long events = 0;  ///< located contact events
+  long events = 0;          ///< located contact events
 };
 
 /// How well the run kept its constraints and its walls.

@@ -23,9 +23,9 @@ double kinetic(const Scene& scene, const State& s) { return System(scene.mechani
 }  // namespace
 
 TEST_CASE("Newton's cradle: what each law makes of a simultaneous impact", "[impact]") {
-  // Unit masses, D = [2, −1; −1, 2]. The first ball at 1 m/s, the others touching at rest (first block of rows): all
-  // laws send the last two off together, none reproduces the cradle. With the third ball at −0.5 m/s and unlike
-  // restitutions the laws part. Worked in fractions.
+  // Unit masses, D = [2, −1; −1, 2]. The first ball at 1 m/s, the others touching at rest (first block of
+  // rows): all laws send the last two off together, none reproduces the cradle. With the third ball at −0.5
+  // m/s and unlike restitutions the laws part. Worked in fractions.
   struct Row {
     ImpactLaw law;
     double e12, e23, u3, after[3];
@@ -76,15 +76,16 @@ TEST_CASE("the cradle as a scene", "[impact][event-driven]") {
 
 TEST_CASE("Kane and Levinson's pendulum: Newton's law gains energy, says so, and the others do not",
           "[impact][event-driven]") {
-  // Kinetic energy after over before, computed by an independent program (all solutions of each law enumerated; the
-  // energetic law integrated along the normal impulse by small steps as well).
+  // Kinetic energy after over before, computed by an independent program (all solutions of each law
+  // enumerated; the energetic law integrated along the normal impulse by small steps as well).
   struct Row {
     ImpactLaw law;
     double e, ratio;
   };
-  const Row rows[] = {{ImpactLaw::newton, 0.7, 2.757611078697394},    {ImpactLaw::newton, 0.5, 1.587494686929853},
-                      {ImpactLaw::poisson, 0.7, 0.5708817108903891},  {ImpactLaw::poisson, 0.5, 0.5448660634885238},
-                      {ImpactLaw::energetic, 0.7, 0.6000916942651053}, {ImpactLaw::energetic, 0.5, 0.5531879851644540}};
+  const Row rows[] = {
+      {ImpactLaw::newton, 0.7, 2.757611078697394},     {ImpactLaw::newton, 0.5, 1.587494686929853},
+      {ImpactLaw::poisson, 0.7, 0.5708817108903891},   {ImpactLaw::poisson, 0.5, 0.5448660634885238},
+      {ImpactLaw::energetic, 0.7, 0.6000916942651053}, {ImpactLaw::energetic, 0.5, 0.5531879851644540}};
   for (const auto& row : rows) {
     auto scene = scene_of("kane_levinson");
     scene.run.duration = 1e-6;
@@ -146,7 +147,9 @@ TEST_CASE("a single impact integrated along its normal impulse", "[impact]") {
     double n = u_n, s = row.u_t, p = 0, q = 0, work = 0, compressed = 0;
     const double dP = 1e-6;
     while (n < 0 || work < compressed * (1 - e * e)) {
-      double c = s > 1e-9 ? -row.mu : s < -1e-9 ? row.mu : std::clamp(-(row.d + s / dP) / row.t, -row.mu, row.mu);
+      double c = s > 1e-9    ? -row.mu
+                 : s < -1e-9 ? row.mu
+                             : std::clamp(-(row.d + s / dP) / row.t, -row.mu, row.mu);
       const double before = n;
       n += dP * (1 * 1 + c * row.d);
       s += dP * (row.d + c * row.t);

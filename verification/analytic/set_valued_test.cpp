@@ -1,5 +1,5 @@
-// The set-valued laws against closed forms: a bouncing ball to rest, a block that stops on a slope, energy kept
-// over a thousand elastic impacts, Painlevé's rod.
+// The set-valued laws against closed forms: a bouncing ball to rest, a block that stops on a slope, energy
+// kept over a thousand elastic impacts, Painlevé's rod.
 #include <catch2/catch.hpp>
 
 #include "verification/references/block_on_slope.hpp"
@@ -40,7 +40,8 @@ TEST_CASE("a bouncing ball: all impacts and the time of rest", "[analytic][event
   CHECK(run.final_state.v[1] == Approx(0).margin(1e-14));
 }
 
-TEST_CASE("a bouncing ball by time stepping: the time of rest is of first order but for a logarithm", "[order]") {
+TEST_CASE("a bouncing ball by time stepping: the time of rest is of first order but for a logarithm",
+          "[order]") {
   const reference::BouncingBall ball{0.5, 9.81, 0.5};
   auto scene = scene_of("bouncing_ball", Scheme::moreau_jean);
   std::vector<double> steps, errors;
@@ -51,8 +52,8 @@ TEST_CASE("a bouncing ball by time stepping: the time of rest is of first order 
       const auto run = test::simulate(scene, Family::nonsmooth);
       worst = std::max(worst, std::abs(rest_time(run) - reference::ball_accumulation_time(ball)));
     }
-    // Each of the ln(v₁/(g h))/ln(1/e) impacts that a step can tell apart is misplaced by up to h, and each error
-    // stays: the sum is h ln(1/h).
+    // Each of the ln(v₁/(g h))/ln(1/e) impacts that a step can tell apart is misplaced by up to h, and each
+    // error stays: the sum is h ln(1/h).
     steps.push_back(h);
     errors.push_back(worst / std::log(reference::ball_impact(ball, 1).approach / (ball.gravity * h)));
   }
@@ -102,8 +103,9 @@ TEST_CASE("a thousand elastic impacts keep the energy", "[invariant][event-drive
 }
 
 TEST_CASE("elastic impacts by time stepping: the energy's error per impact is zero", "[invariant]") {
-  // Without bilateral constraints the free flight is exact, and the impact law with rates at the ends of the step,
-  // u⁺ = −u⁻, does the work P (u⁺ + u⁻)/2 = 0: no step changes the energy but by rounding, whatever its length.
+  // Without bilateral constraints the free flight is exact, and the impact law with rates at the ends of the
+  // step, u⁺ = −u⁻, does the work P (u⁺ + u⁻)/2 = 0: no step changes the energy but by rounding, whatever its
+  // length.
   auto scene = scene_of("ring", Scheme::moreau_jean);
   scene.mechanism.surfaces[0].restitution = 1;
   scene.mechanism.surfaces[0].friction.reset();

@@ -16,7 +16,8 @@ TEST_CASE("an impact in the mechanism is a free impact of the effective mass, to
           "[contact]") {
   auto scene = read_scene(test::scene_file("gudgeon"));
   const auto& table = reference::impact_tables[0];
-  const double chi = exact_damping_factor(0.46), K = hertz_stiffness(207e9, 0.3, 11.125e-3 * 10.875e-3 / 0.25e-3);
+  const double chi = exact_damping_factor(0.46),
+               K = hertz_stiffness(207e9, 0.3, 11.125e-3 * 10.875e-3 / 0.25e-3);
   for (int i = 0; i < 2; ++i) {
     // Effective mass of the contact from the impact law's impulse, P = (1 + e) m v.
     const double v_ns = -table.nonsmooth[i].v_n_minus, mass = table.nonsmooth[i].impulse_n / (1.46 * v_ns);
@@ -73,7 +74,8 @@ TEST_CASE("a state that starts inside the wall is a contact from the first insta
   auto scene = hanging(-2e-6);
   const auto run = test::simulate(scene, Family::penalty);
   REQUIRE(run.ending.status == Ending::Status::finished);
-  const double K = hertz_stiffness(207e9, 0.3, 10e-3 * 9.5e-3 / 0.5e-3), stored = 0.4 * K * std::pow(2e-6, 2.5);
+  const double K = hertz_stiffness(207e9, 0.3, 10e-3 * 9.5e-3 / 0.5e-3),
+               stored = 0.4 * K * std::pow(2e-6, 2.5);
   CHECK(run.ledger.initial - 0.471 * 9.81 * (-0.15 - 0.5e-3 - 2e-6) == Approx(stored).epsilon(1e-6));
   CHECK(run.ledger.kinetic < stored);
   CHECK(std::abs(run.ledger.closure()) < 1e-6 * stored);

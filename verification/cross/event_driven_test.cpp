@@ -31,8 +31,8 @@ void compare_corners(const Scene& scene, const std::vector<reference::CornerImpa
     CAPTURE(i, expected.t, expected.corner);
     REQUIRE(system.contact_facts(e.joint).name == std::string("guide.") + expected.corner);
     const double speed = -expected.v_n_minus, slide = speed + std::abs(expected.v_t_plus);
-    // Tolerance 1e-10 a step; each rattle of the short slider multiplies an error by a few. Times are known to 1e-13
-    // of themselves and to 1e-10 s where the table's two runs differ by that.
+    // Tolerance 1e-10 a step; each rattle of the short slider multiplies an error by a few. Times are known
+    // to 1e-13 of themselves and to 1e-10 s where the table's two runs differ by that.
     CHECK(e.t == Approx(expected.t).margin(2e-11 + 2e-10 * (expected.t > 0.01)).epsilon(0));
     CHECK(e.v_n_minus == Approx(expected.v_n_minus).margin(1e-7 * speed).epsilon(0));
     CHECK(e.v_n_plus == Approx(expected.v_n_plus).margin(1e-7 * speed).epsilon(0));
@@ -70,7 +70,8 @@ TEST_CASE("event-driven meets the tables of nine mechanisms", "[cross][event-dri
   }
 }
 
-TEST_CASE("a loose slider's corners, struck together and one by one, with friction", "[cross][event-driven][guide]") {
+TEST_CASE("a loose slider's corners, struck together and one by one, with friction",
+          "[cross][event-driven][guide]") {
   for (const auto& table : reference::guide_tables) {
     auto scene = event_driven(test::source_folder() / "cases/flores2010-translational/scene.toml",
                               table.impacts.back().t + 1e-6);
@@ -82,20 +83,22 @@ TEST_CASE("a loose slider's corners, struck together and one by one, with fricti
   }
 }
 
-TEST_CASE("a slider alone that sticks in its impacts: tangential restitution", "[cross][event-driven][guide]") {
+TEST_CASE("a slider alone that sticks in its impacts: tangential restitution",
+          "[cross][event-driven][guide]") {
   compare_corners(event_driven(test::scene_file("free_slider"), 0.08), reference::free_slider_impacts);
 }
 
 TEST_CASE("a loose slider in free flight: its state at 2 ms", "[cross][guide]") {
-  // Two coordinates, the angles a and b of crank and rod:  M11 a'' + k cos(a−b) b'' = −k sin(a−b) b'² − g l1 (m1/2 +
-  // m2 + m3) cos a, and so on with k = m2 l1 l2/2 + m3 l1 l2; integrated at 1e-12 by another program. The values that
-  // circulate for this scene (0.043936 turns, −0.135102, 120.824, −56.680, y/c 0.4871) are up to 1.5 % off this and
-  // lie where first-order time stepping with 1e-5 to 5e-5 s ends.
+  // Two coordinates, the angles a and b of crank and rod:  M11 a'' + k cos(a−b) b'' = −k sin(a−b) b'² − g l1
+  // (m1/2 + m2 + m3) cos a, and so on with k = m2 l1 l2/2 + m3 l1 l2; integrated at 1e-12 by another program.
+  // The values that circulate for this scene (0.043936 turns, −0.135102, 120.824, −56.680, y/c 0.4871) are up
+  // to 1.5 % off this and lie where first-order time stepping with 1e-5 to 5e-5 s ends.
   for (const auto family : {Family::penalty, Family::nonsmooth}) {
     auto scene = event_driven(test::source_folder() / "cases/flores2010-translational/scene.toml", 0.002);
     const auto end = test::simulate(scene, family).final_state;
     const auto &q = end.q, &v = end.v;
-    // Tolerance 1e-9 or 1e-10 a step in units of 1 mm, some hundred steps: 1e-10 m, 1e-9 rad and rad/s relative.
+    // Tolerance 1e-9 or 1e-10 a step in units of 1 mm, some hundred steps: 1e-10 m, 1e-9 rad and rad/s
+    // relative.
     CHECK(q[2] / (2 * M_PI) == Approx(0.04389404441618265).margin(1e-9).epsilon(0));
     CHECK(q[5] == Approx(-0.1349492638658336).margin(1e-9).epsilon(0));
     CHECK(v[2] == Approx(120.46388171355167).epsilon(1e-7));
@@ -105,8 +108,9 @@ TEST_CASE("a loose slider in free flight: its state at 2 ms", "[cross][guide]") 
 }
 
 TEST_CASE("Moreau-Jean converges to the event-driven solution with order one", "[order][event-driven]") {
-  // Impact times, approach speeds and impulses of the first three impacts of the paper's scene. Where within a
-  // step an impact falls is a sawtooth in h, so the order is that of the greatest error over a window of steps.
+  // Impact times, approach speeds and impulses of the first three impacts of the paper's scene. Where within
+  // a step an impact falls is a sawtooth in h, so the order is that of the greatest error over a window of
+  // steps.
   auto scene = event_driven(test::flores(), 0.0107);
   const auto exact = test::touches(test::simulate(scene, Family::nonsmooth));
   REQUIRE(exact.size() >= 3);

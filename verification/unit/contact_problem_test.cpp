@@ -173,8 +173,8 @@ TEST_CASE("frictionless problems against Ipopt's quadratic program", "[contact-p
 }
 
 TEST_CASE("a failed solver is replaced by the next, which is counted", "[contact-problem]") {
-  // Painlevé: D_NN = 1, D_NT = 2, μ = 1, sliding to the right with approach. Separation, stick and slip are all
-  // tried in vain by the closed form; P_N = −b/(D_NN − μ D_NT) < 0.
+  // Painlevé: D_NN = 1, D_NT = 2, μ = 1, sliding to the right with approach. Separation, stick and slip are
+  // all tried in vain by the closed form; P_N = −b/(D_NN − μ D_NT) < 0.
   ContactProblem p;
   p.reserve(2);
   p.rows = 2;

@@ -1,0 +1,162 @@
+// Energy at impacts and in steps, over random mechanisms and states (the seed is printed on failure).
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <catch2/catch.hpp>
+
+#include <random>
+
+#include "formulations/nonsmooth/impact.hpp"
+#include "sim/recorder.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+constexpr unsigned seed = 20261121;
+
+/// D = WᵀM⁻¹W of a random impact: rows of `contacts` contacts on a random mechanism of fewer or more degrees
+/// of freedom.
+Eigen::MatrixXd random_delassus(std::mt19937& engine, int rows, int freedoms) {
+  std::normal_distribution<double> normal;
+  const Eigen::MatrixXd W = Eigen::MatrixXd::NullaryExpr(rows, freedoms, [&] { return normal(engine); });
+  return W * W.transpose();
+}
+
+struct Tried {
+  int solved = 0, gained = 0;
+  double greatest_gain = 0;  // over what the impact could cost at most
+};
+
+Tried try_impacts(ImpactLaw law, int most_contacts, bool friction, bool common, int trials) {
+  std::mt19937 engine(seed);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  std::normal_distribution<double> normal;
+  Tried tried;
+  for (int trial = 0; trial < trials; ++trial) {
+    const int n = 1 + trial % most_contacts, rows = friction ? 2 * n : n;
+    const auto D = random_delassus(engine, rows, rows + 2);
+    Eigen::VectorXd u(rows);
+    for (int i = 0; i < rows; ++i) u[i] = normal(engine);
+    for (int i = 0; i < rows; i += friction ? 2 : 1)  // what touches approaches, or rests
+      u[i] = uniform(engine) < 0.3 ? 0 : -std::abs(u[i]);
+    std::vector<ImpactContact> contacts(n);
+    const double e = uniform(engine), mu = uniform(engine);
+    for (int i = 0; i < n; ++i) {
+      contacts[i].normal = friction ? 2 * i : i;
+      contacts[i].tangent = friction ? 2 * i + 1 : -1;
+      contacts[i].friction = friction ? mu : 0;
+      contacts[i].restitution = common ? e : uniform(engine);
+    }
+    Impact impact(law, LcpSolver::automatic, 1e-11);
+    if (!impact.solve(D, u, rows, contacts).empty()) continue;
+    ++tried.solved;
+    // What the full stop of these rates would release: ½ uᵀD⁻¹u.
+    const double scale = 0.5 * u.dot(D.ldlt().solve(u));
+    const double gain = (impact.normal_work() + impact.tangential_work()) / scale;
+    if (gain > 1e-9) {
+      ++tried.gained;
+      tried.greatest_gain = std::max(tried.greatest_gain, gain);
+    }
+  }
+  return tried;
+}
+
+}  // namespace
+
+TEST_CASE("frictionless impacts with one restitution never raise the energy, by any law",
+          "[invariant][impact]") {
+  // Newton: T⁺ − T⁻ = Pᵀ(u⁺ + u⁻)/2 with u⁺ + e u⁻ = s ≥ 0, s ⊥ P: it is −(1 − e)/(1 + e) ½ PᵀDP ≤ 0 (Glocker
+  // 2001).
+  for (const auto law : {ImpactLaw::newton, ImpactLaw::poisson, ImpactLaw::energetic}) {
+    const auto tried = try_impacts(law, 4, false, true, 5000);
+    CAPTURE(seed, static_cast<int>(law), tried.solved);
+    CHECK(tried.gained == 0);
+    CHECK(tried.solved > 4900);
+  }
+}
+
+TEST_CASE("the energetic law of a single contact with friction never raises the energy; Newton's can",
+          "[invariant][impact]") {
+  const auto energetic = try_impacts(ImpactLaw::energetic, 1, true, true, 20000);
+  CHECK(energetic.solved == 20000);
+  CHECK(energetic.gained == 0);
+  const auto newton = try_impacts(ImpactLaw::newton, 1, true, true, 20000);
+  CAPTURE(newton.gained, newton.greatest_gain);
+  CHECK(newton.gained > 0);  // that is why the other is there
+}
+
+TEST_CASE("no step of time stepping raises the energy beyond the scheme's bound", "[invariant]") {
+  // Rings and journals without drive, load or friction, one restitution; free flight is exact. Contacts work
+  // Pᵀ(u⁻ + u⁺)/2 in a step, with u⁺ + e u⁻ ⊥ P and, since the normals turn, u⁺ = u⁻ − hγ + DP. Eliminated:
+  // (1 − e)/(2(1 + e)) (hγᵀP − PᵀDP), which is at most (1 − e)/(8(1 + e)) h² γᵀD⁻¹γ whatever P is.
+  std::mt19937 engine(seed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  int steps = 0, impacts = 0;
+  for (int trial = 0; trial < 400; ++trial) {
+    Scene scene;
+    auto& m = scene.mechanism;
+    Surface surface;
+    surface.name = "s";
+    surface.restitution = 0.5 + 0.5 * uniform(engine);
+    m.surfaces.push_back(surface);
+    const int bodies = 2 + trial % 3;
+    for (int b = 0; b < bodies; ++b) {
+      Body body;
+      body.name = "b" + std::to_string(b);
+      body.mass = std::exp(2 * uniform(engine));
+      body.inertia = 0.01 * std::exp(2 * uniform(engine));
+      body.velocity = Vec2{uniform(engine), uniform(engine)};
+      body.angular_velocity = 20 * uniform(engine);
+      m.bodies.push_back(body);
+    }
+    for (int b = 0; b < bodies; ++b) {  // a ring of loose joints, each journal off centre but free
+      RevoluteJoint j;
+      j.name = "j" + std::to_string(b);
+      j.between = {b == 0 ? ground : b - 1, b};
+      j.clearance = Clearance{1e-3, 2e-2, 0, std::nullopt, -1};
+      m.joints.push_back(j);
+    }
+    scene.run.duration = 1;
+    const double h = trial % 2 ? 1e-4 : 1e-5;
+    scene.nonsmooth.step = h;
+    const System system(m);
+    const auto start = assemble(m, RunOptions::Start::given);
+    auto formulation = make(Family::nonsmooth, scene, system, start);
+    Recorder recorder(scene, system, std::nullopt);
+    auto e = system.make_evaluation();
+    ContactRow row;
+    double before = system.kinetic(start.v.data());
+    const double initial = before;
+    auto state = start;
+    std::vector<double> middle(system.n());
+    const double r = *surface.restitution;
+    for (int i = 1; i <= 300; ++i) {
+      // The scheme's own configuration, half a step on.
+      for (int c = 0; c < system.n(); ++c) middle[c] = state.q[c] + 0.5 * h * state.v[c];
+      system.place(state.t, middle.data(), e);
+      Eigen::MatrixXd W = Eigen::MatrixXd::Zero(system.n(), system.contacts());
+      Eigen::VectorXd gamma = Eigen::VectorXd::Zero(system.contacts());
+      for (int k = 0; k < system.contacts(); ++k) {
+        system.contact(k, middle.data(), state.v.data(), e, row);
+        for (int c = 0; c < row.normal.size; ++c) W(row.normal.column[c], k) = row.normal.value[c];
+        gamma[k] = row.gamma_n;
+      }
+      const Eigen::MatrixXd D =
+          W.transpose() *
+          Eigen::Map<const Eigen::VectorXd>(system.mass().data(), system.n()).cwiseInverse().asDiagonal() * W;
+      const double bound = 1e-13 * initial + (1 - r) / (8 * (1 + r)) * h * h *
+                                                 gamma.dot(D.completeOrthogonalDecomposition().solve(gamma));
+      REQUIRE(formulation->run(i * h, recorder).status == Ending::Status::finished);
+      state = formulation->state();
+      const double now = system.kinetic(state.v.data());
+      CAPTURE(seed, trial, i, h, before, now);
+      REQUIRE(now - before <= bound);
+      impacts += now < before * (1 - 1e-9);
+      before = now;
+      ++steps;
+    }
+  }
+  CHECK(steps == 120000);
+  CHECK(impacts > 1000);
+}
