@@ -47,4 +47,42 @@ Outcome freeplay(const std::string& arguments) {
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read(out), read(err)};
 }
 
+Scene row_of_four_bars(int count, double clearance) {
+  Scene scene;
+  auto& m = scene.mechanism;
+  m.gravity = {0, -9.81};
+  Surface surface;
+  surface.name = "steel";
+  surface.young = 207e9;
+  surface.poisson = 0.3;
+  surface.restitution = 0.5;
+  surface.friction = 0.05;
+  m.surfaces.push_back(surface);
+  const auto link = [&](const std::string& name, Vec2 at, double angle, Vec2 velocity, double omega) {
+    m.bodies.push_back({name, 1.0, 1.0 / 12, at, angle, velocity, omega});
+    return static_cast<int>(m.bodies.size()) - 1;
+  };
+  const auto pin = [&](const std::string& name, int i, int j, Vec2 si, Vec2 sj, bool loose) {
+    RevoluteJoint joint{name, {i, j}, {si, sj}, {}};
+    if (loose) joint.clearance = Clearance{clearance, 20 * clearance, 0, std::nullopt, -1};
+    m.joints.push_back(joint);
+  };
+  const double up = M_PI / 2;
+  int before = link("upright0", {0, 0.5}, up, {-0.5, 0}, 1);
+  pin("foot0", ground, before, {0, 0}, {-0.5, 0}, false);
+  for (int k = 1; k <= count; ++k) {
+    const auto n = std::to_string(k);
+    const int upright = link("upright" + n, {double(k), 0.5}, up, {-0.5, 0}, 1);
+    const int coupler = link("coupler" + n, {k - 0.5, 1}, 0, {-1, 0}, 0);
+    pin("foot" + n, ground, upright, {double(k), 0}, {-0.5, 0}, false);
+    pin("front" + n, upright, coupler, {0.5, 0}, {0.5, 0}, false);
+    pin("back" + n, before, coupler, {0.5, 0}, {-0.5, 0}, clearance > 0);
+    before = upright;
+  }
+  scene.run.duration = 0.1;
+  scene.run.start = RunOptions::Start::given;
+  scene.nonsmooth.step = 1e-4;
+  return scene;
+}
+
 }  // namespace freeplay::test

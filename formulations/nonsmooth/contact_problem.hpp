@@ -45,7 +45,7 @@ struct ContactSolution {
 class ContactProblem {
  public:
   static constexpr int most_for_enumeration = 6;  // 4⁶ cases
-  static constexpr int most_for_lemke = 12;
+  static constexpr int most_for_lemke = 6;
 
   explicit ContactProblem(LcpSolver solver = LcpSolver::automatic, double tolerance = 1e-10)
       : solver_(solver), tolerance_(tolerance), lemke_(0) {}

@@ -27,7 +27,7 @@ EventDynamics::EventDynamics(const System& system, const NonsmoothOptions& optio
   status_.reserve(most);
   K_.setZero(most, most);
   rhs_.setZero(most);
-  for (auto* x : {&a_, &unit_, &force_}) x->resize(system.n());
+  a_.resize(system.n());
   for (auto* x : {&lambda_, &r_}) x->resize(system.rows());
   extremes.penetration.assign(system.contacts(), 0);
 }
@@ -35,10 +35,7 @@ EventDynamics::EventDynamics(const System& system, const NonsmoothOptions& optio
 int EventDynamics::add(const SparseRow& row, const SparseRow* beside, double factor) {
   const int r = used_++;
   rows_[r] = row;
-  std::ranges::fill(unit_, 0);
-  row.add_to(unit_.data(), 1);
-  if (beside) beside->add_to(unit_.data(), factor);
-  saddle_.solve(unit_.data(), nullptr, response(r), reaction(r));
+  saddle_.respond(row, beside, factor, response(r), reaction(r));
   return r;
 }
 

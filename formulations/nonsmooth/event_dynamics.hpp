@@ -114,7 +114,7 @@ class EventDynamics {
   bool dependent_ = false;  // the active rows depend on each other
   Eigen::MatrixXd K_;
   Eigen::VectorXd rhs_, solution_;
-  Vector a_, lambda_, r_, unit_, force_;
+  Vector a_, lambda_, r_;
 };
 
 }  // namespace freeplay

@@ -141,9 +141,7 @@ bool MoreauStepper::solve_velocities(double h, const double* v_force) {
 bool MoreauStepper::solve_contacts() {
   const int n = system_.n(), m = system_.rows();
   for (int r = 0; r < problem_.rows; ++r) {
-    std::fill_n(dq_.data(), n, 0.0);
-    rows_[r].add_to(dq_.data(), 1);
-    saddle_.solve(dq_.data(), nullptr, response(r), reaction(r));
+    saddle_.respond(rows_[r], nullptr, 0, response(r), reaction(r));
   }
   for (int r = 0; r < problem_.rows; ++r)
     for (int s = 0; s <= r; ++s) problem_.D(r, s) = problem_.D(s, r) = rows_[r].dot(response(s));
@@ -325,10 +323,8 @@ bool MoreauStepper::bring_back(double t_new) {
     auto& p = position_problem_;
     for (auto& c : contacts_) {
       if (c.row.normal.size == 0 || (c.gap >= 0 && c.unknown < 0)) continue;
-      std::fill_n(dq_.data(), n, 0.0);
-      c.row.normal.add_to(dq_.data(), 1);
       rows_[p.rows] = c.row.normal;
-      saddle_.solve(dq_.data(), nullptr, response(p.rows), reaction(p.rows));
+      saddle_.respond(c.row.normal, nullptr, 0, response(p.rows), reaction(p.rows));
       ContactUnknown u;
       u.normal = p.rows;
       p.b[p.rows++] = c.gap;

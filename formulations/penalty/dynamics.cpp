@@ -44,8 +44,7 @@ PenaltyDynamics::PenaltyDynamics(const System& system, const PenaltyOptions& opt
       probe_(system.make_evaluation()),
       lambda_(system.rows()),
       r_(system.rows()),
-      scratch_(system.n()),
-      unit_(system.n()) {
+      scratch_(system.n()) {
   if (options.stabilisation == Stabilisation::baumgarte) {
     two_alpha_ = 2 * options.alpha;
     beta_squared_ = options.beta * options.beta;
@@ -225,10 +224,8 @@ std::pair<double, double> PenaltyDynamics::gap(int k, const Vector& x, double t)
 }
 
 double PenaltyDynamics::effective_mass(const ContactRow& row) {
-  std::ranges::fill(unit_, 0);
-  row.normal.add_to(unit_.data(), 1);
   if (!saddle_.factor(probe_.G.data())) return 0;
-  saddle_.solve(unit_.data(), nullptr, scratch_.data(), lambda_.data());
+  saddle_.respond(row.normal, nullptr, 0, scratch_.data(), lambda_.data());
   const double mobility = row.normal.dot(scratch_.data());
   return mobility > 0 ? 1 / mobility : 0;
 }

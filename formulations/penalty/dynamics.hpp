@@ -104,7 +104,7 @@ class PenaltyDynamics {
   PenaltyTerms<double> terms_;
   Evaluation probe_;
   ContactRow row_;  // the last one asked for by contact_row()
-  std::vector<double> lambda_, r_, scratch_, unit_;
+  std::vector<double> lambda_, r_, scratch_;
   struct Tangent {  // of jacobian()
     PenaltyTerms<Gradient> terms;
     std::vector<Gradient> state, reaction;

@@ -30,7 +30,9 @@ int check(const Request& request) {
   line("contacts", fmt::format("{}", system.contacts()));
   line("friction rows", fmt::format("{} of contacts, {} of preloaded joints", tangents, system.frictions()));
   line("instruments", fmt::format("{}", scene.accelerometers.size()));
-  line("saddle-point solves", system.rows() <= SaddlePoint::dense_rows ? "dense" : "sparse");
+  const SaddlePoint saddle(system.mass(), system.pattern());
+  line("saddle-point solves", fmt::format("{}, the largest of {} rows, {}", saddle.blocks(), saddle.largest_block(),
+                                          saddle.dense() ? "dense" : "sparse"));
   line("duration",
        fmt::format("{:.6g} s, first {:.6g} s left out of statistics", scene.run.duration, scene.run.discard));
 

@@ -1,69 +1,54 @@
-// The linear system of constrained dynamics
-//
-//     M a + Gᵀ λ = f,      G a = r,          M diagonal and positive.
-//
-// Dense path: Cholesky of the Schur complement S = G M⁻¹ Gᵀ. Sparse path: KLU on the whole saddle-point
-// matrix. Where rows of G depend on each other the multipliers are not unique; then the proximal iteration
-//
-//     G a − ε (λ_{i+1} − λ_i) = r,      λ_0 = 0
-//
-// converges to the a of the consistent system and to the λ of least Euclidean norm, because every increment
-// lies in the range of S (Rockafellar, SIAM J. Control Optim. 14 (1976) 877, applied to a quadratic program).
+// The linear system of constrained dynamics, M a + Gᵀ λ = f, G a = r, in blocks: parts of the mechanism that no
+// row of G connects are solved apart (saddle_block.hpp), however many there are. A right-hand side of a few
+// entries, as a contact's row is, costs only the parts that it touches.
 #pragma once
 
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
-#include <memory>
 #include <span>
+#include <vector>
 
+#include "numerics/saddle_block.hpp"
 #include "numerics/sparse.hpp"
 
 namespace freeplay {
 
-enum class SolvePath { automatic, dense, sparse };
-
 class SaddlePoint {
  public:
-  /// Up to this many rows the dense path is the faster one (measured, docs/decisions/003).
-  static constexpr int dense_rows = 28;
-
   /// `mass`: diagonal of M, length G.columns. `redundant`: the rows are known to depend on each other.
   SaddlePoint(std::span<const double> mass, const CsrPattern& G, SolvePath path = SolvePath::automatic,
               bool redundant = false);
-  ~SaddlePoint();
-  SaddlePoint(SaddlePoint&&) noexcept;
-  SaddlePoint(const SaddlePoint&) = delete;
 
   /// Takes new values of G. False when no factorisation was found (values not finite).
   [[nodiscard]] bool factor(const double* G_values);
-  /// Solves for a (columns) and λ (rows); f and r may be null for zero. Allocates nothing on the dense path.
+  /// Solves for a (columns) and λ (rows); f and r may be null for zero. Allocates nothing with dense blocks.
   void solve(const double* f, const double* r, double* a, double* lambda);
+  /// The same with r = 0 and f = `row` + factor·`beside` (null: none).
+  void respond(const SparseRow& row, const SparseRow* beside, double factor, double* a, double* lambda);
 
-  bool dense() const { return dense_; }
-  /// The last solve satisfied its constraint rows. With dependent rows of very unlike scale the proximal
-  /// iteration may not.
+  int blocks() const { return static_cast<int>(parts_.size()); }
+  /// Rows of the largest block.
+  int largest_block() const { return largest_; }
+  /// Every block is factorised densely.
+  bool dense() const;
+  /// The last solve satisfied its constraint rows (SaddleBlock::converged).
   bool converged() const { return converged_; }
   /// The last factorisation met dependent rows.
-  bool singular() const { return proximal_; }
-  std::span<const double> inverse_mass() const { return inverse_mass_; }
+  bool singular() const;
 
  private:
-  struct Klu;
-  struct Product {  // S(row, col) += G_values[e1] G_values[e2] / M[c]
-    int entry, e1, e2, c;
+  struct Part {
+    std::vector<int> columns, rows, entries;  // of the whole, in the order of the block
+    SaddleBlock block;
   };
-  bool factor_dense();
-  bool factor_sparse();
-  void solve_once(const double* f, const double* r, const double* previous, double* a, double* lambda);
+  void solve_part(Part& part, const double* f, const double* r, double* a, double* lambda);
 
-  const CsrPattern G_;
-  std::vector<double> mass_, inverse_mass_, values_;
-  bool dense_, redundant_, proximal_ = false, converged_ = true;
-  double epsilon_ = 0;
-  std::vector<Product> products_;
-  Eigen::MatrixXd S_;
-  Eigen::VectorXd rhs_, previous_;
-  std::unique_ptr<Klu> klu_;
+  std::vector<Part> parts_;
+  std::vector<int> part_of_column_;  // −1: no row touches it
+  std::vector<int> free_columns_;
+  std::vector<double> inverse_mass_;
+  std::vector<double> values_, f_, r_, a_, lambda_;  // of one block
+  std::vector<double> whole_;                        // f of respond()
+  int largest_ = 0;
+  bool converged_ = true;
 };
 
 }  // namespace freeplay

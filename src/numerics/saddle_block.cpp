@@ -1,0 +1,209 @@
+#include "numerics/saddle_block.hpp"
+
+#include <klu.h>
+
+#include <cmath>
+#include <map>
+
+namespace freeplay {
+namespace {
+
+constexpr double relative_epsilon = 1e-9;  // of the proximal term, against the mean diagonal of S
+constexpr double pivot_ratio = 1e-12;      // a smaller pivot of S against its diagonal means dependent rows
+constexpr int most_iterations = 50;
+
+/// In-place Cholesky of the lower triangle of a small dense matrix, column by column; false on a pivot below
+/// `least` times the diagonal it came from.
+bool cholesky(Eigen::MatrixXd& S, double least) {
+  const Eigen::Index m = S.rows();
+  for (Eigen::Index j = 0; j < m; ++j) {
+    const double diagonal = S(j, j);
+    double pivot = diagonal;
+    for (Eigen::Index k = 0; k < j; ++k) pivot -= S(j, k) * S(j, k);
+    if (!(pivot > least * diagonal)) return false;
+    const double root = std::sqrt(pivot);
+    S(j, j) = root;
+    for (Eigen::Index i = j + 1; i < m; ++i) {
+      double x = S(i, j);
+      for (Eigen::Index k = 0; k < j; ++k) x -= S(i, k) * S(j, k);
+      S(i, j) = x / root;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+/// The sparse matrix [M Gᵀ; G −εI] by columns, and KLU's factors of it.
+struct SaddleBlock::Klu {
+  klu_common common;
+  klu_symbolic* symbolic = nullptr;
+  klu_numeric* numeric = nullptr;
+  std::vector<int> begin{0}, row;
+  std::vector<double> value;
+  std::vector<int> of_G, of_Gt, of_epsilon;  // places of G's entries, of Gᵀ's, and of the −ε diagonal
+  Eigen::VectorXd rhs;
+
+  ~Klu() {
+    klu_free_numeric(&numeric, &common);
+    klu_free_symbolic(&symbolic, &common);
+  }
+
+  Klu(const CsrPattern& G, const std::vector<double>& mass) : rhs(G.columns + G.rows) {
+    const int n = G.columns, m = G.rows;
+    klu_defaults(&common);
+    std::vector<std::vector<std::pair<int, int>>> of_column(n);  // (row of G, entry)
+    for (int k = 0; k < m; ++k)
+      for (int e = G.begin[k]; e < G.begin[k + 1]; ++e) of_column[G.column[e]].emplace_back(k, e);
+    of_G.resize(G.column.size());
+    of_Gt.resize(G.column.size());
+    const auto push = [&](int r, double x) {
+      row.push_back(r);
+      value.push_back(x);
+      return static_cast<int>(row.size()) - 1;
+    };
+    for (int c = 0; c < n; ++c) {
+      push(c, mass[c]);
+      for (auto [k, e] : of_column[c]) of_G[e] = push(n + k, 0);
+      begin.push_back(static_cast<int>(row.size()));
+    }
+    for (int k = 0; k < m; ++k) {
+      for (int e = G.begin[k]; e < G.begin[k + 1]; ++e) of_Gt[e] = push(G.column[e], 0);
+      of_epsilon.push_back(push(n + k, 0));
+      begin.push_back(static_cast<int>(row.size()));
+    }
+    symbolic = klu_analyze(n + m, begin.data(), row.data(), &common);
+  }
+
+  /// Refactors on the old pivots while they stay good, else anew. False when singular.
+  bool factor(const std::vector<double>& G_values, double epsilon) {
+    for (std::size_t e = 0; e < G_values.size(); ++e) value[of_G[e]] = value[of_Gt[e]] = G_values[e];
+    for (int e : of_epsilon) value[e] = -epsilon;
+    if (numeric && klu_refactor(begin.data(), row.data(), value.data(), symbolic, numeric, &common) &&
+        klu_rcond(symbolic, numeric, &common) && common.rcond > pivot_ratio)
+      return true;
+    klu_free_numeric(&numeric, &common);
+    numeric = klu_factor(begin.data(), row.data(), value.data(), symbolic, &common);
+    return numeric && common.status == KLU_OK && klu_rcond(symbolic, numeric, &common) &&
+           common.rcond > (epsilon > 0 ? 0 : pivot_ratio);
+  }
+};
+
+SaddleBlock::SaddleBlock(std::span<const double> mass, const CsrPattern& G, SolvePath path, bool redundant)
+    : G_(G),
+      mass_(mass.begin(), mass.end()),
+      dense_(path == SolvePath::dense || (path == SolvePath::automatic && G.rows <= dense_rows)),
+      redundant_(redundant),
+      rhs_(G.rows),
+      previous_(G.rows) {
+  for (double m : mass_) inverse_mass_.push_back(1 / m);
+  values_.resize(G.column.size());
+  if (!dense_) {
+    klu_ = std::make_unique<Klu>(G_, mass_);
+    return;
+  }
+  S_.resize(G.rows, G.rows);
+  for (int k = 0; k < G.rows; ++k)
+    for (int l = 0; l <= k; ++l)
+      for (int e1 = G.begin[k]; e1 < G.begin[k + 1]; ++e1)
+        for (int e2 = G.begin[l]; e2 < G.begin[l + 1]; ++e2)
+          if (G.column[e1] == G.column[e2]) products_.push_back({k + l * G.rows, e1, e2, G.column[e1]});
+}
+
+SaddleBlock::~SaddleBlock() = default;
+SaddleBlock::SaddleBlock(SaddleBlock&&) noexcept = default;
+
+bool SaddleBlock::factor(const double* G_values) {
+  values_.assign(G_values, G_values + values_.size());
+  for (double x : values_)
+    if (!std::isfinite(x)) return false;
+  proximal_ = redundant_;
+  epsilon_ = 0;
+  return dense_ ? factor_dense() : factor_sparse();
+}
+
+bool SaddleBlock::factor_dense() {
+  const auto assemble = [&] {
+    S_.setZero();
+    double* S = S_.data();
+    for (const auto& p : products_) S[p.entry] += values_[p.e1] * values_[p.e2] * inverse_mass_[p.c];
+  };
+  if (G_.rows == 0) return true;
+  assemble();
+  if (!proximal_) {
+    if (cholesky(S_, pivot_ratio)) return true;
+    proximal_ = true;
+    assemble();
+  }
+  epsilon_ = relative_epsilon * S_.diagonal().mean();
+  S_.diagonal().array() += epsilon_;
+  return cholesky(S_, 0);
+}
+
+bool SaddleBlock::factor_sparse() {
+  if (!proximal_) {
+    if (klu_->factor(values_, 0)) return true;
+    proximal_ = true;
+  }
+  double trace = 0;
+  for (std::size_t e = 0; e < values_.size(); ++e)
+    trace += values_[e] * values_[e] * inverse_mass_[G_.column[e]];
+  epsilon_ = relative_epsilon * trace / std::max(1, G_.rows);
+  return klu_->factor(values_, epsilon_);
+}
+
+void SaddleBlock::solve_once(const double* f, const double* r, const double* previous, double* a,
+                             double* lambda) {
+  const int n = G_.columns, m = G_.rows;
+  if (dense_) {
+    // (S + εI) λ = G M⁻¹ f − r + ε λ_previous
+    for (int c = 0; c < n; ++c) a[c] = f ? f[c] * inverse_mass_[c] : 0;
+    for (int k = 0; k < m; ++k)
+      lambda[k] = (f ? row_dot(G_, values_.data(), k, a) : 0) - (r ? r[k] : 0) +
+                  (previous ? epsilon_ * previous[k] : 0);
+    for (int j = 0; j < m; ++j) {
+      const double x = lambda[j] /= S_(j, j);
+      for (int i = j + 1; i < m; ++i) lambda[i] -= S_(i, j) * x;
+    }
+    for (int j = m - 1; j >= 0; --j) {
+      double x = lambda[j];
+      for (int i = j + 1; i < m; ++i) x -= S_(i, j) * lambda[i];
+      lambda[j] = x / S_(j, j);
+    }
+    for (int k = 0; k < m; ++k)
+      for (int e = G_.begin[k]; e < G_.begin[k + 1]; ++e) {
+        const auto c = (G_.column[e]);
+        a[c] -= values_[e] * lambda[k] * inverse_mass_[c];
+      }
+    return;
+  }
+  auto& x = klu_->rhs;
+  for (int c = 0; c < n; ++c) x[c] = f ? f[c] : 0;
+  for (int k = 0; k < m; ++k) x[n + k] = (r ? r[k] : 0) - (previous ? epsilon_ * previous[k] : 0);
+  klu_solve(klu_->symbolic, klu_->numeric, n + m, 1, x.data(), &klu_->common);
+  for (int c = 0; c < n; ++c) a[c] = x[c];
+  for (int k = 0; k < m; ++k) lambda[k] = x[n + k];
+}
+
+void SaddleBlock::solve(const double* f, const double* r, double* a, double* lambda) {
+  solve_once(f, r, nullptr, a, lambda);
+  converged_ = true;
+  if (!proximal_) return;
+  double size = 0;  // of G M⁻¹f − r
+  for (int k = 0; k < G_.rows; ++k) {
+    double x = r ? -r[k] : 0;
+    for (int e = G_.begin[k]; f && e < G_.begin[k + 1]; ++e)
+      x += values_[e] * f[G_.column[e]] * inverse_mass_[G_.column[e]];
+    size = std::max(size, std::abs(x));
+  }
+  Eigen::Map<Eigen::VectorXd> now(lambda, G_.rows);
+  for (int i = 0; i < most_iterations; ++i) {
+    previous_ = now;
+    solve_once(f, r, previous_.data(), a, lambda);
+    if ((now - previous_).norm() <= 1e-13 * now.norm()) break;
+  }
+  // What is left of G a − r is ε times the last change of λ.
+  converged_ = epsilon_ * (now - previous_).lpNorm<Eigen::Infinity>() <= 1e-6 * size;
+}
+
+}  // namespace freeplay
