@@ -31,8 +31,8 @@ int check(const Request& request) {
   line("friction rows", fmt::format("{} of contacts, {} of preloaded joints", tangents, system.frictions()));
   line("instruments", fmt::format("{}", scene.accelerometers.size()));
   const SaddlePoint saddle(system.mass(), system.pattern());
-  line("saddle-point solves", fmt::format("{}, the largest of {} rows, {}", saddle.blocks(), saddle.largest_block(),
-                                          saddle.dense() ? "dense" : "sparse"));
+  line("saddle-point solves", fmt::format("{}, the largest of {} rows, {}", saddle.blocks(),
+                                          saddle.largest_block(), saddle.dense() ? "dense" : "sparse"));
   line("duration",
        fmt::format("{:.6g} s, first {:.6g} s left out of statistics", scene.run.duration, scene.run.discard));
 
@@ -46,8 +46,11 @@ int check(const Request& request) {
     const char* name = family == Family::penalty ? "penalty" : "nonsmooth";
     try {
       const auto formulation = make(family, scene, system, start);
-      for (const auto& m : formulation->contact_models()) {
-        fmt::print("  {:<10} delivers restitution {:.4g}", name, m.restitution_delivered);
+      const auto models = formulation->contact_models();
+      for (int k = 0; k < system.contacts(); ++k) {
+        const auto& m = models[k];
+        fmt::print("  {:<10} {}: delivers restitution {:.4g}", name, system.contact_facts(k).name,
+                   m.restitution_delivered);
         if (m.stiffness > 0) fmt::print(", K = {:.5g} N/m^{}, chi = {:.4g}", m.stiffness, m.exponent, m.chi);
         fmt::print("\n");
       }

@@ -1,6 +1,6 @@
-// The linear system of constrained dynamics, M a + Gᵀ λ = f, G a = r, in blocks: parts of the mechanism that no
-// row of G connects are solved apart (saddle_block.hpp), however many there are. A right-hand side of a few
-// entries, as a contact's row is, costs only the parts that it touches.
+// The linear system of constrained dynamics, M a + Gᵀ λ = f, G a = r, in blocks: parts of the mechanism that
+// no row of G connects are solved apart (saddle_block.hpp), however many there are. A right-hand side of a
+// few entries, as a contact's row is, costs only the parts that it touches.
 #pragma once
 
 #include <span>

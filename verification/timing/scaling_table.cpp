@@ -1,5 +1,5 @@
-// Cost of a step against the number of loose joints (target freeplay-scaling): a row of four-bars, one loose joint
-// each, stepped for 0.05 s at 1e-4 s. Writes scaling.csv and draws it, in the folder given.
+// Cost of a step against the number of loose joints (target freeplay-scaling): a row of four-bars, one loose
+// joint each, stepped for 0.05 s at 1e-4 s. Writes scaling.csv and draws it, in the folder given.
 #include <fmt/format.h>
 
 #include <fstream>
@@ -15,10 +15,12 @@ int main(int count, char** arguments) {
   std::filesystem::create_directories(folder);
   std::ofstream csv(folder / "scaling.csv");
   csv << "solver,joints,us_per_step,solves_per_step,pivots_per_solve,lasting\n";
-  const std::pair<LcpSolver, const char*> solvers[] = {
-      {LcpSolver::gauss_seidel, "gauss-seidel"}, {LcpSolver::lemke, "lemke"}, {LcpSolver::automatic, "automatic"}};
+  const std::pair<LcpSolver, const char*> solvers[] = {{LcpSolver::gauss_seidel, "gauss-seidel"},
+                                                       {LcpSolver::lemke, "lemke"},
+                                                       {LcpSolver::automatic, "automatic"}};
   std::string blocks[3];
-  for (int s = 0; s < 3; ++s) blocks[s] = fmt::format("# {}: loose joints, microseconds per step\n", solvers[s].second);
+  for (int s = 0; s < 3; ++s)
+    blocks[s] = fmt::format("# {}: loose joints, microseconds per step\n", solvers[s].second);
   for (int joints = 1; joints <= 64; joints *= 2)
     for (int s = 0; s < 3; ++s) {
       auto scene = test::row_of_four_bars(joints, 1e-3);
@@ -33,9 +35,10 @@ int main(int count, char** arguments) {
       double lasting = 0;
       for (const auto& c : run.contacts) lasting += c.lasting_fraction / joints;
       const double us = 1e6 * best / static_cast<double>(run.work.steps);
-      const auto line = fmt::format("{},{},{:.2f},{:.2f},{:.1f},{:.2f}", solvers[s].second, joints, us,
-                                    double(run.work.lcp_solves) / double(run.work.steps),
-                                    double(run.work.pivots) / double(std::max(1L, run.work.lcp_solves)), lasting);
+      const auto line =
+          fmt::format("{},{},{:.2f},{:.2f},{:.1f},{:.2f}", solvers[s].second, joints, us,
+                      double(run.work.lcp_solves) / double(run.work.steps),
+                      double(run.work.pivots) / double(std::max(1L, run.work.lcp_solves)), lasting);
       csv << line << "\n";
       fmt::print("{}  {}\n", line, run.ending.reason);
       blocks[s] += fmt::format("{} {}\n", joints, us);
