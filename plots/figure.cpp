@@ -68,7 +68,7 @@ std::vector<double> Csv::column(const std::string& name) const {
 
 std::string origin(const std::filesystem::path& folder) {
   auto file = folder / "comparison.json";
-  for (const auto* other : {"laws.json", "drift.json", "scaling.json"})
+  for (const auto* other : {"laws.json", "drift.json", "scaling.json", "verification.json"})
     if (!std::filesystem::exists(file)) file = folder / other;
   std::ifstream in(file);
   const auto document = nlohmann::json::parse(in, nullptr, false);

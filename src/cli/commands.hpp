@@ -19,6 +19,8 @@ struct Request {
   bool as_given = false;
   std::optional<double> restitution;  ///< laws
   double mass = 1, speed = 0.1;       ///< laws: kg and m/s of the impact that is drawn
+  std::vector<std::string> names;     ///< verify: sets of claims; none: all
+  std::string document;               ///< verify: folder for verification.md and its figures
 };
 
 int check(const Request& request);
@@ -27,5 +29,6 @@ int compare(const Request& request);
 int drift(const Request& request);
 int laws(const Request& request);
 int figures(const Request& request);
+int verify(const Request& request);
 
 }  // namespace freeplay::cli

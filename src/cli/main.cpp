@@ -60,6 +60,12 @@ int main(int argc, char** argv) {
   laws->add_option("-o,--output", request.output, "result folder; default out/laws");
   laws->callback([&request] { request.command = cli::laws; });
 
+  auto* verify = app.add_subcommand("verify", "judge every claim that the program makes of itself");
+  verify->add_option("names", request.names, "sets of claims; default all");
+  verify->add_option("-o,--output", request.output, "result folder")->default_val("out/verification");
+  verify->add_option("--document", request.document, "write verification.md and its figures into this folder");
+  verify->callback([&request] { request.command = cli::verify; });
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -1,0 +1,94 @@
+// freeplay verify: every claim judged, on the terminal and in verification.json; with --document also as Markdown
+// with its figures.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "cli/commands.hpp"
+#include "cli/progress.hpp"
+#include "plots/figure.hpp"
+#include "sim/output_file.hpp"
+#include "sim/run_summary.hpp"
+#include "verification/claims/claim.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+using namespace verification;
+
+/// One figure for each name among the curves, on logarithmic axes.
+void draw_curves(const std::vector<Verdict>& verdicts, const std::filesystem::path& folder) {
+  std::vector<Curve> curves;
+  for (const auto& v : verdicts)
+    curves.insert(curves.end(), v.findings.curves.begin(), v.findings.curves.end());
+  std::vector<std::string> names;
+  for (const auto& c : curves)
+    if (std::ranges::find(names, c.figure) == names.end()) names.push_back(c.figure);
+  for (const auto& name : names) {
+    plots::Figure figure;
+    figure.name = name;
+    figure.height_cm = 11;
+    std::string plot = "plot ";
+    for (const auto& c : curves) {
+      if (c.figure != name) continue;
+      figure.script = fmt::format("set logscale xy\nset format '10^{{%T}}'\nset xlabel \"{}\"\nset ylabel \"{}\"\n", c.x_label,
+                                  c.y_label);
+      const auto index = figure.blocks.size();
+      auto block = "# " + c.title + "\n";
+      for (std::size_t i = 0; i < c.x.size(); ++i) block += fmt::format("{} {}\n", c.x[i], c.y[i]);
+      figure.blocks.push_back(block);
+      plot += fmt::format("{}'DATA' index {} using 1:2 with linespoints lw 1.4 dt {} pt {} title \"{}\"", index ? ", " : "",
+                          index, 1 + index % 3, 1 + index, c.title);
+    }
+    figure.script += "set key outside bottom center horizontal font ',8'\n" + plot + "\n";
+    plots::draw(figure, folder);
+  }
+}
+
+}  // namespace
+
+int verify(const Request& request) {
+  std::vector<const ClaimSet*> chosen;
+  for (const auto& set : claim_sets())
+    if (request.names.empty() || std::ranges::find(request.names, set.name) != request.names.end())
+      chosen.push_back(&set);
+  for (const auto& name : request.names)
+    if (std::ranges::none_of(claim_sets(), [&](const ClaimSet& s) { return name == s.name; })) {
+      std::string known;
+      for (const auto& s : claim_sets()) known += (known.empty() ? "" : ", ") + std::string(s.name);
+      throw SceneError(fmt::format("verify: there is no set of claims \"{}\"; there is: {}", name, known));
+    }
+
+  Progress progress;
+  std::vector<Verdict> verdicts;
+  std::size_t claims = 0, holding = 0;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    progress.show(chosen[i]->name, static_cast<double>(i) / static_cast<double>(chosen.size()));
+    verdicts.push_back(judge(*chosen[i]));
+    progress.clear();
+    fmt::print("{}", table(verdicts.back()));
+    std::fflush(stdout);
+    claims += verdicts.back().findings.claims.size();
+    holding += static_cast<std::size_t>(std::ranges::count_if(verdicts.back().findings.claims, &Claim::holds));
+  }
+  const bool all = std::ranges::all_of(verdicts, &Verdict::holds);
+  fmt::print("\n{} of {} claims hold{}\n", holding, claims, all ? "" : "; those that fail say why above");
+
+  const std::filesystem::path folder = request.document.empty() ? request.output : request.document;
+  make_folder(folder);
+  auto origin = provenance(Scene{});
+  origin["scene_file"] = "verification";
+  const nlohmann::json document{{"provenance", {{"version", origin["version"]}, {"commit", origin["commit"]},
+                                                {"scene_file", "verification"}}},
+                                {"sets", to_json(verdicts)}};
+  write_file(folder / "verification.json", document.dump(1) + "\n");
+  if (!request.document.empty()) {
+    draw_curves(verdicts, folder);
+    write_file(folder / "verification.md", verification::document(verdicts));
+  }
+  fmt::print("results in {}\n", folder.string());
+  return all ? 0 : 1;
+}
+
+}  // namespace freeplay::cli

@@ -1,0 +1,107 @@
+// A claim: a measured value, what it is expected to be and from where, a bound fixed beforehand with its reason, and
+// the verdict. The lists in this folder drive `freeplay verify`, its files, and the tests alike.
+#pragma once
+
+#include <cmath>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace freeplay::verification {
+
+struct Claim {
+  enum class Judged {
+    within,    ///< |measured − expected| ≤ bound
+    relative,  ///< |measured − expected| ≤ bound |expected|
+    at_most,   ///< measured ≤ bound
+    between    ///< expected ≤ measured ≤ bound
+  };
+  std::string quantity, unit;
+  double measured = 0;
+  Judged judged = Judged::within;
+  double expected = 0, bound = 0;
+  std::string source;  ///< of the expected value
+  std::string reason;  ///< of the bound
+
+  bool holds() const {
+    switch (judged) {
+      case Judged::within:
+        return std::abs(measured - expected) <= bound;
+      case Judged::relative:
+        return std::abs(measured - expected) <= bound * std::abs(expected);
+      case Judged::at_most:
+        return measured <= bound;
+      default:
+        return expected <= measured && measured <= bound;
+    }
+  }
+};
+
+/// A curve that a claim was read from, for docs/verification.md.
+struct Curve {
+  std::string figure, title, x_label, y_label;
+  std::vector<double> x, y;
+};
+
+struct Findings {
+  std::vector<Claim> claims;
+  std::vector<Curve> curves;
+
+  void within(std::string quantity, std::string unit, double measured, double expected, double bound,
+              std::string source, std::string reason) {
+    claims.push_back({std::move(quantity), std::move(unit), measured, Claim::Judged::within, expected, bound,
+                      std::move(source), std::move(reason)});
+  }
+  void relative(std::string quantity, std::string unit, double measured, double expected, double bound,
+                std::string source, std::string reason) {
+    claims.push_back({std::move(quantity), std::move(unit), measured, Claim::Judged::relative, expected, bound,
+                      std::move(source), std::move(reason)});
+  }
+  void at_most(std::string quantity, std::string unit, double measured, double bound, std::string source,
+               std::string reason) {
+    claims.push_back({std::move(quantity), std::move(unit), measured, Claim::Judged::at_most, 0, bound,
+                      std::move(source), std::move(reason)});
+  }
+  void between(std::string quantity, std::string unit, double measured, double low, double high,
+               std::string source, std::string reason) {
+    claims.push_back({std::move(quantity), std::move(unit), measured, Claim::Judged::between, low, high,
+                      std::move(source), std::move(reason)});
+  }
+};
+
+/// A group of claims made by the same runs.
+struct ClaimSet {
+  const char* name;
+  const char* title;
+  Findings (*find)();
+};
+std::span<const ClaimSet> claim_sets();
+
+/// One set with what it found; `failure` when it could not be made (an exception's words).
+struct Verdict {
+  const ClaimSet* set = nullptr;
+  Findings findings;
+  std::string failure;
+  double seconds = 0;
+  bool holds() const;
+};
+Verdict judge(const ClaimSet& set);
+
+std::string table(const Verdict& verdict);                        ///< for a terminal of 80 columns
+nlohmann::json to_json(const std::vector<Verdict>& verdicts);     ///< verification.json
+std::string document(const std::vector<Verdict>& verdicts);       ///< docs/verification.md
+
+// The sets, one file each.
+Findings closed_forms();
+Findings restitution();
+Findings mechanisms();
+Findings orders();
+Findings invariants();
+Findings stiff_limit();
+Findings statistics();
+Findings oracle();
+Findings impact_laws();
+
+}  // namespace freeplay::verification

@@ -1,0 +1,135 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "verification/claims/claim.hpp"
+
+namespace freeplay::verification {
+namespace {
+
+constexpr ClaimSet sets[] = {
+    {"closed-forms", "Closed forms", closed_forms},
+    {"restitution", "Restitution that contact laws deliver", restitution},
+    {"impact-laws", "Impact laws", impact_laws},
+    {"mechanisms", "Published mechanisms", mechanisms},
+    {"oracle", "The paper's scene against a derivation that shares no code", oracle},
+    {"orders", "Orders of convergence", orders},
+    {"invariants", "Invariants over long runs", invariants},
+    {"stiff-limit", "One formulation against the other: the stiff limit", stiff_limit},
+    {"statistics", "One formulation against the other: statistics of long runs", statistics}};
+
+std::string expected(const Claim& c) {
+  switch (c.judged) {
+    case Claim::Judged::within:
+      return fmt::format("{:.8g} ± {:.2g}", c.expected, c.bound);
+    case Claim::Judged::relative:
+      return fmt::format("{:.8g} (1 ± {:.2g})", c.expected, c.bound);
+    case Claim::Judged::at_most:
+      return fmt::format("≤ {:.2g}", c.bound);
+    default:
+      return fmt::format("{:.4g} to {:.4g}", c.expected, c.bound);
+  }
+}
+
+const char* name_of(Claim::Judged judged) {
+  constexpr const char* names[] = {"within", "relative", "at most", "between"};
+  return names[static_cast<int>(judged)];
+}
+
+
+}  // namespace
+
+std::span<const ClaimSet> claim_sets() { return sets; }
+
+bool Verdict::holds() const {
+  return failure.empty() && std::ranges::all_of(findings.claims, &Claim::holds);
+}
+
+Verdict judge(const ClaimSet& set) {
+  Verdict v;
+  v.set = &set;
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    v.findings = set.find();
+  } catch (const std::exception& e) {
+    v.failure = e.what();
+  }
+  v.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return v;
+}
+
+std::string table(const Verdict& v) {
+  std::string out = fmt::format("\n{} ({}, {:.1f} s)\n", v.set->title, v.set->name, v.seconds);
+  for (const auto& c : v.findings.claims) {
+    const bool compared = c.judged == Claim::Judged::within || c.judged == Claim::Judged::relative;
+    const auto off = compared ? fmt::format(", off by {:.1e}", std::abs(c.measured - c.expected)) : "";
+    const auto numbers = fmt::format("{:.8g}, expected {}{}", c.measured, expected(c), off);
+    const auto verdict = c.holds() ? "holds" : "FAILS";
+    const auto unit = c.unit.empty() ? "" : ", " + c.unit;
+    out += fmt::format("  {} {}{}\n        {}\n", verdict, c.quantity, unit, numbers);
+    if (!c.holds()) out += fmt::format("        expected from: {}; bound: {}\n", c.source, c.reason);
+  }
+  if (!v.failure.empty()) out += fmt::format("  FAILS could not be judged: {}\n", v.failure);
+  return out;
+}
+
+nlohmann::json to_json(const std::vector<Verdict>& verdicts) {
+  auto document = nlohmann::json::array();
+  for (const auto& v : verdicts) {
+    auto claims = nlohmann::json::array();
+    for (const auto& c : v.findings.claims)
+      claims.push_back({{"quantity", c.quantity},
+                        {"unit", c.unit},
+                        {"measured", c.measured},
+                        {"judged", name_of(c.judged)},
+                        {"expected", c.expected},
+                        {"bound", c.bound},
+                        {"source", c.source},
+                        {"reason", c.reason},
+                        {"holds", c.holds()}});
+    document.push_back({{"name", v.set->name},
+                        {"title", v.set->title},
+                        {"seconds", v.seconds},
+                        {"failure", v.failure},
+                        {"claims", claims}});
+  }
+  return document;
+}
+
+std::string document(const std::vector<Verdict>& verdicts) {
+  std::size_t all = 0, holding = 0;
+  for (const auto& v : verdicts)
+    for (const auto& c : v.findings.claims) {
+      ++all;
+      holding += c.holds();
+    }
+  std::string out = fmt::format(
+      "# Verification\n\nWritten by `freeplay verify --document docs`; {} of {} claims hold. Each has a value, an expected "
+      "value with its source, a bound fixed before the run with its reason, and a verdict "
+      "([how to add one](../verification/README.md)). Times are those of the machine that wrote this.\n",
+      holding, all);
+  for (const auto& v : verdicts) {
+    out += fmt::format("\n## {}\n`freeplay verify {}`, {:.0f} s\n\n| quantity | measured | expected | source | reason of the "
+                       "bound | |\n| --- | --- | --- | --- | --- | --- |\n",
+                       v.set->title, v.set->name, v.seconds);
+    const auto cell = [](std::string text) {
+      for (std::size_t i = 0; (i = text.find('|', i)) != std::string::npos; i += 2) text.replace(i, 1, "\\|");
+      return text;
+    };
+    for (const auto& c : v.findings.claims)
+      out += fmt::format("| {}{} | {:.10g} | {} | {} | {} | {} |\n", cell(c.quantity),
+                         c.unit.empty() ? "" : ", " + c.unit, c.measured, expected(c), cell(c.source), cell(c.reason),
+                         c.holds() ? "holds" : "**FAILS**");
+    if (!v.failure.empty()) out += "\n**Could not be judged:** " + v.failure + "\n";
+    std::vector<std::string> drawn;
+    for (const auto& curve : v.findings.curves)
+      if (std::ranges::find(drawn, curve.figure) == drawn.end()) {
+        drawn.push_back(curve.figure);
+        out += fmt::format("\n![{}](figures/{}.png)\n", v.set->title, curve.figure);
+      }
+  }
+  return out;
+}
+
+}  // namespace freeplay::verification
