@@ -1,11 +1,37 @@
 // What must not change, over long runs.
+#include "formulations/make.hpp"
+#include "sim/recorder.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/support.hpp"
 
 namespace freeplay::verification {
 
+namespace {
+
+/// A pin that starts open closes as α and β prescribe: Φ̈ + 2αΦ̇ + β²Φ = 0.
+void baumgarte(Findings& f) {
+  Scene scene;
+  scene.mechanism.bodies.push_back({"bar", 2.0, 0.1, {0, 0}, 0, {0, 0}, 0});
+  scene.mechanism.joints.push_back(RevoluteJoint{"pin", {ground, 0}, {Vec2{0, 0}, Vec2{0, 0}}, {}});
+  scene.penalty.alpha = 5;
+  scene.penalty.beta = 8;
+  scene.run.duration = 0.4;
+  const System system(scene.mechanism);
+  const auto formulation = make(Family::penalty, scene, system, assemble(scene.mechanism, scene.run.start));
+  formulation->start({0, {1e-3, 0, 0}, {0, 0, 0}});
+  Recorder recorder(scene, system, std::nullopt);
+  formulation->run(0.4, recorder);
+  const double w = std::sqrt(64.0 - 25.0), t = 0.4;
+  f.within("a pin open by 1 mm, α = 5, β = 8: opening after 0.4 s", "m", formulation->state().q[0],
+           1e-3 * std::exp(-5 * t) * (std::cos(w * t) + 5 / w * std::sin(w * t)), 1e-8, "Φ̈ + 2αΦ̇ + β²Φ = 0",
+           "tolerance 1e-9 of 1 m a step");
+}
+
+}  // namespace
+
 Findings invariants() {
   Findings f;
+  baumgarte(f);
   auto ring = read_scene(test::scene_file("ring"));
   ring.mechanism.surfaces[0].restitution = 1;
   ring.mechanism.surfaces[0].friction.reset();
