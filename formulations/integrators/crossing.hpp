@@ -23,15 +23,15 @@ double bracketed_root(F f, double a, double b, double fa, double fb) {
 }
 
 /// First time in [t0, t1] at which `at`, positive while a mode lasts, becomes negative: t0 when it never was
-/// positive. `start` and `end` are its values at the ends.
+/// positive. `start` and `end` are its values at the ends. A start below `noise` that rises counts as zero.
 template <class F>
-std::optional<double> first_loss(F at, double t0, double t1, Watched start, Watched end) {
+std::optional<double> first_loss(F at, double t0, double t1, Watched start, Watched end, double noise = 0) {
   constexpr int samples = 4;
   const double h = t1 - t0;
   // Far from zero for as fast as it moves: nothing to look for.
   if (std::min(start.value, end.value) > 2 * h * std::max(std::abs(start.rate), std::abs(end.rate)))
     return std::nullopt;
-  if (start.value <= 0 && start.rate > 0) start.value = 0;  // just changed mode here: rounding
+  if (start.value <= noise && start.rate > 0) start.value = 0;  // just changed mode here: rounding
   const auto value = [&](double t) { return at(t).value; };
   const auto rate = [&](double t) { return at(t).rate; };
   double ta = t0;

@@ -132,8 +132,9 @@ double ContactProblem::scale() const {
 
 double ContactProblem::residual() const {
   double worst = 0;
-  const auto take = [&](double x) { worst = std::abs(x) <= worst ? worst : std::abs(x); };  // keeps a NaN
+  const auto take = [&](double x) { worst = std::max(worst, std::abs(x)); };
   for (const auto& c : unknowns) {
+    if (!std::isfinite(c.impulse_n) || !std::isfinite(c.impulse_t)) return INFINITY;
     if (c.normal >= 0) take(std::min(D(c.normal, c.normal) * c.impulse_n, rate(c.normal) - c.target_n));
     if (c.tangent < 0) continue;
     // −P_T ∈ bound·Sgn(u) is u = 0 or P_T at the bound against u: the distance to the nearer of both.

@@ -7,8 +7,8 @@
 
 namespace freeplay {
 
-EventDriven::EventDriven(EventDynamics dynamics, Dopri5 method, double accumulation)
-    : dynamics_(std::move(dynamics)), method_(std::move(method)), accumulation_(accumulation) {
+EventDriven::EventDriven(EventDynamics dynamics, Dopri5 method, double time_scale)
+    : dynamics_(std::move(dynamics)), method_(std::move(method)), time_scale_(time_scale) {
   const auto contacts = static_cast<std::size_t>(dynamics_.system().contacts());
   mark_.resize(contacts);
   for (auto* x : {&ending_, &rate_before_, &slide_before_}) x->resize(contacts);
@@ -49,6 +49,7 @@ bool EventDriven::step(double t_end) {
   const double knot = dynamics_.system().next_knot(method_.t);
   const bool to_knot = knot < t_end;
   if (to_knot) t_end = knot;
+  t_end = std::min(t_end, method_.t + longest_step());
   watch(method_.x, before_);
   if (!method_.step(dynamics_, t_end))
     return fail(
@@ -76,20 +77,42 @@ bool EventDriven::step(double t_end) {
   }
   for (int k = 0; k < dynamics_.system().contacts(); ++k) {
     const auto& row = dynamics_.look(k, method_.x, method_.t);
-    mark_[k].gap = {row.gap + rounding(k), row.normal.dot(v())};
+    mark_[k].gap = {row.gap + slack(k), row.normal.dot(v())};
     auto& deepest = dynamics_.extremes.penetration[k];
     deepest = std::max(deepest, -row.gap);
   }
-  stalled_ = method_.t > method_.t_old ? 0 : stalled_ + 1;
-  if (stalled_ > 20 + 4 * dynamics_.system().contacts())
-    return fail(
-        "the mode of contact changes again and again without time passing; it cannot be decided there");
+  // A thousand events in next to no time: the laws leave no way on that this scheme can find.
+  if (pending_ && ++recent_ % 1000 == 0) {
+    if (method_.t - recent_since_ < 1e-7 * time_scale_)
+      return fail(
+          "the mode of contact changes again and again without time passing; it cannot be decided there");
+    recent_since_ = method_.t;
+  }
   return true;
+}
+
+/// Bodies that turn bring their corners round: a step may not turn any so far that a contact could come and go
+/// unseen between the samples of its gap.
+double EventDriven::longest_step() const {
+  double omega = 0;
+  const auto& system = dynamics_.system();
+  if (system.contacts() == 0) return INFINITY;
+  for (int b = 0; b < system.bodies(); ++b) omega = std::max(omega, std::abs(v()[3 * b + 2]));
+  return omega > 0 ? 0.3 / omega : INFINITY;
 }
 
 /// What a gap is known to (m).
 double EventDriven::rounding(int k) const {
   return 1e-13 * dynamics_.system().contact_facts(k).clearance + 4e-16 * dynamics_.system().longest_arm();
+}
+/// How far a gap may go below zero before it counts as closed (m).
+double EventDriven::slack(int k) const {
+  if (dynamics_.contacts()[k].resting) return 1e-9 * dynamics_.system().contact_facts(k).clearance;
+  return rounding(k);
+}
+/// A hop not higher than this (m) is over.
+double EventDriven::least_hop(int k) const {
+  return std::max(1e-9 * dynamics_.system().contact_facts(k).clearance, 1e3 * rounding(k));
 }
 
 Watched EventDriven::gap_at(int k, double t) {
@@ -100,14 +123,14 @@ Watched EventDriven::gap_at(int k, double t) {
   }
   const auto& row = dynamics_.look(k, *x, t);
   // A contact that has just opened starts within rounding of zero.
-  return {row.gap + rounding(k), row.normal.dot(x->data() + dynamics_.system().n())};
+  return {row.gap + slack(k), row.normal.dot(x->data() + dynamics_.system().n())};
 }
 
 void EventDriven::find_gap_events(Event& first) {
   for (int k = 0; k < dynamics_.system().contacts(); ++k) {
     if (dynamics_.contacts()[k].closed) continue;
     const auto t = first_loss([&](double at) { return gap_at(k, at); }, method_.t_old, method_.t,
-                              mark_[k].gap, gap_at(k, method_.t));
+                              mark_[k].gap, gap_at(k, method_.t), 8 * rounding(k));
     if (t && (*t < first.t || first.kind == Event::Kind::none)) first = {Event::Kind::gap, k, *t};
   }
 }
@@ -156,7 +179,7 @@ void EventDriven::find_mode_events(Event& first) {
   const double t0 = method_.t_old, t1 = method_.t, tm = 0.5 * (t0 + t1);
   values_at(tm, middle_);
   values_at(t1, after_);
-  const auto take = [&](std::size_t i, double a, double b, double fa, double fb) {
+  const auto take = [&](std::size_t i, double a, double b, double fa, double fb, double shift) {
     auto event = watched_[i];
     event.t = a;
     if (fa > 0) {
@@ -164,7 +187,7 @@ void EventDriven::find_mode_events(Event& first) {
       event.t = bracketed_root(
           [&](double s) {
             values_at(s, values);
-            return values[i];
+            return values[i] + shift;
           },
           a, b, fa, fb);
     }
@@ -172,13 +195,14 @@ void EventDriven::find_mode_events(Event& first) {
   };
   for (std::size_t i = 0; i < watched_.size(); ++i) {
     const bool speed = watched_[i].kind == Event::Kind::slip || watched_[i].kind == Event::Kind::slide_slip;
-    // A surface that has just begun to slide starts from rest, within rounding.
-    const double start = speed && before_[i] <= dynamics_.slide_tolerance() ? 0 : before_[i];
-    const bool fresh = speed && start == 0;
-    if (middle_[i] < 0 && !(fresh && after_[i] > 0))
-      take(i, t0, tm, start, middle_[i]);
-    else if (after_[i] < 0)
-      take(i, tm, t1, middle_[i], after_[i]);
+    // A surface that has just begun to slide, or is held still at its bound, is at rest within the tolerance.
+    const bool fresh = speed && before_[i] <= dynamics_.slide_tolerance();
+    const double shift = fresh ? dynamics_.slide_tolerance() : 0;
+    const double start = (fresh ? std::max(before_[i], 0.0) : before_[i]) + shift;
+    if (middle_[i] + shift < 0)
+      take(i, t0, tm, start, middle_[i] + shift, shift);
+    else if (after_[i] + shift < 0)
+      take(i, tm, t1, middle_[i] + shift, after_[i] + shift, shift);
   }
 }
 
@@ -190,6 +214,10 @@ void EventDriven::land(Event& event) {
     return;
   }
   if (event.kind != Event::Kind::gap) {
+    method_.land(dynamics_, event.t);
+    return;
+  }
+  if (dynamics_.contacts()[event.index].resting) {
     method_.land(dynamics_, event.t);
     return;
   }
@@ -213,10 +241,24 @@ bool EventDriven::change_mode() {
   auto& d = dynamics_;
   auto& x = method_.x;
   d.measure_speeds(x);
-  if (last_.kind == Event::Kind::stick)
-    d.contacts()[last_.index].forced = d.contacts()[last_.index].lambda_t > 0 ? -1 : 1;
-  if (last_.kind == Event::Kind::slide_stick)
-    d.preloaded()[last_.index].forced = d.preloaded()[last_.index].lambda > 0 ? -1 : 1;
+  // What holds at its bound is torn, and all that holds there with it: feet of one body give way together.
+  if (last_.kind == Event::Kind::stick || last_.kind == Event::Kind::slide_stick) {
+    const auto torn = [&](double force, double bound, bool this_one) {
+      return this_one || std::abs(force) >= bound * (1 - 1e-7) ? (force > 0 ? -1 : 1) : 0;
+    };
+    for (int k = 0; k < d.system().contacts(); ++k) {
+      auto& c = d.contacts()[k];
+      if (!c.closed || c.slip != 0 || c.tangent_unknown < 0) continue;
+      c.forced = torn(c.lambda_t, *d.system().contact_facts(k).surface.friction * c.lambda_n,
+                      last_.kind == Event::Kind::stick && last_.index == k);
+    }
+    for (int k = 0; k < d.system().frictions(); ++k) {
+      auto& p = d.preloaded()[k];
+      if (p.slip == 0)
+        p.forced = torn(p.lambda, d.system().friction_facts(k).bound,
+                        last_.kind == Event::Kind::slide_stick && last_.index == k);
+    }
+  }
 
   std::vector<int> touching, was_closed;
   for (int k = 0; k < d.system().contacts(); ++k) {
@@ -239,7 +281,7 @@ bool EventDriven::change_mode() {
   method_.start(d, t, std::vector<double>(x));
   for (int k = 0; k < d.system().contacts(); ++k) {
     const auto& row = d.look(k, x, t);
-    mark_[k].gap = {row.gap + rounding(k), row.normal.dot(v())};
+    mark_[k].gap = {row.gap + slack(k), row.normal.dot(v())};
   }
   return true;
 }
@@ -282,6 +324,7 @@ bool EventDriven::impacts(std::vector<int>& touching) {
   auto staying = touching;
   std::erase_if(staying, leaving);
   std::vector<int> over;
+  kicked_.clear();
   if (!ending_contacts(touching, staying, over)) return false;
   if (!over.empty()) {
     method_.x = before;
@@ -295,28 +338,31 @@ bool EventDriven::impacts(std::vector<int>& touching) {
     ++d.extremes.gains;
     d.extremes.greatest_gain = std::max(d.extremes.greatest_gain, gain);
   }
+  for (const int k : kicked_)
+    if (std::ranges::find(staying, k) == staying.end()) staying.push_back(k);
+  std::ranges::sort(staying);
   touching = staying;
   return true;
 }
 
-/// Of the struck contacts that leave again, those whose remaining impacts are over within the accumulation
-/// time; with the time left in ending_.
+/// Of the struck contacts that leave again, those whose hops are over, with the time left in ending_.
 bool EventDriven::ending_contacts(const std::vector<int>& struck, const std::vector<int>& staying,
                                   std::vector<int>& over) {
   auto& d = dynamics_;
   bool chosen = false;
   for (const int k : struck) {
-    if (std::ranges::find(staying, k) != staying.end() || !(rate_before_[k] < 0)) continue;
-    const double u = d.look(k, method_.x, method_.t).normal.dot(v()), e = u / -rate_before_[k];
+    if (std::ranges::find(staying, k) != staying.end()) continue;
+    const double u = d.look(k, method_.x, method_.t).normal.dot(v());
+    const bool bounced = rate_before_[k] < -d.speed_tolerance();
+    const double e = bounced ? u / -rate_before_[k] : 0;  // else another impact kicked it off
     if (!(e < 1)) continue;
     if (!chosen)
       if (const auto reason = d.choose(method_.x, method_.t, staying); !reason.empty()) return fail(reason);
     chosen = true;
     const double g = d.gap_acceleration(k, method_.x, method_.t);
-    const double rest = g < 0 ? 2 * u / -g / (1 - e) : INFINITY;
-    if (rest > accumulation_) continue;
-    over.push_back(k);
-    ending_[k] = rest;
+    if (!(g < 0) || 0.5 * u * u / -g > least_hop(k)) continue;
+    (bounced ? over : kicked_).push_back(k);
+    ending_[k] = bounced ? 2 * u / -g / (1 - e) : 0;
   }
   return true;
 }

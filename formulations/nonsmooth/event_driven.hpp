@@ -2,10 +2,10 @@
 // output; impacts, losses of contact, and changes between stick and slip located on it and landed on by a
 // step of their own, and the motion begun anew in the mode that the accelerations choose.
 //
-// A contact that bounces ever faster would take infinitely many impacts to come to rest. With u⁺ its rate
-// after an impact, e = u⁺/|u⁻| and g̈ < 0 what presses it, the rest of the sequence lasts τ = 2u⁺/(|g̈|(1 −
-// e)). Once τ is below the accumulation time the contact is closed: its impulses over τ are the same up to
-// τ², and the touch is recorded at the end of the sequence, with τ as its uncertainty.
+// A contact that bounces ever faster would take infinitely many impacts to come to rest. With u⁺ its rate after
+// an impact, e = u⁺/|u⁻| and g̈ < 0 what presses it, the rest of the sequence lasts τ = 2u⁺/(|g̈|(1 − e)). Once its hops
+// are lower than 1e-9 of the clearance (or a thousand roundings of the gap) the contact is closed: its impulses over
+// τ are the same up to τ², and the touch is recorded at the end of the sequence, with τ as its uncertainty.
 #pragma once
 
 #include <string>
@@ -19,8 +19,8 @@ namespace freeplay {
 
 class EventDriven {
  public:
-  /// `accumulation`: s.
-  EventDriven(EventDynamics dynamics, Dopri5 method, double accumulation);
+  /// `time_scale`: s, in which something happens.
+  EventDriven(EventDynamics dynamics, Dopri5 method, double time_scale);
 
   void start(const State& state, ContactLog& log);
   bool step(double t_end);
@@ -64,14 +64,18 @@ class EventDriven {
   void record(const std::vector<int>& before);
   Watched gap_at(int k, double t);
   double rounding(int k) const;
+  double slack(int k) const;
+  double least_hop(int k) const;
+  double longest_step() const;
   double crank() const { return dynamics_.system().crank_angle(method_.x.data()); }
   bool fail(const std::string& what);
 
   EventDynamics dynamics_;
   Dopri5 method_;
-  double accumulation_;
+  double time_scale_;
   ContactLog* log_ = nullptr;
   std::vector<Mark> mark_;
+  std::vector<int> kicked_;              // contacts that an impact elsewhere threw off, by less than a hop
   std::vector<double> ending_;  // s, τ of contacts closed by accumulation now, else 0
   std::vector<double> rate_before_, slide_before_;
   mutable std::vector<double> scratch_;
@@ -79,7 +83,8 @@ class EventDriven {
   std::vector<Event> watched_;  // what the values stand for
   bool pending_ = false;        // the mode changes before the next step
   Event last_;
-  int stalled_ = 0;
+  long recent_ = 0;  // events
+  double recent_since_ = -INFINITY;
   std::string failure_;
 };
 

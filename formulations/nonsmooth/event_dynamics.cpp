@@ -128,7 +128,7 @@ void EventDynamics::share_friction() {
   }
   for (int k = 0; k < system_.frictions(); ++k)
     if (preloaded_[k].unknown >= 0) share[preloaded_[k].unknown] = system_.friction_facts(k).bound;
-  share /= share.maxCoeff();
+  share = (share / share.maxCoeff()).cwiseSqrt();  // least Σ λ²/bound: λ in proportion to the bound
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
   decomposition.setThreshold(1e-10);
   decomposition.compute(K_.topLeftCorner(used_, used_) * share.asDiagonal());
@@ -228,7 +228,7 @@ std::string EventDynamics::choose(const Vector& x, double t, const std::vector<i
   const double* q = x.data();
   const double* v = q + system_.n();
   for (auto& c : contacts_) {
-    c.closed = false;
+    c.closed = c.resting = false;
     c.slip = 0;
   }
   // Preloaded joints that slide stay as forces; those at rest, like the contacts, are unknowns.
@@ -325,7 +325,8 @@ std::string EventDynamics::choose(const Vector& x, double t, const std::vector<i
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     auto& c = contacts_[candidates[i]];
     const auto& u = status_.unknowns[i];
-    c.closed = u.impulse_n > 0;
+    c.closed = u.impulse_n * status_.D(u.normal, u.normal) > 1e-11 * status_.scale();
+    c.resting = !c.closed;
     if (!c.closed) continue;
     c.slip = u.tangent >= 0 ? slip_of(u) : slips[i];
   }
@@ -378,9 +379,9 @@ void EventDynamics::project(Vector& x, double t) {
       [&] {
         for (int k = 0; k < system_.contacts(); ++k) {
           auto& c = contacts_[k];
-          if (!c.closed) continue;
+          if (!c.closed && !c.resting) continue;
           system_.contact(k, q, v, e_, c.row);
-          rhs_[add(c.row.normal, nullptr, 0)] = c.row.gap;
+          if (c.closed || c.row.gap < 0) rhs_[add(c.row.normal, nullptr, 0)] = c.row.gap;
         }
       });
   system_.place(t, q, e_);
@@ -389,9 +390,11 @@ void EventDynamics::project(Vector& x, double t) {
       [&] {
         for (int k = 0; k < system_.contacts(); ++k) {
           auto& c = contacts_[k];
-          if (!c.closed) continue;
+          if (!c.closed && !c.resting) continue;
           system_.contact(k, q, v, e_, c.row);
-          rhs_[add(c.row.normal, nullptr, 0)] = c.row.normal.dot(v);
+          const double rate = c.row.normal.dot(v);
+          if (c.closed || rate < 0) rhs_[add(c.row.normal, nullptr, 0)] = rate;
+          if (!c.closed) continue;
           if (c.slip == 0 && c.row.tangent.size > 0)
             rhs_[add(c.row.tangent, nullptr, 0)] = c.row.tangent.dot(v);
         }

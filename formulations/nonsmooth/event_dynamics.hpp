@@ -29,6 +29,8 @@ class EventDynamics {
     bool closed = false;
     int slip = 0;    ///< of a closed one with friction: 0 sticks, ±1 the sign of u_T
     int forced = 0;  ///< it has just been torn from sticking this way: the next choice starts from that
+    /// Touching without pressure: open, but held to be closed within a thousand-millionth of the clearance.
+    bool resting = false;
     double restitution = 0;
     ContactRow row;
     double lambda_n = 0, lambda_t = 0;  ///< N, at the last evaluation

@@ -84,13 +84,12 @@ class Nonsmooth final : public Formulation {
   double initial_ = 0;
 };
 
-/// The event-driven stepper with the contacts' accumulation time: 1e-5 of the scene's time scale.
 EventDriven make_event_driven(const Scene& scene, const System& system,
                               const std::vector<double>& restitution, bool redundant) {
   const auto scales = make_scales(scene.mechanism, system);
   const auto norm = motion_norm(system, scales, scene.nonsmooth.tolerance);
   return {EventDynamics(system, scene.nonsmooth, restitution, redundant, scales.speed),
-          Dopri5(norm, 1e-3 * scales.time), 1e-5 * scales.time};
+          Dopri5(norm, 1e-3 * scales.time), scales.time};
 }
 
 }  // namespace
