@@ -40,6 +40,8 @@ ContactSolution ContactProblem::solve() {
   s.solved = false;
   for (const Way way : order()) {
     if (way == Way::none) break;
+    for (auto& c : unknowns)  // nothing is to be taken from a solver that failed
+      if (s.retries > 0) c.impulse_n = c.impulse_t = 0;
     const bool found = attempt(way, accepted, s.pivots);
     s.residual_rate = residual();
     s.solved = found && s.residual_rate <= accepted;

@@ -381,6 +381,8 @@ void EventDynamics::project(Vector& x, double t) {
           auto& c = contacts_[k];
           if (!c.closed && !c.resting) continue;
           system_.contact(k, q, v, e_, c.row);
+          // One that has left is an open contact like others.
+          if (c.row.gap > 1e-9 * system_.contact_facts(k).clearance) c.resting = false;
           if (c.closed || c.row.gap < 0) rhs_[add(c.row.normal, nullptr, 0)] = c.row.gap;
         }
       });

@@ -232,7 +232,9 @@ void MoreauStepper::account(double h) {
                         e_.phi_t[k];
     integrals_.stabilisation -= lambda_[k] * rate;
   }
-  double gain = 0;
+  double gain = 0, approach = 0;  // approach: Σ P_N |u_N⁻|
+  for (const auto& c : contacts_)
+    if (c.unknown >= 0) approach += problem_.unknowns[c.unknown].impulse_n * std::max(0.0, -c.u_n_minus);
   for (const auto& c : problem_.unknowns) {
     const auto mean_rate = [&](int row) {
       return 0.5 * (rows_[row].dot(v_old_.data()) + rows_[row].dot(v_.data()));
@@ -251,7 +253,7 @@ void MoreauStepper::account(double h) {
     gain += work;
   }
   // A step's share of lasting contact may add h² times forces; more is an impact that raised the energy.
-  if (struck_ && gain > 1e-9 * system_.kinetic(v_old_.data())) {
+  if (struck_ && gain > 1e-3 * approach && gain > 1e-9 * system_.kinetic(v_old_.data())) {
     ++extremes_.gains;
     extremes_.greatest_gain = std::max(extremes_.greatest_gain, gain);
   }

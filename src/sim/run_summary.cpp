@@ -180,7 +180,14 @@ nlohmann::json provenance(const Scene& scene) {
               {"beta", p.beta},
               {"tolerance", p.tolerance},
               {"step", p.step}}},
-            {"nonsmooth", {{"step", n.step}, {"lcp_tolerance", n.lcp_tolerance}}}}}};
+            {"nonsmooth",
+             {{"scheme", n.scheme == Scheme::event_driven ? "event-driven" : "moreau-jean"},
+              {"step", n.step},
+              {"tolerance", n.tolerance},
+              {"impact_law", std::array{"newton", "poisson", "energetic"}[static_cast<int>(n.impact_law)]},
+              {"solver", std::array{"automatic", "enumeration", "lemke", "gauss-seidel",
+                                    "newton"}[static_cast<int>(n.solver)]},
+              {"lcp_tolerance", n.lcp_tolerance}}}}}};
 }
 
 RunSummary run_scene(const Scene& scene, const MakeFormulation& make,
