@@ -115,6 +115,9 @@ Findings restitution() {
   const auto run = test::simulate(scene, Family::penalty);
   const double K = run.contacts[0].model.stiffness;
   const auto exact = reference::elastic_impact(K, mass, 0.3);
+  f.relative("Hertz stiffness, bearing 20 mm, clearance 1 mm, steel", "N/m^1.5", K,
+             4.0 / 3 * 207e9 / (2 * (1 - 0.09)) * std::sqrt(20e-3 * 19e-3 / 1e-3), 1e-12,
+             "K = (4/3) E/(2(1 − ν²)) √(R_i R_j/(R_i − R_j))", "rounding");
   f.relative("Hertz contact, greatest depth", "m", run.contacts[0].penetration, exact.depth, 2e-3,
              "(5 m v²/(4 K))^(2/5) (Hertz 1881)", "seen at the ends of steps only: short of it by up to (h ω)²/8");
   f.relative("Hertz contact, duration", "s", test::touches(run).at(0).duration, exact.duration, 1e-8,
