@@ -135,3 +135,44 @@ TEST_CASE("Painlevé's rod: event-driven stops and says why, time stepping jams 
   const auto run = test::simulate(mild, Family::nonsmooth);
   CHECK(run.ending.status == Ending::Status::finished);
 }
+
+TEST_CASE("a block on two feet sticks, and its feet give way together", "[analytic][event-driven]") {
+  // Spring force k v t against μ m g: slip from t₀ = μ m g/(k v); then x = v τ − (v/ω) sin ωτ, ω² = k/m.
+  const double k = 20, v = 0.5, mu = 0.3, t0 = mu * 9.81 / (k * v), omega = std::sqrt(k), tau = 1 - t0;
+  const double exact = v * tau - v / omega * std::sin(omega * tau);
+  for (const auto scheme : {Scheme::event_driven, Scheme::moreau_jean}) {
+    const auto run = test::simulate(scene_of("dragged_block", scheme), Family::nonsmooth);
+    CAPTURE(static_cast<int>(scheme), run.ending.reason);
+    REQUIRE(run.ending.status == Ending::Status::finished);
+    // The cart of 10⁶ kg gives way by 1e-6 of the block's own motion.
+    CHECK(run.final_state.q[0] == Approx(exact).margin(2e-6).epsilon(0));
+    CHECK(run.final_state.q[1] == Approx(0.05).margin(1e-12));
+  }
+}
+
+TEST_CASE("corners of a fast spinning rod are not missed", "[analytic][event-driven]") {
+  // The lower tip is at 0.55 − 0.2 t − 0.5 |sin 100 t|: its first root, bracketed by steps of a microsecond.
+  const auto tip = [](double t) { return 0.55 - 0.2 * t - 0.5 * std::abs(std::sin(100 * t)); };
+  double t = 0.2;
+  while (tip(t) > 0) t += 1e-6;
+  auto scene = scene_of("spinning_rod", Scheme::event_driven);
+  scene.run.duration = 0.4;
+  const auto touches = test::touches(test::simulate(scene, Family::nonsmooth));
+  REQUIRE(!touches.empty());
+  CHECK(touches[0].t == Approx(t).margin(1e-6).epsilon(0));
+}
+
+TEST_CASE("a hard pressed ball still bounces", "[analytic][event-driven]") {
+  // Without gravity a load of 1000 N throws the ball at the floor: what ends its bounces is their height, not the time
+  // scale of the scene. First rebound e v, v² = 2 F h/m; rest after (1 + e)/(1 − e) times the fall's time.
+  auto scene = scene_of("bouncing_ball", Scheme::event_driven);
+  scene.mechanism.gravity = {0, 0};
+  scene.mechanism.loads.push_back(ForceLoad{"press", 0, {0, 0}, {0, -1000}});
+  scene.run.duration = 0.1;
+  const auto run = test::simulate(scene, Family::nonsmooth);
+  const auto touches = test::touches(run);
+  REQUIRE(touches.size() > 10);
+  const double a = 1000 / 0.3, fall = std::sqrt(2 * 0.5 / a);
+  CHECK(touches[0].v_n_plus == Approx(0.5 * a * fall).epsilon(1e-9));
+  CHECK(rest_time(run) == Approx(3 * fall).margin(1e-9).epsilon(0));
+}
