@@ -7,12 +7,23 @@
 #include <cmath>
 #include <optional>
 
+#include "model/system.hpp"
+
 namespace freeplay {
 
 /// A function's value and its rate of change.
 struct Watched {
   double value = 0, rate = 0;
 };
+
+/// Bodies that turn bring their contacts round: a step (s) may not turn any so far that one could come and go
+/// unseen between the samples of its gap. `v`: velocities, three for each body.
+inline double longest_step(const System& system, const double* v) {
+  double omega = 0;
+  if (system.contacts() == 0) return INFINITY;
+  for (int b = 0; b < system.bodies(); ++b) omega = std::max(omega, std::abs(v[3 * b + 2]));
+  return omega > 0 ? 0.3 / omega : INFINITY;
+}
 
 template <class F>
 double bracketed_root(F f, double a, double b, double fa, double fb) {

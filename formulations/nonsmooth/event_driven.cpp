@@ -49,7 +49,7 @@ bool EventDriven::step(double t_end) {
   const double knot = dynamics_.system().next_knot(method_.t);
   const bool to_knot = knot < t_end;
   if (to_knot) t_end = knot;
-  t_end = std::min(t_end, method_.t + longest_step());
+  t_end = std::min(t_end, method_.t + longest_step(dynamics_.system(), v()));
   watch(method_.x, before_);
   if (!method_.step(dynamics_, t_end))
     return fail(
@@ -89,16 +89,6 @@ bool EventDriven::step(double t_end) {
     recent_since_ = method_.t;
   }
   return true;
-}
-
-/// Bodies that turn bring their corners round: a step may not turn any so far that a contact could come and go
-/// unseen between the samples of its gap.
-double EventDriven::longest_step() const {
-  double omega = 0;
-  const auto& system = dynamics_.system();
-  if (system.contacts() == 0) return INFINITY;
-  for (int b = 0; b < system.bodies(); ++b) omega = std::max(omega, std::abs(v()[3 * b + 2]));
-  return omega > 0 ? 0.3 / omega : INFINITY;
 }
 
 /// What a gap is known to (m).

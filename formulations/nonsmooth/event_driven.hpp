@@ -66,7 +66,6 @@ class EventDriven {
   double rounding(int k) const;
   double slack(int k) const;
   double least_hop(int k) const;
-  double longest_step() const;
   double crank() const { return dynamics_.system().crank_angle(method_.x.data()); }
   bool fail(const std::string& what);
 

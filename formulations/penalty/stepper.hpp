@@ -62,6 +62,7 @@ class PenaltyStepper {
     const double knot = f_.system().next_knot(method_.t);
     const bool to_knot = knot < t_end;
     if (to_knot) t_end = knot;
+    t_end = std::min(t_end, method_.t + longest_step(f_.system(), v()));
     if (!method_.step(f_, t_end)) return false;
     ++f_.work.steps;
     f_.work.rejected = method_.rejected;
