@@ -40,10 +40,41 @@ void limit(Findings& f, const std::string& name, Scene scene) {
   }
 }
 
+/// A block that the set-valued law holds on a slope creeps under a regularised one, at the speed where its friction
+/// balances the pull: Ambrósio's rises from v₀ to v₁, so v = v₀ + (v₁ − v₀) tan α/μ, and the creep vanishes with v₁.
+/// Contacts that begin at rest are overdamped: the implicit integrator's case.
+void friction_limit(Findings& f) {
+  std::vector<double> speeds, creeps;
+  for (const double v1 : {1e-2, 1e-3, 1e-4}) {
+    auto scene = read_scene(test::scene_file("block_on_slope"));
+    scene.mechanism.surfaces[0].young = 1e9;
+    scene.mechanism.surfaces[0].poisson = 0.3;
+    for (auto& contact : scene.mechanism.contacts) {
+      auto& foot = std::get<PlaneContact>(contact);
+      foot.radius = 0.01;
+      foot.at[1].y() += 0.01;
+    }
+    for (auto& body : scene.mechanism.bodies) body.velocity = {0, 0};
+    scene.penalty.integrator = Integrator::rosenbrock4;
+    scene.penalty.friction_v0 = 0.1 * v1;
+    scene.penalty.friction_v1 = v1;
+    scene.run.duration = 1;
+    const double v = -test::simulate(scene, Family::penalty).final_state.v[0];
+    f.relative(fmt::format("creep of a held block at v₁ = {} m/s", v1), "m/s", v,
+               0.1 * v1 + 0.9 * v1 * std::tan(20 * M_PI / 180) / 0.5, 1e-2, "v₀ + (v₁ − v₀) tan α/μ",
+               "the feet still sink by some 1e-6 m/s after 1 s, and their depth turns the friction's arm");
+    speeds.push_back(v1);
+    creeps.push_back(v);
+  }
+  f.between("order in v₁ by which the creep vanishes", "", test::observed_order(speeds, creeps), 0.99, 1.01,
+            "1, from the same balance", "1e-2 over two decades");
+}
+
 }  // namespace
 
 Findings stiff_limit() {
   Findings f;
+  friction_limit(f);
   auto rig = read_scene(test::flores());
   rig.run.duration = 0.0095;
   limit(f, "the paper's rig", rig);
