@@ -58,13 +58,19 @@ class PenaltyStepper {
   bool step(double t_end) {
     if (restart_) method_.renew(f_);
     restart_ = false;
+    const double run_end = t_end;
     // A table's knots are stops: no step crosses a kink of the torque, or misses a pulse.
     const double knot = f_.system().next_knot(method_.t);
     const bool to_knot = knot < t_end;
     if (to_knot) t_end = knot;
     t_end = std::min(t_end, method_.t + longest_step(f_.system(), v()));
     if (!method_.step(f_, t_end)) return false;
-    ++f_.work.steps;
+    // A hundred thousand steps for next to nothing of the run: it would never end.
+    if (++f_.work.steps % 100000 == 0) {
+      creeps_ = method_.t - creep_since_ < 1e-7 * (run_end - method_.t);
+      creep_since_ = method_.t;
+      if (creeps_) return false;
+    }
     f_.work.rejected = method_.rejected;
     Event first;
     first.t = method_.t;
@@ -95,6 +101,11 @@ class PenaltyStepper {
     return stalled_ < most_stalled();
   }
   std::string failure() const {
+    if (creeps_)
+      return fmt::format(
+          "t = {:.9g} s: steps have shrunk to {:.2g} s, the motion is too stiff for this integrator; use "
+          "penalty.integrator = \"rosenbrock4\", or a greater penalty.v0_floor for contacts that begin at rest",
+          t(), t() - t_old());
     if (stalled_ >= most_stalled())
       return fmt::format("t = {:.9g} s: a contact opens and closes without time passing", t());
     return fmt::format(
@@ -249,6 +260,8 @@ class PenaltyStepper {
   Extremes extremes_;
   bool restart_ = false;  // the mode has changed since the last right-hand side
   int stalled_ = 0;
+  bool creeps_ = false;
+  double creep_since_ = -INFINITY;
 };
 
 }  // namespace freeplay
