@@ -2,10 +2,11 @@
 // output; impacts, losses of contact, and changes between stick and slip located on it and landed on by a
 // step of their own, and the motion begun anew in the mode that the accelerations choose.
 //
-// A contact that bounces ever faster would take infinitely many impacts to come to rest. With u⁺ its rate after
-// an impact, e = u⁺/|u⁻| and g̈ < 0 what presses it, the rest of the sequence lasts τ = 2u⁺/(|g̈|(1 − e)). Once its hops
-// are lower than 1e-9 of the clearance (or a thousand roundings of the gap) the contact is closed: its impulses over
-// τ are the same up to τ², and the touch is recorded at the end of the sequence, with τ as its uncertainty.
+// A contact that bounces ever faster would take infinitely many impacts to come to rest. With u⁺ its rate
+// after an impact, e = u⁺/|u⁻| and g̈ < 0 what presses it, the rest of the sequence lasts τ = 2u⁺/(|g̈|(1 −
+// e)). Once its hops are lower than 1e-9 of the clearance (or a thousand roundings of the gap) the contact is
+// closed: its impulses over τ are the same up to τ², and the touch is recorded at the end of the sequence,
+// with τ as its uncertainty.
 #pragma once
 
 #include <string>
@@ -74,7 +75,7 @@ class EventDriven {
   double time_scale_;
   ContactLog* log_ = nullptr;
   std::vector<Mark> mark_;
-  std::vector<int> kicked_;              // contacts that an impact elsewhere threw off, by less than a hop
+  std::vector<int> kicked_;     // contacts that an impact elsewhere threw off, by less than a hop
   std::vector<double> ending_;  // s, τ of contacts closed by accumulation now, else 0
   std::vector<double> rate_before_, slide_before_;
   mutable std::vector<double> scratch_;

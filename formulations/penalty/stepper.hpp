@@ -104,7 +104,8 @@ class PenaltyStepper {
     if (creeps_)
       return fmt::format(
           "t = {:.9g} s: steps have shrunk to {:.2g} s, the motion is too stiff for this integrator; use "
-          "penalty.integrator = \"rosenbrock4\", or a greater penalty.v0_floor for contacts that begin at rest",
+          "penalty.integrator = \"rosenbrock4\", or a greater penalty.v0_floor for contacts that begin at "
+          "rest",
           t(), t() - t_old());
     if (stalled_ >= most_stalled())
       return fmt::format("t = {:.9g} s: a contact opens and closes without time passing", t());

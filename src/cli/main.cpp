@@ -63,7 +63,8 @@ int main(int argc, char** argv) {
   auto* verify = app.add_subcommand("verify", "judge every claim that the program makes of itself");
   verify->add_option("names", request.names, "sets of claims; default all");
   verify->add_option("-o,--output", request.output, "result folder")->default_val("out/verification");
-  verify->add_option("--document", request.document, "write verification.md and its figures into this folder");
+  verify->add_option("--document", request.document,
+                     "write verification.md and its figures into this folder");
   verify->callback([&request] { request.command = cli::verify; });
 
   try {

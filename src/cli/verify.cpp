@@ -1,5 +1,5 @@
-// freeplay verify: every claim judged, on the terminal and in verification.json; with --document also as Markdown
-// with its figures.
+// freeplay verify: every claim judged, on the terminal and in verification.json; with --document also as
+// Markdown with its figures.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,14 +32,15 @@ void draw_curves(const std::vector<Verdict>& verdicts, const std::filesystem::pa
     std::string plot = "plot ";
     for (const auto& c : curves) {
       if (c.figure != name) continue;
-      figure.script = fmt::format("set logscale xy\nset format '10^{{%T}}'\nset xlabel \"{}\"\nset ylabel \"{}\"\n", c.x_label,
-                                  c.y_label);
+      figure.script =
+          fmt::format("set logscale xy\nset format '10^{{%T}}'\nset xlabel \"{}\"\nset ylabel \"{}\"\n",
+                      c.x_label, c.y_label);
       const auto index = figure.blocks.size();
       auto block = "# " + c.title + "\n";
       for (std::size_t i = 0; i < c.x.size(); ++i) block += fmt::format("{} {}\n", c.x[i], c.y[i]);
       figure.blocks.push_back(block);
-      plot += fmt::format("{}'DATA' index {} using 1:2 with linespoints lw 1.4 dt {} pt {} title \"{}\"", index ? ", " : "",
-                          index, 1 + index % 3, 1 + index, c.title);
+      plot += fmt::format("{}'DATA' index {} using 1:2 with linespoints lw 1.4 dt {} pt {} title \"{}\"",
+                          index ? ", " : "", index, 1 + index % 3, 1 + index, c.title);
     }
     figure.script += "set key outside bottom center horizontal font ',8'\n" + plot + "\n";
     plots::draw(figure, folder);
@@ -70,7 +71,8 @@ int verify(const Request& request) {
     fmt::print("{}", table(verdicts.back()));
     std::fflush(stdout);
     claims += verdicts.back().findings.claims.size();
-    holding += static_cast<std::size_t>(std::ranges::count_if(verdicts.back().findings.claims, &Claim::holds));
+    holding +=
+        static_cast<std::size_t>(std::ranges::count_if(verdicts.back().findings.claims, &Claim::holds));
   }
   const bool all = std::ranges::all_of(verdicts, &Verdict::holds);
   fmt::print("\n{} of {} claims hold{}\n", holding, claims, all ? "" : "; those that fail say why above");
@@ -79,9 +81,10 @@ int verify(const Request& request) {
   make_folder(folder);
   auto origin = provenance(Scene{});
   origin["scene_file"] = "verification";
-  const nlohmann::json document{{"provenance", {{"version", origin["version"]}, {"commit", origin["commit"]},
-                                                {"scene_file", "verification"}}},
-                                {"sets", to_json(verdicts)}};
+  const nlohmann::json document{
+      {"provenance",
+       {{"version", origin["version"]}, {"commit", origin["commit"]}, {"scene_file", "verification"}}},
+      {"sets", to_json(verdicts)}};
   write_file(folder / "verification.json", document.dump(1) + "\n");
   if (!request.document.empty()) {
     draw_curves(verdicts, folder);

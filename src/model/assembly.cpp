@@ -148,7 +148,8 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start) {
     const auto open = worst_open_joint(system, s.q, 0.1);
     if (open.amount > 1e-6 * length_scale(system))
       throw SceneError(fmt::format(
-          "run.start = \"given\": joint or contact {}; correct the positions or use \"assembled\"", describe(open)));
+          "run.start = \"given\": joint or contact {}; correct the positions or use \"assembled\"",
+          describe(open)));
     auto e = system.make_evaluation();
     system.place(0, s.q.data(), e);
     double speed = 0;

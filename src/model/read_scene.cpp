@@ -12,6 +12,42 @@
 namespace freeplay {
 namespace {
 
+/// Outside quotes and comments TOML has ASCII alone. toml++ 3.3 meets other characters there with undefined
+/// behaviour (its test for Unicode spaces runs into an unreachable default), so they do not get that far.
+void refuse_stray_characters(const std::string& text, const std::string& name) {
+  int line = 1, column = 0;
+  std::string quote;  // that the present string ends with
+  bool comment = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    ++column;
+    if (c == '\n') {
+      ++line;
+      column = 0;
+      comment = false;
+      if (quote.size() == 1) quote.clear();  // an open string: the parser's affair
+    } else if (!quote.empty()) {
+      if (c == '\\' && quote[0] == '"')
+        ++i;
+      else if (text.compare(i, quote.size(), quote) == 0) {
+        i += quote.size() - 1;
+        quote.clear();
+      }
+    } else if (comment) {
+      continue;
+    } else if (c == '#') {
+      comment = true;
+    } else if (c == '"' || c == '\'') {
+      quote = text.compare(i, 3, std::string(3, c)) == 0 ? std::string(3, c) : std::string(1, c);
+      i += quote.size() - 1;
+    } else if (static_cast<unsigned char>(c) >= 0x80) {
+      throw SceneError(
+          fmt::format("{}:{}:{}: not TOML: a character beyond ASCII may stand in quotes or a comment only",
+                      name, line, column));
+    }
+  }
+}
+
 /// Sets one dotted key of the document; what does not parse as a TOML value is taken as a text.
 void apply_override(toml::table& root, SceneSource& source, const std::string& given) {
   const auto equals = given.find('=');
@@ -23,7 +59,10 @@ void apply_override(toml::table& root, SceneSource& source, const std::string& g
 
   toml::table parsed;
   try {
+    refuse_stray_characters(value, "");
     parsed = toml::parse("value = " + value);
+  } catch (const SceneError&) {  // a bare text
+    parsed.insert("value", value);
   } catch (const toml::parse_error&) {
     parsed.insert("value", value);
   }
@@ -186,6 +225,7 @@ Scene parse_scene(const std::string& text, const std::string& name,
   scene.text = text;
   scene.overrides = overrides;
   SceneSource source{name, {}};
+  refuse_stray_characters(text, name);
   toml::table document;
   try {
     document = toml::parse(text, name);

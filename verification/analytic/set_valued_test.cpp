@@ -163,8 +163,9 @@ TEST_CASE("corners of a fast spinning rod are not missed", "[analytic][event-dri
 }
 
 TEST_CASE("a hard pressed ball still bounces", "[analytic][event-driven]") {
-  // Without gravity a load of 1000 N throws the ball at the floor: what ends its bounces is their height, not the time
-  // scale of the scene. First rebound e v, v² = 2 F h/m; rest after (1 + e)/(1 − e) times the fall's time.
+  // Without gravity a load of 1000 N throws the ball at the floor: what ends its bounces is their height, not
+  // the time scale of the scene. First rebound e v, v² = 2 F h/m; rest after (1 + e)/(1 − e) times the fall's
+  // time.
   auto scene = scene_of("bouncing_ball", Scheme::event_driven);
   scene.mechanism.gravity = {0, 0};
   scene.mechanism.loads.push_back(ForceLoad{"press", 0, {0, 0}, {0, -1000}});

@@ -12,7 +12,8 @@
 namespace freeplay::verification {
 namespace {
 
-/// The exponent of K by which the second impact of a scene approaches the impact law's, over four decades of K.
+/// The exponent of K by which the second impact of a scene approaches the impact law's, over four decades of
+/// K.
 void limit(Findings& f, const std::string& name, Scene scene) {
   scene.run.discard = 0;
   scene.accelerometers.clear();
@@ -40,9 +41,9 @@ void limit(Findings& f, const std::string& name, Scene scene) {
   }
 }
 
-/// A block that the set-valued law holds on a slope creeps under a regularised one, at the speed where its friction
-/// balances the pull: Ambrósio's rises from v₀ to v₁, so v = v₀ + (v₁ − v₀) tan α/μ, and the creep vanishes with v₁.
-/// Contacts that begin at rest are overdamped: the implicit integrator's case.
+/// A block that the set-valued law holds on a slope creeps under a regularised one, at the speed where its
+/// friction balances the pull: Ambrósio's rises from v₀ to v₁, so v = v₀ + (v₁ − v₀) tan α/μ, and the creep
+/// vanishes with v₁. Contacts that begin at rest are overdamped: the implicit integrator's case.
 void friction_limit(Findings& f) {
   std::vector<double> speeds, creeps;
   for (const double v1 : {1e-2, 1e-3, 1e-4}) {
@@ -149,7 +150,7 @@ Findings statistics() {
       const auto run = test::simulate(scene, family);
       const int k = family == Family::nonsmooth;
       lasting.value[k].push_back(1 - run.contacts[0].flight_fraction);
-        impulse.value[k].push_back(run.contacts[0].greatest_impulse);
+      impulse.value[k].push_back(run.contacts[0].greatest_impulse);
       dissipated.value[k].push_back((run.ledger.contact + run.ledger.friction) / 8);
       spread.value[k].push_back(run.contacts[0].fastest_approach);
     }
@@ -165,8 +166,9 @@ Findings statistics() {
     const double a = variance[0] / starts, b = variance[1] / starts;
     const double freedom = a + b > 0 ? (a + b) * (a + b) / ((a * a + b * b) / (starts - 1)) : 2 * starts - 2;
     const double t = boost::math::quantile(boost::math::complement(boost::math::students_t(freedom), 5e-4));
-    f.within(fmt::format("{}, mean of {} starts, penalty (K × 1000) less nonsmooth ({:.4g})", what, starts, mean[1]), unit,
-             mean[0] - mean[1], 0, t * error, "equality",
+    f.within(fmt::format("{}, mean of {} starts, penalty (K × 1000) less nonsmooth ({:.4g})", what, starts,
+                         mean[1]),
+             unit, mean[0] - mean[1], 0, t * error, "equality",
              fmt::format("Welch's test at 0.1 %: {:.2f} standard errors of {:.2g}", t, error));
   };
   claim("share of time in contact", "", lasting);

@@ -1,5 +1,5 @@
-// A claim: a measured value, what it is expected to be and from where, a bound fixed beforehand with its reason, and
-// the verdict. The lists in this folder drive `freeplay verify`, its files, and the tests alike.
+// A claim: a measured value, what it is expected to be and from where, a bound fixed beforehand with its
+// reason, and the verdict. The lists in this folder drive `freeplay verify`, its files, and the tests alike.
 #pragma once
 
 #include <cmath>
@@ -56,8 +56,8 @@ struct Findings {
   }
   void relative(std::string quantity, std::string unit, double measured, double expected, double bound,
                 std::string source, std::string reason) {
-    claims.push_back({std::move(quantity), std::move(unit), measured, Claim::Judged::relative, expected, bound,
-                      std::move(source), std::move(reason)});
+    claims.push_back({std::move(quantity), std::move(unit), measured, Claim::Judged::relative, expected,
+                      bound, std::move(source), std::move(reason)});
   }
   void at_most(std::string quantity, std::string unit, double measured, double bound, std::string source,
                std::string reason) {
@@ -89,9 +89,9 @@ struct Verdict {
 };
 Verdict judge(const ClaimSet& set);
 
-std::string table(const Verdict& verdict);                        ///< for a terminal of 80 columns
-nlohmann::json to_json(const std::vector<Verdict>& verdicts);     ///< verification.json
-std::string document(const std::vector<Verdict>& verdicts);       ///< docs/verification.md
+std::string table(const Verdict& verdict);                     ///< for a terminal of 80 columns
+nlohmann::json to_json(const std::vector<Verdict>& verdicts);  ///< verification.json
+std::string document(const std::vector<Verdict>& verdicts);    ///< docs/verification.md
 
 // The sets, one file each.
 Findings closed_forms();

@@ -4,10 +4,10 @@
 #include "verification/claims/claim.hpp"
 #include "verification/references/block_on_slope.hpp"
 #include "verification/references/bouncing_ball.hpp"
+#include "verification/references/delivered_restitution.hpp"
 #include "verification/references/hertz_impact.hpp"
 #include "verification/references/pendulum.hpp"
 #include "verification/references/ring_and_journal.hpp"
-#include "verification/references/delivered_restitution.hpp"
 #include "verification/support.hpp"
 
 namespace freeplay::verification {
@@ -20,15 +20,16 @@ void pendulum(Findings& f) {
   Scene scene;
   scene.mechanism.gravity = {0, -9.81};
   const double lean = p.amplitude - M_PI / 2;
-  scene.mechanism.bodies.push_back({"bar", p.mass, p.inertia, 0.25 * Vec2{std::cos(lean), std::sin(lean)}, lean, {0, 0}, 0});
+  scene.mechanism.bodies.push_back(
+      {"bar", p.mass, p.inertia, 0.25 * Vec2{std::cos(lean), std::sin(lean)}, lean, {0, 0}, 0});
   scene.mechanism.joints.push_back(RevoluteJoint{"pivot", {ground, 0}, {Vec2{0, 0}, Vec2{-p.arm, 0}}, {}});
   scene.run.duration = 10 * reference::pendulum_period(p) + 0.3;
   const double exact = reference::pendulum_state(p, scene.run.duration).angle;
   const auto angle = [&](Family family) { return test::simulate(scene, family).final_state.q[2] + M_PI / 2; };
   const std::string source = "elliptic functions (Whittaker, Analytical Dynamics, 1904)";
   scene.penalty.tolerance = 1e-11;
-  f.within("pendulum from 60°, angle after ten periods, penalty", "rad", angle(Family::penalty), exact, 1e-7, source,
-           "tolerance 1e-11 a step in units of the arm, some 10⁴ steps");
+  f.within("pendulum from 60°, angle after ten periods, penalty", "rad", angle(Family::penalty), exact, 1e-7,
+           source, "tolerance 1e-11 a step in units of the arm, some 10⁴ steps");
   scene.nonsmooth.scheme = Scheme::event_driven;
   scene.nonsmooth.tolerance = 1e-11;
   f.within("the same, event-driven", "rad", angle(Family::nonsmooth), exact, 1e-7, source, "as above");
@@ -43,8 +44,8 @@ void ball(Findings& f) {
   auto scene = read_scene(test::scene_file("bouncing_ball"));
   const auto run = test::simulate(scene, Family::nonsmooth);
   const auto touches = test::touches(run);
-  f.within("bouncing ball, tenth impact, event-driven", "s", touches.at(9).t, reference::ball_impact(b, 10).t, 1e-12,
-           "geometric series", "free flight is a polynomial: rounding");
+  f.within("bouncing ball, tenth impact, event-driven", "s", touches.at(9).t, reference::ball_impact(b, 10).t,
+           1e-12, "geometric series", "free flight is a polynomial: rounding");
   double rest = NAN;
   for (const auto& e : run.events)
     if (e.kind == EventKind::contact) rest = e.t;
@@ -58,8 +59,9 @@ void block(Findings& f) {
     auto scene = read_scene(test::scene_file("block_on_slope"));
     scene.mechanism.surfaces[0].friction = mu;
     const auto end = test::simulate(scene, Family::nonsmooth).final_state;
-    f.within(mu == 0.5 ? "block on two feet stops on a slope: where" : "block slides back: where", "m", end.q[0],
-             reference::block_state(b, scene.run.duration).position, 1e-10, "uniform deceleration, Coulomb",
+    f.within(mu == 0.5 ? "block on two feet stops on a slope: where" : "block slides back: where", "m",
+             end.q[0], reference::block_state(b, scene.run.duration).position, 1e-10,
+             "uniform deceleration, Coulomb",
              "polynomials: tolerance 1e-10 of a clearance and the landing on the stop");
   }
 }
@@ -79,7 +81,8 @@ void ring(Findings& f) {
     if (i == 4) {
       f.within("free ring and journal, fifth impact, event-driven", "s", touches.at(4).t, s.t, 1e-12,
                "straight flights, reflection", "free flight is linear: rounding");
-      f.relative("its impulse", "N s", touches.at(4).impulse_n, impact.impulse, 1e-9, "m (1 + e) v", "rounding");
+      f.relative("its impulse", "N s", touches.at(4).impulse_n, impact.impulse, 1e-9, "m (1 + e) v",
+                 "rounding");
     }
     s = impact.after;
   }
@@ -119,15 +122,16 @@ Findings restitution() {
              4.0 / 3 * 207e9 / (2 * (1 - 0.09)) * std::sqrt(20e-3 * 19e-3 / 1e-3), 1e-12,
              "K = (4/3) E/(2(1 − ν²)) √(R_i R_j/(R_i − R_j))", "rounding");
   f.relative("Hertz contact, greatest depth", "m", run.contacts[0].penetration, exact.depth, 2e-3,
-             "(5 m v²/(4 K))^(2/5) (Hertz 1881)", "seen at the ends of steps only: short of it by up to (h ω)²/8");
+             "(5 m v²/(4 K))^(2/5) (Hertz 1881)",
+             "seen at the ends of steps only: short of it by up to (h ω)²/8");
   f.relative("Hertz contact, duration", "s", test::touches(run).at(0).duration, exact.duration, 1e-8,
              "2.9432755… δ/v", "asked for; the start of δ^(3/2) at tolerance 1e-12");
   for (const double e : {0.1, 0.46, 0.9}) {
     scene.penalty.contact = ContactLaw::exact;
     scene.mechanism.surfaces[0].restitution = e;
     const auto touch = impact();
-    f.within(fmt::format("exact law asked for {} delivers", e), "", -touch.v_n_plus / touch.v_n_minus, e, 1e-7,
-             "χ(1 + e) = ln[(1 + χ)/(1 − χe)]", "integration at 1e-12 a step of a ratio of speeds");
+    f.within(fmt::format("exact law asked for {} delivers", e), "", -touch.v_n_plus / touch.v_n_minus, e,
+             1e-7, "χ(1 + e) = ln[(1 + χ)/(1 − χe)]", "integration at 1e-12 a step of a ratio of speeds");
   }
   scene.penalty.contact = ContactLaw::lankarani_nikravesh;
   scene.mechanism.surfaces[0].restitution = 0.46;

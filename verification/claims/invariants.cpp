@@ -44,8 +44,8 @@ void no_pull(Findings& f) {
   scene.run.duration = 1e-3;
   scene.run.start = RunOptions::Start::given;
   f.within("a journal pulled off its wall by 100 N: where after 1 ms", "m",
-           test::simulate(scene, Family::penalty).final_state.q[0], 1e-3 + 1e-9 - 0.5 * 100 * 1e-6, 1e-8, "½ F t²/m",
-           "the nanometre's own push gives some 1e-5 m/s");
+           test::simulate(scene, Family::penalty).final_state.q[0], 1e-3 + 1e-9 - 0.5 * 100 * 1e-6, 1e-8,
+           "½ F t²/m", "the nanometre's own push gives some 1e-5 m/s");
 }
 
 }  // namespace
@@ -63,8 +63,8 @@ Findings invariants() {
   };
   ring.nonsmooth.scheme = Scheme::event_driven;
   const auto elastic = test::simulate(ring, Family::nonsmooth);
-  f.between("elastic impacts of ring and journal, event-driven", "", double(elastic.contacts[0].impacts), 1000, 1e6,
-            "the run's length", "a thousand are asked for");
+  f.between("elastic impacts of ring and journal, event-driven", "", double(elastic.contacts[0].impacts),
+            1000, 1e6, "the run's length", "a thousand are asked for");
   f.at_most("their relative change of energy", "", change(elastic), 1e-8, "conservation", "asked for");
   ring.nonsmooth.scheme = Scheme::moreau_jean;
   f.at_most("the same by Moreau–Jean at 1e-5 s", "", change(test::simulate(ring, Family::nonsmooth)), 1e-10,
@@ -78,7 +78,8 @@ Findings invariants() {
     const auto& end = run.final_state;
     const auto momentum = [&](const std::vector<double>& q, const std::vector<double>& v, int i) {
       if (i < 2) return 2.0 * v[i] + 0.5 * v[3 + i];
-      return 2.0 * (q[0] * v[1] - q[1] * v[0]) + 0.004 * v[2] + 0.5 * (q[3] * v[4] - q[4] * v[3]) + 0.0002 * v[5];
+      return 2.0 * (q[0] * v[1] - q[1] * v[0]) + 0.004 * v[2] + 0.5 * (q[3] * v[4] - q[4] * v[3]) +
+             0.0002 * v[5];
     };
     const std::vector<double> q{0, 0, 0, 1e-4, -2e-4, 0}, v{0, 0, 3, 0.3, 0.2, -20};
     const bool penalty = family == Family::penalty;
@@ -91,8 +92,8 @@ Findings invariants() {
     // Moreau–Jean places impulses at the middle of a step, where the surfaces are up to |u_N| h/2 apart.
     for (const auto& e : run.events)
       if (!penalty) overlap += std::abs(e.impulse_t) * std::abs(e.v_n_minus) * 1e-5;
-    f.at_most("its change of spin, " + name, "kg m²/s", std::abs(momentum(end.q, end.v, 2) - momentum(q, v, 2)),
-              overlap + 1e-12, "conservation",
+    f.at_most("its change of spin, " + name, "kg m²/s",
+              std::abs(momentum(end.q, end.v, 2) - momentum(q, v, 2)), overlap + 1e-12, "conservation",
               penalty ? "friction acts on surfaces that overlap by δ: a couple of up to Σ |P_T| δ"
                       : "friction acts where the surfaces are up to |u_N| h apart: Σ |P_T| |u_N| h");
   }
@@ -100,20 +101,21 @@ Findings invariants() {
   auto rig = read_scene(test::flores());
   rig.run.duration = 0.6;
   rig.run.discard = 0;
-  const auto penalty = test::simulate(rig, Family::penalty), nonsmooth = test::simulate(rig, Family::nonsmooth);
-  f.at_most("the paper's rig, two turns: energy balance, penalty", "J", std::abs(penalty.ledger.closure()), 1e-8,
-            "the ledger's own sum", "tolerance 1e-9 of some 10 J that go to and fro");
+  const auto penalty = test::simulate(rig, Family::penalty),
+             nonsmooth = test::simulate(rig, Family::nonsmooth);
+  f.at_most("the paper's rig, two turns: energy balance, penalty", "J", std::abs(penalty.ledger.closure()),
+            1e-8, "the ledger's own sum", "tolerance 1e-9 of some 10 J that go to and fro");
   f.at_most("the same, Moreau–Jean", "J", std::abs(nonsmooth.ledger.closure()), 1e-9, "the ledger's own sum",
             "impulses' work is exact: rounding");
-  f.at_most("the rig's greatest penetration over clearance, Moreau–Jean", "", nonsmooth.contacts[0].penetration_ratio,
-            1e-5, "0",
+  f.at_most("the rig's greatest penetration over clearance, Moreau–Jean", "",
+            nonsmooth.contacts[0].penetration_ratio, 1e-5, "0",
             "one Newton correction leaves the square of what a step closes: (0.1 m/s × 1e-5 s/0.25 mm)²/2");
-  f.at_most("greatest residual of its contact problems", "m/s", nonsmooth.extremes.lcp_residual_rate, 1e-11, "0",
-            "closed forms: rounding of 0.1 m/s");
+  f.at_most("greatest residual of its contact problems", "m/s", nonsmooth.extremes.lcp_residual_rate, 1e-11,
+            "0", "closed forms: rounding of 0.1 m/s");
   f.at_most("greatest constraint violation, penalty", "m", penalty.extremes.constraint_length, 1e-7, "0",
             "drift at α = β = 5, tolerance 1e-9 of 0.25 mm, room of a thousand");
-  f.at_most("greatest constraint violation, Moreau–Jean", "m", nonsmooth.extremes.constraint_length, 1e-9, "0",
-            "one Newton correction a step: (ω h)⁴ r/8");
+  f.at_most("greatest constraint violation, Moreau–Jean", "m", nonsmooth.extremes.constraint_length, 1e-9,
+            "0", "one Newton correction a step: (ω h)⁴ r/8");
   return f;
 }
 

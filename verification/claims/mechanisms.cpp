@@ -24,8 +24,8 @@ void seven_bodies(Findings& f) {
   const auto claim = [&](Family family, const char* how, double bound, const std::string& reason) {
     const auto q = test::simulate(scene, family).final_state.q;
     for (const auto& r : rows)
-      f.within(fmt::format("seven-body mechanism, {}, {}", r.name, how), "rad", q[r.coordinate] + r.offset, r.expected,
-               bound, source, reason);
+      f.within(fmt::format("seven-body mechanism, {}, {}", r.name, how), "rad", q[r.coordinate] + r.offset,
+               r.expected, bound, source, reason);
   };
   claim(Family::penalty, "penalty", 1e-9, "asked for; tolerance 1e-12 a step");
   scene.nonsmooth.scheme = Scheme::event_driven;
@@ -45,7 +45,8 @@ void slider_crank(Findings& f) {
     const bool penalty = family == Family::penalty;
     const std::string name = penalty ? "penalty" : "Moreau–Jean at 1e-5 s";
     f.within("the paper's ideal slider-crank, slider, " + name, "m", end.q[6], exact.x, penalty ? 1e-9 : 1e-8,
-             "loop closure", penalty ? "drift at α = β = 5 over 2.3 turns" : "positions brought back each step");
+             "loop closure",
+             penalty ? "drift at α = β = 5 over 2.3 turns" : "positions brought back each step");
     f.within("its velocity, " + name, "m/s", end.v[6], exact.velocity, penalty ? 1e-7 : 1e-6, "loop closure",
              penalty ? "as above" : "rates at the end of a step: (ω h)² of 1 m/s, and room");
   }
@@ -61,8 +62,8 @@ void four_bars(Findings& f) {
     const double change = run.ending.status == Ending::Status::finished
                               ? std::abs(run.ledger.kinetic + run.ledger.potential - run.ledger.initial)
                               : INFINITY;
-    f.at_most(fmt::format("row of {} four-bars through singular positions, 20 s: energy error", count), "J", change, 0.1,
-              "IFToMM benchmark A02", "the benchmark's own requirement");
+    f.at_most(fmt::format("row of {} four-bars through singular positions, 20 s: energy error", count), "J",
+              change, 0.1, "IFToMM benchmark A02", "the benchmark's own requirement");
   }
 }
 
@@ -76,8 +77,8 @@ void guide(Findings& f) {
     const auto& last = table.impacts.back();
     scene.run.duration = last.t + 1e-6;
     const auto touch = test::touches(test::simulate(scene, Family::nonsmooth)).at(table.impacts.size() - 1);
-    f.within(fmt::format("slider loose in its guide (ω₃ = {}, μ = {}, e_T = {}), impact {}", table.slider_speed,
-                         table.friction, table.e_T, table.impacts.size()),
+    f.within(fmt::format("slider loose in its guide (ω₃ = {}, μ = {}, e_T = {}), impact {}",
+                         table.slider_speed, table.friction, table.e_T, table.impacts.size()),
              "s", touch.t, last.t, 1e-11, "independent event-driven program",
              "tolerance 1e-10 a step; its two runs differ by less than 1e-12 s");
     f.relative("its tangential impulse", "N s", touch.impulse_t, last.impulse_t, 1e-7, "the same",

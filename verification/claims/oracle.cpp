@@ -1,6 +1,6 @@
-// Both formulations against the paper's scene re-derived by hand in two coordinates and integrated in long double
-// (verification/references/slider_crank_oracle.hpp), which shares no code with the solvers; and impact laws against
-// results by hand.
+// Both formulations against the paper's scene re-derived by hand in two coordinates and integrated in long
+// double (verification/references/slider_crank_oracle.hpp), which shares no code with the solvers; and impact
+// laws against results by hand.
 #include <fmt/format.h>
 
 #include "verification/claims/claim.hpp"
@@ -25,12 +25,13 @@ Findings oracle() {
   mechanism.friction = 0.01L;
   const reference::SliderCrankOracle<Long> solver(mechanism);
   const auto claim = [&](const char* name, const std::vector<ContactEvent>& found,
-                         const std::vector<reference::OracleImpact<Long>>& exact, std::size_t count, double time) {
+                         const std::vector<reference::OracleImpact<Long>>& exact, std::size_t count,
+                         double time) {
     for (std::size_t i = 0; i < count; ++i) {
       const auto& e = exact.at(i);
       const auto& touch = found.at(i);
-      f.within(fmt::format("{}, touch {}", name, i + 1), "s", touch.t, double(e.t), time, "oracle in long double",
-               "tolerance 1e-12 a step, positions over speeds");
+      f.within(fmt::format("{}, touch {}", name, i + 1), "s", touch.t, double(e.t), time,
+               "oracle in long double", "tolerance 1e-12 a step, positions over speeds");
       f.relative("its approach speed", "m/s", touch.v_n_minus, double(e.v_n_minus), 1e-6, "the same",
                  "errors grow up to tenfold an impact");
       f.relative("its impulse", "N s", touch.impulse_n, double(e.impulse_n), 1e-6, "the same", "as above");
@@ -68,7 +69,8 @@ Findings impact_laws() {
   }
   auto cradle = read_scene(test::scene_file("cradle"));
   const auto end = test::simulate(cradle, Family::nonsmooth).final_state;
-  f.within("three balls, e = 1: the first one after", "m/s", end.v[0], -1.0 / 3, 1e-12, "by hand", "rounding");
+  f.within("three balls, e = 1: the first one after", "m/s", end.v[0], -1.0 / 3, 1e-12, "by hand",
+           "rounding");
   f.within("the other two", "m/s", end.v[6], 2.0 / 3, 1e-12, "by hand", "rounding");
   return f;
 }

@@ -12,15 +12,17 @@ Scene pendulum(double duration) {
   Scene scene;
   scene.mechanism.gravity = {0, -9.81};
   const double lean = -M_PI / 6;
-  scene.mechanism.bodies.push_back({"bar", 0.8, 0.01, 0.25 * Vec2{std::cos(lean), std::sin(lean)}, lean, {0, 0}, 0});
+  scene.mechanism.bodies.push_back(
+      {"bar", 0.8, 0.01, 0.25 * Vec2{std::cos(lean), std::sin(lean)}, lean, {0, 0}, 0});
   scene.mechanism.joints.push_back(RevoluteJoint{"pivot", {ground, 0}, {Vec2{0, 0}, Vec2{-0.25, 0}}, {}});
   scene.run.duration = duration;
   return scene;
 }
 
 /// Adds the claim and the curve of errors over steps.
-void order(Findings& f, const std::string& what, const std::vector<double>& steps, const std::vector<double>& errors,
-           double low, double high, const std::string& source, const std::string& reason) {
+void order(Findings& f, const std::string& what, const std::vector<double>& steps,
+           const std::vector<double>& errors, double low, double high, const std::string& source,
+           const std::string& reason) {
   f.between("order of " + what, "", test::observed_order(steps, errors), low, high, source, reason);
   f.curves.push_back({"orders", what, "step (s)", "error (s, m/s, N s or rad)", steps, errors});
 }
@@ -38,7 +40,8 @@ void smooth(Findings& f) {
     return found;
   };
   const std::vector<double> coarse{2e-2, 1e-2, 5e-3, 2.5e-3}, fine{2e-3, 1e-3, 5e-4, 2.5e-4};
-  order(f, "rk4, pendulum", coarse, errors(Family::penalty, coarse), 3.85, 4.15, "theory: 4", "asymptotic regime");
+  order(f, "rk4, pendulum", coarse, errors(Family::penalty, coarse), 3.85, 4.15, "theory: 4",
+        "asymptotic regime");
   order(f, "Moreau–Jean, pendulum", fine, errors(Family::nonsmooth, fine), 1.9, 2.1, "theory: 2 (θ = ½)",
         "asymptotic regime");
 }

@@ -37,14 +37,11 @@ const char* name_of(Claim::Judged judged) {
   return names[static_cast<int>(judged)];
 }
 
-
 }  // namespace
 
 std::span<const ClaimSet> claim_sets() { return sets; }
 
-bool Verdict::holds() const {
-  return failure.empty() && std::ranges::all_of(findings.claims, &Claim::holds);
-}
+bool Verdict::holds() const { return failure.empty() && std::ranges::all_of(findings.claims, &Claim::holds); }
 
 Verdict judge(const ClaimSet& set) {
   Verdict v;
@@ -105,22 +102,25 @@ std::string document(const std::vector<Verdict>& verdicts) {
       holding += c.holds();
     }
   std::string out = fmt::format(
-      "# Verification\n\nWritten by `freeplay verify --document docs`; {} of {} claims hold. Each has a value, an expected "
+      "# Verification\n\nWritten by `freeplay verify --document docs`; {} of {} claims hold. Each has a "
+      "value, an expected "
       "value with its source, a bound fixed before the run with its reason, and a verdict "
       "([how to add one](../verification/README.md)). Times are those of the machine that wrote this.\n",
       holding, all);
   for (const auto& v : verdicts) {
-    out += fmt::format("\n## {}\n`freeplay verify {}`, {:.0f} s\n\n| quantity | measured | expected | source | reason of the "
-                       "bound | |\n| --- | --- | --- | --- | --- | --- |\n",
-                       v.set->title, v.set->name, v.seconds);
+    out += fmt::format(
+        "\n## {}\n`freeplay verify {}`, {:.0f} s\n\n| quantity | measured | expected | source | reason of "
+        "the "
+        "bound | |\n| --- | --- | --- | --- | --- | --- |\n",
+        v.set->title, v.set->name, v.seconds);
     const auto cell = [](std::string text) {
       for (std::size_t i = 0; (i = text.find('|', i)) != std::string::npos; i += 2) text.replace(i, 1, "\\|");
       return text;
     };
     for (const auto& c : v.findings.claims)
       out += fmt::format("| {}{} | {:.10g} | {} | {} | {} | {} |\n", cell(c.quantity),
-                         c.unit.empty() ? "" : ", " + c.unit, c.measured, expected(c), cell(c.source), cell(c.reason),
-                         c.holds() ? "holds" : "**FAILS**");
+                         c.unit.empty() ? "" : ", " + c.unit, c.measured, expected(c), cell(c.source),
+                         cell(c.reason), c.holds() ? "holds" : "**FAILS**");
     if (!v.failure.empty()) out += "\n**Could not be judged:** " + v.failure + "\n";
     std::vector<std::string> drawn;
     for (const auto& curve : v.findings.curves)

@@ -1,5 +1,5 @@
-// A fuzz target for scenes (libFuzzer, clang): any text is either read or refused with one SceneError; a scene that is
-// read is assembled or refused likewise. Nothing else may happen.
+// A fuzz target for scenes (libFuzzer, clang): any text is either read or refused with one SceneError; a
+// scene that is read is assembled or refused likewise. Nothing else may happen.
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -10,11 +10,11 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {
-    const auto scene =
-        freeplay::parse_scene(std::string(reinterpret_cast<const char*>(data), size), "fuzz");
+    const auto scene = freeplay::parse_scene(std::string(reinterpret_cast<const char*>(data), size), "fuzz");
     if (scene.mechanism.bodies.size() > 20) return 0;
     const freeplay::System system(scene.mechanism);
-    if (scene.run.start == freeplay::RunOptions::Start::given) freeplay::assemble(scene.mechanism, scene.run.start);
+    if (scene.run.start == freeplay::RunOptions::Start::given)
+      freeplay::assemble(scene.mechanism, scene.run.start);
   } catch (const freeplay::SceneError&) {
   }
   return 0;
