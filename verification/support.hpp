@@ -37,8 +37,8 @@ inline std::vector<ContactEvent> touches(const RunSummary& run) {
 /// Slope of log y over log x between the first and the last point: an observed order.
 double observed_order(const std::vector<double>& x, const std::vector<double>& y);
 
-/// A row of N four-bars that share their uprights (IFToMM benchmark A02: links of 1 m and 1 kg, gravity, the first
-/// upright turning at 1 rad/s), the joint between every coupler and the upright behind it loose.
+/// A row of N four-bars that share their uprights (IFToMM benchmark A02: links of 1 m and 1 kg, gravity, the
+/// first upright turning at 1 rad/s), the joint between every coupler and the upright behind it loose.
 Scene row_of_four_bars(int count, double clearance);
 
 /// A folder that is removed with the object.

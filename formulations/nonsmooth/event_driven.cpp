@@ -33,15 +33,18 @@ bool EventDriven::fail(const std::string& what) {
   return false;
 }
 
+/// The state within the last step.
+const std::vector<double>& EventDriven::at(double t) const {
+  if (t >= method_.t) return method_.x;
+  method_.interpolate(t, scratch_);
+  return scratch_;
+}
+
 void EventDriven::interpolate(double t, double* q, double* v) const {
   const int n = dynamics_.system().n();
-  const std::vector<double>* x = &method_.x;
-  if (t < method_.t) {
-    method_.interpolate(t, scratch_);
-    x = &scratch_;
-  }
-  std::copy(x->begin(), x->begin() + n, q);
-  std::copy(x->begin() + n, x->begin() + 2 * n, v);
+  const auto& x = at(t);
+  std::copy(x.begin(), x.begin() + n, q);
+  std::copy(x.begin() + n, x.begin() + 2 * n, v);
 }
 
 bool EventDriven::step(double t_end) {
@@ -64,23 +67,13 @@ bool EventDriven::step(double t_end) {
   last_ = first;
   pending_ = first.kind != Event::Kind::none;
   if (pending_) land(last_);
-  const auto& e = dynamics_.evaluation();
-  for (int k = 0; k < dynamics_.system().rows(); ++k) {
-    double& worst = dynamics_.system().is_angle_row(k) ? dynamics_.extremes.constraint_angle
-                                                       : dynamics_.extremes.constraint_length;
-    worst = std::max(worst, std::abs(e.phi[k]));
-  }
   if (!pending_) {
     dynamics_.project(method_.x, method_.t);
     method_.renew(dynamics_);
     if (to_knot && method_.t >= knot) method_.start(dynamics_, method_.t, std::vector<double>(method_.x));
   }
-  for (int k = 0; k < dynamics_.system().contacts(); ++k) {
-    const auto& row = dynamics_.look(k, method_.x, method_.t);
-    mark_[k].gap = {row.gap + slack(k), row.normal.dot(v())};
-    auto& deepest = dynamics_.extremes.penetration[k];
-    deepest = std::max(deepest, -row.gap);
-  }
+  mark_gaps();
+  dynamics_.keep_extremes(method_.x, method_.t);
   // A thousand events in next to no time: the laws leave no way on that this scheme can find.
   if (pending_ && ++recent_ % 1000 == 0) {
     if (method_.t - recent_since_ < 1e-7 * time_scale_)
@@ -91,137 +84,8 @@ bool EventDriven::step(double t_end) {
   return true;
 }
 
-/// What a gap is known to (m).
-double EventDriven::rounding(int k) const {
-  return 1e-13 * dynamics_.system().contact_facts(k).clearance + 4e-16 * dynamics_.system().longest_arm();
-}
-/// How far a gap may go below zero before it counts as closed (m).
-double EventDriven::slack(int k) const {
-  if (dynamics_.contacts()[k].resting) return 1e-9 * dynamics_.system().contact_facts(k).clearance;
-  return rounding(k);
-}
-/// A hop not higher than this (m) is over.
-double EventDriven::least_hop(int k) const {
-  return std::max(1e-9 * dynamics_.system().contact_facts(k).clearance, 1e3 * rounding(k));
-}
-
-Watched EventDriven::gap_at(int k, double t) {
-  const std::vector<double>* x = &method_.x;
-  if (t < method_.t) {
-    method_.interpolate(t, scratch_);
-    x = &scratch_;
-  }
-  const auto& row = dynamics_.look(k, *x, t);
-  // A contact that has just opened starts within rounding of zero.
-  return {row.gap + slack(k), row.normal.dot(x->data() + dynamics_.system().n())};
-}
-
-void EventDriven::find_gap_events(Event& first) {
-  for (int k = 0; k < dynamics_.system().contacts(); ++k) {
-    if (dynamics_.contacts()[k].closed) continue;
-    const auto t = first_loss([&](double at) { return gap_at(k, at); }, method_.t_old, method_.t,
-                              mark_[k].gap, gap_at(k, method_.t), 8 * rounding(k));
-    if (t && (*t < first.t || first.kind == Event::Kind::none)) first = {Event::Kind::gap, k, *t};
-  }
-}
-
-/// What must stay positive for the mode to last, from the last evaluation of the dynamics.
-void EventDriven::watch(const std::vector<double>& x, std::vector<double>& values) {
-  values.clear();
-  watched_.clear();
-  const auto put = [&](Event::Kind kind, int k, double value) {
-    watched_.push_back({kind, k, 0});
-    values.push_back(value);
-  };
-  const double* v = x.data() + dynamics_.system().n();
-  for (int k = 0; k < dynamics_.system().contacts(); ++k) {
-    const auto& c = dynamics_.contacts()[k];
-    if (!c.closed) continue;
-    put(Event::Kind::force, k, c.lambda_n);
-    if (c.row.tangent.size == 0) continue;
-    const double bound = *dynamics_.system().contact_facts(k).surface.friction * c.lambda_n;
-    if (c.slip == 0)
-      put(Event::Kind::stick, k, bound - std::abs(c.lambda_t));
-    else
-      put(Event::Kind::slip, k, c.slip * c.row.tangent.dot(v));
-  }
-  for (int k = 0; k < dynamics_.system().frictions(); ++k) {
-    const auto& p = dynamics_.preloaded()[k];
-    if (p.slip == 0)
-      put(Event::Kind::slide_stick, k, dynamics_.system().friction_facts(k).bound - std::abs(p.lambda));
-    else
-      put(Event::Kind::slide_slip, k, p.slip * p.rate);
-  }
-}
-
-void EventDriven::values_at(double t, std::vector<double>& values) {
-  const std::vector<double>* x = &method_.x;
-  if (t < method_.t) {
-    method_.interpolate(t, scratch_);
-    x = &scratch_;
-  }
-  dynamics_(*x, slope_, t);
-  watch(*x, values);
-}
-
-void EventDriven::find_mode_events(Event& first) {
-  if (watched_.empty()) return;
-  const double t0 = method_.t_old, t1 = method_.t, tm = 0.5 * (t0 + t1);
-  values_at(tm, middle_);
-  values_at(t1, after_);
-  const auto take = [&](std::size_t i, double a, double b, double fa, double fb, double shift) {
-    auto event = watched_[i];
-    event.t = a;
-    if (fa > 0) {
-      std::vector<double> values;
-      event.t = bracketed_root(
-          [&](double s) {
-            values_at(s, values);
-            return values[i] + shift;
-          },
-          a, b, fa, fb);
-    }
-    if (event.t < first.t || first.kind == Event::Kind::none) first = event;
-  };
-  for (std::size_t i = 0; i < watched_.size(); ++i) {
-    const bool speed = watched_[i].kind == Event::Kind::slip || watched_[i].kind == Event::Kind::slide_slip;
-    // A surface that has just begun to slide, or is held still at its bound, is at rest within the tolerance.
-    const bool fresh = speed && before_[i] <= dynamics_.slide_tolerance();
-    const double shift = fresh ? dynamics_.slide_tolerance() : 0;
-    const double start = (fresh ? std::max(before_[i], 0.0) : before_[i]) + shift;
-    if (middle_[i] + shift < 0)
-      take(i, t0, tm, start, middle_[i] + shift, shift);
-    else if (after_[i] + shift < 0)
-      take(i, tm, t1, middle_[i] + shift, after_[i] + shift, shift);
-  }
-}
-
-/// Steps from the old state to the event; for a gap its time is corrected by Newton at the end of the step.
-void EventDriven::land(Event& event) {
-  ++dynamics_.work.events;
-  if (event.t <= method_.t_old) {
-    method_.start(dynamics_, method_.t_old, std::vector<double>(method_.x_old));
-    return;
-  }
-  if (event.kind != Event::Kind::gap) {
-    method_.land(dynamics_, event.t);
-    return;
-  }
-  if (dynamics_.contacts()[event.index].resting) {
-    method_.land(dynamics_, event.t);
-    return;
-  }
-  const double enough = rounding(event.index);
-  for (int i = 0; i < 5; ++i) {
-    method_.land(dynamics_, event.t);
-    const auto& row = dynamics_.look(event.index, method_.x, method_.t);
-    const double rate = row.normal.dot(v());
-    if (std::abs(row.gap) <= enough || rate == 0) break;
-    const double next = event.t - row.gap / rate;
-    if (!(next > method_.t_old) || std::abs(next - event.t) <= 2e-16 * event.t) break;
-    if (std::abs(next - event.t) > 0.1 * (event.t - method_.t_old)) break;  // grazing: keep the root
-    event.t = next;
-  }
+void EventDriven::mark_gaps() {
+  for (int k = 0; k < dynamics_.system().contacts(); ++k) mark_[k].gap = gap_at(k, method_.t);
 }
 
 /// Impacts where something approaches, then the mode that the accelerations choose.
@@ -269,10 +133,7 @@ bool EventDriven::change_mode() {
   d.project(x, t);
   record(was_closed);
   method_.start(d, t, std::vector<double>(x));
-  for (int k = 0; k < d.system().contacts(); ++k) {
-    const auto& row = d.look(k, x, t);
-    mark_[k].gap = {row.gap + slack(k), row.normal.dot(v())};
-  }
+  mark_gaps();
   return true;
 }
 

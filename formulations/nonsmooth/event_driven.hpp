@@ -63,7 +63,9 @@ class EventDriven {
                        std::vector<int>& over);
   bool choose(std::vector<int>& touching);
   void record(const std::vector<int>& before);
+  const std::vector<double>& at(double t) const;
   Watched gap_at(int k, double t);
+  void mark_gaps();
   double rounding(int k) const;
   double slack(int k) const;
   double least_hop(int k) const;

@@ -67,6 +67,8 @@ class EventDynamics {
   /// Moves x onto the constraints of the mode, positions then velocities, by the least mass-weighted change.
   void project(Vector& x, double t);
 
+  /// Takes the violations of constraints and walls at a state into `extremes`.
+  void keep_extremes(const Vector& x, double t);
   /// Fills row() of contact k at a state.
   const ContactRow& look(int k, const Vector& x, double t);
   double slide_rate(int k, const Vector& x, double t);
@@ -79,7 +81,6 @@ class EventDynamics {
   std::vector<Contact>& contacts() { return contacts_; }
   const std::vector<Contact>& contacts() const { return contacts_; }
   std::vector<Preloaded>& preloaded() { return preloaded_; }
-  const Evaluation& evaluation() const { return e_; }
   /// Below it a relative speed is none (m/s): rounding of the velocities, or 1e-10 of the scene's scale.
   double speed_tolerance() const { return speed_tolerance_; }
   /// Below it a sliding speed is none: the accelerations decide which way it goes on. Wider, because a
@@ -92,9 +93,9 @@ class EventDynamics {
   double contact_loss = 0, stabilisation = 0;  ///< J
 
  private:
-  void collect_rows(const Vector& x, double t);
   void solve_active();
   void share_friction();
+  bool solve_free(const double* q, const double* v, double t);
   bool solve_mode(const double* q, const double* v, double t);
   /// Adds a column A·`column` to the responses and its row; returns its index.
   int add(const SparseRow& row, const SparseRow* beside, double factor);

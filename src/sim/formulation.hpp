@@ -1,5 +1,6 @@
 // What a formulation is to the rest of the program: it advances a state and reports impulses, energies and
-// work. Everything is decided when it is made; its stepping loop has no virtual call and allocates nothing.
+// work. Everything is decided when it is made; its stepping loop has no virtual call and, but for the
+// event-driven scheme at its events and bulirsch_stoer within odeint, allocates nothing.
 #pragma once
 
 #include <memory>

@@ -1,0 +1,181 @@
+// What happens at an event: impacts, and the mode that follows.
+#include "formulations/nonsmooth/event_dynamics.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace freeplay {
+
+std::string EventDynamics::strike(Vector& x, double t, const std::vector<int>& struck,
+                                  const std::vector<int>& soft) {
+  const int n = system_.n(), m = system_.rows();
+  double* q = x.data();
+  double* v = q + n;
+  system_.place(t, q, e_);
+  ++work.factorisations;
+  ++work.lcp_solves;
+  if (!saddle_.factor(e_.G.data())) return "the constraint equations cannot be factorised";
+  used_ = 0;
+  struck_.clear();
+  for (const int k : struck) {
+    auto& c = contacts_[k];
+    system_.contact(k, q, v, e_, c.row);
+    ImpactContact i;
+    i.normal = add(c.row.normal, nullptr, 0);
+    rhs_[i.normal] = c.row.normal.dot(v);
+    const bool inelastic = std::ranges::find(soft, k) != soft.end();
+    i.restitution = inelastic ? 0 : c.restitution;
+    if (c.row.tangent.size > 0) {
+      const auto& surface = system_.contact_facts(k).surface;
+      i.tangent = add(c.row.tangent, nullptr, 0);
+      rhs_[i.tangent] = c.row.tangent.dot(v);
+      i.friction = *surface.friction;
+      i.tangential_restitution = inelastic ? 0 : surface.tangential_restitution;
+    }
+    struck_.push_back(i);
+  }
+  for (int r = 0; r < used_; ++r)
+    for (int s = 0; s <= r; ++s) K_(r, s) = K_(s, r) = rows_[r].dot(response(s));
+  const auto reason = impact_.solve(K_, rhs_, used_, struck_);
+  const auto& solution = impact_.solution();
+  work.pivots += solution.pivots;
+  work.lcp_retries += solution.retries;
+  extremes.lcp_residual = std::max(extremes.lcp_residual, solution.residual);
+  extremes.lcp_residual_rate = std::max(extremes.lcp_residual_rate, solution.residual_rate);
+  extremes.ambiguous += solution.ambiguous;
+  if (!reason.empty()) return reason;
+  double* integral = x.data() + integral_offset();
+  const auto apply = [&](int r, double impulse) {
+    if (r < 0) return;
+    for (int i = 0; i < n; ++i) v[i] += impulse * response(r)[i];
+    for (int k = 0; k < m; ++k) integral[drive] += impulse * reaction(r)[k] * e_.phi_t[k];
+  };
+  for (std::size_t i = 0; i < struck.size(); ++i) {
+    apply(struck_[i].normal, struck_[i].impulse_n);
+    apply(struck_[i].tangent, struck_[i].impulse_t);
+    double* impulse = x.data() + impulse_offset() + 2 * struck[i];
+    impulse[0] += struck_[i].impulse_n;
+    impulse[1] += struck_[i].impulse_t;
+  }
+  contact_loss -= impact_.normal_work();
+  integral[friction_loss] -= impact_.tangential_work();
+  return "";
+}
+
+std::string EventDynamics::choose(const Vector& x, double t, const std::vector<int>& candidates) {
+  const double* q = x.data();
+  const double* v = q + system_.n();
+  for (auto& c : contacts_) {
+    c.closed = c.resting = false;
+    c.slip = 0;
+  }
+  // Preloaded joints that slide stay as forces; those at rest, like the contacts, are unknowns.
+  for (int k = 0; k < system_.frictions(); ++k) {
+    const double u = slide_rate(k, x, t);
+    auto& p = preloaded_[k];
+    p.slip = std::abs(u) > slide_tolerance() ? (u > 0 ? 1 : -1) : p.forced;
+  }
+  if (candidates.empty() && std::ranges::none_of(preloaded_, [](const auto& p) { return p.slip == 0; }))
+    return "";
+
+  // Accelerations with nothing closed and resting joints without friction.
+  ++work.lcp_solves;
+  if (!solve_free(q, v, t)) return "the constraint equations cannot be factorised";
+
+  status_.clear();
+  used_ = 0;
+  std::vector<int> slips;
+  for (const int k : candidates) {
+    auto& c = contacts_[k];
+    system_.contact(k, q, v, e_, c.row);
+    ContactUnknown u;
+    int slip = 0;
+    double mu = 0;
+    if (c.row.tangent.size > 0) {
+      mu = *system_.contact_facts(k).surface.friction;
+      const double rate = c.row.tangent.dot(v);
+      slip = std::abs(rate) > slide_tolerance() ? (rate > 0 ? 1 : -1) : c.forced;
+    }
+    u.normal = add(c.row.normal, slip != 0 ? &c.row.tangent : nullptr, -slip * mu);
+    status_.b[u.normal] = c.row.normal.dot(a_.data()) - c.row.gamma_n;
+    if (c.row.tangent.size > 0 && slip == 0) {
+      u.tangent = add(c.row.tangent, nullptr, 0);
+      status_.b[u.tangent] = c.row.tangent.dot(a_.data()) - c.row.gamma_t;
+      u.friction = mu;
+    }
+    slips.push_back(slip);
+    status_.unknowns.push_back(u);
+  }
+  std::vector<int> resting;
+  for (int k = 0; k < system_.frictions(); ++k) {
+    if (preloaded_[k].slip != 0) continue;
+    ContactUnknown u;
+    u.tangent = add(preloaded_[k].row, nullptr, 0);
+    status_.b[u.tangent] = preloaded_[k].row.dot(a_.data()) - preloaded_[k].gamma;
+    u.bound = system_.friction_facts(k).bound;
+    resting.push_back(k);
+    status_.unknowns.push_back(u);
+  }
+  status_.rows = used_;
+  for (int r = 0; r < used_; ++r)
+    for (int s = 0; s < used_; ++s) status_.D(r, s) = rows_[r].dot(response(s));
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const int n = status_.unknowns[i].normal;
+    if (slips[i] != 0 && status_.D(n, n) <= 0 && status_.b[n] < 0)
+      return fmt::format(
+          "{}: sliding there, friction of this size admits no acceleration or more than one "
+          "(Painlevé); time stepping gives a consistent impulse",
+          system_.contact_facts(candidates[i]).name);
+  }
+  const auto solution = status_.solve();
+  work.pivots += solution.pivots;
+  work.lcp_retries += solution.retries;
+  if (!solution.solved) return "no mode satisfies the contact laws in accelerations (all solvers failed)";
+  if (solution.ambiguous) return "friction admits more than one mode in accelerations (Painlevé)";
+
+  // With all impulses known: which way do resting surfaces start to slide?
+  const auto acceleration = [&](int row) {
+    double u = status_.b[row];
+    for (const auto& o : status_.unknowns) {
+      if (o.normal >= 0) u += status_.D(row, o.normal) * o.impulse_n;
+      if (o.tangent >= 0) u += status_.D(row, o.tangent) * o.impulse_t;
+    }
+    return u;
+  };
+  const auto slip_of = [&](const ContactUnknown& u) {
+    const double bound = u.bound + u.friction * u.impulse_n;
+    if (std::abs(u.impulse_t) < bound * (1 - 1e-12)) return 0;
+    const double rate = acceleration(u.tangent);
+    if (std::abs(rate) <= 1e-9 * status_.scale()) return 0;
+    return rate > 0 ? 1 : -1;
+  };
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    auto& c = contacts_[candidates[i]];
+    const auto& u = status_.unknowns[i];
+    c.closed = u.impulse_n * status_.D(u.normal, u.normal) > 1e-11 * status_.scale();
+    c.resting = !c.closed;
+    if (!c.closed) continue;
+    c.slip = u.tangent >= 0 ? slip_of(u) : slips[i];
+  }
+  for (std::size_t i = 0; i < resting.size(); ++i)
+    preloaded_[resting[i]].slip = slip_of(status_.unknowns[candidates.size() + i]);
+  return "";
+}
+
+double EventDynamics::gap_acceleration(int k, const Vector& x, double t) {
+  const double* v = x.data() + system_.n();
+  if (!solve_mode(x.data(), v, t)) return 0;
+  system_.contact(k, x.data(), v, e_, contacts_[k].row);
+  return contacts_[k].row.normal.dot(a_.data()) - contacts_[k].row.gamma_n;
+}
+
+double EventDynamics::acceleration_scale() const {
+  double most = 0;
+  for (int i = 0; i < system_.n(); ++i)
+    most = std::max(most, std::abs(a_[i]) * (system_.is_angle(i) ? system_.longest_arm() : 1));
+  return most;
+}
+
+}  // namespace freeplay
