@@ -7,8 +7,19 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <stdexcept>
+
+#include <fmt/format.h>
 
 namespace freeplay::test {
+
+ContactEvent touch(const RunSummary& run, std::size_t i) {
+  const auto list = touches(run);
+  if (i < list.size()) return list[i];
+  throw std::runtime_error(fmt::format("touch {} is missing: the {} run made {} until {:.6g} s{}", i + 1,
+                                       run.formulation, list.size(), run.t_end,
+                                       run.ending.reason.empty() ? "" : " (" + run.ending.reason + ")"));
+}
 
 double observed_order(const std::vector<double>& x, const std::vector<double>& y) {
   // Least squares through all points.

@@ -34,6 +34,9 @@ inline std::vector<ContactEvent> touches(const RunSummary& run) {
   return list;
 }
 
+/// The i-th touch (from 0), or an error that says how many there were.
+ContactEvent touch(const RunSummary& run, std::size_t i);
+
 /// Slope of log y over log x between the first and the last point: an observed order.
 double observed_order(const std::vector<double>& x, const std::vector<double>& y);
 

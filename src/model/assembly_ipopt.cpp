@@ -4,6 +4,7 @@
 #include <coin/IpTNLP.hpp>
 
 #include <algorithm>
+#include <mutex>
 
 namespace freeplay {
 namespace {
@@ -127,6 +128,8 @@ class Assembly : public Ipopt::TNLP {
 
 void least_movement(const System& system, const std::vector<double>& start, const std::vector<int>& left_out,
                     std::vector<double>& q) {
+  static std::mutex one_at_a_time;  // MUMPS, the linear solver of Debian's Ipopt, has global state
+  const std::lock_guard lock(one_at_a_time);
   Ipopt::SmartPtr<Ipopt::TNLP> problem = new Assembly(system, start, left_out, q);
   Ipopt::SmartPtr<Ipopt::IpoptApplication> ipopt = IpoptApplicationFactory();
   ipopt->Options()->SetIntegerValue("print_level", 0);

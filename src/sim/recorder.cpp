@@ -75,6 +75,7 @@ void Recorder::row(double t) {
 
 void Recorder::event(const ContactEvent& e) {
   if (events_.size() < kept_events) events_.push_back(e);
+  if (on_event) on_event(e);
   if (!event_file_) return;
   auto& out = *event_file_;
   out.number(e.t);

@@ -50,6 +50,8 @@ class Recorder {
   const std::vector<ContactEvent>& events() const { return events_; }
   /// Called now and then with the fraction done.
   std::function<void(double)> on_progress;
+  /// Called with every settled event, in the order of t.
+  std::function<void(const ContactEvent&)> on_event;
 
  private:
   template <class Stepper>

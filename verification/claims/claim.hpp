@@ -103,5 +103,6 @@ Findings stiff_limit();
 Findings statistics();
 Findings oracle();
 Findings impact_laws();
+Findings complementarity();
 
 }  // namespace freeplay::verification

@@ -112,7 +112,7 @@ Findings restitution() {
   scene.penalty.integrator = Integrator::dopri5;
   scene.penalty.tolerance = 1e-12;
   const double mass = 2.0 * 0.5 / 2.5;
-  const auto impact = [&] { return test::touches(test::simulate(scene, Family::penalty)).at(0); };
+  const auto impact = [&] { return test::touch(test::simulate(scene, Family::penalty), 0); };
 
   scene.penalty.contact = ContactLaw::hertz;
   const auto run = test::simulate(scene, Family::penalty);
@@ -124,7 +124,7 @@ Findings restitution() {
   f.relative("Hertz contact, greatest depth", "m", run.contacts[0].penetration, exact.depth, 2e-3,
              "(5 m v²/(4 K))^(2/5) (Hertz 1881)",
              "seen at the ends of steps only: short of it by up to (h ω)²/8");
-  f.relative("Hertz contact, duration", "s", test::touches(run).at(0).duration, exact.duration, 1e-8,
+  f.relative("Hertz contact, duration", "s", test::touch(run, 0).duration, exact.duration, 1e-8,
              "2.9432755… δ/v", "asked for; the start of δ^(3/2) at tolerance 1e-12");
   for (const double e : {0.1, 0.46, 0.9}) {
     scene.penalty.contact = ContactLaw::exact;

@@ -24,12 +24,12 @@ Findings oracle() {
   reference::LooseSliderCrank<Long> mechanism;
   mechanism.friction = 0.01L;
   const reference::SliderCrankOracle<Long> solver(mechanism);
-  const auto claim = [&](const char* name, const std::vector<ContactEvent>& found,
+  const auto claim = [&](const char* name, const RunSummary& found,
                          const std::vector<reference::OracleImpact<Long>>& exact, std::size_t count,
                          double time) {
     for (std::size_t i = 0; i < count; ++i) {
       const auto& e = exact.at(i);
-      const auto& touch = found.at(i);
+      const auto touch = test::touch(found, i);
       f.within(fmt::format("{}, touch {}", name, i + 1), "s", touch.t, double(e.t), time,
                "oracle in long double", "tolerance 1e-12 a step, positions over speeds");
       f.relative("its approach speed", "m/s", touch.v_n_minus, double(e.v_n_minus), 1e-6, "the same",
@@ -38,13 +38,13 @@ Findings oracle() {
     }
   };
   const auto nonsmooth = solver.nonsmooth(0.46L, 0.0119L);
-  claim("event-driven", test::touches(test::simulate(scene, Family::nonsmooth)), nonsmooth.impacts, 6, 1e-11);
+  claim("event-driven", test::simulate(scene, Family::nonsmooth), nonsmooth.impacts, 6, 1e-11);
   const auto run = test::simulate(scene, Family::penalty);
   reference::PenaltyContact<Long> law;
   law.stiffness = run.contacts[0].model.stiffness;
   law.chi = reference::exact_chi(0.46L);
   const auto penalty = solver.penalty(law, 0.0119L);
-  claim("penalty", test::touches(run), penalty.impacts, 2, 1e-10);
+  claim("penalty", run, penalty.impacts, 2, 1e-10);
   return f;
 }
 

@@ -80,8 +80,8 @@ void contacts(Findings& f) {
   auto scene = read_scene(test::scene_file("ring"));
   scene.mechanism.surfaces[0].friction.reset();
   scene.run.duration = 0.02;
-  const auto third = [&] { return test::touches(test::simulate(scene, Family::penalty)).at(2).t; };
-  const auto first = [&] { return test::touches(test::simulate(scene, Family::penalty)).at(0).duration; };
+  const auto third = [&] { return test::touch(test::simulate(scene, Family::penalty), 2).t; };
+  const auto first = [&] { return test::touch(test::simulate(scene, Family::penalty), 0).duration; };
   scene.penalty.integrator = Integrator::dopri5;
   scene.penalty.tolerance = 1e-13;
   const double hertz = third();

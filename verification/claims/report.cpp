@@ -12,6 +12,7 @@ constexpr ClaimSet sets[] = {
     {"closed-forms", "Closed forms", closed_forms},
     {"restitution", "Restitution that contact laws deliver", restitution},
     {"impact-laws", "Impact laws", impact_laws},
+    {"complementarity", "Solvers of the contact problem", complementarity},
     {"mechanisms", "Published mechanisms", mechanisms},
     {"oracle", "The paper's scene against a derivation that shares no code", oracle},
     {"orders", "Orders of convergence", orders},

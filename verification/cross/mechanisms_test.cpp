@@ -83,12 +83,12 @@ TEST_CASE("first touch of the reference scene", "[cross][flores]") {
   auto scene = read_scene(test::flores());
   scene.run.duration = 0.006;
   scene.run.discard = 0;
-  const auto penalty = test::touches(test::simulate(scene, Family::penalty)).at(0);
+  const auto penalty = test::touch(test::simulate(scene, Family::penalty), 0);
   REQUIRE(penalty.t == Approx(4.422960035e-3).margin(1e-8).epsilon(0));
   REQUIRE(-penalty.v_n_minus == Approx(0.112919).margin(5e-7).epsilon(0));
   for (double h : {1e-5, 1e-6}) {
     scene.nonsmooth.step = h;
-    const auto nonsmooth = test::touches(test::simulate(scene, Family::nonsmooth)).at(0);
+    const auto nonsmooth = test::touch(test::simulate(scene, Family::nonsmooth), 0);
     // Within a step; the gap's acceleration there is 26 m/s², so rates are off by up to 26 h each way.
     REQUIRE(nonsmooth.t == Approx(4.42296e-3).margin(h).epsilon(0));
     REQUIRE(-nonsmooth.v_n_minus == Approx(0.112919).margin(26 * h).epsilon(0));
@@ -107,7 +107,7 @@ TEST_CASE("the stiff limit: penalty tends to the impact law like K^(-2/5)", "[cr
     scene.run.duration = 0.009;
     scene.mechanism.surfaces[0].young = 207e9 * factor;
     scene.penalty.tolerance = 1e-11;
-    const auto e = test::touches(test::simulate(scene, Family::penalty)).at(1);
+    const auto e = test::touch(test::simulate(scene, Family::penalty), 1);
     K.push_back(factor);
     time.push_back(std::abs(e.t - exact.t));
     speed.push_back(std::abs(e.v_n_minus - exact.v_n_minus));

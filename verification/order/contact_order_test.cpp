@@ -18,10 +18,10 @@ Scene ring() {
 }
 
 double third_impact(const Scene& scene) {
-  return test::touches(test::simulate(scene, Family::penalty)).at(2).t;
+  return test::touch(test::simulate(scene, Family::penalty), 2).t;
 }
 double first_duration(const Scene& scene) {
-  return test::touches(test::simulate(scene, Family::penalty)).at(0).duration;
+  return test::touch(test::simulate(scene, Family::penalty), 0).duration;
 }
 
 double reference(double (*quantity)(const Scene&), Scene scene) {

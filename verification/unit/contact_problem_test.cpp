@@ -5,63 +5,17 @@
 #include <IpTNLP.hpp>
 #include <catch2/catch.hpp>
 
-#include <random>
-
-#include "formulations/nonsmooth/contact_problem.hpp"
 #include "numerics/saddle_point.hpp"
 #include "sim/recorder.hpp"
+#include "verification/random_contact.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
+using test::Random;
+using test::random_problem;
+using test::solve_by;
 
 namespace {
-
-struct Random {
-  std::mt19937 engine{20261121};
-  double operator()(double lo = -1, double hi = 1) {
-    return std::uniform_real_distribution<double>(lo, hi)(engine);
-  }
-};
-
-/// `contacts` contacts, some frictionless, and a preloaded joint now and then.
-ContactProblem random_problem(Random& u, int contacts, bool friction) {
-  ContactProblem p;
-  p.reserve(2 * contacts + 1);
-  for (int i = 0; i < contacts; ++i) {
-    ContactUnknown c;
-    c.normal = p.rows++;
-    c.target_n = std::max(0.0, u());
-    if (friction && u() > -0.5) {
-      c.tangent = p.rows++;
-      c.friction = u(0, 0.3) / contacts;
-      c.target_t = u() > 0 ? u() : 0;
-    }
-    p.unknowns.push_back(c);
-  }
-  if (friction && u() > 0) {
-    ContactUnknown c;
-    c.tangent = p.rows++;
-    c.bound = u(0, 1);
-    p.unknowns.push_back(c);
-  }
-  const int m = p.rows;
-  const Eigen::MatrixXd R = Eigen::MatrixXd::NullaryExpr(m, m + 1, [&] { return u(); });
-  p.D.topLeftCorner(m, m) = R * R.transpose() / m + 0.3 * Eigen::MatrixXd::Identity(m, m);
-  for (int i = 0; i < m; ++i) p.b[i] = u();
-  return p;
-}
-
-ContactSolution solve_by(LcpSolver solver, ContactProblem& p) {
-  ContactProblem q(solver);
-  q.reserve(static_cast<int>(p.D.rows()));
-  q.unknowns = p.unknowns;
-  q.rows = p.rows;
-  q.D = p.D;
-  q.b = p.b;
-  const auto result = q.solve();
-  p.unknowns = q.unknowns;
-  return result;
-}
 
 /// min ½ PᵀDP + (b − target)ᵀP, P ≥ 0: its optimality conditions are the frictionless contact problem.
 class QuadraticProgram : public Ipopt::TNLP {
@@ -121,6 +75,17 @@ class QuadraticProgram : public Ipopt::TNLP {
   Eigen::VectorXd c, x;
 };
 
+Eigen::VectorXd by_ipopt(const ContactProblem& p) {
+  Ipopt::SmartPtr<QuadraticProgram> program = new QuadraticProgram(p);
+  Ipopt::SmartPtr<Ipopt::IpoptApplication> ipopt = IpoptApplicationFactory();
+  ipopt->Options()->SetIntegerValue("print_level", 0);
+  ipopt->Options()->SetStringValue("sb", "yes");
+  ipopt->Options()->SetNumericValue("tol", 1e-12);
+  REQUIRE(ipopt->Initialize("") == Ipopt::Solve_Succeeded);
+  REQUIRE(ipopt->OptimizeTNLP(GetRawPtr(program)) == Ipopt::Solve_Succeeded);
+  return program->x;
+}
+
 }  // namespace
 
 TEST_CASE("all solvers of the contact problem find the same impulses, without help", "[contact-problem]") {
@@ -162,16 +127,10 @@ TEST_CASE("frictionless problems against Ipopt's quadratic program", "[contact-p
   Random u;
   for (int trial = 0; trial < 60; ++trial) {
     auto p = random_problem(u, 1 + trial % 8, false);
-    Ipopt::SmartPtr<QuadraticProgram> program = new QuadraticProgram(p);
-    Ipopt::SmartPtr<Ipopt::IpoptApplication> ipopt = IpoptApplicationFactory();
-    ipopt->Options()->SetIntegerValue("print_level", 0);
-    ipopt->Options()->SetStringValue("sb", "yes");
-    ipopt->Options()->SetNumericValue("tol", 1e-12);
-    REQUIRE(ipopt->Initialize("") == Ipopt::Solve_Succeeded);
-    REQUIRE(ipopt->OptimizeTNLP(GetRawPtr(program)) == Ipopt::Solve_Succeeded);
+    const Eigen::VectorXd expected = by_ipopt(p);
     REQUIRE(p.solve().solved);
     // An interior point stays √tol away from the bounds of degenerate unknowns; 1e-6 is far above it.
-    for (const auto& c : p.unknowns) CHECK(c.impulse_n == Approx(program->x[c.normal]).margin(1e-6));
+    for (const auto& c : p.unknowns) CHECK(c.impulse_n == Approx(expected[c.normal]).margin(1e-6));
   }
 }
 
@@ -211,16 +170,10 @@ TEST_CASE("frictionless problems of real steps against Ipopt", "[contact-problem
       saddle.respond(rows[r], nullptr, 0, a.data(), lambda.data());
       for (int s = 0; s < p.rows; ++s) p.D(s, r) = rows[s].dot(a.data());
     }
-    Ipopt::SmartPtr<QuadraticProgram> program = new QuadraticProgram(p);
-    Ipopt::SmartPtr<Ipopt::IpoptApplication> ipopt = IpoptApplicationFactory();
-    ipopt->Options()->SetIntegerValue("print_level", 0);
-    ipopt->Options()->SetStringValue("sb", "yes");
-    ipopt->Options()->SetNumericValue("tol", 1e-12);
-    REQUIRE(ipopt->Initialize("") == Ipopt::Solve_Succeeded);
-    REQUIRE(ipopt->OptimizeTNLP(GetRawPtr(program)) == Ipopt::Solve_Succeeded);
+    const Eigen::VectorXd expected = by_ipopt(p);
     REQUIRE(p.solve().solved);
     for (const auto& c : p.unknowns) {
-      CHECK(c.impulse_n == Approx(program->x[c.normal]).margin(1e-6));
+      CHECK(c.impulse_n == Approx(expected[c.normal]).margin(1e-6));
       pressed += c.impulse_n > 1e-6;
     }
     ++tried;

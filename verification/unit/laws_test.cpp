@@ -172,7 +172,7 @@ TEST_CASE("friction laws on the mechanism agree where sliding is fast", "[laws][
                    FrictionLaw::lugre, FrictionLaw::brown_mcphee}) {
     scene.penalty.friction = law;
     const auto run = test::simulate(scene, Family::penalty);
-    const auto e = test::touches(run).at(0);
+    const auto e = test::touch(run, 0);
     CAPTURE(friction_law_names[static_cast<std::size_t>(law)]);
     const double mu = law == FrictionLaw::threlfall ? 0.01 * (1 - std::exp(-3.0)) : 0.01;
     CHECK(-e.impulse_t / e.impulse_n == Approx(mu).epsilon(law == FrictionLaw::lugre ? 0.05 : 1e-6));
