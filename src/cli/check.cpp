@@ -29,7 +29,7 @@ int check(const Request& request) {
        fmt::format("{}", system.n() - system.rows() + static_cast<int>(redundant.size())));
   line("contacts", fmt::format("{}", system.contacts()));
   line("friction rows", fmt::format("{} of contacts, {} of preloaded joints", tangents, system.frictions()));
-  line("instruments", fmt::format("{}", scene.accelerometers.size()));
+  line("instruments", fmt::format("{}", scene.instruments.size()));
   const SaddlePoint saddle(system.mass(), system.pattern());
   line("saddle-point solves", fmt::format("{}, the largest of {} rows, {}", saddle.blocks(),
                                           saddle.largest_block(), saddle.dense() ? "dense" : "sparse"));

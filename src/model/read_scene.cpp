@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -171,22 +172,41 @@ NonsmoothOptions read_nonsmooth(Section s) {
   return o;
 }
 
-Accelerometer read_accelerometer(const Mechanism& mechanism, const std::string& name, Section& s) {
-  Accelerometer a;
-  a.name = name;
-  s.choice("type", {"accelerometer"}, 0);
-  a.body = body_index(mechanism, s, "body", s.text("body"));
-  if (a.body == ground) s.fail("body", "must be a moving body, is the ground");
-  a.axis = s.point("axis", {1, 0});
-  if (!(a.axis.norm() > 0)) s.fail("axis", "must not be zero");
-  a.axis.normalize();
-  a.bandwidth = s.number("bandwidth", positive);
-  a.sampling = s.number("sampling", positive);
-  if (a.sampling <= 2 * a.bandwidth)
-    s.fail("sampling",
-           fmt::format("must exceed twice the bandwidth {} Hz, is {} Hz", a.bandwidth, a.sampling));
-  s.done("an accelerometer");
-  return a;
+Instrument read_instrument(const Mechanism& mechanism, const std::string& name, Section& s) {
+  using Kind = Instrument::Kind;
+  Instrument i;
+  i.name = name;
+  i.kind = static_cast<Kind>(s.choice("type", {"accelerometer", "lvdt", "encoder"}, 0));
+  i.sampling = s.number("sampling", positive);
+  i.noise = s.maybe_number("noise", non_negative);
+  if (i.noise) i.seed = static_cast<unsigned>(s.number("seed", whole, i.seed));
+  if (i.kind == Kind::encoder) {
+    const auto joint = s.text("joint");
+    const auto found = std::ranges::find(mechanism.joints, joint, [](const Joint& j) { return name_of(j); });
+    if (found == mechanism.joints.end()) s.fail("joint", fmt::format("there is no joint \"{}\"", joint));
+    i.pair = bodies_of(*found);
+    i.resolution = 2 * std::numbers::pi / s.number("counts", one_or_more);
+    s.done("an encoder");
+    return i;
+  }
+  i.body = body_index(mechanism, s, "body", s.text("body"));
+  if (i.body == ground) s.fail("body", "must be a moving body, is the ground");
+  i.axis = s.point("axis", {1, 0});
+  if (!(i.axis.norm() > 0)) s.fail("axis", "must not be zero");
+  i.axis.normalize();
+  i.range = s.maybe_number("range", positive);
+  i.resolution = s.maybe_number("resolution", positive);
+  if (i.kind == Kind::accelerometer) {
+    i.bandwidth = s.number("bandwidth", positive);
+    const double order = s.number("order", one_or_more, i.order);
+    if (order != std::floor(order) || order > 8) s.fail("order", "must be a whole number from 1 to 8");
+    i.order = static_cast<int>(order);
+    if (i.sampling <= 2 * i.bandwidth)
+      s.fail("sampling",
+             fmt::format("must exceed twice the bandwidth {} Hz, is {} Hz", i.bandwidth, i.sampling));
+  }
+  s.done(i.kind == Kind::lvdt ? "an LVDT" : "an accelerometer");
+  return i;
 }
 
 }  // namespace
@@ -242,7 +262,7 @@ Scene parse_scene(const std::string& text, const std::string& name,
   scene.penalty = read_penalty(root.child("penalty"));
   scene.nonsmooth = read_nonsmooth(root.child("nonsmooth"));
   for (auto& [key, s] : root.children("instruments"))
-    scene.accelerometers.push_back(read_accelerometer(scene.mechanism, key, s));
+    scene.instruments.push_back(read_instrument(scene.mechanism, key, s));
   root.done("a scene");
   return scene;
 }

@@ -95,13 +95,25 @@ struct NonsmoothOptions {
   ImpactLaw impact_law = ImpactLaw::newton;
 };
 
-/// Second-order Butterworth low-pass on the acceleration of a body along an axis of the world.
-struct Accelerometer {
+/// A sensor. What a field does not belong to, it is not read for.
+struct Instrument {
+  enum class Kind {
+    accelerometer,  ///< m/s², of a body's centre of mass along an axis of the world, through a low-pass
+    lvdt,           ///< m, position of a body's centre of mass along an axis of the world
+    encoder         ///< rad, angle of a joint
+  };
+  Kind kind = Kind::accelerometer;
   std::string name;
   int body = ground;
-  Vec2 axis{1, 0};       ///< unit vector
-  double bandwidth = 0;  ///< Hz, −3 dB
-  double sampling = 0;   ///< Hz
+  std::array<int, 2> pair{ground, ground};  ///< encoder: the joint's bodies
+  Vec2 axis{1, 0};                          ///< unit vector
+  double bandwidth = 0;                     ///< Hz, −3 dB
+  int order = 2;                            ///< of the Butterworth low-pass, 1 to 8
+  double sampling = 0;                      ///< Hz
+  std::optional<double> noise;              ///< standard deviation of a sample, in the channel's unit
+  unsigned seed = 1;                        ///< of the noise
+  std::optional<double> range;              ///< ± full scale; samples are clipped there
+  std::optional<double> resolution;         ///< step of the samples, rounded down; an encoder's is 2π/counts
 };
 
 struct Scene {
@@ -112,7 +124,7 @@ struct Scene {
   RunOptions run;
   PenaltyOptions penalty;
   NonsmoothOptions nonsmooth;
-  std::vector<Accelerometer> accelerometers;
+  std::vector<Instrument> instruments;
 };
 
 /// Bad input. what() is the one line that a user gets: FILE:LINE:COL: key: what is wrong, what would be

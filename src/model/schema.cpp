@@ -154,12 +154,22 @@ constexpr SchemaKey keys[] = {
     {"nonsmooth.lcp_tolerance", "number", "", "1e-10",
      "a complementarity solve is accepted when its relative residual is below"},
 
-    {"instruments.*.type", "text", "", "\"accelerometer\"", "kind of instrument"},
-    {"instruments.*.body", "text", "", "required", "the body it is fixed to"},
-    {"instruments.*.axis", "point", "", "[1, 0]", "direction of measurement in the world"},
+    {"instruments.*.type", "text", "", "\"accelerometer\"",
+     "\"accelerometer\" (m/s²), \"lvdt\" (m, position of a body) or \"encoder\" (rad, angle of a joint)"},
+    {"instruments.*.body", "text", "", "required", "accelerometer, lvdt: the body it is fixed to"},
+    {"instruments.*.axis", "point", "", "[1, 0]",
+     "accelerometer, lvdt: direction of measurement in the world"},
     {"instruments.*.bandwidth", "number", "Hz", "required",
-     "−3 dB frequency of its second-order Butterworth low-pass"},
+     "accelerometer: −3 dB frequency of its Butterworth low-pass"},
+    {"instruments.*.order", "number", "", "2", "accelerometer: order of the low-pass, 1 to 8"},
+    {"instruments.*.joint", "text", "", "required", "encoder: the joint whose angle it shows"},
+    {"instruments.*.counts", "number", "", "required", "encoder: counts per revolution"},
     {"instruments.*.sampling", "number", "Hz", "required", "samples per second in signals.csv"},
+    {"instruments.*.noise", "number", "m/s², m or rad", "–", "standard deviation of a sample's noise"},
+    {"instruments.*.seed", "number", "", "1", "of the noise, a whole number"},
+    {"instruments.*.range", "number", "m/s² or m", "–", "full scale: samples are clipped to ± this"},
+    {"instruments.*.resolution", "number", "m/s² or m", "–",
+     "accelerometer, lvdt: step of the samples, rounded down"},
 };
 
 int edit_distance(std::string_view a, std::string_view b) {

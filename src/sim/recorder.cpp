@@ -16,7 +16,7 @@ Recorder::Recorder(const Scene& scene, const System& system, std::optional<std::
     crank_speed_ = drive->speed;
     crank_start_ = drive->initial_angle;
   }
-  for (const auto& a : scene.accelerometers) channels_.emplace_back(a);
+  for (const auto& a : scene.instruments) channels_.emplace_back(a);
   last_velocity_.resize(channels_.size());
   events_.reserve(kept_events);
   if (!folder) return;
@@ -91,7 +91,8 @@ void Recorder::event(const ContactEvent& e) {
   out.write("\n");
 }
 
-void Recorder::sample(double t, std::size_t index) {
+void Recorder::sample(double t, std::size_t index, double value) {
+  if (on_sample) on_sample(index, t, value);
   if (!signals_) return;
   signals_->write(channels_[index].settings().name);
   signals_->write(",");
@@ -99,7 +100,7 @@ void Recorder::sample(double t, std::size_t index) {
   signals_->write(",");
   signals_->number(crank_start_ + crank_speed_ * t);
   signals_->write(",");
-  signals_->number(channels_[index].output());
+  signals_->number(value);
   signals_->write("\n");
 }
 

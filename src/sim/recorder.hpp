@@ -10,7 +10,7 @@
 #include <optional>
 #include <vector>
 
-#include "measure/accelerometer.hpp"
+#include "measure/instrument.hpp"
 #include "model/scene.hpp"
 #include "model/system.hpp"
 #include "sim/contact_log.hpp"
@@ -38,7 +38,11 @@ class Recorder {
         stepper.interpolate(next_row_, q_.data(), v_.data());
         row(next_row_);
       }
-    for (std::size_t i = 0; i < channels_.size(); ++i) feed(stepper, channels_[i], i);
+    for (std::size_t i = 0; i < channels_.size(); ++i)
+      if (channels_[i].is_accelerometer())
+        feed(stepper, channels_[i], i);
+      else
+        read(stepper, channels_[i], i);
     if (stepper.t() >= next_progress_) progress(stepper.t());
   }
   void event(const ContactEvent& event);
@@ -52,10 +56,19 @@ class Recorder {
   std::function<void(double)> on_progress;
   /// Called with every settled event, in the order of t.
   std::function<void(const ContactEvent&)> on_event;
+  /// Called with every sample of every channel: (channel in the scene's order, t in s, value).
+  std::function<void(std::size_t, double, double)> on_sample;
 
  private:
   template <class Stepper>
-  void feed(const Stepper& stepper, AccelerometerChannel& channel, std::size_t index) {
+  void read(const Stepper& stepper, Channel& channel, std::size_t index) {
+    for (double t = channel.next_sample(); t <= stepper.t(); t = channel.next_sample()) {
+      stepper.interpolate(t, q_.data(), v_.data());
+      sample(t, index, channel.take(channel.reading(q_.data())));
+    }
+  }
+  template <class Stepper>
+  void feed(const Stepper& stepper, Channel& channel, std::size_t index) {
     const double t_end = stepper.t(), longest = channel.longest_piece() * (1 + 1e-6), tiny = 1e-6 * longest;
     double t = stepper.t_old(), v = channel.velocity(stepper.v_old());
     // What an impact between two steps, or a projection, did to the velocity.
@@ -70,14 +83,14 @@ class Recorder {
       } else {
         v_to = channel.velocity(stepper.v());
       }
-      if (channel.feed(t, to, v, v_to)) sample(to, index);
+      if (channel.feed(t, to, v, v_to)) sample(to, index, channel.output());
       t = to;
       v = v_to;
     }
     last_velocity_[index] = v;
   }
   void row(double t);
-  void sample(double t, std::size_t index);
+  void sample(double t, std::size_t index, double value);
   void progress(double t);
 
   const System& system_;
@@ -86,7 +99,7 @@ class Recorder {
   double crank_start_ = 0, crank_speed_ = 0;  // rad, rad/s
   long row_index_ = 0;
   std::optional<OutputFile> trajectory_, event_file_, signals_;
-  std::vector<AccelerometerChannel> channels_;
+  std::vector<Channel> channels_;
   std::vector<std::optional<double>> last_velocity_;  // of each channel, at the end of the last step
   Evaluation evaluation_;
   std::vector<double> q_, v_;

@@ -12,7 +12,7 @@ namespace {
 /// K.
 void limit(Findings& f, const std::string& name, Scene scene) {
   scene.run.discard = 0;
-  scene.accelerometers.clear();
+  scene.instruments.clear();
   scene.nonsmooth.scheme = Scheme::event_driven;
   const auto exact = test::touch(test::simulate(scene, Family::nonsmooth), 1);
   scene.penalty.contact = ContactLaw::exact;

@@ -16,7 +16,7 @@ Findings oracle() {
   auto scene = read_scene(test::flores());
   scene.run.duration = 0.0119;
   scene.run.discard = 0;
-  scene.accelerometers.clear();
+  scene.instruments.clear();
   scene.penalty.contact = ContactLaw::exact;
   scene.penalty.tolerance = 1e-12;
   scene.nonsmooth.scheme = Scheme::event_driven;

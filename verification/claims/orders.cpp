@@ -50,7 +50,7 @@ void across_impacts(Findings& f) {
   auto scene = read_scene(test::flores());
   scene.run.duration = 0.0107;
   scene.run.discard = 0;
-  scene.accelerometers.clear();
+  scene.instruments.clear();
   scene.nonsmooth.scheme = Scheme::event_driven;
   const auto exact = test::touches(test::simulate(scene, Family::nonsmooth));
   scene.nonsmooth.scheme = Scheme::moreau_jean;

@@ -40,7 +40,7 @@ using Values = std::array<double, count>;
 /// The rig at start i, its journal off centre at angles around the circle.
 Scene start(int i) {
   auto scene = read_scene(test::flores());
-  scene.accelerometers.clear();
+  scene.instruments.clear();
   scene.mechanism.surfaces[0].young = 207e9 * 1e3;
   scene.mechanism.surfaces[0].restitution = e_paired;
   scene.penalty.contact = ContactLaw::exact;  // delivers the restitution that the impact law takes

@@ -13,7 +13,7 @@ Scene event_driven(const std::filesystem::path& file, double duration) {
   auto scene = read_scene(file);
   scene.run.duration = duration;
   scene.run.discard = 0;
-  scene.accelerometers.clear();
+  scene.instruments.clear();
   scene.nonsmooth.scheme = Scheme::event_driven;
   return scene;
 }

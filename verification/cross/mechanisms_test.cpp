@@ -39,7 +39,7 @@ Scene load(const char* name) {
   auto scene = read_scene(test::scene_file(name));
   scene.run.duration = 0.035;
   scene.run.discard = 0;
-  scene.accelerometers.clear();
+  scene.instruments.clear();
   return scene;
 }
 

@@ -233,7 +233,7 @@ TEST_CASE("friction in the guide does not make lasting contact chatter", "[frict
                           "\n[loads.rub]\ntype = \"joint-friction\"\njoint = \"guide\"\nforce = 15.0\n"
                           "regularisation = 1e-3\n",
                       "guide", {"run.revolutions=12", "run.discard=2", "penalty.contact=exact"});
-  scene.accelerometers.clear();
+  scene.instruments.clear();
   const auto nonsmooth = test::simulate(scene, Family::nonsmooth),
              penalty = test::simulate(scene, Family::penalty);
   CHECK(nonsmooth.contacts[0].impacts < 1000);

@@ -76,7 +76,7 @@ int main() {
   auto scene = read_scene(test::flores());
   scene.run.discard = 0;
   scene.run.duration = 0.3;
-  scene.accelerometers.clear();
+  scene.instruments.clear();
   const auto touches = test::touches(test::simulate(scene, Family::penalty));
   if (touches.size() > 9) scene.run.duration = touches[9].t + 1e-4;
   table("Paper's law (Lankarani-Nikravesh), friction 0.01", scene, 9);

@@ -196,3 +196,21 @@ TEST_CASE("the program lists laws and refuses combinations that mean nothing", "
   refused(" --set penalty.contact=kelvin-voigt", "penalty.kelvin_stiffness: is missing");
   refused(" --set penalty.damping=exact", "belongs to line contacts");
 }
+
+TEST_CASE("laws, drift and verify as a user runs them", "[program]") {
+  test::TemporaryFolder folder;
+  const auto out = " -o " + folder.path().string();
+  const auto scene = test::flores().string();
+  auto o = test::freeplay("laws " + scene + out + "/laws");
+  CHECK(o.status == 0);
+  CHECK(std::filesystem::file_size(folder.path() / "laws/laws.json") > 100);
+  o = test::freeplay("drift " + scene + " --set run.revolutions=0.1 --set run.discard=0" + out + "/drift");
+  CHECK(o.status == 0);
+  CHECK_THAT(o.out, Contains("baumgarte") && Contains("projection"));
+  CHECK(test::freeplay("figures " + (folder.path() / "drift").string()).status == 0);
+  o = test::freeplay("verify impact-laws --document " + folder.path().string());
+  CHECK(o.status == 0);
+  CHECK_THAT(o.out, Contains("claims hold"));
+  CHECK(std::filesystem::file_size(folder.path() / "verification.md") > 100);
+  CHECK(test::freeplay("verify nonsense").status == 2);
+}

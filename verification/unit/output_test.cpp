@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "measure/accelerometer.hpp"
+#include "measure/instrument.hpp"
 #include "sim/output_file.hpp"
 #include "study/compare.hpp"
 #include "verification/support.hpp"

@@ -85,7 +85,7 @@ TEST_CASE("the reference scene reads as it stands", "[scene]") {
   REQUIRE(s.run.discard == Approx(0.6));
   REQUIRE(s.penalty.contact == ContactLaw::lankarani_nikravesh);
   REQUIRE(s.nonsmooth.step == 1e-5);
-  REQUIRE(s.accelerometers.at(0).bandwidth == 1000);
+  REQUIRE(s.instruments.at(0).bandwidth == 1000);
 }
 
 TEST_CASE("overrides set any key", "[scene]") {

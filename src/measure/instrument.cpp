@@ -1,0 +1,101 @@
+#include "measure/instrument.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+namespace freeplay {
+
+LowPass::LowPass(double bandwidth, int order) {
+  const double cut = 2 * std::numbers::pi * bandwidth;
+  const auto pole = [&](int k) {
+    return std::polar(cut, std::numbers::pi * (2 * k + order - 1) / (2.0 * order));
+  };
+  for (int k = 1; k <= (order + 1) / 2; ++k) {
+    Complex residue = 1;
+    for (int j = 1; j <= order; ++j) {
+      residue *= cut;
+      if (j != k) residue /= pole(k) - pole(j);
+    }
+    const bool real = 2 * k == order + 1;
+    pole_[modes_] = real ? Complex(-cut) : pole(k);
+    residue_[modes_++] = real ? residue.real() : 2.0 * residue;  // a pair gives twice its real part
+  }
+}
+
+void LowPass::reset(double input) {
+  for (int k = 0; k < modes_; ++k) z_[k] = -input / pole_[k];
+}
+
+void LowPass::advance(double h, double a) {
+  if (std::abs(h - h_) > 1e-9 * h) {  // steps that differ by rounding share their coefficients
+    h_ = h;
+    for (int k = 0; k < modes_; ++k) {
+      decay_[k] = std::exp(pole_[k] * h);
+      gain_[k] = (decay_[k] - 1.0) / pole_[k];
+    }
+  }
+  for (int k = 0; k < modes_; ++k) z_[k] = decay_[k] * z_[k] + gain_[k] * a;
+}
+
+double LowPass::output() const {
+  double y = 0;
+  for (int k = 0; k < modes_; ++k) y += residue_[k].real() * z_[k].real() - residue_[k].imag() * z_[k].imag();
+  return y;
+}
+
+namespace {
+
+/// Uniform in (0, 1] from a counter (Steele, Lea and Flood's SplitMix64): a sample's noise depends on nothing
+/// else.
+double uniform(std::uint64_t counter) {
+  std::uint64_t z = counter * 0x9e3779b97f4a7c15u + 0x9e3779b97f4a7c15u;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+  z ^= z >> 31;
+  return static_cast<double>((z >> 11) + 1) * 0x1p-53;
+}
+
+/// A standard normal number (Box and Muller).
+double normal(std::uint64_t seed, std::uint64_t index) {
+  const std::uint64_t counter = (seed << 40) + 2 * index;
+  return std::sqrt(-2 * std::log(uniform(counter))) * std::cos(2 * std::numbers::pi * uniform(counter + 1));
+}
+
+}  // namespace
+
+Channel::Channel(const Instrument& settings)
+    : settings_(settings), filter_(std::max(settings.bandwidth, 1.0), settings.order) {}
+
+double Channel::along(const double* x) const {
+  return settings_.axis.x() * x[3 * settings_.body] + settings_.axis.y() * x[3 * settings_.body + 1];
+}
+
+double Channel::reading(const double* q) const {
+  if (settings_.kind == Instrument::Kind::lvdt) return along(q);
+  const auto angle = [&](int body) { return body == ground ? 0.0 : q[3 * body + 2]; };
+  return angle(settings_.pair[1]) - angle(settings_.pair[0]);
+}
+
+double Channel::shown(double value) const {
+  if (settings_.noise) value += *settings_.noise * normal(settings_.seed, static_cast<std::uint64_t>(index_));
+  if (settings_.range) value = std::clamp(value, -*settings_.range, *settings_.range);
+  if (settings_.resolution) value = *settings_.resolution * std::floor(value / *settings_.resolution);
+  return value;
+}
+
+bool Channel::feed(double t0, double t1, double v0, double v1) {
+  const double h = t1 - t0;
+  if (h > 0) {
+    const double a = (v1 - v0) / h;
+    if (!started_) filter_.reset(a);
+    started_ = true;
+    filter_.advance(h, a);
+  }
+  if (t1 < next_sample() - 1e-9 / settings_.sampling) return false;
+  ++index_;
+  return true;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,81 @@
+// What a sensor would have shown. An accelerometer is a Butterworth low-pass of order n on the acceleration
+// along its axis: in partial fractions, with its poles p_k = ω_c e^(iπ(2k+n−1)/(2n)) and residues r_k,
+//
+//     ż_k = p_k z_k + a(t),     y = Σ r_k z_k,     ω_c = 2π · bandwidth.
+//
+// Over a piece of length h the acceleration enters as its mean (v₁ − v₀)/h, for which each mode's solution is
+// closed; an impulse a(t) = dv·δ(t) raises every z_k by dv. So smooth motion and impulses enter in the same
+// way, and the signal of either formulation is the same functional of its velocities.
+//
+// An LVDT shows a displacement of a body along its axis, an encoder the angle of a joint in whole counts.
+// Noise, range and resolution act on the samples, in this order.
+#pragma once
+
+#include <array>
+#include <complex>
+
+#include "model/scene.hpp"
+
+namespace freeplay {
+
+class LowPass {
+ public:
+  static constexpr int highest_order = 8;
+  explicit LowPass(double bandwidth, int order = 2);
+  /// Starts in equilibrium with a constant input.
+  void reset(double input);
+  /// Advances by h with the mean input a.
+  void advance(double h, double a);
+  /// An impulse of the input.
+  void kick(double dv) {
+    for (int k = 0; k < modes_; ++k) z_[k] += dv;
+  }
+  double output() const;
+
+ private:
+  using Complex = std::complex<double>;
+  int modes_ = 0;  // poles of the upper half plane, and the real one of an odd order
+  std::array<Complex, (highest_order + 1) / 2> pole_, residue_, z_, decay_, gain_;
+  double h_ = -1;  // that decay_ and gain_ belong to
+};
+
+/// One instrument's samples at multiples of its period. Accelerometers are fed piece by piece, the others are
+/// given what they measure at each sample.
+class Channel {
+ public:
+  explicit Channel(const Instrument& settings);
+  const Instrument& settings() const { return settings_; }
+  bool is_accelerometer() const { return settings_.kind == Instrument::Kind::accelerometer; }
+  /// Longest piece that the mean acceleration stands for (s): a tenth of the sampling period.
+  double longest_piece() const { return 0.1 / settings_.sampling; }
+  double next_sample() const { return static_cast<double>(index_) / settings_.sampling; }
+  /// Velocity along the axis from the full velocity vector.
+  double velocity(const double* v) const { return along(v); }
+  /// What an LVDT or encoder measures at q, before noise and resolution.
+  double reading(const double* q) const;
+  /// Advances to t1; returns true when a sample is due there and moves on to the next.
+  bool feed(double t0, double t1, double v0, double v1);
+  /// A jump of the velocity between two pieces.
+  void jump(double dv) {
+    if (started_) filter_.kick(dv);
+  }
+  /// The present sample of an accelerometer.
+  double output() const { return shown(filter_.output()); }
+  /// The next sample of another instrument; moves on to the one after.
+  double take(double reading) {
+    const double value = shown(reading);
+    ++index_;
+    return value;
+  }
+
+ private:
+  double along(const double* x) const;
+  double shown(double value) const;
+
+  Instrument settings_;
+  LowPass filter_;
+  long index_ = 1;
+  bool started_ = false;
+};
+
+}  // namespace freeplay
