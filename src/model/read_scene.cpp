@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <numbers>
@@ -14,18 +16,28 @@ namespace freeplay {
 namespace {
 
 /// Outside quotes and comments TOML has ASCII alone. toml++ 3.3 meets other characters there with undefined
-/// behaviour (its test for Unicode spaces runs into an unreachable default), so they do not get that far.
+/// behaviour (its test for Unicode spaces runs into an unreachable default), and likewise a table's header
+/// that does not begin with a name ([#a]), so they do not get that far.
 void refuse_stray_characters(const std::string& text, const std::string& name) {
   int line = 1, column = 0;
-  std::string quote;  // that the present string ends with
-  bool comment = false;
+  std::string quote;                     // that the present string ends with
+  int depth = 0;                         // of brackets
+  bool comment = false, header = false;  // within a comment; past the [ of a table's header
+  bool blank = true;                     // nothing yet on this line
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
     ++column;
+    if (quote.empty() && !comment && !header) {
+      if (c == '[' && blank && depth == 0) header = true;
+      depth = std::max(0, depth + (c == '[' || c == '{') - (c == ']' || c == '}'));
+      if (c == '[' && header) continue;
+    }
+    if (c != ' ' && c != '\t') blank = false;
     if (c == '\n') {
       ++line;
       column = 0;
-      comment = false;
+      comment = header = false;
+      blank = true;
       if (quote.size() == 1) quote.clear();  // an open string: the parser's affair
     } else if (!quote.empty()) {
       if (c == '\\' && quote[0] == '"')
@@ -36,6 +48,13 @@ void refuse_stray_characters(const std::string& text, const std::string& name) {
       }
     } else if (comment) {
       continue;
+    } else if (header && c != '[' && c != ' ' && c != '\t') {
+      if (!std::isalnum(static_cast<unsigned char>(c)) && !std::strchr("_-\"']", c))
+        throw SceneError(
+            fmt::format("{}:{}:{}: not TOML: the name of a table must begin with a letter, a digit, _ or -",
+                        name, line, column));
+      header = false;
+      --i, --column;  // look at it again: it may open a quote
     } else if (c == '#') {
       comment = true;
     } else if (c == '"' || c == '\'') {

@@ -168,6 +168,7 @@ TEST_CASE("bad scenes are refused with place, key and remedy", "[scene]") {
       {"body = \"b\"", "body = \"ground\"", "instruments.accelerometer.body: must be a moving body"},
       {"[nonsmooth]", "[smooth]\nx = 1\n[nonsmooth]", "smooth: is not a key of a scene"},
       {"[bodies.a]", "[bodies]\nx = 3\n[bodies.a]", "bodies.x: must be a table, is a number"},
+      {"[bodies.a]", "[#bodies.a]", "s.toml:1:2: not TOML: the name of a table must begin with"},
       {"mass = 1.0", "mass ó = 1.0", "s.toml:2:6: not TOML: a character beyond ASCII"},
       {"step = 1e-5", "scheme = \"eventful\"", "nonsmooth.scheme: \"eventful\" is not known here; one of"},
       {"step = 1e-5", "solver = \"guess\"", "nonsmooth.solver: \"guess\" is not known here; one of"},
