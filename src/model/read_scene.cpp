@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <numbers>
 #include <sstream>
+#include <string_view>
 
 #include "model/read_mechanism.hpp"
 #include "model/scene.hpp"
@@ -49,7 +49,8 @@ void refuse_stray_characters(const std::string& text, const std::string& name) {
     } else if (comment) {
       continue;
     } else if (header && c != '[' && c != ' ' && c != '\t') {
-      if (!std::isalnum(static_cast<unsigned char>(c)) && !std::strchr("_-\"']", c))
+      if (!std::isalnum(static_cast<unsigned char>(c)) &&
+          std::string_view("_-\"']").find(c) == std::string_view::npos)
         throw SceneError(
             fmt::format("{}:{}:{}: not TOML: the name of a table must begin with a letter, a digit, _ or -",
                         name, line, column));
