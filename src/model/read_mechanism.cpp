@@ -41,7 +41,7 @@ std::array<Vec2, 2> read_at(Section& s) {
 Vec2 read_axis(Section& s) {
   const Vec2 axis = s.point("axis", {1, 0});
   if (!(axis.norm() > 0)) s.fail("axis", "must not be zero");
-  return axis.normalized();
+  return axis.stableNormalized();
 }
 
 int read_surface_name(const Mechanism& mechanism, Section& s) {

@@ -1,73 +1,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <numbers>
 #include <sstream>
-#include <string_view>
 
 #include "model/read_mechanism.hpp"
 #include "model/scene.hpp"
 
 namespace freeplay {
 namespace {
-
-/// Outside quotes and comments TOML has ASCII alone. toml++ 3.3 meets other characters there with undefined
-/// behaviour (its test for Unicode spaces runs into an unreachable default), and likewise a table's header
-/// that does not begin with a name ([#a]), so they do not get that far.
-void refuse_stray_characters(const std::string& text, const std::string& name) {
-  int line = 1, column = 0;
-  std::string quote;                     // that the present string ends with
-  int depth = 0;                         // of brackets
-  bool comment = false, header = false;  // within a comment; past the [ of a table's header
-  bool blank = true;                     // nothing yet on this line
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    ++column;
-    if (quote.empty() && !comment && !header) {
-      if (c == '[' && blank && depth == 0) header = true;
-      depth = std::max(0, depth + (c == '[' || c == '{') - (c == ']' || c == '}'));
-      if (c == '[' && header) continue;
-    }
-    if (c != ' ' && c != '\t') blank = false;
-    if (c == '\n') {
-      ++line;
-      column = 0;
-      comment = header = false;
-      blank = true;
-      if (quote.size() == 1) quote.clear();  // an open string: the parser's affair
-    } else if (!quote.empty()) {
-      if (c == '\\' && quote[0] == '"')
-        ++i;
-      else if (text.compare(i, quote.size(), quote) == 0) {
-        i += quote.size() - 1;
-        quote.clear();
-      }
-    } else if (comment) {
-      continue;
-    } else if (header && c != '[' && c != ' ' && c != '\t') {
-      if (!std::isalnum(static_cast<unsigned char>(c)) &&
-          std::string_view("_-\"']").find(c) == std::string_view::npos)
-        throw SceneError(
-            fmt::format("{}:{}:{}: not TOML: the name of a table must begin with a letter, a digit, _ or -",
-                        name, line, column));
-      header = false;
-      --i, --column;  // look at it again: it may open a quote
-    } else if (c == '#') {
-      comment = true;
-    } else if (c == '"' || c == '\'') {
-      quote = text.compare(i, 3, std::string(3, c)) == 0 ? std::string(3, c) : std::string(1, c);
-      i += quote.size() - 1;
-    } else if (static_cast<unsigned char>(c) >= 0x80) {
-      throw SceneError(
-          fmt::format("{}:{}:{}: not TOML: a character beyond ASCII may stand in quotes or a comment only",
-                      name, line, column));
-    }
-  }
-}
 
 /// Sets one dotted key of the document; what does not parse as a TOML value is taken as a text.
 void apply_override(toml::table& root, SceneSource& source, const std::string& given) {
@@ -80,11 +22,8 @@ void apply_override(toml::table& root, SceneSource& source, const std::string& g
 
   toml::table parsed;
   try {
-    refuse_stray_characters(value, "");
-    parsed = toml::parse("value = " + value);
+    parsed = parse_toml("value = " + value, "");
   } catch (const SceneError&) {  // a bare text
-    parsed.insert("value", value);
-  } catch (const toml::parse_error&) {
     parsed.insert("value", value);
   }
   if (parsed.size() != 1) bad("must set one value");
@@ -213,7 +152,7 @@ Instrument read_instrument(const Mechanism& mechanism, const std::string& name, 
   if (i.body == ground) s.fail("body", "must be a moving body, is the ground");
   i.axis = s.point("axis", {1, 0});
   if (!(i.axis.norm() > 0)) s.fail("axis", "must not be zero");
-  i.axis.normalize();
+  i.axis.stableNormalize();
   i.range = s.maybe_number("range", positive);
   i.resolution = s.maybe_number("resolution", positive);
   if (i.kind == Kind::accelerometer) {
@@ -265,14 +204,7 @@ Scene parse_scene(const std::string& text, const std::string& name,
   scene.text = text;
   scene.overrides = overrides;
   SceneSource source{name, {}};
-  refuse_stray_characters(text, name);
-  toml::table document;
-  try {
-    document = toml::parse(text, name);
-  } catch (const toml::parse_error& e) {
-    const auto where = e.source().begin;
-    throw SceneError(fmt::format("{}:{}:{}: not TOML: {}", name, where.line, where.column, e.description()));
-  }
+  toml::table document = parse_toml(text, name);
   for (const auto& o : overrides) apply_override(document, source, o);
 
   Section root(document, "", "", source);
@@ -288,14 +220,7 @@ Scene parse_scene(const std::string& text, const std::string& name,
 }
 
 Scene read_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-  std::error_code error;
-  if (!std::filesystem::exists(file, error)) throw SceneError(fmt::format("{}: no such file", file.string()));
-  if (!std::filesystem::is_regular_file(file, error))
-    throw SceneError(fmt::format("{}: is not a file", file.string()));
-  std::ifstream in(file, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (!in) throw SceneError(fmt::format("{}: cannot be read", file.string()));
-  return parse_scene(text, file.string(), overrides);
+  return parse_scene(read_text(file), file.string(), overrides);
 }
 
 }  // namespace freeplay

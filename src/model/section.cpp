@@ -151,6 +151,16 @@ std::vector<std::string> Section::names(std::string_view key) {
   return result;
 }
 
+std::vector<double> Section::numbers(std::string_view key) {
+  const auto& node = require(key);
+  const auto* list = node.as_array();
+  if (!list || list->empty())
+    source_->fail(&node, full(key), fmt::format("must be a list of numbers, is {}", kind_of(node)));
+  std::vector<double> result;
+  for (const auto& item : *list) result.push_back(to_number(item, key, any_number));
+  return result;
+}
+
 int Section::to_choice(const std::string& value, std::string_view key,
                        const std::vector<std::string>& choices) const {
   const auto it = std::ranges::find(choices, value);
@@ -171,7 +181,8 @@ Section Section::child(std::string_view key) {
   read_.emplace(key);
   const auto* node = table_.get(key);
   if (node && !node->is_table()) fail(key, fmt::format("must be a table, is {}", kind_of(*node)));
-  return {node ? *node->as_table() : empty_table, full(key), full(key), *source_};
+  return {node ? *node->as_table() : empty_table, full(key),
+          pattern_.empty() ? std::string(key) : fmt::format("{}.{}", pattern_, key), *source_};
 }
 
 std::vector<std::pair<std::string, Section>> Section::children(std::string_view key) {

@@ -16,6 +16,11 @@
 
 namespace freeplay {
 
+/// Throws SceneError FILE:LINE:COL for what is not TOML; `name` stands for the file.
+toml::table parse_toml(const std::string& text, const std::string& name);
+/// The whole of a file, or SceneError.
+std::string read_text(const std::filesystem::path& file);
+
 /// What a number must satisfy; `text` completes "must be ...".
 struct Range {
   bool (*holds)(double);
@@ -56,6 +61,7 @@ class Section {
   /// A list of [x, y] pairs.
   std::vector<Vec2> points(std::string_view key);
   std::vector<std::string> names(std::string_view key);
+  std::vector<double> numbers(std::string_view key);
   /// The value of `key` as an index into `choices`; a message lists them.
   int choice(std::string_view key, const std::vector<std::string>& choices, int fallback);
   int choice(std::string_view key, const std::vector<std::string>& choices);

@@ -1,0 +1,75 @@
+#include "study/perturb.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "sim/recorder.hpp"
+
+namespace freeplay {
+namespace {
+
+/// Uniform in [0, 1), the same on every machine (the standard leaves its own distributions open).
+double uniform(std::mt19937_64& engine) { return static_cast<double>(engine() >> 11) * 0x1p-53; }
+
+/// Moves the points of the ideal mechanism's joints where the given one has play.
+void offset(Mechanism& ideal, const Mechanism& given, std::mt19937_64& engine, double share) {
+  for (std::size_t i = 0; i < given.joints.size(); ++i) {
+    if (const auto* loose = std::get_if<RevoluteJoint>(&given.joints[i]); loose && loose->clearance) {
+      const double r = share * loose->clearance->radial * std::sqrt(uniform(engine));
+      const double angle = 2 * std::numbers::pi * uniform(engine);
+      std::get<RevoluteJoint>(ideal.joints[i]).at[0] += Vec2(r * std::cos(angle), r * std::sin(angle));
+    } else if (const auto* guide = std::get_if<TranslationalJoint>(&given.joints[i]);
+               guide && guide->clearance) {
+      const double across = share * guide->clearance->half_play * (2 * uniform(engine) - 1);
+      std::get<TranslationalJoint>(ideal.joints[i]).at[0] += across * Vec2(-guide->axis.y(), guide->axis.x());
+    }
+  }
+}
+
+}  // namespace
+
+Scene perturbed(const Scene& scene, const MakeFormulation& make, std::uint64_t seed, int start,
+                const Perturbation& how) {
+  std::mt19937_64 engine(seed + 0x9e3779b97f4a7c15u * static_cast<std::uint64_t>(start));
+  engine.discard(8);
+  Scene ideal = scene;
+  ideal.mechanism = idealised(scene.mechanism);
+  ideal.instruments.clear();
+  ideal.run.discard = 0;
+  const double turned = how.turn * uniform(engine);
+  offset(ideal.mechanism, scene.mechanism, engine, how.play);
+
+  const System system(ideal.mechanism);
+  State state =
+      assemble(ideal.mechanism, scene.run.start == RunOptions::Start::ideal ? RunOptions::Start::ideal
+                                                                            : RunOptions::Start::assembled);
+  double time = 0;
+  if (const auto* drive = main_drive(scene.mechanism); drive && drive->speed != 0 && turned > 0) {
+    time = turned * 2 * std::numbers::pi / std::abs(drive->speed);
+    ideal.run.duration = time;
+    const auto formulation = make(ideal, system, state);
+    Recorder recorder(ideal, system, std::nullopt);
+    const auto ending = formulation->run(time, recorder);
+    if (ending.status == Ending::Status::failed)
+      throw SceneError(fmt::format("{}: the ideal mechanism cannot be turned to a start: {}",
+                                   scene.file.string(), ending.reason));
+    state = formulation->state();
+  }
+  Scene moved = scene;
+  for (std::size_t b = 0; b < moved.mechanism.bodies.size(); ++b) {
+    auto& body = moved.mechanism.bodies[b];
+    body.position = {state.q[3 * b], state.q[3 * b + 1]};
+    body.angle = state.q[3 * b + 2];
+    body.velocity = {state.v[3 * b], state.v[3 * b + 1]};
+    body.angular_velocity = state.v[3 * b + 2];
+  }
+  for (auto& drive : moved.mechanism.drives)
+    if (auto* speed = std::get_if<SpeedDrive>(&drive)) speed->initial_angle += speed->speed * time;
+  moved.run.start = RunOptions::Start::given;
+  return moved;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,23 @@
+// Perturbed starts: the same scene, its crank at a random angle and its loose parts at random places within
+// their play. The state is one of the ideal mechanism whose closed joints are moved by the offsets, so every
+// other constraint holds and the relative velocities of the loose parts vanish.
+#pragma once
+
+#include <cstdint>
+
+#include "sim/run_summary.hpp"
+
+namespace freeplay {
+
+struct Perturbation {
+  double turn = 1;    ///< share of a turn that the crank's angle is drawn from
+  double play = 0.9;  ///< share of the clearance that offsets are drawn from, < 1
+};
+
+/// The scene at start number `start` (from 0) of `seed`: equal arguments give equal bits. The drive's angle
+/// at t = 0 moves along. A scene without a drive of prescribed speed keeps its angle. Throws SceneError when
+/// the ideal mechanism cannot be assembled or moved.
+Scene perturbed(const Scene& scene, const MakeFormulation& make, std::uint64_t seed, int start,
+                const Perturbation& how);
+
+}  // namespace freeplay

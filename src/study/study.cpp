@@ -1,0 +1,121 @@
+#include "study/study.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "measure/turns.hpp"
+#include "model/section.hpp"
+
+namespace freeplay {
+namespace {
+
+constexpr Range below_one{[](double x) { return x >= 0 && x < 1; }, "at least 0 and below 1"};
+constexpr Range count{
+    [](double x) { return x >= 1 && x <= 1e6 && x == static_cast<double>(static_cast<int>(x)); },
+    "a whole number from 1"};
+
+std::vector<std::string> formulations(Section& s, std::vector<std::string> fallback) {
+  if (!s.has("formulations")) return fallback;
+  auto list = s.names("formulations");
+  for (const auto& name : list)
+    if (name != "penalty" && name != "nonsmooth")
+      s.fail("formulations", fmt::format("\"{}\" is none; \"penalty\" and \"nonsmooth\" are", name));
+  if (list.empty()) s.fail("formulations", "must name at least one");
+  return list;
+}
+
+Axis read_axis(const std::string& name, Section& s) {
+  Axis a;
+  a.name = name;
+  a.key = s.text("key");
+  a.values = s.numbers("values");
+  a.unit = s.text("unit", "");
+  a.scale = s.number("scale", positive, 1);
+  s.done("an axis");
+  return a;
+}
+
+Calibration read_calibration(Section s, const std::filesystem::path& folder) {
+  Calibration c;
+  c.formulation = std::array{"penalty", "nonsmooth"}[s.choice("formulation", {"penalty", "nonsmooth"}, 1)];
+  c.points = static_cast<int>(s.number("points", count, c.points));
+  c.starts = static_cast<int>(s.number("starts", count, c.starts));
+  c.revolutions = s.number("revolutions", one_or_more, c.revolutions);
+  for (auto& [name, u] : s.children("unknowns")) {
+    Unknown x{name, u.text("key"), "", u.number("low", any_number), u.number("high", any_number), false};
+    if (x.high <= x.low) u.fail("high", fmt::format("must be greater than low = {}, is {}", x.low, x.high));
+    x.logarithmic = u.choice("scale", {"linear", "log"}, 0) == 1;
+    if (x.logarithmic && x.low <= 0) u.fail("low", "must be greater than 0 on a log scale");
+    x.unit = u.text("unit", "");
+    u.done("an unknown");
+    c.unknowns.push_back(x);
+  }
+  for (auto& [name, t] : s.children("targets")) {
+    Target x;
+    x.name = name;
+    if (t.has("set")) x.overrides = t.names("set");
+    x.statistic = t.text("statistic");
+    const auto& known = TurnMetrics::names();
+    if (std::ranges::find(known, x.statistic) == known.end())
+      t.fail("statistic", fmt::format("\"{}\" is none; there are {}", x.statistic, fmt::join(known, ", ")));
+    if (t.has("value") == t.has("data")) t.fail("", "needs one of value and data");
+    if (t.has("value"))
+      x.value = t.number("value", any_number);
+    else
+      x.data = folder / t.text("data");
+    x.tolerance = t.number("tolerance", positive, 0.1);
+    t.done("a target");
+    c.targets.push_back(x);
+  }
+  if (c.unknowns.empty()) s.fail("unknowns", "must name at least one unknown");
+  if (c.targets.empty()) s.fail("targets", "must name at least one target");
+  s.done("[calibrate]");
+  return c;
+}
+
+}  // namespace
+
+Study read_study(const std::filesystem::path& file) {
+  Study study;
+  study.file = file;
+  study.text = read_text(file);
+  const SceneSource source{file.string(), {}};
+  const toml::table document = parse_toml(study.text, file.string());
+  Section root(document, "", "study", source);
+  study.title = root.text("title", "");
+  const auto folder = file.parent_path();
+  study.scene = folder / root.text("scene");
+  study.claims = root.text("claims", "");
+  study.joint = root.text("joint");
+  study.accelerometer = root.text("accelerometer");
+  study.position = root.text("position", "");
+  const auto both = formulations(root, {"penalty", "nonsmooth"});
+  study.matched = root.choice("restitution", {"delivered", "as-given"}, 0) == 0;
+  study.revolutions = root.number("revolutions", one_or_more);
+  study.discard = root.number("discard", non_negative, 2);
+  study.starts = static_cast<int>(root.number("starts", count, 8));
+  study.seed = static_cast<std::uint64_t>(root.number("seed", whole, 1));
+  study.perturbation = {root.number("turn", zero_to_one, 1), root.number("play", below_one, 0.9)};
+  study.flight_angle = root.number("flight_angle", non_negative, study.flight_angle);
+  study.impact_speed = root.number("impact_speed", non_negative, study.impact_speed);
+  study.line_share = root.number("line_share", positive, study.line_share);
+  for (auto& [name, s] : root.children("axes")) study.axes.push_back(read_axis(name, s));
+  for (auto& [name, s] : root.children("variants")) {
+    Variant v{name,         s.text("title", name), study.scene, {}, formulations(s, both),
+              study.starts, study.revolutions};
+    if (s.has("scene")) v.scene = folder / s.text("scene");
+    if (s.has("set")) v.overrides = s.names("set");
+    v.starts = static_cast<int>(s.number("starts", count, v.starts));
+    v.revolutions = s.number("revolutions", one_or_more, v.revolutions);
+    s.done("a variant");
+    study.variants.push_back(v);
+  }
+  if (study.variants.empty())
+    study.variants.push_back({"given", "as given", study.scene, {}, both, study.starts, study.revolutions});
+  if (root.has("calibrate")) study.calibration = read_calibration(root.child("calibrate"), folder);
+  root.done("a study");
+  return study;
+}
+
+}  // namespace freeplay

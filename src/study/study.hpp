@@ -1,0 +1,78 @@
+// A study: one scene, what is varied in it, and how often. Keys are listed in docs/study.md.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "study/perturb.hpp"
+
+namespace freeplay {
+
+/// One scene key and the values it takes.
+struct Axis {
+  std::string name, key;
+  std::vector<double> values;
+  double scale = 1;  ///< shown value = value · scale
+  std::string unit;  ///< of the shown value
+};
+
+/// The scene with some keys set; it may be another scene file, and may run less than the whole study.
+struct Variant {
+  std::string name, title;
+  std::filesystem::path scene;
+  std::vector<std::string> overrides;
+  std::vector<std::string> formulations;
+  int starts = 1;
+  double revolutions = 0;
+};
+
+/// What calibration may change.
+struct Unknown {
+  std::string name, key, unit;
+  double low = 0, high = 0;
+  bool logarithmic = false;
+};
+
+/// What calibration shall meet: a statistic of the scene with some keys set, as measured.
+struct Target {
+  std::string name;
+  std::vector<std::string> overrides;
+  std::string statistic;       ///< of TurnMetrics
+  double value = 0;            ///< measured; from `data` when that is given
+  double tolerance = 0;        ///< relative standard uncertainty
+  std::filesystem::path data;  ///< a signals file that the statistic is computed from
+};
+
+struct Calibration {
+  std::string formulation = "nonsmooth";
+  int points = 64, starts = 2;
+  double revolutions = 20;
+  std::vector<Unknown> unknowns;
+  std::vector<Target> targets;
+};
+
+struct Study {
+  std::filesystem::path file;
+  std::string text, title;
+  std::filesystem::path scene;
+  std::string claims;                   ///< name of a list of published findings to judge
+  std::string joint;                    ///< contact that flights and impacts are taken from
+  std::string accelerometer, position;  ///< instruments; position may be empty
+  bool matched = true;  ///< the impact law takes the restitution that the penalty law delivers
+  double revolutions = 0, discard = 0;
+  int starts = 1;
+  std::uint64_t seed = 1;
+  Perturbation perturbation;
+  double flight_angle = 2, impact_speed = 0.01, line_share = 0.05;
+  std::vector<Axis> axes;
+  std::vector<Variant> variants;
+  std::optional<Calibration> calibration;
+};
+
+/// Throws SceneError.
+Study read_study(const std::filesystem::path& file);
+
+}  // namespace freeplay
