@@ -60,6 +60,13 @@ int main(int argc, char** argv) {
   laws->add_option("-o,--output", request.output, "result folder; default out/laws");
   laws->callback([&request] { request.command = cli::laws; });
 
+  auto* sweep = app.add_subcommand("sweep", "run what is missing of a study, on all cores");
+  sweep->add_option("study", request.scene, "study file")->required();
+  sweep->add_option("-o,--output", request.output, "result folder; default out/NAME");
+  sweep->add_option("--threads", request.threads, "how many runs at a time; default one for each core")
+      ->check(CLI::Range(1, 1024));
+  sweep->callback([&request] { request.command = cli::sweep; });
+
   auto* verify = app.add_subcommand("verify", "judge every claim that the program makes of itself");
   verify->add_option("names", request.names, "sets of claims; default all");
   verify->add_option("-o,--output", request.output, "result folder")->default_val("out/verification");

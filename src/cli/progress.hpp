@@ -16,11 +16,11 @@ class Progress {
     if (!terminal_ || (what == what_ && percent == percent_)) return;
     what_ = what;
     percent_ = percent;
-    fmt::print(stderr, "\r{:<12}{:>4} %", what, percent);
+    fmt::print(stderr, "\r{:<12} {:>3} %", what, percent);
     std::fflush(stderr);
   }
   void clear() {
-    if (terminal_) fmt::print(stderr, "\r{:30}\r", "");
+    if (terminal_) fmt::print(stderr, "\r{:60}\r", "");
   }
 
  private:

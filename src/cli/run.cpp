@@ -4,8 +4,8 @@
 #include <filesystem>
 
 #include "cli/commands.hpp"
+#include "cli/makers.hpp"
 #include "cli/progress.hpp"
-#include "formulations/make.hpp"
 #include "plots/figure.hpp"
 #include "sim/recorder.hpp"
 #include "study/compare.hpp"
@@ -13,19 +13,6 @@
 
 namespace freeplay::cli {
 namespace {
-
-/// out/NAME, where NAME is the scene file's, or its folder's for a file called scene.toml.
-std::filesystem::path default_folder(const std::filesystem::path& scene, const std::string& suffix) {
-  auto name = scene.stem().string();
-  if (name == "scene") name = std::filesystem::absolute(scene).parent_path().filename().string();
-  return std::filesystem::path("out") / (name + suffix);
-}
-
-MakeFormulation maker(Family family) {
-  return [family](const Scene& scene, const System& system, const State& state) {
-    return make(family, scene, system, state);
-  };
-}
 
 /// 0 for a finished run; else says on stderr why it ended.
 int report(const RunSummary& summary) {
@@ -71,10 +58,7 @@ int compare(const Request& request) {
   CompareSetup setup;
   setup.matched = !request.as_given;
   setup.penalty = maker(Family::penalty);
-  setup.nonsmooth = [&](const Scene& s, const System& system, const State& state) {
-    return make(Family::nonsmooth, s, system, state,
-                setup.matched ? delivered_restitutions(s, system) : std::vector<double>{});
-  };
+  setup.nonsmooth = maker(Family::nonsmooth, setup.matched);
   setup.on_progress = [&](const std::string& which, double done) { progress.show(which, done); };
   const auto comparison = freeplay::compare(scene, setup, folder);
   progress.clear();

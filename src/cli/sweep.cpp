@@ -1,0 +1,47 @@
+// freeplay sweep: a study's missing runs, on all cores, into one SQLite file.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+
+#include "cli/commands.hpp"
+#include "cli/makers.hpp"
+#include "cli/progress.hpp"
+#include "sim/output_file.hpp"
+#include "study/intervals.hpp"
+#include "study/sweep.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+std::string left(double seconds) {
+  if (seconds < 90) return fmt::format("{:.0f} s", seconds);
+  return fmt::format("{:.0f} min", seconds / 60);
+}
+
+}  // namespace
+
+int sweep(const Request& request) {
+  const auto study = read_study(request.scene);
+  const std::filesystem::path folder =
+      request.output.empty() ? default_folder(study.file, "") : std::filesystem::path(request.output);
+  make_folder(folder);
+  Results results(folder / "sweep.db", study);
+  Progress progress;
+  const auto summary =
+      freeplay::sweep(study, makers(), results, request.threads, [&](const SweepProgress& p) {
+        progress.show(fmt::format("{} of {} runs, {} left", p.done, p.total, left(p.seconds_left)),
+                      static_cast<double>(p.done) / static_cast<double>(p.total));
+      });
+  progress.clear();
+  fmt::print("{} runs: {} were there, {} made in {}, {} of them failed\n\n", summary.total, summary.found,
+             summary.ran, left(summary.wall_seconds), summary.failed);
+  if (!summary.interrupted) fmt::print("{}", sweep_table(study, results.runs()));
+  for (const auto& [variant, formulation, reason] : results.failures())
+    fmt::print(stderr, "{}, {}: {}\n", variant, formulation, reason);
+  fmt::print("results in {}\n", (folder / "sweep.db").string());
+  if (summary.interrupted) fmt::print("interrupted; the same command carries on\n");
+  return summary.interrupted || !results.failures().empty() ? 1 : 0;
+}
+
+}  // namespace freeplay::cli

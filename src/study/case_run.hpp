@@ -1,0 +1,47 @@
+// One run of a study, in memory.
+#pragma once
+
+#include "measure/turns.hpp"
+#include "study/study.hpp"
+
+namespace freeplay {
+
+/// What identifies a run and all that its result depends on.
+struct Case {
+  std::string variant, formulation;
+  std::vector<double> values;  ///< of the study's axes
+  int start = 0;
+  double revolutions = 0;
+  std::filesystem::path scene;
+  std::vector<std::string> overrides;  ///< of the variant and the axes
+};
+
+struct CaseResult {
+  Ending ending;
+  TurnMetrics metrics;
+  Work work;
+  double cpu_seconds = 0;
+  std::vector<std::string> notes;
+};
+
+/// Makers of both formulations, from whoever knows them.
+struct Makers {
+  MakeFormulation penalty, nonsmooth, matched;  ///< matched: nonsmooth, at the delivered restitution
+  const MakeFormulation& of(const std::string& formulation, bool take_matched) const {
+    return formulation == "penalty" ? penalty : take_matched ? matched : nonsmooth;
+  }
+};
+
+/// Every case of a study: variants × cells × formulations × starts.
+std::vector<Case> cases(const Study& study);
+
+/// The scene of a case, read and ready to run from its perturbed start.
+Scene scene_of(const Study& study, const Case& one, const Makers& makers);
+
+/// Runs it. Throws SceneError; a numerical failure is in the ending.
+CaseResult run_case(const Study& study, const Case& one, const Makers& makers);
+
+/// A text of all that the result depends on; equal texts, equal bits.
+std::string identity(const Study& study, const Case& one, const std::string& scene_text);
+
+}  // namespace freeplay

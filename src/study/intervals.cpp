@@ -1,0 +1,81 @@
+#include "study/intervals.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+
+namespace freeplay {
+
+Interval interval(const std::vector<double>& values) {
+  Interval s;
+  const double nan = std::nan("");
+  s.least = INFINITY;
+  s.greatest = -INFINITY;
+  for (double x : values) {
+    if (!std::isfinite(x)) continue;
+    ++s.count;
+    s.mean += x;
+    s.least = std::min(s.least, x);
+    s.greatest = std::max(s.greatest, x);
+  }
+  if (s.count == 0) return {0, nan, nan, nan, nan, nan};
+  s.mean /= s.count;
+  s.low = s.high = nan;
+  if (s.count < 2) return s;
+  double squares = 0;
+  for (double x : values)
+    if (std::isfinite(x)) squares += (x - s.mean) * (x - s.mean);
+  const double t = boost::math::quantile(boost::math::students_t(s.count - 1), 0.975);
+  const double half = t * std::sqrt(squares / (s.count - 1) / s.count);
+  s.low = s.mean - half;
+  s.high = s.mean + half;
+  return s;
+}
+
+Interval cell(const std::vector<RunRow>& runs, const std::string& variant, const std::string& formulation,
+              const std::vector<double>& values, TurnMetrics::Name metric) {
+  std::vector<double> list;
+  for (const auto& r : runs)
+    if (r.variant == variant && r.formulation == formulation && r.values == values)
+      list.push_back(r.metric[metric]);
+  return interval(list);
+}
+
+std::string sweep_table(const Study& study, const std::vector<RunRow>& runs) {
+  std::string out;
+  const auto number = [](double x) { return std::isfinite(x) ? fmt::format("{:.3g}", x) : std::string("-"); };
+  for (const auto& variant : study.variants) {
+    out += fmt::format("{}\n", variant.title);
+    std::string head;
+    for (const auto& a : study.axes) head += fmt::format("{:>10}", a.name);
+    out += fmt::format("{}  {:<10}{:>17}{:>9}{:>9}{:>9}{:>7}\n", head, "", "peak/ideal (95%)", "95 %",
+                       "greatest", "impacts", "lines");
+    std::vector<std::pair<std::vector<double>, std::string>> seen;
+    for (const auto& r : runs) {
+      if (r.variant != variant.name ||
+          std::ranges::find(seen, std::pair(r.values, r.formulation)) != seen.end())
+        continue;
+      seen.emplace_back(r.values, r.formulation);
+    }
+    std::ranges::stable_sort(seen, {}, [](const auto& x) { return x.first; });
+    for (const auto& [values, formulation] : seen) {
+      std::string line;
+      for (std::size_t i = 0; i < values.size(); ++i)
+        line += fmt::format("{:>10}",
+                            fmt::format("{:.4g} {}", values[i] * study.axes[i].scale, study.axes[i].unit));
+      const auto of = [&](TurnMetrics::Name m) { return cell(runs, variant.name, formulation, values, m); };
+      const auto median = of(TurnMetrics::ratio_median);
+      out += fmt::format(
+          "{}  {:<10}{:>17}{:>9}{:>9}{:>9}{:>7}\n", line, formulation,
+          fmt::format("{} ({}..{})", number(median.mean), number(median.low), number(median.high)),
+          number(of(TurnMetrics::ratio_95).mean), number(of(TurnMetrics::ratio_max).greatest),
+          number(of(TurnMetrics::impacts_per_turn).mean), number(of(TurnMetrics::lines).mean));
+    }
+    out += "\n";
+  }
+  return out;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,79 @@
+#include "study/sweep.hpp"
+
+#include <fmt/format.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <chrono>
+#include <mutex>
+
+#include "model/section.hpp"
+#include "sim/recorder.hpp"
+
+namespace freeplay {
+namespace {
+
+/// 64-bit FNV-1a, twice with different starts: a name for a text.
+std::string digest(const std::string& text) {
+  std::string name;
+  for (std::uint64_t hash : {0xcbf29ce484222325u, 0x84222325cbf29ce4u}) {
+    for (unsigned char c : text) hash = (hash ^ c) * 0x100000001b3u;
+    name += fmt::format("{:016x}", hash);
+  }
+  return name;
+}
+
+}  // namespace
+
+SweepSummary sweep(const Study& study, const Makers& makers, Results& results, int threads,
+                   const std::function<void(const SweepProgress&)>& on_progress) {
+  using Clock = std::chrono::steady_clock;
+  const auto began = Clock::now();
+  const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - began).count(); };
+  const auto all = cases(study);
+  std::map<std::filesystem::path, std::string> texts;
+  std::set<std::string> keep;
+  std::vector<std::pair<std::string, const Case*>> missing;
+  const auto present = results.keys();
+  for (const auto& one : all) {
+    auto& text = texts[one.scene];
+    if (text.empty()) text = read_text(one.scene);
+    const auto key = digest(identity(study, one, text));
+    if (keep.insert(key).second && !present.contains(key)) missing.emplace_back(key, &one);
+  }
+  // A bad scene or study shows before anything runs.
+  for (const auto& [key, one] : missing)
+    if (one->start == 0) read_scene(one->scene, one->overrides);
+  results.retain(keep);
+
+  SweepSummary summary{all.size(), all.size() - missing.size(), 0, 0, false, 0};
+  std::mutex mutex;
+  oneapi::tbb::task_arena arena(threads > 0 ? threads : oneapi::tbb::task_arena::automatic);
+  arena.execute([&] {
+    oneapi::tbb::parallel_for(
+        oneapi::tbb::blocked_range<std::size_t>(0, missing.size(), 1),
+        [&](const auto& range) {
+          for (std::size_t i = range.begin(); i < range.end(); ++i) {
+            if (stop_requested) return;
+            const auto& [key, one] = missing[i];
+            const auto result = run_case(study, *one, makers);
+            const std::lock_guard lock(mutex);
+            if (result.ending.status == Ending::Status::interrupted) return;
+            results.store(key, *one, result);
+            ++summary.ran;
+            summary.failed += result.ending.status == Ending::Status::failed;
+            const auto left = static_cast<double>(missing.size() - summary.ran);
+            if (on_progress)
+              on_progress({summary.found + summary.ran, summary.total,
+                           seconds() / static_cast<double>(summary.ran) * left});
+          }
+        },
+        oneapi::tbb::simple_partitioner());
+  });
+  summary.interrupted = stop_requested;
+  summary.wall_seconds = seconds();
+  return summary;
+}
+
+}  // namespace freeplay

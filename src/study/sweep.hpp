@@ -1,0 +1,24 @@
+// Runs what is missing of a study on all cores and stores it. Results do not depend on the number of threads:
+// every run is a function of its case alone.
+#pragma once
+
+#include "study/results.hpp"
+
+namespace freeplay {
+
+struct SweepProgress {
+  std::size_t done = 0, total = 0;  ///< runs, those found included
+  double seconds_left = 0;          ///< by the mean of this session
+};
+
+struct SweepSummary {
+  std::size_t total = 0, found = 0, ran = 0, failed = 0;
+  bool interrupted = false;
+  double wall_seconds = 0;
+};
+
+/// `threads` 0: all cores. Throws what a case throws (bad scenes), after the runs under way are stored.
+SweepSummary sweep(const Study& study, const Makers& makers, Results& results, int threads,
+                   const std::function<void(const SweepProgress&)>& on_progress);
+
+}  // namespace freeplay
