@@ -75,6 +75,9 @@ toml::table parse_toml(const std::string& text, const std::string& name) {
   } catch (const toml::parse_error& e) {
     const auto where = e.source().begin;
     throw SceneError(fmt::format("{}:{}:{}: not TOML: {}", name, where.line, where.column, e.description()));
+  } catch (const std::logic_error& e) {
+    throw SceneError(
+        fmt::format("{}: not TOML: a value, name or bracket stands where none may ({})", name, e.what()));
   }
 }
 
