@@ -68,7 +68,8 @@ std::vector<double> Csv::column(const std::string& name) const {
 
 std::string origin(const std::filesystem::path& folder) {
   auto file = folder / "comparison.json";
-  for (const auto* other : {"laws.json", "drift.json", "scaling.json", "verification.json"})
+  for (const auto* other :
+       {"laws.json", "drift.json", "scaling.json", "verification.json", "validation.json", "experiment.json"})
     if (!std::filesystem::exists(file)) file = folder / other;
   std::ifstream in(file);
   const auto document = nlohmann::json::parse(in, nullptr, false);
@@ -140,6 +141,7 @@ std::vector<std::filesystem::path> all(const std::filesystem::path& folder) {
     draw_all(std::array{acceleration, journal_orbit, paired_impacts});
   if (std::filesystem::exists(folder / "laws.json"))
     draw_all(std::array{impact_loops, delivered_restitution, friction_laws});
+  if (std::filesystem::exists(folder / "validation.json")) made.push_back(overlay(folder));
   if (std::filesystem::exists(folder / "drift.json")) made.push_back(drift(folder));
   return made;
 }

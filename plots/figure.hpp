@@ -58,6 +58,9 @@ std::filesystem::path impact_loops(const std::filesystem::path& folder);
 std::filesystem::path delivered_restitution(const std::filesystem::path& folder);
 std::filesystem::path friction_laws(const std::filesystem::path& folder);
 
+/// Figure of a folder made by `freeplay validate SCENE --data FILE`.
+std::filesystem::path overlay(const std::filesystem::path& folder);
+
 /// Figure of a folder made by `freeplay drift`.
 std::filesystem::path drift(const std::filesystem::path& folder);
 

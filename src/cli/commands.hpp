@@ -20,6 +20,7 @@ struct Request {
   std::optional<double> restitution;  ///< laws
   double mass = 1, speed = 0.1;       ///< laws: kg and m/s of the impact that is drawn
   std::vector<std::string> names;     ///< verify: sets of claims; none: all
+  std::string data;                   ///< validate: measured file
   int threads = 0;                    ///< sweep: 0 for all cores
   std::string document;               ///< verify: folder for verification.md and its figures
 };
@@ -32,5 +33,8 @@ int laws(const Request& request);
 int figures(const Request& request);
 int verify(const Request& request);
 int sweep(const Request& request);
+int calibrate(const Request& request);
+int validate(const Request& request);
+int validate_data(const Request& request);
 
 }  // namespace freeplay::cli

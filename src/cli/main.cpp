@@ -67,6 +67,25 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 1024));
   sweep->callback([&request] { request.command = cli::sweep; });
 
+  auto* calibrate = app.add_subcommand("calibrate", "fit a study's unknowns to measured statistics");
+  calibrate->add_option("study", request.scene, "study file with [calibrate]")->required();
+  calibrate->add_option("-o,--output", request.output, "result folder; default out/NAME");
+  calibrate->add_option("--threads", request.threads, "how many runs at a time; default one for each core")
+      ->check(CLI::Range(1, 1024));
+  calibrate->callback([&request] { request.command = cli::calibrate; });
+
+  auto* validate = app.add_subcommand(
+      "validate", "a scene against a measured file, or a study against published findings");
+  validate->add_option("scene", request.scene, "scene file, or study file with claims")->required();
+  validate->add_option("--data", request.data, "CSV with t or crank_angle, and acceleration");
+  validate->add_option("--set", request.overrides, "override a key of the scene, KEY=VALUE; may be repeated")
+      ->allow_extra_args(false);
+  validate->add_option("-o,--output", request.output,
+                       "result folder; default out/NAME-validation, of a study out/NAME");
+  validate->add_option("--document", request.document,
+                       "write experiment.md and its figures into this folder");
+  validate->callback([&request] { request.command = cli::validate; });
+
   auto* verify = app.add_subcommand("verify", "judge every claim that the program makes of itself");
   verify->add_option("names", request.names, "sets of claims; default all");
   verify->add_option("-o,--output", request.output, "result folder")->default_val("out/verification");

@@ -167,6 +167,17 @@ TurnMetrics TurnMeter::finish(double energy_lost) const {
   }
   v[TurnMetrics::energy_per_turn] = energy_lost / turns;
 
+  m.mean_turn.assign(mean_bins, 0);
+  std::vector<int> fill(mean_bins, 0);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(turns * points); ++i) {
+    const double at = degrees(static_cast<double>(first_a_ + static_cast<long>(i)) / rules_.sampling);
+    const auto bin = std::min<std::size_t>(static_cast<std::size_t>(at / 360 * mean_bins), mean_bins - 1);
+    m.mean_turn[bin] += acceleration_[i];
+    ++fill[bin];
+  }
+  for (int b = 0; b < mean_bins; ++b)  // coarse sampling leaves bins empty: they take their neighbour's mean
+    m.mean_turn[b] = fill[b] > 0 ? m.mean_turn[b] / fill[b] : m.mean_turn[(b + mean_bins - 1) % mean_bins];
+
   // The last whole turn, from crank angle 0.
   const auto count = static_cast<std::size_t>(points);
   for (std::size_t i = acceleration_.size() - count; i < acceleration_.size(); ++i) {

@@ -73,7 +73,9 @@ struct TurnMetrics {
   std::vector<Impact> impacts;
   std::vector<double> spectrum;  ///< m/s², amplitude of harmonic k+1
   std::vector<TracePoint> last_turn;
+  std::vector<double> mean_turn;  ///< m/s², mean signal in each of mean_bins parts of the turn
 };
+inline constexpr int mean_bins = 720;
 
 class TurnMeter {
  public:

@@ -25,23 +25,6 @@ int instrument(const Scene& scene, const std::string& name, Instrument::Kind kin
                                scene.file.string(), key, name));
 }
 
-/// Greatest |a| of the ideal mechanism through the instrument, in its second turn.
-double ideal_maximum(const Scene& scene, const MakeFormulation& make, int channel, double turn) {
-  Scene ideal = scene;
-  ideal.mechanism = idealised(scene.mechanism);
-  ideal.run = {2 * turn, 0, RunOptions::Start::assembled, {}};
-  for (auto& i : ideal.instruments) i.noise.reset();
-  const System system(ideal.mechanism);
-  const auto formulation = make(ideal, system, assemble(ideal.mechanism, ideal.run.start));
-  Recorder recorder(ideal, system, std::nullopt);
-  double greatest = 0;
-  recorder.on_sample = [&](std::size_t i, double t, double value) {
-    if (static_cast<int>(i) == channel && t > turn) greatest = std::max(greatest, std::abs(value));
-  };
-  if (formulation->run(ideal.run.duration, recorder).status == Ending::Status::failed) return std::nan("");
-  return greatest;
-}
-
 }  // namespace
 
 std::vector<Case> cases(const Study& study) {
@@ -90,6 +73,25 @@ Scene scene_of(const Study& study, const Case& one, const Makers& makers) {
   return perturbed(scene, makers.penalty, study.seed, one.start, study.perturbation);
 }
 
+double ideal_maximum(const Study& study, const Scene& scene, const Makers& makers) {
+  const auto channel = static_cast<std::size_t>(
+      instrument(scene, study.accelerometer, Instrument::Kind::accelerometer, "accelerometer"));
+  const double turn = 2 * std::numbers::pi / std::abs(main_drive(scene.mechanism)->speed);
+  Scene ideal = scene;
+  ideal.mechanism = idealised(scene.mechanism);
+  ideal.run = {2 * turn, 0, RunOptions::Start::assembled, {}};
+  for (auto& i : ideal.instruments) i.noise.reset();
+  const System system(ideal.mechanism);
+  const auto formulation = makers.penalty(ideal, system, assemble(ideal.mechanism, ideal.run.start));
+  Recorder recorder(ideal, system, std::nullopt);
+  double greatest = 0;
+  recorder.on_sample = [&](std::size_t i, double t, double value) {
+    if (i == channel && t > turn) greatest = std::max(greatest, std::abs(value));
+  };
+  if (formulation->run(ideal.run.duration, recorder).status == Ending::Status::failed) return std::nan("");
+  return greatest;
+}
+
 CaseResult run_case(const Study& study, const Case& one, const Makers& makers) {
   const double began = thread_seconds();
   const Scene scene = scene_of(study, one, makers);
@@ -117,8 +119,7 @@ CaseResult run_case(const Study& study, const Case& one, const Makers& makers) {
   if (rules.joint < 0)
     throw SceneError(
         fmt::format("{}: the study's joint = \"{}\" has no clearance", scene.file.string(), study.joint));
-  rules.ideal_maximum =
-      ideal_maximum(scene, makers.penalty, channel, 2 * std::numbers::pi / std::abs(drive->speed));
+  rules.ideal_maximum = ideal_maximum(study, scene, makers);
 
   const auto formulation =
       makers.of(one.formulation, study.matched)(scene, system, assemble(scene.mechanism, scene.run.start));

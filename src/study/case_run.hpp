@@ -38,6 +38,9 @@ std::vector<Case> cases(const Study& study);
 /// The scene of a case, read and ready to run from its perturbed start.
 Scene scene_of(const Study& study, const Case& one, const Makers& makers);
 
+/// Greatest |a| (m/s²) of the scene's ideal mechanism through the study's accelerometer, in its second turn.
+double ideal_maximum(const Study& study, const Scene& scene, const Makers& makers);
+
 /// Runs it. Throws SceneError; a numerical failure is in the ending.
 CaseResult run_case(const Study& study, const Case& one, const Makers& makers);
 

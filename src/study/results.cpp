@@ -166,12 +166,13 @@ void Results::store(const std::string& key, const Case& one, const CaseResult& r
   execute("COMMIT");
 }
 
-std::vector<RunRow> Results::runs() const {
+std::vector<RunRow> Results::runs(const std::set<std::string>& keys) const {
   std::vector<RunRow> rows;
   std::string order = "variant, formulation";
   for (std::size_t i = 0; i < axes_; ++i) order += fmt::format(", {}", 5 + i);
   Statement s(*this, "SELECT * FROM runs WHERE status = 'finished' ORDER BY " + order + ", start");
   while (s.step()) {
+    if (!keys.empty() && !keys.contains(s.text(0))) continue;
     RunRow r{s.text(0), s.text(1), s.text(2), static_cast<int>(s.number(3)), {}, {}};
     int column = 4;
     for (std::size_t i = 0; i < axes_; ++i) r.values.push_back(s.number(column++));

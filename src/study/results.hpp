@@ -34,8 +34,8 @@ class Results {
   void store(const std::string& key, const Case& one, const CaseResult& result);
   /// Removes runs that are not among `keep`: of an earlier form of the study.
   void retain(const std::set<std::string>& keep);
-  /// Finished runs by variant, formulation, axes and start.
-  std::vector<RunRow> runs() const;
+  /// Finished runs by variant, formulation, axes and start; of these keys, or with none given all.
+  std::vector<RunRow> runs(const std::set<std::string>& keys = {}) const;
   /// Runs that failed: key, variant, formulation, reason.
   std::vector<std::array<std::string, 3>> failures() const;
   std::vector<Flight> flights(const std::string& key) const;

@@ -27,7 +27,7 @@ std::string digest(const std::string& text) {
 }  // namespace
 
 SweepSummary sweep(const Study& study, const Makers& makers, Results& results, int threads,
-                   const std::function<void(const SweepProgress&)>& on_progress) {
+                   const std::function<void(const SweepProgress&)>& on_progress, bool keep_others) {
   using Clock = std::chrono::steady_clock;
   const auto began = Clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - began).count(); };
@@ -45,9 +45,12 @@ SweepSummary sweep(const Study& study, const Makers& makers, Results& results, i
   // A bad scene or study shows before anything runs.
   for (const auto& [key, one] : missing)
     if (one->start == 0) read_scene(one->scene, one->overrides);
-  results.retain(keep);
+  if (!keep_others) results.retain(keep);
 
-  SweepSummary summary{all.size(), all.size() - missing.size(), 0, 0, false, 0};
+  SweepSummary summary;
+  summary.total = keep.size();
+  summary.found = keep.size() - missing.size();
+  summary.keys = std::move(keep);
   std::mutex mutex;
   oneapi::tbb::task_arena arena(threads > 0 ? threads : oneapi::tbb::task_arena::automatic);
   arena.execute([&] {

@@ -1,0 +1,93 @@
+// freeplay calibrate: unknowns fitted to measured statistics, and each statistic predicted from the others.
+#include "study/calibrate.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "cli/commands.hpp"
+#include "cli/makers.hpp"
+#include "cli/progress.hpp"
+#include "sim/output_file.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+std::string show(const Estimate& e) { return fmt::format("{:.4g} ({:.4g}..{:.4g})", e.value, e.low, e.high); }
+
+nlohmann::json json_of(const Estimate& e) { return {{"value", e.value}, {"low", e.low}, {"high", e.high}}; }
+
+nlohmann::json json_of(const Study& study, const Fit& f) {
+  nlohmann::json j;
+  const auto& c = *study.calibration;
+  for (std::size_t i = 0; i < c.unknowns.size(); ++i)
+    j["unknowns"][c.unknowns[i].name] = json_of(f.unknowns[i]);
+  for (std::size_t i = 0; i < c.targets.size(); ++i) {
+    auto& t = j[f.used[i] ? "fitted" : "predicted"][c.targets[i].name];
+    t = {{"surface", json_of(f.on_surface[i])}};
+    if (i < f.run_again.size()) t["run_again"] = json_of(f.run_again[i]);
+  }
+  j["objective"] = f.objective;
+  return j;
+}
+
+}  // namespace
+
+nlohmann::json to_json(const Study& study, const CalibrationResult& r) {
+  nlohmann::json j;
+  const auto& c = *study.calibration;
+  j["provenance"] = provenance(read_scene(study.scene));
+  j["provenance"]["study"] = study.text;
+  for (std::size_t i = 0; i < c.targets.size(); ++i)
+    j["targets"][c.targets[i].name] = {{"statistic", c.targets[i].statistic},
+                                       {"measured", r.measured[i]},
+                                       {"tolerance", c.targets[i].tolerance},
+                                       {"surface_error_of_logarithm", r.surface_error[i]},
+                                       {"spread_of_logarithm", r.surface_spread[i]}};
+  j["fitted_to_all"] = json_of(study, r.all);
+  for (std::size_t i = 0; i < r.left_out.size(); ++i)
+    j["left_out"][c.targets[i].name] = json_of(study, r.left_out[i]);
+  return j;
+}
+
+int calibrate(const Request& request) {
+  const auto study = read_study(request.scene);
+  const std::filesystem::path folder =
+      request.output.empty() ? default_folder(study.file, "") : std::filesystem::path(request.output);
+  make_folder(folder);
+  Progress progress;
+  const auto r = freeplay::calibrate(study, makers(), folder, request.threads, [&](const SweepProgress& p) {
+    progress.show(fmt::format("{} of {} runs, {:.0f} s left", p.done, p.total, p.seconds_left),
+                  static_cast<double>(p.done) / static_cast<double>(p.total));
+  });
+  progress.clear();
+  if (r.sweep.interrupted) {
+    fmt::print("interrupted; the same command carries on\n");
+    return 1;
+  }
+  const auto& c = *study.calibration;
+  fmt::print("{} runs made in {:.0f} s, {} failed\n\nResponse surfaces (of the logarithm)\n", r.sweep.ran,
+             r.sweep.wall_seconds, r.sweep.failed);
+  for (std::size_t i = 0; i < c.targets.size(); ++i)
+    fmt::print("  {:<10} {:<18} error {:.3f} where outcomes spread by {:.3f}\n", c.targets[i].name,
+               c.targets[i].statistic, r.surface_error[i], r.surface_spread[i]);
+  const auto fit = [&](const Fit& f, const std::string& title) {
+    fmt::print("\n{}\n", title);
+    for (std::size_t j = 0; j < c.unknowns.size(); ++j)
+      fmt::print("  {:<16} {} {}\n", c.unknowns[j].name, show(f.unknowns[j]), c.unknowns[j].unit);
+    for (const bool used : {true, false})
+      for (std::size_t i = 0; i < c.targets.size(); ++i)
+        if (f.used[i] == used)
+          fmt::print("  {:<10} {:<10} measured {:<8.4g} surface {}\n{:34}runs    {}\n", c.targets[i].name,
+                     used ? "fitted" : "PREDICTED", r.measured[i], show(f.on_surface[i]), "",
+                     show(f.run_again[i]));
+  };
+  fit(r.all, "Fitted to all");
+  for (std::size_t i = 0; i < r.left_out.size(); ++i) fit(r.left_out[i], "Without " + c.targets[i].name);
+  write_file(folder / "calibration.json", to_json(study, r).dump(1) + "\n");
+  fmt::print("\nresults in {}\n", folder.string());
+  return 0;
+}
+
+}  // namespace freeplay::cli

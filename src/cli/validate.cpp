@@ -1,0 +1,77 @@
+// freeplay validate SCENE --data FILE: both formulations against a user's measurement.
+#include "study/validate.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "cli/commands.hpp"
+#include "cli/makers.hpp"
+#include "plots/figure.hpp"
+#include "sim/output_file.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+std::string table(const Validation& v) {
+  std::string out = fmt::format("{:<44}{:>12}{:>12}{:>12}\n", "", "measured", "penalty", "nonsmooth");
+  const auto row = [&](const char* what, double measured, const auto& of) {
+    const auto cell = [](double x) { return std::isfinite(x) ? fmt::format("{:.4g}", x) : std::string("-"); };
+    out += fmt::format("{:<44}{:>12}", what, cell(measured));
+    for (const auto& a : v.models) out += fmt::format("{:>12}", cell(of(a)));
+    out += "\n";
+  };
+  const double none = std::nan("");
+  const auto metric = [&](const char* what, TurnMetrics::Name m) {
+    row(what, v.measured.value[m], [m](const Agreement& a) { return a.metrics.value[m]; });
+  };
+  metric("median peak of a turn (m/s²)", TurnMetrics::peak_median);
+  metric("95 % of turns peak below (m/s²)", TurnMetrics::peak_95);
+  metric("greatest (m/s²)", TurnMetrics::peak_max);
+  row("peak ratio, median", none, [](const Agreement& a) { return a.peak_ratio; });
+  row("peak ratio, greatest", none, [](const Agreement& a) { return a.greatest_ratio; });
+  row("RMS difference of mean turns (m/s²)", none, [](const Agreement& a) { return a.rms_difference; });
+  row("spectral distance", none, [](const Agreement& a) { return a.spectral_distance; });
+  metric("dominant lines", TurnMetrics::lines);
+  row("phase taken out (°)", none, [](const Agreement& a) { return a.phase; });
+  row("contact lost at (°)", none, [](const Agreement& a) { return a.loss_angle; });
+  row("contact found at (°)", none, [](const Agreement& a) { return a.return_angle; });
+  row("signal quiet from (°)", v.quiet.from, [](const Agreement& a) { return a.quiet.from; });
+  row("signal quiet to (°)", v.quiet.to, [](const Agreement& a) { return a.quiet.to; });
+  return out;
+}
+
+}  // namespace
+
+int validate_data(const Request& request) {
+  const std::filesystem::path folder = request.output.empty() ? default_folder(request.scene, "-validation")
+                                                              : std::filesystem::path(request.output);
+  const auto v = freeplay::validate(request.scene, request.overrides, request.data, makers());
+  make_folder(folder);
+  fmt::print("{} turns of {} at {:.4g} Hz; ideal greatest {:.4g} m/s²\n\n{}", v.measured.peaks.size(),
+             request.data, v.sampling, v.ideal_maximum, table(v));
+  int status = 0;
+  for (const auto& a : v.models)
+    if (a.ending.status != Ending::Status::finished) {
+      fmt::print(stderr, "{}: stopped: {}\n", a.formulation, a.ending.reason);
+      status = 1;
+    }
+  auto document = to_json(v);
+  document["provenance"] = provenance(read_scene(request.scene, request.overrides));
+  document["data"] = request.data;
+  write_file(folder / "validation.json", document.dump(1) + "\n");
+  std::string csv = "crank_angle,measured,penalty,nonsmooth\n";
+  if (status == 0)
+    for (int i = 0; i < mean_bins; ++i)
+      csv += fmt::format("{},{},{},{}\n", (i + 0.5) * 360 / mean_bins, v.measured.mean_turn[i],
+                         v.models[0].mean_turn[i], v.models[1].mean_turn[i]);
+  write_file(folder / "overlay.csv", csv);
+  fmt::print("\nresults in {}\n", folder.string());
+  if (status == 0) fmt::print("figures:\n  {}\n", plots::overlay(folder).string());
+  return status;
+}
+
+int validate(const Request& request) { return validate_data(request); }
+
+}  // namespace freeplay::cli

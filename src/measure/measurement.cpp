@@ -1,0 +1,135 @@
+#include "measure/measurement.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+#include <string>
+
+#include "model/scene.hpp"
+
+namespace freeplay {
+namespace {
+
+std::string trimmed(const std::string& text) {
+  const auto first = text.find_first_not_of(" \t\r\"");
+  if (first == text.npos) return "";
+  return text.substr(first, text.find_last_not_of(" \t\r\"") - first + 1);
+}
+
+std::vector<std::string> fields(const std::string& line) {
+  std::vector<std::string> list;
+  std::istringstream in(line);
+  for (std::string field; std::getline(in, field, ',');) list.push_back(trimmed(field));
+  if (!line.empty() && line.back() == ',') list.emplace_back();
+  return list;
+}
+
+}  // namespace
+
+Measurement read_measurement(const std::filesystem::path& file, double speed, double ideal_maximum) {
+  const auto fail = [&](long line, const std::string& what) {
+    throw SceneError(line > 0 ? fmt::format("{}:{}: {}", file.string(), line, what)
+                              : fmt::format("{}: {}", file.string(), what));
+  };
+  std::ifstream in(file);
+  if (!in) fail(0, "cannot be read");
+  std::string line;
+  long number = 1;
+  if (!std::getline(in, line))
+    fail(0, "is empty; a header with t or crank_angle, and acceleration, was expected");
+  const auto names = fields(line);
+  const auto place = [&](const char* name) {
+    const auto it = std::ranges::find(names, name);
+    return it == names.end() ? -1 : static_cast<int>(it - names.begin());
+  };
+  const int t = place("t"), angle = place("crank_angle"), a = place("acceleration"), u = place("uncertainty");
+  if (a < 0 || (t < 0) == (angle < 0))
+    fail(1,
+         fmt::format(
+             "the header must name acceleration (m/s²) and one of t (s) and crank_angle (degrees), is \"{}\"",
+             trimmed(line)));
+
+  Measurement m;
+  std::vector<double> times;
+  std::vector<long> lines;
+  double squares = 0, wraps = 0, last = 0;
+  while (std::getline(in, line)) {
+    ++number;
+    if (trimmed(line).empty() || line[0] == '#') continue;
+    const auto list = fields(line);
+    if (list.size() != names.size())
+      fail(number, fmt::format("has {} fields, the header {}", list.size(), names.size()));
+    const auto value = [&](int column) {
+      const auto& text = list[column];
+      double x = 0;
+      const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), x);
+      if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(x))
+        fail(number, fmt::format("{}: \"{}\" is not a finite number", names[column], text));
+      return x;
+    };
+    double time = value(t >= 0 ? t : angle);
+    if (angle >= 0) {
+      if (!times.empty() && time < last - 180) wraps += 360;
+      last = time;
+      time = (time + wraps) * std::numbers::pi / 180 / std::abs(speed);
+      if (times.empty()) {
+        m.start_angle = last;
+        m.knows_angle = true;
+      }
+    }
+    if (!times.empty() && time <= times.back())
+      fail(number, fmt::format("{} must increase from line to line", names[t >= 0 ? t : angle]));
+    times.push_back(time);
+    lines.push_back(number);
+    m.acceleration.push_back(value(a));
+    if (u >= 0) squares += value(u) * value(u);
+  }
+  if (times.size() < 10)
+    fail(0, fmt::format("has {} samples; at least one turn of the crank is needed", times.size()));
+  const double turn = 2 * std::numbers::pi / std::abs(speed);
+  const double span = times.back() - times.front();
+  if (span < 0.999 * turn - span / static_cast<double>(times.size()))
+    fail(0, fmt::format("spans {:.4g} s, less than a turn of the crank ({:.4g} s); t must be in seconds",
+                        span, turn));
+  if (span > 1e5 * turn)
+    fail(0, fmt::format("spans {:.4g} turns of the crank; t must be in seconds", span / turn));
+
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < times.size(); ++i) steps.push_back(times[i] - times[i - 1]);
+  auto middle = steps.begin() + static_cast<long>(steps.size() / 2);
+  std::ranges::nth_element(steps, middle);
+  const double step = *middle;
+  for (std::size_t i = 1; i < times.size(); ++i)
+    if (times[i] - times[i - 1] > 3.5 * step)
+      fail(lines[i], fmt::format("a gap of {:.4g} s before this line, where samples are {:.4g} s apart; "
+                                 "split the file, or fill it",
+                                 times[i] - times[i - 1], step));
+  // Evenly spaced, by straight lines between the samples.
+  const auto count = static_cast<std::size_t>(span / step + 1e-6) + 1;
+  std::vector<double> even;
+  for (std::size_t i = 0, j = 0; i < count; ++i) {
+    const double at = times.front() + static_cast<double>(i) * step;
+    while (j + 2 < times.size() && times[j + 1] < at) ++j;
+    const double w = std::clamp((at - times[j]) / (times[j + 1] - times[j]), 0.0, 1.0);
+    even.push_back((1 - w) * m.acceleration[j] + w * m.acceleration[j + 1]);
+  }
+  m.acceleration = std::move(even);
+  m.sampling = 1 / step;
+  m.uncertainty = u >= 0 ? std::sqrt(squares / static_cast<double>(times.size())) : 0;
+
+  double greatest = 0;
+  for (double x : m.acceleration) greatest = std::max(greatest, std::abs(x));
+  if (ideal_maximum > 0 && (greatest > 300 * ideal_maximum || greatest < ideal_maximum / 300))
+    fail(0, fmt::format(
+                "its greatest acceleration, {:.4g}, is {:.2g} times the ideal mechanism's ({:.4g} m/s²): "
+                "acceleration must be in m/s²",
+                greatest, greatest / ideal_maximum, ideal_maximum));
+  return m;
+}
+
+}  // namespace freeplay

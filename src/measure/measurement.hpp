@@ -1,0 +1,22 @@
+// A measured acceleration as a user brings it: a CSV file with a header, one column `t` (s) or `crank_angle`
+// (degrees, running on or wrapping at 360), one `acceleration` (m/s²), perhaps one `uncertainty` (m/s²).
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+namespace freeplay {
+
+struct Measurement {
+  double sampling = 0;     ///< Hz
+  double start_angle = 0;  ///< degrees of the crank at the first sample; 0 when only times are given
+  bool knows_angle = false;
+  std::vector<double> acceleration;  ///< m/s², evenly spaced
+  double uncertainty = 0;            ///< m/s², root mean square; 0 when not given
+};
+
+/// `speed`: rad/s of the crank, as in the scene. `ideal_maximum` (m/s²) guards against wrong units. Throws
+/// SceneError FILE:LINE for what is no such file: columns, numbers, order, gaps, less than a turn, units.
+Measurement read_measurement(const std::filesystem::path& file, double speed, double ideal_maximum);
+
+}  // namespace freeplay

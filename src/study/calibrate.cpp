@@ -1,0 +1,157 @@
+#include "study/calibrate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "measure/measurement.hpp"
+#include "sim/recorder.hpp"
+#include "study/intervals.hpp"
+
+namespace freeplay {
+namespace {
+
+TurnMetrics::Name metric_of(const std::string& name) {
+  const auto& names = TurnMetrics::names();
+  return static_cast<TurnMetrics::Name>(std::ranges::find(names, name) - names.begin());
+}
+
+std::string name_of_run(const std::string& what, const Target& target) { return what + " " + target.name; }
+
+/// The study's scene at ξ for one target.
+Variant variant_at(const Study& study, const std::string& what, const Eigen::VectorXd& xi,
+                   const Target& target, int starts, double revolutions) {
+  const auto& c = *study.calibration;
+  const auto name = name_of_run(what, target);
+  Variant v{name, name, study.scene, target.overrides, {c.formulation}, starts, revolutions};
+  for (std::size_t j = 0; j < c.unknowns.size(); ++j)
+    v.overrides.push_back(
+        fmt::format("{}={}", c.unknowns[j].key, unscaled(c.unknowns[j], xi[static_cast<Eigen::Index>(j)])));
+  return v;
+}
+
+/// The statistic of a measured file, by the same rules as a run's.
+double measured_statistic(const Study& study, const Target& target, const Makers& makers) {
+  Case one{"", study.calibration->formulation, {}, 0, 1, study.scene, target.overrides};
+  const auto scene = scene_of(study, one, makers);
+  const double speed = main_drive(scene.mechanism)->speed;
+  const double ideal = ideal_maximum(study, scene, makers);
+  const auto data = read_measurement(target.data, speed, ideal);
+  TurnRules rules;
+  rules.speed = speed;
+  rules.sampling = data.sampling;
+  rules.line_share = study.line_share;
+  rules.ideal_maximum = ideal;
+  TurnMeter meter(rules);
+  for (std::size_t i = 0; i < data.acceleration.size(); ++i)
+    meter.acceleration(static_cast<double>(i) / data.sampling, data.acceleration[i]);
+  const double value = meter.finish(std::nan("")).value[metric_of(target.statistic)];
+  if (!(value > 0))
+    throw SceneError(
+        fmt::format("{}: gives no {} (a signal alone has no contacts, and a logarithm is fitted)",
+                    target.data.string(), target.statistic));
+  return value;
+}
+
+}  // namespace
+
+CalibrationResult calibrate(const Study& study, const Makers& makers, const std::filesystem::path& folder,
+                            int threads, const std::function<void(const SweepProgress&)>& on_progress) {
+  if (!study.calibration) throw SceneError(fmt::format("{}: has no [calibrate]", study.file.string()));
+  const auto& c = *study.calibration;
+  const auto n = static_cast<int>(c.unknowns.size());
+  if (c.points < ResponseSurface::coefficients(n) + 2)
+    throw SceneError(fmt::format("{}: calibrate.points must be at least {} for {} unknowns, is {}",
+                                 study.file.string(), ResponseSurface::coefficients(n) + 2, n, c.points));
+  CalibrationResult result;
+  for (const auto& target : c.targets) {
+    const double value = target.data.empty() ? target.value : measured_statistic(study, target, makers);
+    if (!(value > 0))
+      throw SceneError(
+          fmt::format("{}: calibrate.targets.{}.value must be greater than 0: its logarithm is fitted",
+                      study.file.string(), target.name));
+    result.measured.push_back(value);
+  }
+
+  // The space-filling set, run like any study.
+  const auto points = space_filling(n, c.points);
+  Study runs = study;
+  runs.axes.clear();
+  runs.variants.clear();
+  for (int p = 0; p < c.points; ++p)
+    for (const auto& target : c.targets)
+      runs.variants.push_back(variant_at(study, fmt::format("point {:03}", p), points.row(p).transpose(),
+                                         target, c.starts, c.revolutions));
+  Results results(folder / "calibrate.db", runs);
+  // Fits of an earlier run stay until they are asked for again: their runs are kept by name.
+  result.sweep = sweep(runs, makers, results, threads, on_progress, true);
+  if (result.sweep.interrupted) return result;
+
+  std::vector<ResponseSurface> surfaces;
+  std::vector<double> logs, tolerances;
+  auto rows = results.runs(result.sweep.keys);
+  const auto statistic = [&](const std::string& variant, const Target& target) {
+    return cell(rows, variant, c.formulation, {}, metric_of(target.statistic));
+  };
+  for (std::size_t i = 0; i < c.targets.size(); ++i) {
+    std::vector<int> usable;
+    std::vector<double> outcomes;
+    for (int p = 0; p < c.points; ++p) {
+      const auto s = statistic(name_of_run(fmt::format("point {:03}", p), c.targets[i]), c.targets[i]);
+      if (s.count == 0 || !(s.mean > 0)) continue;
+      usable.push_back(p);
+      outcomes.push_back(std::log(s.mean));
+    }
+    if (static_cast<int>(usable.size()) < ResponseSurface::coefficients(n) + 2)
+      throw std::runtime_error(fmt::format("calibration: only {} of {} points gave a positive {} for {}",
+                                           usable.size(), c.points, c.targets[i].statistic,
+                                           c.targets[i].name));
+    Eigen::MatrixXd at(usable.size(), n);
+    for (std::size_t k = 0; k < usable.size(); ++k)
+      at.row(static_cast<Eigen::Index>(k)) = points.row(usable[k]);
+    surfaces.emplace_back(
+        at, Eigen::Map<Eigen::VectorXd>(outcomes.data(), static_cast<Eigen::Index>(outcomes.size())));
+    result.surface_error.push_back(surfaces.back().error());
+    result.surface_spread.push_back(surfaces.back().spread());
+    logs.push_back(std::log(result.measured[i]));
+    tolerances.push_back(c.targets[i].tolerance);
+  }
+  std::vector<bool> used(c.targets.size(), true);
+  result.all = fit(surfaces, logs, tolerances, used, c.unknowns);
+  if (c.targets.size() > 1)
+    for (std::size_t i = 0; i < c.targets.size(); ++i) {
+      used[i] = false;
+      result.left_out.push_back(fit(surfaces, logs, tolerances, used, c.unknowns));
+      used[i] = true;
+    }
+
+  // Every optimum again, by as many and as long runs as the study's own.
+  runs.variants.clear();
+  const auto add = [&](const Fit& f, const std::string& what) {
+    for (const auto& target : c.targets)
+      runs.variants.push_back(variant_at(study, what, f.xi, target, study.starts, study.revolutions));
+  };
+  add(result.all, "all");
+  for (std::size_t i = 0; i < result.left_out.size(); ++i)
+    add(result.left_out[i], "without " + c.targets[i].name);
+  const auto again = sweep(runs, makers, results, threads, on_progress, true);
+  result.sweep.interrupted = again.interrupted;
+  result.sweep.ran += again.ran;
+  result.sweep.failed += again.failed;
+  result.sweep.wall_seconds += again.wall_seconds;
+  if (again.interrupted) return result;
+  rows = results.runs(again.keys);
+  const auto fill = [&](Fit& f, const std::string& what) {
+    for (const auto& target : c.targets) {
+      const auto s = statistic(name_of_run(what, target), target);
+      f.run_again.push_back({s.mean, s.low, s.high});
+    }
+  };
+  fill(result.all, "all");
+  for (std::size_t i = 0; i < result.left_out.size(); ++i)
+    fill(result.left_out[i], "without " + c.targets[i].name);
+  return result;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,52 @@
+// Calibration: unknowns of a scene such that statistics of its runs meet measured ones. Outcomes are noisy,
+// so each logarithm of a statistic is replaced by a response surface y_i(ξ), and Ipopt minimises on those
+//
+//     f(ξ) = Σ_i (y_i(ξ) − ln m_i)²/s_i² + w |ξ|²,       ξ ∈ [−1, 1]ⁿ,      s_i² = tolerance_i² + error_i²,
+//
+// with ξ the unknowns scaled to their ranges and error_i the surface's own. The weak pull w = 0.1 to the
+// middle of the ranges decides what the targets leave open; without targets every ξ is 0 ± √(1/w) of its half
+// range, clipped to it. Intervals are Laplace's: the inverse of half the Hessian of f.
+#pragma once
+
+#include "study/results.hpp"
+#include "study/surface.hpp"
+#include "study/sweep.hpp"
+
+namespace freeplay {
+
+struct Estimate {
+  double value = 0, low = 0, high = 0;  ///< 95 %, within the unknown's range
+};
+
+/// A fit to some of the targets.
+struct Fit {
+  std::vector<bool> used;  ///< of the targets
+  Eigen::VectorXd xi;
+  std::vector<Estimate> unknowns;
+  std::vector<Estimate> on_surface;  ///< every target's statistic, by the surface at the optimum
+  std::vector<Estimate> run_again;   ///< by runs at the optimum: mean and 95 % interval over starts
+  double objective = 0;
+};
+
+struct CalibrationResult {
+  std::vector<double> measured;       ///< of the targets
+  std::vector<double> surface_error;  ///< of ln statistic, and the spread that it explains
+  std::vector<double> surface_spread;
+  Fit all;                    ///< fitted to every target
+  std::vector<Fit> left_out;  ///< the i-th without target i; empty with one target
+  SweepSummary sweep;
+};
+
+/// Runs what is missing into folder/calibrate.db and fits.
+CalibrationResult calibrate(const Study& study, const Makers& makers, const std::filesystem::path& folder,
+                            int threads, const std::function<void(const SweepProgress&)>& on_progress);
+
+/// Minimises f on the surfaces of the used targets. Exposed for tests.
+Fit fit(const std::vector<ResponseSurface>& surfaces, const std::vector<double>& log_measured,
+        const std::vector<double>& tolerance, const std::vector<bool>& used,
+        const std::vector<Unknown>& unknowns);
+
+/// The value of an unknown at ξ ∈ [−1, 1].
+double unscaled(const Unknown& unknown, double xi);
+
+}  // namespace freeplay
