@@ -1,9 +1,15 @@
 // The commands. Each returns the exit status: 0 done, 1 a solve gave up. Bad input is thrown as SceneError.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
+
+namespace freeplay {
+struct Study;
+struct CalibrationResult;
+}  // namespace freeplay
 
 namespace freeplay::cli {
 
@@ -32,9 +38,11 @@ int drift(const Request& request);
 int laws(const Request& request);
 int figures(const Request& request);
 int verify(const Request& request);
+nlohmann::json to_json(const Study& study, const CalibrationResult& result);
 int sweep(const Request& request);
 int calibrate(const Request& request);
 int validate(const Request& request);
 int validate_data(const Request& request);
+int validate_study(const Request& request);
 
 }  // namespace freeplay::cli

@@ -174,6 +174,8 @@ constexpr SchemaKey keys[] = {
     {"study.title", "text", "", "\"\"", "what the study asks"},
     {"study.scene", "text", "", "required", "scene file, relative to the study's"},
     {"study.claims", "text", "", "–", "list of published findings to judge: \"flores2011\""},
+    {"study.fit", "text", "", "–",
+     "study whose calibration `validate` runs first; adds a variant \"calibrated\""},
     {"study.joint", "text", "", "required", "contact that flights and impacts are taken from"},
     {"study.accelerometer", "text", "", "required", "instrument whose signal is judged"},
     {"study.position", "text", "", "–", "LVDT of the same sampling"},

@@ -87,6 +87,7 @@ Study read_study(const std::filesystem::path& file) {
   const auto folder = file.parent_path();
   study.scene = folder / root.text("scene");
   study.claims = root.text("claims", "");
+  if (root.has("fit")) study.fit = folder / root.text("fit");
   study.joint = root.text("joint");
   study.accelerometer = root.text("accelerometer");
   study.position = root.text("position", "");

@@ -58,8 +58,9 @@ struct Study {
   std::filesystem::path file;
   std::string text, title;
   std::filesystem::path scene;
-  std::string claims;                   ///< name of a list of published findings to judge
-  std::string joint;                    ///< contact that flights and impacts are taken from
+  std::filesystem::path fit;  ///< study whose calibration adds the variant "calibrated"; may be empty
+  std::string claims;         ///< name of a list of published findings to judge
+  std::string joint;          ///< contact that flights and impacts are taken from
   std::string accelerometer, position;  ///< instruments; position may be empty
   bool matched = true;  ///< the impact law takes the restitution that the penalty law delivers
   double revolutions = 0, discard = 0;

@@ -29,7 +29,8 @@ struct Judge {
   Interval at(double clearance, double speed, TurnMetrics::Name m) const {
     return cell(runs, variant, formulation, {clearance, speed}, m);
   }
-  void add(const char* id, std::string claim, std::string measured, std::string bound, bool holds, bool judged = true) {
+  void add(const char* id, std::string claim, std::string measured, std::string bound, bool holds,
+           bool judged = true) {
     list.push_back({id, std::move(claim), std::move(measured), std::move(bound), judged && holds, judged});
   }
   template <class Visit>
@@ -55,7 +56,8 @@ struct Judge {
 
   void positions() {
     const double x2 = displacement(0.25e-3, 200);
-    add("X2", "0.25 mm, 200 rpm: the slider's position differs from the ideal by no more than a drawn line's width",
+    add("X2",
+        "0.25 mm, 200 rpm: the slider's position differs from the ideal by no more than a drawn line's width",
         fmt::format("{:.3g} mm", 1e3 * x2), "≤ 1 mm of 100 mm stroke", x2 <= 1e-3, std::isfinite(x2));
     double x13 = 0;
     for (double c : study.axes[0].values) x13 = std::fmax(x13, displacement(c, study.axes[1].values.front()));
@@ -85,29 +87,32 @@ struct Judge {
       for (const auto& i : results.impacts(run.key)) {
         const double angle = degrees(i.angle - datum + 43);
         ++impacts;
-        if (angle >= 40 && angle <= 130) first.push_back(i.approach);
-        else if (angle >= 225 && angle <= 335) second.push_back(i.approach);
-        else ++elsewhere;
+        if (angle >= 40 && angle <= 130)
+          first.push_back(i.approach);
+        else if (angle >= 225 && angle <= 335)
+          second.push_back(i.approach);
+        else
+          ++elsewhere;
         if (angle >= 43 && angle <= 180) tails.push_back(angle);
       }
     });
     const double per_turn = main / turns, angle = main > 0 ? length / main : std::nan("");
     add("X3", "0.25 mm, 200 rpm: contact is lost once a turn in the first half (flights of 5° or more)",
         fmt::format("{:.2f} a turn", per_turn), "0.8 to 1.2", per_turn >= 0.8 && per_turn <= 1.2, turns > 0);
-    add("X3", "that flight lasts about 20° of the crank", fmt::format("{:.1f}°", angle), "13° to 30° (a factor of 1.5)",
-        angle >= 20 / 1.5 && angle <= 30, main > 0);
+    add("X3", "that flight lasts about 20° of the crank", fmt::format("{:.1f}°", angle),
+        "13° to 30° (a factor of 1.5)", angle >= 20 / 1.5 && angle <= 30, main > 0);
     std::ranges::sort(tails);
     const double last = quantile(tails, 0.95) - 63;
-    add("X4", "impacts follow for about 60° after its return (95 % of them)", fmt::format("{:.0f}°", last), "40° to 90°",
-        last >= 40 && last <= 90, !tails.empty());
+    add("X4", "impacts follow for about 60° after its return (95 % of them)", fmt::format("{:.0f}°", last),
+        "40° to 90°", last >= 40 && last <= 90, !tails.empty());
     std::ranges::sort(first);
     std::ranges::sort(second);
     const double ratio = quantile(second, 0.5) / quantile(first, 0.5);
     add("X5", "impacts between 230° and 330° are smaller (median approach over the first zone's)",
         fmt::format("{:.2f}", ratio), "< 1", ratio < 1, !second.empty() && !first.empty());
     const double share = impacts > 0 ? elsewhere / impacts : std::nan("");
-    add("X5", "elsewhere contact lasts (share of impacts outside both zones)", fmt::format("{:.2f}", share), "≤ 0.1",
-        share <= 0.1, impacts > 0);
+    add("X5", "elsewhere contact lasts (share of impacts outside both zones)", fmt::format("{:.2f}", share),
+        "≤ 0.1", share <= 0.1, impacts > 0);
   }
 
   void peak(const char* id, double clearance, double expected, double factor, const char* words) {
@@ -123,7 +128,8 @@ struct Judge {
     int steps[2] = {0, 0}, growing[2] = {0, 0};
     const auto &c = study.axes[0].values, &n = study.axes[1].values;
     const auto value = [&](double clearance, double speed) {
-      const double scale = absolute ? std::pow(speed, 2) : 1;  // of a ratio to the ideal: m/s² but for a constant
+      const double scale =
+          absolute ? std::pow(speed, 2) : 1;  // of a ratio to the ideal: m/s² but for a constant
       return at(clearance, speed, m).mean * scale;
     };
     for (std::size_t i = 0; i < c.size(); ++i)
@@ -141,7 +147,8 @@ struct Judge {
     for (double c : {0.50e-3, 1.00e-3}) {
       const auto d = at(c, 200, TurnMetrics::deceleration);
       add("X12", fmt::format("{:.2f} mm: the slider slows down while out of contact", 1e3 * c),
-          fmt::format("{:.3g} m/s²", std::abs(d.mean) < 1e-3 ? 0 : d.mean), "> 0.1 m/s²", d.mean > 0.1, d.count > 0);
+          fmt::format("{:.3g} m/s²", std::abs(d.mean) < 1e-3 ? 0 : d.mean), "> 0.1 m/s²", d.mean > 0.1,
+          d.count > 0);
     }
   }
 };
@@ -186,9 +193,10 @@ Cells formulations_agree(const Study& study, const std::vector<RunRow>& runs, co
       if (a.overlaps(b))
         ++cells.agreeing;
       else
-        cells.apart.push_back(fmt::format("{:.2f} mm, {:.0f} rpm: penalty {:.3g} ({:.3g}..{:.3g}), nonsmooth {:.3g} "
-                                          "({:.3g}..{:.3g})",
-                                          1e3 * c, n, a.mean, a.low, a.high, b.mean, b.low, b.high));
+        cells.apart.push_back(
+            fmt::format("{:.2f} mm, {:.0f} rpm: penalty {:.3g} ({:.3g}..{:.3g}), nonsmooth {:.3g} "
+                        "({:.3g}..{:.3g})",
+                        1e3 * c, n, a.mean, a.low, a.high, b.mean, b.low, b.high));
     }
   return cells;
 }

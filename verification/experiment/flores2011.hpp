@@ -1,6 +1,6 @@
-// What Flores, Koshy, Lankarani, Ambrósio and Claro (Nonlinear Dynamics 65 (2011) 383–398) measured, as their text
-// states it (X1 to X13, docs/experiment.md), judged on the runs of a study whose axes are clearance (m) and speed
-// (rpm). Bounds were fixed before the matrix was run.
+// What Flores, Koshy, Lankarani, Ambrósio and Claro (Nonlinear Dynamics 65 (2011) 383–398) measured, as their
+// text states it (X1 to X13, docs/experiment.md), judged on the runs of a study whose axes are clearance (m)
+// and speed (rpm). Bounds were fixed before the matrix was run.
 #pragma once
 
 #include "study/calibrate.hpp"
@@ -9,8 +9,8 @@
 namespace freeplay::verification {
 
 struct Finding {
-  std::string id, claim;       ///< X6, what must hold
-  std::string measured, bound; ///< what the model gives, what would hold
+  std::string id, claim;        ///< X6, what must hold
+  std::string measured, bound;  ///< what the model gives, what would hold
   bool holds = false;
   bool judged = true;  ///< false: the runs cannot say
 };

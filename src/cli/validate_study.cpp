@@ -1,0 +1,106 @@
+// freeplay validate STUDY: calibrates, runs what is missing, and judges published findings.
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "cli/commands.hpp"
+#include "cli/makers.hpp"
+#include "cli/progress.hpp"
+#include "plots/figure.hpp"
+#include "sim/output_file.hpp"
+#include "verification/experiment/flores2011.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+/// The fitted study's scene at its optimum.
+Variant calibrated_variant(const Study& study, const Study& fitted, const Fit& fit) {
+  Variant v{"calibrated",
+            "Calibrated: " + fitted.title,
+            fitted.scene,
+            {},
+            {"penalty", "nonsmooth"},
+            study.starts,
+            study.revolutions};
+  for (std::size_t i = 0; i < fitted.calibration->unknowns.size(); ++i)
+    v.overrides.push_back(fmt::format("{}={}", fitted.calibration->unknowns[i].key, fit.unknowns[i].value));
+  // The penalty formulation shall deliver the fitted restitution.
+  v.overrides.push_back("penalty.contact=exact");
+  return v;
+}
+
+}  // namespace
+
+int validate_study(const Request& request) {
+  auto study = read_study(request.scene);
+  if (study.claims != "flores2011")
+    throw SceneError(
+        fmt::format("{}: claims must be \"flores2011\" to be judged; for a measured file use "
+                    "`freeplay validate SCENE --data FILE`",
+                    request.scene));
+  if (!request.overrides.empty()) throw SceneError("validate: --set belongs to a scene with --data");
+  const std::filesystem::path folder =
+      request.output.empty() ? default_folder(study.file, "") : std::filesystem::path(request.output);
+  make_folder(folder);
+  Progress progress;
+  const auto show = [&](const char* what) {
+    return [&progress, what](const SweepProgress& p) {
+      progress.show(fmt::format("{}: {} of {} runs, {:.0f} s left", what, p.done, p.total, p.seconds_left),
+                    static_cast<double>(p.done) / static_cast<double>(p.total));
+    };
+  };
+  std::optional<Study> fitted;
+  std::optional<CalibrationResult> fit;
+  if (!study.fit.empty()) {
+    fitted = read_study(study.fit);
+    fit = calibrate(*fitted, makers(), folder, request.threads, show("calibration"));
+    progress.clear();
+    if (fit->sweep.interrupted) {
+      fmt::print("interrupted; the same command carries on\n");
+      return 1;
+    }
+    study.variants.push_back(calibrated_variant(study, *fitted, fit->all));
+    write_file(folder / "calibration.json", to_json(*fitted, *fit).dump(1) + "\n");
+  }
+  Results results(folder / "sweep.db", study);
+  const auto summary = sweep(study, makers(), results, request.threads, show("matrix"));
+  progress.clear();
+  if (summary.interrupted) {
+    fmt::print("interrupted; the same command carries on\n");
+    return 1;
+  }
+  const auto runs = results.runs();
+  nlohmann::json document;
+  bool all = true;
+  for (const auto& v : study.variants)
+    for (const auto& formulation : v.formulations) {
+      fmt::print("{}, {}\n", v.title, formulation);
+      for (const auto& f :
+           verification::flores2011(study, results, runs, v.name, formulation, TurnMetrics::ratio_95)) {
+        fmt::print("  {:<6}{:<4} {}\n             {}; would hold: {}\n",
+                   f.judged ? f.holds ? "holds" : "FAILS" : "-", f.id, f.claim, f.measured, f.bound);
+        document["verdicts"][v.name][formulation].push_back({{"id", f.id},
+                                                             {"claim", f.claim},
+                                                             {"measured", f.measured},
+                                                             {"bound", f.bound},
+                                                             {"judged", f.judged},
+                                                             {"holds", f.holds}});
+        all = all && (f.holds || !f.judged);
+      }
+      fmt::print("\n");
+    }
+  document["provenance"] = provenance(read_scene(study.scene));
+  document["provenance"]["study"] = study.text;
+  write_file(folder / "experiment.json", document.dump(1) + "\n");
+  const auto text =
+      verification::experiment_document(study, results, fitted ? &*fitted : nullptr, fit ? &*fit : nullptr);
+  const std::filesystem::path place =
+      request.document.empty() ? folder : std::filesystem::path(request.document);
+  make_folder(place);
+  write_file(place / "experiment.md", text);
+  fmt::print("{} runs, {} made in {:.0f} s; results in {}\n", summary.total, summary.ran,
+             summary.wall_seconds, folder.string());
+  return all ? 0 : 1;
+}
+
+}  // namespace freeplay::cli
