@@ -72,6 +72,8 @@ int validate_data(const Request& request) {
   return status;
 }
 
-int validate(const Request& request) { return validate_data(request); }
+int validate(const Request& request) {
+  return request.data.empty() ? validate_study(request) : validate_data(request);
+}
 
 }  // namespace freeplay::cli

@@ -17,7 +17,10 @@ TurnMetrics::Name metric_of(const std::string& name) {
   return static_cast<TurnMetrics::Name>(std::ranges::find(names, name) - names.begin());
 }
 
-std::string name_of_run(const std::string& what, const Target& target) { return what + " " + target.name; }
+/// Targets that share a scene share its runs.
+std::string name_of_run(const std::string& what, const Target& target) {
+  return fmt::format("{} {}", what, fmt::join(target.overrides, " "));
+}
 
 /// The study's scene at ξ for one target.
 Variant variant_at(const Study& study, const std::string& what, const Eigen::VectorXd& xi,

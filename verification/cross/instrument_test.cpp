@@ -1,0 +1,175 @@
+// Instruments see the same motion in both formulations, at any step; and their own filters, by closed forms.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "measure/instrument.hpp"
+#include "sim/recorder.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+/// The accelerometer's samples until `duration`.
+std::vector<double> signal(Scene scene, Family family, double duration) {
+  scene.run.duration = duration;
+  scene.run.discard = 0;
+  const System system(scene.mechanism);
+  const auto formulation = make(family, scene, system, assemble(scene.mechanism, scene.run.start));
+  Recorder recorder(scene, system, std::nullopt);
+  std::vector<double> samples;
+  recorder.on_sample = [&](std::size_t, double, double value) { samples.push_back(value); };
+  REQUIRE(formulation->run(duration, recorder).status == Ending::Status::finished);
+  return samples;
+}
+
+double apart(const std::vector<double>& a, const std::vector<double>& b) {
+  REQUIRE(a.size() == b.size());
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+  return std::sqrt(sum / static_cast<double>(a.size()));
+}
+
+Scene rig() {
+  auto scene = read_scene(test::flores());
+  scene.penalty.contact = ContactLaw::exact;
+  scene.penalty.tolerance = 1e-11;
+  return scene;
+}
+
+constexpr double until = 0.0105;  // s: three impacts, before they accumulate
+
+}  // namespace
+
+TEST_CASE("a time-stepping run's signal converges with the step", "[instruments]") {
+  auto scene = rig();
+  scene.nonsmooth.scheme = Scheme::event_driven;
+  const auto exact = signal(scene, Family::nonsmooth, until);
+  scene.nonsmooth.scheme = Scheme::moreau_jean;
+  std::vector<double> steps, errors;
+  for (const double h : {4e-5, 2e-5, 1e-5, 5e-6, 2.5e-6}) {
+    scene.nonsmooth.step = h;
+    steps.push_back(h);
+    errors.push_back(apart(signal(scene, Family::nonsmooth, until), exact));
+  }
+  // Impacts act somewhere in their step: first order. Its error scatters with where; five steps average it.
+  const double order = test::observed_order(steps, errors);
+  CAPTURE(errors);
+  CHECK(order > 0.7);
+  CHECK(order < 1.3);
+}
+
+TEST_CASE("both formulations give the same signal as contacts stiffen", "[instruments]") {
+  auto scene = rig();
+  scene.nonsmooth.scheme = Scheme::event_driven;
+  const auto exact = signal(scene, Family::nonsmooth, until);
+  double greatest = 0;
+  for (double x : exact) greatest = std::max(greatest, std::abs(x));
+  REQUIRE(greatest > 100);  // the impacts show
+  std::vector<double> stiffness, errors;
+  for (const double factor : {1.0, 1e2, 1e4}) {
+    scene.mechanism.surfaces[0].young = 207e9 * factor;
+    stiffness.push_back(factor);
+    errors.push_back(apart(signal(scene, Family::penalty, until), exact));
+  }
+  CAPTURE(errors, greatest);
+  // The contact time's exponent, as for times and impulses; samples fall anywhere in a pulse, hence the room.
+  const double exponent = test::observed_order(stiffness, errors);
+  CHECK(exponent > -0.5);
+  CHECK(exponent < -0.3);
+  CHECK(errors.back() < 0.01 * greatest);
+}
+
+TEST_CASE("Butterworth low-passes of every order: gain, cut-off, impulse", "[instruments]") {
+  const double cut = 100;
+  for (int order = 1; order <= 8; ++order) {
+    CAPTURE(order);
+    // A sine at the cut-off comes out at 1/√2, at twice it at 1/√(1 + 4ⁿ): |H|² = 1/(1 + (f/f_c)²ⁿ).
+    for (const double ratio : {0.5, 1.0, 2.0}) {
+      LowPass filter(cut, order);
+      filter.reset(0);
+      const double w = 2 * std::numbers::pi * cut * ratio, h = 1e-6;
+      double greatest = 0;
+      for (int i = 0; i < 200000; ++i) {
+        const double t = i * h;
+        filter.advance(h, (std::cos(w * t) - std::cos(w * (t + h))) / (w * h));  // mean of sin over the piece
+        if (t > 0.15) greatest = std::max(greatest, std::abs(filter.output()));
+      }
+      CHECK(greatest == Approx(1 / std::sqrt(1 + std::pow(ratio, 2 * order))).epsilon(1e-3));
+    }
+    LowPass constant(cut, order), impulse(cut, order);
+    constant.reset(3);
+    constant.advance(0.01, 3);
+    CHECK(constant.output() == Approx(3).epsilon(1e-12));
+    // The integral of the response to a unit impulse is the gain at rest, 1.
+    impulse.reset(0);
+    impulse.kick(1);
+    double sum = 0, last = impulse.output();
+    for (int i = 0; i < 100000; ++i) {
+      impulse.advance(1e-6, 0);
+      sum += 0.5e-6 * (last + impulse.output());
+      last = impulse.output();
+    }
+    CHECK(sum == Approx(1).epsilon(1e-4));
+  }
+}
+
+TEST_CASE("an encoder counts, an LVDT follows, noise has its size", "[instruments]") {
+  auto scene = parse_scene(R"(
+[bodies.wheel]
+mass = 1.0
+inertia = 1.0
+position = [0.1, 0.0]
+velocity = [0.0, 0.2]
+angular_velocity = 2.0
+[joints.axle]
+type = "revolute"
+between = ["ground", "wheel"]
+at = [[0, 0], [-0.1, 0]]
+[run]
+duration = 1.0
+[instruments.angle]
+type = "encoder"
+joint = "axle"
+counts = 100
+sampling = 50.0
+[instruments.place]
+type = "lvdt"
+body = "wheel"
+axis = [0.0, 2.0]
+sampling = 50.0
+[instruments.noisy]
+type = "lvdt"
+body = "wheel"
+sampling = 50000.0
+noise = 0.5
+range = 10.0
+)",
+                           "s.toml");
+  const System system(scene.mechanism);
+  const auto formulation = make(Family::nonsmooth, scene, system, assemble(scene.mechanism, scene.run.start));
+  Recorder recorder(scene, system, std::nullopt);
+  double squares = 0;
+  int count[3] = {0, 0, 0};
+  const double step = 2 * std::numbers::pi / 100;
+  recorder.on_sample = [&](std::size_t i, double t, double value) {
+    ++count[i];
+    if (i == 0) {
+      CHECK(std::abs(value / step - std::round(value / step)) < 1e-9);
+      CHECK(value <= 2 * t + 1e-9);
+      CHECK(value > 2 * t - step - 1e-9);
+    } else if (i == 1) {
+      CHECK(value == Approx(0.1 * std::sin(2 * t)).margin(1e-8));
+    } else {
+      squares += std::pow(value - 0.1 * std::cos(2 * t), 2);
+    }
+  };
+  formulation->run(1, recorder);
+  CHECK(count[0] == 50);
+  CHECK(count[1] == 50);
+  // A standard deviation from n samples scatters by 1/√(2n).
+  CHECK(std::sqrt(squares / count[2]) == Approx(0.5).epsilon(4 / std::sqrt(2.0 * count[2])));
+}

@@ -1,0 +1,314 @@
+// Studies: reading, bit-identity, carrying on, metrics by hand, surfaces, measured files, and calibration end
+// to end.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <random>
+
+#include "cli/makers.hpp"
+#include "measure/measurement.hpp"
+#include "sim/output_file.hpp"
+#include "sim/recorder.hpp"
+#include "study/calibrate.hpp"
+#include "study/intervals.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+const std::string study_head = "scene = \"" +
+                               (test::source_folder() / "cases/flores2011-experiment/guide.toml").string() +
+                               R"("
+joint = "gudgeon"
+accelerometer = "accelerometer"
+position = "lvdt"
+revolutions = 1
+discard = 0.5
+starts = 2
+)";
+
+std::filesystem::path write(const test::TemporaryFolder& folder, const std::string& name,
+                            const std::string& text) {
+  write_file(folder.path() / name, text);
+  return folder.path() / name;
+}
+
+std::string refusal(const std::filesystem::path& file) {
+  try {
+    read_study(file);
+  } catch (const SceneError& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+const std::string two_by_two = study_head + R"(
+[axes.clearance]
+key = "joints.gudgeon.clearance"
+values = [0.25e-3, 1e-3]
+[axes.speed]
+key = "drives.motor.speed_rpm"
+values = [100.0, 250.0]
+)";
+
+}  // namespace
+
+TEST_CASE("a sweep's results do not depend on threads, and it carries on", "[study]") {
+  test::TemporaryFolder folder;
+  const auto study = read_study(write(folder, "study.toml", two_by_two));
+  REQUIRE(cases(study).size() == 16);
+  const auto all = [&](const std::string& name, int threads) {
+    Results results(folder.path() / name, study);
+    const auto summary = sweep(study, cli::makers(), results, threads, {});
+    CHECK(summary.ran == 16);
+    CHECK(summary.failed == 0);
+    return results.runs();
+  };
+  const auto one = all("one.db", 1), two = all("two.db", 2);
+  REQUIRE(one.size() == 16);
+  REQUIRE(two.size() == 16);
+  for (std::size_t i = 0; i < 16; ++i) {
+    CHECK(one[i].key == two[i].key);
+    CHECK(one[i].values == two[i].values);
+    for (int m = 0; m < TurnMetrics::count; ++m)
+      CHECK((one[i].metric[m] == two[i].metric[m] ||
+             (std::isnan(one[i].metric[m]) && std::isnan(two[i].metric[m]))));
+  }
+  // Starts differ, formulations start alike.
+  CHECK(one[0].metric[TurnMetrics::peak_max] != one[1].metric[TurnMetrics::peak_max]);
+
+  // Half of it is removed: only that half runs again.
+  Results results(folder.path() / "one.db", study);
+  auto keep = results.keys();
+  for (int i = 0; i < 8; ++i) keep.erase(keep.begin());
+  results.retain(keep);
+  int reported = 0;
+  const auto again = sweep(study, cli::makers(), results, 2, [&](const SweepProgress&) { ++reported; });
+  CHECK(again.found == 8);
+  CHECK(again.ran == 8);
+  CHECK(reported == 8);
+  CHECK(results.runs().size() == 16);
+}
+
+TEST_CASE("a sweep that is killed leaves whole runs", "[study][program]") {
+  test::TemporaryFolder folder;
+  const auto file = write(folder, "study.toml", two_by_two + "\n");
+  const auto program = std::string(FREEPLAY_BINARY_DIR) + "/freeplay sweep " + file.string() + " -o " +
+                       (folder.path() / "out").string();
+  // Killed without warning at some moment of its work, then left to end.
+  (void)!std::system(("timeout -s KILL 0.25 " + program + " >/dev/null 2>&1").c_str());
+  const auto o = test::freeplay("sweep " + file.string() + " -o " + (folder.path() / "out").string());
+  CHECK(o.status == 0);
+  CHECK_THAT(o.out, Contains("16 runs:"));
+  Results results(folder.path() / "out/sweep.db", read_study(file));
+  CHECK(results.runs().size() == 16);
+}
+
+TEST_CASE("bad studies", "[study]") {
+  test::TemporaryFolder folder;
+  const auto says = [&](const std::string& text) { return refusal(write(folder, "study.toml", text)); };
+  CHECK_THAT(says("scene = 3\n"), Contains("study.toml:1:9: scene: must be a text"));
+  CHECK_THAT(says(study_head + "staarts = 2\n"),
+             Contains("staarts: is not a key of a study; did you mean starts?"));
+  CHECK_THAT(says(study_head + "formulations = [\"magic\"]\n"), Contains("\"magic\" is none"));
+  CHECK_THAT(says(study_head + "seed = 1.5\n"), Contains("seed: must be a whole number"));
+  CHECK_THAT(says(study_head + "[axes.a]\nkey = \"x\"\nvalues = []\n"),
+             Contains("must be a list of numbers"));
+  CHECK_THAT(says(study_head + "[calibrate]\n[calibrate.unknowns.a]\nkey = \"x\"\nlow = 2\nhigh = 1\n"),
+             Contains("high: must be greater than low"));
+  CHECK_THAT(says(study_head + "[calibrate]\n[calibrate.unknowns.a]\nkey = \"x\"\nlow = 1\nhigh = 2\n"
+                               "[calibrate.targets.t]\nstatistic = \"peek\"\nvalue = 1\n"),
+             Contains("\"peek\" is none; there are peak_5"));
+  // A key that no scene has shows before anything runs.
+  const auto file = write(folder, "study.toml",
+                          study_head + "[axes.a]\nkey = \"joints.gudgeon.clearanse\"\nvalues = [1e-3]\n");
+  const auto o = test::freeplay("sweep " + file.string() + " -o " + (folder.path() / "o").string());
+  CHECK(o.status == 2);
+  CHECK_THAT(o.err, Contains("did you mean clearance"));
+}
+
+TEST_CASE("turn metrics of a signal written down by hand", "[study]") {
+  // ω = 2π rad/s, so a turn is 1 s; 1000 Hz; a = 3 cos φ + 1 cos 5φ; the third turn has one spike of 20.
+  TurnRules rules;
+  rules.speed = 2 * std::numbers::pi;
+  rules.sampling = 1000;
+  rules.ideal_maximum = 4;
+  rules.discard = 1;
+  rules.impact_speed = 0.1;
+  TurnMeter meter(rules);
+  for (int i = 1; i < 5000; ++i) {
+    const double t = i / 1000.0, phi = rules.speed * t;
+    meter.acceleration(t, i == 3300 ? 20 : 3 * std::cos(phi) + std::cos(5 * phi));
+    meter.position(t, -2.0 * t * t + 8 * t);  // speed 8 − 4t: slows by 4 m/s², then gains
+  }
+  // In each turn from 1 s on: flight from 90° to 180°; two impacts, one too slow to count.
+  for (int turn = 0; turn < 5; ++turn) {
+    ContactEvent e;
+    e.kind = EventKind::separation;
+    e.t = turn + 0.25;
+    meter.event(e);
+    e.kind = EventKind::impact;
+    e.t = turn + 0.5;
+    e.v_n_minus = -0.5;
+    e.impulse_n = 2;
+    meter.event(e);
+    e.kind = EventKind::contact;
+    e.t = turn + 0.502;
+    e.v_n_minus = -0.05;
+    meter.event(e);
+  }
+  const auto m = meter.finish(8);
+  REQUIRE(m.peaks.size() == 4);  // samples from 1.000 to 4.999 s
+  CHECK(m.value[TurnMetrics::peak_median] == Approx(4));
+  CHECK(m.value[TurnMetrics::peak_max] == 20);
+  CHECK(m.value[TurnMetrics::ratio_max] == 5);
+  CHECK(m.spectrum[0] == Approx(3).epsilon(0.02));  // the spike adds white noise to its turn
+  CHECK(m.spectrum[4] == Approx(1).epsilon(0.02));
+  CHECK(m.value[TurnMetrics::lines] == 2);
+  CHECK(m.value[TurnMetrics::loss_angle] == Approx(90));
+  CHECK(m.value[TurnMetrics::return_angle] == Approx(180));
+  CHECK(m.value[TurnMetrics::flight_duration] == Approx(0.25));
+  CHECK(m.flights.size() == 4);
+  CHECK(m.flights[0].deceleration == Approx(4).epsilon(1e-6));
+  CHECK(m.flights[2].deceleration == Approx(-4).epsilon(1e-6));
+  CHECK(m.value[TurnMetrics::energy_per_turn] == Approx(2));
+}
+
+TEST_CASE("measured files: what is read, and what is refused", "[study]") {
+  test::TemporaryFolder folder;
+  const double speed = 2 * std::numbers::pi;  // one turn a second
+  const auto file = [&](const std::string& head, auto line) {
+    std::string text = head + "\n";
+    for (int i = 0; i < 300; ++i) text += std::string(line(i)) + "\n";
+    return write(folder, "data.csv", text);
+  };
+  const auto says = [&](const std::filesystem::path& path) {
+    try {
+      read_measurement(path, speed, 10);
+    } catch (const SceneError& e) {
+      return std::string(e.what());
+    }
+    return std::string("accepted");
+  };
+  const auto wave = [](double t) { return 10 * std::cos(2 * std::numbers::pi * t); };
+  const auto good =
+      read_measurement(file("t,acceleration,uncertainty",
+                            [&](int i) { return fmt::format("{},{},0.5", 0.01 * i, wave(0.01 * i)); }),
+                       speed, 10);
+  CHECK(good.sampling == Approx(100));
+  CHECK(good.acceleration.size() == 300);
+  CHECK(good.uncertainty == Approx(0.5));
+  const auto angles = read_measurement(
+      file("crank_angle,acceleration",
+           [&](int i) { return fmt::format("{},{}", std::fmod(40 + 3.6 * i, 360), wave(0.01 * i)); }),
+      speed, 10);
+  CHECK(angles.sampling == Approx(100));
+  CHECK(angles.start_angle == Approx(40));
+
+  CHECK_THAT(says(folder.path() / "none.csv"), Contains("cannot be read"));
+  CHECK_THAT(says(file("acceleration", [](int) { return "1"; })),
+             Contains("data.csv:1: the header must name"));
+  CHECK_THAT(says(file("t,acceleration", [](int i) { return fmt::format("{}", i); })),
+             Contains(":2: has 1 fields"));
+  CHECK_THAT(says(file("t,acceleration",
+                       [&](int i) { return i == 7 ? std::string("0.07,nan") : fmt::format("{},1", 0.01 * i); })),
+             Contains(":9: acceleration: \"nan\" is not a finite number"));
+  CHECK_THAT(
+      says(file("t,acceleration",
+                [&](int i) { return fmt::format("{},{}", 0.01 * (i < 90 ? i : i + 20), wave(0.01 * i)); })),
+      Contains(":92: a gap of 0.21 s"));
+  CHECK_THAT(
+      says(file("t,acceleration",
+                [&](int i) { return fmt::format("{},{}", 0.01 * (i == 50 ? 3 : i), wave(0.01 * i)); })),
+      Contains("must increase"));
+  CHECK_THAT(says(file("t,acceleration",
+                       [&](int i) { return fmt::format("{},{}", 0.01 * i, 1000 * wave(0.01 * i)); })),
+             Contains("acceleration must be in m/s²"));
+  CHECK_THAT(
+      says(file("t,acceleration", [&](int i) { return fmt::format("{},{}", 1e-5 * i, wave(0.01 * i)); })),
+      Contains("less than a turn of the crank"));
+}
+
+TEST_CASE("response surfaces: exact for quadratics, honest about noise", "[study]") {
+  const auto points = space_filling(3, 60);
+  CHECK(points.minCoeff() >= -1);
+  CHECK(points.maxCoeff() <= 1);
+  const auto f = [](const Eigen::VectorXd& x) {
+    return 1 + 2 * x[0] - x[1] + 0.5 * x[0] * x[2] - 3 * x[2] * x[2];
+  };
+  Eigen::VectorXd y(60);
+  for (int i = 0; i < 60; ++i) y[i] = f(points.row(i).transpose());
+  const ResponseSurface exact(points, y);
+  CHECK(exact.error() < 1e-12);
+  const Eigen::Vector3d at(0.3, -0.7, 0.2);
+  CHECK(exact(at) == Approx(f(at)));
+  CHECK(exact.gradient(at)[2] == Approx(0.5 * 0.3 - 6 * 0.2));
+  // Noise of standard deviation s: leaving one out errs by s√(1 + h/(1−h)), some 10 % above s for 10 of 60.
+  std::mt19937_64 engine(3);
+  std::normal_distribution<double> noise(0, 0.2);
+  for (int i = 0; i < 60; ++i) y[i] += noise(engine);
+  const ResponseSurface noisy(points, y);
+  CHECK(noisy.error() > 0.2 * 0.8);
+  CHECK(noisy.error() < 0.2 * 1.45);
+}
+
+TEST_CASE("known parameters are recovered from a synthetic measurement, through the whole chain",
+          "[study][slow]") {
+  test::TemporaryFolder folder;
+  const double band = 700, friction = 12;
+  // The measurement: another start (seed) of the same rig at two clearances, written as a user would have it.
+  auto synthetic =
+      read_study(write(folder, "truth.toml", study_head + "formulations = [\"nonsmooth\"]\nseed = 99\n"));
+  for (const double clearance : {0.25e-3, 1e-3}) {
+    Case one{"",
+             "nonsmooth",
+             {},
+             0,
+             20,
+             synthetic.scene,
+             {fmt::format("joints.gudgeon.clearance={}", clearance),
+              fmt::format("instruments.accelerometer.bandwidth={}", band),
+              fmt::format("loads.bearing.force={}", friction)}};
+    const auto scene = scene_of(synthetic, one, cli::makers());
+    const System system(scene.mechanism);
+    const auto formulation = cli::makers().matched(scene, system, assemble(scene.mechanism, scene.run.start));
+    Recorder recorder(scene, system, std::nullopt);
+    std::string csv = "t,acceleration\n";
+    recorder.on_sample = [&](std::size_t i, double t, double value) {
+      if (i == 0 && t > scene.run.discard) csv += fmt::format("{},{}\n", t, value);
+    };
+    REQUIRE(formulation->run(scene.run.duration, recorder).status == Ending::Status::finished);
+    write(folder, clearance < 5e-4 ? "small.csv" : "large.csv", csv);
+  }
+  const auto target = [](const char* name, const char* clearance, const char* statistic, const char* data) {
+    return fmt::format(
+        "[calibrate.targets.{}]\nset = [\"joints.gudgeon.clearance={}\"]\nstatistic = \"{}\"\n"
+        "data = \"{}\"\ntolerance = 0.1\n",
+        name, clearance, statistic, data);
+  };
+  const auto study = read_study(write(
+      folder, "study.toml",
+      study_head +
+          "formulations = [\"nonsmooth\"]\n[calibrate]\npoints = 24\nstarts = 2\nrevolutions = 10\n"
+          "[calibrate.unknowns.band]\nkey = \"instruments.accelerometer.bandwidth\"\nlow = 300.0\nhigh = "
+          "1500.0\nscale = \"log\"\n"
+          "[calibrate.unknowns.friction]\nkey = \"loads.bearing.force\"\nlow = 5.0\nhigh = 25.0\n" +
+          target("a", "0.25e-3", "peak_median", "small.csv") +
+          target("b", "1e-3", "peak_median", "large.csv") + target("c", "1e-3", "rms", "large.csv") +
+          target("d", "0.25e-3", "rms", "small.csv")));
+  const auto r = calibrate(study, cli::makers(), folder.path(), 0, {});
+  REQUIRE(r.sweep.failed == 0);
+  const double truth[] = {band, friction};
+  for (int j : {0, 1}) {
+    const auto& u = r.all.unknowns[j];
+    CAPTURE(j, u.value, u.low, u.high);
+    CHECK(u.low <= truth[j]);
+    CHECK(truth[j] <= u.high);
+    CHECK(u.high / u.low < 5);  // it says something: the ranges are factors of 5
+  }
+  CHECK(r.left_out.size() == 4);
+}
