@@ -142,6 +142,8 @@ std::vector<std::filesystem::path> all(const std::filesystem::path& folder) {
   if (std::filesystem::exists(folder / "laws.json"))
     draw_all(std::array{impact_loops, delivered_restitution, friction_laws});
   if (std::filesystem::exists(folder / "validation.json")) made.push_back(overlay(folder));
+  if (std::filesystem::exists(folder / "experiment.json"))
+    for (const auto& path : experiment(folder)) made.push_back(path);
   if (std::filesystem::exists(folder / "drift.json")) made.push_back(drift(folder));
   return made;
 }

@@ -61,6 +61,9 @@ std::filesystem::path friction_laws(const std::filesystem::path& folder);
 /// Figure of a folder made by `freeplay validate SCENE --data FILE`.
 std::filesystem::path overlay(const std::filesystem::path& folder);
 
+/// Figures of a folder made by `freeplay validate STUDY`, of its calibrated variant or else its first.
+std::vector<std::filesystem::path> experiment(const std::filesystem::path& folder);
+
 /// Figure of a folder made by `freeplay drift`.
 std::filesystem::path drift(const std::filesystem::path& folder);
 

@@ -99,12 +99,12 @@ int drift(const Request& request) {
 
 int figures(const Request& request) {
   const std::filesystem::path folder = request.scene;
-  if (!std::filesystem::exists(folder / "comparison.json") &&
-      !std::filesystem::exists(folder / "laws.json") && !std::filesystem::exists(folder / "drift.json"))
-    throw SceneError(request.scene +
-                     ": has no comparison.json, laws.json or drift.json; give a folder made by freeplay "
-                     "compare, laws or drift");
-  for (const auto& path : plots::all(request.scene)) fmt::print("{}\n", path.string());
+  const auto made = plots::all(folder);
+  if (made.empty())
+    throw SceneError(
+        request.scene +
+        ": has no result files to draw; give a folder made by freeplay compare, laws, drift or validate");
+  for (const auto& path : made) fmt::print("{}\n", path.string());
   return 0;
 }
 

@@ -8,6 +8,7 @@
 #include "cli/progress.hpp"
 #include "plots/figure.hpp"
 #include "sim/output_file.hpp"
+#include "study/tables.hpp"
 #include "verification/experiment/flores2011.hpp"
 
 namespace freeplay::cli {
@@ -92,12 +93,22 @@ int validate_study(const Request& request) {
   document["provenance"] = provenance(read_scene(study.scene));
   document["provenance"]["study"] = study.text;
   write_file(folder / "experiment.json", document.dump(1) + "\n");
+  write_tables(study, results, makers(), folder);
   const auto text =
       verification::experiment_document(study, results, fitted ? &*fitted : nullptr, fit ? &*fit : nullptr);
   const std::filesystem::path place =
       request.document.empty() ? folder : std::filesystem::path(request.document);
   make_folder(place);
   write_file(place / "experiment.md", text);
+  const auto figures = plots::all(folder);
+  if (place != folder) {
+    make_folder(place / "figures");
+    for (auto figure : figures) {
+      figure.replace_extension(".png");
+      std::filesystem::copy_file(figure, place / "figures" / figure.filename(),
+                                 std::filesystem::copy_options::overwrite_existing);
+    }
+  }
   fmt::print("{} runs, {} made in {:.0f} s; results in {}\n", summary.total, summary.ran,
              summary.wall_seconds, folder.string());
   return all ? 0 : 1;

@@ -25,6 +25,25 @@ int instrument(const Scene& scene, const std::string& name, Instrument::Kind kin
                                scene.file.string(), key, name));
 }
 
+/// The study's accelerometer and LVDT (−1: none) among the scene's instruments; sets the rules' sampling.
+std::pair<int, int> channels(const Study& study, const Scene& scene, TurnRules& rules) {
+  const int a = instrument(scene, study.accelerometer, Instrument::Kind::accelerometer, "accelerometer");
+  const int x =
+      study.position.empty() ? -1 : instrument(scene, study.position, Instrument::Kind::lvdt, "position");
+  rules.sampling = scene.instruments[a].sampling;
+  if (x >= 0 && scene.instruments[x].sampling != rules.sampling)
+    throw SceneError(
+        fmt::format("{}: accelerometer and position must have the same sampling", scene.file.string()));
+  return {a, x};
+}
+
+void feed(Recorder& recorder, TurnMeter& meter, int acceleration, int position) {
+  recorder.on_sample = [&meter, acceleration, position](std::size_t i, double t, double value) {
+    if (static_cast<int>(i) == acceleration) meter.acceleration(t, value);
+    if (static_cast<int>(i) == position) meter.position(t, value);
+  };
+}
+
 }  // namespace
 
 std::vector<Case> cases(const Study& study) {
@@ -73,23 +92,28 @@ Scene scene_of(const Study& study, const Case& one, const Makers& makers) {
   return perturbed(scene, makers.penalty, study.seed, one.start, study.perturbation);
 }
 
-double ideal_maximum(const Study& study, const Scene& scene, const Makers& makers) {
-  const auto channel = static_cast<std::size_t>(
-      instrument(scene, study.accelerometer, Instrument::Kind::accelerometer, "accelerometer"));
-  const double turn = 2 * std::numbers::pi / std::abs(main_drive(scene.mechanism)->speed);
+TurnMetrics ideal_turn(const Study& study, const Scene& scene, const Makers& makers) {
+  const auto* drive = main_drive(scene.mechanism);
+  TurnRules rules;
+  const auto [channel, lvdt] = channels(study, scene, rules);
+  rules.speed = drive->speed;
+  rules.crank_start = drive->initial_angle;
+  rules.discard = 2 * std::numbers::pi / std::abs(drive->speed);
   Scene ideal = scene;
   ideal.mechanism = idealised(scene.mechanism);
-  ideal.run = {2 * turn, 0, RunOptions::Start::assembled, {}};
+  ideal.run = {2 * rules.discard + 2 / rules.sampling, 0, RunOptions::Start::assembled, {}};
   for (auto& i : ideal.instruments) i.noise.reset();
   const System system(ideal.mechanism);
   const auto formulation = makers.penalty(ideal, system, assemble(ideal.mechanism, ideal.run.start));
   Recorder recorder(ideal, system, std::nullopt);
-  double greatest = 0;
-  recorder.on_sample = [&](std::size_t i, double t, double value) {
-    if (i == channel && t > turn) greatest = std::max(greatest, std::abs(value));
-  };
-  if (formulation->run(ideal.run.duration, recorder).status == Ending::Status::failed) return std::nan("");
-  return greatest;
+  TurnMeter meter(rules);
+  feed(recorder, meter, channel, lvdt);
+  formulation->run(ideal.run.duration, recorder);
+  return meter.finish(0);  // of a run that stopped early: NaN
+}
+
+double ideal_maximum(const Study& study, const Scene& scene, const Makers& makers) {
+  return ideal_turn(study, scene, makers).value[TurnMetrics::peak_max];
 }
 
 CaseResult run_case(const Study& study, const Case& one, const Makers& makers) {
@@ -103,14 +127,7 @@ CaseResult run_case(const Study& study, const Case& one, const Makers& makers) {
   rules.flight_angle = study.flight_angle;
   rules.impact_speed = study.impact_speed;
   rules.line_share = study.line_share;
-  const int channel =
-      instrument(scene, study.accelerometer, Instrument::Kind::accelerometer, "accelerometer");
-  const int lvdt =
-      study.position.empty() ? -1 : instrument(scene, study.position, Instrument::Kind::lvdt, "position");
-  rules.sampling = scene.instruments[channel].sampling;
-  if (lvdt >= 0 && scene.instruments[lvdt].sampling != rules.sampling)
-    throw SceneError(
-        fmt::format("{}: accelerometer and position must have the same sampling", scene.file.string()));
+  const auto [channel, lvdt] = channels(study, scene, rules);
 
   const System system(scene.mechanism);
   rules.joint = -1;
@@ -126,10 +143,7 @@ CaseResult run_case(const Study& study, const Case& one, const Makers& makers) {
   Recorder recorder(scene, system, std::nullopt);
   TurnMeter meter(rules);
   recorder.on_event = [&](const ContactEvent& e) { meter.event(e); };
-  recorder.on_sample = [&](std::size_t i, double t, double value) {
-    if (static_cast<int>(i) == channel) meter.acceleration(t, value);
-    if (static_cast<int>(i) == lvdt) meter.position(t, value);
-  };
+  feed(recorder, meter, channel, lvdt);
   CaseResult result;
   result.ending = formulation->run(rules.discard, recorder);
   const auto lost = [&] {

@@ -38,7 +38,9 @@ std::vector<Case> cases(const Study& study);
 /// The scene of a case, read and ready to run from its perturbed start.
 Scene scene_of(const Study& study, const Case& one, const Makers& makers);
 
-/// Greatest |a| (m/s²) of the scene's ideal mechanism through the study's accelerometer, in its second turn.
+/// The scene's ideal mechanism through the study's instruments, in its second turn.
+TurnMetrics ideal_turn(const Study& study, const Scene& scene, const Makers& makers);
+/// Its greatest |a| (m/s²); NaN when the ideal mechanism cannot be run.
 double ideal_maximum(const Study& study, const Scene& scene, const Makers& makers);
 
 /// Runs it. Throws SceneError; a numerical failure is in the ending.
