@@ -64,6 +64,9 @@ std::filesystem::path overlay(const std::filesystem::path& folder);
 /// Figures of a folder made by `freeplay validate STUDY`, of its calibrated variant or else its first.
 std::vector<std::filesystem::path> experiment(const std::filesystem::path& folder);
 
+/// Figure of a folder made by `freeplay extremes`.
+std::filesystem::path extremes(const std::filesystem::path& folder);
+
 /// Figure of a folder made by `freeplay drift`.
 std::filesystem::path drift(const std::filesystem::path& folder);
 

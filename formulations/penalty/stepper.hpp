@@ -236,6 +236,7 @@ class PenaltyStepper {
     const double rate = row.normal.dot(v()), slide = row.tangent.dot(v());
     f_.contacts()[k].closed = false;
     const int p = f_.impulse_offset() + 2 * k;
+    extremes_.shortest_contact = std::min(extremes_.shortest_contact, method_.t - mark_[k].t);
     log_->leave(k, method_.t, crank(), rate, slide, method_.x[p] - mark_[k].impulse_n,
                 method_.x[p + 1] - mark_[k].impulse_t, method_.t - mark_[k].t);
     mark_[k].at = {row.gap, rate, slide};

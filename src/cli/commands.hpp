@@ -41,6 +41,7 @@ int verify(const Request& request);
 nlohmann::json to_json(const Study& study, const CalibrationResult& result);
 int sweep(const Request& request);
 int calibrate(const Request& request);
+int extremes(const Request& request);
 int validate(const Request& request);
 int validate_data(const Request& request);
 int validate_study(const Request& request);

@@ -86,6 +86,11 @@ int main(int argc, char** argv) {
                        "write experiment.md and its figures into this folder");
   validate->callback([&request] { request.command = cli::validate; });
 
+  auto* extremes =
+      app.add_subcommand("extremes", "the map of what holds at the edges; fails on a silent error");
+  extremes->add_option("-o,--output", request.output, "result folder")->default_val("out/extremes");
+  extremes->callback([&request] { request.command = cli::extremes; });
+
   auto* verify = app.add_subcommand("verify", "judge every claim that the program makes of itself");
   verify->add_option("names", request.names, "sets of claims; default all");
   verify->add_option("-o,--output", request.output, "result folder")->default_val("out/verification");

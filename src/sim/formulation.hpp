@@ -3,6 +3,7 @@
 // event-driven scheme at its events and bulirsch_stoer within odeint, allocates nothing.
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -55,6 +56,7 @@ struct Extremes {
   double constraint_angle = 0;      ///< rad
   double lcp_residual = 0;          ///< greatest relative residual of a complementarity solve
   double lcp_residual_rate = 0;     ///< m/s (m/s² in accelerations), the same before division
+  double shortest_contact = INFINITY;  ///< s, from touch to separation (penalty)
   long ambiguous = 0;               ///< complementarity solves that may have had other solutions (Painlevé)
   long gains = 0;                   ///< impacts that raised the energy
   double greatest_gain = 0;         ///< J, of one of them

@@ -1,0 +1,76 @@
+// freeplay extremes: the map of what holds at the edges, each cell in a process of its own.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "cli/commands.hpp"
+#include "cli/progress.hpp"
+#include "plots/figure.hpp"
+#include "sim/output_file.hpp"
+#include "sim/recorder.hpp"
+#include "sim/run_summary.hpp"
+#include "verification/extremes/extremes.hpp"
+
+namespace freeplay::cli {
+
+int extremes(const Request& request) {
+  using namespace verification;
+  auto cells = rig_cells();
+  for (auto& c : special_cells()) cells.push_back(std::move(c));
+  const std::filesystem::path folder = request.output;
+  make_folder(folder);
+  Progress progress;
+  std::string csv = "axis,label,value,formulation,outcome,detail\n", axis;
+  nlohmann::json list = nlohmann::json::array();
+  int defects = 0, counts[6] = {};
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    auto& c = cells[i];
+    if (stop_requested) return 1;
+    progress.show(c.axis, static_cast<double>(i) / static_cast<double>(cells.size()));
+    c.verdict = judge_apart(c, 120);
+    progress.clear();
+    if (c.axis != axis) fmt::print("\n{}\n", axis = c.axis);
+    fmt::print("  {:<32}{:<14}{}\n", c.label, c.formulation, name_of(c.verdict.outcome));
+    if (c.verdict.outcome != Outcome::right) fmt::print("      {}\n", c.verdict.detail);
+    std::fflush(stdout);
+    ++counts[static_cast<int>(c.verdict.outcome)];
+    defects += is_defect(c.verdict.outcome);
+    auto detail = c.verdict.detail, label = c.label, name = c.axis;
+    std::ranges::replace(detail, ',', ';');
+    if (detail.empty()) detail = "-";
+    std::erase(label, ',');
+    std::erase(name, ',');
+    csv += fmt::format("{},{},{},{},{},{}\n", name, label, c.value, c.formulation, name_of(c.verdict.outcome),
+                       detail);
+    list.push_back({{"axis", c.axis},
+                    {"label", c.label},
+                    {"value", c.value},
+                    {"formulation", c.formulation},
+                    {"outcome", name_of(c.verdict.outcome)},
+                    {"detail", c.verdict.detail}});
+  }
+  nlohmann::json limits = nlohmann::json::array();
+  std::string limit_csv = "axis,formulation,value\n";
+  for (const auto& l : predicted_limits()) {
+    limits.push_back(
+        {{"axis", l.axis}, {"formulation", l.formulation}, {"value", l.value}, {"source", l.source}});
+    auto name = l.axis;
+    std::erase(name, ',');
+    limit_csv += fmt::format("{},{},{}\n", name, l.formulation, l.value);
+  }
+  auto origin = provenance(Scene{});
+  origin["scene_file"] = "extremes";
+  write_file(folder / "extremes.json",
+             nlohmann::json{{"provenance", origin}, {"cells", list}, {"limits", limits}}.dump(
+                 1, ' ', false, nlohmann::json::error_handler_t::replace) +
+                 "\n");
+  write_file(folder / "extremes.csv", csv);
+  write_file(folder / "limits.csv", limit_csv);
+  fmt::print("\n{} cells: {} right, {} degraded and said so, {} refused; {} defects\nresults in {}\n",
+             cells.size(), counts[0], counts[1], counts[2], defects, folder.string());
+  for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
+  return defects == 0 ? 0 : 1;
+}
+
+}  // namespace freeplay::cli

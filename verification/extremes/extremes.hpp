@@ -1,0 +1,49 @@
+// The extremes: every cell of the map is a scene at the edge of what can be asked, judged against a
+// reference. A cell runs in a process of its own with a limit of time, so a crash or a hang is a verdict too.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace freeplay::verification {
+
+enum class Outcome {
+  right,     ///< within the bound of the reference
+  degraded,  ///< outside it, and the program said so
+  refused,   ///< stopped or declined, with a reason
+  wrong,     ///< outside the bound, and nothing said so: a defect
+  hung,      ///< did not end in time: a defect
+  crashed    ///< a defect
+};
+const char* name_of(Outcome outcome);
+inline bool is_defect(Outcome o) { return o >= Outcome::wrong; }
+
+struct Judged {
+  Outcome outcome = Outcome::right;
+  std::string detail;
+};
+
+struct Cell {
+  std::string axis, label;
+  double value = 0;         ///< along the axis; 0 for scenes of their own
+  std::string formulation;  ///< penalty, or nonsmooth
+  std::function<Judged()> judge;
+  Judged verdict;
+};
+
+/// A stability limit that theory predicts on an axis.
+struct Limit {
+  std::string axis, formulation;
+  double value = 0;
+  std::string source;
+};
+
+std::vector<Cell> rig_cells();      ///< the paper's rig along each axis, against the oracle
+std::vector<Cell> special_cells();  ///< singular positions, redundancy, Painlevé, long runs
+std::vector<Limit> predicted_limits();
+
+/// Judges a cell in a child process; `seconds` is its limit.
+Judged judge_apart(const Cell& cell, double seconds);
+
+}  // namespace freeplay::verification

@@ -1,0 +1,265 @@
+// Scenes that are extreme by what they are: singular positions, redundancy, no motion, long runs, Painlevé.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "verification/extremes/extremes.hpp"
+#include "verification/references/slider_crank.hpp"
+#include "verification/support.hpp"
+
+namespace freeplay::verification {
+namespace {
+
+/// Right when `error` is within `bound`; else what the program said decides.
+Judged by(const RunSummary& run, double error, double bound, const std::string& what) {
+  if (run.ending.status != Ending::Status::finished) return {Outcome::refused, run.ending.reason};
+  if (error <= bound) return {Outcome::right, fmt::format("{}: {:.2g}", what, error)};
+  for (const auto& note : run.notes)
+    if (note.starts_with("DOUBTFUL"))
+      return {Outcome::degraded, fmt::format("{}: {:.2g}; said: {}", what, error, note)};
+  return {Outcome::wrong, fmt::format("{}: {:.2g}, above {:.2g}", what, error, bound)};
+}
+
+Scene ideal_rig() {
+  auto scene = read_scene(test::flores());
+  scene.mechanism = idealised(scene.mechanism);
+  scene.instruments.clear();
+  scene.run.discard = 0;
+  return scene;
+}
+
+/// Slider-crank with l = r: at 90° the slider stands over the shaft and may stay there.
+Judged equal_lengths(Family family) {
+  auto scene = ideal_rig();
+  std::get<RevoluteJoint>(scene.mechanism.joints[1]).at[1] = {-0.025, 0};
+  std::get<RevoluteJoint>(scene.mechanism.joints[2]).at[0] = {0.025, 0};
+  scene.run.duration = 0.2;  // two thirds of a turn: through 90°
+  const auto run = test::simulate(scene, family);
+  return by(run, std::abs(run.final_state.q[6] - 0.1 * std::cos(run.final_state.q[2])), 1e-4,
+            "slider off 2r cos φ (m)");
+}
+
+/// A parallelogram driven through its change points: the coupler stays parallel to the ground. Or started at
+/// one.
+Judged parallelogram(Family family, bool at_change) {
+  const double x = at_change ? 0.05 : 0.0, y = at_change ? 0.0 : 0.05,
+               turn = at_change ? 0.0 : std::numbers::pi / 2;
+  const auto text = fmt::format(R"(
+[bodies.crank]
+mass = 1.0
+inertia = 0.01
+position = [{0}, {1}]
+angle = {2}
+[bodies.coupler]
+mass = 1.0
+inertia = 0.01
+position = [{3}, {4}]
+[bodies.rocker]
+mass = 1.0
+inertia = 0.01
+position = [{5}, {1}]
+angle = {2}
+[joints.a]
+type = "revolute"
+between = ["ground", "crank"]
+at = [[0.0, 0.0], [-0.05, 0.0]]
+[joints.b]
+type = "revolute"
+between = ["crank", "coupler"]
+at = [[0.05, 0.0], [-0.15, 0.0]]
+[joints.c]
+type = "revolute"
+between = ["coupler", "rocker"]
+at = [[0.15, 0.0], [0.05, 0.0]]
+[joints.d]
+type = "revolute"
+between = ["ground", "rocker"]
+at = [[0.3, 0.0], [-0.05, 0.0]]
+[drives.motor]
+joint = "a"
+speed_rpm = 60.0
+[run]
+duration = 1.6
+)",
+                                x, y, turn, 2 * x + 0.15, 2 * y, x + 0.3);
+  auto scene = parse_scene(text, "parallelogram.toml");
+  const auto run = test::simulate(scene, family);
+  return by(run, std::abs(run.final_state.q[5]), 1e-4, "coupler turned (rad)");
+}
+
+/// A triangle of three bars on two fixed pins: it cannot move.
+Judged locked(Family family) {
+  const std::string text = R"(
+gravity = [0.0, -9.81]
+[bodies.a]
+mass = 1.0
+inertia = 0.01
+position = [0.5, 0.5]
+[bodies.b]
+mass = 1.0
+inertia = 0.01
+position = [1.5, 0.5]
+[joints.a]
+type = "revolute"
+between = ["ground", "a"]
+at = [[0.0, 0.0], [-0.5, -0.5]]
+[joints.b]
+type = "revolute"
+between = ["ground", "b"]
+at = [[2.0, 0.0], [0.5, -0.5]]
+[joints.top]
+type = "revolute"
+between = ["a", "b"]
+at = [[0.5, 0.5], [-0.5, 0.5]]
+[run]
+duration = 1.0
+)";
+  const auto scene = parse_scene(text, "truss.toml");
+  const auto run = test::simulate(scene, family);
+  return by(run, std::abs(run.final_state.q[0] - 0.5) + std::abs(run.final_state.v[0]), 1e-9,
+            "moved (m, m/s)");
+}
+
+/// A block that falls in two parallel guides where one would do.
+Judged redundant(Family family) {
+  const std::string text = R"(
+gravity = [0.0, -9.81]
+[bodies.block]
+mass = 2.0
+inertia = 0.01
+[joints.left]
+type = "translational"
+between = ["ground", "block"]
+at = [[-0.1, 0.0], [-0.1, 0.0]]
+axis = [0.0, 1.0]
+[joints.right]
+type = "translational"
+between = ["ground", "block"]
+at = [[0.1, 0.0], [0.1, 0.0]]
+axis = [0.0, 1.0]
+[run]
+duration = 1.0
+)";
+  const auto scene = parse_scene(text, "guides.toml");
+  const auto run = test::simulate(scene, family);
+  return by(run, std::abs(run.final_state.q[1] + 0.5 * 9.81), 1e-5, "fall off ½gt² (m)");
+}
+
+/// A journal at rest, exactly centred in a fixed bearing: it falls by c. Or resting on the wall from the
+/// first instant.
+Judged journal(Family family, bool centred) {
+  const double c = 1e-3, g = 9.81;
+  const auto text = fmt::format(R"(
+gravity = [0.0, -9.81]
+[bodies.disc]
+mass = 1.0
+inertia = 0.001
+position = [0.0, {}]
+[joints.pin]
+type = "revolute"
+between = ["ground", "disc"]
+at = [[0.0, 0.0], [0.0, 0.0]]
+clearance = 1e-3
+bearing_radius = 0.02
+surface = "s"
+[surfaces.s]
+young = 207e9
+poisson = 0.3
+restitution = 0.5
+[run]
+duration = {}
+start = "given"
+)",
+                                centred ? 0.0 : -c, centred ? 0.02 : 0.5);
+  auto scene = parse_scene(text, "journal.toml");
+  scene.penalty.contact = ContactLaw::exact;
+  if (!centred && family == Family::penalty) scene.penalty.integrator = Integrator::rosenbrock4;
+  const auto run = test::simulate(scene, family);
+  if (run.ending.status != Ending::Status::finished) return {Outcome::refused, run.ending.reason};
+  if (!centred)
+    return by(run, std::abs(run.final_state.q[1] + c) / c, 2e-3, "left its place, of the clearance");
+  const auto touch = test::touch(run, 0);
+  return by(run, std::abs(touch.t / std::sqrt(2 * c / g) - 1), family == Family::penalty ? 1e-7 : 1e-3,
+            "first touch off √(2c/g), relative");
+}
+
+/// Two loose pins in one chain: before the first touch all formulations fly alike.
+Judged two_loose(Family family) {
+  auto scene = read_scene(test::scene_file("four_bar_two"));
+  scene.nonsmooth.scheme = Scheme::event_driven;
+  scene.penalty.contact = ContactLaw::exact;
+  const auto reference = test::touch(test::simulate(scene, Family::nonsmooth), 0);
+  scene.nonsmooth.scheme = Scheme::moreau_jean;
+  const auto run = test::simulate(scene, family);
+  const auto touch = test::touch(run, 0);
+  return by(run, std::abs(touch.t / reference.t - 1), family == Family::penalty ? 1e-6 : 1e-2,
+            "first touch off the other scheme's, relative");
+}
+
+Judged long_run(Family family) {
+  auto scene = ideal_rig();
+  scene.run.duration = 10000 * 0.3 + 0.1;
+  scene.nonsmooth.step = 1e-3;
+  scene.penalty.tolerance = 1e-6;
+  const auto run = test::simulate(scene, family);
+  const auto exact = reference::slider_crank(0.05, 0.3, 2 * std::numbers::pi / 3, 20 * std::numbers::pi / 3);
+  return by(run, std::abs(run.final_state.q[6] - exact.x), 1e-6,
+            "slider off the closed form after 10,000 turns (m)");
+}
+
+Judged painleve(bool events) {
+  auto scene = read_scene(test::scene_file("painleve_rod"));
+  scene.nonsmooth.scheme = events ? Scheme::event_driven : Scheme::moreau_jean;
+  const auto run = test::simulate(scene, Family::nonsmooth);
+  if (run.ending.status != Ending::Status::finished) return {Outcome::refused, run.ending.reason};
+  // There is no right answer: what counts is that the program says so.
+  for (const auto& note : run.notes)
+    if (note.find("Painlev") != note.npos) return {Outcome::degraded, note};
+  return {Outcome::wrong, "passed Painlevé's configuration without a word"};
+}
+
+}  // namespace
+
+std::vector<Cell> special_cells() {
+  std::vector<Cell> cells;
+  const auto both = [&](const char* name, auto judge) {
+    for (const auto family : {Family::penalty, Family::nonsmooth})
+      cells.push_back({"scene",
+                       name,
+                       0,
+                       family == Family::penalty ? "penalty" : "moreau-jean",
+                       [=] { return judge(family); },
+                       {}});
+  };
+  both("crank as long as the rod", equal_lengths);
+  both("parallelogram four-bar", [](Family f) { return parallelogram(f, false); });
+  both("the same from a change point", [](Family f) { return parallelogram(f, true); });
+  both("locked truss", locked);
+  both("redundant guides", redundant);
+  both("journal exactly centred", [](Family f) { return journal(f, true); });
+  both("contact from the first instant", [](Family f) { return journal(f, false); });
+  both("two loose joints in one chain", two_loose);
+  both("10,000 revolutions", long_run);
+  for (const bool events : {false, true})
+    cells.push_back({"scene",
+                     "Painlevé's rod",
+                     0,
+                     events ? "event-driven" : "moreau-jean",
+                     [=] { return painleve(events); },
+                     {}});
+  return cells;
+}
+
+std::vector<Limit> predicted_limits() {
+  // Hertz at its deepest has the tangent stiffness 3/2 K √δ_max, with δ_max = (5 m v²/(4K))^(2/5); rk4 is
+  // stable on the imaginary axis up to 2√2, on the negative real one up to 2.785.
+  const double K = 1.055e11, mass = 0.4, v = 0.113;
+  const double depth = std::pow(5 * mass * v * v / (4 * K), 0.4);
+  const double omega = std::sqrt(1.5 * K * std::sqrt(depth) / mass);
+  return {{"rk4 step (s)", "penalty", 2 * std::numbers::sqrt2 / omega,
+           "2√2 over the contact's frequency at its deepest"},
+          {"alpha = beta, rk4 at 1e-5 s (1/s)", "penalty", 2.785e5, "hα = 2.785 at the double root −α"}};
+}
+
+}  // namespace freeplay::verification
