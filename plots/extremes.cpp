@@ -39,7 +39,8 @@ std::filesystem::path extremes(const std::filesystem::path& folder) {
   f.height_cm = 14;
   f.width_cm = 18;
   f.script =
-      "set logscale x\nset format x '10^{%T}'\nset key outside top center horizontal\nset lmargin at screen "
+      "set logscale x\nset xrange [3e-10:4e6]\nset format x '10^{%T}'\nset key outside top center "
+      "horizontal\nset lmargin at screen "
       "0.36\nset yrange "
       "[" +
       fmt::format("{}", strips.size()) + ":-1] noreverse\nset ytics (";
@@ -49,7 +50,7 @@ std::filesystem::path extremes(const std::filesystem::path& folder) {
   const auto names = limits.column("value");
   for (std::size_t i = 0; i < limits.rows(); ++i) {
     const auto y = static_cast<double>(strip(limits.text("axis")[i] + ": " + limits.text("formulation")[i]));
-    f.script += fmt::format("set arrow from {0},{1} to {0},{2} nohead lw 2 dt 2 lc rgb '#0b3c8c'\n", names[i],
+    f.script += fmt::format("set arrow from {0},{1} to {0},{2} nohead lw 2 dt 1 lc rgb '#0b3c8c'\n", names[i],
                             y - 0.45, y + 0.45);
   }
   std::string plot = "plot ";
@@ -59,7 +60,7 @@ std::filesystem::path extremes(const std::filesystem::path& folder) {
     plot += fmt::format("'DATA' index {} using 1:2 with points {} ps 1.3 title '{}', ", f.blocks.size() - 1,
                         kinds[k].second, kinds[k].first);
   }
-  f.script += plot + "NaN lw 2 dt 2 lc rgb '#0b3c8c' title 'predicted limit'\n";
+  f.script += plot + "NaN lw 2 dt 1 lc rgb '#0b3c8c' title 'predicted limit'\n";
   return draw(f, folder);
 }
 

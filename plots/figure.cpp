@@ -69,7 +69,7 @@ std::vector<double> Csv::column(const std::string& name) const {
 std::string origin(const std::filesystem::path& folder) {
   auto file = folder / "comparison.json";
   for (const auto* other : {"laws.json", "drift.json", "scaling.json", "verification.json", "validation.json",
-                            "experiment.json", "extremes.json"})
+                            "experiment.json", "extremes.json", "tradeoff.json"})
     if (!std::filesystem::exists(file)) file = folder / other;
   std::ifstream in(file);
   const auto document = nlohmann::json::parse(in, nullptr, false);
@@ -145,6 +145,8 @@ std::vector<std::filesystem::path> all(const std::filesystem::path& folder) {
   if (std::filesystem::exists(folder / "experiment.json"))
     for (const auto& path : experiment(folder)) made.push_back(path);
   if (std::filesystem::exists(folder / "extremes.json")) made.push_back(extremes(folder));
+  if (std::filesystem::exists(folder / "tradeoff.json"))
+    for (const auto& path : tradeoff(folder)) made.push_back(path);
   if (std::filesystem::exists(folder / "drift.json")) made.push_back(drift(folder));
   return made;
 }

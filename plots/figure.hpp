@@ -67,6 +67,9 @@ std::vector<std::filesystem::path> experiment(const std::filesystem::path& folde
 /// Figure of a folder made by `freeplay extremes`.
 std::filesystem::path extremes(const std::filesystem::path& folder);
 
+/// Figures of a folder made by `freeplay tradeoff`, one for each scene.
+std::vector<std::filesystem::path> tradeoff(const std::filesystem::path& folder);
+
 /// Figure of a folder made by `freeplay drift`.
 std::filesystem::path drift(const std::filesystem::path& folder);
 

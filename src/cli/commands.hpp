@@ -27,6 +27,9 @@ struct Request {
   double mass = 1, speed = 0.1;       ///< laws: kg and m/s of the impact that is drawn
   std::vector<std::string> names;     ///< verify: sets of claims; none: all
   std::string data;                   ///< validate: measured file
+  int repeats = 3;                    ///< tradeoff: runs of each setting
+  double error = 1;                   ///< advise: %
+  std::string accuracy;               ///< run, compare: fast, balanced or reference
   int threads = 0;                    ///< sweep: 0 for all cores
   std::string document;               ///< verify: folder for verification.md and its figures
 };
@@ -42,6 +45,8 @@ nlohmann::json to_json(const Study& study, const CalibrationResult& result);
 int sweep(const Request& request);
 int calibrate(const Request& request);
 int extremes(const Request& request);
+int tradeoff(const Request& request);
+int advise(const Request& request);
 int validate(const Request& request);
 int validate_data(const Request& request);
 int validate_study(const Request& request);

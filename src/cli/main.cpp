@@ -37,10 +37,14 @@ int main(int argc, char** argv) {
   run->add_option("--formulation", request.formulation, "penalty or nonsmooth")
       ->required()
       ->check(CLI::IsMember({"penalty", "nonsmooth"}));
+  run->add_option("--accuracy", request.accuracy, "settings by docs/tradeoff.md instead of the scene's")
+      ->check(CLI::IsMember({"fast", "balanced", "reference"}));
   run->add_option("-o,--output", request.output, "result folder; default out/NAME-FORMULATION");
   auto* compare = add("compare", "solve a scene in both formulations and compare them", cli::compare);
   compare->add_flag("--as-given", request.as_given,
                     "leave the impact law at the restitution asked for, unmatched");
+  compare->add_option("--accuracy", request.accuracy, "settings by docs/tradeoff.md instead of the scene's")
+      ->check(CLI::IsMember({"fast", "balanced", "reference"}));
   compare->add_option("-o,--output", request.output, "result folder; default out/NAME");
   auto* figures = app.add_subcommand("figures", "draw the figures of a result folder again");
   figures->add_option("folder", request.scene, "folder made by compare")->required();
@@ -90,6 +94,25 @@ int main(int argc, char** argv) {
       app.add_subcommand("extremes", "the map of what holds at the edges; fails on a silent error");
   extremes->add_option("-o,--output", request.output, "result folder")->default_val("out/extremes");
   extremes->callback([&request] { request.command = cli::extremes; });
+
+  auto* tradeoff =
+      app.add_subcommand("tradeoff", "what accuracy costs: every setting on the scenes of a study");
+  tradeoff->add_option("study", request.scene, "study file")->required();
+  tradeoff->add_option("--repeats", request.repeats, "runs of each setting, interleaved")
+      ->check(CLI::Range(1, 1000));
+  tradeoff->add_option("-o,--output", request.output, "result folder; default out/NAME");
+  tradeoff->add_option("--document", request.document, "write tradeoff.md and its figures into this folder");
+  tradeoff->callback([&request] { request.command = cli::tradeoff; });
+  auto* advise =
+      add("advise", "name the cheapest settings that keep an error, measured on this scene", cli::advise);
+  advise->add_option("--error", request.error, "greatest error, per cent (1% or 1)")
+      ->transform(CLI::Validator(
+          [](std::string& text) {
+            if (!text.empty() && text.back() == '%') text.pop_back();
+            return std::string();
+          },
+          ""))
+      ->check(CLI::PositiveNumber);
 
   auto* verify = app.add_subcommand("verify", "judge every claim that the program makes of itself");
   verify->add_option("names", request.names, "sets of claims; default all");

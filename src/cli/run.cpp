@@ -10,9 +10,24 @@
 #include "sim/recorder.hpp"
 #include "study/compare.hpp"
 #include "study/drift.hpp"
+#include "study/settings.hpp"
 
 namespace freeplay::cli {
 namespace {
+
+/// The overrides, those of --accuracy first, so that --set still wins.
+std::vector<std::string> with_accuracy(const Request& request, const std::vector<std::string>& formulations) {
+  std::vector<std::string> list;
+  if (!request.accuracy.empty()) {
+    const auto level = request.accuracy == "fast"       ? Accuracy::fast
+                       : request.accuracy == "balanced" ? Accuracy::balanced
+                                                        : Accuracy::reference;
+    for (const auto& formulation : formulations)
+      for (const auto& key : setting_for(formulation, level).keys()) list.push_back(key);
+  }
+  list.insert(list.end(), request.overrides.begin(), request.overrides.end());
+  return list;
+}
 
 /// 0 for a finished run; else says on stderr why it ended.
 int report(const RunSummary& summary) {
@@ -26,7 +41,7 @@ int report(const RunSummary& summary) {
 }  // namespace
 
 int run(const Request& request) {
-  const Scene scene = read_scene(request.scene, request.overrides);
+  const Scene scene = read_scene(request.scene, with_accuracy(request, {request.formulation}));
   const auto family = request.formulation == "penalty" ? Family::penalty : Family::nonsmooth;
   const std::filesystem::path folder = request.output.empty()
                                            ? default_folder(scene.file, "-" + request.formulation)
@@ -51,7 +66,7 @@ int run(const Request& request) {
 }
 
 int compare(const Request& request) {
-  const Scene scene = read_scene(request.scene, request.overrides);
+  const Scene scene = read_scene(request.scene, with_accuracy(request, {"penalty", "nonsmooth"}));
   const std::filesystem::path folder =
       request.output.empty() ? default_folder(scene.file, "") : std::filesystem::path(request.output);
   Progress progress;

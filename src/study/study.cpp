@@ -88,12 +88,12 @@ Study read_study(const std::filesystem::path& file) {
   study.scene = folder / root.text("scene");
   study.claims = root.text("claims", "");
   if (root.has("fit")) study.fit = folder / root.text("fit");
-  study.joint = root.text("joint");
-  study.accelerometer = root.text("accelerometer");
+  study.joint = root.text("joint", "");
+  study.accelerometer = root.text("accelerometer", "");
   study.position = root.text("position", "");
   const auto both = formulations(root, {"penalty", "nonsmooth"});
   study.matched = root.choice("restitution", {"delivered", "as-given"}, 0) == 0;
-  study.revolutions = root.number("revolutions", one_or_more);
+  study.revolutions = root.number("revolutions", one_or_more, 50);
   study.discard = root.number("discard", non_negative, 2);
   study.starts = static_cast<int>(root.number("starts", count, 8));
   study.seed = static_cast<std::uint64_t>(root.number("seed", whole, 1));

@@ -1,0 +1,149 @@
+// freeplay tradeoff and freeplay advise.
+#include "study/tradeoff.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "cli/commands.hpp"
+#include "cli/makers.hpp"
+#include "cli/progress.hpp"
+#include "plots/figure.hpp"
+#include "sim/output_file.hpp"
+#include "sim/recorder.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+std::string shown(double x) { return std::isfinite(x) ? fmt::format("{:.1e}", x) : std::string("-"); }
+
+/// A scene's settings, for a terminal; or as Markdown.
+std::string table(const TradeoffScene& t, bool markdown) {
+  std::string out;
+  const char* row = markdown ? "| {} | {} | {} | {} | {} | {} | {} | {} |\n"
+                             : "{:<32}{:>8}{:>8}{:>8}{:>9}{:>9}{:>8}{:>8}\n";
+  const auto line = [&](auto... x) { out += fmt::format(fmt::runtime(row), x...); };
+  line("setting", "events", "state", "energy", "steps", "rhs", "pivots", "CPU ms");
+  if (markdown) line("---", "---", "---", "---", "---", "---", "---", "---");
+  for (const auto& m : t.measured) {
+    const bool ended = m.ending.status == Ending::Status::finished;
+    line(m.setting.label(), ended ? shown(m.errors.events) : "stopped", ended ? shown(m.errors.state) : "-",
+         ended ? shown(m.errors.energy) : "-", m.work.steps, m.work.rhs, m.work.pivots,
+         fmt::format("{:.3g}", 1e3 * m.cpu));
+  }
+  return out;
+}
+
+std::string heading(const TradeoffScene& t) {
+  return fmt::format(
+      "Judged by {} touches to {:.4g} s (penalty; reference known to {}) and {} to {:.4g} s (nonsmooth; "
+      "{}).\n"
+      "Model error of penalty (finite K, no numerics): {}. Energy lost scatters by {} over starts.\n",
+      t.penalty.touches.size(), t.penalty.horizon, shown(t.penalty.accuracy), t.nonsmooth.touches.size(),
+      t.nonsmooth.horizon, shown(t.nonsmooth.accuracy), shown(t.model_error), shown(t.sampling_error));
+}
+
+}  // namespace
+
+int tradeoff(const Request& request) {
+  const auto study = read_study(request.scene);
+  const std::filesystem::path folder =
+      request.output.empty() ? default_folder(study.file, "") : std::filesystem::path(request.output);
+  make_folder(folder);
+  std::string csv = "scene,formulation,method,fineness,events,state,energy,rhs,cpu_s\n";
+  nlohmann::json document;
+  std::string text = fmt::format(
+      "# Speed against accuracy\n\nWritten by `freeplay tradeoff {} --document docs`. Errors: *events*, the "
+      "greatest relative "
+      "error of the\ntouches' times (over the time since the last), approach speeds and impulses up to the "
+      "horizon; *state*, "
+      "of\nvelocities before the first touch; *energy*, what the balance leaves open over the whole run. "
+      "Counts do not depend "
+      "on\nthe machine; CPU is the median of {} interleaved runs.\n",
+      request.scene, request.repeats);
+  Progress progress;
+  for (const auto& v : study.variants) {
+    const auto scene = read_scene(v.scene, v.overrides);
+    auto t = trade_off(scene, makers(), request.repeats, [&](double done) { progress.show(v.name, done); });
+    progress.clear();
+    if (stop_requested) return 1;
+    t.name = v.name;
+    fmt::print("{} ({})\n{}\n{}\n", v.title, v.name, heading(t), table(t, false));
+    std::fflush(stdout);
+    text += fmt::format("\n## {}\n\n{}\n{}", v.title, heading(t), table(t, true));
+    document["scenes"][v.name] = to_json(t);
+    for (const auto& m : t.measured)
+      if (m.ending.status == Ending::Status::finished)
+        csv += fmt::format("{},{},{},{},{},{},{},{},{}\n", v.name, m.setting.formulation, m.setting.method(),
+                           m.setting.fineness, m.errors.events, m.errors.state, m.errors.energy, m.work.rhs,
+                           m.cpu);
+  }
+  document["provenance"] = provenance(read_scene(study.variants.front().scene));
+  document["provenance"]["study"] = study.text;
+  write_file(folder / "tradeoff.json", document.dump(1) + "\n");
+  write_file(folder / "tradeoff.csv", csv);
+  const auto figures = plots::all(folder);
+  if (!request.document.empty()) {
+    const std::filesystem::path place = request.document;
+    make_folder(place / "figures");
+    for (auto figure : figures) {
+      figure.replace_extension(".png");
+      std::filesystem::copy_file(figure, place / "figures" / figure.filename(),
+                                 std::filesystem::copy_options::overwrite_existing);
+      text += fmt::format("\n![{0}](figures/{0})\n", figure.filename().string());
+    }
+    write_file(place / "tradeoff.md", text);
+  }
+  fmt::print("results in {}\n", folder.string());
+  return 0;
+}
+
+int advise(const Request& request) {
+  const auto scene = read_scene(request.scene, request.overrides);
+  int status = 1;
+  for (const char* formulation : {"penalty", "nonsmooth"}) {
+    Progress progress;
+    Advice advice;
+    try {
+      advice = freeplay::advise(scene, formulation, request.error / 100, makers(),
+                                [&](double done) { progress.show(formulation, done); });
+    } catch (const SceneError& e) {
+      fmt::print("{}: not available: {}\n\n", formulation, e.what());
+      continue;
+    }
+    progress.clear();
+    if (stop_requested) return 1;
+    if (advice.tried.empty()) {
+      fmt::print("{}: no reference: {}\n\n", formulation, advice.reference.ending.reason);
+      continue;
+    }
+    if (advice.by_events)
+      fmt::print("{}: judged by {} touches to {:.4g} s, reference known to {}\n", formulation,
+                 advice.reference.touches.size(), advice.reference.horizon, shown(advice.reference.accuracy));
+    else
+      fmt::print("{}: no touches; judged by the velocities at {:.4g} s\n", formulation,
+                 advice.reference.state_time);
+    fmt::print("  {:<34}{:>10}{:>12}{:>10}\n", "setting", "error", "rhs", "CPU ms");
+    for (std::size_t i = 0; i < advice.tried.size(); ++i) {
+      const auto& m = advice.tried[i];
+      const double error = advice.by_events ? m.errors.events : m.errors.state;
+      fmt::print("{} {:<34}{:>10}{:>12}{:>10.3g}\n", static_cast<int>(i) == advice.chosen ? '>' : ' ',
+                 m.setting.label(), m.ending.status == Ending::Status::finished ? shown(error) : "stopped",
+                 m.work.rhs, 1e3 * m.cpu);
+    }
+    if (advice.chosen >= 0) {
+      std::string keys;
+      for (const auto& k : advice.tried[advice.chosen].setting.keys()) keys += " --set " + k;
+      fmt::print("the cheapest within {:.3g} % (asked with a factor of two to spare):\n ", request.error);
+      fmt::print("{}\n\n", keys);
+      status = 0;
+    } else {
+      fmt::print("none stays within {:.3g} %\n\n", request.error);
+    }
+  }
+  return status;
+}
+
+}  // namespace freeplay::cli

@@ -1,0 +1,163 @@
+#include "study/settings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace freeplay {
+namespace {
+
+constexpr const char* integrators[] = {
+    "rk4", "dopri5", "fehlberg78", "bulirsch_stoer", "adams_bashforth_moulton", "rosenbrock4"};
+
+std::vector<ContactEvent> touches(const RunSummary& run) {
+  std::vector<ContactEvent> list;
+  for (const auto& e : run.events)
+    if (e.kind == EventKind::impact) list.push_back(e);
+  return list;
+}
+
+RunSummary run(Scene scene, const Setting& setting, const Makers& makers, double duration) {
+  setting.apply(scene);
+  scene.run.duration = duration;
+  scene.run.discard = 0;
+  scene.instruments.clear();
+  return run_scene(scene, makers.of(setting.formulation, true), std::nullopt);
+}
+
+double dissipated(const EnergyLedger& l) { return l.contact + l.friction + l.damping + l.film; }
+
+double velocity_error(const State& a, const State& b) {
+  double worst = 0, size = 0;
+  for (std::size_t i = 0; i < a.v.size(); ++i) {
+    worst = std::max(worst, std::abs(a.v[i] - b.v[i]));
+    size = std::max(size, std::abs(b.v[i]));
+  }
+  return size > 0 ? worst / size : worst;
+}
+
+}  // namespace
+
+std::string Setting::method() const {
+  if (formulation == "nonsmooth") return scheme == Scheme::event_driven ? "event-driven" : "moreau-jean";
+  return std::string(integrators[static_cast<int>(integrator)]) +
+         (stabilisation == Stabilisation::projection ? "+projection" : "");
+}
+
+std::string Setting::label() const { return fmt::format("{} {:.0e}", method(), fineness); }
+
+std::vector<std::string> Setting::keys() const {
+  if (formulation == "nonsmooth")
+    return {fmt::format("nonsmooth.scheme={}", method()),
+            fmt::format("nonsmooth.{}={}", scheme == Scheme::event_driven ? "tolerance" : "step", fineness)};
+  std::vector<std::string> list = {
+      fmt::format("penalty.integrator={}", integrators[static_cast<int>(integrator)]),
+      fmt::format("penalty.{}={}", integrator == Integrator::rk4 ? "step" : "tolerance", fineness)};
+  if (stabilisation == Stabilisation::projection) list.push_back("penalty.stabilisation=projection");
+  return list;
+}
+
+void Setting::apply(Scene& scene) const {
+  if (formulation == "nonsmooth") {
+    scene.nonsmooth.scheme = scheme;
+    (scheme == Scheme::event_driven ? scene.nonsmooth.tolerance : scene.nonsmooth.step) = fineness;
+    return;
+  }
+  scene.penalty.integrator = integrator;
+  scene.penalty.stabilisation = stabilisation;
+  (integrator == Integrator::rk4 ? scene.penalty.step : scene.penalty.tolerance) = fineness;
+}
+
+std::vector<Setting> all_settings(const std::string& formulation) {
+  std::vector<Setting> list;
+  if (formulation == "nonsmooth") {
+    for (const double h : {1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6})
+      list.push_back({formulation, {}, Scheme::moreau_jean, h});
+    for (const double tolerance : {1e-3, 1e-5, 1e-7, 1e-9, 1e-11})
+      list.push_back({formulation, {}, Scheme::event_driven, tolerance});
+    return list;
+  }
+  for (const double h : {1e-5, 3e-6, 1e-6}) list.push_back({formulation, Integrator::rk4, {}, h});
+  for (const auto integrator : {Integrator::dopri5, Integrator::fehlberg78, Integrator::bulirsch_stoer,
+                                Integrator::adams_bashforth_moulton, Integrator::rosenbrock4})
+    for (const double tolerance : {1e-3, 1e-5, 1e-7, 1e-9, 1e-11}) {
+      if (integrator == Integrator::rosenbrock4 && tolerance < 1e-8)
+        continue;  // order 4: thousands of steps a contact
+      list.push_back({formulation, integrator, {}, tolerance});
+    }
+  for (const double tolerance : {1e-5, 1e-9})
+    list.push_back({formulation, Integrator::dopri5, {}, tolerance, Stabilisation::projection});
+  return list;
+}
+
+Setting setting_for(const std::string& formulation, Accuracy accuracy) {
+  const auto level = static_cast<int>(accuracy);
+  if (formulation == "nonsmooth") {
+    if (accuracy == Accuracy::reference) return {formulation, {}, Scheme::event_driven, 1e-12};
+    return {formulation, {}, Scheme::moreau_jean, std::array{1e-4, 1e-5}[level]};
+  }
+  return {formulation, Integrator::adams_bashforth_moulton, {}, std::array{1e-5, 1e-8, 1e-12}[level]};
+}
+
+double touch_error(const std::vector<ContactEvent>& found, const std::vector<ContactEvent>& reference) {
+  if (found.size() < reference.size()) return INFINITY;
+  double worst = 0, last = 0;
+  for (std::size_t i = 0; i < reference.size(); ++i) {
+    const auto &a = found[i], &b = reference[i];
+    if (a.joint != b.joint) return INFINITY;
+    worst = std::max({worst, std::abs(a.t - b.t) / std::max(b.t - last, 1e-9 * b.t),
+                      std::abs(a.v_n_minus / b.v_n_minus - 1), std::abs(a.impulse_n / b.impulse_n - 1)});
+    last = b.t;
+  }
+  return worst;
+}
+
+Reference make_reference(const Scene& scene, const std::string& formulation, const Makers& makers,
+                         std::size_t most) {
+  const Setting finest = formulation == "penalty" ? Setting{formulation, Integrator::fehlberg78, {}, 1e-13}
+                                                  : Setting{formulation, {}, Scheme::event_driven, 1e-13};
+  const Setting other = formulation == "penalty"
+                            ? Setting{formulation, Integrator::adams_bashforth_moulton, {}, 1e-12}
+                            : Setting{formulation, {}, Scheme::event_driven, 1e-11};
+  Reference r;
+  const auto a = run(scene, finest, makers, scene.run.duration);
+  const auto b = run(scene, other, makers, scene.run.duration);
+  r.ending = a.ending.status == Ending::Status::finished ? b.ending : a.ending;
+  if (r.ending.status != Ending::Status::finished) return r;
+  r.dissipated = dissipated(a.ledger);
+  const auto all = touches(a), check = touches(b);
+  for (std::size_t i = 0; i < std::min(all.size(), most); ++i) {
+    auto longer = r.touches;
+    longer.push_back(all[i]);
+    const double apart = touch_error(check, longer);
+    if (apart > 1e-6) break;
+    r.touches = std::move(longer);
+    r.accuracy = apart;
+  }
+  r.horizon = r.touches.empty() ? scene.run.duration : r.touches.back().t;
+  r.state_time = all.empty() ? scene.run.duration : 0.9 * all.front().t;
+  r.state = run(scene, finest, makers, r.state_time).final_state;
+  if (r.touches.empty())
+    r.accuracy = velocity_error(run(scene, other, makers, r.state_time).final_state, r.state);
+  return r;
+}
+
+Measured measure(const Scene& scene, const Setting& setting, const Reference& reference,
+                 const Makers& makers) {
+  Measured m;
+  m.setting = setting;
+  const auto whole = run(scene, setting, makers, scene.run.duration);
+  m.ending = whole.ending;
+  m.work = whole.work;
+  m.cpu = m.cpu_low = m.cpu_high = whole.cpu_seconds;
+  if (m.ending.status != Ending::Status::finished) return m;
+  m.errors.events = touch_error(touches(whole), reference.touches);
+  m.errors.energy = std::abs(whole.ledger.closure()) / std::max(whole.ledger.scale(), 1e-300);
+  m.errors.dissipated = reference.dissipated != 0 ? dissipated(whole.ledger) / reference.dissipated - 1 : 0;
+  const auto early = run(scene, setting, makers, reference.state_time);
+  m.errors.state = velocity_error(early.final_state, reference.state);
+  return m;
+}
+
+}  // namespace freeplay

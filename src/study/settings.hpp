@@ -1,0 +1,70 @@
+// Numerical settings as a user trades them: method and fineness, and what each costs and misses on a scene.
+#pragma once
+
+#include "study/case_run.hpp"
+
+namespace freeplay {
+
+/// One way to run a scene. `fineness` is penalty.tolerance, penalty.step (rk4), nonsmooth.step (Moreau–Jean)
+/// or nonsmooth.tolerance (event-driven).
+struct Setting {
+  std::string formulation;  ///< penalty or nonsmooth
+  Integrator integrator = Integrator::adams_bashforth_moulton;
+  Scheme scheme = Scheme::moreau_jean;
+  double fineness = 0;
+  Stabilisation stabilisation = Stabilisation::baumgarte;
+
+  std::string method() const;  ///< "adams_bashforth_moulton", "moreau-jean", …
+  std::string label() const;   ///< method and fineness
+  /// The keys that ask for it, as --set takes them.
+  std::vector<std::string> keys() const;
+  void apply(Scene& scene) const;
+};
+
+/// Methods × finenesses, from coarse to fine within each method.
+std::vector<Setting> all_settings(const std::string& formulation);
+
+enum class Accuracy { fast, balanced, reference };
+/// What --accuracy stands for; chosen from docs/tradeoff.md.
+Setting setting_for(const std::string& formulation, Accuracy accuracy);
+
+/// Touches and state that settings are judged by.
+struct Reference {
+  std::vector<ContactEvent> touches;  ///< up to the horizon
+  double horizon = 0;                 ///< s, of the last of them; without touches the scene's duration
+  double accuracy =
+      0;  ///< relative difference of two methods, or tolerances a hundredfold apart, up to there
+  double state_time = 0;  ///< s, before the first touch
+  State state;            ///< there
+  double dissipated = 0;  ///< J over the scene's duration
+  Ending ending;
+};
+
+/// By the finest setting, held against another. The horizon ends where the two part by more than 1e-6, and
+/// after `most` touches.
+Reference make_reference(const Scene& scene, const std::string& formulation, const Makers& makers,
+                         std::size_t most = 6);
+
+struct Errors {
+  double events = 0;  ///< greatest of |Δt|/(t_i − t_{i−1}), |Δv|/|v| and |ΔP|/P over the reference's touches
+  double state = 0;       ///< ‖v − v_ref‖∞/‖v_ref‖∞ before the first touch
+  double energy = 0;      ///< |closure of the balance| over its scale, whole run
+  double dissipated = 0;  ///< relative difference to the reference's, whole run: chaotic, judge by its spread
+};
+
+struct Measured {
+  Setting setting;
+  Ending ending;
+  Errors errors;
+  Work work;
+  double cpu = 0, cpu_low = 0, cpu_high = 0;  ///< s: median, least and greatest of the repeats
+};
+
+/// Deviation of touches: see Errors::events. Infinite when one is missing.
+double touch_error(const std::vector<ContactEvent>& found, const std::vector<ContactEvent>& reference);
+
+/// Runs a scene with a setting, once.
+Measured measure(const Scene& scene, const Setting& setting, const Reference& reference,
+                 const Makers& makers);
+
+}  // namespace freeplay

@@ -1,0 +1,40 @@
+// Speed against accuracy: every setting on a scene, its errors against a reference of known accuracy and its
+// cost; and advice measured on a user's own scene.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "study/settings.hpp"
+
+namespace freeplay {
+
+struct TradeoffScene {
+  std::string name, title;
+  Reference penalty, nonsmooth;
+  /// Of penalty's model: its reference's touches against the impact law's at the delivered restitution.
+  /// Finite K, not numerics. NaN without touches.
+  double model_error = 0;
+  double sampling_error = 0;  ///< relative standard deviation of the energy lost over perturbed starts
+  std::vector<Measured> measured;
+};
+
+/// Each setting `repeats` times, interleaved.
+TradeoffScene trade_off(const Scene& scene, const Makers& makers, int repeats,
+                        const std::function<void(double)>& on_progress);
+
+nlohmann::json to_json(const TradeoffScene& scene);
+
+struct Advice {
+  std::vector<Measured> tried;  ///< in the order of their cost
+  int chosen = -1;              ///< into tried; −1: none meets the error
+  Reference reference;
+  double simulated = 0;    ///< s of motion that each was tried on
+  bool by_events = false;  ///< judged by touches; else by the state at the end
+};
+
+/// Tries settings of one formulation on the scene's beginning, up to the horizon, and names the cheapest
+/// whose error (touches, or without any the state) stays below `error` with a factor of two to spare.
+Advice advise(const Scene& scene, const std::string& formulation, double error, const Makers& makers,
+              const std::function<void(double)>& on_progress);
+
+}  // namespace freeplay
