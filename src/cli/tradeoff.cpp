@@ -40,7 +40,7 @@ std::string heading(const TradeoffScene& t) {
   return fmt::format(
       "Judged by {} touches to {:.4g} s (penalty; reference known to {}) and {} to {:.4g} s (nonsmooth; "
       "{}).\n"
-      "Model error of penalty (finite K, no numerics): {}. Energy lost scatters by {} over starts.\n",
+      "Model error of penalty (finite K, no numerics; two touches): {}. Energy lost scatters by {} over starts.\n",
       t.penalty.touches.size(), t.penalty.horizon, shown(t.penalty.accuracy), t.nonsmooth.touches.size(),
       t.nonsmooth.horizon, shown(t.nonsmooth.accuracy), shown(t.model_error), shown(t.sampling_error));
 }

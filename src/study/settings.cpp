@@ -94,10 +94,10 @@ std::vector<Setting> all_settings(const std::string& formulation) {
 Setting setting_for(const std::string& formulation, Accuracy accuracy) {
   const auto level = static_cast<int>(accuracy);
   if (formulation == "nonsmooth") {
-    if (accuracy == Accuracy::reference) return {formulation, {}, Scheme::event_driven, 1e-12};
+    if (accuracy == Accuracy::reference) return {formulation, {}, Scheme::event_driven, 1e-10};
     return {formulation, {}, Scheme::moreau_jean, std::array{1e-4, 1e-5}[level]};
   }
-  return {formulation, Integrator::adams_bashforth_moulton, {}, std::array{1e-5, 1e-8, 1e-12}[level]};
+  return {formulation, Integrator::adams_bashforth_moulton, {}, std::array{1e-5, 1e-8, 1e-10}[level]};
 }
 
 double touch_error(const std::vector<ContactEvent>& found, const std::vector<ContactEvent>& reference) {

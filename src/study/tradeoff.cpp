@@ -40,7 +40,7 @@ TradeoffScene trade_off(const Scene& scene, const Makers& makers, int repeats,
   t.title = scene.mechanism.title;
   t.penalty = make_reference(scene, "penalty", makers);
   t.nonsmooth = make_reference(scene, "nonsmooth", makers);
-  const auto n = std::min(t.penalty.touches.size(), t.nonsmooth.touches.size());
+  const auto n = std::min({t.penalty.touches.size(), t.nonsmooth.touches.size(), std::size_t{2}});
   t.model_error =
       n == 0 ? std::nan("")
              : touch_error({t.penalty.touches.begin(), t.penalty.touches.begin() + static_cast<long>(n)},

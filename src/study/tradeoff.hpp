@@ -11,7 +11,7 @@ namespace freeplay {
 struct TradeoffScene {
   std::string name, title;
   Reference penalty, nonsmooth;
-  /// Of penalty's model: its reference's touches against the impact law's at the delivered restitution.
+  /// Of penalty's model: its reference's first two touches against the impact law's at the delivered restitution.
   /// Finite K, not numerics. NaN without touches.
   double model_error = 0;
   double sampling_error = 0;  ///< relative standard deviation of the energy lost over perturbed starts
