@@ -94,6 +94,7 @@ bool EventDriven::change_mode() {
   const double t = method_.t;
   auto& d = dynamics_;
   auto& x = method_.x;
+  d.project(x, t);  // within a step closed contacts drift by its error: what holds must not seem to leave
   d.measure_speeds(x);
   // What holds at its bound is torn, and all that holds there with it: feet of one body give way together.
   if (last_.kind == Event::Kind::stick || last_.kind == Event::Kind::slide_stick) {
