@@ -8,10 +8,10 @@
 namespace freeplay {
 
 EventDynamics::EventDynamics(const System& system, const NonsmoothOptions& options,
-                             std::vector<double> restitution, bool redundant, double speed_scale)
+                             std::vector<double> restitution, RowFacts facts, double speed_scale)
     : system_(system),
       speed_scale_(speed_scale),
-      saddle_(system.mass(), system.pattern(), SolvePath::automatic, redundant),
+      saddle_(system.mass(), system.pattern(), SolvePath::automatic, facts),
       e_(system.make_evaluation()),
       contacts_(system.contacts()),
       preloaded_(system.frictions()),

@@ -45,7 +45,7 @@ class EventDynamics {
   };
 
   EventDynamics(const System& system, const NonsmoothOptions& options, std::vector<double> restitution,
-                bool redundant, double speed_scale);
+                RowFacts facts, double speed_scale);
 
   /// dx/dt of the present mode.
   void operator()(const Vector& x, Vector& dxdt, double t);

@@ -8,10 +8,10 @@
 namespace freeplay {
 
 MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& options,
-                             std::vector<double> restitution, bool redundant)
+                             std::vector<double> restitution, RowFacts facts)
     : system_(system),
       options_(options),
-      saddle_(system.mass(), system.pattern(), SolvePath::automatic, redundant),
+      saddle_(system.mass(), system.pattern(), SolvePath::automatic, facts),
       e_(system.make_evaluation()),
       end_(system.make_evaluation()),
       problem_(options.solver, options.lcp_tolerance),

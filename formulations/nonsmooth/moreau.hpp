@@ -24,9 +24,9 @@ namespace freeplay {
 
 class MoreauStepper {
  public:
-  /// `restitution`: e of each contact. `redundant`: the constraint rows depend on each other.
+  /// `restitution`: e of each contact. `facts`: of the constraint rows.
   MoreauStepper(const System& system, const NonsmoothOptions& options, std::vector<double> restitution,
-                bool redundant);
+                RowFacts facts);
 
   void start(const State& state, ContactLog& log);
   bool step(double t_end);

@@ -85,10 +85,10 @@ class Nonsmooth final : public Formulation {
 };
 
 EventDriven make_event_driven(const Scene& scene, const System& system,
-                              const std::vector<double>& restitution, bool redundant) {
+                              const std::vector<double>& restitution, RowFacts facts) {
   const auto scales = make_scales(scene.mechanism, system);
   const auto norm = motion_norm(system, scales, scene.nonsmooth.tolerance);
-  return {EventDynamics(system, scene.nonsmooth, restitution, redundant, scales.speed),
+  return {EventDynamics(system, scene.nonsmooth, restitution, facts, scales.speed),
           Dopri5(norm, 1e-3 * scales.time), scales.time};
 }
 
@@ -110,7 +110,7 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
                                    scene.file.string(), surface.name));
     e.push_back(*surface.restitution);
   }
-  const bool redundant = !redundant_rows(system, state.q).empty();
+  const RowFacts facts{!redundant_rows(system, state.q).empty(), scene.run.eliminate};
   const auto with = [&](auto stepper) -> std::unique_ptr<Formulation> {
     return std::make_unique<Nonsmooth<decltype(stepper)>>(scene, system, state, e, std::move(stepper));
   };
@@ -121,9 +121,8 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
             fmt::format("{}: surfaces.{}.tangential_restitution: belongs to nonsmooth.impact_law = "
                         "\"newton\"; leave it out",
                         scene.file.string(), s.name));
-  if (scene.nonsmooth.scheme == Scheme::event_driven)
-    return with(make_event_driven(scene, system, e, redundant));
-  return with(MoreauStepper(system, scene.nonsmooth, e, redundant));
+  if (scene.nonsmooth.scheme == Scheme::event_driven) return with(make_event_driven(scene, system, e, facts));
+  return with(MoreauStepper(system, scene.nonsmooth, e, facts));
 }
 
 }  // namespace freeplay

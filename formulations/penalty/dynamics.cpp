@@ -34,12 +34,12 @@ int count_bristles(const std::vector<PenaltyContact>& contacts) {
 }  // namespace
 
 PenaltyDynamics::PenaltyDynamics(const System& system, const PenaltyOptions& options,
-                                 std::vector<PenaltyContact> contacts, bool redundant)
+                                 std::vector<PenaltyContact> contacts, RowFacts facts)
     : system_(system),
       projects_(options.stabilisation == Stabilisation::projection),
       bristles_(count_bristles(contacts)),
       contacts_(std::move(contacts)),
-      saddle_(system.mass(), system.pattern(), SolvePath::automatic, redundant),
+      saddle_(system.mass(), system.pattern(), SolvePath::automatic, facts),
       terms_(system, bristles_),
       probe_(system.make_evaluation()),
       lambda_(system.rows()),

@@ -57,9 +57,9 @@ class PenaltyDynamics {
   using Vector = std::vector<double>;
   enum Integral { drive, load, damping, contact_loss, friction_loss, film_loss, stabilisation, integrals };
 
-  /// `redundant`: the constraint rows depend on each other.
+  /// `facts`: of the constraint rows.
   PenaltyDynamics(const System& system, const PenaltyOptions& options, std::vector<PenaltyContact> contacts,
-                  bool redundant);
+                  RowFacts facts);
 
   /// dx/dt for odeint.
   void operator()(const Vector& x, Vector& dxdt, double t);

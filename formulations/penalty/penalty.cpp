@@ -49,7 +49,7 @@ class Penalty final : public Formulation {
       : scene_(scene),
         system_(system),
         stepper_(PenaltyDynamics(system, scene.penalty, make_contacts(scene, system),
-                                 !redundant_rows(system, state.q).empty()),
+                                 {!redundant_rows(system, state.q).empty(), scene.run.eliminate}),
                  std::move(method), v0_floor) {
     start(state);
   }

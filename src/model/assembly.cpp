@@ -28,7 +28,7 @@ std::string describe(const OpenJoint& open) {
 /// Newton steps of least mass-weighted length onto Φ = 0, down to rounding.
 void close_exactly(const System& system, std::vector<double>& q, bool redundant) {
   auto e = system.make_evaluation();
-  SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic, redundant);
+  SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic, {redundant});
   std::vector<double> dq(q.size()), lambda(e.phi.size()), r(e.phi.size());
   for (int i = 0; i < 5; ++i) {
     system.place(0, q.data(), e);
@@ -73,7 +73,7 @@ void assemble_velocities(const System& system, State& s) {
   auto e = system.make_evaluation();
   system.place(0, s.q.data(), e);
   SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic,
-                     !redundant_rows(system, s.q).empty());
+                     {!redundant_rows(system, s.q).empty()});
   std::vector<double> dv(s.v.size()), lambda(e.phi.size()), r(e.phi.size());
   const auto residual = [&] {
     double worst = 0;

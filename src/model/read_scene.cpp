@@ -59,6 +59,7 @@ RunOptions read_run(Section& s, const Mechanism& mechanism) {
   o.discard = s.number("discard", non_negative, 0) * unit;
   if (o.discard >= o.duration) s.fail("discard", "must be less than the length of the run");
   o.start = static_cast<RunOptions::Start>(s.choice("start", {"assembled", "ideal", "given"}, 0));
+  o.eliminate = s.flag("eliminate", o.eliminate);
   o.output_step = s.maybe_number("output_step", positive);
   s.done("[run]");
   return o;

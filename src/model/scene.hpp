@@ -21,6 +21,7 @@ struct RunOptions {
   double duration = 0;  ///< s, > 0
   double discard = 0;   ///< s left out of the statistics, 0 ≤ discard < duration
   Start start = Start::assembled;
+  bool eliminate = true;              ///< coordinates that a row alone fixes leave the solves beforehand
   std::optional<double> output_step;  ///< s between rows of trajectory.csv; default duration/20000
 };
 

@@ -104,6 +104,9 @@ constexpr SchemaKey keys[] = {
     {"run.start", "text", "", "\"assembled\"",
      "\"assembled\" (rough positions made consistent), \"ideal\" (the ideal joints' configuration and "
      "velocities) or \"given\" (as they stand)"},
+    {"run.eliminate", "true or false", "", "true",
+     "coordinates that one constraint row alone fixes leave the solves beforehand; false keeps the whole "
+     "DAE"},
     {"run.output_step", "number", "s", "duration/20000", "spacing of the rows of trajectory.csv"},
 
     {"penalty.contact", "text", "", "\"exact\"", "contact law; `freeplay laws` lists all"},

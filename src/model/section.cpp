@@ -101,6 +101,14 @@ std::optional<double> Section::maybe_number(std::string_view key, Range range) {
   return to_number(*node, key, range);
 }
 
+bool Section::flag(std::string_view key, bool fallback) {
+  const auto* node = take(key);
+  if (!node) return fallback;
+  const auto value = node->value_exact<bool>();
+  if (!value) source_->fail(node, full(key), fmt::format("must be true or false, is {}", kind_of(*node)));
+  return *value;
+}
+
 std::string Section::text(std::string_view key) {
   const auto& node = require(key);
   const auto value = node.value_exact<std::string>();

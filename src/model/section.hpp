@@ -68,6 +68,7 @@ class Section {
   std::optional<double> maybe_number(std::string_view key, Range range);
   std::string text(std::string_view key);
   std::string text(std::string_view key, const std::string& fallback);
+  bool flag(std::string_view key, bool fallback);
   Vec2 point(std::string_view key, Vec2 fallback);
   Vec2 point(std::string_view key);
   /// A list of [x, y] pairs.

@@ -164,6 +164,7 @@ class System {
     Link link;
     Vec2 axis;
     int row;
+    bool x = true, y = true;  // which entries of the second body the row has
   };
   struct ContactElement {
     enum class Kind { round, line };  // two circles; a circle or point against a straight wall

@@ -121,11 +121,14 @@ void System::add(const RevoluteJoint& joint, const Mechanism& m) {
 void System::add(const TranslationalJoint& joint, const Mechanism& m) {
   if (joint.clearance) return add_corners(joint, m);
   const Link link = make_link(joint.between, joint.at);
-  slides_.push_back({link, joint.axis, G_.rows});
+  // Between ground and a body the normal stands still: an entry that is zero stays so.
+  SlideRow slide{link, joint.axis, G_.rows, link.i != ground || joint.axis.y() != 0,
+                 link.i != ground || joint.axis.x() != 0};
+  slides_.push_back(slide);
   for (int b : {link.i, link.j}) {
     if (b == ground) continue;
-    entry(3 * b, 0);
-    entry(3 * b + 1, 0);
+    if (b == link.i || slide.x) entry(3 * b, 0);
+    if (b == link.i || slide.y) entry(3 * b + 1, 0);
     if (b == link.i || !link.sj.isZero(0)) entry(3 * b + 2, 0);
   }
   end_row(joint.name, false);

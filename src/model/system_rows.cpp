@@ -41,8 +41,8 @@ void System::place(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e) co
       *g++ = -dot(axis, a.d) - dot(axis, a.ri);
     }
     if (s.link.j != ground) {
-      *g++ = n.x();
-      *g++ = n.y();
+      if (s.x) *g++ = n.x();
+      if (s.y) *g++ = n.y();
       if (g < G + G_.begin[s.row + 1]) *g = dot(axis, a.rj);
     }
   }

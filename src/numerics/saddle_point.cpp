@@ -1,13 +1,51 @@
 #include "numerics/saddle_point.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numeric>
 
 namespace freeplay {
 
-SaddlePoint::SaddlePoint(std::span<const double> mass, const CsrPattern& G, SolvePath path, bool redundant)
+/// Rows with one entry, unless that leaves another row without any or fixes a coordinate twice.
+void SaddlePoint::find_fixed(std::span<const double> mass, const CsrPattern& G) {
+  std::vector<int> of_column(G.columns, -1);
+  for (int k = 0; k < G.rows; ++k) {
+    if (G.begin[k + 1] - G.begin[k] != 1) continue;
+    const int e = G.begin[k], c = G.column[e];
+    if (of_column[c] >= 0) {
+      fixed_.clear();
+      return;
+    }
+    of_column[c] = static_cast<int>(fixed_.size());
+    fixed_.push_back({k, c, e, mass[c]});
+  }
+  for (int k = 0; k < G.rows; ++k) {
+    if (G.begin[k + 1] - G.begin[k] == 1) continue;
+    int left = 0;
+    for (int e = G.begin[k]; e < G.begin[k + 1]; ++e) {
+      if (of_column[G.column[e]] >= 0)
+        couplings_.push_back({k, of_column[G.column[e]], e});
+      else
+        ++left;
+    }
+    if (left == 0) {
+      fixed_.clear();
+      couplings_.clear();
+      return;
+    }
+  }
+  for (const auto& x : fixed_) fixed_columns_.push_back(x.column);
+  fixed_value_.resize(fixed_.size());
+  coupling_value_.resize(couplings_.size());
+  reduced_r_.resize(G.rows);
+}
+
+SaddlePoint::SaddlePoint(std::span<const double> mass, const CsrPattern& G, SolvePath path, RowFacts facts)
     : part_of_column_(G.columns, -1), whole_(G.columns, 0.0) {
+  if (facts.eliminate && !facts.redundant) find_fixed(mass, G);
+  std::vector<bool> gone_row(G.rows, false), gone(G.columns, false);
+  for (const auto& x : fixed_) gone_row[x.row] = gone[x.column] = true;
   for (const double m : mass) inverse_mass_.push_back(1 / m);
   // Columns that share a row belong together: union by the least column.
   std::vector<int> root(G.columns);
@@ -16,19 +54,23 @@ SaddlePoint::SaddlePoint(std::span<const double> mass, const CsrPattern& G, Solv
     while (root[c] != c) c = root[c] = root[root[c]];
     return c;
   };
+  std::map<int, std::vector<int>> rows_of;
+  std::vector<int> first(G.rows, -1);  // column of each row that stays
   for (int k = 0; k < G.rows; ++k)
-    for (int e = G.begin[k] + 1; e < G.begin[k + 1]; ++e) {
-      const int a = find(G.column[G.begin[k]]), b = find(G.column[e]);
+    for (int e = G.begin[k]; e < G.begin[k + 1]; ++e) {
+      if (gone_row[k] || gone[G.column[e]]) continue;
+      if (first[k] < 0) first[k] = G.column[e];
+      const int a = find(first[k]), b = find(G.column[e]);
       root[std::max(a, b)] = std::min(a, b);
     }
-  std::map<int, std::vector<int>> rows_of;
-  for (int k = 0; k < G.rows; ++k) rows_of[find(G.column[G.begin[k]])].push_back(k);
+  for (int k = 0; k < G.rows; ++k)
+    if (!gone_row[k]) rows_of[find(first[k])].push_back(k);
   std::size_t most_columns = 0, most_rows = 0, most_entries = 0;
   for (const auto& [origin, rows] : rows_of) {
     const int index = static_cast<int>(parts_.size());
     std::vector<int> columns, entries, place(G.columns, -1);
     for (int c = 0; c < G.columns; ++c)
-      if (find(c) == origin) {
+      if (!gone[c] && find(c) == origin) {
         place[c] = static_cast<int>(columns.size());
         part_of_column_[c] = index;
         columns.push_back(c);
@@ -37,6 +79,7 @@ SaddlePoint::SaddlePoint(std::span<const double> mass, const CsrPattern& G, Solv
     pattern.columns = static_cast<int>(columns.size());
     for (const int k : rows) {
       for (int e = G.begin[k]; e < G.begin[k + 1]; ++e) {
+        if (gone[G.column[e]]) continue;
         pattern.column.push_back(place[G.column[e]]);
         entries.push_back(e);
       }
@@ -47,10 +90,10 @@ SaddlePoint::SaddlePoint(std::span<const double> mass, const CsrPattern& G, Solv
     most_columns = std::max(most_columns, columns.size());
     most_rows = std::max(most_rows, rows.size());
     most_entries = std::max(most_entries, entries.size());
-    parts_.push_back({columns, rows, entries, SaddleBlock(m, pattern, path, redundant)});
+    parts_.push_back({columns, rows, entries, SaddleBlock(m, pattern, path, facts.redundant)});
   }
   for (int c = 0; c < G.columns; ++c)
-    if (part_of_column_[c] < 0) free_columns_.push_back(c);
+    if (part_of_column_[c] < 0 && !gone[c]) free_columns_.push_back(c);
   largest_ = static_cast<int>(most_rows);
   values_.resize(most_entries);
   for (auto* x : {&f_, &a_}) x->resize(most_columns);
@@ -58,6 +101,14 @@ SaddlePoint::SaddlePoint(std::span<const double> mass, const CsrPattern& G, Solv
 }
 
 bool SaddlePoint::factor(const double* G_values) {
+  for (std::size_t i = 0; i < fixed_.size(); ++i) {
+    fixed_value_[i] = G_values[fixed_[i].entry];
+    if (!(std::abs(fixed_value_[i]) > 0) || !std::isfinite(fixed_value_[i])) return false;
+  }
+  for (std::size_t i = 0; i < couplings_.size(); ++i) {
+    coupling_value_[i] = G_values[couplings_[i].entry];
+    if (!std::isfinite(coupling_value_[i])) return false;
+  }
   for (auto& part : parts_) {
     for (std::size_t i = 0; i < part.entries.size(); ++i) values_[i] = G_values[part.entries[i]];
     if (!part.block.factor(values_.data())) return false;
@@ -76,10 +127,33 @@ void SaddlePoint::solve_part(Part& part, const double* f, const double* r, doubl
   for (std::size_t i = 0; i < part.rows.size(); ++i) lambda[part.rows[i]] = lambda_[i];
 }
 
+/// Fills what is fixed of a; the right-hand side that is left for the other rows.
+const double* SaddlePoint::know(const double* r, double* a) {
+  if (!r) {
+    for (const auto& x : fixed_) a[x.column] = 0;
+    return nullptr;
+  }
+  for (std::size_t i = 0; i < fixed_.size(); ++i) a[fixed_[i].column] = r[fixed_[i].row] / fixed_value_[i];
+  if (couplings_.empty()) return r;
+  for (std::size_t k = 0; k < reduced_r_.size(); ++k) reduced_r_[k] = r[k];
+  for (std::size_t i = 0; i < couplings_.size(); ++i)
+    reduced_r_[couplings_[i].row] -= coupling_value_[i] * a[fixed_[couplings_[i].fixed].column];
+  return reduced_r_.data();
+}
+
+void SaddlePoint::fixed_multipliers(const double* f, const double* a, double* lambda) const {
+  for (const auto& x : fixed_) lambda[x.row] = (f ? f[x.column] : 0) - x.mass * a[x.column];
+  for (std::size_t i = 0; i < couplings_.size(); ++i)
+    lambda[fixed_[couplings_[i].fixed].row] -= coupling_value_[i] * lambda[couplings_[i].row];
+  for (std::size_t i = 0; i < fixed_.size(); ++i) lambda[fixed_[i].row] /= fixed_value_[i];
+}
+
 void SaddlePoint::solve(const double* f, const double* r, double* a, double* lambda) {
   converged_ = true;
+  r = know(r, a);
   for (const int c : free_columns_) a[c] = f ? f[c] * inverse_mass_[c] : 0;
   for (auto& part : parts_) solve_part(part, f, r, a, lambda);
+  fixed_multipliers(f, a, lambda);
 }
 
 void SaddlePoint::respond(const SparseRow& row, const SparseRow* beside, double factor, double* a,
@@ -96,7 +170,7 @@ void SaddlePoint::respond(const SparseRow& row, const SparseRow* beside, double 
     for (int i = 0; i < x.size; ++i) {
       const int c = x.column[i], p = part_of_column_[c];
       if (p < 0) {
-        a[c] = whole_[c] * inverse_mass_[c];
+        a[c] = whole_[c] * inverse_mass_[c];  // a fixed one is put right below
       } else if (p != done[0] && p != done[1]) {
         done[done[0] < 0 ? 0 : 1] = p;
         solve_part(parts_[p], whole_.data(), nullptr, a, lambda);
@@ -105,6 +179,8 @@ void SaddlePoint::respond(const SparseRow& row, const SparseRow* beside, double 
   };
   touch(row);
   if (beside) touch(*beside);
+  for (const auto& x : fixed_) a[x.column] = 0;
+  fixed_multipliers(whole_.data(), a, lambda);
   for (int i = 0; i < row.size; ++i) whole_[row.column[i]] = 0;
   if (beside)
     for (int i = 0; i < beside->size; ++i) whole_[beside->column[i]] = 0;

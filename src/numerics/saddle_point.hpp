@@ -1,6 +1,13 @@
 // The linear system of constrained dynamics, M a + Gᵀ λ = f, G a = r, in blocks: parts of the mechanism that
 // no row of G connects are solved apart (saddle_block.hpp), however many there are. A right-hand side of a
 // few entries, as a contact's row is, costs only the parts that it touches.
+//
+// A row with one entry fixes its coordinate (a guided body's, a driven crank's): with `eliminate` such rows
+// and columns leave the blocks beforehand,
+//
+//     a_c = r_k/g,      G′a′ = r − G_c a_c,      λ_k = (f_c − m_c a_c − (G′ᵀλ′)_c)/g,
+//
+// which changes no result but its rounding.
 #pragma once
 
 #include <span>
@@ -11,11 +18,17 @@
 
 namespace freeplay {
 
+/// What is known of the rows. Dependent ones are not eliminated.
+struct RowFacts {
+  bool redundant = false;
+  bool eliminate = true;
+};
+
 class SaddlePoint {
  public:
-  /// `mass`: diagonal of M, length G.columns. `redundant`: the rows are known to depend on each other.
+  /// `mass`: diagonal of M, length G.columns.
   SaddlePoint(std::span<const double> mass, const CsrPattern& G, SolvePath path = SolvePath::automatic,
-              bool redundant = false);
+              RowFacts facts = {});
 
   /// Takes new values of G. False when no factorisation was found (values not finite).
   [[nodiscard]] bool factor(const double* G_values);
@@ -24,6 +37,8 @@ class SaddlePoint {
   /// The same with r = 0 and f = `row` + factor·`beside` (null: none).
   void respond(const SparseRow& row, const SparseRow* beside, double factor, double* a, double* lambda);
 
+  /// Coordinates (and as many rows) that were eliminated.
+  const std::vector<int>& eliminated() const { return fixed_columns_; }
   int blocks() const { return static_cast<int>(parts_.size()); }
   /// Rows of the largest block.
   int largest_block() const { return largest_; }
@@ -39,8 +54,22 @@ class SaddlePoint {
     std::vector<int> columns, rows, entries;  // of the whole, in the order of the block
     SaddleBlock block;
   };
+  struct Fixed {  // row k has the one entry `entry`, in `column`
+    int row, column, entry;
+    double mass;
+  };
+  struct Coupling {  // an entry of a row that stays, in the column of fixed_[fixed]
+    int row, fixed, entry;
+  };
+  void find_fixed(std::span<const double> mass, const CsrPattern& G);
+  const double* know(const double* r, double* a);
+  void fixed_multipliers(const double* f, const double* a, double* lambda) const;
   void solve_part(Part& part, const double* f, const double* r, double* a, double* lambda);
 
+  std::vector<Fixed> fixed_;
+  std::vector<int> fixed_columns_;
+  std::vector<Coupling> couplings_;
+  std::vector<double> fixed_value_, coupling_value_, reduced_r_;
   std::vector<Part> parts_;
   std::vector<int> part_of_column_;  // −1: no row touches it
   std::vector<int> free_columns_;

@@ -101,7 +101,9 @@ TurnMetrics ideal_turn(const Study& study, const Scene& scene, const Makers& mak
   rules.discard = 2 * std::numbers::pi / std::abs(drive->speed);
   Scene ideal = scene;
   ideal.mechanism = idealised(scene.mechanism);
-  ideal.run = {2 * rules.discard + 2 / rules.sampling, 0, RunOptions::Start::assembled, {}};
+  ideal.run.duration = 2 * rules.discard + 2 / rules.sampling;
+  ideal.run.discard = 0;
+  ideal.run.start = RunOptions::Start::assembled;
   for (auto& i : ideal.instruments) i.noise.reset();
   const System system(ideal.mechanism);
   const auto formulation = makers.penalty(ideal, system, assemble(ideal.mechanism, ideal.run.start));

@@ -123,7 +123,7 @@ TEST_CASE("the exact Jacobian equals differences of the right-hand side for ever
           0.3,
           *oil.hand_over};
     }
-    PenaltyDynamics f(system, scene.penalty, contacts, false);
+    PenaltyDynamics f(system, scene.penalty, contacts, RowFacts{false});
     PenaltyDynamics::Vector x(f.size());
     for (auto& y : x) y = uniform(engine);
     // The journal of b at (0, 0.1) + e: in contact by a twentieth of its clearance, or within a film.

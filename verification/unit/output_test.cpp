@@ -119,7 +119,7 @@ TEST_CASE("the program: bad input is one line and status 2, nothing written", "[
   refused("run " + scene + " --formulation penalty -o " + out +
               " --set surfaces.steel.restitution=0 --set penalty.contact=exact",
           "restitution greater than 0");
-  refused("figures " + folder.path().string(), "has no comparison.json");
+  refused("figures " + folder.path().string(), "has no result files to draw");
   CHECK(test::freeplay("").status == 2);
   CHECK(test::freeplay("run " + scene).status == 2);
   CHECK(test::freeplay("run " + scene + " --formulation magic").status == 2);

@@ -87,7 +87,7 @@ TEST_CASE("dependent rows give least-norm multipliers on both paths", "[saddle]"
     const Eigen::VectorXd a_expected = a_scaled.cwiseQuotient(root);
     for (auto path : {SolvePath::dense, SolvePath::sparse})
       for (bool announced : {true, false}) {
-        SaddlePoint solver(p.mass, p.G, path, announced);
+        SaddlePoint solver(p.mass, p.G, path, RowFacts{announced, false});
         Eigen::VectorXd a(n), lambda(rows);
         REQUIRE(solver.factor(p.values.data()));
         REQUIRE(solver.singular());
@@ -107,5 +107,43 @@ TEST_CASE("values that are not finite are refused", "[saddle]") {
   for (auto path : {SolvePath::dense, SolvePath::sparse}) {
     SaddlePoint solver(p.mass, p.G, path);
     REQUIRE_FALSE(solver.factor(p.values.data()));
+  }
+}
+
+TEST_CASE("rows that fix a coordinate are eliminated without a trace", "[saddle]") {
+  std::mt19937 engine(11);
+  std::uniform_real_distribution<double> u(-1, 1);
+  for (int trial = 0; trial < 50; ++trial) {
+    auto p = random_problem(engine, 30, 18, 0);
+    // Three more rows with one entry each; p.r stays consistent by making them part of it.
+    const int fixed[] = {2, 9, 29};
+    Eigen::MatrixXd dense(21, 30);
+    dense.topRows(18) = p.dense;
+    dense.bottomRows(3).setZero();
+    for (int i = 0; i < 3; ++i) {
+      const double g = u(engine) > 0 ? 1.0 : -0.5;
+      dense(18 + i, fixed[i]) = g;
+      p.G.column.push_back(fixed[i]);
+      p.values.push_back(g);
+      p.G.end_row();
+    }
+    const Eigen::VectorXd r =
+        dense * Eigen::VectorXd::NullaryExpr(30, [&](Eigen::Index) { return u(engine); });
+    SparseRow row;
+    for (const int c : {1, 2, 3, 27, 28, 29}) row.push(c, u(engine));
+    Eigen::VectorXd a[2], lambda[2], b[2], mu[2];
+    for (const bool eliminate : {false, true}) {
+      SaddlePoint solver(p.mass, p.G, SolvePath::automatic, {false, eliminate});
+      CHECK(solver.eliminated().size() == (eliminate ? 3 : 0));
+      REQUIRE(solver.factor(p.values.data()));
+      for (auto* x : {&a[eliminate], &b[eliminate]}) x->resize(30);
+      for (auto* x : {&lambda[eliminate], &mu[eliminate]}) x->resize(21);
+      solver.solve(p.f.data(), r.data(), a[eliminate].data(), lambda[eliminate].data());
+      solver.respond(row, nullptr, 0, b[eliminate].data(), mu[eliminate].data());
+    }
+    CHECK((a[0] - a[1]).norm() <= 1e-9 * a[0].norm());
+    CHECK((lambda[0] - lambda[1]).norm() <= 1e-9 * lambda[0].norm());
+    CHECK((b[0] - b[1]).norm() <= 1e-9 * b[0].norm());
+    CHECK((mu[0] - mu[1]).norm() <= 1e-9 * mu[0].norm());
   }
 }

@@ -1,0 +1,92 @@
+// What a scene leaves out costs nothing, and what is eliminated changes nothing.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "numerics/saddle_point.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+
+TEST_CASE("with and without elimination the motion is the same", "[elimination]") {
+  for (const char* name : {"gudgeon", "four_bar", "big_end", "pendulum", "dragged_block"})
+    for (const auto family : {Family::penalty, Family::nonsmooth}) {
+      auto scene = read_scene(test::scene_file(name));
+      // Up to the first few impacts: later, rounding parts any two runs.
+      scene.run.duration = std::min(scene.run.duration, 0.012);
+      scene.run.discard = 0;
+      if (family == Family::penalty && !scene.mechanism.surfaces.empty() &&
+          !scene.mechanism.surfaces[0].young)
+        continue;
+      RunSummary run[2];
+      for (const bool eliminate : {false, true}) {
+        scene.run.eliminate = eliminate;
+        run[eliminate] = test::simulate(scene, family);
+      }
+      CAPTURE(name, static_cast<int>(family));
+      REQUIRE(run[0].ending.status == run[1].ending.status);
+      for (std::size_t i = 0; i < run[0].final_state.v.size(); ++i) {
+        CHECK(run[1].final_state.q[i] == Approx(run[0].final_state.q[i]).margin(1e-9));
+        CHECK(run[1].final_state.v[i] == Approx(run[0].final_state.v[i]).margin(1e-6));
+      }
+      CHECK(run[1].ledger.drive == Approx(run[0].ledger.drive).margin(1e-6));
+    }
+}
+
+namespace {
+
+struct Rung {
+  const char* name;
+  Scene scene;
+  int rows, tangents, contacts, eliminated, largest;
+};
+
+std::vector<Rung> ladder() {
+  std::vector<Rung> rungs;
+  auto pendulum = read_scene(test::scene_file("pendulum"));
+  pendulum.mechanism = idealised(pendulum.mechanism);
+  rungs.push_back({"pendulum", pendulum, 2, 0, 0, 0, 2});
+  auto rig = read_scene(test::flores());
+  rig.instruments.clear();
+  auto ideal = rig;
+  ideal.mechanism = idealised(rig.mechanism);
+  // 3 pins of 2 rows, a guide of 2, a drive: 9. The crank's three and the slider's two coordinates are fixed.
+  rungs.push_back({"ideal rig", ideal, 9, 0, 0, 5, 4});
+  auto smooth = rig;
+  smooth.mechanism.surfaces[0].friction.reset();
+  rungs.push_back({"loose, frictionless", smooth, 7, 0, 1, 5, 2});
+  rungs.push_back({"loose, with friction", rig, 7, 1, 1, 5, 2});
+  return rungs;
+}
+
+}  // namespace
+
+TEST_CASE("each rung of the ladder carries its own additions and no more", "[elimination]") {
+  for (const auto& rung : ladder()) {
+    CAPTURE(rung.name);
+    const System system(rung.scene.mechanism);
+    const SaddlePoint saddle(system.mass(), system.pattern());
+    int tangents = 0;
+    auto e = system.make_evaluation();
+    const auto state = assemble(rung.scene.mechanism, rung.scene.run.start);
+    system.place(0, state.q.data(), e);
+    for (int k = 0; k < system.contacts(); ++k) {
+      ContactRow row;
+      system.contact(k, state.q.data(), state.v.data(), e, row);
+      tangents += system.has_friction(k);
+      if (!system.has_friction(k)) CHECK(row.tangent.size == 0);
+      CHECK(row.film.size == 0);
+    }
+    CHECK(system.rows() == rung.rows);
+    CHECK(tangents == rung.tangents);
+    CHECK(system.contacts() == rung.contacts);
+    CHECK(static_cast<int>(saddle.eliminated().size()) == rung.eliminated);
+    CHECK(saddle.largest_block() == rung.largest);
+    auto scene = rung.scene;
+    scene.run.duration = 0.01;
+    scene.run.discard = 0;
+    const auto run = test::simulate(scene, Family::nonsmooth);
+    if (rung.contacts == 0) CHECK(run.work.lcp_solves == 0);
+    CHECK(run.contacts.size() == static_cast<std::size_t>(rung.contacts));
+  }
+}
