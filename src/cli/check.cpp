@@ -7,6 +7,57 @@
 
 namespace freeplay::cli {
 
+namespace {
+
+/// What the solves do not carry, and with `why` the reason of each.
+void economies(const Scene& scene, const System& system, const SaddlePoint& saddle,
+               const std::vector<int>& redundant, bool why) {
+  const auto say = [why](const std::string& what, const std::string& reason) {
+    fmt::print("  {:<28}{}\n", what.substr(0, what.find('|')), what.substr(what.find('|') + 1));
+    if (why) fmt::print("      {}\n", reason);
+  };
+  std::string names;
+  const char* axes[] = {"x", "y", "theta"};
+  for (const int c : saddle.eliminated())
+    names += (names.empty() ? "" : ", ") + scene.mechanism.bodies[c / 3].name + "." + axes[c % 3];
+  if (!names.empty())
+    say("eliminated|" + names,
+        "one constraint row alone fixes each: a pin on the ground at the centre of mass, a guide, a drive");
+  else if (!scene.run.eliminate)
+    say("eliminated|nothing", "run.eliminate = false keeps the whole DAE in absolute coordinates");
+  else if (!redundant.empty())
+    say("eliminated|nothing", "rows depend on each other, and dependent rows are solved together");
+  else
+    say("eliminated|nothing", "no constraint row stands alone on a coordinate");
+
+  std::vector<std::pair<std::string, std::string>> left;
+  if (system.contacts() == 0) {
+    left.emplace_back(
+        "contacts",
+        "no joint has a clearance and no [contacts]: no gap is computed, no complementarity problem solved");
+  } else {
+    for (int k = 0; k < system.contacts(); ++k) {
+      const auto& facts = system.contact_facts(k);
+      if (!system.has_friction(k))
+        left.emplace_back("tangent row of " + facts.name, "its surface names no friction");
+      if (!facts.lubricant && facts.ring)
+        left.emplace_back("film of " + facts.name, "it names no lubricant: the gap is dry");
+    }
+  }
+  if (scene.mechanism.gravity.isZero(0)) left.emplace_back("gravity", "it is zero");
+  if (!system.has_loads())
+    left.emplace_back("work of loads", "no force, torque, damper or torque drive acts");
+  if (system.frictions() == 0) left.emplace_back("friction of joints", "no load of type joint-friction");
+  if (scene.instruments.empty()) left.emplace_back("filters", "the scene has no instruments");
+  std::string list;
+  for (const auto& [what, reason] : left) list += (list.empty() ? "" : ", ") + what;
+  fmt::print("  {:<28}{}\n", "left out", list.empty() ? "nothing" : list);
+  if (why)
+    for (const auto& [what, reason] : left) fmt::print("      {}: {}\n", what, reason);
+}
+
+}  // namespace
+
 int check(const Request& request) {
   const Scene scene = read_scene(request.scene, request.overrides);
   const System system(scene.mechanism);
@@ -30,9 +81,11 @@ int check(const Request& request) {
   line("contacts", fmt::format("{}", system.contacts()));
   line("friction rows", fmt::format("{} of contacts, {} of preloaded joints", tangents, system.frictions()));
   line("instruments", fmt::format("{}", scene.instruments.size()));
-  const SaddlePoint saddle(system.mass(), system.pattern());
+  const SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic,
+                           {!redundant.empty(), scene.run.eliminate});
   line("saddle-point solves", fmt::format("{}, the largest of {} rows, {}", saddle.blocks(),
                                           saddle.largest_block(), saddle.dense() ? "dense" : "sparse"));
+  economies(scene, system, saddle, redundant, request.why);
   line("duration",
        fmt::format("{:.6g} s, first {:.6g} s left out of statistics", scene.run.duration, scene.run.discard));
 

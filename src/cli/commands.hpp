@@ -29,6 +29,7 @@ struct Request {
   std::string data;                   ///< validate: measured file
   int repeats = 3;                    ///< tradeoff: runs of each setting
   double error = 1;                   ///< advise: %
+  bool why = false;                   ///< check: reasons of what is left out
   std::string accuracy;               ///< run, compare: fast, balanced or reference
   int threads = 0;                    ///< sweep: 0 for all cores
   std::string document;               ///< verify: folder for verification.md and its figures

@@ -32,7 +32,8 @@ int main(int argc, char** argv) {
     sub->callback([&request, command] { request.command = command; });
     return sub;
   };
-  add("check", "read and validate a scene; print what it makes the solver carry", cli::check);
+  auto* check = add("check", "read and validate a scene; print what it makes the solver carry", cli::check);
+  check->add_flag("--why", request.why, "say why each thing is eliminated or left out");
   auto* run = add("run", "solve a scene in one formulation", cli::run);
   run->add_option("--formulation", request.formulation, "penalty or nonsmooth")
       ->required()

@@ -33,6 +33,18 @@ TEST_CASE("with and without elimination the motion is the same", "[elimination]"
     }
 }
 
+TEST_CASE("check tells what is eliminated and left out, and why", "[elimination][program]") {
+  using Catch::Matchers::Contains;
+  const auto o = test::freeplay("check " + test::flores().string() + " --why");
+  CHECK(o.status == 0);
+  CHECK_THAT(o.out, Contains("crank.x, crank.y") && Contains("slider.theta"));
+  CHECK_THAT(o.out, Contains("one constraint row alone fixes each") &&
+                        Contains("film of gudgeon: it names no lubricant"));
+  CHECK_THAT(test::freeplay("check " + test::flores().string() + " --why --set run.eliminate=false").out,
+             Contains("keeps the whole DAE"));
+  CHECK(test::freeplay("check " + test::flores().string() + " --set run.eliminate=3").status == 2);
+}
+
 namespace {
 
 struct Rung {

@@ -1,0 +1,115 @@
+// The ladder from a pendulum to the paper's rig with everything on: what each rung adds. With two arguments,
+// RUNG and FORMULATION, runs just that (for counting instructions, scripts/ladder); without, prints the table
+// in time.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdlib>
+
+#include "numerics/saddle_point.hpp"
+#include "sim/recorder.hpp"
+#include "verification/references/slider_crank_oracle.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+struct Rung {
+  std::string name;
+  Scene scene;
+};
+
+std::vector<Rung> ladder() {
+  std::vector<Rung> rungs;
+  auto pendulum = read_scene(test::scene_file("pendulum"));
+  pendulum.mechanism = idealised(pendulum.mechanism);
+  rungs.push_back({"pendulum", pendulum});
+  auto rig = read_scene(test::flores());
+  const auto instruments = rig.instruments;
+  rig.instruments.clear();
+  rig.penalty.contact = ContactLaw::exact;
+  auto ideal = rig;
+  ideal.mechanism = idealised(rig.mechanism);
+  rungs.push_back({"rig, ideal", ideal});
+  ideal.run.eliminate = false;
+  rungs.push_back({"rig, ideal, not eliminated", ideal});
+  auto smooth = rig;
+  smooth.mechanism.surfaces[0].friction.reset();
+  rungs.push_back({"rig, loose, frictionless", smooth});
+  rungs.push_back({"rig, loose, friction", rig});
+  auto whole = rig;
+  whole.run.eliminate = false;
+  rungs.push_back({"the same, not eliminated", whole});
+  auto watched = rig;
+  watched.instruments = instruments;
+  rungs.push_back({"with accelerometer", watched});
+  auto guided = read_scene(test::source_folder() / "cases/flores2011-experiment/guide.toml");
+  guided.penalty.contact = ContactLaw::exact;
+  rungs.push_back({"with guide friction and LVDT", guided});
+  return rungs;
+}
+
+RunSummary go(Scene scene, Family family, double duration) {
+  scene.run.duration = duration;
+  scene.run.discard = 0;
+  return test::simulate(scene, family);
+}
+
+double seconds(const auto& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const auto rungs = ladder();
+  if (argc == 4) {  // RUNG FORMULATION DURATION: prints steps and right-hand sides
+    const auto& rung = rungs.at(static_cast<std::size_t>(std::atoi(argv[1])));
+    const auto run =
+        go(rung.scene, argv[2][0] == 'p' ? Family::penalty : Family::nonsmooth, std::atof(argv[3]));
+    fmt::print("{} {} {}\n", run.work.steps, run.work.rhs, rung.name);
+    return 0;
+  }
+  // The oracle: two coordinates by hand, in double; a right-hand side is one call of loose_rates and contact.
+  reference::LooseSliderCrank<double> m;
+  auto y = reference::ideal_start(m);
+  y[2] += 2e-4;
+  double sum = 0;
+  const int calls = 3000000;
+  const double oracle = 1e6 / calls * seconds([&] {
+                          for (int i = 0; i < calls; ++i) {
+                            const double t = 1e-7 * i;
+                            const auto k = reference::gudgeon_contact(m, t, y);
+                            const auto r = reference::loose_rates(m, t, y, k.w_n[0], k.w_n[1]);
+                            sum += r[1] + k.u_n + k.u_t;
+                          }
+                        });
+  fmt::print("hand-derived oracle: {:.3f} us a right-hand side with contact ({:.1g})\n\n", oracle, sum);
+  fmt::print("{:<30}{:>5}{:>6}{:>8}{:>9}{:>9}{:>11}{:>8}\n", "", "rows", "elim.", "contact", "tangent",
+             "us/step", "us/rhs pen.", "ratio");
+  for (const auto& rung : rungs) {
+    const System system(rung.scene.mechanism);
+    const SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic,
+                             {false, rung.scene.run.eliminate});
+    int tangents = 0;
+    for (int k = 0; k < system.contacts(); ++k) tangents += system.has_friction(k);
+    std::vector<double> step, rhs;
+    for (int repeat = 0; repeat < 5; ++repeat) {
+      const auto a = go(rung.scene, Family::nonsmooth, 1);
+      step.push_back(1e6 * a.cpu_seconds / static_cast<double>(a.work.steps));
+      try {
+        const auto b = go(rung.scene, Family::penalty, 1);
+        rhs.push_back(1e6 * b.cpu_seconds / static_cast<double>(b.work.rhs));
+      } catch (const SceneError&) {
+        rhs.push_back(std::nan(""));
+      }
+    }
+    std::ranges::sort(step);
+    std::ranges::sort(rhs);
+    fmt::print("{:<30}{:>5}{:>6}{:>8}{:>9}{:>9.2f}{:>11.2f}{:>8.1f}\n", rung.name, system.rows(),
+               saddle.eliminated().size(), system.contacts(), tangents, step[2], rhs[2], rhs[2] / oracle);
+  }
+}
