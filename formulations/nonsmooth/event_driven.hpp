@@ -39,6 +39,7 @@ class EventDriven {
   const Work& work() const { return dynamics_.work; }
   const Extremes& extremes() const { return dynamics_.extremes; }
   bool singular() const { return dynamics_.singular(); }
+  double nearest_singular() const { return dynamics_.nearest_singular(); }
 
  private:
   struct Event {

@@ -78,6 +78,7 @@ class EventDynamics {
   int integral_offset() const { return impulse_offset() + 2 * system_.contacts(); }
   const System& system() const { return system_; }
   bool singular() const { return saddle_.singular(); }
+  double nearest_singular() const { return saddle_.nearest_singular(); }
   std::vector<Contact>& contacts() { return contacts_; }
   const std::vector<Contact>& contacts() const { return contacts_; }
   std::vector<Preloaded>& preloaded() { return preloaded_; }

@@ -43,6 +43,7 @@ class MoreauStepper {
   const Extremes& extremes() const { return extremes_; }
   const Work& work() const { return work_; }
   bool singular() const { return saddle_.singular(); }
+  double nearest_singular() const { return saddle_.nearest_singular(); }
 
  private:
   struct Contact {

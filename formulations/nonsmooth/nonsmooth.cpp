@@ -56,6 +56,8 @@ class Nonsmooth final : public Formulation {
     std::vector<std::string> notes;
     if (stepper_.singular())
       notes.push_back("constraint rows depend on each other: reactions are those of least norm");
+    else if (stepper_.nearest_singular() < singular_pivot)
+      notes.push_back(singular_note);
     const auto& w = work();
     const auto& e = extremes();
     if (w.lcp_retries > 0)

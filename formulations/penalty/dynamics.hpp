@@ -92,6 +92,7 @@ class PenaltyDynamics {
   const std::vector<PenaltyContact>& contacts() const { return contacts_; }
   const Evaluation& evaluation() const { return terms_.e; }
   bool singular() const { return singular_; }
+  double nearest_singular() const { return saddle_.nearest_singular(); }
   Work work;
 
  private:

@@ -125,6 +125,7 @@ class Penalty final : public Formulation {
             "a step of {:.1g} s or an adaptive integrator",
             steps, stepper_.extremes().shortest_contact / 20));
     }
+    if (stepper_.dynamics().nearest_singular() < singular_pivot) notes.push_back(singular_note);
     if (stepper_.dynamics().singular())
       notes.push_back("constraint rows depend on each other: reactions are those of least norm");
     return notes;

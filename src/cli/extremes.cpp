@@ -18,12 +18,23 @@ int extremes(const Request& request) {
   using namespace verification;
   auto cells = rig_cells();
   for (auto& c : special_cells()) cells.push_back(std::move(c));
-  const std::filesystem::path folder = request.output;
+  const std::filesystem::path folder = request.output.empty() ? "out/extremes" : request.output;
   make_folder(folder);
   Progress progress;
   std::string csv = "axis,label,value,formulation,outcome,detail\n", axis;
   nlohmann::json list = nlohmann::json::array();
   int defects = 0, counts[6] = {};
+  std::string text =
+      "# The extremes\n\nWritten by `freeplay extremes --document docs`. Each cell is a scene at the edge of "
+      "what can be "
+      "asked, judged in a process of its own:\n*right* within a bound of a reference (the paper's rig along "
+      "an axis: its first "
+      "two touches against the hand-derived oracle),\n*degraded* outside it and the program said so, "
+      "*refused* with a reason. "
+      "Silently wrong, hung or crashed is a defect and fails the "
+      "suite.\n\n![map](figures/extremes.png)\n\nCells that are not "
+      "right:\n\n| axis | value | formulation | outcome | what the program said |\n| --- | --- | --- | --- | "
+      "--- |\n";
   for (std::size_t i = 0; i < cells.size(); ++i) {
     auto& c = cells[i];
     if (stop_requested) return 1;
@@ -34,6 +45,9 @@ int extremes(const Request& request) {
     fmt::print("  {:<32}{:<14}{}\n", c.label, c.formulation, name_of(c.verdict.outcome));
     if (c.verdict.outcome != Outcome::right) fmt::print("      {}\n", c.verdict.detail);
     std::fflush(stdout);
+    if (c.verdict.outcome != Outcome::right)
+      text += fmt::format("| {} | {} | {} | {} | {} |\n", c.axis, c.label, c.formulation,
+                          name_of(c.verdict.outcome), c.verdict.detail);
     ++counts[static_cast<int>(c.verdict.outcome)];
     defects += is_defect(c.verdict.outcome);
     auto detail = c.verdict.detail, label = c.label, name = c.axis;
@@ -69,7 +83,24 @@ int extremes(const Request& request) {
   write_file(folder / "limits.csv", limit_csv);
   fmt::print("\n{} cells: {} right, {} degraded and said so, {} refused; {} defects\nresults in {}\n",
              cells.size(), counts[0], counts[1], counts[2], defects, folder.string());
-  for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
+  const auto figures = plots::all(folder);
+  for (const auto& path : figures) fmt::print("  {}\n", path.string());
+  if (!request.document.empty()) {
+    text += fmt::format(
+        "\n{} cells: {} right, {} degraded and said so, {} refused, {} defects.\n\nPredicted limits, drawn "
+        "over the map:\n\n",
+        cells.size(), counts[0], counts[1], counts[2], defects);
+    for (const auto& l : predicted_limits())
+      text += fmt::format("- {}, {}: {:.3g} ({}).\n", l.axis, l.formulation, l.value, l.source);
+    const std::filesystem::path place = request.document;
+    make_folder(place / "figures");
+    for (auto figure : figures) {
+      figure.replace_extension(".png");
+      std::filesystem::copy_file(figure, place / "figures" / figure.filename(),
+                                 std::filesystem::copy_options::overwrite_existing);
+    }
+    write_file(place / "extremes.md", text);
+  }
   return defects == 0 ? 0 : 1;
 }
 

@@ -93,7 +93,8 @@ int main(int argc, char** argv) {
 
   auto* extremes =
       app.add_subcommand("extremes", "the map of what holds at the edges; fails on a silent error");
-  extremes->add_option("-o,--output", request.output, "result folder")->default_val("out/extremes");
+  extremes->add_option("-o,--output", request.output, "result folder");
+  extremes->add_option("--document", request.document, "write extremes.md and its figure into this folder");
   extremes->callback([&request] { request.command = cli::extremes; });
 
   auto* tradeoff =
@@ -117,7 +118,7 @@ int main(int argc, char** argv) {
 
   auto* verify = app.add_subcommand("verify", "judge every claim that the program makes of itself");
   verify->add_option("names", request.names, "sets of claims; default all");
-  verify->add_option("-o,--output", request.output, "result folder")->default_val("out/verification");
+  verify->add_option("-o,--output", request.output, "result folder");
   verify->add_option("--document", request.document,
                      "write verification.md and its figures into this folder");
   verify->callback([&request] { request.command = cli::verify; });

@@ -77,7 +77,9 @@ int verify(const Request& request) {
   const bool all = std::ranges::all_of(verdicts, &Verdict::holds);
   fmt::print("\n{} of {} claims hold{}\n", holding, claims, all ? "" : "; those that fail say why above");
 
-  const std::filesystem::path folder = request.document.empty() ? request.output : request.document;
+  const std::filesystem::path folder = !request.document.empty() ? request.document
+                                       : request.output.empty()  ? "out/verification"
+                                                                 : request.output;
   make_folder(folder);
   auto origin = provenance(Scene{});
   origin["scene_file"] = "verification";

@@ -2,6 +2,7 @@
 
 #include <klu.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -13,13 +14,15 @@ constexpr double pivot_ratio = 1e-12;      // a smaller pivot of S against its d
 constexpr int most_iterations = 50;
 
 /// In-place Cholesky of the lower triangle of a small dense matrix, column by column; false on a pivot below
-/// `least` times the diagonal it came from.
-bool cholesky(Eigen::MatrixXd& S, double least) {
+/// `least` times the diagonal it came from. `ratio`: the least pivot over its diagonal.
+bool cholesky(Eigen::MatrixXd& S, double least, double& ratio) {
+  ratio = 1;
   const Eigen::Index m = S.rows();
   for (Eigen::Index j = 0; j < m; ++j) {
     const double diagonal = S(j, j);
     double pivot = diagonal;
     for (Eigen::Index k = 0; k < j; ++k) pivot -= S(j, k) * S(j, k);
+    ratio = std::min(ratio, pivot / diagonal);
     if (!(pivot > least * diagonal)) return false;
     const double root = std::sqrt(pivot);
     S(j, j) = root;
@@ -131,13 +134,18 @@ bool SaddleBlock::factor_dense() {
   if (G_.rows == 0) return true;
   assemble();
   if (!proximal_) {
-    if (cholesky(S_, pivot_ratio)) return true;
+    double ratio = 1;
+    const bool regular = cholesky(S_, pivot_ratio, ratio);
+    if (first_pivot_ == 0) first_pivot_ = ratio;
+    least_pivot_ = std::min(least_pivot_, std::max(ratio, 0.0));
+    if (regular) return true;
     proximal_ = true;
     assemble();
   }
   epsilon_ = relative_epsilon * S_.diagonal().mean();
   S_.diagonal().array() += epsilon_;
-  return cholesky(S_, 0);
+  double ignored = 1;
+  return cholesky(S_, 0, ignored);
 }
 
 bool SaddleBlock::factor_sparse() {

@@ -45,6 +45,9 @@ class SaddleBlock {
   bool converged() const { return converged_; }
   /// The last factorisation met dependent rows.
   bool singular() const { return proximal_; }
+  /// How near the rows have come to depending on each other: the least pivot of S over its diagonal since the
+  /// start, over that of the first factorisation. 1 on the sparse path.
+  double nearest_singular() const { return first_pivot_ > 0 ? least_pivot_ / first_pivot_ : 1; }
   std::span<const double> inverse_mass() const { return inverse_mass_; }
 
  private:
@@ -60,6 +63,7 @@ class SaddleBlock {
   std::vector<double> mass_, inverse_mass_, values_;
   bool dense_, redundant_, proximal_ = false, converged_ = true;
   double epsilon_ = 0;
+  double first_pivot_ = 0, least_pivot_ = 1;
   std::vector<Product> products_;
   Eigen::MatrixXd S_;
   Eigen::VectorXd rhs_, previous_;

@@ -189,6 +189,11 @@ void SaddlePoint::respond(const SparseRow& row, const SparseRow* beside, double 
 bool SaddlePoint::dense() const {
   return std::ranges::all_of(parts_, [](const Part& p) { return p.block.dense(); });
 }
+double SaddlePoint::nearest_singular() const {
+  double least = 1;
+  for (const auto& part : parts_) least = std::min(least, part.block.nearest_singular());
+  return least;
+}
 bool SaddlePoint::singular() const {
   return std::ranges::any_of(parts_, [](const Part& p) { return p.block.singular(); });
 }

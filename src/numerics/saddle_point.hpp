@@ -46,6 +46,8 @@ class SaddlePoint {
   bool dense() const;
   /// The last solve satisfied its constraint rows (SaddleBlock::converged).
   bool converged() const { return converged_; }
+  /// The least of the blocks' SaddleBlock::nearest_singular.
+  double nearest_singular() const;
   /// The last factorisation met dependent rows.
   bool singular() const;
 

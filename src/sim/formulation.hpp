@@ -63,6 +63,13 @@ struct Extremes {
   std::vector<double> penetration;  ///< m, of each contact
 };
 
+/// Below this share of its first value the least pivot of the constraint rows says that a singular position was
+/// passed: (1e-3 rad)², where branches of the motion meet.
+inline constexpr double singular_pivot = 1e-6;
+inline constexpr const char* singular_note =
+    "DOUBTFUL: the motion passed a singular position, where constraint rows depend on each other: it may have left its "
+    "branch there";
+
 /// What a formulation makes of one contact.
 struct ContactModel {
   double restitution_asked = 0;
