@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <sstream>
 
 #include "plots/figure.hpp"
 
@@ -145,8 +146,21 @@ class Experiment {
         angles);
     const double n = paper_speed();
     // Of the position's signal, by differences between samples; the first of a curve has none.
+    // Where the trace's turn begins and ends there is none either: no slider moves at twice its stroke's half
+    // times ω.
+    double low = INFINITY, high = -INFINITY;
+    if (const auto it = traces_.find({"ideal", clearances_.back(), n}); it != traces_.end()) {
+      std::istringstream in(it->second);
+      for (double angle, acceleration, position; in >> angle >> acceleration >> position;) {
+        low = std::min(low, position);
+        high = std::max(high, position);
+      }
+    }
+    const double limit = 2 * (high - low) * n / 60 * 3.14159;
     const std::string rate = fmt::format(
-        "1:(d = $3 - x0, s = ($1 - a0)/360*{}, x0 = $3, a0 = $1, (s > 0 && s < 0.01) ? d/s : 1/0)", 60 / n);
+        "1:(d = $3 - x0, s = ($1 - a0)/360*{}, x0 = $3, a0 = $1, (s > 0 && s < 0.01 && abs(d/s) < {}) ? d/s "
+        ": 1/0)",
+        60 / n, limit);
     const auto last = clearances_.size();
     for (std::size_t i = last >= 2 ? last - 2 : 0; i < last; ++i) {
       f.script += fmt::format("x0 = 0; a0 = 1e9\nset title '{:.2f} mm, {:.0f} rpm' offset 0,-0.8\n",
@@ -208,10 +222,11 @@ class Experiment {
   std::filesystem::path surface() {
     auto f = begin("surface", 9);
     f.script =
-        "set multiplot layout 1,2 margins 0.08,0.95,0.08,0.95 spacing 0.12,0\nunset key\nset xlabel "
-        "'Clearance (mm)'\nset ylabel "
-        "'Speed (rpm)'\nset zlabel 'm/s²' rotate\nset view 60,320\nset ticslevel 0\nset ytics 50\nset xtics "
-        "0.25\nset hidden3d\n";
+        "set multiplot layout 1,2\nunset key\nset xlabel 'Clearance (mm)' offset 0,-0.5\nset ylabel 'Speed "
+        "(rpm)' offset 0,-0.5\n"
+        "set zlabel 'm/s²' rotate offset 1,0\nset view 62,320,1,0.9\nset ticslevel 0\nset ytics 50 offset "
+        "0,-0.2\nset xtics 0.25 offset "
+        "0,-0.2\n";
     double top = 0;
     for (const auto& [key, row] : greatest_) top = std::max(top, std::strtod(row.c_str(), nullptr));
     f.script += fmt::format("set zrange [0:{}]\n", 1.1 * top);
