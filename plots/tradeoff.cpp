@@ -9,6 +9,11 @@
 
 namespace freeplay::plots {
 
+namespace {
+constexpr const char* colours[] = {"#0b3c8c", "#1a7f37", "#3d9be0", "#b8860b", "#c8500a",
+                                   "#7b3fa0", "#cf222e", "#000000", "#8a6d3b"};
+}
+
 std::vector<std::filesystem::path> tradeoff(const std::filesystem::path& folder) {
   const Csv csv(folder / "tradeoff.csv");
   const auto &scene = csv.text("scene"), &method = csv.text("method");
@@ -27,9 +32,9 @@ std::vector<std::filesystem::path> tradeoff(const std::filesystem::path& folder)
     bool touches = false;
     for (std::size_t i = 0; i < csv.rows(); ++i) touches = touches || (scene[i] == name && events[i] > 0);
     f.script = fmt::format(
-        "set multiplot layout 1,2 margins 0.1,0.98,0.3,0.93 spacing 0.1,0\nset logscale xy\nset format "
+        "set multiplot layout 1,2 margins 0.1,0.98,0.24,0.96 spacing 0.1,0\nset logscale xy\nset format "
         "'10^{{%T}}'\nset key at "
-        "screen 0.5,0.02 center bottom horizontal maxcols 3 font ',7'\nset ylabel '{}'\n",
+        "screen 0.5,0.02 center bottom vertical maxrows 3 font ',7'\nset ylabel '{}'\n",
         touches ? "Error of touches (relative)" : "Error of velocities (relative)");
     for (const bool time : {false, true}) {
       std::string plot;
@@ -42,8 +47,9 @@ std::vector<std::filesystem::path> tradeoff(const std::filesystem::path& folder)
         }
         if (block.empty()) continue;
         f.blocks.push_back("# " + methods[k] + "\n" + block);
-        plot += fmt::format("{}'DATA' index {} using 1:2 with linespoints lw 1.2 dt {} pt {} lc {} {}",
-                            plot.empty() ? "plot " : ", ", f.blocks.size() - 1, 1 + k % 4, 1 + k, k + 1,
+        plot += fmt::format("{}'DATA' index {} using 1:2 with linespoints lw 1.2 dt {} pt {} lc rgb '{}' {}",
+                            plot.empty() ? "plot " : ", ", f.blocks.size() - 1, 1 + k % 4, 1 + k,
+                            colours[k % std::size(colours)],
                             time ? "notitle" : fmt::format("title '{}' noenhanced", methods[k]));
       }
       if (plot.empty()) break;
