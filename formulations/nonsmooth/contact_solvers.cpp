@@ -9,7 +9,8 @@
 namespace freeplay {
 
 /// Every combination of open, stick, slip right and slip left: a small linear system for each, taken when it
-/// leaves no residual; of several the first, where sticking comes before slipping.
+/// leaves no residual. The case of the impulses given comes first, since from step to step it mostly stays;
+/// of the others the first, where sticking comes before slipping.
 bool ContactProblem::enumerate(double accepted, int& cases) {
   constexpr int most = 2 * most_for_enumeration;
   const int n = static_cast<int>(unknowns.size());
@@ -18,7 +19,17 @@ bool ContactProblem::enumerate(double accepted, int& cases) {
   std::array<int, most_for_enumeration> state{};
   const auto first = [&](int i) { return unknowns[i].normal < 0 ? stick : open; };
   const auto last = [&](int i) { return unknowns[i].tangent < 0 ? stick : left; };
-  for (int i = 0; i < n; ++i) state[i] = first(i);
+  bool given = true;
+  for (int i = 0; i < n; ++i) {
+    const auto& c = unknowns[i];
+    const double bound = (c.bound + c.friction * c.impulse_n) * (1 - 1e-9);
+    if (c.normal >= 0 && c.impulse_n <= 0)
+      state[i] = open;
+    else if (c.tangent < 0 || std::abs(c.impulse_t) < bound)
+      state[i] = stick;
+    else
+      state[i] = c.impulse_t < 0 ? right : left;
+  }
   Eigen::Matrix<double, -1, -1, 0, most, most> K;
   Eigen::Matrix<double, -1, 1, 0, most, 1> x;
   std::array<int, most> equation{};
@@ -59,6 +70,11 @@ bool ContactProblem::enumerate(double accepted, int& cases) {
         c.impulse_t = state[i] == stick ? x[column++] : side * (c.bound + c.friction * c.impulse_n);
     }
     if (residual() <= accepted) return true;
+    if (given) {
+      given = false;
+      for (int j = 0; j < n; ++j) state[j] = first(j);
+      continue;
+    }
     int i = 0;
     for (; i < n; ++i) {
       if (state[i] < last(i)) {

@@ -18,7 +18,8 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
       position_problem_(LcpSolver::automatic, options.lcp_tolerance),
       contacts_(system.contacts()),
       slides_(system.frictions()),
-      slide_gamma_(system.frictions()) {
+      slide_gamma_(system.frictions()),
+      slide_last_(system.frictions()) {
   int rows = system.frictions();
   for (int k = 0; k < system.contacts(); ++k) {
     contacts_[k].restitution = restitution[k];
@@ -219,6 +220,7 @@ void MoreauStepper::collect(double h) {
     ContactUnknown u;
     u.tangent = add_row(slides_[k], -0.5 * h * slide_gamma_[k]);
     u.bound = h * system_.friction_facts(k).bound;
+    u.impulse_t = slide_last_[k];
     problem_.unknowns.push_back(u);
   }
 }
@@ -267,6 +269,9 @@ void MoreauStepper::account(double h) {
 
 void MoreauStepper::log_contacts(double h) {
   struck_ = false;
+  const auto preloaded = problem_.unknowns.size() - slide_last_.size();
+  for (std::size_t k = 0; k < slide_last_.size(); ++k)
+    slide_last_[k] = problem_.unknowns[preloaded + k].impulse_t;
   for (int k = 0; k < system_.contacts(); ++k) {
     auto& c = contacts_[k];
     const auto* u = c.unknown >= 0 ? &problem_.unknowns[c.unknown] : nullptr;

@@ -293,7 +293,7 @@ TEST_CASE("known parameters are recovered from a synthetic measurement, through 
   const auto study = read_study(write(
       folder, "study.toml",
       study_head +
-          "formulations = [\"nonsmooth\"]\n[calibrate]\npoints = 24\nstarts = 2\nrevolutions = 10\n"
+          "formulations = [\"nonsmooth\"]\n[calibrate]\npoints = 24\nstarts = 3\nrevolutions = 16\n"
           "[calibrate.unknowns.band]\nkey = \"instruments.accelerometer.bandwidth\"\nlow = 300.0\nhigh = "
           "1500.0\nscale = \"log\"\n"
           "[calibrate.unknowns.friction]\nkey = \"loads.bearing.force\"\nlow = 5.0\nhigh = 25.0\n" +
