@@ -7,8 +7,11 @@
 
 namespace freeplay {
 
-EventDriven::EventDriven(EventDynamics dynamics, Dopri5 method, double time_scale)
-    : dynamics_(std::move(dynamics)), method_(std::move(method)), time_scale_(time_scale) {
+EventDriven::EventDriven(EventDynamics dynamics, Dopri5 method, double time_scale, double position_error)
+    : dynamics_(std::move(dynamics)),
+      method_(std::move(method)),
+      time_scale_(time_scale),
+      position_error_(position_error) {
   const auto contacts = static_cast<std::size_t>(dynamics_.system().contacts());
   mark_.resize(contacts);
   for (auto* x : {&ending_, &rate_before_, &slide_before_}) x->resize(contacts);
@@ -124,7 +127,8 @@ bool EventDriven::change_mode() {
     slide_before_[k] = row.tangent.dot(v());
     ending_[k] = 0;
     const bool here = last_.kind == Event::Kind::gap && last_.index == k;
-    const double near = 1e-10 * d.system().contact_facts(k).clearance + 1e-14 * d.system().longest_arm();
+    const double near = std::max(1e-10 * d.system().contact_facts(k).clearance, position_error_) +
+                        1e-14 * d.system().longest_arm();
     if (closed || here || (row.normal.size > 0 && row.gap <= near && rate_before_[k] <= d.speed_tolerance()))
       touching.push_back(k);
   }

@@ -7,6 +7,9 @@
 // e)). Once its hops are lower than 1e-9 of the clearance (or a thousand roundings of the gap) the contact is
 // closed: its impulses over τ are the same up to τ², and the touch is recorded at the end of the sequence,
 // with τ as its uncertainty.
+//
+// Contacts whose gaps close within the integration's own error of each other strike at once: a slider that
+// lands flat on two corners would else be given a cascade of single impacts by whichever error came first.
 #pragma once
 
 #include <string>
@@ -20,8 +23,8 @@ namespace freeplay {
 
 class EventDriven {
  public:
-  /// `time_scale`: s, in which something happens.
-  EventDriven(EventDynamics dynamics, Dopri5 method, double time_scale);
+  /// `time_scale`: s, in which something happens; `position_error`: m, accepted in a step.
+  EventDriven(EventDynamics dynamics, Dopri5 method, double time_scale, double position_error);
 
   void start(const State& state, ContactLog& log);
   bool step(double t_end);
@@ -75,7 +78,7 @@ class EventDriven {
 
   EventDynamics dynamics_;
   Dopri5 method_;
-  double time_scale_;
+  double time_scale_, position_error_;
   ContactLog* log_ = nullptr;
   std::vector<Mark> mark_;
   std::vector<int> kicked_;     // contacts that an impact elsewhere threw off, by less than a hop

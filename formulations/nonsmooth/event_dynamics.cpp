@@ -26,6 +26,7 @@ EventDynamics::EventDynamics(const System& system, const NonsmoothOptions& optio
   K_.setZero(most, most);
   rhs_.setZero(most);
   a_.resize(system.n());
+  change_.resize(system.n());
   for (auto* x : {&lambda_, &r_}) x->resize(system.rows());
   extremes.penetration.assign(system.contacts(), 0);
 }
@@ -180,19 +181,19 @@ void EventDynamics::project(Vector& x, double t) {
   // Least change with G Δ = −r and the active rows Δ = −s.
   const auto move = [&](double* y, auto residual, auto active) {
     for (int k = 0; k < m; ++k) r_[k] = -residual(k);
-    saddle_.solve(nullptr, r_.data(), a_.data(), lambda_.data());
+    saddle_.solve(nullptr, r_.data(), change_.data(), lambda_.data());
     used_ = 0;
     active();
     if (used_ > 0) {
       for (int r = 0; r < used_; ++r) {
-        rhs_[r] = -rhs_[r] - rows_[r].dot(a_.data());
+        rhs_[r] = -rhs_[r] - rows_[r].dot(change_.data());
         for (int s = 0; s <= r; ++s) K_(r, s) = K_(s, r) = rows_[r].dot(response(s));
       }
       solve_active();
       for (int r = 0; r < used_; ++r)
-        for (int i = 0; i < n; ++i) a_[i] += solution_[r] * response(r)[i];
+        for (int i = 0; i < n; ++i) change_[i] += solution_[r] * response(r)[i];
     }
-    for (int i = 0; i < n; ++i) y[i] += a_[i];
+    for (int i = 0; i < n; ++i) y[i] += change_[i];
   };
   system_.place(t, q, e_);
   ++work.factorisations;

@@ -119,6 +119,7 @@ class EventDynamics {
   Eigen::MatrixXd K_;
   Eigen::VectorXd rhs_, solution_;
   Vector a_, lambda_, r_;
+  Vector change_;  // of positions or velocities by project()
 };
 
 }  // namespace freeplay

@@ -91,7 +91,7 @@ EventDriven make_event_driven(const Scene& scene, const System& system,
   const auto scales = make_scales(scene.mechanism, system);
   const auto norm = motion_norm(system, scales, scene.nonsmooth.tolerance);
   return {EventDynamics(system, scene.nonsmooth, restitution, facts, scales.speed),
-          Dopri5(norm, 1e-3 * scales.time), scales.time};
+          Dopri5(norm, 1e-3 * scales.time), scales.time, scene.nonsmooth.tolerance * scales.length};
 }
 
 }  // namespace

@@ -101,13 +101,18 @@ Setting setting_for(const std::string& formulation, Accuracy accuracy) {
 }
 
 double touch_error(const std::vector<ContactEvent>& found, const std::vector<ContactEvent>& reference) {
-  if (found.size() < reference.size()) return INFINITY;
-  double worst = 0, last = 0;
-  for (std::size_t i = 0; i < reference.size(); ++i) {
-    const auto &a = found[i], &b = reference[i];
-    if (a.joint != b.joint) return INFINITY;
-    worst = std::max({worst, std::abs(a.t - b.t) / std::max(b.t - last, 1e-9 * b.t),
-                      std::abs(a.v_n_minus / b.v_n_minus - 1), std::abs(a.impulse_n / b.impulse_n - 1)});
+  double worst = 0, last = 0, since = 0;
+  std::vector<bool> taken(found.size());
+  for (const auto& b : reference) {
+    // Two contacts that strike at once may stand in either order.
+    std::size_t i = 0;
+    while (i < found.size() && (taken[i] || found[i].joint != b.joint)) ++i;
+    if (i == found.size()) return INFINITY;
+    taken[i] = true;
+    const auto& a = found[i];
+    if (b.t - last > 1e-6 * b.t) since = b.t - last;
+    worst = std::max({worst, std::abs(a.t - b.t) / since, std::abs(a.v_n_minus / b.v_n_minus - 1),
+                      std::abs(a.impulse_n / b.impulse_n - 1)});
     last = b.t;
   }
   return worst;
@@ -115,10 +120,10 @@ double touch_error(const std::vector<ContactEvent>& found, const std::vector<Con
 
 Reference make_reference(const Scene& scene, const std::string& formulation, const Makers& makers,
                          std::size_t most) {
-  const Setting finest = formulation == "penalty" ? Setting{formulation, Integrator::fehlberg78, {}, 1e-13}
+  const Setting finest = formulation == "penalty" ? Setting{formulation, Integrator::dopri5, {}, 1e-12}
                                                   : Setting{formulation, {}, Scheme::event_driven, 1e-13};
   const Setting other = formulation == "penalty"
-                            ? Setting{formulation, Integrator::adams_bashforth_moulton, {}, 1e-12}
+                            ? Setting{formulation, Integrator::adams_bashforth_moulton, {}, 1e-10}
                             : Setting{formulation, {}, Scheme::event_driven, 1e-11};
   Reference r;
   const auto a = run(scene, finest, makers, scene.run.duration);

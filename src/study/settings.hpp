@@ -1,6 +1,8 @@
 // Numerical settings as a user trades them: method and fineness, and what each costs and misses on a scene.
 #pragma once
 
+#include <cmath>
+
 #include "study/case_run.hpp"
 
 namespace freeplay {
@@ -46,7 +48,8 @@ Reference make_reference(const Scene& scene, const std::string& formulation, con
                          std::size_t most = 6);
 
 struct Errors {
-  double events = 0;  ///< greatest of |Δt|/(t_i − t_{i−1}), |Δv|/|v| and |ΔP|/P over the reference's touches
+  double events = 0;  ///< greatest of |Δt| over the time since the touch before, |Δv|/|v| and |ΔP|/P over the
+                      ///< reference's touches
   double state = 0;       ///< ‖v − v_ref‖∞/‖v_ref‖∞ before the first touch
   double energy = 0;      ///< |closure of the balance| over its scale, whole run
   double dissipated = 0;  ///< relative difference to the reference's, whole run: chaotic, judge by its spread
@@ -57,10 +60,12 @@ struct Measured {
   Ending ending;
   Errors errors;
   Work work;
+  /// Deviation of long runs' statistics in standard errors (long_run.hpp); infinite where one stopped.
+  double statistics = NAN;
   double cpu = 0, cpu_low = 0, cpu_high = 0;  ///< s: median, least and greatest of the repeats
 };
 
-/// Deviation of touches: see Errors::events. Infinite when one is missing.
+/// Deviation of touches: see Errors::events; each contact's in their order. Infinite when one is missing.
 double touch_error(const std::vector<ContactEvent>& found, const std::vector<ContactEvent>& reference);
 
 /// Runs a scene with a setting, once.

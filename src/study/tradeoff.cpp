@@ -9,32 +9,28 @@
 namespace freeplay {
 namespace {
 
-/// Relative standard deviation of the energy lost over four perturbed starts, by the balanced setting.
-double sampling_error(const Scene& scene, const Makers& makers) {
-  if (System(scene.mechanism).contacts() == 0) return 0;
-  std::vector<double> lost;
-  for (int start = 0; start < 4; ++start) {
-    try {
-      auto moved = perturbed(scene, makers.penalty, 1, start, {0, 0.5});
-      setting_for("nonsmooth", Accuracy::balanced).apply(moved);
-      moved.instruments.clear();
-      const auto run = run_scene(moved, makers.matched, std::nullopt);
-      if (run.ending.status == Ending::Status::finished)
-        lost.push_back(run.ledger.contact + run.ledger.friction);
-    } catch (const SceneError&) {
-      // A scene that closes only thanks to its play has no perturbed starts.
-    }
-  }
-  double mean = 0, squares = 0;
-  for (double x : lost) mean += x / static_cast<double>(lost.size());
-  for (double x : lost) squares += (x - mean) * (x - mean);
-  return lost.size() > 1 && mean != 0 ? std::sqrt(squares / static_cast<double>(lost.size() - 1)) / mean
-                                      : std::nan("");
+/// Long runs of every setting against those of a fine one, from other starts.
+void add_statistics(TradeoffScene& t, const Scene& scene, const Sampling& sampling, const Makers& makers,
+                    const std::function<void(double)>& on_progress) {
+  const auto others = perturbed_starts(scene, sampling, sampling.starts, makers);
+  const auto starts = perturbed_starts(scene, sampling, 0, makers);
+  if (starts.empty() || others.empty()) return;
+  const std::vector<Setting> fine = {{"penalty", Integrator::dopri5, {}, 1e-9},
+                                     {"nonsmooth", {}, Scheme::event_driven, 1e-9}};
+  const auto references = long_runs(others, fine, makers, {});
+  t.sampling_error = relative_spread(references[1].lost);
+  std::vector<Setting> settings;
+  for (const auto& m : t.measured) settings.push_back(m.setting);
+  const auto runs = long_runs(starts, settings, makers, on_progress);
+  for (std::size_t i = 0; i < settings.size(); ++i)
+    t.measured[i].statistics =
+        runs[i].stopped.empty() ? deviation(runs[i], references[settings[i].formulation == "penalty" ? 0 : 1])
+                                : INFINITY;
 }
 
 }  // namespace
 
-TradeoffScene trade_off(const Scene& scene, const Makers& makers, int repeats,
+TradeoffScene trade_off(const Scene& scene, const Makers& makers, int repeats, const Sampling& sampling,
                         const std::function<void(double)>& on_progress) {
   TradeoffScene t;
   t.title = scene.mechanism.title;
@@ -45,7 +41,6 @@ TradeoffScene trade_off(const Scene& scene, const Makers& makers, int repeats,
       n == 0 ? std::nan("")
              : touch_error({t.penalty.touches.begin(), t.penalty.touches.begin() + static_cast<long>(n)},
                            {t.nonsmooth.touches.begin(), t.nonsmooth.touches.begin() + static_cast<long>(n)});
-  t.sampling_error = sampling_error(scene, makers);
   std::vector<Setting> settings;
   for (const char* formulation : {"penalty", "nonsmooth"}) {
     const auto& reference = formulation[0] == 'p' ? t.penalty : t.nonsmooth;
@@ -69,6 +64,7 @@ TradeoffScene trade_off(const Scene& scene, const Makers& makers, int repeats,
     t.measured[i].cpu = seconds[i][seconds[i].size() / 2];
     t.measured[i].cpu_high = seconds[i].back();
   }
+  add_statistics(t, scene, sampling, makers, on_progress);
   return t;
 }
 
@@ -89,6 +85,7 @@ nlohmann::json to_json(const TradeoffScene& t) {
                     {"error_state", m.errors.state},
                     {"error_energy", m.errors.energy},
                     {"difference_dissipated", m.errors.dissipated},
+                    {"statistics_in_standard_errors", m.statistics},
                     {"cpu_s", m.cpu},
                     {"cpu_least_s", m.cpu_low},
                     {"cpu_greatest_s", m.cpu_high},

@@ -2,24 +2,25 @@
 // cost; and advice measured on a user's own scene.
 #pragma once
 
+#include <cmath>
 #include <nlohmann/json_fwd.hpp>
 
-#include "study/settings.hpp"
+#include "study/long_run.hpp"
 
 namespace freeplay {
 
 struct TradeoffScene {
   std::string name, title;
   Reference penalty, nonsmooth;
-  /// Of penalty's model: its reference's first two touches against the impact law's at the delivered restitution.
-  /// Finite K, not numerics. NaN without touches.
+  /// Of penalty's model: its reference's first two touches against the impact law's at the delivered
+  /// restitution. Finite K, not numerics. NaN without touches.
   double model_error = 0;
-  double sampling_error = 0;  ///< relative standard deviation of the energy lost over perturbed starts
+  double sampling_error = NAN;  ///< relative standard deviation of the energy lost over perturbed starts
   std::vector<Measured> measured;
 };
 
-/// Each setting `repeats` times, interleaved.
-TradeoffScene trade_off(const Scene& scene, const Makers& makers, int repeats,
+/// Each setting `repeats` times, interleaved; then long runs.
+TradeoffScene trade_off(const Scene& scene, const Makers& makers, int repeats, const Sampling& sampling,
                         const std::function<void(double)>& on_progress);
 
 nlohmann::json to_json(const TradeoffScene& scene);

@@ -1,0 +1,104 @@
+#include "study/long_run.hpp"
+
+#include <oneapi/tbb/parallel_for.h>
+
+#include <cmath>
+#include <mutex>
+#include <numbers>
+
+#include "sim/recorder.hpp"
+
+namespace freeplay {
+namespace {
+
+struct Moments {
+  double mean = 0, variance = 0;  // of a sample
+};
+
+Moments moments(const std::vector<double>& x) {
+  const auto n = static_cast<double>(x.size());
+  Moments m;
+  for (const double value : x) m.mean += value / n;
+  for (const double value : x) m.variance += (value - m.mean) * (value - m.mean) / (n - 1);
+  return m;
+}
+
+double welch(const std::vector<double>& a, const std::vector<double>& b) {
+  const auto p = moments(a), q = moments(b);
+  const double error =
+      std::sqrt(p.variance / static_cast<double>(a.size()) + q.variance / static_cast<double>(b.size()));
+  const double difference = std::abs(p.mean - q.mean);
+  return difference == 0 ? 0 : difference / error;
+}
+
+}  // namespace
+
+std::vector<Scene> perturbed_starts(const Scene& scene, const Sampling& sampling, int first,
+                                    const Makers& makers) {
+  std::vector<Scene> starts;
+  if (sampling.starts < 2 || System(scene.mechanism).contacts() == 0) return starts;
+  try {
+    for (int i = 0; i < sampling.starts; ++i) {
+      auto moved = perturbed(scene, makers.penalty, sampling.seed, first + i, sampling.how);
+      moved.instruments.clear();
+      moved.run.discard = 0;
+      const auto* drive = main_drive(scene.mechanism);
+      if (drive && drive->speed != 0)
+        moved.run.duration = sampling.revolutions * 2 * std::numbers::pi / std::abs(drive->speed);
+      starts.push_back(std::move(moved));
+    }
+  } catch (const SceneError&) {
+    starts.clear();  // a scene that closes only thanks to its play
+  }
+  return starts;
+}
+
+std::vector<LongRun> long_runs(const std::vector<Scene>& starts, const std::vector<Setting>& settings,
+                               const Makers& makers, const std::function<void(double)>& on_progress) {
+  const std::size_t n = starts.size(), all = n * settings.size();
+  std::vector<RunSummary> runs(all);
+  std::mutex guard;
+  std::size_t done = 0;
+  oneapi::tbb::parallel_for(std::size_t{0}, all, [&](std::size_t i) {
+    if (stop_requested) return;
+    auto scene = starts[i % n];
+    const auto& setting = settings[i / n];
+    setting.apply(scene);
+    try {
+      runs[i] = run_scene(scene, makers.of(setting.formulation, true), std::nullopt);
+    } catch (const SceneError& e) {
+      runs[i].ending = {Ending::Status::failed, e.what()};
+    }
+    runs[i].events.clear();
+    const std::lock_guard lock(guard);
+    ++done;
+    if (on_progress) on_progress(static_cast<double>(done) / static_cast<double>(all));
+  });
+  std::vector<LongRun> results(settings.size());
+  for (std::size_t i = 0; i < all; ++i) {
+    auto& r = results[i / n];
+    const auto& run = runs[i];
+    if (run.ending.status != Ending::Status::finished) {
+      if (r.stopped.empty()) r.stopped = run.ending.reason;
+      continue;
+    }
+    r.lost.push_back((run.ledger.contact + run.ledger.friction) / run.t_end);
+    double flight = 0;
+    for (const auto& c : run.contacts) flight += c.flight_fraction / static_cast<double>(run.contacts.size());
+    r.flight.push_back(flight);
+  }
+  return results;
+}
+
+double deviation(const LongRun& a, const LongRun& b) {
+  if (a.lost.size() < 2 || b.lost.size() < 2) return std::nan("");
+  return std::max(welch(a.lost, b.lost), welch(a.flight, b.flight));
+}
+
+double relative_spread(const std::vector<double>& sample) {
+  if (sample.size() < 2) return std::nan("");
+  const auto m = moments(sample);
+  return std::sqrt(m.variance) / std::abs(m.mean);
+}
+
+}  // namespace freeplay
