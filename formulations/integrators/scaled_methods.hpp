@@ -75,7 +75,12 @@ class BulirschStoer : public MethodState {
   }
   template <class F>
   bool step(F& f, double t_end) {
-    const auto scaled = [&](const Vector& y, Vector& dydt, double at) { side_.evaluate(f, y, dydt, at); };
+    const auto scaled = [&](const Vector& y, Vector& dydt, double at) {
+      side_.evaluate(f, y, dydt, at);
+      double sum = 0;
+      for (const double slope : dydt) sum += slope;
+      if (!std::isfinite(sum)) throw NotFinite();
+    };
     shift();
     if (fresh_ || t + dt_ > t_end) {
       if (fresh_) {
@@ -88,10 +93,13 @@ class BulirschStoer : public MethodState {
       fresh_ = false;
       wish_ = wish;
     }
-    try {
-      stepper_.do_step(scaled);
-    } catch (const std::exception&) {  // odeint's way to say that no step is accepted
-      return false;
+    while (!attempt(scaled)) {
+      ++rejected;
+      const double shorter = 0.25 * stepper_.current_time_step();
+      if (vanishing(shorter, first_step_)) return false;
+      side_.to_scaled(x_old, y_);
+      stepper_.reset();
+      stepper_.initialize(y_, t, shorter);
     }
     t = stepper_.current_time();
     dt_ = std::max(stepper_.current_time_step(), t >= t_end ? wish_ : 0.0);
@@ -113,6 +121,18 @@ class BulirschStoer : public MethodState {
   }
 
  private:
+  /// A step too long for the constraints to be factorised on its way: odeint's control does not know NaN.
+  struct NotFinite : std::exception {};
+  template <class F>
+  bool attempt(const F& scaled) {
+    try {
+      stepper_.do_step(scaled);
+      return true;
+    } catch (const std::exception&) {  // NotFinite, or odeint's way to say that no step is accepted
+      return false;
+    }
+  }
+
   ScaledSide side_;
   Stepper stepper_;
   double first_step_, dt_, wish_ = 0;

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "cli/commands.hpp"
@@ -32,9 +33,10 @@ std::vector<std::string> with_accuracy(const Request& request, const std::vector
 /// 0 for a finished run; else says on stderr why it ended.
 int report(const RunSummary& summary) {
   if (summary.ending.status == Ending::Status::finished) return 0;
-  fmt::print(stderr, "{}: {} at t = {:.9g} s{}\n", summary.formulation,
-             summary.ending.status == Ending::Status::failed ? "stopped" : "interrupted", summary.t_end,
-             summary.ending.status == Ending::Status::failed ? ": " + summary.ending.reason : "");
+  if (summary.ending.status == Ending::Status::failed)
+    fmt::print(stderr, "{}: stopped: {}\n", summary.formulation, summary.ending.reason);
+  else
+    fmt::print(stderr, "{}: interrupted at t = {:.9g} s\n", summary.formulation, summary.t_end);
   return 1;
 }
 
@@ -58,8 +60,9 @@ int run(const Request& request) {
         "  restitution asked {:.4g}, delivered {:.4g}; greatest penetration {:.3g} of the clearance\n",
         c.name, 100 * c.flight_fraction, 100 * c.impact_fraction, 100 * c.lasting_fraction, c.impacts,
         c.model.restitution_asked, c.model.restitution_delivered, c.penetration_ratio);
-  fmt::print("energy balance closes to {:.2g} J of {:.3g} J\n", summary.ledger.closure(),
-             summary.ledger.scale());
+  if (std::isfinite(summary.ledger.closure()))
+    fmt::print("energy balance closes to {:.2g} J of {:.3g} J\n", summary.ledger.closure(),
+               summary.ledger.scale());
   for (const auto& note : summary.notes) fmt::print("note: {}\n", note);
   fmt::print("results in {}\n", folder.string());
   return report(summary);

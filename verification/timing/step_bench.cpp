@@ -20,7 +20,7 @@ struct Setup {
 /// Steps of the reference scene as they come: flights, impacts, mostly lasting contact.
 void nonsmooth_step(benchmark::State& state) {
   const Setup s;
-  MoreauStepper stepper(s.system, s.scene.nonsmooth, {0.46}, false);
+  MoreauStepper stepper(s.system, s.scene.nonsmooth, {0.46}, RowFacts{});
   ContactLog log(1, 0);
   stepper.start(s.start, log);
   while (stepper.t() < 0.05) benchmark::DoNotOptimize(stepper.step(1e9));
@@ -42,7 +42,7 @@ void penalty_rhs(benchmark::State& state) {
   contact.friction = make_friction(s.scene.penalty, 0.01);
   contact.zone = contact.friction->zone(0.05);
   contact.closed = closed;
-  PenaltyDynamics f(s.system, s.scene.penalty, {contact}, false);
+  PenaltyDynamics f(s.system, s.scene.penalty, {contact}, RowFacts{});
   std::vector<double> x(f.size(), 0.0), dxdt(f.size());
   std::copy(s.start.q.begin(), s.start.q.end(), x.begin());
   std::copy(s.start.v.begin(), s.start.v.end(), x.begin() + s.system.n());
