@@ -76,6 +76,8 @@ class PenaltyStepper {
     first.t = method_.t;
     for (int k = 0; k < f_.system().contacts(); ++k) {
       end_[k] = sample(k, method_.x, method_.t);
+      lost_ = !std::isfinite(end_[k].gap + end_[k].rate + end_[k].slide);
+      if (lost_) return false;
       find_gap_event(k, first);
       find_slide_event(k, first);
     }
@@ -101,6 +103,10 @@ class PenaltyStepper {
     return stalled_ < most_stalled();
   }
   std::string failure() const {
+    if (lost_)
+      return fmt::format(
+          "t = {:.9g} s: the state is no longer finite; take a finer penalty.tolerance or penalty.step",
+          t_old());
     if (creeps_)
       return fmt::format(
           "t = {:.9g} s: steps have shrunk to {:.2g} s, the motion is too stiff for this integrator; use "
@@ -262,7 +268,7 @@ class PenaltyStepper {
   Extremes extremes_;
   bool restart_ = false;  // the mode has changed since the last right-hand side
   int stalled_ = 0;
-  bool creeps_ = false;
+  bool creeps_ = false, lost_ = false;
   double creep_since_ = -INFINITY;
 };
 

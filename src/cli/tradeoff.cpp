@@ -26,7 +26,7 @@ std::string table(const TradeoffScene& t, bool markdown) {
     if (markdown)
       out += fmt::format("| {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", x...);
     else  // without steps and pivots, in 80 columns
-      out += fmt::format("{0:<30}{1:>8}{2:>8}{3:>8}{4:>7}{6:>9}{8:>9}\n", x...);
+      out += fmt::format("{0:<29}{1:>8}{2:>8}{3:>8}{4:>8}{6:>9}{8:>9}\n", x...);
   };
   line("setting", "events", "state", "energy", "stat.", "steps", "rhs", "pivots", "CPU ms");
   if (markdown) line("---", "---", "---", "---", "---", "---", "---", "---", "---");
