@@ -119,7 +119,9 @@ bool MoreauStepper::solve_velocities(double h, const double* v_force) {
   saddle_.solve(force_.data(), r_.data(), v_.data(), lambda_.data());
   if (!saddle_.converged()) {
     failure_ = fmt::format(
-        "t = {:.9g} s: redundant constraints on bodies of very unlike mass cannot be solved accurately",
+        "t = {:.9g} s: constraint rows depend on each other and cannot be met together: a singular position, "
+        "as "
+        "a four-bar's change point (start beside it), or redundant joints on bodies of very unlike mass",
         t_old_);
     return false;
   }

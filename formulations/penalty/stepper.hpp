@@ -114,10 +114,14 @@ class PenaltyStepper {
           "rest",
           t(), t() - t_old());
     if (stalled_ >= most_stalled())
-      return fmt::format("t = {:.9g} s: a contact opens and closes without time passing", t());
+      return fmt::format(
+          "t = {:.9g} s: a contact opens and closes without time passing; a shorter penalty.step or a finer "
+          "penalty.tolerance may resolve it",
+          t());
     return fmt::format(
-        "t = {:.9g} s: no step is accepted any more, however small; the motion may be singular there, or "
-        "penalty.tolerance beyond rounding",
+        "t = {:.9g} s: no step is accepted any more, however small; the motion may be singular there (as at "
+        "a "
+        "four-bar's change point), or penalty.tolerance beyond rounding",
         t_old());
   }
 

@@ -36,6 +36,9 @@ int sweep(const Request& request) {
   progress.clear();
   fmt::print("{} runs: {} were there, {} made in {}, {} of them failed\n\n", summary.total, summary.found,
              summary.ran, left(summary.wall_seconds), summary.failed);
+  if (summary.dropped > 0)
+    fmt::print("{} dropped: of an earlier form of the study, or made by another version\n\n",
+               summary.dropped);
   if (!summary.interrupted) fmt::print("{}", sweep_table(study, results.runs()));
   for (const auto& [variant, formulation, reason] : results.failures())
     fmt::print(stderr, "{}, {}: {}\n", variant, formulation, reason);

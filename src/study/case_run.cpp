@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "sim/recorder.hpp"
+#include "version.hpp"
 
 namespace freeplay {
 namespace {
@@ -73,10 +74,10 @@ std::vector<Case> cases(const Study& study) {
 }
 
 std::string identity(const Study& study, const Case& one, const std::string& scene_text) {
-  return fmt::format("{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}", one.formulation, one.start,
-                     one.revolutions, study.discard, study.seed, study.matched, study.perturbation.turn,
-                     study.perturbation.play, study.flight_angle, study.impact_speed, study.line_share,
-                     study.joint, study.accelerometer, study.position, one.variant,
+  return fmt::format("{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}", commit, one.formulation,
+                     one.start, one.revolutions, study.discard, study.seed, study.matched,
+                     study.perturbation.turn, study.perturbation.play, study.flight_angle, study.impact_speed,
+                     study.line_share, study.joint, study.accelerometer, study.position, one.variant,
                      fmt::join(one.overrides, ";"), scene_text);
 }
 

@@ -45,9 +45,10 @@ SweepSummary sweep(const Study& study, const Makers& makers, Results& results, i
   // A bad scene or study shows before anything runs.
   for (const auto& [key, one] : missing)
     if (one->start == 0) read_scene(one->scene, one->overrides);
+  SweepSummary summary;
+  summary.dropped = keep_others ? 0 : present.size() - (keep.size() - missing.size());
   if (!keep_others) results.retain(keep);
 
-  SweepSummary summary;
   summary.total = keep.size();
   summary.found = keep.size() - missing.size();
   summary.keys = std::move(keep);
