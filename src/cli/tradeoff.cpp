@@ -80,6 +80,13 @@ int tradeoff(const Request& request) {
       "Counts do not depend "
       "on\nthe machine; CPU is the median of {} interleaved runs.\n",
       request.scene, request.repeats);
+  text += "\n`--accuracy` takes, chosen from these tables:";
+  for (const char* formulation : {"penalty", "nonsmooth"})
+    text += fmt::format(" {} *fast* {}, *balanced* {}, *reference* {}{}", formulation,
+                        setting_for(formulation, Accuracy::fast).label(),
+                        setting_for(formulation, Accuracy::balanced).label(),
+                        setting_for(formulation, Accuracy::reference).label(),
+                        formulation[0] == 'p' ? ";" : ".\n");
   Progress progress;
   for (const auto& v : study.variants) {
     const Sampling sampling{v.starts, v.revolutions, study.seed, study.perturbation};

@@ -68,7 +68,9 @@ void Results::execute(const std::string& sql) const {
 Results::Results(const std::filesystem::path& file, const Study& study)
     : file_(file), axes_(study.axes.size()) {
   if (sqlite3_open(file.c_str(), &db_) != SQLITE_OK) fail("cannot be opened");
-  sqlite3_busy_timeout(db_, 10000);
+  sqlite3_busy_timeout(db_, 60000);
+  // A user's query, however long, does not hold up the runs; a stop at any moment loses unstored runs only.
+  execute("PRAGMA journal_mode = WAL");
   std::string columns;
   for (const auto& axis : study.axes) columns += fmt::format("\"{}\" REAL, ", axis.name);
   for (const auto& name : TurnMetrics::names()) columns += fmt::format("{} REAL, ", name);
