@@ -14,7 +14,10 @@
 namespace freeplay::cli {
 namespace {
 
-std::string show(const Estimate& e) { return fmt::format("{:.4g} ({:.4g}..{:.4g})", e.value, e.low, e.high); }
+std::string show(const Estimate& e) {
+  if (!std::isfinite(e.low)) return fmt::format("{:.4g} (one start: no interval)", e.value);
+  return fmt::format("{:.4g} ({:.4g}..{:.4g})", e.value, e.low, e.high);
+}
 
 nlohmann::json json_of(const Estimate& e) { return {{"value", e.value}, {"low", e.low}, {"high", e.high}}; }
 
@@ -75,7 +78,13 @@ int calibrate(const Request& request) {
   const auto fit = [&](const Fit& f, const std::string& title) {
     fmt::print("\n{}\n", title);
     for (std::size_t j = 0; j < c.unknowns.size(); ++j)
-      fmt::print("  {:<16} {} {}\n", c.unknowns[j].name, show(f.unknowns[j]), c.unknowns[j].unit);
+      fmt::print("  {:<16} {} {}{}\n", c.unknowns[j].name, show(f.unknowns[j]), c.unknowns[j].unit,
+                 std::abs(f.xi[static_cast<Eigen::Index>(j)]) > 0.999 ? "  AT ITS BOUND" : "");
+    for (std::size_t i = 0; i < c.targets.size(); ++i) {
+      const double sigma = std::hypot(c.targets[i].tolerance, r.surface_error[i]);
+      if (f.used[i] && std::abs(std::log(f.on_surface[i].value / r.measured[i])) > 3 * sigma)
+        fmt::print("  {}: NOT MET, by more than three standard uncertainties\n", c.targets[i].name);
+    }
     for (const bool used : {true, false})
       for (std::size_t i = 0; i < c.targets.size(); ++i)
         if (f.used[i] == used)

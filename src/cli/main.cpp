@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <csignal>
+#include <cstdlib>
 
 #include "cli/commands.hpp"
 #include "sim/recorder.hpp"
@@ -87,6 +89,8 @@ int main(int argc, char** argv) {
       ->allow_extra_args(false);
   validate->add_option("-o,--output", request.output,
                        "result folder; default out/NAME-validation, of a study out/NAME");
+  validate->add_flag("--as-given", request.as_given,
+                     "leave the impact law at the restitution asked for, unmatched");
   validate->add_option("--document", request.document,
                        "write experiment.md and its figures into this folder");
   validate->callback([&request] { request.command = cli::validate; });
@@ -111,10 +115,13 @@ int main(int argc, char** argv) {
       ->transform(CLI::Validator(
           [](std::string& text) {
             if (!text.empty() && text.back() == '%') text.pop_back();
-            return std::string();
+            char* end = nullptr;
+            const double x = std::strtod(text.c_str(), &end);
+            return end != text.c_str() && *end == 0 && x > 0 && std::isfinite(x)
+                       ? std::string()
+                       : std::string("must be greater than 0 per cent, as 1% or 1");
           },
-          ""))
-      ->check(CLI::PositiveNumber);
+          ""));
 
   auto* verify = app.add_subcommand("verify", "judge every claim that the program makes of itself");
   verify->add_option("names", request.names, "sets of claims; default all");

@@ -40,6 +40,8 @@ int sweep(const Request& request) {
     fmt::print("{} dropped: of an earlier form of the study, or made by another version\n\n",
                summary.dropped);
   if (!summary.interrupted) fmt::print("{}", sweep_table(study, results.runs()));
+  if (const auto [count, reason] = results.doubtful(); count > 0)
+    fmt::print("{} of the runs are doubtful; runs.reason says why, for example:\n{}\n", count, reason);
   for (const auto& [variant, formulation, reason] : results.failures())
     fmt::print(stderr, "{}, {}: {}\n", variant, formulation, reason);
   fmt::print("results in {}\n", (folder / "sweep.db").string());

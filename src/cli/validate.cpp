@@ -8,6 +8,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/makers.hpp"
+#include "model/section.hpp"
 #include "plots/figure.hpp"
 #include "sim/output_file.hpp"
 
@@ -47,10 +48,15 @@ std::string table(const Validation& v) {
 int validate_data(const Request& request) {
   const std::filesystem::path folder = request.output.empty() ? default_folder(request.scene, "-validation")
                                                               : std::filesystem::path(request.output);
-  const auto v = freeplay::validate(request.scene, request.overrides, request.data, makers());
+  auto with = makers();
+  if (request.as_given) with.matched = with.nonsmooth;
+  const auto v = freeplay::validate(request.scene, request.overrides, request.data, with);
   make_folder(folder);
-  fmt::print("{} turns of {} at {:.4g} Hz; ideal greatest {:.4g} m/s²\n\n{}", v.measured.peaks.size(),
-             request.data, v.sampling, v.ideal_maximum, table(v));
+  fmt::print("{} turns of {} at {:.4g} Hz; ideal greatest {:.4g} m/s²\n{}\n\n{}", v.measured.peaks.size(),
+             request.data, v.sampling, v.ideal_maximum,
+             request.as_given ? "both take the restitution asked for (--as-given)"
+                              : "nonsmooth takes the restitution that penalty delivers (not with --as-given)",
+             table(v));
   int status = 0;
   for (const auto& a : v.models)
     if (a.ending.status != Ending::Status::finished) {
@@ -60,6 +66,7 @@ int validate_data(const Request& request) {
   auto document = to_json(v);
   document["provenance"] = provenance(read_scene(request.scene, request.overrides));
   document["data"] = request.data;
+  document["restitution"] = request.as_given ? "as-given" : "delivered";
   write_file(folder / "validation.json", document.dump(1) + "\n");
   std::string csv = "crank_angle,measured,penalty,nonsmooth\n";
   if (status == 0)
@@ -73,6 +80,8 @@ int validate_data(const Request& request) {
 }
 
 int validate(const Request& request) {
+  if (request.data.empty() && !parse_toml(read_text(request.scene), request.scene).contains("claims"))
+    throw SceneError(fmt::format("{}: a scene needs --data FILE, a study claims", request.scene));
   return request.data.empty() ? validate_study(request) : validate_data(request);
 }
 

@@ -94,8 +94,13 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
   const double turn = 2 * std::numbers::pi / std::abs(speed);
   const double span = times.back() - times.front();
   if (span < 0.999 * turn - span / static_cast<double>(times.size()))
-    fail(0, fmt::format("spans {:.4g} s, less than a turn of the crank ({:.4g} s); t must be in seconds",
-                        span, turn));
+    fail(0,
+         t >= 0
+             ? fmt::format("spans {:.4g} s, less than a turn of the crank ({:.4g} s); t must be in seconds",
+                           span, turn)
+             : fmt::format(
+                   "spans {:.4g} degrees, less than a turn of the crank; crank_angle must be in degrees",
+                   360 * span / turn));
   if (span > 1e5 * turn)
     fail(0, fmt::format("spans {:.4g} turns of the crank; t must be in seconds", span / turn));
 
@@ -109,6 +114,10 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
       fail(lines[i], fmt::format("a gap of {:.4g} s before this line, where samples are {:.4g} s apart; "
                                  "split the file, or fill it",
                                  times[i] - times[i - 1], step));
+  constexpr double least = 16;
+  if (turn / step < least)
+    fail(0, fmt::format("has {:.3g} samples a turn of the crank, fewer than {}; {}", turn / step, least,
+                        t >= 0 ? "t must be in seconds" : "crank_angle must be in degrees"));
   // Evenly spaced, by straight lines between the samples.
   const auto count = static_cast<std::size_t>(span / step + 1e-6) + 1;
   std::vector<double> even;

@@ -46,7 +46,7 @@ void apply_override(toml::table& root, SceneSource& source, const std::string& g
 RunOptions read_run(Section& s, const Mechanism& mechanism) {
   RunOptions o;
   const auto* drive = main_drive(mechanism);
-  if (s.has("revolutions") == s.has("duration")) s.fail("", "needs one of revolutions and duration");
+  if (s.has("revolutions") == s.has("duration")) s.fail("", "needs exactly one of revolutions and duration");
   double unit = 1;
   if (s.has("revolutions")) {
     if (!drive || drive->speed == 0)
@@ -61,6 +61,9 @@ RunOptions read_run(Section& s, const Mechanism& mechanism) {
   o.start = static_cast<RunOptions::Start>(s.choice("start", {"assembled", "ideal", "given"}, 0));
   o.eliminate = s.flag("eliminate", o.eliminate);
   o.output_step = s.maybe_number("output_step", positive);
+  if (o.output_step && *o.output_step < 1e-8 * o.duration)
+    s.fail("output_step", fmt::format("must be at least {:.3g} s: a hundred million rows of trajectory.csv",
+                                      1e-8 * o.duration));
   s.done("[run]");
   return o;
 }

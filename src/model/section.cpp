@@ -163,7 +163,8 @@ std::vector<double> Section::numbers(std::string_view key) {
   const auto& node = require(key);
   const auto* list = node.as_array();
   if (!list || list->empty())
-    source_->fail(&node, full(key), fmt::format("must be a list of numbers, is {}", kind_of(node)));
+    source_->fail(&node, full(key),
+                  fmt::format("must be a list of numbers, is {}", list ? "an empty one" : kind_of(node)));
   std::vector<double> result;
   for (const auto& item : *list) result.push_back(to_number(item, key, any_number));
   return result;

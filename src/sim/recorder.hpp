@@ -34,7 +34,8 @@ class Recorder {
   void accept(const Stepper& stepper, ContactLog& log) {
     if (log.has_pending()) log.drain([&](const ContactEvent& e) { event(e); });
     if (trajectory_)
-      for (; next_row_ <= stepper.t(); next_row_ = static_cast<double>(++row_index_) * output_step_) {
+      for (; next_row_ <= stepper.t() && !stop_requested;
+           next_row_ = static_cast<double>(++row_index_) * output_step_) {
         stepper.interpolate(next_row_, q_.data(), v_.data());
         row(next_row_);
       }
@@ -62,7 +63,7 @@ class Recorder {
  private:
   template <class Stepper>
   void read(const Stepper& stepper, Channel& channel, std::size_t index) {
-    for (double t = channel.next_sample(); t <= stepper.t(); t = channel.next_sample()) {
+    for (double t = channel.next_sample(); t <= stepper.t() && !stop_requested; t = channel.next_sample()) {
       stepper.interpolate(t, q_.data(), v_.data());
       sample(t, index, channel.take(channel.reading(q_.data())));
     }

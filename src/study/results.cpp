@@ -133,7 +133,10 @@ void Results::store(const std::string& key, const Case& one, const CaseResult& r
     s.bind(key).bind(one.variant).bind(one.formulation).bind(static_cast<long>(one.start));
     for (double x : one.values) s.bind(x);
     for (double x : m.value) s.bind(finished ? x : std::nan(""));
-    s.bind(std::string(finished ? "finished" : "failed")).bind(r.ending.reason);
+    auto reason = r.ending.reason;
+    for (const auto& note : r.notes)
+      if (finished && note.starts_with("DOUBTFUL")) reason += (reason.empty() ? "" : "; ") + note;
+    s.bind(std::string(finished ? "finished" : "failed")).bind(reason);
     s.step();
   }
   const auto insert = [&](const char* table, int columns, const auto& list, const auto& put) {
@@ -189,6 +192,12 @@ std::vector<std::array<std::string, 3>> Results::failures() const {
   Statement s(*this, "SELECT variant, formulation, reason FROM runs WHERE status != 'finished' ORDER BY run");
   while (s.step()) list.push_back({s.text(0), s.text(1), s.text(2)});
   return list;
+}
+
+std::pair<long, std::string> Results::doubtful() const {
+  Statement s(*this, "SELECT count(*), min(reason) FROM runs WHERE status = 'finished' AND reason != ''");
+  if (!s.step() || s.number(0) == 0) return {0, ""};
+  return {static_cast<long>(s.number(0)), s.text(1)};
 }
 
 std::vector<Flight> Results::flights(const std::string& key) const {

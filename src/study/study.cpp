@@ -25,7 +25,15 @@ std::vector<std::string> formulations(Section& s, std::vector<std::string> fallb
   return list;
 }
 
+/// The key of KEY=VALUE.
+std::string key_of(const std::string& override) { return override.substr(0, override.find_first_of(" =")); }
+
 Axis read_axis(const std::string& name, Section& s) {
+  std::vector<std::string_view> columns(TurnMetrics::names().begin(), TurnMetrics::names().end());
+  for (const char* column : {"run", "variant", "formulation", "start", "status", "reason"})
+    columns.emplace_back(column);
+  if (std::ranges::find(columns, name) != columns.end())
+    s.fail("", fmt::format("\"{}\" is a column of the results; give the axis another name", name));
   Axis a;
   a.name = name;
   a.key = s.text("key");
@@ -59,7 +67,7 @@ Calibration read_calibration(Section s, const std::filesystem::path& folder) {
     const auto& known = TurnMetrics::names();
     if (std::ranges::find(known, x.statistic) == known.end())
       t.fail("statistic", fmt::format("\"{}\" is none; there are {}", x.statistic, fmt::join(known, ", ")));
-    if (t.has("value") == t.has("data")) t.fail("", "needs one of value and data");
+    if (t.has("value") == t.has("data")) t.fail("", "needs exactly one of value and data");
     if (t.has("value"))
       x.value = t.number("value", any_number);
     else
@@ -101,7 +109,13 @@ Study read_study(const std::filesystem::path& file) {
   study.flight_angle = root.number("flight_angle", non_negative, study.flight_angle);
   study.impact_speed = root.number("impact_speed", non_negative, study.impact_speed);
   study.line_share = root.number("line_share", positive, study.line_share);
-  for (auto& [name, s] : root.children("axes")) study.axes.push_back(read_axis(name, s));
+  for (auto& [name, s] : root.children("axes")) {
+    auto axis = read_axis(name, s);
+    for (const auto& other : study.axes)
+      if (other.key == axis.key)
+        s.fail("key", fmt::format("{} varies already by axis {}", axis.key, other.name));
+    study.axes.push_back(std::move(axis));
+  }
   for (auto& [name, s] : root.children("variants")) {
     Variant v{name,         s.text("title", name), study.scene, {}, formulations(s, both),
               study.starts, study.revolutions};
@@ -109,6 +123,11 @@ Study read_study(const std::filesystem::path& file) {
     if (s.has("set")) v.overrides = s.names("set");
     v.starts = static_cast<int>(s.number("starts", count, v.starts));
     v.revolutions = s.number("revolutions", one_or_more, v.revolutions);
+    for (const auto& o : v.overrides) {
+      for (const auto& axis : study.axes)
+        if (key_of(o) == axis.key)
+          s.fail("set", fmt::format("{} is what axis {} varies", axis.key, axis.name));
+    }
     s.done("a variant");
     study.variants.push_back(v);
   }
