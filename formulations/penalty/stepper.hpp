@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <string>
 
 #include "formulations/integrators/crossing.hpp"
@@ -76,8 +77,7 @@ class PenaltyStepper {
     first.t = method_.t;
     for (int k = 0; k < f_.system().contacts(); ++k) {
       end_[k] = sample(k, method_.x, method_.t);
-      lost_ = !std::isfinite(end_[k].gap + end_[k].rate + end_[k].slide);
-      if (lost_) return false;
+      if (!std::isfinite(end_[k].gap + end_[k].rate + end_[k].slide)) return lose();
       find_gap_event(k, first);
       find_slide_event(k, first);
     }
@@ -86,6 +86,7 @@ class PenaltyStepper {
       f_.project(method_.x, method_.t);
       restart_ = true;
     }
+    if (!std::isfinite(std::accumulate(method_.x.begin(), method_.x.end(), method_.t))) return lose();
     keep_extremes();
     for (int k = 0; k < f_.system().contacts(); ++k) {
       mark_[k].at = first.contact >= 0 ? sample(k, method_.x, method_.t) : end_[k];
@@ -131,6 +132,13 @@ class PenaltyStepper {
   const Extremes& extremes() const { return extremes_; }
 
  private:
+  /// Back to the last finite state.
+  bool lose() {
+    lost_ = true;
+    method_.t = method_.t_old;
+    method_.x = method_.x_old;
+    return false;
+  }
   /// Coincident events take a step without length each.
   int most_stalled() const { return 10 + 2 * f_.system().contacts(); }
   struct Sample {

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "cli/commands.hpp"
+#include "cli/wrapped.hpp"
 #include "formulations/make.hpp"
 #include "model/assembly.hpp"
 #include "numerics/saddle_point.hpp"
@@ -9,26 +10,31 @@ namespace freeplay::cli {
 
 namespace {
 
+/// A line of the table; a long list goes on below its first item.
+void line(const char* name, const std::string& value) {
+  fmt::print("{}", wrapped(fmt::format("  {:<28}{}\n", name, value), 30));
+}
+
 /// What the solves do not carry, and with `why` the reason of each.
 void economies(const Scene& scene, const System& system, const SaddlePoint& saddle,
                const std::vector<int>& redundant, bool why) {
-  const auto say = [why](const std::string& what, const std::string& reason) {
-    fmt::print("  {:<28}{}\n", what.substr(0, what.find('|')), what.substr(what.find('|') + 1));
-    if (why) fmt::print("      {}\n", reason);
+  const auto say = [why](const std::string& what, const char* reason) {
+    line("eliminated", what);
+    if (why) fmt::print("{}", wrapped(fmt::format("      {}\n", reason), 6));
   };
   std::string names;
   const char* axes[] = {"x", "y", "theta"};
   for (const int c : saddle.eliminated())
     names += (names.empty() ? "" : ", ") + scene.mechanism.bodies[c / 3].name + "." + axes[c % 3];
   if (!names.empty())
-    say("eliminated|" + names,
+    say(names,
         "one constraint row alone fixes each: a pin on the ground at the centre of mass, a guide, a drive");
   else if (!scene.run.eliminate)
-    say("eliminated|nothing", "run.eliminate = false keeps the whole DAE in absolute coordinates");
+    say("nothing", "run.eliminate = false keeps the whole DAE in absolute coordinates");
   else if (!redundant.empty())
-    say("eliminated|nothing", "rows depend on each other, and dependent rows are solved together");
+    say("nothing", "rows depend on each other, and dependent rows are solved together");
   else
-    say("eliminated|nothing", "no constraint row stands alone on a coordinate");
+    say("nothing", "no constraint row stands alone on a coordinate");
 
   std::vector<std::pair<std::string, std::string>> left;
   if (system.contacts() == 0) {
@@ -51,9 +57,10 @@ void economies(const Scene& scene, const System& system, const SaddlePoint& sadd
   if (scene.instruments.empty()) left.emplace_back("filters", "the scene has no instruments");
   std::string list;
   for (const auto& [what, reason] : left) list += (list.empty() ? "" : ", ") + what;
-  fmt::print("  {:<28}{}\n", "left out", list.empty() ? "nothing" : list);
+  line("left out", list.empty() ? "nothing" : list);
   if (why)
-    for (const auto& [what, reason] : left) fmt::print("      {}: {}\n", what, reason);
+    for (const auto& [what, reason] : left)
+      fmt::print("{}", wrapped(fmt::format("      {}: {}\n", what, reason), 6));
 }
 
 }  // namespace
@@ -67,9 +74,6 @@ int check(const Request& request) {
   for (int k = 0; k < system.contacts(); ++k) tangents += system.has_friction(k);
 
   fmt::print("{}\n\n", scene.mechanism.title.empty() ? scene.file.string() : scene.mechanism.title);
-  const auto line = [](const char* name, const std::string& value) {
-    fmt::print("  {:<28}{}\n", name, value);
-  };
   line("bodies", fmt::format("{}", system.bodies()));
   line("coordinates", fmt::format("{}", system.n()));
   line("constraint rows", fmt::format("{} ({} of drives)", system.rows(), system.drive_rows()));
@@ -95,6 +99,7 @@ int check(const Request& request) {
                facts.ring ? "clearance" : "measured by", 1e3 * facts.clearance, 1e3 * facts.radius);
     if (const auto e = facts.surface.restitution) fmt::print("    restitution asked for {:.4g}\n", *e);
   }
+  int available = 0;
   for (const auto family : {Family::penalty, Family::nonsmooth}) {
     const char* name = family == Family::penalty ? "penalty" : "nonsmooth";
     try {
@@ -104,14 +109,16 @@ int check(const Request& request) {
         const auto& m = models[k];
         fmt::print("  {:<10} {}: delivers restitution {:.4g}", name, system.contact_facts(k).name,
                    m.restitution_delivered);
-        if (m.stiffness > 0) fmt::print(", K = {:.5g} N/m^{}, chi = {:.4g}", m.stiffness, m.exponent, m.chi);
+        if (m.stiffness > 0)
+          fmt::print("\n  {:<10}   K = {:.5g} N/m^{}, chi = {:.4g}", "", m.stiffness, m.exponent, m.chi);
         fmt::print("\n");
       }
+      ++available;
     } catch (const SceneError& e) {
-      fmt::print("  {:<10} not available: {}\n", name, e.what());
+      fmt::print("{}", wrapped(fmt::format("  {:<10} not available: {}\n", name, e.what()), 13));
     }
   }
-  return 0;
+  return available > 0 ? 0 : 1;
 }
 
 }  // namespace freeplay::cli

@@ -24,7 +24,7 @@ int main(int argc, char** argv) {
 
   CLI::App app{"Freeplay: dynamics of mechanisms with clearance joints in two formulations"};
   app.set_version_flag("--version", fmt::format("freeplay {} ({})", version, commit));
-  app.require_subcommand(1);
+  app.require_subcommand(0, 1);  // so that a word that is no command is named
   cli::Request request;
   const auto add = [&](const char* name, const char* what, cli::Command command) {
     auto* sub = app.add_subcommand(name, what);
@@ -57,14 +57,16 @@ int main(int argc, char** argv) {
       add("drift", "what each stabilisation of the penalty formulation does to a scene", cli::drift);
   drift->add_option("-o,--output", request.output, "result folder; default out/NAME-drift");
   auto* laws = app.add_subcommand("laws", "list the contact laws, or what each delivers");
+  auto* drawn = laws->add_option("scene", request.scene, "draw the laws for this scene's first contact");
   laws->add_option("--restitution", request.restitution,
-                   "restitution asked for: print what each law delivers");
-  laws->add_option("scene", request.scene, "draw the laws for this scene's first contact");
+                   "restitution asked for: print what each law delivers")
+      ->excludes(drawn);
   laws->add_option("--set", request.overrides, "override a key, KEY=VALUE; may be repeated")
-      ->allow_extra_args(false);
-  laws->add_option("--mass", request.mass, "mass of the impact that is drawn, kg");
-  laws->add_option("--speed", request.speed, "its speed of approach, m/s");
-  laws->add_option("-o,--output", request.output, "result folder; default out/laws");
+      ->allow_extra_args(false)
+      ->needs(drawn);
+  laws->add_option("--mass", request.mass, "mass of the impact that is drawn, kg")->needs(drawn);
+  laws->add_option("--speed", request.speed, "its speed of approach, m/s")->needs(drawn);
+  laws->add_option("-o,--output", request.output, "result folder; default out/laws")->needs(drawn);
   laws->callback([&request] { request.command = cli::laws; });
 
   auto* sweep = app.add_subcommand("sweep", "run what is missing of a study, on all cores");
@@ -84,15 +86,20 @@ int main(int argc, char** argv) {
   auto* validate = app.add_subcommand(
       "validate", "a scene against a measured file, or a study against published findings");
   validate->add_option("scene", request.scene, "scene file, or study file with claims")->required();
-  validate->add_option("--data", request.data, "CSV with t or crank_angle, and acceleration");
+  auto* data = validate->add_option("--data", request.data, "CSV with t or crank_angle, and acceleration");
   validate->add_option("--set", request.overrides, "override a key of the scene, KEY=VALUE; may be repeated")
-      ->allow_extra_args(false);
+      ->allow_extra_args(false)
+      ->needs(data);
   validate->add_option("-o,--output", request.output,
                        "result folder; default out/NAME-validation, of a study out/NAME");
-  validate->add_flag("--as-given", request.as_given,
-                     "leave the impact law at the restitution asked for, unmatched");
-  validate->add_option("--document", request.document,
-                       "write experiment.md and its figures into this folder");
+  validate
+      ->add_flag("--as-given", request.as_given,
+                 "leave the impact law at the restitution asked for, unmatched")
+      ->needs(data);
+  validate
+      ->add_option("--document", request.document,
+                   "write a study's experiment.md and its figures into this folder")
+      ->excludes(data);
   validate->callback([&request] { request.command = cli::validate; });
 
   auto* extremes =
@@ -134,6 +141,10 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? 0 : 2;
+  }
+  if (!request.command) {
+    fmt::print(stderr, "{}", app.help());
+    return 2;
   }
   try {
     return request.command(request);

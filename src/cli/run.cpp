@@ -7,6 +7,7 @@
 #include "cli/commands.hpp"
 #include "cli/makers.hpp"
 #include "cli/progress.hpp"
+#include "cli/wrapped.hpp"
 #include "plots/figure.hpp"
 #include "sim/recorder.hpp"
 #include "study/compare.hpp"
@@ -57,13 +58,14 @@ int run(const Request& request) {
   for (const auto& c : summary.contacts)
     fmt::print(
         "{}: flight {:.2f} %, impacts {:.2f} %, lasting contact {:.2f} %; {} impacts;\n"
-        "  restitution asked {:.4g}, delivered {:.4g}; greatest penetration {:.3g} of the clearance\n",
+        "  restitution asked {:.4g}, delivered {:.4g};\n"
+        "  greatest penetration {:.3g} of the clearance\n",
         c.name, 100 * c.flight_fraction, 100 * c.impact_fraction, 100 * c.lasting_fraction, c.impacts,
         c.model.restitution_asked, c.model.restitution_delivered, c.penetration_ratio);
   if (std::isfinite(summary.ledger.closure()))
     fmt::print("energy balance closes to {:.2g} J of {:.3g} J\n", summary.ledger.closure(),
                summary.ledger.scale());
-  for (const auto& note : summary.notes) fmt::print("note: {}\n", note);
+  for (const auto& note : summary.notes) fmt::print("{}", wrapped("note: " + note + "\n"));
   fmt::print("results in {}\n", folder.string());
   return report(summary);
 }
@@ -84,7 +86,7 @@ int compare(const Request& request) {
   if (comparison.penalty.ending.status != Ending::Status::interrupted) status |= report(comparison.nonsmooth);
   if (stop_requested) return 1;
 
-  fmt::print("{}\n", comparison_table(scene, comparison, false));
+  fmt::print("{}\n", wrapped(comparison_table(scene, comparison, false)));
   fmt::print("results in {}\nfigures:\n", folder.string());
   for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
   return status;

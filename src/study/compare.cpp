@@ -66,7 +66,7 @@ Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector
   std::erase_if(p.pairs,
                 [&](const ImpactPair& x) { return std::max(x.penalty.t, x.nonsmooth.t) >= first.t; });
   std::ranges::sort(p.pairs, {}, [](const ImpactPair& x) { return x.nonsmooth.t; });
-  p.ended_by = first.why;
+  p.ended_by = p.pairs.empty() && first.t == INFINITY ? "neither run touches" : first.why;
   if (!p.pairs.empty()) p.horizon = std::max(p.pairs.back().penalty.t, p.pairs.back().nonsmooth.t);
   return p;
 }

@@ -114,6 +114,7 @@ std::string comparison_table(const Scene& scene, const Comparison& c, bool markd
   for (const auto* run : {&p, &n})
     for (const auto& note : run->notes) out += fmt::format("{}: {}\n", run->formulation, note);
   if (c.joints.empty()) return out;
+  if (c.pairing.pairs.empty()) return out + fmt::format("\nNo impacts are paired: {}\n", c.pairing.ended_by);
 
   out +=
       fmt::format("\n{}Impacts paired up to the horizon t = {:.6g} ms, where\n{}\n{}", markdown ? "## " : "",

@@ -50,8 +50,8 @@ std::string sweep_table(const Study& study, const std::vector<RunRow>& runs) {
     out += fmt::format("{}\n", variant.title);
     std::string head;
     for (const auto& a : study.axes) head += fmt::format("{:>10}", a.name);
-    out += fmt::format("{}  {:<10}{:>17}{:>9}{:>9}{:>9}{:>7}\n", head, "", "peak/ideal (95%)", "95 %",
-                       "greatest", "impacts", "lines");
+    out += fmt::format("{}  {:<10}{:>17}{:>8}{:>8}{:>8}{:>6}\n", head, "", "peak/ideal (95%)", "95 %", "max",
+                       "impacts", "lines");
     std::vector<std::pair<std::vector<double>, std::string>> seen;
     for (const auto& r : runs) {
       if (r.variant != variant.name ||
@@ -68,7 +68,7 @@ std::string sweep_table(const Study& study, const std::vector<RunRow>& runs) {
       const auto of = [&](TurnMetrics::Name m) { return cell(runs, variant.name, formulation, values, m); };
       const auto median = of(TurnMetrics::ratio_median);
       out += fmt::format(
-          "{}  {:<10}{:>17}{:>9}{:>9}{:>9}{:>7}\n", line, formulation,
+          "{}  {:<10}{:>17}{:>8}{:>8}{:>8}{:>6}\n", line, formulation,
           fmt::format("{} ({}..{})", number(median.mean), number(median.low), number(median.high)),
           number(of(TurnMetrics::ratio_95).mean), number(of(TurnMetrics::ratio_max).greatest),
           number(of(TurnMetrics::impacts_per_turn).mean), number(of(TurnMetrics::lines).mean));

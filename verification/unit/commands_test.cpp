@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -54,8 +55,8 @@ TEST_CASE("validate holds a run against itself and sees another clearance", "[pr
   const auto same = agreement(""), other = agreement(" --set joints.gudgeon.clearance=1e-3");
   // The very run, but for its discarded first turn: the mean over turns may differ by one turn's weight.
   CHECK(ratio(same) == Approx(1).epsilon(0.1));
-  // Peaks grow with the clearance (X8 of the paper); beyond what the same clearance may differ by. A first bound,
-  // 1.6, took the filtered median peak to grow as a single impact does, √c; it grew by 1.26.
+  // Peaks grow with the clearance (X8 of the paper); beyond what the same clearance may differ by. A first
+  // bound, 1.6, took the filtered median peak to grow as a single impact does, √c; it grew by 1.26.
   CHECK(ratio(other) > 1.1);
   CHECK(std::filesystem::file_size(folder.path() / "same/figures/overlay.png") > 10000);
 }
@@ -151,4 +152,38 @@ TEST_CASE("validate a study: calibration, matrix, verdicts, figures, and again w
   REQUIRE(test::freeplay(command).status == o.status);
   CHECK(json_of(folder.path() / "out/experiment.json")["verdicts"] == first["verdicts"]);
   REQUIRE(test::freeplay("calibrate " + place + "/calibrate.toml -o " + place + "/out").status == 0);
+}
+
+TEST_CASE("an option or a word that has no place is named", "[program]") {
+  const auto err = [](const std::string& arguments) {
+    const auto o = test::freeplay(arguments);
+    CAPTURE(arguments, o.out);
+    CHECK(o.status == 2);
+    return o.err;
+  };
+  CHECK_THAT(err("rum x"), Contains("rum"));
+  CHECK_THAT(err("laws --mass 3"), Contains("--mass requires scene"));
+  CHECK_THAT(err("validate --as-given " + case_file("study.toml")), Contains("--as-given requires --data"));
+  CHECK_THAT(err("validate " + case_file("guide.toml")), Contains("a scene needs --data"));
+  CHECK_THAT(err("advise --error -1% " + case_file("guide.toml")), Contains("greater than 0 per cent"));
+}
+
+TEST_CASE("terminal output keeps to 80 columns", "[program]") {
+  test::TemporaryFolder folder;
+  const auto scene = (test::source_folder() / "cases/flores2011/scene.toml").string(),
+             place = " -o " + folder.path().string();
+  const std::string brief = " --set run.revolutions=0.1 --set run.discard=0";
+  for (const auto& arguments :
+       {"check --why " + scene, "check " + case_file("guide.toml"),
+        "run --formulation penalty " + scene + brief + place, "compare " + scene + brief + place + "/c"}) {
+    const auto o = test::freeplay(arguments);
+    CAPTURE(arguments);
+    REQUIRE(o.status == 0);
+    std::istringstream lines(o.out);
+    for (std::string line; std::getline(lines, line);) {
+      CAPTURE(line);
+      if (line.find("/") == std::string::npos)  // a path may be as long as it is
+        CHECK(std::ranges::count_if(line, [](char c) { return (c & 0xC0) != 0x80; }) <= 80);
+    }
+  }
 }
