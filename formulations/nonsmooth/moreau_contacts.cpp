@@ -1,0 +1,159 @@
+// The contact problems of a step of Moreau's: of velocities, and of positions that are brought back.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "formulations/nonsmooth/moreau.hpp"
+
+namespace freeplay {
+
+/// Solves the collected problem and adds its impulses to v and Λ.
+bool MoreauStepper::solve_contacts() {
+  const int n = system_.n(), m = system_.rows();
+  for (int r = 0; r < problem_.rows; ++r) {
+    saddle_.respond(rows_[r], nullptr, 0, response(r), reaction(r));
+  }
+  for (int r = 0; r < problem_.rows; ++r)
+    for (int s = 0; s <= r; ++s) problem_.D(r, s) = problem_.D(s, r) = rows_[r].dot(response(s));
+  const auto result = problem_.solve();
+  ++work_.lcp_solves;
+  work_.pivots += result.pivots;
+  work_.lcp_retries += result.retries;
+  extremes_.lcp_residual = std::max(extremes_.lcp_residual, result.residual);
+  extremes_.lcp_residual_rate = std::max(extremes_.lcp_residual_rate, result.residual_rate);
+  extremes_.ambiguous += result.ambiguous;
+  if (!result.solved) {
+    failure_ = fmt::format(
+        "t = {:.9g} s: the contact problem of {} contacts was not solved by any of {} solvers: residual "
+        "{:.2g} "
+        "m/s",
+        t_old_, problem_.unknowns.size(), result.retries, result.residual_rate);
+    return false;
+  }
+  const auto apply = [&](int row, double impulse) {
+    if (row < 0 || impulse == 0) return;
+    for (int i = 0; i < n; ++i) v_[i] += impulse * response(row)[i];
+    for (int k = 0; k < m; ++k) lambda_[k] += impulse * reaction(row)[k];
+  };
+  for (const auto& c : problem_.unknowns) {
+    apply(c.normal, c.impulse_n);
+    apply(c.tangent, c.impulse_t);
+  }
+  return true;
+}
+
+int MoreauStepper::add_row(const SparseRow& row, double end_rate_bias) {
+  const int r = problem_.rows++;
+  rows_[r] = row;
+  problem_.b[r] = row.dot(v_.data()) + end_rate_bias;
+  return r;
+}
+
+/// A contact takes part once the motion with the other elements' impulses would have closed its gap by the
+/// end of the step. True when one was added.
+bool MoreauStepper::activate(double h) {
+  bool added = false;
+  for (auto& c : contacts_) {
+    if (c.active || c.row.normal.size == 0) continue;
+    const double end_gap = c.row.gap + 0.5 * h * (c.row.normal.dot(v_.data()) - 0.25 * h * c.row.gamma_n);
+    added |= c.active = end_gap <= 0;
+  }
+  return added;
+}
+
+/// The contact problem of the active contacts and the preloaded joints.
+void MoreauStepper::collect(double h) {
+  problem_.clear();
+  for (auto& c : contacts_) {
+    c.unknown = -1;
+    if (!c.active) continue;
+    c.u_n_minus = c.row.normal.dot(v_old_.data()) + 0.5 * h * c.row.gamma_n;
+    ContactUnknown u;
+    u.normal = add_row(c.row.normal, -0.5 * h * c.row.gamma_n);
+    u.target_n = -c.restitution * c.u_n_minus;
+    u.impulse_n = c.last_n;
+    if (c.row.tangent.size > 0) {
+      const auto& surface = system_.contact_facts(static_cast<int>(&c - contacts_.data())).surface;
+      u.tangent = add_row(c.row.tangent, -0.5 * h * c.row.gamma_t);
+      u.friction = *surface.friction;
+      u.impulse_t = c.last_t;
+      // Reversal belongs to impacts; a contact that lasts would be driven back by it.
+      if (c.u_n_minus < 0 && c.steps == 0)
+        u.target_t =
+            -surface.tangential_restitution * (c.row.tangent.dot(v_old_.data()) + 0.5 * h * c.row.gamma_t);
+    }
+    c.unknown = static_cast<int>(problem_.unknowns.size());
+    problem_.unknowns.push_back(u);
+  }
+  for (int k = 0; k < system_.frictions(); ++k) {
+    ContactUnknown u;
+    u.tangent = add_row(slides_[k], -0.5 * h * slide_gamma_[k]);
+    u.bound = h * system_.friction_facts(k).bound;
+    u.impulse_t = slide_last_[k];
+    problem_.unknowns.push_back(u);
+  }
+}
+
+/// One Newton step of least mass-weighted length onto Φ(q⁺, t⁺) = 0, then contacts whose gap is still
+/// negative are opened to zero along A W_N, which leaves Φ alone to first order.
+bool MoreauStepper::bring_back(double t_new) {
+  const int n = system_.n(), m = system_.rows();
+  system_.place(t_new, q_.data(), end_);
+  const double potential = system_.potential(q_.data());
+  const auto move = [&](const double* dq) {
+    for (int i = 0; i < n; ++i) q_[i] += dq[i];
+  };
+  if (m > 0) {
+    for (int k = 0; k < m; ++k) r_[k] = -end_.phi[k];
+    saddle_.solve(nullptr, r_.data(), dq_.data(), lambda_dq_.data());
+    move(dq_.data());
+    system_.place(t_new, q_.data(), end_);
+  }
+  bool moved = false;
+  for (auto& c : contacts_) {
+    const int k = static_cast<int>(&c - contacts_.data());
+    c.gap = system_.gap(k, q_.data(), end_);
+    moved |= c.gap < 0;
+  }
+  if (moved) {
+    position_problem_.clear();
+    auto& p = position_problem_;
+    for (auto& c : contacts_) {
+      if (c.row.normal.size == 0 || (c.gap >= 0 && c.unknown < 0)) continue;
+      rows_[p.rows] = c.row.normal;
+      saddle_.respond(c.row.normal, nullptr, 0, response(p.rows), reaction(p.rows));
+      ContactUnknown u;
+      u.normal = p.rows;
+      p.b[p.rows++] = c.gap;
+      p.unknowns.push_back(u);
+    }
+    for (int r = 0; r < p.rows; ++r)
+      for (int s = 0; s <= r; ++s) p.D(r, s) = p.D(s, r) = rows_[r].dot(response(s));
+    const auto result = p.solve();
+    work_.pivots += result.pivots;
+    if (!result.solved) {
+      failure_ = fmt::format("t = {:.9g} s: the positions of {} contacts cannot be brought back together",
+                             t_new, p.rows);
+      return false;
+    }
+    for (const auto& u : p.unknowns)
+      if (u.impulse_n > 0) {
+        for (int i = 0; i < n; ++i) dq_[i] = u.impulse_n * response(u.normal)[i];
+        move(dq_.data());
+      }
+    system_.place(t_new, q_.data(), end_);
+  }
+  integrals_.stabilisation += system_.potential(q_.data()) - potential;
+  for (int k = 0; k < system_.contacts(); ++k) {
+    if (moved) contacts_[k].gap = system_.gap(k, q_.data(), end_);
+    extremes_.penetration[k] = std::max(extremes_.penetration[k], -contacts_[k].gap);
+  }
+  for (int k = 0; k < m; ++k) {
+    double& worst = system_.is_angle_row(k) ? extremes_.constraint_angle : extremes_.constraint_length;
+    worst = std::max(worst, std::abs(end_.phi[k]));
+  }
+  return true;
+}
+
+}  // namespace freeplay
