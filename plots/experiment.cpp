@@ -146,21 +146,8 @@ class Experiment {
         angles);
     const double n = paper_speed();
     // Of the position's signal, by differences between samples; the first of a curve has none.
-    // Where the trace's turn begins and ends there is none either: no slider moves at twice its stroke's half
-    // times ω.
-    double low = INFINITY, high = -INFINITY;
-    if (const auto it = traces_.find({"ideal", clearances_.back(), n}); it != traces_.end()) {
-      std::istringstream in(it->second);
-      for (double angle, acceleration, position; in >> angle >> acceleration >> position;) {
-        low = std::min(low, position);
-        high = std::max(high, position);
-      }
-    }
-    const double limit = 2 * (high - low) * n / 60 * 3.14159;
     const std::string rate = fmt::format(
-        "1:(d = $3 - x0, s = ($1 - a0)/360*{}, x0 = $3, a0 = $1, (s > 0 && s < 0.01 && abs(d/s) < {}) ? d/s "
-        ": 1/0)",
-        60 / n, limit);
+        "1:(d = $3 - x0, s = ($1 - a0)/360*{}, x0 = $3, a0 = $1, (s > 0 && s < 0.01) ? d/s : 1/0)", 60 / n);
     const auto last = clearances_.size();
     for (std::size_t i = last >= 2 ? last - 2 : 0; i < last; ++i) {
       f.script += fmt::format("x0 = 0; a0 = 1e9\nset title '{:.2f} mm, {:.0f} rpm' offset 0,-0.8\n",
@@ -171,6 +158,12 @@ class Experiment {
     }
     f.script += "unset multiplot\n";
     return draw(f, folder_);
+  }
+
+  /// How the measured points are drawn, and whether they may surprise.
+  std::string measured() const {
+    return fmt::format(" using 1:2 with points pt 7 ps 1.4 lc rgb '#000000' title 'measured{}'\n",
+                       variant_ == "calibrated" ? ", and fitted to" : "");
   }
 
   std::filesystem::path peaks_by_clearance() {
@@ -188,8 +181,7 @@ class Experiment {
       f.script += fmt::format("{} using 1:2:3:4 with yerrorlines ls {} title '{}', ", data(f, block),
                               penalty ? 1 : 2, formulation);
     }
-    f.script += data(f, "# measured: X7, X6, X8\n0.10 3.5\n0.25 4\n1.00 20\n") +
-                " using 1:2 with points pt 7 ps 1.4 lc rgb '#000000' title \"measured (the paper's text)\"\n";
+    f.script += data(f, "# measured: X7, X6, X8\n0.10 3.5\n0.25 4\n1.00 20\n") + measured();
     return draw(f, folder_);
   }
 
@@ -215,7 +207,8 @@ class Experiment {
         if (penalty && !end.empty())
           f.script += fmt::format("set label '{:.2f} mm' at {},{} left\n", 1e3 * c, speeds_.back() + 4, end);
       }
-    f.script += plot + "\n";
+    // X7, X6, X8 times the ideal's r ω² (1 + r/l) = 25.59 m/s² at 200 rpm.
+    f.script += plot + ", " + data(f, "200 89.6\n200 102.4\n200 511.8\n") + measured();
     return draw(f, folder_);
   }
 
@@ -224,8 +217,9 @@ class Experiment {
     f.script =
         "set multiplot layout 1,2\nunset key\nset xlabel 'Clearance (mm)' offset 0,-0.5\nset ylabel 'Speed "
         "(rpm)' offset 0,-0.5\n"
-        "set zlabel 'm/s²' rotate offset 1,0\nset view 62,320,1,0.9\nset ticslevel 0\nset ytics 50 offset "
-        "0,-0.2\nset xtics 0.25 offset "
+        "set zlabel 'm/s²' rotate offset 1,0\nset view 62,320,1,0.9\nset ticslevel 0\nset ytics 100,50,200 "
+        "offset "
+        "0,-0.2\nset xtics 0.25,0.25,1 offset "
         "0,-0.2\n";
     double top = 0;
     for (const auto& [key, row] : greatest_) top = std::max(top, std::strtod(row.c_str(), nullptr));

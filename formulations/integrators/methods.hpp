@@ -38,6 +38,8 @@ struct ErrorNorm {
 };
 
 struct MethodState {
+  /// Chooses its steps, and a stiff motion may force them to nothing.
+  static constexpr bool may_creep = true;
   double t_old = 0, t = 0;
   Vector x_old, x, dxdt_old, dxdt;
   long rejected = 0;
@@ -146,6 +148,7 @@ using Fehlberg78 = Embedded<boost::numeric::odeint::runge_kutta_fehlberg78<Vecto
 /// The classical fourth-order method with a fixed step; between steps Hermite's cubic.
 class Rk4 : public MethodState {
  public:
+  static constexpr bool may_creep = false;
   explicit Rk4(double step) : h_(step) {}
 
   template <class F>

@@ -9,6 +9,7 @@ namespace freeplay {
 
 class Rosenbrock : public MethodState {
  public:
+  static constexpr bool may_creep = false;
   Rosenbrock(ErrorNorm norm, double first_step)
       : stepper_(0), norm_(std::move(norm)), first_step_(first_step), dt_(first_step) {}
 

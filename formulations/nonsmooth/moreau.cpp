@@ -43,7 +43,11 @@ void MoreauStepper::start(const State& state, ContactLog& log) {
   t_ = t_old_ = t_start_ = state.t;
   index_ = 0;
   system_.place(t_, q_.data(), end_);
-  for (int k = 0; k < system_.contacts(); ++k) contacts_[k].gap = system_.gap(k, q_.data(), end_);
+  flights_.fill(INFINITY);
+  for (int k = 0; k < system_.contacts(); ++k) {
+    contacts_[k].gap = system_.gap(k, q_.data(), end_);
+    contacts_[k].t_left = contacts_[k].gap > 0 ? t_ : -INFINITY;
+  }
 }
 
 bool MoreauStepper::step(double t_end) {
@@ -199,6 +203,7 @@ void MoreauStepper::log_contacts(double h) {
         log_->leave(k, t, system_.crank_angle(q_old_.data()), c.u_n_plus, c.u_t_plus, c.impulse_n,
                     c.impulse_t, t - c.t_touch);
         c.steps = 0;
+        c.t_left = t_old_;
       }
       continue;
     }
@@ -209,6 +214,10 @@ void MoreauStepper::log_contacts(double h) {
       // First touch where the gap at the step's beginning closes at its rate there.
       c.t_touch = t_old_ + (c.u_n_minus < 0 ? std::clamp(-c.gap / c.u_n_minus, 0.0, h) : 0);
       c.impulse_n = c.impulse_t = 0;
+      if (c.u_n_minus < 0) {
+        auto& shortest = flights_[std::clamp(std::ilogb(c.u_n_minus) + 96, 0, 127)];
+        shortest = std::min(shortest, (c.t_touch - c.t_left) / options_.step);
+      }
       log_->touch(k, c.t_touch, system_.crank_angle(q_old_.data()), c.u_n_minus, tangent_minus, h, 1.5 * h);
       ++work_.events;
     }
@@ -217,6 +226,12 @@ void MoreauStepper::log_contacts(double h) {
     c.u_n_plus = c.row.normal.dot(v_.data()) - 0.5 * h * c.row.gamma_n;
     c.u_t_plus = c.row.tangent.size > 0 ? c.row.tangent.dot(v_.data()) - 0.5 * h * c.row.gamma_t : 0;
   }
+}
+
+double MoreauStepper::shortest_flight() const {
+  for (std::size_t e = flights_.size(); e-- > 1;)
+    if (flights_[e] < INFINITY) return std::min(flights_[e], flights_[e - 1]);
+  return INFINITY;
 }
 
 void MoreauStepper::interpolate(double t, double* q, double* v) const {

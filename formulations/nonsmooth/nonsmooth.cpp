@@ -10,6 +10,9 @@
 namespace freeplay {
 namespace {
 
+/// An impact lands up to a step late: a tenth of a flight of this many.
+constexpr double fewest_steps = 10;
+
 /// What both schemes say of themselves in the same way. A Stepper adds q(), v(), integrals(), work(),
 /// extremes() and singular() to what march asks for.
 template <class Stepper>
@@ -69,6 +72,12 @@ class Nonsmooth final : public Formulation {
           fmt::format("{} contact problems of Painlevé's kind (D_NN <= mu |D_NT|): the impulses are "
                       "consistent, but may not be the only ones",
                       e.ambiguous));
+    if constexpr (requires { stepper_.shortest_flight(); })
+      if (const double steps = stepper_.shortest_flight(); steps < fewest_steps)
+        notes.push_back(fmt::format(
+            "DOUBTFUL: a flight that ended in one of the fastest impacts lasted {:.2g} steps: times "
+            "and speeds may be a tenth off; take a shorter nonsmooth.step, or event-driven",
+            steps));
     if (e.gains > 0)
       notes.push_back(fmt::format(
           "{} impacts raised the energy, by up to {:.3g} J: a restitution of rates with friction can "

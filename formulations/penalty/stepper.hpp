@@ -66,12 +66,7 @@ class PenaltyStepper {
     if (to_knot) t_end = knot;
     t_end = std::min(t_end, method_.t + longest_step(f_.system(), v()));
     if (!method_.step(f_, t_end)) return false;
-    // A hundred thousand steps for next to nothing of the run: it would never end.
-    if (++f_.work.steps % 100000 == 0) {
-      creeps_ = method_.t - creep_since_ < 1e-7 * (run_end - method_.t);
-      creep_since_ = method_.t;
-      if (creeps_) return false;
-    }
+    if (++f_.work.steps % 100000 == 0 && (creeps_ = creep(run_end))) return false;
     f_.work.rejected = method_.rejected;
     Event first;
     first.t = method_.t;
@@ -132,6 +127,16 @@ class PenaltyStepper {
   const Extremes& extremes() const { return extremes_; }
 
  private:
+  /// After another hundred thousand steps: whether the run would never end. While a contact lasts without
+  /// any event, only stability keeps the steps so short, and a hundred million more of them are too many.
+  bool creep(double run_end) {
+    const bool lasts = Method::may_creep && events_since_ == f_.work.events &&
+                       std::ranges::any_of(f_.contacts(), &PenaltyContact::closed);
+    const double gained = method_.t - creep_since_;
+    creep_since_ = method_.t;
+    events_since_ = f_.work.events;
+    return gained < (lasts ? 1e-3 : 1e-7) * (run_end - method_.t);
+  }
   /// Back to the last finite state.
   bool lose() {
     lost_ = true;
@@ -282,6 +287,7 @@ class PenaltyStepper {
   int stalled_ = 0;
   bool creeps_ = false, lost_ = false;
   double creep_since_ = -INFINITY;
+  long events_since_ = -1;
 };
 
 }  // namespace freeplay

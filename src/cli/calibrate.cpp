@@ -30,6 +30,7 @@ nlohmann::json json_of(const Study& study, const Fit& f) {
     auto& t = j[f.used[i] ? "fitted" : "predicted"][c.targets[i].name];
     t = {{"surface", json_of(f.on_surface[i])}};
     if (i < f.run_again.size()) t["run_again"] = json_of(f.run_again[i]);
+    if (i < f.predictive.size()) t["predictive"] = json_of(f.predictive[i]);
   }
   j["objective"] = f.objective;
   return j;
@@ -88,9 +89,9 @@ int calibrate(const Request& request) {
     for (const bool used : {true, false})
       for (std::size_t i = 0; i < c.targets.size(); ++i)
         if (f.used[i] == used)
-          fmt::print("  {:<10} {:<10} measured {:<8.4g} surface {}\n{:34}runs    {}\n", c.targets[i].name,
-                     used ? "fitted" : "PREDICTED", r.measured[i], show(f.on_surface[i]), "",
-                     show(f.run_again[i]));
+          fmt::print("  {:<10} {:<10} measured {:<8.4g} surface   {}\n{:34}runs      {}\n{:34}uncertain {}\n",
+                     c.targets[i].name, used ? "fitted" : "PREDICTED", r.measured[i], show(f.on_surface[i]),
+                     "", show(f.run_again[i]), "", show(f.predictive[i]));
   };
   fit(r.all, "Fitted to all");
   for (std::size_t i = 0; i < r.left_out.size(); ++i) fit(r.left_out[i], "Without " + c.targets[i].name);

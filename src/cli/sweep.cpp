@@ -7,6 +7,7 @@
 #include "cli/commands.hpp"
 #include "cli/makers.hpp"
 #include "cli/progress.hpp"
+#include "cli/wrapped.hpp"
 #include "sim/output_file.hpp"
 #include "study/intervals.hpp"
 #include "study/sweep.hpp"
@@ -39,9 +40,13 @@ int sweep(const Request& request) {
   if (summary.dropped > 0)
     fmt::print("{} dropped: of an earlier form of the study, or made by another version\n\n",
                summary.dropped);
-  if (!summary.interrupted) fmt::print("{}", sweep_table(study, results.runs()));
-  if (const auto [count, reason] = results.doubtful(); count > 0)
-    fmt::print("{} of the runs are doubtful; runs.reason says why, for example:\n{}\n", count, reason);
+  const auto runs = results.runs();
+  if (!summary.interrupted) fmt::print("{}", sweep_table(study, runs));
+  const auto doubtful = [](const RunRow& r) { return !r.doubt.empty(); };
+  if (const auto count = std::ranges::count_if(runs, doubtful); count > 0)
+    fmt::print("{}",
+               wrapped(fmt::format("{} of the runs are doubtful; runs.reason says why, for example: {}\n",
+                                   count, std::ranges::find_if(runs, doubtful)->doubt)));
   for (const auto& [variant, formulation, reason] : results.failures())
     fmt::print(stderr, "{}, {}: {}\n", variant, formulation, reason);
   fmt::print("results in {}\n", (folder / "sweep.db").string());

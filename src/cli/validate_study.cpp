@@ -10,6 +10,7 @@
 #include "sim/output_file.hpp"
 #include "study/tables.hpp"
 #include "verification/experiment/flores2011.hpp"
+#include "version.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -77,14 +78,19 @@ int validate_study(const Request& request) {
     for (const auto& formulation : v.formulations) {
       fmt::print("{}, {}\n", v.title, formulation);
       for (const auto& f :
-           verification::flores2011(study, results, runs, v.name, formulation, TurnMetrics::ratio_95)) {
+           verification::flores2011(study, results, runs, v.name, formulation, TurnMetrics::ratio_95,
+                                    verification::fitted_findings(v.name, fitted ? &*fitted : nullptr))) {
         fmt::print("  {:<6}{:<4} {}\n             {}; would hold: {}\n",
-                   f.judged ? f.holds ? "holds" : "FAILS" : "-", f.id, f.claim, f.measured, f.bound);
+                   f.judged   ? f.holds ? "holds" : "FAILS"
+                   : f.fitted ? "fitted"
+                              : "-",
+                   f.id, f.claim, f.measured, f.bound);
         document["verdicts"][v.name][formulation].push_back({{"id", f.id},
                                                              {"claim", f.claim},
                                                              {"measured", f.measured},
                                                              {"bound", f.bound},
                                                              {"judged", f.judged},
+                                                             {"fitted", f.fitted},
                                                              {"holds", f.holds}});
         all = all && (f.holds || !f.judged);
       }
@@ -95,7 +101,8 @@ int validate_study(const Request& request) {
   write_file(folder / "experiment.json", document.dump(1) + "\n");
   write_tables(study, results, makers(), folder);
   const auto text =
-      verification::experiment_document(study, results, fitted ? &*fitted : nullptr, fit ? &*fit : nullptr);
+      verification::experiment_document(study, results, fitted ? &*fitted : nullptr, fit ? &*fit : nullptr,
+                                        fmt::format("{} ({})", version, commit));
   const std::filesystem::path place =
       request.document.empty() ? folder : std::filesystem::path(request.document);
   make_folder(place);

@@ -178,12 +178,22 @@ TurnMetrics TurnMeter::finish(double energy_lost) const {
   for (int b = 0; b < mean_bins; ++b)  // coarse sampling leaves bins empty: they take their neighbour's mean
     m.mean_turn[b] = fill[b] > 0 ? m.mean_turn[b] / fill[b] : m.mean_turn[(b + mean_bins - 1) % mean_bins];
 
-  // The last whole turn, from crank angle 0.
+  // The last whole turn that begins at crank angle 0; without one (a single turn), the last samples.
   const auto count = static_cast<std::size_t>(points);
-  for (std::size_t i = acceleration_.size() - count; i < acceleration_.size(); ++i) {
-    const double t = static_cast<double>(first_a_ + static_cast<long>(i)) / rules_.sampling;
-    m.last_turn.push_back({degrees(t), acceleration_[i], i < position_.size() ? position_[i] : nan});
-  }
+  const auto time = [&](std::size_t i) {
+    return static_cast<double>(first_a_ + static_cast<long>(i)) / rules_.sampling;
+  };
+  const auto turn = [&](std::size_t i) {
+    return std::floor((rules_.crank_start + rules_.speed * time(i)) / (2 * pi));
+  };
+  std::size_t first = acceleration_.size() - count;
+  for (std::size_t i = first; i > 0; --i)
+    if (turn(i) != turn(i - 1)) {
+      first = i;
+      break;
+    }
+  for (std::size_t i = first; i < first + count; ++i)
+    m.last_turn.push_back({degrees(time(i)), acceleration_[i], i < position_.size() ? position_[i] : nan});
   std::ranges::sort(m.last_turn, {}, &TracePoint::angle);
   return m;
 }

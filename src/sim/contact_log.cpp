@@ -46,7 +46,7 @@ double LogHistogram::quantile(double p) const {
 }
 
 ContactLog::ContactLog(int contacts, double discard)
-    : discard_(discard), open_(contacts), tallies_(contacts), ended_lasting_(contacts) {
+    : discard_(discard), open_(contacts), tallies_(contacts), ended_lasting_(contacts), ended_impacts_(contacts) {
   pending_.reserve(256);
 }
 
@@ -100,7 +100,7 @@ void ContactLog::leave(int k, double t, double crank_angle, double v_n, double v
   } else {
     event.kind = EventKind::impact;
     if (event.t >= discard_) {
-      tallies_[k].impact_time += duration;
+      ended_impacts_[k] += duration;
       tallies_[k].approach.add(-event.v_n_minus);
       tallies_[k].impulse.add(event.impulse_n);
     }
@@ -124,8 +124,10 @@ void ContactLog::tally_until(double t) {
     const auto& episode = open_[k];
     tallies_[k].time = std::max(0.0, t - discard_);
     tallies_[k].lasting_time = ended_lasting_[k];
-    if (episode.open && episode.lasting)
-      tallies_[k].lasting_time += std::max(0.0, t - std::max(discard_, episode.first.t));
+    tallies_[k].impact_time = ended_impacts_[k];
+    if (episode.open)  // not yet known to last: an impact so far
+      (episode.lasting ? tallies_[k].lasting_time : tallies_[k].impact_time) +=
+          std::max(0.0, t - std::max(discard_, episode.first.t));
   }
 }
 

@@ -52,10 +52,10 @@ struct Work {
 
 /// How well the run kept its constraints and its walls.
 struct Extremes {
-  double constraint_length = 0;     ///< m, greatest |Φ| of rows in m
-  double constraint_angle = 0;      ///< rad
-  double lcp_residual = 0;          ///< greatest relative residual of a complementarity solve
-  double lcp_residual_rate = 0;     ///< m/s (m/s² in accelerations), the same before division
+  double constraint_length = 0;        ///< m, greatest |Φ| of rows in m
+  double constraint_angle = 0;         ///< rad
+  double lcp_residual = 0;             ///< greatest relative residual of a complementarity solve
+  double lcp_residual_rate = 0;        ///< m/s (m/s² in accelerations), the same before division
   double shortest_contact = INFINITY;  ///< s, from touch to separation (penalty)
   long ambiguous = 0;               ///< complementarity solves that may have had other solutions (Painlevé)
   long gains = 0;                   ///< impacts that raised the energy
@@ -63,11 +63,12 @@ struct Extremes {
   std::vector<double> penetration;  ///< m, of each contact
 };
 
-/// Below this share of its first value the least pivot of the constraint rows says that a singular position was
-/// passed: (1e-3 rad)², where branches of the motion meet.
+/// Below this share of its first value the least pivot of the constraint rows says that a singular position
+/// was passed: (1e-3 rad)², where branches of the motion meet.
 inline constexpr double singular_pivot = 1e-6;
 inline constexpr const char* singular_note =
-    "DOUBTFUL: the motion passed a singular position, where constraint rows depend on each other: it may have left its "
+    "DOUBTFUL: the motion passed a singular position, where constraint rows depend on each other: it may "
+    "have left its "
     "branch there";
 
 /// What a formulation makes of one contact.

@@ -58,6 +58,18 @@ double EnergyLedger::scale() const {
                    std::abs(friction), std::abs(damping), std::abs(kinetic + potential + elastic - initial)});
 }
 
+void refuse_not_finite(const RunSummary& s, Ending& ending) {
+  const auto fail = [&](const char* what) {
+    if (ending.status == Ending::Status::finished)
+      ending = {Ending::Status::failed, fmt::format("{} at t = {:.9g} s", what, s.t_end)};
+  };
+  for (const auto* list : {&s.final_state.q, &s.final_state.v})
+    for (double x : *list)
+      if (!std::isfinite(x)) fail("the state is not finite");
+  if (!std::isfinite(s.ledger.scale()) || !std::isfinite(s.ledger.closure()))
+    fail("the energy balance is not finite");
+}
+
 RunSummary summarise(const Scene& scene, const System& system, const Formulation& formulation) {
   RunSummary s;
   s.formulation = formulation.name();
@@ -204,9 +216,8 @@ RunSummary run_scene(const Scene& scene, const MakeFormulation& make,
   const auto wall = std::chrono::steady_clock::now();
   const double cpu = cpu_seconds();
   auto ending = formulation->run(scene.run.duration, recorder);
-  for (double x : formulation->state().q)
-    if (!std::isfinite(x)) ending = {Ending::Status::failed, "the state is not finite"};
   auto summary = summarise(scene, system, *formulation);
+  refuse_not_finite(summary, ending);
   summary.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall).count();
   summary.cpu_seconds = cpu_seconds() - cpu;
   summary.peak_memory_kib = peak_memory_kib();

@@ -44,6 +44,9 @@ struct RunSummary {
   long peak_memory_kib = 0;
 };
 
+/// Fails an ending whose state or energies are not finite: such a result is refused, whatever made it.
+void refuse_not_finite(const RunSummary& summary, Ending& ending);
+
 RunSummary summarise(const Scene& scene, const System& system, const Formulation& formulation);
 
 /// Sections of run.json.

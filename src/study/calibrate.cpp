@@ -34,12 +34,19 @@ Variant variant_at(const Study& study, const std::string& what, const Eigen::Vec
   return v;
 }
 
+/// Where one more outcome lies, from the logarithms of some: Student's prediction interval.
+Estimate one_more(const std::vector<double>& logarithms) {
+  const auto s = interval(logarithms);  // mean ± t √(s²/n)
+  const double half = (s.high - s.mean) * std::sqrt(s.count + 1.0);
+  return {std::exp(s.mean), std::exp(s.mean - half), std::exp(s.mean + half)};
+}
+
 /// The statistic of a measured file, by the same rules as a run's.
 double measured_statistic(const Study& study, const Target& target, const Makers& makers) {
   Case one{"", study.calibration->formulation, {}, 0, 1, study.scene, target.overrides};
   const auto scene = scene_of(study, one, makers);
   const double speed = main_drive(scene.mechanism)->speed;
-  const double ideal = ideal_maximum(study, scene, makers);
+  const double ideal = ideal_maximum(study, scene, makers.of(study.calibration->formulation, study.matched));
   const auto data = read_measurement(target.data, speed, ideal);
   TurnRules rules;
   rules.speed = speed;
@@ -129,15 +136,19 @@ CalibrationResult calibrate(const Study& study, const Makers& makers, const std:
       used[i] = true;
     }
 
-  // Every optimum again, by as many and as long runs as the study's own.
-  runs.variants.clear();
-  const auto add = [&](const Fit& f, const std::string& what) {
-    for (const auto& target : c.targets)
-      runs.variants.push_back(variant_at(study, what, f.xi, target, study.starts, study.revolutions));
-  };
-  add(result.all, "all");
+  // Every optimum again, by as many and as long runs as the study's own, and every draw by one run.
+  std::vector<std::pair<Fit*, std::string>> fits = {{&result.all, "all"}};
   for (std::size_t i = 0; i < result.left_out.size(); ++i)
-    add(result.left_out[i], "without " + c.targets[i].name);
+    fits.emplace_back(&result.left_out[i], "without " + c.targets[i].name);
+  const auto draw_name = [](const std::string& fit, int k) { return fmt::format("{} draw {:02}", fit, k); };
+  runs.variants.clear();
+  for (const auto& [f, name] : fits)
+    for (const auto& target : c.targets) {
+      runs.variants.push_back(variant_at(study, name, f->xi, target, study.starts, study.revolutions));
+      for (int k = 0; k < draws; ++k)
+        runs.variants.push_back(
+            variant_at(study, draw_name(name, k), f->draws.row(k).transpose(), target, 1, study.revolutions));
+    }
   const auto again = sweep(runs, makers, results, threads, on_progress, true);
   result.sweep.interrupted = again.interrupted;
   result.sweep.ran += again.ran;
@@ -145,15 +156,15 @@ CalibrationResult calibrate(const Study& study, const Makers& makers, const std:
   result.sweep.wall_seconds += again.wall_seconds;
   if (again.interrupted) return result;
   rows = results.runs(again.keys);
-  const auto fill = [&](Fit& f, const std::string& what) {
+  for (const auto& [f, name] : fits)
     for (const auto& target : c.targets) {
-      const auto s = statistic(name_of_run(what, target), target);
-      f.run_again.push_back({s.mean, s.low, s.high});
+      const auto s = statistic(name_of_run(name, target), target);
+      f->run_again.push_back({s.mean, s.low, s.high});
+      std::vector<double> outcomes;
+      for (int k = 0; k < draws; ++k)
+        outcomes.push_back(std::log(statistic(name_of_run(draw_name(name, k), target), target).mean));
+      f->predictive.push_back(one_more(outcomes));
     }
-  };
-  fill(result.all, "all");
-  for (std::size_t i = 0; i < result.left_out.size(); ++i)
-    fill(result.left_out[i], "without " + c.targets[i].name);
   return result;
 }
 

@@ -5,7 +5,8 @@
 //
 // with ξ the unknowns scaled to their ranges and error_i the surface's own. The weak pull w = 0.1 to the
 // middle of the ranges decides what the targets leave open; without targets every ξ is 0 ± √(1/w) of its half
-// range, clipped to it. Intervals are Laplace's: the inverse of half the Hessian of f.
+// range, clipped to it. Intervals are Laplace's: the inverse of half the Hessian of f. What a fit predicts is
+// run: at its optimum, and at `draws` points of Laplace's normal distribution within the ranges.
 #pragma once
 
 #include "study/results.hpp"
@@ -13,6 +14,8 @@
 #include "study/sweep.hpp"
 
 namespace freeplay {
+
+inline constexpr int draws = 12;
 
 struct Estimate {
   double value = 0, low = 0, high = 0;  ///< 95 %, within the unknown's range
@@ -25,6 +28,9 @@ struct Fit {
   std::vector<Estimate> unknowns;
   std::vector<Estimate> on_surface;  ///< every target's statistic, by the surface at the optimum
   std::vector<Estimate> run_again;   ///< by runs at the optimum: mean and 95 % interval over starts
+  /// Where one more run from the fit's own uncertainty lies: median and 95 % interval, by runs at the draws.
+  std::vector<Estimate> predictive;
+  Eigen::MatrixXd draws;  ///< ξ, a row each
   double objective = 0;
 };
 

@@ -93,7 +93,7 @@ Scene scene_of(const Study& study, const Case& one, const Makers& makers) {
   return perturbed(scene, makers.penalty, study.seed, one.start, study.perturbation);
 }
 
-TurnMetrics ideal_turn(const Study& study, const Scene& scene, const Makers& makers) {
+TurnMetrics ideal_turn(const Study& study, const Scene& scene, const MakeFormulation& maker) {
   const auto* drive = main_drive(scene.mechanism);
   TurnRules rules;
   const auto [channel, lvdt] = channels(study, scene, rules);
@@ -107,7 +107,7 @@ TurnMetrics ideal_turn(const Study& study, const Scene& scene, const Makers& mak
   ideal.run.start = RunOptions::Start::assembled;
   for (auto& i : ideal.instruments) i.noise.reset();
   const System system(ideal.mechanism);
-  const auto formulation = makers.penalty(ideal, system, assemble(ideal.mechanism, ideal.run.start));
+  const auto formulation = maker(ideal, system, assemble(ideal.mechanism, ideal.run.start));
   Recorder recorder(ideal, system, std::nullopt);
   TurnMeter meter(rules);
   feed(recorder, meter, channel, lvdt);
@@ -115,8 +115,8 @@ TurnMetrics ideal_turn(const Study& study, const Scene& scene, const Makers& mak
   return meter.finish(0);  // of a run that stopped early: NaN
 }
 
-double ideal_maximum(const Study& study, const Scene& scene, const Makers& makers) {
-  return ideal_turn(study, scene, makers).value[TurnMetrics::peak_max];
+double ideal_maximum(const Study& study, const Scene& scene, const MakeFormulation& maker) {
+  return ideal_turn(study, scene, maker).value[TurnMetrics::peak_max];
 }
 
 CaseResult run_case(const Study& study, const Case& one, const Makers& makers) {
@@ -139,10 +139,10 @@ CaseResult run_case(const Study& study, const Case& one, const Makers& makers) {
   if (rules.joint < 0)
     throw SceneError(
         fmt::format("{}: the study's joint = \"{}\" has no clearance", scene.file.string(), study.joint));
-  rules.ideal_maximum = ideal_maximum(study, scene, makers);
+  const auto& maker = makers.of(one.formulation, study.matched);
+  rules.ideal_maximum = ideal_maximum(study, scene, maker);
 
-  const auto formulation =
-      makers.of(one.formulation, study.matched)(scene, system, assemble(scene.mechanism, scene.run.start));
+  const auto formulation = maker(scene, system, assemble(scene.mechanism, scene.run.start));
   Recorder recorder(scene, system, std::nullopt);
   TurnMeter meter(rules);
   recorder.on_event = [&](const ContactEvent& e) { meter.event(e); };
@@ -157,9 +157,8 @@ CaseResult run_case(const Study& study, const Case& one, const Makers& makers) {
   if (result.ending.status == Ending::Status::finished)
     result.ending = formulation->run(scene.run.duration, recorder);
   auto summary = summarise(scene, system, *formulation);
+  refuse_not_finite(summary, result.ending);
   result.notes = std::move(summary.notes);
-  for (double x : summary.final_state.q)
-    if (!std::isfinite(x)) result.ending = {Ending::Status::failed, "the state is not finite"};
   if (result.ending.status == Ending::Status::finished) result.metrics = meter.finish(lost() - before);
   result.work = formulation->work();
   result.cpu_seconds = thread_seconds() - began;

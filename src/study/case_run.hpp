@@ -38,10 +38,10 @@ std::vector<Case> cases(const Study& study);
 /// The scene of a case, read and ready to run from its perturbed start.
 Scene scene_of(const Study& study, const Case& one, const Makers& makers);
 
-/// The scene's ideal mechanism through the study's instruments, in its second turn.
-TurnMetrics ideal_turn(const Study& study, const Scene& scene, const Makers& makers);
+/// The scene's ideal mechanism through the study's instruments, in its second turn, by one formulation.
+TurnMetrics ideal_turn(const Study& study, const Scene& scene, const MakeFormulation& maker);
 /// Its greatest |a| (m/s²); NaN when the ideal mechanism cannot be run.
-double ideal_maximum(const Study& study, const Scene& scene, const Makers& makers);
+double ideal_maximum(const Study& study, const Scene& scene, const MakeFormulation& maker);
 
 /// Runs it. Throws SceneError; a numerical failure is in the ending.
 CaseResult run_case(const Study& study, const Case& one, const Makers& makers);

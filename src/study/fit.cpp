@@ -3,7 +3,9 @@
 #include <coin/IpTNLP.hpp>
 
 #include <algorithm>
+#include <boost/math/distributions/normal.hpp>
 #include <cmath>
+#include <random>
 #include <stdexcept>
 
 #include "study/calibrate.hpp"
@@ -103,6 +105,26 @@ class Program : public Ipopt::TNLP {
   double objective = INFINITY;
 };
 
+/// Points of the normal distribution of this mean and covariance that lie within [−1, 1]ⁿ, the same always.
+Eigen::MatrixXd drawn(const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance) {
+  const Eigen::MatrixXd L = covariance.llt().matrixL();
+  Eigen::MatrixXd points(draws, mean.size());
+  std::mt19937_64 generator(1);
+  const auto normal = [&] {  // not std::normal_distribution, which is another one in every library
+    return boost::math::quantile(boost::math::normal(),
+                                 (static_cast<double>(generator() >> 11) + 0.5) * 0x1p-53);
+  };
+  for (int k = 0; k < draws; ++k) {
+    Eigen::VectorXd xi;
+    for (int tries = 0; tries < 10000; ++tries) {
+      xi = mean + L * Eigen::VectorXd::NullaryExpr(mean.size(), normal);
+      if (xi.lpNorm<Eigen::Infinity>() <= 1) break;
+    }
+    points.row(k) = xi.cwiseMax(-1).cwiseMin(1).transpose();
+  }
+  return points;
+}
+
 }  // namespace
 
 double unscaled(const Unknown& u, double xi) {
@@ -149,6 +171,7 @@ Fit fit(const std::vector<ResponseSurface>& surfaces, const std::vector<double>&
     const auto at = [&](double xi) { return unscaled(unknowns[j], std::clamp(xi, -1.0, 1.0)); };
     best.unknowns.push_back({at(best.xi[j]), at(best.xi[j] - half), at(best.xi[j] + half)});
   }
+  best.draws = drawn(best.xi, covariance);
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
     const Eigen::VectorXd g = surfaces[i].gradient(best.xi);
     const double y = surfaces[i](best.xi);

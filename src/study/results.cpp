@@ -178,10 +178,11 @@ std::vector<RunRow> Results::runs(const std::set<std::string>& keys) const {
   Statement s(*this, "SELECT * FROM runs WHERE status = 'finished' ORDER BY " + order + ", start");
   while (s.step()) {
     if (!keys.empty() && !keys.contains(s.text(0))) continue;
-    RunRow r{s.text(0), s.text(1), s.text(2), static_cast<int>(s.number(3)), {}, {}};
+    RunRow r{s.text(0), s.text(1), s.text(2), static_cast<int>(s.number(3)), {}, {}, {}};
     int column = 4;
     for (std::size_t i = 0; i < axes_; ++i) r.values.push_back(s.number(column++));
     for (auto& x : r.metric) x = s.number(column++);
+    r.doubt = s.text(column + 1);
     rows.push_back(std::move(r));
   }
   return rows;
@@ -192,12 +193,6 @@ std::vector<std::array<std::string, 3>> Results::failures() const {
   Statement s(*this, "SELECT variant, formulation, reason FROM runs WHERE status != 'finished' ORDER BY run");
   while (s.step()) list.push_back({s.text(0), s.text(1), s.text(2)});
   return list;
-}
-
-std::pair<long, std::string> Results::doubtful() const {
-  Statement s(*this, "SELECT count(*), min(reason) FROM runs WHERE status = 'finished' AND reason != ''");
-  if (!s.step() || s.number(0) == 0) return {0, ""};
-  return {static_cast<long>(s.number(0)), s.text(1)};
 }
 
 std::vector<Flight> Results::flights(const std::string& key) const {

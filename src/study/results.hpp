@@ -18,6 +18,7 @@ struct RunRow {
   int start = 0;
   std::vector<double> values;  ///< of the axes
   std::array<double, TurnMetrics::count> metric{};
+  std::string doubt;  ///< what the run says of itself that makes it DOUBTFUL; or ""
 };
 
 class Results {
@@ -38,8 +39,6 @@ class Results {
   std::vector<RunRow> runs(const std::set<std::string>& keys = {}) const;
   /// Runs that failed: key, variant, formulation, reason.
   std::vector<std::array<std::string, 3>> failures() const;
-  /// How many finished runs say that they are DOUBTFUL, and what one of them says.
-  std::pair<long, std::string> doubtful() const;
   std::vector<Flight> flights(const std::string& key) const;
   std::vector<Impact> impacts(const std::string& key) const;
   std::vector<double> spectrum(const std::string& key) const;

@@ -44,7 +44,7 @@ void write_tables(const Study& study, const Results& results, const Makers& make
                               s.mean, s.low, s.high, s.least, s.greatest, s.count));
     }
     if (!ideals.emplace(one.variant, one.values).second) continue;
-    const auto ideal = ideal_turn(study, scene_of(study, one, makers), makers);
+    const auto ideal = ideal_turn(study, scene_of(study, one, makers), makers.penalty);
     for (const auto& p : ideal.last_turn)
       traces.write(fmt::format("{},{},{},{}\n", line("ideal"), p.angle, p.acceleration, p.position));
   }

@@ -76,7 +76,7 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
   const auto study = study_of(scene);
   const auto* drive = main_drive(scene.mechanism);
   Validation v;
-  v.ideal_maximum = ideal_maximum(study, scene, makers);
+  v.ideal_maximum = ideal_maximum(study, scene, makers.penalty);
   const auto measured = read_measurement(data, drive->speed, v.ideal_maximum);
   v.sampling = measured.sampling;
   v.uncertainty = measured.uncertainty;

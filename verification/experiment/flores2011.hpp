@@ -1,7 +1,10 @@
 // What Flores, Koshy, Lankarani, Ambrósio and Claro (Nonlinear Dynamics 65 (2011) 383–398) measured, as their
 // text states it (X1 to X13, docs/experiment.md), judged on the runs of a study whose axes are clearance (m)
-// and speed (rpm). Bounds were fixed before the matrix was run.
+// and speed (rpm). Bounds were fixed before the matrix was run; what "maximum" means, the datum of X3 to X5
+// and the quantities of X5 and X13 were settled after first runs had been seen.
 #pragma once
+
+#include <set>
 
 #include "study/calibrate.hpp"
 #include "study/intervals.hpp"
@@ -12,23 +15,28 @@ struct Finding {
   std::string id, claim;        ///< X6, what must hold
   std::string measured, bound;  ///< what the model gives, what would hold
   bool holds = false;
-  bool judged = true;  ///< false: the runs cannot say
+  bool judged = true;   ///< false: the runs cannot say
+  bool fitted = false;  ///< the model was fitted to this: no verdict
 };
 
-/// The verdicts on one variant in one formulation. `statistic` is what "maximum" is taken to mean.
+/// The verdicts on one variant in one formulation. `statistic` is what "maximum" is taken to mean; `fitted`
+/// names the findings that this variant was fitted to.
 std::vector<Finding> flores2011(const Study& study, const Results& results, const std::vector<RunRow>& runs,
                                 const std::string& variant, const std::string& formulation,
-                                TurnMetrics::Name statistic);
+                                TurnMetrics::Name statistic, const std::set<std::string>& fitted);
+/// What a variant was fitted to: the targets of the calibration, if it is the calibrated one.
+std::set<std::string> fitted_findings(const std::string& variant, const Study* calibration);
 
-/// In which of the matrix's cells the formulations' median peaks lie within each other's intervals.
+/// In which of the matrix's cells the formulations' median peaks agree.
 struct Cells {
-  int agreeing = 0, all = 0;
-  std::vector<std::string> apart;  ///< "0.1 mm, 150 rpm: 1.73 (1.65..1.80) against 1.62 (1.57..1.68)"
+  int all = 0, overlapping = 0;    ///< 95 % intervals of the mean over starts
+  int within = 0;                  ///< each mean lies inside the other's interval
+  std::vector<std::string> apart;  ///< neither does: "0.1 mm, 150 rpm: 1.73 (1.65..1.80), …"
 };
 Cells formulations_agree(const Study& study, const std::vector<RunRow>& runs, const std::string& variant);
 
-/// docs/experiment.md. `calibration` may be null.
+/// docs/experiment.md. `calibration` may be null; `version` is of the program that made the results.
 std::string experiment_document(const Study& study, const Results& results, const Study* calibration_study,
-                                const CalibrationResult* calibration);
+                                const CalibrationResult* calibration, const std::string& version);
 
 }  // namespace freeplay::verification

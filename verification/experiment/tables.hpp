@@ -1,0 +1,30 @@
+// The tables of docs/experiment.md.
+#pragma once
+
+#include <string>
+
+#include "verification/experiment/flores2011.hpp"
+
+namespace freeplay::verification {
+
+/// What the tables are made from.
+struct Evidence {
+  const Study& study;
+  const Results& results;
+  const std::vector<RunRow>& runs;
+  const Study* calibration;  ///< may be null
+};
+
+std::string number(double x);
+std::string show(double value, double low, double high);
+
+/// The claims on a variant, a verdict for each formulation; then, without verdicts, what it was fitted to.
+std::string claims_table(const Evidence& e, const Variant& v);
+/// X6 to X9 by each reading of "maximum".
+std::string readings_table(const Evidence& e);
+/// How every variant moves the claims, against the study's first one, and a sentence for each.
+std::string influences_table(const Evidence& e);
+std::string matrix_table(const Evidence& e, const Variant& v);
+std::string calibration_tables(const Study& study, const CalibrationResult& r);
+
+}  // namespace freeplay::verification
