@@ -11,6 +11,9 @@
 
 namespace freeplay::verification {
 
+/// The greater of two, and NaN if either is: std::max would lose it.
+inline double greatest(double a, double b) { return a >= b || std::isnan(a) ? a : b; }
+
 struct Claim {
   enum class Judged {
     within,    ///< |measured − expected| ≤ bound

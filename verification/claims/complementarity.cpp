@@ -18,12 +18,12 @@ double violation(const ContactProblem& p) {
   const Eigen::VectorXd u = p.D.topLeftCorner(p.rows, p.rows) * P + p.b.head(p.rows);
   double worst = 0;
   for (const auto& c : p.unknowns) {
-    if (c.normal >= 0) worst = std::max(worst, std::abs(std::min(u[c.normal] - c.target_n, P[c.normal])));
+    if (c.normal >= 0) worst = greatest(worst, std::abs(std::min(u[c.normal] - c.target_n, P[c.normal])));
     if (c.tangent < 0) continue;
     const double slip = u[c.tangent] - c.target_t;
     const double bound = c.bound + (c.normal >= 0 ? c.friction * P[c.normal] : 0);
     // The projection of P_T − slip onto [−bound, bound] is P_T itself.
-    worst = std::max(worst, std::abs(P[c.tangent] - std::clamp(P[c.tangent] - slip, -bound, bound)));
+    worst = greatest(worst, std::abs(P[c.tangent] - std::clamp(P[c.tangent] - slip, -bound, bound)));
   }
   return worst;
 }
@@ -53,14 +53,14 @@ Findings complementarity() {
       const auto result = test::solve_by(way.solver, p);
       unsolved += !result.solved;
       helped += result.retries > 0;
-      worst = std::max(worst, violation(p));
+      worst = greatest(worst, violation(p));
       Eigen::VectorXd P(2 * p.unknowns.size());
       for (std::size_t k = 0; k < p.unknowns.size(); ++k) {
         P[2 * k] = p.unknowns[k].impulse_n;
         P[2 * k + 1] = p.unknowns[k].impulse_t;
       }
       if (first[i].size() == 0) first[i] = P;
-      apart = std::max(apart, (P - first[i]).lpNorm<Eigen::Infinity>());
+      for (Eigen::Index k = 0; k < P.size(); ++k) apart = greatest(apart, std::abs(P[k] - first[i][k]));
     }
     const std::string name = way.name;
     f.at_most(name + ": contact problems of 3,000 left unsolved or solved by another", "",
@@ -68,6 +68,7 @@ Findings complementarity() {
               way.newton ? "it may ask for help, having no guarantee" : "each must do it alone");
     f.at_most(name + ": greatest violation of the laws", "", worst, 1e-9, "impulses and rates of order one",
               "solves are accepted below 1e-10 of the greatest rate");
+    if (way.solver == LcpSolver::automatic) continue;  // it would be compared with itself
     f.at_most(name + ": greatest difference to the default's impulses", "", apart, 1e-8,
               "the solution is unique", "the violation over the least eigenvalue of D, 0.3, and room");
   }

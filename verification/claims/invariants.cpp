@@ -85,7 +85,7 @@ Findings invariants() {
     const bool penalty = family == Family::penalty;
     const std::string name = penalty ? "penalty" : "Moreau–Jean";
     double linear = 0, overlap = 0;
-    for (int i : {0, 1}) linear = std::max(linear, std::abs(momentum(end.q, end.v, i) - momentum(q, v, i)));
+    for (int i : {0, 1}) linear = greatest(linear, std::abs(momentum(end.q, end.v, i) - momentum(q, v, i)));
     for (const auto& e : run.events) overlap += std::abs(e.impulse_t) * run.contacts[0].penetration;
     f.at_most("ring and journal: change of momentum, " + name, "kg m/s", linear, 1e-12, "conservation",
               "forces and impulses come in pairs: rounding");

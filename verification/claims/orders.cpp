@@ -92,9 +92,9 @@ void across_impacts(Findings& f) {
       const auto found = test::touches(test::simulate(scene, Family::nonsmooth));
       for (std::size_t i = 0; i < 3; ++i) {
         const auto& e = exact.at(i);
-        worst[0] = std::max(worst[0], std::abs(found.at(i).t - double(e.t)));
-        worst[1] = std::max(worst[1], std::abs(found[i].v_n_minus - double(e.v_n_minus)));
-        worst[2] = std::max(worst[2], std::abs(found[i].impulse_n - double(e.impulse_n)));
+        worst[0] = greatest(worst[0], std::abs(found.at(i).t - double(e.t)));
+        worst[1] = greatest(worst[1], std::abs(found[i].v_n_minus - double(e.v_n_minus)));
+        worst[2] = greatest(worst[2], std::abs(found[i].impulse_n - double(e.impulse_n)));
       }
     }
     steps.push_back(h);
