@@ -97,4 +97,16 @@ inline constexpr ImpactTable impact_tables[] = {
       {0.011012318396, "bearing", -0.221591426, 0.175705526, 0.000695864769, 0.163030227, -1.22690236e-05}}},
 };
 
+/// Kane and Levinson's double pendulum (Dynamics: Theory and Applications, 1985) at its impact,
+/// verification/scenes/kane_levinson.toml: kinetic energy after over before by three laws. Newton and Poisson
+/// by enumeration of all cases, the energetic law by exact integration along the normal impulse and again by
+/// small steps; the same independent program.
+struct KaneLevinsonRow {
+  double e;
+  double newton, poisson, energetic;
+};
+inline constexpr KaneLevinsonRow kane_levinson[] = {
+    {0.7, 2.757611078697394, 0.5708817108903891, 0.6000916942651053},
+    {0.5, 1.587494686929853, 0.5448660634885238, 0.5531879851644540}};
+
 }  // namespace freeplay::reference
