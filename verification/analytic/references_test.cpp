@@ -15,6 +15,7 @@
 #include "verification/references/bouncing_ball.hpp"
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/references/hertz_impact.hpp"
+#include "verification/references/loose_guide_flight.hpp"
 #include "verification/references/oblique_impact.hpp"
 #include "verification/references/pendulum.hpp"
 #include "verification/references/ring_and_journal.hpp"
@@ -238,6 +239,21 @@ TEST_CASE("bouncing ball: accumulation and limits", "[references]") {
 
 // ---------------------------------------------------------------------------------------------- block on a
 // slope
+
+TEST_CASE("slider loose in its guide: the flight keeps its energy and agrees with another program",
+          "[references]") {
+  const LooseGuide m;
+  const auto y = guide_flight(m, 0.002L), fine = guide_flight(m, 0.002L, 400);
+  const char* why = "order 8: (150 rad/s × 1e-5 s)⁸ is 3e-23; rounding of 200 steps";
+  for (std::size_t i = 0; i < 4; ++i) within(y[i], fine[i], 1e-16L * (1 + std::abs(fine[i])), why);
+  const Long before = guide_energy(m, guide_start);
+  within(guide_energy(m, y), before, 1e-16L * before, why);
+  within(y[0] / (2 * std::acos(-1.0L)), 0.04389404441618265L, 1e-13L, "the other program's tolerance, 1e-12");
+  within(y[1], -0.1349492638658336L, 1e-12L, "as above");
+  within(y[2], 120.46388171355167L, 1e-10L, "as above");
+  within(y[3], -56.47339414244658L, 1e-10L, "as above");
+  within(guide_height(m, y), 0.4943955541187525L, 1e-9L, "as above, over 1 mm");
+}
 
 TEST_CASE("block on a slope: motion, energy, the edge of sticking", "[references]") {
   const double g = 9.81;
