@@ -20,17 +20,33 @@ constexpr ClaimSet sets[] = {
     {"stiff-limit", "One formulation against the other: the stiff limit", stiff_limit},
     {"statistics", "One formulation against the other: statistics of long runs", statistics}};
 
+bool compared(const Claim& c) {
+  return c.judged == Claim::Judged::within || c.judged == Claim::Judged::relative;
+}
+
+/// Digits that show the bound and one beyond it: 8 to 15.
+int digits(const Claim& c) {
+  if (!compared(c) || c.bound == 0 || c.expected == 0) return 8;
+  const double share = c.judged == Claim::Judged::relative ? c.bound : c.bound / std::abs(c.expected);
+  return static_cast<int>(std::clamp(2 + std::ceil(-std::log10(share)), 8.0, 15.0));
+}
+
 std::string expected(const Claim& c) {
   switch (c.judged) {
     case Claim::Judged::within:
-      return fmt::format("{:.8g} ± {:.2g}", c.expected, c.bound);
+      return fmt::format("{:.{}g} ± {:.2g}", c.expected, digits(c), c.bound);
     case Claim::Judged::relative:
-      return fmt::format("{:.8g} (1 ± {:.2g})", c.expected, c.bound);
+      return fmt::format("{:.{}g} (1 ± {:.2g})", c.expected, digits(c), c.bound);
     case Claim::Judged::at_most:
       return fmt::format("≤ {:.2g}", c.bound);
     default:
       return fmt::format("{:.4g} to {:.4g}", c.expected, c.bound);
   }
+}
+
+/// How far a claim that is compared lies from what is expected; empty for one that is bounded only.
+std::string off(const Claim& c) {
+  return compared(c) ? fmt::format("{:.1e}", std::abs(c.measured - c.expected)) : "";
 }
 
 const char* name_of(Claim::Judged judged) {
@@ -60,9 +76,8 @@ Verdict judge(const ClaimSet& set) {
 std::string table(const Verdict& v) {
   std::string out = fmt::format("\n{} ({}, {:.1f} s)\n", v.set->title, v.set->name, v.seconds);
   for (const auto& c : v.findings.claims) {
-    const bool compared = c.judged == Claim::Judged::within || c.judged == Claim::Judged::relative;
-    const auto off = compared ? fmt::format(", off by {:.1e}", std::abs(c.measured - c.expected)) : "";
-    const auto numbers = fmt::format("{:.8g}, expected {}{}", c.measured, expected(c), off);
+    const auto numbers = fmt::format("{:.{}g}, expected {}{}", c.measured, digits(c), expected(c),
+                                     compared(c) ? ", off by " + off(c) : "");
     const auto verdict = c.holds() ? "holds" : "FAILS";
     const auto unit = c.unit.empty() ? "" : ", " + c.unit;
     out += fmt::format("  {} {}{}\n        {}\n", verdict, c.quantity, unit, numbers);
@@ -110,18 +125,19 @@ std::string document(const std::vector<Verdict>& verdicts) {
       holding, all);
   for (const auto& v : verdicts) {
     out += fmt::format(
-        "\n## {}\n`freeplay verify {}`, {:.0f} s\n\n| quantity | measured | expected | source | reason of "
-        "the "
-        "bound | |\n| --- | --- | --- | --- | --- | --- |\n",
+        "\n## {}\n`freeplay verify {}`, {:.0f} s\n\n"
+        "| quantity | measured | expected | off by | source | reason of the bound | |\n"
+        "| --- | --- | --- | --- | --- | --- | --- |\n",
         v.set->title, v.set->name, v.seconds);
     const auto cell = [](std::string text) {
       for (std::size_t i = 0; (i = text.find('|', i)) != std::string::npos; i += 2) text.replace(i, 1, "\\|");
       return text;
     };
     for (const auto& c : v.findings.claims)
-      out += fmt::format("| {}{} | {:.10g} | {} | {} | {} | {} |\n", cell(c.quantity),
-                         c.unit.empty() ? "" : ", " + c.unit, c.measured, expected(c), cell(c.source),
-                         cell(c.reason), c.holds() ? "holds" : "**FAILS**");
+      out +=
+          fmt::format("| {}{} | {:.{}g} | {} | {} | {} | {} | {} |\n", cell(c.quantity),
+                      c.unit.empty() ? "" : ", " + c.unit, c.measured, std::max(10, digits(c)), expected(c),
+                      off(c), cell(c.source), cell(c.reason), c.holds() ? "holds" : "**FAILS**");
     if (!v.failure.empty()) out += "\n**Could not be judged:** " + v.failure + "\n";
     std::vector<std::string> drawn;
     for (const auto& curve : v.findings.curves)
