@@ -13,8 +13,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto scene = freeplay::parse_scene(std::string(reinterpret_cast<const char*>(data), size), "fuzz");
     if (scene.mechanism.bodies.size() > 20) return 0;
     const freeplay::System system(scene.mechanism);
-    if (scene.run.start == freeplay::RunOptions::Start::given)
-      freeplay::assemble(scene.mechanism, scene.run.start);
+    freeplay::assemble(scene.mechanism, scene.run.start);
   } catch (const freeplay::SceneError&) {
   }
   return 0;
