@@ -78,13 +78,13 @@ Findings stiff_limit() {
   auto four_bar = read_scene(test::scene_file("four_bar_two"));
   four_bar.run.duration = 0.035;
   four_bar.mechanism.surfaces[0].friction.reset();
-  limit(f, "four-bar with two loose pins", four_bar);
+  limit(f, "four-bar with two loose pins, without friction", four_bar);
   auto guide = read_scene(test::source_folder() / "cases/flores2010-translational/scene.toml");
   guide.mechanism.bodies[2].angular_velocity = 3;
   guide.mechanism.surfaces[0].friction.reset();
   guide.mechanism.surfaces[0].young = 207e11;
   guide.run.duration = 0.0027;
-  limit(f, "slider loose in its guide", guide);
+  limit(f, "slider loose in its guide, without friction, ω₃ = 3 rad/s, E = 207e11 Pa", guide);
   return f;
 }
 
