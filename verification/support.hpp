@@ -37,7 +37,7 @@ inline std::vector<ContactEvent> touches(const RunSummary& run) {
 /// The i-th touch (from 0), or an error that says how many there were.
 ContactEvent touch(const RunSummary& run, std::size_t i);
 
-/// Slope of log y over log x between the first and the last point: an observed order.
+/// Slope of log y over log x, least squares through all points: an observed order.
 double observed_order(const std::vector<double>& x, const std::vector<double>& y);
 
 /// A row of N four-bars that share their uprights (IFToMM benchmark A02: links of 1 m and 1 kg, gravity, the

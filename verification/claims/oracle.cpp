@@ -38,8 +38,8 @@ void touches(Findings& f, const std::string& name, const RunSummary& found, cons
 }
 
 /// Moreau–Jean at the step h places the first touch within h. One that is δ late makes the next (1 + 2e) δ
-/// late by the speed it leaves with, and (v/v′) h by leaving up to a step's way off the wall: together less
-/// than four times as late.
+/// late by the speed it leaves with, and (v/v′) h/2 by leaving up to half a step's way off the wall: together
+/// less than four times as late.
 void time_stepping(Findings& f, Scene scene, const Impacts& exact) {
   constexpr std::size_t count = 3;
   const double h = 1e-6;
