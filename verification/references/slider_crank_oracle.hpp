@@ -21,6 +21,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "verification/references/cooper_verner.hpp"
@@ -63,7 +64,9 @@ enum class OracleEnd { end_time, most_impacts, lasting_contact };
 
 template <class Real>
 struct OracleRun {
-  std::vector<OracleImpact<Real>> impacts;  ///< complete ones only: not a contact still open at the end
+  std::vector<OracleImpact<Real>> impacts;  ///< complete ones only
+  /// Compliant contact still open at the end: its touch; as `duration`, that of the undamped Hertz impact.
+  std::optional<OracleImpact<Real>> open;
   OracleEnd end = OracleEnd::end_time;
   Real t = 0;                ///< s, where the run ends
   LooseState<Real> state{};  ///< there
@@ -215,7 +218,11 @@ class SliderCrankOracle {
         break;
       }
       r.state = next, r.t += h, now = then;
-      if (r.t >= end_time || r.t - impact.t > options_.longest_contact * scale) return false;
+      if (r.t >= end_time || r.t - impact.t > options_.longest_contact * scale) {
+        impact.duration = scale;
+        r.open = impact;
+        return false;
+      }
     }
     const GudgeonContact<Real> last = gudgeon_contact(m_, r.t, r.state);
     impact.duration = r.t - impact.t;
