@@ -6,11 +6,15 @@
 #include <string>
 #include <vector>
 
+namespace freeplay {
+struct RunSummary;
+}
+
 namespace freeplay::verification {
 
 enum class Outcome {
   right,     ///< within the bound of the reference
-  degraded,  ///< outside it, and the program said so
+  degraded,  ///< outside it, and the run called itself DOUBTFUL
   refused,   ///< stopped or declined, with a reason
   wrong,     ///< outside the bound, and nothing said so: a defect
   hung,      ///< did not end in time: a defect
@@ -42,6 +46,9 @@ struct Limit {
 std::vector<Cell> rig_cells();      ///< the paper's rig along each axis, against the oracle
 std::vector<Cell> special_cells();  ///< singular positions, redundancy, Painlevé, long runs
 std::vector<Limit> predicted_limits();
+
+/// What a run that misses its bound by `what` amounts to: degraded if it calls itself DOUBTFUL, else wrong.
+Judged beyond_bound(const RunSummary& run, const std::string& what);
 
 /// Judges a cell in a child process; `seconds` is its limit.
 Judged judge_apart(const Cell& cell, double seconds);

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "model/scene.hpp"
+#include "sim/run_summary.hpp"
 #include "verification/extremes/extremes.hpp"
 
 namespace freeplay::verification {
@@ -14,6 +15,12 @@ namespace freeplay::verification {
 const char* name_of(Outcome outcome) {
   constexpr const char* names[] = {"right", "degraded", "refused", "WRONG", "HUNG", "CRASHED"};
   return names[static_cast<int>(outcome)];
+}
+
+Judged beyond_bound(const RunSummary& run, const std::string& what) {
+  for (const auto& note : run.notes)
+    if (note.starts_with("DOUBTFUL")) return {Outcome::degraded, what + "; said: " + note};
+  return {Outcome::wrong, what};
 }
 
 Judged judge_apart(const Cell& cell, double seconds) {

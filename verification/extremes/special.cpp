@@ -15,10 +15,7 @@ namespace {
 Judged by(const RunSummary& run, double error, double bound, const std::string& what) {
   if (run.ending.status != Ending::Status::finished) return {Outcome::refused, run.ending.reason};
   if (error <= bound) return {Outcome::right, fmt::format("{}: {:.2g}", what, error)};
-  for (const auto& note : run.notes)
-    if (note.starts_with("DOUBTFUL"))
-      return {Outcome::degraded, fmt::format("{}: {:.2g}; said: {}", what, error, note)};
-  return {Outcome::wrong, fmt::format("{}: {:.2g}, above {:.2g}", what, error, bound)};
+  return beyond_bound(run, fmt::format("{}: {:.2g}, above {:.2g}", what, error, bound));
 }
 
 Scene ideal_rig() {
