@@ -14,7 +14,7 @@ namespace freeplay::verification {
 
 enum class Outcome {
   right,     ///< within the bound of the reference
-  degraded,  ///< outside it, and the run called itself DOUBTFUL
+  degraded,  ///< outside it, and the program said so
   refused,   ///< stopped or declined, with a reason
   wrong,     ///< outside the bound, and nothing said so: a defect
   hung,      ///< did not end in time: a defect
@@ -47,7 +47,8 @@ std::vector<Cell> rig_cells();      ///< the paper's rig along each axis, agains
 std::vector<Cell> special_cells();  ///< singular positions, redundancy, Painlevé, long runs
 std::vector<Limit> predicted_limits();
 
-/// What a run that misses its bound by `what` amounts to: degraded if it calls itself DOUBTFUL, else wrong.
+/// What a run that misses its bound by `what` amounts to: degraded if it calls itself DOUBTFUL, else wrong;
+/// a run that also failed is refused or wrong.
 Judged beyond_bound(const RunSummary& run, const std::string& what);
 
 /// Judges a cell in a child process; `seconds` is its limit.

@@ -18,9 +18,12 @@ const char* name_of(Outcome outcome) {
 }
 
 Judged beyond_bound(const RunSummary& run, const std::string& what) {
+  const bool failed = run.ending.status != Ending::Status::finished;
   for (const auto& note : run.notes)
-    if (note.starts_with("DOUBTFUL")) return {Outcome::degraded, what + "; said: " + note};
-  return {Outcome::wrong, what};
+    if (note.starts_with("DOUBTFUL"))
+      return failed ? Judged{Outcome::refused, run.ending.reason + "; said: " + note}
+                    : Judged{Outcome::degraded, what + "; said: " + note};
+  return {Outcome::wrong, failed ? what + "; then stopped: " + run.ending.reason : what};
 }
 
 Judged judge_apart(const Cell& cell, double seconds) {

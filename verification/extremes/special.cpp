@@ -11,11 +11,13 @@
 namespace freeplay::verification {
 namespace {
 
-/// Right when `error` is within `bound`; else what the program said decides.
+/// Right when `error`, taken where the run ended, is within `bound`; else what the program said decides. A
+/// failed run is refused only if it was right until then.
 Judged by(const RunSummary& run, double error, double bound, const std::string& what) {
+  if (!(error <= bound))
+    return beyond_bound(run, fmt::format("{}: {:.2g}, above {:.2g}", what, error, bound));
   if (run.ending.status != Ending::Status::finished) return {Outcome::refused, run.ending.reason};
-  if (error <= bound) return {Outcome::right, fmt::format("{}: {:.2g}", what, error)};
-  return beyond_bound(run, fmt::format("{}: {:.2g}, above {:.2g}", what, error, bound));
+  return {Outcome::right, fmt::format("{}: {:.2g}", what, error)};
 }
 
 Scene ideal_rig() {
@@ -140,7 +142,8 @@ duration = 1.0
 )";
   const auto scene = parse_scene(text, "guides.toml");
   const auto run = test::simulate(scene, family);
-  return by(run, std::abs(run.final_state.q[1] + 0.5 * 9.81), 1e-5, "fall off ½gt² (m)");
+  const double t = run.final_state.t;
+  return by(run, std::abs(run.final_state.q[1] + 0.5 * 9.81 * t * t), 1e-5, "fall off ½gt² (m)");
 }
 
 /// A journal at rest, exactly centred in a fixed bearing: it falls by c. Or resting on the wall from the
@@ -173,9 +176,10 @@ start = "given"
   scene.penalty.contact = ContactLaw::exact;
   if (!centred && family == Family::penalty) scene.penalty.integrator = Integrator::rosenbrock4;
   const auto run = test::simulate(scene, family);
-  if (run.ending.status != Ending::Status::finished) return {Outcome::refused, run.ending.reason};
   if (!centred)
     return by(run, std::abs(run.final_state.q[1] + c) / c, 2e-3, "left its place, of the clearance");
+  if (test::touches(run).empty() && run.t_end < std::sqrt(2 * c / g))
+    return {Outcome::refused, run.ending.reason};
   const auto touch = test::touch(run, 0);
   return by(run, std::abs(touch.t / std::sqrt(2 * c / g) - 1), family == Family::penalty ? 1e-7 : 1e-3,
             "first touch off √(2c/g), relative");
@@ -200,7 +204,8 @@ Judged long_run(Family family) {
   scene.nonsmooth.step = 1e-3;
   scene.penalty.tolerance = 1e-6;
   const auto run = test::simulate(scene, family);
-  const auto exact = reference::slider_crank(0.05, 0.3, 2 * std::numbers::pi / 3, 20 * std::numbers::pi / 3);
+  const double omega = 20 * std::numbers::pi / 3;
+  const auto exact = reference::slider_crank(0.05, 0.3, omega * std::fmod(run.final_state.t, 0.3), omega);
   return by(run, std::abs(run.final_state.q[6] - exact.x), 1e-6,
             "slider off the closed form after 10,000 turns (m)");
 }
