@@ -17,7 +17,8 @@ namespace freeplay::cli {
 int extremes(const Request& request) {
   using namespace verification;
   auto cells = rig_cells();
-  for (auto& c : special_cells()) cells.push_back(std::move(c));
+  for (auto more : {baumgarte_cells(), special_cells()})
+    for (auto& c : more) cells.push_back(std::move(c));
   const std::filesystem::path folder = request.output.empty() ? "out/extremes" : request.output;
   make_folder(folder);
   Progress progress;
@@ -29,7 +30,8 @@ int extremes(const Request& request) {
       "what can be "
       "asked, judged in a process of its own:\n*right* within a bound of a reference (the paper's rig along "
       "an axis: its first "
-      "two touches against the hand-derived oracle),\n*degraded* outside it and the program said so, "
+      "two touches against the hand-derived oracle),\n*degraded* outside it and the program said so "
+      "(DOUBTFUL, or Painlevé's), "
       "*refused* with a reason. "
       "Silently wrong, hung or crashed is a defect and fails the "
       "suite.\n\n![map](figures/extremes.png)\n\nCells that are not "

@@ -8,7 +8,8 @@
 
 namespace freeplay {
 struct RunSummary;
-}
+struct Scene;
+}  // namespace freeplay
 
 namespace freeplay::verification {
 
@@ -45,7 +46,19 @@ struct Limit {
 
 std::vector<Cell> rig_cells();      ///< the paper's rig along each axis, against the oracle
 std::vector<Cell> special_cells();  ///< singular positions, redundancy, Painlevé, long runs
+std::vector<Cell> loose_cells();    ///< two loose joints in one chain, a thousand loose turns
+/// Φ under Baumgarte's terms and rk4 of step h; hβ by hα over the grid, each row its own axis.
+std::vector<Cell> baumgarte_cells();
+inline constexpr double baumgarte_grid[] = {0, 0.3, 1, 2, 3};
+/// Greatest factor by which a step of rk4 multiplies Φ: above 1 it grows.
+double rk4_growth(double h_alpha, double h_beta);
 std::vector<Limit> predicted_limits();
+
+Scene ideal_rig();  ///< the paper's, without play or instruments
+
+/// Right when `error`, taken where the run ended, is within `bound`; else what the program said decides. A
+/// failed run is refused only if it was right until then.
+Judged within(const RunSummary& run, double error, double bound, const std::string& what);
 
 /// What a run that misses its bound by `what` amounts to: degraded if it calls itself DOUBTFUL, else wrong;
 /// a run that also failed is refused or wrong.

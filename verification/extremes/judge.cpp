@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <poll.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -24,6 +25,13 @@ Judged beyond_bound(const RunSummary& run, const std::string& what) {
       return failed ? Judged{Outcome::refused, run.ending.reason + "; said: " + note}
                     : Judged{Outcome::degraded, what + "; said: " + note};
   return {Outcome::wrong, failed ? what + "; then stopped: " + run.ending.reason : what};
+}
+
+Judged within(const RunSummary& run, double error, double bound, const std::string& what) {
+  if (!(error <= bound))
+    return beyond_bound(run, fmt::format("{}: {:.2g}, above {:.2g}", what, error, bound));
+  if (run.ending.status != Ending::Status::finished) return {Outcome::refused, run.ending.reason};
+  return {Outcome::right, fmt::format("{}: {:.2g}", what, error)};
 }
 
 Judged judge_apart(const Cell& cell, double seconds) {
