@@ -1,66 +1,160 @@
-// The map of the extremes: one strip for each axis and formulation, a mark for each cell, predicted limits
-// over it.
+// The map of the extremes: a panel for each axis, its cells side by side with their values below and a row
+// for each formulation, predicted limits over them; and one of the scenes that are extreme by what they are.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
 
 #include "plots/figure.hpp"
 
 namespace freeplay::plots {
+namespace {
+
+struct Kind {
+  const char *name, *look;
+};
+constexpr Kind kinds[] = {{"right", "pt 7 lc rgb '#1a7f37'"},
+                          {"degraded", "pt 9 lc rgb '#d29922'"},
+                          {"refused", "pt 4 lc rgb '#555555'"},
+                          {"defect", "pt 2 lw 2 lc rgb '#cf222e'"}};
+constexpr const char* limit_look = "lw 2 dt 1 lc rgb '#0b3c8c'";
+
+struct Mark {
+  std::size_t x, y;
+  int kind;
+};
+struct Panel {
+  std::string name;
+  std::vector<std::string> columns, rows;  ///< names of the tics
+  std::vector<double> values;              ///< of the columns; empty for scenes
+  std::vector<Mark> marks;
+  std::vector<std::pair<double, std::size_t>> limits;  ///< place among the columns, row
+};
+
+/// Its place in the list, to which it is added if it is not there.
+std::size_t place(std::vector<std::string>& list, const std::string& name) {
+  const auto it = std::ranges::find(list, name);
+  if (it != list.end()) return static_cast<std::size_t>(it - list.begin());
+  list.push_back(name);
+  return list.size() - 1;
+}
+
+/// For gnuplot's single quotes.
+std::string quoted(std::string text) {
+  for (std::size_t at = 0; (at = text.find('\'', at)) != text.npos; at += 2) text.insert(at, 1, '\'');
+  return "'" + text + "'";
+}
+
+std::string tics(const std::vector<std::string>& names) {
+  std::string list;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    auto name = names[i];
+    for (const auto& [longer, shorter] : {std::pair{"e+0", "e"}, {"e-0", "e-"}})  // 1e+05 as 1e5: room
+      if (const auto at = name.find(longer); at != name.npos) name.replace(at, 3, shorter);
+    list += fmt::format("{}{} {}", i ? ", " : "", quoted(name), i);
+  }
+  return "(" + list + ")";
+}
+
+/// Where a value lies among the columns, by logarithms between positive ones; NaN beyond them.
+double between(const std::vector<double>& values, double x) {
+  for (std::size_t i = 0; i + 1 < values.size(); ++i) {
+    const double a = values[i], b = values[i + 1];
+    if (x < a || x > b) continue;
+    return static_cast<double>(i) + (a > 0 ? std::log(x / a) / std::log(b / a) : (x - a) / (b - a));
+  }
+  return NAN;
+}
+
+std::vector<Panel> read(const std::filesystem::path& folder) {
+  const Csv csv(folder / "extremes.csv"), limits(folder / "limits.csv");
+  const auto &axis = csv.text("axis"), &label = csv.text("label"), &formulation = csv.text("formulation"),
+             &outcome = csv.text("outcome");
+  const auto value = csv.column("value");
+  std::vector<std::string> names;
+  std::vector<Panel> panels;
+  for (std::size_t i = 0; i < csv.rows(); ++i) {
+    const auto at = place(names, axis[i]);
+    if (at == panels.size()) panels.push_back({axis[i], {}, {}, {}, {}, {}});
+    auto& p = panels[at];
+    const bool scene = axis[i] == "scene";
+    const auto x = place(p.columns, scene ? formulation[i] : label[i]),
+               y = place(p.rows, scene ? label[i] : formulation[i]);
+    if (!scene && x == p.values.size()) p.values.push_back(value[i]);
+    int kind = 0;
+    while (kind < 3 && outcome[i] != kinds[kind].name) ++kind;
+    p.marks.push_back({x, y, kind});
+  }
+  const auto limit = limits.column("value");
+  for (std::size_t i = 0; i < limits.rows(); ++i)
+    for (auto& p : panels) {
+      const double x = p.name == limits.text("axis")[i] ? between(p.values, limit[i]) : NAN;
+      if (std::isfinite(x)) p.limits.push_back({x, place(p.rows, limits.text("formulation")[i])});
+    }
+  return panels;
+}
+
+double height(const Panel& p) { return 1.05 + 0.42 * static_cast<double>(p.rows.size()); }  // cm
+
+}  // namespace
 
 std::filesystem::path extremes(const std::filesystem::path& folder) {
-  const Csv csv(folder / "extremes.csv"), limits(folder / "limits.csv");
-  const auto &axis = csv.text("axis"), &formulation = csv.text("formulation"), &outcome = csv.text("outcome");
-  const auto value = csv.column("value");
-  std::vector<std::string> strips;
-  const auto strip = [&](const std::string& name) {
-    const auto it = std::ranges::find(strips, name);
-    if (it != strips.end()) return it - strips.begin();
-    strips.push_back(name);
-    return static_cast<long>(strips.size()) - 1;
-  };
-  const std::pair<const char*, const char*> kinds[] = {{"right", "pt 7 lc rgb '#1a7f37'"},
-                                                       {"degraded", "pt 9 lc rgb '#d29922'"},
-                                                       {"refused", "pt 4 lc rgb '#555555'"},
-                                                       {"defect", "pt 2 lw 2 lc rgb '#cf222e'"}};
-  std::string blocks[4];
-  for (std::size_t i = 0; i < csv.rows(); ++i) {
-    if (axis[i] == "scene") continue;
-    const auto y = strip(axis[i] + ": " + formulation[i]);
-    // A zero stands at the left end of its logarithmic axis.
-    const int kind = outcome[i] == "right"      ? 0
-                     : outcome[i] == "degraded" ? 1
-                     : outcome[i] == "refused"  ? 2
-                                                : 3;
-    blocks[kind] += fmt::format("{} {}\n", value[i] > 0 ? value[i] : 1e-9, y);
+  const auto panels = read(folder);
+  const double total = std::accumulate(panels.begin(), panels.end(), 0.0,
+                                       [](double sum, const Panel& p) { return sum + height(p); });
+  // Two columns; the second begins where half is drawn.
+  std::vector<int> column;
+  double filled[2] = {0, 0};
+  for (const auto& p : panels) {
+    column.push_back(!column.empty() && (column.back() == 1 || filled[0] + height(p) / 2 > total / 2));
+    filled[column.back()] += height(p);
   }
   Figure f;
   f.name = "extremes";
-  f.height_cm = 14;
-  f.width_cm = 18;
+  f.width_cm = 20;
+  const double top = 1.1, bottom = 0.5;  // cm, for the key and the origin
+  f.height_cm = std::max(filled[0], filled[1]) + top + bottom;
   f.script =
-      "set logscale x\nset xrange [3e-10:4e6]\nset format x '10^{%T}'\nset key outside top center "
-      "horizontal\nset lmargin at screen "
-      "0.36\nset yrange "
-      "[" +
-      fmt::format("{}", strips.size()) + ":-1] noreverse\nset ytics (";
-  for (std::size_t i = 0; i < strips.size(); ++i)
-    f.script += fmt::format("{}'{}' {}", i ? ", " : "", strips[i], i);
-  f.script += ")\nset xlabel 'value on each axis (zeros at the left)'\n";
-  const auto names = limits.column("value");
-  for (std::size_t i = 0; i < limits.rows(); ++i) {
-    const auto y = static_cast<double>(strip(limits.text("axis")[i] + ": " + limits.text("formulation")[i]));
-    f.script += fmt::format("set arrow from {0},{1} to {0},{2} nohead lw 2 dt 1 lc rgb '#0b3c8c'\n", names[i],
-                            y - 0.45, y + 0.45);
+      "set multiplot\nset key at screen 0.5, screen 0.99 center top vertical maxrows 1\nset tics scale 0 "
+      "font "
+      "',7'\n";
+  double down[2] = {top, top};
+  for (std::size_t i = 0; i < panels.size(); ++i) {
+    const auto& p = panels[i];
+    double& y = down[column[i]];
+    const double from = 1 - (y + 0.45) / f.height_cm, to = 1 - (y + height(p) - 0.6) / f.height_cm;
+    y += height(p);
+    f.script += fmt::format(
+        "set lmargin at screen {}\nset rmargin at screen {}\nset tmargin at screen {:.5f}\nset bmargin at "
+        "screen "
+        "{:.5f}\n",
+        column[i] ? 0.70 : 0.11, column[i] ? 0.985 : 0.44, from, to);
+    f.script += fmt::format(
+        "set label 1 {} at graph 0, graph 1 left offset 0,0.6 font ',7' noenhanced\nset xrange "
+        "[-0.5:{}]\nset yrange [{}:-0.5] noreverse\nset xtics {} noenhanced\nset ytics {} noenhanced\nunset "
+        "arrow\n",
+        quoted(p.name == "scene" ? "scenes" : p.name), static_cast<double>(p.columns.size()) - 0.5,
+        static_cast<double>(p.rows.size()) - 0.5, tics(p.columns), tics(p.rows));
+    for (const auto& [x, row] : p.limits)
+      f.script += fmt::format("set arrow from first {0:.4f},{1} to first {0:.4f},{2} nohead {3}\n", x,
+                              static_cast<double>(row) - 0.5, static_cast<double>(row) + 0.5, limit_look);
+    std::string plot;
+    const auto add = [&](const std::string& what) { plot += (plot.empty() ? "plot " : ", ") + what; };
+    for (int k = 0; k < 4; ++k) {
+      std::string block;
+      for (const auto& m : p.marks)
+        if (m.kind == k) block += fmt::format("{} {}\n", m.x, m.y);
+      if (i == 0) add(fmt::format("NaN with points {} ps 1.1 title '{}'", kinds[k].look, kinds[k].name));
+      if (block.empty()) continue;
+      f.blocks.push_back(fmt::format("# {}, {}: column, row\n", p.name, kinds[k].name) + block);
+      add(fmt::format("'DATA' index {} using 1:2 with points {} ps 1.1 notitle", f.blocks.size() - 1,
+                      kinds[k].look));
+    }
+    if (i == 0) add(fmt::format("NaN with lines {} title 'predicted limit'", limit_look));
+    f.script += plot + "\nunset label 100\n";  // the origin stands once
   }
-  std::string plot = "plot ";
-  for (int k = 0; k < 4; ++k) {
-    if (blocks[k].empty()) continue;
-    f.blocks.push_back(fmt::format("# value, strip: {}\n", kinds[k].first) + blocks[k]);
-    plot += fmt::format("'DATA' index {} using 1:2 with points {} ps 1.3 title '{}', ", f.blocks.size() - 1,
-                        kinds[k].second, kinds[k].first);
-  }
-  f.script += plot + "NaN lw 2 dt 1 lc rgb '#0b3c8c' title 'predicted limit'\n";
+  f.script += "unset multiplot\n";
   return draw(f, folder);
 }
 

@@ -66,7 +66,7 @@ std::vector<double> Csv::column(const std::string& name) const {
   return x;
 }
 
-std::string origin(const std::filesystem::path& folder) {
+std::string origin(const std::filesystem::path& folder, const std::string& scene_file) {
   auto file = folder / "comparison.json";
   for (const auto* other : {"laws.json", "drift.json", "scaling.json", "verification.json", "validation.json",
                             "experiment.json", "extremes.json", "tradeoff.json"})
@@ -76,7 +76,8 @@ std::string origin(const std::filesystem::path& folder) {
   if (document.is_discarded()) throw OutputError(file.string() + ": cannot be read");
   const auto& p = document.at("provenance");
   return fmt::format("freeplay {} ({}), {}", p.at("version").get<std::string>(),
-                     p.at("commit").get<std::string>(), p.at("scene_file").get<std::string>());
+                     p.at("commit").get<std::string>(),
+                     scene_file.empty() ? p.at("scene_file").get<std::string>() : scene_file);
 }
 
 std::string style() {
@@ -101,10 +102,11 @@ std::filesystem::path draw(const Figure& f, const std::filesystem::path& folder)
 
   std::string body = f.script;
   for (std::size_t at; (at = body.find("'DATA'")) != body.npos;) body.replace(at, 6, "'" + f.name + ".dat'");
-  std::string script = "# " + origin(folder) + "\n# Draw again: gnuplot " + f.name + ".gp\n" + style();
+  std::string script =
+      "# " + origin(folder, f.scene_file) + "\n# Draw again: gnuplot " + f.name + ".gp\n" + style();
   script += fmt::format(
       "set label 100 '{}' at screen 0.995, screen 0.012 right font ',6' tc rgb '#888888' noenhanced\n",
-      escaped(origin(folder)));
+      escaped(origin(folder, f.scene_file)));
   const auto page = [&](const char* terminal, const char* suffix) {
     return fmt::format("reset session\n{}\nset output '{}.{}'\n", terminal, f.name, suffix);
   };

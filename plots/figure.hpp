@@ -34,10 +34,11 @@ struct Figure {
   std::vector<std::string> blocks;
   /// Commands after the style; 'DATA' stands for the data file.
   std::string script;
+  std::string scene_file;  ///< of the case, where a folder has several; else the folder's own
 };
 
 /// What every figure says of its origin: program, commit, case.
-std::string origin(const std::filesystem::path& folder);
+std::string origin(const std::filesystem::path& folder, const std::string& scene_file = {});
 
 /// Line styles that differ in dash and width as well as in colour: 1 penalty, 2 nonsmooth, 3 ideal, 4 help
 /// lines.

@@ -19,6 +19,10 @@ namespace {
 
 std::string shown(double x) { return std::isfinite(x) ? fmt::format("{:.1e}", x) : std::string("-"); }
 
+const Reference& judged(const TradeoffScene& t, const Setting& setting) {
+  return setting.formulation == "penalty" ? t.penalty : t.nonsmooth;
+}
+
 /// A scene's settings, for a terminal; or as Markdown.
 std::string table(const TradeoffScene& t, bool markdown) {
   std::string out;
@@ -32,7 +36,7 @@ std::string table(const TradeoffScene& t, bool markdown) {
   if (markdown) line("---", "---", "---", "---", "---", "---", "---", "---", "---");
   for (const auto& m : t.measured) {
     const bool ended = m.ending.status == Ending::Status::finished;
-    const bool touches = !(m.setting.formulation == "penalty" ? t.penalty : t.nonsmooth).touches.empty();
+    const bool touches = !judged(t, m.setting).touches.empty();
     const auto statistics = std::isnan(m.statistics)   ? "-"
                             : std::isinf(m.statistics) ? "stopped"
                                                        : fmt::format("{:.1f}", m.statistics);
@@ -100,14 +104,17 @@ int tradeoff(const Request& request) {
     std::fflush(stdout);
     text += fmt::format("\n## {}\n\n{}\n{}", v.title, heading(t), table(t, true));
     document["scenes"][v.name] = to_json(t);
+    document["scenes"][v.name]["scene_file"] = v.scene.lexically_normal().string();
     for (const auto& m : t.measured)
       if (m.ending.status == Ending::Status::finished)
-        csv += fmt::format("{},{},{},{},{},{},{},{},{},{}\n", v.name, m.setting.formulation,
-                           m.setting.method(), m.setting.fineness, m.errors.events, m.errors.state,
-                           m.errors.energy, m.statistics, m.work.rhs, m.cpu);
+        csv +=
+            fmt::format("{},{},{},{},{},{},{},{},{},{}\n", v.name, m.setting.formulation, m.setting.method(),
+                        m.setting.fineness, judged(t, m.setting).touches.empty() ? NAN : m.errors.events,
+                        m.errors.state, m.errors.energy, m.statistics, m.work.rhs, m.cpu);
   }
   document["provenance"] = provenance(read_scene(study.variants.front().scene));
   document["provenance"]["study"] = study.text;
+  document["provenance"]["scene_file"] = study.file.string();
   write_file(folder / "tradeoff.json", document.dump(1) + "\n");
   write_file(folder / "tradeoff.csv", csv);
   const auto figures = plots::all(folder);
