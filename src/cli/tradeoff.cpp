@@ -74,7 +74,9 @@ int tradeoff(const Request& request) {
       "greatest relative "
       "error of the\ntouches' times (over the time since the last), approach speeds and impulses up to the "
       "horizon; *state*, "
-      "of\nvelocities before the first touch; *energy*, what the balance leaves open over the whole run; "
+      "of\nvelocities midway in the flight before the last judged touch (with fewer than two: before the "
+      "first, or at "
+      "the end); *energy*, what the balance leaves open over the whole run; "
       "*stat.*, by how many of its standard "
       "errors\nthe mean of energy lost or of the share of flight (the worse of the two) over perturbed "
       "starts "
@@ -84,13 +86,26 @@ int tradeoff(const Request& request) {
       "Counts do not depend "
       "on\nthe machine; CPU is the median of {} interleaved runs.\n",
       request.scene, request.repeats);
-  text += "\n`--accuracy` takes, chosen from these tables:";
+  text += "\n`--accuracy` takes, each a row of these tables:";
   for (const char* formulation : {"penalty", "nonsmooth"})
     text += fmt::format(" {} *fast* {}, *balanced* {}, *reference* {}{}", formulation,
                         setting_for(formulation, Accuracy::fast).label(),
                         setting_for(formulation, Accuracy::balanced).label(),
                         setting_for(formulation, Accuracy::reference).label(),
                         formulation[0] == 'p' ? ";" : ".\n");
+  text +=
+      "The rule: *fast* keeps the mechanism's statistics, *balanced* is what a study runs, *reference* is "
+      "finer "
+      "than any model here is true.\nPenalty takes Adams-Bashforth-Moulton, the least right-hand sides on "
+      "the "
+      "paper's rig once touches are met at all, from the coarsest\ntolerance that meets them. Nonsmooth "
+      "takes "
+      "Moreau-Jean for *fast* and *balanced* though the event-driven scheme costs less for the same\nerror "
+      "where contacts are few: time stepping does not stop at events, so many contacts, accumulating impacts "
+      "and "
+      "Painlevé's cases\nneither stop it nor raise its cost. Its single touches are of first order in the "
+      "step: "
+      "where these count, take the event-driven\nscheme, as *reference* does, or ask `freeplay advise`.\n";
   Progress progress;
   for (const auto& v : study.variants) {
     const Sampling sampling{v.starts, v.revolutions, study.seed, study.perturbation};

@@ -23,11 +23,11 @@ struct Setting {
   void apply(Scene& scene) const;
 };
 
-/// Methods × finenesses, from coarse to fine within each method.
+/// Methods × finenesses, from coarse to fine within each method; those of setting_for are among them.
 std::vector<Setting> all_settings(const std::string& formulation);
 
 enum class Accuracy { fast, balanced, reference };
-/// What --accuracy stands for; chosen from docs/tradeoff.md.
+/// What --accuracy stands for, each among all_settings; the rule stands in docs/tradeoff.md.
 Setting setting_for(const std::string& formulation, Accuracy accuracy);
 
 /// Touches and state that settings are judged by.
@@ -36,7 +36,9 @@ struct Reference {
   double horizon = 0;                 ///< s, of the last of them; without touches the scene's duration
   double accuracy =
       0;  ///< relative difference of two methods, or tolerances a hundredfold apart, up to there
-  double state_time = 0;  ///< s, before the first touch
+  /// s: midway in the flight before the last judged touch; with fewer than two before the first, or at the
+  /// end
+  double state_time = 0;
   State state;            ///< there
   double dissipated = 0;  ///< J over the scene's duration
   Ending ending;
@@ -50,7 +52,7 @@ Reference make_reference(const Scene& scene, const std::string& formulation, con
 struct Errors {
   double events = 0;  ///< greatest of |Δt| over the time since the touch before, |Δv|/|v| and |ΔP|/P over the
                       ///< reference's touches
-  double state = 0;       ///< ‖v − v_ref‖∞/‖v_ref‖∞ before the first touch
+  double state = 0;       ///< ‖v − v_ref‖∞/‖v_ref‖∞ at Reference::state_time
   double energy = 0;      ///< |closure of the balance| over its scale, whole run
   double dissipated = 0;  ///< relative difference to the reference's, whole run: chaotic, judge by its spread
 };

@@ -163,6 +163,32 @@ TEST_CASE("advice keeps its word on a loose guide, by another program's table", 
   }
 }
 
+TEST_CASE("what --accuracy takes is among the settings that the tables show", "[advice]") {
+  for (const char* formulation : {"penalty", "nonsmooth"})
+    for (const auto accuracy : {Accuracy::fast, Accuracy::balanced, Accuracy::reference}) {
+      const auto keys = setting_for(formulation, accuracy).keys();
+      CAPTURE(formulation, keys);
+      CHECK(
+          std::ranges::any_of(all_settings(formulation), [&](const Setting& s) { return s.keys() == keys; }));
+    }
+}
+
+TEST_CASE("the state is judged in the flight before the last judged touch", "[advice]") {
+  auto scene = read_scene(test::scene_file("gudgeon_1mm_250rpm"));
+  scene.penalty.contact = ContactLaw::exact;
+  scene.run.duration = 0.02;
+  scene.run.discard = 0;
+  for (const char* formulation : {"penalty", "nonsmooth"}) {
+    CAPTURE(formulation);
+    const auto reference = make_reference(scene, formulation, cli::makers());
+    const auto& touches = reference.touches;
+    REQUIRE(touches.size() >= 2);
+    CHECK(reference.state_time > touches[touches.size() - 2].t + touches[touches.size() - 2].duration);
+    CHECK(reference.state_time < touches.back().t);
+    CHECK(reference.state.t == Approx(reference.state_time).epsilon(1e-12));
+  }
+}
+
 TEST_CASE("--accuracy chooses settings, --set still wins, advise prints what to set", "[advice][program]") {
   test::TemporaryFolder folder;
   const auto scene = test::flores().string() + " --set run.revolutions=0.05 --set run.discard=0 -o " +
