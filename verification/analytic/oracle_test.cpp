@@ -301,4 +301,14 @@ TEST_CASE("oracle: what is not an impact", "[references]") {
   CHECK(elastic.end == OracleEnd::end_time);
   CHECK(elastic.t == 0.05L);
   for (const OracleImpact<Long>& i : elastic.impacts) CHECK(i.v_n_plus == -i.v_n_minus);
+  // Too soft to part within a turn: no impact, but the touch of the flight that every law begins with.
+  LooseSliderCrank<Long> m;
+  PenaltyContact<Long> soft;
+  soft.stiffness = 1e5L;
+  const OracleRun<Long> sunk = SliderCrankOracle<Long>(m).penalty(soft, 0.02L);
+  CHECK(sunk.impacts.empty());
+  REQUIRE(sunk.open);
+  CHECK(sunk.open->t == plastic.impacts[0].t);
+  CHECK(sunk.open->v_n_minus == plastic.impacts[0].v_n_minus);
+  CHECK(sunk.open->duration > 0);
 }

@@ -203,8 +203,10 @@ class SliderCrankOracle {
     GudgeonContact<Real> now = first;
     for (;;) {
       const Real to_end = abs(now.delta) / (16 * abs(now.u_n) + std::numeric_limits<Real>::min());
-      const Real h =
-          std::min({scale / Real(options_.contact_steps), std::max(to_end, scale / 1000000), end_time - r.t});
+      // As a lasting contact turns, its effective mass may fall by decades, and its period with it.
+      const Real pace = std::min(Real(1), Real(pow(first.delassus.nn / now.delassus.nn, Real(2) / 5)));
+      const Real h = std::min(
+          {pace * scale / Real(options_.contact_steps), std::max(to_end, scale / 1000000), end_time - r.t});
       const LooseState<Real> next = method_.step(rates, r.t, r.state, h);
       const GudgeonContact<Real> then = gudgeon_contact(m_, r.t + h, next);
       if (then.delta < 0 && then.u_n > 0) {
