@@ -41,7 +41,7 @@ int extremes(const Request& request) {
     auto& c = cells[i];
     if (stop_requested) return 1;
     progress.show(c.axis, static_cast<double>(i) / static_cast<double>(cells.size()));
-    c.verdict = judge_apart(c, 300);
+    c.verdict = judge_apart(c, 1200);  // half a minute for the longest; sanitizers take ten times that
     progress.clear();
     if (c.axis != axis) fmt::print("\n{}\n", axis = c.axis);
     fmt::print("  {:<32}{:<14}{}\n", c.label, c.formulation, name_of(c.verdict.outcome));
