@@ -10,8 +10,9 @@
 namespace freeplay {
 namespace {
 
-/// An impact lands up to a step late: a tenth of a flight of this many.
-constexpr double fewest_steps = 10;
+/// An impact acts up to a step late, with the speed of the step's beginning: after a flight from rest of N
+/// steps that is 1/N off.
+constexpr double fewest_steps = 30;
 
 /// What both schemes say of themselves in the same way. A Stepper adds q(), v(), integrals(), work(),
 /// extremes() and singular() to what march asks for.
@@ -76,8 +77,8 @@ class Nonsmooth final : public Formulation {
       if (const double steps = stepper_.shortest_flight(); steps < fewest_steps)
         notes.push_back(fmt::format(
             "DOUBTFUL: a flight that ended in one of the fastest impacts lasted {:.2g} steps: times "
-            "and speeds may be a tenth off; take a shorter nonsmooth.step, or event-driven",
-            steps));
+            "and speeds may be {:.0f} % off; take a shorter nonsmooth.step, or event-driven",
+            steps, 100 / std::max(1.0, steps)));
     if (e.gains > 0)
       notes.push_back(fmt::format(
           "{} impacts raised the energy, by up to {:.3g} J: a restitution of rates with friction can "
