@@ -57,10 +57,13 @@ std::optional<double> first_loss(F at, double t0, double t1, Watched start, Watc
     }
     if (b.value < 0) {
       if (a.value > 0) return bracketed_root(value, ta, tb, a.value, b.value);
-      if (a.rate > 0) {  // left zero upwards and came back within one sample: the peak lies between
-        const double peak = b.rate < 0 ? bracketed_root(rate, ta, tb, a.rate, b.rate) : tb,
-                     most = value(peak);
-        if (most > 0) return bracketed_root(value, peak, tb, most, b.value);
+      // It may have left zero upwards, and come back within one sample, however early.
+      double back = tb, below = b.value;
+      for (int halves = 0; halves < 50; ++halves) {
+        const double up = ta + 0.5 * (back - ta), above = value(up);
+        if (above > 0) return bracketed_root(value, up, back, above, below);
+        back = up;
+        below = above;
       }
       return t0;  // never left zero: the mode ends where it began
     }
