@@ -45,7 +45,9 @@ std::string table(const TradeoffScene& t, bool markdown) {
          : touches ? shown(m.errors.events)
                    : "-",
          ended ? shown(m.errors.state) : "-", ended ? shown(m.errors.energy) : "-", statistics, m.work.steps,
-         m.work.rhs, m.work.pivots, fmt::format("{:.3g}", 1e3 * m.cpu));
+         m.work.rhs, m.work.pivots,
+         markdown ? fmt::format("{:.3g} ({:.3g}..{:.3g})", 1e3 * m.cpu, 1e3 * m.cpu_low, 1e3 * m.cpu_high)
+                  : fmt::format("{:.3g}", 1e3 * m.cpu));
   }
   return out;
 }
@@ -67,7 +69,9 @@ int tradeoff(const Request& request) {
   const std::filesystem::path folder =
       request.output.empty() ? default_folder(study.file, "") : std::filesystem::path(request.output);
   make_folder(folder);
-  std::string csv = "scene,formulation,method,fineness,events,state,energy,statistics,rhs,cpu_s\n";
+  std::string csv =
+      "scene,formulation,method,fineness,events,state,energy,statistics,rhs,cpu_s,cpu_least_s,cpu_greatest_"
+      "s\n";
   nlohmann::json document;
   std::string text = fmt::format(
       "# Speed against accuracy\n\nWritten by `freeplay tradeoff {} --document docs`. Errors: *events*, the "
@@ -84,7 +88,7 @@ int tradeoff(const Request& request) {
       "each, "
       "so one setting in fifty passes it by chance. "
       "Counts do not depend "
-      "on\nthe machine; CPU is the median of {} interleaved runs.\n",
+      "on\nthe machine; CPU is the median (least..greatest) of {} interleaved runs.\n",
       request.scene, request.repeats);
   text += "\n`--accuracy` takes, each a row of these tables:";
   for (const char* formulation : {"penalty", "nonsmooth"})
@@ -122,10 +126,10 @@ int tradeoff(const Request& request) {
     document["scenes"][v.name]["scene_file"] = v.scene.lexically_normal().string();
     for (const auto& m : t.measured)
       if (m.ending.status == Ending::Status::finished)
-        csv +=
-            fmt::format("{},{},{},{},{},{},{},{},{},{}\n", v.name, m.setting.formulation, m.setting.method(),
-                        m.setting.fineness, judged(t, m.setting).touches.empty() ? NAN : m.errors.events,
-                        m.errors.state, m.errors.energy, m.statistics, m.work.rhs, m.cpu);
+        csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", v.name, m.setting.formulation,
+                           m.setting.method(), m.setting.fineness,
+                           judged(t, m.setting).touches.empty() ? NAN : m.errors.events, m.errors.state,
+                           m.errors.energy, m.statistics, m.work.rhs, m.cpu, m.cpu_low, m.cpu_high);
   }
   document["provenance"] = provenance(read_scene(study.variants.front().scene));
   document["provenance"]["study"] = study.text;
