@@ -63,9 +63,9 @@ std::string experiment_document(const Study& study, const Results& results, cons
       readings_table(evidence) +
       "\n## What moves which claim\n\nEach scene switches on one thing. Steps: of the matrix, along both "
       "axes. "
-      "Bearings run event-driven alone, since\nflights across 5 µm are shorter than a time step; cylinder "
-      "and "
-      "stiff change what only penalty has.\n\n" +
+      "Bearings run nonsmooth alone, since\npenalty is slow at 5 µm; cylinder and stiff change what only "
+      "penalty "
+      "has. A doubtful run had a fast impact after a\nflight of fewer than thirty time steps.\n\n" +
       influences_table(evidence) +
       "\n## What explains the claims that fail\n\n"
       "- X3, X4: flights last half of what was measured, and impacts after them die out sooner. Friction in "
@@ -78,8 +78,8 @@ std::string experiment_document(const Study& study, const Results& results, cons
       "narrower band,\n  friction in the guide and more restitution, brings it down; a single thing, over "
       "three "
       "starts, seldom beyond the intervals.\n"
-      "- X10 with speed: impacts slower than 0.01 m/s do not count, and faster turns leave less time for "
-      "rebounds.\n"
+      "- X10 with speed: impacts slower than 0.01 m/s do not count, and a faster turn leaves less time "
+      "for rebounds.\n"
       "- X11 with speed: the accelerometer's band holds 2.5 times fewer harmonics at 250 than at 100 rpm, "
       "and "
       "the threshold\n  grows with the square of the speed. Counted in Hz (not judged) the lines span more "
