@@ -25,10 +25,11 @@ void draw_curves(const std::vector<Verdict>& verdicts, const std::filesystem::pa
   std::vector<std::string> names;
   for (const auto& c : curves)
     if (std::ranges::find(names, c.figure) == names.end()) names.push_back(c.figure);
+  const char* colours[] = {"#0b3c8c", "#c8500a", "#000000", "#2a7a3a", "#8a2a8a", "#777777"};
   for (const auto& name : names) {
     plots::Figure figure;
     figure.name = name;
-    figure.height_cm = 11;
+    figure.height_cm = 12;
     std::string plot = "plot ";
     for (const auto& c : curves) {
       if (c.figure != name) continue;
@@ -39,10 +40,11 @@ void draw_curves(const std::vector<Verdict>& verdicts, const std::filesystem::pa
       auto block = "# " + c.title + "\n";
       for (std::size_t i = 0; i < c.x.size(); ++i) block += fmt::format("{} {}\n", c.x[i], c.y[i]);
       figure.blocks.push_back(block);
-      plot += fmt::format("{}'DATA' index {} using 1:2 with linespoints lw 1.4 dt {} pt {} title \"{}\"",
-                          index ? ", " : "", index, 1 + index % 3, 1 + index, c.title);
+      plot += fmt::format(
+          "{}'DATA' index {} using 1:2 with linespoints lw 1.4 dt {} pt {} lc rgb '{}' title \"{}\"",
+          index ? ", " : "", index, 1 + index % 3, 4 + index, colours[index % 6], c.title);
     }
-    figure.script += "set key outside bottom center horizontal font ',8'\n" + plot + "\n";
+    figure.script += "set key outside top center horizontal\n" + plot + "\n";
     plots::draw(figure, folder);
   }
 }
