@@ -25,8 +25,10 @@ inline double longest_step(const System& system, const double* v) {
   return omega > 0 ? 0.3 / omega : INFINITY;
 }
 
+/// Of f between a and b, where it has the opposite signs fa and fb; b where rounding leaves nothing between.
 template <class F>
 double bracketed_root(F f, double a, double b, double fa, double fb) {
+  if (!(a < b)) return b;
   std::uintmax_t most = 100;
   const auto [lo, hi] =
       boost::math::tools::toms748_solve(f, a, b, fa, fb, boost::math::tools::eps_tolerance<double>(50), most);
