@@ -126,6 +126,8 @@ TEST_CASE("validate a study: calibration, matrix, verdicts, figures, and again w
                          {"revolutions = 50", "revolutions = 1"},
                          {"revolutions = 25", "revolutions = 1"},
                          {"discard = 2", "discard = 1"},
+                         {"[100.0, 150.0, 200.0, 250.0]", "[100.0, 200.0]"},
+                         {"nonsmooth.step=2e-6", "nonsmooth.step=1e-5"},
                          {"starts = 8", "starts = 2"},
                          {"starts = 3", "starts = 2"}});
   smaller("calibrate.toml", {{"scene = \"", scenes},
