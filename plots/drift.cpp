@@ -33,9 +33,8 @@ std::filesystem::path drift(const std::filesystem::path& folder) {
   };
   f.script =
       "set multiplot layout 2,1 margins 0.12,0.97,0.09,0.94 spacing 0,0.12\nset logscale y\nset format y "
-      "'10^{%T}'\n"
-      "set key center at graph 0.5, graph 1.07 horizontal\nset xlabel 'Time (s)' offset 0,0.4\n"
-      "set ylabel 'Constraint error (m)'\n" +
+      "'10^{%T}'\nset key center at graph 0.5, graph 1.07 horizontal\nset xlabel 'Time (s)' offset "
+      "0,0.4\nset ylabel 'Constraint error (m)'\n" +
       curves(2) + "unset label 100\nset ylabel 'Energy balance, error (J)'\n" + curves(3) +
       "unset multiplot\n";
   return draw(f, folder);

@@ -104,10 +104,8 @@ class Experiment {
     const double c = paper_clearance(), n = paper_speed();
     f.script = fmt::format(
         "set multiplot layout 2,1 margins 0.11,0.97,0.12,0.9 spacing 0.02,0.06\n{}set key at screen "
-        "0.97,0.985 "
-        "horizontal\nset format x ''\nset ylabel 'Position (m)'\nset label 1 '{:.2f} mm, {:.0f} rpm' at "
-        "screen "
-        "0.11,0.96\n",
+        "0.97,0.985 horizontal\nset format x ''\nset ylabel 'Position (m)'\nset label 1 '{:.2f} mm, {:.0f} "
+        "rpm' at screen 0.11,0.96\n",
         angles, 1e3 * c, n);
     f.script += curves(f, traces_, c, n, "1:3", true);
     f.script +=
@@ -216,11 +214,8 @@ class Experiment {
     auto f = begin("surface", 9);
     f.script =
         "set multiplot layout 1,2\nunset key\nset xlabel 'Clearance (mm)' offset 0,-0.5\nset ylabel 'Speed "
-        "(rpm)' offset 0,-0.5\n"
-        "set zlabel 'm/s²' rotate offset 1,0\nset view 62,320,1,0.9\nset ticslevel 0\nset ytics 100,50,200 "
-        "offset "
-        "0,-0.2\nset xtics 0.25,0.25,1 offset "
-        "0,-0.2\n";
+        "(rpm)' offset 0,-0.5\nset zlabel 'm/s²' rotate offset 1,0\nset view 62,320,1,0.9\nset ticslevel "
+        "0\nset ytics 100,50,200 offset 0,-0.2\nset xtics 0.25,0.25,1 offset 0,-0.2\n";
     double top = 0;
     for (const auto& [key, row] : greatest_) top = std::max(top, std::strtod(row.c_str(), nullptr));
     f.script += fmt::format("set zrange [0:{}]\n", 1.1 * top);

@@ -117,8 +117,7 @@ std::filesystem::path extremes(const std::filesystem::path& folder) {
   f.height_cm = std::max(filled[0], filled[1]) + top + bottom;
   f.script =
       "set multiplot\nset key at screen 0.5, screen 0.99 center top vertical maxrows 1\nset tics scale 0 "
-      "font "
-      "',7'\n";
+      "font ',7'\n";
   double down[2] = {top, top};
   for (std::size_t i = 0; i < panels.size(); ++i) {
     const auto& p = panels[i];
@@ -127,8 +126,7 @@ std::filesystem::path extremes(const std::filesystem::path& folder) {
     y += height(p);
     f.script += fmt::format(
         "set lmargin at screen {}\nset rmargin at screen {}\nset tmargin at screen {:.5f}\nset bmargin at "
-        "screen "
-        "{:.5f}\n",
+        "screen {:.5f}\n",
         column[i] ? 0.70 : 0.11, column[i] ? 0.985 : 0.44, from, to);
     f.script += fmt::format(
         "set label 1 {} at graph 0, graph 1 left offset 0,0.6 font ',7' noenhanced\nset xrange "

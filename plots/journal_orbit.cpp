@@ -53,11 +53,10 @@ std::filesystem::path journal_orbit(const std::filesystem::path& folder) {
   const double rows = 2.0 * static_cast<double>(joints.size());
   f.height_cm = 8.2 * rows;
   f.script = fmt::format(
-      "set multiplot layout {},2 margins 0.08,0.98,{:.3f},{:.3f} spacing 0.1,{:.3f}\nset size ratio -1\n"
-      "set xrange [-1.15:1.15]\nset yrange [-1.15:1.15]\nset xtics 0.5\nset ytics 0.5\nset parametric\n"
-      "set trange [0:2*pi]\nset samples 400\nset xlabel 'e_x / c' offset 0,0.5\nset ylabel 'e_y / c' offset "
-      "1\n"
-      "unset key\nset title offset 0,-0.5\n",
+      "set multiplot layout {},2 margins 0.08,0.98,{:.3f},{:.3f} spacing 0.1,{:.3f}\nset size ratio -1\nset "
+      "xrange [-1.15:1.15]\nset yrange [-1.15:1.15]\nset xtics 0.5\nset ytics 0.5\nset parametric\nset "
+      "trange [0:2*pi]\nset samples 400\nset xlabel 'e_x / c' offset 0,0.5\nset ylabel 'e_y / c' offset "
+      "1\nunset key\nset title offset 0,-0.5\n",
       rows, 0.14 / rows, 1 - 0.07 / rows, 0.24 / rows);
   int index = 0;
   for (const auto& joint : joints)
@@ -66,8 +65,7 @@ std::filesystem::path journal_orbit(const std::filesystem::path& folder) {
         f.blocks.push_back(orbit(run == 1 ? penalty : nonsmooth, joint, span.from, span.to));
         f.script += fmt::format(
             "set title '{}, {}: {}' noenhanced\nplot cos(t),sin(t) with lines ls 4, 'DATA' index {} using "
-            "1:2 with "
-            "lines ls {} lw 0.8 dt 1\n{}",
+            "1:2 with lines ls {} lw 0.8 dt 1\n{}",
             joint, run == 1 ? "penalty" : "nonsmooth", span.name, index, run,
             index == 0 ? "unset label 100\n" : "");
         ++index;

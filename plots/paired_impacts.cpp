@@ -40,21 +40,15 @@ std::filesystem::path paired_impacts(const std::filesystem::path& folder) {
   }
   f.blocks = {penalty, nonsmooth, difference};
   f.script = fmt::format(
-      "set multiplot layout 2,1 margins 0.1,0.97,0.1,0.95 spacing 0,0.19\n"
-      "set key center at graph 0.5, graph 1.09 horizontal\nset pointsize 1.1\n"
-      "set xlabel 'Time (ms)' offset 0,0.4\nset ylabel 'Approach speed (m/s)'\nset logscale y\nset format y "
-      "'%g'\n"
-      "set xrange [0:{:.4g}]\n"
-      "plot 'DATA' index 0 using 1:2 with points ls 1 title 'penalty', 'DATA' index 1 using 1:2 with points "
-      "ls 2 "
-      "title 'nonsmooth'\n"
-      "unset label 100\nset xlabel 'Number of the impact' offset 0,0.4\nset ylabel 'Difference (share)'\n"
-      "set format y '10^{{%T}}'\nset xrange [0.5:{}]\nset xtics {}\n"
-      "plot 'DATA' index 2 using 1:2 with points pt 4 lc rgb '#000000' title 'time / interval before it', '' "
-      "index 2 "
-      "using 1:3 with points pt 8 lc rgb '#0b3c8c' title 'approach speed', '' index 2 using 1:4 with points "
-      "pt "
-      "2 lc rgb '#c8500a' title 'impulse'\nunset multiplot\n",
+      "set multiplot layout 2,1 margins 0.1,0.97,0.1,0.95 spacing 0,0.19\nset key center at graph 0.5, "
+      "graph 1.09 horizontal\nset pointsize 1.1\nset xlabel 'Time (ms)' offset 0,0.4\nset ylabel 'Approach "
+      "speed (m/s)'\nset logscale y\nset format y '%g'\nset xrange [0:{:.4g}]\nplot 'DATA' index 0 using "
+      "1:2 with points ls 1 title 'penalty', 'DATA' index 1 using 1:2 with points ls 2 title "
+      "'nonsmooth'\nunset label 100\nset xlabel 'Number of the impact' offset 0,0.4\nset ylabel 'Difference "
+      "(share)'\nset format y '10^{{%T}}'\nset xrange [0.5:{}]\nset xtics {}\nplot 'DATA' index 2 using 1:2 "
+      "with points pt 4 lc rgb '#000000' title 'time / interval before it', '' index 2 using 1:3 with "
+      "points pt 8 lc rgb '#0b3c8c' title 'approach speed', '' index 2 using 1:4 with points pt 2 lc rgb "
+      "'#c8500a' title 'impulse'\nunset multiplot\n",
       1.05e3 * pairing.at("horizon_s").get<double>(), number + 0.5, number > 20 ? number / 10 : 1);
   return draw(f, folder);
 }

@@ -86,8 +86,7 @@ std::vector<std::filesystem::path> tradeoff(const std::filesystem::path& folder)
         plot += fmt::format(", {} with lines lw 1.4 dt (8,5) lc rgb '#555555' notitle", model_error);
         f.script += fmt::format(
             "set label 1 'model error of penalty (finite stiffness)' at graph 0.02, first {} left offset "
-            "0,0.5 "
-            "font ',6' tc rgb '#555555'\n",
+            "0,0.5 font ',6' tc rgb '#555555'\n",
             model_error);
       }
       if (!left_out.empty())

@@ -75,4 +75,18 @@ std::optional<double> first_loss(F at, double t0, double t1, Watched start, Watc
   return std::nullopt;
 }
 
+/// Ends the last step of `method` at `first` by land(first); then, while the shorter step, sampled more
+/// closely, shows a gap that was lost before, at that. gaps() gives the first loss of a gap in the step as it
+/// is, or an event at its end.
+template <class Method, class Event, class Land, class Gaps>
+void land_on_first(const Method& method, Event& first, Land land, Gaps gaps) {
+  land(first);
+  for (int tries = 0; tries < 20; ++tries) {
+    const Event before = gaps(first);
+    const double edge = 1e-6 * (method.t - method.t_old);
+    if (!(before.t > method.t_old + edge && before.t < method.t - edge)) return;
+    land(first = before);
+  }
+}
+
 }  // namespace freeplay

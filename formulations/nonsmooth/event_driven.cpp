@@ -69,17 +69,15 @@ bool EventDriven::step(double t_end) {
   find_mode_events(first);
   last_ = first;
   pending_ = first.kind != Event::Kind::none;
-  // The shorter step may show that another gap closed before: in a long one it was positive at every sample.
-  for (int tries = 0; pending_ && tries < 20; ++tries) {
-    land(last_);
-    Event before;
-    before.t = method_.t;
-    find_gap_events(before);
-    const double edge = 1e-6 * (method_.t - method_.t_old);
-    if (before.kind == Event::Kind::none || before.t <= method_.t_old + edge || before.t >= method_.t - edge)
-      break;
-    last_ = before;
-  }
+  if (pending_)
+    land_on_first(
+        method_, last_, [this](Event& event) { land(event); },
+        [this](const Event& landed) {
+          Event lost;
+          lost.t = method_.t;
+          find_gap_events(lost, landed.kind == Event::Kind::gap ? landed.index : -1);
+          return lost;
+        });
   if (!pending_) {
     dynamics_.project(method_.x, method_.t);
     method_.renew(dynamics_);

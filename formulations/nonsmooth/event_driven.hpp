@@ -56,7 +56,7 @@ class EventDriven {
     double impulse_n = 0, impulse_t = 0, t = 0;  // at first touch of a closed one
   };
 
-  void find_gap_events(Event& first);
+  void find_gap_events(Event& first, int known = -1);
   void find_mode_events(Event& first);
   void watch(const std::vector<double>& x, std::vector<double>& values);
   void values_at(double t, std::vector<double>& values);

@@ -46,10 +46,6 @@ class MoreauStepper {
   const Work& work() const { return work_; }
   bool singular() const { return saddle_.singular(); }
   double nearest_singular() const { return saddle_.nearest_singular(); }
-  /// Steps of the shortest flight that ended in one of the run's faster impacts (from a quarter to a half of
-  /// the fastest up); infinite without any. An impact lands up to a step late, so what follows is good to
-  /// about one over this.
-  double shortest_flight() const;
 
  private:
   struct Contact {
@@ -73,6 +69,7 @@ class MoreauStepper {
   bool bring_back(double t_new);
   void account(double h);
   void log_contacts(double h);
+  void keep_flight(double approach, double steps);
   double* response(int row) { return response_.data() + static_cast<long>(row) * system_.n(); }
   double* reaction(int row) { return reaction_.data() + static_cast<long>(row) * system_.rows(); }
 

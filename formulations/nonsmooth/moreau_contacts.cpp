@@ -26,8 +26,7 @@ bool MoreauStepper::solve_contacts() {
   if (!result.solved) {
     failure_ = fmt::format(
         "t = {:.9g} s: the contact problem of {} contacts was not solved by any of {} solvers: residual "
-        "{:.2g} "
-        "m/s",
+        "{:.2g} m/s",
         t_old_, problem_.unknowns.size(), result.retries, result.residual_rate);
     return false;
   }

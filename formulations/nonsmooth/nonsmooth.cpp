@@ -73,12 +73,11 @@ class Nonsmooth final : public Formulation {
           fmt::format("{} contact problems of Painlevé's kind (D_NN <= mu |D_NT|): the impulses are "
                       "consistent, but may not be the only ones",
                       e.ambiguous));
-    if constexpr (requires { stepper_.shortest_flight(); })
-      if (const double steps = stepper_.shortest_flight(); steps < fewest_steps)
-        notes.push_back(fmt::format(
-            "DOUBTFUL: a flight that ended in one of the fastest impacts lasted {:.2g} steps: times "
-            "and speeds may be {:.0f} % off; take a shorter nonsmooth.step, or event-driven",
-            steps, 100 / std::max(1.0, steps)));
+    if (e.shortest_flight < fewest_steps)
+      notes.push_back(fmt::format(
+          "DOUBTFUL: a flight that ended in one of the fastest impacts lasted {:.2g} steps: times and speeds "
+          "may be {:.0f} % off; take a shorter nonsmooth.step, or event-driven",
+          e.shortest_flight, 100 / std::max(1.0, e.shortest_flight)));
     if (e.gains > 0)
       notes.push_back(fmt::format(
           "{} impacts raised the energy, by up to {:.3g} J: a restitution of rates with friction can "

@@ -76,19 +76,18 @@ class PenaltyStepper {
       find_gap_event(k, first);
       find_slide_event(k, first);
     }
-    // The shorter step may show that another gap closed before: in a long one it was positive at every
-    // sample.
-    for (int tries = 0; first.contact >= 0 && tries < 20; ++tries) {
-      land(first);
-      Event before;
-      before.t = method_.t;
-      for (int k = 0; k < f_.system().contacts(); ++k) {
-        end_[k] = sample(k, method_.x, method_.t);
-        if (k != first.contact) find_gap_event(k, before);
-      }
-      if (before.contact < 0 || !within_step(before.t)) break;
-      first = before;
-    }
+    if (first.contact >= 0)
+      land_on_first(
+          method_, first, [&](Event& event) { land(event); },
+          [&](const Event& landed) {
+            Event lost;
+            lost.t = method_.t;
+            for (int k = 0; k < f_.system().contacts(); ++k) {
+              end_[k] = sample(k, method_.x, method_.t);
+              if (landed.slide || landed.contact != k) find_gap_event(k, lost);
+            }
+            return lost;
+          });
     if (f_.projects()) {
       f_.project(method_.x, method_.t);
       restart_ = true;
@@ -128,8 +127,7 @@ class PenaltyStepper {
           t());
     return fmt::format(
         "t = {:.9g} s: no step is accepted any more, however small; the motion may be singular there (as at "
-        "a "
-        "four-bar's change point), or penalty.tolerance beyond rounding",
+        "a four-bar's change point), or penalty.tolerance beyond rounding",
         t_old());
   }
 
@@ -139,11 +137,6 @@ class PenaltyStepper {
   const Extremes& extremes() const { return extremes_; }
 
  private:
-  /// Beyond the ends of the step by more than rounding.
-  bool within_step(double t) const {
-    const double edge = 1e-6 * (method_.t - method_.t_old);
-    return t > method_.t_old + edge && t < method_.t - edge;
-  }
   /// After another hundred thousand steps: whether the run would never end. While a contact lasts without
   /// any event, only stability keeps the steps so short, and a hundred million more of them are too many.
   bool creep(double run_end) {

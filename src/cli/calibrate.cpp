@@ -80,7 +80,7 @@ int calibrate(const Request& request) {
     fmt::print("\n{}\n", title);
     for (std::size_t j = 0; j < c.unknowns.size(); ++j)
       fmt::print("  {:<16} {} {}{}\n", c.unknowns[j].name, show(f.unknowns[j]), c.unknowns[j].unit,
-                 std::abs(f.xi[static_cast<Eigen::Index>(j)]) > 0.999 ? "  AT ITS BOUND" : "");
+                 f.at_bound(j) ? "  AT ITS BOUND" : "");
     for (std::size_t i = 0; i < c.targets.size(); ++i) {
       const double sigma = std::hypot(c.targets[i].tolerance, r.surface_error[i]);
       if (f.used[i] && std::abs(std::log(f.on_surface[i].value / r.measured[i])) > 3 * sigma)

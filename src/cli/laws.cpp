@@ -47,8 +47,7 @@ int laws(const Request& request) {
     }
     fmt::print(
         "\nLine contacts take the damping factor of penalty.damping, exact by default,\nand deliver what it "
-        "does. "
-        "Kelvin-Voigt's value depends on the mass.\n");
+        "does. Kelvin-Voigt's value depends on the mass.\n");
     return 0;
   }
   fmt::print(
@@ -59,12 +58,9 @@ int laws(const Request& request) {
                padded("", 22), law.range);
   fmt::print(
       "\nFriction laws (penalty.friction): ambrosio, threlfall, bengisu-akay, lugre,\nbrown-mcphee; "
-      "docs/penalty.md "
-      "has their formulas.\nGoldsmith's and Dubowsky-Freudenstein's laws are left out: the argument "
-      "of\ntheir logarithm "
-      "has a dimension, so the force depends on the units chosen.\n\nfreeplay laws --restitution 0.46 prints "
-      "what each "
-      "delivers.\n");
+      "docs/penalty.md has their formulas.\nGoldsmith's and Dubowsky-Freudenstein's laws are left out: the "
+      "argument of\ntheir logarithm has a dimension, so the force depends on the units chosen.\n\nfreeplay "
+      "laws --restitution 0.46 prints what each delivers.\n");
   return 0;
 }
 

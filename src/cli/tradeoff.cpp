@@ -55,9 +55,8 @@ std::string table(const TradeoffScene& t, bool markdown) {
 std::string heading(const TradeoffScene& t) {
   return fmt::format(
       "Judged by {} touches to {:.4g} s (penalty; reference known to {}) and {} to {:.4g} s (nonsmooth; "
-      "{}).\n"
-      "Model error of penalty (finite K, no numerics; two touches): {}. Energy lost scatters by {} over "
-      "starts.\n",
+      "{}).\nModel error of penalty (finite K, no numerics; two touches): {}. Energy lost scatters by {} "
+      "over starts.\n",
       t.penalty.touches.size(), t.penalty.horizon, shown(t.penalty.accuracy), t.nonsmooth.touches.size(),
       t.nonsmooth.horizon, shown(t.nonsmooth.accuracy), shown(t.model_error), shown(t.sampling_error));
 }
@@ -75,20 +74,14 @@ int tradeoff(const Request& request) {
   nlohmann::json document;
   std::string text = fmt::format(
       "# Speed against accuracy\n\nWritten by `freeplay tradeoff {} --document docs`. Errors: *events*, the "
-      "greatest relative "
-      "error of the\ntouches' times (over the time since the last), approach speeds and impulses up to the "
-      "horizon; *state*, "
-      "of\nvelocities midway in the flight before the last judged touch (with fewer than two: before the "
-      "first, or at "
-      "the end); *energy*, what the balance leaves open over the whole run; "
-      "*stat.*, by how many of its standard "
-      "errors\nthe mean of energy lost or of the share of flight (the worse of the two) over perturbed "
-      "starts "
-      "differs from that of a fine\nsetting over other starts: 3.0 is Welch's bound at 1 % for eight starts "
-      "each, "
-      "so one setting in fifty passes it by chance. "
-      "Counts do not depend "
-      "on\nthe machine; CPU is the median (least..greatest) of {} interleaved runs.\n",
+      "greatest relative error of the\ntouches' times (over the time since the last), approach speeds and "
+      "impulses up to the horizon; *state*, of\nvelocities midway in the flight before the last judged "
+      "touch (with fewer than two: before the first, or at the end); *energy*, what the balance leaves open "
+      "over the whole run; *stat.*, by how many of its standard errors\nthe mean of energy lost or of the "
+      "share of flight (the worse of the two) over perturbed starts differs from that of a fine\nsetting "
+      "over other starts: 3.0 is Welch's bound at 1 % for eight starts each, so one setting in fifty passes "
+      "it by chance. Counts do not depend on\nthe machine; CPU is the median (least..greatest) of {} "
+      "interleaved runs.\n",
       request.scene, request.repeats);
   text += "\n`--accuracy` takes, each a row of these tables:";
   for (const char* formulation : {"penalty", "nonsmooth"})
@@ -99,17 +92,13 @@ int tradeoff(const Request& request) {
                         formulation[0] == 'p' ? ";" : ".\n");
   text +=
       "The rule: *fast* keeps the mechanism's statistics, *balanced* is what a study runs, *reference* is "
-      "finer "
-      "than any model here is true.\nPenalty takes Adams-Bashforth-Moulton, the least right-hand sides on "
-      "the "
-      "paper's rig once touches are met at all, from the coarsest\ntolerance that meets them. Nonsmooth "
-      "takes "
-      "Moreau-Jean for *fast* and *balanced* though the event-driven scheme costs less for the same\nerror "
-      "where contacts are few: time stepping does not stop at events, so many contacts, accumulating impacts "
-      "and "
-      "Painlevé's cases\nneither stop it nor raise its cost. Its single touches are of first order in the "
-      "step: "
-      "where these count, take the event-driven\nscheme, as *reference* does, or ask `freeplay advise`.\n";
+      "finer than any model here is true.\nPenalty takes Adams-Bashforth-Moulton, the least right-hand "
+      "sides on the paper's rig once touches are met at all, from the coarsest\ntolerance that meets them. "
+      "Nonsmooth takes Moreau-Jean for *fast* and *balanced* though the event-driven scheme costs less for "
+      "the same\nerror where contacts are few: time stepping does not stop at events, so many contacts, "
+      "accumulating impacts and Painlevé's cases\nneither stop it nor raise its cost. Its single touches "
+      "are of first order in the step: where these count, take the event-driven\nscheme, as *reference* "
+      "does, or ask `freeplay advise`.\n";
   Progress progress;
   for (const auto& v : study.variants) {
     const Sampling sampling{v.starts, v.revolutions, study.seed, study.perturbation};

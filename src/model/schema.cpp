@@ -151,9 +151,8 @@ constexpr SchemaKey keys[] = {
      "\"newton\"; event-driven also \"poisson\" or \"energetic\" (Stronge): what restitution is a ratio of"},
     {"nonsmooth.solver", "text", "", "\"automatic\"",
      "contact problem: \"enumeration\", \"lemke\", \"gauss-seidel\", \"newton\", or \"automatic\" (closed "
-     "form for "
-     "one contact, enumeration for two, then Lemke, Gauss-Seidel for many); another takes over when one "
-     "fails"},
+     "form for one contact, enumeration for two, then Lemke, Gauss-Seidel for many); another takes over "
+     "when one fails"},
     {"nonsmooth.lcp_tolerance", "number", "", "1e-10",
      "a complementarity solve is accepted when its relative residual is below"},
 

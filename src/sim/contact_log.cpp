@@ -46,7 +46,11 @@ double LogHistogram::quantile(double p) const {
 }
 
 ContactLog::ContactLog(int contacts, double discard)
-    : discard_(discard), open_(contacts), tallies_(contacts), ended_lasting_(contacts), ended_impacts_(contacts) {
+    : discard_(discard),
+      open_(contacts),
+      tallies_(contacts),
+      ended_lasting_(contacts),
+      ended_impacts_(contacts) {
   pending_.reserve(256);
 }
 

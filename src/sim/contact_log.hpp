@@ -93,8 +93,8 @@ class ContactLog {
   int open_count_ = 0;
   std::vector<Episode> open_;
   std::vector<ContactTally> tallies_;
-  std::vector<double> ended_lasting_, ended_impacts_;  // s, of lasting contacts that have ended
-  std::vector<ContactEvent> pending_;  // in the order of t
+  std::vector<double> ended_lasting_, ended_impacts_;  // s, of contacts that have ended
+  std::vector<ContactEvent> pending_;                  // in the order of t
 };
 
 }  // namespace freeplay

@@ -57,6 +57,8 @@ struct Extremes {
   double lcp_residual = 0;             ///< greatest relative residual of a complementarity solve
   double lcp_residual_rate = 0;        ///< m/s (m/s² in accelerations), the same before division
   double shortest_contact = INFINITY;  ///< s, from touch to separation (penalty)
+  /// Steps of the shortest flight that ended in one of the run's fastest impacts (time stepping)
+  double shortest_flight = INFINITY;
   long ambiguous = 0;               ///< complementarity solves that may have had other solutions (Painlevé)
   long gains = 0;                   ///< impacts that raised the energy
   double greatest_gain = 0;         ///< J, of one of them

@@ -32,6 +32,9 @@ struct Fit {
   std::vector<Estimate> predictive;
   Eigen::MatrixXd draws;  ///< ξ, a row each
   double objective = 0;
+  bool at_bound(std::size_t unknown) const {
+    return std::abs(xi[static_cast<Eigen::Index>(unknown)]) > 0.999;
+  }
 };
 
 struct CalibrationResult {

@@ -18,11 +18,9 @@ std::string calibration_tables(const Study& study, const CalibrationResult& r) {
   const auto& c = *study.calibration;
   std::string out =
       "Response surfaces, quadratic in the scaled unknowns, of each statistic's logarithm; their error is "
-      "that "
-      "of\npredicting each of their points from the others. A weak pull to the middle of the ranges decides "
-      "what "
-      "the targets\nleave open.\n\n| target | statistic | measured | surface's error | outcomes' spread |\n"
-      "| --- | --- | --- | --- | --- |\n";
+      "that of\npredicting each of their points from the others. A weak pull to the middle of the ranges "
+      "decides what the targets\nleave open.\n\n| target | statistic | measured | surface's error | "
+      "outcomes' spread |\n| --- | --- | --- | --- | --- |\n";
   for (std::size_t i = 0; i < c.targets.size(); ++i)
     out += fmt::format("| {} | {} | {} | {:.3f} | {:.3f} |\n", c.targets[i].name, c.targets[i].statistic,
                        number(r.measured[i]), r.surface_error[i], r.surface_spread[i]);
@@ -39,16 +37,13 @@ std::string calibration_tables(const Study& study, const CalibrationResult& r) {
   for (const auto& [f, name] : fits) {
     out += "| " + name + " |";
     for (std::size_t j = 0; j < f->unknowns.size(); ++j)
-      out += fmt::format(" {}{} |", show(f->unknowns[j]),
-                         std::abs(f->xi[static_cast<Eigen::Index>(j)]) > 0.999 ? ", **at its bound**" : "");
+      out += fmt::format(" {}{} |", show(f->unknowns[j]), f->at_bound(j) ? ", **at its bound**" : "");
     out += "\n";
   }
   out +=
       "\n**Fitted** (each fit's own targets; they say nothing about the model, but a fit that misses them "
-      "says "
-      "little about\nwhat it predicts):\n\n| fit | target | measured | surface | runs at the optimum | runs "
-      "miss "
-      "it by |\n| --- | --- | --- | --- | --- | --- |\n";
+      "says little about\nwhat it predicts):\n\n| fit | target | measured | surface | runs at the optimum | "
+      "runs miss it by |\n| --- | --- | --- | --- | --- | --- |\n";
   for (const auto& [f, name] : fits)
     for (std::size_t i = 0; i < c.targets.size(); ++i)
       if (f->used[i])
@@ -57,11 +52,10 @@ std::string calibration_tables(const Study& study, const CalibrationResult& r) {
                            factor(f->run_again[i].value, r.measured[i]));
   out += fmt::format(
       "\n**Predicted** (each from the fit that did not see it). At the optimum: mean and interval over "
-      "starts. "
-      "Within the\nfit's uncertainty: {} runs at draws from it, where one more would lie; the target is "
-      "judged "
-      "by all of it.\n\n| target | measured | surface | runs at the optimum | off by | runs within the fit's "
-      "uncertainty | off by up to | asked | |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
+      "starts. Within the\nfit's uncertainty: {} runs at draws from it, where one more would lie; the "
+      "target is judged by all of it.\n\n| target | measured | surface | runs at the optimum | off by | "
+      "runs within the fit's uncertainty | off by up to | asked | |\n| --- | --- | --- | --- | --- | --- | "
+      "--- | --- | --- |\n",
       draws);
   for (std::size_t i = 0; i < r.left_out.size(); ++i) {
     const auto& p = r.left_out[i].run_again[i];

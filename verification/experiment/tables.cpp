@@ -91,10 +91,9 @@ std::string readings_table(const Evidence& e) {
 std::string influences_table(const Evidence& e) {
   std::string out =
       "| scene | formulation | X7, 0.10 mm | X6, 0.25 mm | X8, 1.00 mm | X3 flights a turn | length | X9 "
-      "steps | "
-      "X10 steps | X11 steps | X12 | runs, of them doubtful, failed |\n"
-      "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n"
-      "| *measured* | | 3.5 | 4 | 20 | 1 | 20° | 24 of 24 | 24 of 24 | 48 of 48 | slows | |\n";
+      "steps | X10 steps | X11 steps | X12 | runs, of them doubtful, failed |\n| --- | --- | --- | --- | "
+      "--- | --- | --- | --- | --- | --- | --- | --- |\n| *measured* | | 3.5 | 4 | 20 | 1 | 20° | 24 of 24 "
+      "| 24 of 24 | 48 of 48 | slows | |\n";
   const double clearances[] = {0.10e-3, 0.25e-3, 1.00e-3};
   const char* ids[] = {"X7", "X6", "X8"};
   std::string sentences;
@@ -146,14 +145,13 @@ std::string influences_table(const Evidence& e) {
 
 std::string matrix_table(const Evidence& e, const Variant& v) {
   std::string peaks =
-      "| clearance | speed | formulation | median peak / ideal | 5 % of turns below | 95 % | greatest | loss "
-      "of "
-      "contact | return | flight, ms |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n";
+      "| clearance | speed | formulation | median peak / ideal | 5 % of turns below | 95 % | greatest | "
+      "loss of contact | return | flight, ms |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- "
+      "|\n";
   std::string counts =
       "| clearance | speed | formulation | impacts a turn | flights a turn | lines | their sum, m/s² | "
-      "energy "
-      "lost, mJ a turn | slowing in flight, m/s² |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- "
-      "|\n";
+      "energy lost, mJ a turn | slowing in flight, m/s² |\n| --- | --- | --- | --- | --- | --- | --- | --- "
+      "| --- |\n";
   using T = TurnMetrics;
   for (double c : e.study.axes[0].values)
     for (double n : e.study.axes[1].values)

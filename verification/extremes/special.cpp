@@ -158,30 +158,9 @@ duration = 1.0
 /// first instant.
 Judged journal(const Way& way, bool centred, std::optional<Integrator> integrator = {}) {
   const double c = 1e-3, g = 9.81;
-  const auto text = fmt::format(R"(
-gravity = [0.0, -9.81]
-[bodies.disc]
-mass = 1.0
-inertia = 0.001
-position = [0.0, {}]
-[joints.pin]
-type = "revolute"
-between = ["ground", "disc"]
-at = [[0.0, 0.0], [0.0, 0.0]]
-clearance = 1e-3
-bearing_radius = 0.02
-surface = "s"
-[surfaces.s]
-young = 207e9
-poisson = 0.3
-restitution = 0.5
-[run]
-duration = {}
-start = "given"
-)",
-                                centred ? 0.0 : -c, centred ? 0.02 : 0.5);
-  auto scene = parse_scene(text, "journal.toml");
-  scene.penalty.contact = ContactLaw::exact;
+  std::vector<std::string> changes;
+  if (centred) changes = {"bodies.disc.position=[0.0, 0.0]", "run.duration=0.02"};
+  auto scene = read_scene(test::scene_file("resting_journal"), changes);
   if (integrator) scene.penalty.integrator = *integrator;
   const auto run = simulate(scene, way);
   if (!centred)

@@ -153,7 +153,8 @@ TEST_CASE("bad scenes are refused with place, key and remedy", "[scene]") {
       {"speed_rpm = 60", "", "drives.motor: needs exactly one of speed_rpm, torque"},
       {"speed_rpm = 60", "torque_table = [[0, 1], [0, 2]]", "drives.motor.torque_table: must increase"},
       {"speed_rpm = 60", "torque = 1", "run.revolutions: needs a drive that turns at a prescribed speed"},
-      {"revolutions = 2", "revolutions = 2\nduration = 1", "run: needs exactly one of revolutions and duration"},
+      {"revolutions = 2", "revolutions = 2\nduration = 1",
+       "run: needs exactly one of revolutions and duration"},
       {"revolutions = 2", "", "run: needs exactly one of revolutions and duration"},
       {"revolutions = 2", "revolutions = 0", "run.revolutions: must be greater than 0"},
       {"revolutions = 2", "revolutions = 2\ndiscard = 3", "run.discard: must be less than the length"},
@@ -234,8 +235,9 @@ TEST_CASE("bad scenes are refused with place, key and remedy", "[scene]") {
   CHECK_THAT(message(scene(), {"title.x=1"}), !Contains("accepted"));
 }
 
-TEST_CASE("docs/scene.md and docs/study.md list exactly the keys of the reader, with their units and defaults",
-          "[scene][docs]") {
+TEST_CASE(
+    "docs/scene.md and docs/study.md list exactly the keys of the reader, with their units and defaults",
+    "[scene][docs]") {
   std::string text;
   for (const auto* file : {"docs/scene.md", "docs/study.md"}) {
     std::ifstream in(test::source_folder() / file);

@@ -1,0 +1,150 @@
+// What a run remembers, as a flat list of bytes. Every class whose future depends on its past has one function
+//
+//     template <class M> void remember(M& m) { m(t_, x_, ...); }
+//
+// which the writer and the reader both go through, so that what is written and what is read cannot part. The
+// bytes are those of the machine: a snapshot belongs to the kind of machine that made it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+namespace freeplay {
+
+/// The bytes are not what the reader expects: cut short, or of something else. what() says which.
+struct MemoryError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Appends what it is shown to `bytes`.
+class MemoryWriter {
+ public:
+  static constexpr bool reading = false;
+  explicit MemoryWriter(std::vector<std::byte>& bytes) : bytes_(bytes) {}
+  template <class... T>
+  void operator()(T&... values) {
+    (put(values), ...);
+  }
+  /// Marks the beginning of a part, by which a reader knows that it is where it should be.
+  void part(std::string_view name) {
+    std::string text(name);
+    put(text);
+  }
+  void raw(void* data, std::size_t size) {
+    const auto* from = static_cast<const std::byte*>(data);
+    bytes_.insert(bytes_.end(), from, from + size);
+  }
+
+ private:
+  template <class T>
+  void put(T& value);
+  std::vector<std::byte>& bytes_;
+};
+
+/// Fills what it is shown from `bytes`; throws MemoryError where they do not fit.
+class MemoryReader {
+ public:
+  static constexpr bool reading = true;
+  explicit MemoryReader(std::span<const std::byte> bytes) : rest_(bytes) {}
+  template <class... T>
+  void operator()(T&... values) {
+    (put(values), ...);
+  }
+  void part(std::string_view name) {
+    std::string found;
+    put(found);
+    if (found != name)
+      throw MemoryError("the snapshot has no part \"" + std::string(name) + "\" where one is expected");
+  }
+  void raw(void* data, std::size_t size) {
+    if (size > rest_.size()) throw MemoryError("the snapshot is cut short");
+    if (size > 0) std::memcpy(data, rest_.data(), size);
+    rest_ = rest_.subspan(size);
+  }
+  bool at_end() const { return rest_.empty(); }
+  std::size_t left() const { return rest_.size(); }
+
+ private:
+  template <class T>
+  void put(T& value);
+  std::span<const std::byte> rest_;
+};
+
+namespace memory {
+
+template <class T>
+struct IsArray : std::false_type {};
+template <class T, std::size_t N>
+struct IsArray<std::array<T, N>> : std::true_type {};
+template <class T>
+struct IsVector : std::false_type {};
+template <class T>
+struct IsVector<std::vector<T>> : std::true_type {};
+template <class T>
+struct IsOptional : std::false_type {};
+template <class T>
+struct IsOptional<std::optional<T>> : std::true_type {};
+
+/// Scalars byte by byte, containers by their length and elements, classes by their remember().
+template <class M, class T>
+void through(M& m, T& value) {
+  if constexpr (std::is_arithmetic_v<T> || std::is_enum_v<T>) {
+    m.raw(&value, sizeof value);
+  } else if constexpr (std::is_same_v<T, std::string>) {
+    std::uint64_t size = value.size();
+    m(size);
+    if constexpr (M::reading) {
+      if (size > m.left()) throw MemoryError("the snapshot is cut short");
+      value.resize(size);
+    }
+    m.raw(value.data(), size);
+  } else if constexpr (IsArray<T>::value) {
+    for (auto& x : value) m(x);
+  } else if constexpr (IsVector<T>::value) {
+    std::uint64_t size = value.size();
+    m(size);
+    if constexpr (M::reading) {
+      if (size > m.left()) throw MemoryError("the snapshot is cut short");  // every element has a byte
+      value.resize(size);
+    }
+    if constexpr (std::is_arithmetic_v<typename T::value_type> &&
+                  !std::is_same_v<typename T::value_type, bool>)
+      m.raw(value.data(), size * sizeof(typename T::value_type));
+    else
+      for (auto& x : value) m(x);
+  } else if constexpr (IsOptional<T>::value) {
+    bool has = value.has_value();
+    m(has);
+    if constexpr (M::reading) {
+      if (has)
+        value.emplace();
+      else
+        value.reset();
+    }
+    if (has) m(*value);
+  } else {
+    value.remember(m);
+  }
+}
+
+}  // namespace memory
+
+template <class T>
+void MemoryWriter::put(T& value) {
+  memory::through(*this, value);
+}
+template <class T>
+void MemoryReader::put(T& value) {
+  memory::through(*this, value);
+}
+
+}  // namespace freeplay
