@@ -3,7 +3,10 @@
 //     step(f, t_end)          makes one accepted step, not beyond t_end; false when none is to be had;
 //     renew(f)                takes the right-hand side anew at the present state, which may have been moved;
 //     land(f, t)              makes the last step again so that it ends at t, t_old < t ≤ its end;
-//     interpolate(t, x)       gives the state within the last step.
+//     interpolate(t, x)       gives the state within the last step;
+//     remember(m)             writes or reads all that further steps depend on (values/memory.hpp), so that a
+//                             new method made with the same arguments goes on bit for bit; the dense output
+//                             of the last step is not among it.
 // landing by a step, not by interpolation, keeps an event as accurate as the method.
 #pragma once
 
@@ -14,6 +17,8 @@
 #include <cmath>
 #include <functional>
 #include <vector>
+
+#include "values/memory.hpp"
 
 namespace freeplay {
 
@@ -67,6 +72,13 @@ struct MethodState {
   template <class F>
   void renew(F& f) {
     f(x, dxdt, t);
+  }
+  template <class M>
+  void remember(M& m) {
+    m(t_old, t, x_old, x, dxdt_old, dxdt, rejected);
+    if constexpr (M::reading)
+      for (const auto* y : {&x_old, &dxdt_old, &dxdt})
+        if (y->size() != x.size()) throw MemoryError("the snapshot's integrator has states of unlike size");
   }
   /// A step this short is lost in rounding.
   bool vanishing(double dt, double first) const {
@@ -130,6 +142,14 @@ class Embedded : public MethodState {
     else
       hermite(at, out);
   }
+  /// Odeint's pair itself carries nothing over: every stage is computed anew.
+  template <class M>
+  void remember(M& m) {
+    m.part(first_same_as_last ? "dopri5" : "fehlberg78");
+    MethodState::remember(m);
+    m(dt_);
+    if constexpr (M::reading) stepper_.stepper().adjust_size(x);
+  }
 
  private:
   template <class F>
@@ -174,6 +194,12 @@ class Rk4 : public MethodState {
     f(x, dxdt, t);
   }
   void interpolate(double at, Vector& out) const { hermite(at, out); }
+  template <class M>
+  void remember(M& m) {
+    m.part("rk4");
+    MethodState::remember(m);
+    if constexpr (M::reading) stepper_.adjust_size(x);
+  }
 
  private:
   boost::numeric::odeint::runge_kutta4<Vector> stepper_;

@@ -15,12 +15,7 @@ class Rosenbrock : public MethodState {
 
   template <class F>
   void start(F& f, double at, const Vector& state) {
-    if (x.size() != state.size()) {
-      stepper_ = Rosenbrock4(static_cast<int>(state.size()));
-      error_.resize(state.size());
-      J_.resize(state.size() * state.size());
-      dfdt_.resize(state.size());
-    }
+    if (x.size() != state.size()) make_room(state.size());
     begin(at, state);
     f(x, dxdt, t);
   }
@@ -57,8 +52,25 @@ class Rosenbrock : public MethodState {
     f(x, dxdt, t);
   }
   void interpolate(double at, Vector& out) const { hermite(at, out); }
+  /// The Jacobian is of one step only.
+  template <class M>
+  void remember(M& m) {
+    m.part("rosenbrock4");
+    MethodState::remember(m);
+    m(dt_);
+    if constexpr (M::reading) {
+      make_room(x.size());
+      linearised_ = false;
+    }
+  }
 
  private:
+  void make_room(std::size_t n) {
+    stepper_ = Rosenbrock4(static_cast<int>(n));
+    error_.resize(n);
+    J_.resize(n * n);
+    dfdt_.resize(n);
+  }
   /// One step of length h from the old state, whose Jacobian is taken once.
   template <class F>
   void make(F& f, double h) {

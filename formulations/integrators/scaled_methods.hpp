@@ -2,11 +2,8 @@
 // scales.
 #pragma once
 
-#include <boost/numeric/odeint/stepper/adaptive_adams_bashforth_moulton.hpp>
-#include <boost/numeric/odeint/stepper/bulirsch_stoer_dense_out.hpp>
-#include <boost/numeric/odeint/stepper/controlled_adams_bashforth_moulton.hpp>
-
 #include "formulations/integrators/methods.hpp"
+#include "formulations/integrators/odeint_memory.hpp"
 
 namespace freeplay {
 
@@ -40,6 +37,16 @@ class ScaledSide {
   /// The derivative of the last evaluation, in the units of x.
   const Vector& last() const { return dxdt_; }
   double tolerance() const { return norm_.tolerance; }
+  /// The scales are of the last fresh start; the rest is room. `size`: of a state.
+  template <class M>
+  void remember(M& m, std::size_t size) {
+    m(scale_);
+    if constexpr (M::reading) {
+      odeint_memory::require(scale_.empty() || scale_.size() == size);
+      x_.resize(size);
+      dxdt_.resize(size);
+    }
+  }
 
  private:
   ErrorNorm norm_;
@@ -48,8 +55,6 @@ class ScaledSide {
 
 /// Bulirsch and Stoer's extrapolation with dense output of the same order: an event lands on the interpolant.
 class BulirschStoer : public MethodState {
-  using Stepper = boost::numeric::odeint::bulirsch_stoer_dense_out<Vector>;
-
  public:
   BulirschStoer(ErrorNorm norm, double first_step)
       : side_(std::move(norm)),
@@ -119,6 +124,15 @@ class BulirschStoer : public MethodState {
     stepper_.calc_state(at, y_);
     side_.from_scaled(y_, out);
   }
+  template <class M>
+  void remember(M& m) {
+    m.part("bulirsch-stoer");
+    MethodState::remember(m);
+    m(dt_, wish_, fresh_);
+    if constexpr (M::reading) y_.resize(x.size());
+    side_.remember(m, x.size());
+    odeint_memory::remember(m, stepper_, y_);
+  }
 
  private:
   /// A step too long for the constraints to be factorised on its way: odeint's control does not know NaN.
@@ -134,7 +148,7 @@ class BulirschStoer : public MethodState {
   }
 
   ScaledSide side_;
-  Stepper stepper_;
+  BulirschStoerStepper stepper_;
   double first_step_, dt_, wish_ = 0;
   bool fresh_ = true;
   mutable Vector y_;
@@ -144,27 +158,10 @@ class BulirschStoer : public MethodState {
 /// cubic between steps. An event is landed on by one step of Fehlberg's 7(8), since the past is of no use
 /// behind it anyway.
 class Adams : public MethodState {
-  static constexpr int order = 8;
-  using Error = boost::numeric::odeint::adaptive_adams_bashforth_moulton<order, Vector>;
-  /// Step control on the greatest scaled error; a step is accepted when the proposal is not below 0.9 of it.
-  struct Adjuster {
-    double tolerance = 1e-8;
-    double adjust_stepsize(std::size_t steps, double dt, Vector& error, const Vector&, const Vector&) {
-      double worst = 0;
-      for (double e : error)
-        if (!(std::abs(e) <= worst)) worst = std::abs(e);
-      const double ratio = worst < 1e10 * tolerance ? worst / tolerance : 1e10;
-      const double factor = 0.9 * std::pow(ratio, -1.0 / (static_cast<double>(steps) + 1));
-      return dt * std::min(ratio <= 1 ? std::max(1.0, 0.9 * factor) : factor, 2.0);
-    }
-    static double threshold() { return 0.9; }
-  };
-  using Stepper = boost::numeric::odeint::controlled_adams_bashforth_moulton<Error, Adjuster>;
-
  public:
   Adams(ErrorNorm norm, double first_step)
       : side_(std::move(norm)),
-        stepper_(Adjuster{side_.tolerance()}),
+        stepper_(AdamsAdjuster{side_.tolerance()}),
         first_step_(first_step),
         dt_(first_step) {}
 
@@ -220,10 +217,22 @@ class Adams : public MethodState {
     f(x, dxdt, t);
   }
   void interpolate(double at, Vector& out) const { hermite(at, out); }
+  template <class M>
+  void remember(M& m) {
+    m.part("adams");
+    MethodState::remember(m);
+    m(dt_, fresh_, y_, y_new_);
+    if constexpr (M::reading) {
+      odeint_memory::require(y_.size() == x.size() && y_new_.size() == x.size());
+      landing_.adjust_size(x);
+    }
+    side_.remember(m, x.size());
+    odeint_memory::remember(m, stepper_, x.size());
+  }
 
  private:
   ScaledSide side_;
-  Stepper stepper_;
+  AdamsStepper stepper_;
   boost::numeric::odeint::runge_kutta_fehlberg78<Vector> landing_;
   double first_step_, dt_;
   bool fresh_ = true;

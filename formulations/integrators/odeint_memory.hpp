@@ -1,0 +1,146 @@
+// What Boost.Odeint's steppers of many steps remember from step to step, for snapshots. Odeint has no way to
+// take such a stepper's past out and put it back: it is in private members, and reset() clears only part of
+// it. Adams' method keeps its table of differences, and the errors of other orders, some of them from before
+// the last reset, by which it chooses the next order; Bulirsch and Stoer's keeps its order.
+//
+// They are reached by a rule of the language: names in the declaration of an explicit specialisation are not
+// subject to access control ([temp.spec.general] 6). A specialisation for each member takes the pointer to it
+// as its argument, and a friend function hands that out.
+//
+// All this rests on the insides of the version of Boost that it was written for. Before another is let in,
+// read bulirsch_stoer_dense_out.hpp, controlled_adams_bashforth_moulton.hpp,
+// adaptive_adams_bashforth_moulton.hpp and detail/adaptive_adams_coefficients.hpp for new members.
+#pragma once
+
+#include <boost/version.hpp>
+
+#if BOOST_VERSION != 107400
+#error "formulations/integrators/odeint_memory.hpp knows the private members of Boost.Odeint 1.74 only"
+#endif
+
+#include <algorithm>
+#include <boost/numeric/odeint/stepper/adaptive_adams_bashforth_moulton.hpp>
+#include <boost/numeric/odeint/stepper/bulirsch_stoer_dense_out.hpp>
+#include <boost/numeric/odeint/stepper/controlled_adams_bashforth_moulton.hpp>
+#include <cmath>
+#include <vector>
+
+#include "values/memory.hpp"
+
+namespace freeplay {
+
+/// Step control on the greatest scaled error; a step is accepted when the proposal is not below 0.9 of it.
+struct AdamsAdjuster {
+  double tolerance = 1e-8;
+  double adjust_stepsize(std::size_t steps, double dt, std::vector<double>& error, const std::vector<double>&,
+                         const std::vector<double>&) {
+    double worst = 0;
+    for (double e : error)
+      if (!(std::abs(e) <= worst)) worst = std::abs(e);
+    const double ratio = worst < 1e10 * tolerance ? worst / tolerance : 1e10;
+    const double factor = 0.9 * std::pow(ratio, -1.0 / (static_cast<double>(steps) + 1));
+    return dt * std::min(ratio <= 1 ? std::max(1.0, 0.9 * factor) : factor, 2.0);
+  }
+  static double threshold() { return 0.9; }
+};
+
+using AdamsTable = boost::numeric::odeint::adaptive_adams_bashforth_moulton<8, std::vector<double>>;
+using AdamsCoefficients = AdamsTable::coeff_type;
+using AdamsStepper = boost::numeric::odeint::controlled_adams_bashforth_moulton<AdamsTable, AdamsAdjuster>;
+using BulirschStoerStepper = boost::numeric::odeint::bulirsch_stoer_dense_out<std::vector<double>>;
+
+namespace odeint_memory {
+
+template <auto Member>
+struct Key;
+template <auto Member>
+constexpr auto member_of(const Key<Member>*) {
+  return Member;
+}
+
+/// Makes pointer(Class_member{}) the pointer to that member.
+#define FREEPLAY_REVEAL(Class, member)                                                                      \
+  struct Class##_##member {};                                                                               \
+  constexpr auto pointer(Class##_##member);                                                                 \
+  template <>                                                                                               \
+  struct Key<&Class::member> {                                                                              \
+    friend constexpr auto pointer(Class##_##member) { return member_of(static_cast<const Key*>(nullptr)); } \
+  };
+FREEPLAY_REVEAL(AdamsStepper, m_stepper)
+FREEPLAY_REVEAL(AdamsStepper, m_xerr)
+FREEPLAY_REVEAL(AdamsCoefficients, m_ns)
+FREEPLAY_REVEAL(AdamsCoefficients, m_time_storage)
+FREEPLAY_REVEAL(AdamsCoefficients, c)
+FREEPLAY_REVEAL(BulirschStoerStepper, m_last_step_rejected)
+FREEPLAY_REVEAL(BulirschStoerStepper, m_first)
+FREEPLAY_REVEAL(BulirschStoerStepper, m_t)
+FREEPLAY_REVEAL(BulirschStoerStepper, m_dt)
+FREEPLAY_REVEAL(BulirschStoerStepper, m_current_k_opt)
+FREEPLAY_REVEAL(BulirschStoerStepper, m_k_final)
+FREEPLAY_REVEAL(BulirschStoerStepper, m_current_state_x1)
+FREEPLAY_REVEAL(BulirschStoerStepper, m_x1)
+FREEPLAY_REVEAL(BulirschStoerStepper, m_x2)
+FREEPLAY_REVEAL(BulirschStoerStepper, m_dxdt1)
+FREEPLAY_REVEAL(BulirschStoerStepper, m_dxdt2)
+#undef FREEPLAY_REVEAL
+
+inline void require(bool fits) {
+  if (!fits) throw MemoryError("the snapshot's integrator is of another size, or damaged");
+}
+
+/// Of a state of `size` components. What an unfinished table has not been given yet goes along as it is.
+template <class M>
+void remember(M& m, AdamsStepper& stepper, std::size_t size) {
+  auto& k = (stepper.*pointer(AdamsStepper_m_stepper{})).coeff();
+  auto& steps_alike = k.*pointer(AdamsCoefficients_m_ns{});
+  m(k.m_eo, k.m_steps_init, steps_alike);
+  if constexpr (M::reading) {
+    constexpr std::size_t order = AdamsTable::order_value;
+    require(k.m_eo >= 1 && k.m_eo <= order && k.m_steps_init >= 1 && k.m_steps_init <= order + 1 &&
+            steps_alike <= order + 2);
+  }
+  // Rotating buffers: read in their own order, wherever they begin.
+  const auto vector = [&](auto& wrapped) {
+    m(wrapped.m_v);
+    if constexpr (M::reading) require(wrapped.m_v.empty() || wrapped.m_v.size() == size);
+  };
+  const auto numbers = [&](auto& values) {
+    for (std::size_t i = 0; i < values.size(); ++i) m(values[i]);
+  };
+  for (std::size_t i = 0; i < k.beta.size(); ++i) numbers(k.beta[i]);
+  for (std::size_t i = 0; i < k.phi.size(); ++i)
+    for (auto& difference : k.phi[i]) vector(difference);
+  numbers(k.g);
+  numbers(k.*pointer(AdamsCoefficients_m_time_storage{}));
+  numbers(k.*pointer(AdamsCoefficients_c{}));
+  // One of these is left over from the last step for which it was known: the order's choice reads it.
+  for (auto& error : stepper.*pointer(AdamsStepper_m_xerr{})) vector(error);
+}
+
+/// Of states like y. The table of the last step, from which it interpolates, does not survive.
+template <class M>
+void remember(M& m, BulirschStoerStepper& stepper, const std::vector<double>& y) {
+  auto& x1 = stepper.*pointer(BulirschStoerStepper_m_x1{});
+  auto& order = stepper.*pointer(BulirschStoerStepper_m_current_k_opt{});
+  bool begun = !x1.m_v.empty();  // else time and step are not set yet
+  m(begun, order);
+  if constexpr (M::reading) {
+    require(order >= 2 && order < BulirschStoerStepper::m_k_max);
+    stepper.*pointer(BulirschStoerStepper_m_k_final{}) = 0;
+    stepper.adjust_size(y);
+  }
+  if (!begun) return;
+  m(stepper.*pointer(BulirschStoerStepper_m_last_step_rejected{}),
+    stepper.*pointer(BulirschStoerStepper_m_first{}), stepper.*pointer(BulirschStoerStepper_m_t{}),
+    stepper.*pointer(BulirschStoerStepper_m_dt{}),
+    stepper.*pointer(BulirschStoerStepper_m_current_state_x1{}));
+  for (auto* x : {&x1, &(stepper.*pointer(BulirschStoerStepper_m_x2{})),
+                  &(stepper.*pointer(BulirschStoerStepper_m_dxdt1{})),
+                  &(stepper.*pointer(BulirschStoerStepper_m_dxdt2{}))}) {
+    m(x->m_v);
+    if constexpr (M::reading) require(x->m_v.size() == y.size());
+  }
+}
+
+}  // namespace odeint_memory
+}  // namespace freeplay
