@@ -35,6 +35,14 @@ bool cholesky(Eigen::MatrixXd& S, double least, double& ratio) {
   return true;
 }
 
+/// A vector whose length is known.
+template <class M>
+void remember_fixed(M& m, std::vector<double>& values) {
+  const auto size = values.size();
+  m(values);
+  if (values.size() != size) throw MemoryError("the snapshot's factors are of another mechanism");
+}
+
 }  // namespace
 
 /// The sparse matrix [M Gᵀ; G −εI] by columns, and KLU's factors of it.
@@ -44,6 +52,8 @@ struct SaddleBlock::Klu {
   klu_numeric* numeric = nullptr;
   std::vector<int> begin{0}, row;
   std::vector<double> value;
+  std::vector<double> pivot_value;           // with which the pivots were chosen
+  bool refactored = false;                   // since then
   std::vector<int> of_G, of_Gt, of_epsilon;  // places of G's entries, of Gᵀ's, and of the −ε diagonal
   Eigen::VectorXd rhs;
 
@@ -82,13 +92,37 @@ struct SaddleBlock::Klu {
   bool factor(const std::vector<double>& G_values, double epsilon) {
     for (std::size_t e = 0; e < G_values.size(); ++e) value[of_G[e]] = value[of_Gt[e]] = G_values[e];
     for (int e : of_epsilon) value[e] = -epsilon;
-    if (numeric && klu_refactor(begin.data(), row.data(), value.data(), symbolic, numeric, &common) &&
-        klu_rcond(symbolic, numeric, &common) && common.rcond > pivot_ratio)
-      return true;
-    klu_free_numeric(&numeric, &common);
-    numeric = klu_factor(begin.data(), row.data(), value.data(), symbolic, &common);
+    if (numeric) {
+      refactored = true;
+      if (klu_refactor(begin.data(), row.data(), value.data(), symbolic, numeric, &common) &&
+          klu_rcond(symbolic, numeric, &common) && common.rcond > pivot_ratio)
+        return true;
+    }
+    pivot_value = value;
+    refactored = false;
+    choose_pivots();
     return numeric && common.status == KLU_OK && klu_rcond(symbolic, numeric, &common) &&
            common.rcond > (epsilon > 0 ? 0 : pivot_ratio);
+  }
+  void choose_pivots() {
+    klu_free_numeric(&numeric, &common);
+    numeric = klu_factor(begin.data(), row.data(), pivot_value.data(), symbolic, &common);
+  }
+
+  /// Pivots are history: they are chosen again from the values that they were chosen from, and the factors
+  /// then made of the present values as they were made before.
+  template <class M>
+  void remember(M& m) {
+    remember_fixed(m, value);
+    bool chosen = !pivot_value.empty();
+    m(chosen, refactored);
+    if (!chosen) return;
+    pivot_value.resize(value.size());
+    remember_fixed(m, pivot_value);
+    if constexpr (!M::reading) return;
+    choose_pivots();
+    if (numeric && refactored)
+      klu_refactor(begin.data(), row.data(), value.data(), symbolic, numeric, &common);
   }
 };
 
@@ -213,5 +247,17 @@ void SaddleBlock::solve(const double* f, const double* r, double* a, double* lam
   // What is left of G a − r is ε times the last change of λ.
   converged_ = epsilon_ * (now - previous_).lpNorm<Eigen::Infinity>() <= 1e-6 * size;
 }
+
+template <class M>
+void SaddleBlock::remember(M& m) {
+  remember_fixed(m, values_);
+  m(proximal_, converged_, epsilon_, first_pivot_, least_pivot_);
+  if (dense_)
+    m.raw(S_.data(), static_cast<std::size_t>(S_.size()) * sizeof(double));
+  else
+    klu_->remember(m);
+}
+template void SaddleBlock::remember(MemoryWriter&);
+template void SaddleBlock::remember(MemoryReader&);
 
 }  // namespace freeplay

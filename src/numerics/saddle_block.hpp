@@ -17,6 +17,7 @@
 #include <span>
 
 #include "numerics/sparse.hpp"
+#include "values/memory.hpp"
 
 namespace freeplay {
 
@@ -49,6 +50,10 @@ class SaddleBlock {
   /// start, over that of the first factorisation. 1 on the sparse path.
   double nearest_singular() const { return first_pivot_ > 0 ? least_pivot_ / first_pivot_ : 1; }
   std::span<const double> inverse_mass() const { return inverse_mass_; }
+  /// All that later calls depend on, the pivots among it (values/memory.hpp); a block of the same making that
+  /// reads it goes on bit for bit.
+  template <class M>
+  void remember(M& m);
 
  private:
   struct Klu;

@@ -50,6 +50,16 @@ class SaddlePoint {
   double nearest_singular() const;
   /// The last factorisation met dependent rows.
   bool singular() const;
+  /// All that later calls depend on (SaddleBlock::remember). What is not here is filled before it is read.
+  template <class M>
+  void remember(M& m) {
+    m.part("saddle point");
+    const auto fixed = fixed_value_.size(), couplings = coupling_value_.size();
+    m(fixed_value_, coupling_value_, converged_);
+    if (fixed_value_.size() != fixed || coupling_value_.size() != couplings)
+      throw MemoryError("the snapshot's factors are of another mechanism");
+    for (auto& part : parts_) m(part.block);
+  }
 
  private:
   struct Part {
