@@ -42,6 +42,10 @@ struct ContactSolution {
   bool ambiguous = false;
 };
 
+/// From one solve to the next only `unknowns` may pass, and only if the caller leaves them: the impulses
+/// given are a guess to start from. D, b and the solvers' storage grow, but what a solve reads of them the
+/// caller or the solve itself has filled, and no result depends on how large they are. So a snapshot needs
+/// nothing of it; who starts from the last impulses remembers those.
 class ContactProblem {
  public:
   static constexpr int most_for_enumeration = 6;  // 4⁶ cases

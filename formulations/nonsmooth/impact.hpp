@@ -31,6 +31,7 @@ struct ImpactContact {
   double impulse_n = 0, impulse_t = 0;  ///< N s
 };
 
+/// An impact starts from no guess and fills what it reads: nothing passes from one to the next.
 class Impact {
  public:
   Impact(ImpactLaw law, LcpSolver solver, double tolerance) : law_(law), problem_(solver, tolerance) {}
