@@ -1,0 +1,336 @@
+// Snapshots of what goes on from step to step, bit for bit: at random steps of a run the memory of an
+// integrator, or of a factorisation, is written and read into a new one, and both go on with the same calls,
+// as the steppers make them. Every time and every component must be equal, not near.
+#include "values/memory.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <functional>
+#include <random>
+#include <set>
+
+#include "formulations/integrators/rosenbrock.hpp"
+#include "formulations/integrators/scaled_methods.hpp"
+#include "numerics/saddle_point.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+/// Two Duffing oscillators, coupled, damped and driven: x = (q1, q2, v1, v2). A mode, as of a contact, makes
+/// the first one stiffer.
+struct Side {
+  bool pressed = false;
+  double stiffness() const { return pressed ? 40 : 1; }
+  void operator()(const Vector& x, Vector& dxdt, double t) const {
+    dxdt[0] = x[2];
+    dxdt[1] = x[3];
+    dxdt[2] = 7.5 * std::cos(t) - 0.1 * x[2] - stiffness() * x[0] * x[0] * x[0] - 0.5 * std::sin(x[0] - x[1]);
+    dxdt[3] = 0.5 * std::sin(x[0] - x[1]) - 0.05 * x[3] - 2 * x[1] * x[1] * x[1];
+  }
+  void jacobian(const Vector& x, double t, double* J, double* dfdt) const {  // column-major
+    std::fill_n(J, 16, 0.0);
+    std::fill_n(dfdt, 4, 0.0);
+    const double coupling = 0.5 * std::cos(x[0] - x[1]);
+    J[0 + 4 * 2] = J[1 + 4 * 3] = 1;
+    J[2 + 4 * 0] = -3 * stiffness() * x[0] * x[0] - coupling;
+    J[2 + 4 * 1] = J[3 + 4 * 0] = coupling;
+    J[2 + 4 * 2] = -0.1;
+    J[3 + 4 * 1] = -coupling - 6 * x[1] * x[1];
+    J[3 + 4 * 3] = -0.05;
+    dfdt[2] = -7.5 * std::sin(t);
+  }
+  template <class M>
+  void remember(M& m) {
+    m(pressed);
+  }
+};
+
+/// Calls a method as the steppers do; what happens at a step depends on `engine` only.
+template <class Method>
+struct Run {
+  Method method;
+  Side side{};
+  bool restart = false;
+
+  bool step(std::mt19937& engine) {
+    const auto choice = engine() % 64;
+    const double share = 0.05 + 0.9 * static_cast<double>(engine() % 1000) / 1000;
+    if (restart) method.renew(side);
+    restart = false;
+    const double knot = 0.7 * std::floor(method.t / 0.7 + 1.001);
+    if (!method.step(side, knot)) return false;
+    const double t = method.t_old + share * (method.t - method.t_old);
+    if (choice == 0) {  // a contact closes: landed on in two attempts, with a shorter step behind it
+      method.land(side, t);
+      method.land(side, method.t_old + 0.999 * (t - method.t_old));
+      side.pressed = !side.pressed;
+      restart = true;
+      method.limit_step(0.01 * share);
+    } else if (choice == 1) {  // it opens: no limit
+      method.land(side, t);
+      side.pressed = !side.pressed;
+      restart = true;
+    } else if (choice == 2) {  // an impact: begun anew
+      method.land(side, t);
+      method.x[2] *= -0.8;
+      method.start(side, method.t, Vector(method.x));
+    } else if (choice == 3) {  // the step was of no length
+      method.start(side, method.t_old, method.x_old);
+    } else if (choice == 4) {  // a projection
+      method.x[1] += 1e-9 * share;
+      restart = true;
+    } else if (method.t >= knot) {
+      method.limit_step(INFINITY);
+      restart = true;
+    }
+    return true;
+  }
+  template <class M>
+  void remember(M& m) {
+    m(method, side, restart);
+  }
+};
+
+template <class T>
+std::vector<std::byte> memory_of(T& x) {
+  std::vector<std::byte> bytes;
+  MemoryWriter writer(bytes);
+  writer(x);
+  return bytes;
+}
+template <class T>
+void recall(T& x, const std::vector<std::byte>& bytes) {
+  MemoryReader reader(bytes);
+  reader(x);
+  REQUIRE(reader.at_end());
+}
+
+template <class Method>
+void check_method(const std::function<Method()>& make) {
+  Run<Method> run{make()};
+  run.method.start(run.side, 0.25, Vector{1.0, 0.5, 0.0, -0.3});
+  std::mt19937 engine(20240517);
+  std::set<int> moments;
+  while (moments.size() < 20) moments.insert(static_cast<int>(engine() % 400));
+  moments.insert(0);  // before the first step
+  long steps_compared = 0;
+  for (int step = 0; step <= *moments.rbegin(); ++step) {
+    if (moments.contains(step)) {
+      auto bytes = memory_of(run);
+      Run<Method> first{make()}, second{make()};
+      recall(first, bytes);
+      recall(second, memory_of(first));  // what was read can be written again
+      // `run` itself goes on beside them, each driven by its own copy of the engine.
+      std::mt19937 engines[] = {engine, engine, engine};
+      Run<Method>* runs[] = {&run, &first, &second};
+      for (int i = 0; i < 50; ++i) {
+        for (int r = 0; r < 3; ++r) REQUIRE(runs[r]->step(engines[r]));
+        for (int r = 1; r < 3; ++r) {
+          REQUIRE(runs[r]->method.t == run.method.t);
+          REQUIRE(runs[r]->method.t_old == run.method.t_old);
+          REQUIRE(runs[r]->method.x == run.method.x);
+          REQUIRE(runs[r]->method.dxdt == run.method.dxdt);
+          REQUIRE(runs[r]->method.rejected == run.method.rejected);
+        }
+        ++steps_compared;
+      }
+      engine = engines[0];
+    }
+    REQUIRE(run.step(engine));
+  }
+  CHECK(steps_compared == 21 * 50);
+
+  auto bytes = memory_of(run);
+  for (const std::size_t size : {bytes.size() - 1, bytes.size() / 2, std::size_t{9}, std::size_t{0}}) {
+    Run<Method> cut{make()};
+    MemoryReader reader{std::span(bytes).first(size)};
+    CHECK_THROWS_AS(reader(cut), MemoryError);
+  }
+}
+
+ErrorNorm norm(double tolerance) { return {{1, 1, 1, 1}, {1, 1, 1, 1}, tolerance}; }
+
+/// A chain of rows of six entries, as in saddle_point_test.cpp, and the last row with one entry.
+struct Chain {
+  std::vector<double> mass, values;
+  CsrPattern G;
+  Chain(std::mt19937& engine, int columns, int rows, int copies) {
+    std::uniform_real_distribution<double> u(-1, 1);
+    G.columns = columns;
+    for (int i = 0; i < columns; ++i) mass.push_back(std::exp(3 * u(engine)));
+    for (int k = 0; k < rows + copies; ++k) {
+      const int original = k < rows ? k : k - rows,
+                first = std::min(columns - 6, original * (columns - 6) / rows);
+      for (int c = first; c < first + 6; ++c) {
+        G.column.push_back(c);
+        values.push_back(k < rows ? u(engine)
+                                  : 2 * values[6 * static_cast<std::size_t>(original) + c - first]);
+      }
+      G.end_row();
+    }
+    G.column.push_back(columns - 1);
+    values.push_back(1);
+    G.end_row();
+  }
+};
+
+struct Solution {
+  std::vector<double> a, lambda;
+  bool converged, singular;
+  double nearest;
+  bool operator==(const Solution&) const = default;
+};
+
+Solution solve(SaddlePoint& solver, const Chain& chain, bool respond) {
+  Solution s{std::vector<double>(chain.mass.size()), std::vector<double>(chain.G.rows), true, true, 0};
+  if (respond) {
+    SparseRow row;
+    for (const int c : {1, 2, 3, chain.G.columns - 2}) row.push(c, 0.3 * c);
+    solver.respond(row, nullptr, 0, s.a.data(), s.lambda.data());
+  } else {
+    std::vector<double> f(chain.mass.size()), r(chain.G.rows);
+    for (std::size_t i = 0; i < f.size(); ++i) f[i] = std::sin(1.0 + static_cast<double>(i));
+    solver.solve(f.data(), r.data(), s.a.data(), s.lambda.data());
+  }
+  s.converged = solver.converged();
+  s.singular = solver.singular();
+  s.nearest = solver.nearest_singular();
+  return s;
+}
+
+}  // namespace
+
+TEST_CASE("an integrator read from its memory goes on bit for bit", "[memory]") {
+  SECTION("dopri5") {
+    check_method<Dopri5>([] { return Dopri5(norm(1e-8), 1e-3); });
+  }
+  SECTION("fehlberg78") {
+    check_method<Fehlberg78>([] { return Fehlberg78(norm(1e-10), 1e-3); });
+  }
+  SECTION("rk4") {
+    check_method<Rk4>([] { return Rk4(5e-3); });
+  }
+  SECTION("bulirsch-stoer") {
+    check_method<BulirschStoer>([] { return BulirschStoer(norm(1e-10), 1e-3); });
+  }
+  SECTION("adams") {
+    check_method<Adams>([] { return Adams(norm(1e-9), 1e-3); });
+  }
+  SECTION("rosenbrock4") {
+    check_method<Rosenbrock>([] { return Rosenbrock(norm(1e-6), 1e-3); });
+  }
+}
+
+TEST_CASE("the memory of one integrator is not another's", "[memory]") {
+  const Side side;
+  Dopri5 dopri(norm(1e-8), 1e-3);
+  dopri.start(side, 0, Vector{1.0, 0.5, 0.0, -0.3});
+  const auto bytes = memory_of(dopri);
+  Fehlberg78 fehlberg(norm(1e-8), 1e-3);
+  MemoryReader reader(bytes);
+  CHECK_THROWS_AS(reader(fehlberg), MemoryError);
+}
+
+TEST_CASE("a factorisation read from its memory goes on bit for bit", "[memory][saddle]") {
+  struct Kind {
+    int rows, copies;
+    SolvePath path;
+    RowFacts facts;
+  };
+  for (const Kind& kind :
+       {Kind{41, 0, SolvePath::automatic, {}}, Kind{41, 0, SolvePath::automatic, {false, false}},
+        Kind{20, 0, SolvePath::automatic, {}}, Kind{41, 2, SolvePath::sparse, {}},
+        Kind{41, 2, SolvePath::sparse, {true, false}}, Kind{20, 2, SolvePath::dense, {}}}) {
+    std::mt19937 engine(5);
+    std::uniform_real_distribution<double> u(-1, 1);
+    Chain chain(engine, 80, kind.rows, kind.copies);
+    const auto make = [&] { return SaddlePoint(chain.mass, chain.G, kind.path, kind.facts); };
+    SaddlePoint solver = make(), never = make();
+    {
+      SaddlePoint other = make();
+      recall(other, memory_of(never));  // before the first factorisation
+    }
+    // Copies of rows stay copies. KLU takes other pivots only for entries a thousand times as great, so
+    // entries wander over many magnitudes, and change their sign.
+    const auto drift = [&] {
+      const std::size_t originals = 6 * static_cast<std::size_t>(kind.rows);
+      for (std::size_t e = 0; e < originals; ++e)
+        chain.values[e] = std::copysign(std::pow(std::abs(chain.values[e]), 0.9), u(engine) + 0.8) *
+                          std::exp(3 * u(engine));
+      for (std::size_t e = 0; e < 6 * static_cast<std::size_t>(kind.copies); ++e)
+        chain.values[originals + e] = 2 * chain.values[e];
+    };
+    int pivots_matter = 0;
+    for (int moment = 0; moment < 20; ++moment) {
+      for (auto steps = 1 + engine() % 10; steps > 0; --steps) {
+        drift();
+        REQUIRE(solver.factor(chain.values.data()));
+      }
+      if (moment % 4 == 3) {  // values that are refused in between
+        auto bad = chain.values;
+        bad[bad.size() / 2] = NAN;
+        REQUIRE_FALSE(solver.factor(bad.data()));
+        REQUIRE(solver.factor(chain.values.data()));
+      }
+      SaddlePoint restored = make(), fresh = make();
+      recall(restored, memory_of(solver));
+      CHECK(memory_of(restored) == memory_of(solver));
+      REQUIRE(fresh.factor(chain.values.data()));
+      const auto now = solve(solver, chain, false);
+      pivots_matter += now.a != solve(fresh, chain, false).a;
+      REQUIRE(solve(restored, chain, false) == now);
+      REQUIRE(solve(restored, chain, true) == solve(solver, chain, true));
+      for (int i = 0; i < 10; ++i) {
+        drift();
+        REQUIRE(solver.factor(chain.values.data()));
+        REQUIRE(restored.factor(chain.values.data()));
+        REQUIRE(solve(restored, chain, i % 3 == 0) == solve(solver, chain, i % 3 == 0));
+      }
+    }
+    // The test is of something: where pivots are kept, a new factorisation gives other digits. Rows that are
+    // found to depend on each other have theirs chosen anew every time.
+    const bool kept = !solver.dense() && (kind.copies == 0 || kind.facts.redundant);
+    CHECK((pivots_matter > 10) == kept);
+
+    auto bytes = memory_of(solver);
+    for (const std::size_t size : {bytes.size() - 1, bytes.size() / 2, std::size_t{3}}) {
+      SaddlePoint cut = make();
+      MemoryReader reader{std::span(bytes).first(size)};
+      CHECK_THROWS_AS(reader(cut), MemoryError);
+    }
+    std::vector<std::byte> other;
+    MemoryWriter writer(other);
+    writer.part("something else");
+    SaddlePoint wrong = make();
+    MemoryReader reader(other);
+    CHECK_THROWS_AS(reader(wrong), MemoryError);
+  }
+}
+
+TEST_CASE("containers and parts pass through memory", "[memory]") {
+  std::vector<std::byte> bytes;
+  MemoryWriter writer(bytes);
+  std::vector<std::vector<double>> table{{1, -0.0}, {}, {NAN}};
+  std::optional<int> some = 3, none;
+  std::string text = "gap";
+  writer.part("one");
+  writer(table, some, none, text);
+  decltype(table) table_read;
+  std::optional<int> some_read, none_read = 4;
+  std::string text_read;
+  MemoryReader reader(bytes);
+  reader.part("one");
+  reader(table_read, some_read, none_read, text_read);
+  CHECK(reader.at_end());
+  REQUIRE(table_read.size() == 3);
+  CHECK(table_read[0] == table[0]);
+  CHECK(std::signbit(table_read[0][1]));
+  CHECK(std::isnan(table_read[2][0]));
+  CHECK(some_read == some);
+  CHECK_FALSE(none_read);
+  CHECK(text_read == text);
+  MemoryReader again(bytes);
+  CHECK_THROWS_AS(again.part("two"), MemoryError);
+}
