@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 namespace freeplay {
@@ -36,12 +37,6 @@ std::array<Vec2, 2> read_at(Section& s) {
   if (points.size() != 2)
     s.fail("at", fmt::format("must be two points, one in each body, is {}", points.size()));
   return {points[0], points[1]};
-}
-
-Vec2 read_axis(Section& s) {
-  const Vec2 axis = s.point("axis", {1, 0});
-  if (!(axis.norm() > 0)) s.fail("axis", "must not be zero");
-  return axis.stableNormalized();
 }
 
 int read_surface_name(const Mechanism& mechanism, Section& s) {
@@ -145,11 +140,12 @@ double given_angle(const Mechanism& mechanism, int joint) {
 
 Drive read_drive(const Mechanism& mechanism, const std::string& name, Section& s) {
   const int joint = read_joint_name<RevoluteJoint>(mechanism, s, "revolute");
-  const int given = s.has("speed_rpm") + s.has("torque") + s.has("torque_table");
-  if (given != 1) s.fail("", "needs exactly one of speed_rpm, torque, torque_table");
-  if (s.has("speed_rpm")) {
-    const double rpm = s.number("speed_rpm", any_number);
-    SpeedDrive d{name, joint, rpm * 2 * std::numbers::pi / 60,
+  const int given = s.has("speed_rpm") + s.has("speed") + s.has("torque") + s.has("torque_table");
+  if (given != 1) s.fail("", "needs exactly one of speed_rpm, speed, torque, torque_table");
+  if (s.has("speed_rpm") || s.has("speed")) {
+    SpeedDrive d{name, joint,
+                 s.has("speed") ? s.number("speed", any_number)
+                                : s.number("speed_rpm", any_number) * 2 * std::numbers::pi / 60,
                  s.number("initial_angle", any_number, given_angle(mechanism, joint))};
     s.done("a speed drive");
     return d;
@@ -260,6 +256,14 @@ Lubricant read_lubricant(const std::string& name, Section& s) {
 }
 
 }  // namespace
+
+Vec2 read_axis(Section& s) {
+  const Vec2 axis = s.point("axis", {1, 0});
+  if (!(axis.norm() > 0)) s.fail("axis", "must not be zero");
+  // Dividing a unit vector by its length once more may move it by a rounding: what to_toml writes stands.
+  if (std::abs(axis.x() * axis.x() + axis.y() * axis.y() - 1) <= 1e-15) return axis;
+  return axis.stableNormalized();
+}
 
 int body_index(const Mechanism& mechanism, const Section& section, std::string_view key,
                const std::string& name) {

@@ -11,4 +11,7 @@ Mechanism read_mechanism(Section& root);
 int body_index(const Mechanism& mechanism, const Section& section, std::string_view key,
                const std::string& name);
 
+/// The key `axis` as a unit vector, bit for bit if it is one; (1, 0) if it is left out.
+Vec2 read_axis(Section& section);
+
 }  // namespace freeplay

@@ -148,15 +148,15 @@ Instrument read_instrument(const Mechanism& mechanism, const std::string& name, 
     const auto found = std::ranges::find(mechanism.joints, joint, [](const Joint& j) { return name_of(j); });
     if (found == mechanism.joints.end()) s.fail("joint", fmt::format("there is no joint \"{}\"", joint));
     i.pair = bodies_of(*found);
-    i.resolution = 2 * std::numbers::pi / s.number("counts", one_or_more);
+    if (s.has("counts") == s.has("resolution")) s.fail("", "needs exactly one of counts and resolution");
+    i.resolution = s.has("resolution") ? s.number("resolution", positive)
+                                       : 2 * std::numbers::pi / s.number("counts", one_or_more);
     s.done("an encoder");
     return i;
   }
   i.body = body_index(mechanism, s, "body", s.text("body"));
   if (i.body == ground) s.fail("body", "must be a moving body, is the ground");
-  i.axis = s.point("axis", {1, 0});
-  if (!(i.axis.norm() > 0)) s.fail("axis", "must not be zero");
-  i.axis.stableNormalize();
+  i.axis = read_axis(s);
   i.range = s.maybe_number("range", positive);
   i.resolution = s.maybe_number("resolution", positive);
   if (i.kind == Kind::accelerometer) {

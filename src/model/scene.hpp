@@ -126,6 +126,14 @@ struct Scene {
   PenaltyOptions penalty;
   NonsmoothOptions nonsmooth;
   std::vector<Instrument> instruments;
+
+  /// Sets any key of docs/scene.md as `--set KEY=VALUE` does: a scene that still is what its text and
+  /// overrides say is read again with one more override, so what the text derives from the key follows (the
+  /// duration of so many revolutions follows the speed). One that was built or changed in code keeps its
+  /// other facts as they are: its text becomes to_toml() of them, in seconds and rad/s. Throws SceneError,
+  /// which names KEY=VALUE; then the scene is as it was.
+  void set(const std::string& key, const std::string& value);
+  void set(const std::string& key, double value);
 };
 
 /// Bad input. what() is the one line that a user gets: FILE:LINE:COL: key: what is wrong, what would be

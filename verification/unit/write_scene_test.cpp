@@ -1,0 +1,407 @@
+// Writing scenes: what to_toml says of every scene there is reads back bit for bit, first_difference finds
+// what differs, and Scene::set does what --set does.
+#include "io/write_scene.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
+
+namespace {
+
+Scene written_and_read(const Scene& scene) { return parse_scene(to_toml(scene), "again"); }
+
+void require_round_trip(const Scene& scene) {
+  const auto text = to_toml(scene);
+  CAPTURE(text);
+  const auto again = parse_scene(text, "again");
+  REQUIRE(first_difference(text, to_toml(again)) == "");
+  REQUIRE(to_toml(again) == text);
+  REQUIRE(same_facts(again, scene));
+}
+
+bool same_bits(double a, double b) {
+  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
+}
+
+/// Studies lie beside the scenes; they have no bodies.
+bool is_scene(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  return text.find("[bodies.") != text.npos;
+}
+
+std::vector<std::filesystem::path> all_scenes() {
+  std::vector<std::filesystem::path> list;
+  for (const auto* folder : {"cases", "verification/scenes"})
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(test::source_folder() / folder))
+      if (entry.path().extension() == ".toml" && is_scene(entry.path())) list.push_back(entry.path());
+  return list;
+}
+
+SpeedDrive& first_drive(Scene& scene) { return std::get<SpeedDrive>(scene.mechanism.drives.at(0)); }
+
+std::string refusal(Scene& scene, const std::string& key, const std::string& value) {
+  try {
+    scene.set(key, value);
+  } catch (const SceneError& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+}  // namespace
+
+TEST_CASE("every scene reads back from its canonical text", "[scene]") {
+  int scenes = 0;
+  for (const auto& file : all_scenes()) {
+    CAPTURE(file.string());
+    const auto scene = read_scene(file);
+    ++scenes;
+    require_round_trip(scene);
+    const auto again = written_and_read(scene);
+    REQUIRE(same_bits(again.run.duration, scene.run.duration));
+    REQUIRE(same_bits(again.run.discard, scene.run.discard));
+    for (std::size_t b = 0; b < scene.mechanism.bodies.size(); ++b) {
+      const auto &was = scene.mechanism.bodies[b], &is = again.mechanism.bodies.at(b);
+      REQUIRE(is.name == was.name);
+      REQUIRE(same_bits(is.inertia, was.inertia));
+      REQUIRE(same_bits(is.position.x(), was.position.x()));
+    }
+    if (const auto* drive = main_drive(scene.mechanism)) {
+      REQUIRE(same_bits(main_drive(again.mechanism)->speed, drive->speed));
+      REQUIRE(same_bits(main_drive(again.mechanism)->initial_angle, drive->initial_angle));
+    }
+  }
+  REQUIRE(scenes >= 22);
+}
+
+TEST_CASE("a canonical text names every key in force", "[scene]") {
+  const auto text = to_toml(read_scene(test::scene_file("every_key")));
+  for (const auto* line : {"title = \"Every key\"",
+                           "[joints.gudgeon]",
+                           "clearance = 0.001",
+                           "lubricant = \"oil\"",
+                           "slider_height = 0.05",
+                           "radii = [0.01, 0.02]",
+                           "hand_over = 1e-05",
+                           "tangential_restitution = 0.0",
+                           "initial_angle = 0.0",
+                           "torque_table = [[0.0, 0.1], [3.0, -0.1]]",
+                           "against = \"angle\"",
+                           "torque_table = [[0.0, 0.2]]",
+                           "free_angle = 0.1",
+                           "regularisation = 0.001",
+
+                           "eliminate = false",
+                           "output_step = 0.001",
+                           "damping = \"exact\"",
+                           "kelvin_stiffness = 10000000.0",
+                           "friction_v1 = 0.001",
+                           "beta = 5.0",
+                           "integrator = \"dopri5\"",
+                           "v0_floor = 1e-06",
+                           "solver = \"automatic\"",
+                           "order = 4",
+                           "seed = 7",
+                           "range = 5000.0"})
+    CHECK_THAT(text, Contains(std::string(line) + "\n"));
+  // Spellings in other units are not canonical.
+  for (const auto* key : {"speed_rpm", "revolutions", "counts"}) CHECK_THAT(text, !Contains(key));
+}
+
+TEST_CASE("scenes with overrides read back from their canonical text", "[scene]") {
+  const std::vector<std::vector<std::string>> sets = {
+      {"drives.motor.speed_rpm=-77.7", "run.revolutions=1.1", "run.discard=0.3"},
+      {"drives.motor.speed_rpm=0.1", "drives.motor.initial_angle=1e-300"},
+      {"penalty.contact=hertz", "penalty.kelvin_damping=3"},
+      {"penalty.contact=pereira"},
+      {"penalty.contact=johnson", "penalty.damping=hertz"},
+      {"penalty.stabilisation=none", "penalty.integrator=rk4", "penalty.step=3e-7"},
+      {"penalty.friction=lugre", "penalty.friction_v1=1e-9"},
+      {"nonsmooth.scheme=event-driven", "nonsmooth.impact_law=energetic"},
+      {"run.start=ideal", "run.eliminate=false", "run.output_step=1.25e-4"},
+      {"title=\"\"\"two \\\"lines\\\" and\n a \\\\, a tab \\t, é, \\u0001 and \\u007f = [x]\"\"\""},
+      {"gravity=[-0.0, 5e-324]", "bodies.crank.mass=1.7976931348623157e308"},
+      {"bodies.crank.position=[1e15, -123456789012345678.0]", "bodies.crank.angle=0.1"},
+      {"bodies.crank.angle=1e22", "bodies.crank.angular_velocity=3"},
+      {"instruments.eye.type=encoder", "instruments.eye.joint=main", "instruments.eye.sampling=1e4",
+       "instruments.eye.counts=1023.7", "instruments.eye.noise=0", "instruments.eye.seed=4294967295"},
+      {"instruments.eye.type=encoder", "instruments.eye.joint=main", "instruments.eye.sampling=1e4",
+       "instruments.eye.resolution=1e-3"},
+      {"instruments.eye.body=slider", "instruments.eye.axis=[1, 3]", "instruments.eye.bandwidth=10",
+       "instruments.eye.sampling=1e4", "instruments.eye.order=3"},
+  };
+  for (const auto& overrides : sets) {
+    CAPTURE(overrides);
+    Scene scene;
+    REQUIRE_NOTHROW(scene = read_scene(test::flores(), overrides));
+    require_round_trip(scene);
+  }
+  const auto scene = read_scene(test::flores(), sets[9]);
+  REQUIRE(written_and_read(scene).mechanism.title ==
+          "two \"lines\" and\n a \\, a tab \t, é, \x01 and \x7f = [x]");
+  REQUIRE(std::signbit(written_and_read(read_scene(test::flores(), sets[10])).mechanism.gravity.x()));
+}
+
+TEST_CASE("scenes built in code read back from their canonical text", "[scene]") {
+  for (const double clearance : {0.0, 1e-3}) {
+    auto scene = test::row_of_four_bars(3, clearance);
+    require_round_trip(scene);
+    REQUIRE(written_and_read(scene).mechanism.joints.size() == scene.mechanism.joints.size());
+  }
+
+  // Random bits in every kind of number, unit vectors included: none may lose its last digit.
+  std::mt19937_64 random(7);
+  const auto any = [&] {
+    for (;;)
+      if (const auto x = std::bit_cast<double>(random()); std::isfinite(x)) return x;
+  };
+  const auto some = [&] { return std::abs(std::remainder(any(), 1.0)) + 1e-3; };
+  for (int i = 0; i < 200; ++i) {
+    auto scene = read_scene(test::scene_file("every_key"));
+    auto& m = scene.mechanism;
+    for (auto& b : m.bodies)
+      b = {b.name, std::abs(any()), some(), {any(), any()}, any(), {any(), any()}, any()};
+    first_drive(scene) = {"motor", first_drive(scene).joint, any(), any()};
+    const double turn = any();
+    std::get<TranslationalJoint>(m.joints[3]).axis = {std::cos(turn), std::sin(turn)};
+    std::get<PlaneContact>(m.contacts[0]).axis = {std::sin(turn), -std::cos(turn)};
+    scene.instruments[0].axis = {-std::sin(turn), std::cos(turn)};
+    scene.instruments[2].resolution = some();
+    scene.run.duration = 2 + some();
+    scene.run.discard = some();
+    scene.run.output_step = some();
+    require_round_trip(scene);
+    const auto again = written_and_read(scene);
+    REQUIRE(same_bits(main_drive(again.mechanism)->speed, main_drive(m)->speed));
+    REQUIRE(same_bits(*again.instruments[2].resolution, *scene.instruments[2].resolution));
+    REQUIRE(same_bits(std::get<TranslationalJoint>(again.mechanism.joints[3]).axis.y(), std::sin(turn)));
+  }
+}
+
+TEST_CASE("what no scene may hold is refused on the way back", "[scene]") {
+  const auto good = test::row_of_four_bars(1, 1e-3);
+  const auto message = [](const Scene& scene) -> std::string {
+    try {
+      written_and_read(scene);
+    } catch (const SceneError& e) {
+      return e.what();
+    }
+    return "accepted";
+  };
+  REQUIRE(message(good) == "accepted");
+  auto bad = good;
+  bad.mechanism.bodies[0].mass = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THAT(message(bad), Contains("bodies.upright0.mass: must be finite"));
+  bad = good;
+  bad.mechanism.gravity = {0, -std::numeric_limits<double>::infinity()};
+  CHECK_THAT(message(bad), Contains("gravity: must be finite"));
+  bad = good;
+  bad.mechanism.bodies[0].name = "two \"words\"";
+  CHECK_THAT(message(bad), Contains("a name must be made of letters"));
+  bad = good;
+  bad.mechanism.bodies[1].name = bad.mechanism.bodies[0].name;
+  CHECK_THAT(message(bad), Contains("not TOML"));
+  bad = good;
+  std::get<RevoluteJoint>(bad.mechanism.joints.back()).clearance->surface = -1;
+  CHECK_THAT(message(bad), Contains("surface: is missing"));
+  std::get<RevoluteJoint>(bad.mechanism.joints.back()).clearance->surface = 8;
+  CHECK_THAT(message(bad), Contains("joints.back1.surface: index 8 names nothing"));
+  bad = good;
+  std::get<RevoluteJoint>(bad.mechanism.joints[0]).between = {ground, 99};
+  CHECK_THAT(message(bad), Contains("joints.foot0.between: index 99 names nothing"));
+  bad = good;
+  bad.instruments.emplace_back();
+  bad.instruments[0].name = "eye";
+  bad.instruments[0].kind = Instrument::Kind::encoder;
+  bad.instruments[0].pair = {0, ground};
+  CHECK_THAT(message(bad), Contains("instruments.eye.joint: no joint connects the two bodies"));
+}
+
+TEST_CASE("the first difference of two scenes", "[scene]") {
+  const auto file = test::flores();
+  const auto text = [&](const std::vector<std::string>& overrides) {
+    return to_toml(read_scene(file, overrides));
+  };
+  const auto plain = text({});
+  REQUIRE(first_difference(plain, plain) == "");
+  REQUIRE(first_difference(text({"joints.gudgeon.clearance=1e-3"}), plain) ==
+          "joints.gudgeon.clearance is 0.001 here and 0.00025 there");
+  REQUIRE(first_difference(plain, text({"joints.gudgeon.bearing_length=0.5"})) ==
+          "joints.gudgeon.bearing_length is missing here");
+  REQUIRE(first_difference(text({"loads.p={type='torque',body='rod',torque=1}"}), plain) ==
+          "loads.p is missing there");
+  REQUIRE(first_difference(text({"title=\"a [b] = c\""}), text({"title=d"})) ==
+          "title is \"a [b] = c\" here and \"d\" there");
+  REQUIRE(first_difference(text({"nonsmooth.impact_law=newton", "nonsmooth.scheme=event-driven"}),
+                           text({"nonsmooth.impact_law=poisson", "nonsmooth.scheme=event-driven"})) ==
+          "nonsmooth.impact_law is \"newton\" here and \"poisson\" there");
+  auto scene = read_scene(file);
+  REQUIRE(same_facts(scene, parse_scene(plain, "elsewhere")));
+  std::swap(scene.penalty.friction_v0, scene.penalty.friction_v1);
+  REQUIRE_FALSE(same_facts(scene, read_scene(file)));
+  auto row = test::row_of_four_bars(2, 1e-3), other = row;
+  other.mechanism.surfaces.push_back(other.mechanism.surfaces[0]);
+  other.mechanism.surfaces[1].name = "brass";
+  auto swapped = other;
+  std::swap(swapped.mechanism.surfaces[0], swapped.mechanism.surfaces[1]);
+  REQUIRE(first_difference(to_toml(other), to_toml(swapped)) ==
+          "surfaces.steel stands before surfaces.brass here and after it there");
+}
+
+TEST_CASE("set is --set", "[scene]") {
+  const std::vector<std::pair<std::string, std::string>> keys = {
+      {"drives.motor.speed_rpm", "250"},
+      {"run.revolutions", "3"},
+      {"run.discard", "0.5"},
+      {"joints.gudgeon.clearance", "1e-3"},
+      {"surfaces.steel.restitution", "0.3"},
+      {"penalty.contact", "flores"},
+      {"nonsmooth.scheme", "\"event-driven\""},
+      {"bodies.crank.position", "[0.1, 0.2]"},
+      {"bodies.crank.angle", "0.25"},
+      {"title", "any words at all"},
+      {"run.eliminate", "false"},
+      {"loads.push", "{type = 'torque', body = 'rod', torque = 1}"},
+      {"instruments.accelerometer.order", "5"},
+  };
+  const auto original = read_scene(test::flores());
+  std::vector<std::string> overrides;
+  auto all = original;
+  for (const auto& [key, value] : keys) {
+    CAPTURE(key, value);
+    const auto expected = read_scene(test::flores(), {key + "=" + value});
+    auto scene = original;
+    scene.set(key, value);
+    REQUIRE(first_difference(to_toml(scene), to_toml(expected)) == "");
+    REQUIRE_FALSE(same_facts(scene, original));
+    REQUIRE(scene.text == original.text);
+    REQUIRE(scene.file == original.file);
+    REQUIRE(scene.overrides == expected.overrides);
+
+    overrides.push_back(key + "=" + value);  // and one upon another
+    all.set(key, value);
+    REQUIRE(first_difference(to_toml(all), to_toml(read_scene(test::flores(), overrides))) == "");
+    REQUIRE(all.overrides == overrides);
+  }
+
+  auto scene = original;  // so many revolutions take less time at a greater speed
+  scene.set("drives.motor.speed_rpm", 400);
+  REQUIRE(scene.run.duration == Approx(original.run.duration / 2));
+  REQUIRE(scene.run.discard == Approx(original.run.discard / 2));
+  scene.set("drives.motor.speed_rpm", 200);
+  REQUIRE(same_facts(scene, original));
+}
+
+TEST_CASE("what set refuses leaves the scene as it was", "[scene]") {
+  const auto read = read_scene(test::flores(), {"joints.gudgeon.clearance=1e-3"});
+  auto changed = read;
+  changed.mechanism.bodies[0].mass = 3;
+  auto built = test::row_of_four_bars(1, 1e-3);
+  for (const auto& original : {read, changed, built}) {
+    auto scene = original;
+    const std::vector<std::array<std::string, 3>> bad = {
+        {"penalty.contcat", "flores", "did you mean contact?"},
+        {"penalty.contact", "rubber", "is not known here"},
+        {"surfaces.steel.restitution", "1.5", "must be between 0 and 1"},
+        {"gravity", "9.81", "must be a pair"},
+        {"run.discard", "1e9", "must be less than the length of the run"},
+        {"run.duration", "-1", ""},
+        {"run.revolutions", "-1", ""},
+        {"", "1", "must be KEY=VALUE"},
+        {"gravity", "", "has no value"},
+        {"a=b", "1", "has no ="},
+        {"title.x", "1", "is a value, not a table"},
+        {"gravity", "[1, 2]\ntitle = \"x\"", "must set one value"},
+    };
+    for (const auto& [key, value, why] : bad) {
+      CAPTURE(key, value);
+      const auto message = refusal(scene, key, value);
+      CHECK_THAT(message, StartsWith("--set " + key + "=" + value + ": "));
+      CHECK_THAT(message, Contains(why));
+      REQUIRE(same_facts(scene, original));
+      REQUIRE(scene.text == original.text);
+      REQUIRE(scene.file == original.file);
+      REQUIRE(scene.overrides == original.overrides);
+    }
+  }
+  // A fact elsewhere that the key no longer goes with: the message has the override, and the place.
+  auto scene = read;
+  REQUIRE_THAT(refusal(scene, "joints.gudgeon.clearance", "1"),
+               StartsWith("--set joints.gudgeon.clearance=1: ") && Contains("scene.toml:") &&
+                   Contains("joints.gudgeon.bearing_radius: must be greater than the clearance"));
+  REQUIRE(same_facts(scene, read));
+}
+
+TEST_CASE("set keeps what was changed in code", "[scene]") {
+  const auto read = read_scene(test::flores(), {"joints.gudgeon.clearance=1e-3"});
+  auto scene = read;
+  scene.mechanism.bodies[0].mass = 3;
+  scene.penalty.tolerance = 1e-7;
+  scene.set("surfaces.steel.friction", 0.2);
+  REQUIRE(scene.mechanism.bodies[0].mass == 3);
+  REQUIRE(scene.penalty.tolerance == 1e-7);
+  REQUIRE(*scene.mechanism.surfaces[0].friction == 0.2);
+  REQUIRE(std::get<RevoluteJoint>(scene.mechanism.joints[2]).clearance->radial == 1e-3);
+  REQUIRE(scene.file == read.file);
+  REQUIRE(scene.text == to_toml(scene));  // the text read before no longer says what the scene is
+  REQUIRE(scene.overrides.empty());
+
+  // Any spelling, in any order; the duration is a fact of its own now.
+  const double duration = scene.run.duration, discard = scene.run.discard;
+  scene.set("drives.motor.speed_rpm", 120);
+  REQUIRE(same_bits(first_drive(scene).speed, 120.0 * 2 * std::numbers::pi / 60));
+  REQUIRE(scene.run.duration == duration);
+  scene.set("run.revolutions", 10);
+  REQUIRE(scene.run.duration == Approx(5));
+  REQUIRE(scene.run.discard == discard);
+  scene.set("run.duration", 4);
+  scene.set("drives.motor.speed", 10);
+  REQUIRE(scene.run.duration == 4);
+  REQUIRE(first_drive(scene).speed == 10);
+  REQUIRE(scene.mechanism.bodies[0].mass == 3);
+  REQUIRE_THAT(refusal(scene, "run.revolutions", "1e-3"), Contains("run.discard: must be less"));
+
+  // Changed again after set.
+  scene.mechanism.bodies[1].mass = 5;
+  scene.set("title", "changed");
+  REQUIRE(scene.mechanism.bodies[1].mass == 5);
+  REQUIRE(scene.mechanism.title == "changed");
+
+  auto keyed = read_scene(test::scene_file("every_key"));
+  keyed.mechanism.gravity = {0, -1};
+  keyed.set("instruments.encoder.counts", 100);
+  REQUIRE(*keyed.instruments[2].resolution == 2 * std::numbers::pi / 100);
+  keyed.set("drives.brake.torque", 0.5);
+  keyed.set("drives.spin.torque_table", "[[0, 1], [1, 2]]");
+  keyed.set("drives.spin.against", "angle");
+  REQUIRE(std::get<TorqueDrive>(keyed.mechanism.drives[1]).table.size() == 1);
+  REQUIRE(std::get<TorqueDrive>(keyed.mechanism.drives[2]).table.size() == 2);
+  REQUIRE_THAT(refusal(keyed, "drives.motor.torque", "1"), Contains("needs exactly one of"));
+}
+
+TEST_CASE("set on a scene built in code", "[scene]") {
+  auto scene = test::row_of_four_bars(2, 1e-3);
+  const auto original = scene;
+  scene.set("joints.back2.clearance", 2e-3);
+  scene.set("run.duration", "0.25");
+  scene.set("penalty.contact", "flores");
+  auto expected = original;
+  std::get<RevoluteJoint>(expected.mechanism.joints.back()).clearance->radial = 2e-3;
+  expected.run.duration = 0.25;
+  expected.penalty.contact = ContactLaw::flores;
+  REQUIRE(first_difference(to_toml(scene), to_toml(expected)) == "");
+  REQUIRE_THAT(refusal(scene, "run.revolutions", "1"), Contains("needs a drive that turns"));
+}
