@@ -2,8 +2,8 @@
 // what differs, and Scene::set does what --set does.
 #include "io/write_scene.hpp"
 
-#include <catch2/catch.hpp>
 #include <fmt/format.h>
+#include <catch2/catch.hpp>
 
 #include <bit>
 #include <cmath>
