@@ -69,7 +69,7 @@ std::vector<double> Csv::column(const std::string& name) const {
 std::string origin(const std::filesystem::path& folder, const std::string& scene_file) {
   auto file = folder / "comparison.json";
   for (const auto* other : {"laws.json", "drift.json", "scaling.json", "verification.json", "validation.json",
-                            "experiment.json", "extremes.json", "tradeoff.json"})
+                            "experiment.json", "extremes.json", "tradeoff.json", "run.json"})
     if (!std::filesystem::exists(file)) file = folder / other;
   std::ifstream in(file);
   const auto document = nlohmann::json::parse(in, nullptr, false);
@@ -141,6 +141,7 @@ std::vector<std::filesystem::path> all(const std::filesystem::path& folder) {
   };
   if (std::filesystem::exists(folder / "comparison.json"))
     draw_all(std::array{acceleration, journal_orbit, paired_impacts});
+  for (const auto& path : forces(folder)) made.push_back(path);
   if (std::filesystem::exists(folder / "laws.json"))
     draw_all(std::array{impact_loops, delivered_restitution, friction_laws});
   if (std::filesystem::exists(folder / "validation.json")) made.push_back(overlay(folder));

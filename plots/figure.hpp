@@ -54,6 +54,10 @@ std::filesystem::path acceleration(const std::filesystem::path& folder);
 std::filesystem::path journal_orbit(const std::filesystem::path& folder);
 std::filesystem::path paired_impacts(const std::filesystem::path& folder);
 
+/// What joints and drives carry, of a compared scene or of one run: reaction_NAME of every joint,
+/// bearing_load_NAME of the revolute ones, drive_torque. None without forces.csv.
+std::vector<std::filesystem::path> forces(const std::filesystem::path& folder);
+
 /// Figures of a folder made by `freeplay laws SCENE`.
 std::filesystem::path impact_loops(const std::filesystem::path& folder);
 std::filesystem::path delivered_restitution(const std::filesystem::path& folder);

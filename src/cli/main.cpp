@@ -50,7 +50,8 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"fast", "balanced", "reference"}));
   compare->add_option("-o,--output", request.output, "result folder; default out/NAME");
   auto* figures = app.add_subcommand("figures", "draw the figures of a result folder again");
-  figures->add_option("folder", request.scene, "folder made by compare")->required();
+  figures->add_option("folder", request.scene, "folder made by run, compare, laws, drift or validate")
+      ->required();
   figures->callback([&request] { request.command = cli::figures; });
 
   auto* drift =

@@ -121,9 +121,9 @@ int figures(const Request& request) {
   const std::filesystem::path folder = request.scene;
   const auto made = plots::all(folder);
   if (made.empty())
-    throw SceneError(
-        request.scene +
-        ": has no result files to draw; give a folder made by freeplay compare, laws, drift or validate");
+    throw SceneError(request.scene +
+                     ": has no result files to draw; give a folder made by freeplay run, compare, laws, "
+                     "drift or validate");
   for (const auto& path : made) fmt::print("{}\n", path.string());
   return 0;
 }
