@@ -18,9 +18,9 @@ std::unique_ptr<Formulation> make(Family family, const Scene& scene, const Syste
 std::vector<double> delivered_restitutions(const Scene& scene, const System& system) {
   std::vector<double> e;
   if (scene.penalty.contact == ContactLaw::kelvin_voigt)
-    throw SceneError(scene.file.string() +
-                     ": penalty.contact: \"kelvin-voigt\" delivers a restitution that depends on "
-                     "the mass, so it cannot be matched; compare with --as-given");
+    throw ModelError("penalty.contact",
+                     "\"kelvin-voigt\" delivers a restitution that depends on the mass, so it cannot be "
+                     "matched; compare with --as-given");
   for (int k = 0; k < system.contacts(); ++k) e.push_back(delivered_by(scene, system.contact_facts(k)));
   return e;
 }

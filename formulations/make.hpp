@@ -7,6 +7,7 @@
 #include "formulations/penalty/contact_law.hpp"  // the list of laws, for those who come through here
 #include "formulations/penalty/law_curves.hpp"
 #include "model/scene.hpp"
+#include "model/system.hpp"
 #include "sim/formulation.hpp"
 
 namespace freeplay {
@@ -15,7 +16,7 @@ enum class Family { penalty, nonsmooth };
 
 /// Makes a formulation of a scene, started at `state`; scene and system must outlive it. `restitution`, when
 /// not empty, is what an impact law shall take in place of the surfaces' values, one per contact. Throws
-/// SceneError when the scene lacks what the formulation needs.
+/// ModelError when the scene lacks what the formulation needs.
 std::unique_ptr<Formulation> make(Family family, const Scene& scene, const System& system, const State& state,
                                   const std::vector<double>& restitution = {});
 

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "sim/output_file.hpp"
+#include "io/output_file.hpp"
 
 namespace freeplay::plots {
 namespace {

@@ -18,7 +18,7 @@
 
 #include "model/scene.hpp"
 #include "plots/figure.hpp"
-#include "sim/output_file.hpp"
+#include "io/output_file.hpp"
 
 namespace freeplay::plots {
 namespace {

@@ -13,7 +13,7 @@
 
 namespace freeplay::test {
 
-ContactEvent touch(const RunSummary& run, std::size_t i) {
+ContactEvent touch(const Result& run, std::size_t i) {
   const auto list = touches(run);
   if (i < list.size()) return list[i];
   throw std::runtime_error(fmt::format("touch {} is missing: the {} run made {} until {:.6g} s{}", i + 1,

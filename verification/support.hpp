@@ -2,11 +2,14 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "formulations/make.hpp"
-#include "sim/run_summary.hpp"
+#include "model/assembly.hpp"
+#include "io/run_folder.hpp"
+#include "io/run_json.hpp"
 
 namespace freeplay::test {
 
@@ -17,17 +20,32 @@ inline std::filesystem::path scene_file(const std::string& name) {
 }
 
 /// One run in memory.
-inline RunSummary simulate(const Scene& scene, Family family) {
-  return run_scene(
-      scene,
-      [family](const Scene& s, const System& system, const State& state) {
-        return make(family, s, system, state);
-      },
-      std::nullopt);
+inline const char* name_of(Family family) { return family == Family::penalty ? "penalty" : "nonsmooth"; }
+inline Result simulate(const Scene& scene, Family family) {
+  return run_scene(scene, {.formulation = name_of(family), .most_events = 1'000'000});
 }
 
+/// Calls functions with events and samples.
+class Listener final : public Observer {
+ public:
+  std::function<void(const Event&)> on_event;
+  std::function<void(std::size_t, double, double)> on_sample;
+  std::function<void(const Step&)> on_step;
+  Wants want{};
+  Wants wants() const override { return {want.forces, want.samples || on_sample != nullptr, on_step != nullptr}; }
+  void event(const Event& e) override {
+    if (on_event) on_event(e);
+  }
+  void sample(std::size_t channel, double t, double value) override {
+    if (on_sample) on_sample(channel, t, value);
+  }
+  void step(const Step& step) override {
+    if (on_step) on_step(step);
+  }
+};
+
 /// Touches (impacts and beginnings of lasting contact) in the order of time.
-inline std::vector<ContactEvent> touches(const RunSummary& run) {
+inline std::vector<ContactEvent> touches(const Result& run) {
   std::vector<ContactEvent> list;
   for (const auto& e : run.events)
     if (e.kind != EventKind::separation) list.push_back(e);
@@ -35,7 +53,7 @@ inline std::vector<ContactEvent> touches(const RunSummary& run) {
 }
 
 /// The i-th touch (from 0), or an error that says how many there were.
-ContactEvent touch(const RunSummary& run, std::size_t i);
+ContactEvent touch(const Result& run, std::size_t i);
 
 /// Slope of log y over log x, least squares through all points: an observed order.
 double observed_order(const std::vector<double>& x, const std::vector<double>& y);

@@ -32,4 +32,10 @@ ErrorNorm motion_norm(const System& system, const Scales& s, double tolerance) {
   return norm;
 }
 
+void add_states(ErrorNorm& norm, const System& system, int offset) {
+  norm.absolute.resize(offset, INFINITY);
+  for (int k = 0; k < system.states(); ++k) norm.absolute.push_back(system.state_scale(k));
+  norm.relative.resize(norm.absolute.size(), 0);
+}
+
 }  // namespace freeplay

@@ -24,6 +24,9 @@ struct Scales {
 /// Accepted errors of [q, v]; what follows in an integrated vector is carried along without control.
 ErrorNorm motion_norm(const System& system, const Scales& scales, double tolerance);
 
+/// Adds the elements' first-order states, from place `offset` of the integrated vector.
+void add_states(ErrorNorm& norm, const System& system, int offset);
+
 Scales make_scales(const Mechanism& mechanism, const System& system);
 
 }  // namespace freeplay

@@ -47,10 +47,14 @@ std::string EventDynamics::strike(Vector& x, double t, const std::vector<int>& s
   extremes.ambiguous += solution.ambiguous;
   if (!reason.empty()) return reason;
   double* integral = x.data() + integral_offset();
+  std::ranges::fill(struck_lambda_, 0.0);
   const auto apply = [&](int r, double impulse) {
     if (r < 0) return;
     for (int i = 0; i < n; ++i) v[i] += impulse * response(r)[i];
-    for (int k = 0; k < m; ++k) integral[drive] += impulse * reaction(r)[k] * e_.phi_t[k];
+    for (int k = 0; k < m; ++k) {
+      integral[drive] += impulse * reaction(r)[k] * e_.phi_t[k];
+      struck_lambda_[k] += impulse * reaction(r)[k];
+    }
   };
   for (std::size_t i = 0; i < struck.size(); ++i) {
     apply(struck_[i].normal, struck_[i].impulse_n);
@@ -62,6 +66,18 @@ std::string EventDynamics::strike(Vector& x, double t, const std::vector<int>& s
   contact_loss -= impact_.normal_work();
   integral[friction_loss] -= impact_.tangential_work();
   return "";
+}
+
+void EventDynamics::report_strike(const Vector& x, const std::vector<int>& struck, Forces& out) {
+  const double* q = x.data();
+  out.clear();
+  system_.report_rows(q, e_, struck_lambda_.data(), 1, out);
+  for (std::size_t i = 0; i < struck.size(); ++i) {
+    const auto& s = struck_[i];
+    system_.report_contact(struck[i], q, e_, contacts_[struck[i]].row, s.impulse_n, s.impulse_t, 1, out);
+    for (const auto& [row, impulse] : {std::pair{s.normal, s.impulse_n}, std::pair{s.tangent, s.impulse_t}})
+      for (int k = 0; row >= 0 && k < system_.n(); ++k) out.acceleration[k] += impulse * response(row)[k];
+  }
 }
 
 std::string EventDynamics::choose(const Vector& x, double t, const std::vector<int>& candidates) {
@@ -82,7 +98,7 @@ std::string EventDynamics::choose(const Vector& x, double t, const std::vector<i
 
   // Accelerations with nothing closed and resting joints without friction.
   ++work.lcp_solves;
-  if (!solve_free(q, v, t)) return "the constraint equations cannot be factorised";
+  if (!solve_free(x, t)) return "the constraint equations cannot be factorised";
 
   status_.clear();
   used_ = 0;
@@ -166,7 +182,7 @@ std::string EventDynamics::choose(const Vector& x, double t, const std::vector<i
 
 double EventDynamics::gap_acceleration(int k, const Vector& x, double t) {
   const double* v = x.data() + system_.n();
-  if (!solve_mode(x.data(), v, t)) return 0;
+  if (!solve_mode(x, t)) return 0;
   system_.contact(k, x.data(), v, e_, contacts_[k].row);
   return contacts_[k].row.normal.dot(a_.data()) - contacts_[k].row.gamma_n;
 }

@@ -24,6 +24,7 @@ void EventDriven::start(const State& state, ContactLog& log) {
   std::ranges::fill(scratch_, 0);
   std::ranges::copy(state.q, scratch_.begin());
   std::ranges::copy(state.v, scratch_.begin() + dynamics_.system().n());
+  std::ranges::copy(state.z, scratch_.begin() + dynamics_.state_offset());
   for (auto& c : dynamics_.contacts()) c.closed = false;
   for (auto& p : dynamics_.preloaded()) p.slip = 1;  // any mode: the true one is chosen before the first step
   method_.start(dynamics_, state.t, scratch_);
@@ -50,7 +51,24 @@ void EventDriven::interpolate(double t, double* q, double* v) const {
   std::copy(x.begin() + n, x.begin() + 2 * n, v);
 }
 
+void EventDriven::watch_forces(bool on) {
+  watching_ = on;
+  if (!on || probe_) return;
+  probe_ = dynamics_.twin();
+  before_step_ = within_ = strike_ = force_ = dynamics_.system().make_forces();
+}
+
+/// The mode of the last step lasts until the next one begins.
+void EventDriven::forces(double t, Forces& out) {
+  probe_->take_mode(dynamics_);
+  probe_->report(at(t), t, out);
+}
+
 bool EventDriven::step(double t_end) {
+  if (watching_) {
+    before_step_.clear();
+    within_.clear();
+  }
   if (pending_ && !change_mode()) return false;
   const double knot = dynamics_.system().next_knot(method_.t);
   const bool to_knot = knot < t_end;
@@ -72,14 +90,14 @@ bool EventDriven::step(double t_end) {
   if (pending_)
     land_on_first(
         method_, last_, [this](Event& event) { land(event); },
-        [this](const Event& landed) {
+        [this](const Event&) {
           Event lost;
           lost.t = method_.t;
-          find_gap_events(lost, landed.kind == Event::Kind::gap ? landed.index : -1);
+          find_gap_events(lost);
           return lost;
         });
   if (!pending_) {
-    dynamics_.project(method_.x, method_.t);
+    dynamics_.project(method_.x, method_.t, watching_ ? &within_ : nullptr);
     method_.renew(dynamics_);
     if (to_knot && method_.t >= knot) method_.start(dynamics_, method_.t, std::vector<double>(method_.x));
   }
@@ -105,7 +123,8 @@ bool EventDriven::change_mode() {
   const double t = method_.t;
   auto& d = dynamics_;
   auto& x = method_.x;
-  d.project(x, t);  // within a step closed contacts drift by its error: what holds must not seem to leave
+  auto* const book = watching_ ? &before_step_ : nullptr;
+  d.project(x, t, book);  // within a step closed contacts drift by its error: what holds must not seem to leave
   d.measure_speeds(x);
   // What holds at its bound is torn, and all that holds there with it: feet of one body give way together.
   if (last_.kind == Event::Kind::stick || last_.kind == Event::Kind::slide_stick) {
@@ -143,7 +162,7 @@ bool EventDriven::change_mode() {
   if (!impacts(touching) || !choose(touching)) return false;
   for (auto& c : d.contacts()) c.forced = 0;
   for (auto& p : d.preloaded()) p.forced = 0;
-  d.project(x, t);
+  d.project(x, t, book);
   record(was_closed);
   method_.start(d, t, std::vector<double>(x));
   mark_gaps();
@@ -183,7 +202,12 @@ bool EventDriven::impacts(std::vector<int>& touching) {
   }
   const auto before = method_.x;
   const double loss_before = d.contact_loss;
-  if (const auto reason = d.strike(method_.x, t, touching, {}); !reason.empty()) return fail(reason);
+  const auto strike = [&](const std::vector<int>& soft) {
+    auto reason = d.strike(method_.x, t, touching, soft);
+    if (watching_ && reason.empty()) d.report_strike(method_.x, touching, strike_);
+    return reason;
+  };
+  if (const auto reason = strike({}); !reason.empty()) return fail(reason);
   const auto leaving = [&](int k) { return d.look(k, method_.x, t).normal.dot(v()) > tiny; };
   auto staying = touching;
   std::erase_if(staying, leaving);
@@ -193,10 +217,11 @@ bool EventDriven::impacts(std::vector<int>& touching) {
   if (!over.empty()) {
     method_.x = before;
     d.contact_loss = loss_before;
-    if (const auto reason = d.strike(method_.x, t, touching, over); !reason.empty()) return fail(reason);
+    if (const auto reason = strike(over); !reason.empty()) return fail(reason);
     staying = touching;
     std::erase_if(staying, leaving);
   }
+  if (watching_) before_step_.add(1, strike_);
   const double kinetic = d.system().kinetic(before.data() + d.system().n());
   if (const double gain = d.impact_gain(); gain > 1e-12 * kinetic) {
     ++d.extremes.gains;

@@ -12,12 +12,14 @@
 // lands flat on two corners would else be given a cascade of single impacts by whichever error came first.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
 #include "formulations/integrators/crossing.hpp"
 #include "formulations/integrators/methods.hpp"
 #include "formulations/nonsmooth/event_dynamics.hpp"
+#include "sim/force_integral.hpp"
 
 namespace freeplay {
 
@@ -30,6 +32,12 @@ class EventDriven {
   bool step(double t_end);
   const std::string& failure() const { return failure_; }
 
+  template <class M>
+  void remember(M& m) {
+    m.part("event-driven");
+    m(dynamics_, method_, mark_, kicked_, pending_, last_, recent_, recent_since_);
+  }
+
   double t() const { return method_.t; }
   double t_old() const { return method_.t_old; }
   /// At the end of the step, before an impact that may follow there.
@@ -38,6 +46,19 @@ class EventDriven {
   void interpolate(double t, double* q, double* v) const;
 
   const double* q() const { return method_.x.data(); }
+  std::span<const double> z() const {
+    return {method_.x.data() + dynamics_.state_offset(), static_cast<std::size_t>(dynamics_.system().states())};
+  }
+  std::span<const double> multipliers() const { return dynamics_.multipliers(); }
+
+  /// @name Forces; see Step
+  ///@{
+  void watch_forces(bool on);
+  void forces(double t, Forces& out);
+  void add_impulse(double a, double b, Forces& sum) { integrate_forces(*this, a, b, force_, sum); }
+  const Forces& before() const { return before_step_; }
+  const Forces& within() const { return within_; }
+  ///@}
   EnergyLedger integrals() const;
   const Work& work() const { return dynamics_.work; }
   const Extremes& extremes() const { return dynamics_.extremes; }
@@ -50,13 +71,21 @@ class EventDriven {
     Kind kind = Kind::none;
     int index = -1;
     double t = 0;
+    template <class M>
+    void remember(M& m) {
+      m(kind, index, t);
+    }
   };
   struct Mark {
     Watched gap;                                 // at the end of the last step, open contacts
     double impulse_n = 0, impulse_t = 0, t = 0;  // at first touch of a closed one
+    template <class M>
+    void remember(M& m) {
+      m(gap.value, gap.rate, impulse_n, impulse_t, t);
+    }
   };
 
-  void find_gap_events(Event& first, int known = -1);
+  void find_gap_events(Event& first);
   void find_mode_events(Event& first);
   void watch(const std::vector<double>& x, std::vector<double>& values);
   void values_at(double t, std::vector<double>& values);
@@ -92,6 +121,9 @@ class EventDriven {
   long recent_ = 0;  // events
   double recent_since_ = -INFINITY;
   std::string failure_;
+  bool watching_ = false;
+  std::unique_ptr<EventDynamics> probe_;  // made when forces are first watched
+  Forces before_step_, within_, strike_, force_;
 };
 
 }  // namespace freeplay

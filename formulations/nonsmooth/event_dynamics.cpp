@@ -10,6 +10,8 @@ namespace freeplay {
 EventDynamics::EventDynamics(const System& system, const NonsmoothOptions& options,
                              std::vector<double> restitution, RowFacts facts, double speed_scale)
     : system_(system),
+      options_(options),
+      facts_(facts),
       speed_scale_(speed_scale),
       saddle_(system.mass(), system.pattern(), SolvePath::automatic, facts),
       e_(system.make_evaluation()),
@@ -27,7 +29,7 @@ EventDynamics::EventDynamics(const System& system, const NonsmoothOptions& optio
   rhs_.setZero(most);
   a_.resize(system.n());
   change_.resize(system.n());
-  for (auto* x : {&lambda_, &r_}) x->resize(system.rows());
+  for (auto* x : {&lambda_, &r_, &struck_lambda_}) x->resize(system.rows());
   extremes.penetration.assign(system.contacts(), 0);
 }
 
@@ -39,12 +41,13 @@ int EventDynamics::add(const SparseRow& row, const SparseRow* beside, double fac
 }
 
 /// Accelerations in a_ with no contact closed, what slips as forces and what rests without friction.
-bool EventDynamics::solve_free(const double* q, const double* v, double t) {
+bool EventDynamics::solve_free(const Vector& x, double t) {
+  const double *q = x.data(), *v = q + system_.n();
   ++work.rhs;
   ++work.factorisations;
   system_.place(t, q, e_);
   system_.rate(q, v, e_);
-  system_.forces(t, q, v, e_);
+  system_.forces(t, q, v, x.data() + state_offset(), e_);
   for (int k = 0; k < system_.frictions(); ++k) {
     auto& p = preloaded_[k];
     p.gamma = system_.friction(k, q, v, e_, p.row);
@@ -58,9 +61,10 @@ bool EventDynamics::solve_free(const double* q, const double* v, double t) {
 }
 
 /// Accelerations and multipliers of the mode at a state, in a_, lambda_ and the elements.
-bool EventDynamics::solve_mode(const double* q, const double* v, double t) {
+bool EventDynamics::solve_mode(const Vector& x, double t) {
+  const double *q = x.data(), *v = q + system_.n();
   const int n = system_.n(), m = system_.rows();
-  if (!solve_free(q, v, t)) return false;
+  if (!solve_free(x, t)) return false;
   used_ = 0;
   const auto want = [&](const SparseRow& row, double gamma, const SparseRow* beside, double factor) {
     const int r = add(row, beside, factor);
@@ -143,7 +147,7 @@ void EventDynamics::share_friction() {
 void EventDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   const int n = system_.n(), m = system_.rows();
   const double* v = x.data() + n;
-  if (!solve_mode(x.data(), v, t)) {
+  if (!solve_mode(x, t)) {
     std::ranges::fill(dxdt, __builtin_nan(""));  // refused by the step control
     return;
   }
@@ -155,6 +159,7 @@ void EventDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   integral[damping] = -e_.power.damping;
   integral[friction_loss] = 0;
   for (int k = 0; k < m; ++k) integral[drive] += lambda_[k] * e_.phi_t[k];
+  system_.flow(t, x.data(), x.data() + state_offset(), dxdt.data() + state_offset());
   double* impulse = dxdt.data() + impulse_offset();
   for (const auto& c : contacts_) {
     *impulse++ = c.lambda_n;
@@ -162,6 +167,30 @@ void EventDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
     if (c.lambda_t != 0) integral[friction_loss] -= c.lambda_t * c.row.tangent.dot(v);
   }
   for (const auto& p : preloaded_) integral[friction_loss] -= p.lambda * p.rate;
+}
+
+void EventDynamics::take_mode(const EventDynamics& other) {
+  for (std::size_t k = 0; k < contacts_.size(); ++k) {
+    contacts_[k].closed = other.contacts_[k].closed;
+    contacts_[k].slip = other.contacts_[k].slip;
+    contacts_[k].resting = other.contacts_[k].resting;
+  }
+  for (std::size_t k = 0; k < preloaded_.size(); ++k) preloaded_[k].slip = other.preloaded_[k].slip;
+}
+
+void EventDynamics::report(const Vector& x, double t, Forces& out) {
+  const double *q = x.data(), *v = q + system_.n();
+  out.clear();
+  if (!solve_mode(x, t)) return;
+  std::ranges::copy(a_, out.acceleration.begin());
+  system_.report_rows(q, e_, lambda_.data(), 1, out);
+  for (int k = 0; k < system_.contacts(); ++k) {
+    const auto& c = contacts_[k];
+    if (c.closed) system_.report_contact(k, q, e_, c.row, c.lambda_n, c.lambda_t, 1, out);
+  }
+  for (int k = 0; k < system_.frictions(); ++k)
+    system_.report_friction(k, q, v, e_, preloaded_[k].row, preloaded_[k].lambda, 1, out);
+  system_.report_loads(t, q, v, x.data() + state_offset(), e_, 1, out);
 }
 
 void EventDynamics::measure_speeds(const Vector& x) {
@@ -173,7 +202,7 @@ void EventDynamics::measure_speeds(const Vector& x) {
   slide_tolerance_ = 1e-7 * speed_scale_ + 1e-12 * fastest;
 }
 
-void EventDynamics::project(Vector& x, double t) {
+void EventDynamics::project(Vector& x, double t, Forces* book) {
   const int n = system_.n(), m = system_.rows();
   double* q = x.data();
   double* v = q + n;
@@ -183,6 +212,7 @@ void EventDynamics::project(Vector& x, double t) {
     for (int k = 0; k < m; ++k) r_[k] = -residual(k);
     saddle_.solve(nullptr, r_.data(), change_.data(), lambda_.data());
     used_ = 0;
+    owners_.clear();
     active();
     if (used_ > 0) {
       for (int r = 0; r < used_; ++r) {
@@ -194,6 +224,18 @@ void EventDynamics::project(Vector& x, double t) {
         for (int i = 0; i < n; ++i) change_[i] += solution_[r] * response(r)[i];
     }
     for (int i = 0; i < n; ++i) y[i] += change_[i];
+    if (y == q || !book) return;
+    for (int r = 0; r < used_; ++r) {
+      for (int k = 0; k < m; ++k) lambda_[k] += solution_[r] * reaction(r)[k];
+      const auto& o = owners_[r];
+      if (o.contact >= 0)
+        system_.report_contact(o.contact, q, e_, contacts_[o.contact].row, o.tangent ? 0 : solution_[r],
+                               o.tangent ? solution_[r] : 0, 1, *book);
+      else
+        system_.report_friction(o.friction, q, v, e_, rows_[r], solution_[r], 1, *book);
+    }
+    system_.report_rows(q, e_, lambda_.data(), 1, *book);
+    for (int i = 0; i < n; ++i) book->acceleration[i] += change_[i];
   };
   system_.place(t, q, e_);
   ++work.factorisations;
@@ -219,15 +261,19 @@ void EventDynamics::project(Vector& x, double t) {
           if (!c.closed && !c.resting) continue;
           system_.contact(k, q, v, e_, c.row);
           const double rate = c.row.normal.dot(v);
-          if (c.closed || rate < 0) rhs_[add(c.row.normal, nullptr, 0)] = rate;
+          const auto want = [&](const SparseRow& row, double value, bool tangent) {
+            rhs_[add(row, nullptr, 0)] = value;
+            owners_.push_back({k, -1, tangent});
+          };
+          if (c.closed || rate < 0) want(c.row.normal, rate, false);
           if (!c.closed) continue;
-          if (c.slip == 0 && c.row.tangent.size > 0)
-            rhs_[add(c.row.tangent, nullptr, 0)] = c.row.tangent.dot(v);
+          if (c.slip == 0 && c.row.tangent.size > 0) want(c.row.tangent, c.row.tangent.dot(v), true);
         }
         for (int k = 0; k < system_.frictions(); ++k) {
           if (preloaded_[k].slip != 0) continue;
           system_.friction(k, q, v, e_, preloaded_[k].row);
           rhs_[add(preloaded_[k].row, nullptr, 0)] = preloaded_[k].row.dot(v);
+          owners_.push_back({-1, k, true});
         }
       });
   stabilisation += system_.kinetic(v) + system_.potential(q) - before;

@@ -10,6 +10,7 @@
 // The integrated vector is [q, v, (P_N, P_T) of each contact, work integrals].
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -36,12 +37,20 @@ class EventDynamics {
     double lambda_n = 0, lambda_t = 0;  ///< N, at the last evaluation
     double mobility = 0;                ///< 1/kg, of λ_N on its own gap
     int unknown = -1, tangent_unknown = -1;
+    template <class M>
+    void remember(M& m) {
+      m(closed, slip, forced, resting, row, lambda_n, lambda_t, mobility, unknown, tangent_unknown);
+    }
   };
   struct Preloaded {
     int slip = 0, forced = 0;  ///< as of a contact
     SparseRow row;
     double gamma = 0, rate = 0, lambda = 0;
     int unknown = -1;
+    template <class M>
+    void remember(M& m) {
+      m(slip, forced, row, gamma, rate, lambda, unknown);
+    }
   };
 
   EventDynamics(const System& system, const NonsmoothOptions& options, std::vector<double> restitution,
@@ -53,6 +62,8 @@ class EventDynamics {
   /// Impulses of all contacts in `struck` (gap closed), added to v and to the impulses and works in x. An
   /// empty text, or why there are none. Contacts in `soft` take e = 0 and e_T = 0.
   std::string strike(Vector& x, double t, const std::vector<int>& struck, const std::vector<int>& soft);
+  /// Impulses of the last strike at x, into a cleared table.
+  void report_strike(const Vector& x, const std::vector<int>& struck, Forces& out);
   double impact_gain() const { return impact_.normal_work() + impact_.tangential_work(); }
 
   /// Chooses the mode from the contacts that touch without relative normal speed (`candidates`), by the
@@ -64,8 +75,21 @@ class EventDynamics {
   double pressure(int k) const { return contacts_[k].lambda_n * contacts_[k].mobility; }
   /// Greatest acceleration at the last evaluation (m/s²).
   double acceleration_scale() const;
-  /// Moves x onto the constraints of the mode, positions then velocities, by the least mass-weighted change.
-  void project(Vector& x, double t);
+  /// Moves x onto the constraints of the mode, positions then velocities, by the least mass-weighted change; adds
+  /// the impulses of the latter to `book`, if there is one.
+  void project(Vector& x, double t, Forces* book = nullptr);
+
+  /// Another one of the same scene, to look without touching this one's memory.
+  std::unique_ptr<EventDynamics> twin() const {
+    std::vector<double> restitution;
+    for (const auto& c : contacts_) restitution.push_back(c.restitution);
+    return std::make_unique<EventDynamics>(system_, options_, restitution, facts_, speed_scale_);
+  }
+  /// Takes another's mode.
+  void take_mode(const EventDynamics& other);
+  /// Forces and accelerations at x in the present mode.
+  void report(const Vector& x, double t, Forces& out);
+  const std::vector<double>& multipliers() const { return lambda_; }
 
   /// Takes the violations of constraints and walls at a state into `extremes`.
   void keep_extremes(const Vector& x, double t);
@@ -75,7 +99,8 @@ class EventDynamics {
 
   int size() const { return integral_offset() + integrals; }
   int impulse_offset() const { return 2 * system_.n(); }
-  int integral_offset() const { return impulse_offset() + 2 * system_.contacts(); }
+  int state_offset() const { return impulse_offset() + 2 * system_.contacts(); }
+  int integral_offset() const { return state_offset() + system_.states(); }
   const System& system() const { return system_; }
   bool singular() const { return saddle_.singular(); }
   double nearest_singular() const { return saddle_.nearest_singular(); }
@@ -93,17 +118,27 @@ class EventDynamics {
   Extremes extremes;
   double contact_loss = 0, stabilisation = 0;  ///< J
 
+  template <class M>
+  void remember(M& m) {
+    m.part("event dynamics");
+    for (auto& c : contacts_) m(c);
+    for (auto& p : preloaded_) m(p);
+    m(saddle_, speed_tolerance_, slide_tolerance_, a_, work, extremes, contact_loss, stabilisation);
+  }
+
  private:
   void solve_active();
   void share_friction();
-  bool solve_free(const double* q, const double* v, double t);
-  bool solve_mode(const double* q, const double* v, double t);
+  bool solve_free(const Vector& x, double t);
+  bool solve_mode(const Vector& x, double t);
   /// Adds a column A·`column` to the responses and its row; returns its index.
   int add(const SparseRow& row, const SparseRow* beside, double factor);
   double* response(int r) { return response_.data() + static_cast<long>(r) * system_.n(); }
   double* reaction(int r) { return reaction_.data() + static_cast<long>(r) * system_.rows(); }
 
   const System& system_;
+  NonsmoothOptions options_;
+  RowFacts facts_;
   double speed_scale_, speed_tolerance_ = 0, slide_tolerance_ = 0;
   SaddlePoint saddle_;
   Evaluation e_;
@@ -120,6 +155,13 @@ class EventDynamics {
   Eigen::VectorXd rhs_, solution_;
   Vector a_, lambda_, r_;
   Vector change_;  // of positions or velocities by project()
+  /// What a row of project() belongs to: contact and which of its rows, or a preloaded joint.
+  struct Owner {
+    int contact, friction;
+    bool tangent;
+  };
+  std::vector<Owner> owners_;
+  std::vector<double> struck_lambda_;  // impulses of the constraint rows in the last strike
 };
 
 }  // namespace freeplay

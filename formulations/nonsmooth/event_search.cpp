@@ -27,10 +27,9 @@ Watched EventDriven::gap_at(int k, double t) {
   return {row.gap + slack(k), row.normal.dot(x.data() + dynamics_.system().n())};
 }
 
-/// But of contact `known`.
-void EventDriven::find_gap_events(Event& first, int known) {
+void EventDriven::find_gap_events(Event& first) {
   for (int k = 0; k < dynamics_.system().contacts(); ++k) {
-    if (k == known || dynamics_.contacts()[k].closed) continue;
+    if (dynamics_.contacts()[k].closed) continue;
     const auto t = first_loss([&](double at) { return gap_at(k, at); }, method_.t_old, method_.t,
                               mark_[k].gap, gap_at(k, method_.t), 8 * rounding(k));
     if (t && (*t < first.t || first.kind == Event::Kind::none)) first = {Event::Kind::gap, k, *t};

@@ -32,6 +32,7 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
   reaction_.resize(static_cast<std::size_t>(rows) * system.rows());
   for (auto* x : {&q_, &v_, &q_old_, &v_old_, &q_mid_, &v_mean_, &v_trial_, &v_free_, &force_, &dq_})
     x->resize(system.n());
+  for (auto* x : {&z_, &z_mid_, &flow_}) x->resize(system.states());
   for (auto* x : {&r_, &lambda_, &lambda_free_, &lambda_dq_}) x->resize(system.rows());
   extremes_.penetration.assign(system.contacts(), 0);
 }
@@ -40,6 +41,8 @@ void MoreauStepper::start(const State& state, ContactLog& log) {
   log_ = &log;
   q_ = q_old_ = state.q;
   v_ = v_old_ = state.v;
+  z_.assign(system_.states(), 0);
+  std::ranges::copy(state.z, z_.begin());
   t_ = t_old_ = t_start_ = state.t;
   index_ = 0;
   system_.place(t_, q_.data(), end_);
@@ -77,8 +80,22 @@ bool MoreauStepper::step(double t_end) {
     return false;
   }
 
+  const auto advance_states = [&] {
+    system_.flow(t_old_ + 0.5 * h, q_mid_.data(), z_mid_.data(), flow_.data());
+    double change = 0;
+    for (std::size_t k = 0; k < z_.size(); ++k) {
+      const double middle = z_[k] + 0.5 * h * flow_[k];
+      change = std::max(change, std::abs(middle - z_mid_[k]) / system_.state_scale(static_cast<int>(k)));
+      z_mid_[k] = middle;
+    }
+    return change;
+  };
+  if (!z_.empty()) {
+    z_mid_ = z_;
+    advance_states();
+  }
   if (!solve_velocities(h, v_old_.data())) return false;
-  if (system_.has_velocity_forces()) {
+  if (system_.has_velocity_forces() || system_.states() > 0) {
     // Damper forces belong to the mean velocity: iterate to it.
     for (int i = 0;; ++i) {
       double change = 0, size = 0;
@@ -88,12 +105,14 @@ bool MoreauStepper::step(double t_end) {
         size = std::max(size, std::abs(mean));
         v_mean_[c] = mean;
       }
-      if (i > 0 && change <= 1e-12 * size) break;
-      if (i == 50 || !std::isfinite(change)) {
+      const double moved = advance_states();
+      if (i > 0 && change <= 1e-12 * size && moved <= 1e-13) break;
+      if (i == 50 || !std::isfinite(change + moved)) {
         failure_ = fmt::format(
-            "t = {:.9g} s: the damper forces do not converge within a step of {:.3g} s; take "
-            "nonsmooth.step shorter than mass/damping",
-            t_old_, h);
+            "t = {:.9g} s: {} do not converge within a step of {:.3g} s; take nonsmooth.step shorter than "
+            "{}",
+            t_old_, system_.states() > 0 ? "damper forces or lagged torques" : "the damper forces", h,
+            system_.states() > 0 ? "mass/damping and lag" : "mass/damping");
         return false;
       }
       v_trial_ = v_;
@@ -101,7 +120,9 @@ bool MoreauStepper::step(double t_end) {
     }
   }
   for (int i = 0; i < n; ++i) q_[i] = q_mid_[i] + 0.5 * h * v_[i];
+  for (std::size_t k = 0; k < z_.size(); ++k) z_[k] += h * flow_[k];
   log_contacts(h);
+  if (watching_) book(h);
   account(h);
   if (!bring_back(t_)) return false;
   double sum = 0;
@@ -117,7 +138,7 @@ bool MoreauStepper::step(double t_end) {
 bool MoreauStepper::solve_velocities(double h, const double* v_force) {
   const int n = system_.n(), m = system_.rows();
   ++work_.rhs;
-  system_.forces(t_old_ + 0.5 * h, q_mid_.data(), v_force, e_);
+  system_.forces(t_old_ + 0.5 * h, q_mid_.data(), v_force, z_mid_.data(), e_);
   for (int i = 0; i < n; ++i) force_[i] = system_.mass()[i] * v_old_[i] + h * e_.force[i];
   for (int k = 0; k < m; ++k) r_[k] = -e_.phi_t[k] + 0.5 * h * e_.gamma[k];
   saddle_.solve(force_.data(), r_.data(), v_.data(), lambda_.data());
@@ -179,7 +200,7 @@ void MoreauStepper::account(double h) {
   }
   if (!system_.has_loads()) return;
   for (int i = 0; i < n; ++i) v_mean_[i] = 0.5 * (v_old_[i] + v_[i]);
-  system_.forces(t_old_ + 0.5 * h, q_mid_.data(), v_mean_.data(), e_);
+  system_.forces(t_old_ + 0.5 * h, q_mid_.data(), v_mean_.data(), z_mid_.data(), e_);
   integrals_.drive += h * e_.power.drive;
   integrals_.load += h * e_.power.load;
   integrals_.damping -= h * e_.power.damping;
@@ -232,6 +253,60 @@ void MoreauStepper::keep_flight(double approach, double steps) {
   auto fastest = flights_.size() - 1;
   while (!(flights_[fastest] < INFINITY) && fastest > 1) --fastest;
   extremes_.shortest_flight = std::min(flights_[fastest], flights_[fastest - 1]);
+}
+
+void MoreauStepper::watch_forces(bool on) {
+  watching_ = on;
+  if (!on || !smooth_.elements.empty()) return;
+  nothing_ = smooth_ = within_ = system_.make_forces();
+  struck_lambda_.resize(system_.rows());
+  smooth_lambda_.resize(system_.rows());
+}
+
+/// The step's impulses: those of contacts that it struck, with what the joints answered, apart from the rest.
+void MoreauStepper::book(double h) {
+  const int n = system_.n(), m = system_.rows();
+  const double* q = q_mid_.data();
+  smooth_.clear();
+  within_.clear();
+  std::ranges::fill(struck_lambda_, 0.0);
+  const auto take = [&](int row, double impulse) {
+    if (row < 0 || impulse == 0) return;
+    for (int k = 0; k < m; ++k) struck_lambda_[k] += impulse * reaction(row)[k];
+    for (int i = 0; i < n; ++i) within_.acceleration[i] += impulse * response(row)[i];
+  };
+  for (int k = 0; k < system_.contacts(); ++k) {
+    const auto& c = contacts_[k];
+    if (c.unknown < 0) continue;
+    const auto& u = problem_.unknowns[c.unknown];
+    const bool struck = c.steps == 1 && u.impulse_n > 0;
+    if (struck) {
+      take(u.normal, u.impulse_n);
+      take(u.tangent, u.impulse_t);
+    }
+    system_.report_contact(k, q, e_, c.row, u.impulse_n, u.impulse_t, 1, struck ? within_ : smooth_);
+  }
+  for (int k = 0; k < m; ++k) smooth_lambda_[k] = lambda_[k] - struck_lambda_[k];
+  system_.report_rows(q, e_, smooth_lambda_.data(), 1, smooth_);
+  system_.report_rows(q, e_, struck_lambda_.data(), 1, within_);
+  for (int i = 0; i < n; ++i) {
+    smooth_.acceleration[i] = v_[i] - v_old_[i] - within_.acceleration[i];
+    v_mean_[i] = 0.5 * (v_old_[i] + v_[i]);
+  }
+  const auto preloaded = problem_.unknowns.size() - slides_.size();
+  for (std::size_t k = 0; k < slides_.size(); ++k)
+    system_.report_friction(static_cast<int>(k), q, v_mean_.data(), e_, slides_[k],
+                            problem_.unknowns[preloaded + k].impulse_t, 1, smooth_);
+  system_.report_loads(t_old_ + 0.5 * h, q, v_mean_.data(), z_mid_.data(), e_, h, smooth_);
+}
+
+void MoreauStepper::forces(double, Forces& out) {
+  out.clear();
+  if (t_ > t_old_) out.add(1 / (t_ - t_old_), smooth_);
+}
+
+void MoreauStepper::add_impulse(double a, double b, Forces& sum) const {
+  if (b > a) sum.add((b - a) / (t_ - t_old_), smooth_);
 }
 
 void MoreauStepper::interpolate(double t, double* q, double* v) const {

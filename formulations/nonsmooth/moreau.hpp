@@ -7,12 +7,14 @@
 //     0 ≤ u_N⁺ + e u_N⁻ ⊥ P_N ≥ 0,   −P_T ∈ μ P_N Sgn(u_T⁺)   for contacts that the motion without P would
 //     close q⁺ = q_m + (h/2) v⁺
 //
+// First-order states of elements take the same midpoint, z⁺ = z + h ż(t + h/2, q_m, (z + z⁺)/2).
 // Then positions are brought back: the least mass-weighted movement onto Φ = 0 and g ≥ 0, velocities
 // untouched.
 #pragma once
 
 #include <array>
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -34,6 +36,14 @@ class MoreauStepper {
   bool step(double t_end);
   const std::string& failure() const { return failure_; }
 
+  template <class M>
+  void remember(M& m) {
+    m.part("moreau-jean");
+    for (auto& c : contacts_) m(c);
+    m(saddle_, slide_last_, q_, v_, q_old_, v_old_, v_trial_, z_, t_, t_old_, t_start_, index_, integrals_, extremes_,
+      work_, flights_);
+  }
+
   double t() const { return t_; }
   double t_old() const { return t_old_; }
   const double* v() const { return v_.data(); }
@@ -41,6 +51,17 @@ class MoreauStepper {
   void interpolate(double t, double* q, double* v) const;
 
   const double* q() const { return q_.data(); }
+  std::span<const double> z() const { return z_; }
+  std::span<const double> multipliers() const { return lambda_; }
+
+  /// @name Forces; see Step. A step knows its impulses alone: its forces are these over its length.
+  ///@{
+  void watch_forces(bool on);
+  void forces(double t, Forces& out);
+  void add_impulse(double a, double b, Forces& sum) const;
+  const Forces& before() const { return nothing_; }
+  const Forces& within() const { return within_; }
+  ///@}
   const EnergyLedger& integrals() const { return integrals_; }
   const Extremes& extremes() const { return extremes_; }
   const Work& work() const { return work_; }
@@ -59,6 +80,11 @@ class MoreauStepper {
     double t_touch = 0, t_left = 0;
     int steps = 0;     // of the present episode
     int unknown = -1;  // in the step's contact problem
+    template <class M>
+    void remember(M& m) {
+      m(active, gap, u_n_minus, u_t_minus, u_n_plus, u_t_plus, impulse_n, impulse_t, last_n, last_t, t_touch,
+        t_left, steps, unknown);
+    }
   };
 
   bool solve_velocities(double h, const double* v_force);
@@ -68,6 +94,7 @@ class MoreauStepper {
   int add_row(const SparseRow& row, double end_rate_bias);
   bool bring_back(double t_new);
   void account(double h);
+  void book(double h);
   void log_contacts(double h);
   void keep_flight(double approach, double steps);
   double* response(int row) { return response_.data() + static_cast<long>(row) * system_.n(); }
@@ -85,6 +112,7 @@ class MoreauStepper {
       reaction_;  // A W and its multipliers, one column for each row of the problem
   std::vector<double> q_, v_, q_old_, v_old_, q_mid_, v_mean_, v_trial_, v_free_, lambda_free_, force_, r_,
       lambda_, dq_, lambda_dq_;
+  std::vector<double> z_, z_mid_, flow_;  // first-order states of elements, and their rates at mid-step
   double t_ = 0, t_old_ = 0, t_start_ = 0;
   long index_ = 0;
   ContactLog* log_ = nullptr;
@@ -94,6 +122,9 @@ class MoreauStepper {
   bool struck_ = false;              // a contact was touched in this step
   std::array<double, 128> flights_;  // steps of the shortest flight, by the binary exponent of the approach
   std::string failure_;
+  bool watching_ = false;
+  Forces nothing_, smooth_, within_;  // impulses of the last step: without its impacts, and theirs
+  std::vector<double> struck_lambda_, smooth_lambda_;
 };
 
 }  // namespace freeplay

@@ -5,6 +5,7 @@
 #include "formulations/integrators/tolerance.hpp"
 #include "formulations/nonsmooth/event_driven.hpp"
 #include "formulations/nonsmooth/moreau.hpp"
+#include "model/assembly.hpp"
 #include "sim/march.hpp"
 
 namespace freeplay {
@@ -26,19 +27,22 @@ class Nonsmooth final : public Formulation {
   }
   const char* name() const override { return "nonsmooth"; }
   void start(const State& state) override {
-    log_ = ContactLog(system_.contacts(), scene_.run.discard);
+    log_ = ContactLog(system_.contacts());
     stepper_.start(state, log_);
     initial_ = system_.kinetic(state.v.data()) + system_.potential(state.q.data());
   }
-  Ending run(double t_end, Recorder& recorder) override {
-    auto ending = march(stepper_, t_end, log_, recorder);
-    log_.tally_until(stepper_.t());
-    log_.drain([&](const ContactEvent& e) { recorder.event(e); });
+  Ending run(double t_end, Watch& watch) override {
+    auto ending = march(*this, system_, stepper_, t_end, log_, watch);
+    watch.drain(log_);
     return ending;
   }
+  EnergyLedger ledger_now() const { return ledger(); }
+  void save(MemoryWriter& m) override { remember(m); }
+  void load(MemoryReader& m) override { remember(m); }
   State state() const override {
     const double* q = stepper_.q();
-    return {stepper_.t(), {q, q + system_.n()}, {stepper_.v(), stepper_.v() + system_.n()}};
+    return {stepper_.t(), {q, q + system_.n()}, {stepper_.v(), stepper_.v() + system_.n()},
+            {stepper_.z().begin(), stepper_.z().end()}};
   }
   EnergyLedger ledger() const override {
     EnergyLedger l = stepper_.integrals();
@@ -87,6 +91,11 @@ class Nonsmooth final : public Formulation {
   }
 
  private:
+  template <class M>
+  void remember(M& m) {
+    m.part("nonsmooth");
+    m(stepper_, log_, initial_);
+  }
   const Scene& scene_;
   const System& system_;
   std::vector<double> restitution_;
@@ -98,7 +107,8 @@ class Nonsmooth final : public Formulation {
 EventDriven make_event_driven(const Scene& scene, const System& system,
                               const std::vector<double>& restitution, RowFacts facts) {
   const auto scales = make_scales(scene.mechanism, system);
-  const auto norm = motion_norm(system, scales, scene.nonsmooth.tolerance);
+  auto norm = motion_norm(system, scales, scene.nonsmooth.tolerance);
+  if (system.states() > 0) add_states(norm, system, 2 * system.n() + 2 * system.contacts());
   return {EventDynamics(system, scene.nonsmooth, restitution, facts, scales.speed),
           Dopri5(norm, 1e-3 * scales.time), scales.time, scene.nonsmooth.tolerance * scales.length};
 }
@@ -109,16 +119,14 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
                                             const std::vector<double>& restitution) {
   for (int k = 0; k < system.contacts(); ++k)
     if (system.contact_facts(k).lubricant)
-      throw SceneError(fmt::format(
-          "{}: joints.{}.lubricant: the nonsmooth formulation has no film; leave it out, or use the "
-          "penalty formulation",
-          scene.file.string(), system.contact_facts(k).name));
+      throw ModelError(fmt::format("joints.{}.lubricant", system.contact_facts(k).name),
+                       "the nonsmooth formulation has no film; leave it out, or use the penalty formulation");
   std::vector<double> e = restitution;
   for (int k = static_cast<int>(e.size()); k < system.contacts(); ++k) {
     const auto& surface = system.contact_facts(k).surface;
     if (!surface.restitution)
-      throw SceneError(fmt::format("{}: surfaces.{}.restitution: is missing: an impact law needs it",
-                                   scene.file.string(), surface.name));
+      throw ModelError(fmt::format("surfaces.{}.restitution", surface.name),
+                       "is missing: an impact law needs it");
     e.push_back(*surface.restitution);
   }
   const RowFacts facts{!redundant_rows(system, state.q).empty(), scene.run.eliminate};
@@ -128,10 +136,8 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
   if (scene.nonsmooth.impact_law != ImpactLaw::newton)
     for (const auto& s : scene.mechanism.surfaces)
       if (s.tangential_restitution > 0)
-        throw SceneError(
-            fmt::format("{}: surfaces.{}.tangential_restitution: belongs to nonsmooth.impact_law = "
-                        "\"newton\"; leave it out",
-                        scene.file.string(), s.name));
+        throw ModelError(fmt::format("surfaces.{}.tangential_restitution", s.name),
+                         "belongs to nonsmooth.impact_law = \"newton\"; leave it out");
   if (scene.nonsmooth.scheme == Scheme::event_driven) return with(make_event_driven(scene, system, e, facts));
   return with(MoreauStepper(system, scene.nonsmooth, e, facts));
 }

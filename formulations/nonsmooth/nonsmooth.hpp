@@ -4,12 +4,13 @@
 #include <vector>
 
 #include "model/scene.hpp"
+#include "model/system.hpp"
 #include "sim/formulation.hpp"
 
 namespace freeplay {
 
 /// The nonsmooth formulation of a scene, started at `state`. `restitution`, when not empty, replaces what the
-/// surfaces ask for, one value per contact. Throws SceneError when a surface has no restitution.
+/// surfaces ask for, one value per contact. Throws ModelError when a surface has no restitution.
 std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& system, const State& state,
                                             const std::vector<double>& restitution);
 

@@ -55,8 +55,8 @@ double pereira_exponent(double mm) {
   return Y * std::pow(mm, -0.005);
 }
 
-[[noreturn]] void missing(const Scene& scene, const std::string& key, const char* why) {
-  throw SceneError(fmt::format("{}: {}: is missing: {}", scene.file.string(), key, why));
+[[noreturn]] void missing(const std::string& key, const char* why) {
+  throw ModelError(key, fmt::format("is missing: {}", why));
 }
 
 }  // namespace
@@ -78,29 +78,29 @@ ContactForce make_contact_force(const Scene& scene, const ContactFacts& contact)
   ContactForce law;
   if (o.contact == ContactLaw::kelvin_voigt) {
     if (!o.kelvin_stiffness)
-      missing(scene, "penalty.kelvin_stiffness", "\"kelvin-voigt\" takes K (N/m) from it");
+      missing("penalty.kelvin_stiffness", "\"kelvin-voigt\" takes K (N/m) from it");
     if (!o.kelvin_damping)
-      missing(scene, "penalty.kelvin_damping", "\"kelvin-voigt\" takes D (N s/m) from it");
+      missing("penalty.kelvin_damping", "\"kelvin-voigt\" takes D (N s/m) from it");
     law.elastic = {ElasticLaw::Kind::linear, *o.kelvin_stiffness, 1, contact.clearance, 0};
     law.viscous = *o.kelvin_damping;
     return law;
   }
-  if (!surface.young) missing(scene, key("young"), "a penalty contact takes its stiffness from it");
+  if (!surface.young) missing(key("young"), "a penalty contact takes its stiffness from it");
   const double modulus = *surface.young / (2 * (1 - *surface.poisson * *surface.poisson));
   const double c = contact.clearance;
   if (is_point_law(o.contact)) {
     if (!(contact.radius > 0))
-      missing(scene, fmt::format("{} (radius or corner_radius)", contact.name),
+      missing(fmt::format("{} (radius or corner_radius)", contact.name),
               "a penalty contact of a sharp corner has no stiffness");
     law.elastic.stiffness = hertz_stiffness(*surface.young, *surface.poisson, contact.radius);
   } else {
     if (!contact.ring)
-      throw SceneError(
-          fmt::format("{}: penalty.contact: \"{}\" is a law of journals in bearings, \"{}\" is none; "
-                      "use a point law such as \"exact\"",
-                      scene.file.string(), facts_of(o.contact).name, contact.name));
+      throw ModelError("penalty.contact",
+                       fmt::format("\"{}\" is a law of journals in bearings, \"{}\" is none; use a point law "
+                                   "such as \"exact\"",
+                                   facts_of(o.contact).name, contact.name));
     if (!contact.bearing_length)
-      missing(scene, fmt::format("joints.{}.bearing_length", contact.name),
+      missing(fmt::format("joints.{}.bearing_length", contact.name),
               "a line contact's force grows with it");
     const double length = *contact.bearing_length, line = pi * modulus * length;
     using Kind = ElasticLaw::Kind;
@@ -130,7 +130,7 @@ ContactForce make_contact_force(const Scene& scene, const ContactFacts& contact)
   }
   const bool needs = o.contact != ContactLaw::hertz && !(o.damping && *o.damping == ContactLaw::hertz);
   if (!needs) return law;
-  if (!surface.restitution) missing(scene, key("restitution"), "a penalty contact takes its damping from it");
+  if (!surface.restitution) missing(key("restitution"), "a penalty contact takes its damping from it");
   ContactLaw damping = o.contact;
   if (!is_point_law(o.contact))
     damping = o.damping.value_or(o.contact == ContactLaw::pereira ? ContactLaw::lankarani_nikravesh

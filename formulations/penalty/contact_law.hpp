@@ -46,7 +46,7 @@ const LawFacts& facts_of(ContactLaw law);
 /// Hertz's point contact with a damping factor (the others are line contacts or Kelvin–Voigt).
 bool is_point_law(ContactLaw law);
 
-/// χ of a point law at the restitution asked for. Throws SceneError where the law has none.
+/// χ of a point law at the restitution asked for. Throws ModelError where the law has none.
 double damping_factor(ContactLaw law, double restitution);
 /// ê from χ by the equation above, by a bracketed root search (Boost TOMS 748).
 double delivered_restitution(double chi);
@@ -56,7 +56,7 @@ double exact_damping_factor(double restitution);
 /// 0.
 double kelvin_voigt_restitution(double stiffness, double viscous, double mass);
 
-/// The law of one contact from the scene's options. Throws SceneError about the key that is missing.
+/// The law of one contact from the scene's options. Throws ModelError about the key that is missing.
 ContactForce make_contact_force(const Scene& scene, const ContactFacts& facts);
 
 /// Hertz's K = (4/3) E* √R, E* = E/(2(1 − ν²)) for like materials; R = R_i R_j/(R_i − R_j) of a journal

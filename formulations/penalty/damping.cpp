@@ -71,10 +71,9 @@ double exact_damping_factor(double e) {
 double damping_factor(ContactLaw law, double e) {
   const auto over = [&](double numerator, double denominator) {
     if (denominator > 0) return numerator / denominator;
-    throw SceneError(
-        fmt::format("penalty.contact = \"{}\" needs a restitution greater than 0: its damping factor is "
-                    "infinite at 0",
-                    facts_of(law).name));
+    throw ModelError("penalty.contact",
+                     fmt::format("\"{}\" needs a restitution greater than 0: its damping factor is infinite at 0",
+                                 facts_of(law).name));
   };
   switch (law) {
     case ContactLaw::hertz:

@@ -7,20 +7,23 @@ namespace freeplay {
 
 namespace {
 
-/// Adds a film's forces and returns the power that it dissipates (W).
+/// What a film does: forces along the contact's normal and film rows, a couple along its spin, and the power that
+/// it dissipates (W).
 template <class T>
-T film_forces(const Film& film, const T* v, PenaltyTerms<T>& terms) {
-  auto& row = terms.row;
+struct FilmAction {
+  T normal, tangential, torque, loss;
+};
+
+template <class T>
+std::optional<FilmAction<T>> film_action(const Film& film, const T* v, const ContactRowOf<T>& row) {
   const T share = film.share(row.gap);
-  if (share == 0) return 0;
+  if (share == 0) return std::nullopt;
   const T w_r = -row.normal.dot(v), w_t = row.film.dot(v), spin = row.spin.dot(v),
           ratio = film.ratio(row.gap);
   const auto F = film.force(ratio, w_r, w_t);
   const T torque = share * film.shear(ratio) * spin;
-  row.normal.add_to(terms.e.force.data(), -share * F.radial);
-  row.film.add_to(terms.e.force.data(), share * F.tangential);
-  row.spin.add_to(terms.e.force.data(), -torque);
-  return torque * spin - share * (F.radial * w_r + F.tangential * w_t);
+  return FilmAction<T>{-share * F.radial, share * F.tangential, -torque,
+                       torque * spin - share * (F.radial * w_r + F.tangential * w_t)};
 }
 
 /// One place per contact, so that a bristle is found by its contact; contacts without friction leave theirs
@@ -36,6 +39,8 @@ int count_bristles(const std::vector<PenaltyContact>& contacts) {
 PenaltyDynamics::PenaltyDynamics(const System& system, const PenaltyOptions& options,
                                  std::vector<PenaltyContact> contacts, RowFacts facts)
     : system_(system),
+      options_(options),
+      facts_(facts),
       projects_(options.stabilisation == Stabilisation::projection),
       bristles_(count_bristles(contacts)),
       contacts_(std::move(contacts)),
@@ -52,13 +57,14 @@ PenaltyDynamics::PenaltyDynamics(const System& system, const PenaltyOptions& opt
 }
 
 template <class T>
-void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T& t,
+void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T* z, const T& t,
                                PenaltyTerms<T>& terms) const {
   auto& e = terms.e;
   auto& row = terms.row;
   system_.place(t, q, e);
   system_.rate(q, v, e);
-  system_.forces(t, q, v, e);
+  system_.forces(t, q, v, z, e);
+  system_.flow(t, q, z, terms.flow.data());
   terms.contact_loss = terms.friction_loss = terms.film_loss = 0;
 
   T* impulse = terms.impulse_rate.data();
@@ -68,7 +74,13 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
     const auto& c = contacts_[k];
     if (!c.closed && !c.film) continue;
     system_.contact(k, q, v, e, row);
-    if (c.film) terms.film_loss += film_forces(*c.film, v, terms);
+    if (c.film)
+      if (const auto film = film_action(*c.film, v, row)) {
+        row.normal.add_to(e.force.data(), film->normal);
+        row.film.add_to(e.force.data(), film->tangential);
+        row.spin.add_to(e.force.data(), film->torque);
+        terms.film_loss += film->loss;
+      }
     if (!c.closed) continue;
     if (!(row.gap < 0)) continue;
     const T delta = -row.gap, rate = -row.normal.dot(v);
@@ -102,7 +114,7 @@ void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   ++work.rhs;
   const int n = system_.n(), m = system_.rows();
   const double* v = x.data() + n;
-  evaluate(x.data(), v, x.data() + bristle_offset(), t, terms_);
+  evaluate(x.data(), v, x.data() + bristle_offset(), x.data() + state_offset(), t, terms_);
   const auto& e = terms_.e;
   ++work.factorisations;
   double* a = dxdt.data() + n;
@@ -116,6 +128,7 @@ void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   std::copy(v, v + n, dxdt.data());
   std::ranges::copy(terms_.impulse_rate, dxdt.begin() + impulse_offset());
   std::ranges::copy(terms_.bristle_rate, dxdt.begin() + bristle_offset());
+  std::ranges::copy(terms_.flow, dxdt.begin() + state_offset());
   double* integral = dxdt.data() + integral_offset();
   integral[drive] = e.power.drive;
   integral[load] = e.power.load;
@@ -135,7 +148,7 @@ void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfd
   const int n = system_.n(), m = system_.rows(), N = size();
   if (!tangent_)
     tangent_ = std::make_unique<Tangent>(Tangent{PenaltyTerms<Gradient>(system_, bristles_),
-                                                 std::vector<Gradient>(2 * n + bristles_),
+                                                 std::vector<Gradient>(2 * n + bristles_ + system_.states()),
                                                  std::vector<Gradient>(std::max(n, m)), Vector(N), Vector(n),
                                                  Vector(m), Vector(n), Vector(m), Vector(n)});
   auto& d = *tangent_;
@@ -146,7 +159,7 @@ void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfd
   std::fill(J, J + static_cast<long>(N) * N, 0.0);
   const auto place_of = [&](int input) { return input < 2 * n ? input : bristle_offset() + input - 2 * n; };
 
-  const int inputs = 2 * n + bristles_;  // then time
+  const int inputs = 2 * n + bristles_ + system_.states();  // then time
   for (int first = 0; first <= inputs; first += chunk) {
     const int directions = std::min(chunk, inputs + 1 - first);
     for (int i = 0; i < inputs; ++i) {
@@ -156,7 +169,8 @@ void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfd
     Gradient time = t;
     if (inputs < first + chunk) time.slope[inputs - first] = 1;
     auto& terms = d.terms;
-    evaluate(d.state.data(), d.state.data() + n, d.state.data() + 2 * n, time, terms);
+    evaluate(d.state.data(), d.state.data() + n, d.state.data() + 2 * n, d.state.data() + 2 * n + bristles_, time,
+             terms);
 
     // What the slopes leave of M a + Gᵀλ = F and G a = r.
     for (int i = 0; i < n; ++i) d.reaction[i] = 0;
@@ -177,6 +191,7 @@ void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfd
       for (int k = 0; k < 2 * system_.contacts(); ++k)
         column[impulse_offset() + k] = terms.impulse_rate[k].slope[s];
       for (int k = 0; k < bristles_; ++k) column[bristle_offset() + k] = terms.bristle_rate[k].slope[s];
+      for (int k = 0; k < system_.states(); ++k) column[state_offset() + k] = terms.flow[k].slope[s];
       double* integral = column + integral_offset();
       integral[drive] = terms.e.power.drive.slope[s];
       integral[load] = terms.e.power.load.slope[s];
@@ -191,6 +206,38 @@ void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfd
       }
     }
   }
+}
+
+void PenaltyDynamics::report(const Vector& x, double t, Vector& dxdt, Forces& out) {
+  (*this)(x, dxdt, t);
+  const int n = system_.n();
+  const double *q = x.data(), *v = q + n;
+  const auto& e = terms_.e;
+  out.clear();
+  std::copy_n(dxdt.begin() + n, n, out.acceleration.begin());
+  system_.report_rows(q, e, lambda_.data(), 1, out);
+  for (int k = 0; k < system_.contacts(); ++k) {
+    const auto& c = contacts_[k];
+    if (!c.closed && !c.film) continue;
+    system_.contact(k, q, v, e, row_);
+    if (c.film)
+      if (const auto film = film_action(*c.film, v, row_))
+        system_.report_film(k, q, e, row_, film->normal, film->tangential, film->torque, 1, out);
+    if (c.closed)
+      system_.report_contact(k, q, e, row_, terms_.impulse_rate[2 * k], terms_.impulse_rate[2 * k + 1], 1, out);
+  }
+  for (int k = 0; k < system_.frictions(); ++k) {
+    const auto& facts = system_.friction_facts(k);
+    system_.friction(k, q, v, e, terms_.slide);
+    const double force = preloaded_friction(facts.bound, *facts.regularisation, terms_.slide.dot(v));
+    system_.report_friction(k, q, v, e, terms_.slide, force, 1, out);
+  }
+  system_.report_loads(t, q, v, x.data() + state_offset(), e, 1, out);
+}
+
+void PenaltyDynamics::report_projection(const Vector& x, Forces& out) const {
+  system_.report_rows(x.data(), terms_.e, lambda_.data(), 1, out);
+  for (int i = 0; i < system_.n(); ++i) out.acceleration[i] += scratch_[i];
 }
 
 void PenaltyDynamics::project(Vector& x, double t) {

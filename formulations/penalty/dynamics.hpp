@@ -29,7 +29,7 @@ struct PenaltyTerms {
   ContactRowOf<T> row;
   SparseRowOf<T> slide;
   std::vector<T> impulse_rate;  ///< (F_N, F_T) of each contact
-  std::vector<T> bristle_rate;
+  std::vector<T> bristle_rate, flow;
   std::vector<T> rate, r;  ///< G v + Φ_t and the right-hand side of G v̇ = r
   T contact_loss = 0, friction_loss = 0, film_loss = 0;
 
@@ -37,6 +37,7 @@ struct PenaltyTerms {
       : e(system.make_evaluation<T>()),
         impulse_rate(2 * system.contacts()),
         bristle_rate(bristles),
+        flow(system.states()),
         rate(system.rows()),
         r(system.rows()) {}
 };
@@ -72,7 +73,8 @@ class PenaltyDynamics {
   int bristle_offset() const { return impulse_offset() + 2 * system_.contacts(); }
   /// Bristle states, one per contact with LuGre's law, else none.
   int bristles() const { return bristles_; }
-  int integral_offset() const { return bristle_offset() + bristles_; }
+  int state_offset() const { return bristle_offset() + bristles_; }
+  int integral_offset() const { return state_offset() + system_.states(); }
 
   /// Gap and its rate of contact k at x.
   std::pair<double, double> gap(int k, const Vector& x, double t);
@@ -87,6 +89,19 @@ class PenaltyDynamics {
   void project(Vector& x, double t);
   bool projects() const { return projects_; }
 
+  /// Another one of the same scene, all contacts open: to look without touching this one's memory.
+  std::unique_ptr<PenaltyDynamics> twin() const {
+    auto other = std::make_unique<PenaltyDynamics>(system_, options_, contacts_, facts_);
+    for (auto& c : other->contacts_) c.closed = false;
+    return other;
+  }
+  /// Forces and accelerations at x in the present mode; dxdt is scratch.
+  void report(const Vector& x, double t, Vector& dxdt, Forces& out);
+  /// Adds the impulses of the last project() at x.
+  void report_projection(const Vector& x, Forces& out) const;
+  /// Reactions of the last evaluation (N, N m).
+  const std::vector<double>& multipliers() const { return lambda_; }
+
   const System& system() const { return system_; }
   std::vector<PenaltyContact>& contacts() { return contacts_; }
   const std::vector<PenaltyContact>& contacts() const { return contacts_; }
@@ -95,8 +110,17 @@ class PenaltyDynamics {
   double nearest_singular() const { return saddle_.nearest_singular(); }
   Work work;
 
+  template <class M>
+  void remember(M& m) {
+    m.part("penalty dynamics");
+    for (auto& c : contacts_) m(c.closed, c.zone, c.deepest, c.v0);
+    m(saddle_, singular_, work);
+  }
+
  private:
   const System& system_;
+  PenaltyOptions options_;
+  RowFacts facts_;
   double two_alpha_ = 0, beta_squared_ = 0;
   bool projects_;
   int bristles_ = 0;
@@ -115,7 +139,7 @@ class PenaltyDynamics {
   bool singular_ = false;
 
   template <class T>
-  void evaluate(const T* q, const T* v, const T* bristle, const T& t, PenaltyTerms<T>& terms) const;
+  void evaluate(const T* q, const T* v, const T* bristle, const T* z, const T& t, PenaltyTerms<T>& terms) const;
 };
 
 }  // namespace freeplay

@@ -9,8 +9,8 @@
 
 #include "formulations/penalty/contact_law.hpp"
 #include "formulations/penalty/friction_law.hpp"
-#include "sim/output_file.hpp"
-#include "sim/run_summary.hpp"
+#include "io/output_file.hpp"
+#include "io/run_json.hpp"
 
 namespace freeplay {
 namespace {
@@ -43,7 +43,7 @@ std::string impact_loop(const ContactForce& law, const char* name, const ImpactS
 void write_law_curves(const Scene& scene, const ImpactSetting& setting, const std::filesystem::path& folder) {
   const System system(scene.mechanism);
   if (system.contacts() == 0)
-    throw SceneError(scene.file.string() + ": has no joint with clearance, so no contact law");
+    throw ModelError("", "has no joint with clearance, so no contact law");
   const auto& facts = system.contact_facts(0);
 
   std::string loops = "law,delta,force\n", delivered = "law,requested,delivered\n",

@@ -15,7 +15,7 @@ struct ImpactSetting {
 
 /// Writes impact_loops.csv (law,delta,force), delivered.csv (law,requested,delivered), friction.csv
 /// (law,speed,coefficient) and laws.json (setting and provenance) for the scene's first contact. Line
-/// contacts are left out when the joint has no bearing_length. Throws SceneError when the scene has no
+/// contacts are left out when the joint has no bearing_length. Throws ModelError when the scene has no
 /// contact.
 void write_law_curves(const Scene& scene, const ImpactSetting& setting, const std::filesystem::path& folder);
 

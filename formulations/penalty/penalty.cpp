@@ -8,6 +8,7 @@
 #include "formulations/integrators/scaled_methods.hpp"
 #include "formulations/integrators/tolerance.hpp"
 #include "formulations/penalty/stepper.hpp"
+#include "model/assembly.hpp"
 #include "sim/march.hpp"
 
 namespace freeplay {
@@ -35,10 +36,9 @@ std::vector<PenaltyContact> make_contacts(const Scene& scene, const System& syst
   }
   for (int k = 0; k < system.frictions(); ++k)
     if (!system.friction_facts(k).regularisation)
-      throw SceneError(
-          fmt::format("{}: loads.{}.regularisation: is missing: the penalty formulation's friction needs a "
-                      "velocity (m/s) below which it is linear",
-                      scene.file.string(), system.friction_facts(k).name));
+      throw ModelError(fmt::format("loads.{}.regularisation", system.friction_facts(k).name),
+                       "is missing: the penalty formulation's friction needs a velocity (m/s) below which it is "
+                       "linear");
   return contacts;
 }
 
@@ -55,22 +55,28 @@ class Penalty final : public Formulation {
   }
   const char* name() const override { return "penalty"; }
   void start(const State& state) override {
-    log_ = ContactLog(system_.contacts(), scene_.run.discard);
+    log_ = ContactLog(system_.contacts());
     stepper_.start(state, log_);
     initial_ = system_.kinetic(state.v.data()) + system_.potential(state.q.data()) +
                stepper_.dynamics().elastic_energy(stepper_.x(), state.t);
   }
-  Ending run(double t_end, Recorder& recorder) override {
-    auto ending = march(stepper_, t_end, log_, recorder);
-    log_.tally_until(stepper_.t());
-    log_.drain([&](const ContactEvent& e) { recorder.event(e); });
+  Ending run(double t_end, Watch& watch) override {
+    auto ending = march(*this, system_, stepper_, t_end, log_, watch);
+    watch.drain(log_);
     elastic_ = stepper_.dynamics().elastic_energy(stepper_.x(), stepper_.t());
     return ending;
   }
+  EnergyLedger ledger_now() {
+    elastic_ = stepper_.dynamics().elastic_energy(stepper_.x(), stepper_.t());
+    return ledger();
+  }
+  void save(MemoryWriter& m) override { remember(m); }
+  void load(MemoryReader& m) override { remember(m); }
   State state() const override {
     const auto& x = stepper_.x();
     const int n = system_.n();
-    return {stepper_.t(), {x.begin(), x.begin() + n}, {x.begin() + n, x.begin() + 2 * n}};
+    return {stepper_.t(), {x.begin(), x.begin() + n}, {x.begin() + n, x.begin() + 2 * n},
+            {stepper_.z().begin(), stepper_.z().end()}};
   }
   EnergyLedger ledger() const override {
     const auto& x = stepper_.x();
@@ -132,6 +138,11 @@ class Penalty final : public Formulation {
   }
 
  private:
+  template <class M>
+  void remember(M& m) {
+    m.part("penalty");
+    m(stepper_, log_, initial_, elastic_);
+  }
   /// Where a law was asked for something outside what it can do.
   void law_notes(std::vector<std::string>& notes) const {
     const auto& law = facts_of(scene_.penalty.contact);
@@ -171,6 +182,12 @@ ErrorNorm make_norm(const System& system, const Scales& s, const PenaltyOptions&
     norm.absolute.resize(2 * n + 2 * system.contacts(), INFINITY);
     norm.absolute.resize(norm.absolute.size() + system.contacts(), 1 / options.bristle_stiffness);
     norm.relative.resize(norm.absolute.size(), 0);
+  }
+  if (system.states() > 0) {
+    bool bristles = false;
+    for (int k = 0; k < system.contacts(); ++k) bristles |= system.has_friction(k);
+    bristles &= options.friction == FrictionLaw::lugre;
+    add_states(norm, system, 2 * n + (bristles ? 3 : 2) * system.contacts());
   }
   return norm;
 }

@@ -3,11 +3,12 @@
 #include <memory>
 
 #include "model/scene.hpp"
+#include "model/system.hpp"
 #include "sim/formulation.hpp"
 
 namespace freeplay {
 
-/// The penalty formulation of a scene, started at `state`. Throws SceneError when a surface lacks what a
+/// The penalty formulation of a scene, started at `state`. Throws ModelError when a surface lacks what a
 /// contact force needs.
 std::unique_ptr<Formulation> make_penalty(const Scene& scene, const System& system, const State& state);
 

@@ -8,11 +8,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
 #include <string>
 
 #include "formulations/integrators/crossing.hpp"
 #include "formulations/integrators/methods.hpp"
 #include "formulations/penalty/dynamics.hpp"
+#include "sim/force_integral.hpp"
 
 namespace freeplay {
 
@@ -23,6 +25,7 @@ class PenaltyStepper {
       : f_(std::move(dynamics)), method_(std::move(method)), v0_floor_(v0_floor) {
     const int contacts = f_.system().contacts();
     mark_.resize(contacts);
+    was_.resize(contacts);
     end_.resize(contacts);
     scratch_.resize(f_.size());
     extremes_.penetration.assign(contacts, 0);
@@ -33,12 +36,19 @@ class PenaltyStepper {
     std::ranges::fill(scratch_, 0);
     std::ranges::copy(state.q, scratch_.begin());
     std::ranges::copy(state.v, scratch_.begin() + f_.system().n());
+    std::ranges::copy(state.z, scratch_.begin() + f_.state_offset());
     for (auto& c : f_.contacts()) c.closed = false;
     method_.start(f_, state.t, scratch_);
     for (int k = 0; k < f_.system().contacts(); ++k) {
       mark_[k].at = sample(k, method_.x, state.t);
       if (mark_[k].at.gap < 0 || (mark_[k].at.gap == 0 && mark_[k].at.rate < 0)) close(k);
     }
+  }
+
+  template <class M>
+  void remember(M& m) {
+    m.part("penalty stepper");
+    m(f_, method_, mark_, extremes_, restart_, stalled_, creeps_, lost_, creep_since_, events_since_);
   }
 
   double t() const { return method_.t; }
@@ -56,7 +66,41 @@ class PenaltyStepper {
     std::copy(x->begin() + n, x->begin() + 2 * n, v);
   }
 
+  std::span<const double> z() const {
+    return {method_.x.data() + f_.state_offset(), static_cast<std::size_t>(f_.system().states())};
+  }
+  std::span<const double> multipliers() const { return f_.multipliers(); }
+
+  /// @name Forces; see Step
+  ///@{
+  void watch_forces(bool on) {
+    watching_ = on;
+    if (!on || probe_) return;
+    probe_ = f_.twin();
+    nothing_ = within_ = at_ = f_.system().make_forces();
+    slope_.resize(f_.size());
+    moving_.resize(f_.size());
+  }
+  void forces(double t, Forces& out) {
+    if (t < method_.t)
+      method_.interpolate(t, moving_);
+    else
+      moving_ = method_.x;
+    for (std::size_t k = 0; k < was_.size(); ++k) {
+      auto& c = probe_->contacts()[k];
+      c.closed = was_[k].closed;
+      c.zone = was_[k].zone;
+      c.v0 = was_[k].v0;
+    }
+    probe_->report(moving_, t, slope_, out);
+  }
+  void add_impulse(double a, double b, Forces& sum) { integrate_forces(*this, a, b, at_, sum); }
+  const Forces& before() const { return nothing_; }
+  const Forces& within() const { return within_; }
+  ///@}
+
   bool step(double t_end) {
+    if (watching_) keep_modes();
     if (restart_) method_.renew(f_);
     restart_ = false;
     const double run_end = t_end;
@@ -84,12 +128,16 @@ class PenaltyStepper {
             lost.t = method_.t;
             for (int k = 0; k < f_.system().contacts(); ++k) {
               end_[k] = sample(k, method_.x, method_.t);
-              if (landed.slide || landed.contact != k) find_gap_event(k, lost);
+              if (k != landed.contact) find_gap_event(k, lost);
             }
             return lost;
           });
     if (f_.projects()) {
       f_.project(method_.x, method_.t);
+      if (watching_) {
+        within_.clear();
+        f_.report_projection(method_.x, within_);
+      }
       restart_ = true;
     }
     if (!std::isfinite(std::accumulate(method_.x.begin(), method_.x.end(), method_.t))) return lose();
@@ -137,6 +185,13 @@ class PenaltyStepper {
   const Extremes& extremes() const { return extremes_; }
 
  private:
+  /// The modes that the coming step is made in.
+  void keep_modes() {
+    for (std::size_t k = 0; k < was_.size(); ++k) {
+      const auto& c = f_.contacts()[k];
+      was_[k] = {c.closed, c.zone, c.v0};
+    }
+  }
   /// After another hundred thousand steps: whether the run would never end. While a contact lasts without
   /// any event, only stability keeps the steps so short, and a hundred million more of them are too many.
   bool creep(double run_end) {
@@ -158,10 +213,23 @@ class PenaltyStepper {
   int most_stalled() const { return 10 + 2 * f_.system().contacts(); }
   struct Sample {
     double gap = 0, rate = 0, slide = 0;
+    template <class M>
+    void remember(M& m) {
+      m(gap, rate, slide);
+    }
+  };
+  struct Mode {
+    bool closed = false;
+    int zone = 0;
+    double v0 = 1;
   };
   struct Mark {
     Sample at;                                   // end of the last step
     double impulse_n = 0, impulse_t = 0, t = 0;  // at first touch
+    template <class M>
+    void remember(M& m) {
+      m(at, impulse_n, impulse_t, t);
+    }
   };
   struct Event {
     int contact = -1;
@@ -293,6 +361,11 @@ class PenaltyStepper {
   std::vector<Sample> end_;  // of the step as it was made, before an event cuts it
   mutable Vector scratch_;
   Extremes extremes_;
+  bool watching_ = false;
+  std::unique_ptr<PenaltyDynamics> probe_;  // made when forces are first watched
+  std::vector<Mode> was_;                   // modes of the last step
+  Forces nothing_, within_, at_;
+  Vector slope_, moving_;
   bool restart_ = false;  // the mode has changed since the last right-hand side
   int stalled_ = 0;
   bool creeps_ = false, lost_ = false;

@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.hpp"
-#include "cli/makers.hpp"
+#include "cli/default_folder.hpp"
 #include "cli/progress.hpp"
-#include "sim/output_file.hpp"
+#include "io/output_file.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -61,7 +61,7 @@ int calibrate(const Request& request) {
       request.output.empty() ? default_folder(study.file, "") : std::filesystem::path(request.output);
   make_folder(folder);
   Progress progress;
-  const auto r = freeplay::calibrate(study, makers(), folder, request.threads, [&](const SweepProgress& p) {
+  const auto r = freeplay::calibrate(study, request.conduct(), folder, request.threads, [&](const SweepProgress& p) {
     progress.show(fmt::format("{} of {} runs, {:.0f} s left", p.done, p.total, p.seconds_left),
                   static_cast<double>(p.done) / static_cast<double>(p.total));
   });

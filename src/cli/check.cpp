@@ -50,7 +50,7 @@ void economies(const Scene& scene, const System& system, const SaddlePoint& sadd
         left.emplace_back("film of " + facts.name, "it names no lubricant: the gap is dry");
     }
   }
-  if (scene.mechanism.gravity.isZero(0)) left.emplace_back("gravity", "it is zero");
+  if (scene.mechanism.gravity.is_zero()) left.emplace_back("gravity", "it is zero");
   if (!system.has_loads())
     left.emplace_back("work of loads", "no force, torque, damper or torque drive acts");
   if (system.frictions() == 0) left.emplace_back("friction of joints", "no load of type joint-friction");

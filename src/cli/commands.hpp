@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "study/case_run.hpp"
+
 namespace freeplay {
 struct Study;
 struct CalibrationResult;
@@ -33,6 +35,11 @@ struct Request {
   std::string accuracy;               ///< run, compare: fast, balanced or reference
   int threads = 0;                    ///< sweep: 0 for all cores
   std::string document;               ///< verify: folder for verification.md and its figures
+  bool forces = false;                ///< run, compare: forces.csv too
+  std::string resume;                 ///< run: folder of an interrupted run
+  double checkpoint = 30;             ///< run: s of wall time between checkpoints
+  StopToken stop;                     ///< asked by a signal
+  Conduct conduct() const { return {true, stop}; }
 };
 
 int check(const Request& request);

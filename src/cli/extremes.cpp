@@ -7,9 +7,10 @@
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "plots/figure.hpp"
-#include "sim/output_file.hpp"
-#include "sim/recorder.hpp"
-#include "sim/run_summary.hpp"
+#include "io/output_file.hpp"
+#include "freeplay.hpp"
+#include "io/run_folder.hpp"
+#include "io/run_json.hpp"
 #include "verification/extremes/extremes.hpp"
 
 namespace freeplay::cli {
@@ -39,7 +40,7 @@ int extremes(const Request& request) {
       "--- |\n";
   for (std::size_t i = 0; i < cells.size(); ++i) {
     auto& c = cells[i];
-    if (stop_requested) return 1;
+    if (request.stop()) return 1;
     progress.show(c.axis, static_cast<double>(i) / static_cast<double>(cells.size()));
     c.verdict = judge_apart(c, 1200);  // half a minute for the longest; sanitizers take ten times that
     progress.clear();

@@ -2,18 +2,26 @@
 
 #include <fmt/format.h>
 
+#include <atomic>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
 
 #include "cli/commands.hpp"
-#include "sim/recorder.hpp"
+#include "io/output_file.hpp"
 #include "version.hpp"
 
 using namespace freeplay;
 
+namespace {
+
+/// Set by a signal: runs end after their present step, with whole files. The program's own; the library has none.
+std::atomic<bool> stop_requested{false};
+
+}  // namespace
+
 int main(int argc, char** argv) {
-  // The first signal ends a run after its present step, with whole files; a second one ends the program.
+  // The first signal asks to stop; a second one ends the program.
   const auto stop = [](int signal) {
     stop_requested = true;
     std::signal(signal, SIG_DFL);
@@ -26,6 +34,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", fmt::format("freeplay {} ({})", version, commit));
   app.require_subcommand(0, 1);  // so that a word that is no command is named
   cli::Request request;
+  request.stop = StopToken(stop_requested);
   const auto add = [&](const char* name, const char* what, cli::Command command) {
     auto* sub = app.add_subcommand(name, what);
     sub->add_option("scene", request.scene, "scene file")->required();
@@ -36,16 +45,26 @@ int main(int argc, char** argv) {
   };
   auto* check = add("check", "read and validate a scene; print what it makes the solver carry", cli::check);
   check->add_flag("--why", request.why, "say why each thing is eliminated or left out");
-  auto* run = add("run", "solve a scene in one formulation", cli::run);
+  auto* run = app.add_subcommand("run", "solve a scene in one formulation");
+  run->add_option("scene", request.scene, "scene file");
+  run->add_option("--set", request.overrides, "override a key, KEY=VALUE; may be repeated")
+      ->allow_extra_args(false);
+  run->callback([&request] { request.command = cli::run; });
   run->add_option("--formulation", request.formulation, "penalty or nonsmooth")
-      ->required()
       ->check(CLI::IsMember({"penalty", "nonsmooth"}));
   run->add_option("--accuracy", request.accuracy, "settings by docs/tradeoff.md instead of the scene's")
       ->check(CLI::IsMember({"fast", "balanced", "reference"}));
   run->add_option("-o,--output", request.output, "result folder; default out/NAME-FORMULATION");
+  run->add_flag("--forces", request.forces, "write forces.csv too, as run.forces = true does");
+  run->add_option("--resume", request.resume, "go on with the interrupted run in this folder");
+  run->add_option("--checkpoint", request.checkpoint,
+                  "seconds between checkpoints, from which --resume goes on; 0 for none")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   auto* compare = add("compare", "solve a scene in both formulations and compare them", cli::compare);
   compare->add_flag("--as-given", request.as_given,
                     "leave the impact law at the restitution asked for, unmatched");
+  compare->add_flag("--forces", request.forces, "write forces.csv too, and draw its figures");
   compare->add_option("--accuracy", request.accuracy, "settings by docs/tradeoff.md instead of the scene's")
       ->check(CLI::IsMember({"fast", "balanced", "reference"}));
   compare->add_option("-o,--output", request.output, "result folder; default out/NAME");
@@ -149,7 +168,10 @@ int main(int argc, char** argv) {
   }
   try {
     return request.command(request);
-  } catch (const SceneError& e) {
+  } catch (const ModelError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return 2;
+  } catch (const SnapshotError& e) {
     fmt::print(stderr, "{}\n", e.what());
     return 2;
   } catch (const OutputError& e) {

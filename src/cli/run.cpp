@@ -5,11 +5,11 @@
 #include <filesystem>
 
 #include "cli/commands.hpp"
-#include "cli/makers.hpp"
+#include "cli/default_folder.hpp"
 #include "cli/progress.hpp"
 #include "cli/wrapped.hpp"
 #include "plots/figure.hpp"
-#include "sim/recorder.hpp"
+#include "freeplay.hpp"
 #include "study/compare.hpp"
 #include "study/drift.hpp"
 #include "study/settings.hpp"
@@ -32,7 +32,7 @@ std::vector<std::string> with_accuracy(const Request& request, const std::vector
 }
 
 /// 0 for a finished run; else says on stderr why it ended.
-int report(const RunSummary& summary) {
+int report(const Result& summary) {
   if (summary.ending.status == Ending::Status::finished) return 0;
   if (summary.ending.status == Ending::Status::failed)
     fmt::print(stderr, "{}: stopped: {}\n", summary.formulation, summary.ending.reason);
@@ -44,14 +44,32 @@ int report(const RunSummary& summary) {
 }  // namespace
 
 int run(const Request& request) {
-  const Scene scene = read_scene(request.scene, with_accuracy(request, {request.formulation}));
-  const auto family = request.formulation == "penalty" ? Family::penalty : Family::nonsmooth;
-  const std::filesystem::path folder = request.output.empty()
-                                           ? default_folder(scene.file, "-" + request.formulation)
-                                           : std::filesystem::path(request.output);
+  if (request.resume.empty() == request.scene.empty())
+    throw SceneError(request.scene.empty() ? "run needs a scene, or --resume FOLDER"
+                                           : "--resume takes the scene from its folder; give one of both");
+  RunPlan plan;
+  plan.stop = request.stop;
+  plan.checkpoint = request.checkpoint;
   Progress progress;
-  const auto summary =
-      run_scene(scene, maker(family), folder, [&](double done) { progress.show(request.formulation, done); });
+  Result summary;
+  if (!request.resume.empty()) {
+    if (!request.formulation.empty() || !request.overrides.empty() || !request.accuracy.empty() ||
+        !request.output.empty())
+      throw SceneError("--resume goes on as the run was begun: it takes no other option but --checkpoint");
+    plan.folder = request.resume;
+    plan.on_progress = [&](double done) { progress.show("resumed", done); };
+    summary = resume_run(request.resume, plan);
+  } else {
+    if (request.formulation.empty()) throw SceneError("--formulation is required: penalty or nonsmooth");
+    auto overrides = with_accuracy(request, {request.formulation});
+    if (request.forces) overrides.push_back("run.forces=true");
+    const Scene scene = read_scene(request.scene, overrides);
+    plan.formulation = request.formulation;
+    plan.folder = request.output.empty() ? default_folder(scene.file, "-" + request.formulation)
+                                         : std::filesystem::path(request.output);
+    plan.on_progress = [&](double done) { progress.show(request.formulation, done); };
+    summary = run_scene(scene, plan);
+  }
   progress.clear();
   fmt::print("{}: {:.6g} s in {} steps, {} right-hand sides, {:.3g} s CPU\n", summary.formulation,
              summary.t_end, summary.work.steps, summary.work.rhs, summary.cpu_seconds);
@@ -66,25 +84,32 @@ int run(const Request& request) {
     fmt::print("energy balance closes to {:.2g} J of {:.3g} J\n", summary.ledger.closure(),
                summary.ledger.scale());
   for (const auto& note : summary.notes) fmt::print("{}", wrapped("note: " + note + "\n"));
-  fmt::print("results in {}\n", folder.string());
+  if (!summary.undetermined.empty())
+    fmt::print("{}", wrapped(fmt::format("note: mechanics does not determine the reactions of {} (rows depend on "
+                                         "each other): those in forces.csv are of least norm\n",
+                                         fmt::join(summary.undetermined, ", "))));
+  fmt::print("results in {}\n", plan.folder->string());
+  if (summary.ending.status == Ending::Status::interrupted && has_checkpoint(*plan.folder))
+    fmt::print("go on with: freeplay run --resume {}\n", plan.folder->string());
   return report(summary);
 }
 
 int compare(const Request& request) {
-  const Scene scene = read_scene(request.scene, with_accuracy(request, {"penalty", "nonsmooth"}));
+  auto overrides = with_accuracy(request, {"penalty", "nonsmooth"});
+  if (request.forces) overrides.push_back("run.forces=true");
+  const Scene scene = read_scene(request.scene, overrides);
   const std::filesystem::path folder =
       request.output.empty() ? default_folder(scene.file, "") : std::filesystem::path(request.output);
   Progress progress;
   CompareSetup setup;
   setup.matched = !request.as_given;
-  setup.penalty = maker(Family::penalty);
-  setup.nonsmooth = maker(Family::nonsmooth, setup.matched);
+  setup.stop = request.stop;
   setup.on_progress = [&](const std::string& which, double done) { progress.show(which, done); };
   const auto comparison = freeplay::compare(scene, setup, folder);
   progress.clear();
   int status = report(comparison.penalty);
   if (comparison.penalty.ending.status != Ending::Status::interrupted) status |= report(comparison.nonsmooth);
-  if (stop_requested) return 1;
+  if (request.stop()) return 1;
 
   fmt::print("{}\n", wrapped(comparison_table(scene, comparison, false)));
   fmt::print("results in {}\nfigures:\n", folder.string());
@@ -97,10 +122,10 @@ int drift(const Request& request) {
   const auto folder =
       request.output.empty() ? default_folder(scene.file, "-drift") : std::filesystem::path(request.output);
   Progress progress;
-  const auto runs = measure_drift(scene, maker(Family::penalty), folder,
+  const auto runs = measure_drift(scene, request.stop, folder,
                                   [&](const std::string& which, double done) { progress.show(which, done); });
   progress.clear();
-  if (stop_requested) return 1;
+  if (request.stop()) return 1;
   fmt::print("{:<12}{:>14}{:>14}{:>14}{:>12}{:>10}\n", "", "greatest m", "greatest rad", "closure J", "rhs",
              "CPU s");
   int status = 0;

@@ -1,14 +1,16 @@
 // freeplay sweep: a study's missing runs, on all cores, into one SQLite file.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include <cmath>
 #include <map>
 
 #include "cli/commands.hpp"
-#include "cli/makers.hpp"
+#include "cli/default_folder.hpp"
 #include "cli/progress.hpp"
 #include "cli/wrapped.hpp"
-#include "sim/output_file.hpp"
+#include "io/output_file.hpp"
 #include "study/intervals.hpp"
 #include "study/sweep.hpp"
 
@@ -30,7 +32,7 @@ int sweep(const Request& request) {
   Results results(folder / "sweep.db", study);
   Progress progress;
   const auto summary =
-      freeplay::sweep(study, makers(), results, request.threads, [&](const SweepProgress& p) {
+      freeplay::sweep(study, request.conduct(), results, request.threads, [&](const SweepProgress& p) {
         progress.show(fmt::format("{} of {} runs, {} left", p.done, p.total, left(p.seconds_left)),
                       static_cast<double>(p.done) / static_cast<double>(p.total));
       });

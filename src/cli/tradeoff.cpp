@@ -8,11 +8,11 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.hpp"
-#include "cli/makers.hpp"
+#include "cli/default_folder.hpp"
 #include "cli/progress.hpp"
 #include "plots/figure.hpp"
-#include "sim/output_file.hpp"
-#include "sim/recorder.hpp"
+#include "io/output_file.hpp"
+#include "freeplay.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -103,10 +103,10 @@ int tradeoff(const Request& request) {
   for (const auto& v : study.variants) {
     const Sampling sampling{v.starts, v.revolutions, study.seed, study.perturbation};
     const auto scene = read_scene(v.scene, v.overrides);
-    auto t = trade_off(scene, makers(), request.repeats, sampling,
+    auto t = trade_off(scene, request.conduct(), request.repeats, sampling,
                        [&](double done) { progress.show(v.name, done); });
     progress.clear();
-    if (stop_requested) return 1;
+    if (request.stop()) return 1;
     t.name = v.name;
     fmt::print("{} ({})\n{}\n{}\n", v.title, v.name, heading(t), table(t, false));
     std::fflush(stdout);
@@ -143,8 +143,8 @@ int tradeoff(const Request& request) {
 
 int advise(const Request& request) {
   const auto scene = read_scene(request.scene, request.overrides);
-  auto with = makers();
-  with.matched = with.nonsmooth;  // as `run` takes it
+  auto with = request.conduct();
+  with.matched = false;  // as `run` takes it
   int status = 1;
   for (const char* formulation : {"penalty", "nonsmooth"}) {
     Progress progress;
@@ -152,12 +152,12 @@ int advise(const Request& request) {
     try {
       advice = freeplay::advise(scene, formulation, request.error / 100, with,
                                 [&](double done) { progress.show(formulation, done); });
-    } catch (const SceneError& e) {
+    } catch (const ModelError& e) {
       fmt::print("{}: not available: {}\n\n", formulation, e.what());
       continue;
     }
     progress.clear();
-    if (stop_requested) return 1;
+    if (request.stop()) return 1;
     if (advice.tried.empty()) {
       fmt::print("{}: no reference: {}\n\n", formulation, advice.reference.ending.reason);
       continue;

@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.hpp"
-#include "cli/makers.hpp"
-#include "model/section.hpp"
+#include "cli/default_folder.hpp"
+#include "io/section.hpp"
 #include "plots/figure.hpp"
-#include "sim/output_file.hpp"
+#include "io/output_file.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -48,8 +48,8 @@ std::string table(const Validation& v) {
 int validate_data(const Request& request) {
   const std::filesystem::path folder = request.output.empty() ? default_folder(request.scene, "-validation")
                                                               : std::filesystem::path(request.output);
-  auto with = makers();
-  if (request.as_given) with.matched = with.nonsmooth;
+  auto with = request.conduct();
+  if (request.as_given) with.matched = false;
   const auto v = freeplay::validate(request.scene, request.overrides, request.data, with);
   make_folder(folder);
   fmt::print("{} turns of {} at {:.4g} Hz; ideal greatest {:.4g} m/s²\n{}\n\n{}", v.measured.peaks.size(),

@@ -4,10 +4,10 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.hpp"
-#include "cli/makers.hpp"
+#include "cli/default_folder.hpp"
 #include "cli/progress.hpp"
 #include "plots/figure.hpp"
-#include "sim/output_file.hpp"
+#include "io/output_file.hpp"
 #include "study/tables.hpp"
 #include "verification/experiment/flores2011.hpp"
 #include "version.hpp"
@@ -55,7 +55,7 @@ int validate_study(const Request& request) {
   std::optional<CalibrationResult> fit;
   if (!study.fit.empty()) {
     fitted = read_study(study.fit);
-    fit = calibrate(*fitted, makers(), folder, request.threads, show("calibration"));
+    fit = calibrate(*fitted, request.conduct(), folder, request.threads, show("calibration"));
     progress.clear();
     if (fit->sweep.interrupted) {
       fmt::print("interrupted; the same command carries on\n");
@@ -65,7 +65,7 @@ int validate_study(const Request& request) {
     write_file(folder / "calibration.json", to_json(*fitted, *fit).dump(1) + "\n");
   }
   Results results(folder / "sweep.db", study);
-  const auto summary = sweep(study, makers(), results, request.threads, show("matrix"));
+  const auto summary = sweep(study, request.conduct(), results, request.threads, show("matrix"));
   progress.clear();
   if (summary.interrupted) {
     fmt::print("interrupted; the same command carries on\n");
@@ -99,7 +99,7 @@ int validate_study(const Request& request) {
   document["provenance"] = provenance(read_scene(study.scene));
   document["provenance"]["study"] = study.text;
   write_file(folder / "experiment.json", document.dump(1) + "\n");
-  write_tables(study, results, makers(), folder);
+  write_tables(study, results, request.conduct(), folder);
   const auto text =
       verification::experiment_document(study, results, fitted ? &*fitted : nullptr, fit ? &*fit : nullptr,
                                         fmt::format("{} ({})", version, commit));

@@ -8,8 +8,9 @@
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "plots/figure.hpp"
-#include "sim/output_file.hpp"
-#include "sim/run_summary.hpp"
+#include "io/output_file.hpp"
+#include "io/run_folder.hpp"
+#include "io/run_json.hpp"
 #include "verification/claims/claim.hpp"
 
 namespace freeplay::cli {

@@ -209,6 +209,7 @@ void write(SceneText& t, const TorqueDrive& d) {
   for (const auto& [at, torque] : d.table) points += (points.empty() ? "" : ", ") + shown(Vec2{at, torque});
   t.raw("torque_table", fmt::format("[{}]", points));
   t.choice("against", d.against, {"time", "angle"});
+  t.number("lag", d.lag);
 }
 
 void write(SceneText& t, const ForceLoad& l) {
@@ -259,6 +260,7 @@ void write(SceneText& t, const RunOptions& o) {
   t.number("discard", o.discard);
   t.choice("start", o.start, {"assembled", "ideal", "given"});
   t.flag("eliminate", o.eliminate);
+  t.flag("forces", o.forces);
   t.number("output_step", o.output_step);
 }
 
@@ -301,14 +303,13 @@ void write(SceneText& t, const NonsmoothOptions& o) {
 void write(SceneText& t, const Instrument& i) {
   using Kind = Instrument::Kind;
   t.open("instruments", i.name);
-  t.choice("type", i.kind, {"accelerometer", "lvdt", "encoder"});
-  if (i.kind == Kind::encoder) {
-    t.joint_between(i.pair);
-  } else {
-    t.body(i.body);
-    t.point("axis", i.axis);
-  }
-  if (i.kind == Kind::accelerometer) {
+  t.choice("type", i.kind, {"accelerometer", "lvdt", "encoder", "load-cell", "torque"});
+  if (i.kind == Kind::encoder) t.joint_between(i.pair);
+  if (i.kind == Kind::load_cell) t.joint(i.joint);
+  if (i.kind == Kind::torque) t.text("drive", i.drive);
+  if (i.kind == Kind::accelerometer || i.kind == Kind::lvdt) t.body(i.body);
+  if (i.kind != Kind::encoder && i.kind != Kind::torque) t.point("axis", i.axis);
+  if (i.kind != Kind::encoder && i.kind != Kind::lvdt) {
     t.number("bandwidth", i.bandwidth);
     t.whole("order", i.order);
   }

@@ -7,6 +7,9 @@
 // closed; an impulse a(t) = dv·δ(t) raises every z_k by dv. So smooth motion and impulses enter in the same
 // way, and the signal of either formulation is the same functional of its velocities.
 //
+// A load cell and a torque sensor take the force (N) or torque (N m) of a joint or drive in the place of a(t), and
+// impulses in that of dv.
+//
 // An LVDT shows a displacement of a body along its axis, an encoder the angle of a joint in whole counts.
 // Noise, range and resolution act on the samples, in this order.
 #pragma once
@@ -31,6 +34,14 @@ class LowPass {
     for (int k = 0; k < modes_; ++k) z_[k] += dv;
   }
   double output() const;
+  /// Its modes; poles and gains are made anew.
+  template <class M>
+  void remember(M& m) {
+    m.raw(z_.data(), sizeof z_);
+    m.raw(decay_.data(), sizeof decay_);
+    m.raw(gain_.data(), sizeof gain_);
+    m(h_);
+  }
 
  private:
   using Complex = std::complex<double>;
@@ -45,7 +56,17 @@ class Channel {
  public:
   explicit Channel(const Instrument& settings);
   const Instrument& settings() const { return settings_; }
-  bool is_accelerometer() const { return settings_.kind == Instrument::Kind::accelerometer; }
+  /// Divides a step into pieces that end at its samples and are not longer than longest_piece(): each(t, to).
+  template <class Each>
+  void pieces(double t, double t_end, Each&& each) const {
+    const double longest = longest_piece() * (1 + 1e-6), tiny = 1e-6 * longest;
+    while (t < t_end) {
+      double to = t_end - t > longest ? t + longest : t_end;
+      if (const double due = next_sample(); due > t + tiny && due < to - tiny) to = due;
+      each(t, to);
+      t = to;
+    }
+  }
   /// Longest piece that the mean acceleration stands for (s): a tenth of the sampling period.
   double longest_piece() const { return 0.1 / settings_.sampling; }
   double next_sample() const { return static_cast<double>(index_) / settings_.sampling; }
@@ -59,7 +80,11 @@ class Channel {
   void jump(double dv) {
     if (started_) filter_.kick(dv);
   }
-  /// The present sample of an accelerometer.
+  template <class M>
+  void remember(M& m) {
+    m(filter_, index_, started_);
+  }
+  /// The present sample of a filtered channel.
   double output() const { return shown(filter_.output()); }
   /// The next sample of another instrument; moves on to the one after.
   double take(double reading) {

@@ -71,7 +71,7 @@ double TurnMeter::degrees(double t) const {
 }
 
 void TurnMeter::event(const ContactEvent& e) {
-  if (e.joint != rules_.joint) return;
+  if (e.contact != rules_.joint) return;
   if (e.kind == EventKind::separation) {
     left_at_ = e.t;
     return;

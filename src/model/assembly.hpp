@@ -14,7 +14,7 @@
 
 namespace freeplay {
 
-/// Throws SceneError that names the joint which stays open and by how much.
+/// Throws ModelError that names the joint which stays open and by how much.
 State assemble(const Mechanism& mechanism, RunOptions::Start start);
 
 /// The joint or drive whose constraint is worst violated, and by how much (m or rad). Journals inside the

@@ -1,7 +1,6 @@
 // The mechanism as its author states it: facts only, in SI units, nothing about how it will be solved.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <optional>
 #include <string>
@@ -9,9 +8,9 @@
 #include <variant>
 #include <vector>
 
-namespace freeplay {
+#include "values/vec2.hpp"
 
-using Vec2 = Eigen::Vector2d;
+namespace freeplay {
 
 /// Index of the ground wherever a body is named by its index.
 inline constexpr int ground = -1;
@@ -138,9 +137,15 @@ struct TorqueDrive {
   /// (t in s or joint angle in rad, torque in N m), increasing; linear between, constant outside in time,
   /// repeated every 2π in angle. One point: a constant torque.
   std::vector<std::pair<double, double>> table;
+  /// s, > 0: the torque z follows the table's u with a first-order lag from 0, lag·ż = u − z. Absent: z = u.
+  std::optional<double> lag = {};
 };
 
 using Drive = std::variant<SpeedDrive, TorqueDrive>;
+
+inline const std::string& name_of(const Drive& drive) {
+  return std::visit([](const auto& d) -> const std::string& { return d.name; }, drive);
+}
 
 /// Constant force in the world's directions on a point of a body.
 struct ForceLoad {

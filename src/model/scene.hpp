@@ -22,6 +22,7 @@ struct RunOptions {
   double discard = 0;   ///< s left out of the statistics, 0 ≤ discard < duration
   Start start = Start::assembled;
   bool eliminate = true;              ///< coordinates that a row alone fixes leave the solves beforehand
+  bool forces = false;                ///< forces.csv beside trajectory.csv
   std::optional<double> output_step;  ///< s between rows of trajectory.csv; default duration/20000
 };
 
@@ -101,12 +102,16 @@ struct Instrument {
   enum class Kind {
     accelerometer,  ///< m/s², of a body's centre of mass along an axis of the world, through a low-pass
     lvdt,           ///< m, position of a body's centre of mass along an axis of the world
-    encoder         ///< rad, angle of a joint
+    encoder,        ///< rad, angle of a joint
+    load_cell,      ///< N, force of a joint on its second body along an axis of the world, through a low-pass
+    torque          ///< N m, torque of a drive, through a low-pass
   };
   Kind kind = Kind::accelerometer;
   std::string name;
   int body = ground;
   std::array<int, 2> pair{ground, ground};  ///< encoder: the joint's bodies
+  int joint = -1;                           ///< encoder and load cell: index of the joint
+  std::string drive;                        ///< torque: name of the drive
   Vec2 axis{1, 0};                          ///< unit vector
   double bandwidth = 0;                     ///< Hz, −3 dB
   int order = 2;                            ///< of the Butterworth low-pass, 1 to 8
@@ -116,6 +121,10 @@ struct Instrument {
   std::optional<double> range;              ///< ± full scale; samples are clipped there
   std::optional<double> resolution;         ///< step of the samples, rounded down; an encoder's is 2π/counts
 };
+
+inline bool measures_force(Instrument::Kind kind) {
+  return kind == Instrument::Kind::load_cell || kind == Instrument::Kind::torque;
+}
 
 struct Scene {
   std::filesystem::path file;
@@ -136,10 +145,19 @@ struct Scene {
   void set(const std::string& key, double value);
 };
 
-/// Bad input. what() is the one line that a user gets: FILE:LINE:COL: key: what is wrong, what would be
+/// What a scene lacks or contradicts, in terms of the model. what() is "key: what is wrong, what would be right",
+/// without a key where none is to blame.
+struct ModelError : std::runtime_error {
+  ModelError(const std::string& blamed, const std::string& wrong)
+      : std::runtime_error(blamed.empty() ? wrong : blamed + ": " + wrong), key(blamed), message(wrong) {}
+  std::string key;      ///< dotted
+  std::string message;  ///< without the key
+};
+
+/// The same with its place in a file. what() is the one line that a user gets: FILE:LINE:COL: key: what is wrong, what would be
 /// right.
-struct SceneError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct SceneError : ModelError {
+  explicit SceneError(const std::string& what) : ModelError("", what) {}
 };
 
 /// Reads and validates a scene; each override is KEY=VALUE with a dotted key. Throws SceneError.

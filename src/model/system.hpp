@@ -7,6 +7,7 @@
 // is made. That a mechanism is planar is known here and not beyond.
 #pragma once
 
+#include <Eigen/Core>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -14,14 +15,10 @@
 #include "model/mechanism.hpp"
 #include "numerics/dual.hpp"
 #include "numerics/sparse.hpp"
+#include "values/forces.hpp"
+#include "values/state.hpp"
 
 namespace freeplay {
-
-struct State {
-  double t = 0;           ///< s
-  std::vector<double> q;  ///< m, rad
-  std::vector<double> v;  ///< m/s, rad/s
-};
 
 /// A contact pair as the formulations see it.
 struct ContactFacts {
@@ -51,6 +48,10 @@ struct ContactRowOf {
   /// ω_i.
   SparseRowOf<T> film, spin;
   T gamma_n = 0, gamma_t = 0;  ///< g̈ = normal·a − gamma_n, v̇_T = tangent·a − gamma_t
+  template <class M>
+  void remember(M& m) {
+    m(gap, normal, tangent, film, spin, gamma_n, gamma_t);
+  }
 };
 using ContactRow = ContactRowOf<double>;
 
@@ -123,7 +124,14 @@ class System {
   void rate(const T* q, const T* v, EvaluationOf<T>& e) const;
   /// Fills force and power; needs place().
   template <class T>
-  void forces(std::type_identity_t<T> t, const T* q, const T* v, EvaluationOf<T>& e) const;
+  void forces(std::type_identity_t<T> t, const T* q, const T* v, const T* z, EvaluationOf<T>& e) const;
+  /// First-order states of elements (State::z), in the order of their elements; they begin at 0.
+  int states() const { return static_cast<int>(lagged_.size()); }
+  /// What errors of state k are measured by, in its own unit.
+  double state_scale(int k) const { return lagged_[k].scale; }
+  /// ż of the elements' first-order states.
+  template <class T>
+  void flow(std::type_identity_t<T> t, const T* q, const T* z, T* dz) const;
   /// Gravity and springs (J); constant forces and torques count as loads.
   double potential(const double* q) const;
   double kinetic(const double* v) const;
@@ -135,13 +143,45 @@ class System {
   void contact(int k, const T* q, const T* v, const EvaluationOf<T>& e, ContactRowOf<T>& row) const;
   /// From the first body's point of contact k to the second's, in the world (m): a journal's eccentricity.
   /// Needs place().
-  Vec2 eccentricity(int k, const double* q, const Evaluation& e) const;
+  Vec2Of<double> eccentricity(int k, const double* q, const Evaluation& e) const;
   /// Sliding row of a preloaded joint, u = row·v; returns γ in u̇ = row·a − γ. Needs place().
   template <class T>
   T friction(int k, const T* q, const T* v, const EvaluationOf<T>& e, SparseRowOf<T>& row) const;
 
   /// The first knot of a torque table against time after t (s); infinite when there is none.
   double next_knot(double t) const;
+
+  /// @name Forces that come out (values/forces.hpp). Each adds `weight` times what it is given; e from place().
+  ///@{
+  const std::vector<ForceElement>& force_elements() const { return force_elements_; }
+  Forces make_forces() const {
+    return {std::vector<ElementForce>(force_elements_.size()), std::vector<double>(mass_.size())};
+  }
+  /// Constraint rows [begin, end) of each element that has any.
+  struct ReactionRows {
+    int element, begin, end;
+  };
+  std::vector<ReactionRows> reaction_rows() const {
+    std::vector<ReactionRows> list;
+    for (const auto& r : reactions_) list.push_back({r.element, r.begin, r.end});
+    return list;
+  }
+  /// Ideal joints and drives of prescribed speed, −Gᵀλ.
+  void report_rows(const double* q, const Evaluation& e, const double* lambda, double weight,
+                   Forces& out) const;
+  /// Contact k: forces along its normal and tangent rows.
+  void report_contact(int k, const double* q, const Evaluation& e, const ContactRow& row, double fn, double ft,
+                      double weight, Forces& out) const;
+  /// A film in contact k: along its normal and film rows, and a couple along spin.
+  void report_film(int k, const double* q, const Evaluation& e, const ContactRow& row, double fn, double ft,
+                   double torque, double weight, Forces& out) const;
+  /// Coulomb friction of preloaded joint k along its sliding row.
+  void report_friction(int k, const double* q, const double* v, const Evaluation& e, const SparseRow& row,
+                       double force, double weight, Forces& out) const;
+  /// Torque drives and loads at a state.
+  void report_loads(double t, const double* q, const double* v, const double* z, const Evaluation& e,
+                    double weight, Forces& out) const;
+  ///@}
 
   /// Angle of the main drive's joint (rad), 0 without one.
   double crank_angle(const double* q) const;
@@ -179,11 +219,23 @@ class System {
     Link link;
     Vec2 axis;
   };
+  struct Reaction {  // of an ideal joint or a prescribed speed: rows [begin, end)
+    Link link;
+    int begin, end, element;
+    double speed = 0;  // rad/s, of a drive
+  };
   template <class T>
   struct Arms {  // world arms and r_j^P − r_i^P
     Vec2Of<T> ri, rj, d;
   };
 
+  int add_element(const std::string& name, ForceElement::Kind kind, const std::array<int, 2>& bodies,
+                  int joint = -1);
+  void list_elements(const Mechanism& mechanism);
+  template <class T>
+  T torque_of(std::size_t drive, const T& t, const T* q, const T* z) const;
+  void along(const double* q, const Evaluation& e, const Link& link, const int* column, const double* value,
+             int size, double amount, ElementForce& f) const;
   int entry(int column, double constant);
   void end_row(const std::string& name, bool angle);
   void add_points(const Link& link, const std::string& name);
@@ -223,10 +275,21 @@ class System {
   std::vector<FrictionElement> frictions_;
   std::vector<FrictionFacts> friction_facts_;
   std::vector<std::pair<std::array<int, 2>, TorqueDrive>> torque_drives_;
+  struct Lagged {  // a torque drive with a state
+    std::size_t drive;
+    double scale;  // N m
+  };
+  std::vector<Lagged> lagged_;
+  std::vector<int> state_of_drive_;  // −1: none
   std::vector<ForceLoad> force_loads_;
   std::vector<TorqueLoad> torque_loads_;
   std::vector<std::pair<Link, SpringDamper>> springs_;
   std::vector<TorsionalSpringDamper> torsions_;
+  std::vector<ForceElement> force_elements_;
+  std::vector<Reaction> reactions_;
+  std::vector<int> contact_elements_, friction_elements_, torque_elements_, force_load_elements_,
+      torque_load_elements_, spring_elements_, torsion_elements_;  // by their index there
+  std::vector<int> contact_joints_;                                // −1: of no joint
   Vec2 gravity_{0, 0};
   std::array<int, 2> crank_{ground, ground};
   bool velocity_forces_ = false;

@@ -14,16 +14,22 @@ System::System(const Mechanism& m) : gravity_(m.gravity) {
     mass_.insert(mass_.end(), {b.mass, b.mass, b.inertia});
     constant_force_.insert(constant_force_.end(), {b.mass * gravity_.x(), b.mass * gravity_.y(), 0.0});
   }
-  for (const auto& joint : m.joints)
+  for (std::size_t j = 0; j < m.joints.size(); ++j) {
     std::visit(
-        [&](const auto& j) {
-          if constexpr (std::is_same_v<std::decay_t<decltype(j)>, RigidJoint>)
-            add(j);
+        [&](const auto& joint) {
+          const int begin = G_.rows;
+          if constexpr (std::is_same_v<std::decay_t<decltype(joint)>, RigidJoint>)
+            add(joint);
           else
-            add(j, m);
+            add(joint, m);
+          if (G_.rows > begin)
+            reactions_.push_back({make_link(joint.between, joint.at), begin, G_.rows, static_cast<int>(j)});
         },
-        joint);
+        m.joints[j]);
+    contact_joints_.resize(contacts_.size(), static_cast<int>(j));
+  }
   for (const auto& contact : m.contacts) std::visit([&](const auto& c) { add(c, m); }, contact);
+  contact_joints_.resize(contacts_.size(), -1);
   for (const auto& drive : m.drives) {
     if (const auto* speed = std::get_if<SpeedDrive>(&drive)) {
       const auto& pair = bodies_of(m.joints[speed->joint]);
@@ -34,6 +40,12 @@ System::System(const Mechanism& m) : gravity_(m.gravity) {
       end_row(speed->name, true);
     } else {
       const auto& torque = std::get<TorqueDrive>(drive);
+      state_of_drive_.push_back(torque.lag ? states() : -1);
+      if (torque.lag) {
+        double greatest = 0;
+        for (const auto& point : torque.table) greatest = std::max(greatest, std::abs(point.second));
+        lagged_.push_back({torque_drives_.size(), greatest > 0 ? greatest : 1});
+      }
       torque_drives_.emplace_back(bodies_of(m.joints[torque.joint]), torque);
     }
   }
@@ -54,6 +66,7 @@ System::System(const Mechanism& m) : gravity_(m.gravity) {
       friction_facts_.push_back({c->name, c->force, c->regularisation});
     }
   }
+  list_elements(m);
 }
 
 int System::entry(int column, double constant) {
@@ -81,11 +94,11 @@ void System::add_points(const Link& link, const std::string& name) {
     const auto a = axis;
     if (link.i != ground) {
       entry(3 * link.i + axis, -1);
-      if (!link.si.isZero(0)) rows.theta_i[a] = entry(3 * link.i + 2, 0);
+      if (!link.si.is_zero()) rows.theta_i[a] = entry(3 * link.i + 2, 0);
     }
     if (link.j != ground) {
       entry(3 * link.j + axis, 1);
-      if (!link.sj.isZero(0)) rows.theta_j[a] = entry(3 * link.j + 2, 0);
+      if (!link.sj.is_zero()) rows.theta_j[a] = entry(3 * link.j + 2, 0);
     }
     end_row(name, false);
   }
@@ -129,7 +142,7 @@ void System::add(const TranslationalJoint& joint, const Mechanism& m) {
     if (b == ground) continue;
     if (b == link.i || slide.x) entry(3 * b, 0);
     if (b == link.i || slide.y) entry(3 * b + 1, 0);
-    if (b == link.i || !link.sj.isZero(0)) entry(3 * b + 2, 0);
+    if (b == link.i || !link.sj.is_zero()) entry(3 * b + 2, 0);
   }
   end_row(joint.name, false);
   add_angle(link.i, link.j, joint.angle, 0, joint.name);

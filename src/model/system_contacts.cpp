@@ -31,13 +31,13 @@ Vec2Of<T> bias(const Vec2Of<T>& ri, const T& wi, const Vec2Of<T>& rj, const T& w
 
 }  // namespace
 
-Vec2 System::eccentricity(int k, const double* q, const Evaluation& e) const {
+Vec2Of<double> System::eccentricity(int k, const double* q, const Evaluation& e) const {
   return arms(contacts_[k].link, q, e).d;
 }
 
 double System::gap(int k, const double* q, const Evaluation& e) const {
   const auto& c = contacts_[k];
-  const Vec2 d = eccentricity(k, q, e);
+  const Vec2Of<double> d = eccentricity(k, q, e);
   if (c.kind == ContactElement::Kind::round) return c.side * (c.rest - std::sqrt(d.squaredNorm()));
   return c.side * dot(perp(turned(c.link.i, c.axis, e)), d) - c.rest;
 }

@@ -48,14 +48,32 @@ T interpolate_periodic(const std::vector<std::pair<double, double>>& table, cons
          (table.front().second - table.back().second) / (first + turn - last) * (x - last);
 }
 
+}  // namespace
+
+/// A torque drive's table, before any lag.
 template <class T>
-T torque_of(const std::array<int, 2>& pair, const TorqueDrive& drive, const T& t, const T* q) {
-  if (drive.table.size() == 1) return drive.table.front().second;
+static T demand(const std::array<int, 2>& pair, const TorqueDrive& drive, const T& t, const T* q) {
+  if (drive.table.size() == 1) return drive.table[0].second;
   if (drive.against == TorqueDrive::Against::time) return interpolate(drive.table, t);
   return interpolate_periodic(drive.table, T(theta(q, pair[1]) - theta(q, pair[0])));
 }
 
-}  // namespace
+template <class T>
+T System::torque_of(std::size_t drive, const T& t, const T* q, const T* z) const {
+  if (state_of_drive_[drive] >= 0) return z[state_of_drive_[drive]];
+  return demand(torque_drives_[drive].first, torque_drives_[drive].second, t, q);
+}
+template double System::torque_of(std::size_t, const double&, const double*, const double*) const;
+
+template <class T>
+void System::flow(std::type_identity_t<T> t, const T* q, const T* z, T* dz) const {
+  for (const auto& lagged : lagged_) {
+    const auto& [pair, drive] = torque_drives_[lagged.drive];
+    *dz++ = (demand(pair, drive, t, q) - *z++) / *drive.lag;
+  }
+}
+template void System::flow(double, const double*, const double*, double*) const;
+template void System::flow(Gradient, const Gradient*, const Gradient*, Gradient*) const;
 
 double System::next_knot(double t) const {
   double next = INFINITY;
@@ -67,12 +85,13 @@ double System::next_knot(double t) const {
 }
 
 template <class T>
-void System::forces(std::type_identity_t<T> t, const T* q, const T* v, EvaluationOf<T>& e) const {
+void System::forces(std::type_identity_t<T> t, const T* q, const T* v, const T* z, EvaluationOf<T>& e) const {
   using std::sqrt;
   std::ranges::copy(constant_force_, e.force.begin());
   e.power = {};
-  for (const auto& [pair, drive] : torque_drives_) {
-    const T torque = torque_of(pair, drive, t, q);
+  for (std::size_t k = 0; k < torque_drives_.size(); ++k) {
+    const auto& pair = torque_drives_[k].first;
+    const T torque = torque_of(k, t, q, z);
     add_torque(pair, torque, e.force);
     e.power.drive += torque * (omega(v, pair[1]) - omega(v, pair[0]));
   }
@@ -105,8 +124,9 @@ void System::forces(std::type_identity_t<T> t, const T* q, const T* v, Evaluatio
   }
 }
 
-template void System::forces(double, const double*, const double*, Evaluation&) const;
-template void System::forces(Gradient, const Gradient*, const Gradient*, EvaluationOf<Gradient>&) const;
+template void System::forces(double, const double*, const double*, const double*, Evaluation&) const;
+template void System::forces(Gradient, const Gradient*, const Gradient*, const Gradient*,
+                             EvaluationOf<Gradient>&) const;
 
 double System::kinetic(const double* v) const {
   double sum = 0;
@@ -119,8 +139,8 @@ double System::potential(const double* q) const {
   for (std::size_t b = 0; b < mass_.size(); b += 3)
     sum -= mass_[b] * (gravity_.x() * q[b] + gravity_.y() * q[b + 1]);
   if (springs_.empty() && torsions_.empty()) return sum;
-  const auto point = [&](int body, const Vec2& s) -> Vec2 {
-    if (body == ground) return s;
+  const auto point = [&](int body, const Vec2& s) -> Vec2Of<double> {
+    if (body == ground) return {s.x(), s.y()};
     const double c = std::cos(q[3 * body + 2]), sn = std::sin(q[3 * body + 2]);
     return {q[3 * body] + c * s.x() - sn * s.y(), q[3 * body + 1] + sn * s.x() + c * s.y()};
   };

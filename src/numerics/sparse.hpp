@@ -43,6 +43,10 @@ struct SparseRowOf {
   std::array<int, max_size> column{};
   std::array<T, max_size> value{};
 
+  template <class M>
+  void remember(M& m) {
+    m(size, column, value);
+  }
   void clear() { size = 0; }
   void push(int c, const T& x) {
     column[size] = c;

@@ -4,60 +4,17 @@
 // impact (penalty), one step (time stepping).
 #pragma once
 
-#include <array>
+#include <span>
 #include <vector>
 
+#include "values/event.hpp"
+
 namespace freeplay {
-
-enum class EventKind { impact, contact, separation };
-const char* name_of(EventKind kind);
-
-/// One line of events.csv.
-struct ContactEvent {
-  double t = 0;  ///< s, of first touch; for a separation of the loss
-  int joint = 0;
-  EventKind kind = EventKind::impact;
-  double crank_angle = 0;               ///< rad, at t
-  double v_n_minus = 0, v_n_plus = 0;   ///< m/s, rate of the gap before and after
-  double v_t_minus = 0, v_t_plus = 0;   ///< m/s, sliding
-  double impulse_n = 0, impulse_t = 0;  ///< N s
-  double duration = 0;                  ///< s
-  double t_uncertainty = 0;             ///< s
-};
-
-/// Counts by decades of a positive quantity, 20 bins each; the memory does not grow.
-class LogHistogram {
- public:
-  void add(double x);
-  long total() const { return total_; }
-  double greatest() const { return greatest_; }
-  /// How many were at least x (to the width of a bin).
-  long at_least(double x) const;
-  /// The value below which a share p of all lie; 0 when empty.
-  double quantile(double p) const;
-
- private:
-  static constexpr int per_decade = 20, lowest = -15, decades = 25;
-  static int bin(double x);
-  std::array<long, per_decade * decades> count_{};
-  long total_ = 0;
-  double greatest_ = 0;
-};
-
-/// Modes and impacts of one contact after the discarded start.
-struct ContactTally {
-  double time = 0;          ///< s, observed
-  double lasting_time = 0;  ///< s, in lasting contact
-  double impact_time = 0;   ///< s, within impacts
-  LogHistogram approach;    ///< m/s, of impacts
-  LogHistogram impulse;     ///< N s, of impacts
-};
 
 class ContactLog {
  public:
   ContactLog() = default;
-  /// `discard`: s left out of the tallies.
-  ContactLog(int contacts, double discard);
+  explicit ContactLog(int contacts);
 
   /// First touch of contact k. All arguments as in ContactEvent.
   void touch(int k, double t, double crank_angle, double v_n, double v_t, double uncertainty, double limit);
@@ -76,24 +33,33 @@ class ContactLog {
     pending_.erase(pending_.begin(), pending_.begin() + static_cast<long>(n));
   }
   bool has_pending() const { return !pending_.empty(); }
-  /// Brings the tallies up to t; contacts still open are counted so far.
-  void tally_until(double t);
-  const ContactTally& tally(int k) const { return tallies_[k]; }
+  /// Events that a touch before them, still undecided, holds back.
+  std::span<const ContactEvent> held_back() const { return pending_; }
+  /// When contact k was first touched, if it is open and not yet known to last (s), else NaN.
+  double undecided_since(int k) const {
+    return open_[k].open && !open_[k].lasting ? open_[k].first.t : __builtin_nan("");
+  }
+
+  template <class M>
+  void remember(M& m) {
+    m(open_count_, open_, pending_);
+  }
 
  private:
   struct Episode {
     bool open = false, lasting = false;
     ContactEvent first;
     double limit = 0;
+    template <class M>
+    void remember(M& m) {
+      m(open, lasting, first, limit);
+    }
   };
   void push(const ContactEvent& event);
   std::size_t settled() const;
 
-  double discard_ = 0;
   int open_count_ = 0;
   std::vector<Episode> open_;
-  std::vector<ContactTally> tallies_;
-  std::vector<double> ended_lasting_, ended_impacts_;  // s, of contacts that have ended
   std::vector<ContactEvent> pending_;                  // in the order of t
 };
 

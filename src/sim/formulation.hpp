@@ -3,90 +3,24 @@
 // event-driven scheme at its events and bulirsch_stoer within odeint, allocates nothing.
 #pragma once
 
-#include <cmath>
-#include <memory>
 #include <string>
 #include <vector>
 
-#include "model/assembly.hpp"
 #include "sim/contact_log.hpp"
+#include "values/ledger.hpp"
+#include "values/memory.hpp"
+#include "values/state.hpp"
 
 namespace freeplay {
 
-class Recorder;
-
-/// Energies (J) since the start. The balance is kinetic + potential + elastic − their values at the start
-/// = drive + load + stabilisation − contact − friction − damping − film, up to `closure()`.
-struct EnergyLedger {
-  double kinetic = 0, potential = 0, elastic = 0;  ///< now
-  double initial = 0;                              ///< kinetic + potential + elastic at the start
-  double drive = 0;                                ///< work of the drives
-  double load = 0;                                 ///< work of constant forces and torques
-  double damping = 0;                              ///< dissipated in dampers, ≥ 0
-  double contact = 0;                              ///< dissipated in the normal direction of contacts
-  double friction = 0;  ///< dissipated by friction, in contacts and preloaded joints
-  double film = 0;      ///< dissipated in lubricant films
-  /// Work of constraint forces along constraint errors, and of moving positions back.
-  double stabilisation = 0;
-  /// What the balance leaves unexplained: the integration error of the energies themselves.
-  double closure() const {
-    return kinetic + potential + elastic - initial - drive - load - stabilisation + contact + friction +
-           damping + film;
-  }
-  /// The largest of the balance's terms, to judge the closure by.
-  double scale() const;
-};
-
-/// Counts that do not depend on the machine.
-struct Work {
-  long steps = 0;           ///< accepted
-  long rejected = 0;        ///< adaptive steps refused
-  long rhs = 0;             ///< right-hand sides, or evaluations of the system in time stepping
-  long jacobians = 0;       ///< of the right-hand side (implicit integrators)
-  long factorisations = 0;  ///< saddle-point
-  long lcp_solves = 0;      ///< complementarity problems with at least one unknown
-  long lcp_retries = 0;     ///< solvers of them that failed before another did not
-  long pivots = 0;          ///< of Lemke; cases, sweeps or Newton steps of the other solvers
-  long events = 0;          ///< located contact events
-};
-
-/// How well the run kept its constraints and its walls.
-struct Extremes {
-  double constraint_length = 0;        ///< m, greatest |Φ| of rows in m
-  double constraint_angle = 0;         ///< rad
-  double lcp_residual = 0;             ///< greatest relative residual of a complementarity solve
-  double lcp_residual_rate = 0;        ///< m/s (m/s² in accelerations), the same before division
-  double shortest_contact = INFINITY;  ///< s, from touch to separation (penalty)
-  /// Steps of the shortest flight that ended in one of the run's fastest impacts (time stepping)
-  double shortest_flight = INFINITY;
-  long ambiguous = 0;               ///< complementarity solves that may have had other solutions (Painlevé)
-  long gains = 0;                   ///< impacts that raised the energy
-  double greatest_gain = 0;         ///< J, of one of them
-  std::vector<double> penetration;  ///< m, of each contact
-};
+class Watch;
 
 /// Below this share of its first value the least pivot of the constraint rows says that a singular position
 /// was passed: (1e-3 rad)², where branches of the motion meet.
 inline constexpr double singular_pivot = 1e-6;
 inline constexpr const char* singular_note =
     "DOUBTFUL: the motion passed a singular position, where constraint rows depend on each other: it may "
-    "have left its "
-    "branch there";
-
-/// What a formulation makes of one contact.
-struct ContactModel {
-  double restitution_asked = 0;
-  double restitution_delivered = 0;
-  double stiffness = 0;  ///< N/m^n; 0 for an impact law
-  double exponent = 0;
-  double chi = 0;
-};
-
-struct Ending {
-  enum class Status { finished, interrupted, failed };
-  Status status = Status::finished;
-  std::string reason;  ///< for a failure: what happened and what may help
-};
+    "have left its branch there";
 
 class Formulation {
  public:
@@ -94,7 +28,7 @@ class Formulation {
   virtual const char* name() const = 0;
   virtual void start(const State& state) = 0;
   /// The stepping loop, from the present state to t_end.
-  virtual Ending run(double t_end, Recorder& recorder) = 0;
+  virtual Ending run(double t_end, Watch& watch) = 0;
   virtual State state() const = 0;
   virtual EnergyLedger ledger() const = 0;
   virtual const Work& work() const = 0;
@@ -104,6 +38,9 @@ class Formulation {
   /// Sentences that a user must read: what was asked for outside its range, what was handled in a special
   /// way.
   virtual std::vector<std::string> notes() const = 0;
+  /// All that its future depends on, between two steps.
+  virtual void save(MemoryWriter& m) = 0;
+  virtual void load(MemoryReader& m) = 0;
 };
 
 }  // namespace freeplay

@@ -1,20 +1,71 @@
-// The stepping loop, one instance for each kind of stepper: no virtual call, no allocation, no string inside.
+// The stepping loop, one instance for each kind of stepper: no virtual call, no allocation, no string inside,
+// but for showing a step to whoever watches.
 #pragma once
 
+#include "model/system.hpp"
 #include "sim/formulation.hpp"
-#include "sim/recorder.hpp"
+#include "sim/watch.hpp"
 
 namespace freeplay {
 
-/// A Stepper has step(t_end), which advances by one step not beyond t_end and is false when it cannot (then
-/// failure() says why), and what Recorder::accept asks for.
-template <class Stepper>
-Ending march(Stepper& stepper, double t_end, ContactLog& log, Recorder& recorder) {
+/// A stepper's last step as observers see it. A Stepper has t_old(), t(), v_old(), v(), z() and
+/// interpolate(t, q, v) within its last step, multipliers(), and of forces forces(t, out), add_impulse(a, b, sum),
+/// before() and within() as in Step; its owner ledger_now().
+template <class Owner, class Stepper>
+class StepOf final : public Step {
+ public:
+  StepOf(Owner& owner, const System& system, Stepper& stepper, const Watch& watch)
+      : owner_(owner), system_(system), stepper_(stepper), watch_(watch), e_(system.make_evaluation()) {}
+  void renew() {
+    const auto n = static_cast<std::size_t>(system_.n());
+    t0 = stepper_.t_old();
+    t1 = stepper_.t();
+    v0 = {stepper_.v_old(), n};
+    v1 = {stepper_.v(), n};
+  }
+  void state(double t, std::span<double> q, std::span<double> v) const override {
+    stepper_.interpolate(t, q.data(), v.data());
+  }
+  std::span<const double> z() const override { return stepper_.z(); }
+  std::span<const double> multipliers() const override { return stepper_.multipliers(); }
+  void contacts(double t, std::span<const double> q, std::span<ContactPlace> out) const override {
+    if (system_.contacts() == 0) return;
+    system_.place(t, q.data(), e_);
+    for (int k = 0; k < system_.contacts(); ++k) {
+      const auto eccentricity = system_.eccentricity(k, q.data(), e_);
+      out[k] = {eccentricity.x(), eccentricity.y(), system_.gap(k, q.data(), e_)};
+    }
+  }
+  EnergyLedger ledger() const override { return owner_.ledger_now(); }
+  bool stopped() const override { return watch_.stop(); }
+  void forces(double t, Forces& out) const override { stepper_.forces(t, out); }
+  void add_impulse(double a, double b, Forces& sum) const override { stepper_.add_impulse(a, b, sum); }
+  const Forces& before() const override { return stepper_.before(); }
+  const Forces& within() const override { return stepper_.within(); }
+
+ private:
+  Owner& owner_;
+  const System& system_;
+  Stepper& stepper_;
+  const Watch& watch_;
+  mutable Evaluation e_;
+};
+
+/// A Stepper also has step(t_end), which advances by one step not beyond t_end and is false when it cannot (then
+/// failure() says why).
+template <class Owner, class Stepper>
+Ending march(Owner& owner, const System& system, Stepper& stepper, double t_end, ContactLog& log,
+             Watch& watch) {
+  StepOf<Owner, Stepper> step(owner, system, stepper, watch);
+  stepper.watch_forces(watch.wants_forces());
   while (stepper.t() < t_end) {
-    if (stop_requested.load(std::memory_order_relaxed)) return {Ending::Status::interrupted, "interrupted"};
+    if (watch.stop()) return {Ending::Status::interrupted, "interrupted"};
     if (!stepper.step(t_end)) return {Ending::Status::failed, stepper.failure()};
     log.advance(stepper.t());
-    recorder.accept(stepper, log);
+    watch.drain(log);
+    if (!watch.any()) continue;
+    step.renew();
+    watch.step(step);
   }
   return {};
 }

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "measure/measurement.hpp"
-#include "sim/recorder.hpp"
+#include "freeplay.hpp"
 #include "study/intervals.hpp"
 
 namespace freeplay {
@@ -42,11 +42,11 @@ Estimate one_more(const std::vector<double>& logarithms) {
 }
 
 /// The statistic of a measured file, by the same rules as a run's.
-double measured_statistic(const Study& study, const Target& target, const Makers& makers) {
+double measured_statistic(const Study& study, const Target& target, const Conduct& conduct) {
   Case one{"", study.calibration->formulation, {}, 0, 1, study.scene, target.overrides};
-  const auto scene = scene_of(study, one, makers);
+  const auto scene = scene_of(study, one, conduct);
   const double speed = main_drive(scene.mechanism)->speed;
-  const double ideal = ideal_maximum(study, scene, makers.of(study.calibration->formulation, study.matched));
+  const double ideal = ideal_maximum(study, scene, study.calibration->formulation, conduct);
   const auto data = read_measurement(target.data, speed, ideal);
   TurnRules rules;
   rules.speed = speed;
@@ -66,7 +66,7 @@ double measured_statistic(const Study& study, const Target& target, const Makers
 
 }  // namespace
 
-CalibrationResult calibrate(const Study& study, const Makers& makers, const std::filesystem::path& folder,
+CalibrationResult calibrate(const Study& study, const Conduct& conduct, const std::filesystem::path& folder,
                             int threads, const std::function<void(const SweepProgress&)>& on_progress) {
   if (!study.calibration) throw SceneError(fmt::format("{}: has no [calibrate]", study.file.string()));
   const auto& c = *study.calibration;
@@ -76,7 +76,7 @@ CalibrationResult calibrate(const Study& study, const Makers& makers, const std:
                                  study.file.string(), ResponseSurface::coefficients(n) + 2, n, c.points));
   CalibrationResult result;
   for (const auto& target : c.targets) {
-    const double value = target.data.empty() ? target.value : measured_statistic(study, target, makers);
+    const double value = target.data.empty() ? target.value : measured_statistic(study, target, conduct);
     if (!(value > 0))
       throw SceneError(
           fmt::format("{}: calibrate.targets.{}.value must be greater than 0: its logarithm is fitted",
@@ -95,7 +95,7 @@ CalibrationResult calibrate(const Study& study, const Makers& makers, const std:
                                          target, c.starts, c.revolutions));
   Results results(folder / "calibrate.db", runs);
   // Fits of an earlier run stay until they are asked for again: their runs are kept by name.
-  result.sweep = sweep(runs, makers, results, threads, on_progress, true);
+  result.sweep = sweep(runs, conduct, results, threads, on_progress, true);
   if (result.sweep.interrupted) return result;
 
   std::vector<ResponseSurface> surfaces;
@@ -149,7 +149,7 @@ CalibrationResult calibrate(const Study& study, const Makers& makers, const std:
         runs.variants.push_back(
             variant_at(study, draw_name(name, k), f->draws.row(k).transpose(), target, 1, study.revolutions));
     }
-  const auto again = sweep(runs, makers, results, threads, on_progress, true);
+  const auto again = sweep(runs, conduct, results, threads, on_progress, true);
   result.sweep.interrupted = again.interrupted;
   result.sweep.ran += again.ran;
   result.sweep.failed += again.failed;

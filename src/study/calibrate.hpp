@@ -47,7 +47,7 @@ struct CalibrationResult {
 };
 
 /// Runs what is missing into folder/calibrate.db and fits.
-CalibrationResult calibrate(const Study& study, const Makers& makers, const std::filesystem::path& folder,
+CalibrationResult calibrate(const Study& study, const Conduct& conduct, const std::filesystem::path& folder,
                             int threads, const std::function<void(const SweepProgress&)>& on_progress);
 
 /// Minimises f on the surfaces of the used targets. Exposed for tests.

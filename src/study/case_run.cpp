@@ -7,7 +7,7 @@
 #include <ctime>
 #include <numbers>
 
-#include "sim/recorder.hpp"
+#include "freeplay.hpp"
 #include "version.hpp"
 
 namespace freeplay {
@@ -38,12 +38,22 @@ std::pair<int, int> channels(const Study& study, const Scene& scene, TurnRules& 
   return {a, x};
 }
 
-void feed(Recorder& recorder, TurnMeter& meter, int acceleration, int position) {
-  recorder.on_sample = [&meter, acceleration, position](std::size_t i, double t, double value) {
-    if (static_cast<int>(i) == acceleration) meter.acceleration(t, value);
-    if (static_cast<int>(i) == position) meter.position(t, value);
-  };
-}
+/// Gives a meter the samples of two channels, and events.
+class Feed final : public Observer {
+ public:
+  Feed(TurnMeter& meter, int acceleration, int position)
+      : meter_(meter), acceleration_(acceleration), position_(position) {}
+  Wants wants() const override { return {.samples = true, .steps = false}; }
+  void event(const Event& e) override { meter_.event(e); }
+  void sample(std::size_t channel, double t, double value) override {
+    if (static_cast<int>(channel) == acceleration_) meter_.acceleration(t, value);
+    if (static_cast<int>(channel) == position_) meter_.position(t, value);
+  }
+
+ private:
+  TurnMeter& meter_;
+  int acceleration_, position_;
+};
 
 }  // namespace
 
@@ -81,7 +91,7 @@ std::string identity(const Study& study, const Case& one, const std::string& sce
                      fmt::join(one.overrides, ";"), scene_text);
 }
 
-Scene scene_of(const Study& study, const Case& one, const Makers& makers) {
+Scene scene_of(const Study& study, const Case& one, const Conduct& conduct) {
   auto scene = read_scene(one.scene, one.overrides);
   const auto* drive = main_drive(scene.mechanism);
   if (!drive || drive->speed == 0)
@@ -90,10 +100,11 @@ Scene scene_of(const Study& study, const Case& one, const Makers& makers) {
   const double turn = 2 * std::numbers::pi / std::abs(drive->speed);
   scene.run.discard = study.discard * turn;
   scene.run.duration = (study.discard + one.revolutions) * turn;
-  return perturbed(scene, makers.penalty, study.seed, one.start, study.perturbation);
+  return perturbed(scene, conduct.stop, study.seed, one.start, study.perturbation);
 }
 
-TurnMetrics ideal_turn(const Study& study, const Scene& scene, const MakeFormulation& maker) {
+TurnMetrics ideal_turn(const Study& study, const Scene& scene, const std::string& formulation,
+                       const Conduct& conduct) {
   const auto* drive = main_drive(scene.mechanism);
   TurnRules rules;
   const auto [channel, lvdt] = channels(study, scene, rules);
@@ -106,22 +117,21 @@ TurnMetrics ideal_turn(const Study& study, const Scene& scene, const MakeFormula
   ideal.run.discard = 0;
   ideal.run.start = RunOptions::Start::assembled;
   for (auto& i : ideal.instruments) i.noise.reset();
-  const System system(ideal.mechanism);
-  const auto formulation = maker(ideal, system, assemble(ideal.mechanism, ideal.run.start));
-  Recorder recorder(ideal, system, std::nullopt);
+  Simulation simulation(ideal, formulation, {.matched = study.matched && conduct.matched});
   TurnMeter meter(rules);
-  feed(recorder, meter, channel, lvdt);
-  formulation->run(ideal.run.duration, recorder);
+  Feed feed(meter, channel, lvdt);
+  simulation.run({.observers = {&feed}, .keep_events = false, .stop = conduct.stop});
   return meter.finish(0);  // of a run that stopped early: NaN
 }
 
-double ideal_maximum(const Study& study, const Scene& scene, const MakeFormulation& maker) {
-  return ideal_turn(study, scene, maker).value[TurnMetrics::peak_max];
+double ideal_maximum(const Study& study, const Scene& scene, const std::string& formulation,
+                     const Conduct& conduct) {
+  return ideal_turn(study, scene, formulation, conduct).value[TurnMetrics::peak_max];
 }
 
-CaseResult run_case(const Study& study, const Case& one, const Makers& makers) {
+CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct) {
   const double began = thread_seconds();
-  const Scene scene = scene_of(study, one, makers);
+  const Scene scene = scene_of(study, one, conduct);
   const auto* drive = main_drive(scene.mechanism);
   TurnRules rules;
   rules.discard = scene.run.discard;
@@ -132,35 +142,34 @@ CaseResult run_case(const Study& study, const Case& one, const Makers& makers) {
   rules.line_share = study.line_share;
   const auto [channel, lvdt] = channels(study, scene, rules);
 
-  const System system(scene.mechanism);
   rules.joint = -1;
-  for (int k = 0; k < system.contacts(); ++k)
-    if (system.contact_facts(k).name == study.joint) rules.joint = k;
+  Simulation simulation(scene, one.formulation, {.matched = study.matched && conduct.matched});
+  const auto& names = simulation.layout().contacts;
+  for (std::size_t k = 0; k < names.size(); ++k)
+    if (names[k] == study.joint) rules.joint = static_cast<int>(k);
   if (rules.joint < 0)
     throw SceneError(
         fmt::format("{}: the study's joint = \"{}\" has no clearance", scene.file.string(), study.joint));
-  const auto& maker = makers.of(one.formulation, study.matched);
-  rules.ideal_maximum = ideal_maximum(study, scene, maker);
+  rules.ideal_maximum = ideal_maximum(study, scene, one.formulation, conduct);
 
-  const auto formulation = maker(scene, system, assemble(scene.mechanism, scene.run.start));
-  Recorder recorder(scene, system, std::nullopt);
   TurnMeter meter(rules);
-  recorder.on_event = [&](const ContactEvent& e) { meter.event(e); };
-  feed(recorder, meter, channel, lvdt);
-  CaseResult result;
-  result.ending = formulation->run(rules.discard, recorder);
+  Feed feed(meter, channel, lvdt);
+  RunRequest request{.until = rules.discard, .observers = {&feed}, .keep_events = false, .stop = conduct.stop};
+  auto run = simulation.run(request);
   const auto lost = [&] {
-    const auto l = formulation->ledger();
+    const auto l = simulation.ledger();
     return l.contact + l.friction + l.film + l.damping;
   };
   const double before = lost();
-  if (result.ending.status == Ending::Status::finished)
-    result.ending = formulation->run(scene.run.duration, recorder);
-  auto summary = summarise(scene, system, *formulation);
-  refuse_not_finite(summary, result.ending);
-  result.notes = std::move(summary.notes);
+  if (run.ending.status == Ending::Status::finished) {
+    request.until = scene.run.duration;
+    run = simulation.run(request);
+  }
+  CaseResult result;
+  result.ending = run.ending;
+  result.notes = run.notes;
   if (result.ending.status == Ending::Status::finished) result.metrics = meter.finish(lost() - before);
-  result.work = formulation->work();
+  result.work = run.work;
   result.cpu_seconds = thread_seconds() - began;
   return result;
 }

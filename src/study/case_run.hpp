@@ -1,6 +1,7 @@
 // One run of a study, in memory.
 #pragma once
 
+#include "freeplay.hpp"
 #include "measure/turns.hpp"
 #include "study/study.hpp"
 
@@ -24,27 +25,27 @@ struct CaseResult {
   std::vector<std::string> notes;
 };
 
-/// Makers of both formulations, from whoever knows them.
-struct Makers {
-  MakeFormulation penalty, nonsmooth, matched;  ///< matched: nonsmooth, at the delivered restitution
-  const MakeFormulation& of(const std::string& formulation, bool take_matched) const {
-    return formulation == "penalty" ? penalty : take_matched ? matched : nonsmooth;
-  }
+/// How a study's runs are conducted.
+struct Conduct {
+  bool matched = true;  ///< where a study asks for it, impact laws take the delivered restitution
+  StopToken stop;
 };
 
 /// Every case of a study: variants × cells × formulations × starts.
 std::vector<Case> cases(const Study& study);
 
 /// The scene of a case, read and ready to run from its perturbed start.
-Scene scene_of(const Study& study, const Case& one, const Makers& makers);
+Scene scene_of(const Study& study, const Case& one, const Conduct& conduct);
 
 /// The scene's ideal mechanism through the study's instruments, in its second turn, by one formulation.
-TurnMetrics ideal_turn(const Study& study, const Scene& scene, const MakeFormulation& maker);
+TurnMetrics ideal_turn(const Study& study, const Scene& scene, const std::string& formulation,
+                       const Conduct& conduct);
 /// Its greatest |a| (m/s²); NaN when the ideal mechanism cannot be run.
-double ideal_maximum(const Study& study, const Scene& scene, const MakeFormulation& maker);
+double ideal_maximum(const Study& study, const Scene& scene, const std::string& formulation,
+                     const Conduct& conduct);
 
 /// Runs it. Throws SceneError; a numerical failure is in the ending.
-CaseResult run_case(const Study& study, const Case& one, const Makers& makers);
+CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct);
 
 /// A text of all that the result depends on; equal texts, equal bits.
 std::string identity(const Study& study, const Case& one, const std::string& scene_text);

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "sim/output_file.hpp"
+#include "io/output_file.hpp"
 
 namespace freeplay {
 namespace {
@@ -14,7 +14,7 @@ namespace {
 std::vector<std::vector<ContactEvent>> touches(const std::vector<ContactEvent>& events, int joints) {
   std::vector<std::vector<ContactEvent>> of(joints);
   for (const auto& e : events)
-    if (e.kind != EventKind::separation) of[e.joint].push_back(e);
+    if (e.kind != EventKind::separation) of[e.contact].push_back(e);
   return of;
 }
 
@@ -55,10 +55,11 @@ nlohmann::json to_json(const ContactEvent& e) {
 }  // namespace
 
 Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector<ContactEvent>& nonsmooth,
-                     int joints) {
+                     int joints, double until) {
   Pairing p;
   const auto a = touches(penalty, joints), b = touches(nonsmooth, joints);
-  Break first{INFINITY, "all touches are paired"};
+  Break first{until, until < INFINITY ? "the list of a run's events that was kept ends there"
+                                      : "all touches are paired"};
   for (int k = 0; k < joints; ++k) {
     const auto end = pair_joint(a[k], b[k], p.pairs);
     if (end.t < first.t) first = end;
@@ -79,9 +80,16 @@ Comparison compare(const Scene& scene, const CompareSetup& setup, const std::fil
       if (setup.on_progress) setup.on_progress(which, done);
     };
   };
-  c.penalty = run_scene(scene, setup.penalty, folder / "penalty", progress("penalty"));
+  const auto run = [&](const Scene& one, const char* formulation, const char* name) {
+    return run_scene(one, {.formulation = formulation,
+                           .matched = setup.matched,
+                           .folder = folder / name,
+                           .on_progress = progress(name),
+                           .stop = setup.stop});
+  };
+  c.penalty = run(scene, "penalty", "penalty");
   if (c.penalty.ending.status == Ending::Status::interrupted) return c;
-  c.nonsmooth = run_scene(scene, setup.nonsmooth, folder / "nonsmooth", progress("nonsmooth"));
+  c.nonsmooth = run(scene, "nonsmooth", "nonsmooth");
   if (c.nonsmooth.ending.status == Ending::Status::interrupted) return c;
   for (const auto& contact : c.penalty.contacts) c.joints.push_back(contact.name);
   if (!c.joints.empty()) {
@@ -89,13 +97,16 @@ Comparison compare(const Scene& scene, const CompareSetup& setup, const std::fil
     ideal.mechanism = idealised(scene.mechanism);
     ideal.run.start = RunOptions::Start::ideal;
     try {
-      c.ideal = run_scene(ideal, setup.penalty, folder / "ideal", progress("ideal"));
-    } catch (const SceneError&) {
+      c.ideal = run(ideal, "penalty", "ideal");
+    } catch (const ModelError&) {
       // A mechanism that closes only thanks to its play has no ideal motion to show.
       c.nonsmooth.notes.push_back("with ideal joints the mechanism does not assemble; no ideal run");
     }
   }
-  c.pairing = pair_impacts(c.penalty.events, c.nonsmooth.events, static_cast<int>(c.joints.size()));
+  const auto known = [](const Result& r) { return r.events_cut() ? r.events.back().t : INFINITY; };
+  c.pairing = pair_impacts({c.penalty.events.begin(), c.penalty.events.end()},
+                           {c.nonsmooth.events.begin(), c.nonsmooth.events.end()},
+                           static_cast<int>(c.joints.size()), std::min(known(c.penalty), known(c.nonsmooth)));
 
   auto document = to_json(c);
   document["provenance"] = provenance(scene);
@@ -108,7 +119,7 @@ Comparison compare(const Scene& scene, const CompareSetup& setup, const std::fil
 nlohmann::json to_json(const Comparison& c) {
   nlohmann::json pairs = nlohmann::json::array();
   for (const auto& p : c.pairing.pairs)
-    pairs.push_back({{"joint", c.joints[p.penalty.joint]},
+    pairs.push_back({{"joint", c.joints[p.penalty.contact]},
                      {"penalty", to_json(p.penalty)},
                      {"nonsmooth", to_json(p.nonsmooth)}});
   nlohmann::json j = {

@@ -7,13 +7,15 @@
 // events mean nothing.
 #pragma once
 
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "sim/run_summary.hpp"
+#include "io/run_folder.hpp"
+#include "io/run_json.hpp"
 
 namespace freeplay {
 
@@ -28,20 +30,21 @@ struct Pairing {
 };
 
 /// Pairs the touches (impacts and beginnings of lasting contact) of two runs.
+/// `until`: s, to which each list is known whole: a cut list is known to its last event.
 Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector<ContactEvent>& nonsmooth,
-                     int joints);
+                     int joints, double until = INFINITY);
 
 struct Comparison {
   bool matched = true;  ///< the impact law took the delivered values
-  RunSummary penalty, nonsmooth;
-  std::optional<RunSummary> ideal;  ///< all clearances closed; absent when the scene has none
+  Result penalty, nonsmooth;
+  std::optional<Result> ideal;  ///< all clearances closed; absent when the scene has none
   Pairing pairing;
   std::vector<std::string> joints;
 };
 
 struct CompareSetup {
-  MakeFormulation penalty, nonsmooth;
-  bool matched = true;
+  bool matched = true;  ///< the impact law takes the delivered values
+  StopToken stop;
   std::function<void(const std::string&, double)> on_progress;  ///< (which run, fraction done)
 };
 

@@ -69,7 +69,7 @@ std::string comparison_table(const Scene& scene, const Comparison& c, bool markd
   const auto line = [&](const std::string& name, auto get) { t.row({name, get(p), get(n)}); };
   for (std::size_t k = 0; k < c.joints.size(); ++k) {
     const auto of = [&](auto field) {
-      return [&, field](const RunSummary& r) { return field(r.contacts[k]); };
+      return [&, field](const Result& r) { return field(r.contacts[k]); };
     };
     const auto& name = c.joints[k];
     line(name + ": free flight", of([](const auto& x) { return percent(x.flight_fraction); }));
@@ -130,7 +130,7 @@ std::string comparison_table(const Scene& scene, const Comparison& c, bool markd
     const auto impulse = [](const ContactEvent& e) {
       return e.kind == EventKind::impact ? fmt::format("{:.5f}", e.impulse_n) : std::string("lasting");
     };
-    pairs.row({c.joints[x.penalty.joint], fmt::format("{:.5f}", 1e3 * x.penalty.t),
+    pairs.row({c.joints[x.penalty.contact], fmt::format("{:.5f}", 1e3 * x.penalty.t),
                fmt::format("{:.5f}", 1e3 * x.nonsmooth.t),
                fmt::format("{:.2f}", 1e6 * (x.nonsmooth.t - x.penalty.t)),
                fmt::format("{:.5f}", -x.penalty.v_n_minus), fmt::format("{:.5f}", -x.nonsmooth.v_n_minus),

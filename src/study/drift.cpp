@@ -7,12 +7,13 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
-#include "sim/output_file.hpp"
-#include "sim/recorder.hpp"
+#include "io/output_file.hpp"
+#include "model/assembly.hpp"
+#include "model/system.hpp"
 
 namespace freeplay {
 
-std::vector<DriftRun> measure_drift(const Scene& scene, const MakeFormulation& make,
+std::vector<DriftRun> measure_drift(const Scene& scene, const StopToken& stop,
                                     const std::filesystem::path& folder,
                                     const std::function<void(const std::string&, double)>& on_progress) {
   constexpr int points = 200;
@@ -29,29 +30,30 @@ std::vector<DriftRun> measure_drift(const Scene& scene, const MakeFormulation& m
     one.penalty.stabilisation = kind;
     if (one.penalty.integrator == Integrator::adams_bashforth_moulton)
       one.penalty.integrator = Integrator::dopri5;
-    auto formulation = make(one, system, start);
-    Recorder recorder(one, system, std::nullopt);
+    Simulation simulation(one, "penalty", {.start = start});
+    Result made;
     auto e = system.make_evaluation();
     DriftRun run;
     run.stabilisation = name;
     const auto cpu = std::clock();
     for (int i = 1; i <= points && run.ending.status == Ending::Status::finished; ++i) {
-      run.ending = formulation->run(scene.run.duration * i / points, recorder);
-      const auto state = formulation->state();
+      made = simulation.run({.until = scene.run.duration * i / points, .keep_events = false, .stop = stop});
+      run.ending = made.ending;
+      const auto& state = made.final_state;
       system.place(state.t, state.q.data(), e);
       double length = 0, angle = 0;
       for (int k = 0; k < system.rows(); ++k)
         (system.is_angle_row(k) ? angle : length) =
             std::max(system.is_angle_row(k) ? angle : length, std::abs(e.phi[k]));
-      rows += fmt::format("{},{},{},{},{}\n", name, state.t, length, angle, formulation->ledger().closure());
+      rows += fmt::format("{},{},{},{},{}\n", name, state.t, length, angle, made.ledger.closure());
       if (on_progress) on_progress(name, static_cast<double>(i) / points);
     }
     run.cpu_seconds = static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
-    run.greatest_length = formulation->extremes().constraint_length;
-    run.greatest_angle = formulation->extremes().constraint_angle;
-    run.closure = formulation->ledger().closure();
-    run.stabilisation_work = formulation->ledger().stabilisation;
-    run.rhs = formulation->work().rhs;
+    run.greatest_length = made.extremes.constraint_length;
+    run.greatest_angle = made.extremes.constraint_angle;
+    run.closure = made.ledger.closure();
+    run.stabilisation_work = made.ledger.stabilisation;
+    run.rhs = made.work.rhs;
     summary[name] = {{"greatest_length_m", run.greatest_length},
                      {"greatest_angle_rad", run.greatest_angle},
                      {"closure_J", run.closure},
@@ -59,7 +61,7 @@ std::vector<DriftRun> measure_drift(const Scene& scene, const MakeFormulation& m
                      {"right_hand_sides", run.rhs},
                      {"cpu_s", run.cpu_seconds}};
     runs.push_back(run);
-    if (stop_requested) return runs;
+    if (stop()) return runs;
   }
   make_folder(folder);
   write_file(folder / "drift.csv", rows);

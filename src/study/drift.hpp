@@ -6,7 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "sim/run_summary.hpp"
+#include "io/run_folder.hpp"
+#include "io/run_json.hpp"
 
 namespace freeplay {
 
@@ -22,7 +23,7 @@ struct DriftRun {
 /// Runs the scene without stabilisation, with Baumgarte's and with projection, by a one-step integrator
 /// (dopri5 unless the scene names another), and writes drift.csv (stabilisation,t,length,angle,closure) and
 /// drift.json into the folder.
-std::vector<DriftRun> measure_drift(const Scene& scene, const MakeFormulation& make,
+std::vector<DriftRun> measure_drift(const Scene& scene, const StopToken& stop,
                                     const std::filesystem::path& folder,
                                     const std::function<void(const std::string&, double)>& on_progress);
 

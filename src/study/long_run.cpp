@@ -6,7 +6,8 @@
 #include <mutex>
 #include <numbers>
 
-#include "sim/recorder.hpp"
+#include "freeplay.hpp"
+#include "model/system.hpp"
 
 namespace freeplay {
 namespace {
@@ -34,12 +35,12 @@ double welch(const std::vector<double>& a, const std::vector<double>& b) {
 }  // namespace
 
 std::vector<Scene> perturbed_starts(const Scene& scene, const Sampling& sampling, int first,
-                                    const Makers& makers) {
+                                    const Conduct& conduct) {
   std::vector<Scene> starts;
   if (sampling.starts < 2 || System(scene.mechanism).contacts() == 0) return starts;
   try {
     for (int i = 0; i < sampling.starts; ++i) {
-      auto moved = perturbed(scene, makers.penalty, sampling.seed, first + i, sampling.how);
+      auto moved = perturbed(scene, conduct.stop, sampling.seed, first + i, sampling.how);
       moved.instruments.clear();
       moved.run.discard = 0;
       const auto* drive = main_drive(scene.mechanism);
@@ -47,26 +48,26 @@ std::vector<Scene> perturbed_starts(const Scene& scene, const Sampling& sampling
         moved.run.duration = sampling.revolutions * 2 * std::numbers::pi / std::abs(drive->speed);
       starts.push_back(std::move(moved));
     }
-  } catch (const SceneError&) {
+  } catch (const ModelError&) {
     starts.clear();  // a scene that closes only thanks to its play
   }
   return starts;
 }
 
 std::vector<LongRun> long_runs(const std::vector<Scene>& starts, const std::vector<Setting>& settings,
-                               const Makers& makers, const std::function<void(double)>& on_progress) {
+                               const Conduct& conduct, const std::function<void(double)>& on_progress) {
   const std::size_t n = starts.size(), all = n * settings.size();
-  std::vector<RunSummary> runs(all);
+  std::vector<Result> runs(all);
   std::mutex guard;
   std::size_t done = 0;
   oneapi::tbb::parallel_for(std::size_t{0}, all, [&](std::size_t i) {
-    if (stop_requested) return;
+    if (conduct.stop()) return;
     auto scene = starts[i % n];
     const auto& setting = settings[i / n];
     setting.apply(scene);
     try {
-      runs[i] = run_scene(scene, makers.of(setting.formulation, true), std::nullopt);
-    } catch (const SceneError& e) {
+      runs[i] = run_scene(scene, {.formulation = setting.formulation, .matched = conduct.matched, .stop = conduct.stop});
+    } catch (const ModelError& e) {
       runs[i].ending = {Ending::Status::failed, e.what()};
     }
     runs[i].events.clear();

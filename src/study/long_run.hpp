@@ -23,11 +23,11 @@ struct LongRun {
 
 /// The scene at `sampling.starts` starts from number `first`. Empty where the ideal mechanism has none.
 std::vector<Scene> perturbed_starts(const Scene& scene, const Sampling& sampling, int first,
-                                    const Makers& makers);
+                                    const Conduct& conduct);
 
 /// Runs every start with every setting, on all cores.
 std::vector<LongRun> long_runs(const std::vector<Scene>& starts, const std::vector<Setting>& settings,
-                               const Makers& makers, const std::function<void(double)>& on_progress);
+                               const Conduct& conduct, const std::function<void(double)>& on_progress);
 
 /// The greater of |difference of the means|/√(s₁²/n₁ + s₂²/n₂) of both statistics (Welch, Biometrika 34
 /// (1947) 28); NaN without samples.

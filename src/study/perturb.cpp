@@ -6,7 +6,8 @@
 #include <numbers>
 #include <random>
 
-#include "sim/recorder.hpp"
+#include "freeplay.hpp"
+#include "model/assembly.hpp"
 
 namespace freeplay {
 namespace {
@@ -31,7 +32,7 @@ void offset(Mechanism& ideal, const Mechanism& given, std::mt19937_64& engine, d
 
 }  // namespace
 
-Scene perturbed(const Scene& scene, const MakeFormulation& make, std::uint64_t seed, int start,
+Scene perturbed(const Scene& scene, const StopToken& stop, std::uint64_t seed, int start,
                 const Perturbation& how) {
   std::mt19937_64 engine(seed + 0x9e3779b97f4a7c15u * static_cast<std::uint64_t>(start));
   engine.discard(8);
@@ -42,7 +43,6 @@ Scene perturbed(const Scene& scene, const MakeFormulation& make, std::uint64_t s
   const double turned = how.turn * uniform(engine);
   offset(ideal.mechanism, scene.mechanism, engine, how.play);
 
-  const System system(ideal.mechanism);
   State state =
       assemble(ideal.mechanism, scene.run.start == RunOptions::Start::ideal ? RunOptions::Start::ideal
                                                                             : RunOptions::Start::assembled);
@@ -50,13 +50,12 @@ Scene perturbed(const Scene& scene, const MakeFormulation& make, std::uint64_t s
   if (const auto* drive = main_drive(scene.mechanism); drive && drive->speed != 0 && turned > 0) {
     time = turned * 2 * std::numbers::pi / std::abs(drive->speed);
     ideal.run.duration = time;
-    const auto formulation = make(ideal, system, state);
-    Recorder recorder(ideal, system, std::nullopt);
-    const auto ending = formulation->run(time, recorder);
+    Simulation simulation(ideal, "penalty", {.start = state});
+    const auto ending = simulation.run({.until = time, .keep_events = false, .stop = stop}).ending;
     if (ending.status == Ending::Status::failed)
       throw SceneError(fmt::format("{}: the ideal mechanism cannot be turned to a start: {}",
                                    scene.file.string(), ending.reason));
-    state = formulation->state();
+    state = simulation.state();
   }
   Scene moved = scene;
   for (std::size_t b = 0; b < moved.mechanism.bodies.size(); ++b) {

@@ -5,7 +5,8 @@
 
 #include <cstdint>
 
-#include "sim/run_summary.hpp"
+#include "io/run_folder.hpp"
+#include "io/run_json.hpp"
 
 namespace freeplay {
 
@@ -17,7 +18,7 @@ struct Perturbation {
 /// The scene at start number `start` (from 0) of `seed`: equal arguments give equal bits. The drive's angle
 /// at t = 0 moves along. A scene without a drive of prescribed speed keeps its angle. Throws SceneError when
 /// the ideal mechanism cannot be assembled or moved.
-Scene perturbed(const Scene& scene, const MakeFormulation& make, std::uint64_t seed, int start,
+Scene perturbed(const Scene& scene, const StopToken& stop, std::uint64_t seed, int start,
                 const Perturbation& how);
 
 }  // namespace freeplay

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "sim/output_file.hpp"
+#include "io/output_file.hpp"
 
 namespace freeplay {
 

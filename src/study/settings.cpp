@@ -11,19 +11,19 @@ namespace {
 constexpr const char* integrators[] = {
     "rk4", "dopri5", "fehlberg78", "bulirsch_stoer", "adams_bashforth_moulton", "rosenbrock4"};
 
-std::vector<ContactEvent> touches(const RunSummary& run) {
+std::vector<ContactEvent> touches(const Result& run) {
   std::vector<ContactEvent> list;
   for (const auto& e : run.events)
     if (e.kind == EventKind::impact) list.push_back(e);
   return list;
 }
 
-RunSummary run(Scene scene, const Setting& setting, const Makers& makers, double duration) {
+Result run(Scene scene, const Setting& setting, const Conduct& conduct, double duration) {
   setting.apply(scene);
   scene.run.duration = duration;
   scene.run.discard = 0;
   scene.instruments.clear();
-  return run_scene(scene, makers.of(setting.formulation, true), std::nullopt);
+  return run_scene(scene, {.formulation = setting.formulation, .matched = conduct.matched, .stop = conduct.stop});
 }
 
 double dissipated(const EnergyLedger& l) { return l.contact + l.friction + l.damping + l.film; }
@@ -120,7 +120,7 @@ double touch_error(const std::vector<ContactEvent>& found, const std::vector<Con
   for (const auto& b : reference) {
     // Two contacts that strike at once may stand in either order.
     std::size_t i = 0;
-    while (i < found.size() && (taken[i] || found[i].joint != b.joint)) ++i;
+    while (i < found.size() && (taken[i] || found[i].contact != b.contact)) ++i;
     if (i == found.size()) return INFINITY;
     taken[i] = true;
     const auto& a = found[i];
@@ -132,7 +132,7 @@ double touch_error(const std::vector<ContactEvent>& found, const std::vector<Con
   return worst;
 }
 
-Reference make_reference(const Scene& scene, const std::string& formulation, const Makers& makers,
+Reference make_reference(const Scene& scene, const std::string& formulation, const Conduct& conduct,
                          std::size_t most) {
   const Setting finest = formulation == "penalty" ? Setting{formulation, Integrator::dopri5, {}, 1e-12}
                                                   : Setting{formulation, {}, Scheme::event_driven, 1e-13};
@@ -140,8 +140,8 @@ Reference make_reference(const Scene& scene, const std::string& formulation, con
                             ? Setting{formulation, Integrator::adams_bashforth_moulton, {}, 1e-10}
                             : Setting{formulation, {}, Scheme::event_driven, 1e-11};
   Reference r;
-  const auto a = run(scene, finest, makers, scene.run.duration);
-  const auto b = run(scene, other, makers, scene.run.duration);
+  const auto a = run(scene, finest, conduct, scene.run.duration);
+  const auto b = run(scene, other, conduct, scene.run.duration);
   r.ending = a.ending.status == Ending::Status::finished ? b.ending : a.ending;
   if (r.ending.status != Ending::Status::finished) return r;
   r.dissipated = dissipated(a.ledger);
@@ -156,17 +156,17 @@ Reference make_reference(const Scene& scene, const std::string& formulation, con
   }
   r.horizon = r.touches.empty() ? scene.run.duration : r.touches.back().t;
   r.state_time = state_time(scene, r.touches, all);
-  r.state = run(scene, finest, makers, r.state_time).final_state;
+  r.state = run(scene, finest, conduct, r.state_time).final_state;
   if (r.touches.empty())
-    r.accuracy = velocity_error(run(scene, other, makers, r.state_time).final_state, r.state);
+    r.accuracy = velocity_error(run(scene, other, conduct, r.state_time).final_state, r.state);
   return r;
 }
 
 Measured measure(const Scene& scene, const Setting& setting, const Reference& reference,
-                 const Makers& makers) {
+                 const Conduct& conduct) {
   Measured m;
   m.setting = setting;
-  const auto whole = run(scene, setting, makers, scene.run.duration);
+  const auto whole = run(scene, setting, conduct, scene.run.duration);
   m.ending = whole.ending;
   m.work = whole.work;
   m.cpu = m.cpu_low = m.cpu_high = whole.cpu_seconds;
@@ -174,7 +174,7 @@ Measured measure(const Scene& scene, const Setting& setting, const Reference& re
   m.errors.events = touch_error(touches(whole), reference.touches);
   m.errors.energy = std::abs(whole.ledger.closure()) / std::max(whole.ledger.scale(), 1e-300);
   m.errors.dissipated = reference.dissipated != 0 ? dissipated(whole.ledger) / reference.dissipated - 1 : 0;
-  const auto early = run(scene, setting, makers, reference.state_time);
+  const auto early = run(scene, setting, conduct, reference.state_time);
   m.errors.state = velocity_error(early.final_state, reference.state);
   return m;
 }

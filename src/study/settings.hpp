@@ -46,7 +46,7 @@ struct Reference {
 
 /// By the finest setting, held against another. The horizon ends where the two part by more than 1e-6, and
 /// after `most` touches.
-Reference make_reference(const Scene& scene, const std::string& formulation, const Makers& makers,
+Reference make_reference(const Scene& scene, const std::string& formulation, const Conduct& conduct,
                          std::size_t most = 6);
 
 struct Errors {
@@ -72,6 +72,6 @@ double touch_error(const std::vector<ContactEvent>& found, const std::vector<Con
 
 /// Runs a scene with a setting, once.
 Measured measure(const Scene& scene, const Setting& setting, const Reference& reference,
-                 const Makers& makers);
+                 const Conduct& conduct);
 
 }  // namespace freeplay

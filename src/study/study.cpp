@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "measure/turns.hpp"
-#include "model/section.hpp"
+#include "io/section.hpp"
 
 namespace freeplay {
 namespace {

@@ -8,8 +8,8 @@
 #include <chrono>
 #include <mutex>
 
-#include "model/section.hpp"
-#include "sim/recorder.hpp"
+#include "io/section.hpp"
+#include "freeplay.hpp"
 
 namespace freeplay {
 namespace {
@@ -26,7 +26,7 @@ std::string digest(const std::string& text) {
 
 }  // namespace
 
-SweepSummary sweep(const Study& study, const Makers& makers, Results& results, int threads,
+SweepSummary sweep(const Study& study, const Conduct& conduct, Results& results, int threads,
                    const std::function<void(const SweepProgress&)>& on_progress, bool keep_others) {
   using Clock = std::chrono::steady_clock;
   const auto began = Clock::now();
@@ -59,9 +59,9 @@ SweepSummary sweep(const Study& study, const Makers& makers, Results& results, i
         oneapi::tbb::blocked_range<std::size_t>(0, missing.size(), 1),
         [&](const auto& range) {
           for (std::size_t i = range.begin(); i < range.end(); ++i) {
-            if (stop_requested) return;
+            if (conduct.stop()) return;
             const auto& [key, one] = missing[i];
-            const auto result = run_case(study, *one, makers);
+            const auto result = run_case(study, *one, conduct);
             const std::lock_guard lock(mutex);
             if (result.ending.status == Ending::Status::interrupted) return;
             results.store(key, *one, result);
@@ -75,7 +75,7 @@ SweepSummary sweep(const Study& study, const Makers& makers, Results& results, i
         },
         oneapi::tbb::simple_partitioner());
   });
-  summary.interrupted = stop_requested;
+  summary.interrupted = conduct.stop();
   summary.wall_seconds = seconds();
   return summary;
 }

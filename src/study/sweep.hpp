@@ -22,7 +22,7 @@ struct SweepSummary {
 /// `threads` 0: all cores. Runs of an earlier form of the study or of another version of the program are
 /// removed, or with `keep_others` stay. Throws what a case throws (bad scenes), after the runs under way are
 /// stored.
-SweepSummary sweep(const Study& study, const Makers& makers, Results& results, int threads,
+SweepSummary sweep(const Study& study, const Conduct& conduct, Results& results, int threads,
                    const std::function<void(const SweepProgress&)>& on_progress, bool keep_others = false);
 
 }  // namespace freeplay

@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include "sim/output_file.hpp"
+#include "io/output_file.hpp"
 #include "study/intervals.hpp"
 
 namespace freeplay {
 
-void write_tables(const Study& study, const Results& results, const Makers& makers,
+void write_tables(const Study& study, const Results& results, const Conduct& conduct,
                   const std::filesystem::path& folder) {
   std::string axes;
   for (const auto& a : study.axes) axes += "," + a.name;
@@ -44,7 +44,7 @@ void write_tables(const Study& study, const Results& results, const Makers& make
                               s.mean, s.low, s.high, s.least, s.greatest, s.count));
     }
     if (!ideals.emplace(one.variant, one.values).second) continue;
-    const auto ideal = ideal_turn(study, scene_of(study, one, makers), makers.penalty);
+    const auto ideal = ideal_turn(study, scene_of(study, one, conduct), "penalty", conduct);
     for (const auto& p : ideal.last_turn)
       traces.write(fmt::format("{},{},{},{}\n", line("ideal"), p.angle, p.acceleration, p.position));
   }

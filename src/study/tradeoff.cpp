@@ -4,24 +4,24 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "sim/recorder.hpp"
+#include "freeplay.hpp"
 
 namespace freeplay {
 namespace {
 
 /// Long runs of every setting against those of a fine one, from other starts.
-void add_statistics(TradeoffScene& t, const Scene& scene, const Sampling& sampling, const Makers& makers,
+void add_statistics(TradeoffScene& t, const Scene& scene, const Sampling& sampling, const Conduct& conduct,
                     const std::function<void(double)>& on_progress) {
-  const auto others = perturbed_starts(scene, sampling, sampling.starts, makers);
-  const auto starts = perturbed_starts(scene, sampling, 0, makers);
+  const auto others = perturbed_starts(scene, sampling, sampling.starts, conduct);
+  const auto starts = perturbed_starts(scene, sampling, 0, conduct);
   if (starts.empty() || others.empty()) return;
   const std::vector<Setting> fine = {{"penalty", Integrator::dopri5, {}, 1e-9},
                                      {"nonsmooth", {}, Scheme::event_driven, 1e-9}};
-  const auto references = long_runs(others, fine, makers, {});
+  const auto references = long_runs(others, fine, conduct, {});
   t.sampling_error = relative_spread(references[1].lost);
   std::vector<Setting> settings;
   for (const auto& m : t.measured) settings.push_back(m.setting);
-  const auto runs = long_runs(starts, settings, makers, on_progress);
+  const auto runs = long_runs(starts, settings, conduct, on_progress);
   for (std::size_t i = 0; i < settings.size(); ++i)
     t.measured[i].statistics =
         runs[i].stopped.empty() ? deviation(runs[i], references[settings[i].formulation == "penalty" ? 0 : 1])
@@ -30,12 +30,12 @@ void add_statistics(TradeoffScene& t, const Scene& scene, const Sampling& sampli
 
 }  // namespace
 
-TradeoffScene trade_off(const Scene& scene, const Makers& makers, int repeats, const Sampling& sampling,
+TradeoffScene trade_off(const Scene& scene, const Conduct& conduct, int repeats, const Sampling& sampling,
                         const std::function<void(double)>& on_progress) {
   TradeoffScene t;
   t.title = scene.mechanism.title;
-  t.penalty = make_reference(scene, "penalty", makers);
-  t.nonsmooth = make_reference(scene, "nonsmooth", makers);
+  t.penalty = make_reference(scene, "penalty", conduct);
+  t.nonsmooth = make_reference(scene, "nonsmooth", conduct);
   const auto n = std::min({t.penalty.touches.size(), t.nonsmooth.touches.size(), std::size_t{2}});
   t.model_error =
       n == 0 ? std::nan("")
@@ -51,9 +51,9 @@ TradeoffScene trade_off(const Scene& scene, const Makers& makers, int repeats, c
   double done = 0;
   for (int repeat = 0; repeat < repeats; ++repeat)
     for (std::size_t i = 0; i < settings.size(); ++i) {
-      if (stop_requested) return t;
+      if (conduct.stop()) return t;
       const auto& reference = settings[i].formulation == "penalty" ? t.penalty : t.nonsmooth;
-      auto m = measure(scene, settings[i], reference, makers);
+      auto m = measure(scene, settings[i], reference, conduct);
       seconds[i].push_back(m.cpu);
       if (repeat == 0) t.measured.push_back(std::move(m));
       if (on_progress) on_progress(++done / static_cast<double>(settings.size()) / repeats);
@@ -64,7 +64,7 @@ TradeoffScene trade_off(const Scene& scene, const Makers& makers, int repeats, c
     t.measured[i].cpu = seconds[i][seconds[i].size() / 2];
     t.measured[i].cpu_high = seconds[i].back();
   }
-  add_statistics(t, scene, sampling, makers, on_progress);
+  add_statistics(t, scene, sampling, conduct, on_progress);
   return t;
 }
 
@@ -101,11 +101,11 @@ nlohmann::json to_json(const TradeoffScene& t) {
           {"settings", list}};
 }
 
-Advice advise(const Scene& given, const std::string& formulation, double error, const Makers& makers,
+Advice advise(const Scene& given, const std::string& formulation, double error, const Conduct& conduct,
               const std::function<void(double)>& on_progress) {
   Advice advice;
   Scene scene = given;
-  advice.reference = make_reference(scene, formulation, makers, 4);
+  advice.reference = make_reference(scene, formulation, conduct, 4);
   if (advice.reference.ending.status != Ending::Status::finished) return advice;
   advice.by_events = !advice.reference.touches.empty();
   // A little beyond the last touch, so that a late one is a late one and not a missing one.
@@ -115,8 +115,8 @@ Advice advise(const Scene& given, const std::string& formulation, double error, 
   advice.simulated = scene.run.duration;
   const auto settings = all_settings(formulation);
   for (std::size_t i = 0; i < settings.size(); ++i) {
-    if (stop_requested) return advice;
-    advice.tried.push_back(measure(scene, settings[i], advice.reference, makers));
+    if (conduct.stop()) return advice;
+    advice.tried.push_back(measure(scene, settings[i], advice.reference, conduct));
     if (on_progress) on_progress(static_cast<double>(i + 1) / static_cast<double>(settings.size()));
   }
   // By right-hand sides and pivots, which do not depend on the machine's mood.

@@ -20,7 +20,7 @@ struct TradeoffScene {
 };
 
 /// Each setting `repeats` times, interleaved; then long runs.
-TradeoffScene trade_off(const Scene& scene, const Makers& makers, int repeats, const Sampling& sampling,
+TradeoffScene trade_off(const Scene& scene, const Conduct& conduct, int repeats, const Sampling& sampling,
                         const std::function<void(double)>& on_progress);
 
 nlohmann::json to_json(const TradeoffScene& scene);
@@ -35,7 +35,7 @@ struct Advice {
 
 /// Tries settings of one formulation on the scene's beginning, up to the horizon, and names the cheapest
 /// whose error (touches, or without any the state) stays below `error` with a factor of two to spare.
-Advice advise(const Scene& scene, const std::string& formulation, double error, const Makers& makers,
+Advice advise(const Scene& scene, const std::string& formulation, double error, const Conduct& conduct,
               const std::function<void(double)>& on_progress);
 
 }  // namespace freeplay

@@ -1,4 +1,5 @@
 #include "study/validate.hpp"
+#include "model/system.hpp"
 
 #include <fmt/format.h>
 
@@ -71,12 +72,12 @@ Quiet quiet_stretch(const std::vector<double>& mean_turn, double ideal_maximum) 
 }
 
 Validation validate(const std::filesystem::path& file, const std::vector<std::string>& overrides,
-                    const std::filesystem::path& data, const Makers& makers) {
+                    const std::filesystem::path& data, const Conduct& conduct) {
   const auto scene = read_scene(file, overrides);
   const auto study = study_of(scene);
   const auto* drive = main_drive(scene.mechanism);
   Validation v;
-  v.ideal_maximum = ideal_maximum(study, scene, makers.penalty);
+  v.ideal_maximum = ideal_maximum(study, scene, "penalty", conduct);
   const auto measured = read_measurement(data, drive->speed, v.ideal_maximum);
   v.sampling = measured.sampling;
   v.uncertainty = measured.uncertainty;
@@ -93,7 +94,7 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
 
   for (const char* formulation : {"penalty", "nonsmooth"}) {
     const Case one{"", formulation, {}, 0, study.revolutions, file, overrides};
-    auto run = run_case(study, one, makers);
+    auto run = run_case(study, one, conduct);
     Agreement a;
     a.formulation = formulation;
     a.ending = run.ending;

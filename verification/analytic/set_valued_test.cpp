@@ -16,7 +16,7 @@ Scene scene_of(const char* name, Scheme scheme) {
   return scene;
 }
 
-double rest_time(const RunSummary& run) {
+double rest_time(const Result& run) {
   for (const auto& e : run.events)
     if (e.kind == EventKind::contact) return e.t;
   return NAN;

@@ -2,7 +2,7 @@
 #include <random>
 
 #include "formulations/make.hpp"
-#include "sim/recorder.hpp"
+#include "freeplay.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/hertz_impact.hpp"
 #include "verification/support.hpp"
@@ -19,13 +19,10 @@ void baumgarte(Findings& f) {
   scene.penalty.alpha = 5;
   scene.penalty.beta = 8;
   scene.run.duration = 0.4;
-  const System system(scene.mechanism);
-  const auto formulation = make(Family::penalty, scene, system, assemble(scene.mechanism, scene.run.start));
-  formulation->start({0, {1e-3, 0, 0}, {0, 0, 0}});
-  Recorder recorder(scene, system, std::nullopt);
-  formulation->run(0.4, recorder);
+  Simulation simulation(scene, "penalty", {.start = State{0, {1e-3, 0, 0}, {0, 0, 0}, {}}});
+  simulation.run();
   const double w = std::sqrt(64.0 - 25.0), t = 0.4;
-  f.within("a pin open by 1 mm, α = 5, β = 8: opening after 0.4 s", "m", formulation->state().q[0],
+  f.within("a pin open by 1 mm, α = 5, β = 8: opening after 0.4 s", "m", simulation.state().q[0],
            1e-3 * std::exp(-5 * t) * (std::cos(w * t) + 5 / w * std::sin(w * t)), 1e-8, "Φ̈ + 2αΦ̇ + β²Φ = 0",
            "tolerance 1e-9 of 1 m a step");
 }
@@ -144,7 +141,7 @@ Findings invariants() {
   ring.mechanism.surfaces[0].restitution = 1;
   ring.mechanism.surfaces[0].friction.reset();
   ring.run.duration = 12;
-  const auto change = [](const RunSummary& run) {
+  const auto change = [](const Result& run) {
     return std::abs(run.ledger.kinetic - run.ledger.initial) / run.ledger.initial;
   };
   ring.nonsmooth.scheme = Scheme::event_driven;

@@ -17,7 +17,7 @@ using Long = long double;
 using Impacts = std::vector<reference::OracleImpact<Long>>;
 
 /// The first `count` touches of a run against the oracle's.
-void touches(Findings& f, const std::string& name, const RunSummary& found, const Impacts& exact,
+void touches(Findings& f, const std::string& name, const Result& found, const Impacts& exact,
              std::size_t count, double time) {
   const auto horizon = fmt::format("of {}, to {:.1f} ms", count, 1e3 * double(exact.at(count - 1).t));
   for (std::size_t i = 0; i < count; ++i) {

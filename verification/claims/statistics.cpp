@@ -7,7 +7,7 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
-#include "sim/recorder.hpp"
+#include "freeplay.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/support.hpp"
 
@@ -64,10 +64,12 @@ Scene start(int i) {
 
 Values watch(const Scene& scene, Family family) {
   const System system(scene.mechanism);
-  const auto formulation = make(family, scene, system, assemble(scene.mechanism, scene.run.start));
-  Recorder recorder(scene, system, std::nullopt);
+  Simulation simulation(scene, test::name_of(family));
+  ContactStatistics statistics(scene.run.discard);
   std::vector<double> impulses;
-  recorder.on_event = [&](const ContactEvent& event) {
+  test::Listener listener;
+  Result run;
+  listener.on_event = [&](const ContactEvent& event) {
     if (event.kind != EventKind::separation && event.t > discarded * turn && event.v_n_minus < -counted_speed)
       impulses.push_back(event.impulse_n);
   };
@@ -75,13 +77,13 @@ Values watch(const Scene& scene, Family family) {
   double along = 0, upper = 0, quarter = 0, flying = 0;
   int samples = 0;
   const auto march = [&](double t) {
-    const auto ending = formulation->run(t, recorder);
-    if (ending.status != Ending::Status::finished) throw std::runtime_error(ending.reason);
+    run = simulation.run({.until = t, .observers = {&listener, &statistics}, .keep_events = false});
+    if (run.ending.status != Ending::Status::finished) throw std::runtime_error(run.ending.reason);
   };
   for (int i = 0; i <= 1000 * (turns - discarded) * turn; ++i, ++samples) {
     const double t = discarded * turn + 1e-3 * i;
     march(std::min(t, scene.run.duration));
-    const auto state = formulation->state();
+    const auto state = simulation.state();
     system.place(t, state.q.data(), e);
     const auto d = system.eccentricity(0, state.q.data(), e);
     along += d.x() / clearance;
@@ -90,7 +92,7 @@ Values watch(const Scene& scene, Family family) {
     flying += system.gap(0, state.q.data(), e) > 0.5 * clearance;
   }
   march(scene.run.duration);
-  const auto run = summarise(scene, system, *formulation);
+  statistics.into(run);
   double total = 0;
   for (double x : impulses) total += x;
   const double watched = turns - discarded;

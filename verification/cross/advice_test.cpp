@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cli/makers.hpp"
+#include "study/case_run.hpp"
 #include "study/tradeoff.hpp"
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/references/loose_guide.hpp"
@@ -81,7 +81,7 @@ TEST_CASE("advice keeps its word on scenes that no setting was chosen from", "[a
     for (const double asked : {0.05, 0.001}) {
       for (const char* formulation : {"penalty", "nonsmooth"}) {
         CAPTURE(rig.scene, asked, formulation);
-        const auto advice = advise(scene, formulation, asked, cli::makers(), {});
+        const auto advice = advise(scene, formulation, asked, Conduct{}, {});
         REQUIRE(advice.by_events);
         std::vector<ContactEvent> exact;
         if (formulation[0] == 'p') {
@@ -109,7 +109,7 @@ TEST_CASE("advice keeps its word without touches, by the closed form", "[advice]
   for (const char* formulation : {"penalty", "nonsmooth"})
     for (const double asked : {1e-3, 1e-7}) {
       CAPTURE(formulation, asked);
-      const auto advice = advise(scene, formulation, asked, cli::makers(), {});
+      const auto advice = advise(scene, formulation, asked, Conduct{}, {});
       REQUIRE(!advice.by_events);
       const double t = advice.reference.state_time, phi = omega * t;
       const auto m = reference::slider_crank(r, l, phi, omega);
@@ -145,7 +145,7 @@ TEST_CASE("advice keeps its word on a loose guide, by another program's table", 
   const System system(scene.mechanism);
   for (const double asked : {0.05, 0.001}) {
     CAPTURE(asked);
-    const auto advice = advise(scene, "nonsmooth", asked, cli::makers(), {});
+    const auto advice = advise(scene, "nonsmooth", asked, Conduct{}, {});
     REQUIRE(advice.by_events);
     std::vector<ContactEvent> exact;
     for (const auto& i : table.impacts) {
@@ -154,7 +154,7 @@ TEST_CASE("advice keeps its word on a loose guide, by another program's table", 
       e.v_n_minus = i.v_n_minus;
       e.impulse_n = i.impulse_n;
       for (int k = 0; k < system.contacts(); ++k)
-        if (system.contact_facts(k).name == std::string("guide.") + i.corner) e.joint = k;
+        if (system.contact_facts(k).name == std::string("guide.") + i.corner) e.contact = k;
       exact.push_back(e);
     }
     REQUIRE(advice.reference.touches.size() >= 4);
@@ -180,7 +180,7 @@ TEST_CASE("the state is judged in the flight before the last judged touch", "[ad
   scene.run.discard = 0;
   for (const char* formulation : {"penalty", "nonsmooth"}) {
     CAPTURE(formulation);
-    const auto reference = make_reference(scene, formulation, cli::makers());
+    const auto reference = make_reference(scene, formulation, Conduct{});
     const auto& touches = reference.touches;
     REQUIRE(touches.size() >= 2);
     CHECK(reference.state_time > touches[touches.size() - 2].t + touches[touches.size() - 2].duration);

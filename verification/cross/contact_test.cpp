@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "formulations/penalty/contact_law.hpp"
-#include "sim/recorder.hpp"
+#include "freeplay.hpp"
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/references/impact_tables.hpp"
 #include "verification/support.hpp"

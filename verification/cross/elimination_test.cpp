@@ -38,7 +38,7 @@ TEST_CASE("with and without elimination the motion is the same", "[elimination]"
       if (way.family == Family::penalty && !scene.mechanism.surfaces.empty() &&
           !scene.mechanism.surfaces[0].young)
         continue;
-      RunSummary run[2];
+      Result run[2];
       for (const bool eliminate : {false, true}) {
         scene.run.eliminate = eliminate;
         run[eliminate] = test::simulate(scene, way.family);

@@ -29,7 +29,7 @@ void compare_corners(const Scene& scene, const std::vector<reference::CornerImpa
     const auto& expected = impacts[i];
     const auto& e = found[i];
     CAPTURE(i, expected.t, expected.corner);
-    REQUIRE(system.contact_facts(e.joint).name == std::string("guide.") + expected.corner);
+    REQUIRE(system.contact_facts(e.contact).name == std::string("guide.") + expected.corner);
     const double speed = -expected.v_n_minus, slide = speed + std::abs(expected.v_t_plus);
     // Tolerance 1e-10 a step; each rattle of the short slider multiplies an error by a few. Times are known
     // to 1e-13 of themselves and to 1e-10 s where the table's two runs differ by that.
@@ -55,7 +55,7 @@ TEST_CASE("event-driven meets the tables of nine mechanisms", "[cross][event-dri
     for (int i = 0; i < 3; ++i) {
       const auto& expected = table.nonsmooth[i];
       CAPTURE(i);
-      REQUIRE(system.contact_facts(found.at(i).joint).name == expected.joint);
+      REQUIRE(system.contact_facts(found.at(i).contact).name == expected.joint);
       // The tables have 10 to 11 digits in times and 9 in rates.
       const double speed = -expected.v_n_minus, relative = 1e-8;
       CHECK(found[i].t == Approx(expected.t).margin(1e-11).epsilon(0));

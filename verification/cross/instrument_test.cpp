@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "measure/instrument.hpp"
-#include "sim/recorder.hpp"
+#include "freeplay.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
@@ -17,12 +17,11 @@ namespace {
 std::vector<double> signal(Scene scene, Family family, double duration) {
   scene.run.duration = duration;
   scene.run.discard = 0;
-  const System system(scene.mechanism);
-  const auto formulation = make(family, scene, system, assemble(scene.mechanism, scene.run.start));
-  Recorder recorder(scene, system, std::nullopt);
+  Simulation simulation(scene, test::name_of(family));
   std::vector<double> samples;
-  recorder.on_sample = [&](std::size_t, double, double value) { samples.push_back(value); };
-  REQUIRE(formulation->run(duration, recorder).status == Ending::Status::finished);
+  test::Listener listener;
+  listener.on_sample = [&](std::size_t, double, double value) { samples.push_back(value); };
+  REQUIRE(simulation.run({.observers = {&listener}}).ending.status == Ending::Status::finished);
   return samples;
 }
 
@@ -149,13 +148,11 @@ noise = 0.5
 range = 10.0
 )",
                            "s.toml");
-  const System system(scene.mechanism);
-  const auto formulation = make(Family::nonsmooth, scene, system, assemble(scene.mechanism, scene.run.start));
-  Recorder recorder(scene, system, std::nullopt);
+  test::Listener listener;
   double squares = 0;
   int count[3] = {0, 0, 0};
   const double step = 2 * std::numbers::pi / 100;
-  recorder.on_sample = [&](std::size_t i, double t, double value) {
+  listener.on_sample = [&](std::size_t i, double t, double value) {
     ++count[i];
     if (i == 0) {
       CHECK(std::abs(value / step - std::round(value / step)) < 1e-9);
@@ -167,7 +164,7 @@ range = 10.0
       squares += std::pow(value - 0.1 * std::cos(2 * t), 2);
     }
   };
-  formulation->run(1, recorder);
+  Simulation(scene, "nonsmooth").run({.until = 1, .observers = {&listener}});
   CHECK(count[0] == 50);
   CHECK(count[1] == 50);
   // A standard deviation from n samples scatters by 1/√(2n).

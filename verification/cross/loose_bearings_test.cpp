@@ -1,7 +1,7 @@
 // All joints of the rig loose, two of them by micrometres: a hop there takes a hundredth of a step.
 #include <catch2/catch.hpp>
 
-#include "cli/makers.hpp"
+#include "study/case_run.hpp"
 #include "study/case_run.hpp"
 #include "verification/support.hpp"
 
@@ -26,7 +26,7 @@ TEST_CASE("three loose joints, two of them by micrometres, event-driven", "[even
          "joints.main.clearance=9e-6", "joints.main.bearing_radius=8.5e-3", "joints.main.surface=steel",
          "joints.big_end.clearance=5e-6", "joints.big_end.bearing_radius=5e-3",
          "joints.big_end.surface=steel"}};
-    const auto r = run_case(study, one, cli::makers());
+    const auto r = run_case(study, one, Conduct{});
     CAPTURE(start, r.ending.reason);
     CHECK(r.ending.status == Ending::Status::finished);
     for (const auto& note : r.notes) {

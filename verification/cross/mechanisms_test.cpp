@@ -22,7 +22,7 @@ void compare_with(const reference::ImpactRow (&rows)[3], const Scene& scene, Fam
     CAPTURE(i, expected.t);
     REQUIRE(static_cast<int>(found.size()) > i);
     const auto& e = found[i];
-    REQUIRE(system.contact_facts(e.joint).name == expected.joint);
+    REQUIRE(system.contact_facts(e.contact).name == expected.joint);
     const double relative = relative_bound(i, expected.t - before), speed = -expected.v_n_minus;
     CHECK(e.t == Approx(expected.t).margin(time_bound(i)).epsilon(0));
     CHECK(e.v_n_minus == Approx(expected.v_n_minus).margin(relative * speed).epsilon(0));

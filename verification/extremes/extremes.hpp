@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace freeplay {
-struct RunSummary;
+struct Result;
 struct Scene;
 }  // namespace freeplay
 
@@ -58,11 +58,11 @@ Scene ideal_rig();  ///< the paper's, without play or instruments
 
 /// Right when `error`, taken where the run ended, is within `bound`; else what the program said decides. A
 /// failed run is refused only if it was right until then.
-Judged within(const RunSummary& run, double error, double bound, const std::string& what);
+Judged within(const Result& run, double error, double bound, const std::string& what);
 
 /// What a run that misses its bound by `what` amounts to: degraded if it calls itself DOUBTFUL, else wrong;
 /// a run that also failed is refused or wrong.
-Judged beyond_bound(const RunSummary& run, const std::string& what);
+Judged beyond_bound(const Result& run, const std::string& what);
 
 /// Judges a cell in a child process; `seconds` is its limit.
 Judged judge_apart(const Cell& cell, double seconds);

@@ -8,7 +8,8 @@
 #include <stdexcept>
 
 #include "model/scene.hpp"
-#include "sim/run_summary.hpp"
+#include "io/run_folder.hpp"
+#include "io/run_json.hpp"
 #include "verification/extremes/extremes.hpp"
 
 namespace freeplay::verification {
@@ -18,7 +19,7 @@ const char* name_of(Outcome outcome) {
   return names[static_cast<int>(outcome)];
 }
 
-Judged beyond_bound(const RunSummary& run, const std::string& what) {
+Judged beyond_bound(const Result& run, const std::string& what) {
   const bool failed = run.ending.status != Ending::Status::finished;
   for (const auto& note : run.notes)
     if (note.starts_with("DOUBTFUL"))
@@ -27,7 +28,7 @@ Judged beyond_bound(const RunSummary& run, const std::string& what) {
   return {Outcome::wrong, failed ? what + "; then stopped: " + run.ending.reason : what};
 }
 
-Judged within(const RunSummary& run, double error, double bound, const std::string& what) {
+Judged within(const Result& run, double error, double bound, const std::string& what) {
   if (!(error <= bound))
     return beyond_bound(run, fmt::format("{}: {:.2g}, above {:.2g}", what, error, bound));
   if (run.ending.status != Ending::Status::finished) return {Outcome::refused, run.ending.reason};

@@ -14,15 +14,15 @@ namespace {
 /// the joint go a·delay faster or slower, a the gap's acceleration; the hop 2u/a that follows is 2·delay
 /// longer or shorter. So it shifts what follows by up to 3·delay; at the end of a flight f under v ≈ ½ a f …
 /// a f, a shift of s changes the approach by up to 2s/f of it.
-double three_touches(const RunSummary& run, const RunSummary& exact, const std::array<double, 3>& delays,
+double three_touches(const Result& run, const Result& exact, const std::array<double, 3>& delays,
                      double found_to) {
   double worst = 0, shift = found_to;
   for (std::size_t i = 0; i < 3; ++i) {
     const auto a = test::touch(run, i), b = test::touch(exact, i);
-    if (a.joint != b.joint) return INFINITY;
+    if (a.contact != b.contact) return INFINITY;
     double since = 0;  // this joint's last touch, or the start
     for (std::size_t j = 0; j < i; ++j)
-      if (const auto before = test::touch(exact, j); before.joint == b.joint) since = before.t;
+      if (const auto before = test::touch(exact, j); before.contact == b.contact) since = before.t;
     const double may = shift + 1e-6 * b.t;
     worst = std::max({worst, std::abs(a.t - b.t) / may,
                       std::abs(a.v_n_minus / b.v_n_minus - 1) / (1e-4 + 2 * may / (b.t - since))});
@@ -46,7 +46,7 @@ Judged two_loose(Family family) {
   scene.nonsmooth.scheme = Scheme::moreau_jean;
   const double young = *scene.mechanism.surfaces[0].young;
   double worst = 0;
-  RunSummary run;
+  Result run;
   std::array<double, 2> late{};
   for (const int i : {0, 1}) {
     *scene.mechanism.surfaces[0].young = young * std::array{1e2, 1e4}[i];

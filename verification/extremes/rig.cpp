@@ -62,7 +62,7 @@ Bounds bounds_of(const Scene& scene, Family family) {
 }
 
 /// The first two touches; of a run that failed, those that it had to report before.
-Judged compare(const RunSummary& run, const std::vector<Touch>& expected, const Bounds& b) {
+Judged compare(const Result& run, const std::vector<Touch>& expected, const Bounds& b) {
   const bool failed = run.ending.status != Ending::Status::finished;
   const auto found = test::touches(run);
   for (std::size_t i = 0; i < expected.size(); ++i) {
@@ -83,7 +83,7 @@ Judged compare(const RunSummary& run, const std::vector<Touch>& expected, const 
 
 /// Where nothing touches, the flight itself: crank and slider as late, and their speeds as far off, as a
 /// touch may be. Coordinates: the rod's angle and the slider's place, in the crank's measures.
-Judged compare_flight(const Rig& r, const RunSummary& run, const reference::OracleRun<Real>& exact,
+Judged compare_flight(const Rig& r, const Result& run, const reference::OracleRun<Real>& exact,
                       const Bounds& b) {
   if (run.ending.status != Ending::Status::finished) return {Outcome::refused, run.ending.reason};
   const double rate = static_cast<double>(r.oracle.speed),

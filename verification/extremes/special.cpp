@@ -31,7 +31,7 @@ constexpr Way ways[] = {{"penalty", Family::penalty},
                         {"moreau-jean", Family::nonsmooth},
                         {"event-driven", Family::nonsmooth, Scheme::event_driven}};
 
-RunSummary simulate(Scene scene, const Way& way) {
+Result simulate(Scene scene, const Way& way) {
   scene.nonsmooth.scheme = way.scheme;
   return test::simulate(scene, way.family);
 }

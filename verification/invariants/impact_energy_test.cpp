@@ -6,7 +6,7 @@
 #include <random>
 
 #include "formulations/nonsmooth/impact.hpp"
-#include "sim/recorder.hpp"
+#include "freeplay.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
@@ -122,8 +122,7 @@ TEST_CASE("no step of time stepping raises the energy beyond the scheme's bound"
     scene.nonsmooth.step = h;
     const System system(m);
     const auto start = assemble(m, RunOptions::Start::given);
-    auto formulation = make(Family::nonsmooth, scene, system, start);
-    Recorder recorder(scene, system, std::nullopt);
+    Simulation simulation(scene, "nonsmooth", {.start = start});
     auto e = system.make_evaluation();
     ContactRow row;
     double before = system.kinetic(start.v.data());
@@ -147,8 +146,8 @@ TEST_CASE("no step of time stepping raises the energy beyond the scheme's bound"
           Eigen::Map<const Eigen::VectorXd>(system.mass().data(), system.n()).cwiseInverse().asDiagonal() * W;
       const double bound = 1e-13 * initial + (1 - r) / (8 * (1 + r)) * h * h *
                                                  gamma.dot(D.completeOrthogonalDecomposition().solve(gamma));
-      REQUIRE(formulation->run(i * h, recorder).status == Ending::Status::finished);
-      state = formulation->state();
+      REQUIRE(simulation.run({.until = i * h}).ending.status == Ending::Status::finished);
+      state = simulation.state();
       const double now = system.kinetic(state.v.data());
       CAPTURE(seed, trial, i, h, before, now);
       REQUIRE(now - before <= bound);

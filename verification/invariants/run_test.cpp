@@ -5,7 +5,8 @@
 #include <cstdlib>
 #include <new>
 
-#include "sim/recorder.hpp"
+#include "freeplay.hpp"
+#include "io/csv.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
@@ -31,19 +32,26 @@ TEST_CASE("the stepping loop allocates nothing", "[allocation]") {
                                             Integrator::adams_bashforth_moulton)
                                  : Integrator::dopri5;
   CAPTURE(family == Family::penalty, static_cast<int>(scene.penalty.integrator));
-  const State start = assemble(scene.mechanism, scene.run.start);
-  const System system(scene.mechanism);
-  auto formulation = make(family, scene, system, start);
+  Simulation simulation(scene, test::name_of(family));
   test::TemporaryFolder folder;
-  Recorder recorder(scene, system, folder.path());  // with trajectory, events and signals
-  recorder.begin(start);
-  REQUIRE(formulation->run(1e-3, recorder).status == Ending::Status::finished);
-  const long before = allocations;
-  const auto ending = formulation->run(0.6, recorder);  // flights, impacts, lasting contact
-  const long made = allocations - before;
-  REQUIRE(ending.status == Ending::Status::finished);
-  REQUIRE(formulation->work().events > 10);
-  REQUIRE(made == 0);
+  TrajectoryCsv trajectory(folder.path() / "trajectory.csv");
+  EventsCsv events(folder.path() / "events.csv");
+  SignalsCsv signals(folder.path() / "signals.csv");
+  ForcesCsv forces(folder.path() / "forces.csv");
+  ContactStatistics statistics(0);
+  // Counted between two steps: a run allocates before its first and after its last.
+  long first = -1, last = -1;
+  test::Listener counter;
+  counter.on_step = [&](const Step& step) {
+    if (step.t1 > 1e-3 && first < 0) first = allocations;
+    last = allocations;
+  };
+  std::vector<Observer*> observers{&trajectory, &events, &signals, &statistics, &counter};
+  if (GENERATE(false, true)) observers.push_back(&forces);
+  const auto run = simulation.run({.until = 0.6, .observers = observers, .keep_events = false});
+  REQUIRE(run.ending.status == Ending::Status::finished);  // flights, impacts, lasting contact
+  REQUIRE(run.work.events > 10);
+  REQUIRE(last - first == 0);
 }
 #endif
 
@@ -127,12 +135,9 @@ duration = 0.2
 )",
                            "block");
   const auto final_x = [&](Family family) {
-    const State start = assemble(scene.mechanism, scene.run.start);
-    const System system(scene.mechanism);
-    auto f = make(family, scene, system, start);
-    Recorder recorder(scene, system, std::nullopt);
-    REQUIRE(f->run(0.2, recorder).status == Ending::Status::finished);
-    return std::pair{f->state().q[0], f->state().v[0]};
+    Simulation f(scene, test::name_of(family));
+    REQUIRE(f.run({.until = 0.2}).ending.status == Ending::Status::finished);
+    return std::pair{f.state().q[0], f.state().v[0]};
   };
   // Time stepping stops within a step of 1e-5 s: ½·0.3·1e-5 m. Regularised: the last 1e-3 m/s decays over m
   // v/F.
@@ -177,15 +182,12 @@ step = 1e-4
   const double sigma = 3 / (2 * 1.5), omega = std::sqrt(60 / 1.5 - sigma * sigma);
   const double expected = 0.02 * std::exp(-sigma) * (std::cos(omega) + sigma / omega * std::sin(omega));
   for (const auto family : {Family::penalty, Family::nonsmooth}) {
-    const State start = assemble(scene.mechanism, scene.run.start);
-    const System system(scene.mechanism);
-    auto f = make(family, scene, system, start);
-    Recorder recorder(scene, system, std::nullopt);
-    REQUIRE(f->run(1, recorder).status == Ending::Status::finished);
+    Simulation f(scene, test::name_of(family));
+    REQUIRE(f.run({.until = 1}).ending.status == Ending::Status::finished);
     // Time stepping: (ω h)²/12 of the phase over ω t: 2e-7 relative here; dopri5 far better.
-    CHECK(f->state().q[0] - 1 ==
+    CHECK(f.state().q[0] - 1 ==
           Approx(expected).margin(family == Family::penalty ? 1e-8 : 1e-7 * 0.2).epsilon(0));
-    const auto l = f->ledger();
+    const auto l = f.ledger();
     CHECK(l.damping == Approx(l.initial - l.kinetic - l.potential).epsilon(1e-5));
   }
 }

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "numerics/rosenbrock4.hpp"
-#include "sim/recorder.hpp"
+#include "freeplay.hpp"
 #include "verification/references/pendulum.hpp"
 #include "verification/references/seven_body.hpp"
 #include "verification/support.hpp"
@@ -36,12 +36,9 @@ duration = 0.9
 }
 
 double angle_error(const Scene& scene, Family family) {
-  const State start = assemble(scene.mechanism, scene.run.start);
-  const System system(scene.mechanism);
-  auto formulation = make(family, scene, system, start);
-  Recorder recorder(scene, system, std::nullopt);
-  REQUIRE(formulation->run(t_end, recorder).status == Ending::Status::finished);
-  const double theta = formulation->state().q[2] + 1.5707963267948966;
+  Simulation simulation(scene, test::name_of(family));
+  REQUIRE(simulation.run({.until = t_end}).ending.status == Ending::Status::finished);
+  const double theta = simulation.state().q[2] + 1.5707963267948966;
   return std::abs(
       theta -
       reference::pendulum_state(reference::Pendulum{mass, inertia, arm, gravity, amplitude}, t_end).angle);

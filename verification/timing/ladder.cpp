@@ -9,7 +9,7 @@
 #include "formulations/penalty/contact_law.hpp"
 #include "formulations/penalty/dynamics.hpp"
 #include "numerics/saddle_point.hpp"
-#include "sim/recorder.hpp"
+#include "freeplay.hpp"
 #include "verification/references/slider_crank_oracle.hpp"
 #include "verification/support.hpp"
 
@@ -52,7 +52,7 @@ std::vector<Rung> ladder() {
   return rungs;
 }
 
-RunSummary go(Scene scene, Family family, double duration) {
+Result go(Scene scene, Family family, double duration) {
   scene.run.duration = duration;
   scene.run.discard = 0;
   return test::simulate(scene, family);

@@ -27,7 +27,7 @@ int main(int count, char** arguments) {
       scene.run.duration = 0.05;
       scene.nonsmooth.solver = solvers[s].first;
       double best = INFINITY;
-      RunSummary run;
+      Result run;
       for (int i = 0; i < 3; ++i) {
         run = test::simulate(scene, Family::nonsmooth);
         best = std::min(best, run.cpu_seconds);

@@ -98,7 +98,7 @@ duration = 1
   try {
     assemble(scene.mechanism, RunOptions::Start::assembled);
     FAIL("assembled");
-  } catch (const SceneError& e) {
+  } catch (const ModelError& e) {
     CHECK_THAT(e.what(), Contains("cannot be assembled") && Contains("stays open by 0."));
     CHECK_THAT(e.what(), Contains("\"left\"") || Contains("\"right\""));
   }

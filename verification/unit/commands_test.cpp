@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "sim/output_file.hpp"
+#include "io/output_file.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -37,8 +37,8 @@ TEST_CASE("the exact law delivers what it is asked for, near both ends as well",
   }
   REQUIRE(exact_damping_factor(1) == 0);
   REQUIRE(delivered_restitution(0) == 1);
-  REQUIRE_THROWS_AS(damping_factor(ContactLaw::exact, 0), SceneError);
-  REQUIRE_THROWS_AS(damping_factor(ContactLaw::flores, 0), SceneError);
+  REQUIRE_THROWS_AS(damping_factor(ContactLaw::exact, 0), ModelError);
+  REQUIRE_THROWS_AS(damping_factor(ContactLaw::flores, 0), ModelError);
 }
 
 TEST_CASE("an impact integrated directly delivers the restitution of the implicit equation", "[laws]") {

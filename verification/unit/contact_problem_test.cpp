@@ -6,7 +6,7 @@
 #include <catch2/catch.hpp>
 
 #include "numerics/saddle_point.hpp"
-#include "sim/recorder.hpp"
+#include "freeplay.hpp"
 #include "verification/random_contact.hpp"
 #include "verification/support.hpp"
 
@@ -140,15 +140,14 @@ TEST_CASE("frictionless problems of real steps against Ipopt", "[contact-problem
   auto scene = test::row_of_four_bars(8, 1e-3);
   scene.mechanism.surfaces[0].friction.reset();
   const System system(scene.mechanism);
-  auto formulation = make(Family::nonsmooth, scene, system, assemble(scene.mechanism, scene.run.start));
-  Recorder recorder(scene, system, std::nullopt);
+  Simulation simulation(scene, "nonsmooth");
   SaddlePoint saddle(system.mass(), system.pattern());
   auto e = system.make_evaluation();
   std::vector<double> lambda(system.rows()), a(system.n());
   int tried = 0, pressed = 0;
   for (int i = 1; i <= 400; ++i) {
-    REQUIRE(formulation->run(i * 1e-3, recorder).status == Ending::Status::finished);
-    const auto state = formulation->state();
+    REQUIRE(simulation.run({.until = i * 1e-3}).ending.status == Ending::Status::finished);
+    const auto state = simulation.state();
     system.place(state.t, state.q.data(), e);
     REQUIRE(saddle.factor(e.G.data()));
     std::vector<SparseRow> rows;

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <functional>
 
-#include "sim/recorder.hpp"
+#include "freeplay.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
@@ -128,28 +128,26 @@ duration = 0.2
 
 TEST_CASE("a loaded shaft settles where the film carries its weight", "[film]") {
   const auto scene = shaft(0.02);
-  const State start = assemble(scene.mechanism, scene.run.start);
   const System system(scene.mechanism);
-  auto formulation = make(Family::penalty, scene, system, start);
-  Recorder recorder(scene, system, std::nullopt);
-  REQUIRE(formulation->run(scene.run.duration, recorder).status == Ending::Status::finished);
-  const auto s = formulation->state();
+  Simulation simulation(scene, "penalty");
+  REQUIRE(simulation.run().ending.status == Ending::Status::finished);
+  const auto s = simulation.state();
   auto e = system.make_evaluation();
   system.place(s.t, s.q.data(), e);
-  const Vec2 d = system.eccentricity(0, s.q.data(), e), n = d.normalized();
+  const Eigen::Vector2d d = system.eccentricity(0, s.q.data(), e), n = d.normalized();
   const double epsilon = d.norm() / 0.1e-3, omega = s.v[2];
   // Equilibrium: ė = 0, so w = −ω̄ × e is tangential, −½ω|e|; the film's force is the weight, read off
   // quadrature.
   const Film f{Film::Kind::short_bearing, true, 0.02, 0.02, 0.02, 0.1e-3, 1e-6};
   const auto F = by_quadrature(f, epsilon, 0, -0.5 * omega * d.norm());
-  const Vec2 force = F.radial * n + F.tangential * Vec2(-n.y(), n.x());
+  const Eigen::Vector2d force = F.radial * n + F.tangential * Eigen::Vector2d(-n.y(), n.x());
   CAPTURE(epsilon, omega);
   CHECK(epsilon > 0.01);
   CHECK(epsilon < 0.95);
   // What is left of settling (the film's time constant is far below 0.2 s) and of the speed's slow decay.
   CHECK(force.x() == Approx(0).margin(1e-3 * 2 * 9.81));
   CHECK(force.y() == Approx(2 * 9.81).epsilon(1e-3));
-  const auto l = formulation->ledger();
+  const auto l = simulation.ledger();
   CHECK(l.film > 0);
   CHECK(std::abs(l.closure()) < 1e-6 * l.scale());
 }

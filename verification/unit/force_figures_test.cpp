@@ -9,7 +9,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "sim/output_file.hpp"
+#include "io/output_file.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

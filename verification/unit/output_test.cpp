@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "measure/instrument.hpp"
-#include "sim/output_file.hpp"
+#include "io/output_file.hpp"
 #include "study/compare.hpp"
 #include "verification/support.hpp"
 
@@ -59,9 +59,18 @@ TEST_CASE("the low-pass follows its transfer function and takes an impulse exact
 }
 
 TEST_CASE("contact log: impacts, lasting contact, order, tallies", "[events]") {
-  ContactLog log(2, 0.0);
+  ContactLog log(2);
+  ContactStatistics statistics(0);
+  Layout layout;
+  layout.contacts = {"a", "b"};
+  statistics.begin(layout, {});
   std::vector<ContactEvent> out;
-  const auto drain = [&] { log.drain([&](const ContactEvent& e) { out.push_back(e); }); };
+  const auto drain = [&] {
+    log.drain([&](const ContactEvent& e) {
+      out.push_back(e);
+      statistics.event({e, layout.contacts[e.contact]});
+    });
+  };
   log.touch(0, 1.0, 0, -0.5, 0, 0, 0.1);
   log.touch(1, 1.02, 0, -0.2, 0, 0, 0.1);
   log.leave(1, 1.05, 0, 0.1, 0, 2.0, 0, 0.03);
@@ -73,13 +82,15 @@ TEST_CASE("contact log: impacts, lasting contact, order, tallies", "[events]") {
   REQUIRE(out[0].kind == EventKind::contact);
   REQUIRE(out[1].kind == EventKind::impact);
   log.leave(0, 3.0, 0, 0.1, 0, 9.0, 0, 2.0);
-  log.tally_until(4.0);
   drain();
+  const std::vector<double> undecided{log.undecided_since(0), log.undecided_since(1)};
+  statistics.end({{}, 4.0, log.held_back(), undecided});
+  const auto& tallies = statistics.tallies();
   REQUIRE(out.at(2).kind == EventKind::separation);
-  REQUIRE(log.tally(0).lasting_time == Approx(2));
-  REQUIRE(log.tally(1).impact_time == Approx(0.03));
-  REQUIRE(log.tally(1).approach.total() == 1);
-  REQUIRE(log.tally(0).time == Approx(4));
+  REQUIRE(tallies[0].lasting_time == Approx(2));
+  REQUIRE(tallies[1].impact_time == Approx(0.03));
+  REQUIRE(tallies[1].approach.total() == 1);
+  REQUIRE(tallies[0].time == Approx(4));
 }
 
 TEST_CASE("pairing ends where the motions part", "[compare]") {
@@ -94,6 +105,13 @@ TEST_CASE("pairing ends where the motions part", "[compare]") {
   const auto p = pair_impacts(a, b, 1);
   REQUIRE(p.pairs.size() == 2);
   REQUIRE(p.horizon == 2.1);
+  // A list that is cut is known to its last event: what is missing beyond it is no difference.
+  const std::vector<ContactEvent> cut{touch(1, 1), touch(2, .5)};
+  const std::vector<ContactEvent> whole{touch(1.01, 1), touch(2.01, .5), touch(3.01, .3)};
+  const auto known = pair_impacts(cut, whole, 1, 2);
+  REQUIRE(known.pairs.size() == 1);  // the second ends where the list does
+  REQUIRE_THAT(known.ended_by, Contains("kept ends there"));
+  REQUIRE_THAT(pair_impacts(cut, whole, 1).ended_by, Contains("only the nonsmooth run has touch 3"));
   REQUIRE_THAT(p.ended_by, Contains("touch 3"));
   REQUIRE(pair_impacts(a, a, 1).pairs.size() == 3);
   REQUIRE(pair_impacts(a, {a[0]}, 1).pairs.size() == 1);

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "model/schema.hpp"
+#include "io/schema.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

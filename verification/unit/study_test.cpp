@@ -10,10 +10,10 @@
 #include <random>
 #include <thread>
 
-#include "cli/makers.hpp"
+#include "study/case_run.hpp"
 #include "measure/measurement.hpp"
-#include "sim/output_file.hpp"
-#include "sim/recorder.hpp"
+#include "io/output_file.hpp"
+#include "freeplay.hpp"
 #include "study/calibrate.hpp"
 #include "study/intervals.hpp"
 #include "verification/support.hpp"
@@ -66,7 +66,7 @@ TEST_CASE("a sweep's results do not depend on threads, and it carries on", "[stu
   REQUIRE(cases(study).size() == 16);
   const auto all = [&](const std::string& name, int threads) {
     Results results(folder.path() / name, study);
-    const auto summary = sweep(study, cli::makers(), results, threads, {});
+    const auto summary = sweep(study, Conduct{}, results, threads, {});
     CHECK(summary.ran == 16);
     CHECK(summary.failed == 0);
     return results.runs();
@@ -90,7 +90,7 @@ TEST_CASE("a sweep's results do not depend on threads, and it carries on", "[stu
   for (int i = 0; i < 8; ++i) keep.erase(keep.begin());
   results.retain(keep);
   int reported = 0;
-  const auto again = sweep(study, cli::makers(), results, 2, [&](const SweepProgress&) { ++reported; });
+  const auto again = sweep(study, Conduct{}, results, 2, [&](const SweepProgress&) { ++reported; });
   CHECK(again.found == 8);
   CHECK(again.ran == 8);
   CHECK(reported == 8);
@@ -297,15 +297,14 @@ TEST_CASE("known parameters are recovered from a synthetic measurement, through 
              {fmt::format("joints.gudgeon.clearance={}", clearance),
               fmt::format("instruments.accelerometer.bandwidth={}", band),
               fmt::format("loads.bearing.force={}", friction)}};
-    const auto scene = scene_of(synthetic, one, cli::makers());
-    const System system(scene.mechanism);
-    const auto formulation = cli::makers().matched(scene, system, assemble(scene.mechanism, scene.run.start));
-    Recorder recorder(scene, system, std::nullopt);
+    const auto scene = scene_of(synthetic, one, Conduct{});
+    Simulation simulation(scene, "nonsmooth", {.matched = true});
+    test::Listener listener;
     std::string csv = "t,acceleration\n";
-    recorder.on_sample = [&](std::size_t i, double t, double value) {
+    listener.on_sample = [&](std::size_t i, double t, double value) {
       if (i == 0 && t > scene.run.discard) csv += fmt::format("{},{}\n", t, value);
     };
-    REQUIRE(formulation->run(scene.run.duration, recorder).status == Ending::Status::finished);
+    REQUIRE(simulation.run({.observers = {&listener}}).ending.status == Ending::Status::finished);
     write(folder, clearance < 5e-4 ? "small.csv" : "large.csv", csv);
   }
   const auto target = [](const char* name, const char* clearance, const char* statistic, const char* data) {
@@ -324,7 +323,7 @@ TEST_CASE("known parameters are recovered from a synthetic measurement, through 
           target("a", "0.25e-3", "peak_median", "small.csv") +
           target("b", "1e-3", "peak_median", "large.csv") + target("c", "1e-3", "rms", "large.csv") +
           target("d", "0.25e-3", "rms", "small.csv")));
-  const auto r = calibrate(study, cli::makers(), folder.path(), 0, {});
+  const auto r = calibrate(study, Conduct{}, folder.path(), 0, {});
   REQUIRE(r.sweep.failed == 0);
   const double truth[] = {band, friction};
   for (int j : {0, 1}) {

@@ -214,8 +214,8 @@ TEST_CASE("rows of gaps and sliding match finite differences, rotation of the su
               Approx(-(row_hi.tangent.dot(v.data()) - row_lo.tangent.dot(v.data())) / (2 * s)).margin(1e-6));
       if (!facts.ring) continue;
       // Sliding: t·ė by differences of the eccentricity, plus what the surfaces add by turning.
-      const Vec2 n = system.eccentricity(k, q.data(), e).normalized(), t{-n.y(), n.x()};
-      const Vec2 rate =
+      const Eigen::Vector2d n = system.eccentricity(k, q.data(), e).normalized(), t{-n.y(), n.x()};
+      const Eigen::Vector2d rate =
           (system.eccentricity(k, qb.data(), hi) - system.eccentricity(k, qa.data(), lo)) / (2 * s);
       const auto omega = [&](int body) { return body == ground ? 0 : v[3 * body + 2]; };
       const double expected = t.dot(rate) + facts.radius_journal * omega(facts.bodies[1]) -
@@ -318,7 +318,7 @@ TEST_CASE("forces are the gradient of the potential", "[system]") {
   for (int trial = 0; trial < 20; ++trial) {
     const auto q = random.vector(system.n());
     system.place(0, q.data(), e);
-    system.forces(0, q.data(), rest.data(), e);
+    system.forces(0, q.data(), rest.data(), static_cast<const double*>(nullptr), e);
     for (int c = 0; c < system.n(); ++c) {
       auto qa = q, qb = q;
       qa[c] -= s;

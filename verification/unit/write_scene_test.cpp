@@ -15,7 +15,7 @@
 #include <regex>
 #include <set>
 
-#include "model/schema.hpp"
+#include "io/schema.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -1,4 +1,4 @@
-#include "sim/output_file.hpp"
+#include "io/output_file.hpp"
 
 #include <cerrno>
 #include <cstring>
@@ -14,8 +14,9 @@ void make_folder(const std::filesystem::path& folder) {
                                   error ? error.message() : "a file of that name is in the way"));
 }
 
-OutputFile::OutputFile(const std::filesystem::path& path)
+OutputFile::OutputFile(const std::filesystem::path& path, bool resumed)
     : path_(path), partial_(path.string() + ".partial"), buffer_(1 << 16) {
+  if (resumed) return;
   file_ = std::fopen(partial_.c_str(), "wb");
   if (!file_) fail("cannot be written");
   std::setvbuf(file_, nullptr, _IONBF, 0);  // the buffer is ours
@@ -35,13 +36,36 @@ void OutputFile::fail(const char* what) const {
 void OutputFile::flush() {
   if (used_ == 0) return;
   if (std::fwrite(buffer_.data(), 1, used_, file_) != used_) fail("cannot be written");
+  written_ += used_;
   used_ = 0;
+}
+
+std::uint64_t OutputFile::settle() {
+  flush();
+  return written_;
+}
+
+void OutputFile::go_on_at(std::uint64_t size) {
+  // An interrupted run has put its files in their places; a killed one has left them beside.
+  std::error_code error;
+  if (!std::filesystem::exists(partial_, error) && std::filesystem::exists(path_, error))
+    std::filesystem::rename(path_, partial_, error);
+  const auto found = std::filesystem::file_size(partial_, error);
+  if (error || found < size)
+    throw OutputError(fmt::format("{}: cannot be gone on with: {} of its first {} bytes are there", path_.string(),
+                                  error ? 0 : found, size));
+  std::filesystem::resize_file(partial_, size, error);
+  file_ = error ? nullptr : std::fopen(partial_.c_str(), "ab");
+  if (!file_) fail("cannot be gone on with");
+  std::setvbuf(file_, nullptr, _IONBF, 0);
+  written_ = size;
 }
 
 void OutputFile::write(std::string_view text) {
   if (text.size() > buffer_.size() - used_) flush();
   if (text.size() > buffer_.size()) {
     if (std::fwrite(text.data(), 1, text.size(), file_) != text.size()) fail("cannot be written");
+    written_ += text.size();
     return;
   }
   std::memcpy(buffer_.data() + used_, text.data(), text.size());

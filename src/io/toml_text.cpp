@@ -7,7 +7,7 @@
 #include <iterator>
 #include <string_view>
 
-#include "model/section.hpp"
+#include "io/section.hpp"
 
 namespace freeplay {
 namespace {

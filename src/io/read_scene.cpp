@@ -5,7 +5,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "model/read_mechanism.hpp"
+#include "io/read_mechanism.hpp"
 #include "model/scene.hpp"
 
 namespace freeplay {
@@ -64,6 +64,7 @@ RunOptions read_run(Section& s, const Mechanism& mechanism) {
   if (o.output_step && *o.output_step < 1e-8 * o.duration)
     s.fail("output_step", fmt::format("must be at least {:.3g} s: a hundred million rows of trajectory.csv",
                                       1e-8 * o.duration));
+  o.forces = s.flag("forces", o.forces);
   s.done("[run]");
   return o;
 }
@@ -139,27 +140,39 @@ Instrument read_instrument(const Mechanism& mechanism, const std::string& name, 
   using Kind = Instrument::Kind;
   Instrument i;
   i.name = name;
-  i.kind = static_cast<Kind>(s.choice("type", {"accelerometer", "lvdt", "encoder"}, 0));
+  i.kind = static_cast<Kind>(s.choice("type", {"accelerometer", "lvdt", "encoder", "load-cell", "torque"}, 0));
   i.sampling = s.number("sampling", positive);
   i.noise = s.maybe_number("noise", non_negative);
   if (i.noise) i.seed = static_cast<unsigned>(s.number("seed", whole, i.seed));
-  if (i.kind == Kind::encoder) {
+  if (i.kind == Kind::encoder || i.kind == Kind::load_cell) {
     const auto joint = s.text("joint");
     const auto found = std::ranges::find(mechanism.joints, joint, [](const Joint& j) { return name_of(j); });
     if (found == mechanism.joints.end()) s.fail("joint", fmt::format("there is no joint \"{}\"", joint));
+    i.joint = static_cast<int>(found - mechanism.joints.begin());
     i.pair = bodies_of(*found);
+  }
+  if (i.kind == Kind::encoder) {
     if (s.has("counts") == s.has("resolution")) s.fail("", "needs exactly one of counts and resolution");
     i.resolution = s.has("resolution") ? s.number("resolution", positive)
                                        : 2 * std::numbers::pi / s.number("counts", one_or_more);
     s.done("an encoder");
     return i;
   }
-  i.body = body_index(mechanism, s, "body", s.text("body"));
-  if (i.body == ground) s.fail("body", "must be a moving body, is the ground");
-  i.axis = read_axis(s);
+  if (i.kind == Kind::torque) {
+    i.drive = s.text("drive");
+    if (std::ranges::find(mechanism.drives, i.drive, [](const Drive& d) { return name_of(d); }) ==
+        mechanism.drives.end())
+      s.fail("drive", fmt::format("there is no drive \"{}\"", i.drive));
+  } else {
+    i.axis = read_axis(s);
+  }
+  if (i.kind == Kind::accelerometer || i.kind == Kind::lvdt) {
+    i.body = body_index(mechanism, s, "body", s.text("body"));
+    if (i.body == ground) s.fail("body", "must be a moving body, is the ground");
+  }
   i.range = s.maybe_number("range", positive);
   i.resolution = s.maybe_number("resolution", positive);
-  if (i.kind == Kind::accelerometer) {
+  if (i.kind != Kind::lvdt) {
     i.bandwidth = s.number("bandwidth", positive);
     const double order = s.number("order", one_or_more, i.order);
     if (order != std::floor(order) || order > 8) s.fail("order", "must be a whole number from 1 to 8");
@@ -168,7 +181,8 @@ Instrument read_instrument(const Mechanism& mechanism, const std::string& name, 
       s.fail("sampling",
              fmt::format("must exceed twice the bandwidth {} Hz, is {} Hz", i.bandwidth, i.sampling));
   }
-  s.done(i.kind == Kind::lvdt ? "an LVDT" : "an accelerometer");
+  constexpr const char* names[] = {"an accelerometer", "an LVDT", "an encoder", "a load cell", "a torque sensor"};
+  s.done(names[static_cast<int>(i.kind)]);
   return i;
 }
 

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <stdexcept>
@@ -22,7 +23,8 @@ void make_folder(const std::filesystem::path& folder);
 
 class OutputFile {
  public:
-  explicit OutputFile(const std::filesystem::path& path);
+  /// A new file; `resumed`: go_on_at() follows, and what stands there is left alone until then.
+  explicit OutputFile(const std::filesystem::path& path, bool resumed = false);
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
@@ -30,6 +32,11 @@ class OutputFile {
   void write(std::string_view text);
   /// Appends one number in the shortest form that reads back the same. No allocation.
   void number(double x);
+  /// Hands all that was written to the operating system; returns how much that is.
+  std::uint64_t settle();
+  /// Goes on with a file of an interrupted run, finished or not, at its first `size` bytes. Throws OutputError when
+  /// there is none of at least that size.
+  void go_on_at(std::uint64_t size);
   /// Completes the file and puts it in its place.
   void commit();
   const std::filesystem::path& path() const { return path_; }
@@ -42,6 +49,7 @@ class OutputFile {
   std::FILE* file_ = nullptr;
   std::vector<char> buffer_;
   std::size_t used_ = 0;
+  std::uint64_t written_ = 0;  // to the file
 };
 
 /// Writes a small file in one go.

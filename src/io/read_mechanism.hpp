@@ -1,6 +1,6 @@
 #pragma once
 
-#include "model/section.hpp"
+#include "io/section.hpp"
 
 namespace freeplay {
 

@@ -1,4 +1,4 @@
-#include "model/schema.hpp"
+#include "io/schema.hpp"
 
 #include <algorithm>
 #include <array>
@@ -78,6 +78,8 @@ constexpr SchemaKey keys[] = {
      "constant torque on the second body, its opposite on the first"},
     {"drives.*.torque_table", "points", "s or rad, N m", "–",
      "tabulated torque: [[t or angle, torque], ...], linear between"},
+    {"drives.*.lag", "number", "s", "–",
+     "torque, torque_table: the torque follows with a first-order lag of this time constant, from 0"},
     {"drives.*.against", "text", "", "\"time\"",
      "torque_table: \"time\" (constant outside) or \"angle\" (repeats every 2π)"},
 
@@ -108,7 +110,9 @@ constexpr SchemaKey keys[] = {
     {"run.eliminate", "true or false", "", "true",
      "coordinates that one constraint row alone fixes leave the solves beforehand; false keeps the whole "
      "DAE"},
-    {"run.output_step", "number", "s", "duration/20000", "spacing of the rows of trajectory.csv"},
+    {"run.output_step", "number", "s", "duration/20000", "spacing of the rows of trajectory.csv and forces.csv"},
+    {"run.forces", "true or false", "", "false",
+     "write forces.csv: reactions, contact forces, drive torques, loads and accelerations"},
 
     {"penalty.contact", "text", "", "\"exact\"", "contact law; `freeplay laws` lists all"},
     {"penalty.damping", "text", "", "\"exact\"",
@@ -158,20 +162,23 @@ constexpr SchemaKey keys[] = {
      "a complementarity solve is accepted when its relative residual is below"},
 
     {"instruments.*.type", "text", "", "\"accelerometer\"",
-     "\"accelerometer\" (m/s²), \"lvdt\" (m, position of a body) or \"encoder\" (rad, angle of a joint)"},
+     "\"accelerometer\" (m/s²), \"lvdt\" (m, position of a body), \"encoder\" (rad, angle of a joint), \"load-cell\" (N, force of a joint on its second body) or \"torque\" (N m, of a drive)"},
     {"instruments.*.body", "text", "", "required", "accelerometer, lvdt: the body it is fixed to"},
     {"instruments.*.axis", "point", "", "[1, 0]",
-     "accelerometer, lvdt: direction of measurement in the world"},
+     "accelerometer, lvdt, load-cell: direction of measurement in the world"},
     {"instruments.*.bandwidth", "number", "Hz", "required",
-     "accelerometer: −3 dB frequency of its Butterworth low-pass"},
-    {"instruments.*.order", "number", "", "2", "accelerometer: order of the low-pass, 1 to 8"},
-    {"instruments.*.joint", "text", "", "required", "encoder: the joint whose angle it shows"},
+     "accelerometer, load-cell, torque: −3 dB frequency of its Butterworth low-pass"},
+    {"instruments.*.order", "number", "", "2",
+     "accelerometer, load-cell, torque: order of the low-pass, 1 to 8"},
+    {"instruments.*.joint", "text", "", "required",
+     "encoder: the joint whose angle it shows; load-cell: whose force"},
+    {"instruments.*.drive", "text", "", "required", "torque: the drive whose torque it shows"},
     {"instruments.*.counts", "number", "", "–", "encoder: counts per revolution; or resolution"},
     {"instruments.*.sampling", "number", "Hz", "required", "samples per second in signals.csv"},
-    {"instruments.*.noise", "number", "m/s², m or rad", "–", "standard deviation of a sample's noise"},
+    {"instruments.*.noise", "number", "of the channel", "–", "standard deviation of a sample's noise"},
     {"instruments.*.seed", "number", "", "1", "of the noise, a whole number"},
-    {"instruments.*.range", "number", "m/s² or m", "–", "full scale: samples are clipped to ± this"},
-    {"instruments.*.resolution", "number", "m/s², m or rad", "–",
+    {"instruments.*.range", "number", "of the channel", "–", "full scale: samples are clipped to ± this"},
+    {"instruments.*.resolution", "number", "of the channel", "–",
      "step of the samples, rounded down; an encoder's is 2π/counts"},
 
     {"study.title", "text", "", "\"\"", "what the study asks"},

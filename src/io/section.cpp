@@ -1,4 +1,4 @@
-#include "model/section.hpp"
+#include "io/section.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "model/schema.hpp"
+#include "io/schema.hpp"
 
 namespace freeplay {
 namespace {

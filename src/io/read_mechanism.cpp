@@ -1,4 +1,4 @@
-#include "model/read_mechanism.hpp"
+#include "io/read_mechanism.hpp"
 
 #include <fmt/format.h>
 
@@ -150,7 +150,7 @@ Drive read_drive(const Mechanism& mechanism, const std::string& name, Section& s
     s.done("a speed drive");
     return d;
   }
-  TorqueDrive d{name, joint, TorqueDrive::Against::time, {}};
+  TorqueDrive d{name, joint, TorqueDrive::Against::time, {}, {}};
   if (s.has("torque")) {
     d.table.emplace_back(0.0, s.number("torque", any_number));
   } else {
@@ -165,6 +165,7 @@ Drive read_drive(const Mechanism& mechanism, const std::string& name, Section& s
     if (d.against == TorqueDrive::Against::angle && span > 2 * std::numbers::pi * (1 + 1e-9))
       s.fail("torque_table", fmt::format("against an angle must span at most one turn, spans {} rad", span));
   }
+  d.lag = s.maybe_number("lag", positive);
   s.done("a torque drive");
   return d;
 }
@@ -262,7 +263,7 @@ Vec2 read_axis(Section& s) {
   if (!(axis.norm() > 0)) s.fail("axis", "must not be zero");
   // Dividing a unit vector by its length once more may move it by a rounding: what to_toml writes stands.
   if (std::abs(axis.x() * axis.x() + axis.y() * axis.y() - 1) <= 1e-15) return axis;
-  return axis.stableNormalized();
+  return axis.direction();
 }
 
 int body_index(const Mechanism& mechanism, const Section& section, std::string_view key,

@@ -1,0 +1,203 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <numbers>
+
+#include <sys/resource.h>
+
+#include <chrono>
+
+#include "facade/judge.hpp"
+#include "formulations/make.hpp"
+#include "freeplay.hpp"
+#include "io/write_scene.hpp"
+#include "model/assembly.hpp"
+#include "model/redundancy.hpp"
+#include "model/system.hpp"
+#include "sim/sensors.hpp"
+#include "sim/watch.hpp"
+#include "version.hpp"
+
+namespace freeplay {
+namespace {
+
+Family family_of(std::string_view formulation) {
+  if (formulation == "penalty") return Family::penalty;
+  if (formulation == "nonsmooth") return Family::nonsmooth;
+  throw ModelError("formulation", fmt::format("must be \"penalty\" or \"nonsmooth\", is \"{}\"", formulation));
+}
+
+Layout layout_of(const Scene& scene, const System& system, const State& start) {
+  Layout l;
+  for (const auto& b : scene.mechanism.bodies) l.bodies.push_back(b.name);
+  for (int k = 0; k < system.contacts(); ++k) l.contacts.push_back(system.contact_facts(k).name);
+  for (const auto& i : scene.instruments) l.channels.push_back(i.name);
+  l.forces = system.force_elements();
+  auto e = system.make_evaluation();
+  system.place(start.t, start.q.data(), e);
+  for (int k = 0; k < system.contacts(); ++k) {
+    const auto eccentricity = system.eccentricity(k, start.q.data(), e);
+    l.start.push_back({eccentricity.x(), eccentricity.y(), system.gap(k, start.q.data(), e)});
+  }
+  l.duration = scene.run.duration;
+  l.output_step = scene.run.output_step.value_or(scene.run.duration / 20000);
+  if (const auto* drive = main_drive(scene.mechanism)) {
+    l.crank_speed = drive->speed;
+    l.crank_start = drive->initial_angle;
+  }
+  return l;
+}
+
+double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+long peak_memory_kib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss;
+}
+
+std::string program() { return fmt::format("{} ({})", version, commit); }
+
+}  // namespace
+
+/// Pinned in memory: formulation and sensors refer to scene, system and layout.
+struct Simulation::Implementation {
+  Implementation(Scene given, std::string_view formulation, const SimulationOptions& options)
+      : scene(std::move(given)),
+        family(family_of(formulation)),
+        matched(options.matched && family == Family::nonsmooth),
+        start(options.start ? *options.start : assemble(scene.mechanism, scene.run.start)),
+        system(scene.mechanism),
+        layout(layout_of(scene, system, start)),
+        form(make(family, scene, system, start,
+                  matched ? delivered_restitutions(scene, system) : std::vector<double>{})),
+        sensors(scene.instruments, layout, start.q.size()) {}
+
+  std::string name() const { return std::string(form->name()) + (matched ? ", matched restitution" : ""); }
+  /// Found once, when forces are first watched.
+  void find_undetermined() {
+    if (searched) return;
+    searched = true;
+    for (const int e : undetermined_elements(system, form->state())) {
+      layout.forces[e].determined = false;
+      undetermined.push_back(layout.forces[e].name);
+    }
+  }
+  Result summary(const Ending& ending) const;
+
+  Scene scene;
+  Family family;
+  bool matched;
+  State start;
+  System system;
+  Layout layout;
+  std::unique_ptr<Formulation> form;
+  Sensors sensors;
+  bool searched = false;
+  std::vector<std::string> undetermined;
+};
+
+Result Simulation::Implementation::summary(const Ending& ending) const {
+  Result r;
+  r.formulation = form->name();
+  r.ending = ending;
+  r.final_state = form->state();
+  r.t_end = r.final_state.t;
+  r.observed = std::max(0.0, r.t_end - scene.run.discard);
+  r.revolutions = r.observed * std::abs(layout.crank_speed) / (2 * std::numbers::pi);
+  r.ledger = form->ledger();
+  r.work = form->work();
+  r.extremes = form->extremes();
+  r.notes = form->notes();
+  r.undetermined = undetermined;
+  const auto models = form->contact_models();
+  for (int k = 0; k < system.contacts(); ++k) {
+    ContactSummary c;
+    c.name = system.contact_facts(k).name;
+    c.model = models[k];
+    c.penetration = r.extremes.penetration[k];
+    c.penetration_ratio = c.penetration / system.contact_facts(k).clearance;
+    r.contacts.push_back(c);
+  }
+  warn(r);
+  refuse_not_finite(r);
+  return r;
+}
+
+Simulation::Simulation(Scene scene, std::string_view formulation, SimulationOptions options)
+    : it_(std::make_unique<Implementation>(std::move(scene), formulation, options)) {}
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+
+Result Simulation::run(const RunRequest& request) {
+  auto& s = *it_;
+  EventList list(request.most_events);
+  auto observers = request.observers;
+  if (request.keep_events) observers.push_back(&list);
+  if (std::ranges::any_of(observers, [&](const Observer* o) {
+        return o->wants().forces || (o->wants().samples && s.sensors.wants_forces());
+      }))
+    s.find_undetermined();
+  Watch watch(s.layout, s.sensors, std::move(observers), request.stop);
+
+  const auto wall = std::chrono::steady_clock::now();
+  const double cpu = cpu_seconds();
+  watch.begin(s.form->state());
+  const auto ending = s.form->run(request.until.value_or(s.scene.run.duration), watch);
+  watch.end(ending, s.form->state().t, s.form->log());
+  auto result = s.summary(ending);
+  result.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall).count();
+  result.cpu_seconds = cpu_seconds() - cpu;
+  result.peak_memory_kib = peak_memory_kib();
+  result.events = std::move(list.events);
+  result.events_seen = list.seen;
+  return result;
+}
+
+const Scene& Simulation::scene() const { return it_->scene; }
+const Layout& Simulation::layout() const { return it_->layout; }
+double Simulation::t() const { return it_->form->state().t; }
+State Simulation::state() const { return it_->form->state(); }
+EnergyLedger Simulation::ledger() const { return it_->form->ledger(); }
+
+Snapshot Simulation::snapshot() const {
+  Snapshot s;
+  s.t = t();
+  s.program = program();
+  s.formulation = it_->name();
+  s.scene = to_toml(it_->scene);
+  MemoryWriter m(s.memory);
+  it_->form->save(m);
+  m.part("sensors");
+  m(it_->sensors);
+  return s;
+}
+
+void Simulation::restore(const Snapshot& s) {
+  const auto refuse = [](const std::string& why) { throw SnapshotError("the snapshot " + why); };
+  if (s.program != program())
+    refuse(fmt::format("was taken by freeplay {}, this is {}: it could not go on bit for bit", s.program, program()));
+  if (s.formulation != it_->name())
+    refuse(fmt::format("is of the formulation {}, the simulation of {}", s.formulation, it_->name()));
+  if (const auto own = to_toml(it_->scene); s.scene != own)
+    refuse("is of another scene: " + first_difference(own, s.scene));
+  const auto before = snapshot();
+  const auto take = [&](const std::vector<std::byte>& memory) {
+    MemoryReader m(memory);
+    it_->form->load(m);
+    m.part("sensors");
+    m(it_->sensors);
+    if (!m.at_end()) throw MemoryError("the snapshot is longer than what it should hold");
+  };
+  try {
+    take(s.memory);
+  } catch (const MemoryError& e) {
+    take(before.memory);
+    throw SnapshotError(e.what());
+  }
+}
+
+}  // namespace freeplay

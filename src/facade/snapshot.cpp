@@ -1,0 +1,50 @@
+#include "values/snapshot.hpp"
+
+#include "io/output_file.hpp"
+#include "io/sealed.hpp"
+#include "values/memory.hpp"
+
+namespace freeplay {
+namespace {
+
+constexpr int format_version = 1;
+
+template <class M, class S>
+void fields(M& m, S& s) {
+  m(s.t, s.program, s.formulation, s.scene);
+  std::uint64_t size = s.memory.size();
+  m(size);
+  if constexpr (M::reading) {
+    if (size > m.left()) throw MemoryError("the snapshot is cut short");
+    s.memory.resize(size);
+  }
+  m.raw(s.memory.data(), size);
+}
+
+}  // namespace
+
+void Snapshot::write(const std::filesystem::path& file) const {
+  std::vector<std::byte> bytes;
+  MemoryWriter m(bytes);
+  auto copy = *this;
+  fields(m, copy);
+  try {
+    write_sealed(file, "snapshot", format_version, bytes);
+  } catch (const OutputError& e) {
+    throw SnapshotError(e.what());
+  }
+}
+
+Snapshot Snapshot::read(const std::filesystem::path& file) {
+  const auto bytes = read_sealed(file, "snapshot", format_version);
+  MemoryReader m(bytes);
+  Snapshot s;
+  try {
+    fields(m, s);
+  } catch (const MemoryError& e) {
+    throw SnapshotError(file.string() + ": " + e.what());
+  }
+  return s;
+}
+
+}  // namespace freeplay

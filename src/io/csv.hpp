@@ -1,0 +1,104 @@
+// Observers that stream what they see into the files of a result folder. Memory does not grow with the length of
+// the run.
+#pragma once
+
+#include <filesystem>
+#include <utility>
+#include <vector>
+
+#include "io/output_file.hpp"
+#include "sim/observer.hpp"
+#include "sim/trajectory.hpp"
+
+namespace freeplay {
+
+/// An observer with a file of its own.
+class FileObserver : public Observer {
+ public:
+  /// `resumed`: load() follows.
+  explicit FileObserver(const std::filesystem::path& path, bool resumed = false) : file_(path, resumed) {}
+  /// Puts the file in its place.
+  void commit() { file_.commit(); }
+  void save(MemoryWriter& m) override;
+  void load(MemoryReader& m) override;
+
+ protected:
+  /// Whether the header is still to be written.
+  bool fresh() const { return fresh_; }
+  void header(std::string_view text) {
+    file_.write(text);
+    fresh_ = false;
+  }
+  void field(double x) {
+    file_.write(",");
+    file_.number(x);
+  }
+  OutputFile file_;
+
+ private:
+  bool fresh_ = true;
+};
+
+/// trajectory.csv: state and contacts at multiples of the output step.
+class TrajectoryCsv final : public FileObserver {
+ public:
+  using FileObserver::FileObserver;
+  void begin(const Layout& layout, const State& state) override;
+  void step(const Step& step) override;
+  void save(MemoryWriter& m) override;
+  void load(MemoryReader& m) override;
+
+ private:
+  void row(double t, std::span<const double> q, std::span<const double> v,
+           std::span<const ContactPlace> contacts);
+  Grid grid_;
+  std::vector<double> q_, v_;
+  std::vector<ContactPlace> contacts_;
+};
+
+/// events.csv
+class EventsCsv final : public FileObserver {
+ public:
+  using FileObserver::FileObserver;
+  Wants wants() const override { return {.steps = false}; }
+  void begin(const Layout& layout, const State& state) override;
+  void event(const Event& event) override;
+};
+
+/// signals.csv: the instruments' samples.
+class SignalsCsv final : public FileObserver {
+ public:
+  using FileObserver::FileObserver;
+  Wants wants() const override { return {.samples = true, .steps = false}; }
+  void begin(const Layout& layout, const State& state) override;
+  void sample(std::size_t channel, double t, double value) override;
+
+ private:
+  std::vector<std::string> names_;
+  double crank_start_ = 0, crank_speed_ = 0;
+};
+
+/// forces.csv: forces and accelerations at the rows of trajectory.csv, and their means since the row before.
+class ForcesCsv final : public FileObserver {
+ public:
+  using FileObserver::FileObserver;
+  Wants wants() const override { return {.forces = true}; }
+  void begin(const Layout& layout, const State& state) override;
+  void step(const Step& step) override;
+  void save(MemoryWriter& m) override;
+  void load(MemoryReader& m) override;
+
+ private:
+  struct Columns {  // of one element: at an instant, and of means
+    std::vector<std::pair<const char*, double ElementForce::*>> now, mean;
+  };
+  static Columns columns(ForceElement::Kind kind);
+  void row(double t, const Forces& now, const Forces& sum, double share);
+  std::vector<Columns> columns_;
+  Grid grid_;
+  double since_ = 0;  // s, of the last row
+  Forces now_, sum_;
+  bool started_ = false;  // the first row is written
+};
+
+}  // namespace freeplay

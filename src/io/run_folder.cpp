@@ -1,0 +1,215 @@
+#include "io/run_folder.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+#include "io/csv.hpp"
+#include "io/located.hpp"
+#include "io/run_json.hpp"
+#include "io/sealed.hpp"
+
+namespace freeplay {
+namespace {
+
+constexpr const char* checkpoint_name = "run.checkpoint";
+constexpr int checkpoint_version = 1;
+
+class Progress final : public Observer {
+ public:
+  Progress(std::function<void(double)> show, double duration) : show_(std::move(show)), duration_(duration) {}
+  void step(const Step& step) override {
+    if (step.t1 < next_) return;
+    next_ = step.t1 + duration_ / 200;
+    show_(step.t1 / duration_);
+  }
+
+ private:
+  std::function<void(double)> show_;
+  double duration_, next_ = 0;
+};
+
+/// A run's files and statistics, and where they stand.
+struct Recorders {
+  Recorders(const Simulation& simulation, const std::filesystem::path& folder, bool resumed)
+      : statistics(simulation.scene().run.discard) {
+    const auto& layout = simulation.layout();
+    const auto add = [&](auto& file, const char* name) { file.emplace(folder / name, resumed); };
+    add(trajectory, "trajectory.csv");
+    if (!layout.contacts.empty()) add(events, "events.csv");
+    if (!layout.channels.empty()) add(signals, "signals.csv");
+    if (simulation.scene().run.forces) add(forces, "forces.csv");
+  }
+  std::vector<FileObserver*> files() {
+    std::vector<FileObserver*> list{&*trajectory};
+    if (events) list.push_back(&*events);
+    if (signals) list.push_back(&*signals);
+    if (forces) list.push_back(&*forces);
+    return list;
+  }
+  template <class M>
+  void remember(M& m) {
+    std::vector<Observer*> all{&statistics};
+    for (auto* file : files()) all.push_back(file);
+    for (auto* observer : all) {
+      m.part("observer");
+      if constexpr (M::reading)
+        observer->load(m);
+      else
+        observer->save(m);
+    }
+  }
+  ContactStatistics statistics;
+  std::optional<TrajectoryCsv> trajectory;
+  std::optional<EventsCsv> events;
+  std::optional<SignalsCsv> signals;
+  std::optional<ForcesCsv> forces;
+};
+
+/// What a run that goes on later must know.
+struct Checkpoint {
+  std::string file, text, formulation;
+  std::vector<std::string> overrides;
+  bool matched = false;
+  Snapshot snapshot;
+  std::vector<std::byte> recorders;
+
+  template <class M>
+  void remember(M& m) {
+    m(file, text, formulation, overrides, matched, snapshot.t, snapshot.program, snapshot.formulation,
+      snapshot.scene);
+    for (auto* bytes : {&snapshot.memory, &recorders}) {
+      std::uint64_t size = bytes->size();
+      m(size);
+      if constexpr (M::reading) {
+        if (size > m.left()) throw MemoryError("the checkpoint is cut short");
+        bytes->resize(size);
+      }
+      m.raw(bytes->data(), size);
+    }
+  }
+};
+
+void write_checkpoint(const Simulation& simulation, const RunPlan& plan, Recorders& recorders) {
+  const auto& scene = simulation.scene();
+  Checkpoint c{scene.file.string(), scene.text, plan.formulation, scene.overrides, plan.matched,
+               simulation.snapshot(), {}};
+  MemoryWriter of_recorders(c.recorders);
+  of_recorders(recorders);
+  std::vector<std::byte> bytes;
+  MemoryWriter m(bytes);
+  m(c);
+  write_sealed(*plan.folder / checkpoint_name, "checkpoint", checkpoint_version, bytes);
+}
+
+/// The last observer of a run: when it sees a step, the others have.
+class Checkpoints final : public Observer {
+ public:
+  Checkpoints(const Simulation& simulation, const RunPlan& plan, Recorders& recorders)
+      : simulation_(simulation), plan_(plan), recorders_(recorders), last_(Clock::now()) {}
+  void step(const Step&) override {
+    if (++steps_ % 64 != 0) return;
+    const auto now = Clock::now();
+    if (std::chrono::duration<double>(now - last_).count() < plan_.checkpoint) return;
+    write_checkpoint(simulation_, plan_, recorders_);
+    last_ = Clock::now();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  const Simulation& simulation_;
+  const RunPlan& plan_;
+  Recorders& recorders_;
+  Clock::time_point last_;
+  long steps_ = 0;
+};
+
+Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) {
+  const auto& folder = *plan.folder;
+  Progress progress(plan.on_progress, simulation.scene().run.duration);
+  Checkpoints checkpoints(simulation, plan, recorders);
+  std::vector<Observer*> observers;
+  if (plan.on_progress) observers.push_back(&progress);
+  observers.push_back(&recorders.statistics);
+  for (auto* file : recorders.files()) observers.push_back(file);
+  if (plan.checkpoint > 0) observers.push_back(&checkpoints);
+
+  auto result = simulation.run({.observers = observers, .most_events = plan.most_events, .stop = plan.stop});
+  recorders.statistics.into(result);
+  const bool later = plan.checkpoint > 0 && result.ending.status == Ending::Status::interrupted;
+  if (later) write_checkpoint(simulation, plan, recorders);
+  for (auto* file : recorders.files()) file->commit();
+  auto document = to_json(result);
+  document["provenance"] = provenance(simulation.scene());
+  write_file(folder / "run.json",
+             document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  if (!later) std::filesystem::remove(folder / checkpoint_name);
+  return result;
+}
+
+}  // namespace
+
+Result run_scene(const Scene& scene, const RunPlan& plan) {
+  try {
+    Simulation simulation(scene, plan.formulation, {.matched = plan.matched});
+    if (!plan.folder) {
+      ContactStatistics statistics(scene.run.discard);
+      Progress progress(plan.on_progress, scene.run.duration);
+      std::vector<Observer*> observers{&statistics};
+      if (plan.on_progress) observers.push_back(&progress);
+      auto result = simulation.run({.observers = observers, .most_events = plan.most_events, .stop = plan.stop});
+      statistics.into(result);
+      return result;
+    }
+    make_folder(*plan.folder);
+    // What an earlier run left here and this one will not write would be taken for its own.
+    for (const auto* name :
+         {"run.json", "trajectory.csv", "events.csv", "signals.csv", "forces.csv", checkpoint_name})
+      std::filesystem::remove(*plan.folder / name);
+    Recorders recorders(simulation, *plan.folder, false);
+    if (plan.checkpoint > 0) {
+      for (auto* file : recorders.files()) file->begin(simulation.layout(), simulation.state());
+      write_checkpoint(simulation, plan, recorders);
+    }
+    return drive(simulation, plan, recorders);
+  } catch (const SceneError&) {
+    throw;
+  } catch (const ModelError& e) {
+    throw located(scene, e);
+  }
+}
+
+bool has_checkpoint(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  return std::filesystem::exists(folder / checkpoint_name, ignored);
+}
+
+Result resume_run(const std::filesystem::path& folder, const RunPlan& asked) {
+  if (!has_checkpoint(folder))
+    throw SnapshotError(fmt::format("{}: has no {} to go on from; {}", folder.string(), checkpoint_name,
+                                    std::filesystem::exists(folder / "run.json")
+                                        ? "its run has ended"
+                                        : "give the folder of an interrupted run"));
+  const auto bytes = read_sealed(folder / checkpoint_name, "checkpoint", checkpoint_version);
+  Checkpoint c;
+  auto plan = asked;
+  plan.folder = folder;
+  try {
+    MemoryReader m(bytes);
+    m(c);
+    plan.formulation = c.formulation;
+    plan.matched = c.matched;
+    const auto scene = parse_scene(c.text, c.file, c.overrides);
+    Simulation simulation(scene, plan.formulation, {.matched = plan.matched});
+    simulation.restore(c.snapshot);
+    Recorders recorders(simulation, folder, true);
+    MemoryReader of_recorders(c.recorders);
+    of_recorders(recorders);
+    return drive(simulation, plan, recorders);
+  } catch (const MemoryError& e) {
+    throw SnapshotError(fmt::format("{}: {}", (folder / checkpoint_name).string(), e.what()));
+  }
+}
+
+}  // namespace freeplay

@@ -1,0 +1,38 @@
+// A run with its result folder: files streamed while it steps, a checkpoint beside them, the rest of an interrupted
+// run made later.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "freeplay.hpp"
+
+namespace freeplay {
+
+struct RunPlan {
+  std::string formulation = {};  ///< "penalty" or "nonsmooth"
+  bool matched = false;     ///< an impact law takes the restitution that the scene's penalty law delivers
+  /// Where run.json, trajectory.csv, events.csv, signals.csv and forces.csv go; without one nothing is written.
+  std::optional<std::filesystem::path> folder = {};
+  std::function<void(double)> on_progress = {};  ///< now and then, with the fraction done
+  StopToken stop = {};
+  /// s of wall time between checkpoints; 0: none. One is written at the start and when the run is interrupted, and
+  /// removed when it ends.
+  double checkpoint = 0;
+  std::size_t most_events = 4096;  ///< kept in Result::events
+};
+
+/// One run from start to end. Throws SceneError or OutputError; a numerical failure is in the result's ending.
+Result run_scene(const Scene& scene, const RunPlan& plan);
+
+/// Whether a folder holds the checkpoint of a run that has not ended.
+bool has_checkpoint(const std::filesystem::path& folder);
+
+/// Goes on with the run that was interrupted or killed in this folder: the same files as if it had not been, but for
+/// times and memory in run.json. Of `plan` progress, stop and checkpoint are taken. Throws SnapshotError when there
+/// is nothing to go on with, or this program cannot.
+Result resume_run(const std::filesystem::path& folder, const RunPlan& plan);
+
+}  // namespace freeplay

@@ -1,0 +1,60 @@
+#include "io/sealed.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <string_view>
+
+#include "io/output_file.hpp"
+#include "values/snapshot.hpp"
+
+namespace freeplay {
+namespace {
+
+/// 64-bit FNV-1a.
+std::uint64_t checksum(std::string_view bytes) {
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  for (const unsigned char c : bytes) hash = (hash ^ c) * 0x100000001b3u;
+  return hash;
+}
+
+std::string first_line(const std::string& kind, int version, std::string_view bytes) {
+  return fmt::format("freeplay {} {} {} {:016x}\n", kind, version, bytes.size(), checksum(bytes));
+}
+
+}  // namespace
+
+void write_sealed(const std::filesystem::path& file, const std::string& kind, int version,
+                  const std::vector<std::byte>& bytes) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  OutputFile out(file);
+  out.write(first_line(kind, version, text));
+  out.write(text);
+  out.commit();
+}
+
+std::vector<std::byte> read_sealed(const std::filesystem::path& file, const std::string& kind, int version) {
+  const auto refuse = [&](const std::string& why) {
+    throw SnapshotError(fmt::format("{}: {}", file.string(), why));
+  };
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) refuse(fmt::format("is no {} of freeplay", kind));
+  std::ifstream in(file, std::ios::binary);
+  const std::string all{std::istreambuf_iterator<char>(in), {}};
+  const auto end = all.find('\n');
+  const auto head = fmt::format("freeplay {} ", kind);
+  if (end == all.npos || !all.starts_with(head)) refuse(fmt::format("is no {} of freeplay", kind));
+  if (const int found = std::atoi(all.c_str() + head.size()); found != version)
+    refuse(fmt::format("is a {} of version {}; this program reads version {}", kind, found, version));
+  const std::string_view bytes = std::string_view(all).substr(end + 1);
+  if (all.substr(0, end + 1) != first_line(kind, version, bytes)) refuse("is damaged: its checksum does not fit");
+  std::vector<std::byte> result(bytes.size());
+  if (!bytes.empty()) std::memcpy(result.data(), bytes.data(), bytes.size());
+  return result;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,45 @@
+// The scene's instruments on a run: what each would have shown, sample by sample. They are part of a simulation,
+// since their filters remember, and rest while nobody wants samples.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "measure/instrument.hpp"
+#include "sim/observer.hpp"
+#include "sim/stop.hpp"
+
+namespace freeplay {
+
+class Sensors {
+ public:
+  using Sink = std::function<void(std::size_t channel, double t, double value)>;
+
+  Sensors(const std::vector<Instrument>& instruments, const Layout& layout, std::size_t coordinates);
+  bool empty() const { return channels_.empty(); }
+  /// Whether any measures a force.
+  bool wants_forces() const { return any_force_; }
+  void step(const Step& step, const StopToken& stop, const Sink& sink);
+
+  template <class M>
+  void remember(M& m) {
+    for (auto& channel : channels_) m(channel);
+    m(last_velocity_);
+  }
+
+ private:
+  void read(const Step& step, Channel& channel, std::size_t index, const StopToken& stop, const Sink& sink);
+  void feed(const Step& step, Channel& channel, std::size_t index, const Sink& sink);
+  void feed_force(const Step& step, Channel& channel, std::size_t index, const Sink& sink);
+  double measured(const Channel& channel, const Forces& forces) const;
+
+  std::vector<Channel> channels_;
+  std::vector<std::vector<int>> elements_;            // of each force channel, into Layout::forces
+  std::vector<std::optional<double>> last_velocity_;  // of each channel, at the end of the last step
+  std::vector<double> q_, v_;
+  Forces forces_;
+  bool any_force_ = false;
+};
+
+}  // namespace freeplay

@@ -1,0 +1,95 @@
+#include "sim/statistics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace freeplay {
+
+int LogHistogram::bin(double x) {
+  const int b = static_cast<int>(std::floor((std::log10(x) - lowest) * per_decade));
+  return std::clamp(b, 0, per_decade * decades - 1);
+}
+
+void LogHistogram::add(double x) {
+  if (!(x > 0)) return;
+  ++count_[bin(x)];
+  ++total_;
+  greatest_ = std::max(greatest_, x);
+}
+
+long LogHistogram::at_least(double x) const {
+  if (!(x > 0)) return total_;
+  long sum = 0;
+  for (int b = bin(x); b < per_decade * decades; ++b) sum += count_[b];
+  return sum;
+}
+
+double LogHistogram::quantile(double p) const {
+  long below = 0;
+  for (int b = 0; b < per_decade * decades; ++b) {
+    below += count_[b];
+    if (below > 0 && static_cast<double>(below) >= p * static_cast<double>(total_))
+      return std::pow(10, lowest + (b + 0.5) / per_decade);
+  }
+  return 0;
+}
+
+void ContactStatistics::begin(const Layout& layout, const State&) {
+  if (tallies_.size() == layout.contacts.size()) return;  // goes on
+  tallies_.assign(layout.contacts.size(), {});
+  since_.assign(layout.contacts.size(), std::nan(""));
+}
+
+void ContactStatistics::count(const ContactEvent& e, std::vector<ContactTally>& tallies,
+                              std::vector<double>& since) const {
+  auto& tally = tallies[e.contact];
+  switch (e.kind) {
+    case EventKind::contact:
+      since[e.contact] = e.t;
+      return;
+    case EventKind::separation:
+      tally.lasting_time += std::max(0.0, e.t - std::max(discard_, since[e.contact]));
+      since[e.contact] = std::nan("");
+      return;
+    case EventKind::impact:
+      if (e.t < discard_) return;
+      tally.impact_time += e.duration;
+      tally.approach.add(-e.v_n_minus);
+      tally.impulse.add(e.impulse_n);
+      return;
+  }
+}
+
+void ContactStatistics::end(const RunEnd& end) {
+  at_end_ = tallies_;
+  auto since = since_;
+  for (const auto& e : end.held_back) count(e, at_end_, since);
+  for (std::size_t k = 0; k < at_end_.size(); ++k) {
+    const auto so_far = [&](double from) { return std::max(0.0, end.t - std::max(discard_, from)); };
+    at_end_[k].time = std::max(0.0, end.t - discard_);
+    if (!std::isnan(since[k])) at_end_[k].lasting_time += so_far(since[k]);
+    if (!std::isnan(end.undecided_since[k])) at_end_[k].impact_time += so_far(end.undecided_since[k]);
+  }
+}
+
+void ContactStatistics::into(Result& result) const {
+  const double per = result.revolutions > 0 ? result.revolutions : result.observed;
+  for (std::size_t k = 0; k < at_end_.size(); ++k) {
+    const auto& tally = at_end_[k];
+    auto& c = result.contacts[k];
+    if (tally.time > 0) {
+      c.impact_fraction = tally.impact_time / tally.time;
+      c.lasting_fraction = tally.lasting_time / tally.time;
+      c.flight_fraction = 1 - c.impact_fraction - c.lasting_fraction;
+    }
+    c.impacts = tally.approach.total();
+    c.counted_impacts = tally.approach.at_least(0.1 * tally.approach.greatest());
+    c.impacts_per_revolution = per > 0 ? static_cast<double>(c.counted_impacts) / per : 0;
+    c.fastest_approach = tally.approach.greatest();
+    c.median_approach = tally.approach.quantile(0.5);
+    c.median_impulse = tally.impulse.quantile(0.5);
+    c.greatest_impulse = tally.impulse.greatest();
+  }
+}
+
+}  // namespace freeplay

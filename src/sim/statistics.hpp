@@ -1,0 +1,74 @@
+// Statistics of contacts from their events: how long they flew, struck and lasted, how fast and how hard.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "sim/observer.hpp"
+#include "values/result.hpp"
+
+namespace freeplay {
+
+/// Counts by decades of a positive quantity, 20 bins each; the memory does not grow.
+class LogHistogram {
+ public:
+  void add(double x);
+  long total() const { return total_; }
+  double greatest() const { return greatest_; }
+  /// How many were at least x (to the width of a bin).
+  long at_least(double x) const;
+  /// The value below which a share p of all lie; 0 when empty.
+  double quantile(double p) const;
+  template <class M>
+  void remember(M& m) {
+    m(count_, total_, greatest_);
+  }
+
+ private:
+  static constexpr int per_decade = 20, lowest = -15, decades = 25;
+  static int bin(double x);
+  std::array<long, per_decade * decades> count_{};
+  long total_ = 0;
+  double greatest_ = 0;
+};
+
+/// Modes and impacts of one contact after the discarded start.
+struct ContactTally {
+  double time = 0;          ///< s, observed
+  double lasting_time = 0;  ///< s, in lasting contact
+  double impact_time = 0;   ///< s, within impacts
+  LogHistogram approach;    ///< m/s, of impacts
+  LogHistogram impulse;     ///< N s, of impacts
+  template <class M>
+  void remember(M& m) {
+    m(time, lasting_time, impact_time, approach, impulse);
+  }
+};
+
+class ContactStatistics final : public Observer {
+ public:
+  /// `discard`: s left out.
+  explicit ContactStatistics(double discard) : discard_(discard) {}
+  /// Of the last run that ended, contacts still open counted so far.
+  const std::vector<ContactTally>& tallies() const { return at_end_; }
+
+  /// Puts them into a result.
+  void into(Result& result) const;
+
+  Wants wants() const override { return {.steps = false}; }
+  void begin(const Layout& layout, const State& state) override;
+  void event(const Event& event) override { count(event, tallies_, since_); }
+  void end(const RunEnd& end) override;
+  void save(MemoryWriter& m) override { m(tallies_, since_); }
+  void load(MemoryReader& m) override { m(tallies_, since_); }
+
+ private:
+  void count(const ContactEvent& event, std::vector<ContactTally>& tallies, std::vector<double>& since) const;
+
+  double discard_;
+  std::vector<ContactTally> tallies_, at_end_;
+  std::vector<double> since_;  // s, beginning of the lasting contact; NaN: none
+};
+
+}  // namespace freeplay

@@ -1,0 +1,60 @@
+#include "sim/trajectory.hpp"
+
+#include <cmath>
+
+namespace freeplay {
+
+void Grid::begin(double t, double step) {
+  step_ = step;
+  index_ = 0;
+  if (!(step > 0)) {
+    next_ = INFINITY;
+    return;
+  }
+  // The first multiple after t, which division finds up to rounding.
+  index_ = std::max(0L, static_cast<long>(std::floor(t / step)) - 1);
+  while (static_cast<double>(index_) * step <= t) ++index_;
+  next_ = static_cast<double>(index_) * step;
+}
+
+void Trajectory::begin(const Layout& layout, const State& state) {
+  if (n_ == state.q.size() && !t_.empty() && t_.back() <= state.t) return;  // goes on
+  n_ = state.q.size();
+  t_ = {state.t};
+  q_ = state.q;
+  v_ = state.v;
+  grid_.begin(state.t, step_ > 0 ? step_ : layout.output_step);
+}
+
+void Trajectory::step(const Step& step) {
+  for (; grid_.next() <= step.t1 && !step.stopped(); grid_.advance()) {
+    t_.push_back(grid_.next());
+    q_.resize(q_.size() + n_);
+    v_.resize(v_.size() + n_);
+    step.state(t_.back(), {q_.data() + q_.size() - n_, n_}, {v_.data() + v_.size() - n_, n_});
+  }
+}
+
+void Energies::begin(const Layout& layout, const State& state) {
+  if (!rows.empty() && rows.back().t <= state.t) return;  // goes on
+  rows.clear();
+  grid_.begin(state.t, step_ > 0 ? step_ : layout.output_step);
+}
+
+void Energies::step(const Step& step) {
+  if (grid_.next() > step.t1) return;
+  rows.push_back({step.t1, step.ledger()});
+  while (grid_.next() <= step.t1) grid_.advance();
+}
+
+void EventList::event(const Event& e) {
+  ++seen;
+  if (events.size() < most_) events.push_back(e);
+}
+
+void EventList::save(MemoryWriter& m) {
+  m(events, seen);
+}
+void EventList::load(MemoryReader& m) { m(events, seen); }
+
+}  // namespace freeplay

@@ -1,0 +1,84 @@
+// Observers that keep what they see in memory.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "sim/observer.hpp"
+
+namespace freeplay {
+
+/// Multiples of a step in time, each once.
+class Grid {
+ public:
+  /// Begins at t, whose own row, if it is one, is `taken`; step ≤ 0: no rows.
+  void begin(double t, double step);
+  double next() const { return next_; }
+  void advance() { next_ = static_cast<double>(++index_) * step_; }
+  template <class M>
+  void remember(M& m) {
+    m(step_, next_, index_);
+  }
+
+ private:
+  double step_ = 0, next_ = 0;
+  long index_ = 0;
+};
+
+/// Rows of the state, at multiples of the scene's output step or of one's own.
+class Trajectory final : public Observer {
+ public:
+  Trajectory() = default;
+  explicit Trajectory(double step) : step_(step) {}  ///< s
+
+  std::size_t size() const { return t_.size(); }
+  double t(std::size_t row) const { return t_[row]; }
+  /// x, y, θ of each body (m, rad), and their rates.
+  std::span<const double> q(std::size_t row) const { return {q_.data() + row * n_, n_}; }
+  std::span<const double> v(std::size_t row) const { return {v_.data() + row * n_, n_}; }
+
+  void begin(const Layout& layout, const State& state) override;
+  void step(const Step& step) override;
+
+ private:
+  double step_ = 0;
+  std::size_t n_ = 0;
+  Grid grid_;
+  std::vector<double> t_, q_, v_;
+};
+
+/// Rows of the energy ledger, at the first step's end from each multiple of the output step or of one's own.
+class Energies final : public Observer {
+ public:
+  Energies() = default;
+  explicit Energies(double step) : step_(step) {}  ///< s
+  struct Row {
+    double t = 0;  ///< s
+    EnergyLedger ledger;
+  };
+  std::vector<Row> rows;
+
+  void begin(const Layout& layout, const State& state) override;
+  void step(const Step& step) override;
+
+ private:
+  double step_ = 0;
+  Grid grid_;
+};
+
+/// The events, up to a number.
+class EventList final : public Observer {
+ public:
+  explicit EventList(std::size_t most) : most_(most) {}
+  std::vector<Event> events;
+  long seen = 0;
+  Wants wants() const override { return {.steps = false}; }
+  void event(const Event& e) override;
+  void save(MemoryWriter& m) override;
+  void load(MemoryReader& m) override;
+
+ private:
+  std::size_t most_;
+};
+
+}  // namespace freeplay

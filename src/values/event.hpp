@@ -1,0 +1,41 @@
+// Contact events: the lines of events.csv.
+#pragma once
+
+#include <string>
+
+namespace freeplay {
+
+enum class EventKind { impact, contact, separation };
+const char* name_of(EventKind kind);
+
+/// An event of the contact with this index.
+struct ContactEvent {
+  double t = 0;  ///< s, of first touch; for a separation of the loss
+  int contact = 0;
+  EventKind kind = EventKind::impact;
+  double crank_angle = 0;               ///< rad, at t
+  double v_n_minus = 0, v_n_plus = 0;   ///< m/s, rate of the gap before and after
+  double v_t_minus = 0, v_t_plus = 0;   ///< m/s, sliding
+  double impulse_n = 0, impulse_t = 0;  ///< N s
+  double duration = 0;                  ///< s
+  double t_uncertainty = 0;             ///< s
+
+  template <class M>
+  void remember(M& m) {
+    m(t, contact, kind, crank_angle, v_n_minus, v_n_plus, v_t_minus, v_t_plus, impulse_n, impulse_t, duration,
+      t_uncertainty);
+  }
+};
+
+/// The same with the name that the scene gives the contact: its joint's, or the contact's own.
+struct Event : ContactEvent {
+  std::string joint;
+
+  template <class M>
+  void remember(M& m) {
+    ContactEvent::remember(m);
+    m(joint);
+  }
+};
+
+}  // namespace freeplay

@@ -1,0 +1,71 @@
+// Forces that come out: of every ideal joint, contact, drive and load, and the accelerations of every body.
+//
+// An element acts on two bodies. Its force and moment are those on the second; in the plane, with c the centre
+// of mass of a body (the world's origin for the ground), P the element's point on the second body:
+//
+//     m_second = m + (P − c_second) × F,     m_first likewise of what acts on the first.
+//
+// Newton and Euler: m_b a_b = m_b g + Σ ±F,  J_b α_b = Σ m_first or m_second, over the elements of a body. The
+// same table holds impulses (N s, N m s, J), where accelerations are changes of velocity.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace freeplay {
+
+struct ForceElement {
+  enum class Kind { joint, contact, drive, force, torque };  ///< force and torque: loads
+  std::string name;
+  Kind kind = Kind::joint;
+  std::array<int, 2> bodies{-1, -1};  ///< first and second; −1: ground
+  int joint = -1;                     ///< index of the joint that it belongs to, −1: none
+  /// False where constraint rows depend on each other: mechanics then fixes only the sum of such reactions,
+  /// and those given are the ones of least norm.
+  bool determined = true;
+};
+
+struct ElementForce {
+  double fx = 0, fy = 0;                ///< N, on the second body, world
+  double m = 0;                         ///< N m, on the second body about its point
+  double m_first = 0, m_second = 0;     ///< N m, on either body about its centre of mass
+  double fn = 0, ft = 0;                ///< N, contacts: normal (≥ 0 pushes apart) and along the sliding rate
+  double power = 0;                     ///< W, drives and loads: what it puts into the mechanism
+
+  /// Adds weight times another.
+  void add(double weight, const ElementForce& f) {
+    fx += weight * f.fx;
+    fy += weight * f.fy;
+    m += weight * f.m;
+    m_first += weight * f.m_first;
+    m_second += weight * f.m_second;
+    fn += weight * f.fn;
+    ft += weight * f.ft;
+    power += weight * f.power;
+  }
+  template <class M>
+  void remember(M& memory) {
+    memory(fx, fy, m, m_first, m_second, fn, ft, power);
+  }
+};
+
+struct Forces {
+  std::vector<ElementForce> elements;  ///< in the order of Layout::forces
+  std::vector<double> acceleration;    ///< m/s², rad/s², as State::v
+
+  void clear() {
+    for (auto& f : elements) f = {};
+    for (auto& a : acceleration) a = 0;
+  }
+  void add(double weight, const Forces& other) {
+    for (std::size_t i = 0; i < elements.size(); ++i) elements[i].add(weight, other.elements[i]);
+    for (std::size_t i = 0; i < acceleration.size(); ++i) acceleration[i] += weight * other.acceleration[i];
+  }
+  template <class M>
+  void remember(M& m) {
+    m(elements, acceleration);
+  }
+};
+
+}  // namespace freeplay

@@ -1,0 +1,32 @@
+// All that the future of a run depends on, as a value: taken from a simulation between two steps, given to another
+// of the same scene, formulation and program, which goes on from it bit for bit.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace freeplay {
+
+/// A snapshot that cannot be read, or that belongs to something else; what() says to what.
+struct SnapshotError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+class Snapshot {
+ public:
+  double t = 0;             ///< s
+  std::string program;      ///< version that made it
+  std::string formulation;  ///< and how restitution was taken
+  std::string scene;        ///< the scene's canonical text
+  std::vector<std::byte> memory;
+
+  /// Writes it whole or not at all, with its version and a checksum. Throws SnapshotError.
+  void write(const std::filesystem::path& file) const;
+  /// Throws SnapshotError for what is no snapshot, is damaged, or has another version.
+  static Snapshot read(const std::filesystem::path& file);
+};
+
+}  // namespace freeplay

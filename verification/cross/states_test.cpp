@@ -1,0 +1,135 @@
+// First-order states of elements in every integrator: a rotor that a lagging torque turns, by its closed form.
+//     T ż = u − z,   J ω̇ = z,   z(0) = 0:   z = u (1 − e^(−t/T)),   ω = (u/J) [t − T (1 − e^(−t/T))]
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "freeplay.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+constexpr double J = 0.2, T = 0.05, u = 3, until = 0.2;
+
+Scene rotor() {
+  return parse_scene(R"(
+[bodies.rotor]
+mass = 1
+inertia = 0.2
+[joints.shaft]
+type = "revolute"
+between = ["ground", "rotor"]
+[drives.motor]
+joint = "shaft"
+torque = 3
+lag = 0.05
+[instruments.gauge]
+type = "torque"
+drive = "motor"
+bandwidth = 1e5
+sampling = 1e6
+[run]
+duration = 0.2
+[penalty]
+step = 1e-3
+)",
+                     "rotor");
+}
+
+double speed(double t) { return u / J * (t - T * (1 - std::exp(-t / T))); }
+double torque(double t) { return u * (1 - std::exp(-t / T)); }
+
+}  // namespace
+
+TEST_CASE("a lagging torque: all integrators carry its state", "[states]") {
+  auto scene = rotor();
+  scene.instruments.clear();
+  for (const auto integrator :
+       {Integrator::rk4, Integrator::dopri5, Integrator::fehlberg78, Integrator::bulirsch_stoer,
+        Integrator::adams_bashforth_moulton, Integrator::rosenbrock4}) {
+    CAPTURE(static_cast<int>(integrator));
+    scene.penalty.integrator = integrator;
+    Simulation simulation(scene, "penalty");
+    const auto run = simulation.run();
+    REQUIRE(run.ending.status == Ending::Status::finished);
+    const auto state = simulation.state();
+    REQUIRE(state.z.size() == 1);
+    // rk4: (h/T)⁴/120 of a step, 2e-9, over a few time constants; the others their tolerance of 1e-9 a step.
+    CHECK(state.z[0] == Approx(torque(until)).margin(3e-8 * u).epsilon(0));
+    CHECK(state.v[2] == Approx(speed(until)).epsilon(1e-7));
+    CHECK(std::abs(run.ledger.closure()) < 1e-6 * run.ledger.scale());
+  }
+}
+
+TEST_CASE("a lagging torque: both nonsmooth schemes carry its state", "[states]") {
+  auto scene = rotor();
+  scene.instruments.clear();
+  scene.nonsmooth.scheme = Scheme::event_driven;
+  Simulation events(scene, "nonsmooth");
+  events.run();
+  CHECK(events.state().z.at(0) == Approx(torque(until)).epsilon(1e-8));
+  CHECK(events.state().v[2] == Approx(speed(until)).epsilon(1e-8));
+  // The midpoint rule: second order, (h/T)²/12 t/T e^(−t/T) of u. Two-sided.
+  scene.nonsmooth.scheme = Scheme::moreau_jean;
+  std::vector<double> steps, of_torque, of_speed;
+  for (const double h : {4e-3, 2e-3, 1e-3}) {
+    scene.nonsmooth.step = h;
+    Simulation simulation(scene, "nonsmooth");
+    simulation.run();
+    steps.push_back(h);
+    of_torque.push_back(std::abs(simulation.state().z.at(0) - torque(until)));
+    of_speed.push_back(std::abs(simulation.state().v[2] - speed(until)));
+  }
+  CAPTURE(of_torque, of_speed);
+  CHECK(of_torque.back() == Approx(u * std::pow(1e-3 / T, 2) / 12 * until / T * std::exp(-until / T)).epsilon(0.05));
+  for (const auto* errors : {&of_torque, &of_speed}) {
+    const double order = test::observed_order(steps, *errors);
+    CHECK(order > 1.95);
+    CHECK(order < 2.05);
+  }
+}
+
+TEST_CASE("a step that the lag is too short for is refused with its reason", "[states]") {
+  auto scene = rotor();
+  scene.instruments.clear();
+  scene.set("drives.motor.lag", "1e-4");
+  scene.nonsmooth.step = 1e-2;
+  const auto run = test::simulate(scene, Family::nonsmooth);
+  CHECK(run.ending.status == Ending::Status::failed);
+  CHECK_THAT(run.ending.reason, Catch::Matchers::Contains("lagged torques do not converge"));
+}
+
+TEST_CASE("a torque sensor shows the lagging torque", "[states]") {
+  // Its filter lags by about √2/ω_c = 2.3e-6 s of 0.05 s: 5e-5 of u at most, where the torque rises fastest.
+  for (const char* formulation : {"penalty", "nonsmooth"}) {
+    CAPTURE(formulation);
+    double worst = 0, last = 0;
+    test::Listener listener;
+    listener.on_sample = [&](std::size_t, double t, double value) {
+      if (t > 1e-4) worst = std::max(worst, std::abs(value - torque(t)));
+      last = t;
+    };
+    auto scene = rotor();
+    scene.run.duration = 0.02;
+    Simulation(scene, formulation).run({.observers = {&listener}});
+    CHECK(last > 0.0199);
+    CHECK(worst < 1e-4 * u);
+  }
+}
+
+TEST_CASE("a snapshot carries the states of elements", "[states][snapshot]") {
+  auto scene = rotor();
+  scene.instruments.clear();
+  for (const char* formulation : {"penalty", "nonsmooth"}) {
+    Simulation whole(scene, formulation), rest(scene, formulation);
+    whole.run({.until = 0.07});
+    rest.restore(whole.snapshot());
+    whole.run();
+    rest.run();
+    CHECK(rest.state().z == whole.state().z);
+    CHECK(rest.state().v == whole.state().v);
+    CHECK(rest.state().z.at(0) != 0);
+  }
+}

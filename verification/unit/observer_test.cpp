@@ -1,0 +1,100 @@
+// Observers: what they are shown, and that a run does not care.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "freeplay.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+
+TEST_CASE("a watched run takes the steps of one that nobody watches", "[observers]") {
+  for (const char* formulation : {"penalty", "nonsmooth", "event-driven"}) {
+    CAPTURE(formulation);
+    auto scene = read_scene(test::flores());
+    if (formulation[0] == 'e') scene.nonsmooth.scheme = Scheme::event_driven;
+    const char* name = formulation[0] == 'p' ? "penalty" : "nonsmooth";
+    scene.run.duration = 0.05;
+    scene.run.discard = 0;
+    Simulation alone(scene, name), watched(scene, name);
+    const auto a = alone.run({.keep_events = false});
+    Trajectory path;
+    Energies energies;
+    test::Listener listener;
+    Forces forces;
+    long steps = 0, samples = 0;
+    listener.want = {.forces = true, .samples = true};
+    listener.on_sample = [&](std::size_t, double, double) { ++samples; };
+    listener.on_step = [&](const Step& step) {
+      ++steps;
+      if (forces.elements.empty()) {
+        forces.elements.resize(watched.layout().forces.size());
+        forces.acceleration.resize(9);
+      }
+      forces.clear();
+      step.add_impulse(step.t0, step.t1, forces);
+    };
+    const auto b = watched.run({.observers = {&path, &energies, &listener}});
+    CHECK(a.final_state.q == b.final_state.q);
+    CHECK(a.final_state.v == b.final_state.v);
+    CHECK(a.work.rhs == b.work.rhs);
+    CHECK(a.ledger.closure() == b.ledger.closure());
+    CHECK(a.notes == b.notes);
+    CHECK(steps == b.work.steps);
+    CHECK(samples > 100);
+    CHECK(a.events.empty());
+    CHECK(!b.events.empty());
+    CHECK(path.size() == 20001);
+    CHECK(path.t(path.size() - 1) == Approx(0.05));
+    REQUIRE(!energies.rows.empty());
+    CHECK(energies.rows.back().ledger.kinetic == b.ledger.kinetic);
+    CHECK(energies.rows.back().ledger.closure() == Approx(b.ledger.closure()).margin(1e-15));
+  }
+}
+
+TEST_CASE("the list of events says when it is cut", "[observers]") {
+  auto scene = read_scene(test::flores());
+  scene.run.duration = 0.1;
+  scene.run.discard = 0;
+  const auto whole = Simulation(scene, "nonsmooth").run();
+  REQUIRE(whole.events.size() > 6);
+  CHECK_FALSE(whole.events_cut());
+  const auto cut = Simulation(scene, "nonsmooth").run({.most_events = 5});
+  CHECK(cut.events.size() == 5);
+  CHECK(cut.events_seen == whole.events_seen);
+  CHECK(cut.events_cut());
+  CHECK(cut.events.back().t == whole.events[4].t);
+  CHECK(cut.events.back().joint == "gudgeon");
+}
+
+TEST_CASE("a run in parts shows its observers one run", "[observers]") {
+  // Two runs in a row are not one: the step is cut between them. Rows and events go on all the same.
+  auto scene = read_scene(test::flores());
+  scene.run.duration = 0.04;
+  scene.run.discard = 0;
+  Simulation simulation(scene, "nonsmooth");
+  Trajectory path;
+  simulation.run({.until = 0.02, .observers = {&path}});
+  const auto half = path.size();
+  simulation.run({.observers = {&path}});
+  CHECK(half == 10001);
+  CHECK(path.size() == 20001);
+  for (std::size_t i = 1; i < path.size(); ++i) REQUIRE(path.t(i) > path.t(i - 1));
+  CHECK(simulation.t() == 0.04);
+}
+
+TEST_CASE("a run that is asked to stop, stops", "[observers]") {
+  const auto scene = read_scene(test::flores());
+  std::atomic<bool> stop{false};
+  test::Listener listener;
+  listener.on_step = [&](const Step& step) { stop = step.t1 > 0.01; };
+  Simulation simulation(scene, "nonsmooth");
+  const auto run = simulation.run({.observers = {&listener}, .stop = StopToken(stop)});
+  CHECK(run.ending.status == Ending::Status::interrupted);
+  CHECK(run.t_end == Approx(0.01).margin(2e-5));
+  // Another one, without a token, is not asked.
+  auto other = scene;
+  other.run.duration = 0.02;
+  other.run.discard = 0;
+  CHECK(Simulation(other, "nonsmooth").run().ending.status == Ending::Status::finished);
+}
