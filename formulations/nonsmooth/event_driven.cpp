@@ -70,10 +70,9 @@ bool EventDriven::step(double t_end) {
     within_.clear();
   }
   if (pending_ && !change_mode()) return false;
-  const double knot = dynamics_.system().next_knot(method_.t);
-  const bool to_knot = knot < t_end;
-  if (to_knot) t_end = knot;
-  t_end = std::min(t_end, method_.t + longest_step(dynamics_.system(), v()));
+  // No step crosses a kink of a table's torque, or misses a pulse.
+  t_end = std::min({t_end, dynamics_.system().next_knot(method_.t),
+                    method_.t + longest_step(dynamics_.system(), v())});
   watch(method_.x, before_);
   if (!method_.step(dynamics_, t_end))
     return fail(
@@ -99,7 +98,6 @@ bool EventDriven::step(double t_end) {
   if (!pending_) {
     dynamics_.project(method_.x, method_.t, watching_ ? &within_ : nullptr);
     method_.renew(dynamics_);
-    if (to_knot && method_.t >= knot) method_.start(dynamics_, method_.t, std::vector<double>(method_.x));
   }
   mark_gaps();
   dynamics_.keep_extremes(method_.x, method_.t);
