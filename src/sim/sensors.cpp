@@ -14,7 +14,8 @@ Sensors::Sensors(const std::vector<Instrument>& instruments, const Layout& layou
     using Kind = ForceElement::Kind;
     for (std::size_t e = 0; e < layout.forces.size(); ++e) {
       const auto& element = layout.forces[e];
-      const bool of_joint = element.kind == Kind::joint || element.kind == Kind::contact;
+      // Its ideal reaction, its contacts and the friction of its preload; a drive turns it, with no force.
+      const bool of_joint = element.kind != Kind::drive;
       if (kind == Instrument::Kind::load_cell ? of_joint && element.joint == instruments[i].joint
                                               : element.kind == Kind::drive && element.name == instruments[i].drive)
         elements_[i].push_back(static_cast<int>(e));
