@@ -141,6 +141,7 @@ void ForcesCsv::step(const Step& step) {
   sum_.add(1, step.before());
   double from = step.t0;
   const double h = step.t1 - step.t0;
+  if (h == 0) sum_.add(1, step.within());
   const auto up_to = [&](double t) {
     step.add_impulse(from, t, sum_);
     if (h > 0) sum_.add((t - from) / h, step.within());

@@ -75,7 +75,9 @@ double Sensors::measured(const Channel& channel, const Forces& forces) const {
 /// The force as its mean over each piece; impulses before the step as such, those within it spread over it.
 void Sensors::feed_force(const Step& step, Channel& channel, std::size_t index, const Sink& sink) {
   channel.jump(measured(channel, step.before()));
-  const double h = step.t1 - step.t0, within = h > 0 ? measured(channel, step.within()) / h : 0;
+  const double h = step.t1 - step.t0;
+  if (h == 0) channel.jump(measured(channel, step.within()));
+  const double within = h > 0 ? measured(channel, step.within()) / h : 0;
   channel.pieces(step.t0, step.t1, [&](double t, double to) {
     forces_.clear();
     step.add_impulse(t, to, forces_);
