@@ -107,5 +107,6 @@ Findings statistics();
 Findings oracle();
 Findings impact_laws();
 Findings complementarity();
+Findings forces();
 
 }  // namespace freeplay::verification

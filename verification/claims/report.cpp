@@ -15,6 +15,7 @@ constexpr ClaimSet sets[] = {
     {"complementarity", "Solvers of the contact problem", complementarity},
     {"mechanisms", "Published mechanisms", mechanisms},
     {"oracle", "The paper's scene against a derivation that shares no code", oracle},
+    {"forces", "Forces that come out", forces},
     {"orders", "Orders of convergence", orders},
     {"invariants", "Invariants over long runs", invariants},
     {"stiff-limit", "One formulation against the other: the stiff limit", stiff_limit},

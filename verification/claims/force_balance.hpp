@@ -1,0 +1,117 @@
+// Whether forces that come out balance: Newton's and Euler's equations summed anew from the facts of a scene,
+// from states, and from F and m of each element on its second body alone. Nothing of the model's code is
+// used.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "model/scene.hpp"
+#include "sim/trajectory.hpp"
+
+namespace freeplay::verification {
+
+/// Residuals of m a = m g + Σ ±F and J α = Σ M, each over the greatest of its terms, worst of all bodies.
+struct Balance {
+  double own = 0;   ///< moments as reported for either body
+  double anew = 0;  ///< moments from F and m by the arms of the scene
+  void take(const Balance& b);
+};
+
+class ForceBalance {
+ public:
+  ForceBalance(const Mechanism& mechanism, const Layout& layout);
+  /// What impulses belong to; of forces nothing.
+  struct Over {
+    double seconds = 1;
+    std::span<const double> v = {};  ///< whose rounding the changes of velocity have
+  };
+  /// Forces at positions q; of impulses forces.acceleration is the change of velocity. `gaps`: of the
+  /// contacts.
+  Balance residual(std::span<const double> q, const Forces& forces,
+                   std::span<const ContactPlace> gaps) const {
+    return residual(q, forces, gaps, Over());
+  }
+  Balance residual(std::span<const double> q, const Forces& forces, std::span<const ContactPlace> gaps,
+                   const Over& over) const;
+  /// The same for moments anew alone: `acceleration` as State::v.
+  double residual_anew(std::span<const double> q, std::span<const ElementForce> elements,
+                       std::span<const double> acceleration, std::span<const ContactPlace> gaps,
+                       const Over& over) const;
+  /// Change of momentum less impulses, of each coordinate; `own` moments.
+  std::vector<double> momentum_left(const Forces& impulses, std::span<const double> change,
+                                    double seconds) const;
+  const Mechanism& mechanism() const { return mechanism_; }
+  const std::vector<ForceElement>& elements() const { return elements_; }
+
+ private:
+  struct Sum {
+    double fx = 0, fy = 0, m = 0, force = 0, moment = 0;  // and their greatest terms
+  };
+  double worst(const std::vector<Sum>& sums, std::span<const double> acceleration, const Over& over) const;
+  std::vector<Sum> own(std::span<const ElementForce> elements) const;
+
+  Mechanism mechanism_;
+  std::vector<ForceElement> elements_;
+  std::vector<Vec2> at_;         // the point of each element on its second body
+  std::vector<double> overlap_;  // ±1: friction acts on two round surfaces a gap apart; else 0
+};
+
+/// Watches the balance of a run: at instants within its steps, or, with `whole`, of each step's impulses
+/// (time stepping); and the momentum of each body between rows of `interval` seconds.
+class BalanceWatch final : public Observer {
+ public:
+  BalanceWatch(const Mechanism& mechanism, bool whole, double interval, int every = 1)
+      : mechanism_(mechanism), whole_(whole), interval_(interval), every_(every) {}
+  Wants wants() const override { return {.forces = true}; }
+  void begin(const Layout& layout, const State& state) override;
+  void step(const Step& step) override;
+
+  Balance worst;
+  long checked = 0;  ///< balances
+  /// Change of momentum between rows less impulses, over the greatest momentum or impulse of the body in the
+  /// run.
+  double linear() const { return left(false); }
+  double angular() const { return left(true); }
+  const std::vector<ForceElement>& elements() const { return balance_->elements(); }
+  /// Impulses since the start, power as work (J).
+  Forces total;
+
+ private:
+  double left(bool angular) const;
+  void add(const Forces& impulses);
+  const Mechanism& mechanism_;
+  bool whole_;
+  double interval_;
+  int every_;
+  long steps_ = 0;
+  std::unique_ptr<ForceBalance> balance_;
+  Grid grid_;
+  double since_ = 0;
+  std::vector<double> v_last_, q_, v_, left_, scale_;
+  std::vector<ContactPlace> gaps_;
+  Forces sum_, piece_;
+};
+
+/// A file of columns, each found by its name.
+class Table {
+ public:
+  explicit Table(const std::filesystem::path& file);
+  std::size_t rows() const { return rows_.size(); }
+  bool has(const std::string& column) const { return index_.contains(column); }
+  double at(std::size_t row, const std::string& column) const { return rows_[row][index_.at(column)]; }
+
+ private:
+  std::map<std::string, std::size_t> index_;
+  std::vector<std::vector<double>> rows_;
+};
+
+/// The elements of one row of forces.csv, m and F on the second body; `suffix` "_mean" for the means.
+std::vector<ElementForce> elements_of(const Table& forces, std::size_t row,
+                                      const std::vector<ForceElement>& list, const std::string& suffix = "");
+
+}  // namespace freeplay::verification

@@ -1,0 +1,127 @@
+// Forces that come out, beside the claims of the set "forces": what an instrument takes for a joint's force,
+// and that looking at forces depends on nothing but the motion.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "freeplay.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+Scene everything(Family family) {
+  auto scene = read_scene(test::scene_file("forces"));
+  scene.nonsmooth.scheme = Scheme::event_driven;
+  scene.run.duration = 6e-3;
+  if (family == Family::nonsmooth)
+    for (auto& joint : scene.mechanism.joints)
+      if (auto* pin = std::get_if<RevoluteJoint>(&joint); pin && pin->clearance)
+        pin->clearance->lubricant = -1;
+  return scene;
+}
+
+/// All forces at the ends of the steps after `from`.
+struct Record final : Observer {
+  explicit Record(double from) : from(from) {}
+  Wants wants() const override { return {.forces = true}; }
+  void begin(const Layout& layout, const State& state) override {
+    now.elements.resize(layout.forces.size());
+    now.acceleration.resize(state.v.size());
+  }
+  void step(const Step& step) override {
+    if (step.t1 <= from) return;
+    now.clear();
+    step.forces(step.t1, now);
+    step.add_impulse(step.t0, step.t1, now);
+    now.add(1, step.before());
+    now.add(1, step.within());
+    for (const auto& e : now.elements)
+      values.insert(values.end(), {e.fx, e.fy, e.m, e.m_first, e.m_second, e.power});
+    values.insert(values.end(), now.acceleration.begin(), now.acceleration.end());
+  }
+  double from;
+  Forces now;
+  std::vector<double> values;
+};
+
+}  // namespace
+
+TEST_CASE("forces are the same whenever one begins to look at them", "[forces]") {
+  for (const auto family : {Family::penalty, Family::nonsmooth})
+    for (const auto scheme : {Scheme::event_driven, Scheme::moreau_jean}) {
+      if (family == Family::penalty && scheme == Scheme::moreau_jean) continue;
+      auto scene = everything(family);
+      scene.nonsmooth.scheme = scheme;
+      const auto start = assemble(scene.mechanism, scene.run.start);
+      const auto watched = [&](bool from_the_start) {
+        Simulation simulation(scene, test::name_of(family), {.start = start});
+        Record early(0), late(3e-3);
+        std::vector<Observer*> first{&early};
+        if (!from_the_start) first.clear();
+        REQUIRE(simulation.run({.until = 3e-3, .observers = first}).ending.status ==
+                Ending::Status::finished);
+        REQUIRE(simulation.run({.observers = {&late}}).ending.status == Ending::Status::finished);
+        return late.values;
+      };
+      const auto a = watched(true), b = watched(false);
+      CAPTURE(test::name_of(family), scheme == Scheme::moreau_jean);
+      REQUIRE(a.size() > 1000);
+      CHECK(a == b);
+    }
+}
+
+TEST_CASE("the step before a knot of a torque's table has a length, and rows within it are numbers",
+          "[forces]") {
+  auto scene = everything(Family::nonsmooth);  // a knot at 4 ms
+  scene.run.output_step = 1e-5;
+  Simulation simulation(scene, "nonsmooth");
+  Trajectory path;
+  test::Listener listener;
+  double reached = 0;
+  listener.on_step = [&](const Step& step) {
+    CHECK(step.t0 == reached);
+    reached = step.t1;
+  };
+  simulation.run({.observers = {&path, &listener}});
+  CHECK(reached == 6e-3);
+  REQUIRE(path.size() == 601);
+  for (std::size_t i = 0; i < path.size(); ++i)
+    for (const double v : path.v(i)) REQUIRE(std::isfinite(v));
+}
+
+TEST_CASE("a load cell in a guide takes its friction with it", "[forces]") {
+  // A block of 2 kg that a spring pulls: 3 N are not enough against 5 N of friction, 8 N are.
+  for (const double pull : {3.0, 8.0})
+    for (const auto family : {Family::penalty, Family::nonsmooth}) {
+      Scene scene;
+      auto& m = scene.mechanism;
+      m.gravity = {0, -9.81};
+      m.bodies.push_back({"block", 2.0, 0.01, {0, 0}, 0, {0, 0}, 0});
+      m.joints.push_back(TranslationalJoint{"guide", {ground, 0}, {Vec2{0, 0}, Vec2{0, 0}}, {1, 0}, 0, {}});
+      m.loads.push_back(ForceLoad{"pull", 0, {0, 0}, {pull, 0}});
+      m.loads.push_back(JointFriction{"rub", 0, 5.0, 1e-6});
+      Instrument cell;
+      cell.kind = Instrument::Kind::load_cell;
+      cell.name = "cell";
+      cell.joint = 0;
+      cell.bandwidth = 500;
+      cell.sampling = 5e3;
+      scene.instruments.push_back(cell);
+      cell.name = "cell_y";
+      cell.axis = {0, 1};
+      scene.instruments.push_back(cell);
+      scene.nonsmooth.scheme = Scheme::event_driven;
+      scene.penalty.integrator = Integrator::rosenbrock4;
+      scene.run.duration = 0.02;
+      Simulation simulation(scene, test::name_of(family));
+      double last[2] = {NAN, NAN};
+      test::Listener listener;
+      listener.on_sample = [&](std::size_t channel, double, double value) { last[channel] = value; };
+      simulation.run({.observers = {&listener}});
+      CAPTURE(pull, test::name_of(family));
+      CHECK(last[0] == Approx(-std::min(pull, 5.0)).epsilon(1e-6));
+      CHECK(last[1] == Approx(2 * 9.81).epsilon(1e-9));
+    }
+}
