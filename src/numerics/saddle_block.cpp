@@ -116,7 +116,11 @@ struct SaddleBlock::Klu {
     remember_fixed(m, value);
     bool chosen = !pivot_value.empty();
     m(chosen, refactored);
-    if (!chosen) return;
+    if (!chosen) {
+      pivot_value.clear();
+      klu_free_numeric(&numeric, &common);
+      return;
+    }
     pivot_value.resize(value.size());
     remember_fixed(m, pivot_value);
     if constexpr (!M::reading) return;
