@@ -53,7 +53,10 @@ void EventDriven::interpolate(double t, double* q, double* v) const {
 
 void EventDriven::watch_forces(bool on) {
   watching_ = on;
-  if (!on || probe_) return;
+  if (on && !probe_) make_probe();
+}
+
+void EventDriven::make_probe() {
   probe_ = dynamics_.twin();
   before_step_ = within_ = strike_ = force_ = dynamics_.system().make_forces();
 }

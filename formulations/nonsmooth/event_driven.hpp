@@ -36,6 +36,14 @@ class EventDriven {
   void remember(M& m) {
     m.part("event-driven");
     m(dynamics_, method_, mark_, kicked_, pending_, last_, recent_, recent_since_);
+    // Forces come from factors with pivots of their own.
+    bool probed = probe_ != nullptr;
+    m(probed);
+    if constexpr (M::reading) {
+      probe_.reset();
+      if (probed || watching_) make_probe();
+    }
+    if (probed) m(*probe_);
   }
 
   double t() const { return method_.t; }
@@ -85,6 +93,7 @@ class EventDriven {
     }
   };
 
+  void make_probe();
   void find_gap_events(Event& first);
   void find_mode_events(Event& first);
   void watch(const std::vector<double>& x, std::vector<double>& values);

@@ -49,6 +49,14 @@ class PenaltyStepper {
   void remember(M& m) {
     m.part("penalty stepper");
     m(f_, method_, mark_, extremes_, restart_, stalled_, creeps_, lost_, creep_since_, events_since_);
+    // Forces come from factors with pivots of their own.
+    bool probed = probe_ != nullptr;
+    m(probed);
+    if constexpr (M::reading) {
+      probe_.reset();
+      if (probed || watching_) make_probe();
+    }
+    if (probed) m(*probe_);
   }
 
   double t() const { return method_.t; }
@@ -75,11 +83,7 @@ class PenaltyStepper {
   ///@{
   void watch_forces(bool on) {
     watching_ = on;
-    if (!on || probe_) return;
-    probe_ = f_.twin();
-    nothing_ = within_ = at_ = f_.system().make_forces();
-    slope_.resize(f_.size());
-    moving_.resize(f_.size());
+    if (on && !probe_) make_probe();
   }
   void forces(double t, Forces& out) {
     if (t < method_.t)
@@ -185,6 +189,12 @@ class PenaltyStepper {
   const Extremes& extremes() const { return extremes_; }
 
  private:
+  void make_probe() {
+    probe_ = f_.twin();
+    nothing_ = within_ = at_ = f_.system().make_forces();
+    slope_.resize(f_.size());
+    moving_.resize(f_.size());
+  }
   /// The modes that the coming step is made in.
   void keep_modes() {
     for (std::size_t k = 0; k < was_.size(); ++k) {
