@@ -101,8 +101,15 @@ void remember(M& m, AdamsStepper& stepper, std::size_t size) {
   }
   // Rotating buffers: read in their own order, wherever they begin.
   const auto vector = [&](auto& wrapped) {
-    m(wrapped.m_v);
-    if constexpr (M::reading) require(wrapped.m_v.empty() || wrapped.m_v.size() == size);
+    // One that odeint has not yet sized goes as the zeros it will be: it sizes each but once, and one that is read into
+    // a stepper with a past must not shrink.
+    if (M::reading || !wrapped.m_v.empty()) {
+      m(wrapped.m_v);
+    } else {
+      std::vector<double> zeros(size);
+      m(zeros);
+    }
+    if constexpr (M::reading) require(wrapped.m_v.size() == size);
   };
   const auto numbers = [&](auto& values) {
     for (std::size_t i = 0; i < values.size(); ++i) m(values[i]);
@@ -129,7 +136,10 @@ void remember(M& m, BulirschStoerStepper& stepper, const std::vector<double>& y)
     stepper.*pointer(BulirschStoerStepper_m_k_final{}) = 0;
     stepper.adjust_size(y);
   }
-  if (!begun) return;
+  if (!begun) {
+    if constexpr (M::reading) stepper.reset();
+    return;
+  }
   m(stepper.*pointer(BulirschStoerStepper_m_last_step_rejected{}),
     stepper.*pointer(BulirschStoerStepper_m_first{}), stepper.*pointer(BulirschStoerStepper_m_t{}),
     stepper.*pointer(BulirschStoerStepper_m_dt{}),
