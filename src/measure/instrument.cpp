@@ -68,6 +68,13 @@ double normal(std::uint64_t seed, std::uint64_t index) {
 Channel::Channel(const Instrument& settings)
     : settings_(settings), filter_(std::max(settings.bandwidth, 1.0), settings.order) {}
 
+void Channel::begin(double t, bool anew) {
+  if (anew) started_ = false;
+  if (next_sample() > t) return;
+  index_ = std::max(index_, static_cast<long>(std::floor(t * settings_.sampling)));
+  while (next_sample() <= t) ++index_;
+}
+
 double Channel::along(const double* x) const {
   return settings_.axis.x() * x[3 * settings_.body] + settings_.axis.y() * x[3 * settings_.body + 1];
 }

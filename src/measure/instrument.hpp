@@ -80,6 +80,8 @@ class Channel {
   void jump(double dv) {
     if (started_) filter_.kick(dv);
   }
+  /// Goes on at t: samples before it are past; `anew`: the filter starts in equilibrium again.
+  void begin(double t, bool anew);
   template <class M>
   void remember(M& m) {
     m(filter_, index_, started_);

@@ -20,6 +20,8 @@ class StepOf final : public Step {
     const auto n = static_cast<std::size_t>(system_.n());
     t0 = stepper_.t_old();
     t1 = stepper_.t();
+    asked_ = 0;
+    cut_ = false;
     v0 = {stepper_.v_old(), n};
     v1 = {stepper_.v(), n};
   }
@@ -37,7 +39,9 @@ class StepOf final : public Step {
     }
   }
   EnergyLedger ledger() const override { return owner_.ledger_now(); }
-  bool stopped() const override { return watch_.stop(); }
+  /// Only of a step with very many rows: what else is left of one is soon recorded, and is then not lost.
+  bool stopped() const override { return cut_ = cut_ || (++asked_ > 10000 && watch_.stop()); }
+  bool cut() const override { return cut_; }
   void forces(double t, Forces& out) const override { stepper_.forces(t, out); }
   void add_impulse(double a, double b, Forces& sum) const override { stepper_.add_impulse(a, b, sum); }
   const Forces& before() const override { return stepper_.before(); }
@@ -49,6 +53,8 @@ class StepOf final : public Step {
   Stepper& stepper_;
   const Watch& watch_;
   mutable Evaluation e_;
+  mutable long asked_ = 0;  // during this step
+  mutable bool cut_ = false;
 };
 
 /// A Stepper also has step(t_end), which advances by one step not beyond t_end and is false when it cannot (then
@@ -66,6 +72,7 @@ Ending march(Owner& owner, const System& system, Stepper& stepper, double t_end,
     if (!watch.any()) continue;
     step.renew();
     watch.step(step);
+    if (step.cut()) return {Ending::Status::interrupted, "interrupted"};  // also in the last step
   }
   return {};
 }

@@ -52,6 +52,8 @@ class Step {
   virtual EnergyLedger ledger() const = 0;
   /// Whether the run has been asked to stop: long work on one step should end.
   virtual bool stopped() const = 0;
+  /// Whether stopped() has told anyone so during this step: then not all of it has been seen.
+  virtual bool cut() const = 0;
 
   /// @name Forces, for observers that want them
   ///@{

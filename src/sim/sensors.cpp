@@ -23,7 +23,15 @@ Sensors::Sensors(const std::vector<Instrument>& instruments, const Layout& layou
   }
 }
 
-void Sensors::step(const Step& step, const StopToken& stop, const Sink& sink) {
+void Sensors::begin(double t) {
+  const bool rested = t != until_;
+  for (std::size_t i = 0; i < channels_.size(); ++i) {
+    channels_[i].begin(t, rested);
+    if (rested) last_velocity_[i].reset();
+  }
+}
+
+void Sensors::step(const Step& step, const Sink& sink) {
   for (std::size_t i = 0; i < channels_.size(); ++i) {
     const auto kind = channels_[i].settings().kind;
     if (kind == Instrument::Kind::accelerometer)
@@ -31,13 +39,13 @@ void Sensors::step(const Step& step, const StopToken& stop, const Sink& sink) {
     else if (measures_force(kind))
       feed_force(step, channels_[i], i, sink);
     else
-      read(step, channels_[i], i, stop, sink);
+      read(step, channels_[i], i, sink);
   }
+  until_ = step.t1;
 }
 
-void Sensors::read(const Step& step, Channel& channel, std::size_t index, const StopToken& stop,
-                   const Sink& sink) {
-  for (double t = channel.next_sample(); t <= step.t1 && !stop(); t = channel.next_sample()) {
+void Sensors::read(const Step& step, Channel& channel, std::size_t index, const Sink& sink) {
+  for (double t = channel.next_sample(); t <= step.t1 && !step.stopped(); t = channel.next_sample()) {
     step.state(t, q_, v_);
     sink(index, t, channel.take(channel.reading(q_.data())));
   }

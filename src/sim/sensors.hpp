@@ -2,13 +2,13 @@
 // since their filters remember, and rest while nobody wants samples.
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <optional>
 #include <vector>
 
 #include "measure/instrument.hpp"
 #include "sim/observer.hpp"
-#include "sim/stop.hpp"
 
 namespace freeplay {
 
@@ -20,16 +20,19 @@ class Sensors {
   bool empty() const { return channels_.empty(); }
   /// Whether any measures a force.
   bool wants_forces() const { return any_force_; }
-  void step(const Step& step, const StopToken& stop, const Sink& sink);
+  /// Before the first step of a run that wants samples. One that goes on where the last one ended continues it; behind
+  /// a rest filters start anew, and samples that nobody took are not made up for.
+  void begin(double t);
+  void step(const Step& step, const Sink& sink);
 
   template <class M>
   void remember(M& m) {
     for (auto& channel : channels_) m(channel);
-    m(last_velocity_);
+    m(last_velocity_, until_);
   }
 
  private:
-  void read(const Step& step, Channel& channel, std::size_t index, const StopToken& stop, const Sink& sink);
+  void read(const Step& step, Channel& channel, std::size_t index, const Sink& sink);
   void feed(const Step& step, Channel& channel, std::size_t index, const Sink& sink);
   void feed_force(const Step& step, Channel& channel, std::size_t index, const Sink& sink);
   double measured(const Channel& channel, const Forces& forces) const;
@@ -37,6 +40,7 @@ class Sensors {
   std::vector<Channel> channels_;
   std::vector<std::vector<int>> elements_;            // of each force channel, into Layout::forces
   std::vector<std::optional<double>> last_velocity_;  // of each channel, at the end of the last step
+  double until_ = -INFINITY;                          // s, end of the last step
   std::vector<double> q_, v_;
   Forces forces_;
   bool any_force_ = false;

@@ -18,12 +18,12 @@ void Grid::begin(double t, double step) {
 }
 
 void Trajectory::begin(const Layout& layout, const State& state) {
+  grid_.begin(state.t, step_ > 0 ? step_ : layout.output_step);
   if (n_ == state.q.size() && !t_.empty() && t_.back() <= state.t) return;  // goes on
   n_ = state.q.size();
   t_ = {state.t};
   q_ = state.q;
   v_ = state.v;
-  grid_.begin(state.t, step_ > 0 ? step_ : layout.output_step);
 }
 
 void Trajectory::step(const Step& step) {

@@ -19,6 +19,7 @@ Watch::Watch(const Layout& layout, Sensors& sensors, std::vector<Observer*> obse
 }
 
 void Watch::begin(const State& state) {
+  if (wants_.samples) sensors_.begin(state.t);
   for (auto* o : observers_) o->begin(layout_, state);
 }
 
@@ -30,7 +31,7 @@ void Watch::event(const ContactEvent& e) {
 }
 
 void Watch::step(const Step& step) {
-  if (wants_.samples) sensors_.step(step, stop_, sink_);
+  if (wants_.samples) sensors_.step(step, sink_);
   for (auto* o : of_steps_) o->step(step);
 }
 
