@@ -18,7 +18,6 @@
 #include "model/system.hpp"
 #include "sim/sensors.hpp"
 #include "sim/watch.hpp"
-#include "version.hpp"
 
 namespace freeplay {
 namespace {
@@ -58,8 +57,6 @@ long peak_memory_kib() {
   return usage.ru_maxrss;
 }
 
-std::string program() { return fmt::format("{} ({})", version, commit); }
-
 }  // namespace
 
 /// Pinned in memory: formulation and sensors refer to scene, system and layout.
@@ -71,16 +68,27 @@ struct Simulation::Implementation {
         start(options.start ? *options.start : assemble(scene.mechanism, scene.run.start)),
         system(scene.mechanism),
         layout(layout_of(scene, system, start)),
-        form(make(family, scene, system, start,
-                  matched ? delivered_restitutions(scene, system) : std::vector<double>{})),
+        form(begun(start)),
         sensors(scene.instruments, layout, start.q.size()) {}
 
+  /// A formulation begun there: what it makes of the constraint rows depends on where.
+  std::unique_ptr<Formulation> begun(const State& at) const {
+    return make(family, scene, system, at,
+                matched ? delivered_restitutions(scene, system) : std::vector<double>{});
+  }
+  void save(MemoryWriter& m) {
+    m(start.t, start.q, start.v);
+    form->save(m);
+    m.part("sensors");
+    m(sensors);
+  }
+  void load(const std::vector<std::byte>& memory);
   std::string name() const { return std::string(form->name()) + (matched ? ", matched restitution" : ""); }
   /// Found once, when forces are first watched.
   void find_undetermined() {
     if (searched) return;
     searched = true;
-    for (const int e : undetermined_elements(system, form->state())) {
+    for (const int e : undetermined_elements(system, start)) {
       layout.forces[e].determined = false;
       undetermined.push_back(layout.forces[e].name);
     }
@@ -98,6 +106,25 @@ struct Simulation::Implementation {
   bool searched = false;
   std::vector<std::string> undetermined;
 };
+
+void Simulation::Implementation::load(const std::vector<std::byte>& memory) {
+  MemoryReader m(memory);
+  State begin = start;
+  m(begin.t, begin.q, begin.v);
+  if (begin.q.size() != start.q.size() || begin.v.size() != start.v.size())
+    throw MemoryError("the snapshot is of another mechanism");
+  if (begin.t != start.t || begin.q != start.q || begin.v != start.v) {
+    start = begin;
+    layout = layout_of(scene, system, start);
+    form = begun(start);
+    searched = false;
+    undetermined.clear();
+  }
+  form->load(m);
+  m.part("sensors");
+  m(sensors);
+  if (!m.at_end()) throw MemoryError("the snapshot is longer than what it should hold");
+}
 
 Result Simulation::Implementation::summary(const Ending& ending) const {
   Result r;
@@ -166,36 +193,26 @@ EnergyLedger Simulation::ledger() const { return it_->form->ledger(); }
 Snapshot Simulation::snapshot() const {
   Snapshot s;
   s.t = t();
-  s.program = program();
+  s.program = Snapshot::this_program();
   s.formulation = it_->name();
   s.scene = to_toml(it_->scene);
   MemoryWriter m(s.memory);
-  it_->form->save(m);
-  m.part("sensors");
-  m(it_->sensors);
+  it_->save(m);
   return s;
 }
 
 void Simulation::restore(const Snapshot& s) {
   const auto refuse = [](const std::string& why) { throw SnapshotError("the snapshot " + why); };
-  if (s.program != program())
-    refuse(fmt::format("was taken by freeplay {}, this is {}: it could not go on bit for bit", s.program, program()));
+  s.require_program();
   if (s.formulation != it_->name())
     refuse(fmt::format("is of the formulation {}, the simulation of {}", s.formulation, it_->name()));
   if (const auto own = to_toml(it_->scene); s.scene != own)
     refuse("is of another scene: " + first_difference(own, s.scene));
   const auto before = snapshot();
-  const auto take = [&](const std::vector<std::byte>& memory) {
-    MemoryReader m(memory);
-    it_->form->load(m);
-    m.part("sensors");
-    m(it_->sensors);
-    if (!m.at_end()) throw MemoryError("the snapshot is longer than what it should hold");
-  };
   try {
-    take(s.memory);
+    it_->load(s.memory);
   } catch (const MemoryError& e) {
-    take(before.memory);
+    it_->load(before.memory);
     throw SnapshotError(e.what());
   }
 }

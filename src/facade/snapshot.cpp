@@ -1,8 +1,11 @@
 #include "values/snapshot.hpp"
 
+#include <fmt/format.h>
+
 #include "io/output_file.hpp"
 #include "io/sealed.hpp"
 #include "values/memory.hpp"
+#include "version.hpp"
 
 namespace freeplay {
 namespace {
@@ -22,6 +25,15 @@ void fields(M& m, S& s) {
 }
 
 }  // namespace
+
+std::string Snapshot::this_program() { return fmt::format("{} ({})", version, commit); }
+
+void Snapshot::require_program() const {
+  if (program != this_program())
+    throw SnapshotError(
+        fmt::format("the snapshot was taken by freeplay {}, this is {}: it could not go on bit for bit", program,
+                    this_program()));
+}
 
 void Snapshot::write(const std::filesystem::path& file) const {
   std::vector<std::byte> bytes;

@@ -23,6 +23,11 @@ class Snapshot {
   std::string scene;        ///< the scene's canonical text
   std::vector<std::byte> memory;
 
+  /// Throws SnapshotError when another version of the program made it, which could not go on bit for bit.
+  void require_program() const;
+  /// Of this one.
+  static std::string this_program();
+
   /// Writes it whole or not at all, with its version and a checksum. Throws SnapshotError.
   void write(const std::filesystem::path& file) const;
   /// Throws SnapshotError for what is no snapshot, is damaged, or has another version.
