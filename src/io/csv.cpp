@@ -10,9 +10,8 @@ void FileObserver::save(MemoryWriter& m) {
 }
 
 void FileObserver::load(MemoryReader& m) {
-  std::uint64_t size = 0;
-  m(size, fresh_);
-  file_.go_on_at(size);
+  m(from_, fresh_);
+  file_.require(from_);
 }
 
 void TrajectoryCsv::begin(const Layout& layout, const State& state) {

@@ -17,6 +17,10 @@ class FileObserver : public Observer {
  public:
   /// `resumed`: load() follows.
   explicit FileObserver(const std::filesystem::path& path, bool resumed = false) : file_(path, resumed) {}
+  /// After load(): goes on with the file, which load() has only looked at.
+  void go_on() { file_.go_on_at(from_); }
+  /// A checkpoint knows how to go on with it.
+  void keep() { file_.keep(); }
   /// Puts the file in its place.
   void commit() { file_.commit(); }
   void save(MemoryWriter& m) override;
@@ -37,6 +41,7 @@ class FileObserver : public Observer {
 
  private:
   bool fresh_ = true;
+  std::uint64_t from_ = 0;
 };
 
 /// trajectory.csv: state and contacts at multiples of the output step.

@@ -26,7 +26,7 @@ OutputFile::~OutputFile() {
   if (!file_) return;
   std::fclose(file_);
   std::error_code ignored;
-  std::filesystem::remove(partial_, ignored);
+  if (!keep_) std::filesystem::remove(partial_, ignored);
 }
 
 void OutputFile::fail(const char* what) const {
@@ -45,16 +45,22 @@ std::uint64_t OutputFile::settle() {
   return written_;
 }
 
-void OutputFile::go_on_at(std::uint64_t size) {
-  // An interrupted run has put its files in their places; a killed one has left them beside.
+void OutputFile::require(std::uint64_t size) const {
   std::error_code error;
-  if (!std::filesystem::exists(partial_, error) && std::filesystem::exists(path_, error))
-    std::filesystem::rename(path_, partial_, error);
-  const auto found = std::filesystem::file_size(partial_, error);
+  const auto found = std::filesystem::file_size(std::filesystem::exists(partial_, error) ? partial_ : path_, error);
   if (error || found < size)
     throw OutputError(fmt::format("{}: cannot be gone on with: {} of its first {} bytes are there", path_.string(),
                                   error ? 0 : found, size));
-  std::filesystem::resize_file(partial_, size, error);
+}
+
+void OutputFile::go_on_at(std::uint64_t size) {
+  require(size);
+  keep();
+  // An interrupted run has put its files in their places; a killed one has left them beside.
+  std::error_code error;
+  if (!std::filesystem::exists(partial_, error)) std::filesystem::rename(path_, partial_, error);
+  if (!error) std::filesystem::resize_file(partial_, size, error);
+  if (error) errno = error.value();
   file_ = error ? nullptr : std::fopen(partial_.c_str(), "ab");
   if (!file_) fail("cannot be gone on with");
   std::setvbuf(file_, nullptr, _IONBF, 0);
@@ -88,7 +94,7 @@ void OutputFile::commit() {
   if (!closed || error) {
     const int reason = closed ? error.value() : errno;
     std::error_code ignored;
-    std::filesystem::remove(partial_, ignored);
+    if (!keep_) std::filesystem::remove(partial_, ignored);
     errno = reason;
     fail("cannot be completed");
   }

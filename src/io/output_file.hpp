@@ -34,9 +34,13 @@ class OutputFile {
   void number(double x);
   /// Hands all that was written to the operating system; returns how much that is.
   std::uint64_t settle();
-  /// Goes on with a file of an interrupted run, finished or not, at its first `size` bytes. Throws OutputError when
-  /// there is none of at least that size.
+  /// Whether go_on_at() can be: throws OutputError when there is no file of an interrupted run, finished or not, of at
+  /// least `size` bytes. Touches nothing.
+  void require(std::uint64_t size) const;
+  /// Goes on with such a file at its first `size` bytes.
   void go_on_at(std::uint64_t size);
+  /// From now on, what is not committed stays beside its place: somebody knows how to go on with it.
+  void keep() { keep_ = true; }
   /// Completes the file and puts it in its place.
   void commit();
   const std::filesystem::path& path() const { return path_; }
@@ -50,6 +54,7 @@ class OutputFile {
   std::vector<char> buffer_;
   std::size_t used_ = 0;
   std::uint64_t written_ = 0;  // to the file
+  bool keep_ = false;
 };
 
 /// Writes a small file in one go.

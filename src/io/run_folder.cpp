@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <chrono>
 #include <nlohmann/json.hpp>
 
@@ -15,6 +16,9 @@ namespace {
 
 constexpr const char* checkpoint_name = "run.checkpoint";
 constexpr int checkpoint_version = 1;
+/// What a run may leave in its folder.
+constexpr std::array file_names{"run.json",    "trajectory.csv", "events.csv",
+                                "signals.csv", "forces.csv",     checkpoint_name};
 
 class Progress final : public Observer {
  public:
@@ -101,6 +105,7 @@ void write_checkpoint(const Simulation& simulation, const RunPlan& plan, Recorde
   MemoryWriter m(bytes);
   m(c);
   write_sealed(*plan.folder / checkpoint_name, "checkpoint", checkpoint_version, bytes);
+  for (auto* file : recorders.files()) file->keep();
 }
 
 /// The last observer of a run: when it sees a step, the others have.
@@ -108,13 +113,18 @@ class Checkpoints final : public Observer {
  public:
   Checkpoints(const Simulation& simulation, const RunPlan& plan, Recorders& recorders)
       : simulation_(simulation), plan_(plan), recorders_(recorders), last_(Clock::now()) {}
-  void step(const Step&) override {
-    if (++steps_ % 64 != 0) return;
+  void step(const Step& step) override {
+    cut_ = step.cut();
+    if (!(plan_.checkpoint > 0) || cut_ || ++steps_ % 64 != 0) return;
     const auto now = Clock::now();
     if (std::chrono::duration<double>(now - last_).count() < plan_.checkpoint) return;
     write_checkpoint(simulation_, plan_, recorders_);
     last_ = Clock::now();
   }
+
+  /// The run was asked to stop while others recorded its last step: they missed some of it, and only the checkpoint
+  /// before can be gone on from.
+  bool cut() const { return cut_; }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -123,6 +133,7 @@ class Checkpoints final : public Observer {
   Recorders& recorders_;
   Clock::time_point last_;
   long steps_ = 0;
+  bool cut_ = false;
 };
 
 Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) {
@@ -133,18 +144,21 @@ Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) 
   if (plan.on_progress) observers.push_back(&progress);
   observers.push_back(&recorders.statistics);
   for (auto* file : recorders.files()) observers.push_back(file);
-  if (plan.checkpoint > 0) observers.push_back(&checkpoints);
+  observers.push_back(&checkpoints);
 
   auto result = simulation.run({.observers = observers, .most_events = plan.most_events, .stop = plan.stop});
   recorders.statistics.into(result);
-  const bool later = plan.checkpoint > 0 && result.ending.status == Ending::Status::interrupted;
-  if (later) write_checkpoint(simulation, plan, recorders);
+  const bool later = (plan.checkpoint > 0 || has_checkpoint(folder)) &&
+                     result.ending.status == Ending::Status::interrupted;
+  if (later && !checkpoints.cut()) write_checkpoint(simulation, plan, recorders);
   for (auto* file : recorders.files()) file->commit();
   auto document = to_json(result);
   document["provenance"] = provenance(simulation.scene());
   write_file(folder / "run.json",
              document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   if (!later) std::filesystem::remove(folder / checkpoint_name);
+  // What was killed while it wrote has left its halves.
+  for (const auto* name : file_names) std::filesystem::remove(folder / (std::string(name) + ".partial"));
   return result;
 }
 
@@ -164,8 +178,7 @@ Result run_scene(const Scene& scene, const RunPlan& plan) {
     }
     make_folder(*plan.folder);
     // What an earlier run left here and this one will not write would be taken for its own.
-    for (const auto* name :
-         {"run.json", "trajectory.csv", "events.csv", "signals.csv", "forces.csv", checkpoint_name})
+    for (const auto* name : file_names)
       std::filesystem::remove(*plan.folder / name);
     Recorders recorders(simulation, *plan.folder, false);
     if (plan.checkpoint > 0) {
@@ -195,9 +208,13 @@ Result resume_run(const std::filesystem::path& folder, const RunPlan& asked) {
   Checkpoint c;
   auto plan = asked;
   plan.folder = folder;
+  const auto refuse = [&](const std::exception& why) {
+    return SnapshotError(fmt::format("{}: {}", (folder / checkpoint_name).string(), why.what()));
+  };
   try {
     MemoryReader m(bytes);
     m(c);
+    c.snapshot.require_program();  // before its scene is read, which may be of another time
     plan.formulation = c.formulation;
     plan.matched = c.matched;
     const auto scene = parse_scene(c.text, c.file, c.overrides);
@@ -206,9 +223,12 @@ Result resume_run(const std::filesystem::path& folder, const RunPlan& asked) {
     Recorders recorders(simulation, folder, true);
     MemoryReader of_recorders(c.recorders);
     of_recorders(recorders);
+    for (auto* file : recorders.files()) file->go_on();  // nothing is touched before all of it is known to fit
     return drive(simulation, plan, recorders);
   } catch (const MemoryError& e) {
-    throw SnapshotError(fmt::format("{}: {}", (folder / checkpoint_name).string(), e.what()));
+    throw refuse(e);
+  } catch (const SnapshotError& e) {
+    throw refuse(e);
   }
 }
 
