@@ -1,0 +1,441 @@
+// freeplay run --resume: a run that is killed or interrupted, however often and wherever, leaves in the end
+// the files of one that was not, byte for byte.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <catch2/catch.hpp>
+
+#include <atomic>
+#include <chrono>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <thread>
+
+#include "io/output_file.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+using Path = std::filesystem::path;
+
+namespace {
+
+using Words = std::vector<std::string>;
+using Clock = std::chrono::steady_clock;
+
+std::string bytes_of(const Path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// All files of a folder by their names.
+std::map<std::string, std::string> files_of(const Path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    files[entry.path().filename().string()] = bytes_of(entry.path());
+  return files;
+}
+
+/// The same without what a run cost.
+std::map<std::string, std::string> results_of(const Path& folder) {
+  auto files = files_of(folder);
+  auto document = nlohmann::json::parse(files.at("run.json"));
+  document.erase("cost");
+  files["run.json"] = document.dump(2);
+  return files;
+}
+
+void check_same(const Path& folder, const Path& reference) {
+  const auto files = results_of(folder), expected = results_of(reference);
+  for (const auto& [name, bytes] : expected) {
+    INFO(name);
+    REQUIRE(files.contains(name));
+    if (files.at(name) == bytes) continue;
+    const auto [a, b] =
+        std::mismatch(bytes.begin(), bytes.end(), files.at(name).begin(), files.at(name).end());
+    (void)b;
+    FAIL_CHECK(name << " differs from byte " << a - bytes.begin() << " on, of " << bytes.size() << " and "
+                    << files.at(name).size());
+  }
+  for (const auto& [name, bytes] : files) {
+    INFO(name);
+    CHECK(expected.contains(name));  // no checkpoint, no half of a file
+  }
+}
+
+/// The program, started and left to itself.
+class Process {
+ public:
+  explicit Process(const Words& words) {
+    std::vector<std::string> all{std::string(FREEPLAY_BINARY_DIR) + "/freeplay"};
+    all.insert(all.end(), words.begin(), words.end());
+    std::vector<char*> pointers;
+    for (auto& word : all) pointers.push_back(word.data());
+    pointers.push_back(nullptr);
+    id_ = fork();
+    REQUIRE(id_ >= 0);
+    if (id_ == 0) {
+      // Quiet: what it says is not looked at here.
+      const int nowhere = open("/dev/null", O_WRONLY);
+      dup2(nowhere, 1);
+      dup2(nowhere, 2);
+      execv(pointers[0], pointers.data());
+      _exit(127);
+    }
+  }
+  ~Process() {
+    if (id_ > 0) end(SIGKILL);
+  }
+  /// Sends the signal and waits; returns whether the program had not ended by itself before.
+  bool end(int signal) {
+    ::kill(id_, signal);
+    return wait() == signal;
+  }
+  /// The signal that ended it, or 0; see status().
+  int wait() {
+    int status = 0;
+    REQUIRE(waitpid(id_, &status, 0) == id_);
+    id_ = 0;
+    status_ = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+  }
+  int status() const { return status_; }  ///< −1: ended by a signal
+  void signal(int which) const { ::kill(id_, which); }
+
+ private:
+  pid_t id_ = 0;
+  int status_ = -1;
+};
+
+void sleep(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
+
+/// Until the folder holds a checkpoint; false: not within ten seconds.
+bool wait_for_checkpoint(const Path& folder) {
+  const auto start = Clock::now();
+  while (!has_checkpoint(folder)) {
+    if (Clock::now() - start > std::chrono::seconds(10)) return false;
+    sleep(0.001);
+  }
+  return true;
+}
+
+/// A scene and how to run it, for a second or so.
+struct Setup {
+  const char* what;
+  Words words;  // of `run`, without the folder
+  std::vector<const char*> files;
+};
+
+Path rig() { return test::source_folder() / "cases/flores2011/scene.toml"; }
+
+std::vector<Setup> setups() {
+  return {{"penalty, one kind of everything",
+           {rig().string(), "--formulation", "penalty", "--forces", "--set", "run.revolutions=0.35", "--set",
+            "run.discard=0.05", "--set", "run.output_step=2e-5"},
+           {"trajectory.csv", "events.csv", "signals.csv", "forces.csv"}},
+          {"Moreau-Jean",
+           {rig().string(), "--formulation", "nonsmooth", "--forces", "--set", "run.revolutions=1.2", "--set",
+            "run.discard=0.1", "--set", "run.output_step=5e-5"},
+           {"trajectory.csv", "events.csv", "signals.csv", "forces.csv"}},
+          {"event-driven",
+           {rig().string(), "--formulation", "nonsmooth", "--set", "nonsmooth.scheme=\"event-driven\"",
+            "--set", "run.revolutions=1.2", "--set", "run.discard=0.1", "--set", "run.output_step=2e-5"},
+           {"trajectory.csv", "events.csv", "signals.csv"}},
+          {"two contacts, no instrument",
+           {test::scene_file("four_bar_two").string(), "--formulation", "nonsmooth", "--forces", "--set",
+            "run.duration=0.2"},
+           {"trajectory.csv", "events.csv", "forces.csv"}}};
+}
+
+Words run_in(const Path& folder, const Setup& setup, const char* checkpoint = "0.002") {
+  Words words{"run"};
+  words.insert(words.end(), setup.words.begin(), setup.words.end());
+  for (const std::string& word :
+       {std::string("-o"), folder.string(), std::string("--checkpoint"), std::string(checkpoint)})
+    words.push_back(word);
+  return words;
+}
+Words resume_in(const Path& folder, const char* checkpoint = "0.002") {
+  return {"run", "--resume", folder.string(), "--checkpoint", checkpoint};
+}
+
+/// Runs to the end; returns how long it took (s).
+double run_whole(const Words& words) {
+  const auto start = Clock::now();
+  Process process(words);
+  REQUIRE(process.wait() == 0);
+  REQUIRE(process.status() == 0);
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// Makes the run of a setup in a folder and ends it at some time with a signal, until it has been in time.
+void begin(const Path& folder, const Setup& setup, double after, int signal,
+           const char* checkpoint = "0.002") {
+  for (int i = 0; i < 10; ++i, after *= 0.7) {
+    Process process(run_in(folder, setup, checkpoint));
+    REQUIRE(wait_for_checkpoint(folder));
+    sleep(after);
+    process.signal(signal);
+    process.wait();
+    if (has_checkpoint(folder)) return;
+  }
+  FAIL("the run is over before it can be ended");
+}
+
+}  // namespace
+
+TEST_CASE("resume: a killed run ends with the files of one that was not", "[resume][program]") {
+  test::TemporaryFolder place;
+  std::mt19937 engine(3);
+  const auto share = [&] { return static_cast<double>(engine() % 1000) / 1000; };
+  for (const auto& setup : setups()) {
+    INFO(setup.what);
+    const auto whole = place.path() / "whole", folder = place.path() / "killed";
+    for (const auto& old : {whole, folder}) std::filesystem::remove_all(old);
+    const double length = run_whole(run_in(whole, setup, "0"));
+    for (const auto* name : setup.files) {
+      INFO(name);
+      REQUIRE(std::filesystem::exists(whole / name));
+      CHECK(std::filesystem::file_size(whole / name) > 1000);
+    }
+    REQUIRE(files_of(whole).size() == setup.files.size() + 1);
+
+    begin(folder, setup, share() * 0.5 * length, SIGKILL);
+    CHECK_FALSE(std::filesystem::exists(folder / "run.json"));
+    int kills = 0;
+    for (int i = 0; i < 6; ++i) {
+      Process process(resume_in(folder));
+      sleep(share() * 0.3 * length);
+      kills += process.end(SIGKILL);
+      if (!has_checkpoint(folder)) break;
+    }
+    CHECK(kills >= 1);
+    if (has_checkpoint(folder)) run_whole(resume_in(folder));
+    check_same(folder, whole);
+  }
+}
+
+TEST_CASE("resume: an interrupted run leaves whole files, and goes on", "[resume][program]") {
+  test::TemporaryFolder place;
+  std::mt19937 engine(5);
+  for (const auto& setup : setups()) {
+    INFO(setup.what);
+    const auto whole = place.path() / "whole", folder = place.path() / "interrupted";
+    for (const auto& old : {whole, folder}) std::filesystem::remove_all(old);
+    const double length = run_whole(run_in(whole, setup, "30"));
+    const auto share = [&] { return (0.05 + 0.3 * static_cast<double>(engine() % 1000) / 1000) * length; };
+    begin(folder, setup, share(), engine() % 2 ? SIGINT : SIGTERM, "30");
+    const auto check_interrupted = [&] {
+      const auto document = nlohmann::json::parse(bytes_of(folder / "run.json"));
+      CHECK(document["ending"]["status"] == "interrupted");
+      const auto files = files_of(folder);
+      CHECK(files.size() == setup.files.size() + 2);
+      for (const auto* name : setup.files) {
+        INFO(name);
+        REQUIRE(files.contains(name));
+        const auto& here = files.at(name);
+        CHECK(here.ends_with('\n'));
+        CHECK(bytes_of(whole / name).starts_with(here));
+      }
+    };
+    check_interrupted();
+    for (int i = 0; i < 3; ++i) {  // again, while it resumes; also without checkpoints of its own
+      const auto done = bytes_of(folder / "trajectory.csv").size();
+      Process process(resume_in(folder, i == 1 ? "0" : "30"));
+      sleep(share());
+      process.signal(SIGINT);
+      process.wait();
+      if (!has_checkpoint(folder)) break;
+      check_interrupted();
+      CHECK(bytes_of(folder / "trajectory.csv").size() >= done);
+    }
+    {  // killed while it resumes what was interrupted: its files are in their places, and move
+      Process process(resume_in(folder));
+      sleep(0.1 * share());
+      process.end(SIGKILL);
+    }
+    if (has_checkpoint(folder)) {
+      const auto o = test::freeplay("run --resume " + folder.string());
+      CAPTURE(o.err);
+      CHECK(o.status == 0);
+      CHECK_THAT(o.out, Contains("results in " + folder.string()));
+    }
+    check_same(folder, whole);
+  }
+}
+
+TEST_CASE("resume: a request to stop while a step is recorded loses no row", "[resume]") {
+  // Rows by the thousand in each step: most requests fall between them. A step with very many is cut short,
+  // and gone on with from before.
+  struct Kind {
+    Scene scene;
+    const char* formulation;
+    int rounds;
+  };
+  const Kind kinds[] = {
+      {read_scene(rig(), {"run.revolutions=0.05", "run.discard=0", "run.output_step=2e-6", "run.forces=true",
+                          "penalty.tolerance=1e-6"}),
+       "penalty", 8},
+      {read_scene(test::scene_file("bouncing_ball"),
+                  {"nonsmooth.scheme=\"event-driven\"", "run.duration=0.3", "run.output_step=1e-6"}),
+       "nonsmooth", 4}};
+  test::TemporaryFolder place;
+  std::mt19937 engine(11);
+  for (const auto& [scene, formulation, rounds] : kinds) {
+    const auto whole = place.path() / "whole", folder = place.path() / "stopped";
+    const auto start = Clock::now();
+    run_scene(scene, {.formulation = formulation, .folder = whole});
+    const double length = std::chrono::duration<double>(Clock::now() - start).count();
+    for (int round = 0; round < rounds; ++round) {
+      std::filesystem::remove_all(folder);
+      std::atomic<bool> requested{false};
+      std::thread asker([&, wait = static_cast<double>(engine() % 1000) * 0.8e-3 * length] {
+        wait_for_checkpoint(folder);
+        sleep(wait);
+        requested = true;
+      });
+      auto result = run_scene(
+          scene,
+          {.formulation = formulation, .folder = folder, .stop = StopToken(requested), .checkpoint = 30});
+      asker.join();
+      if (result.ending.status == Ending::Status::interrupted) {
+        REQUIRE(has_checkpoint(folder));
+        result = resume_run(folder, {.checkpoint = 30});
+      }
+      REQUIRE(result.ending.status == Ending::Status::finished);
+      check_same(folder, whole);
+    }
+  }
+}
+
+TEST_CASE("resume: what cannot be gone on with is refused, and nothing is damaged", "[resume][program]") {
+  test::TemporaryFolder place;
+  const auto setup = setups().front();
+  const auto refused = [&](const Path& folder, int status, const std::string& why) {
+    const auto before =
+        std::filesystem::exists(folder) ? files_of(folder) : std::map<std::string, std::string>();
+    const auto o = test::freeplay("run --resume " + folder.string());
+    CAPTURE(o.out, o.err, why);
+    CHECK(o.status == status);
+    CHECK_THAT(o.err, Contains(why));
+    CHECK_THAT(o.err, Contains(folder.string()));
+    CHECK(std::ranges::count(o.err, '\n') == 1);
+    CHECK(o.out.empty());
+    if (std::filesystem::exists(folder)) CHECK((files_of(folder) == before));
+  };
+  const auto empty = place.path() / "empty", done = place.path() / "done", cut = place.path() / "cut",
+             interrupted = place.path() / "interrupted";
+  std::filesystem::create_directory(empty);
+  refused(empty, 2, "has no run.checkpoint to go on from; give the folder of an interrupted run");
+  refused(place.path() / "none", 2, "has no run.checkpoint");
+  const double length = run_whole(run_in(done, setup));
+  refused(done, 2, "its run has ended");
+
+  begin(cut, setup, 0.4 * length, SIGKILL);
+  begin(interrupted, setup, 0.3 * length, SIGINT);
+  const auto spoil = [&](const Path& source, const std::string& name, const auto& how) {
+    const auto folder = place.path() / "spoilt";
+    std::filesystem::remove_all(folder);
+    std::filesystem::copy(source, folder);
+    how(folder / name);
+    return folder;
+  };
+  for (const std::string name : {"trajectory.csv", "events.csv", "signals.csv", "forces.csv"})
+    for (const auto& [source, suffix] : {std::pair(cut, ".partial"), std::pair(interrupted, "")}) {
+      INFO(name << " of " << source);
+      refused(spoil(source, name + suffix, [](const Path& file) { REQUIRE(std::filesystem::remove(file)); }),
+              1, name + ": cannot be gone on with: 0 of its first ");
+      refused(spoil(source, name + suffix, [](const Path& file) { std::filesystem::resize_file(file, 5); }),
+              1, name + ": cannot be gone on with: 5 of its first ");
+    }
+
+  // The checkpoint.
+  const std::string checkpoint = "run.checkpoint", head = "freeplay checkpoint 1 ";
+  const auto whole = bytes_of(cut / checkpoint);
+  REQUIRE(whole.starts_with(head));
+  const auto rewritten = [&](const std::string& bytes) {
+    return spoil(cut, checkpoint, [&](const Path& file) { write_file(file, bytes); });
+  };
+  refused(rewritten("freeplay checkpoint 2 " + whole.substr(head.size())), 2, "is a checkpoint of version 2");
+  refused(rewritten(whole.substr(0, whole.size() / 2)), 2, "is damaged");
+  refused(rewritten(""), 2, "is no checkpoint of freeplay");
+  auto flipped = whole;
+  flipped[whole.size() / 2] ^= 4;
+  refused(rewritten(flipped), 2, "is damaged");
+  // Of another program, sealed anew: its length and FNV-1a stand in the first line.
+  const auto sealed = [](const std::string& body) {
+    std::uint64_t hash = 0xcbf29ce484222325u;
+    for (const unsigned char c : body) hash = (hash ^ c) * 0x100000001b3u;
+    return fmt::format("freeplay checkpoint 1 {} {:016x}\n", body.size(), hash) + body;
+  };
+  auto body = whole.substr(whole.find('\n') + 1);
+  REQUIRE(sealed(body) == whole);
+  const auto json = nlohmann::json::parse(bytes_of(done / "run.json"));
+  const auto program = fmt::format("{} ({})", json["provenance"]["version"].get<std::string>(),
+                                   json["provenance"]["commit"].get<std::string>());
+  const auto at = body.rfind(program);
+  REQUIRE(at != body.npos);
+  body[at] = body[at] == '9' ? '8' : '9';
+  refused(rewritten(sealed(body)), 2, "was taken by freeplay");
+
+  // And what was not spoilt goes on.
+  run_whole(resume_in(cut));
+  run_whole(resume_in(interrupted));
+  check_same(cut, done);
+  check_same(interrupted, done);
+}
+
+TEST_CASE("resume: a full disk ends a run, which goes on when there is room", "[resume]") {
+  test::TemporaryFolder place;
+  const auto scene = read_scene(rig(), {"run.revolutions=0.1", "run.discard=0", "penalty.tolerance=1e-6"});
+  const auto whole = place.path() / "whole", folder = place.path() / "full";
+  run_scene(scene, {.formulation = "penalty", .folder = whole});
+  std::atomic<bool> requested{false};
+  auto result = run_scene(scene, {.formulation = "penalty",
+                                  .folder = folder,
+                                  .on_progress = [&](double done) { requested = done > 0.3; },
+                                  .stop = StopToken(requested),
+                                  .checkpoint = 30});
+  REQUIRE(result.ending.status == Ending::Status::interrupted);
+  // run.json cannot be put in its place: a folder is there.
+  std::filesystem::remove(folder / "run.json");
+  std::filesystem::create_directories(folder / "run.json" / "x");
+  CHECK_THROWS_AS(resume_run(folder, {.checkpoint = 30}), OutputError);
+  REQUIRE(has_checkpoint(folder));
+  std::filesystem::remove_all(folder / "run.json");
+  result = resume_run(folder, {.checkpoint = 30});
+  CHECK(result.ending.status == Ending::Status::finished);
+  check_same(folder, whole);
+}
+
+TEST_CASE("resume: a folder's new run clears what an old one left", "[resume][program]") {
+  test::TemporaryFolder place;
+  const auto folder = place.path() / "run", whole = place.path() / "whole";
+  const auto list = setups();
+  begin(folder, list[0], 0.05, SIGKILL);
+  write_file(folder / "run.checkpoint.partial", "half");
+  REQUIRE(std::filesystem::exists(folder / "forces.csv.partial"));
+  run_whole(run_in(folder, list[2]));  // which has no forces
+  run_whole(run_in(whole, list[2]));
+  check_same(folder, whole);
+}
+
+TEST_CASE("resume: takes no option but its own", "[resume][program]") {
+  test::TemporaryFolder place;
+  const std::string resume = "run --resume " + place.path().string();
+  for (const char* option :
+       {" --formulation penalty", " --set run.duration=1", " --accuracy fast", " -o x"}) {
+    const auto o = test::freeplay(resume + option);
+    CAPTURE(o.err);
+    CHECK(o.status == 2);
+    CHECK_THAT(o.err, Contains("takes no other option but --checkpoint"));
+  }
+  CHECK(test::freeplay(resume + " " + rig().string()).status == 2);
+  CHECK(test::freeplay("run").status == 2);
+  CHECK(test::freeplay(resume + " --checkpoint -1").status == 2);
+}
