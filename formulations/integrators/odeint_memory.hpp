@@ -101,8 +101,8 @@ void remember(M& m, AdamsStepper& stepper, std::size_t size) {
   }
   // Rotating buffers: read in their own order, wherever they begin.
   const auto vector = [&](auto& wrapped) {
-    // One that odeint has not yet sized goes as the zeros it will be: it sizes each but once, and one that is read into
-    // a stepper with a past must not shrink.
+    // One that odeint has not yet sized goes as the zeros it will be: it sizes each but once, and one that is
+    // read into a stepper with a past must not shrink.
     if (M::reading || !wrapped.m_v.empty()) {
       m(wrapped.m_v);
     } else {

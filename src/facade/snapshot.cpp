@@ -31,8 +31,8 @@ std::string Snapshot::this_program() { return fmt::format("{} ({})", version, co
 void Snapshot::require_program() const {
   if (program != this_program())
     throw SnapshotError(
-        fmt::format("the snapshot was taken by freeplay {}, this is {}: it could not go on bit for bit", program,
-                    this_program()));
+        fmt::format("the snapshot was taken by freeplay {}, this is {}: it could not go on bit for bit",
+                    program, this_program()));
 }
 
 void Snapshot::write(const std::filesystem::path& file) const {

@@ -47,7 +47,8 @@ std::uint64_t OutputFile::settle() {
 
 void OutputFile::require(std::uint64_t size) const {
   std::error_code error;
-  const auto found = std::filesystem::file_size(std::filesystem::exists(partial_, error) ? partial_ : path_, error);
+  const auto found =
+      std::filesystem::file_size(std::filesystem::exists(partial_, error) ? partial_ : path_, error);
   if (error || found < size)
     throw OutputError(fmt::format("{}: cannot be gone on with: {} of its first {} bytes are there", path_.string(),
                                   error ? 0 : found, size));

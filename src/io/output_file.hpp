@@ -34,8 +34,8 @@ class OutputFile {
   void number(double x);
   /// Hands all that was written to the operating system; returns how much that is.
   std::uint64_t settle();
-  /// Whether go_on_at() can be: throws OutputError when there is no file of an interrupted run, finished or not, of at
-  /// least `size` bytes. Touches nothing.
+  /// Whether go_on_at() can be: throws OutputError when there is no file of an interrupted run, finished or
+  /// not, of at least `size` bytes. Touches nothing.
   void require(std::uint64_t size) const;
   /// Goes on with such a file at its first `size` bytes.
   void go_on_at(std::uint64_t size);

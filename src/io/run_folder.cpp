@@ -122,8 +122,8 @@ class Checkpoints final : public Observer {
     last_ = Clock::now();
   }
 
-  /// The run was asked to stop while others recorded its last step: they missed some of it, and only the checkpoint
-  /// before can be gone on from.
+  /// The run was asked to stop while others recorded its last step: they missed some of it, and only the
+  /// checkpoint before can be gone on from.
   bool cut() const { return cut_; }
 
  private:
@@ -148,8 +148,8 @@ Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) 
 
   auto result = simulation.run({.observers = observers, .most_events = plan.most_events, .stop = plan.stop});
   recorders.statistics.into(result);
-  const bool later = (plan.checkpoint > 0 || has_checkpoint(folder)) &&
-                     result.ending.status == Ending::Status::interrupted;
+  const bool later =
+      (plan.checkpoint > 0 || has_checkpoint(folder)) && result.ending.status == Ending::Status::interrupted;
   if (later && !checkpoints.cut()) write_checkpoint(simulation, plan, recorders);
   for (auto* file : recorders.files()) file->commit();
   auto document = to_json(result);
@@ -178,8 +178,7 @@ Result run_scene(const Scene& scene, const RunPlan& plan) {
     }
     make_folder(*plan.folder);
     // What an earlier run left here and this one will not write would be taken for its own.
-    for (const auto* name : file_names)
-      std::filesystem::remove(*plan.folder / name);
+    for (const auto* name : file_names) std::filesystem::remove(*plan.folder / name);
     Recorders recorders(simulation, *plan.folder, false);
     if (plan.checkpoint > 0) {
       for (auto* file : recorders.files()) file->begin(simulation.layout(), simulation.state());
@@ -223,7 +222,8 @@ Result resume_run(const std::filesystem::path& folder, const RunPlan& asked) {
     Recorders recorders(simulation, folder, true);
     MemoryReader of_recorders(c.recorders);
     of_recorders(recorders);
-    for (auto* file : recorders.files()) file->go_on();  // nothing is touched before all of it is known to fit
+    for (auto* file : recorders.files())
+      file->go_on();  // nothing is touched before all of it is known to fit
     return drive(simulation, plan, recorders);
   } catch (const MemoryError& e) {
     throw refuse(e);

@@ -18,8 +18,9 @@ struct RunPlan {
   std::optional<std::filesystem::path> folder = {};
   std::function<void(double)> on_progress = {};  ///< now and then, with the fraction done
   StopToken stop = {};
-  /// s of wall time between checkpoints; 0: none. One is written at the start and when the run is interrupted, and
-  /// removed when it ends. A run that is resumed and interrupted again can be resumed again either way.
+  /// s of wall time between checkpoints; 0: none. One is written at the start and when the run is
+  /// interrupted, and removed when it ends. A run that is resumed and interrupted again can be resumed again
+  /// either way.
   double checkpoint = 0;
   std::size_t most_events = 4096;  ///< kept in Result::events
 };

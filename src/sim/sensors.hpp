@@ -20,8 +20,8 @@ class Sensors {
   bool empty() const { return channels_.empty(); }
   /// Whether any measures a force.
   bool wants_forces() const { return any_force_; }
-  /// Before the first step of a run that wants samples. One that goes on where the last one ended continues it; behind
-  /// a rest filters start anew, and samples that nobody took are not made up for.
+  /// Before the first step of a run that wants samples. One that goes on where the last one ended continues
+  /// it; behind a rest filters start anew, and samples that nobody took are not made up for.
   void begin(double t);
   void step(const Step& step, const Sink& sink);
 
