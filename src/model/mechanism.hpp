@@ -29,11 +29,11 @@ struct Body {
 /// has no tangent row, without `young` no penalty law can be made from it.
 struct Surface {
   std::string name;
-  std::optional<double> young;        ///< Pa, > 0
-  std::optional<double> poisson;      ///< in [0, 0.5]
-  std::optional<double> restitution;  ///< asked for, in [0, 1]
-  std::optional<double> friction;     ///< Coulomb's μ, ≥ 0
-  double tangential_restitution = 0;  ///< e_T in [0, 1], of impact laws
+  std::optional<double> young = {};        ///< Pa, > 0
+  std::optional<double> poisson = {};      ///< in [0, 0.5]
+  std::optional<double> restitution = {};  ///< asked for, in [0, 1]
+  std::optional<double> friction = {};     ///< Coulomb's μ, ≥ 0
+  double tangential_restitution = 0;       ///< e_T in [0, 1], of impact laws
 };
 
 /// What fills a clearance. Only the penalty formulation has a model of it.
@@ -43,17 +43,18 @@ struct Lubricant {
   double viscosity = 0;  ///< Pa s, > 0
   Film film = Film::short_bearing;
   bool cavitation = true;  ///< no tension in the film
-  std::optional<double>
-      hand_over;  ///< m: film thickness below which dry contact takes over; default 0.01 clearance
+  std::optional<double> hand_over =
+      {};  ///< m: film thickness below which dry contact takes over; default 0.01 clearance
 };
 
 /// Play of a revolute joint. The bearing is on the first body, the journal on the second.
 struct Clearance {
-  double radial = 0;                     ///< m, > 0: bearing radius less journal radius
-  double bearing_radius = 0;             ///< m, > radial
-  int surface = -1;                      ///< index into Mechanism::surfaces
-  std::optional<double> bearing_length;  ///< m, > 0: length of the bearing; line contacts and films need it
-  int lubricant = -1;                    ///< index into Mechanism::lubricants, −1: dry
+  double radial = 0;          ///< m, > 0: bearing radius less journal radius
+  double bearing_radius = 0;  ///< m, > radial
+  int surface = -1;           ///< index into Mechanism::surfaces
+  std::optional<double> bearing_length =
+      {};              ///< m, > 0: length of the bearing; line contacts and films need it
+  int lubricant = -1;  ///< index into Mechanism::lubricants, −1: dry
 };
 
 /// Two points kept together, each in its body's frame (ground: world), m from the centre of mass.
@@ -61,7 +62,7 @@ struct RevoluteJoint {
   std::string name;
   std::array<int, 2> between{ground, ground};
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
-  std::optional<Clearance> clearance;  ///< absent: an ideal joint
+  std::optional<Clearance> clearance = {};  ///< absent: an ideal joint
 };
 
 /// Play of a translational joint: a rectangular slider, centred on the second body's point, between two
@@ -69,8 +70,9 @@ struct RevoluteJoint {
 struct SliderClearance {
   double half_play = 0;           ///< m, > 0: half the distance of the walls less half the slider's height
   double length = 0, height = 0;  ///< m, of the slider along and across the axis, > 0
-  std::optional<double> corner_radius;  ///< m, of the rounded corners: for the stiffness of penalty contacts
-  int surface = -1;                     ///< index into Mechanism::surfaces
+  std::optional<double> corner_radius =
+      {};            ///< m, of the rounded corners: for the stiffness of penalty contacts
+  int surface = -1;  ///< index into Mechanism::surfaces
 };
 
 /// The second body slides along an axis of the first without turning relative to it.
@@ -78,9 +80,9 @@ struct TranslationalJoint {
   std::string name;
   std::array<int, 2> between{ground, ground};
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
-  Vec2 axis{1, 0};                           ///< unit vector in the first body's frame
-  double angle = 0;                          ///< rad, θ of the second body less θ of the first
-  std::optional<SliderClearance> clearance;  ///< absent: an ideal joint
+  Vec2 axis{1, 0};                                ///< unit vector in the first body's frame
+  double angle = 0;                               ///< rad, θ of the second body less θ of the first
+  std::optional<SliderClearance> clearance = {};  ///< absent: an ideal joint
 };
 
 /// A disc (or a point) of the second body against a straight wall of the first.
@@ -181,8 +183,9 @@ struct TorsionalSpringDamper {
 struct JointFriction {
   std::string name;
   int joint = -1;
-  double force = 0;                      ///< N, the bound, ≥ 0
-  std::optional<double> regularisation;  ///< m/s: below it the penalty formulation's force is linear in speed
+  double force = 0;  ///< N, the bound, ≥ 0
+  std::optional<double> regularisation =
+      {};  ///< m/s: below it the penalty formulation's force is linear in speed
 };
 
 using Load = std::variant<ForceLoad, TorqueLoad, SpringDamper, TorsionalSpringDamper, JointFriction>;

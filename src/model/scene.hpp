@@ -23,7 +23,7 @@ struct RunOptions {
   Start start = Start::assembled;
   bool eliminate = true;              ///< coordinates that a row alone fixes leave the solves beforehand
   bool forces = false;                ///< forces.csv beside trajectory.csv
-  std::optional<double> output_step;  ///< s between rows of trajectory.csv; default duration/20000
+  std::optional<double> output_step = {};  ///< s between rows of trajectory.csv; default duration/20000
 };
 
 /// Point contacts first, up to exact; then Kelvin–Voigt and the line contacts. Names as in contact_law_names.
@@ -60,9 +60,9 @@ extern const std::vector<std::string> contact_law_names, friction_law_names;
 
 struct PenaltyOptions {
   ContactLaw contact = ContactLaw::exact;
-  std::optional<ContactLaw> damping;  ///< a point law's χ(e) for a line contact; hertz: none. Default exact
-  std::optional<double> kelvin_stiffness;  ///< N/m
-  std::optional<double> kelvin_damping;    ///< N s/m
+  std::optional<ContactLaw> damping = {};  ///< a point law's χ(e) for a line contact; hertz: none. Default exact
+  std::optional<double> kelvin_stiffness = {};  ///< N/m
+  std::optional<double> kelvin_damping = {};    ///< N s/m
   FrictionLaw friction = FrictionLaw::ambrosio;
   double friction_v0 = 1e-4;       ///< m/s: the speed that each friction law is regularised with
   double friction_v1 = 1e-3;       ///< m/s, Ambrósio: full friction above it; friction_v1 > friction_v0
@@ -78,7 +78,7 @@ struct PenaltyOptions {
   double tolerance =
       1e-9;            ///< a step is accepted when every |error_i| ≤ tolerance·scale_i (see tolerance.hpp)
   double step = 1e-6;  ///< s, of the fixed-step integrator
-  std::optional<double> v0_floor;  ///< m/s: least v₀ a contact may start with; default see tolerance.hpp
+  std::optional<double> v0_floor = {};  ///< m/s: least v₀ a contact may start with; default see tolerance.hpp
 };
 
 enum class Scheme { moreau_jean, event_driven };
@@ -116,10 +116,10 @@ struct Instrument {
   double bandwidth = 0;                     ///< Hz, −3 dB
   int order = 2;                            ///< of the Butterworth low-pass, 1 to 8
   double sampling = 0;                      ///< Hz
-  std::optional<double> noise;              ///< standard deviation of a sample, in the channel's unit
+  std::optional<double> noise = {};              ///< standard deviation of a sample, in the channel's unit
   unsigned seed = 1;                        ///< of the noise
-  std::optional<double> range;              ///< ± full scale; samples are clipped there
-  std::optional<double> resolution;         ///< step of the samples, rounded down; an encoder's is 2π/counts
+  std::optional<double> range = {};              ///< ± full scale; samples are clipped there
+  std::optional<double> resolution = {};         ///< step of the samples, rounded down; an encoder's is 2π/counts
 };
 
 inline bool measures_force(Instrument::Kind kind) {

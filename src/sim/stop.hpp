@@ -9,6 +9,7 @@ class StopToken {
  public:
   StopToken() = default;  ///< never asks
   explicit StopToken(const std::atomic<bool>& requested) : requested_(&requested) {}
+  explicit StopToken(const std::atomic<bool>&&) = delete;  // a flag that would be gone
   bool operator()() const { return requested_ && requested_->load(std::memory_order_relaxed); }
 
  private:
