@@ -2,6 +2,8 @@
 // but for showing a step to whoever watches.
 #pragma once
 
+#include <stdexcept>
+
 #include "model/system.hpp"
 #include "sim/formulation.hpp"
 #include "sim/watch.hpp"
@@ -42,12 +44,25 @@ class StepOf final : public Step {
   /// Only of a step with very many rows: what else is left of one is soon recorded, and is then not lost.
   bool stopped() const override { return cut_ = cut_ || (++asked_ > 10000 && watch_.stop()); }
   bool cut() const override { return cut_; }
-  void forces(double t, Forces& out) const override { stepper_.forces(t, out); }
-  void add_impulse(double a, double b, Forces& sum) const override { stepper_.add_impulse(a, b, sum); }
-  const Forces& before() const override { return stepper_.before(); }
-  const Forces& within() const override { return stepper_.within(); }
+  void forces(double t, Forces& out) const override { stepper_.forces(t, shaped(out)); }
+  void add_impulse(double a, double b, Forces& sum) const override {
+    stepper_.add_impulse(a, b, shaped(sum));
+  }
+  const Forces& before() const override { return wanted(), stepper_.before(); }
+  const Forces& within() const override { return wanted(), stepper_.within(); }
 
  private:
+  void wanted() const {
+    if (!watch_.wants_forces())
+      throw std::logic_error("forces of a step are known only where an observer's wants() ask for them");
+  }
+  Forces& shaped(Forces& f) const {
+    wanted();
+    f.elements.resize(elements_);
+    f.acceleration.resize(static_cast<std::size_t>(system_.n()));
+    return f;
+  }
+
   Owner& owner_;
   const System& system_;
   Stepper& stepper_;
@@ -55,6 +70,7 @@ class StepOf final : public Step {
   mutable Evaluation e_;
   mutable long asked_ = 0;  // during this step
   mutable bool cut_ = false;
+  std::size_t elements_ = system_.force_elements().size();
 };
 
 /// A Stepper also has step(t_end), which advances by one step not beyond t_end and is false when it cannot (then

@@ -55,9 +55,9 @@ class Step {
   /// Whether stopped() has told anyone so during this step: then not all of it has been seen.
   virtual bool cut() const = 0;
 
-  /// @name Forces, for observers that want them
+  /// @name Forces, for observers that want them; std::logic_error where none does
   ///@{
-  /// Those at a time within the step. Of a time step those of the whole step, impacts left out.
+  /// Those at a time within the step, one of Layout::forces each; `out` is given its shape. Of a time step those of the whole step, impacts left out.
   virtual void forces(double t, Forces& out) const = 0;
   /// Adds the impulses of these from a to b, t0 ≤ a ≤ b ≤ t1.
   virtual void add_impulse(double a, double b, Forces& sum) const = 0;

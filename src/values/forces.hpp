@@ -58,7 +58,10 @@ struct Forces {
     for (auto& f : elements) f = {};
     for (auto& a : acceleration) a = 0;
   }
+  /// Adds weight times another, whose shape an empty one takes.
   void add(double weight, const Forces& other) {
+    elements.resize(other.elements.size());
+    acceleration.resize(other.acceleration.size());
     for (std::size_t i = 0; i < elements.size(); ++i) elements[i].add(weight, other.elements[i]);
     for (std::size_t i = 0; i < acceleration.size(); ++i) acceleration[i] += weight * other.acceleration[i];
   }
