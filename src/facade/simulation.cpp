@@ -4,6 +4,7 @@
 #include <cmath>
 #include <ctime>
 #include <numbers>
+#include <string_view>
 
 #include <sys/resource.h>
 
@@ -49,7 +50,39 @@ Layout layout_of(const Scene& scene, const System& system, const State& start) {
   return l;
 }
 
-double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+/// What no scene file may hold is refused from code too, in the words of the reader; indices that name nothing would
+/// otherwise be followed. How long a run is to last is left to RunRequest::until.
+Scene checked(Scene scene) {
+  auto facts = scene;
+  facts.run = {};
+  facts.run.duration = 1;
+  try {
+    parse_scene(to_toml(facts), "");
+  } catch (const SceneError& e) {
+    std::string_view what = e.what();
+    what.remove_prefix(std::min(what.find_first_not_of(":0123456789 "), what.size()));  // LINE:COL of the text
+    const auto colon = what.find(": ");
+    if (colon == what.npos || what.substr(0, colon).find(' ') != what.npos) throw ModelError("", std::string(what));
+    throw ModelError(std::string(what.substr(0, colon)), std::string(what.substr(colon + 2)));
+  }
+  return scene;
+}
+
+State start_of(const Scene& scene, const SimulationOptions& options) {
+  if (!options.start) return assemble(scene.mechanism, scene.run.start);
+  const auto n = 3 * scene.mechanism.bodies.size();
+  if (options.start->q.size() != n || options.start->v.size() != n)
+    throw ModelError("start", fmt::format("must have {} coordinates and as many rates, has {} and {}", n,
+                                          options.start->q.size(), options.start->v.size()));
+  return *options.start;
+}
+
+/// Of the calling thread: a run is one thread's, and others may run beside it.
+double cpu_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
 
 long peak_memory_kib() {
   rusage usage{};
@@ -62,10 +95,10 @@ long peak_memory_kib() {
 /// Pinned in memory: formulation and sensors refer to scene, system and layout.
 struct Simulation::Implementation {
   Implementation(Scene given, std::string_view formulation, const SimulationOptions& options)
-      : scene(std::move(given)),
+      : scene(checked(std::move(given))),
         family(family_of(formulation)),
         matched(options.matched && family == Family::nonsmooth),
-        start(options.start ? *options.start : assemble(scene.mechanism, scene.run.start)),
+        start(start_of(scene, options)),
         system(scene.mechanism),
         layout(layout_of(scene, system, start)),
         form(begun(start)),

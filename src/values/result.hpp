@@ -43,8 +43,8 @@ struct Result {
   bool events_cut() const { return events_seen > static_cast<long>(events.size()); }
   /// Ideal joints and drives whose reactions mechanics does not determine; found when forces were watched.
   std::vector<std::string> undetermined;
-  double wall_seconds = 0, cpu_seconds = 0;
-  long peak_memory_kib = 0;
+  double wall_seconds = 0, cpu_seconds = 0;  ///< CPU time is that of the run's thread
+  long peak_memory_kib = 0;                  ///< of the whole process so far
 };
 
 }  // namespace freeplay
