@@ -13,6 +13,17 @@
 
 namespace freeplay::test {
 
+std::filesystem::path source_folder() {
+  const std::filesystem::path folder = FREEPLAY_SOURCE_DIR;
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(folder / "verification/scenes", ignored))
+    throw SceneError(
+        fmt::format("{}: the folder that this program was built from is gone, and with it the scenes that "
+                    "claims are judged on; verify and extremes run from a build in its source folder",
+                    folder.string()));
+  return folder;
+}
+
 ContactEvent touch(const Result& run, std::size_t i) {
   const auto list = touches(run);
   if (i < list.size()) return list[i];

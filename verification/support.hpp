@@ -13,7 +13,9 @@
 
 namespace freeplay::test {
 
-inline std::filesystem::path source_folder() { return FREEPLAY_SOURCE_DIR; }
+/// Where the scenes of claims and tests are: the folder that the program was built from. Throws SceneError when it is
+/// gone, as it may be for a program that was installed.
+std::filesystem::path source_folder();
 inline std::filesystem::path flores() { return source_folder() / "cases/flores2011/scene.toml"; }
 inline std::filesystem::path scene_file(const std::string& name) {
   return source_folder() / "verification/scenes" / (name + ".toml");

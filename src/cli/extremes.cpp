@@ -12,11 +12,13 @@
 #include "io/run_folder.hpp"
 #include "io/run_json.hpp"
 #include "verification/extremes/extremes.hpp"
+#include "verification/support.hpp"
 
 namespace freeplay::cli {
 
 int extremes(const Request& request) {
   using namespace verification;
+  test::source_folder();  // throws before anything is judged or written
   auto cells = rig_cells();
   for (auto more : {baumgarte_cells(), special_cells()})
     for (auto& c : more) cells.push_back(std::move(c));

@@ -12,6 +12,7 @@
 #include "io/run_folder.hpp"
 #include "io/run_json.hpp"
 #include "verification/claims/claim.hpp"
+#include "verification/support.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -63,6 +64,8 @@ int verify(const Request& request) {
       for (const auto& s : claim_sets()) known += (known.empty() ? "" : ", ") + std::string(s.name);
       throw SceneError(fmt::format("verify: there is no set of claims \"{}\"; there is: {}", name, known));
     }
+
+  test::source_folder();  // throws before anything is judged or written
 
   Progress progress;
   std::vector<Verdict> verdicts;
