@@ -32,6 +32,7 @@ void no_pull(Findings& f) {
   Scene scene;
   auto& m = scene.mechanism;
   Surface surface;
+  surface.name = "steel";
   surface.young = 207e9;
   surface.poisson = 0.3;
   surface.restitution = 0.5;
