@@ -21,7 +21,7 @@ struct Setup {
 void nonsmooth_step(benchmark::State& state) {
   const Setup s;
   MoreauStepper stepper(s.system, s.scene.nonsmooth, {0.46}, RowFacts{});
-  ContactLog log(1, 0);
+  ContactLog log(1);
   stepper.start(s.start, log);
   while (stepper.t() < 0.05) benchmark::DoNotOptimize(stepper.step(1e9));
   for (auto _ : state) {
