@@ -30,7 +30,8 @@ namespace freeplay {
 struct SimulationOptions {
   /// An impact law takes the restitution that the scene's penalty law delivers (nonsmooth only).
   bool matched = false;
-  /// Where to start from in place of what the scene's run.start asks for; must satisfy the constraints.
+  /// Where to start from in place of what the scene's run.start asks for; must satisfy the constraints. Without z,
+  /// first-order states begin at 0.
   std::optional<State> start = {};
 };
 

@@ -412,6 +412,10 @@ TEST_CASE("a scene in code is refused where a file would be", "[library]") {
   }
   SECTION("a start of another mechanism") {
     CHECK_THROWS_AS(Simulation(scene, "penalty", {.start = State{0, {0, 0, 0}, {0, 0, 0}, {}}}), ModelError);
+    auto start = assemble(m, RunOptions::Start::assembled);
+    start.z = {1};  // no drive of this mechanism lags
+    CHECK_THROWS_AS(Simulation(scene, "penalty", {.start = start}), ModelError);
+    CHECK_THROWS_AS(Simulation(scene, "nonsmooth", {.start = start}), ModelError);
   }
 }
 
