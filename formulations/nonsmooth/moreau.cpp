@@ -125,6 +125,7 @@ bool MoreauStepper::step(double t_end) {
   if (watching_) book(h);
   account(h);
   if (!bring_back(t_)) return false;
+  for (double& multiplier : lambda_) multiplier /= h;  // impulses so far
   double sum = 0;
   for (int i = 0; i < n; ++i) sum += q_[i] + v_[i];
   if (!std::isfinite(sum)) {

@@ -52,6 +52,7 @@ class MoreauStepper {
 
   const double* q() const { return q_.data(); }
   std::span<const double> z() const { return z_; }
+  /// Of the last step, its impacts among it: impulses over its length.
   std::span<const double> multipliers() const { return lambda_; }
 
   /// @name Forces; see Step. A step knows its impulses alone: its forces are these over its length.

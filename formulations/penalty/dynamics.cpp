@@ -49,7 +49,8 @@ PenaltyDynamics::PenaltyDynamics(const System& system, const PenaltyOptions& opt
       probe_(system.make_evaluation()),
       lambda_(system.rows()),
       r_(system.rows()),
-      scratch_(system.n()) {
+      scratch_(system.n()),
+      impulse_(system.rows()) {
   if (options.stabilisation == Stabilisation::baumgarte) {
     two_alpha_ = 2 * options.alpha;
     beta_squared_ = options.beta * options.beta;
@@ -236,7 +237,7 @@ void PenaltyDynamics::report(const Vector& x, double t, Vector& dxdt, Forces& ou
 }
 
 void PenaltyDynamics::report_projection(const Vector& x, Forces& out) const {
-  system_.report_rows(x.data(), terms_.e, lambda_.data(), 1, out);
+  system_.report_rows(x.data(), terms_.e, impulse_.data(), 1, out);
   for (int i = 0; i < system_.n(); ++i) out.acceleration[i] += scratch_[i];
 }
 
@@ -247,7 +248,7 @@ void PenaltyDynamics::project(Vector& x, double t) {
   const double before = system_.kinetic(v) + system_.potential(q);
   const auto move = [&](double* y, auto residual) {
     for (int k = 0; k < m; ++k) r_[k] = -residual(k);
-    saddle_.solve(nullptr, r_.data(), scratch_.data(), lambda_.data());
+    saddle_.solve(nullptr, r_.data(), scratch_.data(), impulse_.data());
     for (int i = 0; i < n; ++i) y[i] += scratch_[i];
   };
   system_.place(t, q, terms_.e);
@@ -272,7 +273,7 @@ std::pair<double, double> PenaltyDynamics::gap(int k, const Vector& x, double t)
 
 double PenaltyDynamics::effective_mass(const ContactRow& row) {
   if (!saddle_.factor(probe_.G.data())) return 0;
-  saddle_.respond(row.normal, nullptr, 0, scratch_.data(), lambda_.data());
+  saddle_.respond(row.normal, nullptr, 0, scratch_.data(), impulse_.data());
   const double mobility = row.normal.dot(scratch_.data());
   return mobility > 0 ? 1 / mobility : 0;
 }
