@@ -177,18 +177,17 @@ class Penalty final : public Formulation {
 ErrorNorm make_norm(const System& system, const Scales& s, const PenaltyOptions& options) {
   ErrorNorm norm = motion_norm(system, s, options.tolerance);
   const int n = system.n();
-  if (options.friction == FrictionLaw::lugre) {
+  // Places for bristles are there when some contact has them, as count_bristles() has it.
+  bool bristles = false;
+  for (int k = 0; k < system.contacts(); ++k) bristles |= system.has_friction(k);
+  bristles &= options.friction == FrictionLaw::lugre;
+  if (bristles) {
     // Bristles: deflections of the order 1/σ₀ behind the impulses, which are carried along.
     norm.absolute.resize(2 * n + 2 * system.contacts(), INFINITY);
     norm.absolute.resize(norm.absolute.size() + system.contacts(), 1 / options.bristle_stiffness);
     norm.relative.resize(norm.absolute.size(), 0);
   }
-  if (system.states() > 0) {
-    bool bristles = false;
-    for (int k = 0; k < system.contacts(); ++k) bristles |= system.has_friction(k);
-    bristles &= options.friction == FrictionLaw::lugre;
-    add_states(norm, system, 2 * n + (bristles ? 3 : 2) * system.contacts());
-  }
+  if (system.states() > 0) add_states(norm, system, 2 * n + (bristles ? 3 : 2) * system.contacts());
   return norm;
 }
 
