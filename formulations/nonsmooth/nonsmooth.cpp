@@ -36,7 +36,6 @@ class Nonsmooth final : public Formulation {
     watch.drain(log_);
     return ending;
   }
-  EnergyLedger ledger_now() const { return ledger(); }
   void save(MemoryWriter& m) override { remember(m); }
   void load(MemoryReader& m) override { remember(m); }
   State state() const override {
@@ -44,7 +43,7 @@ class Nonsmooth final : public Formulation {
     return {stepper_.t(), {q, q + system_.n()}, {stepper_.v(), stepper_.v() + system_.n()},
             {stepper_.z().begin(), stepper_.z().end()}};
   }
-  EnergyLedger ledger() const override {
+  EnergyLedger ledger() override {
     EnergyLedger l = stepper_.integrals();
     l.initial = initial_;
     l.kinetic = system_.kinetic(stepper_.v());

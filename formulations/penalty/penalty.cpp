@@ -57,18 +57,12 @@ class Penalty final : public Formulation {
   void start(const State& state) override {
     log_ = ContactLog(system_.contacts());
     stepper_.start(state, log_);
-    initial_ = system_.kinetic(state.v.data()) + system_.potential(state.q.data()) +
-               stepper_.dynamics().elastic_energy(stepper_.x(), state.t);
+    initial_ = system_.kinetic(state.v.data()) + system_.potential(state.q.data()) + elastic();
   }
   Ending run(double t_end, Watch& watch) override {
     auto ending = march(*this, system_, stepper_, t_end, log_, watch);
     watch.drain(log_);
-    elastic_ = stepper_.dynamics().elastic_energy(stepper_.x(), stepper_.t());
     return ending;
-  }
-  EnergyLedger ledger_now() {
-    elastic_ = stepper_.dynamics().elastic_energy(stepper_.x(), stepper_.t());
-    return ledger();
   }
   void save(MemoryWriter& m) override { remember(m); }
   void load(MemoryReader& m) override { remember(m); }
@@ -78,14 +72,14 @@ class Penalty final : public Formulation {
     return {stepper_.t(), {x.begin(), x.begin() + n}, {x.begin() + n, x.begin() + 2 * n},
             {stepper_.z().begin(), stepper_.z().end()}};
   }
-  EnergyLedger ledger() const override {
+  EnergyLedger ledger() override {
     const auto& x = stepper_.x();
     const double* w = x.data() + stepper_.dynamics().integral_offset();
     EnergyLedger l;
     l.initial = initial_;
     l.kinetic = system_.kinetic(x.data() + system_.n());
     l.potential = system_.potential(x.data());
-    l.elastic = elastic_;
+    l.elastic = elastic();
     l.drive = w[PenaltyDynamics::drive];
     l.load = w[PenaltyDynamics::load];
     l.damping = w[PenaltyDynamics::damping];
@@ -141,8 +135,9 @@ class Penalty final : public Formulation {
   template <class M>
   void remember(M& m) {
     m.part("penalty");
-    m(stepper_, log_, initial_, elastic_);
+    m(stepper_, log_, initial_);
   }
+  double elastic() { return stepper_.dynamics().elastic_energy(stepper_.x(), stepper_.t()); }
   /// Where a law was asked for something outside what it can do.
   void law_notes(std::vector<std::string>& notes) const {
     const auto& law = facts_of(scene_.penalty.contact);
@@ -170,7 +165,7 @@ class Penalty final : public Formulation {
   const System& system_;
   PenaltyStepper<Method> stepper_;
   ContactLog log_;
-  double initial_ = 0, elastic_ = 0;
+  double initial_ = 0;
 };
 
 /// Scales of the integrated vector; impulses and work integrals have none and are carried along.

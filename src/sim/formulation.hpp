@@ -30,7 +30,8 @@ class Formulation {
   /// The stepping loop, from the present state to t_end.
   virtual Ending run(double t_end, Watch& watch) = 0;
   virtual State state() const = 0;
-  virtual EnergyLedger ledger() const = 0;
+  /// At the present state, also during a run.
+  virtual EnergyLedger ledger() = 0;
   virtual const Work& work() const = 0;
   virtual const Extremes& extremes() const = 0;
   virtual const ContactLog& log() const = 0;

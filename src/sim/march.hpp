@@ -12,7 +12,7 @@ namespace freeplay {
 
 /// A stepper's last step as observers see it. A Stepper has t_old(), t(), v_old(), v(), z() and
 /// interpolate(t, q, v) within its last step, multipliers(), and of forces forces(t, out), add_impulse(a, b, sum),
-/// before() and within() as in Step; its owner ledger_now().
+/// before() and within() as in Step; its owner ledger().
 template <class Owner, class Stepper>
 class StepOf final : public Step {
  public:
@@ -40,7 +40,7 @@ class StepOf final : public Step {
       out[k] = {eccentricity.x(), eccentricity.y(), system_.gap(k, q.data(), e_)};
     }
   }
-  EnergyLedger ledger() const override { return owner_.ledger_now(); }
+  EnergyLedger ledger() const override { return owner_.ledger(); }
   /// Only of a step with very many rows: what else is left of one is soon recorded, and is then not lost.
   bool stopped() const override { return cut_ = cut_ || (++asked_ > 10000 && watch_.stop()); }
   bool cut() const override { return cut_; }
