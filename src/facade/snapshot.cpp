@@ -14,14 +14,7 @@ constexpr int format_version = 1;
 
 template <class M, class S>
 void fields(M& m, S& s) {
-  m(s.t, s.program, s.formulation, s.scene);
-  std::uint64_t size = s.memory.size();
-  m(size);
-  if constexpr (M::reading) {
-    if (size > m.left()) throw MemoryError("the snapshot is cut short");
-    s.memory.resize(size);
-  }
-  m.raw(s.memory.data(), size);
+  m(s.t, s.program, s.formulation, s.scene, s.memory);
 }
 
 }  // namespace

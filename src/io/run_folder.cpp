@@ -82,16 +82,7 @@ struct Checkpoint {
   template <class M>
   void remember(M& m) {
     m(file, text, formulation, overrides, matched, snapshot.t, snapshot.program, snapshot.formulation,
-      snapshot.scene);
-    for (auto* bytes : {&snapshot.memory, &recorders}) {
-      std::uint64_t size = bytes->size();
-      m(size);
-      if constexpr (M::reading) {
-        if (size > m.left()) throw MemoryError("the checkpoint is cut short");
-        bytes->resize(size);
-      }
-      m.raw(bytes->data(), size);
-    }
+      snapshot.scene, snapshot.memory, recorders);
   }
 };
 

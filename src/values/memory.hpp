@@ -97,7 +97,12 @@ struct IsOptional<std::optional<T>> : std::true_type {};
 /// Scalars byte by byte, containers by their length and elements, classes by their remember().
 template <class M, class T>
 void through(M& m, T& value) {
-  if constexpr (std::is_arithmetic_v<T> || std::is_enum_v<T>) {
+  if constexpr (std::is_same_v<T, bool>) {
+    unsigned char byte = value;
+    m(byte);
+    if (byte > 1) throw MemoryError("the snapshot is damaged: a yes or no is neither");
+    value = byte;
+  } else if constexpr (std::is_arithmetic_v<T> || std::is_enum_v<T>) {
     m.raw(&value, sizeof value);
   } else if constexpr (std::is_same_v<T, std::string>) {
     std::uint64_t size = value.size();
@@ -116,8 +121,9 @@ void through(M& m, T& value) {
       if (size > m.left()) throw MemoryError("the snapshot is cut short");  // every element has a byte
       value.resize(size);
     }
-    if constexpr (std::is_arithmetic_v<typename T::value_type> &&
-                  !std::is_same_v<typename T::value_type, bool>)
+    if constexpr ((std::is_arithmetic_v<typename T::value_type> &&
+                   !std::is_same_v<typename T::value_type, bool>) ||
+                  std::is_same_v<typename T::value_type, std::byte>)
       m.raw(value.data(), size * sizeof(typename T::value_type));
     else
       for (auto& x : value) m(x);
