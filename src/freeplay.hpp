@@ -61,7 +61,8 @@ class Simulation {
   double t() const;  ///< s
   State state() const;
   EnergyLedger ledger() const;
-  /// Complete: restore(snapshot()) goes on as if nothing had been, bit for bit. Also from within an observer.
+  /// Complete: restore(snapshot()) goes on as if nothing had been, bit for bit. Also from within an observer's
+  /// begin, step and end; event and sample are called while their step is still being shown.
   Snapshot snapshot() const;
   /// Throws SnapshotError when it is of another scene, formulation or program, and leaves the simulation as it was.
   void restore(const Snapshot& snapshot);

@@ -252,7 +252,7 @@ void Simulation::restore(const Snapshot& s) {
   const auto before = snapshot();
   try {
     it_->load(s.memory);
-  } catch (const MemoryError& e) {
+  } catch (const std::exception& e) {  // MemoryError, or what another start or an absurd size runs into
     it_->load(before.memory);
     throw SnapshotError(e.what());
   }
