@@ -143,7 +143,7 @@ SaddleBlock::SaddleBlock(std::span<const double> mass, const CsrPattern& G, Solv
     klu_ = std::make_unique<Klu>(G_, mass_);
     return;
   }
-  S_.resize(G.rows, G.rows);
+  S_.setZero(G.rows, G.rows);
   for (int k = 0; k < G.rows; ++k)
     for (int l = 0; l <= k; ++l)
       for (int e1 = G.begin[k]; e1 < G.begin[k + 1]; ++e1)
