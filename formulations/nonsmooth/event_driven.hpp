@@ -35,7 +35,7 @@ class EventDriven {
   template <class M>
   void remember(M& m) {
     m.part("event-driven");
-    m(dynamics_, method_, mark_, kicked_, pending_, last_, recent_, recent_since_);
+    m(dynamics_, method_, mark_, pending_, last_, recent_, recent_since_);
     // Forces come from factors with pivots of their own.
     bool probed = probe_ != nullptr;
     m(probed);

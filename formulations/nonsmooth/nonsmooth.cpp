@@ -20,17 +20,15 @@ constexpr double fewest_steps = 30;
 template <class Stepper>
 class Nonsmooth final : public Formulation {
  public:
-  Nonsmooth(const Scene& scene, const System& system, const State& state, std::vector<double> restitution,
-            Stepper stepper)
-      : scene_(scene), system_(system), restitution_(std::move(restitution)), stepper_(std::move(stepper)) {
-    start(state);
-  }
-  const char* name() const override { return "nonsmooth"; }
-  void start(const State& state) override {
-    log_ = ContactLog(system_.contacts());
+  Nonsmooth(const System& system, const State& state, std::vector<double> restitution, Stepper stepper)
+      : system_(system),
+        restitution_(std::move(restitution)),
+        stepper_(std::move(stepper)),
+        log_(system.contacts()) {
     stepper_.start(state, log_);
     initial_ = system_.kinetic(state.v.data()) + system_.potential(state.q.data());
   }
+  const char* name() const override { return "nonsmooth"; }
   Ending run(double t_end, Watch& watch) override {
     auto ending = march(*this, system_, stepper_, t_end, log_, watch);
     watch.drain(log_);
@@ -95,7 +93,6 @@ class Nonsmooth final : public Formulation {
     m.part("nonsmooth");
     m(stepper_, log_, initial_);
   }
-  const Scene& scene_;
   const System& system_;
   std::vector<double> restitution_;
   Stepper stepper_;
@@ -130,7 +127,7 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
   }
   const RowFacts facts{!redundant_rows(system, state.q).empty(), scene.run.eliminate};
   const auto with = [&](auto stepper) -> std::unique_ptr<Formulation> {
-    return std::make_unique<Nonsmooth<decltype(stepper)>>(scene, system, state, e, std::move(stepper));
+    return std::make_unique<Nonsmooth<decltype(stepper)>>(system, state, e, std::move(stepper));
   };
   if (scene.nonsmooth.impact_law != ImpactLaw::newton)
     for (const auto& s : scene.mechanism.surfaces)

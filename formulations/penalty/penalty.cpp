@@ -50,15 +50,12 @@ class Penalty final : public Formulation {
         system_(system),
         stepper_(PenaltyDynamics(system, scene.penalty, make_contacts(scene, system),
                                  {!redundant_rows(system, state.q).empty(), scene.run.eliminate}),
-                 std::move(method), v0_floor) {
-    start(state);
-  }
-  const char* name() const override { return "penalty"; }
-  void start(const State& state) override {
-    log_ = ContactLog(system_.contacts());
+                 std::move(method), v0_floor),
+        log_(system.contacts()) {
     stepper_.start(state, log_);
     initial_ = system_.kinetic(state.v.data()) + system_.potential(state.q.data()) + elastic();
   }
+  const char* name() const override { return "penalty"; }
   Ending run(double t_end, Watch& watch) override {
     auto ending = march(*this, system_, stepper_, t_end, log_, watch);
     watch.drain(log_);

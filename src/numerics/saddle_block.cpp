@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 namespace freeplay {
 namespace {
@@ -135,7 +134,6 @@ SaddleBlock::SaddleBlock(std::span<const double> mass, const CsrPattern& G, Solv
       mass_(mass.begin(), mass.end()),
       dense_(path == SolvePath::dense || (path == SolvePath::automatic && G.rows <= dense_rows)),
       redundant_(redundant),
-      rhs_(G.rows),
       previous_(G.rows) {
   for (double m : mass_) inverse_mass_.push_back(1 / m);
   values_.resize(G.column.size());

@@ -49,7 +49,6 @@ class SaddleBlock {
   /// How near the rows have come to depending on each other: the least pivot of S over its diagonal since the
   /// start, over that of the first factorisation. 1 on the sparse path.
   double nearest_singular() const { return first_pivot_ > 0 ? least_pivot_ / first_pivot_ : 1; }
-  std::span<const double> inverse_mass() const { return inverse_mass_; }
   /// All that later calls depend on, the pivots among it (values/memory.hpp); a block of the same making that
   /// reads it goes on bit for bit.
   template <class M>
@@ -71,7 +70,7 @@ class SaddleBlock {
   double first_pivot_ = 0, least_pivot_ = 1;
   std::vector<Product> products_;
   Eigen::MatrixXd S_;
-  Eigen::VectorXd rhs_, previous_;
+  Eigen::VectorXd previous_;
   std::unique_ptr<Klu> klu_;
 };
 

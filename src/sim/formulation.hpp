@@ -26,7 +26,6 @@ class Formulation {
  public:
   virtual ~Formulation() = default;
   virtual const char* name() const = 0;
-  virtual void start(const State& state) = 0;
   /// The stepping loop, from the present state to t_end.
   virtual Ending run(double t_end, Watch& watch) = 0;
   virtual State state() const = 0;

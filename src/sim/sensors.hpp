@@ -17,7 +17,6 @@ class Sensors {
   using Sink = std::function<void(std::size_t channel, double t, double value)>;
 
   Sensors(const std::vector<Instrument>& instruments, const Layout& layout, std::size_t coordinates);
-  bool empty() const { return channels_.empty(); }
   /// Whether any measures a force.
   bool wants_forces() const { return any_force_; }
   /// Before the first step of a run that wants samples. One that goes on where the last one ended continues
