@@ -12,6 +12,7 @@
 // lands flat on two corners would else be given a cascade of single impacts by whichever error came first.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>

@@ -1,6 +1,7 @@
 #include "model/redundancy.hpp"
 
 #include <Eigen/Dense>
+#include <cmath>
 
 #include "model/assembly.hpp"
 

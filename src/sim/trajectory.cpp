@@ -1,5 +1,6 @@
 #include "sim/trajectory.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace freeplay {
