@@ -3,6 +3,8 @@
 //
 //     positions ℓ,    angles ℓ/L,    velocities V + |v|,    angular velocities V/L + |ω|.
 //
+// First-order states of elements have scales of their own (System::state_scale).
+//
 // The floor of a contact's v₀ is 10⁻³ V unless the scene gives one: a contact that begins at rest has no
 // approach speed to scale its damping with.
 #pragma once

@@ -4,9 +4,10 @@
 //     M (v⁺ − v) + GᵀΛ = h f + W P
 //     G v⁺ + Φ_t = (h/2) γ                       (the rate of Φ at the end of the step)
 //     u⁻ = Wᵀv + (h/2) γ_c,   u⁺ = Wᵀv⁺ − (h/2) γ_c   (rates of the gaps at the step's ends)
-//     0 ≤ u_N⁺ + e u_N⁻ ⊥ P_N ≥ 0,   −P_T ∈ μ P_N Sgn(u_T⁺)   for contacts that the motion without P would
-//     close q⁺ = q_m + (h/2) v⁺
+//     0 ≤ u_N⁺ + e u_N⁻ ⊥ P_N ≥ 0,   −P_T ∈ μ P_N Sgn(u_T⁺)
+//     q⁺ = q_m + (h/2) v⁺
 //
+// where the law takes in the contacts that the motion would close without them.
 // First-order states of elements take the same midpoint, z⁺ = z + h ż(t + h/2, q_m, (z + z⁺)/2).
 // Then positions are brought back: the least mass-weighted movement onto Φ = 0 and g ≥ 0, velocities
 // untouched.

@@ -3,9 +3,10 @@
 //
 //     M v̇ + Gᵀλ = f + Σ W_N F_N + W_T F_T,       G v̇ = γ − 2α(Gv + Φ_t) − β²Φ.
 //
-// The integrated vector is x = [q, v, (P_N, P_T) of each contact, bristles (LuGre), work integrals]. A
-// contact is either open or closed for the whole of a step: an open one exerts no force however the trial
-// state lies, so each mode's right-hand side is smooth and an event is a root of a smooth function.
+// The integrated vector is x = [q, v, (P_N, P_T) of each contact, bristles (LuGre), first-order states of
+// elements, work integrals]. A contact is either open or closed for the whole of a step: an open one exerts
+// no force however the trial state lies, so each mode's right-hand side is smooth and an event is a root of
+// a smooth function.
 #pragma once
 
 #include <memory>

@@ -11,7 +11,7 @@ namespace freeplay {
 /// Multiples of a step in time, each once.
 class Grid {
  public:
-  /// Begins at t, whose own row, if it is one, is `taken`; step ≤ 0: no rows.
+  /// Begins behind t: a row at t itself is the caller's; step (s) ≤ 0: no rows.
   void begin(double t, double step);
   double next() const { return next_; }
   void advance() { next_ = static_cast<double>(++index_) * step_; }
