@@ -26,7 +26,7 @@ void refuse_not_finite(Result& s) {
     if (s.ending.status == Ending::Status::finished)
       s.ending = {Ending::Status::failed, fmt::format("{} at t = {:.9g} s", what, s.t_end)};
   };
-  for (const auto* list : {&s.final_state.q, &s.final_state.v})
+  for (const auto* list : {&s.final_state.q, &s.final_state.v, &s.final_state.z})
     for (double x : *list)
       if (!std::isfinite(x)) fail("the state is not finite");
   if (!std::isfinite(s.ledger.scale()) || !std::isfinite(s.ledger.closure()))
