@@ -49,9 +49,8 @@ struct PenaltyContact {
   std::optional<FrictionForce> friction;
   std::optional<Film> film;
   bool closed = false;
-  int zone = 0;        ///< of the friction law, while closed
-  double deepest = 0;  ///< m, so far
-  double v0 = 1;       ///< m/s, δ̇ at first touch of the present contact
+  int zone = 0;   ///< of the friction law, while closed
+  double v0 = 1;  ///< m/s, δ̇ at first touch of the present contact
 };
 
 class PenaltyDynamics {
@@ -114,7 +113,7 @@ class PenaltyDynamics {
   template <class M>
   void remember(M& m) {
     m.part("penalty dynamics");
-    for (auto& c : contacts_) m(c.closed, c.zone, c.deepest, c.v0);
+    for (auto& c : contacts_) m(c.closed, c.zone, c.v0);
     m(saddle_, singular_, work);
   }
 
