@@ -30,8 +30,8 @@ namespace freeplay {
 struct SimulationOptions {
   /// An impact law takes the restitution that the scene's penalty law delivers (nonsmooth only).
   bool matched = false;
-  /// Where to start from in place of what the scene's run.start asks for; must satisfy the constraints. Without z,
-  /// first-order states begin at 0.
+  /// Where to start from in place of what the scene's run.start asks for; must satisfy the constraints.
+  /// Without z, first-order states begin at 0.
   std::optional<State> start = {};
 };
 
@@ -61,8 +61,8 @@ class Simulation {
   double t() const;  ///< s
   State state() const;
   EnergyLedger ledger() const;
-  /// Complete: restore(snapshot()) goes on as if nothing had been, bit for bit. Also from within an observer's
-  /// begin, step and end; event and sample are called while their step is still being shown.
+  /// Complete: restore(snapshot()) goes on as if nothing had been, bit for bit. Also from within an
+  /// observer's begin, step and end; event and sample are called while their step is still being shown.
   Snapshot snapshot() const;
   /// Throws SnapshotError when it is of another scene, formulation or program, and leaves the simulation as it was.
   void restore(const Snapshot& snapshot);

@@ -7,7 +7,8 @@
 // Which mode follows an event is a complementarity problem in accelerations (Glocker, Set-Valued Force Laws,
 // 2001):
 //     0 ≤ g̈ ⊥ λ_N ≥ 0,   −λ_T ∈ μ λ_N Sgn(u̇_T) where u_T = 0,   λ_T = −s μ λ_N where it is not.
-// The integrated vector is [q, v, (P_N, P_T) of each contact, first-order states of elements, work integrals].
+// The integrated vector is [q, v, (P_N, P_T) of each contact, first-order states of elements, work
+// integrals].
 #pragma once
 
 #include <memory>

@@ -130,7 +130,7 @@ class PenaltyDynamics {
   Evaluation probe_;
   ContactRow row_;  // the last one asked for by contact_row()
   std::vector<double> lambda_, r_, scratch_;
-  std::vector<double> impulse_;  // of the rows, in project() and effective_mass(): lambda_ stays the reactions
+  std::vector<double> impulse_;  // of the rows, in project() and effective_mass(); lambda_: reactions
   struct Tangent {  // of jacobian()
     PenaltyTerms<Gradient> terms;
     std::vector<Gradient> state, reaction;

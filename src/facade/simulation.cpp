@@ -75,13 +75,15 @@ State start_of(const Scene& scene, const SimulationOptions& options) {
   if (options.start->q.size() != n || options.start->v.size() != n)
     throw ModelError("start", fmt::format("must have {} coordinates and as many rates, has {} and {}", n,
                                           options.start->q.size(), options.start->v.size()));
-  const auto states = static_cast<std::size_t>(std::ranges::count_if(scene.mechanism.drives, [](const Drive& d) {
-    const auto* torque = std::get_if<TorqueDrive>(&d);
-    return torque && torque->lag;
-  }));
+  const auto states =
+      static_cast<std::size_t>(std::ranges::count_if(scene.mechanism.drives, [](const Drive& d) {
+        const auto* torque = std::get_if<TorqueDrive>(&d);
+        return torque && torque->lag;
+      }));
   if (!options.start->z.empty() && options.start->z.size() != states)
-    throw ModelError("start", fmt::format("must have {} first-order states, or none for their beginning at 0, has {}",
-                                          states, options.start->z.size()));
+    throw ModelError("start",
+                     fmt::format("must have {} first-order states, or none for their beginning at 0, has {}",
+                                 states, options.start->z.size()));
   return *options.start;
 }
 

@@ -11,8 +11,8 @@
 namespace freeplay {
 
 /// A stepper's last step as observers see it. A Stepper has t_old(), t(), v_old(), v(), z() and
-/// interpolate(t, q, v) within its last step, multipliers(), and of forces forces(t, out), add_impulse(a, b, sum),
-/// before() and within() as in Step; its owner ledger().
+/// interpolate(t, q, v) within its last step, multipliers(), and of forces forces(t, out), add_impulse(a, b,
+/// sum), before() and within() as in Step; its owner ledger().
 template <class Owner, class Stepper>
 class StepOf final : public Step {
  public:

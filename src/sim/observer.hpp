@@ -22,8 +22,8 @@ struct ContactPlace {
   double gap = 0;         ///< m
 };
 
-/// What a run's numbers belong to; constant during a run. Simulation::restore may bring another start, the first run
-/// with forces finds which are determined.
+/// What a run's numbers belong to; constant during a run. Simulation::restore may bring another start, the
+/// first run with forces finds which are determined.
 struct Layout {
   std::vector<std::string> bodies;
   std::vector<std::string> contacts;  ///< of ContactEvent::contact
@@ -58,8 +58,8 @@ class Step {
 
   /// @name Forces, for observers that want them; std::logic_error where none does
   ///@{
-  /// Those at a time within the step, one of Layout::forces each; `out` is given its shape. Of a time step those of
-  /// the whole step, impacts left out.
+  /// Those at a time within the step, one of Layout::forces each; `out` is given its shape. Of a time step
+  /// those of the whole step, impacts left out.
   virtual void forces(double t, Forces& out) const = 0;
   /// Adds the impulses of these from a to b, t0 ≤ a ≤ b ≤ t1.
   virtual void add_impulse(double a, double b, Forces& sum) const = 0;
