@@ -88,6 +88,7 @@ class MoreauStepper {
     }
   };
 
+  bool advance_states(double h);
   bool solve_velocities(double h, const double* v_force);
   bool solve_contacts();
   bool activate(double h);
