@@ -22,20 +22,17 @@ std::vector<std::string> split(const std::string& line) {
   return fields;
 }
 
-/// For gnuplot's single quotes.
+std::string quoted(const std::filesystem::path& path) {
+  return "'" + escaped(path.string()) + "'";
+}
+
+}  // namespace
+
 std::string escaped(const std::string& text) {
   std::string out;
   for (char c : text) out += c == '\'' ? std::string("''") : std::string(1, c);
   return out;
 }
-
-std::string quoted(const std::filesystem::path& path) {
-  std::string text;
-  for (char c : path.string()) text += c == '\'' ? std::string("''") : std::string(1, c);
-  return "'" + text + "'";
-}
-
-}  // namespace
 
 Csv::Csv(const std::filesystem::path& file) : file_(file.string()) {
   std::ifstream in(file);

@@ -44,6 +44,9 @@ std::string origin(const std::filesystem::path& folder, const std::string& scene
 /// lines.
 std::string style();
 
+/// A text within gnuplot's single quotes.
+std::string escaped(const std::string& text);
+
 /// Writes and draws the figure into folder/figures; returns the PDF's path. Throws OutputError when gnuplot
 /// fails.
 std::filesystem::path draw(const Figure& figure, const std::filesystem::path& folder);

@@ -1,0 +1,142 @@
+// Ranges that impacts do not flatten, and the figure of panels one above the other.
+#include "plots/force_panels.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+
+#include "plots/figure.hpp"
+
+namespace freeplay::plots {
+namespace {
+
+constexpr double share = 0.99;  ///< quantile of a range's upper end; of its lower one, 1 less it
+
+/// Which runs have how many points outside.
+std::string note(const ForceRange& range, const std::vector<ForceRun>& runs) {
+  std::string list;
+  for (std::size_t r = 0; r < range.outside.size(); ++r)
+    if (range.outside[r] > 0)
+      list += fmt::format("{}{} {} of {}", list.empty() ? "" : ", ", runs[r].title, range.outside[r],
+                          runs[r].x.size());
+  return list.empty() ? "" : "outside the range (99 % quantile): " + list;
+}
+
+/// A run's block of the data file: x and the panels' quantities, a gap where the angle begins anew.
+std::string block(const ForceTable& table, std::size_t r, const std::vector<ForcePanel>& panels) {
+  const auto& run = table.runs()[r];
+  std::string text = fmt::format("# {}: {}", run.title, table.turns() ? "angle (degrees)" : "t (s)");
+  for (const auto& p : panels) text += ", " + (p.name.empty() ? "" : p.name + " ") + p.quantity;
+  text += "\n";
+  for (std::size_t i = 0; i < run.x.size(); ++i) {
+    if (table.turns() && i > 0 && run.x[i] < run.x[i - 1]) text += "\n";
+    text += fmt::format("{:.6g}", run.x[i]);
+    for (const auto& p : panels)
+      text +=
+          fmt::format(" {:.6g}", p.runs[r].empty() ? std::numeric_limits<double>::quiet_NaN() : p.runs[r][i]);
+    text += "\n";
+  }
+  return text;
+}
+
+/// Commands for the range of angle or time.
+std::string across(const ForceTable& table) {
+  if (table.turns()) return "set xrange [0:360]\nset xtics 45\n";
+  double end = 0;
+  for (const auto& run : table.runs()) end = std::max(end, run.t.back());
+  return fmt::format("set xrange [0:{:.6g}]\n", end);
+}
+
+}  // namespace
+
+ForceRange range_of(const std::vector<Values>& runs) {
+  ForceRange range;
+  double low = INFINITY, high = -INFINITY, least = INFINITY, most = -INFINITY;
+  for (const auto& values : runs) {
+    Values v;
+    std::ranges::copy_if(values, std::back_inserter(v), [](double x) { return std::isfinite(x); });
+    if (v.empty()) continue;
+    std::ranges::sort(v);
+    const auto tail = static_cast<std::size_t>((1 - share) * static_cast<double>(v.size()));
+    low = std::min(low, v[tail]);
+    high = std::max(high, v[v.size() - 1 - tail]);
+    least = std::min(least, v.front());
+    most = std::max(most, v.back());
+  }
+  if (!(least <= most)) return {0, 1, {}};
+  if (most - least <= 3 * (high - low) || high == low) low = least, high = most;
+  const double margin = 0.06 * (high - low);
+  range.low = low - margin;
+  range.high = high + margin;
+  for (const auto& values : runs)
+    range.outside.push_back(static_cast<std::size_t>(
+        std::ranges::count_if(values, [&](double x) { return x < range.low || x > range.high; })));
+  return range;
+}
+
+void widen(ForceRange& range, double least) {
+  const double lack = least - (range.high - range.low);
+  if (!(lack > 0)) return;
+  range.low -= 0.5 * lack;
+  range.high += 0.5 * lack;
+}
+
+double greatest(const std::vector<Values>& runs) {
+  double g = 0;
+  for (const auto& values : runs)
+    for (double x : values)
+      if (std::isfinite(x)) g = std::max(g, std::abs(x));
+  return g;
+}
+
+std::filesystem::path stack(const ForceTable& table, const std::filesystem::path& folder,
+                            const std::string& name, const std::string& heading,
+                            std::vector<ForcePanel> panels, double least) {
+  std::erase_if(panels, [](const ForcePanel& p) {
+    return std::ranges::all_of(p.runs, [](const Values& v) { return v.empty(); });
+  });
+  if (panels.empty()) return {};
+  const auto& runs = table.runs();
+  Figure f;
+  f.name = name;
+  const double each = panels.size() == 1 ? 6.5 : panels.size() < 5 ? 3.1 : 2.6;
+  const double gap = 0.55, top = 1.1, bottom = 1.35;
+  const double count = static_cast<double>(panels.size());
+  f.height_cm = top + bottom + count * each + (count - 1) * gap;
+  for (std::size_t r = 0; r < runs.size(); ++r) f.blocks.push_back(block(table, r, panels));
+  f.script = fmt::format(
+      "set multiplot layout {},1 margins 0.1,0.975,{:.4f},{:.4f} spacing 0,{:.4f}\n"
+      "set key at screen 0.975,{:.4f} right top horizontal\n"
+      "set label 1 '{}' at screen 0.1,{:.4f} noenhanced\nset format x ''\n{}",
+      panels.size(), bottom / f.height_cm, 1 - top / f.height_cm, gap / f.height_cm, 1 - 0.15 / f.height_cm,
+      escaped(heading), 1 - 0.32 / f.height_cm, across(table));
+  for (std::size_t k = 0; k < panels.size(); ++k) {
+    const auto& p = panels[k];
+    auto range = range_of(p.runs);
+    widen(range, least);
+    if (p.from_zero) range.low = 0;
+    if (k + 1 == panels.size())
+      f.script += fmt::format("set format x\nset xlabel '{}' offset 0,0.3\n", table.abscissa());
+    f.script += fmt::format(
+        "set ylabel '{}'\nset yrange [{:.5g}:{:.5g}]\n"
+        "set label 2 '{}' at graph 0, graph 1 offset 0,0.5 font ',7' noenhanced\n"
+        "set label 3 '{}' at graph 1, graph 1 offset 0,0.5 right font ',6.5' tc rgb '#555555'\n",
+        p.quantity, range.low, range.high, escaped(p.name), note(range, runs));
+    std::string plot;
+    for (int style : {1, 2, 3})
+      for (std::size_t r = 0; r < runs.size(); ++r)
+        if (runs[r].style == style && !p.runs[r].empty())
+          plot += fmt::format("{}'DATA' index {} using 1:{} with lines ls {}{} title '{}'",
+                              plot.empty() ? "plot " : ", ", r, k + 2, style,
+                              style == 3 ? " lw 1.4" : " lw 1.1", runs[r].title);
+    f.script += plot + "\n";
+    if (k == 0) f.script += "unset key\nunset label 1\nunset label 100\n";
+  }
+  f.script += "unset multiplot\n";
+  return draw(f, folder);
+}
+
+}  // namespace freeplay::plots

@@ -1,0 +1,56 @@
+// The forces of a result folder: its runs side by side, and what their columns mean by the scene, as far as
+// this program can read it.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/scene.hpp"
+#include "plots/force_run.hpp"
+
+namespace freeplay::plots {
+
+/// Corners of a loose guide, as the columns of its forces end.
+inline constexpr const char* guide_corners[] = {"rear_lower", "rear_upper", "front_lower", "front_upper"};
+
+class ForceTable {
+ public:
+  /// Of a compared scene both formulations and the ideal mechanism, else the folder's own run; those that
+  /// have a forces.csv. Throws OutputError when such a file cannot be read.
+  explicit ForceTable(const std::filesystem::path& folder);
+
+  const std::vector<ForceRun>& runs() const { return runs_; }
+  /// Whether ForceRun::x is the crank's angle.
+  bool turns() const { return drive_.has_value(); }
+
+  /// Names of joints and contacts; of too many the loose joints first.
+  std::vector<std::string> joints() const;
+  /// Names of the drives with a torque.
+  std::vector<std::string> drives() const;
+  bool revolute(const std::string& joint) const;
+  /// What a figure of its force is headed with: on which body the force is.
+  std::string heading(const std::string& joint) const;
+
+  bool any(const std::string& column) const;
+  /// A column of every run (N, N m); of a loose guide the sum over its corners. Empty where a run has none.
+  std::vector<Values> columns(const std::string& name, const char* suffix) const;
+  /// |F| of every run (N).
+  std::vector<Values> magnitudes(const std::string& name) const;
+
+  std::string abscissa() const;  ///< what is drawn over, with its unit
+  std::string extent() const;    ///< which part of the run is drawn, and what the means are over
+
+ private:
+  void add(const std::filesystem::path& folder, const char* title, int style);
+  const Joint* joint(const std::string& name) const;
+  bool loose(const std::string& name) const;
+
+  std::vector<ForceRun> runs_;
+  std::optional<Scene> scene_;
+  std::optional<SpeedDrive> drive_;  // that turns the crank
+  double interval_ = 0;              // s, greatest of the runs
+};
+
+}  // namespace freeplay::plots
