@@ -96,7 +96,7 @@ std::string table(const Verdict& verdict);                     ///< for a termin
 nlohmann::json to_json(const std::vector<Verdict>& verdicts);  ///< verification.json
 std::string document(const std::vector<Verdict>& verdicts);    ///< docs/verification.md
 
-// The sets, one file each.
+// The sets, one file each; that of forces has its parts in force_*.cpp.
 Findings closed_forms();
 Findings restitution();
 Findings mechanisms();

@@ -1,0 +1,75 @@
+// What the parts of the claim set "forces" share: its scenes, ways to run them, and reasons of bounds.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "freeplay.hpp"
+#include "verification/claims/claim.hpp"
+#include "verification/claims/force_balance.hpp"
+#include "verification/references/slider_crank_forces.hpp"
+#include "verification/support.hpp"
+
+namespace freeplay::verification::force_claims {
+
+using Point = reference::Planar<double>;
+
+// The parts, in the order of the set; `start` is a consistent state of everything().
+void balance(Findings& f, const State& start);     ///< Newton and Euler by each integrator and scheme
+void tolerances(Findings& f, const State& start);  ///< how the means' error goes with the tolerance
+void csv(Findings& f, const State& start);         ///< Newton and Euler from the columns of forces.csv alone
+void slider_cranks(Findings& f);
+void bearings(Findings& f);  ///< a rotor under a torque with a body welded on, a slider on a guide
+void load_cell(Findings& f);
+void torque_sensor(Findings& f);
+void watching(Findings& f, const State& start);   ///< that it changes nothing
+void redundant(Findings& f, const State& start);  ///< reactions that are not determined, and their sums
+
+/// A scene with one of each element: verification/scenes/forces.toml.
+Scene everything();
+/// It by the nonsmooth formulation: no film, steps of 1e-5 s.
+Scene nonsmooth(Scheme scheme);
+
+/// It by the penalty formulation, with steps of 1e-6 s where they are fixed.
+struct Way {
+  const char* name;
+  Integrator integrator;
+  Stabilisation stabilisation;
+  FrictionLaw friction;
+  ContactLaw contact;
+  double duration = 0.012;  // s
+};
+Scene penalty(const Way& way);
+
+/// A slider-crank that turns once, from crank angle 0, at a tolerance of 1e-10. Elements: main, big_end,
+/// gudgeon, guide, motor, push.
+Scene slider_crank(const reference::LoadedSliderCrank<double>& s);
+/// The paper's ideal rig, without weight.
+reference::LoadedSliderCrank<double> rig();
+/// It with weight, an eccentric crank, an offset slider and a load on it.
+reference::LoadedSliderCrank<double> loaded();
+
+/// A run in memory. Throws when it does not finish.
+Result run(const Scene& scene, Family family, std::vector<Observer*> observers,
+           const std::optional<State>& start = {});
+
+/// A run by its files. Throws when it does not finish.
+struct Files {
+  Table trajectory, forces;
+  Result result;
+  Layout layout;
+};
+Files files(const Scene& scene, Family family, const std::optional<State>& start = {});
+
+/// Index of the force element of that name. Throws when there is none.
+std::size_t find(const Layout& layout, const std::string& name);
+
+// Reasons of bounds.
+inline constexpr const char* drift =
+    "points of an ideal joint lie its drift apart: 1e-11 m over arms of 1 cm";
+inline constexpr const char* hertz =
+    "Hertz's force begins with the power 3/2, on which three points err by 1e-4 of a step that carries 1e-3 "
+    "of the impact at most, and room of ten";
+
+}  // namespace freeplay::verification::force_claims
