@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "model/scene.hpp"
 #include "plots/figure.hpp"
 
 namespace freeplay::plots {
@@ -18,12 +21,27 @@ struct Trace {
   std::size_t points = 0;
 };
 
-/// The last whole turn of the first channel; without a drive the last tenth of the time.
+/// The first accelerometer of the scene that a run was made of; of an unreadable one the first channel.
+std::string accelerometer(const std::filesystem::path& run, const Csv& csv) {
+  std::string first = csv.rows() ? csv.text("channel").front() : "";
+  try {
+    std::ifstream in(run / "run.json");
+    const auto source = nlohmann::json::parse(in).at("provenance");
+    const auto scene = parse_scene(source.at("scene"), source.at("scene_file"), source.at("overrides"));
+    for (const auto& i : scene.instruments)
+      if (i.kind == Instrument::Kind::accelerometer) return i.name;
+    return "";
+  } catch (const std::exception&) {
+    return first;
+  }
+}
+
+/// The last whole turn of the accelerometer; without a drive the last tenth of the time.
 Trace last_turn(const std::filesystem::path& file) {
   const Csv csv(file);
-  Trace trace{csv.rows() ? csv.text("channel").front() : "",
-              "# angle (degrees) or t (s), acceleration (m/s^2)\n", 0};
-  if (csv.rows() == 0) return trace;
+  Trace trace{accelerometer(file.parent_path(), csv), "# angle (degrees) or t (s), acceleration (m/s^2)\n",
+              0};
+  if (csv.rows() == 0 || trace.channel.empty()) return trace;
   const auto t = csv.column("t"), angle = csv.column("crank_angle"), value = csv.column("value");
   const double turned = std::abs(angle.back());
   const double first = turn * std::max(0.0, std::floor(turned / turn * (1 + 1e-9)) - 1);

@@ -22,9 +22,7 @@ std::vector<std::string> split(const std::string& line) {
   return fields;
 }
 
-std::string quoted(const std::filesystem::path& path) {
-  return "'" + escaped(path.string()) + "'";
-}
+std::string quoted(const std::filesystem::path& path) { return "'" + escaped(path.string()) + "'"; }
 
 }  // namespace
 

@@ -63,6 +63,10 @@ ForceTable::ForceTable(const std::filesystem::path& folder) {
 void ForceTable::add(const std::filesystem::path& folder, const char* title, int style) {
   if (!std::filesystem::exists(folder / "forces.csv")) return;
   if (!scene_) scene_ = scene_of(folder);
+  if (const auto document = run_json(folder);
+      document.is_object() && document.contains("undetermined_reactions"))
+    for (const auto& name : document["undetermined_reactions"])
+      if (name.is_string()) undetermined_.insert(name.get<std::string>());
   auto run = read_force_run(folder / "forces.csv", title, style);
   if (run.t.size() > 2) runs_.push_back(std::move(run));
 }
@@ -125,10 +129,11 @@ bool ForceTable::loose(const std::string& name) const {
 
 std::string ForceTable::heading(const std::string& name) const {
   const auto* j = joint(name);
-  if (!j) return name + ": force on the second body";
+  const char* open = undetermined_.contains(name) ? " (of least norm: not determined by mechanics)" : "";
+  if (!j) return name + ": force on the second body" + open;
   const int body = bodies_of(*j)[1];
-  return fmt::format("{}: force on {}", name,
-                     body == ground ? "the ground" : scene_->mechanism.bodies[body].name);
+  return fmt::format("{}: force on {}{}", name,
+                     body == ground ? "the ground" : scene_->mechanism.bodies[body].name, open);
 }
 
 bool ForceTable::any(const std::string& column) const {

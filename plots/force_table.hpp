@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,7 @@ class ForceTable {
   std::optional<Scene> scene_;
   std::optional<SpeedDrive> drive_;  // that turns the crank
   double interval_ = 0;              // s, greatest of the runs
+  std::set<std::string> undetermined_;
 };
 
 }  // namespace freeplay::plots

@@ -40,7 +40,7 @@ struct RunRequest {
   std::optional<double> until = {};
   /// Who watches; in this order, each step after the instruments' samples that lie in it.
   std::vector<Observer*> observers = {};
-  bool keep_events = true;                ///< in Result::events
+  bool keep_events = true;              ///< in Result::events
   std::size_t most_events = 1'000'000;  ///< of them; Result::events_cut() tells when there were more
   StopToken stop = {};
 };

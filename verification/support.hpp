@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "formulations/make.hpp"
-#include "model/assembly.hpp"
 #include "io/run_folder.hpp"
 #include "io/run_json.hpp"
+#include "model/assembly.hpp"
 
 namespace freeplay::test {
 
@@ -34,7 +34,9 @@ class Listener final : public Observer {
   std::function<void(std::size_t, double, double)> on_sample;
   std::function<void(const Step&)> on_step;
   Wants want{};
-  Wants wants() const override { return {want.forces, want.samples || on_sample != nullptr, on_step != nullptr}; }
+  Wants wants() const override {
+    return {want.forces, want.samples || on_sample != nullptr, on_step != nullptr};
+  }
   void event(const Event& e) override {
     if (on_event) on_event(e);
   }

@@ -74,8 +74,8 @@ bool EventDriven::step(double t_end) {
   }
   if (pending_ && !change_mode()) return false;
   // No step crosses a kink of a table's torque, or misses a pulse.
-  t_end = std::min({t_end, dynamics_.system().next_knot(method_.t),
-                    method_.t + longest_step(dynamics_.system(), v())});
+  t_end = std::min(
+      {t_end, dynamics_.system().next_knot(method_.t), method_.t + longest_step(dynamics_.system(), v())});
   watch(method_.x, before_);
   if (!method_.step(dynamics_, t_end))
     return fail(
@@ -125,7 +125,8 @@ bool EventDriven::change_mode() {
   auto& d = dynamics_;
   auto& x = method_.x;
   auto* const book = watching_ ? &before_step_ : nullptr;
-  d.project(x, t, book);  // within a step closed contacts drift by its error: what holds must not seem to leave
+  d.project(x, t,
+            book);  // within a step closed contacts drift by its error: what holds must not seem to leave
   d.measure_speeds(x);
   // What holds at its bound is torn, and all that holds there with it: feet of one body give way together.
   if (last_.kind == Event::Kind::stick || last_.kind == Event::Kind::slide_stick) {

@@ -56,7 +56,8 @@ class EventDriven {
 
   const double* q() const { return method_.x.data(); }
   std::span<const double> z() const {
-    return {method_.x.data() + dynamics_.state_offset(), static_cast<std::size_t>(dynamics_.system().states())};
+    return {method_.x.data() + dynamics_.state_offset(),
+            static_cast<std::size_t>(dynamics_.system().states())};
   }
   std::span<const double> multipliers() const { return dynamics_.multipliers(); }
 

@@ -40,8 +40,8 @@ class MoreauStepper {
   void remember(M& m) {
     m.part("moreau-jean");
     for (auto& c : contacts_) m(c);
-    m(saddle_, slide_last_, q_, v_, q_old_, v_old_, v_trial_, z_, t_, t_old_, t_start_, index_, integrals_, extremes_,
-      work_, flights_);
+    m(saddle_, slide_last_, q_, v_, q_old_, v_old_, v_trial_, z_, t_, t_old_, t_start_, index_, integrals_,
+      extremes_, work_, flights_);
   }
 
   double t() const { return t_; }

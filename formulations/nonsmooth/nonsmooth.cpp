@@ -38,7 +38,9 @@ class Nonsmooth final : public Formulation {
   void load(MemoryReader& m) override { remember(m); }
   State state() const override {
     const double* q = stepper_.q();
-    return {stepper_.t(), {q, q + system_.n()}, {stepper_.v(), stepper_.v() + system_.n()},
+    return {stepper_.t(),
+            {q, q + system_.n()},
+            {stepper_.v(), stepper_.v() + system_.n()},
             {stepper_.z().begin(), stepper_.z().end()}};
   }
   EnergyLedger ledger() override {

@@ -77,10 +77,8 @@ ContactForce make_contact_force(const Scene& scene, const ContactFacts& contact)
   const auto key = [&](const char* name) { return fmt::format("surfaces.{}.{}", surface.name, name); };
   ContactForce law;
   if (o.contact == ContactLaw::kelvin_voigt) {
-    if (!o.kelvin_stiffness)
-      missing("penalty.kelvin_stiffness", "\"kelvin-voigt\" takes K (N/m) from it");
-    if (!o.kelvin_damping)
-      missing("penalty.kelvin_damping", "\"kelvin-voigt\" takes D (N s/m) from it");
+    if (!o.kelvin_stiffness) missing("penalty.kelvin_stiffness", "\"kelvin-voigt\" takes K (N/m) from it");
+    if (!o.kelvin_damping) missing("penalty.kelvin_damping", "\"kelvin-voigt\" takes D (N s/m) from it");
     law.elastic = {ElasticLaw::Kind::linear, *o.kelvin_stiffness, 1, contact.clearance, 0};
     law.viscous = *o.kelvin_damping;
     return law;
@@ -100,8 +98,7 @@ ContactForce make_contact_force(const Scene& scene, const ContactFacts& contact)
                                    "such as \"exact\"",
                                    facts_of(o.contact).name, contact.name));
     if (!contact.bearing_length)
-      missing(fmt::format("joints.{}.bearing_length", contact.name),
-              "a line contact's force grows with it");
+      missing(fmt::format("joints.{}.bearing_length", contact.name), "a line contact's force grows with it");
     const double length = *contact.bearing_length, line = pi * modulus * length;
     using Kind = ElasticLaw::Kind;
     switch (o.contact) {

@@ -71,9 +71,10 @@ double exact_damping_factor(double e) {
 double damping_factor(ContactLaw law, double e) {
   const auto over = [&](double numerator, double denominator) {
     if (denominator > 0) return numerator / denominator;
-    throw ModelError("penalty.contact",
-                     fmt::format("\"{}\" needs a restitution greater than 0: its damping factor is infinite at 0",
-                                 facts_of(law).name));
+    throw ModelError(
+        "penalty.contact",
+        fmt::format("\"{}\" needs a restitution greater than 0: its damping factor is infinite at 0",
+                    facts_of(law).name));
   };
   switch (law) {
     case ContactLaw::hertz:

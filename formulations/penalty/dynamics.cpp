@@ -170,8 +170,8 @@ void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfd
     Gradient time = t;
     if (inputs < first + chunk) time.slope[inputs - first] = 1;
     auto& terms = d.terms;
-    evaluate(d.state.data(), d.state.data() + n, d.state.data() + 2 * n, d.state.data() + 2 * n + bristles_, time,
-             terms);
+    evaluate(d.state.data(), d.state.data() + n, d.state.data() + 2 * n, d.state.data() + 2 * n + bristles_,
+             time, terms);
 
     // What the slopes leave of M a + Gᵀλ = F and G a = r.
     for (int i = 0; i < n; ++i) d.reaction[i] = 0;
@@ -225,7 +225,8 @@ void PenaltyDynamics::report(const Vector& x, double t, Vector& dxdt, Forces& ou
       if (const auto film = film_action(*c.film, v, row_))
         system_.report_film(k, q, e, row_, film->normal, film->tangential, film->torque, 1, out);
     if (c.closed)
-      system_.report_contact(k, q, e, row_, terms_.impulse_rate[2 * k], terms_.impulse_rate[2 * k + 1], 1, out);
+      system_.report_contact(k, q, e, row_, terms_.impulse_rate[2 * k], terms_.impulse_rate[2 * k + 1], 1,
+                             out);
   }
   for (int k = 0; k < system_.frictions(); ++k) {
     const auto& facts = system_.friction_facts(k);

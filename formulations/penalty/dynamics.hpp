@@ -131,7 +131,7 @@ class PenaltyDynamics {
   ContactRow row_;  // the last one asked for by contact_row()
   std::vector<double> lambda_, r_, scratch_;
   std::vector<double> impulse_;  // of the rows, in project() and effective_mass(); lambda_: reactions
-  struct Tangent {  // of jacobian()
+  struct Tangent {               // of jacobian()
     PenaltyTerms<Gradient> terms;
     std::vector<Gradient> state, reaction;
     std::vector<double> slope, force, r, a, lambda, acceleration;
@@ -140,7 +140,8 @@ class PenaltyDynamics {
   bool singular_ = false;
 
   template <class T>
-  void evaluate(const T* q, const T* v, const T* bristle, const T* z, const T& t, PenaltyTerms<T>& terms) const;
+  void evaluate(const T* q, const T* v, const T* bristle, const T* z, const T& t,
+                PenaltyTerms<T>& terms) const;
 };
 
 }  // namespace freeplay

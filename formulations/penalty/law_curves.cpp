@@ -42,8 +42,7 @@ std::string impact_loop(const ContactForce& law, const char* name, const ImpactS
 
 void write_law_curves(const Scene& scene, const ImpactSetting& setting, const std::filesystem::path& folder) {
   const System system(scene.mechanism);
-  if (system.contacts() == 0)
-    throw ModelError("", "has no joint with clearance, so no contact law");
+  if (system.contacts() == 0) throw ModelError("", "has no joint with clearance, so no contact law");
   const auto& facts = system.contact_facts(0);
 
   std::string loops = "law,delta,force\n", delivered = "law,requested,delivered\n",

@@ -36,9 +36,10 @@ std::vector<PenaltyContact> make_contacts(const Scene& scene, const System& syst
   }
   for (int k = 0; k < system.frictions(); ++k)
     if (!system.friction_facts(k).regularisation)
-      throw ModelError(fmt::format("loads.{}.regularisation", system.friction_facts(k).name),
-                       "is missing: the penalty formulation's friction needs a velocity (m/s) below which it is "
-                       "linear");
+      throw ModelError(
+          fmt::format("loads.{}.regularisation", system.friction_facts(k).name),
+          "is missing: the penalty formulation's friction needs a velocity (m/s) below which it is "
+          "linear");
   return contacts;
 }
 
@@ -66,7 +67,9 @@ class Penalty final : public Formulation {
   State state() const override {
     const auto& x = stepper_.x();
     const int n = system_.n();
-    return {stepper_.t(), {x.begin(), x.begin() + n}, {x.begin() + n, x.begin() + 2 * n},
+    return {stepper_.t(),
+            {x.begin(), x.begin() + n},
+            {x.begin() + n, x.begin() + 2 * n},
             {stepper_.z().begin(), stepper_.z().end()}};
   }
   EnergyLedger ledger() override {

@@ -61,10 +61,11 @@ int calibrate(const Request& request) {
       request.output.empty() ? default_folder(study.file, "") : std::filesystem::path(request.output);
   make_folder(folder);
   Progress progress;
-  const auto r = freeplay::calibrate(study, request.conduct(), folder, request.threads, [&](const SweepProgress& p) {
-    progress.show(fmt::format("{} of {} runs, {:.0f} s left", p.done, p.total, p.seconds_left),
-                  static_cast<double>(p.done) / static_cast<double>(p.total));
-  });
+  const auto r =
+      freeplay::calibrate(study, request.conduct(), folder, request.threads, [&](const SweepProgress& p) {
+        progress.show(fmt::format("{} of {} runs, {:.0f} s left", p.done, p.total, p.seconds_left),
+                      static_cast<double>(p.done) / static_cast<double>(p.total));
+      });
   progress.clear();
   if (r.sweep.interrupted) {
     fmt::print("interrupted; the same command carries on\n");

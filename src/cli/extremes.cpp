@@ -6,11 +6,11 @@
 
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
-#include "plots/figure.hpp"
-#include "io/output_file.hpp"
 #include "freeplay.hpp"
+#include "io/output_file.hpp"
 #include "io/run_folder.hpp"
 #include "io/run_json.hpp"
+#include "plots/figure.hpp"
 #include "verification/extremes/extremes.hpp"
 #include "verification/support.hpp"
 

@@ -59,7 +59,15 @@ int main(int argc, char** argv) {
   run->add_option("--resume", request.resume, "go on with the interrupted run in this folder");
   run->add_option("--checkpoint", request.checkpoint,
                   "seconds between checkpoints, from which --resume goes on; 0 for none")
-      ->check(CLI::NonNegativeNumber)
+      ->check(CLI::Validator(
+          [](std::string& text) {
+            char* end = nullptr;
+            const double x = std::strtod(text.c_str(), &end);
+            return end != text.c_str() && *end == 0 && x >= 0 && std::isfinite(x)
+                       ? std::string()
+                       : std::string("must be a number of seconds, 0 or more");
+          },
+          ""))
       ->capture_default_str();
   auto* compare = add("compare", "solve a scene in both formulations and compare them", cli::compare);
   compare->add_flag("--as-given", request.as_given,

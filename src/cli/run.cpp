@@ -8,8 +8,8 @@
 #include "cli/default_folder.hpp"
 #include "cli/progress.hpp"
 #include "cli/wrapped.hpp"
-#include "plots/figure.hpp"
 #include "freeplay.hpp"
+#include "plots/figure.hpp"
 #include "study/compare.hpp"
 #include "study/drift.hpp"
 #include "study/settings.hpp"
@@ -29,6 +29,15 @@ std::vector<std::string> with_accuracy(const Request& request, const std::vector
   }
   list.insert(list.end(), request.overrides.begin(), request.overrides.end());
   return list;
+}
+
+/// Which reactions mechanics leaves open.
+void say_undetermined(const Result& r) {
+  if (r.undetermined.empty()) return;
+  fmt::print(
+      "{}", wrapped(fmt::format("note: mechanics does not determine the reactions of {} (rows depend on each "
+                                "other): those in forces.csv are of least norm\n",
+                                fmt::join(r.undetermined, ", "))));
 }
 
 /// 0 for a finished run; else says on stderr why it ended.
@@ -54,7 +63,7 @@ int run(const Request& request) {
   Result summary;
   if (!request.resume.empty()) {
     if (!request.formulation.empty() || !request.overrides.empty() || !request.accuracy.empty() ||
-        !request.output.empty())
+        !request.output.empty() || request.forces)
       throw SceneError("--resume goes on as the run was begun: it takes no other option but --checkpoint");
     plan.folder = request.resume;
     plan.on_progress = [&](double done) { progress.show("resumed", done); };
@@ -84,10 +93,7 @@ int run(const Request& request) {
     fmt::print("energy balance closes to {:.2g} J of {:.3g} J\n", summary.ledger.closure(),
                summary.ledger.scale());
   for (const auto& note : summary.notes) fmt::print("{}", wrapped("note: " + note + "\n"));
-  if (!summary.undetermined.empty())
-    fmt::print("{}", wrapped(fmt::format("note: mechanics does not determine the reactions of {} (rows depend on "
-                                         "each other): those in forces.csv are of least norm\n",
-                                         fmt::join(summary.undetermined, ", "))));
+  say_undetermined(summary);
   fmt::print("results in {}\n", plan.folder->string());
   if (summary.ending.status == Ending::Status::interrupted && has_checkpoint(*plan.folder))
     fmt::print("go on with: freeplay run --resume {}\n", plan.folder->string());
@@ -112,6 +118,7 @@ int compare(const Request& request) {
   if (request.stop()) return 1;
 
   fmt::print("{}\n", wrapped(comparison_table(scene, comparison, false)));
+  say_undetermined(comparison.penalty);
   fmt::print("results in {}\nfigures:\n", folder.string());
   for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
   return status;

@@ -10,9 +10,9 @@
 #include "cli/commands.hpp"
 #include "cli/default_folder.hpp"
 #include "cli/progress.hpp"
-#include "plots/figure.hpp"
-#include "io/output_file.hpp"
 #include "freeplay.hpp"
+#include "io/output_file.hpp"
+#include "plots/figure.hpp"
 
 namespace freeplay::cli {
 namespace {

@@ -8,9 +8,9 @@
 
 #include "cli/commands.hpp"
 #include "cli/default_folder.hpp"
+#include "io/output_file.hpp"
 #include "io/section.hpp"
 #include "plots/figure.hpp"
-#include "io/output_file.hpp"
 
 namespace freeplay::cli {
 namespace {

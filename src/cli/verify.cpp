@@ -7,10 +7,10 @@
 
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
-#include "plots/figure.hpp"
 #include "io/output_file.hpp"
 #include "io/run_folder.hpp"
 #include "io/run_json.hpp"
+#include "plots/figure.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/support.hpp"
 

@@ -27,7 +27,8 @@ namespace {
 Family family_of(std::string_view formulation) {
   if (formulation == "penalty") return Family::penalty;
   if (formulation == "nonsmooth") return Family::nonsmooth;
-  throw ModelError("formulation", fmt::format("must be \"penalty\" or \"nonsmooth\", is \"{}\"", formulation));
+  throw ModelError("formulation",
+                   fmt::format("must be \"penalty\" or \"nonsmooth\", is \"{}\"", formulation));
 }
 
 Layout layout_of(const Scene& scene, const System& system, const State& start) {
@@ -61,9 +62,11 @@ Scene checked(Scene scene) {
     parse_scene(to_toml(facts), "");
   } catch (const SceneError& e) {
     std::string_view what = e.what();
-    what.remove_prefix(std::min(what.find_first_not_of(":0123456789 "), what.size()));  // LINE:COL of the text
+    what.remove_prefix(
+        std::min(what.find_first_not_of(":0123456789 "), what.size()));  // LINE:COL of the text
     const auto colon = what.find(": ");
-    if (colon == what.npos || what.substr(0, colon).find(' ') != what.npos) throw ModelError("", std::string(what));
+    if (colon == what.npos || what.substr(0, colon).find(' ') != what.npos)
+      throw ModelError("", std::string(what));
     throw ModelError(std::string(what.substr(0, colon)), std::string(what.substr(colon + 2)));
   }
   return scene;
@@ -147,6 +150,7 @@ struct Simulation::Implementation {
   std::unique_ptr<Formulation> form;
   Sensors sensors;
   bool searched = false;
+  bool running = false;
   std::vector<std::string> undetermined;
 };
 
@@ -196,6 +200,27 @@ Result Simulation::Implementation::summary(const Ending& ending) const {
   return r;
 }
 
+namespace {
+
+/// A run does not begin, and nothing is restored, within another run of the same simulation.
+class Running {
+ public:
+  explicit Running(bool& flag) : flag_(flag) {
+    refuse(flag);
+    flag_ = true;
+  }
+  ~Running() { flag_ = false; }
+  static void refuse(bool flag) {
+    if (flag)
+      throw std::logic_error("an observer may neither run nor restore the simulation that it watches");
+  }
+
+ private:
+  bool& flag_;
+};
+
+}  // namespace
+
 Simulation::Simulation(Scene scene, std::string_view formulation, SimulationOptions options)
     : it_(std::make_unique<Implementation>(std::move(scene), formulation, options)) {}
 Simulation::~Simulation() = default;
@@ -204,6 +229,10 @@ Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 Result Simulation::run(const RunRequest& request) {
   auto& s = *it_;
+  const double until = request.until.value_or(s.scene.run.duration);
+  if (!std::isfinite(until) || until < s.form->state().t)
+    throw ModelError("until", fmt::format("must be a time not before the present {} s, is {} s",
+                                          s.form->state().t, until));
   EventList list(request.most_events);
   auto observers = request.observers;
   if (request.keep_events) observers.push_back(&list);
@@ -212,11 +241,12 @@ Result Simulation::run(const RunRequest& request) {
       }))
     s.find_undetermined();
   Watch watch(s.layout, s.sensors, std::move(observers), request.stop);
+  const Running running(s.running);
 
   const auto wall = std::chrono::steady_clock::now();
   const double cpu = cpu_seconds();
   watch.begin(s.form->state());
-  const auto ending = s.form->run(request.until.value_or(s.scene.run.duration), watch);
+  const auto ending = s.form->run(until, watch);
   watch.end(ending, s.form->state().t, s.form->log());
   auto result = s.summary(ending);
   result.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall).count();
@@ -245,6 +275,7 @@ Snapshot Simulation::snapshot() const {
 }
 
 void Simulation::restore(const Snapshot& s) {
+  Running::refuse(it_->running);
   const auto refuse = [](const std::string& why) { throw SnapshotError("the snapshot " + why); };
   s.require_program();
   if (s.formulation != it_->name())

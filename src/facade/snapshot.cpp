@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "content.hpp"
 #include "io/output_file.hpp"
 #include "io/sealed.hpp"
 #include "values/memory.hpp"
@@ -19,7 +20,7 @@ void fields(M& m, S& s) {
 
 }  // namespace
 
-std::string Snapshot::this_program() { return fmt::format("{} ({})", version, commit); }
+std::string Snapshot::this_program() { return fmt::format("{} ({}, {})", version, commit, content); }
 
 void Snapshot::require_program() const {
   if (program != this_program())

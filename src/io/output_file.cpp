@@ -50,8 +50,8 @@ void OutputFile::require(std::uint64_t size) const {
   const auto found =
       std::filesystem::file_size(std::filesystem::exists(partial_, error) ? partial_ : path_, error);
   if (error || found < size)
-    throw OutputError(fmt::format("{}: cannot be gone on with: {} of its first {} bytes are there", path_.string(),
-                                  error ? 0 : found, size));
+    throw OutputError(fmt::format("{}: cannot be gone on with: {} of its first {} bytes are there",
+                                  path_.string(), error ? 0 : found, size));
 }
 
 void OutputFile::go_on_at(std::uint64_t size) {

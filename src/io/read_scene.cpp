@@ -140,7 +140,8 @@ Instrument read_instrument(const Mechanism& mechanism, const std::string& name, 
   using Kind = Instrument::Kind;
   Instrument i;
   i.name = name;
-  i.kind = static_cast<Kind>(s.choice("type", {"accelerometer", "lvdt", "encoder", "load-cell", "torque"}, 0));
+  i.kind =
+      static_cast<Kind>(s.choice("type", {"accelerometer", "lvdt", "encoder", "load-cell", "torque"}, 0));
   i.sampling = s.number("sampling", positive);
   i.noise = s.maybe_number("noise", non_negative);
   if (i.noise) i.seed = static_cast<unsigned>(s.number("seed", whole, i.seed));
@@ -181,7 +182,8 @@ Instrument read_instrument(const Mechanism& mechanism, const std::string& name, 
       s.fail("sampling",
              fmt::format("must exceed twice the bandwidth {} Hz, is {} Hz", i.bandwidth, i.sampling));
   }
-  constexpr const char* names[] = {"an accelerometer", "an LVDT", "an encoder", "a load cell", "a torque sensor"};
+  constexpr const char* names[] = {"an accelerometer", "an LVDT", "an encoder", "a load cell",
+                                   "a torque sensor"};
   s.done(names[static_cast<int>(i.kind)]);
   return i;
 }

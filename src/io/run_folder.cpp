@@ -1,6 +1,12 @@
 #include "io/run_folder.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
 
 #include <array>
 #include <chrono>
@@ -33,6 +39,42 @@ class Progress final : public Observer {
   std::function<void(double)> show_;
   double duration_, next_ = 0;
 };
+
+/// The right to write into a folder, which ends with the process. Nothing is left behind: the lock is the folder's.
+class FolderLock {
+ public:
+  explicit FolderLock(const std::filesystem::path& folder)
+      : descriptor_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    if (descriptor_ >= 0 && flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+      close(descriptor_);
+      throw OutputError(fmt::format("{}: another freeplay is writing into this folder", folder.string()));
+    }
+  }
+  ~FolderLock() {
+    if (descriptor_ >= 0) close(descriptor_);
+  }
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  int descriptor_;
+};
+
+/// Columns of forces.csv are found by their names.
+void refuse_shared_names(const Layout& layout) {
+  for (auto a = layout.forces.begin(); a != layout.forces.end(); ++a)
+    if (std::ranges::find(layout.forces.begin(), a, a->name, &ForceElement::name) != a) {
+      const bool load = a->kind == ForceElement::Kind::force || a->kind == ForceElement::Kind::torque;
+      const bool drive = a->kind == ForceElement::Kind::drive;
+      throw ModelError(fmt::format("{}.{}",
+                                   load    ? "loads"
+                                   : drive ? "drives"
+                                           : "joints",
+                                   a->name),
+                       "another joint, contact, drive or load has this name: forces.csv could not tell them "
+                       "apart; rename one");
+    }
+}
 
 /// A run's files and statistics, and where they stand.
 struct Recorders {
@@ -88,7 +130,7 @@ struct Checkpoint {
 
 void write_checkpoint(const Simulation& simulation, const RunPlan& plan, Recorders& recorders) {
   const auto& scene = simulation.scene();
-  Checkpoint c{scene.file.string(), scene.text, plan.formulation, scene.overrides, plan.matched,
+  Checkpoint c{scene.file.string(),   scene.text, plan.formulation, scene.overrides, plan.matched,
                simulation.snapshot(), {}};
   MemoryWriter of_recorders(c.recorders);
   of_recorders(recorders);
@@ -163,13 +205,17 @@ Result run_scene(const Scene& scene, const RunPlan& plan) {
       Progress progress(plan.on_progress, scene.run.duration);
       std::vector<Observer*> observers{&statistics};
       if (plan.on_progress) observers.push_back(&progress);
-      auto result = simulation.run({.observers = observers, .most_events = plan.most_events, .stop = plan.stop});
+      auto result =
+          simulation.run({.observers = observers, .most_events = plan.most_events, .stop = plan.stop});
       statistics.into(result);
       return result;
     }
+    if (scene.run.forces) refuse_shared_names(simulation.layout());
     make_folder(*plan.folder);
+    const FolderLock lock(*plan.folder);
     // What an earlier run left here and this one will not write would be taken for its own.
     for (const auto* name : file_names) std::filesystem::remove(*plan.folder / name);
+    remove_figures_of_forces(*plan.folder);
     Recorders recorders(simulation, *plan.folder, false);
     if (plan.checkpoint > 0) {
       for (auto* file : recorders.files()) file->begin(simulation.layout(), simulation.state());
@@ -183,6 +229,17 @@ Result run_scene(const Scene& scene, const RunPlan& plan) {
   }
 }
 
+void remove_figures_of_forces(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  std::vector<std::filesystem::path> stale;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "figures", ignored)) {
+    const auto name = entry.path().filename().string();
+    for (const auto* kind : {"reaction_", "bearing_load_", "drive_torque"})
+      if (name.starts_with(kind)) stale.push_back(entry.path());
+  }
+  for (const auto& path : stale) std::filesystem::remove(path, ignored);
+}
+
 bool has_checkpoint(const std::filesystem::path& folder) {
   std::error_code ignored;
   return std::filesystem::exists(folder / checkpoint_name, ignored);
@@ -194,6 +251,7 @@ Result resume_run(const std::filesystem::path& folder, const RunPlan& asked) {
                                     std::filesystem::exists(folder / "run.json")
                                         ? "its run has ended"
                                         : "give the folder of an interrupted run"));
+  const FolderLock lock(folder);
   const auto bytes = read_sealed(folder / checkpoint_name, "checkpoint", checkpoint_version);
   Checkpoint c;
   auto plan = asked;

@@ -13,7 +13,7 @@ namespace freeplay {
 
 struct RunPlan {
   std::string formulation = {};  ///< "penalty" or "nonsmooth"
-  bool matched = false;     ///< an impact law takes the restitution that the scene's penalty law delivers
+  bool matched = false;  ///< an impact law takes the restitution that the scene's penalty law delivers
   /// Where run.json, trajectory.csv, events.csv, signals.csv and forces.csv go; without one nothing is written.
   std::optional<std::filesystem::path> folder = {};
   std::function<void(double)> on_progress = {};  ///< now and then, with the fraction done
@@ -27,6 +27,9 @@ struct RunPlan {
 
 /// One run from start to end. Throws SceneError or OutputError; a numerical failure is in the result's ending.
 Result run_scene(const Scene& scene, const RunPlan& plan);
+
+/// Removes what an earlier run or comparison drew of its forces.
+void remove_figures_of_forces(const std::filesystem::path& folder);
 
 /// Whether a folder holds the checkpoint of a run that has not ended.
 bool has_checkpoint(const std::filesystem::path& folder);

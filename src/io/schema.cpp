@@ -110,7 +110,8 @@ constexpr SchemaKey keys[] = {
     {"run.eliminate", "true or false", "", "true",
      "coordinates that one constraint row alone fixes leave the solves beforehand; false keeps the whole "
      "DAE"},
-    {"run.output_step", "number", "s", "duration/20000", "spacing of the rows of trajectory.csv and forces.csv"},
+    {"run.output_step", "number", "s", "duration/20000",
+     "spacing of the rows of trajectory.csv and forces.csv"},
     {"run.forces", "true or false", "", "false",
      "write forces.csv: reactions, contact forces, drive torques, loads and accelerations"},
 
@@ -162,7 +163,8 @@ constexpr SchemaKey keys[] = {
      "a complementarity solve is accepted when its relative residual is below"},
 
     {"instruments.*.type", "text", "", "\"accelerometer\"",
-     "\"accelerometer\" (m/s²), \"lvdt\" (m, position of a body), \"encoder\" (rad, angle of a joint), \"load-cell\" (N, force of a joint on its second body) or \"torque\" (N m, of a drive)"},
+     "\"accelerometer\" (m/s²), \"lvdt\" (m, position of a body), \"encoder\" (rad, angle of a joint), "
+     "\"load-cell\" (N, force of a joint on its second body) or \"torque\" (N m, of a drive)"},
     {"instruments.*.body", "text", "", "required", "accelerometer, lvdt: the body it is fixed to"},
     {"instruments.*.axis", "point", "", "[1, 0]",
      "accelerometer, lvdt, load-cell: direction of measurement in the world"},

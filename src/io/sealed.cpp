@@ -42,6 +42,7 @@ std::vector<std::byte> read_sealed(const std::filesystem::path& file, const std:
     throw SnapshotError(fmt::format("{}: {}", file.string(), why));
   };
   std::error_code error;
+  if (!std::filesystem::exists(file, error)) refuse("no such file");
   if (!std::filesystem::is_regular_file(file, error)) refuse(fmt::format("is no {} of freeplay", kind));
   std::ifstream in(file, std::ios::binary);
   const std::string all{std::istreambuf_iterator<char>(in), {}};
@@ -51,7 +52,8 @@ std::vector<std::byte> read_sealed(const std::filesystem::path& file, const std:
   if (const int found = std::atoi(all.c_str() + head.size()); found != version)
     refuse(fmt::format("is a {} of version {}; this program reads version {}", kind, found, version));
   const std::string_view bytes = std::string_view(all).substr(end + 1);
-  if (all.substr(0, end + 1) != first_line(kind, version, bytes)) refuse("is damaged: its checksum does not fit");
+  if (all.substr(0, end + 1) != first_line(kind, version, bytes))
+    refuse("is damaged: its checksum does not fit");
   std::vector<std::byte> result(bytes.size());
   if (!bytes.empty()) std::memcpy(result.data(), bytes.data(), bytes.size());
   return result;

@@ -65,8 +65,8 @@ void assemble_positions(const System& system, State& s) {
   if (!(left.amount <= accepted))
     throw ModelError(
         "", fmt::format("the mechanism cannot be assembled from the positions given: joint {}; check the "
-                    "lengths, or give bodies.*.position and .angle nearer to closure",
-                    describe(left)));
+                        "lengths, or give bodies.*.position and .angle nearer to closure",
+                        describe(left)));
 }
 
 void assemble_velocities(const System& system, State& s) {
@@ -97,7 +97,8 @@ void assemble_velocities(const System& system, State& s) {
       sum += std::abs(e.G[i] * s.v[system.pattern().column[i]]);
     terms = std::max(terms, sum);
   }
-  if (!saddle.factor(e.G.data())) throw ModelError("", "the mechanism's velocities cannot be made consistent");
+  if (!saddle.factor(e.G.data()))
+    throw ModelError("", "the mechanism's velocities cannot be made consistent");
   for (int i = 0; i < 2; ++i) {  // the second pass removes the rounding of the first
     residual();
     saddle.solve(nullptr, r.data(), dv.data(), lambda.data());
@@ -107,8 +108,8 @@ void assemble_velocities(const System& system, State& s) {
   if (worst > 1e-9 * terms)
     throw ModelError(
         "", fmt::format("no velocities satisfy all constraints: \"{}\" is left violated at {:.3g} (m/s or "
-                    "rad/s); the drives contradict each other, or the start is a locked position",
-                    system.row_name(row), worst));
+                        "rad/s); the drives contradict each other, or the start is a locked position",
+                        system.row_name(row), worst));
 }
 
 }  // namespace
@@ -147,9 +148,10 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start) {
     // A loaded contact is compressed: a journal may start inside the wall by up to a tenth of the clearance.
     const auto open = worst_open_joint(system, s.q, 0.1);
     if (open.amount > 1e-6 * length_scale(system))
-      throw ModelError("run.start", fmt::format(
-          "\"given\": joint or contact {}; correct the positions or use \"assembled\"",
-          describe(open)));
+      throw ModelError(
+          "run.start",
+          fmt::format("\"given\": joint or contact {}; correct the positions or use \"assembled\"",
+                      describe(open)));
     auto e = system.make_evaluation();
     system.place(0, s.q.data(), e);
     double speed = 0;
@@ -158,9 +160,9 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start) {
       const double r = row_dot(system.pattern(), e.G.data(), k, s.v.data()) + e.phi_t[k];
       if (std::abs(r) > 1e-6 * std::max(speed, std::abs(e.phi_t[k])))
         throw ModelError("run.start",
-            fmt::format("\"given\": the velocities violate \"{}\" by {:.4g}; correct them or "
-                        "use \"assembled\"",
-                        system.row_name(k), std::abs(r)));
+                         fmt::format("\"given\": the velocities violate \"{}\" by {:.4g}; correct them or "
+                                     "use \"assembled\"",
+                                     system.row_name(k), std::abs(r)));
     }
     close_exactly(system, s.q, !redundant_rows(system, s.q).empty());
   } else {

@@ -21,8 +21,8 @@ struct RunOptions {
   double duration = 0;  ///< s, > 0
   double discard = 0;   ///< s left out of the statistics, 0 ≤ discard < duration
   Start start = Start::assembled;
-  bool eliminate = true;              ///< coordinates that a row alone fixes leave the solves beforehand
-  bool forces = false;                ///< forces.csv beside trajectory.csv
+  bool eliminate = true;                   ///< coordinates that a row alone fixes leave the solves beforehand
+  bool forces = false;                     ///< forces.csv beside trajectory.csv
   std::optional<double> output_step = {};  ///< s between rows of trajectory.csv; default duration/20000
 };
 
@@ -60,7 +60,8 @@ extern const std::vector<std::string> contact_law_names, friction_law_names;
 
 struct PenaltyOptions {
   ContactLaw contact = ContactLaw::exact;
-  std::optional<ContactLaw> damping = {};  ///< a point law's χ(e) for a line contact; hertz: none. Default exact
+  std::optional<ContactLaw> damping =
+      {};  ///< a point law's χ(e) for a line contact; hertz: none. Default exact
   std::optional<double> kelvin_stiffness = {};  ///< N/m
   std::optional<double> kelvin_damping = {};    ///< N s/m
   FrictionLaw friction = FrictionLaw::ambrosio;
@@ -116,10 +117,10 @@ struct Instrument {
   double bandwidth = 0;                     ///< Hz, −3 dB
   int order = 2;                            ///< of the Butterworth low-pass, 1 to 8
   double sampling = 0;                      ///< Hz
-  std::optional<double> noise = {};              ///< standard deviation of a sample, in the channel's unit
+  std::optional<double> noise = {};         ///< standard deviation of a sample, in the channel's unit
   unsigned seed = 1;                        ///< of the noise
-  std::optional<double> range = {};              ///< ± full scale; samples are clipped there
-  std::optional<double> resolution = {};         ///< step of the samples, rounded down; an encoder's is 2π/counts
+  std::optional<double> range = {};         ///< ± full scale; samples are clipped there
+  std::optional<double> resolution = {};    ///< step of the samples, rounded down; an encoder's is 2π/counts
 };
 
 inline bool measures_force(Instrument::Kind kind) {

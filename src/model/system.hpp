@@ -170,8 +170,8 @@ class System {
   void report_rows(const double* q, const Evaluation& e, const double* lambda, double weight,
                    Forces& out) const;
   /// Contact k: forces along its normal and tangent rows.
-  void report_contact(int k, const double* q, const Evaluation& e, const ContactRow& row, double fn, double ft,
-                      double weight, Forces& out) const;
+  void report_contact(int k, const double* q, const Evaluation& e, const ContactRow& row, double fn,
+                      double ft, double weight, Forces& out) const;
   /// A film in contact k: along its normal and film rows, and a couple along spin.
   void report_film(int k, const double* q, const Evaluation& e, const ContactRow& row, double fn, double ft,
                    double torque, double weight, Forces& out) const;

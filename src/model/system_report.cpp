@@ -19,8 +19,8 @@ void System::list_elements(const Mechanism& m) {
     r.element = add_element(name_of(m.joints[joint]), Kind::joint, bodies_of(m.joints[joint]), joint);
   }
   for (std::size_t k = 0; k < contact_facts_.size(); ++k)
-    contact_elements_.push_back(add_element(contact_facts_[k].name, Kind::contact, contact_facts_[k].bodies,
-                                            contact_joints_[k]));
+    contact_elements_.push_back(
+        add_element(contact_facts_[k].name, Kind::contact, contact_facts_[k].bodies, contact_joints_[k]));
   std::size_t speeds = 0;
   for (const auto& drive : m.drives) {
     if (const auto* speed = std::get_if<SpeedDrive>(&drive)) {

@@ -60,7 +60,7 @@ class ContactLog {
 
   int open_count_ = 0;
   std::vector<Episode> open_;
-  std::vector<ContactEvent> pending_;                  // in the order of t
+  std::vector<ContactEvent> pending_;  // in the order of t
 };
 
 }  // namespace freeplay

@@ -29,8 +29,8 @@ struct Layout {
   std::vector<std::string> contacts;  ///< of ContactEvent::contact
   std::vector<std::string> channels;  ///< instruments, in the scene's order
   std::vector<ForceElement> forces;
-  double duration = 0;     ///< s, of the scene's run
-  double output_step = 0;  ///< s, between the rows that the scene asks for
+  double duration = 0;                      ///< s, of the scene's run
+  double output_step = 0;                   ///< s, between the rows that the scene asks for
   double crank_start = 0, crank_speed = 0;  ///< rad, rad/s: of the drive that counts turns; 0 without one
   std::vector<ContactPlace> start;          ///< of the contacts, where the simulation began
 };
@@ -99,9 +99,7 @@ class Observer {
   /// Settled events, in the order of t, before the step that settled them.
   virtual void event(const Event&) {}
   /// `channel`: index into Layout::channels.
-  virtual void sample(std::size_t channel, double t, double value) {
-    (void)channel, (void)t, (void)value;
-  }
+  virtual void sample(std::size_t channel, double t, double value) { (void)channel, (void)t, (void)value; }
   virtual void end(const RunEnd&) {}
   /// @name Its own memory, for runs that are interrupted and resumed
   ///@{

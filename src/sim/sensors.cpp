@@ -16,8 +16,9 @@ Sensors::Sensors(const std::vector<Instrument>& instruments, const Layout& layou
       const auto& element = layout.forces[e];
       // Its ideal reaction, its contacts and the friction of its preload; a drive turns it, with no force.
       const bool of_joint = element.kind != Kind::drive;
-      if (kind == Instrument::Kind::load_cell ? of_joint && element.joint == instruments[i].joint
-                                              : element.kind == Kind::drive && element.name == instruments[i].drive)
+      if (kind == Instrument::Kind::load_cell
+              ? of_joint && element.joint == instruments[i].joint
+              : element.kind == Kind::drive && element.name == instruments[i].drive)
         elements_[i].push_back(static_cast<int>(e));
     }
   }

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "measure/measurement.hpp"
 #include "freeplay.hpp"
+#include "measure/measurement.hpp"
 #include "study/intervals.hpp"
 
 namespace freeplay {

@@ -154,7 +154,8 @@ CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct)
 
   TurnMeter meter(rules);
   Feed feed(meter, channel, lvdt);
-  RunRequest request{.until = rules.discard, .observers = {&feed}, .keep_events = false, .stop = conduct.stop};
+  RunRequest request{
+      .until = rules.discard, .observers = {&feed}, .keep_events = false, .stop = conduct.stop};
   auto run = simulation.run(request);
   const auto lost = [&] {
     const auto l = simulation.ledger();

@@ -75,6 +75,7 @@ Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector
 Comparison compare(const Scene& scene, const CompareSetup& setup, const std::filesystem::path& folder) {
   Comparison c;
   c.matched = setup.matched;
+  remove_figures_of_forces(folder);
   const auto progress = [&](const char* which) {
     return [&setup, which](double done) {
       if (setup.on_progress) setup.on_progress(which, done);

@@ -68,9 +68,7 @@ std::string comparison_table(const Scene& scene, const Comparison& c, bool markd
   t.head({"", "penalty", "nonsmooth"});
   const auto line = [&](const std::string& name, auto get) { t.row({name, get(p), get(n)}); };
   for (std::size_t k = 0; k < c.joints.size(); ++k) {
-    const auto of = [&](auto field) {
-      return [&, field](const Result& r) { return field(r.contacts[k]); };
-    };
+    const auto of = [&](auto field) { return [&, field](const Result& r) { return field(r.contacts[k]); }; };
     const auto& name = c.joints[k];
     line(name + ": free flight", of([](const auto& x) { return percent(x.flight_fraction); }));
     line(name + ": in impacts", of([](const auto& x) { return percent(x.impact_fraction); }));

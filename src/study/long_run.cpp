@@ -66,7 +66,8 @@ std::vector<LongRun> long_runs(const std::vector<Scene>& starts, const std::vect
     const auto& setting = settings[i / n];
     setting.apply(scene);
     try {
-      runs[i] = run_scene(scene, {.formulation = setting.formulation, .matched = conduct.matched, .stop = conduct.stop});
+      runs[i] = run_scene(
+          scene, {.formulation = setting.formulation, .matched = conduct.matched, .stop = conduct.stop});
     } catch (const ModelError& e) {
       runs[i].ending = {Ending::Status::failed, e.what()};
     }

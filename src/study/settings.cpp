@@ -23,7 +23,8 @@ Result run(Scene scene, const Setting& setting, const Conduct& conduct, double d
   scene.run.duration = duration;
   scene.run.discard = 0;
   scene.instruments.clear();
-  return run_scene(scene, {.formulation = setting.formulation, .matched = conduct.matched, .stop = conduct.stop});
+  return run_scene(scene,
+                   {.formulation = setting.formulation, .matched = conduct.matched, .stop = conduct.stop});
 }
 
 double dissipated(const EnergyLedger& l) { return l.contact + l.friction + l.damping + l.film; }

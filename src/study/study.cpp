@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "measure/turns.hpp"
 #include "io/section.hpp"
+#include "measure/turns.hpp"
 
 namespace freeplay {
 namespace {

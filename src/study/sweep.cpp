@@ -8,8 +8,8 @@
 #include <chrono>
 #include <mutex>
 
-#include "io/section.hpp"
 #include "freeplay.hpp"
+#include "io/section.hpp"
 
 namespace freeplay {
 namespace {

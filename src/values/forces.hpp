@@ -27,11 +27,11 @@ struct ForceElement {
 };
 
 struct ElementForce {
-  double fx = 0, fy = 0;                ///< N, on the second body, world
-  double m = 0;                         ///< N m, on the second body about its point
-  double m_first = 0, m_second = 0;     ///< N m, on either body about its centre of mass
-  double fn = 0, ft = 0;                ///< N, contacts: normal (≥ 0 pushes apart) and along the sliding rate
-  double power = 0;                     ///< W, drives and loads: what it puts into the mechanism
+  double fx = 0, fy = 0;             ///< N, on the second body, world
+  double m = 0;                      ///< N m, on the second body about its point
+  double m_first = 0, m_second = 0;  ///< N m, on either body about its centre of mass
+  double fn = 0, ft = 0;             ///< N, contacts: normal (≥ 0 pushes apart) and along the sliding rate
+  double power = 0;                  ///< W, drives and loads: what it puts into the mechanism
 
   /// Adds weight times another.
   void add(double weight, const ElementForce& f) {

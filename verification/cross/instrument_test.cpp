@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "measure/instrument.hpp"
 #include "freeplay.hpp"
+#include "measure/instrument.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

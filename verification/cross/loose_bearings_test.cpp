@@ -2,7 +2,6 @@
 #include <catch2/catch.hpp>
 
 #include "study/case_run.hpp"
-#include "study/case_run.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

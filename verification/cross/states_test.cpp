@@ -83,7 +83,8 @@ TEST_CASE("a lagging torque: both nonsmooth schemes carry its state", "[states]"
     of_speed.push_back(std::abs(simulation.state().v[2] - speed(until)));
   }
   CAPTURE(of_torque, of_speed);
-  CHECK(of_torque.back() == Approx(u * std::pow(1e-3 / T, 2) / 12 * until / T * std::exp(-until / T)).epsilon(0.05));
+  CHECK(of_torque.back() ==
+        Approx(u * std::pow(1e-3 / T, 2) / 12 * until / T * std::exp(-until / T)).epsilon(0.05));
   for (const auto* errors : {&of_torque, &of_speed}) {
     const double order = test::observed_order(steps, *errors);
     CHECK(order > 1.95);

@@ -7,9 +7,9 @@
 #include <csignal>
 #include <stdexcept>
 
-#include "model/scene.hpp"
 #include "io/run_folder.hpp"
 #include "io/run_json.hpp"
+#include "model/scene.hpp"
 #include "verification/extremes/extremes.hpp"
 
 namespace freeplay::verification {

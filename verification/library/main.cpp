@@ -1,5 +1,5 @@
-#include <freeplay.hpp>
 #include <cstdio>
+#include <freeplay.hpp>
 int main() {
   auto scene = freeplay::read_scene("scene.toml");
   scene.set("joints.gudgeon.clearance", "1e-3");

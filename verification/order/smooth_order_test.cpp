@@ -2,8 +2,8 @@
 // against the closed form with elliptic functions.
 #include <catch2/catch.hpp>
 
-#include "numerics/rosenbrock4.hpp"
 #include "freeplay.hpp"
+#include "numerics/rosenbrock4.hpp"
 #include "verification/references/pendulum.hpp"
 #include "verification/references/seven_body.hpp"
 #include "verification/support.hpp"

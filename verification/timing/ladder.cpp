@@ -8,8 +8,8 @@
 
 #include "formulations/penalty/contact_law.hpp"
 #include "formulations/penalty/dynamics.hpp"
-#include "numerics/saddle_point.hpp"
 #include "freeplay.hpp"
+#include "numerics/saddle_point.hpp"
 #include "verification/references/slider_crank_oracle.hpp"
 #include "verification/support.hpp"
 

@@ -5,8 +5,8 @@
 #include <IpTNLP.hpp>
 #include <catch2/catch.hpp>
 
-#include "numerics/saddle_point.hpp"
 #include "freeplay.hpp"
+#include "numerics/saddle_point.hpp"
 #include "verification/random_contact.hpp"
 #include "verification/support.hpp"
 

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "freeplay.hpp"
+#include "io/output_file.hpp"
+#include "io/run_folder.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
@@ -97,4 +99,67 @@ TEST_CASE("a run that is asked to stop, stops", "[observers]") {
   other.run.duration = 0.02;
   other.run.discard = 0;
   CHECK(Simulation(other, "nonsmooth").run().ending.status == Ending::Status::finished);
+}
+
+TEST_CASE("what a run cannot be asked for is refused", "[observers]") {
+  auto scene = read_scene(test::flores());
+  scene.run.duration = 0.01;
+  scene.run.discard = 0;
+  Simulation simulation(scene, "nonsmooth");
+  CHECK_THROWS_AS(simulation.run({.until = std::nan("")}), ModelError);
+  CHECK_THROWS_AS(simulation.run({.until = -1.0}), ModelError);
+  const auto snapshot = simulation.snapshot();
+  test::Listener listener;
+  listener.on_step = [&](const Step&) { simulation.restore(snapshot); };
+  CHECK_THROWS_AS(simulation.run({.observers = {&listener}}), std::logic_error);
+  listener.on_step = [&](const Step&) { simulation.run(); };
+  CHECK_THROWS_AS(simulation.run({.observers = {&listener}}), std::logic_error);
+}
+
+TEST_CASE("columns of forces.csv have names of their own", "[observers]") {
+  test::TemporaryFolder folder;
+  auto scene = parse_scene(R"(
+[bodies.wheel]
+mass = 1
+inertia = 1
+[joints.axle]
+type = "revolute"
+between = ["ground", "wheel"]
+[drives.spin]
+joint = "axle"
+torque = 1
+[loads.spin]
+type = "torque"
+body = "wheel"
+torque = 2
+[run]
+duration = 0.01
+forces = true
+)",
+                           "wheel");
+  CHECK_THROWS_WITH(run_scene(scene, {.formulation = "penalty", .folder = folder.path() / "a"}),
+                    Catch::Matchers::Contains("loads.spin") && Catch::Matchers::Contains("rename"));
+  CHECK_FALSE(std::filesystem::exists(folder.path() / "a"));
+  scene.set("run.forces", "false");
+  CHECK(run_scene(scene, {.formulation = "penalty", .folder = folder.path() / "a"}).ending.status ==
+        Ending::Status::finished);
+}
+
+TEST_CASE("one process writes into a folder", "[observers]") {
+  test::TemporaryFolder folder;
+  auto scene = read_scene(test::flores());
+  scene.run.duration = 0.01;
+  scene.run.discard = 0;
+  // Within the first run's progress a second one wants the same folder.
+  int refused = 0;
+  const RunPlan second{.formulation = "nonsmooth", .folder = folder.path()};
+  run_scene(scene, {.formulation = "nonsmooth", .folder = folder.path(), .on_progress = [&](double) {
+                      try {
+                        run_scene(scene, second);
+                      } catch (const OutputError& e) {
+                        refused += std::string(e.what()).find("another freeplay") != std::string::npos;
+                      }
+                    }});
+  CHECK(refused > 0);
+  CHECK(run_scene(scene, second).ending.status == Ending::Status::finished);
 }

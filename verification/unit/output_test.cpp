@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "measure/instrument.hpp"
 #include "io/output_file.hpp"
+#include "measure/instrument.hpp"
 #include "study/compare.hpp"
 #include "verification/support.hpp"
 

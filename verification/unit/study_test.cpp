@@ -10,11 +10,11 @@
 #include <random>
 #include <thread>
 
-#include "study/case_run.hpp"
-#include "measure/measurement.hpp"
-#include "io/output_file.hpp"
 #include "freeplay.hpp"
+#include "io/output_file.hpp"
+#include "measure/measurement.hpp"
 #include "study/calibrate.hpp"
+#include "study/case_run.hpp"
 #include "study/intervals.hpp"
 #include "verification/support.hpp"
 
