@@ -376,7 +376,7 @@ TEST_CASE("resume: what cannot be gone on with is refused, and nothing is damage
   auto body = whole.substr(whole.find('\n') + 1);
   REQUIRE(sealed(body) == whole);
   const auto json = nlohmann::json::parse(bytes_of(done / "run.json"));
-  const auto program = fmt::format("{} ({})", json["provenance"]["version"].get<std::string>(),
+  const auto program = fmt::format("{} ({},", json["provenance"]["version"].get<std::string>(),
                                    json["provenance"]["commit"].get<std::string>());
   const auto at = body.rfind(program);
   REQUIRE(at != body.npos);
