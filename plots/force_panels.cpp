@@ -52,6 +52,13 @@ std::string across(const ForceTable& table) {
 
 }  // namespace
 
+void widen(ForceRange& range, double least) {
+  const double lack = least - (range.high - range.low);
+  if (!(lack > 0)) return;
+  range.low -= 0.5 * lack;
+  range.high += 0.5 * lack;
+}
+
 ForceRange range_of(const std::vector<Values>& runs) {
   ForceRange range;
   double low = INFINITY, high = -INFINITY, least = INFINITY, most = -INFINITY;
@@ -71,17 +78,14 @@ ForceRange range_of(const std::vector<Values>& runs) {
   const double margin = 0.06 * (high - low);
   range.low = low - margin;
   range.high = high + margin;
+  // A constant force has no range of its own; one below the digits of the script is none either.
+  const double size = std::max(std::abs(low), std::abs(high));
+  if (const double least_range = size > 0 ? 0.1 * size : 1; high - low < 1e-3 * size || size == 0)
+    widen(range, least_range);
   for (const auto& values : runs)
     range.outside.push_back(static_cast<std::size_t>(
         std::ranges::count_if(values, [&](double x) { return x < range.low || x > range.high; })));
   return range;
-}
-
-void widen(ForceRange& range, double least) {
-  const double lack = least - (range.high - range.low);
-  if (!(lack > 0)) return;
-  range.low -= 0.5 * lack;
-  range.high += 0.5 * lack;
 }
 
 double greatest(const std::vector<Values>& runs) {

@@ -205,3 +205,19 @@ TEST_CASE("figures of forces: broken files are refused, empty ones draw nothing"
   CHECK(o.status == 1);
   CHECK_THAT(o.err, Contains("line 3 has 2 fields, its header 4"));
 }
+
+TEST_CASE("figures of forces: constant reactions that mechanics does not determine", "[figures]") {
+  test::TemporaryFolder folder;
+  const auto out = folder.path() / "out";
+  const auto run =
+      test::freeplay("run " + test::scene_file("twin_guides").string() +
+                     " --formulation penalty --forces --set run.duration=0.01 -o " + out.string());
+  REQUIRE(run.status == 0);
+  CHECK_THAT(run.out, Contains("does not determine the reactions of guide, second-guide"));
+  CHECK(nlohmann::json::parse(text_of(out / "run.json"))["undetermined_reactions"].size() == 2);
+  const auto drawn = test::freeplay("figures " + out.string());
+  CHECK(drawn.status == 0);
+  CHECK_THAT(drawn.out, Contains("reaction_guide.pdf"));
+  CHECK(std::filesystem::file_size(out / "figures/reaction_guide.png") > 1000);
+  CHECK_THAT(text_of(out / "figures/reaction_guide.gp"), Contains("not determined by mechanics"));
+}
