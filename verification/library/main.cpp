@@ -1,5 +1,5 @@
-#include <cstdio>
 #include <freeplay.hpp>
+#include <cstdio>
 int main() {
   auto scene = freeplay::read_scene("scene.toml");
   scene.set("joints.gudgeon.clearance", "1e-3");

@@ -74,7 +74,7 @@ class Installed {
     quiet(folder(), fmt::format("'{}' --install '{}' --prefix prefix", FREEPLAY_CMAKE, FREEPLAY_BINARY_DIR));
     fs::copy(test::source_folder() / "verification/library", folder() / "examples");
     quiet(folder() / "examples",
-          fmt::format("'{0}' -S . -B build -DCMAKE_PREFIX_PATH='{1}' -DCMAKE_CXX_COMPILER='{2}' "
+          fmt::format("'{0}' -G Ninja -S . -B build -DCMAKE_PREFIX_PATH='{1}' -DCMAKE_CXX_COMPILER='{2}' "
                       "-DCMAKE_EXE_LINKER_FLAGS='{3}' && '{0}' --build build",
                       FREEPLAY_CMAKE, prefix().string(), FREEPLAY_CXX, FREEPLAY_LINK_FLAGS));
   }
