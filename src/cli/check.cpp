@@ -114,7 +114,7 @@ int check(const Request& request) {
         fmt::print("\n");
       }
       ++available;
-    } catch (const SceneError& e) {
+    } catch (const ModelError& e) {
       fmt::print("{}", wrapped(fmt::format("  {:<10} not available: {}\n", name, e.what()), 13));
     }
   }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <numbers>
 #include <string_view>
 #include <variant>
@@ -18,6 +17,7 @@
 #include "model/assembly.hpp"
 #include "model/redundancy.hpp"
 #include "model/system.hpp"
+#include "sim/clock.hpp"
 #include "sim/sensors.hpp"
 #include "sim/watch.hpp"
 
@@ -61,13 +61,7 @@ Scene checked(Scene scene) {
   try {
     parse_scene(to_toml(facts), "");
   } catch (const SceneError& e) {
-    std::string_view what = e.what();
-    what.remove_prefix(
-        std::min(what.find_first_not_of(":0123456789 "), what.size()));  // LINE:COL of the text
-    const auto colon = what.find(": ");
-    if (colon == what.npos || what.substr(0, colon).find(' ') != what.npos)
-      throw ModelError("", std::string(what));
-    throw ModelError(std::string(what.substr(0, colon)), std::string(what.substr(colon + 2)));
+    throw ModelError(e.key, e.message);  // without its place in a text that nobody wrote
   }
   return scene;
 }
@@ -88,13 +82,6 @@ State start_of(const Scene& scene, const SimulationOptions& options) {
                      fmt::format("must have {} first-order states, or none for their beginning at 0, has {}",
                                  states, options.start->z.size()));
   return *options.start;
-}
-
-/// Of the calling thread: a run is one thread's, and others may run beside it.
-double cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 long peak_memory_kib() {
@@ -244,13 +231,13 @@ Result Simulation::run(const RunRequest& request) {
   const Running running(s.running);
 
   const auto wall = std::chrono::steady_clock::now();
-  const double cpu = cpu_seconds();
+  const double cpu = thread_seconds();
   watch.begin(s.form->state());
   const auto ending = s.form->run(until, watch);
   watch.end(ending, s.form->state().t, s.form->log());
   auto result = s.summary(ending);
   result.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall).count();
-  result.cpu_seconds = cpu_seconds() - cpu;
+  result.cpu_seconds = thread_seconds() - cpu;
   result.peak_memory_kib = peak_memory_kib();
   result.events = std::move(list.events);
   result.events_seen = list.seen;

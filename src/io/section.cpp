@@ -43,14 +43,14 @@ bool is_plain_name(std::string_view name) {
 void SceneSource::fail(const toml::node* node, const std::string& path, const std::string& message) const {
   for (std::string key = path;;) {
     if (const auto it = overridden.find(key); it != overridden.end())
-      throw SceneError(fmt::format("--set {}: {}: {}", it->second, path, message));
+      throw SceneError(fmt::format("--set {}", it->second), path, message);
     const auto dot = key.rfind('.');
     if (dot == key.npos) break;
     key.resize(dot);
   }
   const auto where = node ? node->source().begin : toml::source_position{};
-  if (where.line == 0) throw SceneError(fmt::format("{}: {}: {}", name, path, message));
-  throw SceneError(fmt::format("{}:{}:{}: {}: {}", name, where.line, where.column, path, message));
+  throw SceneError(where.line == 0 ? name : fmt::format("{}:{}:{}", name, where.line, where.column), path,
+                   message);
 }
 
 Section::Section(const toml::table& table, std::string path, std::string pattern, const SceneSource& source)

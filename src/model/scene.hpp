@@ -153,12 +153,19 @@ struct ModelError : std::runtime_error {
       : std::runtime_error(blamed.empty() ? wrong : blamed + ": " + wrong), key(blamed), message(wrong) {}
   std::string key;      ///< dotted
   std::string message;  ///< without the key
+
+ protected:
+  ModelError(const std::string& what, const std::string& blamed, const std::string& wrong)
+      : std::runtime_error(what), key(blamed), message(wrong) {}
 };
 
 /// The same with its place in a file. what() is the one line that a user gets: FILE:LINE:COL: key: what is wrong, what would be
 /// right.
 struct SceneError : ModelError {
   explicit SceneError(const std::string& what) : ModelError("", what) {}
+  /// `place`: FILE:LINE:COL, or what else the key was set by.
+  SceneError(const std::string& place, const std::string& blamed, const std::string& wrong)
+      : ModelError(place + ": " + blamed + ": " + wrong, blamed, wrong) {}
 };
 
 /// Reads and validates a scene; each override is KEY=VALUE with a dotted key. Throws SceneError.

@@ -4,20 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <numbers>
 
 #include "freeplay.hpp"
+#include "sim/clock.hpp"
 #include "version.hpp"
 
 namespace freeplay {
 namespace {
-
-double thread_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 int instrument(const Scene& scene, const std::string& name, Instrument::Kind kind, const char* key) {
   for (std::size_t i = 0; i < scene.instruments.size(); ++i)
