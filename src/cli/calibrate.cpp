@@ -6,9 +6,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "cli/commands.hpp"
+#include "cli/calibrate.hpp"
 #include "cli/default_folder.hpp"
 #include "cli/progress.hpp"
+#include "cli/verb.hpp"
 #include "io/output_file.hpp"
 
 namespace freeplay::cli {
@@ -55,7 +56,15 @@ nlohmann::json to_json(const Study& study, const CalibrationResult& r) {
   return j;
 }
 
-int calibrate(const Request& request) {
+namespace {
+
+struct CalibrateRequest : Request {
+  std::string scene;   ///< the study's file
+  std::string output;  ///< result folder
+  int threads = 0;     ///< 0 for all cores
+};
+
+int calibrate(const CalibrateRequest& request) {
   const auto study = read_study(request.scene);
   const std::filesystem::path folder =
       request.output.empty() ? default_folder(study.file, "") : std::filesystem::path(request.output);
@@ -99,6 +108,16 @@ int calibrate(const Request& request) {
   write_file(folder / "calibration.json", to_json(study, r).dump(1) + "\n");
   fmt::print("\nresults in {}\n", folder.string());
   return 0;
+}
+
+}  // namespace
+
+void calibrate_verb(Program& program) {
+  auto [options, request] =
+      program.verb("calibrate", "fit a study's unknowns to measured statistics", calibrate);
+  options.add("study", request.scene, "study file with [calibrate]").required();
+  options.output(request.output, "result folder; default out/NAME");
+  options.threads(request.threads);
 }
 
 }  // namespace freeplay::cli

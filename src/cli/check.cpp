@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include "cli/commands.hpp"
+#include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "formulations/make.hpp"
 #include "model/assembly.hpp"
@@ -63,9 +63,13 @@ void economies(const Scene& scene, const System& system, const SaddlePoint& sadd
       fmt::print("{}", wrapped(fmt::format("      {}: {}\n", what, reason), 6));
 }
 
-}  // namespace
+struct CheckRequest : Request {
+  std::string scene;
+  std::vector<std::string> overrides;
+  bool why = false;  ///< reasons of what is left out
+};
 
-int check(const Request& request) {
+int check(const CheckRequest& request) {
   const Scene scene = read_scene(request.scene, request.overrides);
   const System system(scene.mechanism);
   const State start = assemble(scene.mechanism, scene.run.start);
@@ -119,6 +123,16 @@ int check(const Request& request) {
     }
   }
   return available > 0 ? 0 : 1;
+}
+
+}  // namespace
+
+void check_verb(Program& program) {
+  auto [options, request] =
+      program.verb("check", "read and validate a scene; print what it makes the solver carry", check);
+  options.scene(request.scene).required();
+  options.set(request.overrides);
+  options.flag("--why", request.why, "say why each thing is eliminated or left out");
 }
 
 }  // namespace freeplay::cli

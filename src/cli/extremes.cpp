@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "cli/commands.hpp"
 #include "cli/progress.hpp"
+#include "cli/verb.hpp"
 #include "freeplay.hpp"
 #include "io/output_file.hpp"
 #include "io/run_folder.hpp"
@@ -16,7 +16,14 @@
 
 namespace freeplay::cli {
 
-int extremes(const Request& request) {
+namespace {
+
+struct ExtremesRequest : Request {
+  std::string output;    ///< result folder
+  std::string document;  ///< folder for extremes.md and its figure
+};
+
+int extremes(const ExtremesRequest& request) {
   using namespace verification;
   test::source_folder();  // throws before anything is judged or written
   auto cells = rig_cells();
@@ -107,6 +114,15 @@ int extremes(const Request& request) {
     write_file(place / "extremes.md", text);
   }
   return defects == 0 ? 0 : 1;
+}
+
+}  // namespace
+
+void extremes_verb(Program& program) {
+  auto [options, request] =
+      program.verb("extremes", "the map of what holds at the edges; fails on a silent error", extremes);
+  options.output(request.output, "result folder");
+  options.add("--document", request.document, "write extremes.md and its figure into this folder");
 }
 
 }  // namespace freeplay::cli

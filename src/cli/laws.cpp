@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include "cli/commands.hpp"
+#include "cli/verb.hpp"
 #include "formulations/make.hpp"
 #include "plots/figure.hpp"
 
@@ -17,9 +17,16 @@ std::string padded(std::string_view text, int to) {
   return std::string(text) + std::string(static_cast<std::size_t>(std::max(1, to - width(text))), ' ');
 }
 
-}  // namespace
+struct LawsRequest : Request {
+  std::string scene;
+  std::optional<double> restitution;
+  std::vector<std::string> overrides;
+  double mass = 1;     ///< kg, of the impact that is drawn
+  double speed = 0.1;  ///< m/s
+  std::string output;  ///< result folder
+};
 
-int laws(const Request& request) {
+int laws(const LawsRequest& request) {
   if (!request.scene.empty()) {
     const Scene scene = read_scene(request.scene, request.overrides);
     const auto folder =
@@ -62,6 +69,19 @@ int laws(const Request& request) {
       "argument of\ntheir logarithm has a dimension, so the force depends on the units chosen.\n\nfreeplay "
       "laws --restitution 0.46 prints what each delivers.\n");
   return 0;
+}
+
+}  // namespace
+
+void laws_verb(Program& program) {
+  auto [options, request] = program.verb("laws", "list the contact laws, or what each delivers", laws);
+  const auto drawn = options.add("scene", request.scene, "draw the laws for this scene's first contact");
+  options.add("--restitution", request.restitution, "restitution asked for: print what each law delivers")
+      .excludes(drawn);
+  options.set(request.overrides).needs(drawn);
+  options.add("--mass", request.mass, "mass of the impact that is drawn, kg").needs(drawn);
+  options.add("--speed", request.speed, "its speed of approach, m/s").needs(drawn);
+  options.output(request.output, "result folder; default out/laws").needs(drawn);
 }
 
 }  // namespace freeplay::cli

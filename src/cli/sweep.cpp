@@ -6,9 +6,9 @@
 #include <cmath>
 #include <map>
 
-#include "cli/commands.hpp"
 #include "cli/default_folder.hpp"
 #include "cli/progress.hpp"
+#include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "io/output_file.hpp"
 #include "study/intervals.hpp"
@@ -22,9 +22,13 @@ std::string left(double seconds) {
   return fmt::format("{:.0f} min", seconds / 60);
 }
 
-}  // namespace
+struct SweepRequest : Request {
+  std::string scene;   ///< the study's file
+  std::string output;  ///< result folder
+  int threads = 0;     ///< 0 for all cores
+};
 
-int sweep(const Request& request) {
+int sweep(const SweepRequest& request) {
   const auto study = read_study(request.scene);
   const std::filesystem::path folder =
       request.output.empty() ? default_folder(study.file, "") : std::filesystem::path(request.output);
@@ -54,6 +58,15 @@ int sweep(const Request& request) {
   fmt::print("results in {}\n", (folder / "sweep.db").string());
   if (summary.interrupted) fmt::print("interrupted; the same command carries on\n");
   return summary.interrupted || !results.failures().empty() ? 1 : 0;
+}
+
+}  // namespace
+
+void sweep_verb(Program& program) {
+  auto [options, request] = program.verb("sweep", "run what is missing of a study, on all cores", sweep);
+  options.add("study", request.scene, "study file").required();
+  options.output(request.output, "result folder; default out/NAME");
+  options.threads(request.threads);
 }
 
 }  // namespace freeplay::cli

@@ -1,4 +1,4 @@
-// freeplay tradeoff and freeplay advise.
+// freeplay tradeoff: what accuracy costs, every setting on the scenes of a study.
 #include "study/tradeoff.hpp"
 
 #include <fmt/format.h>
@@ -7,17 +7,16 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "cli/commands.hpp"
 #include "cli/default_folder.hpp"
 #include "cli/progress.hpp"
+#include "cli/shown.hpp"
+#include "cli/verb.hpp"
 #include "freeplay.hpp"
 #include "io/output_file.hpp"
 #include "plots/figure.hpp"
 
 namespace freeplay::cli {
 namespace {
-
-std::string shown(double x) { return std::isfinite(x) ? fmt::format("{:.1e}", x) : std::string("-"); }
 
 const Reference& judged(const TradeoffScene& t, const Setting& setting) {
   return setting.formulation == "penalty" ? t.penalty : t.nonsmooth;
@@ -61,9 +60,14 @@ std::string heading(const TradeoffScene& t) {
       t.nonsmooth.horizon, shown(t.nonsmooth.accuracy), shown(t.model_error), shown(t.sampling_error));
 }
 
-}  // namespace
+struct TradeoffRequest : Request {
+  std::string scene;     ///< the study's file
+  int repeats = 3;       ///< runs of each setting
+  std::string output;    ///< result folder
+  std::string document;  ///< folder for tradeoff.md and its figures
+};
 
-int tradeoff(const Request& request) {
+int tradeoff(const TradeoffRequest& request) {
   const auto study = read_study(request.scene);
   const std::filesystem::path folder =
       request.output.empty() ? default_folder(study.file, "") : std::filesystem::path(request.output);
@@ -141,56 +145,15 @@ int tradeoff(const Request& request) {
   return 0;
 }
 
-int advise(const Request& request) {
-  const auto scene = read_scene(request.scene, request.overrides);
-  auto with = request.conduct();
-  with.matched = false;  // as `run` takes it
-  int status = 1;
-  for (const char* formulation : {"penalty", "nonsmooth"}) {
-    Progress progress;
-    Advice advice;
-    try {
-      advice = freeplay::advise(scene, formulation, request.error / 100, with,
-                                [&](double done) { progress.show(formulation, done); });
-    } catch (const ModelError& e) {
-      fmt::print("{}: not available: {}\n\n", formulation, e.what());
-      continue;
-    }
-    progress.clear();
-    if (request.stop()) return 1;
-    if (advice.tried.empty()) {
-      fmt::print("{}: no reference: {}\n\n", formulation, advice.reference.ending.reason);
-      continue;
-    }
-    if (advice.by_events)
-      fmt::print("{}: judged by {} touches to {:.4g} s, reference known to {}\n", formulation,
-                 advice.reference.touches.size(), advice.reference.horizon, shown(advice.reference.accuracy));
-    else
-      fmt::print("{}: no touches; judged by the velocities at {:.4g} s\n", formulation,
-                 advice.reference.state_time);
-    fmt::print("  {:<34}{:>10}{:>12}{:>12}{:>10}\n", "setting", "error, %", "rhs", "Jacobians", "CPU ms");
-    for (std::size_t i = 0; i < advice.tried.size(); ++i) {
-      const auto& m = advice.tried[i];
-      const double error = advice.by_events ? m.errors.events : m.errors.state;
-      fmt::print("{} {:<34}{:>10}{:>12}{:>12}{:>10.3g}\n", static_cast<int>(i) == advice.chosen ? '>' : ' ',
-                 m.setting.label(),
-                 m.ending.status == Ending::Status::finished ? shown(100 * error) : "stopped", m.work.rhs,
-                 m.work.jacobians, 1e3 * m.cpu);
-    }
-    if (advice.chosen >= 0) {
-      std::string keys;
-      for (const auto& k : advice.tried[advice.chosen].setting.keys()) keys += " --set " + k;
-      fmt::print(
-          "the cheapest within {:.3g} % with a factor of two to spare, by right-hand sides and ten for each\n"
-          "Jacobian (counts, not times; -: touches are missing):\n ",
-          request.error);
-      fmt::print("{}\n\n", keys);
-      status = 0;
-    } else {
-      fmt::print("none stays within {:.3g} %\n\n", request.error);
-    }
-  }
-  return status;
+}  // namespace
+
+void tradeoff_verb(Program& program) {
+  auto [options, request] =
+      program.verb("tradeoff", "what accuracy costs: every setting on the scenes of a study", tradeoff);
+  options.add("study", request.scene, "study file").required();
+  options.add("--repeats", request.repeats, "runs of each setting, interleaved").between(1, 1000);
+  options.output(request.output, "result folder; default out/NAME");
+  options.add("--document", request.document, "write tradeoff.md and its figures into this folder");
 }
 
 }  // namespace freeplay::cli

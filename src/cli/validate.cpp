@@ -6,8 +6,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "cli/commands.hpp"
 #include "cli/default_folder.hpp"
+#include "cli/validate.hpp"
 #include "io/output_file.hpp"
 #include "io/section.hpp"
 #include "plots/figure.hpp"
@@ -43,9 +43,7 @@ std::string table(const Validation& v) {
   return out;
 }
 
-}  // namespace
-
-int validate_data(const Request& request) {
+int validate_data(const ValidateRequest& request) {
   const std::filesystem::path folder = request.output.empty() ? default_folder(request.scene, "-validation")
                                                               : std::filesystem::path(request.output);
   auto with = request.conduct();
@@ -79,10 +77,26 @@ int validate_data(const Request& request) {
   return status;
 }
 
-int validate(const Request& request) {
+int validate(const ValidateRequest& request) {
   if (request.data.empty() && !parse_toml(read_text(request.scene), request.scene).contains("claims"))
     throw SceneError(fmt::format("{}: a scene needs --data FILE, a study claims", request.scene));
   return request.data.empty() ? validate_study(request) : validate_data(request);
+}
+
+}  // namespace
+
+void validate_verb(Program& program) {
+  auto [options, request] = program.verb(
+      "validate", "a scene against a measured file, or a study against published findings", validate);
+  options.add("scene", request.scene, "scene file, or study file with claims").required();
+  const auto data = options.add("--data", request.data, "CSV with t or crank_angle, and acceleration");
+  options.set(request.overrides, "override a key of the scene, KEY=VALUE; may be repeated").needs(data);
+  options.output(request.output, "result folder; default out/NAME-validation, of a study out/NAME");
+  options.flag("--as-given", request.as_given, "leave the impact law at the restitution asked for, unmatched")
+      .needs(data);
+  options
+      .add("--document", request.document, "write a study's experiment.md and its figures into this folder")
+      .excludes(data);
 }
 
 }  // namespace freeplay::cli

@@ -3,9 +3,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "cli/commands.hpp"
+#include "cli/calibrate.hpp"
 #include "cli/default_folder.hpp"
 #include "cli/progress.hpp"
+#include "cli/validate.hpp"
 #include "io/output_file.hpp"
 #include "plots/figure.hpp"
 #include "study/tables.hpp"
@@ -14,6 +15,8 @@
 
 namespace freeplay::cli {
 namespace {
+
+constexpr int all_cores = 0;
 
 /// The fitted study's scene at its optimum.
 Variant calibrated_variant(const Study& study, const Study& fitted, const Fit& fit) {
@@ -33,7 +36,7 @@ Variant calibrated_variant(const Study& study, const Study& fitted, const Fit& f
 
 }  // namespace
 
-int validate_study(const Request& request) {
+int validate_study(const ValidateRequest& request) {
   auto study = read_study(request.scene);
   if (study.claims != "flores2011")
     throw SceneError(
@@ -55,7 +58,7 @@ int validate_study(const Request& request) {
   std::optional<CalibrationResult> fit;
   if (!study.fit.empty()) {
     fitted = read_study(study.fit);
-    fit = calibrate(*fitted, request.conduct(), folder, request.threads, show("calibration"));
+    fit = calibrate(*fitted, request.conduct(), folder, all_cores, show("calibration"));
     progress.clear();
     if (fit->sweep.interrupted) {
       fmt::print("interrupted; the same command carries on\n");
@@ -65,7 +68,7 @@ int validate_study(const Request& request) {
     write_file(folder / "calibration.json", to_json(*fitted, *fit).dump(1) + "\n");
   }
   Results results(folder / "sweep.db", study);
-  const auto summary = sweep(study, request.conduct(), results, request.threads, show("matrix"));
+  const auto summary = sweep(study, request.conduct(), results, all_cores, show("matrix"));
   progress.clear();
   if (summary.interrupted) {
     fmt::print("interrupted; the same command carries on\n");

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "cli/commands.hpp"
 #include "cli/progress.hpp"
+#include "cli/verb.hpp"
 #include "io/output_file.hpp"
 #include "io/run_folder.hpp"
 #include "io/run_json.hpp"
@@ -51,9 +51,13 @@ void draw_curves(const std::vector<Verdict>& verdicts, const std::filesystem::pa
   }
 }
 
-}  // namespace
+struct VerifyRequest : Request {
+  std::vector<std::string> names;  ///< sets of claims; none: all
+  std::string output;              ///< result folder
+  std::string document;            ///< folder for verification.md and its figures
+};
 
-int verify(const Request& request) {
+int verify(const VerifyRequest& request) {
   std::vector<const ClaimSet*> chosen;
   for (const auto& set : claim_sets())
     if (request.names.empty() || std::ranges::find(request.names, set.name) != request.names.end())
@@ -100,6 +104,16 @@ int verify(const Request& request) {
   }
   fmt::print("results in {}\n", folder.string());
   return all ? 0 : 1;
+}
+
+}  // namespace
+
+void verify_verb(Program& program) {
+  auto [options, request] =
+      program.verb("verify", "judge every claim that the program makes of itself", verify);
+  options.add("names", request.names, "sets of claims; default all");
+  options.output(request.output, "result folder");
+  options.add("--document", request.document, "write verification.md and its figures into this folder");
 }
 
 }  // namespace freeplay::cli

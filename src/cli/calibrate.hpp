@@ -1,0 +1,15 @@
+// A calibration as calibration.json keeps it.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace freeplay {
+struct Study;
+struct CalibrationResult;
+}  // namespace freeplay
+
+namespace freeplay::cli {
+
+nlohmann::json to_json(const Study& study, const CalibrationResult& result);
+
+}  // namespace freeplay::cli

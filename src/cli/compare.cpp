@@ -1,0 +1,66 @@
+// freeplay compare: a scene solved in both formulations, side by side.
+#include "study/compare.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "cli/accuracy.hpp"
+#include "cli/default_folder.hpp"
+#include "cli/ending.hpp"
+#include "cli/progress.hpp"
+#include "cli/verb.hpp"
+#include "cli/wrapped.hpp"
+#include "plots/figure.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+struct CompareRequest : Request {
+  std::string scene;
+  std::vector<std::string> overrides;
+  bool as_given = false;  ///< the impact law at the restitution asked for
+  bool forces = false;    ///< forces.csv too
+  std::string accuracy;   ///< fast, balanced or reference; empty: the scene's own settings
+  std::string output;     ///< result folder
+};
+
+int compare(const CompareRequest& request) {
+  auto overrides = with_accuracy(request.accuracy, {"penalty", "nonsmooth"}, request.overrides);
+  if (request.forces) overrides.push_back("run.forces=true");
+  const Scene scene = read_scene(request.scene, overrides);
+  const std::filesystem::path folder =
+      request.output.empty() ? default_folder(scene.file, "") : std::filesystem::path(request.output);
+  Progress progress;
+  CompareSetup setup;
+  setup.matched = !request.as_given;
+  setup.stop = request.stop;
+  setup.on_progress = [&](const std::string& which, double done) { progress.show(which, done); };
+  const auto comparison = freeplay::compare(scene, setup, folder);
+  progress.clear();
+  int status = report(comparison.penalty);
+  if (comparison.penalty.ending.status != Ending::Status::interrupted) status |= report(comparison.nonsmooth);
+  if (request.stop()) return 1;
+
+  fmt::print("{}\n", wrapped(comparison_table(scene, comparison, false)));
+  say_undetermined(comparison.penalty);
+  fmt::print("results in {}\nfigures:\n", folder.string());
+  for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
+  return status;
+}
+
+}  // namespace
+
+void compare_verb(Program& program) {
+  auto [options, request] =
+      program.verb("compare", "solve a scene in both formulations and compare them", compare);
+  options.scene(request.scene).required();
+  options.set(request.overrides);
+  options.flag("--as-given", request.as_given,
+               "leave the impact law at the restitution asked for, unmatched");
+  options.flag("--forces", request.forces, "write forces.csv too, and draw its figures");
+  options.accuracy(request.accuracy);
+  options.output(request.output, "result folder; default out/NAME");
+}
+
+}  // namespace freeplay::cli

@@ -1,0 +1,57 @@
+// freeplay drift: what each stabilisation does to constraint errors and to the energy balance.
+#include "study/drift.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "cli/default_folder.hpp"
+#include "cli/progress.hpp"
+#include "cli/verb.hpp"
+#include "plots/figure.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+struct DriftRequest : Request {
+  std::string scene;
+  std::vector<std::string> overrides;
+  std::string output;  ///< result folder
+};
+
+int drift(const DriftRequest& request) {
+  const Scene scene = read_scene(request.scene, request.overrides);
+  const auto folder =
+      request.output.empty() ? default_folder(scene.file, "-drift") : std::filesystem::path(request.output);
+  Progress progress;
+  const auto runs = measure_drift(scene, request.stop, folder,
+                                  [&](const std::string& which, double done) { progress.show(which, done); });
+  progress.clear();
+  if (request.stop()) return 1;
+  fmt::print("{:<12}{:>14}{:>14}{:>14}{:>12}{:>10}\n", "", "greatest m", "greatest rad", "closure J", "rhs",
+             "CPU s");
+  int status = 0;
+  for (const auto& r : runs) {
+    fmt::print("{:<12}{:>14.2g}{:>14.2g}{:>14.2g}{:>12}{:>10.3g}\n", r.stabilisation, r.greatest_length,
+               r.greatest_angle, r.closure, r.rhs, r.cpu_seconds);
+    if (r.ending.status == Ending::Status::failed) {
+      fmt::print(stderr, "{}: stopped: {}\n", r.stabilisation, r.ending.reason);
+      status = 1;
+    }
+  }
+  fmt::print("results in {}\nfigures:\n", folder.string());
+  for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
+  return status;
+}
+
+}  // namespace
+
+void drift_verb(Program& program) {
+  auto [options, request] =
+      program.verb("drift", "what each stabilisation of the penalty formulation does to a scene", drift);
+  options.scene(request.scene).required();
+  options.set(request.overrides);
+  options.output(request.output, "result folder; default out/NAME-drift");
+}
+
+}  // namespace freeplay::cli

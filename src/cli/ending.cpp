@@ -1,0 +1,26 @@
+#include "cli/ending.hpp"
+
+#include <fmt/format.h>
+
+#include "cli/wrapped.hpp"
+
+namespace freeplay::cli {
+
+void say_undetermined(const Result& r) {
+  if (r.undetermined.empty()) return;
+  fmt::print(
+      "{}", wrapped(fmt::format("note: mechanics does not determine the reactions of {} (rows depend on each "
+                                "other): those in forces.csv are of least norm\n",
+                                fmt::join(r.undetermined, ", "))));
+}
+
+int report(const Result& summary) {
+  if (summary.ending.status == Ending::Status::finished) return 0;
+  if (summary.ending.status == Ending::Status::failed)
+    fmt::print(stderr, "{}: stopped: {}\n", summary.formulation, summary.ending.reason);
+  else
+    fmt::print(stderr, "{}: interrupted at t = {:.9g} s\n", summary.formulation, summary.t_end);
+  return 1;
+}
+
+}  // namespace freeplay::cli

@@ -1,0 +1,34 @@
+// freeplay figures: draws again what the result files of a folder allow.
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "cli/verb.hpp"
+#include "plots/figure.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+struct FiguresRequest : Request {
+  std::string folder;
+};
+
+int figures(const FiguresRequest& request) {
+  const std::filesystem::path folder = request.folder;
+  const auto made = plots::all(folder);
+  if (made.empty())
+    throw SceneError(request.folder +
+                     ": has no result files to draw; give a folder made by freeplay run, compare, laws, "
+                     "drift or validate");
+  for (const auto& path : made) fmt::print("{}\n", path.string());
+  return 0;
+}
+
+}  // namespace
+
+void figures_verb(Program& program) {
+  auto [options, request] = program.verb("figures", "draw the figures of a result folder again", figures);
+  options.add("folder", request.folder, "folder made by run, compare, laws, drift or validate").required();
+}
+
+}  // namespace freeplay::cli
