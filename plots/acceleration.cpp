@@ -60,13 +60,12 @@ bool driven(const std::filesystem::path& file) {
   return !angle.empty() && angle.back() != 0;
 }
 
-}  // namespace
-
-std::filesystem::path acceleration(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
   const auto file = [&](const char* run) { return folder / run / "signals.csv"; };
   if (!std::filesystem::exists(file("penalty"))) return {};
   Figure f;
   f.name = "acceleration";
+  f.source = "comparison.json";
   std::string plot;
   const char* const titles[][2] = {
       {"penalty", "penalty"}, {"nonsmooth", "nonsmooth"}, {"ideal", "ideal joint"}};
@@ -85,7 +84,11 @@ std::filesystem::path acceleration(const std::filesystem::path& folder) {
   f.script += fmt::format(
       "set ylabel 'Acceleration, {} (m/s²)' noenhanced\nset key outside top center horizontal\n{}\n",
       trace.channel, plot);
-  return draw(f, folder);
+  return {draw(f, folder)};
 }
+
+}  // namespace
+
+const Drawing acceleration{{"comparison.json"}, draw_all};
 
 }  // namespace freeplay::plots

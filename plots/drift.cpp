@@ -6,13 +6,15 @@
 #include "plots/figure.hpp"
 
 namespace freeplay::plots {
+namespace {
 
-std::filesystem::path drift(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
   const Csv csv(folder / "drift.csv");
   const auto& kind = csv.text("stabilisation");
   const auto t = csv.column("t"), length = csv.column("length"), closure = csv.column("closure");
   Figure f;
   f.name = "drift";
+  f.source = "drift.json";
   f.height_cm = 13;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < kind.size(); ++i) {
@@ -37,7 +39,11 @@ std::filesystem::path drift(const std::filesystem::path& folder) {
       "0,0.4\nset ylabel 'Constraint error (m)'\n" +
       curves(2) + "unset label 100\nset ylabel 'Energy balance, error (J)'\n" + curves(3) +
       "unset multiplot\n";
-  return draw(f, folder);
+  return {draw(f, folder)};
 }
+
+}  // namespace
+
+const Drawing drift{{"drift.json"}, draw_all};
 
 }  // namespace freeplay::plots

@@ -70,6 +70,7 @@ class Experiment {
   Figure begin(const std::string& what, double height) const {
     Figure f;
     f.name = "experiment_" + what;
+    f.source = "experiment.json";
     f.height_cm = height;
     return f;
   }
@@ -241,12 +242,14 @@ class Experiment {
   std::vector<double> clearances_, speeds_;
 };
 
-}  // namespace
-
-std::vector<std::filesystem::path> experiment(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
   const auto variants = Csv(folder / "cells.csv").text("variant");
   const bool calibrated = std::ranges::find(variants, "calibrated") != variants.end();
   return Experiment(folder, calibrated ? "calibrated" : variants.front()).all();
 }
+
+}  // namespace
+
+const Drawing experiment{{"experiment.json"}, draw_all};
 
 }  // namespace freeplay::plots

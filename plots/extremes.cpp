@@ -97,9 +97,7 @@ std::vector<Panel> read(const std::filesystem::path& folder) {
 
 double height(const Panel& p) { return 1.05 + 0.42 * static_cast<double>(p.rows.size()); }  // cm
 
-}  // namespace
-
-std::filesystem::path extremes(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
   const auto panels = read(folder);
   const double total = std::accumulate(panels.begin(), panels.end(), 0.0,
                                        [](double sum, const Panel& p) { return sum + height(p); });
@@ -112,6 +110,7 @@ std::filesystem::path extremes(const std::filesystem::path& folder) {
   }
   Figure f;
   f.name = "extremes";
+  f.source = "extremes.json";
   f.width_cm = 20;
   const double top = 1.1, bottom = 0.5;  // cm, for the key and the origin
   f.height_cm = std::max(filled[0], filled[1]) + top + bottom;
@@ -153,7 +152,11 @@ std::filesystem::path extremes(const std::filesystem::path& folder) {
     f.script += plot + "\nunset label 100\n";  // the origin stands once
   }
   f.script += "unset multiplot\n";
-  return draw(f, folder);
+  return {draw(f, folder)};
 }
+
+}  // namespace
+
+const Drawing extremes{{"extremes.json"}, draw_all};
 
 }  // namespace freeplay::plots

@@ -4,7 +4,6 @@
 
 #include <gnuplot-iostream.h>
 #include <algorithm>
-#include <array>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -23,6 +22,18 @@ std::vector<std::string> split(const std::string& line) {
 }
 
 std::string quoted(const std::filesystem::path& path) { return "'" + escaped(path.string()) + "'"; }
+
+/// What a figure says of its origin: program, commit, case.
+std::string origin(const Figure& f, const std::filesystem::path& folder) {
+  const auto file = folder / f.source;
+  std::ifstream in(file);
+  const auto document = nlohmann::json::parse(in, nullptr, false);
+  if (document.is_discarded()) throw OutputError(file.string() + ": cannot be read");
+  const auto& p = document.at("provenance");
+  return fmt::format("freeplay {} ({}), {}", p.at("version").get<std::string>(),
+                     p.at("commit").get<std::string>(),
+                     f.scene_file.empty() ? p.at("scene_file").get<std::string>() : f.scene_file);
+}
 
 }  // namespace
 
@@ -61,20 +72,6 @@ std::vector<double> Csv::column(const std::string& name) const {
   return x;
 }
 
-std::string origin(const std::filesystem::path& folder, const std::string& scene_file) {
-  auto file = folder / "comparison.json";
-  for (const auto* other : {"laws.json", "drift.json", "scaling.json", "verification.json", "validation.json",
-                            "experiment.json", "extremes.json", "tradeoff.json", "run.json"})
-    if (!std::filesystem::exists(file)) file = folder / other;
-  std::ifstream in(file);
-  const auto document = nlohmann::json::parse(in, nullptr, false);
-  if (document.is_discarded()) throw OutputError(file.string() + ": cannot be read");
-  const auto& p = document.at("provenance");
-  return fmt::format("freeplay {} ({}), {}", p.at("version").get<std::string>(),
-                     p.at("commit").get<std::string>(),
-                     scene_file.empty() ? p.at("scene_file").get<std::string>() : scene_file);
-}
-
 std::string style() {
   return "set encoding utf8\n"
          "set style line 1 lc rgb '#0b3c8c' lw 1.6 dt 1 pt 6 ps 1.1\n"
@@ -97,11 +94,11 @@ std::filesystem::path draw(const Figure& f, const std::filesystem::path& folder)
 
   std::string body = f.script;
   for (std::size_t at; (at = body.find("'DATA'")) != body.npos;) body.replace(at, 6, "'" + f.name + ".dat'");
-  std::string script =
-      "# " + origin(folder, f.scene_file) + "\n# Draw again: gnuplot " + f.name + ".gp\n" + style();
+  const auto from = origin(f, folder);
+  std::string script = "# " + from + "\n# Draw again: gnuplot " + f.name + ".gp\n" + style();
   script += fmt::format(
       "set label 100 '{}' at screen 0.995, screen 0.012 right font ',6' tc rgb '#888888' noenhanced\n",
-      escaped(origin(folder, f.scene_file)));
+      escaped(from));
   const auto page = [&](const char* terminal, const char* suffix) {
     return fmt::format("reset session\n{}\nset output '{}.{}'\n", terminal, f.name, suffix);
   };
@@ -129,23 +126,19 @@ std::filesystem::path draw(const Figure& f, const std::filesystem::path& folder)
 }
 
 std::vector<std::filesystem::path> all(const std::filesystem::path& folder) {
-  std::vector<std::filesystem::path> made;
-  const auto draw_all = [&](auto list) {
-    for (const auto& one : list)
-      if (const auto path = one(folder); !path.empty()) made.push_back(path);
+  const Drawing* const drawings[] = {
+#define FIGURES(name) &name,
+#include "plots/figures.def"
+#undef FIGURES
   };
-  if (std::filesystem::exists(folder / "comparison.json"))
-    draw_all(std::array{acceleration, journal_orbit, paired_impacts});
-  for (const auto& path : forces(folder)) made.push_back(path);
-  if (std::filesystem::exists(folder / "laws.json"))
-    draw_all(std::array{impact_loops, delivered_restitution, friction_laws});
-  if (std::filesystem::exists(folder / "validation.json")) made.push_back(overlay(folder));
-  if (std::filesystem::exists(folder / "experiment.json"))
-    for (const auto& path : experiment(folder)) made.push_back(path);
-  if (std::filesystem::exists(folder / "extremes.json")) made.push_back(extremes(folder));
-  if (std::filesystem::exists(folder / "tradeoff.json"))
-    for (const auto& path : tradeoff(folder)) made.push_back(path);
-  if (std::filesystem::exists(folder / "drift.json")) made.push_back(drift(folder));
+  std::vector<std::filesystem::path> made;
+  for (const auto* drawing : drawings) {
+    if (std::ranges::none_of(drawing->needs,
+                             [&](const char* f) { return std::filesystem::exists(folder / f); }))
+      continue;
+    const auto paths = drawing->draw(folder);
+    made.insert(made.end(), paths.begin(), paths.end());
+  }
   return made;
 }
 

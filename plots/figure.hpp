@@ -34,11 +34,9 @@ struct Figure {
   std::vector<std::string> blocks;
   /// Commands after the style; 'DATA' stands for the data file.
   std::string script;
-  std::string scene_file;  ///< of the case, where a folder has several; else the folder's own
+  std::string source;      ///< the folder's JSON file whose provenance it names
+  std::string scene_file;  ///< of the case, where a folder has several; else the one of the source
 };
-
-/// What every figure says of its origin: program, commit, case.
-std::string origin(const std::filesystem::path& folder, const std::string& scene_file = {});
 
 /// Line styles that differ in dash and width as well as in colour: 1 penalty, 2 nonsmooth, 3 ideal, 4 help
 /// lines.
@@ -51,35 +49,16 @@ std::string escaped(const std::string& text);
 /// fails.
 std::filesystem::path draw(const Figure& figure, const std::filesystem::path& folder);
 
-/// Each makes one figure of a compared scene, or returns an empty path when the scene has nothing to show in
-/// it.
-std::filesystem::path acceleration(const std::filesystem::path& folder);
-std::filesystem::path journal_orbit(const std::filesystem::path& folder);
-std::filesystem::path paired_impacts(const std::filesystem::path& folder);
+/// Figures of one kind. Each stands in a file of its own under plots/, and its name on one line of figures.def.
+struct Drawing {
+  std::vector<const char*> needs;  ///< result files: it is drawn where the folder has any of them
+  /// Draws it from these and what stands beside them; no paths when they have nothing to show in it.
+  std::vector<std::filesystem::path> (*draw)(const std::filesystem::path& folder);
+};
 
-/// What joints and drives carry, of a compared scene or of one run: reaction_NAME of every joint,
-/// bearing_load_NAME of the revolute ones, drive_torque. None without forces.csv.
-std::vector<std::filesystem::path> forces(const std::filesystem::path& folder);
-
-/// Figures of a folder made by `freeplay laws SCENE`.
-std::filesystem::path impact_loops(const std::filesystem::path& folder);
-std::filesystem::path delivered_restitution(const std::filesystem::path& folder);
-std::filesystem::path friction_laws(const std::filesystem::path& folder);
-
-/// Figure of a folder made by `freeplay validate SCENE --data FILE`.
-std::filesystem::path overlay(const std::filesystem::path& folder);
-
-/// Figures of a folder made by `freeplay validate STUDY`, of its calibrated variant or else its first.
-std::vector<std::filesystem::path> experiment(const std::filesystem::path& folder);
-
-/// Figure of a folder made by `freeplay extremes`.
-std::filesystem::path extremes(const std::filesystem::path& folder);
-
-/// Figures of a folder made by `freeplay tradeoff`, one for each scene.
-std::vector<std::filesystem::path> tradeoff(const std::filesystem::path& folder);
-
-/// Figure of a folder made by `freeplay drift`.
-std::filesystem::path drift(const std::filesystem::path& folder);
+#define FIGURES(name) extern const Drawing name;
+#include "plots/figures.def"
+#undef FIGURES
 
 /// All figures that the result files of a folder allow.
 std::vector<std::filesystem::path> all(const std::filesystem::path& folder);

@@ -106,6 +106,7 @@ std::filesystem::path stack(const ForceTable& table, const std::filesystem::path
   const auto& runs = table.runs();
   Figure f;
   f.name = name;
+  f.source = table.source();
   const double each = panels.size() == 1 ? 6.5 : panels.size() < 5 ? 3.1 : 2.6;
   const double gap = 0.55, top = 1.1, bottom = 1.35;
   const double count = static_cast<double>(panels.size());

@@ -39,6 +39,7 @@ std::optional<Scene> scene_of(const std::filesystem::path& run) {
 
 ForceTable::ForceTable(const std::filesystem::path& folder) {
   if (std::filesystem::exists(folder / "comparison.json")) {
+    source_ = "comparison.json";
     add(folder / "penalty", "penalty", 1);
     add(folder / "nonsmooth", "nonsmooth", 2);
     add(folder / "ideal", "ideal joint", 3);

@@ -22,6 +22,8 @@ class ForceTable {
   /// have a forces.csv. Throws OutputError when such a file cannot be read.
   explicit ForceTable(const std::filesystem::path& folder);
 
+  /// The folder's JSON file: of a comparison or of the run.
+  const char* source() const { return source_; }
   const std::vector<ForceRun>& runs() const { return runs_; }
   /// Whether ForceRun::x is the crank's angle.
   bool turns() const { return drive_.has_value(); }
@@ -48,6 +50,7 @@ class ForceTable {
   const Joint* joint(const std::string& name) const;
   bool loose(const std::string& name) const;
 
+  const char* source_ = "run.json";
   std::vector<ForceRun> runs_;
   std::optional<Scene> scene_;
   std::optional<SpeedDrive> drive_;  // that turns the crank

@@ -76,6 +76,7 @@ std::filesystem::path bearing_load(const ForceTable& table, const std::filesyste
 
   Figure f;
   f.name = "bearing_load_" + file_name(name);
+  f.source = table.source();
   std::vector<std::size_t> panels;
   std::optional<std::size_t> ideal;
   for (std::size_t r = 0; r < runs.size(); ++r) {
@@ -124,9 +125,7 @@ std::filesystem::path bearing_load(const ForceTable& table, const std::filesyste
   return draw(f, folder);
 }
 
-}  // namespace
-
-std::vector<std::filesystem::path> forces(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
   const ForceTable table(folder);
   std::vector<std::filesystem::path> made;
   for (const auto& name : table.joints()) {
@@ -137,5 +136,9 @@ std::vector<std::filesystem::path> forces(const std::filesystem::path& folder) {
   std::erase_if(made, [](const std::filesystem::path& path) { return path.empty(); });
   return made;
 }
+
+}  // namespace
+
+const Drawing forces{{"comparison.json", "run.json"}, draw_all};
 
 }  // namespace freeplay::plots

@@ -23,9 +23,7 @@ std::string orbit(const Csv& csv, const std::string& joint, double from, double 
   return block;
 }
 
-}  // namespace
-
-std::filesystem::path journal_orbit(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
   std::vector<std::string> joints;
   const Csv penalty(folder / "penalty" / "trajectory.csv"),
       nonsmooth(folder / "nonsmooth" / "trajectory.csv");
@@ -49,6 +47,7 @@ std::filesystem::path journal_orbit(const std::filesystem::path& folder) {
 
   Figure f;
   f.name = "journal_orbit";
+  f.source = "comparison.json";
   f.width_cm = 16;
   const double rows = 2.0 * static_cast<double>(joints.size());
   f.height_cm = 8.2 * rows;
@@ -71,7 +70,11 @@ std::filesystem::path journal_orbit(const std::filesystem::path& folder) {
         ++index;
       }
   f.script += "unset multiplot\n";
-  return draw(f, folder);
+  return {draw(f, folder)};
 }
+
+}  // namespace
+
+const Drawing journal_orbit{{"comparison.json"}, draw_all};
 
 }  // namespace freeplay::plots

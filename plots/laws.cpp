@@ -54,14 +54,13 @@ bool line_contact(const std::string& n) {
          n == "pereira";
 }
 
-}  // namespace
-
 std::filesystem::path impact_loops(const std::filesystem::path& folder) {
   const auto c = read(folder / "impact_loops.csv", "delta", "force", 1e6, 1e-3);
   std::ifstream in(folder / "laws.json");
   const auto facts = nlohmann::json::parse(in);
   Figure f;
   f.name = "impact_loops";
+  f.source = "laws.json";
   f.blocks = c.blocks;
   const bool lines = std::ranges::any_of(c.names, line_contact);
   f.height_cm = lines ? 19 : 10;
@@ -83,6 +82,7 @@ std::filesystem::path delivered_restitution(const std::filesystem::path& folder)
   const auto c = read(folder / "delivered.csv", "requested", "delivered", 1, 1);
   Figure f;
   f.name = "delivered_restitution";
+  f.source = "laws.json";
   f.blocks = c.blocks;
   f.height_cm = 10;
   f.script =
@@ -96,6 +96,7 @@ std::filesystem::path friction_laws(const std::filesystem::path& folder) {
   const auto c = read(folder / "friction.csv", "speed", "coefficient", 1e3, 1);
   Figure f;
   f.name = "friction_laws";
+  f.source = "laws.json";
   f.blocks = c.blocks;
   f.script =
       "set key bottom right Left reverse\nset xrange [-5:5]\nset xlabel 'Sliding speed (mm/s)'\nset ylabel "
@@ -104,5 +105,13 @@ std::filesystem::path friction_laws(const std::filesystem::path& folder) {
       plot(c, 0, [](const std::string&) { return true; });
   return draw(f, folder);
 }
+
+std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+  return {impact_loops(folder), delivered_restitution(folder), friction_laws(folder)};
+}
+
+}  // namespace
+
+const Drawing laws{{"laws.json"}, draw_all};
 
 }  // namespace freeplay::plots

@@ -9,8 +9,9 @@
 #include "plots/figure.hpp"
 
 namespace freeplay::plots {
+namespace {
 
-std::filesystem::path paired_impacts(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
   std::ifstream in(folder / "comparison.json");
   const auto document = nlohmann::json::parse(in);
   const auto& pairing = document.at("pairing");
@@ -19,6 +20,7 @@ std::filesystem::path paired_impacts(const std::filesystem::path& folder) {
 
   Figure f;
   f.name = "paired_impacts";
+  f.source = "comparison.json";
   f.height_cm = 12;
   std::string penalty = "# penalty: t (ms), approach speed (m/s)\n", nonsmooth = "# nonsmooth: the same\n";
   std::string difference = "# number, |difference| of time / interval, of approach speed, of impulse\n";
@@ -50,7 +52,11 @@ std::filesystem::path paired_impacts(const std::filesystem::path& folder) {
       "points pt 8 lc rgb '#0b3c8c' title 'approach speed', '' index 2 using 1:4 with points pt 2 lc rgb "
       "'#c8500a' title 'impulse'\nunset multiplot\n",
       1.05e3 * pairing.at("horizon_s").get<double>(), number + 0.5, number > 20 ? number / 10 : 1);
-  return draw(f, folder);
+  return {draw(f, folder)};
 }
+
+}  // namespace
+
+const Drawing paired_impacts{{"comparison.json"}, draw_all};
 
 }  // namespace freeplay::plots

@@ -24,9 +24,7 @@ nlohmann::json about(const std::filesystem::path& folder, const std::string& sce
   return document.value("scenes", nlohmann::json::object()).value(scene, nlohmann::json::object());
 }
 
-}  // namespace
-
-std::vector<std::filesystem::path> tradeoff(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
   const Csv csv(folder / "tradeoff.csv");
   const auto &scene = csv.text("scene"), &method = csv.text("method"), &formulation = csv.text("formulation");
   const auto events = csv.column("events"), state = csv.column("state"), rhs = csv.column("rhs"),
@@ -40,6 +38,7 @@ std::vector<std::filesystem::path> tradeoff(const std::filesystem::path& folder)
   for (const auto& name : scenes) {
     Figure f;
     f.name = "tradeoff_" + name;
+    f.source = "tradeoff.json";
     f.height_cm = 10;
     const auto facts = about(folder, name);
     f.scene_file = facts.value("scene_file", "");
@@ -100,5 +99,9 @@ std::vector<std::filesystem::path> tradeoff(const std::filesystem::path& folder)
   }
   return made;
 }
+
+}  // namespace
+
+const Drawing tradeoff{{"tradeoff.json"}, draw_all};
 
 }  // namespace freeplay::plots

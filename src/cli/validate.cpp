@@ -73,7 +73,7 @@ int validate_data(const ValidateRequest& request) {
                          v.models[0].mean_turn[i], v.models[1].mean_turn[i]);
   write_file(folder / "overlay.csv", csv);
   fmt::print("\nresults in {}\n", folder.string());
-  if (status == 0) fmt::print("figures:\n  {}\n", plots::overlay(folder).string());
+  if (status == 0) fmt::print("figures:\n  {}\n", plots::overlay.draw(folder).front().string());
   return status;
 }
 

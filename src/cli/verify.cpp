@@ -31,6 +31,7 @@ void draw_curves(const std::vector<Verdict>& verdicts, const std::filesystem::pa
   for (const auto& name : names) {
     plots::Figure figure;
     figure.name = name;
+    figure.source = "verification.json";
     figure.height_cm = 12;
     std::string plot = "plot ";
     for (const auto& c : curves) {

@@ -49,6 +49,7 @@ int main(int count, char** arguments) {
   std::ofstream(folder / "scaling.json") << nlohmann::json{{"provenance", origin}};
   plots::Figure f;
   f.name = "scaling";
+  f.source = "scaling.json";
   for (const auto& b : blocks) f.blocks.push_back(b);
   f.script =
       "set logscale xy\nset xlabel 'Loose joints'\nset ylabel 'CPU time per step (µs)'\nset key top left\n"
