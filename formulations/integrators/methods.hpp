@@ -24,9 +24,11 @@ namespace freeplay {
 
 using Vector = std::vector<double>;
 
-/// The error of a step in units of what is accepted: max |error_i| / (tolerance (absolute_i + relative_i
-/// |x_i|)). A component with infinite absolute_i, or behind the last of them, is carried along without error
-/// control.
+/// The error of a step in units of what is accepted:
+///
+///     max |error_i| / (tolerance (absolute_i + relative_i |x_i|)).
+///
+/// A component with infinite absolute_i, or behind the last of them, is carried along without error control.
 struct ErrorNorm {
   Vector absolute, relative;
   double tolerance = 1e-8;

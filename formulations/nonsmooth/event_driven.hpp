@@ -3,8 +3,11 @@
 // step of their own, and the motion begun anew in the mode that the accelerations choose.
 //
 // A contact that bounces ever faster would take infinitely many impacts to come to rest. With u⁺ its rate
-// after an impact, e = u⁺/|u⁻| and g̈ < 0 what presses it, the rest of the sequence lasts τ = 2u⁺/(|g̈|(1 −
-// e)). Once its hops are lower than 1e-9 of the clearance (or a thousand roundings of the gap) the contact is
+// after an impact, e = u⁺/|u⁻| and g̈ < 0 what presses it, the rest of the sequence lasts
+//
+//     τ = 2u⁺/(|g̈| (1 − e)).
+//
+// Once its hops are lower than 1e-9 of the clearance (or a thousand roundings of the gap) the contact is
 // closed: its impulses over τ are the same up to τ², and the touch is recorded at the end of the sequence,
 // with τ as its uncertainty.
 //

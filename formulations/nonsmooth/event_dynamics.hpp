@@ -4,8 +4,8 @@
 //     M v̇ + Gᵀλ = f + Σ (W_N − s μ W_T) λ_N + Σ W_T λ_T,    G v̇ = γ,
 //     W_Nᵀ v̇ = γ_N (closed),   W_Tᵀ v̇ = γ_T (sticking),   s = sgn u_T of those that slip.
 //
-// Which mode follows an event is a complementarity problem in accelerations (Glocker, Set-Valued Force Laws,
-// 2001):
+// Which mode follows an event is a complementarity problem in accelerations (Glocker, Set-Valued Force
+// Laws, 2001):
 //     0 ≤ g̈ ⊥ λ_N ≥ 0,   −λ_T ∈ μ λ_N Sgn(u̇_T) where u_T = 0,   λ_T = −s μ λ_N where it is not.
 // The integrated vector is [q, v, (P_N, P_T) of each contact, first-order states of elements, work
 // integrals].

@@ -5,9 +5,12 @@
 
 namespace freeplay {
 
-/// Along P_N the rates are piecewise linear: du_N/dP = D_NN + c D_NT, du_T/dP = D_NT + c D_TT, where c = −μ
-/// sgn u_T while slipping and −D_NT/D_TT while sticking, which needs |c| ≤ μ; else slip starts anew the way
-/// D_NT drives.
+/// Along P_N the rates are piecewise linear,
+///
+///     du_N/dP = D_NN + c D_NT,   du_T/dP = D_NT + c D_TT,
+///     c = −μ sgn u_T while slipping,   c = −D_NT/D_TT while sticking,
+///
+/// and sticking needs |c| ≤ μ; else slip starts anew the way D_NT drives.
 void routh_impact(double Dnn, double Dnt, double Dtt, double u_n, double u_t, double mu, double e, double& P,
                   double& T) {
   P = T = 0;

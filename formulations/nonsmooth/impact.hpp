@@ -1,19 +1,18 @@
 // Impact laws: impulses of contacts that are struck at one instant, from the rates just before and the
 // Delassus matrix D = WᵀAW. With Coulomb friction for impulses throughout.
 //
-//   newton     u_N⁺ ≥ −e u_N⁻ ⊥ P_N ≥ 0,  −P_T ∈ μP_N Sgn(u_T⁺ + e_T u_T⁻). With one e for all contacts and
-//   no
-//              friction it never raises the energy; with friction it can (Kane and Levinson, Dynamics: Theory
-//              and Applications, 1985). A contact that would open faster than that bears no impulse.
-//   poisson    A compression phase with e = 0 gives P_C; in expansion P_N = e P_C + extra, extra ≥ 0 ⊥ u_N⁺ ≥
-//   0
-//              (Glocker and Pfeiffer, Nonlinear Dynamics 7 (1995) 471).
-//   energetic  The work of the normal impulse in expansion is −e² times that in compression (Stronge, Proc.
-//   R.
-//              Soc. Lond. A 431 (1990) 169). One contact alone is integrated along its normal impulse
-//              (Routh), with slip, stick and reversal: exact, and never raises the energy. Several at once
-//              take poisson's phases, with each contact's share of expansion iterated until its own works
-//              stand in that ratio.
+//   newton     u_N⁺ ≥ −e u_N⁻ ⊥ P_N ≥ 0,   −P_T ∈ μ P_N Sgn(u_T⁺ + e_T u_T⁻)
+//              With one e for all contacts and no friction it never raises the energy; with friction it can
+//              (Kane and Levinson, Dynamics: Theory and Applications, 1985). A contact that would open faster
+//              than that bears no impulse.
+//   poisson    P_N = e P_C + extra,   extra ≥ 0 ⊥ u_N⁺ ≥ 0
+//              in expansion; a compression phase with e = 0 gives P_C (Glocker and Pfeiffer, Nonlinear
+//              Dynamics 7 (1995) 471).
+//   energetic  W_expansion = −e² W_compression,   W the work of the normal impulse in a phase
+//              (Stronge, Proc. R. Soc. Lond. A 431 (1990) 169). One contact alone is integrated along its
+//              normal impulse (Routh), with slip, stick and reversal: exact, and never raises the energy.
+//              Several at once take poisson's phases, with each contact's share of expansion iterated until
+//              its own works stand in that ratio.
 #pragma once
 
 #include <Eigen/Core>

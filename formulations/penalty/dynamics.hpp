@@ -64,8 +64,10 @@ class PenaltyDynamics {
 
   /// dx/dt for odeint.
   void operator()(const Vector& x, Vector& dxdt, double t);
-  /// ∂(dx/dt)/∂x (column-major, size() × size()) and ∂(dx/dt)/∂t at a state, exact to rounding: with M v̇ +
-  /// Gᵀλ = F and G v̇ = r the derivatives obey M dv̇ + Gᵀdλ = dF − dGᵀ λ, G dv̇ = dr − dG v̇.
+  /// ∂(dx/dt)/∂x (column-major, size() × size()) and ∂(dx/dt)/∂t at a state, exact to rounding: the
+  /// derivatives of the equations of motion
+  ///
+  ///     M v̇ + Gᵀλ = F,   G v̇ = r     obey     M dv̇ + Gᵀdλ = dF − dGᵀ λ,   G dv̇ = dr − dG v̇.
   void jacobian(const Vector& x, double t, double* J, double* dfdt);
 
   int size() const { return integral_offset() + integrals; }

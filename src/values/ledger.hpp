@@ -7,8 +7,10 @@
 
 namespace freeplay {
 
-/// Energies (J) since the start. The balance is kinetic + potential + elastic − their values at the start
-/// = drive + load + stabilisation − contact − friction − damping − film, up to `closure()`.
+/// Energies (J) since the start. With T, V, E the kinetic, potential and elastic energy the balance is, up to
+/// `closure()`,
+///
+///     (T + V + E) − (T₀ + V₀ + E₀) = drive + load + stabilisation − contact − friction − damping − film.
 struct EnergyLedger {
   double kinetic = 0, potential = 0, elastic = 0;  ///< now
   double initial = 0;                              ///< kinetic + potential + elastic at the start

@@ -25,8 +25,8 @@ double kinetic(const Scene& scene, const State& s) { return System(scene.mechani
 
 TEST_CASE("Newton's cradle: what each law makes of a simultaneous impact", "[impact]") {
   // Unit masses, D = [2, −1; −1, 2]. The first ball at 1 m/s, the others touching at rest (first block of
-  // rows): all laws send the last two off together, none reproduces the cradle. With the third ball at −0.5
-  // m/s and unlike restitutions the laws part. Worked in fractions.
+  // rows): all laws send the last two off together, none reproduces the cradle. With the third ball at
+  // −0.5 m/s and unlike restitutions the laws part. Worked in fractions.
   struct Row {
     ImpactLaw law;
     double e12, e23, u3, after[3];

@@ -59,8 +59,9 @@ Long distance(const Mechanism& m, Long t, Long theta, Long x) {
 const Long some_t = 0.0123L;
 const State some_state{-0.11L, -1.7L, 0.3455L, -0.6L, 0, 0};
 
-/// Free flight from the ideal start at φ₀ = 0, where ψ = φ − θ is a pendulum that turns over: sin(ψ/2) =
-/// sn(ψ̇₀ t/2, k).
+/// Free flight from the ideal start at φ₀ = 0, where ψ = φ − θ is a pendulum that turns over:
+///
+///     sin(ψ/2) = sn(ψ̇₀ t/2, k).
 State closed_flight(const Mechanism& m, Long t) {
   const Long rate = m.speed * (1 + m.crank_length / m.rod_length);
   const Long stiffness =

@@ -111,8 +111,11 @@ TEST_CASE("a slider alone that sticks in its impacts: tangential restitution",
 }
 
 TEST_CASE("a loose slider in free flight: its state at 2 ms", "[cross][guide]") {
-  // Two coordinates, the angles a and b of crank and rod:  M11 a'' + k cos(a−b) b'' = −k sin(a−b) b'² − g l1
-  // (m1/2 + m2 + m3) cos a, and so on with k = m2 l1 l2/2 + m3 l1 l2; integrated at 1e-12 by another program.
+  // Two coordinates, the angles a and b of crank and rod, with k = m2 l1 l2/2 + m3 l1 l2:
+  //
+  //     M11 a'' + k cos(a−b) b'' = −k sin(a−b) b'² − g l1 (m1/2 + m2 + m3) cos a,
+  //
+  // and so on (references/loose_guide_flight.hpp has both), integrated at 1e-12 by another program.
   // The values that circulate for this scene (0.043936 turns, −0.135102, 120.824, −56.680, y/c 0.4871) are up
   // to 1.5 % off this, by what explicit Euler leaves at steps of 0.6e-5 to 8e-5 s.
   for (const auto family : {Family::penalty, Family::nonsmooth}) {

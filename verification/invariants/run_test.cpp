@@ -139,8 +139,8 @@ duration = 0.2
     REQUIRE(f.run({.until = 0.2}).ending.status == Ending::Status::finished);
     return std::pair{f.state().q[0], f.state().v[0]};
   };
-  // Time stepping stops within a step of 1e-5 s: ½·0.3·1e-5 m. Regularised: the last 1e-3 m/s decays over m
-  // v/F.
+  // Time stepping stops within a step of 1e-5 s: ½·0.3·1e-5 m. Regularised: the last 1e-3 m/s decays over
+  // m v/F.
   const auto [x, v] = final_x(Family::nonsmooth);
   CHECK(x == Approx(6e-3).margin(1.5e-6).epsilon(0));
   CHECK(v == 0);

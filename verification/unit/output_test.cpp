@@ -35,8 +35,8 @@ TEST_CASE("a file appears whole or not at all", "[files]") {
 
 TEST_CASE("the low-pass follows its transfer function and takes an impulse exactly", "[instruments]") {
   const double f = 1000, wc = 2 * std::numbers::pi * f;
-  // Sine of frequency f through a Butterworth of the same band: gain 1/√2. Pieces of 1e-7 s: error (ω h)²/24
-  // ≈ 2e-8.
+  // Sine of frequency f through a Butterworth of the same band: gain 1/√2. Pieces of 1e-7 s: error
+  // (ω h)²/24 ≈ 2e-8.
   LowPass filter(f);
   filter.reset(0);
   const double h = 1e-7;
