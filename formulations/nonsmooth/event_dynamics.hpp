@@ -145,7 +145,7 @@ class EventDynamics {
   Evaluation e_;
   std::vector<Contact> contacts_;
   std::vector<Preloaded> preloaded_;
-  Impact impact_;
+  ImpactProblem impact_;
   ContactProblem status_;
   std::vector<ImpactContact> struck_;
   std::vector<SparseRow> rows_;

@@ -62,7 +62,7 @@ void routh_impact(double Dnn, double Dnt, double Dtt, double u_n, double u_t, do
   }
 }
 
-void Impact::prepare(const std::vector<ImpactContact>& contacts) {
+void ImpactProblem::prepare(const std::vector<ImpactContact>& contacts) {
   problem_.unknowns.clear();
   for (const auto& c : contacts) {
     ContactUnknown x;
@@ -73,7 +73,7 @@ void Impact::prepare(const std::vector<ImpactContact>& contacts) {
   }
 }
 
-bool Impact::newton(const Eigen::VectorXd& u, std::vector<ImpactContact>& contacts) {
+bool ImpactProblem::newton(const Eigen::VectorXd& u, std::vector<ImpactContact>& contacts) {
   prepare(contacts);
   problem_.b.head(problem_.rows) = u.head(problem_.rows);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -92,8 +92,8 @@ bool Impact::newton(const Eigen::VectorXd& u, std::vector<ImpactContact>& contac
 }
 
 /// Compression, then expansion with the given ratios of impulses.
-bool Impact::phases(const Eigen::VectorXd& u, std::vector<ImpactContact>& contacts,
-                    const std::vector<double>& expansion) {
+bool ImpactProblem::phases(const Eigen::VectorXd& u, std::vector<ImpactContact>& contacts,
+                           const std::vector<double>& expansion) {
   const int m = problem_.rows;
   prepare(contacts);
   problem_.b.head(m) = u.head(m);
@@ -128,7 +128,7 @@ bool Impact::phases(const Eigen::VectorXd& u, std::vector<ImpactContact>& contac
 
 /// Poisson's phases with the ratios of expansion iterated until each contact's works stand as −e² : 1, works
 /// taken with the mean rates of a phase.
-bool Impact::energetic(const Eigen::VectorXd& u, std::vector<ImpactContact>& contacts) {
+bool ImpactProblem::energetic(const Eigen::VectorXd& u, std::vector<ImpactContact>& contacts) {
   const int m = problem_.rows;
   if (contacts.size() == 1) {
     auto& c = contacts.front();
@@ -166,8 +166,8 @@ bool Impact::energetic(const Eigen::VectorXd& u, std::vector<ImpactContact>& con
   return false;
 }
 
-std::string Impact::solve(const Eigen::MatrixXd& D, const Eigen::VectorXd& u, int rows,
-                          std::vector<ImpactContact>& contacts) {
+std::string ImpactProblem::solve(const Eigen::MatrixXd& D, const Eigen::VectorXd& u, int rows,
+                                 std::vector<ImpactContact>& contacts) {
   problem_.reserve(rows);
   problem_.rows = rows;
   problem_.D.topLeftCorner(rows, rows) = D.topLeftCorner(rows, rows);

@@ -31,9 +31,9 @@ struct ImpactContact {
 };
 
 /// An impact starts from no guess and fills what it reads: nothing passes from one to the next.
-class Impact {
+class ImpactProblem {
  public:
-  Impact(ImpactLaw law, LcpSolver solver, double tolerance) : law_(law), problem_(solver, tolerance) {}
+  ImpactProblem(ImpactLaw law, LcpSolver solver, double tolerance) : law_(law), problem_(solver, tolerance) {}
 
   /// Solves for the impulses; `u` are the rates before. An empty text, or why there are none.
   std::string solve(const Eigen::MatrixXd& D, const Eigen::VectorXd& u, int rows,

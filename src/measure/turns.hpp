@@ -33,7 +33,8 @@ struct Flight {
   double duration = 0;         ///< s
   double deceleration = 0;     ///< m/s², mean −d|v|/dt of the position's signal; NaN where too short
 };
-struct Impact {
+/// An impact that counts, as TurnRules have it.
+struct CountedImpact {
   double angle = 0;     ///< degrees
   double approach = 0;  ///< m/s
   double impulse = 0;   ///< N s
@@ -70,7 +71,7 @@ struct TurnMetrics {
   std::array<double, count> value{};
   std::vector<double> peaks;  ///< m/s², of each turn
   std::vector<Flight> flights;
-  std::vector<Impact> impacts;
+  std::vector<CountedImpact> impacts;
   std::vector<double> spectrum;  ///< m/s², amplitude of harmonic k+1
   std::vector<TracePoint> last_turn;
   std::vector<double> mean_turn;  ///< m/s², mean signal in each of mean_bins parts of the turn
@@ -94,7 +95,7 @@ class TurnMeter {
   std::vector<double> acceleration_, position_;  // at (first_ + i)/sampling
   long first_a_ = -1, first_x_ = -1;
   std::vector<std::pair<double, double>> flights_;  // s: loss, return
-  std::vector<Impact> impacts_;
+  std::vector<CountedImpact> impacts_;
   double left_at_ = -1;
 };
 

@@ -154,8 +154,9 @@ void Results::store(const std::string& key, const Case& one, const CaseResult& r
   insert("flights", 4, m.flights, [](Statement& s, const Flight& f, long) {
     s.bind(f.loss).bind(f.angle).bind(f.duration).bind(f.deceleration);
   });
-  insert("impacts", 3, m.impacts,
-         [](Statement& s, const Impact& i, long) { s.bind(i.angle).bind(i.approach).bind(i.impulse); });
+  insert("impacts", 3, m.impacts, [](Statement& s, const CountedImpact& i, long) {
+    s.bind(i.angle).bind(i.approach).bind(i.impulse);
+  });
   insert("spectra", 2, m.spectrum, [](Statement& s, double x, long i) { s.bind(i).bind(x); });
   if (one.start == 0)
     insert("traces", 3, m.last_turn, [](Statement& s, const TracePoint& p, long) {
@@ -203,8 +204,8 @@ std::vector<Flight> Results::flights(const std::string& key) const {
   return list;
 }
 
-std::vector<Impact> Results::impacts(const std::string& key) const {
-  std::vector<Impact> list;
+std::vector<CountedImpact> Results::impacts(const std::string& key) const {
+  std::vector<CountedImpact> list;
   Statement s(*this, "SELECT angle, approach, impulse FROM impacts WHERE run = ? ORDER BY rowid");
   s.bind(key);
   while (s.step()) list.push_back({s.number(0), s.number(1), s.number(2)});

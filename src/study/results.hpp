@@ -40,7 +40,7 @@ class Results {
   /// Runs that failed: key, variant, formulation, reason.
   std::vector<std::array<std::string, 3>> failures() const;
   std::vector<Flight> flights(const std::string& key) const;
-  std::vector<Impact> impacts(const std::string& key) const;
+  std::vector<CountedImpact> impacts(const std::string& key) const;
   std::vector<double> spectrum(const std::string& key) const;
   std::vector<TracePoint> trace(const std::string& key) const;
   double cpu_seconds() const;

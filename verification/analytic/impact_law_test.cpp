@@ -44,7 +44,7 @@ TEST_CASE("Newton's cradle: what each law makes of a simultaneous impact", "[imp
                       {ImpactLaw::poisson, 1, 0, -0.5, {-2.0 / 3, 7.0 / 12, 7.0 / 12}},
                       {ImpactLaw::energetic, 1, 0, -0.5, {-s, 0.5 * (0.5 + s), 0.5 * (0.5 + s)}}};
   for (const auto& row : rows) {
-    Impact impact(row.law, LcpSolver::automatic, 1e-12);
+    ImpactProblem impact(row.law, LcpSolver::automatic, 1e-12);
     Eigen::MatrixXd D(2, 2);
     D << 2, -1, -1, 2;
     const double u[3] = {1, 0, row.u3};
@@ -116,7 +116,7 @@ TEST_CASE("single impacts by three laws against an independent program", "[impac
                                                         {ImpactLaw::poisson, row.poisson},
                                                         {ImpactLaw::energetic, row.energetic}};
     for (const auto& [law, expected] : laws) {
-      Impact impact(law, LcpSolver::automatic, 1e-12);
+      ImpactProblem impact(law, LcpSolver::automatic, 1e-12);
       Eigen::MatrixXd D(2, 2);
       D << row.D_nn, row.D_nt, row.D_nt, row.D_tt;
       Eigen::VectorXd rates(2);

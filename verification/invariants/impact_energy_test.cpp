@@ -48,7 +48,7 @@ Tried try_impacts(ImpactLaw law, int most_contacts, bool friction, bool common, 
       contacts[i].friction = friction ? mu : 0;
       contacts[i].restitution = common ? e : uniform(engine);
     }
-    Impact impact(law, LcpSolver::automatic, 1e-11);
+    ImpactProblem impact(law, LcpSolver::automatic, 1e-11);
     if (!impact.solve(D, u, rows, contacts).empty()) continue;
     ++tried.solved;
     // What the full stop of these rates would release: ½ uᵀD⁻¹u.
