@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 
+#include "model/planar.hpp"
 #include "model/system.hpp"
 
 namespace freeplay {
@@ -17,11 +18,11 @@ struct Watched {
 };
 
 /// Bodies that turn bring their contacts round: a step (s) may not turn any so far that one could come and go
-/// unseen between the samples of its gap. `v`: velocities, three for each body.
+/// unseen between the samples of its gap. `v`: velocities of the bodies.
 inline double longest_step(const System& system, const double* v) {
   double omega = 0;
   if (system.contacts() == 0) return INFINITY;
-  for (int b = 0; b < system.bodies(); ++b) omega = std::max(omega, std::abs(v[3 * b + 2]));
+  for (int b = 0; b < system.bodies(); ++b) omega = std::max(omega, std::abs(planar::rate(v, b)));
   return omega > 0 ? 0.3 / omega : INFINITY;
 }
 

@@ -4,6 +4,7 @@
 #include "cli/wrapped.hpp"
 #include "formulations/make.hpp"
 #include "model/assembly.hpp"
+#include "model/planar.hpp"
 #include "numerics/saddle_point.hpp"
 
 namespace freeplay::cli {
@@ -23,9 +24,9 @@ void economies(const Scene& scene, const System& system, const SaddlePoint& sadd
     if (why) fmt::print("{}", wrapped(fmt::format("      {}\n", reason), 6));
   };
   std::string names;
-  const char* axes[] = {"x", "y", "theta"};
   for (const int c : saddle.eliminated())
-    names += (names.empty() ? "" : ", ") + scene.mechanism.bodies[c / 3].name + "." + axes[c % 3];
+    names +=
+        (names.empty() ? "" : ", ") + scene.mechanism.bodies[planar::body_of(c)].name + "." + planar::name(c);
   if (!names.empty())
     say(names,
         "one constraint row alone fixes each: a pin on the ground at the centre of mass, a guide, a drive");

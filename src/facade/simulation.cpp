@@ -15,6 +15,7 @@
 #include "freeplay.hpp"
 #include "io/write_scene.hpp"
 #include "model/assembly.hpp"
+#include "model/planar.hpp"
 #include "model/redundancy.hpp"
 #include "model/system.hpp"
 #include "sim/clock.hpp"
@@ -68,7 +69,7 @@ Scene checked(Scene scene) {
 
 State start_of(const Scene& scene, const SimulationOptions& options) {
   if (!options.start) return assemble(scene.mechanism, scene.run.start);
-  const auto n = 3 * scene.mechanism.bodies.size();
+  const auto n = planar::first(scene.mechanism.bodies.size());
   if (options.start->q.size() != n || options.start->v.size() != n)
     throw ModelError("start", fmt::format("must have {} coordinates and as many rates, has {} and {}", n,
                                           options.start->q.size(), options.start->v.size()));

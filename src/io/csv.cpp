@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "model/planar.hpp"
+
 namespace freeplay {
 
 void FileObserver::save(MemoryWriter& m) {
@@ -22,7 +24,8 @@ void TrajectoryCsv::begin(const Layout& layout, const State& state) {
   if (!fresh()) return;
   std::string line = "t";
   for (const auto& b : layout.bodies)
-    line += fmt::format(",{0}.x,{0}.y,{0}.theta,{0}.vx,{0}.vy,{0}.omega", b);
+    for (const auto& list : {planar::names, planar::rate_names})
+      for (const char* name : list) line += fmt::format(",{}.{}", b, name);
   for (const auto& c : layout.contacts) line += fmt::format(",{0}.ex,{0}.ey,{0}.gap", c);
   header(line + "\n");
   grid_.begin(state.t, layout.output_step);
@@ -41,10 +44,9 @@ void TrajectoryCsv::step(const Step& step) {
 void TrajectoryCsv::row(double t, std::span<const double> q, std::span<const double> v,
                         std::span<const ContactPlace> contacts) {
   file_.number(t);
-  for (std::size_t b = 0; b < q.size(); b += 3) {
-    for (std::size_t c = b; c < b + 3; ++c) field(q[c]);
-    for (std::size_t c = b; c < b + 3; ++c) field(v[c]);
-  }
+  for (std::size_t b = 0; planar::first(b) < q.size(); ++b)
+    for (const auto& x : {q, v})
+      for (std::size_t c = planar::first(b); c < planar::first(b + 1); ++c) field(x[c]);
   for (const auto& c : contacts) {
     field(c.ex);
     field(c.ey);
@@ -121,7 +123,8 @@ void ForcesCsv::begin(const Layout& layout, const State& state) {
     for (const auto& [name, member] : c.now) line += fmt::format(",{}.{}", e.name, name);
     for (const auto& [name, member] : c.mean) line += fmt::format(",{}.{}_mean", e.name, name);
   }
-  for (const auto& b : layout.bodies) line += fmt::format(",{0}.ax,{0}.ay,{0}.alpha", b);
+  for (const auto& b : layout.bodies)
+    for (const char* name : planar::acceleration_names) line += fmt::format(",{}.{}", b, name);
   if (!fresh()) return;
   header(line + "\n");
   now_.elements.resize(columns_.size());

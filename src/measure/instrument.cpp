@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <numbers>
 
+#include "model/planar.hpp"
+
 namespace freeplay {
 
 LowPass::LowPass(double bandwidth, int order) {
@@ -76,12 +78,13 @@ void Channel::begin(double t, bool anew) {
 }
 
 double Channel::along(const double* x) const {
-  return settings_.axis.x() * x[3 * settings_.body] + settings_.axis.y() * x[3 * settings_.body + 1];
+  const Vec2 of_body = planar::position(x, settings_.body);
+  return settings_.axis.x() * of_body.x() + settings_.axis.y() * of_body.y();
 }
 
 double Channel::reading(const double* q) const {
   if (settings_.kind == Instrument::Kind::lvdt) return along(q);
-  const auto angle = [&](int body) { return body == ground ? 0.0 : q[3 * body + 2]; };
+  const auto angle = [&](int body) { return body == ground ? 0.0 : planar::angle(q, body); };
   return angle(settings_.pair[1]) - angle(settings_.pair[0]);
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "model/assembly_ipopt.hpp"
+#include "model/planar.hpp"
 #include "numerics/rank.hpp"
 #include "numerics/saddle_point.hpp"
 
@@ -171,6 +172,16 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start) {
   assemble_velocities(system, s);
   s.z.assign(system.states(), 0);
   return s;
+}
+
+void start_from(Mechanism& mechanism, const State& state) {
+  for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
+    auto& body = mechanism.bodies[b];
+    body.position = planar::position(state.q.data(), b);
+    body.angle = planar::angle(state.q.data(), b);
+    body.velocity = planar::velocity(state.v.data(), b);
+    body.angular_velocity = planar::rate(state.v.data(), b);
+  }
 }
 
 }  // namespace freeplay

@@ -17,6 +17,9 @@ namespace freeplay {
 /// Throws ModelError that names the joint which stays open and by how much.
 State assemble(const Mechanism& mechanism, RunOptions::Start start);
 
+/// Gives the bodies the places and rates of a state to start from.
+void start_from(Mechanism& mechanism, const State& state);
+
 /// The joint or drive whose constraint is worst violated, and by how much (m or rad). Journals inside the
 /// wall by up to allowed_penetration of their clearance do not count.
 struct OpenJoint {

@@ -58,13 +58,7 @@ Scene perturbed(const Scene& scene, const StopToken& stop, std::uint64_t seed, i
     state = simulation.state();
   }
   Scene moved = scene;
-  for (std::size_t b = 0; b < moved.mechanism.bodies.size(); ++b) {
-    auto& body = moved.mechanism.bodies[b];
-    body.position = {state.q[3 * b], state.q[3 * b + 1]};
-    body.angle = state.q[3 * b + 2];
-    body.velocity = {state.v[3 * b], state.v[3 * b + 1]};
-    body.angular_velocity = state.v[3 * b + 2];
-  }
+  start_from(moved.mechanism, state);
   for (auto& drive : moved.mechanism.drives)
     if (auto* speed = std::get_if<SpeedDrive>(&drive)) speed->initial_angle += speed->speed * time;
   moved.run.start = RunOptions::Start::given;

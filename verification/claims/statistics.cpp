@@ -46,14 +46,7 @@ Scene start(int i) {
   scene.penalty.contact = ContactLaw::exact;  // delivers the restitution that the impact law takes
   scene.run.duration = turns * turn;
   scene.run.discard = discarded * turn;
-  const auto state = assemble(scene.mechanism, RunOptions::Start::ideal);
-  for (std::size_t b = 0; b < scene.mechanism.bodies.size(); ++b) {
-    auto& body = scene.mechanism.bodies[b];
-    body.position = {state.q[3 * b], state.q[3 * b + 1]};
-    body.angle = state.q[3 * b + 2];
-    body.velocity = {state.v[3 * b], state.v[3 * b + 1]};
-    body.angular_velocity = state.v[3 * b + 2];
-  }
+  start_from(scene.mechanism, assemble(scene.mechanism, RunOptions::Start::ideal));
   const double angle = 2 * M_PI * i / starts;
   auto& slider = scene.mechanism.bodies[2];
   slider.position.x() += 0.5 * clearance * std::cos(angle);
