@@ -76,6 +76,36 @@ std::optional<double> first_loss(F at, double t0, double t1, Watched start, Watc
   return std::nullopt;
 }
 
+/// What the gap of contact k is known to by rounding of the positions (m).
+inline double gap_rounding(const System& system, int k) {
+  return 1e-13 * system.contact_facts(k).clearance + 4e-16 * system.longest_arm();
+}
+
+/// Ends the last step of `method` at t; where that is its beginning, it begins anew there.
+template <class Method, class F>
+void land_at(Method& method, F& f, double t) {
+  if (t <= method.t_old)
+    method.start(f, method.t_old, method.x_old);
+  else
+    method.land(f, t);
+}
+
+/// The same where a gap comes to zero: t is corrected by Newton on `gap` (Watched) at the end of the step, down to
+/// `rounding`.
+template <class Method, class F, class Gap>
+void land_on_gap(Method& method, F& f, double& t, double rounding, Gap gap) {
+  if (t <= method.t_old) return land_at(method, f, t);
+  for (int i = 0; i < 5; ++i) {
+    method.land(f, t);
+    const Watched end = gap();
+    if (std::abs(end.value) <= rounding || end.rate == 0) return;
+    const double next = t - end.value / end.rate;
+    if (!(next > method.t_old) || std::abs(next - t) <= 2e-16 * t) return;
+    if (std::abs(next - t) > 0.1 * (t - method.t_old)) return;  // grazing: keep the bracketed root
+    t = next;
+  }
+}
+
 /// Ends the last step of `method` at `first` by land(first); then, while the shorter step, sampled more
 /// closely, shows a gap that was lost before, at that. gaps() gives the first loss of a gap in the step as it
 /// is, or an event at its end.

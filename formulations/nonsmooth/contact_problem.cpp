@@ -5,6 +5,14 @@
 
 namespace freeplay {
 
+void ContactSolution::count(Work& work, Extremes& extremes) const {
+  work.pivots += pivots;
+  work.lcp_retries += retries;
+  extremes.lcp_residual = std::max(extremes.lcp_residual, residual);
+  extremes.lcp_residual_rate = std::max(extremes.lcp_residual_rate, residual_rate);
+  extremes.ambiguous += ambiguous;
+}
+
 void ContactProblem::reserve(int size) {
   if (size <= D.rows()) return;
   D.setZero(size, size);

@@ -18,6 +18,7 @@
 
 #include "model/scene.hpp"
 #include "numerics/lcp.hpp"
+#include "values/ledger.hpp"
 
 namespace freeplay {
 
@@ -40,6 +41,9 @@ struct ContactSolution {
   int retries = 0;           ///< solvers that failed before
   /// Some pressed contact has D_NN ≤ μ|D_NT| (Painlevé): there may be other solutions than this one.
   bool ambiguous = false;
+
+  /// Adds it to a run's counts and extremes.
+  void count(Work& work, Extremes& extremes) const;
 };
 
 /// From one solve to the next only `unknowns` may pass, and only if the caller leaves them: the impulses
@@ -67,6 +71,8 @@ class ContactProblem {
   double residual() const;
   /// Greatest |b| and |target|: what residuals are judged by.
   double scale() const;
+  /// Of a row with the present impulses: what D and b make of them.
+  double rate(int row) const;
 
   std::vector<ContactUnknown> unknowns;
   int rows = 0;
@@ -78,7 +84,6 @@ class ContactProblem {
   std::array<Way, 4> order() const;
   bool attempt(Way way, double accepted, int& pivots);
 
-  double rate(int row) const;
   static bool one(ContactUnknown& c, double bn, double bt, double Dnn, double Dnt, double Dtt);
   bool enumerate(double accepted, int& cases);
   bool gauss_seidel(double accepted, int& sweeps);

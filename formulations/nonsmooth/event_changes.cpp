@@ -39,12 +39,7 @@ std::string EventDynamics::strike(Vector& x, double t, const std::vector<int>& s
   for (int r = 0; r < used_; ++r)
     for (int s = 0; s <= r; ++s) K_(r, s) = K_(s, r) = rows_[r].dot(response(s));
   const auto reason = impact_.solve(K_, rhs_, used_, struck_);
-  const auto& solution = impact_.solution();
-  work.pivots += solution.pivots;
-  work.lcp_retries += solution.retries;
-  extremes.lcp_residual = std::max(extremes.lcp_residual, solution.residual);
-  extremes.lcp_residual_rate = std::max(extremes.lcp_residual_rate, solution.residual_rate);
-  extremes.ambiguous += solution.ambiguous;
+  impact_.solution().count(work, extremes);
   if (!reason.empty()) return reason;
   double* integral = x.data() + integral_offset();
   std::ranges::fill(struck_lambda_, 0.0);
@@ -152,18 +147,10 @@ std::string EventDynamics::choose(const Vector& x, double t, const std::vector<i
   if (solution.ambiguous) return "friction admits more than one mode in accelerations (Painlevé)";
 
   // With all impulses known: which way do resting surfaces start to slide?
-  const auto acceleration = [&](int row) {
-    double u = status_.b[row];
-    for (const auto& o : status_.unknowns) {
-      if (o.normal >= 0) u += status_.D(row, o.normal) * o.impulse_n;
-      if (o.tangent >= 0) u += status_.D(row, o.tangent) * o.impulse_t;
-    }
-    return u;
-  };
   const auto slip_of = [&](const ContactUnknown& u) {
     const double bound = u.bound + u.friction * u.impulse_n;
     if (std::abs(u.impulse_t) < bound * (1 - 1e-12)) return 0;
-    const double rate = acceleration(u.tangent);
+    const double rate = status_.rate(u.tangent);
     if (std::abs(rate) <= 1e-9 * status_.scale()) return 0;
     return rate > 0 ? 1 : -1;
   };
@@ -185,13 +172,6 @@ double EventDynamics::gap_acceleration(int k, const Vector& x, double t) {
   if (!solve_mode(x, t)) return 0;
   system_.contact(k, x.data(), v, e_, contacts_[k].row);
   return contacts_[k].row.normal.dot(a_.data()) - contacts_[k].row.gamma_n;
-}
-
-double EventDynamics::acceleration_scale() const {
-  double most = 0;
-  for (int i = 0; i < system_.n(); ++i)
-    most = std::max(most, std::abs(a_[i]) * (system_.is_angle(i) ? system_.longest_arm() : 1));
-  return most;
 }
 
 }  // namespace freeplay

@@ -23,6 +23,7 @@
 #include "formulations/integrators/crossing.hpp"
 #include "formulations/integrators/methods.hpp"
 #include "formulations/nonsmooth/event_dynamics.hpp"
+#include "formulations/probe.hpp"
 #include "sim/force_integral.hpp"
 
 namespace freeplay {
@@ -40,14 +41,7 @@ class EventDriven {
   void remember(M& m) {
     m.part("event-driven");
     m(dynamics_, method_, mark_, pending_, last_, recent_, recent_since_);
-    // Forces come from factors with pivots of their own.
-    bool probed = probe_ != nullptr;
-    m(probed);
-    if constexpr (M::reading) {
-      probe_.reset();
-      if (probed || watching_) make_probe();
-    }
-    if (probed) m(*probe_);
+    remember_probe(m, probe_, watching_, [this] { make_probe(); });
   }
 
   double t() const { return method_.t; }

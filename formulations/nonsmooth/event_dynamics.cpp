@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/residuals.hpp"
+
 namespace freeplay {
 
 EventDynamics::EventDynamics(const System& system, const NonsmoothOptions& options,
@@ -193,11 +195,15 @@ void EventDynamics::report(const Vector& x, double t, Forces& out) {
   system_.report_loads(t, q, v, x.data() + state_offset(), e_, 1, out);
 }
 
-void EventDynamics::measure_speeds(const Vector& x) {
-  double fastest = 0;
+double EventDynamics::greatest(const double* rates) const {
+  double most = 0;
   for (int i = 0; i < system_.n(); ++i)
-    fastest =
-        std::max(fastest, std::abs(x[system_.n() + i]) * (system_.is_angle(i) ? system_.longest_arm() : 1));
+    most = std::max(most, std::abs(rates[i]) * (system_.is_angle(i) ? system_.longest_arm() : 1));
+  return most;
+}
+
+void EventDynamics::measure_speeds(const Vector& x) {
+  const double fastest = greatest(x.data() + system_.n());
   speed_tolerance_ = 1e-10 * speed_scale_ + 1e-14 * fastest;
   slide_tolerance_ = 1e-7 * speed_scale_ + 1e-12 * fastest;
 }
@@ -281,10 +287,7 @@ void EventDynamics::project(Vector& x, double t, Forces* book) {
 
 void EventDynamics::keep_extremes(const Vector& x, double t) {
   system_.place(t, x.data(), e_);
-  for (int k = 0; k < system_.rows(); ++k) {
-    double& worst = system_.is_angle_row(k) ? extremes.constraint_angle : extremes.constraint_length;
-    worst = std::max(worst, std::abs(e_.phi[k]));
-  }
+  keep_residuals(system_, e_, extremes);
   for (int k = 0; k < system_.contacts(); ++k)
     extremes.penetration[k] = std::max(extremes.penetration[k], -system_.gap(k, x.data(), e_));
 }

@@ -75,7 +75,7 @@ class EventDynamics {
   /// λ_N of contact k as the acceleration of its gap that it makes (m/s²), at the last evaluation of a mode.
   double pressure(int k) const { return contacts_[k].lambda_n * contacts_[k].mobility; }
   /// Greatest acceleration at the last evaluation (m/s²).
-  double acceleration_scale() const;
+  double acceleration_scale() const { return greatest(a_.data()); }
   /// Moves x onto the constraints of the mode, positions then velocities, by the least mass-weighted change; adds
   /// the impulses of the latter to `book`, if there is one.
   void project(Vector& x, double t, Forces* book = nullptr);
@@ -128,6 +128,8 @@ class EventDynamics {
   }
 
  private:
+  /// Greatest of rates or accelerations of all coordinates, those of angles at the longest arm.
+  double greatest(const double* rates) const;
   void solve_active();
   void share_friction();
   bool solve_free(const Vector& x, double t);

@@ -6,10 +6,7 @@
 
 namespace freeplay {
 
-/// What a gap is known to (m).
-double EventDriven::rounding(int k) const {
-  return 1e-13 * dynamics_.system().contact_facts(k).clearance + 4e-16 * dynamics_.system().longest_arm();
-}
+double EventDriven::rounding(int k) const { return gap_rounding(dynamics_.system(), k); }
 /// How far a gap may go below zero before it counts as closed (m).
 double EventDriven::slack(int k) const {
   if (dynamics_.contacts()[k].resting) return 1e-9 * dynamics_.system().contact_facts(k).clearance;
@@ -103,28 +100,16 @@ void EventDriven::find_mode_events(Event& first) {
   }
 }
 
-/// Steps from the old state to the event; for a gap its time is corrected by Newton at the end of the step.
+/// Steps from the old state to the event.
 void EventDriven::land(Event& event) {
   ++dynamics_.work.events;
-  if (event.t <= method_.t_old) {
-    method_.start(dynamics_, method_.t_old, std::vector<double>(method_.x_old));
-    return;
-  }
-  if (event.kind != Event::Kind::gap || dynamics_.contacts()[event.index].resting) {
-    method_.land(dynamics_, event.t);
-    return;
-  }
-  const double enough = rounding(event.index);
-  for (int i = 0; i < 5; ++i) {
-    method_.land(dynamics_, event.t);
-    const auto& row = dynamics_.look(event.index, method_.x, method_.t);
-    const double rate = row.normal.dot(v());
-    if (std::abs(row.gap) <= enough || rate == 0) break;
-    const double next = event.t - row.gap / rate;
-    if (!(next > method_.t_old) || std::abs(next - event.t) <= 2e-16 * event.t) break;
-    if (std::abs(next - event.t) > 0.1 * (event.t - method_.t_old)) break;  // grazing: keep the root
-    event.t = next;
-  }
+  if (event.kind != Event::Kind::gap || dynamics_.contacts()[event.index].resting)
+    land_at(method_, dynamics_, event.t);
+  else
+    land_on_gap(method_, dynamics_, event.t, rounding(event.index), [&] {
+      const auto& row = dynamics_.look(event.index, method_.x, method_.t);
+      return Watched{row.gap, row.normal.dot(v())};
+    });
 }
 
 }  // namespace freeplay

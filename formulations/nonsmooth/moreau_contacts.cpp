@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "formulations/nonsmooth/moreau.hpp"
+#include "sim/residuals.hpp"
 
 namespace freeplay {
 
@@ -18,11 +19,7 @@ bool MoreauStepper::solve_contacts() {
     for (int s = 0; s <= r; ++s) problem_.D(r, s) = problem_.D(s, r) = rows_[r].dot(response(s));
   const auto result = problem_.solve();
   ++work_.lcp_solves;
-  work_.pivots += result.pivots;
-  work_.lcp_retries += result.retries;
-  extremes_.lcp_residual = std::max(extremes_.lcp_residual, result.residual);
-  extremes_.lcp_residual_rate = std::max(extremes_.lcp_residual_rate, result.residual_rate);
-  extremes_.ambiguous += result.ambiguous;
+  result.count(work_, extremes_);
   if (!result.solved) {
     failure_ = fmt::format(
         "t = {:.9g} s: the contact problem of {} contacts was not solved by any of {} solvers: residual "
@@ -148,10 +145,7 @@ bool MoreauStepper::bring_back(double t_new) {
     if (moved) contacts_[k].gap = system_.gap(k, q_.data(), end_);
     extremes_.penetration[k] = std::max(extremes_.penetration[k], -contacts_[k].gap);
   }
-  for (int k = 0; k < m; ++k) {
-    double& worst = system_.is_angle_row(k) ? extremes_.constraint_angle : extremes_.constraint_length;
-    worst = std::max(worst, std::abs(end_.phi[k]));
-  }
+  keep_residuals(system_, end_, extremes_);
   return true;
 }
 

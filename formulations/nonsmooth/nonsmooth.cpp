@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include "formulations/integrators/tolerance.hpp"
+#include "formulations/marched.hpp"
 #include "formulations/nonsmooth/event_driven.hpp"
 #include "formulations/nonsmooth/moreau.hpp"
 #include "model/assembly.hpp"
-#include "sim/march.hpp"
 
 namespace freeplay {
 namespace {
@@ -15,44 +15,15 @@ namespace {
 /// steps that is 1/N off.
 constexpr double fewest_steps = 30;
 
-/// What both schemes say of themselves in the same way. A Stepper adds q(), v(), integrals(), work(),
-/// extremes() and singular() to what march asks for.
+/// What both schemes say of themselves in the same way. A Stepper adds singular() and nearest_singular().
 template <class Stepper>
-class Nonsmooth final : public Formulation {
+class Nonsmooth final : public Marched<Stepper> {
+  using Marched<Stepper>::system_, Marched<Stepper>::stepper_;
+
  public:
   Nonsmooth(const System& system, const State& state, std::vector<double> restitution, Stepper stepper)
-      : system_(system),
-        restitution_(std::move(restitution)),
-        stepper_(std::move(stepper)),
-        log_(system.contacts()) {
-    stepper_.start(state, log_);
-    initial_ = system_.kinetic(state.v.data()) + system_.potential(state.q.data());
-  }
-  const char* name() const override { return "nonsmooth"; }
-  Ending run(double t_end, Watch& watch) override {
-    auto ending = march(*this, system_, stepper_, t_end, log_, watch);
-    watch.drain(log_);
-    return ending;
-  }
-  void save(MemoryWriter& m) override { remember(m); }
-  void load(MemoryReader& m) override { remember(m); }
-  State state() const override {
-    const double* q = stepper_.q();
-    return {stepper_.t(),
-            {q, q + system_.n()},
-            {stepper_.v(), stepper_.v() + system_.n()},
-            {stepper_.z().begin(), stepper_.z().end()}};
-  }
-  EnergyLedger ledger() override {
-    EnergyLedger l = stepper_.integrals();
-    l.initial = initial_;
-    l.kinetic = system_.kinetic(stepper_.v());
-    l.potential = system_.potential(stepper_.q());
-    return l;
-  }
-  const Work& work() const override { return stepper_.work(); }
-  const Extremes& extremes() const override { return stepper_.extremes(); }
-  const ContactLog& log() const override { return log_; }
+      : Marched<Stepper>("nonsmooth", system, state, std::move(stepper)),
+        restitution_(std::move(restitution)) {}
   std::vector<ContactModel> contact_models() const override {
     std::vector<ContactModel> models;
     for (int k = 0; k < system_.contacts(); ++k)
@@ -65,8 +36,8 @@ class Nonsmooth final : public Formulation {
       notes.push_back("constraint rows depend on each other: reactions are those of least norm");
     else if (stepper_.nearest_singular() < singular_pivot)
       notes.push_back(singular_note);
-    const auto& w = work();
-    const auto& e = extremes();
+    const auto& w = stepper_.work();
+    const auto& e = stepper_.extremes();
     if (w.lcp_retries > 0)
       notes.push_back(
           fmt::format("{} of {} contact problems were left to another solver after one had failed",
@@ -90,16 +61,7 @@ class Nonsmooth final : public Formulation {
   }
 
  private:
-  template <class M>
-  void remember(M& m) {
-    m.part("nonsmooth");
-    m(stepper_, log_, initial_);
-  }
-  const System& system_;
   std::vector<double> restitution_;
-  Stepper stepper_;
-  ContactLog log_;
-  double initial_ = 0;
 };
 
 EventDriven make_event_driven(const Scene& scene, const System& system,

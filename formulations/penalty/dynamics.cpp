@@ -267,11 +267,6 @@ const ContactRow& PenaltyDynamics::contact_row(int k, const Vector& x, double t)
   return row_;
 }
 
-std::pair<double, double> PenaltyDynamics::gap(int k, const Vector& x, double t) {
-  const auto& row = contact_row(k, x, t);
-  return {row.gap, row.normal.dot(x.data() + system_.n())};
-}
-
 double PenaltyDynamics::effective_mass(const ContactRow& row) {
   if (!saddle_.factor(probe_.G.data())) return 0;
   saddle_.respond(row.normal, nullptr, 0, scratch_.data(), impulse_.data());
@@ -282,7 +277,7 @@ double PenaltyDynamics::effective_mass(const ContactRow& row) {
 double PenaltyDynamics::elastic_energy(const Vector& x, double t) {
   double sum = 0;
   for (int k = 0; k < system_.contacts(); ++k)
-    if (contacts_[k].closed) sum += contacts_[k].law.elastic.energy(std::max(0.0, -gap(k, x, t).first));
+    if (contacts_[k].closed) sum += contacts_[k].law.elastic.energy(std::max(0.0, -contact_row(k, x, t).gap));
   return sum;
 }
 

@@ -78,8 +78,6 @@ class PenaltyDynamics {
   int state_offset() const { return bristle_offset() + bristles_; }
   int integral_offset() const { return state_offset() + system_.states(); }
 
-  /// Gap and its rate of contact k at x.
-  std::pair<double, double> gap(int k, const Vector& x, double t);
   /// Fills row() with contact k at x.
   const ContactRow& contact_row(int k, const Vector& x, double t);
   /// Mass that an impact at contact k meets, 1/(W_Nᵀ A W_N) with the constraints kept, at the state of row().

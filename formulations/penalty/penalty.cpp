@@ -7,9 +7,9 @@
 #include "formulations/integrators/rosenbrock.hpp"
 #include "formulations/integrators/scaled_methods.hpp"
 #include "formulations/integrators/tolerance.hpp"
+#include "formulations/marched.hpp"
 #include "formulations/penalty/stepper.hpp"
 #include "model/assembly.hpp"
-#include "sim/march.hpp"
 
 namespace freeplay {
 namespace {
@@ -44,54 +44,17 @@ std::vector<PenaltyContact> make_contacts(const Scene& scene, const System& syst
 }
 
 template <class Method>
-class Penalty final : public Formulation {
+class Penalty final : public Marched<PenaltyStepper<Method>> {
+  using Base = Marched<PenaltyStepper<Method>>;
+  using Base::system_, Base::stepper_;
+
  public:
   Penalty(const Scene& scene, const System& system, const State& state, Method method, double v0_floor)
-      : scene_(scene),
-        system_(system),
-        stepper_(PenaltyDynamics(system, scene.penalty, make_contacts(scene, system),
-                                 {!redundant_rows(system, state.q).empty(), scene.run.eliminate}),
-                 std::move(method), v0_floor),
-        log_(system.contacts()) {
-    stepper_.start(state, log_);
-    initial_ = system_.kinetic(state.v.data()) + system_.potential(state.q.data()) + elastic();
-  }
-  const char* name() const override { return "penalty"; }
-  Ending run(double t_end, Watch& watch) override {
-    auto ending = march(*this, system_, stepper_, t_end, log_, watch);
-    watch.drain(log_);
-    return ending;
-  }
-  void save(MemoryWriter& m) override { remember(m); }
-  void load(MemoryReader& m) override { remember(m); }
-  State state() const override {
-    const auto& x = stepper_.x();
-    const int n = system_.n();
-    return {stepper_.t(),
-            {x.begin(), x.begin() + n},
-            {x.begin() + n, x.begin() + 2 * n},
-            {stepper_.z().begin(), stepper_.z().end()}};
-  }
-  EnergyLedger ledger() override {
-    const auto& x = stepper_.x();
-    const double* w = x.data() + stepper_.dynamics().integral_offset();
-    EnergyLedger l;
-    l.initial = initial_;
-    l.kinetic = system_.kinetic(x.data() + system_.n());
-    l.potential = system_.potential(x.data());
-    l.elastic = elastic();
-    l.drive = w[PenaltyDynamics::drive];
-    l.load = w[PenaltyDynamics::load];
-    l.damping = w[PenaltyDynamics::damping];
-    l.contact = w[PenaltyDynamics::contact_loss];
-    l.friction = w[PenaltyDynamics::friction_loss];
-    l.film = w[PenaltyDynamics::film_loss];
-    l.stabilisation = w[PenaltyDynamics::stabilisation];
-    return l;
-  }
-  const Work& work() const override { return stepper_.dynamics().work; }
-  const Extremes& extremes() const override { return stepper_.extremes(); }
-  const ContactLog& log() const override { return log_; }
+      : Base("penalty", system, state,
+             {PenaltyDynamics(system, scene.penalty, make_contacts(scene, system),
+                              {!redundant_rows(system, state.q).empty(), scene.run.eliminate}),
+              std::move(method), v0_floor}),
+        scene_(scene) {}
   std::vector<ContactModel> contact_models() const override {
     std::vector<ContactModel> models;
     for (int k = 0; k < system_.contacts(); ++k) {
@@ -132,12 +95,6 @@ class Penalty final : public Formulation {
   }
 
  private:
-  template <class M>
-  void remember(M& m) {
-    m.part("penalty");
-    m(stepper_, log_, initial_);
-  }
-  double elastic() { return stepper_.dynamics().elastic_energy(stepper_.x(), stepper_.t()); }
   /// Where a law was asked for something outside what it can do.
   void law_notes(std::vector<std::string>& notes) const {
     const auto& law = facts_of(scene_.penalty.contact);
@@ -162,10 +119,6 @@ class Penalty final : public Formulation {
   }
 
   const Scene& scene_;
-  const System& system_;
-  PenaltyStepper<Method> stepper_;
-  ContactLog log_;
-  double initial_ = 0;
 };
 
 /// Scales of the integrated vector; impulses and work integrals have none and are carried along.

@@ -15,7 +15,9 @@
 #include "formulations/integrators/crossing.hpp"
 #include "formulations/integrators/methods.hpp"
 #include "formulations/penalty/dynamics.hpp"
+#include "formulations/probe.hpp"
 #include "sim/force_integral.hpp"
+#include "sim/residuals.hpp"
 
 namespace freeplay {
 
@@ -50,14 +52,7 @@ class PenaltyStepper {
   void remember(M& m) {
     m.part("penalty stepper");
     m(f_, method_, mark_, extremes_, restart_, stalled_, creeps_, lost_, creep_since_, events_since_);
-    // Forces come from factors with pivots of their own.
-    bool probed = probe_ != nullptr;
-    m(probed);
-    if constexpr (M::reading) {
-      probe_.reset();
-      if (probed || watching_) make_probe();
-    }
-    if (probed) m(*probe_);
+    remember_probe(m, probe_, watching_, [this] { make_probe(); });
   }
 
   double t() const { return method_.t; }
@@ -75,6 +70,7 @@ class PenaltyStepper {
     std::copy(x->begin() + n, x->begin() + 2 * n, v);
   }
 
+  const double* q() const { return method_.x.data(); }
   std::span<const double> z() const {
     return {method_.x.data() + f_.state_offset(), static_cast<std::size_t>(f_.system().states())};
   }
@@ -146,7 +142,7 @@ class PenaltyStepper {
       restart_ = true;
     }
     if (!std::isfinite(std::accumulate(method_.x.begin(), method_.x.end(), method_.t))) return lose();
-    keep_extremes();
+    keep_residuals(f_.system(), f_.evaluation(), extremes_);
     for (int k = 0; k < f_.system().contacts(); ++k) {
       mark_[k].at = first.contact >= 0 ? sample(k, method_.x, method_.t) : end_[k];
       auto& c = f_.contacts()[k];
@@ -184,9 +180,21 @@ class PenaltyStepper {
         t_old());
   }
 
-  const Vector& x() const { return method_.x; }
-  PenaltyDynamics& dynamics() { return f_; }
   const PenaltyDynamics& dynamics() const { return f_; }
+  EnergyLedger integrals() {
+    const double* w = method_.x.data() + f_.integral_offset();
+    EnergyLedger l;
+    l.elastic = f_.elastic_energy(method_.x, method_.t);
+    l.drive = w[PenaltyDynamics::drive];
+    l.load = w[PenaltyDynamics::load];
+    l.damping = w[PenaltyDynamics::damping];
+    l.contact = w[PenaltyDynamics::contact_loss];
+    l.friction = w[PenaltyDynamics::friction_loss];
+    l.film = w[PenaltyDynamics::film_loss];
+    l.stabilisation = w[PenaltyDynamics::stabilisation];
+    return l;
+  }
+  const Work& work() const { return f_.work; }
   const Extremes& extremes() const { return extremes_; }
 
  private:
@@ -286,31 +294,16 @@ class PenaltyStepper {
     if (slide < low || slide > high) c.zone = c.friction->zone(slide);
   }
 
-  /// Steps from the old state to the event, then corrects its time by Newton on the gap at the end of the
-  /// step.
+  /// Steps from the old state to the event.
   void land(Event& event) {
     ++f_.work.events;
-    if (event.t <= method_.t_old) {
-      method_.start(f_, method_.t_old, method_.x_old);
-      return;
-    }
-    if (event.slide) {
-      method_.land(f_, event.t);
-      return;
-    }
-    // Where rounding of the positions ends what Newton can do.
-    const double enough =
-        1e-13 * f_.system().contact_facts(event.contact).clearance + 4e-16 * f_.system().longest_arm();
-    for (int i = 0; i < 5; ++i) {
-      method_.land(f_, event.t);
-      const auto [g, rate] = f_.gap(event.contact, method_.x, event.t);
-      if (std::abs(g) <= enough || rate == 0) break;
-      const double next = event.t - g / rate;
-      if (!(next > method_.t_old) || std::abs(next - event.t) <= 2e-16 * event.t) break;
-      if (std::abs(next - event.t) > 0.1 * (event.t - method_.t_old))
-        break;  // grazing: keep the bracketed root
-      event.t = next;
-    }
+    if (event.slide)
+      land_at(method_, f_, event.t);
+    else
+      land_on_gap(method_, f_, event.t, gap_rounding(f_.system(), event.contact), [&] {
+        const auto& row = f_.contact_row(event.contact, method_.x, event.t);
+        return Watched{row.gap, row.normal.dot(v())};
+      });
   }
 
   void change_mode(const Event& event) {
@@ -355,14 +348,6 @@ class PenaltyStepper {
     restart_ = true;
   }
   double time_uncertainty() const { return 4e-16 * method_.t; }
-
-  void keep_extremes() {
-    const auto& e = f_.evaluation();
-    for (int k = 0; k < f_.system().rows(); ++k) {
-      double& worst = f_.system().is_angle_row(k) ? extremes_.constraint_angle : extremes_.constraint_length;
-      worst = std::max(worst, std::abs(e.phi[k]));
-    }
-  }
 
   PenaltyDynamics f_;
   Method method_;

@@ -10,6 +10,7 @@
 #include "io/output_file.hpp"
 #include "model/assembly.hpp"
 #include "model/system.hpp"
+#include "sim/residuals.hpp"
 
 namespace freeplay {
 
@@ -41,11 +42,10 @@ std::vector<DriftRun> measure_drift(const Scene& scene, const StopToken& stop,
       run.ending = made.ending;
       const auto& state = made.final_state;
       system.place(state.t, state.q.data(), e);
-      double length = 0, angle = 0;
-      for (int k = 0; k < system.rows(); ++k)
-        (system.is_angle_row(k) ? angle : length) =
-            std::max(system.is_angle_row(k) ? angle : length, std::abs(e.phi[k]));
-      rows += fmt::format("{},{},{},{},{}\n", name, state.t, length, angle, made.ledger.closure());
+      Extremes now;
+      keep_residuals(system, e, now);
+      rows += fmt::format("{},{},{},{},{}\n", name, state.t, now.constraint_length, now.constraint_angle,
+                          made.ledger.closure());
       if (on_progress) on_progress(name, static_cast<double>(i) / points);
     }
     run.cpu_seconds = static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;

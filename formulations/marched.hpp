@@ -1,0 +1,62 @@
+// What every formulation that marches a stepper says of itself in the same way.
+#pragma once
+
+#include <string>
+
+#include "model/system.hpp"
+#include "sim/formulation.hpp"
+#include "sim/march.hpp"
+
+namespace freeplay {
+
+/// A Stepper adds to what march() asks for: start(state, log), q(), work(), extremes(), and integrals(), the ledger
+/// but for the energies of masses and gravity. What contacts are and what a user must read is each family's own.
+template <class Stepper>
+class Marched : public Formulation {
+ public:
+  Marched(const char* name, const System& system, const State& state, Stepper stepper)
+      : system_(system), stepper_(std::move(stepper)), name_(name), log_(system.contacts()) {
+    stepper_.start(state, log_);
+    initial_ =
+        system_.kinetic(state.v.data()) + system_.potential(state.q.data()) + stepper_.integrals().elastic;
+  }
+  const char* name() const final { return name_; }
+  Ending run(double t_end, Watch& watch) final {
+    auto ending = march(*this, system_, stepper_, t_end, log_, watch);
+    watch.drain(log_);
+    return ending;
+  }
+  void save(MemoryWriter& m) final { remember(m); }
+  void load(MemoryReader& m) final { remember(m); }
+  State state() const final {
+    const int n = system_.n();
+    const double *q = stepper_.q(), *v = stepper_.v();
+    return {stepper_.t(), {q, q + n}, {v, v + n}, {stepper_.z().begin(), stepper_.z().end()}};
+  }
+  EnergyLedger ledger() final {
+    EnergyLedger l = stepper_.integrals();
+    l.initial = initial_;
+    l.kinetic = system_.kinetic(stepper_.v());
+    l.potential = system_.potential(stepper_.q());
+    return l;
+  }
+  const Work& work() const final { return stepper_.work(); }
+  const Extremes& extremes() const final { return stepper_.extremes(); }
+  const ContactLog& log() const final { return log_; }
+
+ protected:
+  const System& system_;
+  Stepper stepper_;
+
+ private:
+  template <class M>
+  void remember(M& m) {
+    m.part(name_);
+    m(stepper_, log_, initial_);
+  }
+  const char* name_;
+  ContactLog log_;
+  double initial_ = 0;
+};
+
+}  // namespace freeplay
