@@ -1,5 +1,7 @@
 #include "formulations/make.hpp"
 
+#include <stdexcept>
+
 #include "formulations/nonsmooth/nonsmooth.hpp"
 #include "formulations/penalty/penalty.hpp"
 
@@ -10,9 +12,10 @@ std::unique_ptr<Formulation> make(Family family, const Scene& scene, const Syste
   switch (family) {
     case Family::penalty:
       return make_penalty(scene, system, state);
-    default:
+    case Family::nonsmooth:
       return make_nonsmooth(scene, system, state, restitution);
   }
+  throw std::logic_error("no such family of formulations");
 }
 
 std::vector<double> delivered_restitutions(const Scene& scene, const System& system) {

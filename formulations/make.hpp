@@ -9,10 +9,9 @@
 #include "model/scene.hpp"
 #include "model/system.hpp"
 #include "sim/formulation.hpp"
+#include "values/family.hpp"
 
 namespace freeplay {
-
-enum class Family { penalty, nonsmooth };
 
 /// Makes a formulation of a scene, started at `state`; scene and system must outlive it. `restitution`, when
 /// not empty, is what an impact law shall take in place of the surfaces' values, one per contact. Throws

@@ -14,13 +14,13 @@ namespace freeplay {
 template <class Stepper>
 class Marched : public Formulation {
  public:
-  Marched(const char* name, const System& system, const State& state, Stepper stepper)
-      : system_(system), stepper_(std::move(stepper)), name_(name), log_(system.contacts()) {
+  Marched(Family family, const System& system, const State& state, Stepper stepper)
+      : system_(system), stepper_(std::move(stepper)), family_(family), log_(system.contacts()) {
     stepper_.start(state, log_);
     initial_ =
         system_.kinetic(state.v.data()) + system_.potential(state.q.data()) + stepper_.integrals().elastic;
   }
-  const char* name() const final { return name_; }
+  Family family() const final { return family_; }
   Ending run(double t_end, Watch& watch) final {
     auto ending = march(*this, system_, stepper_, t_end, log_, watch);
     watch.drain(log_);
@@ -51,10 +51,10 @@ class Marched : public Formulation {
  private:
   template <class M>
   void remember(M& m) {
-    m.part(name_);
+    m.part(name_of(family_));
     m(stepper_, log_, initial_);
   }
-  const char* name_;
+  Family family_;
   ContactLog log_;
   double initial_ = 0;
 };

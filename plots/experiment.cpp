@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "plots/figure.hpp"
+#include "values/family.hpp"
 
 namespace freeplay::plots {
 namespace {
@@ -171,9 +172,9 @@ class Experiment {
         "set logscale y\nset ylabel 'Greatest acceleration over the ideal'\nset xlabel 'Clearance (mm)'\nset "
         "xrange [0:1.1]\n"
         "set yrange [1:100]\nset key outside top center horizontal\nplot ";
-    for (const auto* formulation : {"penalty", "nonsmooth"}) {
+    for (const auto& [family, formulation] : families) {
       std::string block = "# clearance, mean, low, high\n";
-      const bool penalty = formulation[0] == 'p';
+      const bool penalty = family == Family::penalty;
       for (double c : clearances_)
         if (const auto it = peaks_.find({formulation, c, paper_speed()}); it != peaks_.end())
           block += fmt::format("{} {}", 1e3 * c + (penalty ? -0.004 : 0.004), it->second);
@@ -192,8 +193,8 @@ class Experiment {
         "xrange [90:280]\nset key "
         "outside top center horizontal\n";
     for (double c : clearances_)
-      for (const auto* formulation : {"penalty", "nonsmooth"}) {
-        const bool penalty = formulation[0] == 'p';
+      for (const auto& [family, formulation] : families) {
+        const bool penalty = family == Family::penalty;
         std::string block = "# speed, mean, low, high\n", end;
         for (double n : speeds_)
           if (const auto it = greatest_.find({formulation, c, n}); it != greatest_.end()) {
@@ -220,7 +221,7 @@ class Experiment {
     double top = 0;
     for (const auto& [key, row] : greatest_) top = std::max(top, std::strtod(row.c_str(), nullptr));
     f.script += fmt::format("set zrange [0:{}]\n", 1.1 * top);
-    for (const auto* formulation : {"penalty", "nonsmooth"}) {
+    for (const auto& [family, formulation] : families) {
       std::string block =
           "# clearance (mm), speed (rpm), 95 % quantile over turns of the greatest acceleration (m/s^2)\n";
       for (double c : clearances_) {
@@ -230,7 +231,7 @@ class Experiment {
         if (c != clearances_.back()) block += "\n";
       }
       f.script += fmt::format("set title '{}'\nsplot {} using 1:2:3 with linespoints ls {}\n", formulation,
-                              data(f, block), formulation[0] == 'p' ? 1 : 2);
+                              data(f, block), family == Family::penalty ? 1 : 2);
     }
     f.script += "unset multiplot\n";
     return draw(f, folder_);

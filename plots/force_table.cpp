@@ -10,6 +10,8 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "values/family.hpp"
+
 namespace freeplay::plots {
 namespace {
 
@@ -45,8 +47,9 @@ ForceTable::ForceTable(const std::filesystem::path& folder) {
     add(folder / "ideal", "ideal joint", 3);
   } else if (std::filesystem::exists(folder / "run.json")) {
     const auto document = run_json(folder);
-    const bool nonsmooth = !document.is_discarded() && document.value("formulation", "") == "nonsmooth";
-    add(folder, nonsmooth ? "nonsmooth" : "penalty", nonsmooth ? 2 : 1);
+    const auto family = family_named(document.is_discarded() ? "" : document.value("formulation", ""))
+                            .value_or(Family::penalty);
+    add(folder, name_of(family), family == Family::penalty ? 1 : 2);
   }
   if (scene_)
     if (const auto* drive = main_drive(scene_->mechanism); drive && drive->speed != 0) drive_ = *drive;

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "plots/figure.hpp"
+#include "values/family.hpp"
 
 namespace freeplay::plots {
 
@@ -51,7 +52,7 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
     }
     const bool touches = !judged.empty();
     std::string left_out;
-    for (const char* one : {"penalty", "nonsmooth"})
+    for (const auto& one : family_names())
       if (touches && std::ranges::find(all, one) != all.end() &&
           std::ranges::find(judged, one) == judged.end())
         left_out = fmt::format("{}: no touch to judge by, left out", one);

@@ -22,7 +22,7 @@ inline std::filesystem::path scene_file(const std::string& name) {
 }
 
 /// One run in memory.
-inline const char* name_of(Family family) { return family == Family::penalty ? "penalty" : "nonsmooth"; }
+using freeplay::name_of;
 inline Result simulate(const Scene& scene, Family family) {
   return run_scene(scene, {.formulation = name_of(family), .most_events = 1'000'000});
 }

@@ -22,7 +22,7 @@ class Nonsmooth final : public Marched<Stepper> {
 
  public:
   Nonsmooth(const System& system, const State& state, std::vector<double> restitution, Stepper stepper)
-      : Marched<Stepper>("nonsmooth", system, state, std::move(stepper)),
+      : Marched<Stepper>(Family::nonsmooth, system, state, std::move(stepper)),
         restitution_(std::move(restitution)) {}
   std::vector<ContactModel> contact_models() const override {
     std::vector<ContactModel> models;

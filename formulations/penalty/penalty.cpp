@@ -50,7 +50,7 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
 
  public:
   Penalty(const Scene& scene, const System& system, const State& state, Method method, double v0_floor)
-      : Base("penalty", system, state,
+      : Base(Family::penalty, system, state,
              {PenaltyDynamics(system, scene.penalty, make_contacts(scene, system),
                               {!redundant_rows(system, state.q).empty(), scene.run.eliminate}),
               std::move(method), v0_floor}),

@@ -5,15 +5,15 @@
 namespace freeplay::cli {
 
 std::vector<std::string> with_accuracy(const std::string& accuracy,
-                                       const std::vector<std::string>& formulations,
+                                       const std::vector<Family>& families,
                                        const std::vector<std::string>& overrides) {
   std::vector<std::string> list;
   if (!accuracy.empty()) {
     const auto level = accuracy == "fast"       ? Accuracy::fast
                        : accuracy == "balanced" ? Accuracy::balanced
                                                 : Accuracy::reference;
-    for (const auto& formulation : formulations)
-      for (const auto& key : setting_for(formulation, level).keys()) list.push_back(key);
+    for (const auto family : families)
+      for (const auto& key : setting_for(family, level).keys()) list.push_back(key);
   }
   list.insert(list.end(), overrides.begin(), overrides.end());
   return list;

@@ -21,11 +21,12 @@ int advise(const AdviseRequest& request) {
   auto with = request.conduct();
   with.matched = false;  // as `run` takes it
   int status = 1;
-  for (const char* formulation : {"penalty", "nonsmooth"}) {
+  for (const auto& [family, name] : families) {
+    const char* const formulation = name;
     Progress progress;
     Advice advice;
     try {
-      advice = freeplay::advise(scene, formulation, request.error / 100, with,
+      advice = freeplay::advise(scene, family, request.error / 100, with,
                                 [&](double done) { progress.show(formulation, done); });
     } catch (const ModelError& e) {
       fmt::print("{}: not available: {}\n\n", formulation, e.what());

@@ -105,8 +105,7 @@ int check(const CheckRequest& request) {
     if (const auto e = facts.surface.restitution) fmt::print("    restitution asked for {:.4g}\n", *e);
   }
   int available = 0;
-  for (const auto family : {Family::penalty, Family::nonsmooth}) {
-    const char* name = family == Family::penalty ? "penalty" : "nonsmooth";
+  for (const auto& [family, name] : families) {
     try {
       const auto formulation = make(family, scene, system, start);
       const auto models = formulation->contact_models();

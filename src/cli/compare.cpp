@@ -26,7 +26,7 @@ struct CompareRequest : Request {
 };
 
 int compare(const CompareRequest& request) {
-  auto overrides = with_accuracy(request.accuracy, {"penalty", "nonsmooth"}, request.overrides);
+  auto overrides = with_accuracy(request.accuracy, {Family::penalty, Family::nonsmooth}, request.overrides);
   if (request.forces) overrides.push_back("run.forces=true");
   const Scene scene = read_scene(request.scene, overrides);
   const std::filesystem::path folder =

@@ -44,7 +44,7 @@ int run(const RunRequest& request) {
     summary = resume_run(request.resume, plan);
   } else {
     if (request.formulation.empty()) throw SceneError("--formulation is required: penalty or nonsmooth");
-    auto overrides = with_accuracy(request.accuracy, {request.formulation}, request.overrides);
+    auto overrides = with_accuracy(request.accuracy, {family_named(request.formulation).value()}, request.overrides);
     if (request.forces) overrides.push_back("run.forces=true");
     const Scene scene = read_scene(request.scene, overrides);
     plan.formulation = request.formulation;
@@ -80,7 +80,7 @@ void run_verb(Program& program) {
   auto [options, request] = program.verb("run", "solve a scene in one formulation", run);
   options.scene(request.scene);
   options.set(request.overrides);
-  options.add("--formulation", request.formulation, "penalty or nonsmooth").one_of({"penalty", "nonsmooth"});
+  options.add("--formulation", request.formulation, "penalty or nonsmooth").one_of(family_names());
   options.accuracy(request.accuracy);
   options.output(request.output, "result folder; default out/NAME-FORMULATION");
   options.flag("--forces", request.forces, "write forces.csv too, as run.forces = true does");

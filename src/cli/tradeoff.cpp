@@ -18,10 +18,6 @@
 namespace freeplay::cli {
 namespace {
 
-const Reference& judged(const TradeoffScene& t, const Setting& setting) {
-  return setting.formulation == "penalty" ? t.penalty : t.nonsmooth;
-}
-
 /// A scene's settings, for a terminal; or as Markdown.
 std::string table(const TradeoffScene& t, bool markdown) {
   std::string out;
@@ -35,7 +31,7 @@ std::string table(const TradeoffScene& t, bool markdown) {
   if (markdown) line("---", "---", "---", "---", "---", "---", "---", "---", "---");
   for (const auto& m : t.measured) {
     const bool ended = m.ending.status == Ending::Status::finished;
-    const bool touches = !judged(t, m.setting).touches.empty();
+    const bool touches = !t.reference(m.setting.family).touches.empty();
     const auto statistics = std::isnan(m.statistics)   ? "-"
                             : std::isinf(m.statistics) ? "stopped"
                                                        : fmt::format("{:.1f}", m.statistics);
@@ -88,12 +84,11 @@ int tradeoff(const TradeoffRequest& request) {
       "interleaved runs.\n",
       request.scene, request.repeats);
   text += "\n`--accuracy` takes, each a row of these tables:";
-  for (const char* formulation : {"penalty", "nonsmooth"})
-    text += fmt::format(" {} *fast* {}, *balanced* {}, *reference* {}{}", formulation,
-                        setting_for(formulation, Accuracy::fast).label(),
-                        setting_for(formulation, Accuracy::balanced).label(),
-                        setting_for(formulation, Accuracy::reference).label(),
-                        formulation[0] == 'p' ? ";" : ".\n");
+  for (const auto& [family, formulation] : families)
+    text += fmt::format(
+        " {} *fast* {}, *balanced* {}, *reference* {}{}", formulation,
+        setting_for(family, Accuracy::fast).label(), setting_for(family, Accuracy::balanced).label(),
+        setting_for(family, Accuracy::reference).label(), family == families.back().value ? ".\n" : ";");
   text +=
       "The rule: *fast* keeps the mechanism's statistics, *balanced* is what a study runs, *reference* is "
       "finer than any model here is true.\nPenalty takes Adams-Bashforth-Moulton, the least right-hand "
@@ -119,10 +114,10 @@ int tradeoff(const TradeoffRequest& request) {
     document["scenes"][v.name]["scene_file"] = v.scene.lexically_normal().string();
     for (const auto& m : t.measured)
       if (m.ending.status == Ending::Status::finished)
-        csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", v.name, m.setting.formulation,
-                           m.setting.method(), m.setting.fineness,
-                           judged(t, m.setting).touches.empty() ? NAN : m.errors.events, m.errors.state,
-                           m.errors.energy, m.statistics, m.work.rhs, m.cpu, m.cpu_low, m.cpu_high);
+        csv += fmt::format(
+            "{},{},{},{},{},{},{},{},{},{},{},{}\n", v.name, name_of(m.setting.family), m.setting.method(),
+            m.setting.fineness, t.reference(m.setting.family).touches.empty() ? NAN : m.errors.events,
+            m.errors.state, m.errors.energy, m.statistics, m.work.rhs, m.cpu, m.cpu_low, m.cpu_high);
   }
   document["provenance"] = provenance(read_scene(study.variants.front().scene));
   document["provenance"]["study"] = study.text;

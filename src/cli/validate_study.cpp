@@ -11,6 +11,7 @@
 #include "plots/figure.hpp"
 #include "study/tables.hpp"
 #include "verification/experiment/flores2011.hpp"
+#include "values/family.hpp"
 #include "version.hpp"
 
 namespace freeplay::cli {
@@ -20,12 +21,7 @@ constexpr int all_cores = 0;
 
 /// The fitted study's scene at its optimum.
 Variant calibrated_variant(const Study& study, const Study& fitted, const Fit& fit) {
-  Variant v{"calibrated",
-            "Calibrated: " + fitted.title,
-            fitted.scene,
-            {},
-            {"penalty", "nonsmooth"},
-            study.starts,
+  Variant v{"calibrated",     "Calibrated: " + fitted.title, fitted.scene, {}, family_names(), study.starts,
             study.revolutions};
   for (std::size_t i = 0; i < fitted.calibration->unknowns.size(); ++i)
     v.overrides.push_back(fmt::format("{}={}", fitted.calibration->unknowns[i].key, fit.unknowns[i].value));

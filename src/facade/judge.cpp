@@ -6,8 +6,8 @@
 
 namespace freeplay {
 
-void warn(Result& s) {
-  const bool impact_law = s.formulation == "nonsmooth";
+void warn(Result& s, Family family) {
+  const bool impact_law = family == Family::nonsmooth;
   for (const auto& c : s.contacts)
     if (c.penetration_ratio > (impact_law ? 1e-3 : 0.1))
       s.notes.push_back(fmt::format(

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 #include <string_view>
-#include <variant>
 
 #include <sys/resource.h>
 
@@ -15,7 +14,6 @@
 #include "freeplay.hpp"
 #include "io/write_scene.hpp"
 #include "model/assembly.hpp"
-#include "model/planar.hpp"
 #include "model/redundancy.hpp"
 #include "model/system.hpp"
 #include "sim/clock.hpp"
@@ -26,10 +24,9 @@ namespace freeplay {
 namespace {
 
 Family family_of(std::string_view formulation) {
-  if (formulation == "penalty") return Family::penalty;
-  if (formulation == "nonsmooth") return Family::nonsmooth;
-  throw ModelError("formulation",
-                   fmt::format("must be \"penalty\" or \"nonsmooth\", is \"{}\"", formulation));
+  if (const auto family = family_named(formulation)) return *family;
+  throw ModelError("formulation", fmt::format("must be \"{}\", is \"{}\"",
+                                              fmt::join(family_names(), "\" or \""), formulation));
 }
 
 Layout layout_of(const Scene& scene, const System& system, const State& start) {
@@ -67,17 +64,12 @@ Scene checked(Scene scene) {
   return scene;
 }
 
-State start_of(const Scene& scene, const SimulationOptions& options) {
+State start_of(const Scene& scene, const System& system, const SimulationOptions& options) {
   if (!options.start) return assemble(scene.mechanism, scene.run.start);
-  const auto n = planar::first(scene.mechanism.bodies.size());
+  const auto n = static_cast<std::size_t>(system.n()), states = static_cast<std::size_t>(system.states());
   if (options.start->q.size() != n || options.start->v.size() != n)
     throw ModelError("start", fmt::format("must have {} coordinates and as many rates, has {} and {}", n,
                                           options.start->q.size(), options.start->v.size()));
-  const auto states =
-      static_cast<std::size_t>(std::ranges::count_if(scene.mechanism.drives, [](const Drive& d) {
-        const auto* torque = std::get_if<TorqueDrive>(&d);
-        return torque && torque->lag;
-      }));
   if (!options.start->z.empty() && options.start->z.size() != states)
     throw ModelError("start",
                      fmt::format("must have {} first-order states, or none for their beginning at 0, has {}",
@@ -99,8 +91,8 @@ struct Simulation::Implementation {
       : scene(checked(std::move(given))),
         family(family_of(formulation)),
         matched(options.matched && family == Family::nonsmooth),
-        start(start_of(scene, options)),
         system(scene.mechanism),
+        start(start_of(scene, system, options)),
         layout(layout_of(scene, system, start)),
         form(begun(start)),
         sensors(scene.instruments, layout, start.q.size()) {}
@@ -117,7 +109,7 @@ struct Simulation::Implementation {
     m(sensors);
   }
   void load(const std::vector<std::byte>& memory);
-  std::string name() const { return std::string(form->name()) + (matched ? ", matched restitution" : ""); }
+  std::string name() const { return std::string(name_of(family)) + (matched ? ", matched restitution" : ""); }
   /// Found once, when forces are first watched.
   void find_undetermined() {
     if (searched) return;
@@ -132,8 +124,8 @@ struct Simulation::Implementation {
   Scene scene;
   Family family;
   bool matched;
-  State start;
   System system;
+  State start;
   Layout layout;
   std::unique_ptr<Formulation> form;
   Sensors sensors;
@@ -163,7 +155,7 @@ void Simulation::Implementation::load(const std::vector<std::byte>& memory) {
 
 Result Simulation::Implementation::summary(const Ending& ending) const {
   Result r;
-  r.formulation = form->name();
+  r.formulation = name_of(family);
   r.ending = ending;
   r.final_state = form->state();
   r.t_end = r.final_state.t;
@@ -183,7 +175,7 @@ Result Simulation::Implementation::summary(const Ending& ending) const {
     c.penetration_ratio = c.penetration / system.contact_facts(k).clearance;
     r.contacts.push_back(c);
   }
-  warn(r);
+  warn(r, family);
   refuse_not_finite(r);
   return r;
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sim/contact_log.hpp"
+#include "values/family.hpp"
 #include "values/ledger.hpp"
 #include "values/memory.hpp"
 #include "values/state.hpp"
@@ -25,7 +26,7 @@ inline constexpr const char* singular_note =
 class Formulation {
  public:
   virtual ~Formulation() = default;
-  virtual const char* name() const = 0;
+  virtual Family family() const = 0;
   /// The stepping loop, from the present state to t_end.
   virtual Ending run(double t_end, Watch& watch) = 0;
   virtual State state() const = 0;

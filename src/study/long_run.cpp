@@ -67,7 +67,7 @@ std::vector<LongRun> long_runs(const std::vector<Scene>& starts, const std::vect
     setting.apply(scene);
     try {
       runs[i] = run_scene(
-          scene, {.formulation = setting.formulation, .matched = conduct.matched, .stop = conduct.stop});
+          scene, {.formulation = name_of(setting.family), .matched = conduct.matched, .stop = conduct.stop});
     } catch (const ModelError& e) {
       runs[i].ending = {Ending::Status::failed, e.what()};
     }

@@ -23,8 +23,8 @@ Result run(Scene scene, const Setting& setting, const Conduct& conduct, double d
   scene.run.duration = duration;
   scene.run.discard = 0;
   scene.instruments.clear();
-  return run_scene(scene,
-                   {.formulation = setting.formulation, .matched = conduct.matched, .stop = conduct.stop});
+  return run_scene(
+      scene, {.formulation = name_of(setting.family), .matched = conduct.matched, .stop = conduct.stop});
 }
 
 double dissipated(const EnergyLedger& l) { return l.contact + l.friction + l.damping + l.film; }
@@ -53,7 +53,7 @@ double state_time(const Scene& scene, const std::vector<ContactEvent>& judged,
 }  // namespace
 
 std::string Setting::method() const {
-  if (formulation == "nonsmooth") return scheme == Scheme::event_driven ? "event-driven" : "moreau-jean";
+  if (family == Family::nonsmooth) return scheme == Scheme::event_driven ? "event-driven" : "moreau-jean";
   return std::string(integrators[static_cast<int>(integrator)]) +
          (stabilisation == Stabilisation::projection ? "+projection" : "");
 }
@@ -61,7 +61,7 @@ std::string Setting::method() const {
 std::string Setting::label() const { return fmt::format("{} {:.0e}", method(), fineness); }
 
 std::vector<std::string> Setting::keys() const {
-  if (formulation == "nonsmooth")
+  if (family == Family::nonsmooth)
     return {fmt::format("nonsmooth.scheme={}", method()),
             fmt::format("nonsmooth.{}={}", scheme == Scheme::event_driven ? "tolerance" : "step", fineness)};
   std::vector<std::string> list = {
@@ -72,7 +72,7 @@ std::vector<std::string> Setting::keys() const {
 }
 
 void Setting::apply(Scene& scene) const {
-  if (formulation == "nonsmooth") {
+  if (family == Family::nonsmooth) {
     scene.nonsmooth.scheme = scheme;
     (scheme == Scheme::event_driven ? scene.nonsmooth.tolerance : scene.nonsmooth.step) = fineness;
     return;
@@ -82,16 +82,16 @@ void Setting::apply(Scene& scene) const {
   (integrator == Integrator::rk4 ? scene.penalty.step : scene.penalty.tolerance) = fineness;
 }
 
-std::vector<Setting> all_settings(const std::string& formulation) {
+std::vector<Setting> all_settings(Family family) {
   std::vector<Setting> list;
-  if (formulation == "nonsmooth") {
+  if (family == Family::nonsmooth) {
     for (const double h : {1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6})
-      list.push_back({formulation, {}, Scheme::moreau_jean, h});
+      list.push_back({family, {}, Scheme::moreau_jean, h});
     for (const double tolerance : {1e-3, 1e-5, 1e-7, 1e-9, 1e-10, 1e-11})
-      list.push_back({formulation, {}, Scheme::event_driven, tolerance});
+      list.push_back({family, {}, Scheme::event_driven, tolerance});
     return list;
   }
-  for (const double h : {1e-5, 3e-6, 1e-6}) list.push_back({formulation, Integrator::rk4, {}, h});
+  for (const double h : {1e-5, 3e-6, 1e-6}) list.push_back({family, Integrator::rk4, {}, h});
   for (const auto integrator : {Integrator::dopri5, Integrator::fehlberg78, Integrator::bulirsch_stoer,
                                 Integrator::adams_bashforth_moulton, Integrator::rosenbrock4})
     for (const double tolerance : {1e-3, 1e-5, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11}) {
@@ -99,20 +99,20 @@ std::vector<Setting> all_settings(const std::string& formulation) {
         continue;  // order 4: thousands of steps a contact
       if (integrator != Integrator::adams_bashforth_moulton && (tolerance == 1e-8 || tolerance == 1e-10))
         continue;  // those of setting_for
-      list.push_back({formulation, integrator, {}, tolerance});
+      list.push_back({family, integrator, {}, tolerance});
     }
   for (const double tolerance : {1e-5, 1e-9})
-    list.push_back({formulation, Integrator::dopri5, {}, tolerance, Stabilisation::projection});
+    list.push_back({family, Integrator::dopri5, {}, tolerance, Stabilisation::projection});
   return list;
 }
 
-Setting setting_for(const std::string& formulation, Accuracy accuracy) {
+Setting setting_for(Family family, Accuracy accuracy) {
   const auto level = static_cast<int>(accuracy);
-  if (formulation == "nonsmooth") {
-    if (accuracy == Accuracy::reference) return {formulation, {}, Scheme::event_driven, 1e-10};
-    return {formulation, {}, Scheme::moreau_jean, std::array{1e-4, 1e-5}[level]};
+  if (family == Family::nonsmooth) {
+    if (accuracy == Accuracy::reference) return {family, {}, Scheme::event_driven, 1e-10};
+    return {family, {}, Scheme::moreau_jean, std::array{1e-4, 1e-5}[level]};
   }
-  return {formulation, Integrator::adams_bashforth_moulton, {}, std::array{1e-5, 1e-8, 1e-10}[level]};
+  return {family, Integrator::adams_bashforth_moulton, {}, std::array{1e-5, 1e-8, 1e-10}[level]};
 }
 
 double touch_error(const std::vector<ContactEvent>& found, const std::vector<ContactEvent>& reference) {
@@ -133,13 +133,12 @@ double touch_error(const std::vector<ContactEvent>& found, const std::vector<Con
   return worst;
 }
 
-Reference make_reference(const Scene& scene, const std::string& formulation, const Conduct& conduct,
-                         std::size_t most) {
-  const Setting finest = formulation == "penalty" ? Setting{formulation, Integrator::dopri5, {}, 1e-12}
-                                                  : Setting{formulation, {}, Scheme::event_driven, 1e-13};
-  const Setting other = formulation == "penalty"
-                            ? Setting{formulation, Integrator::adams_bashforth_moulton, {}, 1e-10}
-                            : Setting{formulation, {}, Scheme::event_driven, 1e-11};
+Reference make_reference(const Scene& scene, Family family, const Conduct& conduct, std::size_t most) {
+  const Setting finest = family == Family::penalty ? Setting{family, Integrator::dopri5, {}, 1e-12}
+                                                   : Setting{family, {}, Scheme::event_driven, 1e-13};
+  const Setting other = family == Family::penalty
+                            ? Setting{family, Integrator::adams_bashforth_moulton, {}, 1e-10}
+                            : Setting{family, {}, Scheme::event_driven, 1e-11};
   Reference r;
   const auto a = run(scene, finest, conduct, scene.run.duration);
   const auto b = run(scene, other, conduct, scene.run.duration);

@@ -4,13 +4,14 @@
 #include <cmath>
 
 #include "study/case_run.hpp"
+#include "values/family.hpp"
 
 namespace freeplay {
 
 /// One way to run a scene. `fineness` is penalty.tolerance, penalty.step (rk4), nonsmooth.step (Moreau–Jean)
 /// or nonsmooth.tolerance (event-driven).
 struct Setting {
-  std::string formulation;  ///< penalty or nonsmooth
+  Family family = Family::penalty;
   Integrator integrator = Integrator::adams_bashforth_moulton;
   Scheme scheme = Scheme::moreau_jean;
   double fineness = 0;
@@ -24,11 +25,11 @@ struct Setting {
 };
 
 /// Methods × finenesses, from coarse to fine within each method; those of setting_for are among them.
-std::vector<Setting> all_settings(const std::string& formulation);
+std::vector<Setting> all_settings(Family family);
 
 enum class Accuracy { fast, balanced, reference };
 /// What --accuracy stands for, each among all_settings; the rule stands in docs/tradeoff.md.
-Setting setting_for(const std::string& formulation, Accuracy accuracy);
+Setting setting_for(Family family, Accuracy accuracy);
 
 /// Touches and state that settings are judged by.
 struct Reference {
@@ -46,8 +47,7 @@ struct Reference {
 
 /// By the finest setting, held against another. The horizon ends where the two part by more than 1e-6, and
 /// after `most` touches.
-Reference make_reference(const Scene& scene, const std::string& formulation, const Conduct& conduct,
-                         std::size_t most = 6);
+Reference make_reference(const Scene& scene, Family family, const Conduct& conduct, std::size_t most = 6);
 
 struct Errors {
   double events = 0;  ///< greatest of |Δt| over the time since the touch before, |Δv|/|v| and |ΔP|/P over the

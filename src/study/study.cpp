@@ -6,6 +6,7 @@
 
 #include "io/section.hpp"
 #include "measure/turns.hpp"
+#include "values/family.hpp"
 
 namespace freeplay {
 namespace {
@@ -19,8 +20,9 @@ std::vector<std::string> formulations(Section& s, std::vector<std::string> fallb
   if (!s.has("formulations")) return fallback;
   auto list = s.names("formulations");
   for (const auto& name : list)
-    if (name != "penalty" && name != "nonsmooth")
-      s.fail("formulations", fmt::format("\"{}\" is none; \"penalty\" and \"nonsmooth\" are", name));
+    if (!family_named(name))
+      s.fail("formulations",
+             fmt::format("\"{}\" is none; \"{}\" are", name, fmt::join(family_names(), "\" and \"")));
   if (list.empty()) s.fail("formulations", "must name at least one");
   return list;
 }
@@ -46,7 +48,7 @@ Axis read_axis(const std::string& name, Section& s) {
 
 Calibration read_calibration(Section s, const std::filesystem::path& folder) {
   Calibration c;
-  c.formulation = std::array{"penalty", "nonsmooth"}[s.choice("formulation", {"penalty", "nonsmooth"}, 1)];
+  c.formulation = families[s.choice("formulation", family_names(), 1)].text;
   c.points = static_cast<int>(s.number("points", count, c.points));
   c.starts = static_cast<int>(s.number("starts", count, c.starts));
   c.revolutions = s.number("revolutions", one_or_more, c.revolutions);
@@ -99,7 +101,7 @@ Study read_study(const std::filesystem::path& file) {
   study.joint = root.text("joint", "");
   study.accelerometer = root.text("accelerometer", "");
   study.position = root.text("position", "");
-  const auto both = formulations(root, {"penalty", "nonsmooth"});
+  const auto both = formulations(root, family_names());
   study.matched = root.choice("restitution", {"delivered", "as-given"}, 0) == 0;
   study.revolutions = root.number("revolutions", one_or_more, 50);
   study.discard = root.number("discard", non_negative, 2);

@@ -15,8 +15,8 @@ void add_statistics(TradeoffScene& t, const Scene& scene, const Sampling& sampli
   const auto others = perturbed_starts(scene, sampling, sampling.starts, conduct);
   const auto starts = perturbed_starts(scene, sampling, 0, conduct);
   if (starts.empty() || others.empty()) return;
-  const std::vector<Setting> fine = {{"penalty", Integrator::dopri5, {}, 1e-9},
-                                     {"nonsmooth", {}, Scheme::event_driven, 1e-9}};
+  const std::vector<Setting> fine = {{Family::penalty, Integrator::dopri5, {}, 1e-9},
+                                     {Family::nonsmooth, {}, Scheme::event_driven, 1e-9}};
   const auto references = long_runs(others, fine, conduct, {});
   t.sampling_error = relative_spread(references[1].lost);
   std::vector<Setting> settings;
@@ -24,8 +24,9 @@ void add_statistics(TradeoffScene& t, const Scene& scene, const Sampling& sampli
   const auto runs = long_runs(starts, settings, conduct, on_progress);
   for (std::size_t i = 0; i < settings.size(); ++i)
     t.measured[i].statistics =
-        runs[i].stopped.empty() ? deviation(runs[i], references[settings[i].formulation == "penalty" ? 0 : 1])
-                                : INFINITY;
+        runs[i].stopped.empty()
+            ? deviation(runs[i], references[settings[i].family == Family::penalty ? 0 : 1])
+            : INFINITY;
 }
 
 }  // namespace
@@ -34,26 +35,23 @@ TradeoffScene trade_off(const Scene& scene, const Conduct& conduct, int repeats,
                         const std::function<void(double)>& on_progress) {
   TradeoffScene t;
   t.title = scene.mechanism.title;
-  t.penalty = make_reference(scene, "penalty", conduct);
-  t.nonsmooth = make_reference(scene, "nonsmooth", conduct);
+  t.penalty = make_reference(scene, Family::penalty, conduct);
+  t.nonsmooth = make_reference(scene, Family::nonsmooth, conduct);
   const auto n = std::min({t.penalty.touches.size(), t.nonsmooth.touches.size(), std::size_t{2}});
   t.model_error =
       n == 0 ? std::nan("")
              : touch_error({t.penalty.touches.begin(), t.penalty.touches.begin() + static_cast<long>(n)},
                            {t.nonsmooth.touches.begin(), t.nonsmooth.touches.begin() + static_cast<long>(n)});
   std::vector<Setting> settings;
-  for (const char* formulation : {"penalty", "nonsmooth"}) {
-    const auto& reference = formulation[0] == 'p' ? t.penalty : t.nonsmooth;
-    if (reference.ending.status == Ending::Status::finished)
-      for (const auto& s : all_settings(formulation)) settings.push_back(s);
-  }
+  for (const auto& f : families)
+    if (t.reference(f.value).ending.status == Ending::Status::finished)
+      for (const auto& s : all_settings(f.value)) settings.push_back(s);
   std::vector<std::vector<double>> seconds(settings.size());
   double done = 0;
   for (int repeat = 0; repeat < repeats; ++repeat)
     for (std::size_t i = 0; i < settings.size(); ++i) {
       if (conduct.stop()) return t;
-      const auto& reference = settings[i].formulation == "penalty" ? t.penalty : t.nonsmooth;
-      auto m = measure(scene, settings[i], reference, conduct);
+      auto m = measure(scene, settings[i], t.reference(settings[i].family), conduct);
       seconds[i].push_back(m.cpu);
       if (repeat == 0) t.measured.push_back(std::move(m));
       if (on_progress) on_progress(++done / static_cast<double>(settings.size()) / repeats);
@@ -77,7 +75,7 @@ nlohmann::json to_json(const TradeoffScene& t) {
   };
   nlohmann::json list = nlohmann::json::array();
   for (const auto& m : t.measured)
-    list.push_back({{"formulation", m.setting.formulation},
+    list.push_back({{"formulation", name_of(m.setting.family)},
                     {"method", m.setting.method()},
                     {"fineness", m.setting.fineness},
                     {"ending", m.ending.reason},
@@ -101,11 +99,11 @@ nlohmann::json to_json(const TradeoffScene& t) {
           {"settings", list}};
 }
 
-Advice advise(const Scene& given, const std::string& formulation, double error, const Conduct& conduct,
+Advice advise(const Scene& given, Family family, double error, const Conduct& conduct,
               const std::function<void(double)>& on_progress) {
   Advice advice;
   Scene scene = given;
-  advice.reference = make_reference(scene, formulation, conduct, 4);
+  advice.reference = make_reference(scene, family, conduct, 4);
   if (advice.reference.ending.status != Ending::Status::finished) return advice;
   advice.by_events = !advice.reference.touches.empty();
   // A little beyond the last touch, so that a late one is a late one and not a missing one.
@@ -113,7 +111,7 @@ Advice advise(const Scene& given, const std::string& formulation, double error, 
     scene.run.duration = std::min(scene.run.duration,
                                   1.05 * advice.reference.horizon + advice.reference.touches.back().duration);
   advice.simulated = scene.run.duration;
-  const auto settings = all_settings(formulation);
+  const auto settings = all_settings(family);
   for (std::size_t i = 0; i < settings.size(); ++i) {
     if (conduct.stop()) return advice;
     advice.tried.push_back(measure(scene, settings[i], advice.reference, conduct));

@@ -17,6 +17,8 @@ struct TradeoffScene {
   double model_error = 0;
   double sampling_error = NAN;  ///< relative standard deviation of the energy lost over perturbed starts
   std::vector<Measured> measured;
+
+  const Reference& reference(Family family) const { return family == Family::penalty ? penalty : nonsmooth; }
 };
 
 /// Each setting `repeats` times, interleaved; then long runs.
@@ -35,7 +37,7 @@ struct Advice {
 
 /// Tries settings of one formulation on the scene's beginning, up to the horizon, and names the cheapest
 /// whose error (touches, or without any the state) stays below `error` with a factor of two to spare.
-Advice advise(const Scene& scene, const std::string& formulation, double error, const Conduct& conduct,
+Advice advise(const Scene& scene, Family family, double error, const Conduct& conduct,
               const std::function<void(double)>& on_progress);
 
 }  // namespace freeplay

@@ -1,5 +1,4 @@
 #include "study/validate.hpp"
-#include "model/system.hpp"
 
 #include <fmt/format.h>
 
@@ -7,6 +6,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
+
+#include "model/system.hpp"
+#include "values/family.hpp"
 
 namespace freeplay {
 namespace {
@@ -92,7 +94,7 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
   v.measured = meter.finish(std::nan(""));
   v.quiet = quiet_stretch(v.measured.mean_turn, v.ideal_maximum);
 
-  for (const char* formulation : {"penalty", "nonsmooth"}) {
+  for (const auto& formulation : family_names()) {
     const Case one{"", formulation, {}, 0, study.revolutions, file, overrides};
     auto run = run_case(study, one, conduct);
     Agreement a;

@@ -30,14 +30,10 @@ std::vector<ContactEvent> events(const reference::OracleRun<long double>& run) {
   return list;
 }
 
-Family family_of(const std::string& formulation) {
-  return formulation == "penalty" ? Family::penalty : Family::nonsmooth;
-}
-
 /// Touches of the scene with a setting against known ones; infinite when the run fails.
 double touches_off(Scene scene, const Setting& setting, const std::vector<ContactEvent>& exact) {
   setting.apply(scene);
-  const auto run = test::simulate(scene, family_of(setting.formulation));
+  const auto run = test::simulate(scene, setting.family);
   if (run.ending.status != Ending::Status::finished) return INFINITY;
   auto found = test::touches(run);
   std::erase_if(found, [](const ContactEvent& x) { return x.kind != EventKind::impact; });
@@ -79,12 +75,12 @@ TEST_CASE("advice keeps its word on scenes that no setting was chosen from", "[a
     mechanism.speed = reference::from_rpm(rig.rpm);
     mechanism.friction = rig.friction;
     for (const double asked : {0.05, 0.001}) {
-      for (const char* formulation : {"penalty", "nonsmooth"}) {
+      for (const auto& [family, formulation] : families) {
         CAPTURE(rig.scene, asked, formulation);
-        const auto advice = advise(scene, formulation, asked, Conduct{}, {});
+        const auto advice = advise(scene, family, asked, Conduct{}, {});
         REQUIRE(advice.by_events);
         std::vector<ContactEvent> exact;
-        if (formulation[0] == 'p') {
+        if (family == Family::penalty) {
           reference::PenaltyContact<long double> law;
           law.stiffness = test::simulate(scene, Family::penalty).contacts[0].model.stiffness;
           law.chi = reference::exact_chi(e);
@@ -106,10 +102,10 @@ TEST_CASE("advice keeps its word without touches, by the closed form", "[advice]
   auto scene = read_scene(test::source_folder() / "cases/tradeoff/ideal.toml");
   scene.run.duration = 0.07;
   const double r = 0.05, l = 0.3, s = 0.15, omega = reference::from_rpm(200.0);
-  for (const char* formulation : {"penalty", "nonsmooth"})
+  for (const auto& [family, formulation] : families)
     for (const double asked : {1e-3, 1e-7}) {
       CAPTURE(formulation, asked);
-      const auto advice = advise(scene, formulation, asked, Conduct{}, {});
+      const auto advice = advise(scene, family, asked, Conduct{}, {});
       REQUIRE(!advice.by_events);
       const double t = advice.reference.state_time, phi = omega * t;
       const auto m = reference::slider_crank(r, l, phi, omega);
@@ -127,7 +123,7 @@ TEST_CASE("advice keeps its word without touches, by the closed form", "[advice]
         auto one = scene;
         setting.apply(one);
         one.run.duration = t;
-        const auto run = test::simulate(one, family_of(formulation));
+        const auto run = test::simulate(one, family);
         if (run.ending.status != Ending::Status::finished) return double(INFINITY);
         double worst = 0;
         for (std::size_t i = 0; i < exact.size(); ++i)
@@ -145,7 +141,7 @@ TEST_CASE("advice keeps its word on a loose guide, by another program's table", 
   const System system(scene.mechanism);
   for (const double asked : {0.05, 0.001}) {
     CAPTURE(asked);
-    const auto advice = advise(scene, "nonsmooth", asked, Conduct{}, {});
+    const auto advice = advise(scene, Family::nonsmooth, asked, Conduct{}, {});
     REQUIRE(advice.by_events);
     std::vector<ContactEvent> exact;
     for (const auto& i : table.impacts) {
@@ -164,12 +160,11 @@ TEST_CASE("advice keeps its word on a loose guide, by another program's table", 
 }
 
 TEST_CASE("what --accuracy takes is among the settings that the tables show", "[advice]") {
-  for (const char* formulation : {"penalty", "nonsmooth"})
+  for (const auto& [family, formulation] : families)
     for (const auto accuracy : {Accuracy::fast, Accuracy::balanced, Accuracy::reference}) {
-      const auto keys = setting_for(formulation, accuracy).keys();
+      const auto keys = setting_for(family, accuracy).keys();
       CAPTURE(formulation, keys);
-      CHECK(
-          std::ranges::any_of(all_settings(formulation), [&](const Setting& s) { return s.keys() == keys; }));
+      CHECK(std::ranges::any_of(all_settings(family), [&](const Setting& s) { return s.keys() == keys; }));
     }
 }
 
@@ -178,9 +173,9 @@ TEST_CASE("the state is judged in the flight before the last judged touch", "[ad
   scene.penalty.contact = ContactLaw::exact;
   scene.run.duration = 0.02;
   scene.run.discard = 0;
-  for (const char* formulation : {"penalty", "nonsmooth"}) {
+  for (const auto& [family, formulation] : families) {
     CAPTURE(formulation);
-    const auto reference = make_reference(scene, formulation, Conduct{});
+    const auto reference = make_reference(scene, family, Conduct{});
     const auto& touches = reference.touches;
     REQUIRE(touches.size() >= 2);
     CHECK(reference.state_time > touches[touches.size() - 2].t + touches[touches.size() - 2].duration);
