@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace freeplay {
 
@@ -33,12 +34,13 @@ std::array<ContactProblem::Way, 4> ContactProblem::order() const {
       return {gauss_seidel, lemke, newton, none};
     case LcpSolver::newton:
       return {newton, lemke, gauss_seidel, none};
-    default:
+    case LcpSolver::automatic:
       if (n == 1) return {closed_form, lemke, newton, none};
       if (n == 2) return {enumeration, lemke, newton, gauss_seidel};
       if (n <= most_for_lemke) return {lemke, newton, gauss_seidel, none};
       return {gauss_seidel, lemke, newton, none};
   }
+  throw std::logic_error("no such solver of contact problems");
 }
 
 ContactSolution ContactProblem::solve() {
@@ -77,9 +79,12 @@ bool ContactProblem::attempt(Way way, double accepted, int& pivots) {
       return gauss_seidel(accepted, pivots);
     case Way::newton:
       return newton(accepted, pivots);
-    default:
+    case Way::lemke:
       return by_lemke(pivots);
+    case Way::none:
+      break;
   }
+  return false;
 }
 
 /// One element alone, in closed form by its cases: separation, stick, then slip either way. False where none

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace freeplay {
 
@@ -166,22 +167,27 @@ bool ImpactProblem::energetic(const Eigen::VectorXd& u, std::vector<ImpactContac
   return false;
 }
 
+bool ImpactProblem::by_law(const Eigen::VectorXd& u, std::vector<ImpactContact>& contacts) {
+  switch (law_) {
+    case ImpactLaw::newton:
+      return newton(u, contacts);
+    case ImpactLaw::poisson: {
+      std::vector<double> ratio;
+      for (const auto& c : contacts) ratio.push_back(c.restitution);
+      return phases(u, contacts, ratio);
+    }
+    case ImpactLaw::energetic:
+      return energetic(u, contacts);
+  }
+  throw std::logic_error("no such impact law");
+}
+
 std::string ImpactProblem::solve(const Eigen::MatrixXd& D, const Eigen::VectorXd& u, int rows,
                                  std::vector<ImpactContact>& contacts) {
   problem_.reserve(rows);
   problem_.rows = rows;
   problem_.D.topLeftCorner(rows, rows) = D.topLeftCorner(rows, rows);
-  bool done;
-  if (law_ == ImpactLaw::newton) {
-    done = newton(u, contacts);
-  } else if (law_ == ImpactLaw::poisson) {
-    std::vector<double> ratio;
-    for (const auto& c : contacts) ratio.push_back(c.restitution);
-    done = phases(u, contacts, ratio);
-  } else {
-    done = energetic(u, contacts);
-  }
-  if (!done)
+  if (!by_law(u, contacts))
     return solution_.solved ? "the works of simultaneous impacts do not converge to their ratios"
                             : "the impact's complementarity problem has no solution that any solver finds";
   normal_work_ = tangential_work_ = 0;

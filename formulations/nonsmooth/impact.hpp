@@ -45,6 +45,7 @@ class ImpactProblem {
   const ContactSolution& solution() const { return solution_; }
 
  private:
+  bool by_law(const Eigen::VectorXd& u, std::vector<ImpactContact>& contacts);
   bool newton(const Eigen::VectorXd& u, std::vector<ImpactContact>& contacts);
   bool phases(const Eigen::VectorXd& u, std::vector<ImpactContact>& contacts,
               const std::vector<double>& expansion);

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <stdexcept>
+
 #include "formulations/integrators/tolerance.hpp"
 #include "formulations/marched.hpp"
 #include "formulations/nonsmooth/event_driven.hpp"
@@ -98,8 +100,13 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
       if (s.tangential_restitution > 0)
         throw ModelError(fmt::format("surfaces.{}.tangential_restitution", s.name),
                          "belongs to nonsmooth.impact_law = \"newton\"; leave it out");
-  if (scene.nonsmooth.scheme == Scheme::event_driven) return with(make_event_driven(scene, system, e, facts));
-  return with(MoreauStepper(system, scene.nonsmooth, e, facts));
+  switch (scene.nonsmooth.scheme) {
+    case Scheme::moreau_jean:
+      return with(MoreauStepper(system, scene.nonsmooth, e, facts));
+    case Scheme::event_driven:
+      return with(make_event_driven(scene, system, e, facts));
+  }
+  throw std::logic_error("no such scheme");
 }
 
 }  // namespace freeplay

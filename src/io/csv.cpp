@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <stdexcept>
+
 #include "model/planar.hpp"
 
 namespace freeplay {
@@ -112,7 +114,7 @@ ForcesCsv::Columns ForcesCsv::columns(ForceElement::Kind kind) {
     case ForceElement::Kind::torque:
       return {{{"torque", &F::m}, {"power", &F::power}}, {{"torque", &F::m}}};
   }
-  return {};
+  throw std::logic_error("no such kind of element");
 }
 
 void ForcesCsv::begin(const Layout& layout, const State& state) {

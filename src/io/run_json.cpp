@@ -2,6 +2,7 @@
 
 #include <array>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "version.hpp"
 
@@ -14,9 +15,10 @@ const char* name_of(Ending::Status status) {
       return "finished";
     case Ending::Status::interrupted:
       return "interrupted";
-    default:
+    case Ending::Status::failed:
       return "failed";
   }
+  throw std::logic_error("no such ending");
 }
 
 }  // namespace

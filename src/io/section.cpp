@@ -26,9 +26,14 @@ std::string_view kind_of(const toml::node& node) {
       return "a list";
     case toml::node_type::table:
       return "a table";
-    default:
+    case toml::node_type::date:
+    case toml::node_type::time:
+    case toml::node_type::date_time:
       return "a date or time";
+    case toml::node_type::none:
+      break;
   }
+  return "nothing";
 }
 
 /// Names stand in file headers and dotted keys.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <stdexcept>
 
 #include "model/planar.hpp"
 
@@ -83,9 +84,18 @@ double Channel::along(const double* x) const {
 }
 
 double Channel::reading(const double* q) const {
-  if (settings_.kind == Instrument::Kind::lvdt) return along(q);
   const auto angle = [&](int body) { return body == ground ? 0.0 : planar::angle(q, body); };
-  return angle(settings_.pair[1]) - angle(settings_.pair[0]);
+  switch (settings_.kind) {
+    case Instrument::Kind::lvdt:
+      return along(q);
+    case Instrument::Kind::encoder:
+      return angle(settings_.pair[1]) - angle(settings_.pair[0]);
+    case Instrument::Kind::accelerometer:
+    case Instrument::Kind::load_cell:
+    case Instrument::Kind::torque:
+      break;  // are fed
+  }
+  throw std::logic_error("this instrument shows no coordinate");
 }
 
 double Channel::shown(double value) const {

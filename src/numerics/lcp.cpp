@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace freeplay {
 
@@ -11,9 +12,10 @@ const char* describe(LcpResult::Status status) {
       return "solved";
     case LcpResult::Status::ray:
       return "ended on a secondary ray: no solution found";
-    default:
+    case LcpResult::Status::pivots_exhausted:
       return "pivots exhausted";
   }
+  throw std::logic_error("no such status");
 }
 
 double lcp_residual(int n, const double* A, int stride, const double* b, const double* z) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace freeplay {
 
@@ -11,9 +12,10 @@ const char* name_of(EventKind kind) {
       return "impact";
     case EventKind::contact:
       return "contact";
-    default:
+    case EventKind::separation:
       return "separation";
   }
+  throw std::logic_error("no such kind of event");
 }
 
 ContactLog::ContactLog(int contacts) : open_(contacts) { pending_.reserve(256); }

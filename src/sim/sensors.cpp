@@ -33,15 +33,19 @@ void Sensors::begin(double t) {
 }
 
 void Sensors::step(const Step& step, const Sink& sink) {
-  for (std::size_t i = 0; i < channels_.size(); ++i) {
-    const auto kind = channels_[i].settings().kind;
-    if (kind == Instrument::Kind::accelerometer)
-      feed(step, channels_[i], i, sink);
-    else if (measures_force(kind))
-      feed_force(step, channels_[i], i, sink);
-    else
-      read(step, channels_[i], i, sink);
-  }
+  for (std::size_t i = 0; i < channels_.size(); ++i) switch (channels_[i].settings().kind) {
+      case Instrument::Kind::accelerometer:
+        feed(step, channels_[i], i, sink);
+        break;
+      case Instrument::Kind::load_cell:
+      case Instrument::Kind::torque:
+        feed_force(step, channels_[i], i, sink);
+        break;
+      case Instrument::Kind::lvdt:
+      case Instrument::Kind::encoder:
+        read(step, channels_[i], i, sink);
+        break;
+    }
   until_ = step.t1;
 }
 

@@ -15,19 +15,28 @@ namespace {
 /// Uniform in [0, 1), the same on every machine (the standard leaves its own distributions open).
 double uniform(std::mt19937_64& engine) { return static_cast<double>(engine() >> 11) * 0x1p-53; }
 
+/// Where in its play a joint's first point may stand: every kind of joint says so.
+Vec2 play(const RevoluteJoint& joint, std::mt19937_64& engine, double share) {
+  if (!joint.clearance) return {};
+  const double r = share * joint.clearance->radial * std::sqrt(uniform(engine));
+  const double angle = 2 * std::numbers::pi * uniform(engine);
+  return {r * std::cos(angle), r * std::sin(angle)};
+}
+Vec2 play(const TranslationalJoint& joint, std::mt19937_64& engine, double share) {
+  if (!joint.clearance) return {};
+  const double across = share * joint.clearance->half_play * (2 * uniform(engine) - 1);
+  return across * Vec2(-joint.axis.y(), joint.axis.x());
+}
+Vec2 play(const RigidJoint&, std::mt19937_64&, double) { return {}; }
+
 /// Moves the points of the ideal mechanism's joints where the given one has play.
 void offset(Mechanism& ideal, const Mechanism& given, std::mt19937_64& engine, double share) {
-  for (std::size_t i = 0; i < given.joints.size(); ++i) {
-    if (const auto* loose = std::get_if<RevoluteJoint>(&given.joints[i]); loose && loose->clearance) {
-      const double r = share * loose->clearance->radial * std::sqrt(uniform(engine));
-      const double angle = 2 * std::numbers::pi * uniform(engine);
-      std::get<RevoluteJoint>(ideal.joints[i]).at[0] += Vec2(r * std::cos(angle), r * std::sin(angle));
-    } else if (const auto* guide = std::get_if<TranslationalJoint>(&given.joints[i]);
-               guide && guide->clearance) {
-      const double across = share * guide->clearance->half_play * (2 * uniform(engine) - 1);
-      std::get<TranslationalJoint>(ideal.joints[i]).at[0] += across * Vec2(-guide->axis.y(), guide->axis.x());
-    }
-  }
+  for (std::size_t i = 0; i < given.joints.size(); ++i)
+    std::visit(
+        [&](const auto& joint) {
+          std::get<std::decay_t<decltype(joint)>>(ideal.joints[i]).at[0] += play(joint, engine, share);
+        },
+        given.joints[i]);
 }
 
 }  // namespace
