@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "cli/document.hpp"
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
 #include "freeplay.hpp"
@@ -105,12 +106,7 @@ int extremes(const ExtremesRequest& request) {
     for (const auto& l : predicted_limits())
       text += fmt::format("- {}, {}: {:.3g} ({}).\n", l.axis, l.formulation, l.value, l.source);
     const std::filesystem::path place = request.document;
-    make_folder(place / "figures");
-    for (auto figure : figures) {
-      figure.replace_extension(".png");
-      std::filesystem::copy_file(figure, place / "figures" / figure.filename(),
-                                 std::filesystem::copy_options::overwrite_existing);
-    }
+    copy_figures(figures, place);
     write_file(place / "extremes.md", text);
   }
   return defects == 0 ? 0 : 1;

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/default_folder.hpp"
+#include "cli/document.hpp"
 #include "cli/progress.hpp"
 #include "cli/shown.hpp"
 #include "cli/verb.hpp"
@@ -127,13 +128,8 @@ int tradeoff(const TradeoffRequest& request) {
   const auto figures = plots::all(folder);
   if (!request.document.empty()) {
     const std::filesystem::path place = request.document;
-    make_folder(place / "figures");
-    for (auto figure : figures) {
-      figure.replace_extension(".png");
-      std::filesystem::copy_file(figure, place / "figures" / figure.filename(),
-                                 std::filesystem::copy_options::overwrite_existing);
-      text += fmt::format("\n![{0}](figures/{0})\n", figure.filename().string());
-    }
+    for (const auto& figure : copy_figures(figures, place))
+      text += fmt::format("\n![{0}](figures/{0})\n", figure);
     write_file(place / "tradeoff.md", text);
   }
   fmt::print("results in {}\n", folder.string());

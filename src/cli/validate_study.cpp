@@ -5,13 +5,14 @@
 
 #include "cli/calibrate.hpp"
 #include "cli/default_folder.hpp"
+#include "cli/document.hpp"
 #include "cli/progress.hpp"
 #include "cli/validate.hpp"
 #include "io/output_file.hpp"
 #include "plots/figure.hpp"
 #include "study/tables.hpp"
-#include "verification/experiment/flores2011.hpp"
 #include "values/family.hpp"
+#include "verification/experiment/flores2011.hpp"
 #include "version.hpp"
 
 namespace freeplay::cli {
@@ -107,14 +108,7 @@ int validate_study(const ValidateRequest& request) {
   make_folder(place);
   write_file(place / "experiment.md", text);
   const auto figures = plots::all(folder);
-  if (place != folder) {
-    make_folder(place / "figures");
-    for (auto figure : figures) {
-      figure.replace_extension(".png");
-      std::filesystem::copy_file(figure, place / "figures" / figure.filename(),
-                                 std::filesystem::copy_options::overwrite_existing);
-    }
-  }
+  if (place != folder) copy_figures(figures, place);
   fmt::print("{} runs, {} made in {:.0f} s; results in {}\n", summary.total, summary.ran,
              summary.wall_seconds, folder.string());
   return all ? 0 : 1;
