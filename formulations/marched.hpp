@@ -1,7 +1,7 @@
 // What every formulation that marches a stepper says of itself in the same way.
 #pragma once
 
-#include <string>
+#include <utility>
 
 #include "model/system.hpp"
 #include "sim/formulation.hpp"

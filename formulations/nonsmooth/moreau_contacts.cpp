@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "formulations/nonsmooth/moreau.hpp"
 #include "sim/residuals.hpp"

@@ -1,13 +1,11 @@
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <string_view>
-
-#include <sys/resource.h>
-
-#include <chrono>
 
 #include "facade/judge.hpp"
 #include "formulations/make.hpp"

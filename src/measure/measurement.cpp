@@ -77,10 +77,7 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
       if (!times.empty() && time < last - 180) wraps += 360;
       last = time;
       time = (time + wraps) * std::numbers::pi / 180 / std::abs(speed);
-      if (times.empty()) {
-        m.start_angle = last;
-        m.knows_angle = true;
-      }
+      if (times.empty()) m.start_angle = last;
     }
     if (!times.empty() && time <= times.back())
       fail(number, fmt::format("{} must increase from line to line", names[t >= 0 ? t : angle]));

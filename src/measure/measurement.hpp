@@ -10,7 +10,6 @@ namespace freeplay {
 struct Measurement {
   double sampling = 0;     ///< Hz
   double start_angle = 0;  ///< degrees of the crank at the first sample; 0 when only times are given
-  bool knows_angle = false;
   std::vector<double> acceleration;  ///< m/s², evenly spaced
   double uncertainty = 0;            ///< m/s², root mean square; 0 when not given
 };

@@ -2,21 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 namespace freeplay {
-
-const char* describe(LcpResult::Status status) {
-  switch (status) {
-    case LcpResult::Status::solved:
-      return "solved";
-    case LcpResult::Status::ray:
-      return "ended on a secondary ray: no solution found";
-    case LcpResult::Status::pivots_exhausted:
-      return "pivots exhausted";
-  }
-  throw std::logic_error("no such status");
-}
 
 double lcp_residual(int n, const double* A, int stride, const double* b, const double* z) {
   double worst = 0, scale = 0;

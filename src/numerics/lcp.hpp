@@ -13,8 +13,6 @@ struct LcpResult {
   double residual = 0;
 };
 
-const char* describe(LcpResult::Status status);
-
 /// Lemke's complementary pivoting with lexicographic ratio test (Cottle, Pang, Stone, "The Linear
 /// Complementarity Problem", 1992, section 4.4 and 4.9): it cannot cycle, and ends in a solution or on a ray.
 /// Storage is made once for problems up to `max_size`; solving allocates nothing. Each solve fills what it

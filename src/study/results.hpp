@@ -2,8 +2,6 @@
 // stopped at any moment leaves only whole runs; the next one carries on with what is missing.
 #pragma once
 
-#include <map>
-#include <memory>
 #include <set>
 
 #include "study/case_run.hpp"

@@ -110,7 +110,6 @@ Advice advise(const Scene& given, Family family, double error, const Conduct& co
   if (advice.by_events)
     scene.run.duration = std::min(scene.run.duration,
                                   1.05 * advice.reference.horizon + advice.reference.touches.back().duration);
-  advice.simulated = scene.run.duration;
   const auto settings = all_settings(family);
   for (std::size_t i = 0; i < settings.size(); ++i) {
     if (conduct.stop()) return advice;

@@ -31,7 +31,6 @@ struct Advice {
   std::vector<Measured> tried;  ///< in the order of their cost
   int chosen = -1;              ///< into tried; −1: none meets the error
   Reference reference;
-  double simulated = 0;    ///< s of motion that each was tried on
   bool by_events = false;  ///< judged by touches; else by the state at the end
 };
 

@@ -2,8 +2,6 @@
 // Levinson's pendulum, and the single impact with slip, stick and reversal.
 #include <catch2/catch.hpp>
 
-#include <random>
-
 #include "formulations/nonsmooth/impact.hpp"
 #include "verification/references/impact_tables.hpp"
 #include "verification/references/loose_guide.hpp"
