@@ -1,5 +1,8 @@
 #include "cli/accuracy.hpp"
 
+#include <algorithm>
+#include <string_view>
+
 #include "study/settings.hpp"
 
 namespace freeplay::cli {
@@ -9,9 +12,8 @@ std::vector<std::string> with_accuracy(const std::string& accuracy,
                                        const std::vector<std::string>& overrides) {
   std::vector<std::string> list;
   if (!accuracy.empty()) {
-    const auto level = accuracy == "fast"       ? Accuracy::fast
-                       : accuracy == "balanced" ? Accuracy::balanced
-                                                : Accuracy::reference;
+    const auto level =
+        std::ranges::find(accuracies, accuracy, [](const auto& a) { return std::string_view(a.text); })->value;
     for (const auto family : families)
       for (const auto& key : setting_for(family, level).keys()) list.push_back(key);
   }

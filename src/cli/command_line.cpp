@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "cli/verb.hpp"
+#include "study/settings.hpp"
 #include "version.hpp"
 
 namespace freeplay::cli {
@@ -85,8 +86,9 @@ Option Options::set(std::vector<std::string>& overrides, const char* what) {
 }
 Option Options::output(std::string& folder, const char* what) { return add("-o,--output", folder, what); }
 Option Options::accuracy(std::string& level) {
-  return add("--accuracy", level, "settings by docs/tradeoff.md instead of the scene's")
-      .one_of({"fast", "balanced", "reference"});
+  std::vector<std::string> levels;
+  for (const auto& a : accuracies) levels.emplace_back(a.text);
+  return add("--accuracy", level, "settings by docs/tradeoff.md instead of the scene's").one_of(levels);
 }
 Option Options::threads(int& count) {
   return add("--threads", count, "how many runs at a time; default one for each core").between(1, 1024);

@@ -1,6 +1,7 @@
 // Numerical settings as a user trades them: method and fineness, and what each costs and misses on a scene.
 #pragma once
 
+#include <array>
 #include <cmath>
 
 #include "study/case_run.hpp"
@@ -28,6 +29,13 @@ struct Setting {
 std::vector<Setting> all_settings(Family family);
 
 enum class Accuracy { fast, balanced, reference };
+struct AccuracyName {
+  Accuracy value;
+  const char* text;  ///< as --accuracy takes it
+};
+inline constexpr std::array accuracies{AccuracyName{Accuracy::fast, "fast"},
+                                       AccuracyName{Accuracy::balanced, "balanced"},
+                                       AccuracyName{Accuracy::reference, "reference"}};
 /// What --accuracy stands for, each among all_settings; the rule stands in docs/tradeoff.md.
 Setting setting_for(Family family, Accuracy accuracy);
 
