@@ -69,17 +69,21 @@ Outcome freeplay(const std::string& arguments) {
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read(out), read(err)};
 }
 
-Scene row_of_four_bars(int count, double clearance) {
-  Scene scene;
-  auto& m = scene.mechanism;
-  m.gravity = {0, -9.81};
+Surface steel(double restitution) {
   Surface surface;
   surface.name = "steel";
   surface.young = 207e9;
   surface.poisson = 0.3;
-  surface.restitution = 0.5;
-  surface.friction = 0.05;
-  m.surfaces.push_back(surface);
+  surface.restitution = restitution;
+  return surface;
+}
+
+Scene row_of_four_bars(int count, double clearance) {
+  Scene scene;
+  auto& m = scene.mechanism;
+  m.gravity = {0, -9.81};
+  m.surfaces.push_back(steel(0.5));
+  m.surfaces.back().friction = 0.05;
   const auto link = [&](const std::string& name, Vec2 at, double angle, Vec2 velocity, double omega) {
     m.bodies.push_back({name, 1.0, 1.0 / 12, at, angle, velocity, omega});
     return static_cast<int>(m.bodies.size()) - 1;

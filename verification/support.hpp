@@ -62,6 +62,9 @@ ContactEvent touch(const Result& run, std::size_t i);
 /// Slope of log y over log x, least squares through all points: an observed order.
 double observed_order(const std::vector<double>& x, const std::vector<double>& y);
 
+/// Steel with a restitution, frictionless.
+Surface steel(double restitution);
+
 /// A row of N four-bars that share their uprights (IFToMM benchmark A02: links of 1 m and 1 kg, gravity, the
 /// first upright turning at 1 rad/s), the joint between every coupler and the upright behind it loose.
 Scene row_of_four_bars(int count, double clearance);

@@ -16,12 +16,7 @@ Scene journal() {
   Scene scene;
   auto& m = scene.mechanism;
   m.gravity = {0, -9.81};
-  Surface surface;
-  surface.name = "steel";
-  surface.young = 207e9;
-  surface.poisson = 0.3;
-  surface.restitution = 0.5;
-  m.surfaces.push_back(surface);
+  m.surfaces.push_back(test::steel(0.5));
   m.bodies.push_back({"journal", 0.3, 1e-4, {0, 0}, 0, {0, 0}, 0});
   RevoluteJoint joint{"bearing", {ground, 0}, {Vec2{0, 0}, Vec2{0, 0}}, {}};
   joint.clearance = Clearance{1e-2, 5e-2, 0, std::nullopt, -1};

@@ -31,12 +31,7 @@ void baumgarte(Findings& f) {
 void no_pull(Findings& f) {
   Scene scene;
   auto& m = scene.mechanism;
-  Surface surface;
-  surface.name = "steel";
-  surface.young = 207e9;
-  surface.poisson = 0.3;
-  surface.restitution = 0.5;
-  m.surfaces.push_back(surface);
+  m.surfaces.push_back(test::steel(0.5));
   m.bodies.push_back({"journal", 1.0, 0.1, {1e-3 + 1e-9, 0}, 0, {0, 0}, 0});
   RevoluteJoint joint{"bearing", {ground, 0}, {Vec2{0, 0}, Vec2{0, 0}}, {}};
   joint.clearance = Clearance{1e-3, 2e-2, 0, std::nullopt, -1};
@@ -59,13 +54,8 @@ Scene random_chain(std::mt19937& engine, int bars) {
   m.gravity = {0, -9.81};
   const int loose = static_cast<int>(u(0, bars));
   const double radial = u(0.2e-3, 0.5e-3);
-  Surface surface;
-  surface.name = "steel";
-  surface.young = 207e9;
-  surface.poisson = 0.3;
-  surface.restitution = u(0.1, 0.9);
-  surface.friction = u(0, 0.3);
-  m.surfaces.push_back(surface);
+  m.surfaces.push_back(test::steel(u(0.1, 0.9)));
+  m.surfaces.back().friction = u(0, 0.3);
   Vec2 end{0, 0}, end_velocity{0, 0}, hook{0, 0};
   for (int b = 0; b < bars; ++b) {
     const double mass = u(0.2, 2), length = u(0.1, 0.3), angle = u(-M_PI, 0), rate = u(-2, 2);
