@@ -17,9 +17,7 @@ Scene ring() {
   return scene;
 }
 
-double third_impact(const Scene& scene) {
-  return test::touch(test::simulate(scene, Family::penalty), 2).t;
-}
+double third_impact(const Scene& scene) { return test::touch(test::simulate(scene, Family::penalty), 2).t; }
 double first_duration(const Scene& scene) {
   return test::touch(test::simulate(scene, Family::penalty), 0).duration;
 }
