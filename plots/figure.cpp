@@ -127,7 +127,7 @@ std::filesystem::path draw(const Figure& f, const std::filesystem::path& folder)
 
 std::vector<std::filesystem::path> all(const std::filesystem::path& folder) {
   const Drawing* const drawings[] = {
-#define FIGURES(name) &name,
+#define FIGURES(name) &(name),
 #include "plots/figures.def"
 #undef FIGURES
   };

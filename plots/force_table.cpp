@@ -86,7 +86,7 @@ std::vector<std::string> ForceTable::joints() const {
       if (std::ranges::find(list, name) == list.end()) list.push_back(name);
     }
   if (list.size() > most_joints) {
-    std::ranges::stable_partition(list, [&](const std::string& name) { return loose(name); });
+    std::stable_partition(list.begin(), list.end(), [&](const std::string& name) { return loose(name); });
     list.resize(most_joints);
   }
   return list;

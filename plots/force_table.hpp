@@ -32,9 +32,9 @@ class ForceTable {
   std::vector<std::string> joints() const;
   /// Names of the drives with a torque.
   std::vector<std::string> drives() const;
-  bool revolute(const std::string& joint) const;
+  bool revolute(const std::string& name) const;
   /// What a figure of its force is headed with: on which body the force is.
-  std::string heading(const std::string& joint) const;
+  std::string heading(const std::string& name) const;
 
   bool any(const std::string& column) const;
   /// A column of every run (N, N m); of a loose guide the sum over its corners. Empty where a run has none.

@@ -58,8 +58,8 @@ class ContactProblem {
   explicit ContactProblem(LcpSolver solver = LcpSolver::automatic, double tolerance = 1e-10)
       : solver_(solver), tolerance_(tolerance), lemke_(0) {}
 
-  /// Makes room for this many rows of D; grows, never shrinks.
-  void reserve(int rows);
+  /// Makes room for D of this many rows; grows, never shrinks.
+  void reserve(int size);
   void clear() {
     unknowns.clear();
     rows = 0;

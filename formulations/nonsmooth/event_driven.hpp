@@ -103,7 +103,7 @@ class EventDriven {
   bool ending_contacts(const std::vector<int>& struck, const std::vector<int>& staying,
                        std::vector<int>& over);
   bool choose(std::vector<int>& touching);
-  void record(const std::vector<int>& before);
+  void record(const std::vector<int>& was_closed);
   const std::vector<double>& at(double t) const;
   Watched gap_at(int k, double t);
   void mark_gaps();
