@@ -1,16 +1,51 @@
-// The list of claims that `freeplay verify` prints is a test as it stands.
+// The list of claims that `freeplay verify` prints is a test as it stands; docs/verification.md shows that list.
 #include <catch2/catch.hpp>
 
+#include <algorithm>
+#include <fstream>
+#include <regex>
+
 #include "verification/claims/claim.hpp"
+#include "verification/support.hpp"
 
 using namespace freeplay::verification;
 
-TEST_CASE("every claim holds", "[claims]") {
+namespace {
+
+/// What a claim asks; a name may carry a number in parentheses that was measured.
+std::string asks(const nlohmann::json& claim) {
+  return std::regex_replace(claim["quantity"].get<std::string>(), std::regex(R"( \(-?[0-9.]+(e[-+]?\d+)?\))"),
+                            "") +
+         ", " + claim["unit"].get<std::string>() + ", " + claim["judged"].get<std::string>();
+}
+
+/// The set as the page has it asks the same within a hundredth.
+void check_page(const nlohmann::json& page, const nlohmann::json& set) {
+  INFO("docs/verification.md is older than what it shows; make it anew: scripts/pages --make verification");
+  CAPTURE(set["name"].get<std::string>());
+  const auto shown = std::ranges::find(page, set["name"], [](const auto& s) { return s["name"]; });
+  REQUIRE(shown != page.end());
+  const auto &old = (*shown)["claims"], &now = set["claims"];
+  REQUIRE(old.size() == now.size());
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    CHECK(asks(old[i]) == asks(now[i]));
+    for (const auto* number : {"expected", "bound"})
+      CHECK(old[i][number].get<double>() == Approx(now[i][number].get<double>()).epsilon(0.01));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("every claim holds, and the page of claims shows it", "[claims]") {
+  std::ifstream file(freeplay::test::source_folder() / "docs/verification.json");
+  const auto page = nlohmann::json::parse(file)["sets"];
+  CHECK(page.size() == claim_sets().size());
   for (const auto& set : claim_sets()) {
     const auto verdict = judge(set);
     INFO(table(verdict));
     CHECK(verdict.failure.empty());
     CHECK(verdict.findings.claims.size() > 0);
+    check_page(page, to_json({verdict})[0]);
     for (const auto& c : verdict.findings.claims) {
       CAPTURE(c.quantity, c.measured, c.expected, c.bound);
       CHECK(c.holds());
