@@ -1,9 +1,11 @@
 #include "formulations/make.hpp"
 
+#include <fmt/format.h>
 #include <stdexcept>
 
 #include "formulations/nonsmooth/nonsmooth.hpp"
 #include "formulations/penalty/penalty.hpp"
+#include "model/laws.hpp"
 
 namespace freeplay {
 
@@ -20,10 +22,12 @@ std::unique_ptr<Formulation> make(Family family, const Scene& scene, const Syste
 
 std::vector<double> delivered_restitutions(const Scene& scene, const System& system) {
   std::vector<double> e;
-  if (scene.penalty.contact == ContactLaw::kelvin_voigt)
+  const auto& law = facts_of(scene.penalty.contact);
+  if (law.kind == ContactKind::spring_damper)
     throw ModelError("penalty.contact",
-                     "\"kelvin-voigt\" delivers a restitution that depends on the mass, so it cannot be "
-                     "matched; compare with --as-given");
+                     fmt::format("\"{}\" delivers a restitution that depends on the mass, so it cannot be "
+                                 "matched; compare with --as-given",
+                                 law.text));
   for (int k = 0; k < system.contacts(); ++k) e.push_back(delivered_by(scene, system.contact_facts(k)));
   return e;
 }

@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "formulations/penalty/contact_law.hpp"  // the list of laws, for those who come through here
-#include "formulations/penalty/law_curves.hpp"
+#include "formulations/laws/contact_law.hpp"  // the laws, for those who come through here
+#include "formulations/laws/law_curves.hpp"
 #include "model/scene.hpp"
 #include "model/system.hpp"
 #include "sim/formulation.hpp"

@@ -2,10 +2,12 @@
 // friction over sliding speed. Each curve carries its name at its side or in the key, with dash and colour.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "model/laws.hpp"
 #include "plots/figure.hpp"
 
 namespace freeplay::plots {
@@ -49,9 +51,9 @@ std::string plot(const Curves& c, std::size_t first, bool (*chosen)(const std::s
   return text + "\n";
 }
 
-bool line_contact(const std::string& n) {
-  return n == "johnson" || n == "esdu-78035" || n == "radzimovsky" || n == "liu" || n == "persson" ||
-         n == "pereira";
+bool line_contact(const std::string& name) {
+  const auto law = std::ranges::find(contact_laws(), name, &ContactLawFacts::text);
+  return law != contact_laws().end() && law->kind == ContactKind::line;
 }
 
 std::filesystem::path impact_loops(const std::filesystem::path& folder) {

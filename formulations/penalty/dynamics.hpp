@@ -12,9 +12,9 @@
 #include <memory>
 #include <vector>
 
-#include "formulations/penalty/contact_law.hpp"
-#include "formulations/penalty/film.hpp"
-#include "formulations/penalty/friction_law.hpp"
+#include "formulations/laws/contact_law.hpp"
+#include "formulations/laws/film.hpp"
+#include "formulations/laws/friction_law.hpp"
 #include "model/scene.hpp"
 #include "model/system.hpp"
 #include "numerics/saddle_point.hpp"

@@ -61,12 +61,7 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
       const auto& law = stepper_.dynamics().contacts()[k].law;
       const double asked = system_.contact_facts(k).surface.restitution.value_or(1);
       models.push_back({asked, law.viscous > 0 ? std::nan("") : delivered_restitution(law.chi),
-                        law.elastic.kind == ElasticLaw::Kind::hertz ||
-                                law.elastic.kind == ElasticLaw::Kind::power ||
-                                law.elastic.kind == ElasticLaw::Kind::linear
-                            ? law.elastic.stiffness
-                            : 0,
-                        law.elastic.exponent, law.chi});
+                        law.elastic.is_power() ? law.elastic.stiffness : 0, law.elastic.exponent, law.chi});
     }
     return models;
   }
@@ -105,16 +100,15 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
       if (contact.law.viscous == 0 &&
           std::abs(models[k].restitution_delivered - models[k].restitution_asked) > 0.05)
         notes.push_back(fmt::format("{}: {} asked for a restitution of {:.3g} delivers {:.3g}; its range: {}",
-                                    facts.name, law.name, models[k].restitution_asked,
+                                    facts.name, law.text, models[k].restitution_asked,
                                     models[k].restitution_delivered, law.range));
-      if (scene_.penalty.contact == ContactLaw::pereira &&
-          (facts.clearance < 0.005e-3 || facts.clearance >= 10e-3))
-        notes.push_back(fmt::format("{}: pereira at a clearance of {:.4g} mm is outside its range, {}",
-                                    facts.name, 1e3 * facts.clearance, law.range));
+      if (facts.clearance < law.least_clearance || facts.clearance >= law.clearance_end)
+        notes.push_back(fmt::format("{}: {} at a clearance of {:.4g} mm is outside its range, {}", facts.name,
+                                    law.text, 1e3 * facts.clearance, law.range));
       const double depth = stepper_.extremes().penetration[k];
       if (depth > 0.5 * contact.law.elastic.limit())
         notes.push_back(fmt::format("{}: penetration {:.3g} m is beyond half the range of {}, {}", facts.name,
-                                    depth, law.name, law.range));
+                                    depth, law.text, law.range));
     }
   }
 
@@ -128,7 +122,7 @@ ErrorNorm make_norm(const System& system, const Scales& s, const PenaltyOptions&
   // Places for bristles are there when some contact has them, as count_bristles() has it.
   bool bristles = false;
   for (int k = 0; k < system.contacts(); ++k) bristles |= system.has_friction(k);
-  bristles &= options.friction == FrictionLaw::lugre;
+  bristles &= facts_of(options.friction).bristle;
   if (bristles) {
     // Bristles: deflections of the order 1/σ₀ behind the impulses, which are carried along.
     norm.absolute.resize(2 * n + 2 * system.contacts(), INFINITY);

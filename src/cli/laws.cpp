@@ -1,7 +1,13 @@
+// `freeplay laws`: the laws as a list, what each delivers, and their curves in files.
 #include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
 
 #include "cli/verb.hpp"
 #include "formulations/make.hpp"
+#include "io/output_file.hpp"
+#include "io/run_json.hpp"
+#include "model/laws.hpp"
 #include "plots/figure.hpp"
 
 namespace freeplay::cli {
@@ -26,49 +32,90 @@ struct LawsRequest : Request {
   std::string output;  ///< result folder
 };
 
-int laws(const LawsRequest& request) {
-  if (!request.scene.empty()) {
-    const Scene scene = read_scene(request.scene, request.overrides);
-    const auto folder =
-        request.output.empty() ? std::filesystem::path("out/laws") : std::filesystem::path(request.output);
-    if (!(request.mass > 0) || !(request.speed > 0))
-      throw SceneError("--mass and --speed must be greater than 0");
-    write_law_curves(scene, {request.mass, request.speed}, folder);
-    fmt::print("curves in {}\nfigures:\n", folder.string());
-    for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
-    return 0;
-  }
-  if (request.restitution) {
-    const double e = *request.restitution;
-    if (!(e >= 0 && e <= 1)) throw SceneError(fmt::format("--restitution must be between 0 and 1, is {}", e));
-    fmt::print("A free impact asked for a restitution of {:.6g}\n\n{}{:>10}{:>12}\n", e, padded("law", 22),
-               "chi", "delivers");
-    for (const auto& law : contact_laws()) {
-      if (!is_point_law(law.law)) continue;
-      try {
-        const double chi = damping_factor(law.law, e);
-        fmt::print("{}{:>10.5f}{:>12.5f}\n", padded(law.name, 22), chi, delivered_restitution(chi));
-      } catch (const SceneError&) {
-        fmt::print("{}{:>10}{:>12}\n", padded(law.name, 22), "infinite", "-");
-      }
+std::string csv(const char* header, const std::vector<LawCurve>& curves) {
+  std::string text = header;
+  for (const auto& curve : curves)
+    for (const auto& [x, y] : curve.points) text += fmt::format("{},{},{}\n", curve.law, x, y);
+  return text;
+}
+
+/// impact_loops.csv (law,delta,force), delivered.csv (law,requested,delivered), friction.csv (law,speed,coefficient) and
+/// laws.json (setting and provenance).
+void write_curves(const Scene& scene, const ImpactSetting& setting, const std::filesystem::path& folder) {
+  const auto curves = law_curves(scene, setting);
+  make_folder(folder);
+  write_file(folder / "impact_loops.csv", csv("law,delta,force\n", curves.impacts));
+  write_file(folder / "delivered.csv", csv("law,requested,delivered\n", curves.delivered));
+  write_file(folder / "friction.csv", csv("law,speed,coefficient\n", curves.friction));
+  const nlohmann::json document = {{"contact", curves.contact},
+                                   {"mass_kg", setting.mass},
+                                   {"approach_m_per_s", setting.speed},
+                                   {"restitution_asked", curves.restitution},
+                                   {"provenance", provenance(scene)}};
+  write_file(folder / "laws.json", document.dump(2) + "\n");
+}
+
+int print_curves(const LawsRequest& request) {
+  const Scene scene = read_scene(request.scene, request.overrides);
+  const auto folder =
+      request.output.empty() ? std::filesystem::path("out/laws") : std::filesystem::path(request.output);
+  if (!(request.mass > 0) || !(request.speed > 0))
+    throw SceneError("--mass and --speed must be greater than 0");
+  write_curves(scene, {request.mass, request.speed}, folder);
+  fmt::print("curves in {}\nfigures:\n", folder.string());
+  for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
+  return 0;
+}
+
+int print_delivered(double e) {
+  if (!(e >= 0 && e <= 1)) throw SceneError(fmt::format("--restitution must be between 0 and 1, is {}", e));
+  fmt::print("A free impact asked for a restitution of {:.6g}\n\n{}{:>10}{:>12}\n", e, padded("law", 22),
+             "chi", "delivers");
+  for (const auto& law : contact_laws()) {
+    if (law.kind != ContactKind::point) continue;
+    if (law.positive_restitution && e == 0) {
+      fmt::print("{}{:>10}{:>12}\n", padded(law.text, 22), "infinite", "-");
+      continue;
     }
-    fmt::print(
-        "\nLine contacts take the damping factor of penalty.damping, exact by default,\nand deliver what it "
-        "does. Kelvin-Voigt's value depends on the mass.\n");
-    return 0;
+    const double chi = damping_factor(law.law, e);
+    fmt::print("{}{:>10.5f}{:>12.5f}\n", padded(law.text, 22), chi, delivered_restitution(chi));
   }
+  fmt::print(
+      "\nLine contacts take the damping factor of penalty.damping, exact by default,\nand deliver what it "
+      "does. Kelvin-Voigt's value depends on the mass.\n");
+  return 0;
+}
+
+void print_law(const auto& law) {
+  fmt::print("{}{}\n{}{}\n{}range: {}\n", padded(law.text, 22), law.formula, padded("", 22), law.source,
+             padded("", 22), law.range);
+}
+
+int print_list() {
   fmt::print(
       "Contact laws (penalty.contact). Point contacts: F = K δ^1.5 (1 + χ δ̇/v₀) ≥ 0,\n"
       "K = (4/3) E* √(R_i R_j/ΔR). Line contacts: f = F/(π E* L); ΔR the clearance.\n\n");
-  for (const auto& law : contact_laws())
-    fmt::print("{}{}\n{}{}\n{}range: {}\n", padded(law.name, 22), law.formula, padded("", 22), law.source,
-               padded("", 22), law.range);
+  for (const auto kind : {ContactKind::point, ContactKind::spring_damper, ContactKind::line})
+    for (const auto& law : contact_laws())
+      if (law.kind == kind) print_law(law);
   fmt::print(
-      "\nFriction laws (penalty.friction): ambrosio, threlfall, bengisu-akay, lugre,\nbrown-mcphee; "
-      "docs/penalty.md has their formulas.\nGoldsmith's and Dubowsky-Freudenstein's laws are left out: the "
-      "argument of\ntheir logarithm has a dimension, so the force depends on the units chosen.\n\nfreeplay "
-      "laws --restitution 0.46 prints what each delivers.\n");
+      "\nFriction laws (penalty.friction): |F_T| over F_N at the sliding speed v, with\n"
+      "v₀ = friction_v0, v₁ = friction_v1, μ_s = friction_static μ; docs/penalty.md.\n\n");
+  for (const auto& law : friction_laws()) {
+    print_law(law);
+    fmt::print("{}keys: {}\n", padded("", 22), law.keys);
+  }
+  fmt::print(
+      "\nGoldsmith's and Dubowsky-Freudenstein's laws are left out: the argument of\ntheir logarithm has a "
+      "dimension, so the force depends on the units chosen.\n\nfreeplay laws --restitution 0.46 prints what "
+      "each delivers.\n");
   return 0;
+}
+
+int laws(const LawsRequest& request) {
+  if (!request.scene.empty()) return print_curves(request);
+  if (request.restitution) return print_delivered(*request.restitution);
+  return print_list();
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ struct RunOptions {
   std::optional<double> output_step = {};  ///< s between rows of trajectory.csv; default duration/20000
 };
 
-/// Point contacts first, up to exact; then Kelvin–Voigt and the line contacts. Names as in contact_law_names.
+/// Each has its file, formulations/laws/contact/NAME.hpp; what is known of it: contact_laws() in laws.hpp.
 enum class ContactLaw {
   hertz,
   hunt_crossley,
@@ -46,6 +46,7 @@ enum class ContactLaw {
   persson,
   pereira
 };
+/// Likewise formulations/laws/friction/NAME.hpp and friction_laws().
 enum class FrictionLaw { ambrosio, threlfall, bengisu_akay, lugre, brown_mcphee };
 enum class Integrator { rk4, dopri5, fehlberg78, bulirsch_stoer, adams_bashforth_moulton, rosenbrock4 };
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "formulations/penalty/contact_law.hpp"
+#include "formulations/laws/contact_law.hpp"
 #include "freeplay.hpp"
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/references/impact_tables.hpp"

@@ -6,7 +6,7 @@
 #include <chrono>
 #include <cstdlib>
 
-#include "formulations/penalty/contact_law.hpp"
+#include "formulations/laws/contact_law.hpp"
 #include "formulations/penalty/dynamics.hpp"
 #include "freeplay.hpp"
 #include "numerics/saddle_point.hpp"

@@ -2,8 +2,8 @@
 // ratios of interleaved runs and instruction counts are what may be compared.
 #include <benchmark/benchmark.h>
 
+#include "formulations/laws/contact_law.hpp"
 #include "formulations/nonsmooth/moreau.hpp"
-#include "formulations/penalty/contact_law.hpp"
 #include "formulations/penalty/dynamics.hpp"
 #include "verification/support.hpp"
 

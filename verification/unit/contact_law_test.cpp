@@ -1,13 +1,13 @@
 // Penalty laws against the table of delivered restitutions, whose values come from the implicit equation
 // solved by bisection (verification/references/delivered_restitution.hpp), and against direct integration of
 // an impact.
-#include "formulations/penalty/contact_law.hpp"
+#include "formulations/laws/contact_law.hpp"
 
 #include <catch2/catch.hpp>
 
 #include <cmath>
 
-#include "formulations/penalty/friction_law.hpp"
+#include "formulations/laws/friction_law.hpp"
 
 using namespace freeplay;
 

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "formulations/penalty/dynamics.hpp"
+#include "model/laws.hpp"
 #include "model/scene.hpp"
 
 using namespace freeplay;
@@ -79,6 +80,9 @@ duration = 1
 
 struct Setting {
   std::string penalty, lubricant;
+  ContactLaw contact = ContactLaw::flores;
+  std::string law = {};
+  FrictionLaw friction = FrictionLaw::ambrosio;
 };
 
 }  // namespace
@@ -86,23 +90,23 @@ struct Setting {
 TEST_CASE("the exact Jacobian equals differences of the right-hand side for every law",
           "[penalty][jacobian]") {
   std::vector<Setting> settings;
-  for (const auto& law : contact_law_names)
-    settings.push_back({"contact = \"" + law + "\"\n" +
-                            (law == "kelvin-voigt" ? "kelvin_stiffness = 1e4\nkelvin_damping = 10.0\n" : ""),
-                        ""});
-  for (const auto& law : friction_law_names)
+  for (const auto& law : contact_laws())
     settings.push_back(
-        {"contact = \"flores\"\nfriction = \"" + law +
-             "\"\nfriction_v0 = 0.5\nfriction_v1 = 2.0\nfriction_static = 1.4\nfriction_decay = "
-             "0.5\nfriction_viscous = 0.1\nbristle_stiffness = 10.0\nbristle_damping = 0.3\n",
-         ""});
+        {"kelvin_stiffness = 1e4\nkelvin_damping = 10.0\n", "", law.law, std::string(law.text)});
+  for (const auto& law : friction_laws())
+    settings.push_back(
+        {"friction_v0 = 0.5\nfriction_v1 = 2.0\nfriction_static = 1.4\nfriction_decay = "
+         "0.5\nfriction_viscous = 0.1\nbristle_stiffness = 10.0\nbristle_damping = 0.3\n",
+         "", ContactLaw::flores, std::string(law.text), law.law});
   for (const char* film : {"short", "long"})
     for (const char* cavitation : {"half-sommerfeld", "none"})
-      settings.push_back({"contact = \"flores\"\n", std::string("film = \"") + film + "\"\ncavitation = \"" +
-                                                        cavitation + "\"\nhand_over = 0.05\n"});
+      settings.push_back({"", std::string("film = \"") + film + "\"\ncavitation = \"" + cavitation +
+                                  "\"\nhand_over = 0.05\n"});
   const auto setting = GENERATE_COPY(from_range(settings));
-  CAPTURE(setting.penalty, setting.lubricant);
-  const auto scene = scene_with(setting.penalty, setting.lubricant);
+  CAPTURE(setting.law, setting.lubricant);
+  auto scene = scene_with(setting.penalty, setting.lubricant);
+  scene.penalty.contact = setting.contact;
+  scene.penalty.friction = setting.friction;
   const System system(scene.mechanism);
   std::mt19937 engine(20261121);
   std::uniform_real_distribution<double> uniform(-1, 1);

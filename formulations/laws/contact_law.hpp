@@ -2,21 +2,17 @@
 //
 //     F = F_el(δ) (1 + χ δ̇/v₀),     clamped at zero,
 //
-// where F_el is one of elastic.hpp and χ(e) one of the damping factors below. For a free impact the
+// where F_el is one of elastic.hpp and χ(e) the damping factor of a point law, contact/NAME.hpp. For a free impact the
 // restitution ê that such a law delivers obeys
 //
 //     χ (1 + ê) = ln[(1 + χ)/(1 − χ ê)]
 //
-// for any F_el and mass: divide m δ̇ dδ̇ = −F dδ by the bracket and integrate over the loop, where ∮ F_el dδ =
-// 0. Solved for χ at a given ê it is the exact law. Kelvin–Voigt, F = K δ + D δ̇, is the one law of another
-// form.
+// for any F_el and mass: divide m δ̇ dδ̇ = −F dδ by the bracket and integrate over the loop, where ∮ F_el dδ = 0. Solved
+// for χ at a given ê it is the exact law. Kelvin–Voigt, F = K δ + D δ̇, is the one law of another form.
 #pragma once
 
-#include <span>
-#include <string>
-#include <string_view>
-
-#include "formulations/penalty/elastic.hpp"
+#include "formulations/laws/elastic.hpp"
+#include "model/laws.hpp"
 #include "model/scene.hpp"
 #include "model/system.hpp"
 
@@ -36,24 +32,13 @@ struct ContactForce {
   }
 };
 
-/// What `freeplay laws` says of a law.
-struct LawFacts {
-  ContactLaw law;
-  std::string_view name, formula, source, range;
-};
-std::span<const LawFacts> contact_laws();
-const LawFacts& facts_of(ContactLaw law);
-/// Hertz's point contact with a damping factor (the others are line contacts or Kelvin–Voigt).
-bool is_point_law(ContactLaw law);
-
-/// χ of a point law at the restitution asked for. Throws ModelError where the law has none.
+/// χ of a point law at the restitution asked for. Throws ModelError where it has none, and for the other laws.
 double damping_factor(ContactLaw law, double restitution);
 /// ê from χ by the equation above, by a bracketed root search (Boost TOMS 748).
 double delivered_restitution(double chi);
 /// χ from ê, 0 < ê ≤ 1.
 double exact_damping_factor(double restitution);
-/// ê of a free impact of mass m (kg) under Kelvin–Voigt with the force clamped at zero: the exit is where F =
-/// 0.
+/// ê of a free impact of mass m (kg) under Kelvin–Voigt with the force clamped at zero: the exit is where F = 0.
 double kelvin_voigt_restitution(double stiffness, double viscous, double mass);
 
 /// The law of one contact from the scene's options. Throws ModelError about the key that is missing.

@@ -1,17 +1,16 @@
-#include "formulations/penalty/elastic.hpp"
+#include "formulations/laws/elastic.hpp"
 
 #include <boost/math/quadrature/gauss_kronrod.hpp>
 #include <boost/math/tools/roots.hpp>
 #include <limits>
-#include <numbers>
 
 namespace freeplay {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+/// After a switch that lists every case.
+[[noreturn]] inline void unreachable() { __builtin_unreachable(); }
 
-/// Solves δ = f [ln(A/f) + B] for f on its rising branch, f < A e^(B − 1), by Newton's method kept inside a
-/// bracket.
+/// Solves δ = f [ln(A/f) + B] for f on its rising branch, f < A e^(B − 1), by Newton's method kept inside a bracket.
 double logarithmic_root(double delta, double A, double B) {
   if (delta == 0) return 0;
   const double top = A * std::exp(B - 1);
@@ -27,8 +26,27 @@ double logarithmic_root(double delta, double A, double B) {
 
 }  // namespace
 
+bool ElasticLaw::is_power() const {
+  switch (kind) {
+    case Kind::hertz:
+    case Kind::power:
+    case Kind::linear:
+      return true;
+    case Kind::logarithmic:
+    case Kind::liu:
+    case Kind::persson:
+      return false;
+  }
+  unreachable();
+}
+
 double ElasticLaw::limit() const {
   switch (kind) {
+    case Kind::hertz:
+    case Kind::power:
+    case Kind::linear:
+    case Kind::liu:
+      return std::numeric_limits<double>::infinity();
     case Kind::logarithmic:
       return 4 * clearance * std::exp(offset - 1);  // where dδ/df = 0: δ = f
     case Kind::persson: {
@@ -36,13 +54,14 @@ double ElasticLaw::limit() const {
       constexpr double b2 = 0.834615245477657;
       return 2 * clearance * b2 / (1 - b2);
     }
-    default:
-      return std::numeric_limits<double>::infinity();
   }
+  unreachable();
 }
 
 double ElasticLaw::other_force(double delta) const {
   switch (kind) {
+    case Kind::hertz:
+      return stiffness * delta * std::sqrt(delta);
     case Kind::power:
       return stiffness * std::pow(delta, exponent);
     case Kind::linear:
@@ -57,13 +76,14 @@ double ElasticLaw::other_force(double delta) const {
       const double b2 = delta / (2 * clearance + delta);
       return stiffness * clearance * b2 * (b2 + 1) / (2 - std::log1p(b2) - 2 * b2 * b2);
     }
-    default:
-      return stiffness * delta * std::sqrt(delta);
   }
+  unreachable();
 }
 
 double ElasticLaw::slope(double delta) const {
   switch (kind) {
+    case Kind::hertz:
+      return 1.5 * stiffness * std::sqrt(delta);
     case Kind::power:
       return exponent * stiffness * std::pow(delta, exponent - 1);
     case Kind::linear:
@@ -85,9 +105,8 @@ double ElasticLaw::slope(double delta) const {
       const double by_b2 = ((2 * b2 + 1) * bottom + top * (1 / (1 + b2) + 4 * b2)) / (bottom * bottom);
       return stiffness * clearance * by_b2 * 2 * clearance / (s * s);
     }
-    default:
-      return 1.5 * stiffness * std::sqrt(delta);
   }
+  unreachable();
 }
 
 double ElasticLaw::energy(double delta) const {
@@ -104,13 +123,15 @@ double ElasticLaw::energy(double delta) const {
       const double f = force(delta) / stiffness;
       return stiffness * f * f * (0.5 * (std::log(4 * clearance / f) + offset - 1) + 0.25);
     }
-    default: {
+    case Kind::liu:
+    case Kind::persson: {
       // With δ = s² the integrand is smooth at zero.
       const auto g = [&](double s) { return 2 * s * force(s * s); };
       return boost::math::quadrature::gauss_kronrod<double, 31>::integrate(g, 0.0, std::sqrt(delta), 5,
                                                                            1e-13);
     }
   }
+  unreachable();
 }
 
 }  // namespace freeplay

@@ -4,7 +4,8 @@
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 
-#include "formulations/penalty/contact_law.hpp"
+#include "formulations/laws/contact_law.hpp"
+#include "generated/contact_laws.hpp"
 
 namespace freeplay {
 namespace {
@@ -69,38 +70,16 @@ double exact_damping_factor(double e) {
 }
 
 double damping_factor(ContactLaw law, double e) {
-  const auto over = [&](double numerator, double denominator) {
-    if (denominator > 0) return numerator / denominator;
+  const auto& facts = facts_of(law);
+  if (facts.positive_restitution && !(e > 0))
     throw ModelError(
         "penalty.contact",
         fmt::format("\"{}\" needs a restitution greater than 0: its damping factor is infinite at 0",
-                    facts_of(law).name));
-  };
-  switch (law) {
-    case ContactLaw::hertz:
-      return 0;
-    case ContactLaw::hunt_crossley:
-      return 1.5 * (1 - e);
-    case ContactLaw::herbert_mcwhannell:
-      return 6 * (1 - e) / ((2 * e - 1) * (2 * e - 1) + 3);
-    case ContactLaw::lee_wang:
-      return 0.75 * (1 - e);
-    case ContactLaw::lankarani_nikravesh:
-      return 0.75 * (1 - e * e);
-    case ContactLaw::gonthier:
-      return over(1 - e * e, e);
-    case ContactLaw::zhiying_qishao:
-      return 0.75 * (1 - e * e) * std::exp(2 * (1 - e));
-    case ContactLaw::flores:
-      return over(8 * (1 - e), 5 * e);
-    case ContactLaw::hu_guo:
-      return over(3 * (1 - e), 2 * e);
-    case ContactLaw::carvalho_martins:
-      return 1.5 * (1 - e) * (11 - e) / (1 + 9 * e);
-    default:
-      over(1, e);
-      return exact_damping_factor(e);
-  }
+                    facts.text));
+  return visit_law(law, [&](auto l) -> double {
+    if constexpr (l.kind == ContactKind::point) return l.chi(e);
+    throw ModelError("penalty.damping", fmt::format("\"{}\" has no damping factor of its own", facts.text));
+  });
 }
 
 /// m δ̈ + D δ̇ + K δ = 0 from δ = 0: with ζ = D/(2√(Km)) the force vanishes at ω_d t = atan2(2ζ√(1−ζ²), 2ζ²−1),

@@ -1,4 +1,4 @@
-#include "formulations/penalty/film.hpp"
+#include "formulations/laws/film.hpp"
 
 #include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
@@ -67,10 +67,8 @@ LongIntegrals<T> long_integrals(double a, double b, const T& epsilon, const T& w
     const T c2 = (sg + epsilon * g) / (s2 * s);
     // ∫ sin θ x^(−2) dθ = −1/(ε x)
     const T s2x = -1 / (epsilon * x);
-    // ∫ sin²θ (2 − ε cos θ) x^(−2) dθ with 2 − ε cos θ = 1 + x: ∫ sin²θ x^(−2) dθ + ∫ sin²θ x^(−1) dθ
-    //   sin²θ x^(−2) dθ = sin²γ/(1 + ε cos γ) dγ / s;  sin²θ x^(−1) dθ is done by parts to elementary
-    //   integrals: ∫ sin²θ/x dθ = [θ + ε sin θ − s γ]/ε²,   ∫ sin²θ/x² dθ = sin θ... by d/dθ(sin θ/x) = (cos
-    //   θ − ε)/x²
+    // ∫ sin²θ (2 − ε cos θ) x^(−2) dθ = ∫ sin²θ/x² dθ + ∫ sin²θ/x dθ, as 2 − ε cos θ = 1 + x:
+    //   ∫ sin²θ/x dθ = [θ + ε sin θ − s γ]/ε²
     const T i1 = (theta + epsilon * std::sin(theta) - s * g) / (epsilon * epsilon);
     //   ∫ sin²θ/x² dθ = −sin θ/(ε x) + (1/ε) ∫ cos θ/x dθ,   ∫ cos θ/x dθ = (γ/s − θ)/ε
     const T i2 = -std::sin(theta) / (epsilon * x) + (g / s - theta) / (epsilon * epsilon);
@@ -102,8 +100,7 @@ Film::Force<T> Film::force(const T& ratio, const std::type_identity_t<T>& radial
   const double unit = 12 * viscosity * length * radius * radius * radius / c3;
   double a = -pi, b = pi;
   if (cavitated) {
-    // p (1 − ε cos θ)²/(1 + cos θ) = w_r (2 + ε − ε cos θ)/(2(1 + ε)²) + w_t tan(θ/2)(2 − ε cos θ)/(2 + ε²):
-    // one zero.
+    // p (1 − ε cos θ)²/(1 + cos θ) = w_r (2 + ε − ε cos θ)/(2(1 + ε)²) + w_t tan(θ/2)(2 − ε cos θ)/(2 + ε²): one zero.
     const auto sign = [&](double theta) {
       const double ct = std::cos(theta);
       return std::cos(theta / 2) * w_r * (2 + epsilon - epsilon * ct) / (2 * (1 + epsilon) * (1 + epsilon)) +

@@ -1,17 +1,14 @@
-// Elastic part of a contact force, F_el(δ), for a journal inside a bearing. ΔR = c, E* = E/(2(1 − ν²)) for
-// like materials, L the bearing's length; f = F/(π E* L) has the dimension of a length.
+// Elastic part of a contact force, F_el(δ), for a journal inside a bearing. ΔR = c, E* = E/(2(1 − ν²)) for like
+// materials, L the bearing's length; f = F/(π E* L) has the dimension of a length.
 //
 //   hertz        F = K δ^(3/2),  K = (4/3) E* √(R_i R_j/ΔR)            point contact
-//   power        F = K δⁿ                                             Pereira, Ramalho, Ambrósio 2011
-//   linear       F = K δ                                              Kelvin–Voigt's spring
-//   logarithmic  δ = f [ln(4ΔR/f) + B]                                B = −1 Johnson 1985; +1 ESDU 78035;
-//                                                                     ⅔ − ln 4 Radzimovsky 1953 (see
-//                                                                     docs/penalty.md)
-//   liu          F = (π/2) L E* δ √(δ/[2(ΔR + δ)])                    Liu et al. 2005
-//   persson      F = E* ΔR L π b²(b² + 1)/[2 − ln(b² + 1) − 2b⁴],     Persson 1964, Ciavarella and Decuzzi
-//   2001, with
-//                b² = δ/(2ΔR + δ)                                     the contact angle of the overlap, cos ε
-//                = ΔR/(ΔR + δ)
+//   power        F = K δⁿ
+//   linear       F = K δ
+//   logarithmic  δ = f [ln(4ΔR/f) + B]
+//   liu          F = (π/2) L E* δ √(δ/[2(ΔR + δ)])
+//   persson      F = E* ΔR L π b²(b² + 1)/[2 − ln(b² + 1) − 2b⁴],  b² = δ/(2ΔR + δ)
+//
+// Which law takes which, and its source, stand in contact/NAME.hpp.
 #pragma once
 
 #include <cmath>
@@ -28,6 +25,8 @@ struct ElasticLaw {
   double clearance = 0;   ///< ΔR, m
   double offset = 0;      ///< B of logarithmic
 
+  /// Whether F = K δⁿ with K = stiffness and n = exponent.
+  bool is_power() const;
   /// Greatest δ for which the law gives a force (m); infinite for most.
   double limit() const;
   /// F_el in N for δ ≥ 0 (m); NaN beyond limit().
