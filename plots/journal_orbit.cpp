@@ -34,8 +34,8 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
   std::ifstream in(folder / "comparison.json");
   const auto document = nlohmann::json::parse(in);
   const double counted = document.at("penalty").at("revolutions_counted");
-  const double end = document.at("provenance").at("options").at("duration_s");
-  const double discard = document.at("provenance").at("options").at("discard_s");
+  const auto& asked = document.at("provenance").at("options").at("run");
+  const double end = asked.at("duration"), discard = asked.at("discard");
   const double turn = counted > 0 ? (end - discard) / counted : 0.1 * end;
   struct Span {
     double from, to;

@@ -1,27 +1,32 @@
-# Writes version.hpp with the commit that is being built; touches it only when something changed.
+# Writes version.hpp with the commit that is being built, for people, and content.hpp with what identifies the program;
+# touches them only when something changed.
 execute_process(COMMAND git -C ${SOURCE} describe --always --dirty --abbrev=10 OUTPUT_VARIABLE COMMIT
                 OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
 if(NOT COMMIT)
   set(COMMIT "unknown")
 endif()
-# What decides the bits of a result: every source of core and library, the compiler and how it is called.
+# What decides the bits of a result: the sources of all that steps, reads, writes and measures, and how they are built.
+# Commands, plots and documents do not.
 file(GLOB_RECURSE SOURCES RELATIVE ${SOURCE} ${SOURCE}/src/*.cpp ${SOURCE}/src/*.hpp ${SOURCE}/formulations/*.cpp
-     ${SOURCE}/formulations/*.hpp)
+     ${SOURCE}/formulations/*.hpp ${SOURCE}/CMakeLists.txt ${SOURCE}/scripts/*.cmake)
+list(FILTER SOURCES EXCLUDE REGEX "^src/cli/")
 list(SORT SOURCES)
-set(ALL "${BUILD}")
+set(ALL "")
 foreach(file IN LISTS SOURCES)
   file(SHA256 ${SOURCE}/${file} hash)
   string(APPEND ALL "${file}${hash}")
 endforeach()
 string(SHA256 CONTENT "${ALL}")
-string(SUBSTRING ${CONTENT} 0 16 CONTENT)
+string(SUBSTRING ${CONTENT} 0 32 CONTENT)
 get_filename_component(FOLDER ${OUTPUT} DIRECTORY)
 file(CONFIGURE OUTPUT ${FOLDER}/content.hpp CONTENT
 "#pragma once
-namespace freeplay {
-/// Hash of the sources, the compiler and its flags.
-inline constexpr const char* content = \"${CONTENT}\";
-}  // namespace freeplay
+namespace freeplay::content {
+inline constexpr const char* sources = \"${CONTENT}\";  ///< hash of the sources and of the files that say how to build them
+inline constexpr const char* compiler = R\"(${COMPILER})\";
+inline constexpr const char* flags = R\"(${FLAGS})\";
+inline constexpr const char* build = R\"(${BUILD})\";
+}  // namespace freeplay::content
 " @ONLY)
 file(CONFIGURE OUTPUT ${OUTPUT} CONTENT
 "#pragma once

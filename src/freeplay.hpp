@@ -22,6 +22,7 @@
 #include "sim/statistics.hpp"
 #include "sim/stop.hpp"
 #include "sim/trajectory.hpp"
+#include "values/identity.hpp"
 #include "values/result.hpp"
 #include "values/snapshot.hpp"
 
@@ -57,6 +58,8 @@ class Simulation {
   Result run(const RunRequest& request = {});
 
   const Scene& scene() const;
+  /// All that the digits of a run from the start depend on.
+  Identity identity() const;
   const Layout& layout() const;
   double t() const;  ///< s
   State state() const;

@@ -11,6 +11,7 @@
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
 #include "io/output_file.hpp"
+#include "study/provenance.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -42,8 +43,7 @@ nlohmann::json json_of(const Study& study, const Fit& f) {
 nlohmann::json to_json(const Study& study, const CalibrationResult& r) {
   nlohmann::json j;
   const auto& c = *study.calibration;
-  j["provenance"] = provenance(read_scene(study.scene));
-  j["provenance"]["study"] = study.text;
+  j["provenance"] = provenance(study);
   for (std::size_t i = 0; i < c.targets.size(); ++i)
     j["targets"][c.targets[i].name] = {{"statistic", c.targets[i].statistic},
                                        {"measured", r.measured[i]},

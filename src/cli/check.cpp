@@ -79,6 +79,7 @@ int check(const CheckRequest& request) {
   for (int k = 0; k < system.contacts(); ++k) tangents += system.has_friction(k);
 
   fmt::print("{}\n\n", scene.mechanism.title.empty() ? scene.file.string() : scene.mechanism.title);
+  if (!scene.format) line("format", fmt::format("{}, for the scene states none", newest_format));
   line("bodies", fmt::format("{}", system.bodies()));
   line("coordinates", fmt::format("{}", system.n()));
   line("constraint rows", fmt::format("{} ({} of drives)", system.rows(), system.drive_rows()));

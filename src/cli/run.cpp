@@ -11,6 +11,9 @@
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "freeplay.hpp"
+#include "io/identity.hpp"
+#include "io/run_folder.hpp"
+#include "io/run_json.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -23,25 +26,61 @@ struct RunRequest : Request {
   std::string output;      ///< result folder
   bool forces = false;     ///< forces.csv too
   std::string resume;      ///< folder of an interrupted run
+  std::string from;        ///< run.json of a run to repeat
   double checkpoint = 30;  ///< s of wall time between checkpoints
 };
 
+/// Which of the three ways to give a run; throws SceneError for none, or two.
+void require_one_run(const RunRequest& request) {
+  const int given = !request.scene.empty() + !request.resume.empty() + !request.from.empty();
+  if (given == 0) throw SceneError("run needs a scene, --resume FOLDER, or --from RUN.json");
+  if (given > 1)
+    throw SceneError(fmt::format("{} takes the scene from {}; give one of both",
+                                 request.from.empty() ? "--resume" : "--from",
+                                 request.from.empty() ? "its folder" : "run.json"));
+  const bool changes = !request.formulation.empty() || !request.overrides.empty() ||
+                       !request.accuracy.empty() || request.forces;
+  if (!request.resume.empty() && (changes || !request.output.empty()))
+    throw SceneError("--resume goes on as the run was begun: it takes no other option but --checkpoint");
+  if (!request.from.empty() && changes)
+    throw SceneError("--from repeats the run as it was: it takes no other option but -o and --checkpoint");
+}
+
+/// The run of a run.json, and where to put it.
+RecordedRun recorded(const RunRequest& request, RunPlan& plan) {
+  std::filesystem::path file = request.from;
+  if (std::filesystem::is_directory(file)) file /= "run.json";
+  auto run = read_run(file);
+  const auto beside = std::filesystem::absolute(file).lexically_normal().parent_path();
+  plan.formulation = run.setup.formulation;
+  plan.matched = run.setup.matched;
+  plan.start = run.setup.start;
+  plan.folder = request.output.empty() ? beside.string() + "-again" : request.output;
+  std::error_code none;
+  if (std::filesystem::equivalent(*plan.folder, beside, none))
+    throw SceneError(fmt::format("{}: is the run that is to be repeated; give another folder with -o",
+                                 plan.folder->string()));
+  if (run.identity.program != program_identity())
+    fmt::print(stderr, "{}: made by freeplay {}, repeated by {}: digits may differ\n", file.string(),
+               program_name(run.identity.program), program_name(program_identity()));
+  return run;
+}
+
 int run(const RunRequest& request) {
-  if (request.resume.empty() == request.scene.empty())
-    throw SceneError(request.scene.empty() ? "run needs a scene, or --resume FOLDER"
-                                           : "--resume takes the scene from its folder; give one of both");
+  require_one_run(request);
   RunPlan plan;
   plan.stop = request.stop;
   plan.checkpoint = request.checkpoint;
   Progress progress;
   Result summary;
   if (!request.resume.empty()) {
-    if (!request.formulation.empty() || !request.overrides.empty() || !request.accuracy.empty() ||
-        !request.output.empty() || request.forces)
-      throw SceneError("--resume goes on as the run was begun: it takes no other option but --checkpoint");
     plan.folder = request.resume;
     plan.on_progress = [&](double done) { progress.show("resumed", done); };
     summary = resume_run(request.resume, plan);
+  } else if (!request.from.empty()) {
+    const auto run = recorded(request, plan);
+    plan.on_progress = [&](double done) { progress.show(plan.formulation, done); };
+    summary = run_scene(run.setup.scene, plan);
   } else {
     if (request.formulation.empty()) throw SceneError("--formulation is required: penalty or nonsmooth");
     auto overrides = with_accuracy(request.accuracy, {family_named(request.formulation).value()}, request.overrides);
@@ -85,6 +124,7 @@ void run_verb(Program& program) {
   options.output(request.output, "result folder; default out/NAME-FORMULATION");
   options.flag("--forces", request.forces, "write forces.csv too, as run.forces = true does");
   options.add("--resume", request.resume, "go on with the interrupted run in this folder");
+  options.add("--from", request.from, "repeat the run of this run.json, by what it says alone");
   options
       .add("--checkpoint", request.checkpoint,
            "seconds between checkpoints, from which --resume goes on; 0 for none")

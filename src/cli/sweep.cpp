@@ -44,7 +44,7 @@ int sweep(const SweepRequest& request) {
   fmt::print("{} runs: {} were there, {} made in {}, {} of them failed\n\n", summary.total, summary.found,
              summary.ran, left(summary.wall_seconds), summary.failed);
   if (summary.dropped > 0)
-    fmt::print("{} dropped: of an earlier form of the study, or made by another version\n\n",
+    fmt::print("{} dropped: of an earlier form of the study, or made by another program\n\n",
                summary.dropped);
   const auto runs = results.runs();
   if (!summary.interrupted) fmt::print("{}", sweep_table(study, runs));

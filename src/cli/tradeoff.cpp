@@ -14,6 +14,7 @@
 #include "freeplay.hpp"
 #include "io/output_file.hpp"
 #include "plots/figure.hpp"
+#include "study/provenance.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -98,6 +99,8 @@ int tradeoff(const TradeoffRequest& request) {
       "accumulating impacts and Painlevé's cases\nneither stop it nor raise its cost. Its single touches "
       "are of first order in the step: where these count, take the event-driven\nscheme, as *reference* "
       "does, or ask `freeplay advise`.\n";
+  document["provenance"] = provenance(study);
+  document["provenance"]["scene_file"] = study.file.string();
   Progress progress;
   for (const auto& v : study.variants) {
     const Sampling sampling{v.starts, v.revolutions, study.seed, study.perturbation};
@@ -119,9 +122,6 @@ int tradeoff(const TradeoffRequest& request) {
             m.setting.fineness, t.reference(m.setting.family).touches.empty() ? NAN : m.errors.events,
             m.errors.state, m.errors.energy, m.statistics, m.work.rhs, m.cpu, m.cpu_low, m.cpu_high);
   }
-  document["provenance"] = provenance(read_scene(study.variants.front().scene));
-  document["provenance"]["study"] = study.text;
-  document["provenance"]["scene_file"] = study.file.string();
   write_file(folder / "tradeoff.json", document.dump(1) + "\n");
   write_file(folder / "tradeoff.csv", csv);
   const auto figures = plots::all(folder);

@@ -10,6 +10,7 @@
 #include "cli/validate.hpp"
 #include "io/output_file.hpp"
 #include "plots/figure.hpp"
+#include "study/provenance.hpp"
 #include "study/tables.hpp"
 #include "values/family.hpp"
 #include "verification/experiment/flores2011.hpp"
@@ -44,6 +45,8 @@ int validate_study(const ValidateRequest& request) {
   const std::filesystem::path folder =
       request.output.empty() ? default_folder(study.file, "") : std::filesystem::path(request.output);
   make_folder(folder);
+  nlohmann::json document;
+  document["provenance"] = provenance(study);
   Progress progress;
   const auto show = [&](const char* what) {
     return [&progress, what](const SweepProgress& p) {
@@ -72,7 +75,6 @@ int validate_study(const ValidateRequest& request) {
     return 1;
   }
   const auto runs = results.runs();
-  nlohmann::json document;
   bool all = true;
   for (const auto& v : study.variants)
     for (const auto& formulation : v.formulations) {
@@ -96,8 +98,6 @@ int validate_study(const ValidateRequest& request) {
       }
       fmt::print("\n");
     }
-  document["provenance"] = provenance(read_scene(study.scene));
-  document["provenance"]["study"] = study.text;
   write_file(folder / "experiment.json", document.dump(1) + "\n");
   write_tables(study, results, request.conduct(), folder);
   const auto text =

@@ -7,9 +7,11 @@
 #include <numbers>
 #include <string_view>
 
+#include "facade/identify.hpp"
 #include "facade/judge.hpp"
 #include "formulations/make.hpp"
 #include "freeplay.hpp"
+#include "io/identity.hpp"
 #include "io/write_scene.hpp"
 #include "model/assembly.hpp"
 #include "model/redundancy.hpp"
@@ -20,12 +22,6 @@
 
 namespace freeplay {
 namespace {
-
-Family family_of(std::string_view formulation) {
-  if (const auto family = family_named(formulation)) return *family;
-  throw ModelError("formulation", fmt::format("must be \"{}\", is \"{}\"",
-                                              fmt::join(family_names(), "\" or \""), formulation));
-}
 
 Layout layout_of(const Scene& scene, const System& system, const State& start) {
   Layout l;
@@ -88,17 +84,17 @@ struct Simulation::Implementation {
   Implementation(Scene given, std::string_view formulation, const SimulationOptions& options)
       : scene(checked(std::move(given))),
         family(family_of(formulation)),
-        matched(options.matched && family == Family::nonsmooth),
+        given_start(options.start),
         system(scene.mechanism),
         start(start_of(scene, system, options)),
+        restitution(matched_restitution(family, options.matched, scene, system)),
         layout(layout_of(scene, system, start)),
         form(begun(start)),
         sensors(scene.instruments, layout, start.q.size()) {}
 
   /// A formulation begun there: what it makes of the constraint rows depends on where.
   std::unique_ptr<Formulation> begun(const State& at) const {
-    return make(family, scene, system, at,
-                matched ? delivered_restitutions(scene, system) : std::vector<double>{});
+    return make(family, scene, system, at, restitution.value_or(std::vector<double>{}));
   }
   void save(MemoryWriter& m) {
     m(start.t, start.q, start.v);
@@ -107,7 +103,11 @@ struct Simulation::Implementation {
     m(sensors);
   }
   void load(const std::vector<std::byte>& memory);
-  std::string name() const { return std::string(name_of(family)) + (matched ? ", matched restitution" : ""); }
+  Identity identity() const {
+    auto found = identify(scene, family, restitution);
+    found.given = start_identity(given_start);
+    return found;
+  }
   /// Found once, when forces are first watched.
   void find_undetermined() {
     if (searched) return;
@@ -121,9 +121,10 @@ struct Simulation::Implementation {
 
   Scene scene;
   Family family;
-  bool matched;
+  std::optional<State> given_start;
   System system;
   State start;
+  std::optional<std::vector<double>> restitution;  // matched
   Layout layout;
   std::unique_ptr<Formulation> form;
   Sensors sensors;
@@ -238,15 +239,17 @@ Result Simulation::run(const RunRequest& request) {
 const Scene& Simulation::scene() const { return it_->scene; }
 const Layout& Simulation::layout() const { return it_->layout; }
 double Simulation::t() const { return it_->form->state().t; }
+Identity Simulation::identity() const { return it_->identity(); }
 State Simulation::state() const { return it_->form->state(); }
 EnergyLedger Simulation::ledger() const { return it_->form->ledger(); }
 
 Snapshot Simulation::snapshot() const {
   Snapshot s;
   s.t = t();
-  s.program = Snapshot::this_program();
-  s.formulation = it_->name();
-  s.scene = to_toml(it_->scene);
+  auto identity = it_->identity();
+  s.program = std::move(identity.program);
+  s.formulation = std::move(identity.formulation);
+  s.scene = std::move(identity.scene);
   MemoryWriter m(s.memory);
   it_->save(m);
   return s;
@@ -256,10 +259,10 @@ void Simulation::restore(const Snapshot& s) {
   Running::refuse(it_->running);
   const auto refuse = [](const std::string& why) { throw SnapshotError("the snapshot " + why); };
   s.require_program();
-  if (s.formulation != it_->name())
-    refuse(fmt::format("is of the formulation {}, the simulation of {}", s.formulation, it_->name()));
-  if (const auto own = to_toml(it_->scene); s.scene != own)
-    refuse("is of another scene: " + first_difference(own, s.scene));
+  const auto own = identity();
+  if (s.formulation != own.formulation)
+    refuse("is of another formulation: " + first_difference(own.formulation, s.formulation));
+  if (s.scene != own.scene) refuse("is of another scene: " + first_difference(own.scene, s.scene));
   const auto before = snapshot();
   try {
     it_->load(s.memory);

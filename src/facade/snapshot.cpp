@@ -2,11 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "content.hpp"
+#include "io/identity.hpp"
 #include "io/output_file.hpp"
 #include "io/sealed.hpp"
 #include "values/memory.hpp"
-#include "version.hpp"
 
 namespace freeplay {
 namespace {
@@ -20,13 +19,13 @@ void fields(M& m, S& s) {
 
 }  // namespace
 
-std::string Snapshot::this_program() { return fmt::format("{} ({}, {})", version, commit, content); }
+std::string Snapshot::this_program() { return program_identity(); }
 
 void Snapshot::require_program() const {
-  if (program != this_program())
+  if (const auto own = this_program(); program != own)
     throw SnapshotError(
         fmt::format("the snapshot was taken by freeplay {}, this is {}: it could not go on bit for bit",
-                    program, this_program()));
+                    program_name(program), program_name(own)));
 }
 
 void Snapshot::write(const std::filesystem::path& file) const {

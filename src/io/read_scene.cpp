@@ -43,6 +43,14 @@ void apply_override(toml::table& root, SceneSource& source, const std::string& g
   source.overridden[key] = given;
 }
 
+std::optional<int> read_format(Section& root) {
+  constexpr Range known{[](double x) { return x == newest_format; },
+                        "1, the only format there is so far (a later freeplay may know more)"};
+  const auto format = root.maybe_number("format", known);
+  if (!format) return std::nullopt;
+  return static_cast<int>(*format);
+}
+
 RunOptions read_run(Section& s, const Mechanism& mechanism) {
   RunOptions o;
   const auto* drive = main_drive(mechanism);
@@ -228,6 +236,7 @@ Scene parse_scene(const std::string& text, const std::string& name,
   for (const auto& o : overrides) apply_override(document, source, o);
 
   Section root(document, "", "", source);
+  scene.format = read_format(root);
   scene.mechanism = read_mechanism(root);
   auto run = root.child("run");
   scene.run = read_run(run, scene.mechanism);

@@ -21,7 +21,7 @@ namespace freeplay {
 namespace {
 
 constexpr const char* checkpoint_name = "run.checkpoint";
-constexpr int checkpoint_version = 1;
+constexpr int checkpoint_version = 2;
 /// What a run may leave in its folder.
 constexpr std::array file_names{"run.json",    "trajectory.csv", "events.csv",
                                 "signals.csv", "forces.csv",     checkpoint_name};
@@ -113,25 +113,23 @@ struct Recorders {
   std::optional<ForcesCsv> forces;
 };
 
-/// What a run that goes on later must know.
+/// What a run that goes on later must know: its identity says what to run.
 struct Checkpoint {
-  std::string file, text, formulation;
-  std::vector<std::string> overrides;
-  bool matched = false;
-  Snapshot snapshot;
-  std::vector<std::byte> recorders;
+  Identity identity;
+  Origin origin;
+  double t = 0;
+  std::vector<std::byte> memory, recorders;
 
   template <class M>
   void remember(M& m) {
-    m(file, text, formulation, overrides, matched, snapshot.t, snapshot.program, snapshot.formulation,
-      snapshot.scene, snapshot.memory, recorders);
+    m(identity.scene, identity.formulation, identity.given, identity.program, origin, t, memory, recorders);
   }
+  Snapshot snapshot() const { return {t, identity.program, identity.formulation, identity.scene, memory}; }
 };
 
 void write_checkpoint(const Simulation& simulation, const RunPlan& plan, Recorders& recorders) {
-  const auto& scene = simulation.scene();
-  Checkpoint c{scene.file.string(),   scene.text, plan.formulation, scene.overrides, plan.matched,
-               simulation.snapshot(), {}};
+  auto now = simulation.snapshot();
+  Checkpoint c{simulation.identity(), origin_of(simulation.scene()), now.t, std::move(now.memory), {}};
   MemoryWriter of_recorders(c.recorders);
   of_recorders(recorders);
   std::vector<std::byte> bytes;
@@ -186,7 +184,7 @@ Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) 
   if (later && !checkpoints.cut()) write_checkpoint(simulation, plan, recorders);
   for (auto* file : recorders.files()) file->commit();
   auto document = to_json(result);
-  document["provenance"] = provenance(simulation.scene());
+  document["provenance"] = provenance(simulation.scene(), simulation.identity());
   write_file(folder / "run.json",
              document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   if (!later) std::filesystem::remove(folder / checkpoint_name);
@@ -199,7 +197,7 @@ Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) 
 
 Result run_scene(const Scene& scene, const RunPlan& plan) {
   try {
-    Simulation simulation(scene, plan.formulation, {.matched = plan.matched});
+    Simulation simulation(scene, plan.formulation, {.matched = plan.matched, .start = plan.start});
     if (!plan.folder) {
       ContactStatistics statistics(scene.run.discard);
       Progress progress(plan.on_progress, scene.run.duration);
@@ -262,12 +260,14 @@ Result resume_run(const std::filesystem::path& folder, const RunPlan& asked) {
   try {
     MemoryReader m(bytes);
     m(c);
-    c.snapshot.require_program();  // before its scene is read, which may be of another time
-    plan.formulation = c.formulation;
-    plan.matched = c.matched;
-    const auto scene = parse_scene(c.text, c.file, c.overrides);
-    Simulation simulation(scene, plan.formulation, {.matched = plan.matched});
-    simulation.restore(c.snapshot);
+    const auto snapshot = c.snapshot();
+    snapshot.require_program();  // before its scene is read, which may be of another time
+    const auto setup = setup_of(c.identity, c.origin);
+    plan.formulation = setup.formulation;
+    plan.matched = setup.matched;
+    plan.start = setup.start;
+    Simulation simulation(setup.scene, plan.formulation, {.matched = plan.matched, .start = plan.start});
+    simulation.restore(snapshot);
     Recorders recorders(simulation, folder, true);
     MemoryReader of_recorders(c.recorders);
     of_recorders(recorders);

@@ -14,6 +14,7 @@ namespace freeplay {
 struct RunPlan {
   std::string formulation = {};  ///< "penalty" or "nonsmooth"
   bool matched = false;  ///< an impact law takes the restitution that the scene's penalty law delivers
+  std::optional<State> start = {};  ///< as SimulationOptions::start
   /// Where run.json, trajectory.csv, events.csv, signals.csv and forces.csv go; without one nothing is written.
   std::optional<std::filesystem::path> folder = {};
   std::function<void(double)> on_progress = {};  ///< now and then, with the fraction done

@@ -1,9 +1,13 @@
 #include "io/run_json.hpp"
 
-#include <array>
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <stdexcept>
 
+#include "io/section.hpp"
+#include "io/write_scene.hpp"
 #include "version.hpp"
 
 namespace freeplay {
@@ -21,7 +25,38 @@ const char* name_of(Ending::Status status) {
   throw std::logic_error("no such ending");
 }
 
+/// A text as its lines, so that two files can be compared line by line.
+nlohmann::json lines(const std::string& text) {
+  auto list = nlohmann::json::array();
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) list.push_back(line);
+  return list;
+}
+
+/// And back.
+std::string text(const nlohmann::json& lines) {
+  std::string all;
+  for (const auto& line : lines) all += line.get<std::string>() + '\n';
+  return all;
+}
+
+/// The lines of [run], [penalty] and [nonsmooth]: TOML spells their values as JSON does.
+nlohmann::json options(const std::string& scene) {
+  nlohmann::json found;
+  for (const auto& line : canonical_lines(scene))
+    for (const char* table : {"run", "penalty", "nonsmooth"})
+      if (line.key.starts_with(std::string(table) + "."))
+        found[table][line.key.substr(line.key.find('.') + 1)] =
+            nlohmann::json::parse(line.value, nullptr, false);
+  return found;
+}
+
 }  // namespace
+
+std::string format_note(const Scene& scene) {
+  if (scene.format) return "";
+  return fmt::format("the scene states no format; it was read as format = {}", newest_format);
+}
 
 nlohmann::json to_json(const Result& s) {
   nlohmann::json contacts = nlohmann::json::object();
@@ -90,33 +125,58 @@ nlohmann::json to_json(const Result& s) {
 }
 
 nlohmann::json provenance(const Scene& scene) {
-  const auto& p = scene.penalty;
-  const auto& n = scene.nonsmooth;
-  return {{"program", "freeplay"},
-          {"version", version},
-          {"commit", commit},
-          {"scene_file", scene.file.string()},
-          {"scene", scene.text},
-          {"overrides", scene.overrides},
-          {"title", scene.mechanism.title},
-          {"options",
-           {{"duration_s", scene.run.duration},
-            {"discard_s", scene.run.discard},
-            {"penalty",
-             {{"friction_v0", p.friction_v0},
-              {"friction_v1", p.friction_v1},
-              {"alpha", p.alpha},
-              {"beta", p.beta},
-              {"tolerance", p.tolerance},
-              {"step", p.step}}},
-            {"nonsmooth",
-             {{"scheme", n.scheme == Scheme::event_driven ? "event-driven" : "moreau-jean"},
-              {"step", n.step},
-              {"tolerance", n.tolerance},
-              {"impact_law", std::array{"newton", "poisson", "energetic"}[static_cast<int>(n.impact_law)]},
-              {"solver", std::array{"automatic", "enumeration", "lemke", "gauss-seidel",
-                                    "newton"}[static_cast<int>(n.solver)]},
-              {"lcp_tolerance", n.lcp_tolerance}}}}}};
+  return provenance(scene,
+                    {.scene = to_toml(scene), .formulation = "", .given = "", .program = program_identity()});
+}
+
+nlohmann::json provenance(const Scene& scene, const Identity& identity) {
+  nlohmann::json document = {{"program", "freeplay"},
+                             {"version", version},
+                             {"commit", commit},
+                             {"scene_file", scene.file.string()},
+                             {"scene", scene.text},
+                             {"overrides", scene.overrides},
+                             {"title", scene.mechanism.title},
+                             {"format", scene.format.value_or(newest_format)},
+                             {"options", options(identity.scene)},
+                             {"identity",
+                              {{"digest", identity.digest()},
+                               {"scene", lines(identity.scene)},
+                               {"formulation", lines(identity.formulation)},
+                               {"given", lines(identity.given)},
+                               {"program", lines(identity.program)}}}};
+  if (const auto note = format_note(scene); !note.empty()) document["format_note"] = note;
+  return document;
+}
+
+RecordedRun read_run(const std::filesystem::path& file) {
+  const auto refuse = [&](const std::string& why) {
+    throw SceneError(fmt::format("{}: {}", file.string(), why));
+  };
+  const auto document = nlohmann::json::parse(read_text(file), nullptr, false);
+  if (document.is_discarded()) refuse("is damaged: it is no JSON");
+  try {
+    const auto& p = document.at("provenance");
+    if (!p.contains("identity"))
+      refuse("does not hold the identity of a run: an earlier freeplay made it; run its scene anew");
+    const auto& i = p.at("identity");
+    RecordedRun run;
+    run.identity = {text(i.at("scene")), text(i.at("formulation")), text(i.at("given")),
+                    text(i.at("program"))};
+    if (run.identity.digest() != i.at("digest").get<std::string>())
+      refuse("is damaged: its identity and the hash of it do not fit");
+    if (run.identity.formulation.empty()) refuse("is not of a single run; give the run.json of one");
+    run.setup = setup_of(run.identity,
+                         {p.at("scene_file").get<std::string>(), p.at("scene").get<std::string>(),
+                          p.at("overrides").get<std::vector<std::string>>(), !p.contains("format_note")});
+    return run;
+  } catch (const nlohmann::json::exception& e) {
+    refuse(fmt::format("is damaged: {}", e.what()));
+  } catch (const SceneError& e) {
+    if (std::string_view(e.what()).starts_with(file.string() + ": ")) throw;
+    refuse(fmt::format("is damaged: {}", e.what()));
+  }
+  throw std::logic_error("unreachable");
 }
 
 }  // namespace freeplay

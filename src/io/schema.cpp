@@ -9,6 +9,10 @@ namespace freeplay {
 namespace {
 
 constexpr SchemaKey keys[] = {
+    {"format", "number", "", "1",
+     "format of the scene, a whole number; one that is stated keeps its meaning when defaults change; 1 is "
+     "the "
+     "newest"},
     {"title", "text", "", "\"\"", "what the scene is; stands in results and figures"},
     {"gravity", "point", "m/s²", "[0, 0]", "acceleration of gravity in the plane of motion"},
 

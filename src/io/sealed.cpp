@@ -2,25 +2,18 @@
 
 #include <fmt/format.h>
 
-#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 #include <string_view>
 
+#include "io/digest.hpp"
 #include "io/output_file.hpp"
 #include "values/snapshot.hpp"
 
 namespace freeplay {
 namespace {
-
-/// 64-bit FNV-1a.
-std::uint64_t checksum(std::string_view bytes) {
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  for (const unsigned char c : bytes) hash = (hash ^ c) * 0x100000001b3u;
-  return hash;
-}
 
 std::string first_line(const std::string& kind, int version, std::string_view bytes) {
   return fmt::format("freeplay {} {} {} {:016x}\n", kind, version, bytes.size(), checksum(bytes));

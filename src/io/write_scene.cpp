@@ -10,42 +10,20 @@
 #include <variant>
 #include <vector>
 
+#include "io/toml_value.hpp"
+
 namespace freeplay {
 namespace {
-
-/// A TOML text in double quotes. Bytes beyond ASCII stand as they are: TOML is UTF-8.
-std::string in_quotes(std::string_view text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\')
-      out += {'\\', c};
-    else if (c == '\n')
-      out += "\\n";
-    else if (c == '\t')
-      out += "\\t";
-    else if (const auto byte = static_cast<unsigned char>(c); byte < 0x20 || byte == 0x7f)
-      out += fmt::format("\\u{:04X}", byte);
-    else
-      out += c;
-  }
-  return out + '"';
-}
 
 /// A name as a key: bare where TOML lets it.
 std::string as_key(const std::string& name) {
   const bool bare = !name.empty() && std::ranges::all_of(name, [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
   });
-  return bare ? name : in_quotes(name);
+  return bare ? name : toml_quoted(name);
 }
 
-/// The fewest digits that read back as the same number; never an integer of TOML, which has no −0.
-std::string shown(double x) {
-  auto digits = fmt::format("{}", x);
-  if (digits.find_first_of(".en") == digits.npos) digits += ".0";  // n: inf and nan, for the reader to refuse
-  return digits;
-}
-std::string shown(Vec2 p) { return fmt::format("[{}, {}]", shown(p.x()), shown(p.y())); }
+std::string shown(Vec2 p) { return toml_numbers({p.x(), p.y()}); }
 
 class SceneText {
  public:
@@ -61,8 +39,8 @@ class SceneText {
   }
 
   void raw(std::string_view key, std::string_view value) { out_ += fmt::format("{} = {}\n", key, value); }
-  void text(std::string_view key, std::string_view value) { raw(key, in_quotes(value)); }
-  void number(std::string_view key, double value) { raw(key, shown(value)); }
+  void text(std::string_view key, std::string_view value) { raw(key, toml_quoted(value)); }
+  void number(std::string_view key, double value) { raw(key, toml_number(value)); }
   void number(std::string_view key, const std::optional<double>& value) {
     if (value) number(key, *value);
   }
@@ -75,8 +53,8 @@ class SceneText {
   }
 
   void between(const std::array<int, 2>& pair) {
-    raw("between", fmt::format("[{}, {}]", in_quotes(body_name(pair[0], "between")),
-                               in_quotes(body_name(pair[1], "between"))));
+    raw("between", fmt::format("[{}, {}]", toml_quoted(body_name(pair[0], "between")),
+                               toml_quoted(body_name(pair[1], "between"))));
   }
   void ends(const std::array<Vec2, 2>& points) {
     raw("at", fmt::format("[{}, {}]", shown(points[0]), shown(points[1])));
@@ -325,6 +303,7 @@ void write(SceneText& t, const Instrument& i) {
 std::string to_toml(const Scene& scene) {
   const auto& m = scene.mechanism;
   SceneText t(m);
+  t.whole("format", newest_format);
   t.text("title", m.title);
   t.point("gravity", m.gravity);
   const auto write_all = [&](const auto& list) {

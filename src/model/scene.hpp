@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -11,8 +12,12 @@
 
 namespace freeplay {
 
+/// Of scene files. Defaults may change with a newer one only: a scene that states its format keeps its meaning.
+inline constexpr int newest_format = 1;
+
 struct Scene {
   std::filesystem::path file;
+  std::optional<int> format;           ///< as the file states it; without one it is read as newest_format
   std::string text;                    ///< as read, for the provenance of results
   std::vector<std::string> overrides;  ///< KEY=VALUE as given
   Mechanism mechanism;

@@ -6,9 +6,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "facade/identify.hpp"
 #include "freeplay.hpp"
+#include "io/located.hpp"
+#include "io/toml_value.hpp"
 #include "sim/clock.hpp"
-#include "version.hpp"
 
 namespace freeplay {
 namespace {
@@ -77,15 +79,10 @@ std::vector<Case> cases(const Study& study) {
   return all;
 }
 
-std::string identity(const Study& study, const Case& one, const std::string& scene_text) {
-  return fmt::format("{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}", commit, one.formulation,
-                     one.start, one.revolutions, study.discard, study.seed, study.matched,
-                     study.perturbation.turn, study.perturbation.play, study.flight_angle, study.impact_speed,
-                     study.line_share, study.joint, study.accelerometer, study.position, one.variant,
-                     fmt::join(one.overrides, ";"), scene_text);
-}
+namespace {
 
-Scene scene_of(const Study& study, const Case& one, const Conduct& conduct) {
+/// The scene of a case, as long as the study asks, at the start that the scene gives.
+Scene unmoved(const Study& study, const Case& one) {
   auto scene = read_scene(one.scene, one.overrides);
   const auto* drive = main_drive(scene.mechanism);
   if (!drive || drive->speed == 0)
@@ -94,7 +91,32 @@ Scene scene_of(const Study& study, const Case& one, const Conduct& conduct) {
   const double turn = 2 * std::numbers::pi / std::abs(drive->speed);
   scene.run.discard = study.discard * turn;
   scene.run.duration = (study.discard + one.revolutions) * turn;
-  return perturbed(scene, conduct.stop, study.seed, one.start, study.perturbation);
+  return scene;
+}
+
+}  // namespace
+
+Identity identity(const Study& study, const Case& one, const Conduct& conduct) {
+  const auto scene = unmoved(study, one);
+  try {
+    auto found = identify(scene, one.formulation, study.matched && conduct.matched);
+    found.given = settings_text(study) + fmt::format("variant = {}\nvalues = {}\n", toml_quoted(one.variant),
+                                                     toml_numbers(one.values));
+    return found;
+  } catch (const SceneError&) {
+    throw;
+  } catch (const ModelError& e) {
+    throw located(scene, e);
+  }
+}
+
+std::string run_key(Identity all_starts, int start) {
+  all_starts.given += fmt::format("start = {}\n", start);
+  return all_starts.digest();
+}
+
+Scene scene_of(const Study& study, const Case& one, const Conduct& conduct) {
+  return perturbed(unmoved(study, one), conduct.stop, study.seed, one.start, study.perturbation);
 }
 
 TurnMetrics ideal_turn(const Study& study, const Scene& scene, const std::string& formulation,

@@ -7,7 +7,7 @@
 
 namespace freeplay {
 
-/// What identifies a run and all that its result depends on.
+/// One run of a study.
 struct Case {
   std::string variant, formulation;
   std::vector<double> values;  ///< of the study's axes
@@ -47,7 +47,10 @@ double ideal_maximum(const Study& study, const Scene& scene, const std::string& 
 /// Runs it. Throws SceneError; a numerical failure is in the ending.
 CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct);
 
-/// A text of all that the result depends on; equal texts, equal bits.
-std::string identity(const Study& study, const Case& one, const std::string& scene_text);
+/// What all starts of a case have in common: the scene as it will run, but for where it starts; the study's settings;
+/// and which row of the results it is. Throws SceneError.
+Identity identity(const Study& study, const Case& one, const Conduct& conduct);
+/// The name that one of them is stored by; equal names, equal bits.
+std::string run_key(Identity all_starts, int start);
 
 }  // namespace freeplay

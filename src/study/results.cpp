@@ -8,6 +8,13 @@
 #include "io/output_file.hpp"
 
 namespace freeplay {
+namespace {
+
+/// What the keys in a file are made from, in its user_version. 0: the commit and a list of fields, as before runs
+/// had an identity; 1: the digest of the identity.
+constexpr int kind_of_keys = 1;
+
+}  // namespace
 
 /// A prepared statement: bind in order, step through rows.
 class Results::Statement {
@@ -82,6 +89,13 @@ Results::Results(const std::filesystem::path& file, const Study& study)
   {
     Statement existing(*this, "SELECT sql FROM sqlite_master WHERE name = 'runs'");
     if (existing.step()) {
+      Statement kind(*this, "PRAGMA user_version");
+      if (kind.step() && kind.number(0) != kind_of_keys)
+        throw OutputError(
+            fmt::format("{}: its runs were stored by {} freeplay, by keys that do not say what this one's "
+                        "do; they stay as they "
+                        "are, and none is used: give another folder with -o, or move the file away",
+                        file_.string(), kind.number(0) < kind_of_keys ? "an earlier" : "a later"));
       if (existing.text(0) != table)
         throw OutputError(fmt::format(
             "{}: holds another study, or one of another version; give another folder with -o, or remove it",
@@ -91,6 +105,7 @@ Results::Results(const std::filesystem::path& file, const Study& study)
   }
   const char* of_run = "run TEXT REFERENCES runs(run) ON DELETE CASCADE";
   execute("BEGIN");
+  execute(fmt::format("PRAGMA user_version = {}", kind_of_keys));
   execute(table);
   execute(fmt::format("CREATE TABLE turns ({}, turn INTEGER, peak REAL)", of_run));
   execute(fmt::format("CREATE TABLE flights ({}, loss REAL, angle REAL, duration REAL, deceleration REAL)",

@@ -22,7 +22,7 @@ struct RunRow {
 class Results {
  public:
   /// Opens or makes the file; `axes` are the names of its columns. Throws OutputError, also when the file
-  /// holds another study's axes.
+  /// holds another study's axes, or keys of another kind than run_key().
   Results(const std::filesystem::path& file, const Study& study);
   ~Results();
   Results(const Results&) = delete;

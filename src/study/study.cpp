@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "io/section.hpp"
+#include "io/toml_value.hpp"
 #include "measure/turns.hpp"
 #include "values/family.hpp"
 
@@ -84,7 +85,52 @@ Calibration read_calibration(Section s, const std::filesystem::path& folder) {
   return c;
 }
 
+/// Every setting of a study that decides the digits of a single run, once: to read it and to say it in an identity.
+/// How many runs there are, and what is made of them, stands elsewhere.
+template <class Visit>
+void each_setting(Study& study, Visit&& visit) {
+  visit("joint", study.joint);
+  visit("accelerometer", study.accelerometer);
+  visit("position", study.position);
+  visit("restitution", study.matched);
+  visit("discard", study.discard, non_negative);
+  visit("seed", study.seed);
+  visit("turn", study.perturbation.turn, zero_to_one);
+  visit("play", study.perturbation.play, below_one);
+  visit("flight_angle", study.flight_angle, non_negative);
+  visit("impact_speed", study.impact_speed, non_negative);
+  visit("line_share", study.line_share, positive);
+}
+
+/// Reads each; what stands there before is the default.
+struct ReadSetting {
+  Section& root;
+  void operator()(const char* key, std::string& value) { value = root.text(key, value); }
+  void operator()(const char* key, double& value, Range range) { value = root.number(key, range, value); }
+  void operator()(const char* key, std::uint64_t& value) {
+    value = static_cast<std::uint64_t>(root.number(key, whole, static_cast<double>(value)));
+  }
+  void operator()(const char* key, bool& matched) {
+    matched = root.choice(key, {"delivered", "as-given"}, matched ? 0 : 1) == 0;
+  }
+};
+
+struct SaySetting {
+  std::string& text;
+  void say(const char* key, const std::string& value) { text += fmt::format("{} = {}\n", key, value); }
+  void operator()(const char* key, const std::string& value) { say(key, toml_quoted(value)); }
+  void operator()(const char* key, double value, Range) { say(key, toml_number(value)); }
+  void operator()(const char* key, std::uint64_t value) { say(key, fmt::format("{}", value)); }
+  void operator()(const char* key, bool matched) { say(key, matched ? "\"delivered\"" : "\"as-given\""); }
+};
+
 }  // namespace
+
+std::string settings_text(Study study) {
+  std::string text;
+  each_setting(study, SaySetting{text});
+  return text;
+}
 
 Study read_study(const std::filesystem::path& file) {
   Study study;
@@ -98,19 +144,11 @@ Study read_study(const std::filesystem::path& file) {
   study.scene = folder / root.text("scene");
   study.claims = root.text("claims", "");
   if (root.has("fit")) study.fit = folder / root.text("fit");
-  study.joint = root.text("joint", "");
-  study.accelerometer = root.text("accelerometer", "");
-  study.position = root.text("position", "");
   const auto both = formulations(root, family_names());
-  study.matched = root.choice("restitution", {"delivered", "as-given"}, 0) == 0;
   study.revolutions = root.number("revolutions", one_or_more, 50);
-  study.discard = root.number("discard", non_negative, 2);
   study.starts = static_cast<int>(root.number("starts", count, 8));
-  study.seed = static_cast<std::uint64_t>(root.number("seed", whole, 1));
-  study.perturbation = {root.number("turn", zero_to_one, 1), root.number("play", below_one, 0.9)};
-  study.flight_angle = root.number("flight_angle", non_negative, study.flight_angle);
-  study.impact_speed = root.number("impact_speed", non_negative, study.impact_speed);
-  study.line_share = root.number("line_share", positive, study.line_share);
+  study.discard = 2;
+  each_setting(study, ReadSetting{root});
   for (auto& [name, s] : root.children("axes")) {
     auto axis = read_axis(name, s);
     for (const auto& other : study.axes)

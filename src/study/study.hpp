@@ -73,6 +73,9 @@ struct Study {
   std::optional<Calibration> calibration;
 };
 
+/// The settings that every run of the study depends on, with the value in force, a line KEY = VALUE each.
+std::string settings_text(Study study);
+
 /// Throws SceneError.
 Study read_study(const std::filesystem::path& file);
 

@@ -1,6 +1,5 @@
 #include "study/sweep.hpp"
 
-#include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -8,43 +7,22 @@
 #include <chrono>
 #include <mutex>
 
-#include "freeplay.hpp"
-#include "io/section.hpp"
-
 namespace freeplay {
-namespace {
-
-/// 64-bit FNV-1a, twice with different starts: a name for a text.
-std::string digest(const std::string& text) {
-  std::string name;
-  for (std::uint64_t hash : {0xcbf29ce484222325u, 0x84222325cbf29ce4u}) {
-    for (unsigned char c : text) hash = (hash ^ c) * 0x100000001b3u;
-    name += fmt::format("{:016x}", hash);
-  }
-  return name;
-}
-
-}  // namespace
-
 SweepSummary sweep(const Study& study, const Conduct& conduct, Results& results, int threads,
                    const std::function<void(const SweepProgress&)>& on_progress, bool keep_others) {
   using Clock = std::chrono::steady_clock;
   const auto began = Clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - began).count(); };
   const auto all = cases(study);
-  std::map<std::filesystem::path, std::string> texts;
   std::set<std::string> keep;
   std::vector<std::pair<std::string, const Case*>> missing;
   const auto present = results.keys();
+  Identity all_starts;  // a bad scene or study shows here, before anything runs
   for (const auto& one : all) {
-    auto& text = texts[one.scene];
-    if (text.empty()) text = read_text(one.scene);
-    const auto key = digest(identity(study, one, text));
+    if (one.start == 0) all_starts = identity(study, one, conduct);
+    const auto key = run_key(all_starts, one.start);
     if (keep.insert(key).second && !present.contains(key)) missing.emplace_back(key, &one);
   }
-  // A bad scene or study shows before anything runs.
-  for (const auto& [key, one] : missing)
-    if (one->start == 0) read_scene(one->scene, one->overrides);
   SweepSummary summary;
   summary.dropped = keep_others ? 0 : present.size() - (keep.size() - missing.size());
   if (!keep_others) results.retain(keep);

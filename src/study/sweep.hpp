@@ -13,13 +13,13 @@ struct SweepProgress {
 
 struct SweepSummary {
   std::size_t total = 0, found = 0, ran = 0, failed = 0;
-  std::size_t dropped = 0;  ///< of an earlier form of the study, or made by another version
+  std::size_t dropped = 0;  ///< of an earlier form of the study, or made by another program
   bool interrupted = false;
   double wall_seconds = 0;
   std::set<std::string> keys;  ///< of all its runs
 };
 
-/// `threads` 0: all cores. Runs of an earlier form of the study or of another version of the program are
+/// `threads` 0: all cores. Runs of an earlier form of the study or of another program are
 /// removed, or with `keep_others` stay. Throws what a case throws (bad scenes), after the runs under way are
 /// stored.
 SweepSummary sweep(const Study& study, const Conduct& conduct, Results& results, int threads,

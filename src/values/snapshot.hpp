@@ -17,15 +17,19 @@ struct SnapshotError : std::runtime_error {
 
 class Snapshot {
  public:
-  double t = 0;             ///< s
-  std::string program;      ///< version that made it
-  std::string formulation;  ///< and how restitution was taken
-  std::string scene;        ///< the scene's canonical text
+  double t = 0;  ///< s
+  /// @name Parts of the identity of the simulation that it was taken from; see identity.hpp
+  ///@{
+  std::string program;
+  std::string formulation;
+  std::string scene;
+  ///@}
   std::vector<std::byte> memory;
 
-  /// Throws SnapshotError when another version of the program made it, which could not go on bit for bit.
+  /// Throws SnapshotError when another program made it, which could not go on bit for bit: other sources, another
+  /// compiler, other flags or another kind of processor. The commit does not count.
   void require_program() const;
-  /// Of this one.
+  /// Identity::program of this one.
   static std::string this_program();
 
   /// Writes it whole or not at all, with its version and a checksum. Throws SnapshotError.

@@ -28,7 +28,7 @@ nlohmann::json provenance_of(const std::filesystem::path& scene) {
           {"scene_file", "scene.toml"},
           {"scene", text_of(scene)},
           {"overrides", nlohmann::json::array()},
-          {"options", {{"duration_s", 1.0}, {"discard_s", 0.0}}}};
+          {"options", {{"run", {{"duration", 1.0}, {"discard", 0.0}}}}}};
 }
 
 /// One run: `value` gives a column at a time; NaN leaves the field empty.

@@ -1,0 +1,38 @@
+#include "facade/identify.hpp"
+
+#include <fmt/format.h>
+
+#include "io/identity.hpp"
+#include "io/write_scene.hpp"
+#include "model/system.hpp"
+
+namespace freeplay {
+
+Family family_of(std::string_view formulation) {
+  if (const auto family = family_named(formulation)) return *family;
+  throw ModelError("formulation",
+                   fmt::format("must be \"penalty\" or \"nonsmooth\", is \"{}\"", formulation));
+}
+
+std::optional<std::vector<double>> matched_restitution(Family family, bool asked, const Scene& scene,
+                                                       const System& system) {
+  if (!asked || family != Family::nonsmooth) return std::nullopt;
+  return delivered_restitutions(scene, system);
+}
+
+Identity identify(const Scene& scene, Family family, const std::optional<std::vector<double>>& restitution) {
+  return {.scene = to_toml(scene),
+          .formulation =
+              formulation_identity(name_of(family),
+                                   restitution.has_value(), restitution.value_or(std::vector<double>{})),
+          .given = "",
+          .program = program_identity()};
+}
+
+Identity identify(const Scene& scene, std::string_view formulation, bool matched) {
+  const auto family = family_of(formulation);
+  const System system(scene.mechanism);
+  return identify(scene, family, matched_restitution(family, matched, scene, system));
+}
+
+}  // namespace freeplay

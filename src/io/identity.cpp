@@ -1,0 +1,147 @@
+#include "io/identity.hpp"
+
+#include <fmt/format.h>
+#include <gnu/libc-version.h>
+
+#include <Eigen/Core>
+
+#include "content.hpp"
+#include "io/digest.hpp"
+#include "io/section.hpp"
+#include "io/toml_value.hpp"
+#include "io/write_scene.hpp"
+#include "version.hpp"
+
+namespace freeplay {
+namespace {
+
+std::string line(std::string_view key, const std::string& value) {
+  return fmt::format("{} = {}\n", key, value);
+}
+std::string text(std::string_view key, std::string_view value) { return line(key, toml_quoted(value)); }
+
+/// What the compiler was allowed to emit: a fused multiply-add rounds once where two operations round twice.
+std::string instruction_set() {
+  std::string list;
+  const auto add = [&](const char* name) { list += (list.empty() ? "" : " ") + std::string(name); };
+#if defined(__x86_64__)
+  add("x86_64");
+#elif defined(__aarch64__)
+  add("aarch64");
+#endif
+#ifdef __SSE3__
+  add("sse3");
+#endif
+#ifdef __SSE4_2__
+  add("sse4.2");
+#endif
+#ifdef __AVX__
+  add("avx");
+#endif
+#ifdef __AVX2__
+  add("avx2");
+#endif
+#if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
+  add("fma");
+#endif
+#ifdef __AVX512F__
+  add("avx512f");
+#endif
+#ifdef __FAST_MATH__
+  add("fast-math");
+#endif
+  return list;
+}
+
+/// The mathematical library takes other code for sin, exp and pow where the processor has it.
+std::string processor() {
+#if defined(__x86_64__)
+  return __builtin_cpu_supports("fma") && __builtin_cpu_supports("avx2") ? "fma" : "no fma";
+#else
+  return "as compiled";
+#endif
+}
+
+/// One part, read back; its keys belong to no scene.
+class Part {
+ public:
+  explicit Part(const std::string& text) : table_(parse_toml(text, "identity")) {}
+  template <class T>
+  T value(const char* key) const {
+    const auto* node = table_.get(key);
+    const auto found = node ? node->value_exact<T>() : std::optional<T>();
+    if (!found) throw SceneError(fmt::format("the identity has no {}", key));
+    return *found;
+  }
+  std::vector<double> list(const char* key) const {
+    std::vector<double> x;
+    const auto* all = table_.get_as<toml::array>(key);
+    if (!all) throw SceneError(fmt::format("the identity has no {}", key));
+    for (const auto& item : *all) x.push_back(item.value<double>().value_or(0));
+    return x;
+  }
+
+ private:
+  toml::table table_;
+};
+
+}  // namespace
+
+std::string Identity::digest() const {
+  std::string all;
+  for (const auto* part : {&scene, &formulation, &given, &program})
+    all += fmt::format("{}\n{}", part->size(), *part);  // so that no line can change parts
+  return freeplay::digest(all);
+}
+
+std::string program_identity() {
+  static const std::string once =
+      text("version", version) + text("sources", content::sources) + text("compiler", content::compiler) +
+      text("flags", content::flags) + text("build", content::build) +
+      text("instructions", instruction_set()) + text("processor", processor()) +
+      text("libraries", fmt::format("libc {}, Eigen {}.{}.{}", gnu_get_libc_version(), EIGEN_WORLD_VERSION,
+                                    EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION));
+  return once;
+}
+
+std::string program_name(const std::string& identity) {
+  std::string found = "of no version";
+  for (const auto& [key, value, whole] : canonical_lines(identity))
+    if (key == "version" && value.size() > 2) found = value.substr(1, value.size() - 2);
+  return fmt::format("{} ({})", found, digest(identity).substr(0, 10));
+}
+
+std::string formulation_identity(std::string_view formulation, bool matched,
+                                 const std::vector<double>& restitution) {
+  return text("formulation", formulation) + line("matched", matched ? "true" : "false") +
+         (matched ? line("restitution", toml_numbers(restitution)) : "");
+}
+
+std::string start_identity(const std::optional<State>& start) {
+  if (!start) return "";
+  return line("t", toml_number(start->t)) + line("q", toml_numbers(start->q)) +
+         line("v", toml_numbers(start->v)) + line("z", toml_numbers(start->z));
+}
+
+Origin origin_of(const Scene& scene) {
+  return {scene.file.string(), scene.text, scene.overrides, scene.format.has_value()};
+}
+
+Setup setup_of(const Identity& identity, const Origin& origin) {
+  Setup s;
+  s.scene = parse_scene(identity.scene, "identity");
+  s.scene.file = origin.file;
+  s.scene.text = origin.text;
+  s.scene.overrides = origin.overrides;
+  if (!origin.states_format) s.scene.format.reset();
+  const Part how(identity.formulation);
+  s.formulation = how.value<std::string>("formulation");
+  s.matched = how.value<bool>("matched");
+  if (!identity.given.empty()) {
+    const Part given(identity.given);
+    s.start = State{given.value<double>("t"), given.list("q"), given.list("v"), given.list("z")};
+  }
+  return s;
+}
+
+}  // namespace freeplay

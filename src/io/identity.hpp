@@ -1,0 +1,52 @@
+// The parts of an identity as text, and back.
+#pragma once
+
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "model/scene.hpp"
+#include "values/identity.hpp"
+#include "values/state.hpp"
+
+namespace freeplay {
+
+/// Identity::program of this program on this machine.
+std::string program_identity();
+
+/// One line for people: version and the beginning of the hash over a program's identity.
+std::string program_name(const std::string& identity);
+
+/// `restitution`: of each contact, where the penalty law's were taken; else empty and not `matched`.
+std::string formulation_identity(std::string_view formulation, bool matched,
+                                 const std::vector<double>& restitution);
+
+/// Identity::given of a run that starts where its caller says.
+std::string start_identity(const std::optional<State>& start);
+
+/// Where a scene came from: for people, and for the places in messages. No part of an identity.
+struct Origin {
+  std::string file, text;
+  std::vector<std::string> overrides;
+  bool states_format = false;
+
+  template <class M>
+  void remember(M& m) {
+    m(file, text, overrides, states_format);
+  }
+};
+Origin origin_of(const Scene& scene);
+
+/// What an identity says to do.
+struct Setup {
+  Scene scene;
+  std::string formulation;
+  bool matched = false;
+  std::optional<State> start;
+};
+
+/// The facts and how to run them from the identity alone, the rest of the scene from `origin`. Throws SceneError
+/// when it is not the identity of a single run.
+Setup setup_of(const Identity& identity, const Origin& origin);
+
+}  // namespace freeplay
