@@ -150,33 +150,32 @@ nlohmann::json provenance(const Scene& scene, const Identity& identity) {
 }
 
 RecordedRun read_run(const std::filesystem::path& file) {
-  const auto refuse = [&](const std::string& why) {
-    throw SceneError(fmt::format("{}: {}", file.string(), why));
+  const auto bad = [&](const std::string& why) {
+    return SceneError(fmt::format("{}: {}", file.string(), why));
   };
   const auto document = nlohmann::json::parse(read_text(file), nullptr, false);
-  if (document.is_discarded()) refuse("is damaged: it is no JSON");
+  if (document.is_discarded()) throw bad("is damaged: it is no JSON");
   try {
     const auto& p = document.at("provenance");
     if (!p.contains("identity"))
-      refuse("does not hold the identity of a run: an earlier freeplay made it; run its scene anew");
+      throw bad("does not hold the identity of a run: an earlier freeplay made it; run its scene anew");
     const auto& i = p.at("identity");
     RecordedRun run;
     run.identity = {text(i.at("scene")), text(i.at("formulation")), text(i.at("given")),
                     text(i.at("program"))};
     if (run.identity.digest() != i.at("digest").get<std::string>())
-      refuse("is damaged: its identity and the hash of it do not fit");
-    if (run.identity.formulation.empty()) refuse("is not of a single run; give the run.json of one");
+      throw bad("is damaged: its identity and the hash of it do not fit");
+    if (run.identity.formulation.empty()) throw bad("is not of a single run; give the run.json of one");
     run.setup = setup_of(run.identity,
                          {p.at("scene_file").get<std::string>(), p.at("scene").get<std::string>(),
                           p.at("overrides").get<std::vector<std::string>>(), !p.contains("format_note")});
     return run;
   } catch (const nlohmann::json::exception& e) {
-    refuse(fmt::format("is damaged: {}", e.what()));
+    throw bad(fmt::format("is damaged: {}", e.what()));
   } catch (const SceneError& e) {
     if (std::string_view(e.what()).starts_with(file.string() + ": ")) throw;
-    refuse(fmt::format("is damaged: {}", e.what()));
+    throw bad(fmt::format("cannot be repeated: {}", e.what()));
   }
-  throw std::logic_error("unreachable");
 }
 
 }  // namespace freeplay

@@ -675,13 +675,15 @@ TEST_CASE("snapshots: what does not belong is refused, and nothing is touched", 
     refused(another.snapshot(), "is of another scene");
   }
   Simulation nonsmooth(scene, "nonsmooth"), matched(scene, "nonsmooth", {.matched = true});
-  refused(nonsmooth.snapshot(), "is of the formulation nonsmooth, the simulation of penalty");
-  CHECK_THROWS_WITH(nonsmooth.restore(matched.snapshot()), Contains("matched restitution"));
-  CHECK_THROWS_WITH(matched.restore(nonsmooth.snapshot()), Contains("matched restitution"));
-  CHECK_THROWS_WITH(matched.restore(own), Contains("is of the formulation penalty"));
+  refused(nonsmooth.snapshot(),
+          "is of another formulation: formulation is \"penalty\" here and \"nonsmooth\" there");
+  CHECK_THROWS_WITH(nonsmooth.restore(matched.snapshot()), Contains("matched is false here and true there"));
+  CHECK_THROWS_WITH(matched.restore(nonsmooth.snapshot()), Contains("matched is true here and false there"));
+  CHECK_THROWS_WITH(matched.restore(own),
+                    Contains("formulation is \"nonsmooth\" here and \"penalty\" there"));
   auto changed = own;
-  changed.program = "9.9.9 (abc)";
-  refused(changed, "was taken by freeplay 9.9.9 (abc)");
+  changed.program = "version = \"9.9.9\"\nsources = \"abc\"\n";
+  refused(changed, "was taken by freeplay 9.9.9 (");
   for (const std::size_t size :
        {own.memory.size() - 1, own.memory.size() / 2, std::size_t{5}, std::size_t{0}}) {
     changed = own;
