@@ -25,7 +25,7 @@ std::vector<PenaltyContact> make_contacts(const Scene& scene, const System& syst
       const auto& oil = *facts.lubricant;
       c.film = Film{
           oil.film == Lubricant::Film::short_bearing ? Film::Kind::short_bearing : Film::Kind::long_bearing,
-          oil.cavitation,
+          oil.cavitation == Lubricant::Cavitation::half_sommerfeld,
           oil.viscosity,
           *facts.bearing_length,
           facts.radius_bearing,

@@ -3,6 +3,7 @@
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "formulations/make.hpp"
+#include "io/schema.hpp"
 #include "model/assembly.hpp"
 #include "model/planar.hpp"
 #include "numerics/saddle_point.hpp"
@@ -14,6 +15,30 @@ namespace {
 /// A line of the table; a long list goes on below its first item.
 void line(const char* name, const std::string& value) {
   fmt::print("{}", wrapped(fmt::format("  {:<28}{}\n", name, value), 30));
+}
+
+/// What each element makes the solver carry.
+void burdens(const System& system) {
+  fmt::print("  what each carries\n");
+  for (const auto& c : system.carried()) {
+    std::string what;
+    const auto say = [&](int count, const char* one, const char* many) {
+      if (count > 0) what += fmt::format("{}{} {}", what.empty() ? "" : ", ", count, count == 1 ? one : many);
+    };
+    say(c.rows, "constraint row", "constraint rows");
+    say(c.contacts, "contact", "contacts");
+    say(c.frictions, "friction row", "friction rows");
+    say(c.states, "state", "states");
+    say(c.force, "applied force", "applied forces");
+    fmt::print("{}", wrapped(fmt::format("      {} ({}): {}\n", c.name, c.kind, what), 6));
+  }
+}
+
+/// Every key of a scene as docs/scene.md lists it.
+int list_keys() {
+  for (const auto& k : schema())
+    fmt::print("| `{}` | {} | {} | {} | {} |\n", k.path, k.type, k.unit, k.fallback, k.meaning);
+  return 0;
 }
 
 /// What the solves do not carry, and with `why` the reason of each.
@@ -67,10 +92,13 @@ void economies(const Scene& scene, const System& system, const SaddlePoint& sadd
 struct CheckRequest : Request {
   std::string scene;
   std::vector<std::string> overrides;
-  bool why = false;  ///< reasons of what is left out
+  bool why = false;   ///< reasons of what is left out
+  bool keys = false;  ///< list the keys of all scenes instead
 };
 
 int check(const CheckRequest& request) {
+  if (request.keys) return list_keys();
+  if (request.scene.empty()) throw SceneError("scene is required");
   const Scene scene = read_scene(request.scene, request.overrides);
   const System system(scene.mechanism);
   const State start = assemble(scene.mechanism, scene.run.start);
@@ -96,6 +124,7 @@ int check(const CheckRequest& request) {
   line("saddle-point solves", fmt::format("{}, the largest of {} rows, {}", saddle.blocks(),
                                           saddle.largest_block(), saddle.dense() ? "dense" : "sparse"));
   economies(scene, system, saddle, redundant, request.why);
+  if (request.why) burdens(system);
   line("duration",
        fmt::format("{:.6g} s, first {:.6g} s left out of statistics", scene.run.duration, scene.run.discard));
 
@@ -131,9 +160,10 @@ int check(const CheckRequest& request) {
 void check_verb(Program& program) {
   auto [options, request] =
       program.verb("check", "read and validate a scene; print what it makes the solver carry", check);
-  options.scene(request.scene).required();
+  options.scene(request.scene);
   options.set(request.overrides);
-  options.flag("--why", request.why, "say why each thing is eliminated or left out");
+  options.flag("--why", request.why, "say what each element costs, and why things are eliminated or left out");
+  options.flag("--keys", request.keys, "list every key that a scene may hold instead");
 }
 
 }  // namespace freeplay::cli

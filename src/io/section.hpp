@@ -24,6 +24,7 @@ namespace freeplay {
 #include <string>
 #include <vector>
 
+#include "model/keys.hpp"
 #include "model/scene.hpp"
 
 namespace freeplay {
@@ -32,21 +33,6 @@ namespace freeplay {
 toml::table parse_toml(const std::string& text, const std::string& name);
 /// The whole of a file, or SceneError.
 std::string read_text(const std::filesystem::path& file);
-
-/// What a number must satisfy; `text` completes "must be ...".
-struct Range {
-  bool (*holds)(double);
-  const char* text;
-};
-inline constexpr Range any_number{[](double) { return true; }, "a number"};
-inline constexpr Range positive{[](double x) { return x > 0; }, "greater than 0"};
-inline constexpr Range non_negative{[](double x) { return x >= 0; }, "0 or greater"};
-inline constexpr Range one_or_more{[](double x) { return x >= 1; }, "1 or greater"};
-inline constexpr Range whole{
-    [](double x) { return x >= 0 && x < 4294967296.0 && x == static_cast<double>(static_cast<unsigned>(x)); },
-    "a whole number from 0"};
-inline constexpr Range zero_to_one{[](double x) { return x >= 0 && x <= 1; }, "between 0 and 1"};
-inline constexpr Range zero_to_half{[](double x) { return x >= 0 && x <= 0.5; }, "between 0 and 0.5"};
 
 /// The parsed document: its name in messages and the values that came from the command line.
 struct SceneSource {

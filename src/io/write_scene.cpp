@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <initializer_list>
 #include <optional>
 #include <sstream>
 #include <string_view>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "io/toml_value.hpp"
+#include "model/instruments.hpp"
 
 namespace freeplay {
 namespace {
@@ -25,9 +27,10 @@ std::string as_key(const std::string& name) {
 
 std::string shown(Vec2 p) { return toml_numbers({p.x(), p.y()}); }
 
-class SceneText {
+/// Writes facts and options key by key (see model/keys.hpp). What is not in force is no fact and is left out.
+class KeysWriter {
  public:
-  explicit SceneText(const Mechanism& mechanism) : mechanism_(mechanism) {}
+  explicit KeysWriter(const Mechanism& mechanism) : mechanism_(mechanism) {}
   std::string take() { return std::move(out_); }
 
   void open(std::string_view table) {
@@ -40,47 +43,103 @@ class SceneText {
 
   void raw(std::string_view key, std::string_view value) { out_ += fmt::format("{} = {}\n", key, value); }
   void text(std::string_view key, std::string_view value) { raw(key, toml_quoted(value)); }
-  void number(std::string_view key, double value) { raw(key, toml_number(value)); }
-  void number(std::string_view key, const std::optional<double>& value) {
-    if (value) number(key, *value);
-  }
-  void whole(std::string_view key, long long value) { raw(key, fmt::format("{}", value)); }
-  void flag(std::string_view key, bool value) { raw(key, value ? "true" : "false"); }
-  void point(std::string_view key, Vec2 value) { raw(key, shown(value)); }
-  template <class Choice>
-  void choice(std::string_view key, Choice value, const std::vector<std::string>& names) {
-    text(key, at(names, static_cast<int>(value), key));
-  }
 
-  void between(const std::array<int, 2>& pair) {
+  template <class X, class... Range>
+  void need(const Key& key, const X& x, const Range&...) {
+    put(key.name, x);
+  }
+  template <class X, class... Range>
+  void take(const Key& key, const X& x, const Range&...) {
+    put(key.name, x);
+  }
+  template <class E>
+  void choose(const Key& key, E x) {
+    const auto& row = at(choices(E{}), static_cast<int>(x), key.name);
+    text(key.name, row.text);
+  }
+  template <class E>
+  void choose_listed(const Key& key, E x) {
+    choose(key, x);
+  }
+  template <class E, class Fits>
+  void choose_some(const Key& key, const std::optional<E>& x, Fits) {
+    if (x) choose(key, *x);
+  }
+  template <class G>
+  const G* group(std::string_view, const std::optional<G>& x) const {
+    return x ? &*x : nullptr;
+  }
+  bool when(bool holds) const { return holds; }
+  bool when(bool holds, std::initializer_list<std::string_view>, const char*) const { return holds; }
+  bool when_given(std::string_view) const { return true; }
+  template <class... Pieces>
+  void check(bool, std::string_view, const Pieces&...) const {}
+
+  template <class Number>
+  void either(const Key&, const Range&, double (*)(double), const Key& own, const Range&, const Number& x) {
+    put(own.name, x);
+  }
+  void table(const Key&, const Key& points, const TorqueDrive::Table& table) {
+    std::string list;
+    for (const auto& [x, torque] : table) list += (list.empty() ? "" : ", ") + shown(Vec2{x, torque});
+    raw(points.name, fmt::format("[{}]", list));
+  }
+  void length(const Key&, const Key& seconds, double x) { put(seconds.name, x); }
+  void part_of_length(const Key& key, double x) { put(key.name, x); }
+
+  void between(std::string_view, const std::array<int, 2>& pair) {
     raw("between", fmt::format("[{}, {}]", toml_quoted(body_name(pair[0], "between")),
                                toml_quoted(body_name(pair[1], "between"))));
   }
-  void ends(const std::array<Vec2, 2>& points) {
+  void ends(std::string_view, const std::array<Vec2, 2>& points) {
     raw("at", fmt::format("[{}, {}]", shown(points[0]), shown(points[1])));
   }
-  void body(int index) { text("body", body_name(index, "body")); }
-  void joint(int index) { text("joint", name_of(at(mechanism_.joints, index, "joint"))); }
-  void joint_between(const std::array<int, 2>& pair) {
-    const auto found =
-        std::ranges::find(mechanism_.joints, pair, [](const Joint& j) { return bodies_of(j); });
-    if (found == mechanism_.joints.end())
-      throw SceneError(fmt::format("{}.joint: no joint connects the two bodies", path_));
-    text("joint", name_of(*found));
+  void axis(std::string_view, const Vec2& axis) { put("axis", axis); }
+  void radii(const Key& key, const std::array<double, 2>& radii) { put(key.name, Vec2{radii[0], radii[1]}); }
+  void body(const Key& key, int index) { text(key.name, body_name(index, key.name)); }
+  void surface(const Key& key, int index) {
+    if (index >= 0) text(key.name, at(mechanism_.surfaces, index, key.name).name);
   }
-  void surface(int index) {
-    if (index >= 0) text("surface", at(mechanism_.surfaces, index, "surface").name);
+  void lubricant(const Key& key, int index, double, const std::optional<double>&) {
+    if (index >= 0) text(key.name, at(mechanism_.lubricants, index, key.name).name);
   }
-  void lubricant(int index) {
-    if (index >= 0) text("lubricant", at(mechanism_.lubricants, index, "lubricant").name);
+  void drive(const Key& key, const std::string& name) { text(key.name, name); }
+  template <class J>
+  const J* joint(const Key& key, int index) {
+    text(key.name, name_of(at(mechanism_.joints, index, key.name)));
+    return nullptr;
   }
+  /// By its index, or by its bodies where code gave only those.
+  void any_joint(const Key& key, int index, const std::array<int, 2>& pair) {
+    const auto& joints = mechanism_.joints;
+    if (index < 0) {
+      const auto found = std::ranges::find(joints, pair, [](const Joint& j) { return bodies_of(j); });
+      if (found == joints.end())
+        throw SceneError("", fmt::format("{}.{}", path_, key.name), "no joint connects the two bodies");
+      index = static_cast<int>(found - joints.begin());
+    }
+    text(key.name, name_of(at(joints, index, key.name)));
+  }
+  void joint_angle(const Key& key, double angle, int) { put(key.name, angle); }
 
  private:
-  template <class Item>
-  const Item& at(const std::vector<Item>& list, int index, std::string_view key) const {
+  void put(std::string_view key, double x) { raw(key, toml_number(x)); }
+  void put(std::string_view key, const Vec2& x) { raw(key, shown(x)); }
+  void put(std::string_view key, bool x) { raw(key, x ? "true" : "false"); }
+  template <class Whole>
+    requires std::is_integral_v<Whole>
+  void put(std::string_view key, Whole x) {
+    raw(key, fmt::format("{}", x));
+  }
+  template <class X>
+  void put(std::string_view key, const std::optional<X>& x) {
+    if (x) put(key, *x);
+  }
+  template <class List>
+  const List::value_type& at(const List& list, int index, std::string_view key) const {
     if (index < 0 || index >= static_cast<int>(list.size()))
-      throw SceneError(
-          fmt::format("{}.{}: index {} names nothing; there are {}", path_, key, index, list.size()));
+      throw SceneError("", fmt::format("{}.{}", path_, key),
+                       fmt::format("index {} names nothing; there are {}", index, list.size()));
     return list[static_cast<std::size_t>(index)];
   }
   std::string body_name(int index, std::string_view key) const {
@@ -91,238 +150,45 @@ class SceneText {
   std::string path_, out_;
 };
 
-void write(SceneText& t, const Body& b) {
-  t.open("bodies", b.name);
-  t.number("mass", b.mass);
-  t.number("inertia", b.inertia);
-  t.point("position", b.position);
-  t.number("angle", b.angle);
-  t.point("velocity", b.velocity);
-  t.number("angular_velocity", b.angular_velocity);
-}
-
-void write(SceneText& t, const Surface& s) {
-  t.open("surfaces", s.name);
-  t.number("young", s.young);
-  t.number("poisson", s.poisson);
-  t.number("restitution", s.restitution);
-  t.number("friction", s.friction);
-  t.number("tangential_restitution", s.tangential_restitution);
-}
-
-void write(SceneText& t, const Lubricant& l) {
-  t.open("lubricants", l.name);
-  t.number("viscosity", l.viscosity);
-  t.choice("film", l.film, {"short", "long"});
-  t.text("cavitation", l.cavitation ? "half-sommerfeld" : "none");
-  t.number("hand_over", l.hand_over);
-}
-
-void write(SceneText& t, const RevoluteJoint& j) {
-  t.open("joints", j.name);
-  t.text("type", "revolute");
-  t.between(j.between);
-  t.ends(j.at);
-  if (!j.clearance) return;
-  t.number("clearance", j.clearance->radial);
-  t.number("bearing_radius", j.clearance->bearing_radius);
-  t.number("bearing_length", j.clearance->bearing_length);
-  t.lubricant(j.clearance->lubricant);
-  t.surface(j.clearance->surface);
-}
-
-void write(SceneText& t, const TranslationalJoint& j) {
-  t.open("joints", j.name);
-  t.text("type", "translational");
-  t.between(j.between);
-  t.ends(j.at);
-  t.point("axis", j.axis);
-  t.number("angle", j.angle);
-  if (!j.clearance) return;
-  t.number("clearance", j.clearance->half_play);
-  t.number("slider_length", j.clearance->length);
-  t.number("slider_height", j.clearance->height);
-  t.number("corner_radius", j.clearance->corner_radius);
-  t.surface(j.clearance->surface);
-}
-
-void write(SceneText& t, const RigidJoint& j) {
-  t.open("joints", j.name);
-  t.text("type", "rigid");
-  t.between(j.between);
-  t.ends(j.at);
-  t.number("angle", j.angle);
-}
-
-void write(SceneText& t, const PlaneContact& c) {
-  t.open("contacts", c.name);
-  t.text("type", "plane");
-  t.between(c.between);
-  t.ends(c.at);
-  t.point("axis", c.axis);
-  t.number("radius", c.radius);
-  t.surface(c.surface);
-}
-
-void write(SceneText& t, const DiscContact& c) {
-  t.open("contacts", c.name);
-  t.text("type", "discs");
-  t.between(c.between);
-  t.ends(c.at);
-  t.point("radii", {c.radii[0], c.radii[1]});
-  t.surface(c.surface);
-}
-
-void write(SceneText& t, const SpeedDrive& d) {
-  t.open("drives", d.name);
-  t.joint(d.joint);
-  t.number("speed", d.speed);
-  t.number("initial_angle", d.initial_angle);
-}
-
-void write(SceneText& t, const TorqueDrive& d) {
-  t.open("drives", d.name);
-  t.joint(d.joint);
-  std::string points;
-  for (const auto& [at, torque] : d.table) points += (points.empty() ? "" : ", ") + shown(Vec2{at, torque});
-  t.raw("torque_table", fmt::format("[{}]", points));
-  t.choice("against", d.against, {"time", "angle"});
-  t.number("lag", d.lag);
-}
-
-void write(SceneText& t, const ForceLoad& l) {
-  t.open("loads", l.name);
-  t.text("type", "force");
-  t.body(l.body);
-  t.point("at", l.at);
-  t.point("force", l.force);
-}
-
-void write(SceneText& t, const TorqueLoad& l) {
-  t.open("loads", l.name);
-  t.text("type", "torque");
-  t.body(l.body);
-  t.number("torque", l.torque);
-}
-
-void write(SceneText& t, const SpringDamper& l) {
-  t.open("loads", l.name);
-  t.text("type", "spring-damper");
-  t.between(l.between);
-  t.ends(l.at);
-  t.number("stiffness", l.stiffness);
-  t.number("damping", l.damping);
-  t.number("free_length", l.free_length);
-}
-
-void write(SceneText& t, const TorsionalSpringDamper& l) {
-  t.open("loads", l.name);
-  t.text("type", "torsional-spring-damper");
-  t.between(l.between);
-  t.number("stiffness", l.stiffness);
-  t.number("damping", l.damping);
-  t.number("free_angle", l.free_angle);
-}
-
-void write(SceneText& t, const JointFriction& l) {
-  t.open("loads", l.name);
-  t.text("type", "joint-friction");
-  t.joint(l.joint);
-  t.number("force", l.force);
-  t.number("regularisation", l.regularisation);
-}
-
-void write(SceneText& t, const RunOptions& o) {
-  t.open("run");
-  t.number("duration", o.duration);
-  t.number("discard", o.discard);
-  t.choice("start", o.start, {"assembled", "ideal", "given"});
-  t.flag("eliminate", o.eliminate);
-  t.flag("forces", o.forces);
-  t.number("output_step", o.output_step);
-}
-
-void write(SceneText& t, const PenaltyOptions& o) {
-  t.open("penalty");
-  t.choice("contact", o.contact, contact_law_names);
-  if (o.contact >= ContactLaw::johnson && o.damping) t.choice("damping", *o.damping, contact_law_names);
-  t.number("kelvin_stiffness", o.kelvin_stiffness);
-  t.number("kelvin_damping", o.kelvin_damping);
-  t.choice("friction", o.friction, friction_law_names);
-  t.number("friction_v0", o.friction_v0);
-  t.number("friction_v1", o.friction_v1);
-  t.number("friction_static", o.friction_static);
-  t.number("friction_decay", o.friction_decay);
-  t.number("friction_viscous", o.friction_viscous);
-  t.number("bristle_stiffness", o.bristle_stiffness);
-  t.number("bristle_damping", o.bristle_damping);
-  t.choice("stabilisation", o.stabilisation, {"none", "baumgarte", "projection"});
-  if (o.stabilisation == Stabilisation::baumgarte) {
-    t.number("alpha", o.alpha);
-    t.number("beta", o.beta);
-  }
-  t.choice("integrator", o.integrator,
-           {"rk4", "dopri5", "fehlberg78", "bulirsch_stoer", "adams_bashforth_moulton", "rosenbrock4"});
-  t.number("tolerance", o.tolerance);
-  t.number("step", o.step);
-  t.number("v0_floor", o.v0_floor);
-}
-
-void write(SceneText& t, const NonsmoothOptions& o) {
-  t.open("nonsmooth");
-  t.choice("scheme", o.scheme, {"moreau-jean", "event-driven"});
-  t.number("step", o.step);
-  t.number("tolerance", o.tolerance);
-  t.choice("solver", o.solver, {"automatic", "enumeration", "lemke", "gauss-seidel", "newton"});
-  t.number("lcp_tolerance", o.lcp_tolerance);
-  t.choice("impact_law", o.impact_law, {"newton", "poisson", "energetic"});
-}
-
-void write(SceneText& t, const Instrument& i) {
-  using Kind = Instrument::Kind;
-  t.open("instruments", i.name);
-  t.choice("type", i.kind, {"accelerometer", "lvdt", "encoder", "load-cell", "torque"});
-  if (i.kind == Kind::encoder) t.joint_between(i.pair);
-  if (i.kind == Kind::load_cell) t.joint(i.joint);
-  if (i.kind == Kind::torque) t.text("drive", i.drive);
-  if (i.kind == Kind::accelerometer || i.kind == Kind::lvdt) t.body(i.body);
-  if (i.kind != Kind::encoder && i.kind != Kind::torque) t.point("axis", i.axis);
-  if (i.kind != Kind::encoder && i.kind != Kind::lvdt) {
-    t.number("bandwidth", i.bandwidth);
-    t.whole("order", i.order);
-  }
-  t.number("sampling", i.sampling);
-  t.number("noise", i.noise);
-  if (i.noise) t.whole("seed", i.seed);
-  t.number("range", i.range);
-  t.number("resolution", i.resolution);
-}
-
 }  // namespace
 
 std::string to_toml(const Scene& scene) {
   const auto& m = scene.mechanism;
-  SceneText t(m);
-  t.whole("format", newest_format);
+  KeysWriter t(m);
+  t.raw("format", fmt::format("{}", newest_format));
   t.text("title", m.title);
-  t.point("gravity", m.gravity);
-  const auto write_all = [&](const auto& list) {
-    for (const auto& item : list) write(t, item);
+  t.need({"gravity", "", ""}, m.gravity);
+  const auto write = [&](const char* table, const auto& x) {
+    using X = std::decay_t<decltype(x)>;
+    t.open(table, x.name);
+    if constexpr (requires { X::type; }) t.text("type", X::type);
+    X::keys(t, x);
   };
-  const auto write_kinds = [&](const auto& list) {
-    for (const auto& item : list) std::visit([&](const auto& kind) { write(t, kind); }, item);
+  const auto facts = [&](const char* table, const auto& list) {
+    for (const auto& x : list) write(table, x);
   };
-  write_all(m.bodies);
-  write_all(m.surfaces);
-  write_all(m.lubricants);
-  write_kinds(m.joints);
-  write_kinds(m.contacts);
-  write_kinds(m.drives);
-  write_kinds(m.loads);
-  write(t, scene.run);
-  write(t, scene.penalty);
-  write(t, scene.nonsmooth);
-  write_all(scene.instruments);
+  const auto elements = [&](const char* table, const auto& list) {
+    for (const auto& element : list) std::visit([&](const auto& x) { write(table, x); }, element);
+  };
+  const auto options = [&](const char* table, const auto& o) {
+    t.open(table);
+    std::decay_t<decltype(o)>::keys(t, o);
+  };
+  facts("bodies", m.bodies);
+  facts("surfaces", m.surfaces);
+  facts("lubricants", m.lubricants);
+  elements("joints", m.joints);
+  elements("contacts", m.contacts);
+  elements("drives", m.drives);
+  elements("loads", m.loads);
+  options("run", scene.run);
+  options("penalty", scene.penalty);
+  options("nonsmooth", scene.nonsmooth);
+  for (const auto& i : scene.instruments) {
+    t.open("instruments", i.name);
+    t.choose({"type", "", ""}, i.kind);
+    with_kind(i.kind, [&](auto kind) { kind.keys(t, i); });
+  }
   return t.take();
 }
 

@@ -4,9 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
-#include <stdexcept>
-
-#include "model/planar.hpp"
 
 namespace freeplay {
 
@@ -69,7 +66,7 @@ double normal(std::uint64_t seed, std::uint64_t index) {
 }  // namespace
 
 Channel::Channel(const Instrument& settings)
-    : settings_(settings), filter_(std::max(settings.bandwidth, 1.0), settings.order) {}
+    : settings_(settings), sensing_(sensing_of(settings.kind)), filter_(std::max(settings.bandwidth, 1.0), settings.order) {}
 
 void Channel::begin(double t, bool anew) {
   if (anew) started_ = false;
@@ -78,24 +75,20 @@ void Channel::begin(double t, bool anew) {
   while (next_sample() <= t) ++index_;
 }
 
-double Channel::along(const double* x) const {
-  const Vec2 of_body = planar::position(x, settings_.body);
-  return settings_.axis.x() * of_body.x() + settings_.axis.y() * of_body.y();
+double Channel::measure(const double* x) const {
+  double value = 0;
+  with_kind(settings_.kind, [&](auto kind) {
+    if constexpr (requires { kind.measure(settings_, x); }) value = kind.measure(settings_, x);
+  });
+  return value;
 }
 
-double Channel::reading(const double* q) const {
-  const auto angle = [&](int body) { return body == ground ? 0.0 : planar::angle(q, body); };
-  switch (settings_.kind) {
-    case Instrument::Kind::lvdt:
-      return along(q);
-    case Instrument::Kind::encoder:
-      return angle(settings_.pair[1]) - angle(settings_.pair[0]);
-    case Instrument::Kind::accelerometer:
-    case Instrument::Kind::load_cell:
-    case Instrument::Kind::torque:
-      break;  // are fed
-  }
-  throw std::logic_error("this instrument shows no coordinate");
+double Channel::measure(const ElementForce& force) const {
+  double value = 0;
+  with_kind(settings_.kind, [&](auto kind) {
+    if constexpr (requires { kind.measure(settings_, force); }) value = kind.measure(settings_, force);
+  });
+  return value;
 }
 
 double Channel::shown(double value) const {

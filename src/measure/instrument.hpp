@@ -17,7 +17,7 @@
 #include <array>
 #include <complex>
 
-#include "model/scene.hpp"
+#include "model/instruments.hpp"
 
 namespace freeplay {
 
@@ -70,10 +70,11 @@ class Channel {
   /// Longest piece that the mean acceleration stands for (s): a tenth of the sampling period.
   double longest_piece() const { return 0.1 / settings_.sampling; }
   double next_sample() const { return static_cast<double>(index_) / settings_.sampling; }
-  /// Velocity along the axis from the full velocity vector.
-  double velocity(const double* v) const { return along(v); }
-  /// What an LVDT or encoder measures at q, before noise and resolution.
-  double reading(const double* q) const;
+  Sensing sensing() const { return sensing_; }
+  /// What it measures of positions or velocities, before filter, noise and resolution.
+  double measure(const double* x) const;
+  /// What it measures of the force of an element that it watches.
+  double measure(const ElementForce& force) const;
   /// Advances to t1; returns true when a sample is due there and moves on to the next.
   bool feed(double t0, double t1, double v0, double v1);
   /// A jump of the velocity between two pieces.
@@ -96,10 +97,10 @@ class Channel {
   }
 
  private:
-  double along(const double* x) const;
   double shown(double value) const;
 
   Instrument settings_;
+  Sensing sensing_;
   LowPass filter_;
   long index_ = 1;
   bool started_ = false;

@@ -70,7 +70,7 @@ class Assembly : public Ipopt::TNLP {
     for (int k : rows_) *g++ = at(e_.phi, k);
     for (int k = 0; k < system_.contacts(); ++k) {
       const auto& facts = system_.contact_facts(k);
-      *g++ = facts.ring ? system_.eccentricity(k, x, e_).squaredNorm() / square(facts.clearance)
+      *g++ = facts.ring ? system_.eccentricity(k, x, e_).squared_norm() / square(facts.clearance)
                         : 1 - system_.gap(k, x, e_) / facts.clearance;
     }
     return true;

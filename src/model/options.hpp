@@ -1,12 +1,12 @@
-// What the author of a scene asks of a run and of each formulation, and the sensors that watch it. Options say
-// their unit, their meaning and the inequality they stand in; docs/scene.md has the same list for users.
+// What the author of a scene asks of a run and of each formulation. Options say their unit, their meaning and the
+// inequality they stand in; every word that a scene may use stands in one table here, but for the laws of contact
+// and friction, which are files of formulations/laws and listed by model/laws.hpp.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
-#include <vector>
 
+#include "model/laws.hpp"
 #include "model/mechanism.hpp"
 
 namespace freeplay {
@@ -23,9 +23,30 @@ struct RunOptions {
   bool eliminate = true;                   ///< coordinates that a row alone fixes leave the solves beforehand
   bool forces = false;                     ///< forces.csv beside trajectory.csv
   std::optional<double> output_step = {};  ///< s between rows of trajectory.csv; default duration/20000
+
+  static constexpr std::string_view what = "[run]";
+  static void keys(auto& k, auto& o) {
+    k.length({"revolutions", "", "length of the run in turns of the driven joint; or duration"},
+             {"duration", "s", "length of the run; or revolutions"}, o.duration);
+    k.part_of_length({"discard", "as the length",
+                      "start of the run left out of the statistics: revolutions, with `duration` seconds", "0"},
+                     o.discard);
+    k.check(o.discard < o.duration, "discard", "must be less than the length of the run");
+    k.choose({"start", "", ""}, o.start);
+    k.take({"eliminate", "",
+            "coordinates that one constraint row alone fixes leave the solves beforehand; false keeps the whole DAE"},
+           o.eliminate);
+    k.take({"forces", "", "write forces.csv: reactions, contact forces, drive torques, loads and accelerations"},
+           o.forces);
+    k.take({"output_step", "s", "spacing of the rows of trajectory.csv and forces.csv", "duration/20000"},
+           o.output_step, positive);
+    k.check(!o.output_step || *o.output_step >= 1e-8 * o.duration, "output_step", "must be at least ",
+            1e-8 * o.duration, " s: a hundred million rows of trajectory.csv");
+  }
 };
 
-/// Each has its file, formulations/laws/contact/NAME.hpp; what is known of it: contact_laws() in laws.hpp.
+/// One enumerator a law, in the order that `freeplay laws` lists them. What is known of each stands in its own file,
+/// formulations/laws/contact/NAME.hpp.
 enum class ContactLaw {
   hertz,
   hunt_crossley,
@@ -46,9 +67,15 @@ enum class ContactLaw {
   persson,
   pereira
 };
-/// Likewise formulations/laws/friction/NAME.hpp and friction_laws().
+/// Likewise, formulations/laws/friction/NAME.hpp.
 enum class FrictionLaw { ambrosio, threlfall, bengisu_akay, lugre, brown_mcphee };
 enum class Integrator { rk4, dopri5, fehlberg78, bulirsch_stoer, adams_bashforth_moulton, rosenbrock4 };
+
+template <>
+struct Traits<Integrator> {
+  bool adaptive = true;        ///< takes penalty.tolerance; else penalty.step
+  bool keeps_history = false;  ///< of earlier steps: nothing may move the state between two
+};
 
 enum class Stabilisation {
   none,
@@ -56,12 +83,10 @@ enum class Stabilisation {
   projection  ///< least mass-weighted movement onto Φ = 0, then onto G v + Φ_t = 0, after each accepted step
 };
 
-extern const std::vector<std::string> contact_law_names, friction_law_names;
-
 struct PenaltyOptions {
   ContactLaw contact = ContactLaw::exact;
-  std::optional<ContactLaw> damping =
-      {};  ///< a point law's χ(e) for a line contact; hertz: none. Default exact
+  /// A point law's χ(e) for a line contact; hertz: none. Default: the line law's own, or exact.
+  std::optional<ContactLaw> damping = {};
   std::optional<double> kelvin_stiffness = {};  ///< N/m
   std::optional<double> kelvin_damping = {};    ///< N s/m
   FrictionLaw friction = FrictionLaw::ambrosio;
@@ -76,18 +101,74 @@ struct PenaltyOptions {
   double alpha = 5;  ///< 1/s: G a = γ − 2αΦ̇ − β²Φ
   double beta = 5;   ///< 1/s
   Integrator integrator = Integrator::adams_bashforth_moulton;
-  double tolerance =
-      1e-9;            ///< a step is accepted when every |error_i| ≤ tolerance·scale_i (see tolerance.hpp)
-  double step = 1e-6;  ///< s, of the fixed-step integrator
+  double tolerance = 1e-9;  ///< a step is accepted when every |error_i| ≤ tolerance·scale_i (see tolerance.hpp)
+  double step = 1e-6;       ///< s, of the fixed-step integrator
   std::optional<double> v0_floor = {};  ///< m/s: least v₀ a contact may start with; default see tolerance.hpp
+
+  static constexpr std::string_view what = "[penalty]";
+  static void keys(auto& k, auto& o) {
+    k.choose_listed({"contact", "", "contact law; `freeplay laws` lists all"}, o.contact);
+    if (k.when(facts_of(o.contact).kind == ContactKind::line, {"damping"},
+               "belongs to line contacts (johnson and below in `freeplay laws`); this law has its own"))
+      k.choose_some({"damping", "",
+                     "line contacts: the point law whose damping factor they take, \"hertz\" for none; pereira: its own",
+                     "\"exact\""},
+                    o.damping, [](ContactLaw law) { return facts_of(law).kind == ContactKind::point; });
+    k.take({"kelvin_stiffness", "N/m", "kelvin-voigt: K"}, o.kelvin_stiffness, positive);
+    k.take({"kelvin_damping", "N s/m", "kelvin-voigt: D"}, o.kelvin_damping, non_negative);
+    k.choose({"friction", "", ""}, o.friction);
+    const auto& friction = facts_of(o.friction);
+    k.take({"friction_v0", "m/s",
+            "sliding speed that regularises friction: none below it (Ambrósio), v₀ (Threlfall, Bengisu–Akay), "
+            "Stribeck's (LuGre), v_t (Brown–McPhee)"},
+           o.friction_v0, friction.positive_v0 ? positive : non_negative);
+    k.take({"friction_v1", "m/s", "Ambrósio: full friction above this sliding speed"}, o.friction_v1, positive);
+    k.take({"friction_static", "", "Bengisu–Akay, LuGre, Brown–McPhee: static over kinetic friction, ≥ 1"},
+           o.friction_static, one_or_more);
+    k.take({"friction_decay", "s/m", "Bengisu–Akay: ξ, decay from static to kinetic friction"}, o.friction_decay,
+           non_negative);
+    k.take({"friction_viscous", "s/m", "LuGre, Brown–McPhee: viscous friction over the normal force"},
+           o.friction_viscous, non_negative);
+    k.take({"bristle_stiffness", "1/m", "LuGre: σ₀ over the normal force"}, o.bristle_stiffness, positive);
+    k.take({"bristle_damping", "s/m", "LuGre: σ₁ over the normal force"}, o.bristle_damping, non_negative);
+    k.check(!friction.v1_above_v0 || o.friction_v1 > o.friction_v0, "friction_v1", "must be greater than friction_v0 = ",
+            o.friction_v0, ", is ", o.friction_v1);
+    k.choose({"stabilisation", "", ""}, o.stabilisation);
+    if (k.when(o.stabilisation == Stabilisation::baumgarte, {"alpha", "beta"},
+               "belongs to penalty.stabilisation = \"baumgarte\"")) {
+      k.take({"alpha", "1/s", "Baumgarte: damping, ≥ 0"}, o.alpha, non_negative);
+      k.take({"beta", "1/s", "Baumgarte: frequency, ≥ 0"}, o.beta, non_negative);
+    }
+    k.choose({"integrator", "", ""}, o.integrator);
+    k.check(!(choice_of(o.integrator).traits.keeps_history && o.stabilisation == Stabilisation::projection),
+            "stabilisation",
+            "\"projection\" moves the state after each step, which a multistep integrator cannot take; use "
+            "\"baumgarte\", or a one-step integrator");
+    k.take({"tolerance", "", "adaptive integrators: a step is accepted when every |error| is below tolerance × scale"},
+           o.tolerance, positive);
+    k.take({"step", "s", "rk4: step"}, o.step, positive);
+    k.take({"v0_floor", "m/s", "least approach speed that a contact's damping is scaled with", "see penalty.md"},
+           o.v0_floor, positive);
+  }
 };
 
 enum class Scheme { moreau_jean, event_driven };
+
+template <>
+struct Traits<Scheme> {
+  bool adaptive = false;  ///< takes nonsmooth.tolerance; else nonsmooth.step
+};
+
 /// How the contact problem is solved; automatic: closed form for one contact, enumeration for two, Lemke up
 /// to ContactProblem::most_for_lemke contacts, Gauss–Seidel beyond. The others take over when one fails.
 enum class LcpSolver { automatic, enumeration, lemke, gauss_seidel, newton };
 /// Restitution by rates (Newton), impulses (Poisson) or work of the normal impulse (Stronge).
 enum class ImpactLaw { newton, poisson, energetic };
+
+template <>
+struct Traits<ImpactLaw> {
+  bool time_stepping = false;  ///< whether a step's impulse, of impacts and lasting contact together, can obey it
+};
 
 struct NonsmoothOptions {
   Scheme scheme = Scheme::moreau_jean;
@@ -96,35 +177,63 @@ struct NonsmoothOptions {
   LcpSolver solver = LcpSolver::automatic;
   double lcp_tolerance = 1e-10;  ///< a solve is accepted when its relative residual is below
   ImpactLaw impact_law = ImpactLaw::newton;
+
+  static constexpr std::string_view what = "[nonsmooth]";
+  static void keys(auto& k, auto& o) {
+    k.choose({"scheme", "", ""}, o.scheme);
+    k.take({"step", "s", "moreau-jean: step"}, o.step, positive);
+    k.take({"tolerance", "",
+            "event-driven: a step of its integrator is accepted when every |error| is below tolerance × scale"},
+           o.tolerance, positive);
+    k.choose({"solver", "", "of the contact problem; another takes over when one fails: "}, o.solver);
+    k.take({"lcp_tolerance", "", "a complementarity solve is accepted when its relative residual is below"},
+           o.lcp_tolerance, positive);
+    k.choose({"impact_law", "", "what restitution is a ratio of; time stepping has only the first: "}, o.impact_law);
+    k.check(o.scheme != Scheme::moreau_jean || choice_of(o.impact_law).traits.time_stepping, "impact_law",
+            "time stepping has only \"newton\": a step's impulse is of impacts and of lasting contact together, "
+            "and the others would let a resting contact rebound; use scheme = \"event-driven\"");
+  }
 };
 
-/// A sensor. What a field does not belong to, it is not read for.
-struct Instrument {
-  enum class Kind {
-    accelerometer,  ///< m/s², of a body's centre of mass along an axis of the world, through a low-pass
-    lvdt,           ///< m, position of a body's centre of mass along an axis of the world
-    encoder,        ///< rad, angle of a joint
-    load_cell,      ///< N, force of a joint on its second body along an axis of the world, through a low-pass
-    torque          ///< N m, torque of a drive, through a low-pass
-  };
-  Kind kind = Kind::accelerometer;
-  std::string name;
-  int body = ground;
-  std::array<int, 2> pair{ground, ground};  ///< encoder: the joint's bodies
-  int joint = -1;                           ///< encoder and load cell: index of the joint
-  std::string drive;                        ///< torque: name of the drive
-  Vec2 axis{1, 0};                          ///< unit vector
-  double bandwidth = 0;                     ///< Hz, −3 dB
-  int order = 2;                            ///< of the Butterworth low-pass, 1 to 8
-  double sampling = 0;                      ///< Hz
-  std::optional<double> noise = {};         ///< standard deviation of a sample, in the channel's unit
-  unsigned seed = 1;                        ///< of the noise
-  std::optional<double> range = {};         ///< ± full scale; samples are clipped there
-  std::optional<double> resolution = {};    ///< step of the samples, rounded down; an encoder's is 2π/counts
-};
-
-inline bool measures_force(Instrument::Kind kind) {
-  return kind == Instrument::Kind::load_cell || kind == Instrument::Kind::torque;
-}
+/// @name Their words
+///@{
+inline constexpr auto start_names = complete<RunOptions::Start>(
+    {{RunOptions::Start::assembled, "assembled", "rough positions made consistent"},
+     {RunOptions::Start::ideal, "ideal", "the ideal joints' configuration and velocities"},
+     {RunOptions::Start::given, "given", "as they stand"}});
+inline constexpr auto integrator_names = complete<Integrator>(
+    {{Integrator::rk4, "rk4", "fixed step; the others are adaptive", {.adaptive = false}},
+     {Integrator::dopri5, "dopri5"},
+     {Integrator::fehlberg78, "fehlberg78"},
+     {Integrator::bulirsch_stoer, "bulirsch_stoer"},
+     {Integrator::adams_bashforth_moulton, "adams_bashforth_moulton", "multistep", {.keeps_history = true}},
+     {Integrator::rosenbrock4, "rosenbrock4", "implicit, for stiff scenes"}});
+inline constexpr auto stabilisation_names =
+    complete<Stabilisation>({{Stabilisation::none, "none"},
+                             {Stabilisation::baumgarte, "baumgarte"},
+                             {Stabilisation::projection, "projection", "after each accepted step"}});
+inline constexpr auto scheme_names = complete<Scheme>(
+    {{Scheme::moreau_jean, "moreau-jean", "time stepping"},
+     {Scheme::event_driven, "event-driven", "impacts and changes of contact located one by one", {.adaptive = true}}});
+inline constexpr auto solver_names = complete<LcpSolver>(
+    {{LcpSolver::automatic, "automatic",
+      "closed form for one contact, enumeration for two, then Lemke, Gauss-Seidel for many"},
+     {LcpSolver::enumeration, "enumeration"},
+     {LcpSolver::lemke, "lemke"},
+     {LcpSolver::gauss_seidel, "gauss-seidel"},
+     {LcpSolver::newton, "newton"}});
+inline constexpr auto impact_law_names =
+    complete<ImpactLaw>({{ImpactLaw::newton, "newton", "rates", {.time_stepping = true}},
+                         {ImpactLaw::poisson, "poisson", "impulses"},
+                         {ImpactLaw::energetic, "energetic", "work, Stronge"}});
+constexpr std::span<const Choice<RunOptions::Start>> choices(RunOptions::Start) { return start_names; }
+std::span<const Choice<ContactLaw>> choices(ContactLaw);
+std::span<const Choice<FrictionLaw>> choices(FrictionLaw);
+constexpr std::span<const Choice<Integrator>> choices(Integrator) { return integrator_names; }
+constexpr std::span<const Choice<Stabilisation>> choices(Stabilisation) { return stabilisation_names; }
+constexpr std::span<const Choice<Scheme>> choices(Scheme) { return scheme_names; }
+constexpr std::span<const Choice<LcpSolver>> choices(LcpSolver) { return solver_names; }
+constexpr std::span<const Choice<ImpactLaw>> choices(ImpactLaw) { return impact_law_names; }
+///@}
 
 }  // namespace freeplay

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "model/instrument.hpp"
 #include "model/mechanism.hpp"
 #include "model/options.hpp"
 
@@ -52,9 +53,9 @@ struct ModelError : std::runtime_error {
 /// right.
 struct SceneError : ModelError {
   explicit SceneError(const std::string& what) : ModelError("", what) {}
-  /// `place`: FILE:LINE:COL, or what else the key was set by.
+  /// `place`: FILE:LINE:COL, or what else the key was set by; empty in code.
   SceneError(const std::string& place, const std::string& blamed, const std::string& wrong)
-      : ModelError(place + ": " + blamed + ": " + wrong, blamed, wrong) {}
+      : ModelError((place.empty() ? "" : place + ": ") + blamed + ": " + wrong, blamed, wrong) {}
 };
 
 /// Reads and validates a scene; each override is KEY=VALUE with a dotted key. Throws SceneError.
@@ -62,8 +63,5 @@ Scene read_scene(const std::filesystem::path& file, const std::vector<std::strin
 /// The same from text; `name` stands for the file in messages.
 Scene parse_scene(const std::string& text, const std::string& name,
                   const std::vector<std::string>& overrides = {});
-
-/// The drive whose joint angle counts revolutions and is reported as the crank angle, if there is one.
-const SpeedDrive* main_drive(const Mechanism& mechanism);
 
 }  // namespace freeplay

@@ -1,10 +1,7 @@
-// Bilateral constraints. For two points with arms r_i, r_j (perp turns by +90°):
-//     Φ = r_j^P − r_i^P,   Φ̇ = v_j + ω_j perp r_j − v_i − ω_i perp r_i,   γ = ω_j² r_j − ω_i² r_i
-// For a slide along the axis a of body i, n = perp a, d = r_j^P − r_i^P:
-//     Φ = n·d,   Φ̇ = n·ḋ − ω_i a·d,   γ = ω_i² n·d + 2 ω_i a·ḋ + n·(ω_j² r_j − ω_i² r_i)
+// Constraint rows and contact pairs at one state: every kind of rows/ and pairs/ in turn.
 #include <cmath>
 
-#include "model/plane.hpp"
+#include "model/system.hpp"
 
 namespace freeplay {
 
@@ -15,64 +12,55 @@ void System::place(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e) co
     e.cosine[b] = cos(q[3 * b + 2]);
     e.sine[b] = sin(q[3 * b + 2]);
   }
-  T* G = e.G.data();
-  T* phi = e.phi.data();
-  for (const auto& p : points_) {
-    const Arms<T> a = arms(p.link, q, e);
-    phi[p.row] = a.d.x();
-    phi[p.row + 1] = a.d.y();
-    if (p.theta_i[0] >= 0) {
-      G[p.theta_i[0]] = a.ri.y();
-      G[p.theta_i[1]] = -a.ri.x();
-    }
-    if (p.theta_j[0] >= 0) {
-      G[p.theta_j[0]] = -a.rj.y();
-      G[p.theta_j[1]] = a.rj.x();
-    }
-  }
-  for (const auto& s : slides_) {
-    const Arms<T> a = arms(s.link, q, e);
-    const Vec2Of<T> axis = turned(s.link.i, s.axis, e), n = perp(axis);
-    phi[s.row] = dot(n, a.d);
-    T* g = G + G_.begin[s.row];
-    if (s.link.i != ground) {
-      *g++ = -n.x();
-      *g++ = -n.y();
-      *g++ = -dot(axis, a.d) - dot(axis, a.ri);
-    }
-    if (s.link.j != ground) {
-      if (s.x) *g++ = n.x();
-      if (s.y) *g++ = n.y();
-      if (g < G + G_.begin[s.row + 1]) *g = dot(axis, a.rj);
-    }
-  }
-  for (const auto& r : angles_) phi[r.row] = theta(q, r.j) - theta(q, r.i) - r.angle;
-  for (const auto& r : speed_drives_) phi[r.row] = theta(q, r.j) - theta(q, r.i) - r.angle - r.speed * t;
+  for_each_item(constraints_, [&](const auto& row) { row.place(t, q, e); });
 }
 
 template <class T>
 void System::rate(const T* q, const T* v, EvaluationOf<T>& e) const {
-  T* gamma = e.gamma.data();
-  for (const auto& p : points_) {
-    const T wi = omega(v, p.link.i), wj = omega(v, p.link.j);
-    const Vec2Of<T> rj = turned(p.link.j, p.link.sj, e), ri = turned(p.link.i, p.link.si, e);
-    gamma[p.row] = wj * wj * rj.x() - wi * wi * ri.x();
-    gamma[p.row + 1] = wj * wj * rj.y() - wi * wi * ri.y();
-  }
-  for (const auto& s : slides_) {
-    const Arms<T> a = arms(s.link, q, e);
-    const Vec2Of<T> axis = turned(s.link.i, s.axis, e), n = perp(axis);
-    const T wi = omega(v, s.link.i), wj = omega(v, s.link.j);
-    gamma[s.row] = wi * wi * dot(n, a.d) + 2 * wi * dot(axis, relative_velocity(s.link, a, v)) +
-                   wj * wj * dot(n, a.rj) - wi * wi * dot(n, a.ri);
-  }
+  for_each_item(constraints_, [&](const auto& row) {
+    if constexpr (requires { row.rate(q, v, e); }) row.rate(q, v, e);
+  });
 }
 
-double System::crank_angle(const double* q) const { return theta(q, crank_[1]) - theta(q, crank_[0]); }
+const Link& System::link_of(int contact) const {
+  return std::visit([](const auto& pair) -> const Link& { return pair.link; }, pairs_[contact]);
+}
+
+Vec2 System::eccentricity(int k, const double* q, const Evaluation& e) const {
+  return arms(link_of(k), q, e).d;
+}
+
+double System::gap(int k, const double* q, const Evaluation& e) const {
+  return std::visit([&](const auto& pair) { return pair.gap(arms(pair.link, q, e).d, e); }, pairs_[k]);
+}
+
+template <class T>
+void System::contact(int k, const T* q, const T* v, const EvaluationOf<T>& e, ContactRowOf<T>& row) const {
+  row.normal.clear();
+  row.tangent.clear();
+  row.film.clear();
+  row.spin.clear();
+  row.gamma_n = row.gamma_t = 0;
+  std::visit([&](const auto& pair) { pair.rows(contact_facts_[k], arms(pair.link, q, e), v, e, row); },
+             pairs_[k]);
+}
+
+template <class T>
+T System::friction(int k, const T* q, const T* v, const EvaluationOf<T>& e, SparseRowOf<T>& row) const {
+  return slidings_[k].rows(q, v, e, row);
+}
+
+double System::crank_angle(const double* q) const { return theta(q, crank_.j) - theta(q, crank_.i); }
 
 template void System::place(double, const double*, Evaluation&) const;
 template void System::place(Gradient, const Gradient*, EvaluationOf<Gradient>&) const;
 template void System::rate(const double*, const double*, Evaluation&) const;
 template void System::rate(const Gradient*, const Gradient*, EvaluationOf<Gradient>&) const;
+template void System::contact(int, const double*, const double*, const Evaluation&, ContactRow&) const;
+template void System::contact(int, const Gradient*, const Gradient*, const EvaluationOf<Gradient>&,
+                              ContactRowOf<Gradient>&) const;
+template double System::friction(int, const double*, const double*, const Evaluation&, SparseRow&) const;
+template Gradient System::friction(int, const Gradient*, const Gradient*, const EvaluationOf<Gradient>&,
+                                   SparseRowOf<Gradient>&) const;
 
 }  // namespace freeplay

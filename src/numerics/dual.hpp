@@ -1,11 +1,12 @@
 // Forward differentiation: a number with its derivatives in N directions, carried through by the rules of
-// calculus, so a Jacobian is exact to rounding. (Eigen's AutoDiffScalar keeps expressions that cannot stand
-// inside Eigen's own vectors, Boost.Math's autodiff has no Eigen traits.)
+// calculus, so a Jacobian is exact to rounding. (Eigen's AutoDiffScalar keeps expressions that cannot stand in
+// vectors of the plane, Boost.Math's autodiff carries higher orders that nobody asks for.)
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <cmath>
+
+#include "values/vec2.hpp"
 
 namespace freeplay {
 
@@ -74,21 +75,9 @@ struct Dual {
   }
 };
 
-/// The number without its derivatives.
-inline double value_of(double x) { return x; }
 template <int N>
 double value_of(const Dual<N>& x) {
   return x.value;
 }
 
 }  // namespace freeplay
-
-namespace Eigen {
-template <int N>
-struct NumTraits<freeplay::Dual<N>> : NumTraits<double> {
-  using Real = freeplay::Dual<N>;
-  using NonInteger = freeplay::Dual<N>;
-  using Nested = freeplay::Dual<N>;
-  enum { RequireInitialization = 1 };
-};
-}  // namespace Eigen

@@ -16,18 +16,16 @@ std::vector<DriftRun> measure_drift(const Scene& scene, const StopToken& stop,
                                     const std::filesystem::path& folder,
                                     const std::function<void(const std::string&, double)>& on_progress) {
   constexpr int points = 200;
-  constexpr std::pair<Stabilisation, const char*> kinds[] = {{Stabilisation::none, "none"},
-                                                             {Stabilisation::baumgarte, "baumgarte"},
-                                                             {Stabilisation::projection, "projection"}};
   const State start = assemble(scene.mechanism, scene.run.start);
   const System system(scene.mechanism);
   std::vector<DriftRun> runs;
   std::string rows = "stabilisation,t,length,angle,closure\n";
   nlohmann::json summary = nlohmann::json::object();
-  for (const auto& [kind, name] : kinds) {
+  for (const auto& kind : choices(Stabilisation{})) {
+    const std::string name(kind.text);
     Scene one = scene;
-    one.penalty.stabilisation = kind;
-    if (one.penalty.integrator == Integrator::adams_bashforth_moulton)
+    one.penalty.stabilisation = kind.value;
+    if (choice_of(one.penalty.integrator).traits.keeps_history)
       one.penalty.integrator = Integrator::dopri5;
     Simulation simulation(one, "penalty", {.start = start});
     Result made;

@@ -8,9 +8,6 @@
 namespace freeplay {
 namespace {
 
-constexpr const char* integrators[] = {
-    "rk4", "dopri5", "fehlberg78", "bulirsch_stoer", "adams_bashforth_moulton", "rosenbrock4"};
-
 std::vector<ContactEvent> touches(const Result& run) {
   std::vector<ContactEvent> list;
   for (const auto& e : run.events)
@@ -52,34 +49,36 @@ double state_time(const Scene& scene, const std::vector<ContactEvent>& judged,
 
 }  // namespace
 
+bool Setting::adaptive() const {
+  return family == Family::nonsmooth ? choice_of(scheme).traits.adaptive : choice_of(integrator).traits.adaptive;
+}
+
 std::string Setting::method() const {
-  if (family == Family::nonsmooth) return scheme == Scheme::event_driven ? "event-driven" : "moreau-jean";
-  return std::string(integrators[static_cast<int>(integrator)]) +
-         (stabilisation == Stabilisation::projection ? "+projection" : "");
+  if (family == Family::nonsmooth) return std::string(text_of(scheme));
+  const auto method = std::string(text_of(integrator));
+  return stabilisation == Stabilisation::projection ? fmt::format("{}+{}", method, text_of(stabilisation)) : method;
 }
 
 std::string Setting::label() const { return fmt::format("{} {:.0e}", method(), fineness); }
 
 std::vector<std::string> Setting::keys() const {
-  if (family == Family::nonsmooth)
-    return {fmt::format("nonsmooth.scheme={}", method()),
-            fmt::format("nonsmooth.{}={}", scheme == Scheme::event_driven ? "tolerance" : "step", fineness)};
-  std::vector<std::string> list = {
-      fmt::format("penalty.integrator={}", integrators[static_cast<int>(integrator)]),
-      fmt::format("penalty.{}={}", integrator == Integrator::rk4 ? "step" : "tolerance", fineness)};
-  if (stabilisation == Stabilisation::projection) list.push_back("penalty.stabilisation=projection");
+  const auto fine = fmt::format("{}.{}={}", name_of(family), adaptive() ? "tolerance" : "step", fineness);
+  if (family == Family::nonsmooth) return {fmt::format("nonsmooth.scheme={}", text_of(scheme)), fine};
+  std::vector<std::string> list = {fmt::format("penalty.integrator={}", text_of(integrator)), fine};
+  if (stabilisation == Stabilisation::projection)
+    list.push_back(fmt::format("penalty.stabilisation={}", text_of(stabilisation)));
   return list;
 }
 
 void Setting::apply(Scene& scene) const {
   if (family == Family::nonsmooth) {
     scene.nonsmooth.scheme = scheme;
-    (scheme == Scheme::event_driven ? scene.nonsmooth.tolerance : scene.nonsmooth.step) = fineness;
+    (adaptive() ? scene.nonsmooth.tolerance : scene.nonsmooth.step) = fineness;
     return;
   }
   scene.penalty.integrator = integrator;
   scene.penalty.stabilisation = stabilisation;
-  (integrator == Integrator::rk4 ? scene.penalty.step : scene.penalty.tolerance) = fineness;
+  (adaptive() ? scene.penalty.tolerance : scene.penalty.step) = fineness;
 }
 
 std::vector<Setting> all_settings(Family family) {

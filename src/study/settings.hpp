@@ -23,6 +23,8 @@ struct Setting {
   /// The keys that ask for it, as --set takes them.
   std::vector<std::string> keys() const;
   void apply(Scene& scene) const;
+  /// Whether its fineness is a tolerance; else it is a step (s).
+  bool adaptive() const;
 };
 
 /// Methods × finenesses, from coarse to fine within each method; those of setting_for are among them.

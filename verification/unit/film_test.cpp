@@ -134,13 +134,13 @@ TEST_CASE("a loaded shaft settles where the film carries its weight", "[film]") 
   const auto s = simulation.state();
   auto e = system.make_evaluation();
   system.place(s.t, s.q.data(), e);
-  const Eigen::Vector2d d = system.eccentricity(0, s.q.data(), e), n = d.normalized();
+  const Vec2 d = system.eccentricity(0, s.q.data(), e), n = d.direction();
   const double epsilon = d.norm() / 0.1e-3, omega = s.v[2];
   // Equilibrium: ė = 0, so w = −ω̄ × e is tangential, −½ω|e|; the film's force is the weight, read off
   // quadrature.
   const Film f{Film::Kind::short_bearing, true, 0.02, 0.02, 0.02, 0.1e-3, 1e-6};
   const auto F = by_quadrature(f, epsilon, 0, -0.5 * omega * d.norm());
-  const Eigen::Vector2d force = F.radial * n + F.tangential * Eigen::Vector2d(-n.y(), n.x());
+  const Vec2 force = F.radial * n + F.tangential * perp(n);
   CAPTURE(epsilon, omega);
   CHECK(epsilon > 0.01);
   CHECK(epsilon < 0.95);

@@ -120,7 +120,7 @@ TEST_CASE("the exact Jacobian equals differences of the right-hand side for ever
       const auto& oil = *system.contact_facts(0).lubricant;
       c.film = Film{
           oil.film == Lubricant::Film::short_bearing ? Film::Kind::short_bearing : Film::Kind::long_bearing,
-          oil.cavitation,
+          oil.cavitation == Lubricant::Cavitation::half_sommerfeld,
           oil.viscosity,
           0.2,
           0.6,

@@ -214,11 +214,11 @@ TEST_CASE("rows of gaps and sliding match finite differences, rotation of the su
               Approx(-(row_hi.tangent.dot(v.data()) - row_lo.tangent.dot(v.data())) / (2 * s)).margin(1e-6));
       if (!facts.ring) continue;
       // Sliding: t·ė by differences of the eccentricity, plus what the surfaces add by turning.
-      const Eigen::Vector2d n = system.eccentricity(k, q.data(), e).normalized(), t{-n.y(), n.x()};
-      const Eigen::Vector2d rate =
+      const Vec2 t = perp(system.eccentricity(k, q.data(), e).direction());
+      const Vec2 rate =
           (system.eccentricity(k, qb.data(), hi) - system.eccentricity(k, qa.data(), lo)) / (2 * s);
       const auto omega = [&](int body) { return body == ground ? 0 : v[3 * body + 2]; };
-      const double expected = t.dot(rate) + facts.radius_journal * omega(facts.bodies[1]) -
+      const double expected = dot(t, rate) + facts.radius_journal * omega(facts.bodies[1]) -
                               facts.radius_bearing * omega(facts.bodies[0]);
       REQUIRE(row.tangent.dot(v.data()) == Approx(expected).margin(bound));
     }

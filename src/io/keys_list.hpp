@@ -1,0 +1,141 @@
+// Lists keys (see model/keys.hpp): a row for each of a scene's, in which kinds that share a key are put together.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <initializer_list>
+#include <string>
+#include <vector>
+
+#include "model/mechanism.hpp"
+
+namespace freeplay {
+
+class KeysList {
+ public:
+  struct Row {
+    std::string path, type, unit, fallback, meaning;
+  };
+
+  /// A table whose keys are listed from here on: bodies.*; `kinds`: words of all that share it.
+  void open(std::string table, std::vector<std::string> kinds = {}) {
+    table_ = std::move(table);
+    kinds_ = std::move(kinds);
+    kind_.clear();
+    begin_ = entries_.size();
+  }
+  void kind(std::string_view word) { kind_ = word; }
+  /// The row of the key that chooses a kind, first of its table.
+  template <class E>
+  void kind_row(const char* fallback, const E& all) {
+    plain({"type", "", ""}, "text", fallback, words_of(all));
+  }
+  /// A row of its own.
+  void plain(const Key& key, std::string type, std::string fallback, std::string meaning);
+  /// Behind the last key of a kind.
+  void leave_group() { group_.clear(); }
+  /// Puts together what kinds of the open table share.
+  void close();
+  std::vector<Row> take() { return std::move(rows_); }
+
+  template <class X>
+  void need(const Key& key, X& x, const Range& = any_number) {
+    add(key, type_of(x), "required");
+  }
+  template <class X>
+  void take(const Key& key, X& x, const Range& = any_number) {
+    add(key, type_of(x), shown(x));
+  }
+  template <class E>
+  void choose(const Key& key, E& x) {
+    add({key.name, key.unit, {}}, "text", fmt::format("\"{}\"", text_of(x)), std::string(key.meaning) + words_of(choices(x)));
+  }
+  template <class E>
+  void choose_listed(const Key& key, E& x) {
+    add(key, "text", fmt::format("\"{}\"", text_of(x)));
+  }
+  template <class E, class Fits>
+  void choose_some(const Key& key, std::optional<E>&, Fits) {
+    add(key, "text", "–");
+  }
+  template <class G>
+  G* group(std::string_view name, std::optional<G>& x) {
+    group_ = name;
+    return &x.emplace();
+  }
+  bool when(bool) const { return true; }
+  bool when(bool, std::initializer_list<std::string_view>, const char*) const { return true; }
+  bool when_given(std::string_view) const { return true; }
+  template <class... Pieces>
+  void check(bool, std::string_view, const Pieces&...) const {}
+  template <class Number>
+  void either(const Key& other, const Range&, double (*)(double), const Key& own, const Range&, Number&) {
+    add(other, "number", "–");
+    add(own, "number", "–");
+  }
+  void table(const Key& constant, const Key& points, TorqueDrive::Table&) {
+    add(constant, "number", "–");
+    add(points, "points", "–");
+  }
+  void length(const Key& turns, const Key& seconds, double&) {
+    add(turns, "number", "–");
+    add(seconds, "number", "–");
+  }
+  void part_of_length(const Key& key, double&) { add(key, "number", "0"); }
+  void between(std::string_view meaning, std::array<int, 2>&) { add({"between", "", meaning}, "names", "required"); }
+  void ends(std::string_view meaning, std::array<Vec2, 2>&) {
+    add({"at", "m", meaning}, "points", "[[0, 0], [0, 0]]");
+  }
+  void axis(std::string_view meaning, Vec2&) { add({"axis", "", meaning}, "point", "[1, 0]"); }
+  void radii(const Key& key, std::array<double, 2>&) { add(key, "point", "required"); }
+  void body(const Key& key, int&) { add(key, "text", "required"); }
+  void surface(const Key& key, int&) { add(key, "text", "required"); }
+  void lubricant(const Key& key, int&, double, const std::optional<double>&) { add(key, "text", "–"); }
+  void drive(const Key& key, std::string&) { add(key, "text", "required"); }
+  template <class J>
+  const J* joint(const Key& key, int&) {
+    add(key, "text", "required");
+    return nullptr;
+  }
+  void any_joint(const Key& key, int&, std::array<int, 2>&) { add(key, "text", "required"); }
+  void joint_angle(const Key& key, double&, int) { add(key, "number", std::string(key.fallback)); }
+
+ private:
+  struct Entry {
+    std::string name, type, unit, fallback, meaning, kind;
+  };
+  void add(const Key& key, std::string type, std::string fallback, std::string meaning = {});
+
+  static std::string type_of(double) { return "number"; }
+  static std::string type_of(const std::optional<double>&) { return "number"; }
+  static std::string type_of(unsigned) { return "number"; }
+  static std::string type_of(int) { return "number"; }
+  static std::string type_of(bool) { return "true or false"; }
+  static std::string type_of(const Vec2&) { return "point"; }
+  static std::string shown(double x);
+  static std::string shown(const std::optional<double>&) { return "–"; }
+  static std::string shown(unsigned x) { return fmt::format("{}", x); }
+  static std::string shown(int x) { return fmt::format("{}", x); }
+  static std::string shown(bool x) { return x ? "true" : "false"; }
+  static std::string shown(const Vec2& x) { return fmt::format("[{}, {}]", x.x(), x.y()); }
+  template <class Choices>
+  static std::string words_of(const Choices& all) {
+    std::string list;
+    std::size_t i = 0;
+    for (const auto& choice : all) {
+      list += i == 0 ? "" : i + 1 == all.size() ? " or " : ", ";
+      list += fmt::format("\"{}\"", choice.text);
+      if (!choice.meaning.empty()) list += fmt::format(" ({})", choice.meaning);
+      ++i;
+    }
+    return list;
+  }
+
+  std::string table_, kind_, group_;
+  std::vector<std::string> kinds_;
+  std::vector<Entry> entries_;
+  std::size_t begin_ = 0;
+  std::vector<Row> rows_;
+};
+
+}  // namespace freeplay

@@ -1,0 +1,130 @@
+#include "io/keys_reader.hpp"
+
+#include <numbers>
+
+namespace freeplay {
+namespace {
+
+template <class Range, class Name>
+int index_of(const Range& range, const std::string& name, Name name_of_item) {
+  const auto it = std::ranges::find_if(range, [&](const auto& item) { return name_of_item(item) == name; });
+  return it == std::end(range) ? -1 : static_cast<int>(it - std::begin(range));
+}
+const auto own_name = [](const auto& item) { return item.name; };
+
+template <class Range>
+std::string known(const Range& range) {
+  std::string list;
+  for (const auto& item : range) list += (list.empty() ? "" : ", ") + item.name;
+  return list.empty() ? "none" : list;
+}
+
+}  // namespace
+
+void KeysReader::table(const Key& constant, const Key& points, TorqueDrive::Table& table) {
+  if (s_.has(constant.name)) return void(table.emplace_back(0.0, s_.number(constant.name, any_number)));
+  for (const auto& p : s_.points(points.name)) {
+    if (!table.empty() && p.x() <= table.back().first)
+      s_.fail(points.name,
+              fmt::format("must increase in its first column; {} follows {}", p.x(), table.back().first));
+    table.emplace_back(p.x(), p.y());
+  }
+}
+
+void KeysReader::length(const Key& turns, const Key& seconds, double& duration) {
+  if (s_.has(turns.name) == s_.has(seconds.name))
+    s_.fail("", fmt::format("needs exactly one of {} and {}", turns.name, seconds.name));
+  if (!s_.has(turns.name)) return void(duration = s_.number(seconds.name, positive));
+  const auto* drive = main_drive(mechanism_);
+  if (!drive || drive->speed == 0)
+    s_.fail(turns.name, fmt::format("needs a drive that turns at a prescribed speed; give {} (s) instead", seconds.name));
+  unit_ = 2 * std::numbers::pi / std::abs(drive->speed);
+  duration = s_.number(turns.name, positive) * unit_;
+}
+
+int KeysReader::body_index(std::string_view key, const std::string& name) const {
+  if (name == "ground") return ground;
+  const int i = index_of(mechanism_.bodies, name, own_name);
+  if (i < 0)
+    s_.fail(key, fmt::format("there is no body \"{}\"; there is: ground, {}", name, known(mechanism_.bodies)));
+  return i;
+}
+
+void KeysReader::between(std::string_view, std::array<int, 2>& pair) {
+  const auto names = s_.names("between");
+  if (names.size() != 2) s_.fail("between", fmt::format("must name two bodies, names {}", names.size()));
+  pair = {body_index("between", names[0]), body_index("between", names[1])};
+  if (pair[0] == pair[1]) s_.fail("between", fmt::format("joins \"{}\" to itself", names[0]));
+}
+
+void KeysReader::ends(std::string_view, std::array<Vec2, 2>& at) {
+  if (!s_.has("at")) return;
+  const auto points = s_.points("at");
+  if (points.size() != 2)
+    s_.fail("at", fmt::format("must be two points, one in each body, is {}", points.size()));
+  at = {points[0], points[1]};
+}
+
+void KeysReader::axis(std::string_view, Vec2& axis) {
+  axis = s_.point("axis", {1, 0});
+  if (!(axis.norm() > 0)) s_.fail("axis", "must not be zero");
+  // Dividing a unit vector by its length once more may move it by a rounding: what to_toml writes stands.
+  if (std::abs(axis.squared_norm() - 1) > 1e-15) axis = axis.direction();
+}
+
+void KeysReader::radii(const Key& key, std::array<double, 2>& radii) {
+  const Vec2 both = s_.point(key.name);
+  if (!(both.x() > 0 && both.y() > 0)) s_.fail(key.name, "must be two positive lengths");
+  radii = {both.x(), both.y()};
+}
+
+void KeysReader::body(const Key& key, int& body) {
+  body = body_index(key.name, s_.text(key.name));
+  if (body == ground) s_.fail(key.name, "must be a moving body, is the ground");
+}
+
+void KeysReader::surface(const Key& key, int& surface) {
+  const auto name = s_.text(key.name);
+  surface = index_of(mechanism_.surfaces, name, own_name);
+  if (surface < 0)
+    s_.fail(key.name, fmt::format("no surface \"{}\"; there is: {}", name, known(mechanism_.surfaces)));
+}
+
+void KeysReader::lubricant(const Key& key, int& lubricant, double clearance,
+                           const std::optional<double>& bearing_length) {
+  if (!s_.has(key.name)) return;
+  const auto name = s_.text(key.name);
+  lubricant = index_of(mechanism_.lubricants, name, own_name);
+  if (lubricant < 0)
+    s_.fail(key.name, fmt::format("no lubricant \"{}\"; there is: {}", name, known(mechanism_.lubricants)));
+  if (!bearing_length) s_.fail("bearing_length", "is missing: the force of a lubricant's film needs it");
+  const auto& oil = mechanism_.lubricants[static_cast<std::size_t>(lubricant)];
+  if (oil.hand_over && *oil.hand_over >= clearance)
+    s_.fail(key.name, "its hand_over must be less than the clearance of the joint");
+}
+
+void KeysReader::drive(const Key& key, std::string& drive) {
+  drive = s_.text(key.name);
+  if (index_of(mechanism_.drives, drive, [](const Drive& d) { return name_of(d); }) < 0)
+    s_.fail(key.name, fmt::format("there is no drive \"{}\"", drive));
+}
+
+int KeysReader::joint_index(const Key& key) {
+  const auto name = s_.text(key.name);
+  const int joint = index_of(mechanism_.joints, name, [](const Joint& j) { return name_of(j); });
+  if (joint < 0) s_.fail(key.name, fmt::format("there is no joint \"{}\"", name));
+  return joint;
+}
+
+void KeysReader::any_joint(const Key& key, int& joint, std::array<int, 2>& pair) {
+  joint = joint_index(key);
+  pair = bodies_of(mechanism_.joints[static_cast<std::size_t>(joint)]);
+}
+
+void KeysReader::joint_angle(const Key& key, double& angle, int joint) {
+  const auto& pair = bodies_of(mechanism_.joints[static_cast<std::size_t>(joint)]);
+  const auto of = [&](int b) { return b == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(b)].angle; };
+  angle = s_.number(key.name, any_number, of(pair[1]) - of(pair[0]));
+}
+
+}  // namespace freeplay

@@ -1,0 +1,138 @@
+// Fills facts and options from a section of a scene file, key by key (see model/keys.hpp).
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <initializer_list>
+#include <string>
+#include <vector>
+
+#include "io/section.hpp"
+#include "model/mechanism.hpp"
+
+namespace freeplay {
+
+/// The words of an enumeration, in the order of its values.
+template <class E>
+std::vector<std::string> words() {
+  std::vector<std::string> list;
+  for (const auto& choice : choices(E{})) list.emplace_back(choice.text);
+  return list;
+}
+
+class KeysReader {
+ public:
+  KeysReader(Section& section, const Mechanism& mechanism) : s_(section), mechanism_(mechanism) {}
+
+  void need(const Key& key, double& x, const Range& range) { x = s_.number(key.name, range); }
+  void need(const Key& key, Vec2& x) { x = s_.point(key.name); }
+  void take(const Key& key, double& x, const Range& range = any_number) { x = s_.number(key.name, range, x); }
+  void take(const Key& key, std::optional<double>& x, const Range& range) { x = s_.maybe_number(key.name, range); }
+  void take(const Key& key, Vec2& x) { x = s_.point(key.name, x); }
+  void take(const Key& key, bool& x) { x = s_.flag(key.name, x); }
+  void take(const Key& key, std::string& x) { x = s_.text(key.name, x); }
+  template <class Whole>
+    requires std::is_integral_v<Whole>
+  void take(const Key& key, Whole& x, const Range& range) {
+    x = static_cast<Whole>(s_.number(key.name, range, static_cast<double>(x)));
+  }
+
+  template <class E>
+  void choose(const Key& key, E& x) {
+    x = static_cast<E>(s_.choice(key.name, words<E>(), static_cast<int>(x)));
+  }
+  template <class E>
+  void choose_listed(const Key& key, E& x) {
+    choose(key, x);
+  }
+  /// A word of those whose value `fits`.
+  template <class E, class Fits>
+  void choose_some(const Key& key, std::optional<E>& x, Fits fits) {
+    if (!s_.has(key.name)) return;
+    std::vector<E> values;
+    std::vector<std::string> texts;
+    for (const auto& choice : choices(E{}))
+      if (fits(choice.value)) {
+        values.push_back(choice.value);
+        texts.emplace_back(choice.text);
+      }
+    x = values[static_cast<std::size_t>(s_.choice(key.name, texts))];
+  }
+
+  template <class G>
+  G* group(std::string_view name, std::optional<G>& x) {
+    if (!s_.has(name)) return nullptr;
+    return &x.emplace();
+  }
+  bool when(bool holds) const { return holds; }
+  /// Keys that hold only under a condition; given without it they are refused with `why`.
+  bool when(bool holds, std::initializer_list<std::string_view> keys, const char* why) const {
+    if (!holds)
+      for (const auto key : keys)
+        if (s_.has(key)) s_.fail(key, why);
+    return holds;
+  }
+  bool when_given(std::string_view name) const { return s_.has(name); }
+  template <class... Pieces>
+  void check(bool holds, std::string_view name, const Pieces&... pieces) const {
+    if (!holds) s_.fail(name, (piece(pieces) + ...));
+  }
+
+  /// One of two spellings: `other` is converted, `own` is the value itself.
+  template <class Number>
+  void either(const Key& other, const Range& range, double (*convert)(double), const Key& own,
+              const Range& own_range, Number& x) {
+    if (s_.has(other.name) == s_.has(own.name))
+      s_.fail("", fmt::format("needs exactly one of {} and {}", other.name, own.name));
+    x = s_.has(own.name) ? s_.number(own.name, own_range) : convert(s_.number(other.name, range));
+  }
+  void table(const Key& constant, const Key& points, TorqueDrive::Table& table);
+  void length(const Key& turns, const Key& seconds, double& duration);
+  void part_of_length(const Key& key, double& x) { x = s_.number(key.name, non_negative, 0) * unit_; }
+
+  void between(std::string_view meaning, std::array<int, 2>& pair);
+  void ends(std::string_view meaning, std::array<Vec2, 2>& at);
+  void axis(std::string_view meaning, Vec2& axis);
+  void radii(const Key& key, std::array<double, 2>& radii);
+  void body(const Key& key, int& body);
+  void surface(const Key& key, int& surface);
+  void lubricant(const Key& key, int& lubricant, double clearance, const std::optional<double>& bearing_length);
+  void drive(const Key& key, std::string& drive);
+  void any_joint(const Key& key, int& joint, std::array<int, 2>& pair);
+  /// A joint of kind J.
+  template <class J>
+  const J* joint(const Key& key, int& joint) {
+    joint = joint_index(key);
+    const auto* found = std::get_if<J>(&mechanism_.joints[static_cast<std::size_t>(joint)]);
+    if (!found)
+      s_.fail(key.name, fmt::format("must be a {} joint, \"{}\" is not", J::type,
+                                    name_of(mechanism_.joints[static_cast<std::size_t>(joint)])));
+    return found;
+  }
+  /// The angle that the bodies' own angles give a joint, unless it stands there.
+  void joint_angle(const Key& key, double& angle, int joint);
+
+ private:
+  static std::string piece(double x) { return fmt::format("{:.6g}", x); }
+  static std::string piece(const char* text) { return text; }
+  int body_index(std::string_view key, const std::string& name) const;
+  int joint_index(const Key& key);
+
+  Section& s_;
+  const Mechanism& mechanism_;
+  double unit_ = 1;  // s, of what is counted in turns
+};
+
+/// Reads all keys of x and refuses any other.
+template <class X>
+void read_keys(Section& section, const Mechanism& mechanism, X& x) {
+  KeysReader reader(section, mechanism);
+  X::keys(reader, x);
+  if constexpr (requires { x.what(); })
+    section.done(std::string(x.what()));
+  else
+    section.done(std::string(X::what));
+}
+
+}  // namespace freeplay

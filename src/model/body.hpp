@@ -1,0 +1,35 @@
+// A moving body and the ground.
+#pragma once
+
+#include <string>
+
+#include "model/keys.hpp"
+#include "values/vec2.hpp"
+
+namespace freeplay {
+
+/// Index of the ground wherever a body is named by its index.
+inline constexpr int ground = -1;
+
+struct Body {
+  static constexpr std::string_view what = "a body";
+  std::string name;
+  double mass = 0;              ///< kg, > 0
+  double inertia = 0;           ///< kg m², about the centre of mass, > 0
+  Vec2 position{0, 0};          ///< m, centre of mass at the start; may be rough
+  double angle = 0;             ///< rad, at the start; may be rough
+  Vec2 velocity{0, 0};          ///< m/s, of the centre of mass at the start; may be rough
+  double angular_velocity = 0;  ///< rad/s, at the start; may be rough
+
+  static void keys(auto& k, auto& b) {
+    k.check(b.name != "ground", "", "\"ground\" is the fixed frame and cannot be a body");
+    k.need({"mass", "kg", "mass, > 0"}, b.mass, positive);
+    k.need({"inertia", "kg m²", "moment of inertia about the centre of mass, > 0"}, b.inertia, positive);
+    k.take({"position", "m", "centre of mass at the start; may be rough"}, b.position);
+    k.take({"angle", "rad", "angle at the start; may be rough"}, b.angle);
+    k.take({"velocity", "m/s", "velocity of the centre of mass at the start; may be rough"}, b.velocity);
+    k.take({"angular_velocity", "rad/s", "angular velocity at the start; may be rough"}, b.angular_velocity);
+  }
+};
+
+}  // namespace freeplay

@@ -1,0 +1,60 @@
+// What elements build a System from. Each element's build() calls what it needs; links count towards
+// System::longest_arm(), free links do not.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "model/system.hpp"
+
+namespace freeplay {
+
+class Builder {
+ public:
+  Builder(System& system, const Mechanism& mechanism) : s_(system), mechanism_(mechanism) {}
+  const Mechanism& mechanism() const { return mechanism_; }
+
+  Link link(const std::array<int, 2>& between, const std::array<Vec2, 2>& at);
+  Link free_link(const std::array<int, 2>& between, const std::array<Vec2, 2>& at) const {
+    return {between[0], between[1], at[0], at[1]};
+  }
+  /// The bodies of a joint, at their centres of mass.
+  Link joint_link(int joint) const { return free_link(bodies_of(mechanism_.joints[joint]), {}); }
+  double longest_arm() const { return s_.longest_arm_; }
+
+  /// @name Constraint rows
+  ///@{
+  void points(const Link& link, const std::string& name);
+  void slide(const Link& link, const Vec2& axis, const std::string& name);
+  void angle(const Link& link, double angle, const std::string& name);
+  void prescribed(const Link& link, double angle, double speed, const std::string& name);
+  ///@}
+
+  /// @name Contacts
+  ///@{
+  ContactFacts facts(const std::string& name, const std::array<int, 2>& between, int surface) const;
+  void round(const Link& link, double side, double rest, double radius_i, double radius_j,
+             const ContactFacts& facts) {
+    pair(RoundPair{link, side, rest, radius_i, radius_j}, facts);
+  }
+  void line(const Link& link, double side, const Vec2& axis, double rest, double radius,
+            const ContactFacts& facts) {
+    pair(LinePair{link, side, axis, rest, radius}, facts);
+  }
+  ///@}
+
+  /// Coulomb friction of a fixed bound along an axis of the first body.
+  void sliding(const Link& link, const Vec2& axis, const std::string& name, double bound,
+               const std::optional<double>& regularisation);
+
+ private:
+  void pair(const Pair& pair, const ContactFacts& facts);
+  int entry(int column, double constant);
+  void end_row(const std::string& name, bool angle);
+  void turn_entries(const Link& link);
+
+  System& s_;
+  const Mechanism& mechanism_;
+};
+
+}  // namespace freeplay

@@ -1,0 +1,40 @@
+// Prescribed relative speed of a joint's two bodies, one row:
+//
+//     θ_second − θ_first = initial_angle + speed·t
+#pragma once
+
+#include <array>
+#include <numbers>
+#include <string>
+
+#include "model/elements/revolute_joint.hpp"
+#include "values/forces.hpp"
+
+namespace freeplay {
+
+struct SpeedDrive {
+  static constexpr std::string_view what = "a speed drive";
+  static constexpr std::array<std::string_view, 2> chosen_by{"speed_rpm", "speed"};
+  static constexpr auto reports = ForceElement::Kind::drive;
+  std::string name;
+  int joint = -1;
+  double speed = 0;          ///< rad/s
+  double initial_angle = 0;  ///< rad, at t = 0
+
+  static double from_rpm(double rpm) { return rpm * 2 * std::numbers::pi / 60; }
+
+  static void keys(auto& k, auto& d) {
+    k.template joint<RevoluteJoint>({"joint", "", "the revolute joint that is driven (translational: none yet)"},
+                                    d.joint);
+    k.either({"speed_rpm", "rpm", "prescribed speed of the second body relative to the first"}, any_number,
+             from_rpm, {"speed", "rad/s", "the same in rad/s; or speed_rpm"}, any_number, d.speed);
+    k.joint_angle({"initial_angle", "rad",
+                   "relative angle at t = 0; default: that of the bodies' `angle` keys", "from the bodies"},
+                  d.initial_angle, d.joint);
+  }
+
+  auto link(auto& b) const { return b.joint_link(joint); }
+  void build(auto& b) const { b.prescribed(link(b), initial_angle, speed, name); }
+};
+
+}  // namespace freeplay

@@ -1,0 +1,53 @@
+// What formulations see of a contact and of a preloaded joint: facts, and rows at one state.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+
+#include "model/body.hpp"
+#include "model/surface.hpp"
+#include "numerics/sparse.hpp"
+
+namespace freeplay {
+
+/// A contact pair as the formulations see it.
+struct ContactFacts {
+  std::string name;                           ///< of the joint
+  std::array<int, 2> bodies{ground, ground};  ///< bearing's and journal's
+  double clearance = 0;                       ///< m: the length that its gaps and penetrations are measured by
+  /// m, of curvature at the contact; 0: a sharp corner. Inside a ring and outside discs R_i R_j/|R_i ∓ R_j|.
+  double radius = 0;
+  bool ring = false;                              ///< a journal inside a bearing
+  double radius_bearing = 0, radius_journal = 0;  ///< m, of a ring
+  Surface surface;
+  std::optional<double> bearing_length;  ///< m
+  std::optional<Lubricant> lubricant;
+};
+
+/// A contact's geometry at one state. Without friction the tangent row stays empty. T is double, or Gradient
+/// for derivatives.
+template <class T>
+struct ContactRowOf {
+  T gap = 0;                       ///< m
+  SparseRowOf<T> normal, tangent;  ///< ġ = normal·v, v_T = tangent·v
+  /// Only for a lubricated joint: film·v = t·ė − ½(ω_i + ω_j)|e|, the journal's sideways motion relative to
+  /// the mean surface, along which the film's tangential force acts (its couples included);
+  /// spin·v = ω_j − ω_i.
+  SparseRowOf<T> film, spin;
+  T gamma_n = 0, gamma_t = 0;  ///< g̈ = normal·a − gamma_n, v̇_T = tangent·a − gamma_t
+  template <class M>
+  void remember(M& m) {
+    m(gap, normal, tangent, film, spin, gamma_n, gamma_t);
+  }
+};
+using ContactRow = ContactRowOf<double>;
+
+/// Coulomb friction of a preloaded joint as the formulations see it.
+struct FrictionFacts {
+  std::string name;
+  double bound = 0;                      ///< N
+  std::optional<double> regularisation;  ///< m/s
+};
+
+}  // namespace freeplay

@@ -1,0 +1,30 @@
+// Keys that several instruments share, and the look of one along an axis.
+#pragma once
+
+#include "model/instrument.hpp"
+
+namespace freeplay {
+
+/// How samples are taken and spoiled.
+void sample_keys(auto& k, auto& i) {
+  k.need({"sampling", "Hz", "samples per second in signals.csv"}, i.sampling, positive);
+  k.take({"noise", "of the channel", "standard deviation of a sample's noise"}, i.noise, non_negative);
+  if (k.when(i.noise.has_value())) k.take({"seed", "", "of the noise, a whole number"}, i.seed, whole);
+}
+
+void full_scale_keys(auto& k, auto& i) {
+  k.take({"range", "of the channel", "full scale: samples are clipped to ± this"}, i.range, positive);
+  k.take({"resolution", "of the channel", "step of the samples, rounded down"}, i.resolution, positive);
+}
+
+/// Butterworth low-pass before the samples.
+void low_pass_keys(auto& k, auto& i) {
+  k.need({"bandwidth", "Hz", "−3 dB frequency of its Butterworth low-pass"}, i.bandwidth, positive);
+  k.take({"order", "", "order of the low-pass, 1 to 8"}, i.order, one_to_eight);
+}
+void check_sampling(auto& k, auto& i) {
+  k.check(i.sampling > 2 * i.bandwidth, "sampling", "must exceed twice the bandwidth ", i.bandwidth, " Hz, is ",
+          i.sampling, " Hz");
+}
+
+}  // namespace freeplay

@@ -1,0 +1,22 @@
+#include "model/mechanism.hpp"
+
+namespace freeplay {
+
+Mechanism idealised(Mechanism mechanism) {
+  mechanism.contacts.clear();
+  for (auto& joint : mechanism.joints)
+    std::visit(
+        [](auto& j) {
+          if constexpr (requires { j.clearance; }) j.clearance.reset();
+        },
+        joint);
+  return mechanism;
+}
+
+const SpeedDrive* main_drive(const Mechanism& mechanism) {
+  for (const auto& drive : mechanism.drives)
+    if (const auto* speed = std::get_if<SpeedDrive>(&drive)) return speed;
+  return nullptr;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,45 @@
+// A disc of radius R (0: a corner) of body j against a wall along the axis a of body i. With n = s perp a into
+// the free space, d = r_j − r_i, y = n·d − R the contact point's distance from body i's point along n:
+//
+//     g = n·d − rest,    ġ = n·ḋ − s ω_i a·d,    g̈ = n·d̈ − s α_i a·d − 2 s ω_i a·ḋ − ω_i² n·d
+//     v_T = a·ḋ + s R ω_j + s y ω_i,             v̇_T = a·d̈ + ω_i perp(a)·ḋ + s(ω_i ġ + R α_j + y α_i)
+#pragma once
+
+#include "model/pairs/pair.hpp"
+
+namespace freeplay {
+
+struct LinePair {
+  Link link;
+  double side = 1;  ///< s: free space on the left (+1) or right of the axis
+  Vec2 axis{1, 0};
+  double rest = 0;    ///< m: what n·d is short of the gap
+  double radius = 0;  ///< m, R
+
+  double gap(const Vec2& d, const Evaluation& e) const {
+    return side * dot(perp(turned(link.i, axis, e)), d) - rest;
+  }
+
+  template <class T>
+  void rows(const ContactFacts& facts, const Arms<T>& a, const T* v, const EvaluationOf<T>& e,
+            ContactRowOf<T>& row) const {
+    const int i = link.i, j = link.j;
+    const double s = side;
+    const Vec2Of<T> wall = turned(i, axis, e), left = perp(wall), n{s * left.x(), s * left.y()};
+    const Vec2Of<T> rate = relative_velocity(link, a, v);
+    const T wi = omega(v, i), wj = omega(v, j), along = dot(wall, a.d), height = dot(n, a.d);
+    const Vec2Of<T> still = centripetal(a.ri, wi, a.rj, wj), back = -n;
+    row.gap = height - rest;
+    row.gamma_n = 2 * s * wi * dot(wall, rate) + wi * wi * height - dot(n, still);
+    push(row.normal, i, back, T(cross(a.ri, back) - s * along));
+    push(row.normal, j, n, cross(a.rj, n));
+    if (!facts.surface.friction) return;
+    const T y = height - radius, closing = dot(n, rate) - s * wi * along;
+    row.gamma_t = -(dot(wall, still) + wi * dot(left, rate) + s * wi * closing);
+    const Vec2Of<T> behind = -wall;
+    push(row.tangent, i, behind, T(cross(a.ri, behind) + s * y));
+    push(row.tangent, j, wall, T(cross(a.rj, wall) + s * radius));
+  }
+};
+
+}  // namespace freeplay

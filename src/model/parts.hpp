@@ -1,0 +1,63 @@
+// The parts that a System is made of: constraint rows and contact pairs, each kind a file of rows/ and pairs/ and
+// listed here once, and the drives and loads of a Mechanism with what stepping adds to them.
+#pragma once
+
+#include <string>
+#include <tuple>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "model/mechanism.hpp"
+#include "model/pairs/line.hpp"
+#include "model/pairs/round.hpp"
+#include "model/rows/angle.hpp"
+#include "model/rows/point.hpp"
+#include "model/rows/slide.hpp"
+#include "model/rows/sliding.hpp"
+
+namespace freeplay {
+
+using ConstraintRows =
+    std::tuple<std::vector<PointRows>, std::vector<SlideRow>, std::vector<AngleRow>, std::vector<SpeedRow>>;
+using Pair = std::variant<RoundPair, LinePair>;
+
+/// A drive or load in place.
+template <class Facts>
+struct Placed {
+  Facts facts;
+  Link link;
+  int element = -1;  ///< in System::force_elements()
+  int state = -1;    ///< first-order state, −1: none
+};
+
+template <class... Lists>
+struct PlacedKinds;
+template <class... D, class... L>
+struct PlacedKinds<std::variant<D...>, std::variant<L...>> {
+  using type = std::tuple<std::vector<Placed<D>>..., std::vector<Placed<L>>...>;
+};
+using PlacedElements = PlacedKinds<Drive, Load>::type;
+
+/// Whether a kind of drive or load applies a force by itself (the others add rows).
+template <class Facts>
+concept Acts = requires(const Facts& f) { f.does_work(); };
+
+/// Calls f with every item of every vector in a tuple of vectors.
+template <class Lists, class F>
+void for_each_item(const Lists& lists, F&& f) {
+  const auto over = [&](const auto& list) {
+    for (const auto& item : list) f(item);
+  };
+  std::apply([&](const auto&... list) { (over(list), ...); }, lists);
+}
+
+/// What an element makes the solver carry.
+struct Carried {
+  std::string name;
+  std::string_view kind;  ///< its word in a scene
+  int rows = 0, contacts = 0, frictions = 0, states = 0;
+  bool force = false;  ///< a term of the right-hand side
+};
+
+}  // namespace freeplay
