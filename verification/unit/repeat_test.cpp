@@ -162,8 +162,8 @@ TEST_CASE("run --from repeats a scene that was changed in code, and a start that
       CHECK(said.size() == (given ? 4 : 0));
     }
   // A journal that starts elsewhere is another run.
-  CHECK(json_of(place.path() / "penalty-0")["provenance"]["identity"]["digest"] !=
-        json_of(place.path() / "penalty-1")["provenance"]["identity"]["digest"]);
+  CHECK(json_of(place.path() / "penalty-false")["provenance"]["identity"]["digest"] !=
+        json_of(place.path() / "penalty-true")["provenance"]["identity"]["digest"]);
 }
 
 TEST_CASE("run --from: another program is told, damage is refused, and nothing else may be asked",
