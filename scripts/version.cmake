@@ -8,7 +8,8 @@ endif()
 # What decides the bits of a result: the sources of all that steps, reads, writes and measures, and how they are built.
 # Commands, plots and documents do not.
 file(GLOB_RECURSE SOURCES RELATIVE ${SOURCE} ${SOURCE}/src/*.cpp ${SOURCE}/src/*.hpp ${SOURCE}/formulations/*.cpp
-     ${SOURCE}/formulations/*.hpp ${SOURCE}/CMakeLists.txt ${SOURCE}/scripts/*.cmake)
+     ${SOURCE}/formulations/*.hpp ${SOURCE}/src/*.def ${SOURCE}/formulations/*.def ${SOURCE}/CMakeLists.txt
+     ${SOURCE}/scripts/*.cmake)
 list(FILTER SOURCES EXCLUDE REGEX "^src/cli/")
 list(SORT SOURCES)
 set(ALL "")
