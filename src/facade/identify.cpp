@@ -22,9 +22,8 @@ std::optional<std::vector<double>> matched_restitution(Family family, bool asked
 
 Identity identify(const Scene& scene, Family family, const std::optional<std::vector<double>>& restitution) {
   return {.scene = to_toml(scene),
-          .formulation =
-              formulation_identity(name_of(family),
-                                   restitution.has_value(), restitution.value_or(std::vector<double>{})),
+          .formulation = formulation_identity(name_of(family), restitution.has_value(),
+                                              restitution.value_or(std::vector<double>{})),
           .given = "",
           .program = program_identity()};
 }
