@@ -83,7 +83,8 @@ int run(const RunRequest& request) {
     summary = run_scene(run.setup.scene, plan);
   } else {
     if (request.formulation.empty()) throw SceneError("--formulation is required: penalty or nonsmooth");
-    auto overrides = with_accuracy(request.accuracy, {family_named(request.formulation).value()}, request.overrides);
+    auto overrides =
+        with_accuracy(request.accuracy, {family_named(request.formulation).value()}, request.overrides);
     if (request.forces) overrides.push_back("run.forces=true");
     const Scene scene = read_scene(request.scene, overrides);
     plan.formulation = request.formulation;
