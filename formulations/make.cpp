@@ -28,6 +28,7 @@ std::vector<double> delivered_restitutions(const Scene& scene, const System& sys
                      fmt::format("\"{}\" delivers a restitution that depends on the mass, so it cannot be "
                                  "matched; compare with --as-given",
                                  law.text));
+  e.reserve(static_cast<std::size_t>(system.contacts()));
   for (int k = 0; k < system.contacts(); ++k) e.push_back(delivered_by(scene, system.contact_facts(k)));
   return e;
 }

@@ -175,10 +175,9 @@ bool ContactProblem::newton(double accepted, int& steps) {
     if (!std::isfinite(before)) return false;
     gather();
     step = -J.partialPivLu().solve(F);
-    const Eigen::VectorXd from = P;
     double s = 1;
     for (int k = 0; k < 12; ++k, s *= 0.5) {
-      scatter(from + s * step);
+      scatter(P + s * step);
       if (evaluate(false) < before) break;
     }
   }

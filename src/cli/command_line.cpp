@@ -95,7 +95,7 @@ Option Options::threads(int& count) {
 }
 
 Program::Program(StopToken stop)
-    : stop_(std::move(stop)),
+    : stop_(stop),
       app_(std::make_unique<CLI::App>(
           "Freeplay: dynamics of mechanisms with clearance joints in two formulations")) {
   app_->set_version_flag("--version", fmt::format("freeplay {} ({})", version, commit));

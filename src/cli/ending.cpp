@@ -6,20 +6,20 @@
 
 namespace freeplay::cli {
 
-void say_undetermined(const Result& r) {
-  if (r.undetermined.empty()) return;
+void say_undetermined(const Result& result) {
+  if (result.undetermined.empty()) return;
   fmt::print(
       "{}", wrapped(fmt::format("note: mechanics does not determine the reactions of {} (rows depend on each "
                                 "other): those in forces.csv are of least norm\n",
-                                fmt::join(r.undetermined, ", "))));
+                                fmt::join(result.undetermined, ", "))));
 }
 
-int report(const Result& summary) {
-  if (summary.ending.status == Ending::Status::finished) return 0;
-  if (summary.ending.status == Ending::Status::failed)
-    fmt::print(stderr, "{}: stopped: {}\n", summary.formulation, summary.ending.reason);
+int report(const Result& result) {
+  if (result.ending.status == Ending::Status::finished) return 0;
+  if (result.ending.status == Ending::Status::failed)
+    fmt::print(stderr, "{}: stopped: {}\n", result.formulation, result.ending.reason);
   else
-    fmt::print(stderr, "{}: interrupted at t = {:.9g} s\n", summary.formulation, summary.t_end);
+    fmt::print(stderr, "{}: interrupted at t = {:.9g} s\n", result.formulation, result.t_end);
   return 1;
 }
 
