@@ -65,7 +65,8 @@ enum class ContactLaw {
   radzimovsky,
   liu,
   persson,
-  pereira
+  pereira,
+  gharib_hurmuzlu
 };
 /// Likewise, formulations/laws/friction/NAME.hpp.
 enum class FrictionLaw { ambrosio, threlfall, bengisu_akay, lugre, brown_mcphee };

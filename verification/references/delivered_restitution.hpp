@@ -83,8 +83,8 @@ inline constexpr std::array<double, 6> delivered_table_e{0.1, 0.3, 0.46, 0.5, 0.
 /// Rows computed by an independent program, rounded to the digits shown; Zhiying and Qishao's first stood
 /// there as .218, the last digit of 0.21747 rounded wrongly. Sources of χ(e): Hunt and Crossley
 /// 1975; Herbert and McWhannell 1977; Lee and Wang 1983; Lankarani and Nikravesh 1990; Gonthier et al. 2004
-/// (closed form); Zhiying and Qishao 2006; Flores et al. 2011; Hu and Guo 2015; Carvalho and Martins 2019.
-inline const std::array<DampingLaw, 9> delivered_table{{
+/// (closed form); Zhiying and Qishao 2006; Flores et al. 2011; Hu and Guo 2015; Carvalho and Martins 2019; Gharib and Hurmuzlu 2012.
+inline const std::array<DampingLaw, 10> delivered_table{{
     {"hunt-crossley",
      [](double e) { return 3 * (1 - e) / 2; },
      {.51583, .58129, .64504, .66296, .76800, .90902},
@@ -112,6 +112,10 @@ inline const std::array<DampingLaw, 9> delivered_table{{
      [](double e) { return 3 * (1 - e) * (11 - e) / (2 * (1 + 9 * e)); },
      {.129, .304, .460, .500, .700, .900},
      1e-3},
+    {"gharib-hurmuzlu",
+     [](double e) { return 1 / e; },
+     {.09998, .28188, .38867, .41072, .50078, .56681},
+     1e-5},
 }};
 /// χ of the exact law for delivered_table_e, rounded to 1e-5.
 inline constexpr std::array<double, 6> exact_chi_table{9.99816, 3.08708, 1.66351, 1.43275, .63483, .16648};
