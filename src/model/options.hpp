@@ -69,7 +69,7 @@ enum class ContactLaw {
   gharib_hurmuzlu
 };
 /// Likewise, formulations/laws/friction/NAME.hpp.
-enum class FrictionLaw { ambrosio, threlfall, bengisu_akay, lugre, brown_mcphee };
+enum class FrictionLaw { ambrosio, threlfall, bengisu_akay, lugre, brown_mcphee, andersson };
 enum class Integrator { rk4, dopri5, fehlberg78, bulirsch_stoer, adams_bashforth_moulton, rosenbrock4 };
 
 template <>
@@ -91,11 +91,11 @@ struct PenaltyOptions {
   std::optional<double> kelvin_stiffness = {};  ///< N/m
   std::optional<double> kelvin_damping = {};    ///< N s/m
   FrictionLaw friction = FrictionLaw::ambrosio;
-  double friction_v0 = 1e-4;       ///< m/s: the speed that each friction law is regularised with
-  double friction_v1 = 1e-3;       ///< m/s, Ambrósio: full friction above it; friction_v1 > friction_v0
-  double friction_static = 1;      ///< μ_s/μ ≥ 1 (Bengisu–Akay, LuGre, Brown–McPhee)
-  double friction_decay = 1e3;     ///< s/m, ξ of Bengisu–Akay
-  double friction_viscous = 0;     ///< s/m: adds F_N·friction_viscous·v_T (LuGre's σ₂, Brown–McPhee)
+  double friction_v0 = 1e-4;  ///< m/s: the speed that each friction law is regularised with
+  double friction_v1 = 1e-3;  ///< m/s, > friction_v0: full friction (Ambrósio); Stribeck's speed (Andersson)
+  double friction_static = 1;   ///< μ_s/μ ≥ 1 (Bengisu–Akay, LuGre, Brown–McPhee, Andersson)
+  double friction_decay = 1e3;  ///< s/m, ξ of Bengisu–Akay
+  double friction_viscous = 0;  ///< s/m: adds F_N·friction_viscous·v_T (LuGre's σ₂, Brown–McPhee, Andersson)
   double bristle_stiffness = 1e5;  ///< 1/m, LuGre's σ₀ over F_N
   double bristle_damping = 10;     ///< s/m, LuGre's σ₁ over F_N
   Stabilisation stabilisation = Stabilisation::baumgarte;
