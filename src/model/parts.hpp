@@ -44,12 +44,12 @@ template <class Facts>
 concept Acts = requires(const Facts& f) { f.does_work(); };
 
 /// Calls f with every item of every vector in a tuple of vectors.
-template <class Lists, class F>
-void for_each_item(const Lists& lists, F&& f) {
-  const auto over = [&](const auto& list) {
+template <class... Items, class F>
+[[gnu::always_inline]] inline void for_each_item(const std::tuple<std::vector<Items>...>& lists, F f) {
+  const auto over = [&f]<class Item>(const std::vector<Item>& list) __attribute__((always_inline)) {
     for (const auto& item : list) f(item);
   };
-  std::apply([&](const auto&... list) { (over(list), ...); }, lists);
+  (over(std::get<std::vector<Items>>(lists)), ...);
 }
 
 /// What an element makes the solver carry.
