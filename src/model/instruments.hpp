@@ -1,36 +1,32 @@
-// The list of all kinds of instrument.
+// All kinds of instrument. The build lists the files of instruments/: an enumerator without its file does not compile,
+// nor a file without its enumerator.
 #pragma once
 
-#include <tuple>
-
-#include "model/instruments/accelerometer.hpp"
-#include "model/instruments/encoder.hpp"
-#include "model/instruments/load_cell.hpp"
-#include "model/instruments/lvdt.hpp"
-#include "model/instruments/torque_sensor.hpp"
+#include "generated/instruments.hpp"
+#include "model/instrument_parts.hpp"
 
 namespace freeplay {
 
-using InstrumentKinds = std::tuple<Accelerometer, Lvdt, Encoder, LoadCell, TorqueSensor>;
-
-inline constexpr auto instrument_names = [] {
-  return []<class... K>(std::tuple<K...>*) {
-    return complete<Instrument::Kind>({{K::kind, K::type, K::meaning}...});
-  }(static_cast<InstrumentKinds*>(nullptr));
-}();
+inline constexpr auto instrument_names =
+    each_enumerator<Instrument::Kind,
+                    std::array<Choice<Instrument::Kind>, static_cast<std::size_t>(enumerators<Instrument::Kind>())>>(
+        [](auto kind) {
+          return Choice<Instrument::Kind>{kind(), Sensor<kind()>::type, Sensor<kind()>::meaning};
+        });
 constexpr std::span<const Choice<Instrument::Kind>> choices(Instrument::Kind) { return instrument_names; }
 
-/// Calls f with the kind of an instrument: f(Encoder{}).
+/// Calls f with the Sensor of a kind.
 template <class F>
 void with_kind(Instrument::Kind kind, F&& f) {
-  [&]<class... K>(std::tuple<K...>*) {
-    static_cast<void>(((K::kind == kind ? (f(K{}), true) : false) || ...));
-  }(static_cast<InstrumentKinds*>(nullptr));
+  each_enumerator<Instrument::Kind, std::array<bool, instrument_names.size()>>([&](auto k) {
+    if (k() == kind) f(Sensor<k()>{});
+    return k() == kind;
+  });
 }
 
 inline Sensing sensing_of(Instrument::Kind kind) {
   Sensing senses{};
-  with_kind(kind, [&](auto k) { senses = k.senses; });
+  with_kind(kind, [&](auto sensor) { senses = sensor.senses; });
   return senses;
 }
 inline bool measures_force(Instrument::Kind kind) { return sensing_of(kind) == Sensing::force; }

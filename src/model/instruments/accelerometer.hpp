@@ -1,13 +1,13 @@
 // Acceleration of a body's centre of mass along an axis of the world, through a low-pass.
 #pragma once
 
-#include "model/instruments/parts.hpp"
+#include "model/instrument_parts.hpp"
 #include "model/planar.hpp"
 
 namespace freeplay {
 
-struct Accelerometer {
-  static constexpr auto kind = Instrument::Kind::accelerometer;
+template <>
+struct Sensor<Instrument::Kind::accelerometer> {
   static constexpr std::string_view type = "accelerometer", what = "an accelerometer", meaning = "m/s²";
   static constexpr auto senses = Sensing::velocity;
 

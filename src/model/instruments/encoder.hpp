@@ -3,13 +3,13 @@
 
 #include <numbers>
 
-#include "model/instruments/parts.hpp"
+#include "model/instrument_parts.hpp"
 #include "model/kinematics.hpp"
 
 namespace freeplay {
 
-struct Encoder {
-  static constexpr auto kind = Instrument::Kind::encoder;
+template <>
+struct Sensor<Instrument::Kind::encoder> {
   static constexpr std::string_view type = "encoder", what = "an encoder", meaning = "rad, angle of a joint";
   static constexpr auto senses = Sensing::position;
 

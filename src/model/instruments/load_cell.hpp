@@ -2,12 +2,12 @@
 // contacts and the friction of its preload. A drive turns the joint, with no force.
 #pragma once
 
-#include "model/instruments/parts.hpp"
+#include "model/instrument_parts.hpp"
 
 namespace freeplay {
 
-struct LoadCell {
-  static constexpr auto kind = Instrument::Kind::load_cell;
+template <>
+struct Sensor<Instrument::Kind::load_cell> {
   static constexpr std::string_view type = "load-cell", what = "a load cell",
                                     meaning = "N, force of a joint on its second body";
   static constexpr auto senses = Sensing::force;

@@ -1,13 +1,13 @@
 // Displacement of a body's centre of mass along an axis of the world.
 #pragma once
 
-#include "model/instruments/parts.hpp"
+#include "model/instrument_parts.hpp"
 #include "model/planar.hpp"
 
 namespace freeplay {
 
-struct Lvdt {
-  static constexpr auto kind = Instrument::Kind::lvdt;
+template <>
+struct Sensor<Instrument::Kind::lvdt> {
   static constexpr std::string_view type = "lvdt", what = "an LVDT", meaning = "m, position of a body";
   static constexpr auto senses = Sensing::position;
 

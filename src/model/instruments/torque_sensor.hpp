@@ -1,12 +1,12 @@
 // Torque of a drive, through a low-pass.
 #pragma once
 
-#include "model/instruments/parts.hpp"
+#include "model/instrument_parts.hpp"
 
 namespace freeplay {
 
-struct TorqueSensor {
-  static constexpr auto kind = Instrument::Kind::torque;
+template <>
+struct Sensor<Instrument::Kind::torque> {
   static constexpr std::string_view type = "torque", what = "a torque sensor", meaning = "N m, of a drive";
   static constexpr auto senses = Sensing::force;
 

@@ -1,9 +1,19 @@
-// Keys that several instruments share, and the look of one along an axis.
+// What a kind of instrument is made of, and the keys that several share. A kind is one enumerator of Instrument::Kind
+// and one file of instruments/ that specialises Sensor for it, with
+//
+//     type, what, meaning      its word in a scene, whose keys they are, what it measures
+//     senses                   what it looks at
+//     keys(k, i)               its keys (see keys.hpp)
+//     measure(i, x)            what it makes of positions, of velocities, or of the force of an element
+//     watches(i, element)      forces only: whether the element is one of those it adds up
 #pragma once
 
 #include "model/instrument.hpp"
 
 namespace freeplay {
+
+template <Instrument::Kind kind>
+struct Sensor;
 
 /// How samples are taken and spoiled.
 void sample_keys(auto& k, auto& i) {
