@@ -7,13 +7,13 @@
 
 namespace freeplay::cli {
 
-std::vector<std::string> with_accuracy(const std::string& accuracy,
-                                       const std::vector<Family>& families,
+std::vector<std::string> with_accuracy(const std::string& accuracy, const std::vector<Family>& families,
                                        const std::vector<std::string>& overrides) {
   std::vector<std::string> list;
   if (!accuracy.empty()) {
-    const auto level =
-        std::ranges::find(accuracies, accuracy, [](const auto& a) { return std::string_view(a.text); })->value;
+    const auto level = std::ranges::find(accuracies, accuracy, [](const auto& a) {
+                         return std::string_view(a.text);
+                       })->value;
     for (const auto family : families)
       for (const auto& key : setting_for(family, level).keys()) list.push_back(key);
   }

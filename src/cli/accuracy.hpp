@@ -9,8 +9,7 @@
 namespace freeplay::cli {
 
 /// The overrides, those of `accuracy` (fast, balanced, reference; empty: none) first, so that --set still wins.
-std::vector<std::string> with_accuracy(const std::string& accuracy,
-                                       const std::vector<Family>& families,
+std::vector<std::string> with_accuracy(const std::string& accuracy, const std::vector<Family>& families,
                                        const std::vector<std::string>& overrides);
 
 }  // namespace freeplay::cli

@@ -162,7 +162,8 @@ void check_verb(Program& program) {
       program.verb("check", "read and validate a scene; print what it makes the solver carry", check);
   options.scene(request.scene);
   options.set(request.overrides);
-  options.flag("--why", request.why, "say what each element costs, and why things are eliminated or left out");
+  options.flag("--why", request.why,
+               "say what each element costs, and why things are eliminated or left out");
   options.flag("--keys", request.keys, "list every key that a scene may hold instead");
 }
 

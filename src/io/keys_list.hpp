@@ -48,7 +48,8 @@ class KeysList {
   }
   template <class E>
   void choose(const Key& key, E& x) {
-    add({key.name, key.unit, {}}, "text", fmt::format("\"{}\"", text_of(x)), std::string(key.meaning) + words_of(choices(x)));
+    add({key.name, key.unit, {}}, "text", fmt::format("\"{}\"", text_of(x)),
+        std::string(key.meaning) + words_of(choices(x)));
   }
   template <class E>
   void choose_listed(const Key& key, E& x) {
@@ -82,7 +83,9 @@ class KeysList {
     add(seconds, "number", "–");
   }
   void part_of_length(const Key& key, double&) { add(key, "number", "0"); }
-  void between(std::string_view meaning, std::array<int, 2>&) { add({"between", "", meaning}, "names", "required"); }
+  void between(std::string_view meaning, std::array<int, 2>&) {
+    add({"between", "", meaning}, "names", "required");
+  }
   void ends(std::string_view meaning, std::array<Vec2, 2>&) {
     add({"at", "m", meaning}, "points", "[[0, 0], [0, 0]]");
   }

@@ -37,7 +37,8 @@ void KeysReader::length(const Key& turns, const Key& seconds, double& duration) 
   if (!s_.has(turns.name)) return void(duration = s_.number(seconds.name, positive));
   const auto* drive = main_drive(mechanism_);
   if (!drive || drive->speed == 0)
-    s_.fail(turns.name, fmt::format("needs a drive that turns at a prescribed speed; give {} (s) instead", seconds.name));
+    s_.fail(turns.name,
+            fmt::format("needs a drive that turns at a prescribed speed; give {} (s) instead", seconds.name));
   unit_ = 2 * std::numbers::pi / std::abs(drive->speed);
   duration = s_.number(turns.name, positive) * unit_;
 }
@@ -46,7 +47,8 @@ int KeysReader::body_index(std::string_view key, const std::string& name) const 
   if (name == "ground") return ground;
   const int i = index_of(mechanism_.bodies, name, own_name);
   if (i < 0)
-    s_.fail(key, fmt::format("there is no body \"{}\"; there is: ground, {}", name, known(mechanism_.bodies)));
+    s_.fail(key,
+            fmt::format("there is no body \"{}\"; there is: ground, {}", name, known(mechanism_.bodies)));
   return i;
 }
 
@@ -123,7 +125,9 @@ void KeysReader::any_joint(const Key& key, int& joint, std::array<int, 2>& pair)
 
 void KeysReader::joint_angle(const Key& key, double& angle, int joint) {
   const auto& pair = bodies_of(mechanism_.joints[static_cast<std::size_t>(joint)]);
-  const auto of = [&](int b) { return b == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(b)].angle; };
+  const auto of = [&](int b) {
+    return b == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(b)].angle;
+  };
   angle = s_.number(key.name, any_number, of(pair[1]) - of(pair[0]));
 }
 

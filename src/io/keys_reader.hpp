@@ -28,12 +28,14 @@ class KeysReader {
   void need(const Key& key, double& x, const Range& range) { x = s_.number(key.name, range); }
   void need(const Key& key, Vec2& x) { x = s_.point(key.name); }
   void take(const Key& key, double& x, const Range& range = any_number) { x = s_.number(key.name, range, x); }
-  void take(const Key& key, std::optional<double>& x, const Range& range) { x = s_.maybe_number(key.name, range); }
+  void take(const Key& key, std::optional<double>& x, const Range& range) {
+    x = s_.maybe_number(key.name, range);
+  }
   void take(const Key& key, Vec2& x) { x = s_.point(key.name, x); }
   void take(const Key& key, bool& x) { x = s_.flag(key.name, x); }
   void take(const Key& key, std::string& x) { x = s_.text(key.name, x); }
   template <class Whole>
-    requires std::is_integral_v<Whole>
+  requires std::is_integral_v<Whole>
   void take(const Key& key, Whole& x, const Range& range) {
     x = static_cast<Whole>(s_.number(key.name, range, static_cast<double>(x)));
   }
@@ -97,7 +99,8 @@ class KeysReader {
   void radii(const Key& key, std::array<double, 2>& radii);
   void body(const Key& key, int& body);
   void surface(const Key& key, int& surface);
-  void lubricant(const Key& key, int& lubricant, double clearance, const std::optional<double>& bearing_length);
+  void lubricant(const Key& key, int& lubricant, double clearance,
+                 const std::optional<double>& bearing_length);
   void drive(const Key& key, std::string& drive);
   void any_joint(const Key& key, int& joint, std::array<int, 2>& pair);
   /// A joint of kind J.

@@ -127,10 +127,8 @@ class KeysWriter {
   void put(std::string_view key, const Vec2& x) { raw(key, shown(x)); }
   void put(std::string_view key, bool x) { raw(key, x ? "true" : "false"); }
   template <class Whole>
-    requires std::is_integral_v<Whole>
-  void put(std::string_view key, Whole x) {
-    raw(key, fmt::format("{}", x));
-  }
+  requires std::is_integral_v<Whole>
+  void put(std::string_view key, Whole x) { raw(key, fmt::format("{}", x)); }
   template <class X>
   void put(std::string_view key, const std::optional<X>& x) {
     if (x) put(key, *x);

@@ -66,7 +66,9 @@ double normal(std::uint64_t seed, std::uint64_t index) {
 }  // namespace
 
 Channel::Channel(const Instrument& settings)
-    : settings_(settings), sensing_(sensing_of(settings.kind)), filter_(std::max(settings.bandwidth, 1.0), settings.order) {}
+    : settings_(settings),
+      sensing_(sensing_of(settings.kind)),
+      filter_(std::max(settings.bandwidth, 1.0), settings.order) {}
 
 void Channel::begin(double t, bool anew) {
   if (anew) started_ = false;

@@ -15,7 +15,7 @@ namespace freeplay {
 struct ContactFacts {
   std::string name;                           ///< of the joint
   std::array<int, 2> bodies{ground, ground};  ///< bearing's and journal's
-  double clearance = 0;                       ///< m: the length that its gaps and penetrations are measured by
+  double clearance = 0;  ///< m: the length that its gaps and penetrations are measured by
   /// m, of curvature at the contact; 0: a sharp corner. Inside a ring and outside discs R_i R_j/|R_i ∓ R_j|.
   double radius = 0;
   bool ring = false;                              ///< a journal inside a bearing

@@ -33,8 +33,8 @@ void low_pass_keys(auto& k, auto& i) {
   k.take({"order", "", "order of the low-pass, 1 to 8"}, i.order, one_to_eight);
 }
 void check_sampling(auto& k, auto& i) {
-  k.check(i.sampling > 2 * i.bandwidth, "sampling", "must exceed twice the bandwidth ", i.bandwidth, " Hz, is ",
-          i.sampling, " Hz");
+  k.check(i.sampling > 2 * i.bandwidth, "sampling", "must exceed twice the bandwidth ", i.bandwidth,
+          " Hz, is ", i.sampling, " Hz");
 }
 
 }  // namespace freeplay

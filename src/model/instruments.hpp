@@ -8,8 +8,8 @@
 namespace freeplay {
 
 inline constexpr auto instrument_names =
-    each_enumerator<Instrument::Kind,
-                    std::array<Choice<Instrument::Kind>, static_cast<std::size_t>(enumerators<Instrument::Kind>())>>(
+    each_enumerator<Instrument::Kind, std::array<Choice<Instrument::Kind>,
+                                                 static_cast<std::size_t>(enumerators<Instrument::Kind>())>>(
         [](auto kind) {
           return Choice<Instrument::Kind>{kind(), Sensor<kind()>::type, Sensor<kind()>::meaning};
         });

@@ -63,7 +63,8 @@ consteval std::array<Choice<E>, N> complete(const Choice<E> (&rows)[N]) {
   static_assert(static_cast<int>(N) == enumerators<E>(), "the table of names lacks a value");
   std::array<Choice<E>, N> table;
   for (std::size_t i = 0; i < N; ++i) {
-    if (static_cast<std::size_t>(rows[i].value) != i) throw "the table of names is not in the order of its values";
+    if (static_cast<std::size_t>(rows[i].value) != i)
+      throw "the table of names is not in the order of its values";
     table[i] = rows[i];
   }
   return table;

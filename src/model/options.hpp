@@ -28,16 +28,19 @@ struct RunOptions {
   static void keys(auto& k, auto& o) {
     k.length({"revolutions", "", "length of the run in turns of the driven joint; or duration"},
              {"duration", "s", "length of the run; or revolutions"}, o.duration);
-    k.part_of_length({"discard", "as the length",
-                      "start of the run left out of the statistics: revolutions, with `duration` seconds", "0"},
-                     o.discard);
+    k.part_of_length(
+        {"discard", "as the length",
+         "start of the run left out of the statistics: revolutions, with `duration` seconds", "0"},
+        o.discard);
     k.check(o.discard < o.duration, "discard", "must be less than the length of the run");
     k.choose({"start", "", ""}, o.start);
-    k.take({"eliminate", "",
-            "coordinates that one constraint row alone fixes leave the solves beforehand; false keeps the whole DAE"},
-           o.eliminate);
-    k.take({"forces", "", "write forces.csv: reactions, contact forces, drive torques, loads and accelerations"},
-           o.forces);
+    k.take(
+        {"eliminate", "",
+         "coordinates that one constraint row alone fixes leave the solves beforehand; false keeps the whole DAE"},
+        o.eliminate);
+    k.take(
+        {"forces", "", "write forces.csv: reactions, contact forces, drive torques, loads and accelerations"},
+        o.forces);
     k.take({"output_step", "s", "spacing of the rows of trajectory.csv and forces.csv", "duration/20000"},
            o.output_step, positive);
     k.check(!o.output_step || *o.output_step >= 1e-8 * o.duration, "output_step", "must be at least ",
@@ -102,8 +105,9 @@ struct PenaltyOptions {
   double alpha = 5;  ///< 1/s: G a = γ − 2αΦ̇ − β²Φ
   double beta = 5;   ///< 1/s
   Integrator integrator = Integrator::adams_bashforth_moulton;
-  double tolerance = 1e-9;  ///< a step is accepted when every |error_i| ≤ tolerance·scale_i (see tolerance.hpp)
-  double step = 1e-6;       ///< s, of the fixed-step integrator
+  double tolerance =
+      1e-9;            ///< a step is accepted when every |error_i| ≤ tolerance·scale_i (see tolerance.hpp)
+  double step = 1e-6;  ///< s, of the fixed-step integrator
   std::optional<double> v0_floor = {};  ///< m/s: least v₀ a contact may start with; default see tolerance.hpp
 
   static constexpr std::string_view what = "[penalty]";
@@ -111,29 +115,32 @@ struct PenaltyOptions {
     k.choose_listed({"contact", "", "contact law; `freeplay laws` lists all"}, o.contact);
     if (k.when(facts_of(o.contact).kind == ContactKind::line, {"damping"},
                "belongs to line contacts (johnson and below in `freeplay laws`); this law has its own"))
-      k.choose_some({"damping", "",
-                     "line contacts: the point law whose damping factor they take, \"hertz\" for none; pereira: its own",
-                     "\"exact\""},
-                    o.damping, [](ContactLaw law) { return facts_of(law).kind == ContactKind::point; });
+      k.choose_some(
+          {"damping", "",
+           "line contacts: the point law whose damping factor they take, \"hertz\" for none; pereira: its own",
+           "\"exact\""},
+          o.damping, [](ContactLaw law) { return facts_of(law).kind == ContactKind::point; });
     k.take({"kelvin_stiffness", "N/m", "kelvin-voigt: K"}, o.kelvin_stiffness, positive);
     k.take({"kelvin_damping", "N s/m", "kelvin-voigt: D"}, o.kelvin_damping, non_negative);
     k.choose({"friction", "", ""}, o.friction);
     const auto& friction = facts_of(o.friction);
-    k.take({"friction_v0", "m/s",
-            "sliding speed that regularises friction: none below it (Ambrósio), v₀ (Threlfall, Bengisu–Akay), "
-            "Stribeck's (LuGre), v_t (Brown–McPhee)"},
-           o.friction_v0, friction.positive_v0 ? positive : non_negative);
-    k.take({"friction_v1", "m/s", "Ambrósio: full friction above this sliding speed"}, o.friction_v1, positive);
+    k.take(
+        {"friction_v0", "m/s",
+         "sliding speed that regularises friction: none below it (Ambrósio), v₀ (Threlfall, Bengisu–Akay), "
+         "Stribeck's (LuGre), v_t (Brown–McPhee)"},
+        o.friction_v0, friction.positive_v0 ? positive : non_negative);
+    k.take({"friction_v1", "m/s", "Ambrósio: full friction above this sliding speed"}, o.friction_v1,
+           positive);
     k.take({"friction_static", "", "Bengisu–Akay, LuGre, Brown–McPhee: static over kinetic friction, ≥ 1"},
            o.friction_static, one_or_more);
-    k.take({"friction_decay", "s/m", "Bengisu–Akay: ξ, decay from static to kinetic friction"}, o.friction_decay,
-           non_negative);
+    k.take({"friction_decay", "s/m", "Bengisu–Akay: ξ, decay from static to kinetic friction"},
+           o.friction_decay, non_negative);
     k.take({"friction_viscous", "s/m", "LuGre, Brown–McPhee: viscous friction over the normal force"},
            o.friction_viscous, non_negative);
     k.take({"bristle_stiffness", "1/m", "LuGre: σ₀ over the normal force"}, o.bristle_stiffness, positive);
     k.take({"bristle_damping", "s/m", "LuGre: σ₁ over the normal force"}, o.bristle_damping, non_negative);
-    k.check(!friction.v1_above_v0 || o.friction_v1 > o.friction_v0, "friction_v1", "must be greater than friction_v0 = ",
-            o.friction_v0, ", is ", o.friction_v1);
+    k.check(!friction.v1_above_v0 || o.friction_v1 > o.friction_v0, "friction_v1",
+            "must be greater than friction_v0 = ", o.friction_v0, ", is ", o.friction_v1);
     k.choose({"stabilisation", "", ""}, o.stabilisation);
     if (k.when(o.stabilisation == Stabilisation::baumgarte, {"alpha", "beta"},
                "belongs to penalty.stabilisation = \"baumgarte\"")) {
@@ -145,11 +152,13 @@ struct PenaltyOptions {
             "stabilisation",
             "\"projection\" moves the state after each step, which a multistep integrator cannot take; use "
             "\"baumgarte\", or a one-step integrator");
-    k.take({"tolerance", "", "adaptive integrators: a step is accepted when every |error| is below tolerance × scale"},
+    k.take({"tolerance", "",
+            "adaptive integrators: a step is accepted when every |error| is below tolerance × scale"},
            o.tolerance, positive);
     k.take({"step", "s", "rk4: step"}, o.step, positive);
-    k.take({"v0_floor", "m/s", "least approach speed that a contact's damping is scaled with", "see penalty.md"},
-           o.v0_floor, positive);
+    k.take(
+        {"v0_floor", "m/s", "least approach speed that a contact's damping is scaled with", "see penalty.md"},
+        o.v0_floor, positive);
   }
 };
 
@@ -168,7 +177,8 @@ enum class ImpactLaw { newton, poisson, energetic };
 
 template <>
 struct Traits<ImpactLaw> {
-  bool time_stepping = false;  ///< whether a step's impulse, of impacts and lasting contact together, can obey it
+  bool time_stepping =
+      false;  ///< whether a step's impulse, of impacts and lasting contact together, can obey it
 };
 
 struct NonsmoothOptions {
@@ -183,16 +193,19 @@ struct NonsmoothOptions {
   static void keys(auto& k, auto& o) {
     k.choose({"scheme", "", ""}, o.scheme);
     k.take({"step", "s", "moreau-jean: step"}, o.step, positive);
-    k.take({"tolerance", "",
-            "event-driven: a step of its integrator is accepted when every |error| is below tolerance × scale"},
-           o.tolerance, positive);
+    k.take(
+        {"tolerance", "",
+         "event-driven: a step of its integrator is accepted when every |error| is below tolerance × scale"},
+        o.tolerance, positive);
     k.choose({"solver", "", "of the contact problem; another takes over when one fails: "}, o.solver);
     k.take({"lcp_tolerance", "", "a complementarity solve is accepted when its relative residual is below"},
            o.lcp_tolerance, positive);
-    k.choose({"impact_law", "", "what restitution is a ratio of; time stepping has only the first: "}, o.impact_law);
-    k.check(o.scheme != Scheme::moreau_jean || choice_of(o.impact_law).traits.time_stepping, "impact_law",
-            "time stepping has only \"newton\": a step's impulse is of impacts and of lasting contact together, "
-            "and the others would let a resting contact rebound; use scheme = \"event-driven\"");
+    k.choose({"impact_law", "", "what restitution is a ratio of; time stepping has only the first: "},
+             o.impact_law);
+    k.check(
+        o.scheme != Scheme::moreau_jean || choice_of(o.impact_law).traits.time_stepping, "impact_law",
+        "time stepping has only \"newton\": a step's impulse is of impacts and of lasting contact together, "
+        "and the others would let a resting contact rebound; use scheme = \"event-driven\"");
   }
 };
 
@@ -213,9 +226,11 @@ inline constexpr auto stabilisation_names =
     complete<Stabilisation>({{Stabilisation::none, "none"},
                              {Stabilisation::baumgarte, "baumgarte"},
                              {Stabilisation::projection, "projection", "after each accepted step"}});
-inline constexpr auto scheme_names = complete<Scheme>(
-    {{Scheme::moreau_jean, "moreau-jean", "time stepping"},
-     {Scheme::event_driven, "event-driven", "impacts and changes of contact located one by one", {.adaptive = true}}});
+inline constexpr auto scheme_names = complete<Scheme>({{Scheme::moreau_jean, "moreau-jean", "time stepping"},
+                                                       {Scheme::event_driven,
+                                                        "event-driven",
+                                                        "impacts and changes of contact located one by one",
+                                                        {.adaptive = true}}});
 inline constexpr auto solver_names = complete<LcpSolver>(
     {{LcpSolver::automatic, "automatic",
       "closed form for one contact, enumeration for two, then Lemke, Gauss-Seidel for many"},

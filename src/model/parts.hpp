@@ -41,7 +41,9 @@ using PlacedElements = PlacedKinds<Drive, Load>::type;
 
 /// Whether a kind of drive or load applies a force by itself (the others add rows).
 template <class Facts>
-concept Acts = requires(const Facts& f) { f.does_work(); };
+concept Acts = requires(const Facts& f) {
+  f.does_work();
+};
 
 /// Calls f with every item of every vector in a tuple of vectors.
 template <class... Items, class F>

@@ -25,8 +25,9 @@ struct Surface {
     k.take({"poisson", "", "Poisson's ratio, 0 to 0.5; goes with young"}, s.poisson, zero_to_half);
     k.take({"restitution", "", "coefficient of restitution asked for, 0 to 1"}, s.restitution, zero_to_one);
     k.take({"friction", "", "Coulomb's coefficient, ≥ 0; left out: frictionless"}, s.friction, non_negative);
-    k.take({"tangential_restitution", "", "e_T of impact laws, 0 to 1: Coulomb's law acts on v_T⁺ + e_T v_T⁻"},
-           s.tangential_restitution, zero_to_one);
+    k.take(
+        {"tangential_restitution", "", "e_T of impact laws, 0 to 1: Coulomb's law acts on v_T⁺ + e_T v_T⁻"},
+        s.tangential_restitution, zero_to_one);
     k.check(s.young.has_value() == s.poisson.has_value(), s.young ? "young" : "poisson",
             "young and poisson go together; one of them is missing");
   }
@@ -41,7 +42,8 @@ struct Lubricant {
   double viscosity = 0;  ///< Pa s, > 0
   Film film = Film::short_bearing;
   Cavitation cavitation = Cavitation::half_sommerfeld;
-  std::optional<double> hand_over = {};  ///< m: film thickness below which dry contact takes over; default 0.01 clearance
+  std::optional<double> hand_over =
+      {};  ///< m: film thickness below which dry contact takes over; default 0.01 clearance
 
   static void keys(auto& k, auto& l) {
     k.need({"viscosity", "Pa s", "dynamic viscosity, > 0"}, l.viscosity, positive);
@@ -53,8 +55,9 @@ struct Lubricant {
   }
 };
 
-inline constexpr auto film_names = complete<Lubricant::Film>(
-    {{Lubricant::Film::short_bearing, "short", "Ocvirk"}, {Lubricant::Film::long_bearing, "long", "Sommerfeld"}});
+inline constexpr auto film_names =
+    complete<Lubricant::Film>({{Lubricant::Film::short_bearing, "short", "Ocvirk"},
+                               {Lubricant::Film::long_bearing, "long", "Sommerfeld"}});
 inline constexpr auto cavitation_names = complete<Lubricant::Cavitation>(
     {{Lubricant::Cavitation::half_sommerfeld, "half-sommerfeld", "no tension in the film"},
      {Lubricant::Cavitation::none, "none", "full film"}});

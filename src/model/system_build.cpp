@@ -42,7 +42,8 @@ void Builder::points(const Link& link, const std::string& name) {
 
 void Builder::slide(const Link& link, const Vec2& axis, const std::string& name) {
   // Between ground and a body the normal stands still: an entry that is zero stays so.
-  SlideRow slide{link, axis, s_.G_.rows, link.i != ground || axis.y() != 0, link.i != ground || axis.x() != 0};
+  SlideRow slide{link, axis, s_.G_.rows, link.i != ground || axis.y() != 0,
+                 link.i != ground || axis.x() != 0};
   slide.first = static_cast<int>(s_.constant_G_.size());
   for (const int b : {link.i, link.j}) {
     if (b == ground) continue;
@@ -98,7 +99,8 @@ template <class Element>
 void System::add(Builder& builder, const Element& element, int joint) {
   const int rows = G_.rows, contacts = this->contacts(), frictions = this->frictions();
   if constexpr (requires { element.build(builder); }) element.build(builder);
-  Carried carried{element.name, word_of<Element>(), G_.rows - rows, this->contacts() - contacts, this->frictions() - frictions};
+  Carried carried{element.name, word_of<Element>(), G_.rows - rows, this->contacts() - contacts,
+                  this->frictions() - frictions};
   if constexpr (requires { element.between, element.at; }) {
     if (carried.rows > 0)  // an ideal joint
       reactions_.push_back({builder.free_link(element.between, element.at), rows, G_.rows, joint});

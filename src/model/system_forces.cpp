@@ -39,7 +39,8 @@ void System::forces(std::type_identity_t<T> t, const T* q, const T* v, const T* 
   const Motion<T> motion{t, q, v, e};
   const Into<T> out{e.force, e.power};
   for_each_item(placed_, [&]<class Facts>(const Placed<Facts>& x) {
-    if constexpr (Acts<Facts>) x.facts.template act<T>(motion, x.link, x.state < 0 ? nullptr : z + x.state, out);
+    if constexpr (Acts<Facts>)
+      x.facts.template act<T>(motion, x.link, x.state < 0 ? nullptr : z + x.state, out);
   });
 }
 

@@ -45,7 +45,8 @@ void System::list_elements(const Mechanism& m) {
   using Kind = ForceElement::Kind;
   for (auto& r : reactions_)
     if (r.element >= 0)
-      r.element = add_element(name_of(m.joints[r.element]), Kind::joint, bodies_of(m.joints[r.element]), r.element);
+      r.element =
+          add_element(name_of(m.joints[r.element]), Kind::joint, bodies_of(m.joints[r.element]), r.element);
   for (std::size_t k = 0; k < contact_facts_.size(); ++k)
     contact_elements_.push_back(
         add_element(contact_facts_[k].name, Kind::contact, contact_facts_[k].bodies, contact_joints_[k]));

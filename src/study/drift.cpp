@@ -25,8 +25,7 @@ std::vector<DriftRun> measure_drift(const Scene& scene, const StopToken& stop,
     const std::string name(kind.text);
     Scene one = scene;
     one.penalty.stabilisation = kind.value;
-    if (choice_of(one.penalty.integrator).traits.keeps_history)
-      one.penalty.integrator = Integrator::dopri5;
+    if (choice_of(one.penalty.integrator).traits.keeps_history) one.penalty.integrator = Integrator::dopri5;
     Simulation simulation(one, "penalty", {.start = start});
     Result made;
     auto e = system.make_evaluation();

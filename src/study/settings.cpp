@@ -50,13 +50,15 @@ double state_time(const Scene& scene, const std::vector<ContactEvent>& judged,
 }  // namespace
 
 bool Setting::adaptive() const {
-  return family == Family::nonsmooth ? choice_of(scheme).traits.adaptive : choice_of(integrator).traits.adaptive;
+  return family == Family::nonsmooth ? choice_of(scheme).traits.adaptive
+                                     : choice_of(integrator).traits.adaptive;
 }
 
 std::string Setting::method() const {
   if (family == Family::nonsmooth) return std::string(text_of(scheme));
   const auto method = std::string(text_of(integrator));
-  return stabilisation == Stabilisation::projection ? fmt::format("{}+{}", method, text_of(stabilisation)) : method;
+  return stabilisation == Stabilisation::projection ? fmt::format("{}+{}", method, text_of(stabilisation))
+                                                    : method;
 }
 
 std::string Setting::label() const { return fmt::format("{} {:.0e}", method(), fineness); }

@@ -16,8 +16,9 @@ struct JointFriction {
   static constexpr auto reports = ForceElement::Kind::force;
   std::string name;
   int joint = -1;
-  double force = 0;                           ///< N, the bound, ≥ 0
-  std::optional<double> regularisation = {};  ///< m/s: below it the penalty formulation's force is linear in speed
+  double force = 0;  ///< N, the bound, ≥ 0
+  std::optional<double> regularisation =
+      {};  ///< m/s: below it the penalty formulation's force is linear in speed
 
   static void keys(auto& k, auto& l) {
     const auto* on = k.template joint<TranslationalJoint>({"joint", "", "the translational joint"}, l.joint);

@@ -14,9 +14,9 @@ namespace freeplay {
 
 /// Play of a revolute joint.
 struct Clearance {
-  double radial = 0;          ///< m, > 0: bearing radius less journal radius
-  double bearing_radius = 0;  ///< m, > radial
-  int surface = -1;           ///< index into Mechanism::surfaces
+  double radial = 0;                          ///< m, > 0: bearing radius less journal radius
+  double bearing_radius = 0;                  ///< m, > radial
+  int surface = -1;                           ///< index into Mechanism::surfaces
   std::optional<double> bearing_length = {};  ///< m, > 0: line contacts and films need it
   int lubricant = -1;                         ///< index into Mechanism::lubricants, −1: dry
 };
@@ -39,8 +39,9 @@ struct RevoluteJoint {
     if (auto* c = k.group("clearance", j.clearance)) {
       k.need({"clearance", "m", "radial clearance, bearing radius less journal radius; left out: ideal"},
              c->radial, positive);
-      k.need({"bearing_radius", "m", "radius of the bearing, on the first body; the journal is on the second"},
-             c->bearing_radius, positive);
+      k.need(
+          {"bearing_radius", "m", "radius of the bearing, on the first body; the journal is on the second"},
+          c->bearing_radius, positive);
       k.check(c->bearing_radius > c->radial, "bearing_radius", "must be greater than the clearance ",
               c->radial, ", is ", c->bearing_radius);
       k.take({"bearing_length", "m", "length of the bearing; line-contact laws need it"}, c->bearing_length,

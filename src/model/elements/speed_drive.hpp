@@ -24,8 +24,8 @@ struct SpeedDrive {
   static double from_rpm(double rpm) { return rpm * 2 * std::numbers::pi / 60; }
 
   static void keys(auto& k, auto& d) {
-    k.template joint<RevoluteJoint>({"joint", "", "the revolute joint that is driven (translational: none yet)"},
-                                    d.joint);
+    k.template joint<RevoluteJoint>(
+        {"joint", "", "the revolute joint that is driven (translational: none yet)"}, d.joint);
     k.either({"speed_rpm", "rpm", "prescribed speed of the second body relative to the first"}, any_number,
              from_rpm, {"speed", "rad/s", "the same in rad/s; or speed_rpm"}, any_number, d.speed);
     k.joint_angle({"initial_angle", "rad",

@@ -50,8 +50,7 @@ struct SpringDamper {
   }
 
   double potential(const auto& at_rest, const auto& link) const {
-    const double x =
-        (at_rest.point(link.j, link.sj) - at_rest.point(link.i, link.si)).norm() - free_length;
+    const double x = (at_rest.point(link.j, link.sj) - at_rest.point(link.i, link.si)).norm() - free_length;
     return 0.5 * stiffness * x * x;
   }
 };

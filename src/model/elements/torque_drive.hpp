@@ -34,13 +34,13 @@ struct TorqueDrive {
   std::optional<double> lag = {};
 
   static void keys(auto& k, auto& d) {
-    k.template joint<RevoluteJoint>({"joint", "", "the revolute joint that is driven (translational: none yet)"},
-                                    d.joint);
-    k.table({"torque", "N m", "constant torque on the second body, its opposite on the first"},
-            {"torque_table", "s or rad, N m", "tabulated torque: [[t or angle, torque], ...], linear between"},
-            d.table);
-    if (k.when_given("torque_table"))
-      k.choose({"against", "", "torque_table: "}, d.against);
+    k.template joint<RevoluteJoint>(
+        {"joint", "", "the revolute joint that is driven (translational: none yet)"}, d.joint);
+    k.table(
+        {"torque", "N m", "constant torque on the second body, its opposite on the first"},
+        {"torque_table", "s or rad, N m", "tabulated torque: [[t or angle, torque], ...], linear between"},
+        d.table);
+    if (k.when_given("torque_table")) k.choose({"against", "", "torque_table: "}, d.against);
     k.check(d.against == Against::time || span(d.table) <= turn * (1 + 1e-9), "torque_table",
             "against an angle must span at most one turn, spans ", span(d.table), " rad");
     k.take({"lag", "s", "the torque follows with a first-order lag of this time constant, from 0"}, d.lag,
@@ -110,6 +110,8 @@ struct TorqueDrive {
 inline constexpr auto against_names =
     complete<TorqueDrive::Against>({{TorqueDrive::Against::time, "time", "constant outside"},
                                     {TorqueDrive::Against::angle, "angle", "repeats every 2π"}});
-constexpr std::span<const Choice<TorqueDrive::Against>> choices(TorqueDrive::Against) { return against_names; }
+constexpr std::span<const Choice<TorqueDrive::Against>> choices(TorqueDrive::Against) {
+  return against_names;
+}
 
 }  // namespace freeplay

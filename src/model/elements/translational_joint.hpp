@@ -19,8 +19,9 @@ namespace freeplay {
 struct SliderClearance {
   double half_play = 0;           ///< m, > 0: half the distance of the walls less half the slider's height
   double length = 0, height = 0;  ///< m, of the slider along and across the axis, > 0
-  std::optional<double> corner_radius = {};  ///< m, of the rounded corners: for the stiffness of penalty contacts
-  int surface = -1;                          ///< index into Mechanism::surfaces
+  std::optional<double> corner_radius =
+      {};            ///< m, of the rounded corners: for the stiffness of penalty contacts
+  int surface = -1;  ///< index into Mechanism::surfaces
 };
 
 struct TranslationalJoint {
@@ -46,8 +47,9 @@ struct TranslationalJoint {
              c->half_play, positive);
       k.need({"slider_length", "m", "the slider along the axis"}, c->length, positive);
       k.need({"slider_height", "m", "the slider across the axis"}, c->height, positive);
-      k.take({"corner_radius", "m", "rounding of the slider's corners, for the stiffness of penalty contacts"},
-             c->corner_radius, positive);
+      k.take(
+          {"corner_radius", "m", "rounding of the slider's corners, for the stiffness of penalty contacts"},
+          c->corner_radius, positive);
       k.surface({"surface", "", "the surface of its contacts"}, c->surface);
     }
   }
@@ -78,7 +80,8 @@ struct TranslationalJoint {
       auto facts = b.facts(name + "." + corner_name, between, c.surface);
       facts.clearance = c.half_play;
       facts.radius = c.corner_radius.value_or(0);
-      b.line(b.link(between, {at[0], corner}), y < 0 ? 1 : -1, axis, -(0.5 * c.height + c.half_play), 0, facts);
+      b.line(b.link(between, {at[0], corner}), y < 0 ? 1 : -1, axis, -(0.5 * c.height + c.half_play), 0,
+             facts);
     }
   }
 };

@@ -20,7 +20,9 @@ struct Sensor<Instrument::Kind::accelerometer> {
     check_sampling(k, i);
   }
   /// Velocity along the axis (m/s).
-  static double measure(const Instrument& i, const double* v) { return dot(i.axis, planar::velocity(v, i.body)); }
+  static double measure(const Instrument& i, const double* v) {
+    return dot(i.axis, planar::velocity(v, i.body));
+  }
 };
 
 }  // namespace freeplay

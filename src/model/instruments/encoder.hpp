@@ -18,8 +18,8 @@ struct Sensor<Instrument::Kind::encoder> {
   static void keys(auto& k, auto& i) {
     k.any_joint({"joint", "", "the joint whose angle it shows"}, i.joint, i.pair);
     sample_keys(k, i);
-    k.either({"counts", "", "counts per revolution: a resolution of 2π/counts; or resolution"}, one_or_more, from_counts,
-             {"resolution", "of the channel", "step of the samples, rounded down"}, positive,
+    k.either({"counts", "", "counts per revolution: a resolution of 2π/counts; or resolution"}, one_or_more,
+             from_counts, {"resolution", "of the channel", "step of the samples, rounded down"}, positive,
              i.resolution);
   }
   static double measure(const Instrument& i, const double* q) {

@@ -17,7 +17,9 @@ struct Sensor<Instrument::Kind::lvdt> {
     sample_keys(k, i);
     full_scale_keys(k, i);
   }
-  static double measure(const Instrument& i, const double* q) { return dot(i.axis, planar::position(q, i.body)); }
+  static double measure(const Instrument& i, const double* q) {
+    return dot(i.axis, planar::position(q, i.body));
+  }
 };
 
 }  // namespace freeplay

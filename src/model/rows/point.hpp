@@ -12,7 +12,8 @@ namespace freeplay {
 struct PointRows {
   Link link;
   int row = 0;
-  std::array<int, 2> theta_i{-1, -1}, theta_j{-1, -1};  // entries of G that turn with the bodies, −1: arm zero
+  std::array<int, 2> theta_i{-1, -1},
+      theta_j{-1, -1};  // entries of G that turn with the bodies, −1: arm zero
 
   template <class T>
   void place(const T&, const T* q, EvaluationOf<T>& e) const {
