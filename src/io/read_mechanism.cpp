@@ -3,8 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "io/keys_reader.hpp"
 
 namespace freeplay {
@@ -77,8 +75,8 @@ Mechanism read_mechanism(Section& root) {
   facts("lubricants", m.lubricants);
   elements("joints", m.joints);
   for (auto& [name, s] : root.children("contacts")) {
-    if (std::ranges::any_of(m.joints, [&](const Joint& j) { return name_of(j) == name; }))
-      s.fail("", "there is a joint of that name; events could not tell them apart");
+    for (const auto& joint : m.joints)
+      if (name_of(joint) == name) s.fail("", "there is a joint of that name; events could not tell them apart");
     m.contacts.push_back(read_element<Contact>(name, m, s));
   }
   elements("drives", m.drives);

@@ -134,7 +134,7 @@ class KeysWriter {
     if (x) put(key, *x);
   }
   template <class List>
-  const List::value_type& at(const List& list, int index, std::string_view key) const {
+  const typename List::value_type& at(const List& list, int index, std::string_view key) const {
     if (index < 0 || index >= static_cast<int>(list.size()))
       throw SceneError("", fmt::format("{}.{}", path_, key),
                        fmt::format("index {} names nothing; there are {}", index, list.size()));

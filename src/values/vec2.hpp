@@ -45,7 +45,7 @@ class Vec2Of {
   friend constexpr Vec2Of operator*(const T& s, const Vec2Of& a) { return {s * a.x_, s * a.y_}; }
   friend constexpr Vec2Of operator*(const Vec2Of& a, const T& s) { return s * a; }
   friend constexpr Vec2Of operator/(const Vec2Of& a, const T& s) { return {a.x_ / s, a.y_ / s}; }
-  friend constexpr bool operator==(const Vec2Of&, const Vec2Of&) = default;
+  friend bool operator==(const Vec2Of&, const Vec2Of&) = default;
 
   /// Turned by +90°.
   friend constexpr Vec2Of perp(const Vec2Of& r) { return {-r.y_, r.x_}; }

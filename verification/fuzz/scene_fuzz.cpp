@@ -14,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (scene.mechanism.bodies.size() > 20) return 0;
     const freeplay::System system(scene.mechanism);
     freeplay::assemble(scene.mechanism, scene.run.start);
-  } catch (const freeplay::SceneError&) {
+  } catch (const freeplay::ModelError&) {
   }
   return 0;
 }
