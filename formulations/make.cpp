@@ -6,6 +6,8 @@
 #include "formulations/nonsmooth/nonsmooth.hpp"
 #include "formulations/penalty/penalty.hpp"
 #include "model/laws.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
 
 namespace freeplay {
 

@@ -4,14 +4,14 @@
 #include <memory>
 #include <vector>
 
-#include "formulations/laws/contact_law.hpp"  // the laws, for those who come through here
-#include "formulations/laws/law_curves.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
 #include "sim/formulation.hpp"
 #include "values/family.hpp"
+#include "values/state.hpp"
 
 namespace freeplay {
+
+struct Scene;
+class System;
 
 /// Makes a formulation of a scene, started at `state`; scene and system must outlive it. `restitution`, when
 /// not empty, is what an impact law shall take in place of the surfaces' values, one per contact. Throws

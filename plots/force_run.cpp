@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "io/output_file.hpp"
+#include "model/elements/speed_drive.hpp"
 
 namespace freeplay::plots {
 

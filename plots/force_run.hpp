@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "model/mechanism.hpp"
+namespace freeplay {
+struct SpeedDrive;
+}
 
 namespace freeplay::plots {
 

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "model/scene.hpp"
 #include "values/family.hpp"
 
 namespace freeplay::plots {
@@ -24,13 +25,13 @@ nlohmann::json run_json(const std::filesystem::path& run) {
 }
 
 /// The scene that a run's run.json carries, when this program can read it.
-std::optional<Scene> scene_of(const std::filesystem::path& run) {
+std::shared_ptr<const Scene> scene_of(const std::filesystem::path& run) {
   const auto document = run_json(run);
   if (document.is_discarded() || !document.contains("provenance")) return {};
   const auto& p = document["provenance"];
   try {
-    return parse_scene(p.value("scene", ""), p.value("scene_file", ""),
-                       p.value("overrides", std::vector<std::string>{}));
+    return std::make_shared<const Scene>(parse_scene(p.value("scene", ""), p.value("scene_file", ""),
+                                                     p.value("overrides", std::vector<std::string>{})));
   } catch (const std::exception&) {
     return {};
   }

@@ -3,13 +3,18 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
-#include "model/scene.hpp"
+#include "model/elements.hpp"
 #include "plots/force_run.hpp"
+
+namespace freeplay {
+struct Scene;
+}
 
 namespace freeplay::plots {
 
@@ -52,7 +57,7 @@ class ForceTable {
 
   const char* source_ = "run.json";
   std::vector<ForceRun> runs_;
-  std::optional<Scene> scene_;
+  std::shared_ptr<const Scene> scene_;
   std::optional<SpeedDrive> drive_;  // that turns the crank
   double interval_ = 0;              // s, greatest of the runs
   std::set<std::string> undetermined_;

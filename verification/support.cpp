@@ -11,6 +11,11 @@
 
 #include <fmt/format.h>
 
+#include "io/run_folder.hpp"
+#include "model/assembly.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
+
 namespace freeplay::test {
 
 std::filesystem::path source_folder() {
@@ -22,6 +27,21 @@ std::filesystem::path source_folder() {
                     "claims are judged on; verify and extremes run from a build in its source folder",
                     folder.string()));
   return folder;
+}
+
+Result simulate(const Scene& scene, Family family) {
+  return run_scene(scene, {.formulation = name_of(family), .most_events = 1'000'000});
+}
+
+double kinetic_energy(const Scene& scene, const State& state) {
+  return System(scene.mechanism).kinetic(state.v.data());
+}
+
+ContactFacts first_contact(const Scene& scene) { return System(scene.mechanism).contact_facts(0); }
+
+std::vector<int> redundant_rows(const Scene& scene) {
+  const State start = assemble(scene.mechanism, scene.run.start);
+  return freeplay::redundant_rows(System(scene.mechanism), start.q);
 }
 
 ContactEvent touch(const Result& run, std::size_t i) {

@@ -6,10 +6,16 @@
 #include <string>
 #include <vector>
 
-#include "formulations/make.hpp"
-#include "io/run_folder.hpp"
-#include "io/run_json.hpp"
-#include "model/assembly.hpp"
+#include "sim/observer.hpp"
+#include "values/event.hpp"
+#include "values/family.hpp"
+#include "values/result.hpp"
+
+namespace freeplay {
+struct ContactFacts;
+struct Scene;
+struct Surface;
+}  // namespace freeplay
 
 namespace freeplay::test {
 
@@ -23,9 +29,13 @@ inline std::filesystem::path scene_file(const std::string& name) {
 
 /// One run in memory.
 using freeplay::name_of;
-inline Result simulate(const Scene& scene, Family family) {
-  return run_scene(scene, {.formulation = name_of(family), .most_events = 1'000'000});
-}
+Result simulate(const Scene& scene, Family family);
+
+/// What the model says of a scene.
+double kinetic_energy(const Scene& scene, const State& state);
+ContactFacts first_contact(const Scene& scene);
+/// At the assembled start.
+std::vector<int> redundant_rows(const Scene& scene);
 
 /// Calls functions with events and samples.
 class Listener final : public Observer {

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/mechanism.hpp"
+#include "model/system.hpp"
+
 namespace freeplay {
 
 Scales make_scales(const Mechanism& mechanism, const System& system) {

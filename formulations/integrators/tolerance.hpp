@@ -10,10 +10,11 @@
 #pragma once
 
 #include "formulations/integrators/methods.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
 
 namespace freeplay {
+
+struct Mechanism;
+class System;
 
 struct Scales {
   double length = 1;         ///< ℓ, m

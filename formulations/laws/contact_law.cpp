@@ -11,6 +11,7 @@
 
 #include "formulations/laws/contact_parts.hpp"
 #include "generated/contact_laws.hpp"
+#include "model/scene.hpp"
 
 namespace freeplay {
 namespace {

@@ -12,11 +12,13 @@
 #pragma once
 
 #include "formulations/laws/elastic.hpp"
+#include "model/evaluation.hpp"
 #include "model/laws.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "model/options.hpp"
 
 namespace freeplay {
+
+struct Scene;
 
 /// One contact's law, ready to evaluate.
 struct ContactForce {

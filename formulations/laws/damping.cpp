@@ -6,6 +6,7 @@
 
 #include "formulations/laws/contact_law.hpp"
 #include "generated/contact_laws.hpp"
+#include "model/error.hpp"
 
 namespace freeplay {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "model/system.hpp"
+#include "numerics/dual.hpp"
 
 namespace freeplay {
 namespace {

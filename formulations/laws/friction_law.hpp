@@ -9,7 +9,7 @@
 
 #include "formulations/laws/friction_parts.hpp"
 #include "generated/friction_laws.hpp"
-#include "model/scene.hpp"
+#include "model/options.hpp"
 
 namespace freeplay {
 

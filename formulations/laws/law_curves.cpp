@@ -7,6 +7,7 @@
 #include "formulations/laws/contact_law.hpp"
 #include "formulations/laws/friction_law.hpp"
 #include "model/laws.hpp"
+#include "model/scene.hpp"
 #include "model/system.hpp"
 
 namespace freeplay {

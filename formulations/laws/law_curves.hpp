@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
-#include "model/scene.hpp"
-
 namespace freeplay {
+
+struct Scene;
 
 struct ImpactSetting {
   double mass = 1;     ///< kg

@@ -16,7 +16,7 @@
 #include <array>
 #include <vector>
 
-#include "model/scene.hpp"
+#include "model/options.hpp"
 #include "numerics/lcp.hpp"
 #include "values/ledger.hpp"
 

@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "formulations/nonsmooth/contact_problem.hpp"
-#include "model/scene.hpp"
+#include "model/options.hpp"
 #include "model/system.hpp"
 #include "numerics/saddle_point.hpp"
 #include "sim/formulation.hpp"

@@ -9,6 +9,7 @@
 #include "formulations/nonsmooth/event_driven.hpp"
 #include "formulations/nonsmooth/moreau.hpp"
 #include "model/assembly.hpp"
+#include "model/scene.hpp"
 
 namespace freeplay {
 namespace {

@@ -3,11 +3,12 @@
 #include <memory>
 #include <vector>
 
-#include "model/scene.hpp"
-#include "model/system.hpp"
 #include "sim/formulation.hpp"
 
 namespace freeplay {
+
+struct Scene;
+class System;
 
 /// The nonsmooth formulation of a scene, started at `state`. `restitution`, when not empty, replaces what the
 /// surfaces ask for, one value per contact. Throws ModelError when a surface has no restitution.

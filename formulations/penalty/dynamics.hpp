@@ -15,7 +15,7 @@
 #include "formulations/laws/contact_law.hpp"
 #include "formulations/laws/film.hpp"
 #include "formulations/laws/friction_law.hpp"
-#include "model/scene.hpp"
+#include "model/options.hpp"
 #include "model/system.hpp"
 #include "numerics/saddle_point.hpp"
 #include "sim/formulation.hpp"

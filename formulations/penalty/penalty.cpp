@@ -10,6 +10,7 @@
 #include "formulations/marched.hpp"
 #include "formulations/penalty/stepper.hpp"
 #include "model/assembly.hpp"
+#include "model/scene.hpp"
 
 namespace freeplay {
 namespace {

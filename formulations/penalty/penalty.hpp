@@ -2,11 +2,13 @@
 
 #include <memory>
 
-#include "model/scene.hpp"
-#include "model/system.hpp"
 #include "sim/formulation.hpp"
 
 namespace freeplay {
+
+struct ContactFacts;
+struct Scene;
+class System;
 
 /// The penalty formulation of a scene, started at `state`. Throws ModelError when a surface lacks what a
 /// contact force needs.

@@ -4,7 +4,9 @@
 #include "cli/progress.hpp"
 #include "cli/shown.hpp"
 #include "cli/verb.hpp"
-#include "freeplay.hpp"
+#include "facade/simulation.hpp"
+#include "io/open_scene.hpp"
+#include "model/error.hpp"
 #include "study/tradeoff.hpp"
 
 namespace freeplay::cli {
@@ -17,7 +19,7 @@ struct AdviseRequest : Request {
 };
 
 int advise(const AdviseRequest& request) {
-  const auto scene = read_scene(request.scene, request.overrides);
+  const auto scene = open_scene(request.scene, request.overrides);
   auto with = request.conduct();
   with.matched = false;  // as `run` takes it
   int status = 1;
@@ -26,7 +28,7 @@ int advise(const AdviseRequest& request) {
     Progress progress;
     Advice advice;
     try {
-      advice = freeplay::advise(scene, family, request.error / 100, with,
+      advice = freeplay::advise(*scene, family, request.error / 100, with,
                                 [&](double done) { progress.show(formulation, done); });
     } catch (const ModelError& e) {
       fmt::print("{}: not available: {}\n\n", formulation, e.what());

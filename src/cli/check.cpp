@@ -6,6 +6,8 @@
 #include "io/schema.hpp"
 #include "model/assembly.hpp"
 #include "model/planar.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
 #include "numerics/saddle_point.hpp"
 
 namespace freeplay::cli {

@@ -11,6 +11,7 @@
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
+#include "io/open_scene.hpp"
 #include "plots/figure.hpp"
 
 namespace freeplay::cli {
@@ -28,21 +29,21 @@ struct CompareRequest : Request {
 int compare(const CompareRequest& request) {
   auto overrides = with_accuracy(request.accuracy, {Family::penalty, Family::nonsmooth}, request.overrides);
   if (request.forces) overrides.push_back("run.forces=true");
-  const Scene scene = read_scene(request.scene, overrides);
+  const auto scene = open_scene(request.scene, overrides);
   const std::filesystem::path folder =
-      request.output.empty() ? default_folder(scene.file, "") : std::filesystem::path(request.output);
+      request.output.empty() ? default_folder(request.scene, "") : std::filesystem::path(request.output);
   Progress progress;
   CompareSetup setup;
   setup.matched = !request.as_given;
   setup.stop = request.stop;
   setup.on_progress = [&](const std::string& which, double done) { progress.show(which, done); };
-  const auto comparison = freeplay::compare(scene, setup, folder);
+  const auto comparison = freeplay::compare(*scene, setup, folder);
   progress.clear();
   int status = report(comparison.penalty);
   if (comparison.penalty.ending.status != Ending::Status::interrupted) status |= report(comparison.nonsmooth);
   if (request.stop()) return 1;
 
-  fmt::print("{}\n", wrapped(comparison_table(scene, comparison, false)));
+  fmt::print("{}\n", wrapped(comparison_table(*scene, comparison, false)));
   say_undetermined(comparison.penalty);
   fmt::print("results in {}\nfigures:\n", folder.string());
   for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());

@@ -8,6 +8,7 @@
 #include "cli/default_folder.hpp"
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
+#include "io/open_scene.hpp"
 #include "plots/figure.hpp"
 
 namespace freeplay::cli {
@@ -20,11 +21,11 @@ struct DriftRequest : Request {
 };
 
 int drift(const DriftRequest& request) {
-  const Scene scene = read_scene(request.scene, request.overrides);
-  const auto folder =
-      request.output.empty() ? default_folder(scene.file, "-drift") : std::filesystem::path(request.output);
+  const auto scene = open_scene(request.scene, request.overrides);
+  const auto folder = request.output.empty() ? default_folder(request.scene, "-drift")
+                                             : std::filesystem::path(request.output);
   Progress progress;
-  const auto runs = measure_drift(scene, request.stop, folder,
+  const auto runs = measure_drift(*scene, request.stop, folder,
                                   [&](const std::string& which, double done) { progress.show(which, done); });
   progress.clear();
   if (request.stop()) return 1;

@@ -7,7 +7,7 @@
 #include "cli/document.hpp"
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
-#include "freeplay.hpp"
+#include "facade/simulation.hpp"
 #include "io/output_file.hpp"
 #include "io/run_folder.hpp"
 #include "io/run_json.hpp"
@@ -86,7 +86,7 @@ int extremes(const ExtremesRequest& request) {
     std::erase(name, ',');
     limit_csv += fmt::format("{},{},{}\n", name, l.formulation, l.value);
   }
-  auto origin = provenance(Scene{});
+  auto origin = provenance();
   origin["scene_file"] = "extremes";
   write_file(folder / "extremes.json",
              nlohmann::json{{"provenance", origin}, {"cells", list}, {"limits", limits}}.dump(

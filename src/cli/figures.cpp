@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "cli/verb.hpp"
+#include "model/error.hpp"
 #include "plots/figure.hpp"
 
 namespace freeplay::cli {

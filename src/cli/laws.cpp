@@ -4,9 +4,13 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/verb.hpp"
+#include "formulations/laws/contact_law.hpp"
+#include "formulations/laws/law_curves.hpp"
 #include "formulations/make.hpp"
+#include "io/open_scene.hpp"
 #include "io/output_file.hpp"
 #include "io/run_json.hpp"
+#include "model/error.hpp"
 #include "model/laws.hpp"
 #include "plots/figure.hpp"
 
@@ -56,12 +60,12 @@ void write_curves(const Scene& scene, const ImpactSetting& setting, const std::f
 }
 
 int print_curves(const LawsRequest& request) {
-  const Scene scene = read_scene(request.scene, request.overrides);
+  const auto scene = open_scene(request.scene, request.overrides);
   const auto folder =
       request.output.empty() ? std::filesystem::path("out/laws") : std::filesystem::path(request.output);
   if (!(request.mass > 0) || !(request.speed > 0))
     throw SceneError("--mass and --speed must be greater than 0");
-  write_curves(scene, {request.mass, request.speed}, folder);
+  write_curves(*scene, {request.mass, request.speed}, folder);
   fmt::print("curves in {}\nfigures:\n", folder.string());
   for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
   return 0;

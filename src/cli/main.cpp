@@ -7,6 +7,8 @@
 
 #include "cli/verb.hpp"
 #include "io/output_file.hpp"
+#include "model/error.hpp"
+#include "values/snapshot.hpp"
 
 using namespace freeplay;
 

@@ -10,8 +10,9 @@
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
-#include "freeplay.hpp"
+#include "facade/simulation.hpp"
 #include "io/identity.hpp"
+#include "io/recorded_run.hpp"
 #include "io/run_folder.hpp"
 #include "io/run_json.hpp"
 

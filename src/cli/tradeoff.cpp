@@ -11,7 +11,8 @@
 #include "cli/progress.hpp"
 #include "cli/shown.hpp"
 #include "cli/verb.hpp"
-#include "freeplay.hpp"
+#include "facade/simulation.hpp"
+#include "io/open_scene.hpp"
 #include "io/output_file.hpp"
 #include "plots/figure.hpp"
 #include "study/provenance.hpp"
@@ -104,8 +105,8 @@ int tradeoff(const TradeoffRequest& request) {
   Progress progress;
   for (const auto& v : study.variants) {
     const Sampling sampling{v.starts, v.revolutions, study.seed, study.perturbation};
-    const auto scene = read_scene(v.scene, v.overrides);
-    auto t = trade_off(scene, request.conduct(), request.repeats, sampling,
+    const auto scene = open_scene(v.scene, v.overrides);
+    auto t = trade_off(*scene, request.conduct(), request.repeats, sampling,
                        [&](double done) { progress.show(v.name, done); });
     progress.clear();
     if (request.stop()) return 1;

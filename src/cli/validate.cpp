@@ -8,7 +8,9 @@
 
 #include "cli/default_folder.hpp"
 #include "cli/validate.hpp"
+#include "io/open_scene.hpp"
 #include "io/output_file.hpp"
+#include "io/run_json.hpp"
 #include "io/section.hpp"
 #include "plots/figure.hpp"
 
@@ -62,7 +64,7 @@ int validate_data(const ValidateRequest& request) {
       status = 1;
     }
   auto document = to_json(v);
-  document["provenance"] = provenance(read_scene(request.scene, request.overrides));
+  document["provenance"] = provenance(*open_scene(request.scene, request.overrides));
   document["data"] = request.data;
   document["restitution"] = request.as_given ? "as-given" : "delivered";
   write_file(folder / "validation.json", document.dump(1) + "\n");

@@ -9,6 +9,7 @@
 #include "cli/progress.hpp"
 #include "cli/validate.hpp"
 #include "io/output_file.hpp"
+#include "model/error.hpp"
 #include "plots/figure.hpp"
 #include "study/provenance.hpp"
 #include "study/tables.hpp"

@@ -10,6 +10,7 @@
 #include "io/output_file.hpp"
 #include "io/run_folder.hpp"
 #include "io/run_json.hpp"
+#include "model/error.hpp"
 #include "plots/figure.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/support.hpp"
@@ -92,7 +93,7 @@ int verify(const VerifyRequest& request) {
                                        : request.output.empty()  ? "out/verification"
                                                                  : request.output;
   make_folder(folder);
-  auto origin = provenance(Scene{});
+  auto origin = provenance();
   origin["scene_file"] = "verification";
   const nlohmann::json document{
       {"provenance",

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include "formulations/make.hpp"
 #include "io/identity.hpp"
 #include "io/write_scene.hpp"
+#include "model/scene.hpp"
 #include "model/system.hpp"
 
 namespace freeplay {

@@ -5,10 +5,13 @@
 #include <string_view>
 #include <vector>
 
-#include "formulations/make.hpp"
+#include "values/family.hpp"
 #include "values/identity.hpp"
 
 namespace freeplay {
+
+struct Scene;
+class System;
 
 /// "penalty" or "nonsmooth"; throws ModelError.
 Family family_of(std::string_view formulation);

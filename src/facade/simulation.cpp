@@ -9,15 +9,17 @@
 
 #include "facade/identify.hpp"
 #include "facade/judge.hpp"
+#include "facade/simulation.hpp"
 #include "formulations/make.hpp"
-#include "freeplay.hpp"
 #include "io/identity.hpp"
 #include "io/write_scene.hpp"
 #include "model/assembly.hpp"
 #include "model/redundancy.hpp"
+#include "model/scene.hpp"
 #include "model/system.hpp"
 #include "sim/clock.hpp"
 #include "sim/sensors.hpp"
+#include "sim/trajectory.hpp"
 #include "sim/watch.hpp"
 
 namespace freeplay {

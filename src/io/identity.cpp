@@ -7,6 +7,7 @@
 
 #include "content.hpp"
 #include "io/digest.hpp"
+#include "io/recorded_run.hpp"
 #include "io/section.hpp"
 #include "io/toml_value.hpp"
 #include "io/write_scene.hpp"

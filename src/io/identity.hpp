@@ -2,14 +2,16 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
-#include "model/scene.hpp"
 #include "values/identity.hpp"
 #include "values/state.hpp"
 
 namespace freeplay {
+
+struct Scene;
 
 /// Identity::program of this program on this machine.
 std::string program_identity();
@@ -36,17 +38,5 @@ struct Origin {
   }
 };
 Origin origin_of(const Scene& scene);
-
-/// What an identity says to do.
-struct Setup {
-  Scene scene;
-  std::string formulation;
-  bool matched = false;
-  std::optional<State> start;
-};
-
-/// The facts and how to run them from the identity alone, the rest of the scene from `origin`. Throws SceneError
-/// when it is not the identity of a single run.
-Setup setup_of(const Identity& identity, const Origin& origin);
 
 }  // namespace freeplay

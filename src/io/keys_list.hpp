@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "model/mechanism.hpp"
+#include "model/elements/torque_drive.hpp"
+#include "model/keys.hpp"
+#include "values/vec2.hpp"
 
 namespace freeplay {
 

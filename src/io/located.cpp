@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "io/section.hpp"
+#include "model/scene.hpp"
 
 namespace freeplay {
 

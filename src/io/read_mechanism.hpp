@@ -1,9 +1,10 @@
 #pragma once
 
 #include "io/section.hpp"
-#include "model/mechanism.hpp"
 
 namespace freeplay {
+
+struct Mechanism;
 
 /// Reads the keys of a scene that describe the mechanism and checks each fact. Throws SceneError.
 Mechanism read_mechanism(Section& root);

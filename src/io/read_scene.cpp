@@ -3,6 +3,7 @@
 #include <sstream>
 
 #include "io/keys_reader.hpp"
+#include "io/open_scene.hpp"
 #include "io/read_mechanism.hpp"
 #include "model/instruments.hpp"
 #include "model/scene.hpp"
@@ -93,6 +94,11 @@ Scene parse_scene(const std::string& text, const std::string& name,
 
 Scene read_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
   return parse_scene(read_text(file), file.string(), overrides);
+}
+
+std::shared_ptr<const Scene> open_scene(const std::filesystem::path& file,
+                                        const std::vector<std::string>& overrides) {
+  return std::make_shared<const Scene>(read_scene(file, overrides));
 }
 
 }  // namespace freeplay

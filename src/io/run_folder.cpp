@@ -11,11 +11,16 @@
 #include <array>
 #include <chrono>
 #include <nlohmann/json.hpp>
+#include <vector>
 
+#include "facade/simulation.hpp"
 #include "io/csv.hpp"
 #include "io/located.hpp"
+#include "io/recorded_run.hpp"
 #include "io/run_json.hpp"
 #include "io/sealed.hpp"
+#include "sim/statistics.hpp"
+#include "values/snapshot.hpp"
 
 namespace freeplay {
 namespace {

@@ -7,9 +7,13 @@
 #include <optional>
 #include <string>
 
-#include "freeplay.hpp"
+#include "sim/stop.hpp"
+#include "values/result.hpp"
+#include "values/state.hpp"
 
 namespace freeplay {
+
+struct Scene;
 
 struct RunPlan {
   std::string formulation = {};  ///< "penalty" or "nonsmooth"

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "io/recorded_run.hpp"
 #include "io/section.hpp"
 #include "io/write_scene.hpp"
 #include "version.hpp"
@@ -128,6 +129,8 @@ nlohmann::json provenance(const Scene& scene) {
   return provenance(scene,
                     {.scene = to_toml(scene), .formulation = "", .given = "", .program = program_identity()});
 }
+
+nlohmann::json provenance() { return provenance(Scene{}); }
 
 nlohmann::json provenance(const Scene& scene, const Identity& identity) {
   nlohmann::json document = {{"program", "freeplay"},

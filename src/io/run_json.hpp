@@ -1,14 +1,15 @@
 // run.json: what a run amounts to, and where it came from.
 #pragma once
 
-#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "io/identity.hpp"
+#include "values/identity.hpp"
 #include "values/result.hpp"
 
 namespace freeplay {
+
+struct Scene;
 
 /// Sections of run.json.
 nlohmann::json to_json(const Result& result);
@@ -18,17 +19,10 @@ nlohmann::json to_json(const Result& result);
 nlohmann::json provenance(const Scene& scene, const Identity& identity);
 /// The same of what is made from a scene but is no single run.
 nlohmann::json provenance(const Scene& scene);
+/// The same of what is made from many scenes.
+nlohmann::json provenance();
 
 /// What a scene that states no format is told; "" of one that does.
 std::string format_note(const Scene& scene);
-
-/// A run as its run.json tells it.
-struct RecordedRun {
-  Identity identity;
-  Setup setup;  ///< its scene has file, text and overrides of the run, for its provenance
-};
-
-/// Throws SceneError for what is no run.json, is damaged, or was made before runs had an identity.
-RecordedRun read_run(const std::filesystem::path& file);
 
 }  // namespace freeplay

@@ -5,8 +5,11 @@
 #include <vector>
 
 #include "io/keys_list.hpp"
+#include "model/body.hpp"
+#include "model/elements.hpp"
 #include "model/instruments.hpp"
-#include "model/scene.hpp"
+#include "model/options.hpp"
+#include "model/surface.hpp"
 
 namespace freeplay {
 namespace {

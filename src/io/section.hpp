@@ -17,15 +17,19 @@ namespace freeplay {
 #include <toml++/toml.h>
 #pragma pop_macro("NDEBUG")
 
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
+#include "model/error.hpp"
 #include "model/keys.hpp"
-#include "model/scene.hpp"
+#include "values/vec2.hpp"
 
 namespace freeplay {
 

@@ -13,6 +13,8 @@
 
 #include "io/toml_value.hpp"
 #include "model/instruments.hpp"
+#include "model/scene.hpp"
+#include "values/family.hpp"
 
 namespace freeplay {
 namespace {

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "model/scene.hpp"
-
 namespace freeplay {
+
+struct Scene;
 
 /// The canonical text of a scene: the whole mechanism, every option with the value in force and the
 /// instruments, in SI units, a line for each key, elements in the mechanism's order. parse_scene() reads the

@@ -10,7 +10,7 @@
 #include <sstream>
 #include <string>
 
-#include "model/scene.hpp"
+#include "model/error.hpp"
 
 namespace freeplay {
 namespace {

@@ -4,9 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "model/assembly_ipopt.hpp"
+#include "model/error.hpp"
+#include "model/mechanism.hpp"
 #include "model/planar.hpp"
+#include "model/system.hpp"
 #include "numerics/rank.hpp"
 #include "numerics/saddle_point.hpp"
 

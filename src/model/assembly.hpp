@@ -7,12 +7,16 @@
 // system.
 #pragma once
 
+#include <string>
 #include <vector>
 
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "model/options.hpp"
+#include "values/state.hpp"
 
 namespace freeplay {
+
+struct Mechanism;
+class System;
 
 /// Throws ModelError that names the joint which stays open and by how much.
 State assemble(const Mechanism& mechanism, RunOptions::Start start);

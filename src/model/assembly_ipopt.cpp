@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <mutex>
 
+#include "model/kinematics.hpp"
+#include "model/system.hpp"
+
 namespace freeplay {
 namespace {
 

@@ -2,9 +2,9 @@
 
 #include <vector>
 
-#include "model/system.hpp"
-
 namespace freeplay {
+
+class System;
 
 /// Moves q to the solution of the assembly program of assembly.hpp, with the rows `left_out` (ascending) not
 /// imposed. On failure q holds Ipopt's last iterate, the point nearest to closure that it found.

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "model/mechanism.hpp"
 #include "model/system.hpp"
 
 namespace freeplay {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "model/mechanism.hpp"
+#include "model/body.hpp"
 #include "values/forces.hpp"
 
 namespace freeplay {

@@ -1,3 +1,5 @@
+#include <vector>
+
 #include "model/options.hpp"
 
 namespace freeplay {

@@ -4,10 +4,13 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 
+#include "model/keys.hpp"
 #include "model/laws.hpp"
-#include "model/mechanism.hpp"
+#include "values/enumerators.hpp"
 
 namespace freeplay {
 

@@ -8,7 +8,7 @@
 #include <variant>
 #include <vector>
 
-#include "model/mechanism.hpp"
+#include "model/elements.hpp"
 #include "model/pairs/line.hpp"
 #include "model/pairs/round.hpp"
 #include "model/rows/angle.hpp"

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "model/assembly.hpp"
+#include "model/system.hpp"
 
 namespace freeplay {
 

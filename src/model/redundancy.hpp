@@ -3,9 +3,11 @@
 
 #include <vector>
 
-#include "model/system.hpp"
+#include "values/state.hpp"
 
 namespace freeplay {
+
+class System;
 
 /// Indices into System::force_elements() of ideal joints and drives whose reactions are not unique at a state: some
 /// combination z of rows has Gᵀz = 0 and acts on them, so that any multiple of it may be added to the multipliers.

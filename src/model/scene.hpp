@@ -3,10 +3,10 @@
 
 #include <filesystem>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "model/error.hpp"
 #include "model/instrument.hpp"
 #include "model/mechanism.hpp"
 #include "model/options.hpp"
@@ -34,28 +34,6 @@ struct Scene {
   /// which names KEY=VALUE; then the scene is as it was.
   void set(const std::string& key, const std::string& value);
   void set(const std::string& key, double value);
-};
-
-/// What a scene lacks or contradicts, in terms of the model. what() is "key: what is wrong, what would be right",
-/// without a key where none is to blame.
-struct ModelError : std::runtime_error {
-  ModelError(const std::string& blamed, const std::string& wrong)
-      : std::runtime_error(blamed.empty() ? wrong : blamed + ": " + wrong), key(blamed), message(wrong) {}
-  std::string key;      ///< dotted
-  std::string message;  ///< without the key
-
- protected:
-  ModelError(const std::string& what, const std::string& blamed, const std::string& wrong)
-      : std::runtime_error(what), key(blamed), message(wrong) {}
-};
-
-/// The same with its place in a file. what() is the one line that a user gets: FILE:LINE:COL: key: what is wrong, what would be
-/// right.
-struct SceneError : ModelError {
-  explicit SceneError(const std::string& what) : ModelError("", what) {}
-  /// `place`: FILE:LINE:COL, or what else the key was set by; empty in code.
-  SceneError(const std::string& place, const std::string& blamed, const std::string& wrong)
-      : ModelError((place.empty() ? "" : place + ": ") + blamed + ": " + wrong, blamed, wrong) {}
 };
 
 /// Reads and validates a scene; each override is KEY=VALUE with a dotted key. Throws SceneError.

@@ -19,9 +19,7 @@
 namespace freeplay {
 
 class Builder;
-
-/// A number with its derivatives in four directions at once.
-using Gradient = Dual<4>;
+struct Mechanism;
 
 class System {
  public:

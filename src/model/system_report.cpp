@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "model/builder.hpp"
+#include "model/contacts.hpp"
 
 namespace freeplay {
 namespace {
@@ -147,6 +148,13 @@ void System::report_loads(double t, const double* q, const double* v, const doub
       x.facts.template act<double>(motion, x.link, x.state < 0 ? nullptr : z + x.state, reported);
     }
   });
+}
+
+std::vector<std::string> contact_names(const Mechanism& mechanism) {
+  const System system(mechanism);
+  std::vector<std::string> names;
+  for (int k = 0; k < system.contacts(); ++k) names.push_back(system.contact_facts(k).name);
+  return names;
 }
 
 }  // namespace freeplay

@@ -80,4 +80,7 @@ double value_of(const Dual<N>& x) {
   return x.value;
 }
 
+/// A number with its derivatives in four directions at once.
+using Gradient = Dual<4>;
+
 }  // namespace freeplay

@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "freeplay.hpp"
+#include "facade/simulation.hpp"
 #include "measure/measurement.hpp"
+#include "model/scene.hpp"
 #include "study/intervals.hpp"
 
 namespace freeplay {

@@ -9,6 +9,10 @@
 // run: at its optimum, and at `draws` points of Laplace's normal distribution within the ranges.
 #pragma once
 
+#include <filesystem>
+#include <functional>
+#include <vector>
+
 #include "study/results.hpp"
 #include "study/surface.hpp"
 #include "study/sweep.hpp"

@@ -7,9 +7,10 @@
 #include <numbers>
 
 #include "facade/identify.hpp"
-#include "freeplay.hpp"
+#include "facade/simulation.hpp"
 #include "io/located.hpp"
 #include "io/toml_value.hpp"
+#include "model/scene.hpp"
 #include "sim/clock.hpp"
 
 namespace freeplay {

@@ -1,11 +1,19 @@
 // One run of a study, in memory.
 #pragma once
 
-#include "freeplay.hpp"
+#include <filesystem>
+#include <string>
+#include <vector>
+
 #include "measure/turns.hpp"
+#include "sim/stop.hpp"
 #include "study/study.hpp"
+#include "values/identity.hpp"
+#include "values/result.hpp"
 
 namespace freeplay {
+
+struct Scene;
 
 /// One run of a study.
 struct Case {

@@ -7,6 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "io/output_file.hpp"
+#include "io/run_folder.hpp"
+#include "io/run_json.hpp"
+#include "model/scene.hpp"
 
 namespace freeplay {
 namespace {

@@ -9,15 +9,18 @@
 
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "io/run_folder.hpp"
-#include "io/run_json.hpp"
+#include "sim/stop.hpp"
+#include "values/result.hpp"
 
 namespace freeplay {
+
+struct Scene;
 
 struct ImpactPair {
   ContactEvent penalty, nonsmooth;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "model/scene.hpp"
 #include "study/compare.hpp"
 
 namespace freeplay {

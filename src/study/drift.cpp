@@ -5,8 +5,11 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "facade/simulation.hpp"
 #include "io/output_file.hpp"
+#include "io/run_json.hpp"
 #include "model/assembly.hpp"
+#include "model/scene.hpp"
 #include "model/system.hpp"
 #include "sim/residuals.hpp"
 

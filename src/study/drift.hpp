@@ -3,13 +3,16 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
-#include "io/run_folder.hpp"
-#include "io/run_json.hpp"
+#include "sim/stop.hpp"
+#include "values/result.hpp"
 
 namespace freeplay {
+
+struct Scene;
 
 struct DriftRun {
   std::string stabilisation;

@@ -6,8 +6,10 @@
 #include <mutex>
 #include <numbers>
 
-#include "freeplay.hpp"
-#include "model/system.hpp"
+#include "facade/simulation.hpp"
+#include "io/run_folder.hpp"
+#include "model/contacts.hpp"
+#include "model/scene.hpp"
 
 namespace freeplay {
 namespace {
@@ -37,7 +39,7 @@ double welch(const std::vector<double>& a, const std::vector<double>& b) {
 std::vector<Scene> perturbed_starts(const Scene& scene, const Sampling& sampling, int first,
                                     const Conduct& conduct) {
   std::vector<Scene> starts;
-  if (sampling.starts < 2 || System(scene.mechanism).contacts() == 0) return starts;
+  if (sampling.starts < 2 || contact_names(scene.mechanism).empty()) return starts;
   try {
     for (int i = 0; i < sampling.starts; ++i) {
       auto moved = perturbed(scene, conduct.stop, sampling.seed, first + i, sampling.how);

@@ -2,6 +2,8 @@
 // than their own sampling error.
 #pragma once
 
+#include <functional>
+
 #include "study/settings.hpp"
 
 namespace freeplay {

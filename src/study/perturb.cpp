@@ -5,9 +5,11 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <variant>
 
-#include "freeplay.hpp"
+#include "facade/simulation.hpp"
 #include "model/assembly.hpp"
+#include "model/scene.hpp"
 
 namespace freeplay {
 namespace {

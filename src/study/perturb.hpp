@@ -5,10 +5,11 @@
 
 #include <cstdint>
 
-#include "io/run_folder.hpp"
-#include "io/run_json.hpp"
+#include "sim/stop.hpp"
 
 namespace freeplay {
+
+struct Scene;
 
 struct Perturbation {
   double turn = 1;    ///< share of a turn that the crank's angle is drawn from

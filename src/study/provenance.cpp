@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "io/digest.hpp"
+#include "io/identity.hpp"
+#include "io/open_scene.hpp"
 #include "io/run_json.hpp"
 #include "io/section.hpp"
 #include "io/toml_value.hpp"
@@ -41,8 +43,8 @@ std::string study_text(const Study& study) {
   std::string text = settings_text(study);
   state(parse_toml(study.text, study.file.string()), "", text);
   std::map<std::filesystem::path, std::string> files;
-  files[study.scene] = digest(to_toml(read_scene(study.scene)));
-  for (const auto& v : study.variants) files[v.scene] = digest(to_toml(read_scene(v.scene)));
+  files[study.scene] = digest(to_toml(*open_scene(study.scene)));
+  for (const auto& v : study.variants) files[v.scene] = digest(to_toml(*open_scene(v.scene)));
   if (!study.fit.empty()) files[study.fit] = digest(study_text(read_study(study.fit)));
   if (study.calibration)
     for (const auto& t : study.calibration->targets)
@@ -56,11 +58,11 @@ std::string study_text(const Study& study) {
 }  // namespace
 
 nlohmann::json provenance(const Study& study) {
-  const auto scene = read_scene(study.scene);
-  auto document = provenance(scene, {.scene = to_toml(scene),
-                                     .formulation = "",
-                                     .given = study_text(study),
-                                     .program = program_identity()});
+  const auto scene = open_scene(study.scene);
+  auto document = provenance(*scene, {.scene = to_toml(*scene),
+                                      .formulation = "",
+                                      .given = study_text(study),
+                                      .program = program_identity()});
   document["study"] = study.text;
   return document;
 }

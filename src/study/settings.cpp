@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/run_folder.hpp"
+#include "model/scene.hpp"
+
 namespace freeplay {
 namespace {
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "model/options.hpp"
 #include "study/case_run.hpp"
 #include "values/family.hpp"
 

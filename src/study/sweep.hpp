@@ -2,6 +2,9 @@
 // every run is a function of its case alone.
 #pragma once
 
+#include <functional>
+#include <set>
+
 #include "study/results.hpp"
 
 namespace freeplay {

@@ -4,7 +4,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "freeplay.hpp"
+#include "facade/simulation.hpp"
+#include "model/scene.hpp"
 
 namespace freeplay {
 namespace {

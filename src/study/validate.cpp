@@ -7,7 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "model/system.hpp"
+#include "model/contacts.hpp"
+#include "model/scene.hpp"
 #include "values/family.hpp"
 
 namespace freeplay {
@@ -47,9 +48,9 @@ Study study_of(const Scene& scene) {
   if (study.accelerometer.empty()) fail("has no accelerometer to compare with the file");
   const auto* drive = main_drive(scene.mechanism);
   if (!drive || drive->speed == 0) fail("has no drive of prescribed speed, to count turns by");
-  const System system(scene.mechanism);
-  if (system.contacts() == 0) fail("has no joint with clearance");
-  study.joint = system.contact_facts(0).name;
+  const auto contacts = contact_names(scene.mechanism);
+  if (contacts.empty()) fail("has no joint with clearance");
+  study.joint = contacts.front();
   const double turn = 2 * std::numbers::pi / std::abs(drive->speed);
   study.discard = scene.run.discard / turn;
   study.revolutions = (scene.run.duration - scene.run.discard) / turn;

@@ -3,6 +3,8 @@
 #include <catch2/catch.hpp>
 
 #include "formulations/nonsmooth/impact.hpp"
+#include "model/assembly.hpp"
+#include "model/scene.hpp"
 #include "verification/references/impact_tables.hpp"
 #include "verification/references/loose_guide.hpp"
 #include "verification/support.hpp"
@@ -16,8 +18,6 @@ Scene scene_of(const char* name) {
   scene.nonsmooth.scheme = Scheme::event_driven;
   return scene;
 }
-
-double kinetic(const Scene& scene, const State& s) { return System(scene.mechanism).kinetic(s.v.data()); }
 
 }  // namespace
 
@@ -93,7 +93,8 @@ TEST_CASE("Kane and Levinson's pendulum: Newton's law gains energy, says so, and
     const auto start = assemble(scene.mechanism, scene.run.start);
     const auto run = test::simulate(scene, Family::nonsmooth);
     CAPTURE(static_cast<int>(row.law), row.e);
-    CHECK(kinetic(scene, run.final_state) / kinetic(scene, start) == Approx(row.ratio).epsilon(1e-9));
+    CHECK(test::kinetic_energy(scene, run.final_state) / test::kinetic_energy(scene, start) ==
+          Approx(row.ratio).epsilon(1e-9));
     CHECK(run.extremes.gains == (row.law == ImpactLaw::newton ? 1 : 0));
     const bool told = std::ranges::any_of(
         run.notes, [](const std::string& n) { return n.find("raised the energy") != std::string::npos; });

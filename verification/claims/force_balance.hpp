@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "model/scene.hpp"
+#include "model/mechanism.hpp"
 #include "sim/trajectory.hpp"
 
 namespace freeplay::verification {

@@ -5,7 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "freeplay.hpp"
+#include "facade/simulation.hpp"
+#include "model/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/claims/force_balance.hpp"
 #include "verification/references/slider_crank_forces.hpp"

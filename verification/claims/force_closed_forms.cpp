@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "facade/simulation.hpp"
+#include "model/options.hpp"
 #include "verification/claims/force_claims.hpp"
 #include "verification/references/bearing_load.hpp"
 

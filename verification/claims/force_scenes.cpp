@@ -4,7 +4,9 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "facade/simulation.hpp"
 #include "io/csv.hpp"
+#include "model/options.hpp"
 #include "verification/claims/force_claims.hpp"
 
 namespace freeplay::verification::force_claims {

@@ -1,8 +1,9 @@
 // What must not change, over long runs and over random mechanisms.
 #include <random>
 
+#include "facade/simulation.hpp"
 #include "formulations/make.hpp"
-#include "freeplay.hpp"
+#include "model/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/hertz_impact.hpp"
 #include "verification/support.hpp"

@@ -7,7 +7,11 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
-#include "freeplay.hpp"
+#include "facade/simulation.hpp"
+#include "model/assembly.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
+#include "sim/statistics.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/support.hpp"
 

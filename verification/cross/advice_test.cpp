@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "facade/simulation.hpp"
+#include "model/scene.hpp"
 #include "study/case_run.hpp"
 #include "study/tradeoff.hpp"
 #include "verification/references/delivered_restitution.hpp"
@@ -138,7 +140,7 @@ TEST_CASE("advice keeps its word on a loose guide, by another program's table", 
   auto scene = read_scene(test::source_folder() / "cases/flores2010-translational/scene.toml");
   scene.run.duration = 0.0065;  // between the fourth touch and the fifth
   scene.run.discard = 0;
-  const System system(scene.mechanism);
+  const auto contacts = Simulation(scene, "nonsmooth").layout().contacts;
   for (const double asked : {0.05, 0.001}) {
     CAPTURE(asked);
     const auto advice = advise(scene, Family::nonsmooth, asked, Conduct{}, {});
@@ -149,8 +151,8 @@ TEST_CASE("advice keeps its word on a loose guide, by another program's table", 
       e.t = i.t;
       e.v_n_minus = i.v_n_minus;
       e.impulse_n = i.impulse_n;
-      for (int k = 0; k < system.contacts(); ++k)
-        if (system.contact_facts(k).name == std::string("guide.") + i.corner) e.contact = k;
+      for (std::size_t k = 0; k < contacts.size(); ++k)
+        if (contacts[k] == std::string("guide.") + i.corner) e.contact = static_cast<int>(k);
       exact.push_back(e);
     }
     REQUIRE(advice.reference.touches.size() >= 4);

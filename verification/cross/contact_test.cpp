@@ -4,8 +4,9 @@
 
 #include <cmath>
 
+#include "facade/simulation.hpp"
 #include "formulations/laws/contact_law.hpp"
-#include "freeplay.hpp"
+#include "model/scene.hpp"
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/references/impact_tables.hpp"
 #include "verification/support.hpp"

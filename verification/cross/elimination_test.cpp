@@ -3,7 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
+#include "model/assembly.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
 #include "numerics/saddle_point.hpp"
 #include "verification/support.hpp"
 

@@ -1,6 +1,7 @@
 // The event-driven scheme against independent event-driven programs, and time stepping against it.
 #include <catch2/catch.hpp>
 
+#include "model/scene.hpp"
 #include "verification/references/impact_tables.hpp"
 #include "verification/references/loose_guide.hpp"
 #include "verification/support.hpp"
@@ -19,7 +20,6 @@ Scene event_driven(const std::filesystem::path& file, double duration) {
 }
 
 void compare_corners(const Scene& scene, const std::vector<reference::CornerImpact>& impacts) {
-  const System system(scene.mechanism);
   const auto run = test::simulate(scene, Family::nonsmooth);
   CAPTURE(run.ending.reason);
   REQUIRE(run.ending.status == Ending::Status::finished);
@@ -29,7 +29,8 @@ void compare_corners(const Scene& scene, const std::vector<reference::CornerImpa
     const auto& expected = impacts[i];
     const auto& e = found[i];
     CAPTURE(i, expected.t, expected.corner);
-    REQUIRE(system.contact_facts(e.contact).name == std::string("guide.") + expected.corner);
+    REQUIRE(run.contacts.at(static_cast<std::size_t>(e.contact)).name ==
+            std::string("guide.") + expected.corner);
     const double speed = -expected.v_n_minus, slide = speed + std::abs(expected.v_t_plus);
     // Tolerance 1e-10 a step; each rattle of the short slider multiplies an error by a few. Times are known
     // to 1e-13 of themselves and to 1e-10 s where the table's two runs differ by that.
@@ -47,7 +48,6 @@ void compare_corners(const Scene& scene, const std::vector<reference::CornerImpa
 TEST_CASE("event-driven meets the tables of nine mechanisms", "[cross][event-driven]") {
   for (const auto& table : reference::impact_tables) {
     auto scene = event_driven(test::scene_file(table.scene), 0.035);
-    const System system(scene.mechanism);
     const auto run = test::simulate(scene, Family::nonsmooth);
     CAPTURE(table.scene, run.ending.reason);
     REQUIRE(run.ending.status == Ending::Status::finished);
@@ -55,7 +55,7 @@ TEST_CASE("event-driven meets the tables of nine mechanisms", "[cross][event-dri
     for (int i = 0; i < 3; ++i) {
       const auto& expected = table.nonsmooth[i];
       CAPTURE(i);
-      REQUIRE(system.contact_facts(found.at(i).contact).name == expected.joint);
+      REQUIRE(run.contacts.at(static_cast<std::size_t>(found.at(i).contact)).name == expected.joint);
       // The tables have 10 to 11 digits in times and 9 in rates.
       const double speed = -expected.v_n_minus, relative = 1e-8;
       CHECK(found[i].t == Approx(expected.t).margin(1e-11).epsilon(0));

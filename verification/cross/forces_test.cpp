@@ -3,8 +3,13 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <filesystem>
+#include <variant>
 
-#include "freeplay.hpp"
+#include "facade/simulation.hpp"
+#include "model/assembly.hpp"
+#include "model/scene.hpp"
+#include "sim/trajectory.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

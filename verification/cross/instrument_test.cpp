@@ -5,8 +5,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "freeplay.hpp"
+#include "facade/simulation.hpp"
 #include "measure/instrument.hpp"
+#include "model/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

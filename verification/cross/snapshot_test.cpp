@@ -12,8 +12,12 @@
 #include <random>
 #include <set>
 
-#include "freeplay.hpp"
+#include "facade/simulation.hpp"
 #include "io/output_file.hpp"
+#include "model/scene.hpp"
+#include "sim/statistics.hpp"
+#include "sim/trajectory.hpp"
+#include "values/snapshot.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

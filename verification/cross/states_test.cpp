@@ -4,7 +4,8 @@
 
 #include <cmath>
 
-#include "freeplay.hpp"
+#include "facade/simulation.hpp"
+#include "model/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

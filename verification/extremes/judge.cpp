@@ -9,7 +9,7 @@
 
 #include "io/run_folder.hpp"
 #include "io/run_json.hpp"
-#include "model/scene.hpp"
+#include "model/error.hpp"
 #include "verification/extremes/extremes.hpp"
 
 namespace freeplay::verification {

@@ -5,8 +5,11 @@
 
 #include <random>
 
+#include "facade/simulation.hpp"
 #include "formulations/nonsmooth/impact.hpp"
-#include "freeplay.hpp"
+#include "model/assembly.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -1,6 +1,7 @@
 // Contacts do not creep through their walls, whatever the clearance and the speed.
 #include <catch2/catch.hpp>
 
+#include "io/open_scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
@@ -10,10 +11,10 @@ TEST_CASE("penetration stays below a thousandth of the clearance over the paper'
   // fifty the greatest ratio was 3.7e-7 (docs/nonsmooth.md).
   for (const double clearance : {0.1e-3, 0.25e-3, 0.5e-3, 1e-3})
     for (const double rpm : {100.0, 150.0, 200.0, 250.0}) {
-      auto scene = read_scene(test::flores(), {"joints.gudgeon.clearance=" + std::to_string(clearance),
-                                               "drives.motor.speed_rpm=" + std::to_string(rpm),
-                                               "run.revolutions=2", "run.discard=0.5"});
-      const auto run = test::simulate(scene, Family::nonsmooth);
+      const auto scene = open_scene(test::flores(), {"joints.gudgeon.clearance=" + std::to_string(clearance),
+                                                     "drives.motor.speed_rpm=" + std::to_string(rpm),
+                                                     "run.revolutions=2", "run.discard=0.5"});
+      const auto run = test::simulate(*scene, Family::nonsmooth);
       CAPTURE(clearance, rpm);
       REQUIRE(run.ending.status == Ending::Status::finished);
       CHECK(run.contacts[0].penetration_ratio < 1e-3);

@@ -4,6 +4,7 @@
 // dopri5 agree to 1e-12.)
 #include <catch2/catch.hpp>
 
+#include "model/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -2,7 +2,8 @@
 // against the closed form with elliptic functions.
 #include <catch2/catch.hpp>
 
-#include "freeplay.hpp"
+#include "facade/simulation.hpp"
+#include "model/scene.hpp"
 #include "numerics/rosenbrock4.hpp"
 #include "verification/references/pendulum.hpp"
 #include "verification/references/seven_body.hpp"

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "model/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

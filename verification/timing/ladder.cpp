@@ -6,10 +6,14 @@
 #include <chrono>
 #include <cstdlib>
 
+#include "facade/simulation.hpp"
 #include "formulations/laws/contact_law.hpp"
 #include "formulations/penalty/dynamics.hpp"
-#include "freeplay.hpp"
+#include "model/assembly.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
 #include "numerics/saddle_point.hpp"
+#include "sim/statistics.hpp"
 #include "verification/references/slider_crank_oracle.hpp"
 #include "verification/support.hpp"
 

@@ -5,6 +5,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "io/run_json.hpp"
+#include "model/scene.hpp"
 #include "plots/figure.hpp"
 #include "verification/support.hpp"
 

@@ -5,6 +5,9 @@
 #include "formulations/laws/contact_law.hpp"
 #include "formulations/nonsmooth/moreau.hpp"
 #include "formulations/penalty/dynamics.hpp"
+#include "model/assembly.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -2,6 +2,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "model/scene.hpp"
+#include "model/system.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

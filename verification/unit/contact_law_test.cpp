@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "formulations/laws/friction_law.hpp"
+#include "model/error.hpp"
 
 using namespace freeplay;
 

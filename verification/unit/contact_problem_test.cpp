@@ -5,7 +5,9 @@
 #include <IpTNLP.hpp>
 #include <catch2/catch.hpp>
 
-#include "freeplay.hpp"
+#include "facade/simulation.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
 #include "numerics/saddle_point.hpp"
 #include "verification/random_contact.hpp"
 #include "verification/support.hpp"

@@ -8,7 +8,9 @@
 #include <cmath>
 #include <functional>
 
-#include "freeplay.hpp"
+#include "facade/simulation.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

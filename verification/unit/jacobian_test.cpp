@@ -9,6 +9,7 @@
 #include "formulations/penalty/dynamics.hpp"
 #include "model/laws.hpp"
 #include "model/scene.hpp"
+#include "model/system.hpp"
 
 using namespace freeplay;
 

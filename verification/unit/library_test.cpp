@@ -17,6 +17,8 @@
 
 #include "freeplay.hpp"
 #include "io/output_file.hpp"
+#include "model/assembly.hpp"
+#include "model/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

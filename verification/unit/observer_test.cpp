@@ -3,9 +3,11 @@
 
 #include <cmath>
 
-#include "freeplay.hpp"
+#include "facade/simulation.hpp"
 #include "io/output_file.hpp"
 #include "io/run_folder.hpp"
+#include "model/scene.hpp"
+#include "sim/trajectory.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

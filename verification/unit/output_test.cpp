@@ -9,6 +9,8 @@
 
 #include "io/output_file.hpp"
 #include "measure/instrument.hpp"
+#include "sim/contact_log.hpp"
+#include "sim/statistics.hpp"
 #include "study/compare.hpp"
 #include "verification/support.hpp"
 

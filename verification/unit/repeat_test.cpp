@@ -9,9 +9,13 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "facade/simulation.hpp"
 #include "io/digest.hpp"
 #include "io/output_file.hpp"
+#include "io/run_folder.hpp"
 #include "io/write_scene.hpp"
+#include "model/assembly.hpp"
+#include "model/scene.hpp"
 #include "study/compare.hpp"
 #include "verification/support.hpp"
 

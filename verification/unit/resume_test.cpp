@@ -12,11 +12,14 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <thread>
 
+#include "io/open_scene.hpp"
 #include "io/output_file.hpp"
+#include "io/run_folder.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
@@ -273,15 +276,15 @@ TEST_CASE("resume: a request to stop while a step is recorded loses no row", "[r
   // Rows by the thousand in each step: most requests fall between them. A step with very many is cut short,
   // and gone on with from before.
   struct Kind {
-    Scene scene;
+    std::shared_ptr<const Scene> scene;
     const char* formulation;
     int rounds;
   };
   const Kind kinds[] = {
-      {read_scene(rig(), {"run.revolutions=0.05", "run.discard=0", "run.output_step=2e-6", "run.forces=true",
+      {open_scene(rig(), {"run.revolutions=0.05", "run.discard=0", "run.output_step=2e-6", "run.forces=true",
                           "penalty.tolerance=1e-6"}),
        "penalty", 8},
-      {read_scene(test::scene_file("bouncing_ball"),
+      {open_scene(test::scene_file("bouncing_ball"),
                   {"nonsmooth.scheme=\"event-driven\"", "run.duration=0.3", "run.output_step=1e-6"}),
        "nonsmooth", 4}};
   test::TemporaryFolder place;
@@ -289,7 +292,7 @@ TEST_CASE("resume: a request to stop while a step is recorded loses no row", "[r
   for (const auto& [scene, formulation, rounds] : kinds) {
     const auto whole = place.path() / "whole", folder = place.path() / "stopped";
     const auto start = Clock::now();
-    run_scene(scene, {.formulation = formulation, .folder = whole});
+    run_scene(*scene, {.formulation = formulation, .folder = whole});
     const double length = std::chrono::duration<double>(Clock::now() - start).count();
     for (int round = 0; round < rounds; ++round) {
       std::filesystem::remove_all(folder);
@@ -300,7 +303,7 @@ TEST_CASE("resume: a request to stop while a step is recorded loses no row", "[r
         requested = true;
       });
       auto result = run_scene(
-          scene,
+          *scene,
           {.formulation = formulation, .folder = folder, .stop = StopToken(requested), .checkpoint = 30});
       asker.join();
       if (result.ending.status == Ending::Status::interrupted) {
@@ -391,15 +394,15 @@ TEST_CASE("resume: what cannot be gone on with is refused, and nothing is damage
 
 TEST_CASE("resume: a full disk ends a run, which goes on when there is room", "[resume]") {
   test::TemporaryFolder place;
-  const auto scene = read_scene(rig(), {"run.revolutions=0.1", "run.discard=0", "penalty.tolerance=1e-6"});
+  const auto scene = open_scene(rig(), {"run.revolutions=0.1", "run.discard=0", "penalty.tolerance=1e-6"});
   const auto whole = place.path() / "whole", folder = place.path() / "full";
-  run_scene(scene, {.formulation = "penalty", .folder = whole});
+  run_scene(*scene, {.formulation = "penalty", .folder = whole});
   std::atomic<bool> requested{false};
-  auto result = run_scene(scene, {.formulation = "penalty",
-                                  .folder = folder,
-                                  .on_progress = [&](double done) { requested = done > 0.3; },
-                                  .stop = StopToken(requested),
-                                  .checkpoint = 30});
+  auto result = run_scene(*scene, {.formulation = "penalty",
+                                   .folder = folder,
+                                   .on_progress = [&](double done) { requested = done > 0.3; },
+                                   .stop = StopToken(requested),
+                                   .checkpoint = 30});
   REQUIRE(result.ending.status == Ending::Status::interrupted);
   // run.json cannot be put in its place: a folder is there.
   std::filesystem::remove(folder / "run.json");

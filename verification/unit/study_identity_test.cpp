@@ -10,6 +10,8 @@
 #include <nlohmann/json.hpp>
 
 #include "io/output_file.hpp"
+#include "io/run_json.hpp"
+#include "model/error.hpp"
 #include "study/provenance.hpp"
 #include "study/sweep.hpp"
 #include "verification/support.hpp"

@@ -10,9 +10,10 @@
 #include <random>
 #include <thread>
 
-#include "freeplay.hpp"
+#include "facade/simulation.hpp"
 #include "io/output_file.hpp"
 #include "measure/measurement.hpp"
+#include "model/scene.hpp"
 #include "study/calibrate.hpp"
 #include "study/case_run.hpp"
 #include "study/intervals.hpp"

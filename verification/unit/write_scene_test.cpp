@@ -16,6 +16,7 @@
 #include <set>
 
 #include "io/schema.hpp"
+#include "model/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -1,0 +1,36 @@
+// A run read back: from its identity, or from its run.json.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "io/identity.hpp"
+#include "model/scene.hpp"
+#include "values/identity.hpp"
+#include "values/state.hpp"
+
+namespace freeplay {
+
+/// What an identity says to do.
+struct Setup {
+  Scene scene;
+  std::string formulation;
+  bool matched = false;
+  std::optional<State> start;
+};
+
+/// The facts and how to run them from the identity alone, the rest of the scene from `origin`. Throws SceneError
+/// when it is not the identity of a single run.
+Setup setup_of(const Identity& identity, const Origin& origin);
+
+/// A run as its run.json tells it.
+struct RecordedRun {
+  Identity identity;
+  Setup setup;  ///< its scene has file, text and overrides of the run, for its provenance
+};
+
+/// Throws SceneError for what is no run.json, is damaged, or was made before runs had an identity.
+RecordedRun read_run(const std::filesystem::path& file);
+
+}  // namespace freeplay
