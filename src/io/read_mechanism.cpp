@@ -76,7 +76,8 @@ Mechanism read_mechanism(Section& root) {
   elements("joints", m.joints);
   for (auto& [name, s] : root.children("contacts")) {
     for (const auto& joint : m.joints)
-      if (name_of(joint) == name) s.fail("", "there is a joint of that name; events could not tell them apart");
+      if (name_of(joint) == name)
+        s.fail("", "there is a joint of that name; events could not tell them apart");
     m.contacts.push_back(read_element<Contact>(name, m, s));
   }
   elements("drives", m.drives);

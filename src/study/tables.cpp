@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "io/output_file.hpp"
+#include "model/scene.hpp"
 #include "study/intervals.hpp"
 
 namespace freeplay {
