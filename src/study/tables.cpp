@@ -22,7 +22,9 @@ void write_tables(const Study& study, const Results& results, const Conduct& con
     if (one.start != 0) continue;
     std::string head;
     for (double x : one.values) head += fmt::format(",{}", x);
-    const auto line = [&](const std::string& formulation) { return one.variant + "," + formulation + head; };
+    const auto line = [&](const std::string& formulation) {
+      return fmt::format("{},{}{}", one.variant, formulation, head);
+    };
     std::vector<double> mean;
     int starts = 0;
     for (const auto& row : rows) {
