@@ -11,7 +11,7 @@
 // for χ at a given ê it is the exact law. Kelvin–Voigt, F = K δ + D δ̇, is the one law of another form.
 #pragma once
 
-#include "formulations/laws/elastic.hpp"
+#include "formulations/laws/contact_parts.hpp"
 #include "model/evaluation.hpp"
 #include "model/laws.hpp"
 #include "model/options.hpp"
@@ -38,13 +38,11 @@ struct ContactForce {
 double damping_factor(ContactLaw law, double restitution);
 /// ê from χ by the equation above, by a bracketed root search (Boost TOMS 748).
 double delivered_restitution(double chi);
-/// χ from ê, 0 < ê ≤ 1.
-double exact_damping_factor(double restitution);
 /// ê of a free impact of mass m (kg) under Kelvin–Voigt with the force clamped at zero: the exit is where F = 0.
 double kelvin_voigt_restitution(double stiffness, double viscous, double mass);
 
 /// The law of one contact from the scene's options. Throws ModelError about the key that is missing.
-ContactForce make_contact_force(const Scene& scene, const ContactFacts& facts);
+ContactForce make_contact_force(const Scene& scene, const ContactFacts& contact);
 
 /// Hertz's K = (4/3) E* √R, E* = E/(2(1 − ν²)) for like materials; R = R_i R_j/(R_i − R_j) of a journal
 /// inside a bearing.

@@ -12,7 +12,7 @@ namespace freeplay {
 struct Scene;
 
 /// Sections of run.json.
-nlohmann::json to_json(const Result& result);
+nlohmann::json to_json(const Result& s);
 
 /// Where a run came from: its identity, part by part and line by line, with the options of it once more as JSON;
 /// and for people version, commit, the scene's text and overrides.
