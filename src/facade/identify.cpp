@@ -12,8 +12,8 @@ namespace freeplay {
 
 Family family_of(std::string_view formulation) {
   if (const auto family = family_named(formulation)) return *family;
-  throw ModelError("formulation",
-                   fmt::format("must be \"penalty\" or \"nonsmooth\", is \"{}\"", formulation));
+  throw ModelError("formulation", fmt::format("must be \"{}\", is \"{}\"",
+                                              fmt::join(family_names(), "\" or \""), formulation));
 }
 
 std::optional<std::vector<double>> matched_restitution(Family family, bool asked, const Scene& scene,

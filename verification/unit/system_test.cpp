@@ -8,6 +8,7 @@
 
 #include "model/scene.hpp"
 #include "model/system.hpp"
+#include "verification/support.hpp"
 
 using namespace freeplay;
 
@@ -328,4 +329,58 @@ TEST_CASE("forces are the gradient of the potential", "[system]") {
               Approx(-(system.potential(qb.data()) - system.potential(qa.data())) / (2 * s)).margin(1e-5));
     }
   }
+}
+
+namespace {
+
+/// A small disc over a wall and another that swings a long arm over a second wall; `long_arm_first` says whose
+/// contact stands first.
+Scene two_walls(bool long_arm_first) {
+  const std::string short_one =
+      "[contacts.short]\ntype = \"plane\"\nbetween = [\"ground\", \"a\"]\nradius = 0.01\nsurface = \"s\"\n";
+  const std::string long_one =
+      "[contacts.long]\ntype = \"plane\"\nbetween = [\"ground\", \"b\"]\nat = [[0, -9], [3, 0]]\nradius = 0.02\n"
+      "surface = \"s\"\n";
+  return parse_scene(
+      "[bodies.a]\nmass = 1\ninertia = 1\nposition = [0, 1]\n[bodies.b]\nmass = 1\ninertia = 1\n"
+      "[surfaces.s]\nrestitution = 0.5\n" +
+          (long_arm_first ? long_one + short_one : short_one + long_one) +
+          "[loads.spring]\ntype = \"spring-damper\"\nbetween = [\"ground\", \"a\"]\nstiffness = 10\n"
+          "[run]\nduration = 1\n",
+      "walls");
+}
+
+}  // namespace
+
+TEST_CASE("what a wall's penetrations are measured by does not depend on the order of the contacts",
+          "[system]") {
+  // By hand: a thousandth of the longest arm, 3 m; the disc's own radius would give 1e-5.
+  for (const bool first : {true, false}) {
+    const auto scene = two_walls(first);
+    const System system(scene.mechanism);
+    for (int k : {0, 1}) {
+      CAPTURE(first, system.contact_facts(k).name);
+      CHECK(system.contact_facts(k).clearance == Approx(3e-3).epsilon(1e-15));
+    }
+  }
+}
+
+TEST_CASE("each element says what it makes the solver carry, and together they carry what the system has",
+          "[system]") {
+  const auto scene = read_scene(test::source_folder() / "cases/flores2011/scene.toml");
+  const System system(scene.mechanism);
+  int rows = 0, contacts = 0;
+  for (const auto& c : system.carried()) {
+    rows += c.rows;
+    contacts += c.contacts;
+    if (c.name == "gudgeon") CHECK((c.rows == 0 && c.contacts == 1 && c.kind == "revolute"));
+    if (c.name == "guide") CHECK((c.rows == 2 && c.contacts == 0 && c.kind == "translational"));
+    if (c.name == "motor") CHECK((c.rows == 1 && c.kind == "speed drive"));
+  }
+  CHECK(rows == system.rows());
+  CHECK(contacts == system.contacts());
+  const auto walls = two_walls(true);
+  const System walled(walls.mechanism);
+  const auto& last = walled.carried().back();
+  CHECK((last.force && last.rows == 0));
 }
