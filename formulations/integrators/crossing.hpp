@@ -1,5 +1,5 @@
-// Where a function watched during a step first leaves its sign: on the dense output of the step, by samples,
-// and between samples of one sign at the turning point.
+// Where a function watched during a step first leaves its sign: on the dense output of the step, by bounds on what
+// it can do between its ends (model/gap_motion.hpp), halved until they decide.
 #pragma once
 
 #include <algorithm>
@@ -7,15 +7,11 @@
 #include <cmath>
 #include <optional>
 
+#include "model/gap_motion.hpp"
 #include "model/planar.hpp"
 #include "model/system.hpp"
 
 namespace freeplay {
-
-/// A function's value and its rate of change.
-struct Watched {
-  double value = 0, rate = 0;
-};
 
 /// Bodies that turn bring their contacts round: a step (s) may not turn any so far that one could come and go
 /// unseen between the samples of its gap. `v`: velocities of the bodies.
@@ -37,48 +33,55 @@ double bracketed_root(F f, double a, double b, double fa, double fb) {
 }
 
 /// First time in [t0, t1] at which `at`, positive while a mode lasts, becomes negative: t0 when it never was
-/// positive. `start` and `end` are its values at the ends. A start below `noise` that rises counts as zero.
+/// positive. `start` and `end` are its values at the ends, `motion` how it may bend between them. The interval is
+/// halved until each piece is proved to stay above −noise, or to rise or fall all the way; what is shorter than time
+/// resolves counts as negative where its end is.
 template <class F>
-std::optional<double> first_loss(F at, double t0, double t1, Watched start, Watched end, double noise = 0) {
-  constexpr int samples = 4;
-  const double h = t1 - t0;
-  // Far from zero for as fast as it moves: nothing to look for.
-  if (std::min(start.value, end.value) > 2 * h * std::max(std::abs(start.rate), std::abs(end.rate)))
-    return std::nullopt;
-  if (start.value <= noise && start.rate > 0) start.value = 0;  // just changed mode here: rounding
+std::optional<double> first_loss(F at, double t0, double t1, Watched start, const Watched& end,
+                                 const GapMotion& motion, double noise) {
+  if (motion.least(start, end, t1 - t0) > -noise) return std::nullopt;
+  if (start.value <= 8 * noise && start.rate > 0) start.value = std::max(start.value, 0.0);  // just changed mode here
   const auto value = [&](double t) { return at(t).value; };
-  const auto rate = [&](double t) { return at(t).rate; };
-  double ta = t0;
-  Watched a = start;
-  for (int s = 1; s <= samples; ++s) {
-    const double tb = s == samples ? t1 : t0 + h * s / samples;
-    const Watched b = s == samples ? end : at(tb);
-    if (b.value >= 0 && a.rate < 0 && b.rate > 0 &&
-        std::min(a.value, b.value) < (tb - ta) * std::max(-a.rate, b.rate)) {
-      const double turn = bracketed_root(rate, ta, tb, a.rate, b.rate), least = value(turn);
-      if (least < 0 && a.value > 0) return bracketed_root(value, ta, turn, a.value, least);
-    }
-    if (b.value < 0) {
-      if (a.value > 0) return bracketed_root(value, ta, tb, a.value, b.value);
-      // It may have left zero upwards, and come back within one sample, however early.
-      double back = tb, below = b.value;
-      for (int halves = 0; halves < 50; ++halves) {
-        const double up = ta + 0.5 * (back - ta), above = value(up);
-        if (above > 0) return bracketed_root(value, up, back, above, below);
-        back = up;
-        below = above;
+  /// Falling all the way from a to b: the root's quarter, then the root.
+  const auto root = [&](double ta, const Watched& a, double tb, const Watched& b) -> std::optional<double> {
+    if (b.value >= 0) return std::nullopt;
+    if (a.value <= 0) return ta;
+    double from = ta, above = a.value;
+    for (int quarter = 1; quarter < 4; ++quarter) {
+      const double t = ta + (tb - ta) * quarter / 4, y = value(t);
+      if (y < 0) return bracketed_root(value, from, t, above, y);
+      if (y > 0) {
+        from = t;
+        above = y;
       }
-      return t0;  // never left zero: the mode ends where it began
     }
-    ta = tb;
-    a = b;
-  }
-  return std::nullopt;
+    return bracketed_root(value, from, tb, above, b.value);
+  };
+  const auto search = [&](auto&& self, double ta, const Watched& a, double tb, const Watched& b,
+                          int halvings) -> std::optional<double> {
+    const double h = tb - ta;
+    if (motion.least(a, b, h) > -noise || motion.rises(a, b, h)) return std::nullopt;
+    if (motion.falls(a, b, h)) return root(ta, a, tb, b);
+    const double tm = ta + 0.5 * h;
+    if (halvings == 0 || !(tm > ta && tm < tb))
+      return b.value < 0 ? std::optional(a.value > 0 ? tb : ta) : std::nullopt;
+    const Watched m = at(tm);
+    if (const auto t = self(self, ta, a, tm, m, halvings - 1)) return t;
+    return self(self, tm, m, tb, b, halvings - 1);
+  };
+  return search(search, t0, start, t1, end, 60);
 }
 
-/// What the gap of contact k is known to by rounding of the positions (m).
-inline double gap_rounding(const System& system, int k) {
-  return 1e-13 * system.contact_facts(k).clearance + 4e-16 * system.longest_arm();
+/// What the gap of contact k is known to by rounding of the positions q (m).
+inline double gap_rounding(const System& system, int k, const double* q) {
+  const auto& facts = system.contact_facts(k);
+  double reach = system.longest_arm();
+  for (const int body : facts.bodies)
+    if (body != ground) {
+      const auto at = planar::position(q, body);
+      reach += std::max(std::abs(at.x()), std::abs(at.y()));
+    }
+  return 1e-13 * facts.clearance + 4e-16 * reach;
 }
 
 /// Ends the last step of `method` at t; where that is its beginning, it begins anew there.

@@ -4,6 +4,8 @@
 //     renew(f)                takes the right-hand side anew at the present state, which may have been moved;
 //     land(f, t)              makes the last step again so that it ends at t, t_old < t ≤ its end;
 //     interpolate(t, x)       gives the state within the last step;
+//     enclose(n, bounds)      bounds the rates and accelerations of that;
+//     new_mode()              is told that the right-hand side has another form from here on;
 //     remember(m)             writes or reads all that further steps depend on (values/memory.hpp), so that a
 //                             new method made with the same arguments goes on bit for bit; the dense output
 //                             of the last step is not among it.
@@ -18,6 +20,7 @@
 #include <functional>
 #include <vector>
 
+#include "model/gap_motion.hpp"
 #include "values/memory.hpp"
 
 namespace freeplay {
@@ -65,12 +68,24 @@ struct MethodState {
     std::swap(dxdt, dxdt_old);
     t_old = t;
   }
+  /// Takes a shift back, for a step that was not made.
+  void unshift() {
+    std::swap(x, x_old);
+    std::swap(dxdt, dxdt_old);
+    t = t_old;
+  }
+  void new_mode() {}
   /// Cubic Hermite between the ends of the last step.
   void hermite(double at, Vector& out) const {
     const double h = t - t_old, s = (at - t_old) / h, r = 1 - s;
     const double a = r * r * (1 + 2 * s), b = s * s * (3 - 2 * s), c = h * s * r * r, d = -h * s * s * r;
     for (std::size_t i = 0; i < x.size(); ++i)
       out[i] = a * x_old[i] + b * x[i] + c * dxdt_old[i] + d * dxdt[i];
+  }
+  /// Bounds on the motion of the last step: of n coordinates, which stand first in x, their rates behind them.
+  void enclose(std::size_t n, MotionBounds& bounds) const {
+    bounds.enclose(t - t_old, n, x_old.data(), x_old.data() + n, dxdt_old.data() + n, x.data(), x.data() + n,
+                   dxdt.data() + n);
   }
   template <class F>
   void renew(F& f) {
@@ -145,6 +160,20 @@ class Embedded : public MethodState {
     else
       hermite(at, out);
   }
+  /// Dormand and Prince's quartic departs from the cubic through rates and accelerations by a multiple of s²(1 − s)²,
+  /// which is known from its middle, and has rates of up to 3.1/h of its size.
+  void enclose(std::size_t n, MotionBounds& bounds) const {
+    MethodState::enclose(n, bounds);
+    if constexpr (first_same_as_last) {
+      middle_.resize(x.size());
+      interpolate(0.5 * (t_old + t), middle_);
+      const double h = t - t_old;
+      for (std::size_t i = 0; i < n; ++i) {
+        const double cubic = 0.5 * (x_old[n + i] + x[n + i]) + 0.125 * h * (dxdt_old[n + i] - dxdt[n + i]);
+        bounds.widen(i, std::abs(middle_[n + i] - cubic), 3.1);
+      }
+    }
+  }
   /// Odeint's pair itself carries nothing over: every stage is computed anew.
   template <class M>
   void remember(M& m) {
@@ -164,6 +193,7 @@ class Embedded : public MethodState {
   }
   Controlled stepper_;
   double first_step_, dt_;
+  mutable Vector middle_;
 };
 using Dopri5 = Embedded<boost::numeric::odeint::runge_kutta_dopri5<Vector>>;
 using Fehlberg78 = Embedded<boost::numeric::odeint::runge_kutta_fehlberg78<Vector>>;

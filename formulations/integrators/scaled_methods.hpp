@@ -124,6 +124,25 @@ class BulirschStoer : public MethodState {
     stepper_.calc_state(at, y_);
     side_.from_scaled(y_, out);
   }
+  /// The interpolant is of high degree: how far it departs from the cubic is seen at seven places, and a polynomial of
+  /// degree 8 over a time h has rates of at most 128/h of its size (Markov).
+  void enclose(std::size_t n, MotionBounds& bounds) const {
+    MethodState::enclose(n, bounds);
+    const double h = t - t_old;
+    middle_.resize(x.size());
+    apart_.assign(n, 0);
+    for (int k = 1; k < 8; ++k) {
+      const double s = k / 8.0, r = 1 - s;
+      interpolate(t_old + s * h, middle_);
+      for (std::size_t i = 0; i < n; ++i) {
+        const std::size_t j = n + i;
+        const double cubic = r * r * (1 + 2 * s) * x_old[j] + s * s * (3 - 2 * s) * x[j] +
+                             h * s * r * (r * dxdt_old[j] - s * dxdt[j]);
+        apart_[i] = std::max(apart_[i], std::abs(middle_[j] - cubic));
+      }
+    }
+    for (std::size_t i = 0; i < n; ++i) bounds.widen(i, apart_[i], 128);
+  }
   template <class M>
   void remember(M& m) {
     m.part("bulirsch-stoer");
@@ -151,7 +170,7 @@ class BulirschStoer : public MethodState {
   BulirschStoerStepper stepper_;
   double first_step_, dt_, wish_ = 0;
   bool fresh_ = true;
-  mutable Vector y_;
+  mutable Vector y_, middle_, apart_;
 };
 
 /// Adams, Bashforth and Moulton's predictor and corrector of variable order (up to 8) and step; Hermite's

@@ -27,6 +27,7 @@ void EventDriven::start(const State& state, ContactLog& log) {
   std::ranges::copy(state.z, scratch_.begin() + dynamics_.state_offset());
   for (auto& c : dynamics_.contacts()) c.closed = false;
   for (auto& p : dynamics_.preloaded()) p.slip = 1;  // any mode: the true one is chosen before the first step
+  dynamics_.phases.start(dynamics_.system(), state.q.data(), state.v.data());
   method_.start(dynamics_, state.t, scratch_);
   last_ = {};
   pending_ = true;
@@ -87,6 +88,7 @@ bool EventDriven::step(double t_end) {
   first.t = method_.t;
   find_gap_events(first);
   find_mode_events(first);
+  find_phase_events(first);
   last_ = first;
   pending_ = first.kind != Event::Kind::none;
   if (pending_)
@@ -121,6 +123,8 @@ void EventDriven::mark_gaps() {
 /// Impacts where something approaches, then the mode that the accelerations choose.
 bool EventDriven::change_mode() {
   pending_ = false;
+  if (last_.kind == Event::Kind::phase_up || last_.kind == Event::Kind::phase_down)
+    dynamics_.phases.cross(dynamics_.system(), {last_.index, last_.kind == Event::Kind::phase_up, method_.t});
   const double t = method_.t;
   auto& d = dynamics_;
   auto& x = method_.x;

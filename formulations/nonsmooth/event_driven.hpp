@@ -74,7 +74,7 @@ class EventDriven {
 
  private:
   struct Event {
-    enum class Kind { none, gap, force, stick, slip, slide_stick, slide_slip };
+    enum class Kind { none, gap, force, stick, slip, slide_stick, slide_slip, phase_down, phase_up };
     Kind kind = Kind::none;
     int index = -1;
     double t = 0;
@@ -95,6 +95,7 @@ class EventDriven {
   void make_probe();
   void find_gap_events(Event& first);
   void find_mode_events(Event& first);
+  void find_phase_events(Event& first);
   void watch(const std::vector<double>& x, std::vector<double>& values);
   void values_at(double t, std::vector<double>& values);
   void land(Event& event);
@@ -115,6 +116,7 @@ class EventDriven {
 
   EventDynamics dynamics_;
   Dopri5 method_;
+  MotionBounds bounds_;  // of the last step
   double time_scale_, position_error_;
   ContactLog* log_ = nullptr;
   std::vector<Mark> mark_;

@@ -49,7 +49,7 @@ bool EventDynamics::solve_free(const Vector& x, double t) {
   ++work.factorisations;
   system_.place(t, q, e_);
   system_.rate(q, v, e_);
-  system_.forces(t, q, v, x.data() + state_offset(), e_);
+  system_.forces(t, q, v, x.data() + state_offset(), e_, {nullptr, phases.pieces()});
   for (int k = 0; k < system_.frictions(); ++k) {
     auto& p = preloaded_[k];
     p.gamma = system_.friction(k, q, v, e_, p.row);
@@ -161,7 +161,8 @@ void EventDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   integral[damping] = -e_.power.damping;
   integral[friction_loss] = 0;
   for (int k = 0; k < m; ++k) integral[drive] += lambda_[k] * e_.phi_t[k];
-  system_.flow(t, x.data(), x.data() + state_offset(), dxdt.data() + state_offset());
+  system_.flow(t, x.data(), x.data() + state_offset(), dxdt.data() + state_offset(),
+               {nullptr, phases.pieces()});
   double* impulse = dxdt.data() + impulse_offset();
   for (const auto& c : contacts_) {
     *impulse++ = c.lambda_n;
@@ -177,6 +178,7 @@ void EventDynamics::take_mode(const EventDynamics& other) {
     contacts_[k].slip = other.contacts_[k].slip;
     contacts_[k].resting = other.contacts_[k].resting;
   }
+  phases = other.phases;
   for (std::size_t k = 0; k < preloaded_.size(); ++k) preloaded_[k].slip = other.preloaded_[k].slip;
 }
 
@@ -192,7 +194,7 @@ void EventDynamics::report(const Vector& x, double t, Forces& out) {
   }
   for (int k = 0; k < system_.frictions(); ++k)
     system_.report_friction(k, q, v, e_, preloaded_[k].row, preloaded_[k].lambda, 1, out);
-  system_.report_loads(t, q, v, x.data() + state_offset(), e_, 1, out);
+  system_.report_loads(t, q, v, x.data() + state_offset(), e_, 1, out, {nullptr, phases.pieces()});
 }
 
 double EventDynamics::greatest(const double* rates) const {

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "formulations/integrators/phases.hpp"
 #include "formulations/nonsmooth/contact_problem.hpp"
 #include "formulations/nonsmooth/impact.hpp"
 #include "model/system.hpp"
@@ -84,7 +85,9 @@ class EventDynamics {
   std::unique_ptr<EventDynamics> twin() const {
     std::vector<double> restitution;
     for (const auto& c : contacts_) restitution.push_back(c.restitution);
-    return std::make_unique<EventDynamics>(system_, options_, restitution, facts_, speed_scale_);
+    auto other = std::make_unique<EventDynamics>(system_, options_, restitution, facts_, speed_scale_);
+    other->phases = phases;
+    return other;
   }
   /// Takes another's mode.
   void take_mode(const EventDynamics& other);
@@ -94,6 +97,10 @@ class EventDynamics {
 
   /// Takes the violations of constraints and walls at a state into `extremes`.
   void keep_extremes(const Vector& x, double t);
+  /// How a contact's gap may bend within a step, x its end and the state of the last look().
+  GapMotion gap_motion(int k, const MotionBounds& bounds, const Vector& x) const {
+    return system_.gap_motion(k, bounds, x.data(), e_);
+  }
   /// Fills row() of contact k at a state.
   const ContactRow& look(int k, const Vector& x, double t);
   double slide_rate(int k, const Vector& x, double t);
@@ -115,6 +122,7 @@ class EventDynamics {
   double slide_tolerance() const { return slide_tolerance_; }
   void measure_speeds(const Vector& x);
 
+  Phases phases;  ///< the pieces of torque tables that the present mode is held to
   Work work;
   Extremes extremes;
   double contact_loss = 0, stabilisation = 0;  ///< J
@@ -124,7 +132,7 @@ class EventDynamics {
     m.part("event dynamics");
     for (auto& c : contacts_) m(c);
     for (auto& p : preloaded_) m(p);
-    m(saddle_, speed_tolerance_, slide_tolerance_, a_, work, extremes, contact_loss, stabilisation);
+    m(phases, saddle_, speed_tolerance_, slide_tolerance_, a_, work, extremes, contact_loss, stabilisation);
   }
 
  private:

@@ -6,7 +6,7 @@
 
 namespace freeplay {
 
-double EventDriven::rounding(int k) const { return gap_rounding(dynamics_.system(), k); }
+double EventDriven::rounding(int k) const { return gap_rounding(dynamics_.system(), k, q()); }
 /// How far a gap may go below zero before it counts as closed (m).
 double EventDriven::slack(int k) const {
   if (dynamics_.contacts()[k].resting) return 1e-9 * dynamics_.system().contact_facts(k).clearance;
@@ -25,12 +25,27 @@ Watched EventDriven::gap_at(int k, double t) {
 }
 
 void EventDriven::find_gap_events(Event& first) {
+  const auto& system = dynamics_.system();
+  if (!(method_.t > method_.t_old)) return;
+  if (system.contacts() > 0) method_.enclose(static_cast<std::size_t>(system.n()), bounds_);
   for (int k = 0; k < dynamics_.system().contacts(); ++k) {
     if (dynamics_.contacts()[k].closed) continue;
-    const auto t = first_loss([&](double at) { return gap_at(k, at); }, method_.t_old, method_.t,
-                              mark_[k].gap, gap_at(k, method_.t), 8 * rounding(k));
+    const auto end = gap_at(k, method_.t);
+    const auto t = first_loss([&](double at) { return gap_at(k, at); }, method_.t_old, method_.t, mark_[k].gap,
+                              end, dynamics_.gap_motion(k, bounds_, method_.x), rounding(k));
     if (t && (*t < first.t || first.kind == Event::Kind::none)) first = {Event::Kind::gap, k, *t};
   }
+}
+
+/// Angles that come to a kink of their torque table.
+void EventDriven::find_phase_events(Event& first) {
+  if (!dynamics_.phases.any()) return;
+  const auto& system = dynamics_.system();
+  if (system.contacts() == 0) method_.enclose(static_cast<std::size_t>(system.n()), bounds_);
+  const auto c = dynamics_.phases.first(system, method_.t_old, method_.t, method_.x_old, method_.x, bounds_,
+                               first.kind == Event::Kind::none ? INFINITY : first.t,
+                               [&](double t) -> const std::vector<double>& { return at(t); });
+  if (c.phase >= 0) first = {c.up ? Event::Kind::phase_up : Event::Kind::phase_down, c.phase, c.t};
 }
 
 /// What must stay positive for the mode to last, from the last evaluation of the dynamics.
@@ -103,7 +118,11 @@ void EventDriven::find_mode_events(Event& first) {
 /// Steps from the old state to the event.
 void EventDriven::land(Event& event) {
   ++dynamics_.work.events;
-  if (event.kind != Event::Kind::gap || dynamics_.contacts()[event.index].resting)
+  if (event.kind == Event::Kind::phase_up || event.kind == Event::Kind::phase_down) {
+    Phases::Crossing c{event.index, event.kind == Event::Kind::phase_up, event.t};
+    dynamics_.phases.land(dynamics_.system(), method_, dynamics_, c);
+    event.t = c.t;
+  } else if (event.kind != Event::Kind::gap || dynamics_.contacts()[event.index].resting)
     land_at(method_, dynamics_, event.t);
   else
     land_on_gap(method_, dynamics_, event.t, rounding(event.index), [&] {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace freeplay {
 
@@ -24,6 +25,9 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
   for (int k = 0; k < system.contacts(); ++k) {
     contacts_[k].restitution = restitution[k];
     rows += system.has_friction(k) ? 2 : 1;
+    std::vector<double> any(static_cast<std::size_t>(system.n()));  // two bodies alike in none
+    std::iota(any.begin(), any.end(), 1.0);
+    if (system.passage(k, any.data(), 1) > 0) passing_.push_back(k);
   }
   problem_.reserve(rows);
   position_problem_.reserve(system.contacts());
@@ -107,6 +111,7 @@ bool MoreauStepper::step(double t_end) {
   log_contacts(h);
   if (watching_) book(h);
   account(h);
+  keep_passage(h);
   if (!bring_back(t_)) return false;
   for (double& multiplier : lambda_) multiplier /= h;  // impulses so far
   double sum = 0;
@@ -123,7 +128,8 @@ bool MoreauStepper::advance_states(double h) {
   if (z_.empty()) return true;
   z_mid_ = z_;
   for (int i = 0;; ++i) {
-    system_.flow(t_old_ + 0.5 * h, q_mid_.data(), z_mid_.data(), flow_.data());
+    const Sweep sweep{h, v_old_.data()};
+    system_.flow(t_old_ + 0.5 * h, q_mid_.data(), z_mid_.data(), flow_.data(), {&sweep});
     double change = 0;
     for (std::size_t k = 0; k < z_.size(); ++k) {
       const double middle = z_[k] + 0.5 * h * flow_[k];
@@ -147,7 +153,8 @@ bool MoreauStepper::advance_states(double h) {
 bool MoreauStepper::solve_velocities(double h, const double* v_force) {
   const int n = system_.n(), m = system_.rows();
   ++work_.rhs;
-  system_.forces(t_old_ + 0.5 * h, q_mid_.data(), v_force, z_mid_.data(), e_);
+  const Sweep sweep{h, v_old_.data()};
+  system_.forces(t_old_ + 0.5 * h, q_mid_.data(), v_force, z_mid_.data(), e_, {&sweep});
   for (int i = 0; i < n; ++i) force_[i] = system_.mass()[i] * v_old_[i] + h * e_.force[i];
   for (int k = 0; k < m; ++k) r_[k] = -e_.phi_t[k] + 0.5 * h * e_.gamma[k];
   saddle_.solve(force_.data(), r_.data(), v_.data(), lambda_.data());
@@ -209,7 +216,8 @@ void MoreauStepper::account(double h) {
   }
   if (!system_.has_loads()) return;
   for (int i = 0; i < n; ++i) v_mean_[i] = 0.5 * (v_old_[i] + v_[i]);
-  system_.forces(t_old_ + 0.5 * h, q_mid_.data(), v_mean_.data(), z_mid_.data(), e_);
+  const Sweep sweep{h, v_old_.data()};
+  system_.forces(t_old_ + 0.5 * h, q_mid_.data(), v_mean_.data(), z_mid_.data(), e_, {&sweep});
   integrals_.drive += h * e_.power.drive;
   integrals_.load += h * e_.power.load;
   integrals_.damping -= h * e_.power.damping;
@@ -264,6 +272,13 @@ void MoreauStepper::keep_flight(double approach, double steps) {
   extremes_.shortest_flight = std::min(flights_[fastest], flights_[fastest - 1]);
 }
 
+/// What moves far in a step may come and go between two of them.
+void MoreauStepper::keep_passage(double h) {
+  for (const int k : passing_)
+    for (const auto* v : {&v_old_, &v_})
+      if (const double share = system_.passage(k, v->data(), h); share > passage_.share) passage_ = {share, k};
+}
+
 void MoreauStepper::watch_forces(bool on) {
   watching_ = on;
   if (!on || !smooth_.elements.empty()) return;
@@ -306,7 +321,8 @@ void MoreauStepper::book(double h) {
   for (std::size_t k = 0; k < slides_.size(); ++k)
     system_.report_friction(static_cast<int>(k), q, v_mean_.data(), e_, slides_[k],
                             problem_.unknowns[preloaded + k].impulse_t, 1, smooth_);
-  system_.report_loads(t_old_ + 0.5 * h, q, v_mean_.data(), z_mid_.data(), e_, h, smooth_);
+  const Sweep sweep{h, v_old_.data()};
+  system_.report_loads(t_old_ + 0.5 * h, q, v_mean_.data(), z_mid_.data(), e_, h, smooth_, {&sweep});
 }
 
 void MoreauStepper::forces(double, Forces& out) {

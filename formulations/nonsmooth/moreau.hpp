@@ -41,7 +41,7 @@ class MoreauStepper {
     m.part("moreau-jean");
     for (auto& c : contacts_) m(c);
     m(saddle_, slide_last_, q_, v_, q_old_, v_old_, v_trial_, z_, t_, t_old_, t_start_, index_, integrals_,
-      extremes_, work_, flights_);
+      extremes_, work_, flights_, passage_);
   }
 
   double t() const { return t_; }
@@ -66,6 +66,16 @@ class MoreauStepper {
   const EnergyLedger& integrals() const { return integrals_; }
   const Extremes& extremes() const { return extremes_; }
   const Work& work() const { return work_; }
+  /// The greatest share of what a contact could pass through that it moved in one step, and which it was.
+  struct Passage {
+    double share = 0;
+    int contact = -1;
+    template <class M>
+    void remember(M& m) {
+      m(share, contact);
+    }
+  };
+  const Passage& passage() const { return passage_; }
   bool singular() const { return saddle_.singular(); }
   double nearest_singular() const { return saddle_.nearest_singular(); }
 
@@ -99,6 +109,7 @@ class MoreauStepper {
   void book(double h);
   void log_contacts(double h);
   void keep_flight(double approach, double steps);
+  void keep_passage(double h);
   double* response(int row) { return response_.data() + static_cast<long>(row) * system_.n(); }
   double* reaction(int row) { return reaction_.data() + static_cast<long>(row) * system_.rows(); }
 
@@ -123,6 +134,8 @@ class MoreauStepper {
   Work work_;
   bool struck_ = false;              // a contact was touched in this step
   std::array<double, 128> flights_;  // steps of the shortest flight, by the binary exponent of the approach
+  Passage passage_;
+  std::vector<int> passing_;  // contacts that something may pass through
   std::string failure_;
   bool watching_ = false;
   Forces nothing_, smooth_, within_;  // impulses of the last step: without its impacts, and theirs

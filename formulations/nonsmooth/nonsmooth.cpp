@@ -55,6 +55,12 @@ class Nonsmooth final : public Marched<Stepper> {
           "DOUBTFUL: a flight that ended in one of the fastest impacts lasted {:.2g} steps: times and speeds "
           "may be {:.0f} % off; take a shorter nonsmooth.step, or event-driven",
           e.shortest_flight, 100 / std::max(1.0, e.shortest_flight)));
+    if constexpr (requires { stepper_.passage(); })
+      if (const auto& p = stepper_.passage(); p.share > 0.5)
+        notes.push_back(fmt::format(
+            "DOUBTFUL: {} moved {:.2g} times the width of what it could pass through in one step, and may have passed "
+            "unseen; take a nonsmooth.step of less than {:.1g} times this one, or event-driven",
+            system_.contact_facts(p.contact).name, p.share, 0.5 / p.share));
     if (e.gains > 0)
       notes.push_back(fmt::format(
           "{} impacts raised the energy, by up to {:.3g} J: a restitution of rates with friction can "

@@ -64,8 +64,8 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
   auto& row = terms.row;
   system_.place(t, q, e);
   system_.rate(q, v, e);
-  system_.forces(t, q, v, z, e);
-  system_.flow(t, q, z, terms.flow.data());
+  system_.forces(t, q, v, z, e, {nullptr, phases.pieces()});
+  system_.flow(t, q, z, terms.flow.data(), {nullptr, phases.pieces()});
   terms.contact_loss = terms.friction_loss = terms.film_loss = 0;
 
   T* impulse = terms.impulse_rate.data();
@@ -234,7 +234,7 @@ void PenaltyDynamics::report(const Vector& x, double t, Vector& dxdt, Forces& ou
     const double force = preloaded_friction(facts.bound, *facts.regularisation, terms_.slide.dot(v));
     system_.report_friction(k, q, v, e, terms_.slide, force, 1, out);
   }
-  system_.report_loads(t, q, v, x.data() + state_offset(), e, 1, out);
+  system_.report_loads(t, q, v, x.data() + state_offset(), e, 1, out, {nullptr, phases.pieces()});
 }
 
 void PenaltyDynamics::report_projection(const Vector& x, Forces& out) const {

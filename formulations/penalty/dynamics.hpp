@@ -12,6 +12,7 @@
 #include <memory>
 #include <vector>
 
+#include "formulations/integrators/phases.hpp"
 #include "formulations/laws/contact_law.hpp"
 #include "formulations/laws/film.hpp"
 #include "formulations/laws/friction_law.hpp"
@@ -80,6 +81,10 @@ class PenaltyDynamics {
 
   /// Fills row() with contact k at x.
   const ContactRow& contact_row(int k, const Vector& x, double t);
+  /// How its gap may bend within a step, x its end and the state of the last contact_row().
+  GapMotion gap_motion(int k, const MotionBounds& bounds, const Vector& x) const {
+    return system_.gap_motion(k, bounds, x.data(), probe_);
+  }
   /// Mass that an impact at contact k meets, 1/(W_Nᵀ A W_N) with the constraints kept, at the state of row().
   double effective_mass(const ContactRow& row);
   double elastic_energy(const Vector& x, double t);
@@ -93,6 +98,7 @@ class PenaltyDynamics {
   std::unique_ptr<PenaltyDynamics> twin() const {
     auto other = std::make_unique<PenaltyDynamics>(system_, options_, contacts_, facts_);
     for (auto& c : other->contacts_) c.closed = false;
+    other->phases = phases;
     return other;
   }
   /// Forces and accelerations at x in the present mode; dxdt is scratch.
@@ -109,11 +115,13 @@ class PenaltyDynamics {
   bool singular() const { return singular_; }
   double nearest_singular() const { return saddle_.nearest_singular(); }
   Work work;
+  Phases phases;  ///< the pieces of torque tables that the present mode is held to
 
   template <class M>
   void remember(M& m) {
     m.part("penalty dynamics");
     for (auto& c : contacts_) m(c.closed, c.zone, c.v0);
+    m(phases);
     m(saddle_, singular_, work);
   }
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "formulations/integrators/rosenbrock.hpp"
+#include "formulations/integrators/relieved.hpp"
 #include "formulations/integrators/scaled_methods.hpp"
 #include "formulations/integrators/tolerance.hpp"
 #include "formulations/marched.hpp"
@@ -149,19 +149,22 @@ std::unique_ptr<Formulation> make_penalty(const Scene& scene, const System& syst
   };
   const auto norm = make_norm(system, scales, options);
   const double first = 1e-3 * scales.time;
+  const auto relieved = [&](auto method) {
+    return with(Relieved<decltype(method)>(std::move(method), norm, first));
+  };
   switch (options.integrator) {
     case Integrator::rk4:
       return with(Rk4(options.step));
     case Integrator::fehlberg78:
-      return with(Fehlberg78(norm, first));
+      return relieved(Fehlberg78(norm, first));
     case Integrator::bulirsch_stoer:
-      return with(BulirschStoer(norm, first));
+      return relieved(BulirschStoer(norm, first));
     case Integrator::adams_bashforth_moulton:
-      return with(Adams(norm, first));
+      return relieved(Adams(norm, first));
     case Integrator::rosenbrock4:
       return with(Rosenbrock(norm, first));
     default:
-      return with(Dopri5(norm, first));
+      return relieved(Dopri5(norm, first));
   }
 }
 

@@ -41,6 +41,7 @@ class PenaltyStepper {
     std::ranges::copy(state.v, scratch_.begin() + f_.system().n());
     std::ranges::copy(state.z, scratch_.begin() + f_.state_offset());
     for (auto& c : f_.contacts()) c.closed = false;
+    f_.phases.start(f_.system(), state.q.data(), state.v.data());
     method_.start(f_, state.t, scratch_);
     for (int k = 0; k < f_.system().contacts(); ++k) {
       mark_[k].at = sample(k, method_.x, state.t);
@@ -93,6 +94,7 @@ class PenaltyStepper {
       c.zone = was_[k].zone;
       c.v0 = was_[k].v0;
     }
+    probe_->phases = was_phases_;
     probe_->report(moving_, t, slope_, out);
   }
   void add_impulse(double a, double b, Forces& sum) { integrate_forces(*this, a, b, at_, sum); }
@@ -115,18 +117,22 @@ class PenaltyStepper {
     f_.work.rejected = method_.rejected;
     Event first;
     first.t = method_.t;
+    enclose();
     for (int k = 0; k < f_.system().contacts(); ++k) {
       end_[k] = sample(k, method_.x, method_.t);
       if (!std::isfinite(end_[k].gap + end_[k].rate + end_[k].slide)) return lose();
       find_gap_event(k, first);
       find_slide_event(k, first);
     }
-    if (first.contact >= 0)
+    find_phase_event(first);
+    const bool cut = first.found();
+    if (cut)
       land_on_first(
           method_, first, [&](Event& event) { land(event); },
           [&](const Event& landed) {
             Event lost;
             lost.t = method_.t;
+            if (!enclose()) return lost;
             for (int k = 0; k < f_.system().contacts(); ++k) {
               end_[k] = sample(k, method_.x, method_.t);
               if (k != landed.contact) find_gap_event(k, lost);
@@ -144,13 +150,15 @@ class PenaltyStepper {
     if (!std::isfinite(std::accumulate(method_.x.begin(), method_.x.end(), method_.t))) return lose();
     keep_residuals(f_.system(), f_.evaluation(), extremes_);
     for (int k = 0; k < f_.system().contacts(); ++k) {
-      mark_[k].at = first.contact >= 0 ? sample(k, method_.x, method_.t) : end_[k];
+      mark_[k].at = cut ? sample(k, method_.x, method_.t) : end_[k];
       auto& c = f_.contacts()[k];
       if (!c.closed) continue;
       extremes_.penetration[k] = std::max(extremes_.penetration[k], -mark_[k].at.gap);
       if (c.friction && first.contact != k) follow_zone(c, mark_[k].at.slide);
     }
-    if (first.contact >= 0) change_mode(first);
+    if (first.found()) change_mode(first);
+    if (first.contact >= 0) change_coincident(first);
+    if (first.found()) method_.new_mode();
     if (to_knot && method_.t >= knot) {
       method_.limit_step(INFINITY);
       restart_ = true;
@@ -210,6 +218,7 @@ class PenaltyStepper {
       const auto& c = f_.contacts()[k];
       was_[k] = {c.closed, c.zone, c.v0};
     }
+    was_phases_ = f_.phases;
   }
   /// After another hundred thousand steps: whether the run would never end. While a contact lasts without
   /// any event, only stability keeps the steps so short, and a hundred million more of them are too many.
@@ -254,6 +263,8 @@ class PenaltyStepper {
     int contact = -1;
     bool slide = false;  // the sliding speed reaches `boundary`; else the gap reaches zero
     double t = 0, boundary = 0;
+    Phases::Crossing crossing = {};  // or an angle comes to a kink of its table
+    bool found() const { return contact >= 0 || crossing.phase >= 0; }
   };
 
   Sample sample(int k, const Vector& x, double t) {
@@ -266,13 +277,32 @@ class PenaltyStepper {
     method_.interpolate(t, scratch_);
     return sample(k, scratch_, t);
   }
-  /// The first change of sign of contact k's gap in the last step before first.t.
+  /// Bounds on the last step's motion; false where it has no length.
+  bool enclose() {
+    if (!(method_.t > method_.t_old)) return false;
+    if (f_.system().contacts() > 0 || f_.phases.any())
+      method_.enclose(static_cast<std::size_t>(f_.system().n()), bounds_);
+    return true;
+  }
+  /// The first change of sign of contact k's gap in the last step before first.t. Comes right behind its end_[k].
   void find_gap_event(int k, Event& first) {
     const double sign = f_.contacts()[k].closed ? -1 : 1;  // sign·gap is positive while the mode lasts
     const auto watched = [&](const Sample& s) { return Watched{sign * s.gap, sign * s.rate}; };
+    const auto motion = f_.gap_motion(k, bounds_, method_.x);
     const auto t = first_loss([&](double at) { return watched(sample_at(k, at)); }, method_.t_old, method_.t,
-                              watched(mark_[k].at), watched(end_[k]));
-    if (t && (*t < first.t || first.contact < 0)) first = {k, false, *t, 0};
+                              watched(mark_[k].at), watched(end_[k]), sign > 0 ? motion : motion.opposite(),
+                              gap_rounding(f_.system(), k, q()));
+    if (t && (*t < first.t || !first.found())) first = {k, false, *t, 0};
+  }
+  void find_phase_event(Event& first) {
+    if (!f_.phases.any()) return;
+    const auto crossing = f_.phases.first(f_.system(), method_.t_old, method_.t, method_.x_old, method_.x, bounds_,
+                                        first.found() ? first.t : INFINITY, [&](double t) -> const Vector& {
+                                          if (t >= method_.t) return method_.x;
+                                          method_.interpolate(t, scratch_);
+                                          return scratch_;
+                                        });
+    if (crossing.phase >= 0) first = {-1, false, crossing.t, 0, crossing};
   }
 
   /// The sliding speed of a closed contact leaves its zone between the ends of the step.
@@ -286,7 +316,7 @@ class PenaltyStepper {
     if ((before - boundary) * (after - boundary) >= 0) return;  // beyond it already: follow_zone
     const double t = bracketed_root([&](double s) { return sample_at(k, s).slide - boundary; }, method_.t_old,
                                     method_.t, before - boundary, after - boundary);
-    if (t < first.t || first.contact < 0) first = {k, true, t, boundary};
+    if (t < first.t || !first.found()) first = {k, true, t, boundary};
   }
   /// A speed that rounding left outside its zone at both ends of a step takes its own zone now.
   static void follow_zone(PenaltyContact& c, double slide) {
@@ -297,16 +327,23 @@ class PenaltyStepper {
   /// Steps from the old state to the event.
   void land(Event& event) {
     ++f_.work.events;
-    if (event.slide)
+    if (event.contact < 0)
+      f_.phases.land(f_.system(), method_, f_, event.crossing);
+    else if (event.slide)
       land_at(method_, f_, event.t);
     else
-      land_on_gap(method_, f_, event.t, gap_rounding(f_.system(), event.contact), [&] {
+      land_on_gap(method_, f_, event.t, gap_rounding(f_.system(), event.contact, q()), [&] {
         const auto& row = f_.contact_row(event.contact, method_.x, event.t);
         return Watched{row.gap, row.normal.dot(v())};
       });
   }
 
   void change_mode(const Event& event) {
+    if (event.contact < 0) {
+      f_.phases.cross(f_.system(), event.crossing);
+      restart_ = true;
+      return;
+    }
     auto& c = f_.contacts()[event.contact];
     if (event.slide) {
       const double nudge = 1e-9 * c.friction->v0;
@@ -317,6 +354,20 @@ class PenaltyStepper {
       open(event.contact);
     } else {
       close(event.contact);
+    }
+  }
+  /// Contacts whose gaps have come to zero at the same instant, to rounding, are the same event.
+  void change_coincident(const Event& first) {
+    for (int k = 0; k < f_.system().contacts(); ++k) {
+      if (k == first.contact) continue;
+      const auto& at = mark_[k].at;
+      const double sign = f_.contacts()[k].closed ? -1 : 1;
+      if (sign * at.gap > 4 * gap_rounding(f_.system(), k, q()) || !(sign * at.rate < 0)) continue;
+      ++f_.work.events;
+      if (f_.contacts()[k].closed)
+        open(k);
+      else
+        close(k);
     }
   }
   double crank() const { return f_.system().crank_angle(method_.x.data()); }
@@ -351,6 +402,7 @@ class PenaltyStepper {
 
   PenaltyDynamics f_;
   Method method_;
+  MotionBounds bounds_;  // of the last step
   double v0_floor_;
   ContactLog* log_ = nullptr;
   std::vector<Mark> mark_;
@@ -360,6 +412,7 @@ class PenaltyStepper {
   bool watching_ = false;
   std::unique_ptr<PenaltyDynamics> probe_;  // made when forces are first watched
   std::vector<Mode> was_;                   // modes of the last step
+  Phases was_phases_;
   Forces nothing_, within_, at_;
   Vector slope_, moving_;
   bool restart_ = false;  // the mode has changed since the last right-hand side

@@ -87,6 +87,28 @@ Vec2Of<T> relative_velocity(const Link& link, const Arms<T>& a, const T* v) {
   return u;
 }
 
+/// What a whole time step sweeps over, for what must not be sampled at its middle alone.
+struct Sweep {
+  double h = 0;               ///< s
+  const double* v = nullptr;  ///< rates that the step is taken with
+};
+
+/// What lies between two kinks of a table against an angle (rad, of the angle as it is, turns included).
+struct Piece {
+  double low = 0, high = 0;
+  template <class M>
+  void remember(M& m) {
+    m(low, high);
+  }
+};
+
+/// How tables are read: each as it stands, or by its mean over a time step, or on the pieces that are held during a
+/// step (one of System::phases each), so that it is smooth however far a stage reaches.
+struct Reading {
+  const Sweep* sweep = nullptr;
+  const Piece* pieces = nullptr;
+};
+
 /// A state as drives and loads see it.
 template <class T>
 struct Motion {
@@ -94,6 +116,8 @@ struct Motion {
   const T* q;
   const T* v;  ///< nullptr where no velocity is known
   const EvaluationOf<T>& e;
+  Reading reading = {};
+  const Piece* piece = nullptr;  ///< of the element that is asked, if it is held to one
 
   Arms<T> arms(const Link& link) const { return freeplay::arms(link, q, e); }
   Vec2Of<T> relative_velocity(const Link& link, const Arms<T>& a) const {
@@ -102,6 +126,16 @@ struct Motion {
   /// θ_j − θ_i and ω_j − ω_i.
   T angle(const Link& link) const { return theta(q, link.j) - theta(q, link.i); }
   T spin(const Link& link) const { return omega(v, link.j) - omega(v, link.i); }
+  /// The same as the element of this phase sees it (−1: none).
+  Motion of(int phase) const {
+    auto m = *this;
+    if (phase >= 0 && reading.pieces) m.piece = reading.pieces + phase;
+    return m;
+  }
+  /// |Δ(θ_j − θ_i)| over the whole of a swept step.
+  double swept_angle(const Link& link) const {
+    return reading.sweep->h * std::abs(omega(reading.sweep->v, link.j) - omega(reading.sweep->v, link.i));
+  }
 };
 
 /// Positions alone, for potentials.

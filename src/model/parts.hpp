@@ -29,6 +29,7 @@ struct Placed {
   Link link;
   int element = -1;  ///< in System::force_elements()
   int state = -1;    ///< first-order state, −1: none
+  int phase = -1;    ///< index of its angle in System::phases, −1: none
 };
 
 template <class... Lists>

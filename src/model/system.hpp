@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "model/parts.hpp"
+#include "model/phase.hpp"
 #include "numerics/dual.hpp"
 #include "values/forces.hpp"
 #include "values/state.hpp"
@@ -58,20 +59,27 @@ class System {
   /// Fills gamma; needs place().
   template <class T>
   void rate(const T* q, const T* v, EvaluationOf<T>& e) const;
-  /// Fills force and power; needs place().
+  /// Fills force and power; needs place(). `reading`: of tables.
   template <class T>
-  void forces(std::type_identity_t<T> t, const T* q, const T* v, const T* z, EvaluationOf<T>& e) const;
+  void forces(std::type_identity_t<T> t, const T* q, const T* v, const T* z, EvaluationOf<T>& e,
+              const Reading& reading = {}) const;
   /// First-order states of elements (State::z), in the order of their elements; they begin at 0.
   int states() const { return static_cast<int>(state_scales_.size()); }
   /// What errors of state k are measured by, in its own unit.
   double state_scale(int k) const { return state_scales_[k]; }
   /// ż of the elements' first-order states.
   template <class T>
-  void flow(std::type_identity_t<T> t, const T* q, const T* z, T* dz) const;
+  void flow(std::type_identity_t<T> t, const T* q, const T* z, T* dz, const Reading& reading = {}) const;
   /// Gravity and springs (J); constant forces and torques count as loads.
   double potential(const double* q) const;
   double kinetic(const double* v) const;
 
+  /// How contact k's gap may bend within a step with these bounds; e and q at its end. Needs place().
+  GapMotion gap_motion(int k, const MotionBounds& bounds, const double* q, const Evaluation& e) const;
+  /// The share of what contact k could pass through unseen that it moves within h (s) at rates v.
+  double passage(int k, const double* v, double h) const {
+    return std::visit([&](const auto& pair) { return pair.passage(v, h); }, pairs_[k]);
+  }
   /// Gap of contact k alone; needs place().
   double gap(int k, const double* q, const Evaluation& e) const;
   /// All of contact k; needs place(). A concentric journal has no normal: its rows are empty, its gap is c.
@@ -86,6 +94,21 @@ class System {
 
   /// The first knot of a torque table against time after t (s); infinite when there is none.
   double next_knot(double t) const;
+  /// @name Angles whose torque tables have kinks (model/phase.hpp)
+  ///@{
+  int phases() const { return static_cast<int>(phases_.size()); }
+  /// rad, rad/s
+  Watched phase(int k, const double* q, const double* v) const {
+    const auto& link = phases_[k].link;
+    return {theta(q, link.j) - theta(q, link.i), omega(v, link.j) - omega(v, link.i)};
+  }
+  Piece piece(int k, double angle, bool above) const { return phases_[k].piece(angle, above); }
+  /// rad/s², bound on the angle's acceleration over a step.
+  double phase_bend(int k, const MotionBounds& bounds) const {
+    const auto& link = phases_[k].link;
+    return omega(bounds.acceleration.data(), link.i) + omega(bounds.acceleration.data(), link.j);
+  }
+  ///@}
 
   /// @name Forces that come out (values/forces.hpp). Each adds `weight` times what it is given; e from place().
   ///@{
@@ -116,7 +139,7 @@ class System {
                        double force, double weight, Forces& out) const;
   /// Torque drives and loads at a state.
   void report_loads(double t, const double* q, const double* v, const double* z, const Evaluation& e,
-                    double weight, Forces& out) const;
+                    double weight, Forces& out, const Reading& reading = {}) const;
   ///@}
 
   /// Angle of the main drive's joint (rad), 0 without one.
@@ -156,6 +179,7 @@ class System {
   std::vector<SlidingRow> slidings_;
   std::vector<FrictionFacts> friction_facts_;
   PlacedElements placed_;
+  std::vector<Phase> phases_;
   std::vector<double> state_scales_;
   std::vector<ForceElement> force_elements_;
   std::vector<Reaction> reactions_;

@@ -127,6 +127,11 @@ void System::place_load(Builder& builder, const Element& element) {
         placed.state = states();
         state_scales_.push_back(element.state_scale());
       }
+    if constexpr (requires { element.angle_kinks(); })
+      if (auto kinks = element.angle_kinks(); !kinks.empty()) {
+        placed.phase = phases();
+        phases_.push_back({placed.link, std::move(kinks)});
+      }
     std::get<std::vector<Placed<Element>>>(placed_).push_back(placed);
   }
 }

@@ -33,24 +33,25 @@ struct Into {
 }  // namespace
 
 template <class T>
-void System::forces(std::type_identity_t<T> t, const T* q, const T* v, const T* z, EvaluationOf<T>& e) const {
+void System::forces(std::type_identity_t<T> t, const T* q, const T* v, const T* z, EvaluationOf<T>& e,
+                    const Reading& reading) const {
   std::ranges::copy(constant_force_, e.force.begin());
   e.power = {};
-  const Motion<T> motion{t, q, v, e};
+  const Motion<T> motion{t, q, v, e, reading};
   const Into<T> out{e.force, e.power};
   for_each_item(placed_, [&]<class Facts>(const Placed<Facts>& x) {
     if constexpr (Acts<Facts>)
-      x.facts.template act<T>(motion, x.link, x.state < 0 ? nullptr : z + x.state, out);
+      x.facts.template act<T>(motion.of(x.phase), x.link, x.state < 0 ? nullptr : z + x.state, out);
   });
 }
 
 template <class T>
-void System::flow(std::type_identity_t<T> t, const T* q, const T* z, T* dz) const {
+void System::flow(std::type_identity_t<T> t, const T* q, const T* z, T* dz, const Reading& reading) const {
   const EvaluationOf<T> none;
-  const Motion<T> motion{t, q, nullptr, none};
+  const Motion<T> motion{t, q, nullptr, none, reading};
   for_each_item(placed_, [&]<class Facts>(const Placed<Facts>& x) {
     if constexpr (requires { x.facts.has_state(); })
-      if (x.state >= 0) dz[x.state] = x.facts.flow(motion, x.link, z[x.state]);
+      if (x.state >= 0) dz[x.state] = x.facts.flow(motion.of(x.phase), x.link, z[x.state]);
   });
 }
 
@@ -80,10 +81,11 @@ double System::potential(const double* q) const {
   return sum;
 }
 
-template void System::forces(double, const double*, const double*, const double*, Evaluation&) const;
+template void System::forces(double, const double*, const double*, const double*, Evaluation&,
+                             const Reading&) const;
 template void System::forces(Gradient, const Gradient*, const Gradient*, const Gradient*,
-                             EvaluationOf<Gradient>&) const;
-template void System::flow(double, const double*, const double*, double*) const;
-template void System::flow(Gradient, const Gradient*, const Gradient*, Gradient*) const;
+                             EvaluationOf<Gradient>&, const Reading&) const;
+template void System::flow(double, const double*, const double*, double*, const Reading&) const;
+template void System::flow(Gradient, const Gradient*, const Gradient*, Gradient*, const Reading&) const;
 
 }  // namespace freeplay

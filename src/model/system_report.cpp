@@ -140,12 +140,12 @@ void System::report_friction(int k, const double* q, const double* v, const Eval
 }
 
 void System::report_loads(double t, const double* q, const double* v, const double* z, const Evaluation& e,
-                          double weight, Forces& out) const {
-  const Motion<double> motion{t, q, v, e};
+                          double weight, Forces& out, const Reading& reading) const {
+  const Motion<double> motion{t, q, v, e, reading};
   for_each_item(placed_, [&]<class Facts>(const Placed<Facts>& x) {
     if constexpr (Acts<Facts>) {
       Reported reported{motion, weight, out.elements[x.element]};
-      x.facts.template act<double>(motion, x.link, x.state < 0 ? nullptr : z + x.state, reported);
+      x.facts.template act<double>(motion.of(x.phase), x.link, x.state < 0 ? nullptr : z + x.state, reported);
     }
   });
 }

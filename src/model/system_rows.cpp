@@ -34,6 +34,10 @@ double System::gap(int k, const double* q, const Evaluation& e) const {
   return std::visit([&](const auto& pair) { return pair.gap(arms(pair.link, q, e).d, e); }, pairs_[k]);
 }
 
+GapMotion System::gap_motion(int k, const MotionBounds& bounds, const double* q, const Evaluation& e) const {
+  return std::visit([&](const auto& pair) { return pair.motion(bounds, arms(pair.link, q, e).d); }, pairs_[k]);
+}
+
 template <class T>
 void System::contact(int k, const T* q, const T* v, const EvaluationOf<T>& e, ContactRowOf<T>& row) const {
   row.normal.clear();

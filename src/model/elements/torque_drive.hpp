@@ -10,6 +10,7 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -67,6 +68,24 @@ struct TorqueDrive {
     out.couple(link, torque);
     out.power.drive += torque * m.spin(link);
   }
+  /// Angles, within one turn, where the table's slope changes (rad); none against time.
+  std::vector<double> angle_kinks() const {
+    std::vector<double> kinks;
+    if (against != Against::angle || table.size() < 2) return kinks;
+    const auto n = table.size();
+    double steepest = 0;
+    std::vector<double> slope(n);  // from each point to the next, over the end of the turn
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto& next = table[(i + 1) % n];
+      const double width = next.first + (i + 1 == n ? turn : 0) - table[i].first;
+      slope[i] = width > 1e-9 ? (next.second - table[i].second) / width : 0;
+      steepest = std::max(steepest, std::abs(slope[i]));
+    }
+    for (std::size_t i = 0; i < n; ++i)
+      if (std::abs(slope[i] - slope[(i + n - 1) % n]) > 1e-9 * steepest) kinks.push_back(table[i].first);
+    if (kinks.size() > 1 && kinks.back() - kinks.front() > turn * (1 - 1e-9)) kinks.pop_back();  // the same kink
+    return kinks;
+  }
   /// The first knot against time after t (s); infinite when there is none.
   double next_knot(double t) const {
     if (against == Against::time && table.size() > 1)
@@ -85,8 +104,47 @@ struct TorqueDrive {
   template <class T>
   T demand(const auto& m, const auto& link) const {
     if (table.size() == 1) return table[0].second;
+    if constexpr (std::is_same_v<T, double>)
+      if (m.reading.sweep) return mean(m, link);
     if (against == Against::time) return interpolate(m.t);
-    return interpolate_periodic(T(m.angle(link)));
+    const T angle = m.angle(link);
+    if (!m.piece) return interpolate_periodic(angle);
+    // The line through two places within the piece, also beyond its ends.
+    const double third = (m.piece->high - m.piece->low) / 3, at = m.piece->low + third;
+    const double u = interpolate_periodic(at), slope = (interpolate_periodic(at + third) - u) / third;
+    return u + slope * (angle - at);
+  }
+  /// The table's mean over what a time step sweeps over: no pulse falls between two steps.
+  double mean(const auto& m, const auto& link) const {
+    const bool time = against == Against::time;
+    const double middle = time ? m.t : m.angle(link), width = time ? m.reading.sweep->h : m.swept_angle(link);
+    if (!(width > 1e-12 * std::max(1.0, std::abs(middle))))
+      return time ? interpolate(middle) : interpolate_periodic(middle);
+    const double a = middle - 0.5 * width, whole = time ? 0 : std::floor(width / turn);
+    double sum = whole > 0 ? whole * integral(a, a + turn) : 0;
+    return (sum + integral(a, a + (width - whole * turn))) / width;
+  }
+  /// From a to b, at most one turn apart: linear between knots, the trapezoidal rule from one to the next is exact.
+  double integral(double a, double b) const {
+    const bool time = against == Against::time;
+    const auto value = [&](double x) { return time ? interpolate(x) : interpolate_periodic(x); };
+    double turns = time ? 0 : turn * std::floor((a - table.front().first) / turn);
+    std::size_t next = 0;
+    while (next < table.size() && table[next].first + turns <= a) ++next;
+    double sum = 0, at = a, u = value(a);
+    for (;; ++next) {
+      if (next == table.size()) {
+        if (time) break;
+        next = 0;
+        turns += turn;
+      }
+      const double x = table[next].first + turns;
+      if (x >= b) break;
+      sum += 0.5 * (x - at) * (u + table[next].second);
+      at = x;
+      u = table[next].second;
+    }
+    return sum + 0.5 * (b - at) * (u + value(b));
   }
   template <class T>
   T interpolate(const T& x) const {

@@ -19,6 +19,23 @@ struct LinePair {
   double gap(const Vec2& d, const Evaluation& e) const {
     return side * dot(perp(turned(link.i, axis, e)), d) - rest;
   }
+  /// How the gap may bend within a step; d at its end. A wall that turns adds n̈·d + 2ṅ·ḋ, |ṅ| ≤ |ω_i|.
+  GapMotion motion(const MotionBounds& bounds, const Vec2& d) const {
+    auto m = relative_motion(link, bounds);
+    if (link.i == ground) return m;
+    const int c = planar::first(link.i) + 2;
+    const double turn = bounds.speed[c];
+    const double reach = d.norm() + m.speed * bounds.duration;
+    m.bend += 2 * turn * m.speed + (turn * turn + bounds.acceleration[c]) * reach;
+    return m;
+  }
+
+  /// What share of what it can pass through a contact moves in a time h: the arc below the wall of a point on an arm
+  /// that turns, as long as the arm's diameter. What falls through stays below.
+  double passage(const double* v, double h) const {
+    if (link.j == ground || link.sj.is_zero()) return 0;
+    return 0.5 * std::abs(planar::rate(v, link.j)) * h;
+  }
 
   template <class T>
   void rows(const ContactFacts& facts, const Arms<T>& a, const T* v, const EvaluationOf<T>& e,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "model/evaluation.hpp"
+#include "model/gap_motion.hpp"
 #include "model/kinematics.hpp"
 
 namespace freeplay {

@@ -17,6 +17,19 @@ struct RoundPair {
   double radius_i = 0, radius_j = 0;  ///< m; R_j < 0 outside each other
 
   double gap(const Vec2& d, const Evaluation&) const { return side * (rest - d.norm()); }
+  /// How the gap may bend within a step.
+  GapMotion motion(const MotionBounds& bounds, const Vec2&) const {
+    auto m = relative_motion(link, bounds);
+    m.shape = side > 0 ? GapMotion::Shape::inside : GapMotion::Shape::outside;
+    m.rest = rest;
+    return m;
+  }
+
+  /// What share of what it can pass through a contact moves in a time h: two discs of each other's widths. A journal
+  /// stays outside its wall once it is there.
+  double passage(const double* v, double h) const {
+    return side > 0 ? 0 : path(link, v, h) / (2 * rest);
+  }
 
   template <class T>
   void rows(const ContactFacts& facts, const Arms<T>& a, const T* v, const EvaluationOf<T>&,

@@ -1,0 +1,83 @@
+// Angles whose torque tables have kinks: which piece of its table each angle is on, and where in a step it first
+// leaves that. A table that is only sampled by a method's stages may be jumped over, pulses and all: so each is held to
+// its piece, on which it is a line, and every kink is an event, found like a contact's touch.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "formulations/integrators/crossing.hpp"
+#include "values/memory.hpp"
+
+namespace freeplay {
+
+class Phases {
+ public:
+  struct Crossing {
+    int phase = -1;
+    bool up = false;  ///< the upper end of the piece is reached, else the lower
+    double t = 0;     ///< s
+  };
+
+  void start(const System& system, const double* q, const double* v) {
+    pieces_.resize(static_cast<std::size_t>(system.phases()));
+    for (std::size_t k = 0; k < pieces_.size(); ++k) {
+      const auto now = system.phase(static_cast<int>(k), q, v);
+      pieces_[k] = system.piece(static_cast<int>(k), now.value, now.rate >= 0);
+    }
+  }
+  bool any() const { return !pieces_.empty(); }
+
+  /// The first in a step from t0 to t1 from state x0 to x1 (q, v, ...) with these bounds, and before `before` (s).
+  /// `at`: the state at a time within it.
+  template <class State, class At>
+  Crossing first(const System& system, double t0, double t1, const State& x0, const State& x1,
+                 const MotionBounds& bounds, double before, At at) const {
+    Crossing found{-1, false, before};
+    for (int k = 0; k < static_cast<int>(pieces_.size()); ++k) {
+      const GapMotion motion{GapMotion::Shape::straight, 0, system.phase_bend(k, bounds), 0};
+      for (const bool up : {false, true}) {
+        const auto left = [&](const State& x) { return rest(system, k, up, x); };
+        const auto t = first_loss([&](double s) { return left(at(s)); }, t0, t1, left(x0), left(x1), motion,
+                                  rounding(k));
+        if (t && *t < found.t) found = {k, up, *t};
+      }
+    }
+    return found;
+  }
+  /// Ends the last step of `method` at a crossing.
+  template <class Method, class F>
+  void land(const System& system, Method& method, F& f, Crossing& c) const {
+    land_on_gap(method, f, c.t, rounding(c.phase), [&] { return rest(system, c.phase, c.up, method.x); });
+  }
+  /// The pieces, for Reading::pieces.
+  const Piece* pieces() const { return pieces_.data(); }
+  /// What is left of phase k's piece at a state, upwards or downwards, and its rate (rad, rad/s).
+  template <class State>
+  Watched rest(const System& system, int k, bool up, const State& x) const {
+    const auto now = system.phase(k, x.data(), x.data() + system.n());
+    const auto& piece = pieces_[static_cast<std::size_t>(k)];
+    return up ? Watched{piece.high - now.value, -now.rate} : Watched{now.value - piece.low, now.rate};
+  }
+  double rounding(int k) const { return rounding(pieces_[static_cast<std::size_t>(k)]); }
+  void cross(const System& system, const Crossing& c) {
+    auto& piece = pieces_[static_cast<std::size_t>(c.phase)];
+    piece = system.piece(c.phase, c.up ? piece.high : piece.low, c.up);
+  }
+
+  template <class M>
+  void remember(M& m) {
+    const auto size = pieces_.size();
+    m(pieces_);
+    if constexpr (M::reading)
+      if (pieces_.size() != size) throw MemoryError("the snapshot has other torque tables");
+  }
+
+ private:
+  static double rounding(const Piece& piece) {
+    return 1e-15 * std::max({1.0, std::abs(piece.low), std::abs(piece.high)});
+  }
+  std::vector<Piece> pieces_;
+};
+
+}  // namespace freeplay

@@ -1,0 +1,104 @@
+// An explicit method with an implicit one in reserve. A contact whose regularised friction is steep holds an explicit
+// method to steps of its own decay time, thousands to a contact, however smooth the motion; methods of high order
+// find no step there at all. When the explicit method fails, or when after many steps in one mode an implicit step
+// of twenty times their length passes the same control of errors, the implicit method goes on until the mode changes.
+// Where neither happens no digit is touched.
+#pragma once
+
+#include "formulations/integrators/methods.hpp"
+#include "formulations/integrators/rosenbrock.hpp"
+
+namespace freeplay {
+
+template <class Method>
+class Relieved : public Method {
+ public:
+  Relieved(Method method, const ErrorNorm& norm, double first_step)
+      : Method(std::move(method)), implicit_(norm, first_step) {}
+
+  template <class F>
+  void start(F& f, double at, const Vector& state) {
+    if (this->x.size() != state.size()) implicit_.make_room(state.size());
+    Method::start(f, at, state);
+    forget();
+  }
+  /// The right-hand side has another form from here on.
+  void new_mode() {
+    if (stiff_) Method::limit_step(this->t - this->t_old);  // its past is of before
+    forget();
+  }
+  template <class F>
+  bool step(F& f, double t_end) {
+    if (!stiff_ && ++steps_ == probe_at_) {
+      probe_at_ *= 2;
+      const double length = stiff_steps * (this->t - since_) / static_cast<double>(steps_ - counted_);
+      since_ = this->t;
+      counted_ = steps_;
+      if (length < t_end - this->t) {
+        this->shift();
+        if (implicit_.attempt(f, *this, length)) {
+          stiff_ = true;
+          return true;
+        }
+        this->unshift();
+      }
+    }
+    if (!stiff_) {
+      if (Method::step(f, t_end)) return true;
+      this->unshift();
+      if (!finite(this->x) || !finite(this->dxdt)) {
+        this->shift();
+        return false;
+      }
+      stiff_ = true;
+      implicit_.begin();
+    }
+    this->shift();
+    return implicit_.advance(f, *this, t_end);
+  }
+  template <class F>
+  void land(F& f, double to) {
+    if (!stiff_) return Method::land(f, to);
+    implicit_.make(f, *this, to - this->t_old);
+    implicit_.end(f, *this, to);
+  }
+  void interpolate(double at, Vector& out) const {
+    if (stiff_)
+      this->hermite(at, out);
+    else
+      Method::interpolate(at, out);
+  }
+  void enclose(std::size_t n, MotionBounds& bounds) const {
+    if (stiff_)
+      MethodState::enclose(n, bounds);
+    else
+      Method::enclose(n, bounds);
+  }
+  template <class M>
+  void remember(M& m) {
+    Method::remember(m);
+    m(stiff_, steps_, counted_, probe_at_, since_);
+    if constexpr (M::reading) implicit_.make_room(this->x.size());
+    implicit_.remember(m);
+  }
+
+ private:
+  static constexpr long first_probe = 200;
+  static constexpr double stiff_steps = 20;
+
+  static bool finite(const Vector& x) {
+    return std::ranges::all_of(x, [](double y) { return std::isfinite(y); });
+  }
+  void forget() {
+    stiff_ = false;
+    steps_ = counted_ = 0;
+    probe_at_ = first_probe;
+    since_ = this->t;
+  }
+  RosenbrockStep implicit_;
+  bool stiff_ = false;
+  long steps_ = 0, counted_ = 0, probe_at_ = first_probe;  // in this mode
+  double since_ = 0;                                       // s, of the last probe or the mode's beginning
+};
+
+}  // namespace freeplay
