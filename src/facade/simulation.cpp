@@ -37,7 +37,7 @@ Layout layout_of(const Scene& scene, const System& system, const State& start) {
     const auto eccentricity = system.eccentricity(k, start.q.data(), e);
     l.start.push_back({eccentricity.x(), eccentricity.y(), system.gap(k, start.q.data(), e)});
   }
-  l.duration = scene.run.duration;
+  l.duration = l.end = scene.run.duration;
   l.output_step = scene.run.output_step.value_or(scene.run.duration / 20000);
   if (const auto* drive = main_drive(scene.mechanism)) {
     l.crank_speed = drive->speed;
@@ -228,6 +228,7 @@ Result Simulation::run(const RunRequest& request) {
   const double cpu = thread_seconds();
   watch.begin(s.form->state());
   const auto ending = s.form->run(until, watch);
+  s.layout.end = until;
   watch.end(ending, s.form->state().t, s.form->log());
   auto result = s.summary(ending);
   result.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall).count();

@@ -23,14 +23,14 @@ void TrajectoryCsv::begin(const Layout& layout, const State& state) {
   q_.resize(n);
   v_.resize(n);
   contacts_.resize(layout.contacts.size());
-  if (!fresh()) return;
+  if (!fresh()) return grid_.go_on_to(layout.end);
   std::string line = "t";
   for (const auto& b : layout.bodies)
     for (const auto& list : {planar::names, planar::rate_names})
       for (const char* name : list) line += fmt::format(",{}.{}", b, name);
   for (const auto& c : layout.contacts) line += fmt::format(",{0}.ex,{0}.ey,{0}.gap", c);
   header(line + "\n");
-  grid_.begin(state.t, layout.output_step);
+  grid_.begin(state.t, layout.output_step, layout.end);
   row(state.t, state.q, state.v, layout.start);
 }
 
@@ -127,13 +127,13 @@ void ForcesCsv::begin(const Layout& layout, const State& state) {
   }
   for (const auto& b : layout.bodies)
     for (const char* name : planar::acceleration_names) line += fmt::format(",{}.{}", b, name);
-  if (!fresh()) return;
+  if (!fresh()) return grid_.go_on_to(layout.end);
   header(line + "\n");
   now_.elements.resize(columns_.size());
   now_.acceleration.resize(state.v.size());
   sum_ = now_;
   since_ = state.t;
-  grid_.begin(state.t, layout.output_step);
+  grid_.begin(state.t, layout.output_step, layout.end);
 }
 
 void ForcesCsv::step(const Step& step) {

@@ -30,6 +30,7 @@ struct Layout {
   std::vector<std::string> channels;  ///< instruments, in the scene's order
   std::vector<ForceElement> forces;
   double duration = 0;                      ///< s, of the scene's run
+  double end = 0;                           ///< s, where the present run ends (RunRequest::until)
   double output_step = 0;                   ///< s, between the rows that the scene asks for
   double crank_start = 0, crank_speed = 0;  ///< rad, rad/s: of the drive that counts turns; 0 without one
   std::vector<ContactPlace> start;          ///< of the contacts, where the simulation began

@@ -1,5 +1,7 @@
 #include "sim/sensors.hpp"
 
+#include <algorithm>
+
 namespace freeplay {
 
 Sensors::Sensors(const std::vector<Instrument>& instruments, const Layout& layout, std::size_t coordinates)
@@ -18,7 +20,8 @@ Sensors::Sensors(const std::vector<Instrument>& instruments, const Layout& layou
   }
 }
 
-void Sensors::begin(double t) {
+void Sensors::begin(double t, double end) {
+  end_ = end;
   const bool rested = t != until_;
   for (std::size_t i = 0; i < channels_.size(); ++i) {
     channels_[i].begin(t, rested);
@@ -44,7 +47,10 @@ void Sensors::step(const Step& step, const Sink& sink) {
 }
 
 void Sensors::read(const Step& step, Channel& channel, std::size_t index, const Sink& sink) {
-  for (double t = channel.next_sample(); t <= step.t1 && !step.stopped(); t = channel.next_sample()) {
+  // A sample that falls on the run's end but for rounding is taken there, and not lost behind it.
+  const double last = step.t1 == end_ ? end_ + 1e-9 / channel.settings().sampling : step.t1;
+  for (double t = channel.next_sample(); t <= last && !step.stopped(); t = channel.next_sample()) {
+    t = std::min(t, step.t1);
     step.state(t, q_, v_);
     sink(index, t, channel.take(channel.measure(q_.data())));
   }

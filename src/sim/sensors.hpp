@@ -20,8 +20,8 @@ class Sensors {
   /// Whether any measures a force.
   bool wants_forces() const { return any_force_; }
   /// Before the first step of a run that wants samples. One that goes on where the last one ended continues
-  /// it; behind a rest filters start anew, and samples that nobody took are not made up for.
-  void begin(double t);
+  /// it; behind a rest filters start anew, and samples that nobody took are not made up for. `end`: of the run (s).
+  void begin(double t, double end);
   void step(const Step& step, const Sink& sink);
 
   template <class M>
@@ -40,6 +40,7 @@ class Sensors {
   std::vector<std::vector<int>> elements_;            // of each force channel, into Layout::forces
   std::vector<std::optional<double>> last_velocity_;  // of each channel, at the end of the last step
   double until_ = -INFINITY;                          // s, end of the last step
+  double end_ = 0;                                    // s, of the run
   std::vector<double> q_, v_;
   Forces forces_;
   bool any_force_ = false;

@@ -2,11 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace freeplay {
 
-void Grid::begin(double t, double step) {
+double Grid::multiple(long index) const {
+  const double t = static_cast<double>(index) * step_;
+  // Rounding of step and end, and of their product.
+  const double rounding = 1e-9 * step_ + 4 * std::numeric_limits<double>::epsilon() * end_;
+  return std::abs(t - end_) <= rounding ? end_ : t;
+}
+
+void Grid::begin(double t, double step, double end) {
   step_ = step;
+  end_ = end;
   index_ = 0;
   if (!(step > 0)) {
     next_ = INFINITY;
@@ -14,12 +23,12 @@ void Grid::begin(double t, double step) {
   }
   // The first multiple after t, which division finds up to rounding.
   index_ = std::max(0L, static_cast<long>(std::floor(t / step)) - 1);
-  while (static_cast<double>(index_) * step <= t) ++index_;
-  next_ = static_cast<double>(index_) * step;
+  while (multiple(index_) <= t) ++index_;
+  next_ = multiple(index_);
 }
 
 void Trajectory::begin(const Layout& layout, const State& state) {
-  grid_.begin(state.t, step_ > 0 ? step_ : layout.output_step);
+  grid_.begin(state.t, step_ > 0 ? step_ : layout.output_step, layout.end);
   if (n_ == state.q.size() && !t_.empty() && t_.back() <= state.t) return;  // goes on
   n_ = state.q.size();
   t_ = {state.t};
@@ -37,9 +46,9 @@ void Trajectory::step(const Step& step) {
 }
 
 void Energies::begin(const Layout& layout, const State& state) {
-  if (!rows.empty() && rows.back().t <= state.t) return;  // goes on
+  if (!rows.empty() && rows.back().t <= state.t) return grid_.go_on_to(layout.end);
   rows.clear();
-  grid_.begin(state.t, step_ > 0 ? step_ : layout.output_step);
+  grid_.begin(state.t, step_ > 0 ? step_ : layout.output_step, layout.end);
 }
 
 void Energies::step(const Step& step) {

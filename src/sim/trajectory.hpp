@@ -8,20 +8,27 @@
 
 namespace freeplay {
 
-/// Multiples of a step in time, each once.
+/// Multiples of a step in time, each once, by their index. A multiple that is the run's end but for rounding
+/// stands at the end exactly: 20000·(0.03/20000) is greater than 0.03.
 class Grid {
  public:
-  /// Begins behind t: a row at t itself is the caller's; step (s) ≤ 0: no rows.
-  void begin(double t, double step);
+  /// Begins behind t: a row at t itself is the caller's; step (s) ≤ 0: no rows. `end`: of the run (s).
+  void begin(double t, double step, double end);
+  /// Another run goes on to an end of its own.
+  void go_on_to(double end) {
+    end_ = end;
+    if (step_ > 0) next_ = multiple(index_);
+  }
   double next() const { return next_; }
-  void advance() { next_ = static_cast<double>(++index_) * step_; }
+  void advance() { next_ = multiple(++index_); }
   template <class M>
   void remember(M& m) {
-    m(step_, next_, index_);
+    m(step_, next_, index_, end_);
   }
 
  private:
-  double step_ = 0, next_ = 0;
+  double multiple(long index) const;
+  double step_ = 0, next_ = 0, end_ = 0;
   long index_ = 0;
 };
 

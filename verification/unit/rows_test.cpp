@@ -1,0 +1,119 @@
+// Rows of time stand at multiples of the output step by their index, and the last at the end exactly.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+#include "facade/simulation.hpp"
+#include "io/run_folder.hpp"
+#include "model/scene.hpp"
+#include "sim/trajectory.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+/// A rod on a pivot, ideal: one row set, long steps.
+Scene rod(double duration, const std::string& more = "") {
+  auto scene = parse_scene(R"(gravity = [0.0, -9.81]
+[bodies.rod]
+mass = 1
+inertia = 0.0833
+position = [0.5, 0]
+[joints.pivot]
+type = "revolute"
+between = ["ground", "rod"]
+at = [[0, 0], [-0.5, 0]]
+)" + more + "[run]\nduration = 1\n",
+                           "rod");
+  scene.run.duration = duration;
+  scene.nonsmooth.step = duration / 20;
+  return scene;
+}
+
+/// Lines of a CSV file behind its header, and the first field of the last.
+std::pair<long, double> rows_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  std::string line, last;
+  long count = -1;
+  while (std::getline(in, line)) ++count, last = line;
+  return {count, std::strtod(last.c_str(), nullptr)};
+}
+
+}  // namespace
+
+TEST_CASE("no duration loses its last row", "[rows]") {
+  // The default step is a 20000th: 20001 rows, by definition. Multiples of the step may be greater or less than the
+  // end by rounding: of these 200 durations 0.03, 0.06, 0.12, 0.24 and more are.
+  for (int k = 1; k <= 200; ++k) {
+    const double duration = k / 100.0;
+    CAPTURE(duration);
+    Simulation simulation(rod(duration), "nonsmooth");
+    Trajectory path;
+    Energies energies;
+    simulation.run({.observers = {&path, &energies}});
+    REQUIRE(path.size() == 20001);
+    REQUIRE(path.t(20000) == duration);
+    REQUIRE(energies.rows.back().t == duration);
+    // Each at its multiple: a row that is dropped shifts those behind it. Rounding of a product and a quotient, 2 ε.
+    double apart = 0;
+    for (std::size_t i = 0; i < path.size(); ++i)
+      apart = std::max(apart, std::abs(path.t(i) - duration * static_cast<double>(i) / 20000));
+    REQUIRE(apart <= 2 * 2.3e-16 * duration);
+  }
+}
+
+TEST_CASE("runs that go on have a last row each", "[rows]") {
+  auto scene = rod(0.06);
+  scene.run.output_step = 0.01;  // 3 × 0.01 is less than 0.03, 6 × 0.01 than 0.06, by no less than rounding
+  for (const auto* family : {"penalty", "nonsmooth"}) {
+    CAPTURE(family);
+    Simulation simulation(scene, family);
+    Trajectory path, ninths(0.03 / 9);
+    simulation.run({.until = 0.03, .observers = {&path, &ninths}});
+    REQUIRE(path.size() == 4);
+    CHECK(path.t(3) == 0.03);
+    REQUIRE(ninths.size() == 10);
+    CHECK(ninths.t(9) == 0.03);
+    simulation.run({.observers = {&path, &ninths}});
+    REQUIRE(path.size() == 7);
+    CHECK(path.t(6) == 0.06);
+    REQUIRE(ninths.size() == 19);
+    CHECK(ninths.t(18) == 0.06);
+    for (std::size_t i = 1; i < path.size(); ++i) CHECK(path.t(i) - path.t(i - 1) == Approx(0.01));
+  }
+}
+
+TEST_CASE("an end that is no multiple has no row of its own", "[rows]") {
+  auto scene = rod(0.105);
+  scene.run.output_step = 0.01;
+  Trajectory path;
+  Simulation(scene, "nonsmooth").run({.observers = {&path}});
+  CHECK(path.size() == 11);
+  CHECK(path.t(10) == Approx(0.1));
+}
+
+TEST_CASE("files and samples reach the end", "[rows]") {
+  const std::string lvdt =
+      "[instruments.x]\ntype = \"lvdt\"\nbody = \"rod\"\nsampling = 1000\n";
+  for (const double duration : {0.03, 0.06, 0.12, 0.24, 0.75}) {
+    CAPTURE(duration);
+    test::TemporaryFolder folder;
+    auto scene = rod(duration, lvdt);
+    scene.run.forces = true;
+    run_scene(scene, {.formulation = "penalty", .folder = folder.path(), .checkpoint = 0});
+    for (const auto* name : {"trajectory.csv", "forces.csv"}) {
+      const auto [count, last] = rows_of(folder.path() / name);
+      CHECK(count == 20001);
+      CHECK(last == duration);
+    }
+    CHECK(rows_of(folder.path() / "signals.csv").first == std::lround(1000 * duration));
+    // An end that a product missed by rounding, as that of so many revolutions does.
+    scene.run.duration = std::nextafter(duration, 0.0);
+    run_scene(scene, {.formulation = "penalty", .folder = folder.path(), .checkpoint = 0});
+    CHECK(rows_of(folder.path() / "signals.csv").first == std::lround(1000 * duration));
+  }
+}
