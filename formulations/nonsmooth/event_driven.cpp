@@ -229,10 +229,7 @@ bool EventDriven::impacts(std::vector<int>& touching) {
   }
   if (watching_) before_step_.add(1, strike_);
   const double kinetic = d.system().kinetic(before.data() + d.system().n());
-  if (const double gain = d.impact_gain(); gain > 1e-12 * kinetic) {
-    ++d.extremes.gains;
-    d.extremes.greatest_gain = std::max(d.extremes.greatest_gain, gain);
-  }
+  d.extremes.count_gain(d.impact_gain(), kinetic, 1e-12);
   for (const int k : kicked_)
     if (std::ranges::find(staying, k) == staying.end()) staying.push_back(k);
   std::ranges::sort(staying);

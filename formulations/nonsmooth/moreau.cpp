@@ -210,10 +210,7 @@ void MoreauStepper::account(double h) {
     gain += work;
   }
   // A step's share of lasting contact may add h² times forces; more is an impact that raised the energy.
-  if (struck_ && gain > 1e-3 * approach && gain > 1e-9 * system_.kinetic(v_old_.data())) {
-    ++extremes_.gains;
-    extremes_.greatest_gain = std::max(extremes_.greatest_gain, gain);
-  }
+  if (struck_ && gain > 1e-3 * approach) extremes_.count_gain(gain, system_.kinetic(v_old_.data()), 1e-9);
   if (!system_.has_loads()) return;
   for (int i = 0; i < n; ++i) v_mean_[i] = 0.5 * (v_old_[i] + v_[i]);
   const Sweep sweep{h, v_old_.data()};

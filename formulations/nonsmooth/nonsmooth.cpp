@@ -61,11 +61,6 @@ class Nonsmooth final : public Marched<Stepper> {
             "DOUBTFUL: {} moved {:.2g} times the width of what it could pass through in one step, and may have passed "
             "unseen; take a nonsmooth.step of less than {:.1g} times this one, or event-driven",
             system_.contact_facts(p.contact).name, p.share, 0.5 / p.share));
-    if (e.gains > 0)
-      notes.push_back(fmt::format(
-          "{} impacts raised the energy, by up to {:.3g} J: a restitution of rates with friction can "
-          "(Kane and Levinson 1985); nonsmooth.impact_law = \"energetic\" does not",
-          e.gains, e.greatest_gain));
     return notes;
   }
 

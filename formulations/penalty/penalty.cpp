@@ -103,7 +103,8 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
         notes.push_back(fmt::format("{}: {} asked for a restitution of {:.3g} delivers {:.3g}; its range: {}",
                                     facts.name, law.text, models[k].restitution_asked,
                                     models[k].restitution_delivered, law.range));
-      if (facts.clearance < law.least_clearance || facts.clearance >= law.clearance_end)
+      if (facts.has_clearance &&
+          (facts.clearance < law.least_clearance || facts.clearance >= law.clearance_end))
         notes.push_back(fmt::format("{}: {} at a clearance of {:.4g} mm is outside its range, {}", facts.name,
                                     law.text, 1e3 * facts.clearance, law.range));
       const double depth = stepper_.extremes().penetration[k];

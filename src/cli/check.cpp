@@ -132,8 +132,12 @@ int check(const CheckRequest& request) {
 
   for (int k = 0; k < system.contacts(); ++k) {
     const auto& facts = system.contact_facts(k);
-    fmt::print("\n  contact {}: {} {:.4g} mm, radius of curvature {:.5g} mm\n", facts.name,
-               facts.ring ? "clearance" : "measured by", 1e3 * facts.clearance, 1e3 * facts.radius);
+    fmt::print("\n  contact {}: ", facts.name);
+    if (facts.has_clearance) fmt::print("clearance {:.4g} mm, ", 1e3 * facts.clearance);
+    if (facts.radius > 0)
+      fmt::print("radius of curvature {:.5g} mm\n", 1e3 * facts.radius);
+    else
+      fmt::print("a sharp corner\n");
     if (const auto e = facts.surface.restitution) fmt::print("    restitution asked for {:.4g}\n", *e);
   }
   int available = 0;

@@ -8,12 +8,27 @@ namespace freeplay {
 
 void warn(Result& s, Family family) {
   const bool impact_law = family == Family::nonsmooth;
+  const double scale = s.ledger.scale();
+  // The greatest kinetic energy before an impact may itself be rounding, in what has always rested.
+  if (!(s.extremes.greatest_gain > 1e-12 * scale)) s.extremes.gains = 0, s.extremes.greatest_gain = 0;
+  if (s.extremes.gains > 0)
+    s.notes.push_back(fmt::format(
+        "{} impacts raised the energy, by up to {:.3g} J: a restitution of rates with friction can "
+        "(Kane and Levinson 1985); nonsmooth.impact_law = \"energetic\" does not",
+        s.extremes.gains, s.extremes.greatest_gain));
+  // An impact law keeps surfaces apart but for rounding. Under a contact law a journal may go a tenth of its play
+  // deeper before the play itself is another; and discs a tenth of their radius: there the half-width of Hertz's
+  // contact, √(δR), is 0.3 R, and no longer small as his half-space asks (Johnson, Contact Mechanics, 1985, §4.1).
   for (const auto& c : s.contacts)
     if (c.penetration_ratio > (impact_law ? 1e-3 : 0.1))
       s.notes.push_back(fmt::format(
-          "DOUBTFUL: {} lay up to {:.3g} clearances inside its wall; {}", c.name, c.penetration_ratio,
+          "DOUBTFUL: {}; {}",
+          c.has_clearance()
+              ? fmt::format("{} lay up to {:.3g} clearances inside its wall", c.name, c.penetration_ratio)
+              : fmt::format("{} overlapped by up to {:.3g} m, {:.3g} of {}", c.name, c.penetration,
+                            c.penetration_ratio,
+                            c.measure == "radius" ? "its radius of curvature" : "the longest arm"),
           impact_law ? "take a shorter nonsmooth.step" : "the contact is too soft for this load"));
-  const double scale = s.ledger.scale();
   if (std::abs(s.ledger.closure()) > 1e-3 * scale || std::abs(s.ledger.stabilisation) > 1e-3 * scale)
     s.notes.push_back(fmt::format(
         "DOUBTFUL: of {:.3g} J the energy balance misses {:.2g} J and stabilisation did {:.2g} J; "

@@ -173,7 +173,9 @@ Result Simulation::Implementation::summary(const Ending& ending) const {
     c.name = system.contact_facts(k).name;
     c.model = models[k];
     c.penetration = r.extremes.penetration[k];
-    c.penetration_ratio = c.penetration / system.contact_facts(k).clearance;
+    const auto& facts = system.contact_facts(k);
+    c.measure = facts.has_clearance ? "clearance" : facts.radius > 0 ? "radius" : "arm";
+    c.penetration_ratio = facts.measure() > 0 ? c.penetration / facts.measure() : 0;
     r.contacts.push_back(c);
   }
   warn(r, family);

@@ -76,7 +76,8 @@ nlohmann::json to_json(const Result& s) {
          {"median_impulse_N_s", c.median_impulse},
          {"greatest_impulse_N_s", c.greatest_impulse},
          {"greatest_penetration_m", c.penetration},
-         {"greatest_penetration_over_clearance", c.penetration_ratio}};
+         {"greatest_penetration_over_" + c.measure, c.penetration_ratio}};
+    if (!c.has_clearance()) j["impact_over_flight"] = c.impact_over_flight;
     if (c.model.stiffness > 0) {
       j["stiffness"] = c.model.stiffness;
       j["exponent"] = c.model.exponent;

@@ -15,7 +15,13 @@ namespace freeplay {
 struct ContactFacts {
   std::string name;                           ///< of the joint
   std::array<int, 2> bodies{ground, ground};  ///< bearing's and journal's
-  double clearance = 0;  ///< m: the length that its gaps and penetrations are measured by
+  double clearance =
+      0;  ///< m: the length that gaps are resolved by; that of a joint, or a scale (has_clearance)
+  bool has_clearance = false;  ///< a loose joint's; walls and discs have none
+  /// m: what a greatest penetration is told over: the clearance where there is one, else the radius of
+  /// curvature, of a point the longest arm; 0: nothing to compare with.
+  double measure() const { return has_clearance ? clearance : radius > 0 ? radius : arm; }
+  double arm = 0;  ///< m, longest of the mechanism, of a contact without clearance
   /// m, of curvature at the contact; 0: a sharp corner. Inside a ring and outside discs R_i R_j/|R_i ∓ R_j|.
   double radius = 0;
   bool ring = false;                              ///< a journal inside a bearing

@@ -1,5 +1,7 @@
 #include "sim/statistics.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -38,10 +40,11 @@ void ContactStatistics::begin(const Layout& layout, const State&) {
   if (tallies_.size() == layout.contacts.size()) return;  // goes on
   tallies_.assign(layout.contacts.size(), {});
   since_.assign(layout.contacts.size(), std::nan(""));
+  left_ = since_;
 }
 
 void ContactStatistics::count(const ContactEvent& e, std::vector<ContactTally>& tallies,
-                              std::vector<double>& since) const {
+                              std::vector<double>& since, std::vector<double>& left) const {
   auto& tally = tallies[e.contact];
   switch (e.kind) {
     case EventKind::contact:
@@ -50,8 +53,14 @@ void ContactStatistics::count(const ContactEvent& e, std::vector<ContactTally>& 
     case EventKind::separation:
       tally.lasting_time += std::max(0.0, e.t - std::max(discard_, since[e.contact]));
       since[e.contact] = std::nan("");
+      left[e.contact] = e.t;
       return;
     case EventKind::impact:
+      if (const double flight = e.t - left[e.contact]; flight > 0 && e.t >= discard_) {
+        tally.struck += e.impulse_n * e.duration;
+        tally.flown += e.impulse_n * flight;
+      }
+      left[e.contact] = e.t + e.duration;
       if (e.t < discard_) return;
       tally.impact_time += e.duration;
       tally.approach.add(-e.v_n_minus);
@@ -62,8 +71,8 @@ void ContactStatistics::count(const ContactEvent& e, std::vector<ContactTally>& 
 
 void ContactStatistics::end(const RunEnd& end) {
   at_end_ = tallies_;
-  auto since = since_;
-  for (const auto& e : end.held_back) count(e, at_end_, since);
+  auto since = since_, left = left_;
+  for (const auto& e : end.held_back) count(e, at_end_, since, left);
   for (std::size_t k = 0; k < at_end_.size(); ++k) {
     const auto so_far = [&](double from) { return std::max(0.0, end.t - std::max(discard_, from)); };
     at_end_[k].time = std::max(0.0, end.t - discard_);
@@ -89,6 +98,13 @@ void ContactStatistics::into(Result& result) const {
     c.median_approach = tally.approach.quantile(0.5);
     c.median_impulse = tally.impulse.quantile(0.5);
     c.greatest_impulse = tally.impulse.greatest();
+    if (tally.flown > 0) c.impact_over_flight = tally.struck / tally.flown;
+    // Without a clearance the flights are the measure of what an impact may take: no longer one beyond that.
+    if (!c.has_clearance() && c.impact_over_flight > 0.5)
+      result.notes.push_back(fmt::format(
+          "DOUBTFUL: {}: its impacts take {:.2g} of the flights before them; the contact is too soft "
+          "for this load, or what looks like impacts is a lasting contact that quivers",
+          c.name, c.impact_over_flight));
   }
 }
 

@@ -40,9 +40,12 @@ struct ContactTally {
   double impact_time = 0;   ///< s, within impacts
   LogHistogram approach;    ///< m/s, of impacts
   LogHistogram impulse;     ///< N s, of impacts
+  /// N s², impulse times duration and impulse times the flight before, of impacts that a flight between two
+  /// contacts led to
+  double struck = 0, flown = 0;
   template <class M>
   void remember(M& m) {
-    m(time, lasting_time, impact_time, approach, impulse);
+    m(time, lasting_time, impact_time, approach, impulse, struck, flown);
   }
 };
 
@@ -58,17 +61,19 @@ class ContactStatistics final : public Observer {
 
   Wants wants() const override { return {.steps = false}; }
   void begin(const Layout& layout, const State& state) override;
-  void event(const Event& event) override { count(event, tallies_, since_); }
+  void event(const Event& event) override { count(event, tallies_, since_, left_); }
   void end(const RunEnd& end) override;
-  void save(MemoryWriter& m) override { m(tallies_, since_); }
-  void load(MemoryReader& m) override { m(tallies_, since_); }
+  void save(MemoryWriter& m) override { m(tallies_, since_, left_); }
+  void load(MemoryReader& m) override { m(tallies_, since_, left_); }
 
  private:
-  void count(const ContactEvent& event, std::vector<ContactTally>& tallies, std::vector<double>& since) const;
+  void count(const ContactEvent& event, std::vector<ContactTally>& tallies, std::vector<double>& since,
+             std::vector<double>& left) const;
 
   double discard_;
   std::vector<ContactTally> tallies_, at_end_;
   std::vector<double> since_;  // s, beginning of the lasting contact; NaN: none
+  std::vector<double> left_;   // s, end of the last contact; NaN: none yet
 };
 
 }  // namespace freeplay

@@ -79,7 +79,7 @@ std::string comparison_table(const Scene& scene, const Comparison& c, bool markd
     line(name + ": fastest approach, m/s", of([](const auto& x) { return number(x.fastest_approach); }));
     line(name + ": greatest impulse of an impact, N s",
          of([](const auto& x) { return number(x.greatest_impulse); }));
-    line(name + ": greatest penetration / clearance",
+    line(name + ": greatest penetration / " + p.contacts[k].measure,
          of([](const auto& x) { return number(x.penetration_ratio); }));
   }
   line("greatest constraint violation, m",

@@ -64,14 +64,23 @@ struct Extremes {
   /// Steps of the shortest flight that ended in one of the run's fastest impacts (time stepping)
   double shortest_flight = INFINITY;
   long ambiguous = 0;               ///< complementarity solves that may have had other solutions (Painlevé)
-  long gains = 0;                   ///< impacts that raised the energy
+  long gains = 0;                   ///< impacts that raised the energy by more than rounding
   double greatest_gain = 0;         ///< J, of one of them
+  double greatest_kinetic = 0;      ///< J, before an impact: what the rounding of gains is judged by
   std::vector<double> penetration;  ///< m, of each contact
 
   template <class M>
   void remember(M& m) {
     m(constraint_length, constraint_angle, lcp_residual, lcp_residual_rate, shortest_contact, shortest_flight,
-      ambiguous, gains, greatest_gain, penetration);
+      ambiguous, gains, greatest_gain, greatest_kinetic, penetration);
+  }
+  /// Counts an impact that raised the energy by `gain` (J) if that is more than `share` of the greatest kinetic
+  /// energy that impacts have found so far: after a mechanism has come to rest, rounding is no gain.
+  void count_gain(double gain, double kinetic, double share) {
+    if (kinetic > greatest_kinetic) greatest_kinetic = kinetic;
+    if (!(gain > share * greatest_kinetic)) return;
+    ++gains;
+    if (gain > greatest_gain) greatest_gain = gain;
   }
 };
 

@@ -22,7 +22,13 @@ struct ContactSummary {
   double median_approach = 0;         ///< m/s, of all impacts
   double median_impulse = 0, greatest_impulse = 0;  ///< N s
   double penetration = 0;                           ///< m, greatest
-  double penetration_ratio = 0;                     ///< of the clearance
+  /// Of the clearance; without one of the radius of curvature, of a point of the longest arm.
+  double penetration_ratio = 0;
+  std::string measure = "clearance";  ///< which of these: "clearance", "radius" or "arm"
+  bool has_clearance() const { return measure == "clearance"; }
+  /// Duration of impacts over that of the flight before each, both weighted by the impulse; 0 under an impact
+  /// law, or when no flight between two contacts was seen.
+  double impact_over_flight = 0;
 };
 
 struct Result {

@@ -29,7 +29,7 @@ struct DiscContact {
     const auto [Ri, Rj] = radii;
     auto facts = b.facts(name, between, surface);
     facts.radius = Ri * Rj / (Ri + Rj);
-    facts.clearance = 1e-3 * facts.radius;
+    facts.clearance = 1e-3 * facts.radius;  // a scale for tolerances
     b.round(b.link(between, at), -1, Ri + Rj, Ri, -Rj, facts);
   }
 };

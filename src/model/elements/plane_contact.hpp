@@ -31,7 +31,8 @@ struct PlaneContact {
   void build(auto& b) const {
     auto facts = b.facts(name, between, surface);
     facts.radius = radius;
-    facts.clearance = 1e-3 * std::max(radius, b.longest_arm());
+    facts.arm = b.longest_arm();
+    facts.clearance = 1e-3 * std::max(radius, facts.arm);  // a scale for tolerances
     if (!(facts.clearance > 0)) facts.clearance = 1e-3;
     b.line(b.link(between, at), 1, axis, radius, radius, facts);
   }

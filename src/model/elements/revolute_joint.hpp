@@ -59,6 +59,7 @@ struct RevoluteJoint {
     const double journal = c.bearing_radius - c.radial;
     auto facts = b.facts(name, between, c.surface);
     facts.clearance = c.radial;
+    facts.has_clearance = true;
     facts.radius = c.bearing_radius * journal / c.radial;
     facts.ring = true;
     facts.radius_bearing = c.bearing_radius;

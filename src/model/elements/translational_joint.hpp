@@ -79,6 +79,7 @@ struct TranslationalJoint {
       const Vec2 corner = at[1] + x * c.length * along + y * c.height * across;
       auto facts = b.facts(name + "." + corner_name, between, c.surface);
       facts.clearance = c.half_play;
+      facts.has_clearance = true;
       facts.radius = c.corner_radius.value_or(0);
       b.line(b.link(between, {at[0], corner}), y < 0 ? 1 : -1, axis, -(0.5 * c.height + c.half_play), 0,
              facts);
