@@ -103,7 +103,8 @@ int check(const CheckRequest& request) {
   if (request.scene.empty()) throw SceneError("scene is required");
   const Scene scene = read_scene(request.scene, request.overrides);
   const System system(scene.mechanism);
-  const State start = assemble(scene.mechanism, scene.run.start);
+  std::string assumed;
+  const State start = assemble(scene.mechanism, scene.run.start, &assumed);
   const auto redundant = redundant_rows(system, start.q);
   int tangents = 0;
   for (int k = 0; k < system.contacts(); ++k) tangents += system.has_friction(k);
@@ -132,6 +133,8 @@ int check(const CheckRequest& request) {
 
   for (int k = 0; k < system.contacts(); ++k) {
     const auto& facts = system.contact_facts(k);
+  if (!assumed.empty()) line("start", assumed);
+
     fmt::print("\n  contact {}: ", facts.name);
     if (facts.has_clearance) fmt::print("clearance {:.4g} mm, ", 1e3 * facts.clearance);
     if (facts.radius > 0)

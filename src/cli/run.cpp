@@ -99,6 +99,7 @@ int run(const RunRequest& request) {
              summary.t_end, summary.work.steps, summary.work.rhs, summary.cpu_seconds);
   for (const auto& c : summary.contacts)
     fmt::print(
+  if (!summary.assumed.empty()) fmt::print("{}", wrapped("start: " + summary.assumed + "\n", 7));
         "{}: flight {:.2f} %, impacts {:.2f} %, lasting contact {:.2f} %; {} impacts;\n"
         "  restitution asked {:.4g}, delivered {:.4g};\n"
         "  greatest penetration {:.3g} m, {:.3g} of the {}\n",

@@ -60,8 +60,9 @@ Scene checked(Scene scene) {
   return scene;
 }
 
-State start_of(const Scene& scene, const System& system, const SimulationOptions& options) {
-  if (!options.start) return assemble(scene.mechanism, scene.run.start);
+State start_of(const Scene& scene, const System& system, const SimulationOptions& options,
+               std::string& assumed) {
+  if (!options.start) return assemble(scene.mechanism, scene.run.start, &assumed);
   const auto n = static_cast<std::size_t>(system.n()), states = static_cast<std::size_t>(system.states());
   if (options.start->q.size() != n || options.start->v.size() != n)
     throw ModelError("start", fmt::format("must have {} coordinates and as many rates, has {} and {}", n,
@@ -88,7 +89,7 @@ struct Simulation::Implementation {
         family(family_of(formulation)),
         given_start(options.start),
         system(scene.mechanism),
-        start(start_of(scene, system, options)),
+        start(start_of(scene, system, options, assumed)),
         restitution(matched_restitution(family, options.matched, scene, system)),
         layout(layout_of(scene, system, start)),
         form(begun(start)),
@@ -125,6 +126,7 @@ struct Simulation::Implementation {
   Family family;
   std::optional<State> given_start;
   System system;
+  std::string assumed;  // of the start; before it, which says so
   State start;
   std::optional<std::vector<double>> restitution;  // matched
   Layout layout;
@@ -166,6 +168,7 @@ Result Simulation::Implementation::summary(const Ending& ending) const {
   r.work = form->work();
   r.extremes = form->extremes();
   r.notes = form->notes();
+  r.assumed = assumed;
   r.undetermined = undetermined;
   const auto models = form->contact_models();
   for (int k = 0; k < system.contacts(); ++k) {
@@ -225,12 +228,12 @@ Result Simulation::run(const RunRequest& request) {
     s.find_undetermined();
   Watch watch(s.layout, s.sensors, std::move(observers), request.stop);
   const Running running(s.running);
+  s.layout.end = until;
 
   const auto wall = std::chrono::steady_clock::now();
   const double cpu = thread_seconds();
   watch.begin(s.form->state());
   const auto ending = s.form->run(until, watch);
-  s.layout.end = until;
   watch.end(ending, s.form->state().t, s.form->log());
   auto result = s.summary(ending);
   result.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall).count();

@@ -122,6 +122,7 @@ nlohmann::json to_json(const Result& s) {
       {"cost",
        {{"wall_s", s.wall_seconds}, {"cpu_s", s.cpu_seconds}, {"peak_memory_KiB", s.peak_memory_kib}}},
       {"notes", s.notes}};
+  if (!s.assumed.empty()) document["assumed"] = s.assumed;
   if (!s.undetermined.empty()) document["undetermined_reactions"] = s.undetermined;
   return document;
 }

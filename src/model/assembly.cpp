@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "model/assembly_ipopt.hpp"
@@ -27,7 +28,8 @@ State given_state(const Mechanism& m) {
 }
 
 std::string describe(const OpenJoint& open) {
-  return fmt::format("\"{}\" stays open by {:.4g} {}", open.name, open.amount, open.angular ? "rad" : "m");
+  return fmt::format("{} \"{}\" {} by {:.4g} {}", open.overlap ? "contact" : "joint", open.name,
+                     open.overlap ? "overlaps" : "stays open", open.amount, open.angular ? "rad" : "m");
 }
 
 /// Newton steps of least mass-weighted length onto Φ = 0, down to rounding.
@@ -68,10 +70,10 @@ void assemble_positions(const System& system, State& s) {
   }
   const auto left = worst_open_joint(system, s.q);
   if (!(left.amount <= accepted))
-    throw ModelError(
-        "", fmt::format("the mechanism cannot be assembled from the positions given: joint {}; check the "
-                        "lengths, or give bodies.*.position and .angle nearer to closure",
-                        describe(left)));
+    throw ModelError("",
+                     fmt::format("the mechanism cannot be assembled from the positions given: {}; check the "
+                                 "lengths, or give bodies.*.position and .angle nearer to closure",
+                                 describe(left)));
 }
 
 void assemble_velocities(const System& system, State& s) {
@@ -122,16 +124,17 @@ void assemble_velocities(const System& system, State& s) {
 OpenJoint worst_open_joint(const System& system, const std::vector<double>& q, double allowed_penetration) {
   auto e = system.make_evaluation();
   system.place(0, q.data(), e);
-  OpenJoint worst{"", 0, false};
+  OpenJoint worst;
   for (int k = 0; k < system.rows(); ++k) {
     const double phi = std::abs(e.phi[k]);
-    if (phi > worst.amount || !std::isfinite(phi)) worst = {system.row_name(k), phi, system.is_angle_row(k)};
+    if (phi > worst.amount || !std::isfinite(phi))
+      worst = {system.row_name(k), phi, system.is_angle_row(k), false};
   }
   for (int k = 0; k < system.contacts(); ++k) {
     const auto& facts = system.contact_facts(k);
     const double inside = -system.gap(k, q.data(), e);
     if (inside > worst.amount && inside > allowed_penetration * facts.clearance)
-      worst = {facts.name, inside, false};
+      worst = {facts.name, inside, false, true};
   }
   return worst;
 }
@@ -146,17 +149,44 @@ std::vector<int> redundant_rows(const System& system, const std::vector<double>&
   return rest;
 }
 
-State assemble(const Mechanism& mechanism, RunOptions::Start start) {
+namespace {
+
+/// Whether a drive turns that no body's velocity answers: all are zero, as those that a scene leaves out.
+bool leaves_velocities_open(const Mechanism& m) {
+  const auto rests = [](const Body& b) { return b.velocity.is_zero() && b.angular_velocity == 0; };
+  const auto turns = [](const Drive& d) {
+    const auto* speed = std::get_if<SpeedDrive>(&d);
+    return speed && speed->speed != 0;
+  };
+  return std::ranges::all_of(m.bodies, rests) && std::ranges::any_of(m.drives, turns);
+}
+
+/// Velocities of the ideal mechanism at the position nearest to s, which stands in a loose one; false: there is none.
+bool move_ideally(const Mechanism& loose, State& s) {
+  const System ideal(idealised(loose));
+  State nearest = s;
+  try {
+    assemble_positions(ideal, nearest);
+    assemble_velocities(ideal, nearest);
+  } catch (const ModelError&) {
+    return false;
+  }
+  s.v = nearest.v;
+  return true;
+}
+
+}  // namespace
+
+State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed) {
+  if (assumed) assumed->clear();
   const System system(start == RunOptions::Start::ideal ? idealised(mechanism) : mechanism);
   State s = given_state(mechanism);
   if (start == RunOptions::Start::given) {
     // A loaded contact is compressed: a journal may start inside the wall by up to a tenth of the clearance.
     const auto open = worst_open_joint(system, s.q, 0.1);
     if (open.amount > 1e-6 * length_scale(system))
-      throw ModelError(
-          "run.start",
-          fmt::format("\"given\": joint or contact {}; correct the positions or use \"assembled\"",
-                      describe(open)));
+      throw ModelError("run.start", fmt::format("\"given\": {}; correct the positions or use \"assembled\"",
+                                                describe(open)));
     auto e = system.make_evaluation();
     system.place(0, s.q.data(), e);
     double speed = 0;
@@ -172,6 +202,15 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start) {
     close_exactly(system, s.q, !redundant_rows(system, s.q).empty());
   } else {
     assemble_positions(system, s);
+  }
+  // Where no joint is loose the rows alone say how it moves.
+  if (start == RunOptions::Start::assembled && leaves_velocities_open(mechanism) &&
+      System(idealised(mechanism)).rows() > system.rows()) {
+    const bool moves = move_ideally(mechanism, s);
+    if (assumed)
+      *assumed = moves ? "no body gives a velocity: all start as the ideal mechanism moves"
+                       : "no body gives a velocity, and with ideal joints the mechanism cannot move: what no "
+                         "drive turns starts at rest";
   }
   assemble_velocities(system, s);
   s.z.assign(system.states(), 0);

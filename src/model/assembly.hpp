@@ -18,18 +18,22 @@ namespace freeplay {
 struct Mechanism;
 class System;
 
-/// Throws ModelError that names the joint which stays open and by how much.
-State assemble(const Mechanism& mechanism, RunOptions::Start start);
+/// Throws ModelError that names the joint which stays open and by how much. A start that may be made consistent
+/// ("assembled") and gives no body a velocity, though a drive turns, takes the velocities of the ideal mechanism at its
+/// nearest position: the least change from standing still would leave loose parts at rest and a kick at the first
+/// touch. `assumed` is then told so in one line, else left empty.
+State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed = nullptr);
 
 /// Gives the bodies the places and rates of a state to start from.
 void start_from(Mechanism& mechanism, const State& state);
 
-/// The joint or drive whose constraint is worst violated, and by how much (m or rad). Journals inside the
-/// wall by up to allowed_penetration of their clearance do not count.
+/// The joint or drive whose constraint is worst violated, or the contact that overlaps most, and by how much (m or
+/// rad). Journals inside the wall by up to allowed_penetration of their clearance do not count.
 struct OpenJoint {
   std::string name;
   double amount = 0;
   bool angular = false;
+  bool overlap = false;  ///< a contact whose surfaces lie in each other
 };
 OpenJoint worst_open_joint(const System& system, const std::vector<double>& q,
                            double allowed_penetration = 0);

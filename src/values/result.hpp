@@ -43,6 +43,7 @@ struct Result {
   Extremes extremes;
   std::vector<ContactSummary> contacts;
   std::vector<std::string> notes;  ///< what a user must read
+  std::string assumed;             ///< of the start, where the scene leaves it open; else empty
   std::vector<Event> events;  ///< in the order of time, the first of them when there are more than are kept
   long events_seen = 0;
   /// The list is cut: what follows its last event is not known from it.

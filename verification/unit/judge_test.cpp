@@ -1,0 +1,151 @@
+// What a run is told about itself: doubt where there is reason, by a measure that the model has, and else nothing.
+#include <catch2/catch.hpp>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "io/run_json.hpp"
+#include "model/assembly.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
+#include "verification/references/hertz_impact.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+constexpr double mass = 0.033, radius = 0.02, height = 0.5, g = 9.81;
+
+/// A ball that falls from a height onto a floor.
+Scene ball(double young, double poisson, double restitution) {
+  return parse_scene(fmt::format(R"(gravity = [0.0, -{}]
+[bodies.ball]
+mass = {}
+inertia = 5.3e-6
+position = [0.0, {}]
+[contacts.floor]
+type = "plane"
+between = ["ground", "ball"]
+radius = {}
+surface = "s"
+[surfaces.s]
+young = {}
+poisson = {}
+restitution = {}
+[run]
+duration = 1.0
+[penalty]
+contact = "exact"
+)",
+                                 g, mass, radius + height, radius, young, poisson, restitution),
+                     "ball");
+}
+
+std::string said(const Result& run) {
+  std::string all;
+  for (const auto& note : run.notes) all += note + "\n";
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("a ball's penetration is told over its radius, its impacts over their flights", "[judge]") {
+  // Hertz: sphere on a plane of like material, K = 4/3 E/(2(1 − ν²)) √R, v = √(2 g h).
+  const double young = 207e9, poisson = 0.3, v = std::sqrt(2 * g * height);
+  const double K = 4.0 / 3 * young / (2 * (1 - poisson * poisson)) * std::sqrt(radius);
+  const auto exact = reference::elastic_impact(K, mass, v);
+  const auto run = test::simulate(ball(young, poisson, 1), Family::penalty);
+  const auto& c = run.contacts.at(0);
+  CAPTURE(said(run));
+  CHECK(c.measure == "radius");
+  // The ball's weight adds g δ of v²/2 while it is pressed in: 1e-5.
+  CHECK(c.penetration_ratio == Approx(exact.depth / radius).epsilon(1e-4));
+  CHECK(c.impact_over_flight == Approx(exact.duration / (2 * v / g)).epsilon(1e-2));
+  CHECK(run.notes.empty());
+  const auto j = to_json(run)["contacts"]["floor"];
+  CHECK(j.contains("greatest_penetration_over_radius"));
+  CHECK_FALSE(j.contains("greatest_penetration_over_clearance"));
+  CHECK(j.contains("impact_over_flight"));
+}
+
+TEST_CASE("a contact that is too soft is doubted by its radius, or by its flights", "[judge]") {
+  // δ/R by Hertz, (5 m v²/(4K))^(2/5)/R, is 1.4 for a jelly of 20 kPa.
+  const auto jelly = test::simulate(ball(2e4, 0.45, 0.8), Family::penalty);
+  CHECK(jelly.contacts[0].penetration_ratio > 0.1);
+  CHECK_THAT(said(jelly), Contains("DOUBTFUL: floor overlapped by up to") && Contains("of its radius of curvature"));
+  CHECK_THAT(said(jelly), !Contains("clearance"));
+  // A rubber ball dropped from a hundredth of a millimetre: v = 14 mm/s, flights of 2.9 ms, and 2.94 δ/v of contact,
+  // 2.7 ms, though it sinks in by no more than a thousandth of its radius.
+  auto low = ball(5e6, 0.45, 0.95);
+  low.mechanism.bodies[0].position.y() = radius + 1e-5;
+  low.run.duration = 0.02;
+  const auto quivers = test::simulate(low, Family::penalty);
+  CAPTURE(said(quivers), quivers.contacts[0].penetration_ratio);
+  CHECK(quivers.contacts[0].penetration_ratio < 0.1);
+  CHECK(quivers.contacts[0].impact_over_flight > 0.5);
+  CHECK_THAT(said(quivers), Contains("of the flights before them"));
+}
+
+TEST_CASE("what rests gains no energy by rounding", "[judge]") {
+  // A block on its two corners, almost level: gains of 1e-25 J and 1e-10 J of 0.1 J were told.
+  const auto scene = parse_scene(R"(gravity = [0.0, -9.81]
+[bodies.block]
+mass = 1.0
+inertia = 0.01
+position = [0.0, 0.05]
+[contacts.left]
+type = "plane"
+between = ["ground", "block"]
+at = [[0, 0], [-0.1, -0.05]]
+surface = "s"
+[contacts.right]
+type = "plane"
+between = ["ground", "block"]
+at = [[0, 0], [0.1, -0.05]]
+surface = "s"
+[surfaces.s]
+restitution = 0.5
+friction = 0.3
+[run]
+duration = 0.2
+)",
+                                 "block");
+  for (const auto scheme : {Scheme::moreau_jean, Scheme::event_driven})
+    for (const double y : {0.05, 0.06})
+      for (const double angle : {0.0, 1e-9, 1e-3}) {
+        auto other = scene;
+        other.nonsmooth.scheme = scheme;
+        other.mechanism.bodies[0].position.y() = y;
+        other.mechanism.bodies[0].angle = angle;
+        CAPTURE(y, angle, static_cast<int>(scheme));
+        const auto run = test::simulate(other, Family::nonsmooth);
+        CHECK(run.ending.status == Ending::Status::finished);
+        CHECK_THAT(said(run), !Contains("raised the energy"));
+        CHECK(run.extremes.gains == 0);
+      }
+  // Counted against the greatest kinetic energy seen: of 1e-3 J, 1e-9 is a gain and 1e-16 none, also at rest.
+  Extremes e;
+  e.count_gain(1e-9, 1e-3, 1e-12);
+  e.count_gain(1e-16, 1e-3, 1e-12);
+  e.count_gain(1e-27, 1e-30, 1e-12);
+  CHECK(e.gains == 1);
+  CHECK(e.greatest_gain == 1e-9);
+}
+
+TEST_CASE("surfaces that lie in each other overlap, joints stay open", "[judge][assembly]") {
+  auto scene = ball(5e6, 0.45, 0.8);
+  scene.mechanism.bodies[0].position.y() = radius - 3e-3;
+  const System system(scene.mechanism);
+  const auto open = worst_open_joint(system, {0, radius - 3e-3, 0});
+  CHECK(open.overlap);
+  CHECK(open.amount == Approx(3e-3));
+  CHECK_THROWS_WITH(assemble(scene.mechanism, RunOptions::Start::given),
+                    Contains("contact \"floor\" overlaps by 0.003 m") && !Contains("open"));
+  auto pendulum = read_scene(test::scene_file("double_pendulum"));
+  pendulum.mechanism.bodies[0].position.x() += 1e-3;
+  CHECK_THROWS_WITH(assemble(pendulum.mechanism, RunOptions::Start::given),
+                    Contains("stays open by 0.001 m") && !Contains("overlap"));
+}
