@@ -10,6 +10,7 @@
 #include "cli/default_folder.hpp"
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
+#include "cli/wrapped.hpp"
 #include "io/output_file.hpp"
 #include "study/provenance.hpp"
 
@@ -76,6 +77,7 @@ int calibrate(const CalibrateRequest& request) {
                       static_cast<double>(p.done) / static_cast<double>(p.total));
       });
   progress.clear();
+  for (const auto& q : r.questions) fmt::print(stderr, "{}", wrapped("question: " + q + "\n", 10));
   if (r.sweep.interrupted) {
     fmt::print("interrupted; the same command carries on\n");
     return 1;

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "cli/questions.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "formulations/make.hpp"
@@ -102,6 +103,7 @@ int check(const CheckRequest& request) {
   if (request.keys) return list_keys();
   if (request.scene.empty()) throw SceneError("scene is required");
   const Scene scene = read_scene(request.scene, request.overrides);
+  ask(scene.mechanism);
   const System system(scene.mechanism);
   std::string assumed;
   const State start = assemble(scene.mechanism, scene.run.start, &assumed);
@@ -131,10 +133,10 @@ int check(const CheckRequest& request) {
   line("duration",
        fmt::format("{:.6g} s, first {:.6g} s left out of statistics", scene.run.duration, scene.run.discard));
 
-  for (int k = 0; k < system.contacts(); ++k) {
-    const auto& facts = system.contact_facts(k);
   if (!assumed.empty()) line("start", assumed);
 
+  for (int k = 0; k < system.contacts(); ++k) {
+    const auto& facts = system.contact_facts(k);
     fmt::print("\n  contact {}: ", facts.name);
     if (facts.has_clearance) fmt::print("clearance {:.4g} mm, ", 1e3 * facts.clearance);
     if (facts.radius > 0)

@@ -8,6 +8,7 @@
 #include "cli/default_folder.hpp"
 #include "cli/ending.hpp"
 #include "cli/progress.hpp"
+#include "cli/questions.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "facade/simulation.hpp"
@@ -88,6 +89,7 @@ int run(const RunRequest& request) {
         with_accuracy(request.accuracy, {family_named(request.formulation).value()}, request.overrides);
     if (request.forces) overrides.push_back("run.forces=true");
     const Scene scene = read_scene(request.scene, overrides);
+    ask(scene.mechanism);
     plan.formulation = request.formulation;
     plan.folder = request.output.empty() ? default_folder(scene.file, "-" + request.formulation)
                                          : std::filesystem::path(request.output);
@@ -97,9 +99,9 @@ int run(const RunRequest& request) {
   progress.clear();
   fmt::print("{}: {:.6g} s in {} steps, {} right-hand sides, {:.3g} s CPU\n", summary.formulation,
              summary.t_end, summary.work.steps, summary.work.rhs, summary.cpu_seconds);
+  if (!summary.assumed.empty()) fmt::print("{}", wrapped("start: " + summary.assumed + "\n", 7));
   for (const auto& c : summary.contacts)
     fmt::print(
-  if (!summary.assumed.empty()) fmt::print("{}", wrapped("start: " + summary.assumed + "\n", 7));
         "{}: flight {:.2f} %, impacts {:.2f} %, lasting contact {:.2f} %; {} impacts;\n"
         "  restitution asked {:.4g}, delivered {:.4g};\n"
         "  greatest penetration {:.3g} m, {:.3g} of the {}\n",

@@ -8,6 +8,7 @@
 
 #include "cli/default_folder.hpp"
 #include "cli/validate.hpp"
+#include "cli/wrapped.hpp"
 #include "io/open_scene.hpp"
 #include "io/output_file.hpp"
 #include "io/run_json.hpp"
@@ -52,6 +53,7 @@ int validate_data(const ValidateRequest& request) {
   if (request.as_given) with.matched = false;
   const auto v = freeplay::validate(request.scene, request.overrides, request.data, with);
   make_folder(folder);
+  if (!v.question.empty()) fmt::print(stderr, "{}", wrapped("question: " + v.question + "\n", 10));
   fmt::print("{} turns of {} at {:.4g} Hz; ideal greatest {:.4g} m/s²\n{}\n\n{}", v.measured.peaks.size(),
              request.data, v.sampling, v.ideal_maximum,
              request.as_given ? "both take the restitution asked for (--as-given)"

@@ -8,6 +8,7 @@
 #include "facade/simulation.hpp"
 #include "measure/measurement.hpp"
 #include "model/scene.hpp"
+#include "study/data_units.hpp"
 #include "study/intervals.hpp"
 
 namespace freeplay {
@@ -42,22 +43,26 @@ Estimate one_more(const std::vector<double>& logarithms) {
   return {std::exp(s.mean), std::exp(s.mean - half), std::exp(s.mean + half)};
 }
 
-/// The statistic of a measured file, by the same rules as a run's.
-double measured_statistic(const Study& study, const Target& target, const Conduct& conduct) {
+/// The statistic of a measured file, by the same rules as a run's, and what to ask about its units.
+double measured_statistic(const Study& study, const Target& target, const Conduct& conduct,
+                          std::vector<std::string>& questions) {
   Case one{"", study.calibration->formulation, {}, 0, 1, study.scene, target.overrides};
   const auto scene = scene_of(study, one, conduct);
   const double speed = main_drive(scene.mechanism)->speed;
-  const double ideal = ideal_maximum(study, scene, study.calibration->formulation, conduct);
-  const auto data = read_measurement(target.data, speed, ideal);
+  const auto ideal = ideal_turn(study, scene, study.calibration->formulation, conduct);
+  const auto data = read_measurement(target.data, speed, ideal.value[TurnMetrics::peak_max]);
   TurnRules rules;
   rules.speed = speed;
   rules.sampling = data.sampling;
   rules.line_share = study.line_share;
-  rules.ideal_maximum = ideal;
+  rules.ideal_maximum = ideal.value[TurnMetrics::peak_max];
   TurnMeter meter(rules);
   for (std::size_t i = 0; i < data.acceleration.size(); ++i)
     meter.acceleration(static_cast<double>(i) / data.sampling, data.acceleration[i]);
-  const double value = meter.finish(std::nan("")).value[metric_of(target.statistic)];
+  const auto measured = meter.finish(std::nan(""));
+  if (const auto question = unit_question(measured, ideal); !question.empty())
+    questions.push_back(fmt::format("{}: {}", target.data.string(), question));
+  const double value = measured.value[metric_of(target.statistic)];
   if (!(value > 0))
     throw SceneError(
         fmt::format("{}: gives no {} (a signal alone has no contacts, and a logarithm is fitted)",
@@ -77,7 +82,8 @@ CalibrationResult calibrate(const Study& study, const Conduct& conduct, const st
                                  study.file.string(), ResponseSurface::coefficients(n) + 2, n, c.points));
   CalibrationResult result;
   for (const auto& target : c.targets) {
-    const double value = target.data.empty() ? target.value : measured_statistic(study, target, conduct);
+    const double value =
+        target.data.empty() ? target.value : measured_statistic(study, target, conduct, result.questions);
     if (!(value > 0))
       throw SceneError(
           fmt::format("{}: calibrate.targets.{}.value must be greater than 0: its logarithm is fitted",

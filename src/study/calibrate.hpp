@@ -48,6 +48,7 @@ struct CalibrationResult {
   Fit all;                    ///< fitted to every target
   std::vector<Fit> left_out;  ///< the i-th without target i; empty with one target
   SweepSummary sweep;
+  std::vector<std::string> questions;  ///< about the units of measured files
 };
 
 /// Runs what is missing into folder/calibrate.db and fits.

@@ -9,6 +9,7 @@
 
 #include "model/contacts.hpp"
 #include "model/scene.hpp"
+#include "study/data_units.hpp"
 #include "values/family.hpp"
 
 namespace freeplay {
@@ -80,7 +81,8 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
   const auto study = study_of(scene);
   const auto* drive = main_drive(scene.mechanism);
   Validation v;
-  v.ideal_maximum = ideal_maximum(study, scene, "penalty", conduct);
+  const auto ideal = ideal_turn(study, scene, "penalty", conduct);
+  v.ideal_maximum = ideal.value[TurnMetrics::peak_max];
   const auto measured = read_measurement(data, drive->speed, v.ideal_maximum);
   v.sampling = measured.sampling;
   v.uncertainty = measured.uncertainty;
@@ -93,6 +95,7 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
   for (std::size_t i = 0; i < measured.acceleration.size(); ++i)
     meter.acceleration(static_cast<double>(i) / measured.sampling, measured.acceleration[i]);
   v.measured = meter.finish(std::nan(""));
+  v.question = unit_question(v.measured, ideal);
   v.quiet = quiet_stretch(v.measured.mean_turn, v.ideal_maximum);
 
   for (const auto& formulation : family_names()) {

@@ -37,6 +37,7 @@ struct Validation {
   TurnMetrics measured;
   Quiet quiet;  ///< of the measurement
   std::vector<Agreement> models;
+  std::string question;  ///< about the file's units; empty: none
 };
 
 /// Throws SceneError for a scene without accelerometer, drive or clearance, and for a bad file.

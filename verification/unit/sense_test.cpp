@@ -1,0 +1,114 @@
+// Units out of sense are asked about, and nothing else is.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+
+#include "model/scene.hpp"
+#include "model/sense.hpp"
+#include "study/data_units.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+TEST_CASE("scenes in order are not asked about", "[sense]") {
+  int count = 0;
+  for (const auto* place : {"cases", "verification/scenes"})
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(test::source_folder() / place)) {
+      const auto name = entry.path().filename().string();
+      if (entry.path().extension() != ".toml" || name == "study.toml" || name == "calibrate.toml") continue;
+      CAPTURE(entry.path().string());
+      for (const auto& q : questions(read_scene(entry.path()).mechanism)) FAIL_CHECK(q);
+      ++count;
+    }
+  CHECK(count >= 30);
+  // The growing row of four-bars.
+  CHECK(questions(test::row_of_four_bars(8, 0).mechanism).empty());
+  CHECK(questions(test::row_of_four_bars(8, 1e-3).mechanism).empty());
+}
+
+TEST_CASE("each unit out of sense is asked about once, with the likely meaning", "[sense]") {
+  const auto asked = [](std::vector<std::string> overrides) {
+    return questions(read_scene(test::scene_file("four_bar"), overrides).mechanism);
+  };
+  struct Case {
+    std::vector<std::string> set;
+    const char* expected;
+  };
+  // Meanings by hand: 60° = π/3; J of 5.6e-3 kg m² in kg mm², g cm²; 0.2 mm.
+  const std::vector<Case> cases{
+      {{"bodies.crank.angle=60"}, "60 degrees would be 1.0472"},
+      {{"bodies.crank.angle=-45", "bodies.rocker.angle=110"}, "-45 degrees would be -0.785398 (and 1 more like it)"},
+      {{"bodies.crank.angle=36.87"}, "36.87 degrees would be 0.643503"},
+      {{"drives.motor.initial_angle=90"}, "90 degrees would be 1.5708"},
+      {{"surfaces.steel.young=207"}, "207 GPa would be 2.07e+11"},
+      {{"surfaces.steel.young=207000"}, "207000 MPa would be 2.07e+11"},
+      {{"surfaces.steel.young=207e15"}, "stiffer than diamond"},
+      {{"bodies.coupler.inertia=5609.5"}, "5609.5 kg mm² would be 0.00561"},
+      {{"bodies.coupler.inertia=56095"}, "56095 g cm² would be 0.00561"},
+      {{"joints.rocker_pin.clearance=0.2", "joints.rocker_pin.bearing_radius=0.25"}, "0.2 mm would be 0.0002"},
+      {{"joints.rocker_pin.clearance=0.2", "joints.rocker_pin.bearing_radius=10"}, "10 mm would be 0.01"},
+      {{"gravity=[0,-9810]"}, "9810 mm/s² would be 9.81"},
+      {{"gravity=[0,-981]"}, "981 cm/s² would be 9.81"},
+      {{"drives.motor.speed_rpm=250000"}, "rpm would be"},
+      {{"joints.crank_pin.at=[[50,0],[-175,0]]"}, "mm would be 0.05"},
+  };
+  for (const auto& c : cases) {
+    CAPTURE(c.expected);
+    const auto list = asked(c.set);
+    REQUIRE(list.size() == 1);
+    CHECK_THAT(list[0], Contains(c.expected));
+  }
+}
+
+TEST_CASE("what is only unusual is not asked about", "[sense]") {
+  const auto asked = [](std::vector<std::string> overrides) {
+    return questions(read_scene(test::scene_file("four_bar"), overrides).mechanism);
+  };
+  // A start taken from a run after some turns; 3π, rounded; a rubber; a bob without inertia; a flywheel on a short
+  // crank; a worn bearing; Jupiter; a fast spindle.
+  for (const auto* set : {"bodies.crank.angle=62.17418350728591", "bodies.crank.angle=9.42",
+                          "bodies.crank.angle=6.28", "surfaces.steel.young=1e6", "surfaces.steel.young=1.2e12",
+                          "bodies.coupler.inertia=1e-9", "bodies.crank.inertia=0.3",
+                          "joints.rocker_pin.clearance=1.9e-3", "gravity=[0,-24.8]", "drives.motor.speed_rpm=60000"}) {
+    CAPTURE(set);
+    for (const auto& q : asked({set})) FAIL_CHECK(q);
+  }
+}
+
+TEST_CASE("the program asks on stderr, once, and goes on", "[sense][program]") {
+  const auto scene = test::scene_file("pendulum").string();
+  const auto plain = test::freeplay("check " + scene);
+  CHECK(plain.err.empty());
+  const auto o = test::freeplay("check " + scene + " --set gravity=[0,-9810]");
+  CHECK(o.status == plain.status);
+  CHECK_THAT(o.err, Contains("question: gravity of 9810 m/s²"));
+  CHECK(o.err.find("question", 1) == o.err.npos);
+  test::TemporaryFolder folder;
+  const auto run = test::freeplay("run " + scene + " --formulation nonsmooth --set gravity=[0,-9810]" +
+                                  " --set run.duration=1e-3 -o " + (folder.path() / "r").string());
+  CHECK(run.status == 0);
+  CHECK_THAT(run.err, Contains("question: gravity of 9810 m/s²"));
+  std::istringstream lines(run.err);
+  for (std::string line; std::getline(lines, line);) CHECK(line.size() <= 82);  // two characters of two bytes
+}
+
+TEST_CASE("a measurement in g is told by its lowest harmonics", "[sense]") {
+  TurnMetrics ideal, measured;
+  ideal.spectrum = {40, 12, 0.5, 0.2};
+  const auto scaled = [&](double factor, double apart) {
+    measured.spectrum = ideal.spectrum;
+    for (auto& x : measured.spectrum) x *= factor;
+    measured.spectrum[1] *= 1 + apart;     // play moves harmonics a little,
+    measured.spectrum.back() = 30 * factor;  // impacts fill the high ones
+    return unit_question(measured, ideal);
+  };
+  CHECK(scaled(1, 0.1).empty());
+  CHECK(scaled(0.7, 0).empty());  // another stroke or mass is no other unit
+  CHECK(scaled(3, 0).empty());
+  CHECK_THAT(scaled(1 / 9.80665, 0.1), Contains("is the file in g, not m/s²?"));
+  CHECK_THAT(scaled(1 / 9.80665, -0.3), Contains("is the file in g, not m/s²?"));
+  CHECK_THAT(scaled(100, 0.1), Contains("cm/s²"));
+  CHECK_THAT(scaled(1000, 0.1), Contains("mm/s²"));
+  CHECK(unit_question({}, ideal).empty());
+}
