@@ -210,7 +210,7 @@ void MoreauStepper::account(double h) {
     gain += work;
   }
   // A step's share of lasting contact may add h² times forces; more is an impact that raised the energy.
-  if (struck_ && gain > 1e-3 * approach) extremes_.count_gain(gain, system_.kinetic(v_old_.data()), 1e-9);
+  if (struck_) extremes_.count_gain(gain > 1e-3 * approach ? gain : 0, system_.kinetic(v_old_.data()), 1e-9);
   if (!system_.has_loads()) return;
   for (int i = 0; i < n; ++i) v_mean_[i] = 0.5 * (v_old_[i] + v_[i]);
   const Sweep sweep{h, v_old_.data()};

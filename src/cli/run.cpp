@@ -68,6 +68,12 @@ RecordedRun recorded(const RunRequest& request, RunPlan& plan) {
   return run;
 }
 
+std::string penetration(const ContactSummary& c) {
+  if (c.has_clearance()) return fmt::format("{:.3g} of the clearance", c.penetration_ratio);
+  return fmt::format("{:.3g} m, {:.3g} of the {}", c.penetration, c.penetration_ratio,
+                     c.measure == "radius" ? "radius of curvature" : "longest arm");
+}
+
 int run(const RunRequest& request) {
   require_one_run(request);
   RunPlan plan;
@@ -104,12 +110,9 @@ int run(const RunRequest& request) {
     fmt::print(
         "{}: flight {:.2f} %, impacts {:.2f} %, lasting contact {:.2f} %; {} impacts;\n"
         "  restitution asked {:.4g}, delivered {:.4g};\n"
-        "  greatest penetration {:.3g} m, {:.3g} of the {}\n",
+        "  greatest penetration {}\n",
         c.name, 100 * c.flight_fraction, 100 * c.impact_fraction, 100 * c.lasting_fraction, c.impacts,
-        c.model.restitution_asked, c.model.restitution_delivered, c.penetration, c.penetration_ratio,
-        c.has_clearance()       ? "clearance"
-        : c.measure == "radius" ? "radius of curvature"
-                                : "longest arm");
+        c.model.restitution_asked, c.model.restitution_delivered, penetration(c));
   if (std::isfinite(summary.ledger.closure()))
     fmt::print("energy balance closes to {:.2g} J of {:.3g} J\n", summary.ledger.closure(),
                summary.ledger.scale());

@@ -18,11 +18,12 @@ namespace {
 struct Looked {
   const Mechanism& m;
   std::vector<double> arm;   ///< m, longest distance of a point from the body's centre of mass; 0: none
-  std::vector<double> size;  ///< m, the same with the radii and edges that the body has in contacts
+  std::vector<double> disc;  ///< m, greatest radius in [contacts]; 0: none
+  std::vector<double> size;  ///< m, the longest of arm, disc, bearing and slider
   double longest = 0;        ///< m, arm of all bodies
 
   explicit Looked(const Mechanism& mechanism)
-      : m(mechanism), arm(mechanism.bodies.size()), size(mechanism.bodies.size()) {
+      : m(mechanism), arm(mechanism.bodies.size()), disc(arm.size()), size(arm.size()) {
     const auto point = [&](int body, const Vec2& at) {
       if (body != ground) arm[body] = std::max(arm[body], at.norm());
     };
@@ -50,9 +51,13 @@ struct Looked {
         edge(t->between[1], 0.5 * t->clearance->length);
     }
     for (const auto& contact : m.contacts) {
-      if (const auto* p = std::get_if<PlaneContact>(&contact)) edge(p->between[1], p->radius);
+      const auto round = [&](int body, double radius) {
+        if (body != ground) disc[body] = std::max(disc[body], radius);
+        edge(body, radius);
+      };
+      if (const auto* p = std::get_if<PlaneContact>(&contact)) round(p->between[1], p->radius);
       if (const auto* d = std::get_if<DiscContact>(&contact))
-        for (const int end : {0, 1}) edge(d->between[end], d->radii[end]);
+        for (const int end : {0, 1}) round(d->between[end], d->radii[end]);
     }
     for (const double a : arm) longest = std::max(longest, a);
   }
@@ -93,8 +98,12 @@ void degrees(const Looked& l, Found& found) {
         },
         joint);
   for (const auto& drive : l.m.drives)
-    if (const auto* d = std::get_if<SpeedDrive>(&drive))
-      ask(fmt::format("drives.{}.initial_angle", d->name), d->initial_angle);
+    if (const auto* d = std::get_if<SpeedDrive>(&drive)) {
+      const auto& [i, j] = bodies_of(l.m.joints[d->joint]);
+      const auto angle = [&](int body) { return body == ground ? 0 : l.m.bodies[body].angle; };
+      if (d->initial_angle != angle(j) - angle(i))  // else it follows from the bodies' own
+        ask(fmt::format("drives.{}.initial_angle", d->name), d->initial_angle);
+    }
   for (const auto& load : l.m.loads)
     if (const auto* s = std::get_if<TorsionalSpringDamper>(&load))
       ask(fmt::format("loads.{}.free_angle", s->name), s->free_angle);
@@ -119,7 +128,8 @@ void gyration(const Looked& l, Found& found) {
     const char* name;
     double factor;
   };
-  constexpr std::array<Unit, 4> units{Unit{"kg cm²", 1e-4}, {"kg mm²", 1e-6}, {"g cm²", 1e-7}, {"g mm²", 1e-9}};
+  constexpr std::array<Unit, 4> units{
+      Unit{"kg cm²", 1e-4}, {"kg mm²", 1e-6}, {"g cm²", 1e-7}, {"g mm²", 1e-9}};
   for (std::size_t i = 0; i < l.arm.size(); ++i) {
     const auto& b = l.m.bodies[i];
     const double k = std::sqrt(b.inertia / b.mass);
@@ -128,9 +138,10 @@ void gyration(const Looked& l, Found& found) {
       return std::abs(std::log(k * std::sqrt(u.factor) / (0.58 * l.size[i])));
     };
     const auto& unit = *std::ranges::min_element(units, {}, apart);
-    found.add(fmt::format("bodies.{}.inertia = {:.6g} kg m²: its radius of gyration, {:.3g} m, is {:.3g} times "
-                          "its longest arm; {:.6g} {} would be {:.4g}",
-                          b.name, b.inertia, k, k / l.size[i], b.inertia, unit.name, b.inertia * unit.factor));
+    found.add(
+        fmt::format("bodies.{}.inertia = {:.6g} kg m²: its radius of gyration, {:.3g} m, is {:.3g} times "
+                    "its longest arm; {:.6g} {} would be {:.4g}",
+                    b.name, b.inertia, k, k / l.size[i], b.inertia, unit.name, b.inertia * unit.factor));
   }
 }
 
@@ -140,20 +151,23 @@ void bearings(const Looked& l, Found& found) {
     if (const auto* r = std::get_if<RevoluteJoint>(&joint); r && r->clearance) {
       const double c = r->clearance->radial, R = r->clearance->bearing_radius;
       if (c > R / 5)
-        found.add(fmt::format("joints.{}.clearance = {:.6g} m is {:.3g} of the bearing's radius; {:.6g} mm would be "
-                              "{:.4g}",
-                              r->name, c, c / R, c, 1e-3 * c));
+        found.add(fmt::format(
+            "joints.{}.clearance = {:.6g} m is {:.3g} of the bearing's radius; {:.6g} mm would be "
+            "{:.4g}",
+            r->name, c, c / R, c, 1e-3 * c));
       else if (l.longest > 0 && R > 10 * l.longest)
-        found.add(fmt::format("joints.{}.bearing_radius = {:.6g} m is {:.3g} times the longest arm; {:.6g} mm would "
-                              "be {:.4g}",
-                              r->name, R, R / l.longest, R, 1e-3 * R));
+        found.add(fmt::format(
+            "joints.{}.bearing_radius = {:.6g} m is {:.3g} times the longest arm; {:.6g} mm would "
+            "be {:.4g}",
+            r->name, R, R / l.longest, R, 1e-3 * R));
     }
     if (const auto* t = std::get_if<TranslationalJoint>(&joint); t && t->clearance) {
       const double c = t->clearance->half_play, h = t->clearance->height;
       if (c > h / 5)
-        found.add(fmt::format("joints.{}.clearance = {:.6g} m is {:.3g} of the slider's height; {:.6g} mm would be "
-                              "{:.4g}",
-                              t->name, c, c / h, c, 1e-3 * c));
+        found.add(
+            fmt::format("joints.{}.clearance = {:.6g} m is {:.3g} of the slider's height; {:.6g} mm would be "
+                        "{:.4g}",
+                        t->name, c, c / h, c, 1e-3 * c));
     }
   }
 }
@@ -163,16 +177,16 @@ void bearings(const Looked& l, Found& found) {
 void millimetres(const Looked& l, Found& found) {
   for (std::size_t i = 0; i < l.arm.size(); ++i) {
     const auto& b = l.m.bodies[i];
-    const double a = l.arm[i], R = l.size[i];
+    const double a = l.arm[i], R = l.disc[i];
     const double least = a > 100 ? 1 : a > 20 ? 0.2 : 0.05;
     const bool light = a > 5 && b.mass < least * a;
     const bool airy = R > a && R > 0.5 && b.mass < 0.01 * std::numbers::pi * R * R;
     if (light)
-      found.add(fmt::format("bodies.{}: {:.4g} kg with an arm of {:.6g} m; {:.6g} mm would be {:.4g}", b.name, b.mass,
-                            a, a, 1e-3 * a));
+      found.add(fmt::format("bodies.{}: {:.4g} kg with an arm of {:.6g} m; {:.6g} mm would be {:.4g}", b.name,
+                            b.mass, a, a, 1e-3 * a));
     else if (airy)
-      found.add(fmt::format("bodies.{}: {:.4g} kg with a radius of {:.6g} m; {:.6g} mm would be {:.4g}", b.name,
-                            b.mass, R, R, 1e-3 * R));
+      found.add(fmt::format("bodies.{}: {:.4g} kg with a radius of {:.6g} m; {:.6g} mm would be {:.4g}",
+                            b.name, b.mass, R, R, 1e-3 * R));
   }
 }
 
@@ -187,8 +201,8 @@ void gravity(const Looked& l, Found& found) {
   constexpr std::array<Unit, 3> units{Unit{"mm/s²", 1e-3}, {"cm/s²", 1e-2}, {"in/s²", 0.0254}};
   const auto& unit = *std::ranges::min_element(
       units, {}, [&](const Unit& u) { return std::abs(std::log(g * u.metres / 9.80665)); });
-  found.add(fmt::format("gravity of {:.6g} m/s² is {:.3g} times the Earth's; {:.6g} {} would be {:.4g}", g, g / 9.80665,
-                        g, unit.name, g * unit.metres));
+  found.add(fmt::format("gravity of {:.6g} m/s² is {:.3g} times the Earth's; {:.6g} {} would be {:.4g}", g,
+                        g / 9.80665, g, unit.name, g * unit.metres));
 }
 
 /// No crank bears 1000 m/s at its pin: a ring of the best steel bursts at some 500 m/s, √(σ/ρ).
@@ -200,10 +214,10 @@ void speeds(const Looked& l, Found& found) {
     for (const int body : bodies_of(l.m.joints[d->joint]))
       if (body != ground) arm = std::max(arm, l.arm[body]);
     if (std::abs(d->speed) * arm > 1000)
-      found.add(fmt::format("drives.{}: {:.6g} rad/s at an arm of {:.4g} m are {:.3g} m/s; {:.6g} rpm would be {:.4g} "
-                            "rad/s",
-                            d->name, d->speed, arm, std::abs(d->speed) * arm, d->speed,
-                            SpeedDrive::from_rpm(d->speed)));
+      found.add(fmt::format(
+          "drives.{}: {:.6g} rad/s at an arm of {:.4g} m are {:.3g} m/s; {:.6g} rpm would be {:.4g} "
+          "rad/s",
+          d->name, d->speed, arm, std::abs(d->speed) * arm, d->speed, SpeedDrive::from_rpm(d->speed)));
   }
 }
 

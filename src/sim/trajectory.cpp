@@ -6,11 +6,18 @@
 
 namespace freeplay {
 
+namespace {
+
+/// Of a step, of a time t that is a multiple of it, and of their product (s).
+double rounding(double step, double t) {
+  return 1e-9 * step + 4 * std::numeric_limits<double>::epsilon() * std::abs(t);
+}
+
+}  // namespace
+
 double Grid::multiple(long index) const {
   const double t = static_cast<double>(index) * step_;
-  // Rounding of step and end, and of their product.
-  const double rounding = 1e-9 * step_ + 4 * std::numeric_limits<double>::epsilon() * end_;
-  return std::abs(t - end_) <= rounding ? end_ : t;
+  return std::abs(t - end_) <= rounding(step_, end_) ? end_ : t;
 }
 
 void Grid::begin(double t, double step, double end) {
@@ -23,7 +30,7 @@ void Grid::begin(double t, double step, double end) {
   }
   // The first multiple after t, which division finds up to rounding.
   index_ = std::max(0L, static_cast<long>(std::floor(t / step)) - 1);
-  while (multiple(index_) <= t) ++index_;
+  while (static_cast<double>(index_) * step <= t + rounding(step, t)) ++index_;
   next_ = multiple(index_);
 }
 

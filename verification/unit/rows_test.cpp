@@ -84,6 +84,14 @@ TEST_CASE("runs that go on have a last row each", "[rows]") {
     REQUIRE(ninths.size() == 19);
     CHECK(ninths.t(18) == 0.06);
     for (std::size_t i = 1; i < path.size(); ++i) CHECK(path.t(i) - path.t(i - 1) == Approx(0.01));
+    // 20000 steps of a 20000th are more than 0.03: what goes on there has no such row twice.
+    Simulation again(scene, family);
+    Trajectory fine(0.03 / 20000);
+    again.run({.until = 0.03, .observers = {&fine}});
+    again.run({.observers = {&fine}});
+    CHECK(fine.size() == 40001);
+    CHECK(fine.t(20000) == 0.03);
+    CHECK(fine.t(40000) == 0.06);
   }
 }
 
@@ -97,8 +105,7 @@ TEST_CASE("an end that is no multiple has no row of its own", "[rows]") {
 }
 
 TEST_CASE("files and samples reach the end", "[rows]") {
-  const std::string lvdt =
-      "[instruments.x]\ntype = \"lvdt\"\nbody = \"rod\"\nsampling = 1000\n";
+  const std::string lvdt = "[instruments.x]\ntype = \"lvdt\"\nbody = \"rod\"\nsampling = 1000\n";
   for (const double duration : {0.03, 0.06, 0.12, 0.24, 0.75}) {
     CAPTURE(duration);
     test::TemporaryFolder folder;

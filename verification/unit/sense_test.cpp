@@ -38,15 +38,17 @@ TEST_CASE("each unit out of sense is asked about once, with the likely meaning",
   // Meanings by hand: 60° = π/3; J of 5.6e-3 kg m² in kg mm², g cm²; 0.2 mm.
   const std::vector<Case> cases{
       {{"bodies.crank.angle=60"}, "60 degrees would be 1.0472"},
-      {{"bodies.crank.angle=-45", "bodies.rocker.angle=110"}, "-45 degrees would be -0.785398 (and 1 more like it)"},
+      {{"bodies.crank.angle=-45", "bodies.rocker.angle=110"},
+       "-45 degrees would be -0.785398 (and 1 more like it)"},
       {{"bodies.crank.angle=36.87"}, "36.87 degrees would be 0.643503"},
       {{"drives.motor.initial_angle=90"}, "90 degrees would be 1.5708"},
       {{"surfaces.steel.young=207"}, "207 GPa would be 2.07e+11"},
       {{"surfaces.steel.young=207000"}, "207000 MPa would be 2.07e+11"},
       {{"surfaces.steel.young=207e15"}, "stiffer than diamond"},
-      {{"bodies.coupler.inertia=5609.5"}, "5609.5 kg mm² would be 0.00561"},
-      {{"bodies.coupler.inertia=56095"}, "56095 g cm² would be 0.00561"},
-      {{"joints.rocker_pin.clearance=0.2", "joints.rocker_pin.bearing_radius=0.25"}, "0.2 mm would be 0.0002"},
+      {{"bodies.coupler.inertia=5609.5"}, "5609.5 kg mm² would be 0.0056"},
+      {{"bodies.coupler.inertia=56095"}, "56095 g cm² would be 0.0056"},
+      {{"joints.rocker_pin.clearance=0.2", "joints.rocker_pin.bearing_radius=0.25"},
+       "0.2 mm would be 0.0002"},
       {{"joints.rocker_pin.clearance=0.2", "joints.rocker_pin.bearing_radius=10"}, "10 mm would be 0.01"},
       {{"gravity=[0,-9810]"}, "9810 mm/s² would be 9.81"},
       {{"gravity=[0,-981]"}, "981 cm/s² would be 9.81"},
@@ -67,10 +69,11 @@ TEST_CASE("what is only unusual is not asked about", "[sense]") {
   };
   // A start taken from a run after some turns; 3π, rounded; a rubber; a bob without inertia; a flywheel on a short
   // crank; a worn bearing; Jupiter; a fast spindle.
-  for (const auto* set : {"bodies.crank.angle=62.17418350728591", "bodies.crank.angle=9.42",
-                          "bodies.crank.angle=6.28", "surfaces.steel.young=1e6", "surfaces.steel.young=1.2e12",
-                          "bodies.coupler.inertia=1e-9", "bodies.crank.inertia=0.3",
-                          "joints.rocker_pin.clearance=1.9e-3", "gravity=[0,-24.8]", "drives.motor.speed_rpm=60000"}) {
+  for (const auto* set :
+       {"bodies.crank.angle=62.17418350728591", "bodies.crank.angle=9.42", "bodies.crank.angle=6.28",
+        "surfaces.steel.young=1e6", "surfaces.steel.young=1.2e12", "bodies.coupler.inertia=1e-9",
+        "bodies.crank.inertia=0.3", "joints.rocker_pin.clearance=1.9e-3", "gravity=[0,-24.8]",
+        "drives.motor.speed_rpm=60000"}) {
     CAPTURE(set);
     for (const auto& q : asked({set})) FAIL_CHECK(q);
   }
@@ -99,7 +102,7 @@ TEST_CASE("a measurement in g is told by its lowest harmonics", "[sense]") {
   const auto scaled = [&](double factor, double apart) {
     measured.spectrum = ideal.spectrum;
     for (auto& x : measured.spectrum) x *= factor;
-    measured.spectrum[1] *= 1 + apart;     // play moves harmonics a little,
+    measured.spectrum[1] *= 1 + apart;       // play moves harmonics a little,
     measured.spectrum.back() = 30 * factor;  // impacts fill the high ones
     return unit_question(measured, ideal);
   };
