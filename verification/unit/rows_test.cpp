@@ -95,6 +95,29 @@ TEST_CASE("runs that go on have a last row each", "[rows]") {
   }
 }
 
+TEST_CASE("each run has its own end", "[rows]") {
+  // 3 × 0.1 is greater than 0.3, and 6 × 0.1 than 0.6, by an ulp.
+  REQUIRE(3 * 0.1 > 0.3);
+  REQUIRE(6 * 0.1 > 0.6);
+  auto scene = rod(0.6);
+  scene.run.output_step = 0.1;
+  for (const auto* family : {"penalty", "nonsmooth"}) {
+    CAPTURE(family);
+    Simulation simulation(scene, family);
+    Trajectory path;
+    Energies energies;
+    simulation.run({.until = 0.3, .observers = {&path, &energies}});
+    CHECK(path.t(path.size() - 1) == 0.3);
+    REQUIRE(energies.rows.size() == 3);  // from the first step on
+    CHECK(energies.rows[2].t == 0.3);
+    simulation.run({.observers = {&path, &energies}});
+    REQUIRE(path.size() == 7);
+    CHECK(path.t(6) == 0.6);
+    REQUIRE(energies.rows.size() == 6);
+    CHECK(energies.rows[5].t == 0.6);
+  }
+}
+
 TEST_CASE("an end that is no multiple has no row of its own", "[rows]") {
   auto scene = rod(0.105);
   scene.run.output_step = 0.01;
