@@ -6,18 +6,11 @@
 
 namespace freeplay {
 
-namespace {
-
-/// Of a step, of a time t that is a multiple of it, and of their product (s).
-double rounding(double step, double t) {
-  return 1e-9 * step + 4 * std::numeric_limits<double>::epsilon() * std::abs(t);
-}
-
-}  // namespace
-
 double Grid::multiple(long index) const {
   const double t = static_cast<double>(index) * step_;
-  return std::abs(t - end_) <= rounding(step_, end_) ? end_ : t;
+  // Rounding of step and end, and of their product.
+  const double rounding = 1e-9 * step_ + 4 * std::numeric_limits<double>::epsilon() * end_;
+  return std::abs(t - end_) <= rounding ? end_ : t;
 }
 
 void Grid::begin(double t, double step, double end) {
@@ -30,13 +23,17 @@ void Grid::begin(double t, double step, double end) {
   }
   // The first multiple after t, which division finds up to rounding.
   index_ = std::max(0L, static_cast<long>(std::floor(t / step)) - 1);
-  while (static_cast<double>(index_) * step <= t + rounding(step, t)) ++index_;
+  while (multiple(index_) <= t) ++index_;
   next_ = multiple(index_);
 }
 
 void Trajectory::begin(const Layout& layout, const State& state) {
+  const bool goes_on = n_ == state.q.size() && !t_.empty() && t_.back() <= state.t;
+  // By its index, for a row at the last end may be a multiple but for rounding, and is not due again; behind a time
+  // that it did not watch, by time.
+  if (goes_on && grid_.next() >= state.t) return grid_.go_on_to(layout.end);
   grid_.begin(state.t, step_ > 0 ? step_ : layout.output_step, layout.end);
-  if (n_ == state.q.size() && !t_.empty() && t_.back() <= state.t) return;  // goes on
+  if (goes_on) return;
   n_ = state.q.size();
   t_ = {state.t};
   q_ = state.q;
