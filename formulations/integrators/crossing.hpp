@@ -13,8 +13,8 @@
 
 namespace freeplay {
 
-/// Bodies that turn bring their contacts round: a step (s) may not turn any so far that one could come and go
-/// unseen between the samples of its gap. `v`: velocities of the bodies.
+/// Bodies that turn bring their contacts round: a step (s) may not turn any so far that a cubic through its ends departs
+/// from the arc by more than (0.3 rad)⁴/384 = 2e-5 of its radius. `v`: velocities of the bodies.
 inline double longest_step(const System& system, const double* v) {
   double omega = 0;
   if (system.contacts() == 0) return INFINITY;

@@ -5,6 +5,7 @@
 //     land(f, t)              makes the last step again so that it ends at t, t_old < t ≤ its end;
 //     interpolate(t, x)       gives the state within the last step;
 //     enclose(n, bounds)      bounds the rates and accelerations of that;
+//     relieve(), reliefs()    takes what help there is where modes chatter, and how often it did;
 //     new_mode()              is told that the right-hand side has another form from here on;
 //     remember(m)             writes or reads all that further steps depend on (values/memory.hpp), so that a
 //                             new method made with the same arguments goes on bit for bit; the dense output
@@ -75,6 +76,8 @@ struct MethodState {
     t = t_old;
   }
   void new_mode() {}
+  void relieve() {}
+  long reliefs() const { return 0; }
   /// Cubic Hermite between the ends of the last step.
   void hermite(double at, Vector& out) const {
     const double h = t - t_old, s = (at - t_old) / h, r = 1 - s;

@@ -2,7 +2,7 @@
 // method to steps of its own decay time, thousands to a contact, however smooth the motion; methods of high order
 // find no step there at all. When the explicit method fails, or when after many steps in one mode an implicit step
 // of twenty times their length passes the same control of errors, the implicit method goes on until the mode changes.
-// Where neither happens no digit is touched.
+// Where neither happens no digit is touched. A method of a fixed step is relieved only where it fails, or modes chatter.
 #pragma once
 
 #include "formulations/integrators/methods.hpp"
@@ -27,9 +27,18 @@ class Relieved : public Method {
     if (stiff_) Method::limit_step(this->t - this->t_old);  // its past is of before
     forget();
   }
+  /// The implicit method goes on from here: modes chatter, because no step of the explicit one is stable in them.
+  void relieve() {
+    if (stiff_) return;
+    stiff_ = true;
+    ++reliefs_;
+    implicit_.begin();
+  }
+  /// How often the implicit method took over.
+  long reliefs() const { return reliefs_; }
   template <class F>
   bool step(F& f, double t_end) {
-    if (!stiff_ && ++steps_ == probe_at_) {
+    if (Method::may_creep && !stiff_ && ++steps_ == probe_at_) {
       probe_at_ *= 2;
       const double length = stiff_steps * (this->t - since_) / static_cast<double>(steps_ - counted_);
       since_ = this->t;
@@ -38,6 +47,7 @@ class Relieved : public Method {
         this->shift();
         if (implicit_.attempt(f, *this, length)) {
           stiff_ = true;
+          ++reliefs_;
           return true;
         }
         this->unshift();
@@ -50,8 +60,7 @@ class Relieved : public Method {
         this->shift();
         return false;
       }
-      stiff_ = true;
-      implicit_.begin();
+      relieve();
     }
     this->shift();
     return implicit_.advance(f, *this, t_end);
@@ -77,7 +86,7 @@ class Relieved : public Method {
   template <class M>
   void remember(M& m) {
     Method::remember(m);
-    m(stiff_, steps_, counted_, probe_at_, since_);
+    m(stiff_, steps_, counted_, probe_at_, since_, reliefs_);
     if constexpr (M::reading) implicit_.make_room(this->x.size());
     implicit_.remember(m);
   }
@@ -99,6 +108,7 @@ class Relieved : public Method {
   bool stiff_ = false;
   long steps_ = 0, counted_ = 0, probe_at_ = first_probe;  // in this mode
   double since_ = 0;                                       // s, of the last probe or the mode's beginning
+  long reliefs_ = 0;
 };
 
 }  // namespace freeplay

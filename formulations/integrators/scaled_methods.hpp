@@ -216,10 +216,12 @@ class Adams : public MethodState {
       std::swap(y_, y_new_);
     }
     const double wish = dt_;
-    const bool cut = t + dt_ >= t_end;
+    bool cut = t + dt_ >= t_end;
     if (cut) dt_ = t_end - t;
     while (stepper_.try_step(scaled, y_, t, y_new_, dt_) != boost::numeric::odeint::success) {
       ++rejected;
+      cut = false;  // a shorter one ends where it does
+      dt_ = std::min(dt_, t_end - t);
       if (vanishing(dt_, first_step_)) return false;
     }
     if (cut) dt_ = std::max(dt_, wish);

@@ -77,6 +77,10 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
             "DOUBTFUL: Baumgarte's terms decay in {:.2g} steps of penalty.step, too fast to follow "
             "(unstable from {:.3g} 1/s); take smaller alpha and beta",
             1 / pull, 2.785 / scene_.penalty.step));
+      if (stepper_.reliefs() > 0)
+        notes.push_back(fmt::format(
+            "DOUBTFUL: friction was too steep for penalty.step {} times; implicit steps at penalty.tolerance took over",
+            stepper_.reliefs()));
       const double steps = stepper_.extremes().shortest_contact / scene_.penalty.step;
       if (steps < 12)
         notes.push_back(fmt::format(
@@ -155,7 +159,7 @@ std::unique_ptr<Formulation> make_penalty(const Scene& scene, const System& syst
   };
   switch (options.integrator) {
     case Integrator::rk4:
-      return with(Rk4(options.step));
+      return relieved(Rk4(options.step));
     case Integrator::fehlberg78:
       return relieved(Fehlberg78(norm, first));
     case Integrator::bulirsch_stoer:

@@ -52,7 +52,8 @@ class PenaltyStepper {
   template <class M>
   void remember(M& m) {
     m.part("penalty stepper");
-    m(f_, method_, mark_, extremes_, restart_, stalled_, creeps_, lost_, creep_since_, events_since_);
+    m(f_, method_, mark_, extremes_, restart_, stalled_, creeps_, lost_, creep_since_, events_since_, last_slide_,
+      chatter_);
     remember_probe(m, probe_, watching_, [this] { make_probe(); });
   }
 
@@ -158,7 +159,7 @@ class PenaltyStepper {
     }
     if (first.found()) change_mode(first);
     if (first.contact >= 0) change_coincident(first);
-    if (first.found()) method_.new_mode();
+    if (first.found()) tell_method(first);
     if (to_knot && method_.t >= knot) {
       method_.limit_step(INFINITY);
       restart_ = true;
@@ -189,6 +190,8 @@ class PenaltyStepper {
   }
 
   const PenaltyDynamics& dynamics() const { return f_; }
+  /// How often an implicit step took over from the chosen method.
+  long reliefs() const { return method_.reliefs(); }
   EnergyLedger integrals() {
     const double* w = method_.x.data() + f_.integral_offset();
     EnergyLedger l;
@@ -356,6 +359,16 @@ class PenaltyStepper {
       close(event.contact);
     }
   }
+  /// A sliding speed that leaves zone after zone with hardly a step between is no motion but a step too long for it.
+  void tell_method(const Event& event) {
+    const bool soon = event.slide && f_.work.steps - last_slide_ <= 4;
+    chatter_ = soon ? chatter_ + 1 : 0;
+    if (event.slide) last_slide_ = f_.work.steps;
+    if (chatter_ >= 30)
+      method_.relieve();
+    else
+      method_.new_mode();
+  }
   /// Contacts whose gaps have come to zero at the same instant, to rounding, are the same event.
   void change_coincident(const Event& first) {
     for (int k = 0; k < f_.system().contacts(); ++k) {
@@ -418,6 +431,8 @@ class PenaltyStepper {
   bool restart_ = false;  // the mode has changed since the last right-hand side
   int stalled_ = 0;
   bool creeps_ = false, lost_ = false;
+  long last_slide_ = 0;  // step
+  int chatter_ = 0;
   double creep_since_ = -INFINITY;
   long events_since_ = -1;
 };

@@ -108,5 +108,6 @@ Findings oracle();
 Findings impact_laws();
 Findings complementarity();
 Findings forces();
+Findings unseen();
 
 }  // namespace freeplay::verification

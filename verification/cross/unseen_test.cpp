@@ -1,0 +1,153 @@
+// What lies between the places where an integrator looks; the set of claims "unseen" has more of it.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "io/open_scene.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+Scene thrown(double off, double speed) {
+  auto scene = parse_scene(R"(
+[bodies.ball]
+mass = 0.2
+inertia = 1e-5
+[surfaces.s]
+young = 2e11
+poisson = 0.3
+restitution = 0.6
+[contacts.peg]
+type = "discs"
+between = ["ground", "ball"]
+radii = [0.02, 0.03]
+surface = "s"
+[run]
+duration = 1
+start = "given"
+)",
+                           "throw");
+  auto& ball = scene.mechanism.bodies[0];
+  ball.position = {-0.5, off};
+  ball.velocity = {speed, 0};
+  scene.run.duration = 1 / speed;
+  return scene;
+}
+
+bool says(const Result& run, const char* what) {
+  for (const auto& note : run.notes)
+    if (note.find(what) != std::string::npos) return true;
+  return false;
+}
+
+}  // namespace
+
+TEST_CASE("a path that is tangent to a peg makes no impact, one a hair nearer does", "[unseen]") {
+  // 0.05 is the sum of the radii; by hand the chord at a depth d is 2√(2·0.05 d).
+  for (const double speed : {0.1, 10.0, 1000.0})
+    for (const auto integrator : {Integrator::dopri5, Integrator::adams_bashforth_moulton, Integrator::bulirsch_stoer,
+                                  Integrator::fehlberg78, Integrator::rosenbrock4}) {
+      auto scene = thrown(0.05, speed);
+      scene.penalty.integrator = integrator;
+      CAPTURE(speed, static_cast<int>(integrator));
+      CHECK(test::simulate(scene, Family::penalty).events_seen == 0);
+      scene.mechanism.bodies[0].position = {-0.5, 0.05 * (1 - 1e-9)};
+      CHECK(test::simulate(scene, Family::penalty).events_seen == 1);
+    }
+  auto scene = thrown(0.05, 1);
+  scene.nonsmooth.scheme = Scheme::event_driven;
+  CHECK(test::simulate(scene, Family::nonsmooth).events_seen == 0);
+  scene.mechanism.bodies[0].position = {-0.5, 0.05 * (1 - 1e-9)};
+  CHECK(test::simulate(scene, Family::nonsmooth).events_seen == 1);
+}
+
+TEST_CASE("time stepping says when it may have passed through, and only then", "[unseen]") {
+  auto scene = thrown(0.01, 100);
+  scene.nonsmooth.scheme = Scheme::moreau_jean;
+  // 100 m/s in 1e-3 s is the width of 0.1 m itself; in 1e-5 s a hundredth of it.
+  scene.nonsmooth.step = 1e-3;
+  CHECK(says(test::simulate(scene, Family::nonsmooth), "passed"));
+  scene.nonsmooth.step = 1e-5;
+  const auto fine = test::simulate(scene, Family::nonsmooth);
+  CHECK_FALSE(says(fine, "passed"));
+  CHECK(fine.events_seen == 1);
+  // A journal in its bearing stays outside the wall once it is there.
+  CHECK_FALSE(says(test::simulate(read_scene(test::scene_file("gudgeon")), Family::nonsmooth), "passed"));
+}
+
+TEST_CASE("a table against an angle has its kinks, and a piece between each two", "[unseen]") {
+  const auto scene = parse_scene(R"(
+[bodies.rotor]
+mass = 1
+inertia = 0.5
+[joints.pin]
+type = "revolute"
+between = ["ground", "rotor"]
+[drives.motor]
+joint = "pin"
+against = "angle"
+torque_table = [[-1, 0], [0, 1], [1, 2], [2, 0]]
+[run]
+duration = 1
+)",
+                                 "table");
+  const System system(scene.mechanism);
+  REQUIRE(system.phases() == 1);
+  // The slope changes at −1 (from the way back), 1 and 2; at 0 it does not.
+  const double turn = 2 * M_PI;
+  const auto is = [&](double angle, bool above, double low, double high) {
+    const auto p = system.piece(0, angle, above);
+    CAPTURE(angle, above);
+    CHECK(p.low == Approx(low).margin(1e-12));
+    CHECK(p.high == Approx(high).margin(1e-12));
+  };
+  is(0, true, -1, 1);
+  is(1, true, 1, 2);
+  is(1, false, -1, 1);
+  is(3, true, 2, turn - 1);
+  is(-1, false, 2 - turn, -1);
+  is(100 * turn + 1.5, true, 100 * turn + 1, 100 * turn + 2);
+}
+
+TEST_CASE("a bump on a body that spins finds a peg at any spin", "[unseen]") {
+  // A disc of 5 mm on an arm of 1 m touches a fixed one of 5 mm at the circle's top when the arm is acos-near to it:
+  // |d| = 2 sin(φ/2) = 0.01, φ short of a right angle.
+  for (const double spin : {1.0, 1e3, 1e5}) {
+    auto scene = parse_scene(R"(
+[bodies.arm]
+mass = 1
+inertia = 0.5
+[joints.pin]
+type = "revolute"
+between = ["ground", "arm"]
+[surfaces.s]
+young = 2e11
+poisson = 0.3
+restitution = 0.5
+[contacts.peg]
+type = "discs"
+between = ["ground", "arm"]
+at = [[0, 1], [1, 0]]
+radii = [0.005, 0.005]
+surface = "s"
+[run]
+duration = 1
+start = "given"
+)",
+                             "spin");
+    scene.mechanism.bodies[0].angular_velocity = spin;
+    scene.run.duration = 3 / spin;
+    const double exact = (M_PI / 2 - 2 * std::asin(0.005)) / spin;
+    scene.nonsmooth.scheme = Scheme::event_driven;
+    for (const auto family : {Family::penalty, Family::nonsmooth}) {
+      const auto touches = test::touches(test::simulate(scene, family));
+      CAPTURE(spin, name_of(family));
+      REQUIRE_FALSE(touches.empty());
+      CHECK(touches[0].t == Approx(exact).epsilon(1e-9));
+    }
+  }
+}

@@ -1,0 +1,126 @@
+// Bounds on a gap within a step, against the gap itself finely sampled, over random motions.
+#include "model/gap_motion.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <random>
+
+#include "formulations/integrators/crossing.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+/// Body 0 on the cubic through rates and accelerations at both ends of [0, h], an arm on it, against the origin.
+struct Path {
+  double h = 1, q0[3], v0[3], a0[3], v1[3], a1[3], q1[3];
+  Vec2 arm;
+
+  explicit Path(std::mt19937_64& engine) {
+    std::uniform_real_distribution<double> u(-1, 1);
+    h = std::pow(10, 2 * u(engine) - 1);
+    for (int i = 0; i < 3; ++i) {
+      q0[i] = u(engine);
+      v0[i] = 3 * u(engine);
+      a0[i] = 10 * u(engine);
+      v1[i] = 3 * u(engine);
+      a1[i] = 10 * u(engine);
+      q1[i] = position(i, h);
+    }
+    arm = {u(engine), u(engine)};
+  }
+  double rate(int i, double t) const {
+    const double s = t / h, r = 1 - s;
+    return r * r * (1 + 2 * s) * v0[i] + s * s * (3 - 2 * s) * v1[i] + h * s * r * (r * a0[i] - s * a1[i]);
+  }
+  /// The integral of rate(), polynomial by polynomial.
+  double position(int i, double t) const {
+    const double s = t / h, s2 = s * s, s3 = s2 * s, s4 = s3 * s;
+    return q0[i] + h * (v0[i] * (s - s3 + 0.5 * s4) + v1[i] * (s3 - 0.5 * s4)) +
+           h * h * (a0[i] * (0.5 * s2 - 2 * s3 / 3 + 0.25 * s4) - a1[i] * (s3 / 3 - 0.25 * s4));
+  }
+  /// From the arm's end to the origin, and its rate.
+  std::pair<Vec2, Vec2> d(double t) const {
+    const double c = std::cos(position(2, t)), n = std::sin(position(2, t)), w = rate(2, t);
+    const Vec2 s{c * arm.x() - n * arm.y(), n * arm.x() + c * arm.y()};
+    return {Vec2{-position(0, t) - s.x(), -position(1, t) - s.y()},
+            Vec2{-rate(0, t) + w * s.y(), -rate(1, t) - w * s.x()}};
+  }
+};
+
+Watched watched(const Path& p, const GapMotion& m, double t) {
+  const auto [d, rate] = p.d(t);
+  if (m.shape == GapMotion::Shape::straight) return {d.x() - m.rest, rate.x()};
+  const double sign = m.shape == GapMotion::Shape::outside ? 1 : -1;
+  return {sign * (d.norm() - m.rest), sign * dot(d, rate) / d.norm()};
+}
+
+GapMotion motion_of(const Path& p, GapMotion::Shape shape, double rest) {
+  MotionBounds bounds;
+  bounds.enclose(p.h, 3, p.q0, p.v0, p.a0, p.q1, p.v1, p.a1);
+  auto m = relative_motion(Link{0, ground, p.arm, {0, 0}}, bounds);
+  m.shape = shape;
+  m.rest = rest;
+  return m;
+}
+
+}  // namespace
+
+TEST_CASE("a gap's bounds hold over random motions of a body with an arm", "[unseen]") {
+  std::mt19937_64 engine(3);
+  std::uniform_real_distribution<double> u(0, 1);
+  using Shape = GapMotion::Shape;
+  int risen = 0, fallen = 0, tight = 0, all = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const Path p(engine);
+    const auto shape = std::array{Shape::outside, Shape::inside, Shape::straight}[i % 3];
+    const auto m = motion_of(p, shape, 0.1 + 2 * u(engine));
+    // A piece of the step, of any length.
+    const double width = p.h * std::pow(10, -3 * u(engine)), from = (p.h - width) * u(engine);
+    const auto a = watched(p, m, from), b = watched(p, m, from + width);
+    const double low = m.least(a, b, width);
+    double least = std::min(a.value, b.value), slowest = INFINITY, fastest = -INFINITY;
+    for (int k = 0; k <= 200; ++k) {
+      const auto y = watched(p, m, from + width * k / 200);
+      least = std::min(least, y.value);
+      slowest = std::min(slowest, y.rate);
+      fastest = std::max(fastest, y.rate);
+    }
+    CAPTURE(i, width, p.h);
+    CHECK(low <= least + 1e-12);
+    CHECK((!m.rises(a, b, width) || slowest > 0));
+    CHECK((!m.falls(a, b, width) || fastest < 0));
+    risen += m.rises(a, b, width);
+    fallen += m.falls(a, b, width);
+    tight += least - low < 0.01;
+    ++all;
+  }
+  // They decide something: short pieces mostly have one direction, and bounds close to the truth.
+  CHECK(risen > all / 10);
+  CHECK(fallen > all / 10);
+  CHECK(tight > all / 4);
+}
+
+TEST_CASE("the first loss of a gap is found between ends that show none", "[unseen]") {
+  // y = 1 − 2a/(1 + (t − c)²/w²)... a dip as narrow as you like has curvature to match; here a parabola's.
+  const auto parabola = [](double depth, double width, double centre) {
+    return [=](double t) {
+      const double s = (t - centre) / width;
+      return Watched{-depth + (1 + depth) * s * s, 2 * (1 + depth) * s / width};
+    };
+  };
+  for (const double depth : {1e-12, 1e-6, 0.5})
+    for (const double width : {1e-6, 1e-3, 0.3})
+      for (const double centre : {0.1, 0.5, 0.777}) {
+        const auto y = parabola(depth, width, centre);
+        const GapMotion m{GapMotion::Shape::straight, 0, 2 * (1 + depth) / (width * width), 0};
+        const auto t = first_loss(y, 0, 1, y(0), y(1), m, 1e-16);
+        CAPTURE(depth, width, centre);
+        REQUIRE(t.has_value());
+        // −depth + (1 + depth) s² = 0: where it crosses, to √(rounding/depth) of its width.
+        CHECK(*t == Approx(centre - width * std::sqrt(depth / (1 + depth))).margin(1e-9 * width + 1e-15));
+      }
+  const auto grazing = parabola(0, 0.2, 0.4);
+  CHECK_FALSE(first_loss(grazing, 0, 1, grazing(0), grazing(1), {GapMotion::Shape::straight, 0, 50, 0}, 1e-15));
+}
