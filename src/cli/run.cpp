@@ -16,6 +16,7 @@
 #include "io/recorded_run.hpp"
 #include "io/run_folder.hpp"
 #include "io/run_json.hpp"
+#include "io/section.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -57,6 +58,10 @@ RecordedRun recorded(const RunRequest& request, RunPlan& plan) {
   plan.formulation = run.setup.formulation;
   plan.matched = run.setup.matched;
   plan.start = run.setup.start;
+  // The same files: a run that ended without a companion is repeated without one.
+  const auto text = read_text(file);
+  plan.companion = text.find("\"first_touches_may_be_off_by\"") != text.npos ||
+                   text.find("\"status\": \"finished\"") == text.npos;
   plan.folder = request.output.empty() ? beside.string() + "-again" : request.output;
   std::error_code none;
   if (std::filesystem::equivalent(*plan.folder, beside, none))
@@ -79,6 +84,7 @@ int run(const RunRequest& request) {
   RunPlan plan;
   plan.stop = request.stop;
   plan.checkpoint = request.checkpoint;
+  plan.companion = true;
   Progress progress;
   Result summary;
   if (!request.resume.empty()) {

@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "facade/companion.hpp"
 #include "facade/simulation.hpp"
 #include "io/csv.hpp"
 #include "io/located.hpp"
@@ -20,13 +21,15 @@
 #include "io/run_json.hpp"
 #include "io/sealed.hpp"
 #include "sim/statistics.hpp"
+#include "sim/windows.hpp"
+#include "values/family.hpp"
 #include "values/snapshot.hpp"
 
 namespace freeplay {
 namespace {
 
 constexpr const char* checkpoint_name = "run.checkpoint";
-constexpr int checkpoint_version = 2;
+constexpr int checkpoint_version = 3;
 /// What a run may leave in its folder.
 constexpr std::array file_names{"run.json",    "trajectory.csv", "events.csv",
                                 "signals.csv", "forces.csv",     checkpoint_name};
@@ -84,7 +87,8 @@ void refuse_shared_names(const Layout& layout) {
 /// A run's files and statistics, and where they stand.
 struct Recorders {
   Recorders(const Simulation& simulation, const std::filesystem::path& folder, bool resumed)
-      : statistics(simulation.scene().run.discard) {
+      : statistics(simulation.scene().run.discard),
+        windows(simulation.scene().run.discard, simulation.scene().run.duration) {
     const auto& layout = simulation.layout();
     const auto add = [&](auto& file, const char* name) { file.emplace(folder / name, resumed); };
     add(trajectory, "trajectory.csv");
@@ -101,7 +105,7 @@ struct Recorders {
   }
   template <class M>
   void remember(M& m) {
-    std::vector<Observer*> all{&statistics};
+    std::vector<Observer*> all{&statistics, &windows};
     for (auto* file : files()) all.push_back(file);
     for (auto* observer : all) {
       m.part("observer");
@@ -112,6 +116,7 @@ struct Recorders {
     }
   }
   ContactStatistics statistics;
+  WindowStatistics windows;
   std::optional<TrajectoryCsv> trajectory;
   std::optional<EventsCsv> events;
   std::optional<SignalsCsv> signals;
@@ -172,6 +177,15 @@ class Checkpoints final : public Observer {
   bool cut_ = false;
 };
 
+void add_companion(const Simulation& simulation, const RunPlan& plan, Result& result) {
+  if (!plan.companion || result.formulation != name_of(Family::nonsmooth) ||
+      result.ending.status != Ending::Status::finished)
+    return;
+  if (const auto doubt =
+          doubt_first_touches(simulation.scene(), {.matched = plan.matched, .start = plan.start}, plan.stop))
+    add(*doubt, result);
+}
+
 Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) {
   const auto& folder = *plan.folder;
   Progress progress(plan.on_progress, simulation.scene().run.duration);
@@ -179,15 +193,18 @@ Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) 
   std::vector<Observer*> observers;
   if (plan.on_progress) observers.push_back(&progress);
   observers.push_back(&recorders.statistics);
+  observers.push_back(&recorders.windows);
   for (auto* file : recorders.files()) observers.push_back(file);
   observers.push_back(&checkpoints);
 
   auto result = simulation.run({.observers = observers, .most_events = plan.most_events, .stop = plan.stop});
   recorders.statistics.into(result);
+  recorders.windows.into(result);
   const bool later =
       (plan.checkpoint > 0 || has_checkpoint(folder)) && result.ending.status == Ending::Status::interrupted;
   if (later && !checkpoints.cut()) write_checkpoint(simulation, plan, recorders);
   for (auto* file : recorders.files()) file->commit();
+  add_companion(simulation, plan, result);
   auto document = to_json(result);
   document["provenance"] = provenance(simulation.scene(), simulation.identity());
   write_file(folder / "run.json",
@@ -211,6 +228,7 @@ Result run_scene(const Scene& scene, const RunPlan& plan) {
       auto result =
           simulation.run({.observers = observers, .most_events = plan.most_events, .stop = plan.stop});
       statistics.into(result);
+      add_companion(simulation, plan, result);
       return result;
     }
     if (scene.run.forces) refuse_shared_names(simulation.layout());

@@ -27,6 +27,9 @@ struct RunPlan {
   /// interrupted, and removed when it ends. A run that is resumed and interrupted again can be resumed again
   /// either way.
   double checkpoint = 0;
+  /// After a time-stepped run, a companion at a shorter step says how far the first touches may be off
+  /// (facade/companion.hpp). Not of interrupted runs.
+  bool companion = false;
   std::size_t most_events = 4096;  ///< kept in Result::events
 };
 
@@ -40,7 +43,7 @@ void remove_figures_of_forces(const std::filesystem::path& folder);
 bool has_checkpoint(const std::filesystem::path& folder);
 
 /// Goes on with the run that was interrupted or killed in this folder: the same files as if it had not been, but for
-/// times and memory in run.json. Of `plan` progress, stop and checkpoint are taken. Throws SnapshotError when there
+/// times and memory in run.json. Of `plan` progress, stop, checkpoint and companion are taken. Throws SnapshotError when there
 /// is nothing to go on with, or this program cannot.
 Result resume_run(const std::filesystem::path& folder, const RunPlan& plan);
 

@@ -78,6 +78,13 @@ nlohmann::json to_json(const Result& s) {
          {"greatest_penetration_m", c.penetration},
          {"greatest_penetration_over_" + c.measure, c.penetration_ratio}};
     if (!c.has_clearance()) j["impact_over_flight"] = c.impact_over_flight;
+         {"greatest_penetration_over_clearance", c.penetration_ratio}};
+    if (s.window && s.window->batches > 0)
+      j["standard_errors"] = {
+          {"flight_fraction", c.flight_error},
+          {"impact_fraction", c.impact_error},
+          {"lasting_contact_fraction", c.lasting_error},
+          {s.revolutions > 0 ? "impacts_per_revolution" : "impacts_per_second", c.impacts_error}};
     if (c.model.stiffness > 0) {
       j["stiffness"] = c.model.stiffness;
       j["exponent"] = c.model.exponent;
@@ -123,6 +130,27 @@ nlohmann::json to_json(const Result& s) {
        {{"wall_s", s.wall_seconds}, {"cpu_s", s.cpu_seconds}, {"peak_memory_KiB", s.peak_memory_kib}}},
       {"notes", s.notes}};
   if (!s.assumed.empty()) document["assumed"] = s.assumed;
+  if (s.window) {
+    const auto& w = *s.window;
+    auto& j = document["window"];
+    j = {{"from_s", w.from}, {"to_s", w.to}, {"batches", w.batches}, {"batch_s", w.batch}};
+    for (std::size_t i = 0; i < energy_terms.size(); ++i) {
+      j["energy_J"][energy_terms[i]] = w.energy[i];
+      if (w.batches > 0) j["energy_standard_error_J"][energy_terms[i]] = w.error[i];
+    }
+  }
+  if (s.first_touches) {
+    const auto& d = *s.first_touches;
+    document["first_touches_may_be_off_by"] = {{"touches", d.touches},
+                                               {"until_s", d.until},
+                                               {"time_over_interval", d.time},
+                                               {"approach_speed", d.speed},
+                                               {"normal_impulse", d.impulse},
+                                               {"others_in_the_companion", d.missing},
+                                               {"step_s", d.step},
+                                               {"companion_step_s", d.companion_step},
+                                               {"factor", d.factor}};
+  }
   if (!s.undetermined.empty()) document["undetermined_reactions"] = s.undetermined;
   return document;
 }

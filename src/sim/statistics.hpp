@@ -20,6 +20,8 @@ class LogHistogram {
   long at_least(double x) const;
   /// The value below which a share p of all lie; 0 when empty.
   double quantile(double p) const;
+  /// Takes over what another has counted.
+  void add(const LogHistogram& other);
   template <class M>
   void remember(M& m) {
     m(count_, total_, greatest_);

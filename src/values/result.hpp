@@ -1,6 +1,10 @@
 // What one run amounts to, in the same shape from either formulation.
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +33,44 @@ struct ContactSummary {
   /// Duration of impacts over that of the flight before each, both weighted by the impulse; 0 under an impact
   /// law, or when no flight between two contacts was seen.
   double impact_over_flight = 0;
+  /// Standard errors of the four, from batches (Result::window); NaN where there are too few.
+  double flight_error = NAN, impact_error = NAN, lasting_error = NAN, impacts_error = NAN;
+};
+
+/// Energies of a Window as result files name them, in the order of Window::Term.
+inline constexpr std::array energy_terms{"work_of_drives",
+                                         "work_of_loads",
+                                         "dissipated_in_dampers",
+                                         "dissipated_in_contacts",
+                                         "dissipated_by_friction",
+                                         "dissipated_in_films",
+                                         "work_of_stabilisation",
+                                         "stored",
+                                         "closure"};
+
+/// The time that statistics are over, and the energies of that time alone.
+struct Window {
+  /// What `energy` and `error` hold.
+  enum Term { drives, loads, dampers, contacts, friction, films, stabilisation, stored, closure };
+  double from = 0, to = 0;  ///< s
+  double batch = 0;         ///< s, length of the batches that standard errors come from
+  int batches = 0;          ///< whole ones; 0: too few for an error
+  std::array<double, energy_terms.size()> energy;  ///< J, in the window
+  std::array<double, energy_terms.size()> error;   ///< J, standard errors
+};
+
+/// How far the first touches of a time-stepped run may be off, from a companion at a shorter step.
+struct TouchDoubt {
+  int touches = 0;            ///< judged
+  double until = 0;           ///< s, of the last of them
+  double step = 0;            ///< s, of the run
+  double companion_step = 0;  ///< s
+  double factor = 0;          ///< from the companion's difference to what is said
+  double time = 0;            ///< said of times, over the time since the touch before
+  double speed = 0;           ///< said of approach speeds, relative
+  double impulse = 0;         ///< said of normal impulses, relative
+  bool missing = false;       ///< the companion's touches are others
+  double greatest() const { return missing ? INFINITY : std::max({time, speed, impulse}); }
 };
 
 struct Result {
@@ -50,6 +92,8 @@ struct Result {
   bool events_cut() const { return events_seen > static_cast<long>(events.size()); }
   /// Ideal joints and drives whose reactions mechanics does not determine; found when forces were watched.
   std::vector<std::string> undetermined;
+  std::optional<Window> window;              ///< where a WindowStatistics watched
+  std::optional<TouchDoubt> first_touches;   ///< where a companion was asked for
   double wall_seconds = 0, cpu_seconds = 0;  ///< CPU time is that of the run's thread
   long peak_memory_kib = 0;                  ///< of the whole process so far
 };

@@ -1,0 +1,111 @@
+#include "facade/companion.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "model/scene.hpp"
+#include "sim/touches.hpp"
+
+namespace freeplay {
+namespace {
+
+/// Keeps touches, and asks the run to end when it has enough of them or has gone on for too long.
+class FirstTouches final : public Observer {
+ public:
+  FirstTouches(std::size_t enough, double until, const StopToken& asked)
+      : enough_(enough), until_(until), asked_(asked) {}
+  std::vector<ContactEvent> list;
+  double t = 0;  ///< s, reached
+  StopToken token() const { return StopToken(done_); }
+
+  void event(const Event& e) override {
+    if (is_touch(e) && list.size() < enough_) list.push_back(e);
+  }
+  void step(const Step& step) override {
+    t = step.t1;
+    if (list.size() == enough_ || t >= until_ || asked_()) done_ = true;
+  }
+
+ private:
+  std::size_t enough_;
+  double until_;
+  StopToken asked_;
+  std::atomic<bool> done_ = false;
+};
+
+/// Of each contact the first touches of `list`, as many as `own` has.
+std::vector<ContactEvent> as_many(const std::vector<ContactEvent>& own,
+                                  const std::vector<ContactEvent>& list) {
+  std::vector<ContactEvent> kept;
+  for (const auto& e : list) {
+    const auto of = [&](const ContactEvent& x) { return x.contact == e.contact; };
+    if (std::ranges::count_if(kept, of) < std::ranges::count_if(own, of)) kept.push_back(e);
+  }
+  return kept;
+}
+
+/// A run that fails has the touches that it came to.
+void watch(const Scene& scene, const SimulationOptions& options, FirstTouches& touches) {
+  Simulation(scene, "nonsmooth", options)
+      .run({.observers = {&touches}, .keep_events = false, .stop = touches.token()});
+}
+
+}  // namespace
+
+std::optional<TouchDoubt> doubt_first_touches(const Scene& scene, const SimulationOptions& options,
+                                              const StopToken& stop) {
+  if (scene.nonsmooth.scheme != Scheme::moreau_jean) return {};
+  Scene bare = scene;
+  bare.instruments.clear();
+  bare.run.forces = false;
+  const double duration = scene.run.duration, third = duration / 3;
+  FirstTouches own(companion_touches, third, stop);
+  watch(bare, options, own);
+  if (own.list.empty() || stop()) return {};
+
+  // What is left of the run's own number of steps, as a finer step over the same time.
+  const double ratio = std::clamp(std::floor(0.6 * duration / own.t), 2.0, 8.0);
+  bare.nonsmooth.step = scene.nonsmooth.step / ratio;
+  // A step beyond: a touch that comes late is late, not missing.
+  const double until = own.t + 0.25 * (own.t - (own.list.size() > 1 ? own.list.front().t : 0));
+  // Contacts that strike at once may come in another order: a few touches more find them all.
+  FirstTouches finer(own.list.size() + 3, std::min(until, duration), stop);
+  watch(bare, options, finer);
+  if (stop()) return {};
+
+  const auto apart = touch_difference(own.list, as_many(own.list, finer.list));
+  TouchDoubt d;
+  d.touches = static_cast<int>(own.list.size());
+  d.until = own.list.back().t;
+  d.step = scene.nonsmooth.step;
+  d.companion_step = bare.nonsmooth.step;
+  d.factor = 2 * ratio / (ratio - 1);
+  d.time = d.factor * apart.time;
+  d.speed = d.factor * apart.speed;
+  d.impulse = d.factor * apart.impulse;
+  d.missing = apart.missing || apart.touches < d.touches;
+  return d;
+}
+
+void add(const TouchDoubt& d, Result& result) {
+  result.first_touches = d;
+  const auto what =
+      d.touches == 1 ? std::string("the first touch") : fmt::format("the first {} touches", d.touches);
+  if (d.missing)
+    result.notes.push_back(
+        fmt::format("DOUBTFUL: {} (to {:.4g} s) are others at a step of {:.3g} s: take nonsmooth.scheme = "
+                    "\"event-driven\" or a shorter nonsmooth.step",
+                    what, d.until, d.companion_step));
+  else
+    result.notes.push_back(
+        fmt::format("{}{} may be off by {:.2g} % (time/interval, speed, impulse){}",
+                    d.greatest() > doubtful_touches ? "DOUBTFUL: " : "", what, 100 * d.greatest(),
+                    d.greatest() > doubtful_touches
+                        ? ": take nonsmooth.scheme = \"event-driven\" or a shorter nonsmooth.step"
+                        : ""));
+}
+
+}  // namespace freeplay

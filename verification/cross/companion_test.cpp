@@ -1,0 +1,134 @@
+// What a time-stepped run says of its first touches, against closed forms and the event-driven scheme.
+#include <catch2/catch.hpp>
+
+#include <atomic>
+#include <cmath>
+
+#include "facade/companion.hpp"
+#include "io/output_file.hpp"
+#include "io/run_folder.hpp"
+#include "model/scene.hpp"
+#include "sim/touches.hpp"
+#include "verification/references/bouncing_ball.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+ContactEvent touch(double t, double v, double impulse, int contact = 0) {
+  ContactEvent e;
+  e.t = t;
+  e.contact = contact;
+  e.v_n_minus = -v;
+  e.impulse_n = impulse;
+  return e;
+}
+
+std::vector<ContactEvent> judged(const Scene& scene) {
+  auto list = test::touches(test::simulate(scene, Family::nonsmooth));
+  std::erase_if(list, [](const ContactEvent& e) { return !is_touch(e); });
+  return list;
+}
+
+}  // namespace
+
+TEST_CASE("the difference of touches is measured by interval, speed and impulse", "[companion]") {
+  const std::vector<ContactEvent> exact{touch(1, 2, 4), touch(1.5, 1, 2, 1), touch(1.5 + 1e-9, 1, 2, 0)};
+  const std::vector<ContactEvent> found{touch(1.01, 2, 4), touch(1.5, 1, 2.2, 0), touch(1.5, 1.05, 2, 1)};
+  const auto d = touch_difference(found, exact);
+  CHECK(d.time == Approx(0.01));
+  CHECK(d.speed == Approx(0.05));
+  CHECK(d.impulse == Approx(0.1));
+  CHECK(d.touches == 3);
+  CHECK(std::isinf(touch_difference({found[0]}, exact).greatest()));
+  // What rests at the start has touched before.
+  CHECK_FALSE(is_touch(touch(0, 0, 0)));
+}
+
+TEST_CASE("what a run says of its first touches covers their error", "[companion]") {
+  int cases = 0;
+  for (const auto* name : {"gudgeon", "gudgeon_1mm_250rpm", "gudgeon_mu03", "four_bar", "four_bar_two", "big_end"})
+    for (const double step : {1e-5, 3e-5}) {
+      CAPTURE(name, step);
+      auto scene = read_scene(test::scene_file(name));
+      scene.run.duration = std::min(scene.run.duration, 0.1);
+      scene.run.discard = 0;
+      scene.instruments.clear();
+      scene.nonsmooth.scheme = Scheme::moreau_jean;
+      scene.nonsmooth.step = step;
+      const auto doubt = doubt_first_touches(scene, {}, {});
+      REQUIRE(doubt);
+      auto found = judged(scene);
+      found.resize(static_cast<std::size_t>(doubt->touches));
+      scene.nonsmooth.scheme = Scheme::event_driven;
+      scene.nonsmooth.tolerance = 1e-12;
+      auto exact = judged(scene);
+      REQUIRE(exact.size() >= found.size());
+      exact.resize(found.size());
+      const double off = touch_difference(found, exact).greatest();
+      CAPTURE(off);
+      // Twice what a first-order error leaves: it is covered, and not by more than tenfold.
+      CHECK(doubt->greatest() >= off);
+      CHECK(doubt->greatest() <= 10 * off);
+      ++cases;
+    }
+  CHECK(cases == 12);
+}
+
+TEST_CASE("what is said covers the error of a bouncing ball, by its closed form", "[companion]") {
+  auto scene = read_scene(test::scene_file("bouncing_ball"));
+  scene.nonsmooth.scheme = Scheme::moreau_jean;
+  scene.run.duration = 3;
+  const reference::BouncingBall ball{0.5, 9.81, 0.5};
+  for (const double step : {1.1e-3, 1e-4}) {
+    scene.nonsmooth.step = step;
+    const auto doubt = doubt_first_touches(scene, {}, {});
+    REQUIRE(doubt);
+    CHECK(doubt->touches == companion_touches);
+    const auto found = judged(scene);
+    double worst = 0, before = 0;
+    for (int k = 1; k <= companion_touches; ++k) {
+      const auto exact = reference::ball_impact(ball, k);
+      worst = std::max({worst, std::abs(found[k - 1].t - exact.t) / (exact.t - before),
+                        std::abs(-found[k - 1].v_n_minus / exact.approach - 1)});
+      before = exact.t;
+    }
+    CAPTURE(step, worst);
+    CHECK(doubt->greatest() >= worst);
+  }
+}
+
+TEST_CASE("a companion moves no digit, and knows when it has nothing to say", "[companion]") {
+  auto scene = read_scene(test::scene_file("gudgeon"));
+  scene.run.duration = 0.05;
+  scene.run.discard = 0;
+  const auto alone = run_scene(scene, {.formulation = "nonsmooth"});
+  const auto with = run_scene(scene, {.formulation = "nonsmooth", .companion = true});
+  CHECK(alone.final_state.v == with.final_state.v);
+  CHECK(alone.work.steps == with.work.steps);
+  CHECK_FALSE(alone.first_touches);
+  REQUIRE(with.first_touches);
+  CHECK(with.notes.size() == alone.notes.size() + 1);
+  CHECK_FALSE(run_scene(scene, {.formulation = "penalty", .companion = true}).first_touches);
+  // Asked to stop it says nothing, at once.
+  const std::atomic<bool> stop = true;
+  CHECK_FALSE(doubt_first_touches(scene, {}, StopToken(stop)));
+  scene.nonsmooth.scheme = Scheme::event_driven;
+  CHECK_FALSE(doubt_first_touches(scene, {}, {}));
+  scene.nonsmooth.scheme = Scheme::moreau_jean;
+  scene.run.duration = 2e-3;  // before the first touch
+  CHECK_FALSE(doubt_first_touches(scene, {}, {}));
+}
+
+TEST_CASE("a step too long for the first touches is called doubtful", "[companion][program]") {
+  test::TemporaryFolder folder;
+  const auto run = [&](const char* step) {
+    return test::freeplay("run " + test::scene_file("gudgeon_1mm_250rpm").string() +
+                          " --formulation nonsmooth --set run.duration=0.05 --set run.discard=0 --set nonsmooth.step=" +
+                          step + " -o " + folder.path().string());
+  };
+  CHECK_THAT(run("1e-6").out, Contains("touches may be off by") && !Contains("DOUBTFUL: the first"));
+  CHECK_THAT(run("1e-3").out, Contains("DOUBTFUL: the first"));
+}

@@ -1,0 +1,153 @@
+// Batch means by hand: counts, shares and energies whose scatter is a closed form.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <memory>
+#include <numbers>
+
+#include "sim/windows.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+/// A step of which only the ledger is looked at.
+class LedgerStep final : public Step {
+ public:
+  LedgerStep(double from, double to, const EnergyLedger& ledger) : ledger_(ledger) { t0 = from, t1 = to; }
+  void state(double, std::span<double>, std::span<double>) const override {}
+  std::span<const double> z() const override { return {}; }
+  std::span<const double> multipliers() const override { return {}; }
+  void contacts(double, std::span<const double>, std::span<ContactPlace>) const override {}
+  EnergyLedger ledger() const override { return ledger_; }
+  bool stopped() const override { return false; }
+  bool cut() const override { return false; }
+  void forces(double, Forces&) const override {}
+  void add_impulse(double, double, Forces&) const override {}
+  const Forces& before() const override { return none_; }
+  const Forces& within() const override { return none_; }
+
+ private:
+  EnergyLedger ledger_;
+  Forces none_;
+};
+
+/// A turn lasts 1 s. In turn i (from 0) count(i) impacts of 1 m/s, and count(i) J of drive's work, done at its end.
+template <class Count>
+Result watched(int turns, double discard, const Count& count, int resume_after = -1) {
+  Layout layout;
+  layout.contacts = {"a"};
+  layout.crank_speed = 2 * std::numbers::pi;
+  layout.duration = turns;
+  auto watcher = std::make_unique<WindowStatistics>(discard, turns);
+  ContactStatistics plain(discard);
+  watcher->begin(layout, {});
+  plain.begin(layout, {});
+  EnergyLedger ledger;
+  ledger.initial = ledger.kinetic = 5;
+  for (int i = 0; i < turns; ++i) {
+    for (int k = 0; k < count(i); ++k) {
+      Event e;
+      e.t = i + (k + 0.5) / 10;
+      e.v_n_minus = -1;
+      watcher->event(e);
+      plain.event(e);
+    }
+    for (int k = 0; k < 4; ++k) {
+      if (k == 3) ledger.drive += count(i), ledger.kinetic += count(i);
+      watcher->step(LedgerStep(i + 0.25 * k, i + 0.25 * (k + 1), ledger));
+    }
+    if (i != resume_after) continue;
+    std::vector<std::byte> bytes;
+    MemoryWriter writer(bytes);
+    watcher->save(writer);
+    watcher = std::make_unique<WindowStatistics>(discard, turns);
+    MemoryReader reader(bytes);
+    watcher->load(reader);
+    watcher->begin(layout, {});
+  }
+  const std::vector<double> undecided{NAN};
+  const Ending ending;
+  const RunEnd end{ending, static_cast<double>(turns), {}, undecided};
+  watcher->end(end);
+  plain.end(end);
+  Result r;
+  r.t_end = turns;
+  r.observed = turns - discard;
+  r.revolutions = r.observed;
+  r.ledger = ledger;
+  r.contacts.resize(1);
+  plain.into(r);
+  watcher->into(r);
+  return r;
+}
+
+}  // namespace
+
+TEST_CASE("batch means: the standard error of a known scatter", "[windows]") {
+  // 1, 3, 1, 3: mean 2, every deviation 1, so √(4/(4·3)). Two turns are left out before.
+  const auto r = watched(6, 2, [](int i) { return i < 2 ? 7 : i % 2 ? 3 : 1; });
+  const double error = std::sqrt(4.0 / 12);
+  REQUIRE(r.window);
+  CHECK(r.window->batches == 4);
+  CHECK(r.window->batch == Approx(1));
+  CHECK(r.contacts[0].impacts_per_revolution == Approx(2));
+  CHECK(r.contacts[0].impacts_error == Approx(error));
+  // Energies are those of the window alone: 8 J of the 22 J; the sum's error is the window's length times the mean's.
+  CHECK(r.window->energy[Window::drives] == Approx(8));
+  CHECK(r.window->error[Window::drives] == Approx(4 * error));
+  CHECK(r.window->energy[Window::stored] == Approx(8));
+  CHECK(r.window->energy[Window::closure] == Approx(0).margin(1e-12));
+}
+
+TEST_CASE("batch means: fewer than four batches give no error", "[windows]") {
+  const auto r = watched(3, 0, [](int i) { return 1 + i; });
+  REQUIRE(r.window);
+  CHECK(r.window->batches == 0);
+  CHECK(std::isnan(r.contacts[0].impacts_error));
+  CHECK(r.window->energy[Window::drives] == Approx(6));
+}
+
+TEST_CASE("batch means: more turns than are kept are joined two by two", "[windows]") {
+  // 1 and 3 in turn: each two make 4, without scatter. 40 turns: twice joined, ten batches of four.
+  const auto r = watched(40, 0, [](int i) { return i % 2 ? 3 : 1; });
+  CHECK(r.window->batches == 10);
+  CHECK(r.window->batch == Approx(4));
+  CHECK(r.contacts[0].impacts_per_revolution == Approx(2));
+  CHECK(r.contacts[0].impacts_error == Approx(0).margin(1e-12));
+  CHECK(r.window->energy[Window::drives] == Approx(80));
+  CHECK(r.window->error[Window::drives] == Approx(0).margin(1e-9));
+}
+
+TEST_CASE("batch means: a lasting contact is shared out among the batches it crosses", "[windows]") {
+  // From 0.5 to 2.5 of four turns: flies 0.5, 0, 0.5 and 1 of them; mean 0.5, √((0.25 + 0.25)/12).
+  Layout layout;
+  layout.contacts = {"a"};
+  layout.crank_speed = 2 * std::numbers::pi;
+  WindowStatistics windows(0, 4);
+  windows.begin(layout, {});
+  Event e;
+  e.kind = EventKind::contact;
+  e.t = 0.5;
+  windows.event(e);
+  e.kind = EventKind::separation;
+  e.t = 2.5;
+  windows.event(e);
+  for (int i = 0; i < 4; ++i) windows.step(LedgerStep(i, i + 1, {}));
+  const std::vector<double> undecided{NAN};
+  windows.end({{}, 4, {}, undecided});
+  Result r;
+  r.t_end = r.observed = r.revolutions = 4;
+  r.contacts.resize(1);
+  windows.into(r);
+  CHECK(r.contacts[0].flight_error == Approx(std::sqrt(0.5 / 12)));
+  CHECK(r.contacts[0].lasting_error == Approx(std::sqrt(0.5 / 12)));
+}
+
+TEST_CASE("batch means: a run that is resumed has the same", "[windows]") {
+  const auto count = [](int i) { return 1 + i * i % 5; };
+  const auto whole = watched(23, 1, count), resumed = watched(23, 1, count, 9);
+  CHECK(whole.window->error == resumed.window->error);
+  CHECK(whole.window->energy == resumed.window->energy);
+  CHECK(whole.contacts[0].impacts_error == resumed.contacts[0].impacts_error);
+}
