@@ -1,10 +1,15 @@
 // One scene in both formulations, side by side. The impact law takes the restitution that the penalty law
 // delivers unless asked not to. Single impacts are compared up to a horizon, statistics over the whole run.
 //
-// Pairing: the i-th touches of a joint belong together while their times differ by less than a quarter of the
-// time since the joint's previous touch and their approach speeds by less than a factor of two. The first
-// touch that breaks this rule in any joint ends the horizon: beyond it the motions have parted and single
-// events mean nothing.
+// Pairing: the i-th touches of a contact belong together while
+//
+//     |Δt| ≤ ¼ F,   |Δt| ≤ a 36th of a turn,   |Δt| ≤ 10 (S + R F + u),   ½ < v/v' < 2,
+//
+// F being the shorter of the flights before them, since the contact was last lost or the start; S the greatest
+// difference of times among the pairs before, durations of the impacts included; R the greatest relative difference of
+// their speeds (at least 1e-3); u the uncertainty of both times. An impact and the beginning of a lasting contact belong
+// together when that lasts less than F/4. A contact that rests at the start is no touch. The first touch that breaks
+// this rule in any contact ends the horizon: beyond it the motions have parted and single events mean nothing.
 #pragma once
 
 #include <cmath>
@@ -34,11 +39,15 @@ struct Pairing {
 
 /// Pairs the touches (impacts and beginnings of lasting contact) of two runs.
 /// `until`: s, to which each list is known whole: a cut list is known to its last event.
+/// `turn`: s, period of the drive; infinite where nothing turns at a prescribed speed.
 Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector<ContactEvent>& nonsmooth,
-                     int joints, double until = INFINITY);
+                     int joints, double until = INFINITY, double turn = INFINITY);
 
 struct Comparison {
   bool matched = true;  ///< the impact law took the delivered values
+  /// Of each contact what the two laws do not have in common though it was asked of both; empty: matched.
+  std::vector<std::vector<std::string>> not_matched;
+  std::vector<bool> frictional;  ///< of each contact, whether it has friction, whose laws are never the same
   Result penalty, nonsmooth;
   std::optional<Result> ideal;  ///< all clearances closed; absent when the scene has none
   Pairing pairing;

@@ -1,6 +1,9 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "model/scene.hpp"
 #include "study/compare.hpp"
@@ -42,6 +45,39 @@ class Table {
 std::string number(double x) { return fmt::format("{:.4g}", x); }
 std::string percent(double x) { return fmt::format("{:.2f} %", 100 * x); }
 
+/// A value with its standard error, both to the error's first digit (its second where the first is 1). Without an
+/// error two digits, which is what one window may show.
+std::string with_error(double value, double error, const char* unit = "") {
+  if (!std::isfinite(error) || !std::isfinite(value)) return fmt::format("{:.2g}{}", value, unit);
+  if (error <= 1e-12 * std::abs(value)) return fmt::format("{:.4g} ± 0{}", value, unit);
+  int place = static_cast<int>(std::floor(std::log10(error)));
+  if (error / std::pow(10, place) < 1.95) --place;
+  const double size = std::max(std::abs(value), error);
+  // Small and large numbers by a power of ten.
+  const int power =
+      size < 1e-3 || size >= 1e5 || place > 0 ? static_cast<int>(std::floor(std::log10(size))) : 0;
+  const double scale = std::pow(10, power);
+  const int digits = std::max(0, power - place);
+  const auto text = fmt::format("{:.{}f} ± {:.{}f}", value / scale, digits, error / scale, digits);
+  return power == 0 ? text + unit : fmt::format("({})e{}{}", text, power, unit);
+}
+std::string percent(double value, double error) { return with_error(100 * value, 100 * error, " %"); }
+
+/// What the two laws of a contact have in common.
+std::string matching(const Comparison& c, std::size_t k) {
+  if (c.not_matched.at(k).empty()) return "matched";
+  return fmt::format("NOT matched: {}", fmt::join(c.not_matched[k], "; "));
+}
+
+/// What statistics are over, and where their errors come from.
+std::string about_window(const Result& r) {
+  std::string text = r.revolutions > 0 ? fmt::format("{:.4g} revolutions", r.revolutions)
+                                       : fmt::format("{:.4g} s", r.observed);
+  if (!r.window || r.window->batches == 0) return text + ": one window, no error bar";
+  return text +
+         fmt::format(";\n±: standard error, from {} batches of {:.3g} s", r.window->batches, r.window->batch);
+}
+
 }  // namespace
 
 std::string comparison_table(const Scene& scene, const Comparison& c, bool markdown) {
@@ -61,8 +97,11 @@ std::string comparison_table(const Scene& scene, const Comparison& c, bool markd
     out += fmt::format(
         "Restitution of {}: asked {:.3g}; delivered by the contact law {:.4g},\nby the impact law {:.4g} "
         "({})\n",
-        c.joints[k], asked, ep, en, std::abs(ep - en) < 1e-9 ? "matched" : "NOT matched: as given");
+        c.joints[k], asked, ep, en, matching(c, k));
   }
+  if (std::ranges::any_of(c.frictional, std::identity{}))
+    out += fmt::format("Friction: {} (regularised) in penalty, Coulomb's set-valued law in nonsmooth\n",
+                       text_of(scene.penalty.friction));
   if (!c.joints.empty()) out += "\n";
 
   Table t(markdown, {44, 17, 17});
@@ -71,11 +110,13 @@ std::string comparison_table(const Scene& scene, const Comparison& c, bool markd
   for (std::size_t k = 0; k < c.joints.size(); ++k) {
     const auto of = [&](auto field) { return [&, field](const Result& r) { return field(r.contacts[k]); }; };
     const auto& name = c.joints[k];
-    line(name + ": free flight", of([](const auto& x) { return percent(x.flight_fraction); }));
-    line(name + ": in impacts", of([](const auto& x) { return percent(x.impact_fraction); }));
-    line(name + ": lasting contact", of([](const auto& x) { return percent(x.lasting_fraction); }));
+    line(name + ": free flight",
+         of([](const auto& x) { return percent(x.flight_fraction, x.flight_error); }));
+    line(name + ": in impacts", of([](const auto& x) { return percent(x.impact_fraction, x.impact_error); }));
+    line(name + ": lasting contact",
+         of([](const auto& x) { return percent(x.lasting_fraction, x.lasting_error); }));
     line(name + (p.revolutions > 0 ? ": impacts per revolution *" : ": impacts per second *"),
-         of([](const auto& x) { return number(x.impacts_per_revolution); }));
+         of([](const auto& x) { return with_error(x.impacts_per_revolution, x.impacts_error); }));
     line(name + ": fastest approach, m/s", of([](const auto& x) { return number(x.fastest_approach); }));
     line(name + ": greatest impulse of an impact, N s",
          of([](const auto& x) { return number(x.greatest_impulse); }));
@@ -86,30 +127,31 @@ std::string comparison_table(const Scene& scene, const Comparison& c, bool markd
        [](const auto& r) { return number(r.extremes.constraint_length); });
   line("greatest constraint violation, rad",
        [](const auto& r) { return number(r.extremes.constraint_angle); });
-  line("energy: work of drives, J", [](const auto& r) { return number(r.ledger.drive); });
-  if (p.ledger.load != 0 || n.ledger.load != 0)
-    line("energy: work of loads, J", [](const auto& r) { return number(r.ledger.load); });
-  line("energy: dissipated in contacts, J", [](const auto& r) { return number(r.ledger.contact); });
-  line("energy: dissipated by friction, J", [](const auto& r) { return number(r.ledger.friction); });
-  if (p.ledger.damping != 0 || n.ledger.damping != 0)
-    line("energy: dissipated in dampers, J", [](const auto& r) { return number(r.ledger.damping); });
-  if (p.ledger.film != 0)
-    line("energy: dissipated in films, J", [](const auto& r) { return number(r.ledger.film); });
-  line("energy: stored (change since start), J", [](const auto& r) {
-    return number(r.ledger.kinetic + r.ledger.potential + r.ledger.elastic - r.ledger.initial);
-  });
-  line("energy: work of stabilisation, J", [](const auto& r) { return number(r.ledger.stabilisation); });
-  line("energy: closure of the balance, J", [](const auto& r) { return number(r.ledger.closure()); });
+  const auto energy = [&](Window::Term term, const char* what, bool always) {
+    const auto of = [&](const Result& r) { return r.window ? r.window->energy[term] : 0; };
+    if (always || of(p) != 0 || of(n) != 0)
+      line(fmt::format("energy: {}, J", what), [&](const Result& r) {
+        return with_error(of(r), r.window && r.window->batches > 0 ? r.window->error[term] : NAN);
+      });
+  };
+  energy(Window::drives, "work of drives", true);
+  energy(Window::loads, "work of loads", false);
+  energy(Window::contacts, "dissipated in contacts", true);
+  energy(Window::friction, "dissipated by friction", true);
+  energy(Window::dampers, "dissipated in dampers", false);
+  energy(Window::films, "dissipated in films", false);
+  energy(Window::stored, "stored", true);
+  energy(Window::stabilisation, "work of stabilisation", true);
+  line("energy: closure of the balance, whole run, J",
+       [](const auto& r) { return number(r.ledger.closure()); });
   line("steps", [](const auto& r) { return fmt::format("{}", r.work.steps); });
   line("right-hand sides", [](const auto& r) { return fmt::format("{}", r.work.rhs); });
   line("complementarity problems", [](const auto& r) { return fmt::format("{}", r.work.lcp_solves); });
   line("CPU time, s", [](const auto& r) { return number(r.cpu_seconds); });
   out += t.text;
-  if (!c.joints.empty())
-    out += fmt::format("{}* faster than a tenth of the fastest; statistics after {:.4g} s, over {}\n",
-                       markdown ? "\n" : "", scene.run.discard,
-                       p.revolutions > 0 ? fmt::format("{:.4g} revolutions", p.revolutions)
-                                         : fmt::format("{:.4g} s", p.t_end - scene.run.discard));
+  out += fmt::format("{}{}statistics and energies after {:.4g} s, over {}\n", markdown ? "\n" : "",
+                     c.joints.empty() ? "" : "* faster than a tenth of the fastest; ", scene.run.discard,
+                     about_window(p));
   for (const auto* run : {&p, &n})
     for (const auto& note : run->notes) out += fmt::format("{}: {}\n", run->formulation, note);
   if (c.joints.empty()) return out;

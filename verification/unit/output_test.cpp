@@ -103,17 +103,18 @@ TEST_CASE("pairing ends where the motions part", "[compare]") {
     return e;
   };
   const std::vector<ContactEvent> a{touch(1, 1), touch(2, .5), touch(3, .3)};
-  const std::vector<ContactEvent> b{touch(1.01, 1), touch(2.1, .5), touch(3.4, .3)};
+  const std::vector<ContactEvent> b{touch(1.009, 1), touch(2.09, .5), touch(3.4, .3)};
   const auto p = pair_impacts(a, b, 1);
   REQUIRE(p.pairs.size() == 2);
-  REQUIRE(p.horizon == 2.1);
+  REQUIRE(p.horizon == 2.09);
   // A list that is cut is known to its last event: what is missing beyond it is no difference.
   const std::vector<ContactEvent> cut{touch(1, 1), touch(2, .5)};
-  const std::vector<ContactEvent> whole{touch(1.01, 1), touch(2.01, .5), touch(3.01, .3)};
+  const std::vector<ContactEvent> whole{touch(1.009, 1), touch(2.01, .5), touch(3.01, .3)};
   const auto known = pair_impacts(cut, whole, 1, 2);
   REQUIRE(known.pairs.size() == 1);  // the second ends where the list does
   REQUIRE_THAT(known.ended_by, Contains("kept ends there"));
-  REQUIRE_THAT(pair_impacts(cut, whole, 1).ended_by, Contains("only the nonsmooth run has touch 3"));
+  REQUIRE_THAT(pair_impacts(cut, whole, 1).ended_by,
+               Contains("touch 3") && Contains("only the nonsmooth run"));
   REQUIRE_THAT(p.ended_by, Contains("touch 3"));
   REQUIRE(pair_impacts(a, a, 1).pairs.size() == 3);
   REQUIRE(pair_impacts(a, {a[0]}, 1).pairs.size() == 1);
@@ -174,7 +175,9 @@ TEST_CASE("the program: run and compare leave the promised files", "[program]") 
   std::size_t widest = 0;
   std::istringstream lines(o.out);
   for (std::string line; std::getline(lines, line);)
-    if (line.find(out.string()) == line.npos) widest = std::max(widest, line.size());
+    if (line.find(out.string()) == line.npos)
+      widest = std::max(widest, static_cast<std::size_t>(std::ranges::count_if(
+                                    line, [](char c) { return (c & 0xC0) != 0x80; })));  // columns of UTF-8
   CHECK(widest <= 80);
   for (const auto* name :
        {"comparison.json", "comparison.md", "penalty/run.json", "penalty/trajectory.csv",

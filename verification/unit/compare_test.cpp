@@ -1,0 +1,127 @@
+// What compare pairs, calls matched and gives an error bar: by lists of events made by hand.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "model/scene.hpp"
+#include "study/compare.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+ContactEvent impact(double t, double v, int contact = 0) {
+  ContactEvent e;
+  e.t = t;
+  e.contact = contact;
+  e.v_n_minus = -v;
+  e.v_n_plus = 0.5 * v;
+  e.impulse_n = v;
+  return e;
+}
+ContactEvent lasting(double t, double v) {
+  auto e = impact(t, v);
+  e.kind = EventKind::contact;
+  return e;
+}
+ContactEvent separation(double t, double duration) {
+  ContactEvent e;
+  e.t = t;
+  e.kind = EventKind::separation;
+  e.duration = duration;
+  return e;
+}
+
+}  // namespace
+
+TEST_CASE("touches far apart are no pair, however long the time before them", "[compare]") {
+  // 487 ms of 2 s is less than a quarter of the time since the start, and nothing before it parts the motions.
+  const auto first = pair_impacts({impact(2, 1)}, {impact(2.487, 1)}, 1);
+  CHECK(first.pairs.empty());
+  CHECK_THAT(first.ended_by, Contains("tenfold of what the touches before it"));
+  // Before the first touch both are the same motion: a thousandth of the flight, tenfold, is what is left to them.
+  CHECK(pair_impacts({impact(2, 1)}, {impact(2.019, 1)}, 1).pairs.size() == 1);
+  CHECK(pair_impacts({impact(2, 1)}, {impact(2.021, 1)}, 1).pairs.empty());
+}
+
+TEST_CASE("the flight before a touch is what its time is measured by", "[compare]") {
+  // A contact that lasts from 1 s to 3 s, then a flight of 10 ms: 4 ms are much of it, though little of the 2 s since
+  // the touch before; 2 ms are within a quarter, and within what the pair before makes probable.
+  const std::vector<ContactEvent> a{lasting(1, 1), separation(3, 2), impact(3.010, 1)};
+  const std::vector<ContactEvent> late{lasting(1.002, 1), separation(3, 1.998), impact(3.014, 1)};
+  const auto parted = pair_impacts(a, late, 1);
+  CHECK(parted.pairs.size() == 1);
+  CHECK_THAT(parted.ended_by, Contains("touch 2") && Contains("a quarter of the flight"));
+  const std::vector<ContactEvent> near{lasting(1.002, 1), separation(3, 1.998), impact(3.012, 1)};
+  CHECK(pair_impacts(a, near, 1).pairs.size() == 2);
+}
+
+TEST_CASE("a pair is no farther apart than ten degrees of a turn", "[compare]") {
+  // Speeds that differ by a third make 30 ms of a flight of 0.2 s probable; a turn of 0.36 s leaves 10 ms.
+  const std::vector<ContactEvent> a{impact(0.1, 1), impact(0.3, 1)};
+  const std::vector<ContactEvent> b{impact(0.1005, 1.33), impact(0.33, 1)};
+  CHECK(pair_impacts(a, b, 1).pairs.size() == 2);
+  const auto p = pair_impacts(a, b, 1, INFINITY, 0.36);
+  CHECK(p.pairs.size() == 1);
+  CHECK_THAT(p.ended_by, Contains("ten degrees"));
+}
+
+TEST_CASE("a contact that rests at the start is no touch", "[compare]") {
+  const std::vector<ContactEvent> resting{lasting(0, 0), separation(0.5, 0.5), impact(1, 1)};
+  const std::vector<ContactEvent> not_resting{separation(0.5, 0.5), impact(1.001, 1)};
+  const auto p = pair_impacts(resting, not_resting, 1);
+  REQUIRE(p.pairs.size() == 1);
+  CHECK(p.pairs[0].penalty.t == 1);
+}
+
+TEST_CASE("an impact pairs with a short lasting contact, not with a long one", "[compare]") {
+  const std::vector<ContactEvent> a{impact(1, 1)};
+  CHECK(pair_impacts(a, {lasting(1.001, 1), separation(1.101, 0.1)}, 1).pairs.size() == 1);
+  const auto p = pair_impacts(a, {lasting(1.001, 1), separation(1.501, 0.5)}, 1);
+  CHECK(p.pairs.empty());
+  CHECK_THAT(p.ended_by, Contains("impact in penalty and begins a lasting contact"));
+  // One whose end is not known may last for ever.
+  CHECK(pair_impacts(a, {lasting(1.001, 1)}, 1).pairs.empty());
+}
+
+TEST_CASE("the first contact that parts ends the horizon of all", "[compare]") {
+  const std::vector<ContactEvent> a{impact(1, 1, 0), impact(1.5, 1, 1), impact(2, 1, 0)};
+  const std::vector<ContactEvent> b{impact(1.001, 1, 0), impact(1.7, 1, 1), impact(2.001, 1, 0)};
+  const auto p = pair_impacts(a, b, 2);
+  CHECK(p.pairs.size() == 1);
+  CHECK_THAT(p.ended_by, Contains("touch 1 of contact 2"));
+}
+
+TEST_CASE("matched is printed only where all that matters is", "[compare]") {
+  struct Case {
+    double tangential, friction;
+    bool as_given, matched;
+    const char* says;
+  };
+  for (const auto& c : {Case{0, 0.1, false, true, "(matched)"},
+                        Case{0.9, 0.1, false, false, "tangential restitution 0.9 is unknown to the contact law"},
+                        // Without friction it acts on nothing.
+                        Case{0.9, 0, false, true, "(matched)"}, Case{0, 0.1, true, false, "restitution as given"}}) {
+    CAPTURE(c.tangential, c.friction, c.as_given);
+    auto scene = read_scene(test::flores());
+    auto& surface = scene.mechanism.surfaces[0];
+    surface.tangential_restitution = c.tangential;
+    surface.friction = c.friction;
+    scene.nonsmooth.scheme = Scheme::event_driven;
+    scene.run.duration = 0.01;
+    scene.run.discard = 0;
+    scene.instruments.clear();
+    test::TemporaryFolder folder;
+    const auto comparison = compare(scene, {.matched = !c.as_given}, folder.path());
+    const auto table = comparison_table(scene, comparison, false);
+    const auto json = to_json(comparison);
+    CHECK_THAT(table, Contains(c.says));
+    CHECK((table.find("(matched)") != table.npos) == c.matched);
+    CHECK(json["restitution_matched"].get<bool>() == c.matched);
+    CHECK(json["not_matched"].contains("gudgeon") == !c.matched);
+    CHECK((table.find("Friction: ") != table.npos) == (c.friction > 0));
+  }
+}
