@@ -14,18 +14,6 @@
 namespace freeplay {
 namespace {
 
-struct Moments {
-  double mean = 0, variance = 0;  // of a sample
-};
-
-Moments moments(const std::vector<double>& x) {
-  const auto n = static_cast<double>(x.size());
-  Moments m;
-  for (const double value : x) m.mean += value / n;
-  for (const double value : x) m.variance += (value - m.mean) * (value - m.mean) / (n - 1);
-  return m;
-}
-
 double welch(const std::vector<double>& a, const std::vector<double>& b) {
   const auto p = moments(a), q = moments(b);
   const double error =
@@ -35,6 +23,14 @@ double welch(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 }  // namespace
+
+Moments moments(const std::vector<double>& x) {
+  const auto n = static_cast<double>(x.size());
+  Moments m;
+  for (const double value : x) m.mean += value / n;
+  for (const double value : x) m.variance += (value - m.mean) * (value - m.mean) / (n - 1);
+  return m;
+}
 
 std::vector<Scene> perturbed_starts(const Scene& scene, const Sampling& sampling, int first,
                                     const Conduct& conduct) {
@@ -87,7 +83,10 @@ std::vector<LongRun> long_runs(const std::vector<Scene>& starts, const std::vect
       continue;
     }
     r.lost.push_back((run.ledger.contact + run.ledger.friction) / run.t_end);
-    double flight = 0;
+    double flight = 0, impacts = 0;
+    for (const auto& c : run.contacts)
+      impacts += c.impacts_per_revolution / static_cast<double>(run.contacts.size());
+    r.impacts.push_back(impacts);
     for (const auto& c : run.contacts) flight += c.flight_fraction / static_cast<double>(run.contacts.size());
     r.flight.push_back(flight);
   }

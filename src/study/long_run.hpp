@@ -3,6 +3,8 @@
 #pragma once
 
 #include <functional>
+#include <string>
+#include <vector>
 
 #include "study/settings.hpp"
 
@@ -18,9 +20,10 @@ struct Sampling {
 
 /// One value per start.
 struct LongRun {
-  std::vector<double> lost;    ///< W, energy lost in contacts over the time
-  std::vector<double> flight;  ///< share of the time without contact, mean over the contacts
-  std::string stopped;         ///< reason of the first run that did not finish
+  std::vector<double> lost;     ///< W, energy lost in contacts over the time
+  std::vector<double> flight;   ///< share of the time without contact, mean over the contacts
+  std::vector<double> impacts;  ///< per revolution (per second where nothing turns), mean over the contacts
+  std::string stopped;          ///< reason of the first run that did not finish
 };
 
 /// The scene at `sampling.starts` starts from number `first`. Empty where the ideal mechanism has none.
@@ -34,6 +37,11 @@ std::vector<LongRun> long_runs(const std::vector<Scene>& starts, const std::vect
 /// The greater of |difference of the means|/√(s₁²/n₁ + s₂²/n₂) of both statistics (Welch, Biometrika 34
 /// (1947) 28); NaN without samples.
 double deviation(const LongRun& a, const LongRun& b);
+
+struct Moments {
+  double mean = 0, variance = 0;  ///< of a sample
+};
+Moments moments(const std::vector<double>& x);
 
 /// Sample standard deviation over the mean.
 double relative_spread(const std::vector<double>& sample);

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "model/options.hpp"
 #include "study/case_run.hpp"
@@ -60,6 +61,15 @@ struct Reference {
 /// after `most` touches.
 Reference make_reference(const Scene& scene, Family family, const Conduct& conduct, std::size_t most = 6);
 
+/// The finest setting of a formulation and the one that it is held against: another method, or a tolerance a
+/// hundredfold coarser.
+std::pair<Setting, Setting> reference_settings(Family family);
+/// The setting that statistics are held against.
+Setting statistics_setting(Family family);
+
+/// ‖a.v − b.v‖∞/‖b.v‖∞.
+double velocity_error(const State& a, const State& b);
+
 struct Errors {
   double events = 0;  ///< greatest of |Δt| over the time since the touch before, |Δv|/|v| and |ΔP|/P over the
                       ///< reference's touches
@@ -75,6 +85,9 @@ struct Measured {
   Work work;
   /// Deviation of long runs' statistics in standard errors (long_run.hpp); infinite where one stopped.
   double statistics = NAN;
+  /// s, of the last touch to which advice found all within its bound
+  double kept_to = NAN;
+  bool dearer = false;  ///< advice stopped it: it had cost more than another that keeps the error
   double cpu = 0, cpu_low = 0, cpu_high = 0;  ///< s: median, least and greatest of the repeats
 };
 

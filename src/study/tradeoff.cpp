@@ -16,8 +16,8 @@ void add_statistics(TradeoffScene& t, const Scene& scene, const Sampling& sampli
   const auto others = perturbed_starts(scene, sampling, sampling.starts, conduct);
   const auto starts = perturbed_starts(scene, sampling, 0, conduct);
   if (starts.empty() || others.empty()) return;
-  const std::vector<Setting> fine = {{Family::penalty, Integrator::dopri5, {}, 1e-9},
-                                     {Family::nonsmooth, {}, Scheme::event_driven, 1e-9}};
+  const std::vector<Setting> fine = {statistics_setting(Family::penalty),
+                                     statistics_setting(Family::nonsmooth)};
   const auto references = long_runs(others, fine, conduct, {});
   t.sampling_error = relative_spread(references[1].lost);
   std::vector<Setting> settings;
@@ -98,35 +98,6 @@ nlohmann::json to_json(const TradeoffScene& t) {
           {"model_error_of_penalty", t.model_error},
           {"sampling_error_of_dissipated", t.sampling_error},
           {"settings", list}};
-}
-
-Advice advise(const Scene& given, Family family, double error, const Conduct& conduct,
-              const std::function<void(double)>& on_progress) {
-  Advice advice;
-  Scene scene = given;
-  advice.reference = make_reference(scene, family, conduct, 4);
-  if (advice.reference.ending.status != Ending::Status::finished) return advice;
-  advice.by_events = !advice.reference.touches.empty();
-  // A little beyond the last touch, so that a late one is a late one and not a missing one.
-  if (advice.by_events)
-    scene.run.duration = std::min(scene.run.duration,
-                                  1.05 * advice.reference.horizon + advice.reference.touches.back().duration);
-  const auto settings = all_settings(family);
-  for (std::size_t i = 0; i < settings.size(); ++i) {
-    if (conduct.stop()) return advice;
-    advice.tried.push_back(measure(scene, settings[i], advice.reference, conduct));
-    if (on_progress) on_progress(static_cast<double>(i + 1) / static_cast<double>(settings.size()));
-  }
-  // By right-hand sides and pivots, which do not depend on the machine's mood.
-  const auto cost = [](const Measured& m) { return m.work.rhs + 10 * m.work.jacobians; };
-  std::ranges::stable_sort(advice.tried, {}, cost);
-  for (std::size_t i = 0; i < advice.tried.size() && advice.chosen < 0; ++i) {
-    const auto& m = advice.tried[i];
-    const double found = advice.by_events ? m.errors.events : m.errors.state;
-    if (m.ending.status == Ending::Status::finished && found <= 0.5 * error)
-      advice.chosen = static_cast<int>(i);
-  }
-  return advice;
 }
 
 }  // namespace freeplay

@@ -1,5 +1,5 @@
 // Speed against accuracy: every setting on a scene, its errors against a reference of known accuracy and its
-// cost; and advice measured on a user's own scene.
+// cost. Advice for a user's own scene is study/advice.hpp.
 #pragma once
 
 #include <cmath>
@@ -26,17 +26,5 @@ TradeoffScene trade_off(const Scene& scene, const Conduct& conduct, int repeats,
                         const std::function<void(double)>& on_progress);
 
 nlohmann::json to_json(const TradeoffScene& scene);
-
-struct Advice {
-  std::vector<Measured> tried;  ///< in the order of their cost
-  int chosen = -1;              ///< into tried; −1: none meets the error
-  Reference reference;
-  bool by_events = false;  ///< judged by touches; else by the state at the end
-};
-
-/// Tries settings of one formulation on the scene's beginning, up to the horizon, and names the cheapest
-/// whose error (touches, or without any the state) stays below `error` with a factor of two to spare.
-Advice advise(const Scene& scene, Family family, double error, const Conduct& conduct,
-              const std::function<void(double)>& on_progress);
 
 }  // namespace freeplay

@@ -7,6 +7,8 @@
 
 #include "facade/simulation.hpp"
 #include "model/scene.hpp"
+#include "sim/touches.hpp"
+#include "study/advice.hpp"
 #include "study/case_run.hpp"
 #include "study/tradeoff.hpp"
 #include "verification/references/delivered_restitution.hpp"
@@ -159,6 +161,57 @@ TEST_CASE("advice keeps its word on a loose guide, by another program's table", 
     exact.resize(std::min(exact.size(), advice.reference.touches.size()));
     keeps_its_word(advice, asked, [&](const Setting& s) { return touches_off(scene, s, exact); });
   }
+}
+
+TEST_CASE("what advice promises holds over the whole run, not over its first touches", "[advice]") {
+  auto scene = read_scene(test::flores());
+  scene.instruments.clear();
+  scene.run.duration = 0.8;
+  scene.run.discard = 0;
+  const double asked = 0.01;
+  const auto advice = advise(scene, Family::nonsmooth, asked, Conduct{}, {});
+  REQUIRE(advice.chosen >= 0);
+  const auto& judged = advice.reference.touches;
+  REQUIRE(judged.size() > 6);
+  const auto& chosen = advice.tried[static_cast<std::size_t>(advice.chosen)];
+  // Four touches would have passed a cheaper one, which is wrong later.
+  CHECK(std::any_of(advice.tried.begin(), advice.tried.begin() + advice.chosen,
+                    [&](const Measured& m) { return m.kept_to >= judged[3].t; }));
+  // The whole run of the chosen one against a tolerance that advice did not use.
+  const auto whole = [&](const Setting& setting) {
+    auto one = scene;
+    setting.apply(one);
+    return test::touches(test::simulate(one, Family::nonsmooth));
+  };
+  const auto found = whole(chosen.setting),
+             exact = whole({Family::nonsmooth, {}, Scheme::event_driven, 1e-12});
+  const auto nearest = [](const std::vector<ContactEvent>& list, const ContactEvent& to) {
+    return *std::ranges::min_element(list, {}, [&](const ContactEvent& e) {
+      return std::abs(e.t - to.t) + (e.contact == to.contact ? 0 : 1);
+    });
+  };
+  double before = 0;
+  for (const auto& touch : judged) {
+    const auto a = nearest(found, touch), b = nearest(exact, touch);
+    CAPTURE(touch.t);
+    CHECK(touch_off(a, b, b.t - before) <= asked);
+    before = touch.t;
+  }
+}
+
+TEST_CASE("what advice promises of statistics has their sampling error", "[advice]") {
+  Statistic s;
+  s.difference = -0.01;
+  s.error = 0.02;
+  CHECK(s.promised() == Approx(0.05));
+  Advice none;
+  CHECK(std::isinf(none.promised()));
+  none.statistics = {s, {"another", 1, 0, 0.01, 0.1}};
+  CHECK(none.promised() == Approx(0.05));
+  // Four runs of 1, 2, 3 and 4: variance 5/3.
+  const auto m = moments({1, 2, 3, 4});
+  CHECK(m.mean == Approx(2.5));
+  CHECK(m.variance == Approx(5.0 / 3));
 }
 
 TEST_CASE("what --accuracy takes is among the settings that the tables show", "[advice]") {
