@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace freeplay {
 
@@ -43,26 +44,115 @@ std::array<ContactProblem::Way, 4> ContactProblem::order() const {
   throw std::logic_error("no such solver of contact problems");
 }
 
+ContactSolution ContactProblem::solve_near() {
+  if (unknowns.size() < 2) return solve();
+  ContactSolution s;
+  const double size = scale();
+  s.solved = newton(tolerance_ * size, s.pivots, true);
+  if (!s.solved) return solve();
+  s.residual_rate = residual();
+  s.residual = size > 0 ? s.residual_rate / size : s.residual_rate;
+  return s;
+}
+
+double ContactProblem::attainable() const {
+  double most = 0;
+  for (const auto& c : unknowns)
+    for (const int row : {c.normal, c.tangent}) {
+      if (row < 0) continue;
+      double sum = std::abs(b[row]);
+      for (const auto& o : unknowns) {
+        if (o.normal >= 0) sum += std::abs(D(row, o.normal) * o.impulse_n);
+        if (o.tangent >= 0) sum += std::abs(D(row, o.tangent) * o.impulse_t);
+      }
+      most = std::max(most, sum);
+    }
+  return 1e-13 * most;
+}
+
 ContactSolution ContactProblem::solve() {
   ContactSolution s;
   if (unknowns.empty()) return s;
-  const double size = scale(), accepted = tolerance_ * size;
+  const double size = std::max(scale(), least_scale_), accepted = tolerance_ * size;
   s.solved = false;
+  if (static_cast<int>(unknowns.size()) > most_for_lemke && solver_ == LcpSolver::automatic &&
+      by_islands(s)) {
+    s.residual_rate = residual();
+    s.residual = size > 0 ? s.residual_rate / size : s.residual_rate;
+    return s;
+  }
+  // Rounding may keep all solvers from the tolerance: the best of theirs is kept, for less is owed than nothing.
+  constexpr double loose = 1e-6;
+  std::vector<ContactUnknown> best;
+  double best_rate = loose * size;
+  const auto keep = [&] {
+    const double left = residual();
+    if (!(left < best_rate)) return;
+    best_rate = left;
+    best = unknowns;
+  };
   for (const Way way : order()) {
     if (way == Way::none) break;
     for (auto& c : unknowns)  // nothing is to be taken from a solver that failed
       if (s.retries > 0) c.impulse_n = c.impulse_t = 0;
     const bool found = attempt(way, accepted, s.pivots);
     s.residual_rate = residual();
-    s.solved = found && s.residual_rate <= accepted;
+    s.solved = found && std::isfinite(s.residual_rate) && s.residual_rate <= std::max(accepted, attainable());
     if (s.solved) break;
+    keep();
     ++s.retries;
   }
+  if (!s.solved && unknowns.size() > 1) {
+    s.solved = proximal(accepted, s.pivots);
+    keep();
+  }
+  if (!s.solved && !best.empty()) {
+    unknowns = best;
+    s.solved = true;
+  }
+  s.solved = s.solved || (std::isfinite(size) && D.topLeftCorner(rows, rows).allFinite() && by_modes(s));
+  s.residual_rate = residual();
   s.residual = size > 0 ? s.residual_rate / size : s.residual_rate;
-  for (const auto& c : unknowns)
-    if (c.normal >= 0 && c.tangent >= 0 && c.impulse_n > 0)
-      s.ambiguous |= D(c.normal, c.normal) <= c.friction * std::abs(D(c.normal, c.tangent));
+  if (s.solved && doubtful()) {
+    std::vector<std::vector<int>> members;
+    for (const auto& m : doubtful_motions(members)) s.ambiguous |= m.decided && m.motions.size() > 1;
+  }
   return s;
+}
+
+/// Each island alone; false where there is but one.
+bool ContactProblem::by_islands(ContactSolution& s) {
+  std::vector<int> label, members;
+  const int islands = label_islands(label);
+  if (islands < 2) return false;
+  s.solved = true;
+  for (int k = 0; k < islands; ++k) {
+    auto part = island(label, k, members);
+    const auto one = part.solve();
+    s.solved = s.solved && one.solved;
+    s.ambiguous |= one.ambiguous;
+    s.impossible |= one.impossible;
+    s.pivots += one.pivots;
+    s.retries += one.retries;
+    for (std::size_t i = 0; i < members.size(); ++i) {
+      unknowns[members[i]].impulse_n = part.unknowns[i].impulse_n;
+      unknowns[members[i]].impulse_t = part.unknowns[i].impulse_t;
+    }
+  }
+  return true;
+}
+
+/// All modes tried, where they are few enough: the first that is consistent, or that there is none.
+bool ContactProblem::by_modes(ContactSolution& s) {
+  const auto all = modes(1);
+  s.pivots += static_cast<int>(all.tried);
+  s.impossible = all.decided && all.motions.empty();
+  if (all.motions.empty()) return false;
+  for (auto& c : unknowns) {
+    c.impulse_n = c.normal >= 0 ? all.motions[0].impulses[c.normal] : 0;
+    c.impulse_t = c.tangent >= 0 ? all.motions[0].impulses[c.tangent] : 0;
+  }
+  return true;
 }
 
 bool ContactProblem::attempt(Way way, double accepted, int& pivots) {
@@ -76,7 +166,9 @@ bool ContactProblem::attempt(Way way, double accepted, int& pivots) {
     case Way::enumeration:
       return enumerate(accepted, pivots);
     case Way::gauss_seidel:
-      return gauss_seidel(accepted, pivots);
+      // Many contacts that share their loads converge slowly: from near the solution Newton's steps are few.
+      return gauss_seidel(accepted, pivots, 100) || newton(accepted, pivots, true) ||
+             gauss_seidel(accepted, pivots);
     case Way::newton:
       return newton(accepted, pivots);
     case Way::lemke:
@@ -147,10 +239,13 @@ double ContactProblem::scale() const {
 
 double ContactProblem::residual() const {
   double worst = 0;
-  const auto take = [&](double x) { worst = std::max(worst, std::abs(x)); };
+  const auto take = [&](double x) {
+    if (!(std::abs(x) <= worst)) worst = std::isnan(x) ? INFINITY : std::abs(x);
+  };
   for (const auto& c : unknowns) {
     if (!std::isfinite(c.impulse_n) || !std::isfinite(c.impulse_t)) return INFINITY;
-    if (c.normal >= 0) take(std::min(D(c.normal, c.normal) * c.impulse_n, rate(c.normal) - c.target_n));
+    if (c.normal >= 0)
+      take(std::min(std::abs(D(c.normal, c.normal)) * c.impulse_n, rate(c.normal) - c.target_n));
     if (c.tangent < 0) continue;
     // −P_T ∈ bound·Sgn(u) is u = 0 or P_T at the bound against u: the distance to the nearer of both.
     const double u = rate(c.tangent) - c.target_t, Dtt = D(c.tangent, c.tangent);
@@ -160,6 +255,43 @@ double ContactProblem::residual() const {
     take(Dtt * std::max(0.0, std::abs(c.impulse_t) - bound));
   }
   return worst;
+}
+
+/// Proximal points: D + ε with b − εP of the last iterate, which Lemke's method solves where contacts share
+/// their loads and D is singular; each followed by Newton's steps on the problem itself.
+bool ContactProblem::proximal(double accepted, int& pivots) {
+  constexpr int most = 30;
+  const Eigen::MatrixXd kept = D.topLeftCorner(rows, rows);
+  const Eigen::VectorXd base = b.head(rows);
+  Eigen::VectorXd last = Eigen::VectorXd::Zero(rows), weight(rows);
+  const double greatest = kept.diagonal().cwiseAbs().maxCoeff();
+  for (int r = 0; r < rows; ++r) weight[r] = std::max(kept(r, r), 1e-3 * greatest);
+  for (const double epsilon : {1e-4, 1e-2, 1.0})
+    for (int i = 0; i < most; ++i) {
+      D.topLeftCorner(rows, rows).diagonal() += epsilon * weight;
+      b.head(rows) -= epsilon * weight.cwiseProduct(last);
+      const bool found = by_lemke(pivots);
+      D.topLeftCorner(rows, rows) = kept;
+      b.head(rows) = base;
+      if (!found) break;
+      double moved = 0;
+      for (const auto& c : unknowns) {
+        if (c.normal >= 0)
+          moved = std::max(
+              moved, weight[c.normal] * std::abs(c.impulse_n - std::exchange(last[c.normal], c.impulse_n)));
+        if (c.tangent >= 0)
+          moved = std::max(
+              moved, weight[c.tangent] * std::abs(c.impulse_t - std::exchange(last[c.tangent], c.impulse_t)));
+      }
+      if (newton(accepted, pivots, true)) return true;
+      for (auto& c : unknowns) {
+        if (c.normal >= 0) c.impulse_n = last[c.normal];
+        if (c.tangent >= 0) c.impulse_t = last[c.tangent];
+      }
+      if (residual() <= std::max(accepted, attainable())) return true;
+      if (epsilon * moved <= 1e-3 * accepted) break;
+    }
+  return false;
 }
 
 bool ContactProblem::by_lemke(int& pivots) {

@@ -14,6 +14,8 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <functional>
+#include <string>
 #include <vector>
 
 #include "model/options.hpp"
@@ -39,11 +41,28 @@ struct ContactSolution {
   double residual_rate = 0;  ///< the same in the units of b
   int pivots = 0;            ///< of Lemke; cases tried, sweeps or Newton steps of the others
   int retries = 0;           ///< solvers that failed before
-  /// Some pressed contact has D_NN ≤ μ|D_NT| (Painlevé): there may be other solutions than this one.
+  /// Some pressed contact has D_NN ≤ μ|D_NT| (Painlevé), and up to so many contacts are coupled that all modes
+  /// were tried: there are other motions than this one.
   bool ambiguous = false;
+  /// All modes were tried, and none is consistent. False where solvers failed and nothing is known.
+  bool impossible = false;
 
   /// Adds it to a run's counts and extremes.
   void count(Work& work, Extremes& extremes) const;
+};
+
+/// One consistent mode.
+struct ContactMode {
+  enum class Way { open, stick, right, left };  ///< right: it slides with u_T > 0
+  std::vector<Way> ways;                        ///< of each unknown; a frictionless one that presses: stick
+  Eigen::VectorXd impulses, rates;              ///< of each row; of several choices of impulses one
+};
+
+/// What trying all modes of a problem found: of each motion one mode.
+struct ContactModes {
+  bool decided = false;  ///< false: too many contacts, nothing was tried
+  long tried = 0;
+  std::vector<ContactMode> motions;
 };
 
 /// From one solve to the next only `unknowns` may pass, and only if the caller leaves them: the impulses
@@ -54,6 +73,7 @@ class ContactProblem {
  public:
   static constexpr int most_for_enumeration = 6;  // 4⁶ cases
   static constexpr int most_for_lemke = 6;
+  static constexpr int most_for_modes = 8;  // 4⁸ cases, when they are needed
 
   explicit ContactProblem(LcpSolver solver = LcpSolver::automatic, double tolerance = 1e-10)
       : solver_(solver), tolerance_(tolerance), lemke_(0) {}
@@ -66,6 +86,8 @@ class ContactProblem {
   }
   /// Solves for the impulses of `unknowns` to the tolerance, by the chosen solver or the next that can.
   ContactSolution solve();
+  /// The same where the impulses given are near the solution: Newton's method from them first.
+  ContactSolution solve_near();
   /// What the present impulses leave of the laws, as rates: for each row the distance to the nearest of its
   /// cases.
   double residual() const;
@@ -73,6 +95,18 @@ class ContactProblem {
   double scale() const;
   /// Of a row with the present impulses: what D and b make of them.
   double rate(int row) const;
+
+  /// @name Painlevé
+  ///@{
+  /// Whether some pressed contact has D_NN ≤ μ|D_NT|. Where none has, other motions are not looked for.
+  bool doubtful() const;
+  /// All consistent modes of up to most_for_modes unknowns, one for each motion (rates of the rows; forces that
+  /// contacts share are never unique), up to `most` of them. A contact's force is looked for in the cone of its
+  /// mode by nonnegative least squares, so that shared forces are found wherever there are some.
+  ContactModes modes(int most) const;
+  /// Of each island (unknowns coupled by D) with a doubtful contact its modes, and its unknowns in `members`.
+  std::vector<ContactModes> doubtful_motions(std::vector<std::vector<int>>& members) const;
+  ///@}
 
   std::vector<ContactUnknown> unknowns;
   int rows = 0;
@@ -86,16 +120,29 @@ class ContactProblem {
 
   static bool one(ContactUnknown& c, double bn, double bt, double Dnn, double Dnt, double Dtt);
   bool enumerate(double accepted, int& cases);
-  bool gauss_seidel(double accepted, int& sweeps);
-  bool newton(double accepted, int& steps);
+  bool gauss_seidel(double accepted, int& sweeps, int most = 2000);
+  /// What rounding leaves of the laws' rates at the present impulses, at most.
+  double attainable() const;
+  bool newton(double accepted, int& steps, bool given = false);
   bool by_lemke(int& pivots);
+  /// Numbers the islands of unknowns that D couples, and takes one out.
+  int label_islands(std::vector<int>& label) const;
+  ContactProblem island(const std::vector<int>& label, int which, std::vector<int>& members) const;
+  bool by_islands(ContactSolution& s);
+  bool by_modes(ContactSolution& s);
+  bool proximal(double accepted, int& pivots);
 
   LcpSolver solver_;
-  double tolerance_;
+  double tolerance_, least_scale_ = 0;
   Lemke lemke_;
   int lemke_size_ = 0;
   Eigen::MatrixXd A_;
   Eigen::VectorXd q_, z_;
 };
+
+/// The motions of the doubtful islands of a problem in words: "tip: open, or sliding to the right with 12 N".
+/// `name`: of an unknown; `unit`: of its impulses.
+std::string describe_motions(const ContactProblem& problem, const std::function<std::string(int)>& name,
+                             const char* unit = "N");
 
 }  // namespace freeplay

@@ -1,6 +1,7 @@
 // Solvers of the contact problem that work on its cases: enumeration, Gauss–Seidel over contacts, and a
 // semismooth Newton method.
 #include <Eigen/LU>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -89,8 +90,7 @@ bool ContactProblem::enumerate(double accepted, int& cases) {
 
 /// Contact by contact, each solved exactly with the others held, from the impulses given (Jourdan, Alart,
 /// Jean, Comput. Methods Appl. Mech. Eng. 155 (1998) 31).
-bool ContactProblem::gauss_seidel(double accepted, int& sweeps) {
-  constexpr int most = 2000;
+bool ContactProblem::gauss_seidel(double accepted, int& sweeps, int most) {
   q_.conservativeResize(std::max<Eigen::Index>(q_.size(), rows));
   for (const auto& c : unknowns)
     for (const int row : {c.normal, c.tangent})
@@ -119,7 +119,7 @@ bool ContactProblem::gauss_seidel(double accepted, int& sweeps) {
 
 /// Newton's method on the projections P_N = (P_N − ρ u_N)⁺, P_T = clamp(P_T − ρ u_T, ±bound) (Alart and
 /// Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353), the step halved while it does not help.
-bool ContactProblem::newton(double accepted, int& steps) {
+bool ContactProblem::newton(double accepted, int& steps, bool given) {
   constexpr int most = 100;
   Eigen::VectorXd F(rows), P(rows), step(rows);
   Eigen::MatrixXd J(rows, rows);
@@ -167,14 +167,23 @@ bool ContactProblem::newton(double accepted, int& steps) {
     }
     return F.squaredNorm();
   };
-  for (auto& c : unknowns) c.impulse_n = c.impulse_t = 0;
-  for (int i = 0; i < most; ++i) {
+  if (!given)
+    for (auto& c : unknowns) c.impulse_n = c.impulse_t = 0;
+  for (int i = 0; i < (given ? 20 : most); ++i) {
     ++steps;
     const double before = evaluate(true);
     if (residual() <= accepted) return true;
     if (!std::isfinite(before)) return false;
     gather();
-    step = -J.partialPivLu().solve(F);
+    const auto lu = J.partialPivLu();
+    const auto pivots = lu.matrixLU().diagonal().cwiseAbs();
+    if (pivots.minCoeff() > 1e-12 * pivots.maxCoeff()) {
+      step = -lu.solve(F);
+    } else {  // forces are not unique: the least change of them
+      Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
+      decomposition.setThreshold(1e-11);
+      step = -decomposition.compute(J).solve(F);
+    }
     double s = 1;
     for (int k = 0; k < 12; ++k, s *= 0.5) {
       scatter(P + s * step);

@@ -9,7 +9,7 @@
 namespace freeplay {
 
 std::string EventDynamics::strike(Vector& x, double t, const std::vector<int>& struck,
-                                  const std::vector<int>& soft) {
+                                  const std::vector<int>& soft, bool jammed) {
   const int n = system_.n(), m = system_.rows();
   double* q = x.data();
   double* v = q + n;
@@ -25,6 +25,7 @@ std::string EventDynamics::strike(Vector& x, double t, const std::vector<int>& s
     ImpactContact i;
     i.normal = add(c.row.normal, nullptr, 0);
     rhs_[i.normal] = c.row.normal.dot(v);
+    if (jammed) rhs_[i.normal] = std::min(0.0, rhs_[i.normal]) - speed_tolerance_;
     const bool inelastic = std::ranges::find(soft, k) != soft.end();
     i.restitution = inelastic ? 0 : c.restitution;
     if (c.row.tangent.size > 0) {
@@ -75,29 +76,16 @@ void EventDynamics::report_strike(const Vector& x, const std::vector<int>& struc
   }
 }
 
-std::string EventDynamics::choose(const Vector& x, double t, const std::vector<int>& candidates) {
+/// The problem in accelerations of these contacts and of all preloaded joints at rest, from what
+/// solve_free() left; a contact that slides, or is torn, has its friction in its normal's column.
+void EventDynamics::pose(const Vector& x, const std::vector<int>& candidates) {
   const double* q = x.data();
   const double* v = q + system_.n();
-  for (auto& c : contacts_) {
-    c.closed = c.resting = false;
-    c.slip = 0;
-  }
-  // Preloaded joints that slide stay as forces; those at rest, like the contacts, are unknowns.
-  for (int k = 0; k < system_.frictions(); ++k) {
-    const double u = slide_rate(k, x, t);
-    auto& p = preloaded_[k];
-    p.slip = std::abs(u) > slide_tolerance() ? (u > 0 ? 1 : -1) : p.forced;
-  }
-  if (candidates.empty() && std::ranges::none_of(preloaded_, [](const auto& p) { return p.slip == 0; }))
-    return "";
-
-  // Accelerations with nothing closed and resting joints without friction.
-  ++work.lcp_solves;
-  if (!solve_free(x, t)) return "the constraint equations cannot be factorised";
-
+  posed_ = candidates;
   status_.clear();
   used_ = 0;
-  std::vector<int> slips;
+  posed_slips_.clear();
+  posed_resting_.clear();
   for (const int k : candidates) {
     auto& c = contacts_[k];
     system_.contact(k, q, v, e_, c.row);
@@ -107,7 +95,7 @@ std::string EventDynamics::choose(const Vector& x, double t, const std::vector<i
     if (c.row.tangent.size > 0) {
       mu = *system_.contact_facts(k).surface.friction;
       const double rate = c.row.tangent.dot(v);
-      slip = std::abs(rate) > slide_tolerance() ? (rate > 0 ? 1 : -1) : c.forced;
+      slip = std::abs(rate) > rest_speed() ? (rate > 0 ? 1 : -1) : c.forced;
     }
     u.normal = add(c.row.normal, slip != 0 ? &c.row.tangent : nullptr, -slip * mu);
     status_.b[u.normal] = c.row.normal.dot(a_.data()) - c.row.gamma_n;
@@ -116,35 +104,75 @@ std::string EventDynamics::choose(const Vector& x, double t, const std::vector<i
       status_.b[u.tangent] = c.row.tangent.dot(a_.data()) - c.row.gamma_t;
       u.friction = mu;
     }
-    slips.push_back(slip);
+    posed_slips_.push_back(slip);
     status_.unknowns.push_back(u);
   }
-  std::vector<int> resting;
   for (int k = 0; k < system_.frictions(); ++k) {
     if (preloaded_[k].slip != 0) continue;
     ContactUnknown u;
     u.tangent = add(preloaded_[k].row, nullptr, 0);
     status_.b[u.tangent] = preloaded_[k].row.dot(a_.data()) - preloaded_[k].gamma;
     u.bound = system_.friction_facts(k).bound;
-    resting.push_back(k);
+    posed_resting_.push_back(k);
     status_.unknowns.push_back(u);
   }
   status_.rows = used_;
   for (int r = 0; r < used_; ++r)
     for (int s = 0; s < used_; ++s) status_.D(r, s) = rows_[r].dot(response(s));
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    const int n = status_.unknowns[i].normal;
-    if (slips[i] != 0 && status_.D(n, n) <= 0 && status_.b[n] < 0)
-      return fmt::format(
-          "{}: sliding there, friction of this size admits no acceleration or more than one "
-          "(Painlevé); time stepping gives a consistent impulse",
-          system_.contact_facts(candidates[i]).name);
+}
+
+std::string EventDynamics::name_of_unknown(int i) const {
+  const auto contacts = static_cast<int>(posed_.size());
+  return i < contacts ? system_.contact_facts(posed_[i]).name
+                      : fmt::format("preloaded joint {}", posed_resting_[i - contacts] + 1);
+}
+
+/// Why the problem in accelerations gave no mode.
+std::string EventDynamics::unsolved(const ContactSolution& solution) const {
+  if (!solution.impossible)
+    return fmt::format(
+        "the problem in accelerations of {} contacts was not solved by any solver (residual {:.2g} of the "
+        "greatest acceleration); whether it has a solution is not known",
+        status_.unknowns.size(), solution.residual);
+  std::string sliding;
+  for (std::size_t i = 0; i < posed_.size(); ++i)
+    if (posed_slips_[i] != 0)
+      sliding += fmt::format("{}{} {}", sliding.empty() ? "" : ", ", system_.contact_facts(posed_[i]).name,
+                             posed_slips_[i] > 0 ? "to the right" : "to the left");
+  return fmt::format(
+      "friction admits no acceleration (Painlevé): all modes were tried with what slides there ({}); time "
+      "stepping gives a consistent impulse",
+      sliding);
+}
+
+std::string EventDynamics::choose(const Vector& x, double t, const std::vector<int>& candidates) {
+  for (auto& c : contacts_) {
+    c.closed = c.resting = false;
+    c.slip = 0;
   }
+  // Preloaded joints that slide stay as forces; those at rest, like the contacts, are unknowns.
+  for (int k = 0; k < system_.frictions(); ++k) {
+    const double u = slide_rate(k, x, t);
+    auto& p = preloaded_[k];
+    p.slip = std::abs(u) > rest_speed() ? (u > 0 ? 1 : -1) : p.forced;
+  }
+  if (candidates.empty() && std::ranges::none_of(preloaded_, [](const auto& p) { return p.slip == 0; }))
+    return "";
+
+  // Accelerations with nothing closed and resting joints without friction.
+  ++work.lcp_solves;
+  if (!solve_free(x, t)) return "the constraint equations cannot be factorised";
+
+  pose(x, candidates);
   const auto solution = status_.solve();
   work.pivots += solution.pivots;
   work.lcp_retries += solution.retries;
-  if (!solution.solved) return "no mode satisfies the contact laws in accelerations (all solvers failed)";
-  if (solution.ambiguous) return "friction admits more than one mode in accelerations (Painlevé)";
+  jam_ = !solution.solved && solution.impossible;
+  if (!solution.solved) return unsolved(solution);
+  extremes.lcp_residual = std::max(extremes.lcp_residual, solution.residual);
+  if (solution.ambiguous)
+    return "friction admits more than one motion (Painlevé): " +
+           describe_motions(status_, [&](int i) { return name_of_unknown(i); });
 
   // With all impulses known: which way do resting surfaces start to slide?
   const auto slip_of = [&](const ContactUnknown& u) {
@@ -157,14 +185,48 @@ std::string EventDynamics::choose(const Vector& x, double t, const std::vector<i
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     auto& c = contacts_[candidates[i]];
     const auto& u = status_.unknowns[i];
+    if (together_) {
+      c.closed = true;
+      c.slip = posed_slips_[i];
+      c.lambda_n = u.impulse_n;
+      c.lambda_t = u.impulse_t;
+      continue;
+    }
     c.closed = u.impulse_n * status_.D(u.normal, u.normal) > 1e-11 * status_.scale();
     c.resting = !c.closed;
     if (!c.closed) continue;
-    c.slip = u.tangent >= 0 ? slip_of(u) : slips[i];
+    c.slip = u.tangent >= 0 ? slip_of(u) : posed_slips_[i];
   }
-  for (std::size_t i = 0; i < resting.size(); ++i)
-    preloaded_[resting[i]].slip = slip_of(status_.unknowns[candidates.size() + i]);
+  for (std::size_t i = 0; i < posed_resting_.size(); ++i) {
+    auto& p = preloaded_[posed_resting_[i]];
+    const auto& u = status_.unknowns[candidates.size() + i];
+    if (together_)
+      p.lambda = u.impulse_t;
+    else
+      p.slip = slip_of(u);
+  }
   return "";
+}
+
+bool EventDynamics::torn() const {
+  const auto is = [](const auto& x) { return x.forced != 0; };
+  return std::ranges::any_of(contacts_, is) || std::ranges::any_of(preloaded_, is);
+}
+
+void EventDynamics::mend() {
+  for (auto& c : contacts_) c.forced = 0;
+  for (auto& p : preloaded_) p.forced = 0;
+}
+
+bool EventDynamics::torn_back(const Vector& x, double t) {
+  if (!solve_mode(x, t)) return true;
+  const double none = 1e-9 * acceleration_scale();
+  for (auto& c : contacts_)
+    if (c.forced != 0 && c.closed && c.forced * (c.row.tangent.dot(a_.data()) - c.row.gamma_t) < -none)
+      return true;
+  for (auto& p : preloaded_)
+    if (p.forced != 0 && p.forced * (p.row.dot(a_.data()) - p.gamma) < -none) return true;
+  return false;
 }
 
 double EventDynamics::gap_acceleration(int k, const Vector& x, double t) {

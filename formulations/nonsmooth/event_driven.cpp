@@ -11,6 +11,7 @@ EventDriven::EventDriven(EventDynamics dynamics, Dopri5 method, double time_scal
     : dynamics_(std::move(dynamics)),
       method_(std::move(method)),
       time_scale_(time_scale),
+      span_(0.1 * time_scale),
       position_error_(position_error) {
   const auto contacts = static_cast<std::size_t>(dynamics_.system().contacts());
   mark_.resize(contacts);
@@ -78,10 +79,23 @@ bool EventDriven::step(double t_end) {
   t_end = std::min(
       {t_end, dynamics_.system().next_knot(method_.t), method_.t + longest_step(dynamics_.system(), v())});
   watch(method_.x, before_);
-  if (!method_.step(dynamics_, t_end))
-    return fail(
-        "no step is accepted any more, however small; the motion is singular there, or "
-        "nonsmooth.tolerance beyond rounding");
+  bool stepped = method_.step(dynamics_, t_end);
+  if (!stepped && dynamics_.jammed() && last_jam_ < method_.t) {  // sliding jams just ahead
+    last_jam_ = method_.t;
+    std::vector<int> touching;
+    for (int k = 0; k < dynamics_.system().contacts(); ++k)
+      if (dynamics_.contacts()[k].closed) touching.push_back(k);
+    if (!jam(touching)) return false;
+    method_.start(dynamics_, method_.t, std::vector<double>(method_.x));
+    mark_gaps(true);
+    watch(method_.x, before_);
+    stepped = method_.step(dynamics_, t_end);
+  }
+  if (!stepped)
+    return fail(dynamics_.trouble().empty()
+                    ? "no step is accepted any more, however small; the motion is singular there, or "
+                      "nonsmooth.tolerance beyond rounding"
+                    : dynamics_.trouble());
   ++dynamics_.work.steps;
   dynamics_.work.rejected = method_.rejected;
   Event first;
@@ -108,16 +122,14 @@ bool EventDriven::step(double t_end) {
   dynamics_.keep_extremes(method_.x, method_.t);
   // A thousand events in next to no time: the laws leave no way on that this scheme can find.
   if (pending_ && ++recent_ % 1000 == 0) {
-    if (method_.t - recent_since_ < 1e-7 * time_scale_)
-      return fail(
-          "the mode of contact changes again and again without time passing; it cannot be decided there");
+    if (method_.t - recent_since_ < 1e-3 * time_scale_)
+      return fail(fmt::format(
+          "1000 impacts and changes of contact within {:.2g} s: they follow each other too fast to be told "
+          "one by one; time stepping passes them",
+          method_.t - recent_since_));
     recent_since_ = method_.t;
   }
   return true;
-}
-
-void EventDriven::mark_gaps() {
-  for (int k = 0; k < dynamics_.system().contacts(); ++k) mark_[k].gap = gap_at(k, method_.t);
 }
 
 /// Impacts where something approaches, then the mode that the accelerations choose.
@@ -132,8 +144,11 @@ bool EventDriven::change_mode() {
   d.project(x, t,
             book);  // within a step closed contacts drift by its error: what holds must not seem to leave
   d.measure_speeds(x);
+  place_rounding_ = 0;
+  for (int i = 0; i < d.system().n(); ++i)
+    if (!d.system().is_angle(i)) place_rounding_ = std::max(place_rounding_, 2.5e-16 * std::abs(x[i]));
   // What holds at its bound is torn, and all that holds there with it: feet of one body give way together.
-  if (last_.kind == Event::Kind::stick || last_.kind == Event::Kind::slide_stick) {
+  if (!d.together() && (last_.kind == Event::Kind::stick || last_.kind == Event::Kind::slide_stick)) {
     const auto torn = [&](double force, double bound, bool this_one) {
       return this_one || std::abs(force) >= bound * (1 - 1e-7) ? (force > 0 ? -1 : 1) : 0;
     };
@@ -165,21 +180,42 @@ bool EventDriven::change_mode() {
     if (closed || here || (row.normal.size > 0 && row.gap <= near && rate_before_[k] <= d.speed_tolerance()))
       touching.push_back(k);
   }
+  settle_together();
+  kicked_.clear();
   if (!impacts(touching) || !choose(touching)) return false;
-  for (auto& c : d.contacts()) c.forced = 0;
-  for (auto& p : d.preloaded()) p.forced = 0;
+  d.mend();
+  const double kinetic = d.system().kinetic(v());
+  const double stabilised = d.stabilisation;
   d.project(x, t, book);
+  if (hurried_ && !kicked_.empty()) {  // their speeds are lost with the hops that are left out
+    d.contact_loss += kinetic - d.system().kinetic(v());
+    d.stabilisation = stabilised;
+    ended_.take(kicked_.size(), ending_, kinetic - d.system().kinetic(v()));
+  }
   record(was_closed);
   method_.start(d, t, std::vector<double>(x));
-  mark_gaps();
+  mark_gaps(true);
   return true;
+}
+
+/// Modes that change again and again, faster than anything moves, are decided together from
+/// then on.
+void EventDriven::settle_together() {
+  constexpr int most = 16;
+  const double t = method_.t;
+  if (last_.kind == Event::Kind::gap || last_.kind == Event::Kind::none) return;
+  if (changes_ == 0 || t - changes_since_ > 1e-6 * time_scale_) {
+    changes_ = 0;
+    changes_since_ = t;
+  }
+  if (++changes_ >= most) dynamics_.set_together(true);
 }
 
 /// The mode. Contacts whose force has just come to zero open, unless what presses them then closes them.
 bool EventDriven::choose(std::vector<int>& touching) {
   auto& d = dynamics_;
   const auto& x = method_.x;
-  if (last_.kind == Event::Kind::force) {
+  if (last_.kind == Event::Kind::force && !d.together()) {
     const double none = 1e-6 * d.acceleration_scale();
     auto pressed = touching;
     std::erase_if(pressed, [&](int k) { return d.contacts()[k].closed && d.pressure(k) <= none; });
@@ -194,8 +230,39 @@ bool EventDriven::choose(std::vector<int>& touching) {
       }
     }
   }
-  const auto reason = d.choose(x, method_.t, touching);
-  return reason.empty() || fail(reason);
+  auto reason = d.choose(x, method_.t, touching);
+  // What was torn must slide the way it was torn; else only all together can tell what gives way.
+  if (!d.together() && d.torn() && (!reason.empty() || d.torn_back(x, method_.t))) {
+    d.mend();
+    d.set_together(true);
+    reason = d.choose(x, method_.t, touching);
+  }
+  return reason.empty() || (d.jammed() && touching.size() > 1 ? jam(touching) : fail(reason));
+}
+
+/// What slides admits no finite forces: sliding ends by an impact without collision (Génot and Brogliato, Eur. J.
+/// Mech. A/Solids 18 (1999) 653), and the mode is chosen anew. One contact alone stops the run: its scene is
+/// about that.
+bool EventDriven::jam(std::vector<int>& touching) {
+  auto& d = dynamics_;
+  for (int tries = 0; tries < 3; ++tries) {
+    const double kinetic = d.system().kinetic(v());
+    if (const auto reason = d.strike(method_.x, method_.t, touching, touching, true); !reason.empty())
+      return fail(reason);
+    if (watching_) {
+      d.report_strike(method_.x, touching, strike_);
+      before_step_.add(1, strike_);
+    }
+    jams_.take(1, ending_, kinetic - d.system().kinetic(v()));
+    std::erase_if(touching, [&](int k) {
+      return d.look(k, method_.x, method_.t).normal.dot(v()) > 2 * d.speed_tolerance();
+    });
+    const auto reason = d.choose(method_.x, method_.t, touching);
+    if (reason.empty()) return true;
+    if (!d.jammed()) return fail(reason);
+  }
+  return fail(
+      "friction admits no acceleration (Painlevé), and three impacts without collision do not end that");
 }
 
 /// Solves the impact of the touching contacts if one approaches; leaves in `touching` those that stay.
@@ -203,9 +270,24 @@ bool EventDriven::impacts(std::vector<int>& touching) {
   auto& d = dynamics_;
   const double tiny = d.speed_tolerance(), t = method_.t;
   if (std::ranges::none_of(touching, [&](int k) { return rate_before_[k] < -tiny; })) {
-    std::erase_if(touching, [&](int k) { return rate_before_[k] > tiny; });
+    auto staying = touching;
+    std::erase_if(staying, [&](int k) { return rate_before_[k] > tiny; });
+    // One whose gap closed within rounding while it opened: if what it does is no hop, it has not left.
+    const int k = last_.kind == Event::Kind::gap ? last_.index : -1;
+    if (k >= 0 && std::ranges::find(staying, k) == staying.end()) {
+      if (const auto reason = d.choose(method_.x, t, staying); !reason.empty()) return fail(reason);
+      const double g = d.gap_acceleration(k, method_.x, t), u = rate_before_[k];
+      if (g < 0 && 0.5 * u * u / -g <= least_hop(k)) staying.push_back(k);
+      std::ranges::sort(staying);
+    }
+    touching = staying;
     return true;
   }
+  // Struck at once with the one whose gap came to zero.
+  if (touching.size() > 1)
+    for (const int k : touching)
+      if (!d.contacts()[k].closed && rate_before_[k] < -tiny)
+        merged_ = std::max(merged_, std::abs(d.look(k, method_.x, t).gap));
   const auto before = method_.x;
   const double loss_before = d.contact_loss;
   const auto strike = [&](const std::vector<int>& soft) {
@@ -217,15 +299,22 @@ bool EventDriven::impacts(std::vector<int>& touching) {
   const auto leaving = [&](int k) { return d.look(k, method_.x, t).normal.dot(v()) > tiny; };
   auto staying = touching;
   std::erase_if(staying, leaving);
+  count_impact();
   std::vector<int> over;
-  kicked_.clear();
-  if (!ending_contacts(touching, staying, over)) return false;
-  if (!over.empty()) {
+  // One pass, or, where contacts kick each other, until no more of them is over.
+  for (std::size_t round = 0; round <= touching.size(); ++round) {
+    const auto known = over.size();
+    kicked_.clear();
+    if (!ending_contacts(touching, staying, over)) return false;
+    if (over.size() == known) break;
+    const double kinetic = d.system().kinetic(v());
     method_.x = before;
     d.contact_loss = loss_before;
     if (const auto reason = strike(over); !reason.empty()) return fail(reason);
     staying = touching;
     std::erase_if(staying, leaving);
+    if (!hurried_) break;
+    ended_.take(over.size() - known, ending_, kinetic - d.system().kinetic(v()));
   }
   if (watching_) before_step_.add(1, strike_);
   const double kinetic = d.system().kinetic(before.data() + d.system().n());
@@ -235,6 +324,20 @@ bool EventDriven::impacts(std::vector<int>& touching) {
   std::ranges::sort(staying);
   touching = staying;
   return true;
+}
+
+/// Impacts that follow each other faster than a number in a span, which contacts that kick each other keep up
+/// for ever.
+void EventDriven::count_impact() {
+  constexpr int most = 40;
+  const double t = method_.t;
+  if (t - block_since_ > span_) {
+    hurried_ = hurried_ && block_ >= most / 4 && t - block_since_ < 2 * span_;
+    block_ = 0;
+    block_since_ = t;
+  }
+  hurried_ = hurried_ || ++block_ >= most;
+  most_kinetic_ = std::max(most_kinetic_, dynamics_.system().kinetic(v()));
 }
 
 /// Of the struck contacts that leave again, those whose hops are over, with the time left in ending_.
@@ -252,7 +355,9 @@ bool EventDriven::ending_contacts(const std::vector<int>& struck, const std::vec
       if (const auto reason = d.choose(method_.x, method_.t, staying); !reason.empty()) return fail(reason);
     chosen = true;
     const double g = d.gap_acceleration(k, method_.x, method_.t);
-    if (!(g < 0) || 0.5 * u * u / -g > least_hop(k)) continue;
+    if (!(g < 0)) continue;
+    const bool low = 0.5 * u * u / -g <= least_hop(k), brief = hurried_ && 2 * u / -g <= span_;
+    if (!low && !brief) continue;
     (bounced ? over : kicked_).push_back(k);
     ending_[k] = bounced ? 2 * u / -g / (1 - e) : 0;
   }
@@ -282,6 +387,24 @@ void EventDriven::record(const std::vector<int>& was_closed) {
       mark_[k].impulse_t = impulse[1];
     }
   }
+}
+
+void EventDriven::tell(std::vector<std::string>& notes) const {
+  const double scale = std::max(most_kinetic_, 1e-300);
+  if (ended_.count > 0)
+    notes.push_back(fmt::format(
+        "{} bounces were ended early, as contacts kicked each other faster than {:.2g} s: their touches are "
+        "uncertain by up to {:.2g} s, and up to {:.2g} of the greatest kinetic energy was lost at once",
+        ended_.count, span_, ended_.time, ended_.energy / scale));
+  if (jams_.count > 0)
+    notes.push_back(fmt::format(
+        "Painlevé: {} times friction admitted no finite force on what slid, and an impact without collision "
+        "ended the sliding: up to {:.2g} of the greatest kinetic energy at once",
+        jams_.count, jams_.energy / scale));
+  double rounded = 0;
+  for (int k = 0; k < dynamics_.system().contacts(); ++k) rounded = std::max(rounded, rounding(k));
+  if (merged_ > 1e3 * rounded)
+    notes.push_back(fmt::format("contacts up to {:.2g} m apart were struck at once", merged_));
 }
 
 EnergyLedger EventDriven::integrals() const {

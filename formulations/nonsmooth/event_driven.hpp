@@ -15,6 +15,7 @@
 // lands flat on two corners would else be given a cascade of single impacts by whichever error came first.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <span>
 #include <string>
@@ -40,7 +41,8 @@ class EventDriven {
   template <class M>
   void remember(M& m) {
     m.part("event-driven");
-    m(dynamics_, method_, mark_, pending_, last_, recent_, recent_since_);
+    m(dynamics_, method_, mark_, pending_, last_, recent_, recent_since_, place_rounding_, changes_,
+      changes_since_, block_, block_since_, hurried_, most_kinetic_, ended_, jams_, last_jam_, merged_);
     remember_probe(m, probe_, watching_, [this] { make_probe(); });
   }
 
@@ -67,6 +69,8 @@ class EventDriven {
   const Forces& within() const { return within_; }
   ///@}
   EnergyLedger integrals() const;
+  /// What a reader of the results must know of this run's contacts.
+  void tell(std::vector<std::string>& notes) const;
   const Work& work() const { return dynamics_.work; }
   const Extremes& extremes() const { return dynamics_.extremes; }
   bool singular() const { return dynamics_.singular(); }
@@ -85,10 +89,11 @@ class EventDriven {
   };
   struct Mark {
     Watched gap;                                 // at the end of the last step, open contacts
+    double allowance = 0;                        // m: the gap began that far below zero, and opens from there
     double impulse_n = 0, impulse_t = 0, t = 0;  // at first touch of a closed one
     template <class M>
     void remember(M& m) {
-      m(gap.value, gap.rate, impulse_n, impulse_t, t);
+      m(gap.value, gap.rate, allowance, impulse_n, impulse_t, t);
     }
   };
 
@@ -100,14 +105,17 @@ class EventDriven {
   void values_at(double t, std::vector<double>& values);
   void land(Event& event);
   bool change_mode();
+  void settle_together();
+  void count_impact();
   bool impacts(std::vector<int>& touching);
   bool ending_contacts(const std::vector<int>& struck, const std::vector<int>& staying,
                        std::vector<int>& over);
   bool choose(std::vector<int>& touching);
+  bool jam(std::vector<int>& touching);
   void record(const std::vector<int>& was_closed);
   const std::vector<double>& at(double t) const;
   Watched gap_at(int k, double t);
-  void mark_gaps();
+  void mark_gaps(bool begin = false);
   double rounding(int k) const;
   double slack(int k) const;
   double least_hop(int k) const;
@@ -117,7 +125,22 @@ class EventDriven {
   EventDynamics dynamics_;
   Dopri5 method_;
   MotionBounds bounds_;  // of the last step
-  double time_scale_, position_error_;
+  /// Contacts closed before their hops were low, where impacts follow each other too fast.
+  struct Ended {
+    long count = 0;
+    double time = 0, energy = 0;  // s, J: the greatest of one closing
+    void take(std::size_t n, const std::vector<double>& ending, double lost) {
+      if (n == 0) return;
+      count += static_cast<long>(n);
+      for (const double tau : ending) time = std::max(time, tau);
+      energy = std::max(energy, lost);
+    }
+    template <class M>
+    void remember(M& m) {
+      m(count, time, energy);
+    }
+  };
+  double time_scale_, span_, position_error_, place_rounding_ = 0;
   ContactLog* log_ = nullptr;
   std::vector<Mark> mark_;
   std::vector<int> kicked_;     // contacts that an impact elsewhere threw off, by less than a hop
@@ -130,6 +153,15 @@ class EventDriven {
   Event last_;
   long recent_ = 0;  // events
   double recent_since_ = -INFINITY;
+  int changes_ = 0;  // of modes since the last impact, in next to no time
+  double changes_since_ = -INFINITY;
+  int block_ = 0;  // impacts in the present span
+  double block_since_ = -INFINITY;
+  double merged_ = 0;        // m, the greatest gap of a contact struck together with another
+  bool hurried_ = false;     // impacts follow each other faster than can be told one by one
+  double most_kinetic_ = 0;  // J, before any impact so far
+  Ended ended_, jams_;
+  double last_jam_ = -INFINITY;  // s: a step was refused there for what slides
   std::string failure_;
   bool watching_ = false;
   std::unique_ptr<EventDynamics> probe_;  // made when forces are first watched

@@ -34,6 +34,7 @@ class EventDynamics {
     int forced = 0;  ///< it has just been torn from sticking this way: the next choice starts from that
     /// Touching without pressure: open, but held to be closed within a thousand-millionth of the clearance.
     bool resting = false;
+    bool held = false;  ///< it stuck below its bound at the last evaluation of all together
     double restitution = 0;
     ContactRow row;
     double lambda_n = 0, lambda_t = 0;  ///< N, at the last evaluation
@@ -41,29 +42,43 @@ class EventDynamics {
     int unknown = -1, tangent_unknown = -1;
     template <class M>
     void remember(M& m) {
-      m(closed, slip, forced, resting, row, lambda_n, lambda_t, mobility, unknown, tangent_unknown);
+      m(closed, slip, forced, resting, held, row, lambda_n, lambda_t, mobility, unknown, tangent_unknown);
     }
   };
   struct Preloaded {
     int slip = 0, forced = 0;  ///< as of a contact
+    bool held = false;
     SparseRow row;
     double gamma = 0, rate = 0, lambda = 0;
     int unknown = -1;
     template <class M>
     void remember(M& m) {
-      m(slip, forced, row, gamma, rate, lambda, unknown);
+      m(slip, forced, held, row, gamma, rate, lambda, unknown);
     }
   };
 
   EventDynamics(const System& system, const NonsmoothOptions& options, std::vector<double> restitution,
                 RowFacts facts, double speed_scale);
 
+  /// While it is set, a mode holds only which contacts touch and which way they slide; what those do that touch
+  /// at rest (press, open, stick, begin to slide) the problem in accelerations of all of them decides at each
+  /// evaluation. For where modes would change without end: forces of a hyperstatic pile are not unique, so
+  /// the bounds of one choice of them tell nothing.
+  void set_together(bool on) { together_ = on; }
+  bool together() const { return together_; }
+  /// Why the last evaluation failed; empty when it did not.
+  const std::string& trouble() const { return trouble_; }
+
   /// dx/dt of the present mode.
   void operator()(const Vector& x, Vector& dxdt, double t);
 
   /// Impulses of all contacts in `struck` (gap closed), added to v and to the impulses and works in x. An
-  /// empty text, or why there are none. Contacts in `soft` take e = 0 and e_T = 0.
-  std::string strike(Vector& x, double t, const std::vector<int>& struck, const std::vector<int>& soft);
+  /// empty text, or why there are none. Contacts in `soft` take e = 0 and e_T = 0. `jammed`: an impact without
+  /// collision: the contacts press at rates that only just approach, and friction takes what impulses it needs.
+  std::string strike(Vector& x, double t, const std::vector<int>& struck, const std::vector<int>& soft,
+                     bool jammed = false);
+  /// The last choice found that no mode is consistent, all having been tried.
+  bool jammed() const { return jam_; }
   /// Impulses of the last strike at x, into a cleared table.
   void report_strike(const Vector& x, const std::vector<int>& struck, Forces& out);
   double impact_gain() const { return impact_.normal_work() + impact_.tangential_work(); }
@@ -71,6 +86,13 @@ class EventDynamics {
   /// Chooses the mode from the contacts that touch without relative normal speed (`candidates`), by the
   /// problem in accelerations. An empty text, or why it cannot be chosen.
   std::string choose(const Vector& x, double t, const std::vector<int>& candidates);
+  /// @name What is to slide one way by `forced`
+  ///@{
+  bool torn() const;
+  /// Whether in the mode chosen some of it would slide the other way.
+  bool torn_back(const Vector& x, double t);
+  void mend();
+  ///@}
   /// g̈ of an open contact in the present mode.
   double gap_acceleration(int k, const Vector& x, double t);
   /// λ_N of contact k as the acceleration of its gap that it makes (m/s²), at the last evaluation of a mode.
@@ -120,6 +142,9 @@ class EventDynamics {
   /// Below it a sliding speed is none: the accelerations decide which way it goes on. Wider, because a
   /// located end of sliding is only as sharp as the dense output.
   double slide_tolerance() const { return slide_tolerance_; }
+  /// The same in the present mode: all together, a contact is at rest up to a hundred times that, lest what
+  /// hardly moves change its way at every step.
+  double rest_speed() const { return (together_ ? 100 : 1) * slide_tolerance_; }
   void measure_speeds(const Vector& x);
 
   Phases phases;  ///< the pieces of torque tables that the present mode is held to
@@ -132,7 +157,8 @@ class EventDynamics {
     m.part("event dynamics");
     for (auto& c : contacts_) m(c);
     for (auto& p : preloaded_) m(p);
-    m(phases, saddle_, speed_tolerance_, slide_tolerance_, a_, work, extremes, contact_loss, stabilisation);
+    m(phases, together_, saddle_, speed_tolerance_, slide_tolerance_, a_, work, extremes, contact_loss,
+      stabilisation);
   }
 
  private:
@@ -142,6 +168,10 @@ class EventDynamics {
   void share_friction();
   bool solve_free(const Vector& x, double t);
   bool solve_mode(const Vector& x, double t);
+  bool solve_together(const Vector& x, double t);
+  std::string name_of_unknown(int i) const;
+  std::string unsolved(const ContactSolution& solution) const;
+  void pose(const Vector& x, const std::vector<int>& candidates);
   /// Adds a column A·`column` to the responses and its row; returns its index.
   int add(const SparseRow& row, const SparseRow* beside, double factor);
   double* response(int r) { return response_.data() + static_cast<long>(r) * system_.n(); }
@@ -162,6 +192,9 @@ class EventDynamics {
   std::vector<double> response_, reaction_;
   int used_ = 0;
   bool dependent_ = false;  // the active rows depend on each other
+  bool together_ = false, jam_ = false;
+  std::string trouble_;
+  std::vector<int> posed_, posed_slips_, posed_resting_;  // contacts and preloaded joints of status_
   Eigen::MatrixXd K_;
   Eigen::VectorXd rhs_, solution_;
   Vector a_, lambda_, r_;

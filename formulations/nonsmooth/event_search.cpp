@@ -6,7 +6,10 @@
 
 namespace freeplay {
 
-double EventDriven::rounding(int k) const { return gap_rounding(dynamics_.system(), k, q()); }
+/// What gap k is known to (m): bodies without arms have the rounding of their places.
+double EventDriven::rounding(int k) const {
+  return std::max(gap_rounding(dynamics_.system(), k, q()), place_rounding_);
+}
 /// How far a gap may go below zero before it counts as closed (m).
 double EventDriven::slack(int k) const {
   if (dynamics_.contacts()[k].resting) return 1e-9 * dynamics_.system().contact_facts(k).clearance;
@@ -21,7 +24,22 @@ Watched EventDriven::gap_at(int k, double t) {
   const auto& x = at(t);
   const auto& row = dynamics_.look(k, x, t);
   // A contact that has just opened starts within rounding of zero.
-  return {row.gap + slack(k), row.normal.dot(x.data() + dynamics_.system().n())};
+  return {row.gap + slack(k) + mark_[k].allowance, row.normal.dot(x.data() + dynamics_.system().n())};
+}
+
+/// Gaps at the end of a step. One that begins below zero opens from there: the correction of what is closed
+/// moved it, or its impact was merged with another's.
+void EventDriven::mark_gaps(bool begin) {
+  for (int k = 0; k < dynamics_.system().contacts(); ++k) {
+    auto& mark = mark_[k];
+    if (begin || mark.allowance > 0) {
+      const double before = begin ? INFINITY : mark.allowance;
+      mark.allowance = 0;
+      const double below = gap_at(k, method_.t).value;
+      if (below < 0) mark.allowance = std::min(-below, before);
+    }
+    mark.gap = gap_at(k, method_.t);
+  }
 }
 
 void EventDriven::find_gap_events(Event& first) {
@@ -60,8 +78,14 @@ void EventDriven::watch(const std::vector<double>& x, std::vector<double>& value
   for (int k = 0; k < dynamics_.system().contacts(); ++k) {
     const auto& c = dynamics_.contacts()[k];
     if (!c.closed) continue;
-    put(Event::Kind::force, k, c.lambda_n);
+    const double rest = 2 * dynamics_.rest_speed();  // a speed at which what was at rest has begun to move
+    const bool together = dynamics_.together();
+    put(Event::Kind::force, k, together ? rest - c.row.normal.dot(v) : c.lambda_n);
     if (c.row.tangent.size == 0) continue;
+    if (together && c.slip == 0) {
+      put(Event::Kind::stick, k, rest - std::abs(c.row.tangent.dot(v)));
+      continue;
+    }
     const double bound = *dynamics_.system().contact_facts(k).surface.friction * c.lambda_n;
     if (c.slip == 0)
       put(Event::Kind::stick, k, bound - std::abs(c.lambda_t));
@@ -70,7 +94,9 @@ void EventDriven::watch(const std::vector<double>& x, std::vector<double>& value
   }
   for (int k = 0; k < dynamics_.system().frictions(); ++k) {
     const auto& p = dynamics_.preloaded()[k];
-    if (p.slip == 0)
+    if (p.slip == 0 && dynamics_.together())
+      put(Event::Kind::slide_stick, k, 2 * dynamics_.rest_speed() - std::abs(p.rate));
+    else if (p.slip == 0)
       put(Event::Kind::slide_stick, k, dynamics_.system().friction_facts(k).bound - std::abs(p.lambda));
     else
       put(Event::Kind::slide_slip, k, p.slip * p.rate);
@@ -122,7 +148,8 @@ void EventDriven::land(Event& event) {
     Phases::Crossing c{event.index, event.kind == Event::Kind::phase_up, event.t};
     dynamics_.phases.land(dynamics_.system(), method_, dynamics_, c);
     event.t = c.t;
-  } else if (event.kind != Event::Kind::gap || dynamics_.contacts()[event.index].resting)
+  } else if (event.kind != Event::Kind::gap || dynamics_.contacts()[event.index].resting ||
+      mark_[event.index].allowance > 0)
     land_at(method_, dynamics_, event.t);
   else
     land_on_gap(method_, dynamics_, event.t, rounding(event.index), [&] {

@@ -65,6 +65,8 @@ class MoreauStepper {
   ///@}
   const EnergyLedger& integrals() const { return integrals_; }
   const Extremes& extremes() const { return extremes_; }
+  /// What a reader of the results must know of this run's contacts.
+  void tell(std::vector<std::string>& notes) const;
   const Work& work() const { return work_; }
   /// The greatest share of what a contact could pass through that it moved in one step, and which it was.
   struct Passage {
@@ -101,6 +103,7 @@ class MoreauStepper {
   bool advance_states(double h);
   bool solve_velocities(double h, const double* v_force);
   bool solve_contacts();
+  void tell_painleve(const ContactSolution& result);
   bool activate(double h);
   void collect(double h);
   int add_row(const SparseRow& row, double end_rate_bias);
@@ -137,6 +140,8 @@ class MoreauStepper {
   Passage passage_;
   std::vector<int> passing_;  // contacts that something may pass through
   std::string failure_;
+  std::string motions_, jam_;  // of the first problem with more motions than one, and of the first jam
+  long jams_ = 0;
   bool watching_ = false;
   Forces nothing_, smooth_, within_;  // impulses of the last step: without its impacts, and theirs
   std::vector<double> struck_lambda_, smooth_lambda_;

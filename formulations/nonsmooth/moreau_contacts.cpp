@@ -26,6 +26,7 @@ bool MoreauStepper::solve_contacts() {
         t_old_, problem_.unknowns.size(), result.retries, result.residual_rate);
     return false;
   }
+  if (problem_.doubtful()) tell_painleve(result);
   const auto apply = [&](int row, double impulse) {
     if (row < 0 || impulse == 0) return;
     for (int i = 0; i < n; ++i) v_[i] += impulse * response(row)[i];
@@ -36,6 +37,41 @@ bool MoreauStepper::solve_contacts() {
     apply(c.tangent, c.impulse_t);
   }
   return true;
+}
+
+/// Notes the first problem with more than one motion, and the first contact that slid on without approach and
+/// was stopped by an impulse, because friction there admits no finite force on what slides.
+void MoreauStepper::tell_painleve(const ContactSolution& result) {
+  if (result.ambiguous && motions_.empty()) {
+    const auto name = [&](int i) {
+      for (int k = 0; k < system_.contacts(); ++k)
+        if (contacts_[k].unknown == i) return system_.contact_facts(k).name;
+      return std::string("a preloaded joint");
+    };
+    motions_ = fmt::format("t = {:.9g} s: {}", t_old_, describe_motions(problem_, name, "N s"));
+  }
+  for (int k = 0; k < system_.contacts(); ++k) {
+    const auto& c = contacts_[k];
+    if (c.unknown < 0 || c.row.tangent.size == 0) continue;
+    const auto& u = problem_.unknowns[c.unknown];
+    const double slide = c.row.tangent.dot(v_old_.data()), after = problem_.rate(u.tangent);
+    const double side = slide > 0 ? 1 : -1;
+    const double slope = problem_.D(u.normal, u.normal) - side * u.friction * problem_.D(u.normal, u.tangent);
+    if (u.impulse_n > 0 && slope <= 0 && -c.u_n_minus <= 1e-4 * std::abs(slide) &&
+        side * after <= 1e-3 * std::abs(slide) && jams_++ == 0)
+      jam_ = fmt::format("t = {:.9g} s, {}", t_old_, system_.contact_facts(k).name);
+  }
+}
+
+void MoreauStepper::tell(std::vector<std::string>& notes) const {
+  if (!motions_.empty())
+    notes.push_back("Painlevé: friction admits more than one motion, of which one was taken; the first at " +
+                    motions_);
+  if (jams_ > 0)
+    notes.push_back(fmt::format(
+        "Painlevé: friction admitted no finite force on what slid, and an impulse stopped it, {} times; the "
+        "first at {}",
+        jams_, jam_));
 }
 
 int MoreauStepper::add_row(const SparseRow& row, double end_rate_bias) {

@@ -24,9 +24,11 @@ class Nonsmooth final : public Marched<Stepper> {
   using Marched<Stepper>::system_, Marched<Stepper>::stepper_;
 
  public:
-  Nonsmooth(const System& system, const State& state, std::vector<double> restitution, Stepper stepper)
+  Nonsmooth(const System& system, const State& state, std::vector<double> restitution, Stepper stepper,
+            double accepted)
       : Marched<Stepper>(Family::nonsmooth, system, state, std::move(stepper)),
-        restitution_(std::move(restitution)) {}
+        restitution_(std::move(restitution)),
+        accepted_(accepted) {}
   std::vector<ContactModel> contact_models() const override {
     std::vector<ContactModel> models;
     for (int k = 0; k < system_.contacts(); ++k)
@@ -45,11 +47,14 @@ class Nonsmooth final : public Marched<Stepper> {
       notes.push_back(
           fmt::format("{} of {} contact problems were left to another solver after one had failed",
                       w.lcp_retries, w.lcp_solves));
+    stepper_.tell(notes);
     if (e.ambiguous > 0)
+      notes.push_back(fmt::format("{} contact problems had more than one motion (Painlevé)", e.ambiguous));
+    if (e.lcp_residual > accepted_)
       notes.push_back(
-          fmt::format("{} contact problems of Painlevé's kind (D_NN <= mu |D_NT|): the impulses are "
-                      "consistent, but may not be the only ones",
-                      e.ambiguous));
+          fmt::format("contact problems were solved to {:.2g} of their greatest rate only, instead of "
+                      "nonsmooth.lcp_tolerance",
+                      e.lcp_residual));
     if (e.shortest_flight < fewest_steps)
       notes.push_back(fmt::format(
           "DOUBTFUL: a flight that ended in one of the fastest impacts lasted {:.2g} steps: times and speeds "
@@ -66,6 +71,7 @@ class Nonsmooth final : public Marched<Stepper> {
 
  private:
   std::vector<double> restitution_;
+  double accepted_;  // residual of a contact problem, relative
 };
 
 EventDriven make_event_driven(const Scene& scene, const System& system,
@@ -95,7 +101,8 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
   }
   const RowFacts facts{!redundant_rows(system, state.q).empty(), scene.run.eliminate};
   const auto with = [&](auto stepper) -> std::unique_ptr<Formulation> {
-    return std::make_unique<Nonsmooth<decltype(stepper)>>(system, state, e, std::move(stepper));
+    return std::make_unique<Nonsmooth<decltype(stepper)>>(system, state, e, std::move(stepper),
+                                                          scene.nonsmooth.lcp_tolerance);
   };
   if (scene.nonsmooth.impact_law != ImpactLaw::newton)
     for (const auto& s : scene.mechanism.surfaces)

@@ -219,10 +219,13 @@ TEST_CASE("Painlevé's configuration is told, and contacts on one line are solve
   c.friction = 0.9;
   p.unknowns.push_back(c);
   const auto result = p.solve();
-  // Jammed: stick needs |P_T| ≤ μ P_N. u = 0: P = −D⁻¹b = (25, −12), within the cone: found at once, but the
-  // configuration is Painlevé's, and that is said.
+  // Jammed: stick needs |P_T| ≤ μ P_N. u = 0: P = −D⁻¹b = (25, −12), within the cone. Open has u_N = −1, slip to
+  // the right P_N = 1/(1 − 1.8) < 0, slip to the left P_N = 1/2.8 and u_T > 0: stick is the only motion, and
+  // nothing is told of others.
   CHECK(result.solved);
-  CHECK(result.ambiguous);
+  CHECK_FALSE(result.ambiguous);
+  REQUIRE(p.modes(9).decided);
+  CHECK(p.modes(9).motions.size() == 1);
   CHECK(p.unknowns[0].impulse_n == Approx(25));
   CHECK(p.unknowns[0].impulse_t == Approx(-12));
 

@@ -1,0 +1,178 @@
+// Many contacts outside joints: piles of discs by both nonsmooth schemes, and which motions friction admits.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
+
+#include "formulations/nonsmooth/contact_problem.hpp"
+#include "model/scene.hpp"
+#include "verification/random_contact.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+struct Disc {
+  double x, y, R;
+};
+
+/// Discs of density 50 kg/m² between a floor, walls at 0 and `width` that lean outwards by `lean`, in TOML.
+std::string pile(const std::vector<Disc>& discs, double width, double lean, double mu, double e,
+                 double duration, std::mt19937* random = nullptr) {
+  std::uniform_real_distribution<double> u(-0.5, 0.5);
+  std::string text = "gravity = [0.0, -9.81]\n";
+  for (std::size_t i = 0; i < discs.size(); ++i) {
+    const auto& d = discs[i];
+    const double m = 50 * M_PI * d.R * d.R;
+    text += fmt::format("[bodies.d{}]\nmass = {}\ninertia = {}\nposition = [{}, {}]\n", i, m,
+                        0.5 * m * d.R * d.R, d.x, d.y);
+    if (random) text += fmt::format("velocity = [{}, {}]\n", u(*random), u(*random));
+  }
+  const auto wall = [&](const char* name, std::size_t i, double x, double ax, double ay) {
+    text += fmt::format(
+        "[contacts.{}{}]\ntype = \"plane\"\nbetween = [\"ground\", \"d{}\"]\nat = [[{}, 0.0], [0.0, 0.0]]\naxis = "
+        "[{}, {}]\nradius = {}\nsurface = \"s\"\n",
+        name, i, i, x, ax, ay, discs[i].R);
+  };
+  for (std::size_t i = 0; i < discs.size(); ++i) {
+    wall("floor", i, 0, 1, 0);
+    wall("left", i, 0, std::sin(lean), -std::cos(lean));
+    wall("right", i, width, std::sin(lean), std::cos(lean));
+    for (std::size_t j = 0; j < i; ++j)
+      text += fmt::format(
+          "[contacts.c{}_{}]\ntype = \"discs\"\nbetween = [\"d{}\", \"d{}\"]\nradii = [{}, {}]\nsurface = \"s\"\n",
+          j, i, j, i, discs[j].R, discs[i].R);
+  }
+  return text + fmt::format(
+                    "[surfaces.s]\nrestitution = {}\nfriction = {}\n[run]\nduration = {}\nstart = "
+                    "\"given\"\n",
+                    e, mu, duration);
+}
+
+std::string random_pile(unsigned seed) {
+  std::mt19937 random(seed);
+  const auto u = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+  std::vector<Disc> discs;
+  const double width = u(0.3, 0.4);
+  for (int i = 0; i < 4 + static_cast<int>(seed % 3); ++i) {
+    Disc d{0, 0, u(0.02, 0.05)};
+    for (double lift = 0;; lift += 1e-3) {
+      d.x = u(1.02 * d.R, width - 1.02 * d.R);
+      d.y = 1.02 * d.R + lift;
+      if (std::ranges::all_of(
+              discs, [&](const Disc& o) { return std::hypot(o.x - d.x, o.y - d.y) > 1.03 * (o.R + d.R); }))
+        break;
+    }
+    discs.push_back(d);
+  }
+  const double mu = u(0, 0.3), e = u(0.1, 0.6);
+  return pile(discs, width, 0, mu, e, 0.3, &random);
+}
+
+Result run(const std::string& text, Scheme scheme) {
+  auto scene = parse_scene(text, "pile");
+  scene.nonsmooth.scheme = scheme;
+  scene.nonsmooth.step = 1e-4;
+  return test::simulate(scene, Family::nonsmooth);
+}
+
+}  // namespace
+
+TEST_CASE("small piles come to rest where statics says", "[cross][piles]") {
+  for (const auto scheme : {Scheme::event_driven, Scheme::moreau_jean}) {
+    CAPTURE(static_cast<int>(scheme));
+    // Moreau–Jean corrects penetrations of up to g h² a step; both keep gaps within a ten-millionth of a disc.
+    const double near = 1e-7;
+    // Three discs fall through a channel as wide as they are: they end on top of each other.
+    const double R = 0.05;
+    auto r = run(pile({{R, R + 0.01, R}, {R, 3 * R + 0.02, R}, {R, 5 * R + 0.05, R}}, 2 * R, 0, 0, 0.3, 1),
+                 scheme);
+    CAPTURE(r.ending.reason);
+    REQUIRE(r.ending.status == Ending::Status::finished);
+    for (int i = 0; i < 3; ++i)
+      CHECK(r.final_state.q[3 * i + 1] == Approx((2 * i + 1) * R).margin(near).epsilon(0));
+
+    // A disc in a groove of two walls at 45 degrees: its centre is √2 R above the bottom.
+    r = run(pile({{0, 2 * R, R}}, 0, M_PI / 4, 0.3, 0.5, 1), scheme);
+    REQUIRE(r.ending.status == Ending::Status::finished);
+    CHECK(r.final_state.q[0] == Approx(0).margin(near));
+    CHECK(r.final_state.q[1] == Approx(std::sqrt(2) * R).margin(near).epsilon(0));
+
+    // One disc on two that touch: the force on a lower disc from above and that from the floor pass through both
+    // its contacts, so each makes 15 degrees with its normal: the pile stands for μ > tan 15° = 0.268.
+    const std::vector<Disc> pyramid{{0.5, R, R}, {0.5 + 2 * R, R, R}, {0.5 + R, R + std::sqrt(3) * R, R}};
+    for (const double mu : {0.25, 0.29}) {
+      CAPTURE(mu);
+      r = run(pile(pyramid, 2, 0, mu, 0, 0.2), scheme);
+      CAPTURE(r.ending.reason);
+      REQUIRE(r.ending.status == Ending::Status::finished);
+      const double sunk = pyramid[2].y - r.final_state.q[7];
+      if (mu < 0.268)
+        CHECK(sunk > 1e-3);
+      else
+        CHECK(std::abs(sunk) < near);
+    }
+  }
+}
+
+TEST_CASE("random piles of discs run to the end, keep their energy balance and stay out of their walls",
+          "[cross][piles]") {
+  for (const auto scheme : {Scheme::event_driven, Scheme::moreau_jean})
+    for (unsigned seed = 1; seed <= 6; ++seed) {
+      const auto r = run(random_pile(seed), scheme);
+      CAPTURE(static_cast<int>(scheme), seed, r.ending.reason);
+      REQUIRE(r.ending.status == Ending::Status::finished);
+      const double size = std::abs(r.ledger.initial);
+      // Nothing drives a pile: what it had is there or was lost by contact, friction or correction.
+      CHECK(std::abs(r.ledger.closure()) < 1e-6 * size);
+      CHECK(r.ledger.kinetic + r.ledger.potential < r.ledger.initial);
+      // Event-driven: rounding, and what the correction of neighbours moves; time stepping: v h of an impact.
+      const double allowed = scheme == Scheme::event_driven ? 1e-9 : 2e-4;
+      for (const double depth : r.extremes.penetration) CHECK(depth < allowed);
+    }
+}
+
+TEST_CASE("Painlevé is told where there is more than one motion, and only there",
+          "[contact-problem][painleve]") {
+  // One contact with 0 < D_NN ≤ μ|D_NT|, D positive definite. By hand: open needs b_N ≥ 0; stick P = −D⁻¹b within
+  // the cone; slip with u_T of sign s has P_N = −b_N/(D_NN − sμ D_NT) ≥ 0 and s u_T ≥ 0.
+  test::Random u;
+  int unique = 0, more = 0;
+  for (int i = 0; i < 400; ++i) {
+    ContactProblem p;
+    p.reserve(2);
+    p.rows = 2;
+    const double nn = u(0.2, 1), nt = u(0.3, 1), mu = nn / nt * u(1.05, 2);
+    p.D << nn, nt, nt, (nt * nt / nn) * u(1.1, 3);
+    p.b << u(), u();
+    ContactUnknown c;
+    c.normal = 0;
+    c.tangent = 1;
+    c.friction = mu;
+    p.unknowns.push_back(c);
+    int motions = p.b[0] >= 0;
+    const Eigen::Vector2d P = -p.D.topLeftCorner(2, 2).inverse() * p.b.head(2);
+    motions += P[0] > 0 && std::abs(P[1]) <= mu * P[0];
+    for (const double s : {1.0, -1.0}) {
+      const double Pn = -p.b[0] / (nn - s * mu * nt), slide = p.b[1] + (nt - s * mu * p.D(1, 1)) * Pn;
+      motions += Pn > 0 && s * slide > 0;
+    }
+    const auto modes = p.modes(9);
+    REQUIRE(modes.decided);
+    REQUIRE(static_cast<int>(modes.motions.size()) == motions);
+    const auto result = p.solve();
+    REQUIRE(result.solved == (motions > 0));
+    CHECK(result.ambiguous == (motions > 1 && p.unknowns[0].impulse_n > 0));
+    unique += motions == 1;
+    more += motions > 1;
+    if (result.ambiguous) {
+      const auto text = describe_motions(p, [](int) { return std::string("tip"); });
+      CHECK_THAT(text, Catch::Contains("tip open") && Catch::Contains("; or tip"));
+    }
+  }
+  CHECK(unique > 50);
+  CHECK(more > 50);
+}
