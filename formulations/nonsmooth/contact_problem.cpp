@@ -166,6 +166,7 @@ bool ContactProblem::attempt(Way way, double accepted, int& pivots) {
     case Way::enumeration:
       return enumerate(accepted, pivots);
     case Way::gauss_seidel:
+      if (solver_ == LcpSolver::gauss_seidel) return gauss_seidel(accepted, pivots);
       // Many contacts that share their loads converge slowly: from near the solution Newton's steps are few.
       return gauss_seidel(accepted, pivots, 100) || newton(accepted, pivots, true) ||
              gauss_seidel(accepted, pivots);

@@ -25,7 +25,6 @@ std::string EventDynamics::strike(Vector& x, double t, const std::vector<int>& s
     ImpactContact i;
     i.normal = add(c.row.normal, nullptr, 0);
     rhs_[i.normal] = c.row.normal.dot(v);
-    if (jammed) rhs_[i.normal] = std::min(0.0, rhs_[i.normal]) - speed_tolerance_;
     const bool inelastic = std::ranges::find(soft, k) != soft.end();
     i.restitution = inelastic ? 0 : c.restitution;
     if (c.row.tangent.size > 0) {
@@ -36,6 +35,10 @@ std::string EventDynamics::strike(Vector& x, double t, const std::vector<int>& s
       i.tangential_restitution = inelastic ? 0 : surface.tangential_restitution;
     }
     struck_.push_back(i);
+  }
+  if (jammed) {  // as slow as can be told from the sliding that is to end
+    jam_rate_ = std::max(speed_tolerance_, 1e-5 * rhs_.head(used_).cwiseAbs().maxCoeff());
+    for (const auto& i : struck_) rhs_[i.normal] = std::min(0.0, rhs_[i.normal]) - jam_rate_;
   }
   for (int r = 0; r < used_; ++r)
     for (int s = 0; s <= r; ++s) K_(r, s) = K_(s, r) = rows_[r].dot(response(s));

@@ -144,9 +144,6 @@ bool EventDriven::change_mode() {
   d.project(x, t,
             book);  // within a step closed contacts drift by its error: what holds must not seem to leave
   d.measure_speeds(x);
-  place_rounding_ = 0;
-  for (int i = 0; i < d.system().n(); ++i)
-    if (!d.system().is_angle(i)) place_rounding_ = std::max(place_rounding_, 2.5e-16 * std::abs(x[i]));
   // What holds at its bound is torn, and all that holds there with it: feet of one body give way together.
   if (!d.together() && (last_.kind == Event::Kind::stick || last_.kind == Event::Kind::slide_stick)) {
     const auto torn = [&](double force, double bound, bool this_one) {
@@ -254,9 +251,8 @@ bool EventDriven::jam(std::vector<int>& touching) {
       before_step_.add(1, strike_);
     }
     jams_.take(1, ending_, kinetic - d.system().kinetic(v()));
-    std::erase_if(touching, [&](int k) {
-      return d.look(k, method_.x, method_.t).normal.dot(v()) > 2 * d.speed_tolerance();
-    });
+    std::erase_if(touching,
+                  [&](int k) { return d.look(k, method_.x, method_.t).normal.dot(v()) > 2 * d.jam_rate(); });
     const auto reason = d.choose(method_.x, method_.t, touching);
     if (reason.empty()) return true;
     if (!d.jammed()) return fail(reason);
@@ -299,7 +295,7 @@ bool EventDriven::impacts(std::vector<int>& touching) {
   const auto leaving = [&](int k) { return d.look(k, method_.x, t).normal.dot(v()) > tiny; };
   auto staying = touching;
   std::erase_if(staying, leaving);
-  count_impact();
+  count_impact(touching);
   std::vector<int> over;
   // One pass, or, where contacts kick each other, until no more of them is over.
   for (std::size_t round = 0; round <= touching.size(); ++round) {
@@ -328,15 +324,24 @@ bool EventDriven::impacts(std::vector<int>& touching) {
 
 /// Impacts that follow each other faster than a number in a span, which contacts that kick each other keep up
 /// for ever.
-void EventDriven::count_impact() {
+void EventDriven::count_impact(const std::vector<int>& touching) {
   constexpr int most = 40;
   const double t = method_.t;
   if (t - block_since_ > span_) {
     hurried_ = hurried_ && block_ >= most / 4 && t - block_since_ < 2 * span_;
     block_ = 0;
     block_since_ = t;
+    struck_first_ = -1;
+    several_ = false;
   }
-  hurried_ = hurried_ || ++block_ >= most;
+  // One contact alone has an end that is known exactly; only several kick each other.
+  for (int k = 0; k < dynamics_.system().contacts(); ++k)
+    if (rate_before_[k] < -dynamics_.speed_tolerance() && std::ranges::find(touching, k) != touching.end()) {
+      if (struck_first_ < 0) struck_first_ = k;
+      several_ = several_ || k != struck_first_;
+    }
+  ++block_;
+  hurried_ = hurried_ || (several_ && block_ >= most);
   most_kinetic_ = std::max(most_kinetic_, dynamics_.system().kinetic(v()));
 }
 
@@ -356,7 +361,8 @@ bool EventDriven::ending_contacts(const std::vector<int>& struck, const std::vec
     chosen = true;
     const double g = d.gap_acceleration(k, method_.x, method_.t);
     if (!(g < 0)) continue;
-    const bool low = 0.5 * u * u / -g <= least_hop(k), brief = hurried_ && 2 * u / -g <= span_;
+    const bool low = 0.5 * u * u / -g <= least_hop(k),
+               brief = hurried_ && d.contacts()[k].restitution < 1 && 2 * u / -g <= span_;
     if (!low && !brief) continue;
     (bounced ? over : kicked_).push_back(k);
     ending_[k] = bounced ? 2 * u / -g / (1 - e) : 0;

@@ -41,8 +41,9 @@ class EventDriven {
   template <class M>
   void remember(M& m) {
     m.part("event-driven");
-    m(dynamics_, method_, mark_, pending_, last_, recent_, recent_since_, place_rounding_, changes_,
-      changes_since_, block_, block_since_, hurried_, most_kinetic_, ended_, jams_, last_jam_, merged_);
+    m(dynamics_, method_, mark_, pending_, last_, recent_, recent_since_, changes_,
+      changes_since_, block_, block_since_, struck_first_, several_, hurried_, most_kinetic_, ended_, jams_,
+      last_jam_, merged_);
     remember_probe(m, probe_, watching_, [this] { make_probe(); });
   }
 
@@ -106,7 +107,7 @@ class EventDriven {
   void land(Event& event);
   bool change_mode();
   void settle_together();
-  void count_impact();
+  void count_impact(const std::vector<int>& touching);
   bool impacts(std::vector<int>& touching);
   bool ending_contacts(const std::vector<int>& struck, const std::vector<int>& staying,
                        std::vector<int>& over);
@@ -140,7 +141,7 @@ class EventDriven {
       m(count, time, energy);
     }
   };
-  double time_scale_, span_, position_error_, place_rounding_ = 0;
+  double time_scale_, span_, position_error_;
   ContactLog* log_ = nullptr;
   std::vector<Mark> mark_;
   std::vector<int> kicked_;     // contacts that an impact elsewhere threw off, by less than a hop
@@ -157,6 +158,8 @@ class EventDriven {
   double changes_since_ = -INFINITY;
   int block_ = 0;  // impacts in the present span
   double block_since_ = -INFINITY;
+  int struck_first_ = -1;    // in the present span
+  bool several_ = false;     // contacts were struck in it
   double merged_ = 0;        // m, the greatest gap of a contact struck together with another
   bool hurried_ = false;     // impacts follow each other faster than can be told one by one
   double most_kinetic_ = 0;  // J, before any impact so far

@@ -79,6 +79,8 @@ class EventDynamics {
                      bool jammed = false);
   /// The last choice found that no mode is consistent, all having been tried.
   bool jammed() const { return jam_; }
+  /// The rate of approach that the last impact without collision was given (m/s).
+  double jam_rate() const { return jam_rate_; }
   /// Impulses of the last strike at x, into a cleared table.
   void report_strike(const Vector& x, const std::vector<int>& struck, Forces& out);
   double impact_gain() const { return impact_.normal_work() + impact_.tangential_work(); }
@@ -193,6 +195,7 @@ class EventDynamics {
   int used_ = 0;
   bool dependent_ = false;  // the active rows depend on each other
   bool together_ = false, jam_ = false;
+  double jam_rate_ = 0;
   std::string trouble_;
   std::vector<int> posed_, posed_slips_, posed_resting_;  // contacts and preloaded joints of status_
   Eigen::MatrixXd K_;

