@@ -325,7 +325,7 @@ bool EventDriven::impacts(std::vector<int>& touching) {
 /// Impacts that follow each other faster than a number in a span, which contacts that kick each other keep up
 /// for ever.
 void EventDriven::count_impact(const std::vector<int>& touching) {
-  constexpr int most = 40;
+  constexpr int most = 100;
   const double t = method_.t;
   if (t - block_since_ > span_) {
     hurried_ = hurried_ && block_ >= most / 4 && t - block_since_ < 2 * span_;
