@@ -78,7 +78,6 @@ nlohmann::json to_json(const Result& s) {
          {"greatest_penetration_m", c.penetration},
          {"greatest_penetration_over_" + c.measure, c.penetration_ratio}};
     if (!c.has_clearance()) j["impact_over_flight"] = c.impact_over_flight;
-         {"greatest_penetration_over_clearance", c.penetration_ratio}};
     if (s.window && s.window->batches > 0)
       j["standard_errors"] = {
           {"flight_fraction", c.flight_error},
