@@ -49,7 +49,8 @@ TEST_CASE("the difference of touches is measured by interval, speed and impulse"
 
 TEST_CASE("what a run says of its first touches covers their error", "[companion]") {
   int cases = 0;
-  for (const auto* name : {"gudgeon", "gudgeon_1mm_250rpm", "gudgeon_mu03", "four_bar", "four_bar_two", "big_end"})
+  for (const auto* name :
+       {"gudgeon", "gudgeon_1mm_250rpm", "gudgeon_mu03", "four_bar", "four_bar_two", "big_end"})
     for (const double step : {1e-5, 3e-5}) {
       CAPTURE(name, step);
       auto scene = read_scene(test::scene_file(name));
@@ -125,9 +126,10 @@ TEST_CASE("a companion moves no digit, and knows when it has nothing to say", "[
 TEST_CASE("a step too long for the first touches is called doubtful", "[companion][program]") {
   test::TemporaryFolder folder;
   const auto run = [&](const char* step) {
-    return test::freeplay("run " + test::scene_file("gudgeon_1mm_250rpm").string() +
-                          " --formulation nonsmooth --set run.duration=0.05 --set run.discard=0 --set nonsmooth.step=" +
-                          step + " -o " + folder.path().string());
+    return test::freeplay(
+        "run " + test::scene_file("gudgeon_1mm_250rpm").string() +
+        " --formulation nonsmooth --set run.duration=0.05 --set run.discard=0 --set nonsmooth.step=" + step +
+        " -o " + folder.path().string());
   };
   CHECK_THAT(run("1e-6").out, Contains("touches may be off by") && !Contains("DOUBTFUL: the first"));
   CHECK_THAT(run("1e-3").out, Contains("DOUBTFUL: the first"));

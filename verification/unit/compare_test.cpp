@@ -101,10 +101,11 @@ TEST_CASE("matched is printed only where all that matters is", "[compare]") {
     bool as_given, matched;
     const char* says;
   };
-  for (const auto& c : {Case{0, 0.1, false, true, "(matched)"},
-                        Case{0.9, 0.1, false, false, "tangential restitution 0.9 is unknown to the contact law"},
-                        // Without friction it acts on nothing.
-                        Case{0.9, 0, false, true, "(matched)"}, Case{0, 0.1, true, false, "restitution as given"}}) {
+  for (const auto& c :
+       {Case{0, 0.1, false, true, "(matched)"},
+        Case{0.9, 0.1, false, false, "tangential restitution 0.9 is unknown to the contact law"},
+        // Without friction it acts on nothing.
+        Case{0.9, 0, false, true, "(matched)"}, Case{0, 0.1, true, false, "restitution as given"}}) {
     CAPTURE(c.tangential, c.friction, c.as_given);
     auto scene = read_scene(test::flores());
     auto& surface = scene.mechanism.surfaces[0];
