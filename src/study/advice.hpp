@@ -47,6 +47,8 @@ struct AdviceRules {
   double play = 0.01;         ///< share of the play that starts are moved by
   int most_refused = 3;       ///< settings whose statistics may be refused before none is left
   long most_events = 100000;  ///< of a run: beyond them touches are not judged
+  /// Right-hand sides of the fine runs at all starts together: longer runs have fewer starts, but four at least.
+  long most_rhs = 20'000'000;
 };
 
 /// Tries settings of one formulation on the scene. Cheap by design: a setting is stopped at its first touch that is off
