@@ -52,6 +52,8 @@ struct ErrorNorm {
 struct MethodState {
   /// Chooses its steps, and a stiff motion may force them to nothing.
   static constexpr bool may_creep = true;
+  /// Controls no error: what it makes of a stiff motion may be none.
+  static constexpr bool fixed_step = false;
   double t_old = 0, t = 0;
   Vector x_old, x, dxdt_old, dxdt;
   long rejected = 0;
@@ -77,6 +79,7 @@ struct MethodState {
   }
   void new_mode() {}
   void relieve() {}
+  bool relieved() const { return false; }
   long reliefs() const { return 0; }
   /// Cubic Hermite between the ends of the last step.
   void hermite(double at, Vector& out) const {
@@ -204,7 +207,7 @@ using Fehlberg78 = Embedded<boost::numeric::odeint::runge_kutta_fehlberg78<Vecto
 /// The classical fourth-order method with a fixed step; between steps Hermite's cubic.
 class Rk4 : public MethodState {
  public:
-  static constexpr bool may_creep = false;
+  static constexpr bool may_creep = false, fixed_step = true;
   explicit Rk4(double step) : h_(step) {}
 
   template <class F>

@@ -34,6 +34,7 @@ class Relieved : public Method {
     ++reliefs_;
     implicit_.begin();
   }
+  bool relieved() const { return stiff_; }
   /// How often the implicit method took over.
   long reliefs() const { return reliefs_; }
   template <class F>
@@ -92,7 +93,7 @@ class Relieved : public Method {
   }
 
  private:
-  static constexpr long first_probe = 200;
+  static constexpr long first_probe = 400;
   static constexpr double stiff_steps = 20;
 
   static bool finite(const Vector& x) {

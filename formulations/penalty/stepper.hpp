@@ -125,6 +125,11 @@ class PenaltyStepper {
       find_gap_event(k, first);
       find_slide_event(k, first);
     }
+    if (Method::fixed_step && leaps()) {
+      method_.start(f_, method_.t_old, Vector(method_.x_old));
+      method_.relieve();
+      return step(run_end);
+    }
     find_phase_event(first);
     const bool cut = first.found();
     if (cut)
@@ -320,6 +325,18 @@ class PenaltyStepper {
     const double t = bracketed_root([&](double s) { return sample_at(k, s).slide - boundary; }, method_.t_old,
                                     method_.t, before - boundary, after - boundary);
     if (t < first.t || !first.found()) first = {k, true, t, boundary};
+  }
+  /// Whether a fixed step has thrown a sliding speed that began in a steep piece of its friction law far beyond that: no
+  /// motion does, it is unstable there.
+  bool leaps() const {
+    if (method_.relieved()) return false;
+    for (int k = 0; k < f_.system().contacts(); ++k) {
+      const auto& c = f_.contacts()[k];
+      if (!c.closed || !c.friction) continue;
+      const auto [low, high] = c.friction->ends(c.zone);
+      if (std::isfinite(high - low) && std::abs(end_[k].slide - mark_[k].at.slide) > 100 * (high - low)) return true;
+    }
+    return false;
   }
   /// A speed that rounding left outside its zone at both ends of a step takes its own zone now.
   static void follow_zone(PenaltyContact& c, double slide) {

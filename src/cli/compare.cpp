@@ -43,6 +43,8 @@ int compare(const CompareRequest& request) {
   if (comparison.penalty.ending.status != Ending::Status::interrupted) status |= report(comparison.nonsmooth);
   if (request.stop()) return 1;
 
+  if (const auto& assumed = comparison.penalty.assumed; !assumed.empty())
+    fmt::print("{}", wrapped("start: " + assumed + "\n", 7));
   fmt::print("{}\n", wrapped(comparison_table(*scene, comparison, false)));
   say_undetermined(comparison.penalty);
   fmt::print("results in {}\nfigures:\n", folder.string());

@@ -47,6 +47,7 @@ void System::forces(std::type_identity_t<T> t, const T* q, const T* v, const T* 
 
 template <class T>
 void System::flow(std::type_identity_t<T> t, const T* q, const T* z, T* dz, const Reading& reading) const {
+  if (state_scales_.empty()) return;
   const EvaluationOf<T> none;
   const Motion<T> motion{t, q, nullptr, none, reading};
   for_each_item(placed_, [&]<class Facts>(const Placed<Facts>& x) {

@@ -104,6 +104,10 @@ Scene bare(const Scene& given, const Setting& setting) {
   return scene;
 }
 
+/// Standard errors beyond which a statistic is another: Student's t of 14 degrees of freedom, a hundredth for the three
+/// statistics of one setting together.
+constexpr double surely = 3.6;
+
 long cost(const Work& w) { return w.rhs + 10 * w.jacobians; }
 
 Result whole_run(const Scene& scene, const Setting& setting, const Conduct& conduct,
@@ -259,10 +263,11 @@ Advice advise(const Scene& scene, Family family, double error, const Conduct& co
     if (!starts.empty()) {
       advice.statistics =
           compared(fine_runs[0], long_runs(starts, {advice.tried[i].setting}, conduct, {})[0]);
-      const bool apart = std::ranges::any_of(advice.statistics, [&](const Statistic& s) {
-        return std::abs(s.difference) > error + 2 * s.error;
+      const auto apart = std::ranges::find_if(advice.statistics, [&](const Statistic& s) {
+        return std::abs(s.difference) > error + surely * s.error;
       });
-      if (apart) {
+      if (apart != advice.statistics.end()) {
+        advice.refused.push_back({advice.tried[i].setting, *apart});
         ++refused;
         continue;
       }

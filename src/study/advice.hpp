@@ -8,8 +8,8 @@
 // and half the error asked for is kept in hand. Touches slower than a hundredth of their contact's fastest before are
 // not judged: an accumulation has infinitely many of them. Beyond, a setting is judged by statistics over the whole run from
 // slightly moved starts: flight share, impacts per turn and power lost must not differ from those of a fine setting by
-// more than the error and twice the standard error of their difference. What can be promised of them is their
-// difference with that twofold standard error, however small the error asked for is.
+// more than the error and 3.6 standard errors of their difference. What can be promised of them is their
+// difference with twice its standard error, however small the error asked for is.
 #pragma once
 
 #include <string>
@@ -37,6 +37,11 @@ struct Advice {
   bool to_the_end = false;  ///< the horizon is the end of the run: nothing is left to statistics
   std::vector<Statistic>
       statistics;  ///< of the chosen setting, beyond the horizon; empty where none can be taken
+  struct Refused {
+    Setting setting;
+    Statistic statistic;
+  };
+  std::vector<Refused> refused;  ///< settings that keep every touch, but not this statistic beyond
   /// Greatest relative error of statistics that can be promised; infinite without any.
   double promised() const;
   double seconds = 0;  ///< wall time

@@ -109,5 +109,6 @@ Findings impact_laws();
 Findings complementarity();
 Findings forces();
 Findings unseen();
+Findings promises();
 
 }  // namespace freeplay::verification

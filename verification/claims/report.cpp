@@ -17,6 +17,7 @@ constexpr ClaimSet sets[] = {
     {"oracle", "The paper's scene against a derivation that shares no code", oracle},
     {"forces", "Forces that come out", forces},
     {"unseen", "What no integrator sees by itself", unseen},
+    {"promises", "What runs and comparisons promise", promises},
     {"orders", "Orders of convergence", orders},
     {"invariants", "Invariants over long runs", invariants},
     {"stiff-limit", "One formulation against the other: the stiff limit", stiff_limit},
