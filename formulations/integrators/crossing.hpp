@@ -35,12 +35,14 @@ double bracketed_root(F f, double a, double b, double fa, double fb) {
 /// First time in [t0, t1] at which `at`, positive while a mode lasts, becomes negative: t0 when it never was
 /// positive. `start` and `end` are its values at the ends, `motion` how it may bend between them. The interval is
 /// halved until each piece is proved to stay above −noise, or to rise or fall all the way; what is shorter than time
-/// resolves counts as negative where its end is.
+/// resolves counts as negative where its end is. A motion so wild that ten thousand pieces do not decide is no motion:
+/// `undecided` is then set.
 template <class F>
 std::optional<double> first_loss(F at, double t0, double t1, Watched start, const Watched& end,
-                                 const GapMotion& motion, double noise) {
+                                 const GapMotion& motion, double noise, bool& undecided) {
   if (motion.least(start, end, t1 - t0) > -noise) return std::nullopt;
-  if (start.value <= 8 * noise && start.rate > 0) start.value = std::max(start.value, 0.0);  // just changed mode here
+  if (start.value <= 8 * noise && start.rate > 0)
+    start.value = std::max(start.value, 0.0);  // just changed mode here
   const auto value = [&](double t) { return at(t).value; };
   /// Falling all the way from a to b: the root's quarter, then the root.
   const auto root = [&](double ta, const Watched& a, double tb, const Watched& b) -> std::optional<double> {
@@ -57,6 +59,7 @@ std::optional<double> first_loss(F at, double t0, double t1, Watched start, cons
     }
     return bracketed_root(value, from, tb, above, b.value);
   };
+  int pieces = 10000;
   const auto search = [&](auto&& self, double ta, const Watched& a, double tb, const Watched& b,
                           int halvings) -> std::optional<double> {
     const double h = tb - ta;
@@ -65,6 +68,8 @@ std::optional<double> first_loss(F at, double t0, double t1, Watched start, cons
     const double tm = ta + 0.5 * h;
     if (halvings == 0 || !(tm > ta && tm < tb))
       return b.value < 0 ? std::optional(a.value > 0 ? tb : ta) : std::nullopt;
+    undecided = undecided || --pieces < 0;
+    if (undecided) return std::nullopt;
     const Watched m = at(tm);
     if (const auto t = self(self, ta, a, tm, m, halvings - 1)) return t;
     return self(self, tm, m, tb, b, halvings - 1);

@@ -41,9 +41,8 @@ class EventDriven {
   template <class M>
   void remember(M& m) {
     m.part("event-driven");
-    m(dynamics_, method_, mark_, pending_, last_, recent_, recent_since_, changes_,
-      changes_since_, block_, block_since_, struck_first_, several_, hurried_, most_kinetic_, ended_, jams_,
-      last_jam_, merged_);
+    m(dynamics_, method_, mark_, pending_, last_, recent_, recent_since_, changes_, changes_since_, block_,
+      block_since_, struck_first_, several_, hurried_, most_kinetic_, ended_, jams_, last_jam_, merged_);
     remember_probe(m, probe_, watching_, [this] { make_probe(); });
   }
 
@@ -126,6 +125,7 @@ class EventDriven {
   EventDynamics dynamics_;
   Dopri5 method_;
   MotionBounds bounds_;  // of the last step
+  bool undecided_ = false;
   /// Contacts closed before their hops were low, where impacts follow each other too fast.
   struct Ended {
     long count = 0;

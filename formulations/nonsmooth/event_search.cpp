@@ -47,8 +47,9 @@ void EventDriven::find_gap_events(Event& first) {
   for (int k = 0; k < dynamics_.system().contacts(); ++k) {
     if (dynamics_.contacts()[k].closed) continue;
     const auto end = gap_at(k, method_.t);
-    const auto t = first_loss([&](double at) { return gap_at(k, at); }, method_.t_old, method_.t, mark_[k].gap,
-                              end, dynamics_.gap_motion(k, bounds_, method_.x), rounding(k));
+    const auto t =
+        first_loss([&](double at) { return gap_at(k, at); }, method_.t_old, method_.t, mark_[k].gap, end,
+                   dynamics_.gap_motion(k, bounds_, method_.x), rounding(k), undecided_);
     if (t && (*t < first.t || first.kind == Event::Kind::none)) first = {Event::Kind::gap, k, *t};
   }
 }
@@ -59,8 +60,8 @@ void EventDriven::find_phase_events(Event& first) {
   const auto& system = dynamics_.system();
   if (system.contacts() == 0) method_.enclose(static_cast<std::size_t>(system.n()), bounds_);
   const auto c = dynamics_.phases.first(system, method_.t_old, method_.t, method_.x_old, method_.x, bounds_,
-                               first.kind == Event::Kind::none ? INFINITY : first.t,
-                               [&](double t) -> const std::vector<double>& { return at(t); });
+                                        first.kind == Event::Kind::none ? INFINITY : first.t, undecided_,
+                                        [&](double t) -> const std::vector<double>& { return at(t); });
   if (c.phase >= 0) first = {c.up ? Event::Kind::phase_up : Event::Kind::phase_down, c.phase, c.t};
 }
 
@@ -147,7 +148,7 @@ void EventDriven::land(Event& event) {
     dynamics_.phases.land(dynamics_.system(), method_, dynamics_, c);
     event.t = c.t;
   } else if (event.kind != Event::Kind::gap || dynamics_.contacts()[event.index].resting ||
-      mark_[event.index].allowance > 0)
+             mark_[event.index].allowance > 0)
     land_at(method_, dynamics_, event.t);
   else
     land_on_gap(method_, dynamics_, event.t, rounding(event.index), [&] {

@@ -273,7 +273,8 @@ void MoreauStepper::keep_flight(double approach, double steps) {
 void MoreauStepper::keep_passage(double h) {
   for (const int k : passing_)
     for (const auto* v : {&v_old_, &v_})
-      if (const double share = system_.passage(k, v->data(), h); share > passage_.share) passage_ = {share, k};
+      if (const double share = system_.passage(k, v->data(), h); share > passage_.share)
+        passage_ = {share, k};
 }
 
 void MoreauStepper::watch_forces(bool on) {

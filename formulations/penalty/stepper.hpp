@@ -52,8 +52,8 @@ class PenaltyStepper {
   template <class M>
   void remember(M& m) {
     m.part("penalty stepper");
-    m(f_, method_, mark_, extremes_, restart_, stalled_, creeps_, lost_, creep_since_, events_since_, last_slide_,
-      chatter_);
+    m(f_, method_, mark_, extremes_, restart_, stalled_, creeps_, lost_, creep_since_, events_since_,
+      last_slide_, chatter_);
     remember_probe(m, probe_, watching_, [this] { make_probe(); });
   }
 
@@ -131,6 +131,7 @@ class PenaltyStepper {
       return step(run_end);
     }
     find_phase_event(first);
+    if (undecided_) return lose();
     const bool cut = first.found();
     if (cut)
       land_on_first(
@@ -173,6 +174,11 @@ class PenaltyStepper {
     return stalled_ < most_stalled();
   }
   std::string failure() const {
+    if (undecided_)
+      return fmt::format(
+          "t = {:.9g} s: bodies move so wildly within a step that no contact can be followed; take a shorter "
+          "penalty.step or a finer penalty.tolerance",
+          t_old());
     if (lost_)
       return fmt::format(
           "t = {:.9g} s: the state is no longer finite; take a finer penalty.tolerance or penalty.step",
@@ -299,17 +305,18 @@ class PenaltyStepper {
     const auto motion = f_.gap_motion(k, bounds_, method_.x);
     const auto t = first_loss([&](double at) { return watched(sample_at(k, at)); }, method_.t_old, method_.t,
                               watched(mark_[k].at), watched(end_[k]), sign > 0 ? motion : motion.opposite(),
-                              gap_rounding(f_.system(), k, q()));
+                              gap_rounding(f_.system(), k, q()), undecided_);
     if (t && (*t < first.t || !first.found())) first = {k, false, *t, 0};
   }
   void find_phase_event(Event& first) {
     if (!f_.phases.any()) return;
-    const auto crossing = f_.phases.first(f_.system(), method_.t_old, method_.t, method_.x_old, method_.x, bounds_,
-                                        first.found() ? first.t : INFINITY, [&](double t) -> const Vector& {
-                                          if (t >= method_.t) return method_.x;
-                                          method_.interpolate(t, scratch_);
-                                          return scratch_;
-                                        });
+    const auto crossing =
+        f_.phases.first(f_.system(), method_.t_old, method_.t, method_.x_old, method_.x, bounds_,
+                        first.found() ? first.t : INFINITY, undecided_, [&](double t) -> const Vector& {
+                          if (t >= method_.t) return method_.x;
+                          method_.interpolate(t, scratch_);
+                          return scratch_;
+                        });
     if (crossing.phase >= 0) first = {-1, false, crossing.t, 0, crossing};
   }
 
@@ -334,7 +341,8 @@ class PenaltyStepper {
       const auto& c = f_.contacts()[k];
       if (!c.closed || !c.friction) continue;
       const auto [low, high] = c.friction->ends(c.zone);
-      if (std::isfinite(high - low) && std::abs(end_[k].slide - mark_[k].at.slide) > 100 * (high - low)) return true;
+      if (std::isfinite(high - low) && std::abs(end_[k].slide - mark_[k].at.slide) > 100 * (high - low))
+        return true;
     }
     return false;
   }
@@ -447,7 +455,7 @@ class PenaltyStepper {
   Vector slope_, moving_;
   bool restart_ = false;  // the mode has changed since the last right-hand side
   int stalled_ = 0;
-  bool creeps_ = false, lost_ = false;
+  bool creeps_ = false, lost_ = false, undecided_ = false;
   long last_slide_ = 0;  // step
   int chatter_ = 0;
   double creep_since_ = -INFINITY;

@@ -106,8 +106,10 @@ int advise(const AdviseRequest& request) {
     judged_by(advice, formulation, scene->run.duration);
     table(advice);
     for (const auto& [setting, s] : advice.refused)
-      fmt::print("{}", wrapped(fmt::format("refused: {} keeps every touch, but {} of the whole run is off by {:.2g} ± {:.2g} %\n",
-                                           setting.label(), s.name, 100 * s.difference, 100 * s.error)));
+      fmt::print("{}",
+                 wrapped(fmt::format(
+                     "refused: {} keeps every touch, but {} of the whole run is off by {:.2g} ± {:.2g} %\n",
+                     setting.label(), s.name, 100 * s.difference, 100 * s.error)));
     if (advice.chosen < 0) {
       fmt::print("none keeps {:.3g} %\n", request.error);
     } else {

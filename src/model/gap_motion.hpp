@@ -31,20 +31,20 @@ struct MotionBounds {
 
   /// Of the cubic through rates and accelerations at both ends of a step of length h, which lies within its
   /// control points; where the cubic through positions and rates bends more, by that. Each array of n.
-  void enclose(double h, std::size_t n, const double* q0, const double* v0, const double* a0, const double* q1,
-               const double* v1, const double* a1) {
+  void enclose(double h, std::size_t n, const double* q0, const double* v0, const double* a0,
+               const double* q1, const double* v1, const double* a1) {
     duration = h;
     speed.resize(n);
     acceleration.resize(n);
     const double third = h / 3, per = 1 / h;
+    const auto size = [](double x) { return x < 0 ? -x : x; };
+    const auto more = [](double x, double y) { return x < y ? y : x; };
     for (std::size_t i = 0; i < n; ++i) {
-      speed[i] = std::max({std::abs(v0[i]), std::abs(v1[i]), std::abs(v0[i] + third * a0[i]),
-                           std::abs(v1[i] - third * a1[i])});
-      const double slope = 6 * per * (q1[i] - q0[i]);
-      acceleration[i] =
-          std::max({std::abs(a0[i]), std::abs(a1[i]), std::abs(3 * per * (v1[i] - v0[i]) - a0[i] - a1[i]),
-                    per * std::abs(slope - 4 * v0[i] - 2 * v1[i]),
-                    per * std::abs(slope - 2 * v0[i] - 4 * v1[i])});
+      const double w0 = v0[i], w1 = v1[i], b0 = a0[i], b1 = a1[i];
+      speed[i] = more(more(size(w0), size(w1)), more(size(w0 + third * b0), size(w1 - third * b1)));
+      const double slope = 6 * per * (q1[i] - q0[i]) - 3 * (w0 + w1), tilt = w1 - w0;
+      acceleration[i] = more(more(more(size(b0), size(b1)), size(3 * per * tilt - b0 - b1)),
+                             per * (size(slope) + size(tilt)));
     }
   }
   /// Widens them where an interpolant departs by up to `apart` (of the rate of coordinate i) from that cubic, and its
@@ -121,7 +121,8 @@ struct GapMotion {
 inline double path(const Link& link, const double* v, double h) {
   Vec2 across{0, 0};
   double along = 0;
-  for (const auto& [body, arm, sign] : {std::tuple{link.i, link.si, -1.0}, std::tuple{link.j, link.sj, 1.0}}) {
+  for (const auto& [body, arm, sign] :
+       {std::tuple{link.i, link.si, -1.0}, std::tuple{link.j, link.sj, 1.0}}) {
     if (body == ground) continue;
     across += sign * planar::velocity(v, body);
     along += arm.norm() * std::abs(planar::rate(v, body));

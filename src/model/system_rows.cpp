@@ -35,7 +35,8 @@ double System::gap(int k, const double* q, const Evaluation& e) const {
 }
 
 GapMotion System::gap_motion(int k, const MotionBounds& bounds, const double* q, const Evaluation& e) const {
-  return std::visit([&](const auto& pair) { return pair.motion(bounds, arms(pair.link, q, e).d); }, pairs_[k]);
+  return std::visit([&](const auto& pair) { return pair.motion(bounds, arms(pair.link, q, e).d); },
+                    pairs_[k]);
 }
 
 template <class T>

@@ -56,8 +56,8 @@ struct Comparison {
 
 struct CompareSetup {
   bool matched = true;  ///< the impact law takes the delivered values
-  StopToken stop;
-  std::function<void(const std::string&, double)> on_progress;  ///< (which run, fraction done)
+  StopToken stop = {};
+  std::function<void(const std::string&, double)> on_progress = {};  ///< (which run, fraction done)
 };
 
 /// Runs a scene in both formulations into folder/penalty, folder/nonsmooth and folder/ideal, and writes

@@ -43,8 +43,10 @@ ContactEvent impact(double t, double v) {
 int pairs_of_strangers() {
   int pairs = 0;
   for (const double apart : {0.05, 0.1, 0.487, 0.9})
-    pairs += static_cast<int>(pair_impacts({impact(1, 1), impact(3, 1)}, {impact(1, 1), impact(3 + apart, 1)}, 1)
-                                  .pairs.size()) - 1;
+    pairs +=
+        static_cast<int>(pair_impacts({impact(1, 1), impact(3, 1)}, {impact(1, 1), impact(3 + apart, 1)}, 1)
+                             .pairs.size()) -
+        1;
   return pairs;
 }
 
@@ -65,13 +67,14 @@ bool called_matched(double tangential) {
 
 Findings promises() {
   Findings f;
-  f.within("40 durations from 0.01 to 0.4 s: trajectories without their 20001 rows, the last at the end", "", lost_rows(), 0,
-           0, "duration over a 20000th of it", "counted");
+  f.within("40 durations from 0.01 to 0.4 s: trajectories without their 20001 rows, the last at the end", "",
+           lost_rows(), 0, 0, "duration over a 20000th of it", "counted");
   f.within("touches 50 to 900 ms apart after 2 s of flight: pairs", "", pairs_of_strangers(), 0, 0,
            "each is more than a tenth of what pairs that agree make probable", "counted");
-  f.within("a scene whose laws deliver the same is called matched", "", called_matched(0), 1, 0, "the word's meaning", "");
-  f.within("with a tangential restitution of 0.9, of which the contact law knows nothing, it is", "", called_matched(0.9), 0,
-           0, "the word's meaning", "");
+  f.within("a scene whose laws deliver the same is called matched", "", called_matched(0), 1, 0,
+           "the word's meaning", "");
+  f.within("with a tangential restitution of 0.9, of which the contact law knows nothing, it is", "",
+           called_matched(0.9), 0, 0, "the word's meaning", "");
   return f;
 }
 

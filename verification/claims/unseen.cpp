@@ -13,9 +13,9 @@
 namespace freeplay::verification {
 namespace {
 
-constexpr Integrator integrators[] = {Integrator::dopri5, Integrator::fehlberg78, Integrator::bulirsch_stoer,
-                                      Integrator::adams_bashforth_moulton, Integrator::rosenbrock4,
-                                      Integrator::rk4};
+constexpr Integrator integrators[] = {Integrator::dopri5,         Integrator::fehlberg78,
+                                      Integrator::bulirsch_stoer, Integrator::adams_bashforth_moulton,
+                                      Integrator::rosenbrock4,    Integrator::rk4};
 
 Scene scene_of(const reference::Throw& s, double spin, double duration) {
   Scene scene;
@@ -61,10 +61,13 @@ Throws throws(int count) {
   std::mt19937_64 engine(16);
   std::uniform_real_distribution<double> uniform(0, 1);
   for (int i = 0; i < count; ++i) {
-    const double speed = std::pow(10, -1 + 4 * uniform(engine)), reach = 0.05, away = reach * (3 + 200 * uniform(engine));
+    const double speed = std::pow(10, -1 + 4 * uniform(engine)), reach = 0.05,
+                 away = reach * (3 + 200 * uniform(engine));
     double off = (2 * uniform(engine) - 1) * 1.1;
-    if (i % 3 == 0) off = std::copysign(1 + (uniform(engine) < 0.5 ? -1 : 1) * std::pow(10, -9 + 6 * uniform(engine)), off);
-    const double turn = 2 * M_PI * uniform(engine), c = std::cos(turn), s = std::sin(turn), across = off * reach;
+    if (i % 3 == 0)
+      off = std::copysign(1 + (uniform(engine) < 0.5 ? -1 : 1) * std::pow(10, -9 + 6 * uniform(engine)), off);
+    const double turn = 2 * M_PI * uniform(engine), c = std::cos(turn), s = std::sin(turn),
+                 across = off * reach;
     const reference::Throw one{-away * c - across * s, -away * s + across * c, speed * c, speed * s, reach};
     const auto exact = reference::touch_of(one);
     auto scene = scene_of(one, 1e3 * (uniform(engine) - 0.5), 3 * away / speed);
@@ -113,20 +116,23 @@ double worst_speed(Scene scene, double expected) {
 
 void tables(Findings& f) {
   const auto angle = rotor("angle");
-  const double expected = reference::speed_after_pulses(10, 0.5, 1, reference::pulses_by(10, 10, 0.5, 1, 1.001));
-  f.at_most("rotor with a pulse of 2 mrad once a turn, speed after 10 s, all adaptive integrators and event-driven: error",
-            "", worst_speed(angle, expected), 1e-6, "½ J ω² = ½ J ω₀² + n W",
-            "tolerance 1e-8 a step, some hundred steps");
+  const double expected =
+      reference::speed_after_pulses(10, 0.5, 1, reference::pulses_by(10, 10, 0.5, 1, 1.001));
+  f.at_most(
+      "rotor with a pulse of 2 mrad once a turn, speed after 10 s, all adaptive integrators and event-driven: error",
+      "", worst_speed(angle, expected), 1e-6, "½ J ω² = ½ J ω₀² + n W",
+      "tolerance 1e-8 a step, some hundred steps");
   auto stepped = angle;
   stepped.nonsmooth.scheme = Scheme::moreau_jean;
   stepped.nonsmooth.step = 1e-3;
-  f.at_most("the same, Moreau–Jean at 1e-3 s, ten times as long as the pulse: error of what 19 pulses gave", "",
-            std::abs(test::simulate(stepped, Family::nonsmooth).final_state.v[2] / expected - 1), 19 * 1e-3 * 0.1,
-            "as above",
-            "a step knows its angle to (h ω)²/2 = 1e-4 of 1e-2 rad swept: a hundredth of a pulse each, and room of ten");
+  f.at_most(
+      "the same, Moreau–Jean at 1e-3 s, ten times as long as the pulse: error of what 19 pulses gave", "",
+      std::abs(test::simulate(stepped, Family::nonsmooth).final_state.v[2] / expected - 1), 19 * 1e-3 * 0.1,
+      "as above",
+      "a step knows its angle to (h ω)²/2 = 1e-4 of 1e-2 rad swept: a hundredth of a pulse each, and room of ten");
   const double pulsed = 10 + 1000 * 1e-3 / 0.5;  // the pulse's area over J
-  f.at_most("the same table against time: error", "", worst_speed(rotor("time"), pulsed), 1e-9, "J Δω = ∫ M dt",
-            "each piece is a polynomial: rounding and tolerance 1e-8 of the speed's scale");
+  f.at_most("the same table against time: error", "", worst_speed(rotor("time"), pulsed), 1e-9,
+            "J Δω = ∫ M dt", "each piece is a polynomial: rounding and tolerance 1e-8 of the speed's scale");
 }
 
 /// Many balls that fall on the floor side by side: each instant is shared by all.
@@ -159,7 +165,8 @@ void at_once(Findings& f) {
     for (std::size_t i = 0; i < std::min<std::size_t>(touches.size(), count); ++i)
       apart = greatest(apart, std::abs(touches[i].t - exact));
   }
-  f.within("64 balls that touch at one instant: integrators of four that finish", "", finished, 4, 0, "", "all");
+  f.within("64 balls that touch at one instant: integrators of four that finish", "", finished, 4, 0, "",
+           "all");
   f.at_most("the same, first touches from √(2h/g)", "s", apart, 1e-12, "free fall",
             "a polynomial: rounding of 1 m and 64 m over 4 m/s");
 }
@@ -198,10 +205,12 @@ contact = "exact"
     scene.penalty.integrator = integrator;
     const auto run = test::simulate(scene, Family::penalty);
     finished += run.ending.status == Ending::Status::finished;
-    worst = greatest(worst, run.events.empty() ? NAN : std::abs(std::abs(run.events[0].impulse_t) / grip - 1));
+    worst =
+        greatest(worst, run.events.empty() ? NAN : std::abs(std::abs(run.events[0].impulse_t) / grip - 1));
   }
   f.within("an impact with steep friction: integrators of five that finish", "", finished, 5, 0, "", "all");
-  f.at_most("the same, friction's impulse against v_T/D_TT", "", worst, 1e-4, "slip comes to its end in the contact",
+  f.at_most("the same, friction's impulse against v_T/D_TT", "", worst, 1e-4,
+            "slip comes to its end in the contact",
             "what is left of the slip is the regularising speed, 1e-4 of 100 m/s, and less");
 }
 
@@ -211,10 +220,13 @@ Findings unseen() {
   Findings f;
   const int count = 60;
   const auto all = throws(count);
-  const std::string what = fmt::format("{} throws at a peg, 0.1 to 1000 m/s, six integrators and event-driven", count);
-  f.within(what + ": touches passed over", "", all.missed, 0, 0, "quadratic equation", "the gap is proved, not sampled");
+  const std::string what =
+      fmt::format("{} throws at a peg, 0.1 to 1000 m/s, six integrators and event-driven", count);
+  f.within(what + ": touches passed over", "", all.missed, 0, 0, "quadratic equation",
+           "the gap is proved, not sampled");
   f.within("the same: touches that are none", "", all.invented, 0, 0, "quadratic equation", "as above");
-  f.within("the same: runs that stopped", "", all.stopped, 0, 0, "", "a free ball and a peg must not stop a run");
+  f.within("the same: runs that stopped", "", all.stopped, 0, 0, "",
+           "a free ball and a peg must not stop a run");
   f.at_most("the same: time of the touch, error", "", all.time, 1e-8, "quadratic equation",
             "a grazing touch of depth d is known to √(ε/d) of its chord: 1e-16 and 1e-9 of the reach");
   tables(f);

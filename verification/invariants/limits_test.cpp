@@ -9,19 +9,17 @@ using Catch::Matchers::Contains;
 
 TEST_CASE("an explicit integrator does not creep along a stiff lasting contact for ever", "[penalty]") {
   // It rests: v0 is the floor, and χ/v0 of a picometre a second makes the contact so stiff that stability
-  // takes steps of nanoseconds. The implicit method takes some hundred.
-  const auto run_by = [](const char* integrator) {
-    return test::simulate(
-        *open_scene(test::scene_file("resting_journal"), {"penalty.v0_floor=1e-12", integrator}),
+  // takes steps of nanoseconds. The implicit method takes some hundred; it takes over after 400 of an explicit one.
+  for (const char* integrator :
+       {"adams_bashforth_moulton", "dopri5", "fehlberg78", "bulirsch_stoer", "rosenbrock4"}) {
+    const auto run = test::simulate(
+        *open_scene(test::scene_file("resting_journal"),
+                    {"penalty.v0_floor=1e-12", std::string("penalty.integrator=") + integrator}),
         Family::penalty);
-  };
-  const auto crept = run_by("penalty.integrator=adams_bashforth_moulton");
-  CHECK(crept.ending.status == Ending::Status::failed);
-  CHECK_THAT(crept.ending.reason, Contains("rosenbrock4"));
-  CHECK(crept.work.steps <= 1000000);
-  const auto run = run_by("penalty.integrator=rosenbrock4");
-  CHECK(run.ending.status == Ending::Status::finished);
-  CHECK(run.work.steps < 10000);
+    CAPTURE(integrator);
+    CHECK(run.ending.status == Ending::Status::finished);
+    CHECK(run.work.steps < 10000);
+  }
 }
 
 TEST_CASE("a run beyond the range of numbers is refused", "[run]") {

@@ -103,7 +103,7 @@ TEST_CASE("a gap's bounds hold over random motions of a body with an arm", "[uns
 }
 
 TEST_CASE("the first loss of a gap is found between ends that show none", "[unseen]") {
-  // y = 1 − 2a/(1 + (t − c)²/w²)... a dip as narrow as you like has curvature to match; here a parabola's.
+  bool undecided = false;
   const auto parabola = [](double depth, double width, double centre) {
     return [=](double t) {
       const double s = (t - centre) / width;
@@ -115,12 +115,18 @@ TEST_CASE("the first loss of a gap is found between ends that show none", "[unse
       for (const double centre : {0.1, 0.5, 0.777}) {
         const auto y = parabola(depth, width, centre);
         const GapMotion m{GapMotion::Shape::straight, 0, 2 * (1 + depth) / (width * width), 0};
-        const auto t = first_loss(y, 0, 1, y(0), y(1), m, 1e-16);
+        const auto t = first_loss(y, 0, 1, y(0), y(1), m, 1e-16, undecided);
         CAPTURE(depth, width, centre);
         REQUIRE(t.has_value());
         // −depth + (1 + depth) s² = 0: where it crosses, to √(rounding/depth) of its width.
         CHECK(*t == Approx(centre - width * std::sqrt(depth / (1 + depth))).margin(1e-9 * width + 1e-15));
       }
   const auto grazing = parabola(0, 0.2, 0.4);
-  CHECK_FALSE(first_loss(grazing, 0, 1, grazing(0), grazing(1), {GapMotion::Shape::straight, 0, 50, 0}, 1e-15));
+  CHECK_FALSE(first_loss(grazing, 0, 1, grazing(0), grazing(1), {GapMotion::Shape::straight, 0, 50, 0}, 1e-15,
+                         undecided));
+  CHECK_FALSE(undecided);
+  // A bound that no piece can meet is given up, and said.
+  const GapMotion wild{GapMotion::Shape::straight, 0, 1e40, 0};
+  CHECK_FALSE(first_loss(grazing, 0, 1, grazing(0), grazing(1), wild, 1e-15, undecided));
+  CHECK(undecided);
 }

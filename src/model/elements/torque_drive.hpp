@@ -83,7 +83,8 @@ struct TorqueDrive {
     }
     for (std::size_t i = 0; i < n; ++i)
       if (std::abs(slope[i] - slope[(i + n - 1) % n]) > 1e-9 * steepest) kinks.push_back(table[i].first);
-    if (kinks.size() > 1 && kinks.back() - kinks.front() > turn * (1 - 1e-9)) kinks.pop_back();  // the same kink
+    if (kinks.size() > 1 && kinks.back() - kinks.front() > turn * (1 - 1e-9))
+      kinks.pop_back();  // the same kink
     return kinks;
   }
   /// The first knot against time after t (s); infinite when there is none.

@@ -27,9 +27,7 @@ struct RoundPair {
 
   /// What share of what it can pass through a contact moves in a time h: two discs of each other's widths. A journal
   /// stays outside its wall once it is there.
-  double passage(const double* v, double h) const {
-    return side > 0 ? 0 : path(link, v, h) / (2 * rest);
-  }
+  double passage(const double* v, double h) const { return side > 0 ? 0 : path(link, v, h) / (2 * rest); }
 
   template <class T>
   void rows(const ContactFacts& facts, const Arms<T>& a, const T* v, const EvaluationOf<T>&,
