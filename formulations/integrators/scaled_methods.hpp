@@ -194,9 +194,10 @@ class Adams : public MethodState {
     f(x, dxdt, t);
   }
   void limit_step(double h) {
-    // A restart is of first order: it needs a step far shorter than the one of high order before it.
-    dt_ = std::min({1e-2 * dt_, h, first_step_});
-    fresh_ = true;
+    // A restart is of first order: it needs a step far shorter than the one of high order before it. Several contacts
+    // that close at once ask for one restart.
+    dt_ = std::min({cut_short_ ? dt_ : 1e-2 * dt_, h, first_step_});
+    fresh_ = cut_short_ = true;
   }
   template <class F>
   void renew(F& f) {
@@ -207,6 +208,7 @@ class Adams : public MethodState {
   bool step(F& f, double t_end) {
     const auto scaled = [&](const Vector& y, Vector& dydt, double at) { side_.evaluate(f, y, dydt, at); };
     shift();
+    cut_short_ = false;
     if (fresh_) {
       side_.measure(x_old);
       side_.to_scaled(x_old, y_);
@@ -242,7 +244,7 @@ class Adams : public MethodState {
   void remember(M& m) {
     m.part("adams");
     MethodState::remember(m);
-    m(dt_, fresh_, y_, y_new_);
+    m(dt_, fresh_, cut_short_, y_, y_new_);
     if constexpr (M::reading) {
       odeint_memory::require(y_.size() == x.size() && y_new_.size() == x.size());
       landing_.adjust_size(x);
@@ -256,7 +258,7 @@ class Adams : public MethodState {
   AdamsStepper stepper_;
   boost::numeric::odeint::runge_kutta_fehlberg78<Vector> landing_;
   double first_step_, dt_;
-  bool fresh_ = true;
+  bool fresh_ = true, cut_short_ = false;
   Vector y_, y_new_;
 };
 

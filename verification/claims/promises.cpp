@@ -52,7 +52,7 @@ int pairs_of_strangers() {
 
 /// Whether comparison.json calls a scene matched.
 bool called_matched(double tangential) {
-  auto scene = read_scene(test::scene_file("gudgeon"));
+  auto scene = read_scene(test::flores());
   for (auto& s : scene.mechanism.surfaces) {
     s.friction = 0.1;
     s.tangential_restitution = tangential;

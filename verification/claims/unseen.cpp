@@ -70,7 +70,7 @@ Throws throws(int count) {
                  across = off * reach;
     const reference::Throw one{-away * c - across * s, -away * s + across * c, speed * c, speed * s, reach};
     const auto exact = reference::touch_of(one);
-    auto scene = scene_of(one, 1e3 * (uniform(engine) - 0.5), 3 * away / speed);
+    auto scene = scene_of(one, speed / reach * (uniform(engine) - 0.5), 3 * away / speed);
     for (const auto integrator : integrators) {
       scene.penalty.integrator = integrator;
       judge_throw(sum, test::simulate(scene, Family::penalty), exact);
