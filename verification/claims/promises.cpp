@@ -22,7 +22,7 @@ int lost_rows() {
   scene.run.discard = 0;
   for (int k = 1; k <= 40; ++k) {
     scene.run.duration = k / 100.0;
-    Simulation simulation(scene, "penalty");
+    Simulation simulation(scene, "nonsmooth");
     Trajectory path;
     simulation.run({.observers = {&path}});
     lost += path.size() != 20001 || path.t(path.size() - 1) != scene.run.duration;
