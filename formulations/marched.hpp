@@ -1,13 +1,26 @@
 // What every formulation that marches a stepper says of itself in the same way.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "model/system.hpp"
 #include "sim/formulation.hpp"
 #include "sim/march.hpp"
 
 namespace freeplay {
+
+/// Contacts that could not be proved apart, and how deep they may have been.
+inline void unseen_note(double unseen, std::vector<std::string>& notes) {
+  if (unseen > 1e-6)
+    notes.push_back(fmt::format(
+        "DOUBTFUL: bodies moved so wildly within a step that a contact may have been {:.2g} clearances deep unseen; "
+        "take a shorter step or a finer tolerance",
+        unseen));
+}
 
 /// A Stepper adds to what march() asks for: start(state, log), q(), work(), extremes(), and integrals(), the ledger
 /// but for the energies of masses and gravity. What contacts are and what a user must read is each family's own.

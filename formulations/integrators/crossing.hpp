@@ -35,11 +35,12 @@ double bracketed_root(F f, double a, double b, double fa, double fb) {
 /// First time in [t0, t1] at which `at`, positive while a mode lasts, becomes negative: t0 when it never was
 /// positive. `start` and `end` are its values at the ends, `motion` how it may bend between them. The interval is
 /// halved until each piece is proved to stay above −noise, or to rise or fall all the way; what is shorter than time
-/// resolves counts as negative where its end is. A motion so wild that ten thousand pieces do not decide is no motion:
-/// `undecided` is then set.
+/// resolves counts as negative where its end is. What ten thousand pieces do not decide (it lies within rounding of
+/// zero all along, or moves wildly) is decided by the ends of 4096, and `unseen` is raised to how deep it may have been
+/// between them.
 template <class F>
 std::optional<double> first_loss(F at, double t0, double t1, Watched start, const Watched& end,
-                                 const GapMotion& motion, double noise, bool& undecided) {
+                                 const GapMotion& motion, double noise, double& unseen) {
   if (motion.least(start, end, t1 - t0) > -noise) return std::nullopt;
   if (start.value <= 8 * noise && start.rate > 0)
     start.value = std::max(start.value, 0.0);  // just changed mode here
@@ -62,19 +63,23 @@ std::optional<double> first_loss(F at, double t0, double t1, Watched start, cons
   int pieces = 10000;
   const auto search = [&](auto&& self, double ta, const Watched& a, double tb, const Watched& b,
                           int halvings) -> std::optional<double> {
-    const double h = tb - ta;
-    if (motion.least(a, b, h) > -noise || motion.rises(a, b, h)) return std::nullopt;
+    const double h = tb - ta, least = motion.least(a, b, h);
+    if (least > -noise || motion.rises(a, b, h)) return std::nullopt;
     if (motion.falls(a, b, h)) return root(ta, a, tb, b);
     const double tm = ta + 0.5 * h;
-    if (halvings == 0 || !(tm > ta && tm < tb))
+    if (halvings == 0 || pieces < 0 || !(tm > ta && tm < tb)) {
+      if (halvings == 0) unseen = std::max(unseen, -least);
       return b.value < 0 ? std::optional(a.value > 0 ? tb : ta) : std::nullopt;
-    undecided = undecided || --pieces < 0;
-    if (undecided) return std::nullopt;
+    }
+    --pieces;
     const Watched m = at(tm);
     if (const auto t = self(self, ta, a, tm, m, halvings - 1)) return t;
     return self(self, tm, m, tb, b, halvings - 1);
   };
-  return search(search, t0, start, t1, end, 60);
+  const auto found = search(search, t0, start, t1, end, 60);
+  if (pieces >= 0) return found;
+  pieces = 10000;
+  return search(search, t0, start, t1, end, 12);
 }
 
 /// What the gap of contact k is known to by rounding of the positions q (m).

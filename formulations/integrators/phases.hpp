@@ -32,14 +32,14 @@ class Phases {
   /// `at`: the state at a time within it.
   template <class State, class At>
   Crossing first(const System& system, double t0, double t1, const State& x0, const State& x1,
-                 const MotionBounds& bounds, double before, bool& undecided, At at) const {
+                 const MotionBounds& bounds, double before, double& unseen, At at) const {
     Crossing found{-1, false, before};
     for (int k = 0; k < static_cast<int>(pieces_.size()); ++k) {
       const GapMotion motion{GapMotion::Shape::straight, 0, system.phase_bend(k, bounds), 0};
       for (const bool up : {false, true}) {
         const auto left = [&](const State& x) { return rest(system, k, up, x); };
         const auto t = first_loss([&](double s) { return left(at(s)); }, t0, t1, left(x0), left(x1), motion,
-                                  rounding(k), undecided);
+                                  rounding(k), unseen);
         if (t && *t < found.t) found = {k, up, *t};
       }
     }

@@ -103,9 +103,6 @@ bool EventDriven::step(double t_end) {
   find_gap_events(first);
   find_mode_events(first);
   find_phase_events(first);
-  if (undecided_)
-    return fail(
-        "bodies move so wildly within a step that no contact can be followed; take a finer nonsmooth.tolerance");
   last_ = first;
   pending_ = first.kind != Event::Kind::none;
   if (pending_)

@@ -41,8 +41,9 @@ class EventDriven {
   template <class M>
   void remember(M& m) {
     m.part("event-driven");
-    m(dynamics_, method_, mark_, pending_, last_, recent_, recent_since_, changes_, changes_since_, block_,
-      block_since_, struck_first_, several_, hurried_, most_kinetic_, ended_, jams_, last_jam_, merged_);
+    m(dynamics_, method_, unseen_, mark_, pending_, last_, recent_, recent_since_, changes_, changes_since_,
+      block_, block_since_, struck_first_, several_, hurried_, most_kinetic_, ended_, jams_, last_jam_,
+      merged_);
     remember_probe(m, probe_, watching_, [this] { make_probe(); });
   }
 
@@ -73,6 +74,8 @@ class EventDriven {
   void tell(std::vector<std::string>& notes) const;
   const Work& work() const { return dynamics_.work; }
   const Extremes& extremes() const { return dynamics_.extremes; }
+  /// How deep, over its clearance, a contact may have been between places where it was looked at; 0: proved apart.
+  double unseen() const { return unseen_; }
   bool singular() const { return dynamics_.singular(); }
   double nearest_singular() const { return dynamics_.nearest_singular(); }
 
@@ -125,7 +128,7 @@ class EventDriven {
   EventDynamics dynamics_;
   Dopri5 method_;
   MotionBounds bounds_;  // of the last step
-  bool undecided_ = false;
+  double unseen_ = 0;    // greatest, over the clearance
   /// Contacts closed before their hops were low, where impacts follow each other too fast.
   struct Ended {
     long count = 0;

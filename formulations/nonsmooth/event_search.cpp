@@ -47,9 +47,11 @@ void EventDriven::find_gap_events(Event& first) {
   for (int k = 0; k < dynamics_.system().contacts(); ++k) {
     if (dynamics_.contacts()[k].closed) continue;
     const auto end = gap_at(k, method_.t);
+    double unseen = 0;
     const auto t =
         first_loss([&](double at) { return gap_at(k, at); }, method_.t_old, method_.t, mark_[k].gap, end,
-                   dynamics_.gap_motion(k, bounds_, method_.x), rounding(k), undecided_);
+                   dynamics_.gap_motion(k, bounds_, method_.x), rounding(k), unseen);
+    unseen_ = std::max(unseen_, unseen / system.contact_facts(k).clearance);
     if (t && (*t < first.t || first.kind == Event::Kind::none)) first = {Event::Kind::gap, k, *t};
   }
 }
@@ -57,10 +59,11 @@ void EventDriven::find_gap_events(Event& first) {
 /// Angles that come to a kink of their torque table.
 void EventDriven::find_phase_events(Event& first) {
   if (!dynamics_.phases.any()) return;
+  double unseen = 0;
   const auto& system = dynamics_.system();
   if (system.contacts() == 0) method_.enclose(static_cast<std::size_t>(system.n()), bounds_);
   const auto c = dynamics_.phases.first(system, method_.t_old, method_.t, method_.x_old, method_.x, bounds_,
-                                        first.kind == Event::Kind::none ? INFINITY : first.t, undecided_,
+                                        first.kind == Event::Kind::none ? INFINITY : first.t, unseen,
                                         [&](double t) -> const std::vector<double>& { return at(t); });
   if (c.phase >= 0) first = {c.up ? Event::Kind::phase_up : Event::Kind::phase_down, c.phase, c.t};
 }

@@ -60,6 +60,7 @@ class Nonsmooth final : public Marched<Stepper> {
           "DOUBTFUL: a flight that ended in one of the fastest impacts lasted {:.2g} steps: times and speeds "
           "may be {:.0f} % off; take a shorter nonsmooth.step, or event-driven",
           e.shortest_flight, 100 / std::max(1.0, e.shortest_flight)));
+    if constexpr (requires { stepper_.unseen(); }) unseen_note(stepper_.unseen(), notes);
     if constexpr (requires { stepper_.passage(); })
       if (const auto& p = stepper_.passage(); p.share > 0.5)
         notes.push_back(fmt::format(

@@ -69,6 +69,7 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
   std::vector<std::string> notes() const override {
     std::vector<std::string> notes;
     law_notes(notes);
+    unseen_note(stepper_.unseen(), notes);
     if (scene_.penalty.integrator == Integrator::rk4) {
       // A half sine in n steps of fourth order: (π/n)⁴/120 of it is lost, 4e-5 in 12.
       const double pull = scene_.penalty.step * std::max(scene_.penalty.alpha, scene_.penalty.beta);

@@ -53,7 +53,7 @@ class PenaltyStepper {
   void remember(M& m) {
     m.part("penalty stepper");
     m(f_, method_, mark_, extremes_, restart_, stalled_, creeps_, lost_, creep_since_, events_since_,
-      last_slide_, chatter_);
+      last_slide_, unseen_, chatter_);
     remember_probe(m, probe_, watching_, [this] { make_probe(); });
   }
 
@@ -131,7 +131,6 @@ class PenaltyStepper {
       return step(run_end);
     }
     find_phase_event(first);
-    if (undecided_) return lose();
     const bool cut = first.found();
     if (cut)
       land_on_first(
@@ -174,11 +173,6 @@ class PenaltyStepper {
     return stalled_ < most_stalled();
   }
   std::string failure() const {
-    if (undecided_)
-      return fmt::format(
-          "t = {:.9g} s: bodies move so wildly within a step that no contact can be followed; take a shorter "
-          "penalty.step or a finer penalty.tolerance",
-          t_old());
     if (lost_)
       return fmt::format(
           "t = {:.9g} s: the state is no longer finite; take a finer penalty.tolerance or penalty.step",
@@ -203,6 +197,8 @@ class PenaltyStepper {
   const PenaltyDynamics& dynamics() const { return f_; }
   /// How often an implicit step took over from the chosen method.
   long reliefs() const { return method_.reliefs(); }
+  /// How deep, over its clearance, a contact may have been between places where it was looked at; 0: proved apart.
+  double unseen() const { return unseen_; }
   EnergyLedger integrals() {
     const double* w = method_.x.data() + f_.integral_offset();
     EnergyLedger l;
@@ -303,16 +299,19 @@ class PenaltyStepper {
     const double sign = f_.contacts()[k].closed ? -1 : 1;  // sign·gap is positive while the mode lasts
     const auto watched = [&](const Sample& s) { return Watched{sign * s.gap, sign * s.rate}; };
     const auto motion = f_.gap_motion(k, bounds_, method_.x);
+    double unseen = 0;
     const auto t = first_loss([&](double at) { return watched(sample_at(k, at)); }, method_.t_old, method_.t,
                               watched(mark_[k].at), watched(end_[k]), sign > 0 ? motion : motion.opposite(),
-                              gap_rounding(f_.system(), k, q()), undecided_);
+                              gap_rounding(f_.system(), k, q()), unseen);
+    unseen_ = std::max(unseen_, unseen / f_.system().contact_facts(k).clearance);
     if (t && (*t < first.t || !first.found())) first = {k, false, *t, 0};
   }
   void find_phase_event(Event& first) {
     if (!f_.phases.any()) return;
+    double unseen = 0;  // a line through a kink: its rate tells all
     const auto crossing =
         f_.phases.first(f_.system(), method_.t_old, method_.t, method_.x_old, method_.x, bounds_,
-                        first.found() ? first.t : INFINITY, undecided_, [&](double t) -> const Vector& {
+                        first.found() ? first.t : INFINITY, unseen, [&](double t) -> const Vector& {
                           if (t >= method_.t) return method_.x;
                           method_.interpolate(t, scratch_);
                           return scratch_;
@@ -455,7 +454,8 @@ class PenaltyStepper {
   Vector slope_, moving_;
   bool restart_ = false;  // the mode has changed since the last right-hand side
   int stalled_ = 0;
-  bool creeps_ = false, lost_ = false, undecided_ = false;
+  bool creeps_ = false, lost_ = false;
+  double unseen_ = 0;    // greatest, over the clearance
   long last_slide_ = 0;  // step
   int chatter_ = 0;
   double creep_since_ = -INFINITY;

@@ -22,7 +22,13 @@ struct LinePair {
   /// How the gap may bend within a step; d at its end. A wall that turns adds n̈·d + 2ṅ·ḋ, |ṅ| ≤ |ω_i|.
   GapMotion motion(const MotionBounds& bounds, const Vec2& d) const {
     auto m = relative_motion(link, bounds);
-    if (link.i == ground) return m;
+    if (link.i == ground) {  // the wall stands still: what goes along it does not count
+      const int c = planar::first(link.j);
+      const double turn = bounds.speed[c + 2];
+      m.bend = std::abs(axis.y()) * bounds.acceleration[c] + std::abs(axis.x()) * bounds.acceleration[c + 1] +
+               link.sj.norm() * (turn * turn + bounds.acceleration[c + 2]);
+      return m;
+    }
     const int c = planar::first(link.i) + 2;
     const double turn = bounds.speed[c];
     const double reach = d.norm() + m.speed * bounds.duration;
