@@ -99,6 +99,7 @@ ContactProblem ContactProblem::island(const std::vector<int>& label, int which,
     part.unknowns.push_back(u);
   }
   part.reserve(part.rows);
+  part.modes_left = modes_left;
   part.least_scale_ = std::max(scale(), least_scale_);
   for (int r = 0; r < part.rows; ++r) {
     part.b[r] = b[rows_of[r]];
@@ -107,11 +108,21 @@ ContactProblem ContactProblem::island(const std::vector<int>& label, int which,
   return part;
 }
 
+long ContactProblem::number_of_modes() const {
+  long number = 1;
+  for (const auto& c : unknowns) {
+    const int ways = (c.normal >= 0) + (c.tangent >= 0 ? 3 : c.normal >= 0);
+    if (number > 1'000'000'000 / ways) return 1'000'000'000;
+    number *= ways;
+  }
+  return number;
+}
+
 ContactModes ContactProblem::modes(int most) const {
   using Way = ContactMode::Way;
   ContactModes result;
   const int n = static_cast<int>(unknowns.size());
-  if (n > most_for_modes) return result;
+  if (n > most_for_modes || number_of_modes() > modes_left) return result;
   result.decided = true;
   const double size = std::max({scale(), least_scale_, 1e-300}), none = 1e-8 * size;
   std::vector<Way> way(n);
@@ -225,12 +236,15 @@ std::vector<ContactModes> ContactProblem::doubtful_motions(std::vector<std::vect
   std::vector<int> label;
   std::vector<ContactModes> found;
   members.clear();
+  long left = modes_left;
   const int islands = label_islands(label);
   for (int k = 0; k < islands; ++k) {
     std::vector<int> of;
-    const auto part = island(label, k, of);
+    auto part = island(label, k, of);
     if (!part.doubtful()) continue;
+    part.modes_left = left;
     found.push_back(part.modes(4));
+    left -= found.back().tried;
     members.push_back(of);
   }
   return found;
@@ -240,7 +254,9 @@ std::string describe_motions(const ContactProblem& problem, const std::function<
                              const char* unit) {
   using Way = ContactMode::Way;
   std::vector<std::vector<int>> members;
-  const auto islands = problem.doubtful_motions(members);
+  auto asked = problem;
+  asked.modes_left = 1'000'000;  // what a solve has found can be told
+  const auto islands = asked.doubtful_motions(members);
   std::string text;
   for (std::size_t k = 0; k < islands.size(); ++k) {
     if (islands[k].motions.size() < 2) continue;
@@ -271,6 +287,13 @@ std::string describe_motions(const ContactProblem& problem, const std::function<
     text += text.empty() ? island : "; and " + island;
   }
   return text;
+}
+
+std::string undecided_note(long count) {
+  return fmt::format(
+      "whether friction admits other motions was not decided in {} contact problems: they couple more than {} contacts, "
+      "or the run had tried its number of modes",
+      count, ContactProblem::most_for_modes);
 }
 
 }  // namespace freeplay

@@ -103,6 +103,10 @@ ContactSolution ContactProblem::solve() {
     ++s.retries;
   }
   if (!s.solved && unknowns.size() > 1) {
+    s.solved = by_copositive_lemke(accepted, s.pivots);
+    keep();
+  }
+  if (!s.solved && unknowns.size() > 1) {
     s.solved = proximal(accepted, s.pivots);
     keep();
   }
@@ -115,7 +119,11 @@ ContactSolution ContactProblem::solve() {
   s.residual = size > 0 ? s.residual_rate / size : s.residual_rate;
   if (s.solved && doubtful()) {
     std::vector<std::vector<int>> members;
-    for (const auto& m : doubtful_motions(members)) s.ambiguous |= m.decided && m.motions.size() > 1;
+    for (const auto& m : doubtful_motions(members)) {
+      s.ambiguous |= m.decided && m.motions.size() > 1;
+      s.undecided |= !m.decided;
+      modes_left -= m.tried;
+    }
   }
   return s;
 }
@@ -129,8 +137,10 @@ bool ContactProblem::by_islands(ContactSolution& s) {
   for (int k = 0; k < islands; ++k) {
     auto part = island(label, k, members);
     const auto one = part.solve();
+    modes_left = part.modes_left;
     s.solved = s.solved && one.solved;
     s.ambiguous |= one.ambiguous;
+    s.undecided |= one.undecided;
     s.impossible |= one.impossible;
     s.pivots += one.pivots;
     s.retries += one.retries;
@@ -145,6 +155,7 @@ bool ContactProblem::by_islands(ContactSolution& s) {
 /// All modes tried, where they are few enough: the first that is consistent, or that there is none.
 bool ContactProblem::by_modes(ContactSolution& s) {
   const auto all = modes(1);
+  modes_left -= all.tried;
   s.pivots += static_cast<int>(all.tried);
   s.impossible = all.decided && all.motions.empty();
   if (all.motions.empty()) return false;
@@ -295,6 +306,76 @@ bool ContactProblem::proximal(double accepted, int& pivots) {
   return false;
 }
 
+void ContactProblem::make_room(int n) {
+  if (n <= lemke_size_) return;
+  lemke_size_ = std::max(n, 2 * lemke_size_);
+  lemke_ = Lemke(lemke_size_);
+  A_.setZero(lemke_size_, lemke_size_);
+  q_.setZero(std::max<Eigen::Index>(lemke_size_, q_.size()));
+  z_.setZero(lemke_size_);
+}
+
+/// The problem as Anitescu and Potra pose it (Nonlinear Dynamics 14 (1997) 231): z = (P_N, P_+, P_−, λ), with
+/// P_T = P_+ − P_− and w = (u_N − target, u_T + λ, −u_T + λ, bound + μP_N − P_+ − P_−). Its matrix is copositive when D
+/// has no negative eigenvalue, so Lemke's method ends in a solution wherever no P ≥ 0 with WP = 0 gains from the
+/// targets, in inelastic problems always. Newton's steps then take out its rounding.
+bool ContactProblem::by_copositive_lemke(double accepted, int& pivots) {
+  int normals = 0, tangents = 0;
+  for (const auto& c : unknowns) {
+    normals += c.normal >= 0;
+    tangents += c.tangent >= 0;
+  }
+  const int n = normals + 3 * tangents;
+  make_room(n);
+  const double scale = 1 / D.diagonal().head(rows).maxCoeff();
+  A_.topLeftCorner(n, n).setZero();
+  const auto fill_row = [&](int place, int row, double sign) {
+    int i = 0, j = normals;
+    for (const auto& c : unknowns) {
+      if (c.normal >= 0) A_(place, i++) = sign * D(row, c.normal) * scale;
+      if (c.tangent < 0) continue;
+      A_(place, j) = sign * D(row, c.tangent) * scale;
+      A_(place, tangents + j) = -A_(place, j);
+      ++j;
+    }
+  };
+  int i = 0, j = normals;
+  for (const auto& c : unknowns) {
+    if (c.normal >= 0) {
+      fill_row(i, c.normal, 1);
+      q_[i] = b[c.normal] - c.target_n;
+    }
+    if (c.tangent >= 0) {
+      const int right = j, left = j + tangents, lambda = left + tangents;
+      fill_row(right, c.tangent, 1);
+      fill_row(left, c.tangent, -1);
+      q_[right] = b[c.tangent] - c.target_t;
+      q_[left] = -q_[right];
+      q_[lambda] = c.bound / scale;
+      A_(right, lambda) = A_(left, lambda) = 1;
+      A_(lambda, right) = A_(lambda, left) = -1;
+      if (c.normal >= 0) A_(lambda, i) = c.friction;
+      ++j;
+    }
+    i += c.normal >= 0;
+  }
+  const auto result = lemke_.solve(n, A_.data(), static_cast<int>(A_.rows()), q_.data(), z_.data());
+  pivots += result.pivots;
+  i = 0;
+  j = normals;
+  for (auto& c : unknowns) {
+    c.impulse_n = c.normal >= 0 ? z_[i++] * scale : 0;
+    c.impulse_t = c.tangent >= 0 ? (z_[j] - z_[j + tangents]) * scale : 0;
+    j += c.tangent >= 0;
+  }
+  if (result.status == LcpResult::Status::ray) return false;
+  const auto found = unknowns;
+  const double left = residual();
+  if (left <= std::max(accepted, attainable()) || newton(accepted, pivots, true)) return true;
+  if (!(residual() < left)) unknowns = found;
+  return false;
+}
+
 bool ContactProblem::by_lemke(int& pivots) {
   int normals = 0, tangents = 0;
   for (const auto& c : unknowns) {
@@ -302,13 +383,7 @@ bool ContactProblem::by_lemke(int& pivots) {
     tangents += c.tangent >= 0;
   }
   const int n = normals + 2 * tangents;
-  if (n > lemke_size_) {
-    lemke_size_ = std::max(n, 2 * lemke_size_);
-    lemke_ = Lemke(lemke_size_);
-    A_.setZero(lemke_size_, lemke_size_);
-    q_.setZero(lemke_size_);
-    z_.setZero(lemke_size_);
-  }
+  make_room(n);
   // Impulses are scaled by the greatest diagonal entry of D, so that every row and unknown is a velocity.
   const double scale = 1 / D.diagonal().head(rows).maxCoeff();
   A_.topLeftCorner(n, n).setZero();

@@ -44,6 +44,9 @@ struct ContactSolution {
   /// Some pressed contact has D_NN ≤ μ|D_NT| (Painlevé), and up to so many contacts are coupled that all modes
   /// were tried: there are other motions than this one.
   bool ambiguous = false;
+  /// Some pressed contact has D_NN ≤ μ|D_NT|, but too many contacts are coupled with it, or too many modes have been
+  /// tried already: whether there are other motions is not known.
+  bool undecided = false;
   /// All modes were tried, and none is consistent. False where solvers failed and nothing is known.
   bool impossible = false;
 
@@ -60,13 +63,13 @@ struct ContactMode {
 
 /// What trying all modes of a problem found: of each motion one mode.
 struct ContactModes {
-  bool decided = false;  ///< false: too many contacts, nothing was tried
+  bool decided = false;  ///< false: too many contacts or modes, nothing was tried
   long tried = 0;
   std::vector<ContactMode> motions;
 };
 
-/// From one solve to the next only `unknowns` may pass, and only if the caller leaves them: the impulses
-/// given are a guess to start from. D, b and the solvers' storage grow, but what a solve reads of them the
+/// From one solve to the next only `unknowns` and `modes_left` may pass, the former only if the caller leaves them: the
+/// impulses given are a guess to start from. D, b and the solvers' storage grow, but what a solve reads of them the
 /// caller or the solve itself has filled, and no result depends on how large they are. So a snapshot needs
 /// nothing of it; who starts from the last impulses remembers those.
 class ContactProblem {
@@ -104,8 +107,13 @@ class ContactProblem {
   /// contacts share are never unique), up to `most` of them. A contact's force is looked for in the cone of its
   /// mode by nonnegative least squares, so that shared forces are found wherever there are some.
   ContactModes modes(int most) const;
+  /// How many there are to try.
+  long number_of_modes() const;
   /// Of each island (unknowns coupled by D) with a doubtful contact its modes, and its unknowns in `members`.
   std::vector<ContactModes> doubtful_motions(std::vector<std::vector<int>>& members) const;
+  /// Modes that solves may still try, of all problems of a run together: some seconds of CPU time. Part of what a
+  /// run remembers, for its reports depend on it.
+  long modes_left = 200'000;
   ///@}
 
   std::vector<ContactUnknown> unknowns;
@@ -125,6 +133,8 @@ class ContactProblem {
   double attainable() const;
   bool newton(double accepted, int& steps, bool given = false);
   bool by_lemke(int& pivots);
+  bool by_copositive_lemke(double accepted, int& pivots);
+  void make_room(int n);
   /// Numbers the islands of unknowns that D couples, and takes one out.
   int label_islands(std::vector<int>& label) const;
   ContactProblem island(const std::vector<int>& label, int which, std::vector<int>& members) const;
@@ -144,5 +154,8 @@ class ContactProblem {
 /// `name`: of an unknown; `unit`: of its impulses.
 std::string describe_motions(const ContactProblem& problem, const std::function<std::string(int)>& name,
                              const char* unit = "N");
+
+/// The note of `count` problems whose uniqueness was not decided.
+std::string undecided_note(long count);
 
 }  // namespace freeplay

@@ -13,7 +13,7 @@ std::string EventDynamics::strike(Vector& x, double t, const std::vector<int>& s
   const int n = system_.n(), m = system_.rows();
   double* q = x.data();
   double* v = q + n;
-  system_.place(t, q, e_);
+  place(q, t);
   ++work.factorisations;
   ++work.lcp_solves;
   if (!saddle_.factor(e_.G.data())) return "the constraint equations cannot be factorised";
@@ -44,7 +44,10 @@ std::string EventDynamics::strike(Vector& x, double t, const std::vector<int>& s
     for (int s = 0; s <= r; ++s) K_(r, s) = K_(s, r) = rows_[r].dot(response(s));
   const auto reason = impact_.solve(K_, rhs_, used_, struck_);
   impact_.solution().count(work, extremes);
+  undecided += impact_.solution().undecided;
   if (!reason.empty()) return reason;
+  // What the solver leaves of the laws is no approach.
+  speed_tolerance_ = std::max(speed_tolerance_, 2 * impact_.solution().residual_rate);
   double* integral = x.data() + integral_offset();
   std::ranges::fill(struck_lambda_, 0.0);
   const auto apply = [&](int r, double impulse) {
@@ -149,6 +152,7 @@ std::string EventDynamics::unsolved(const ContactSolution& solution) const {
 }
 
 std::string EventDynamics::choose(const Vector& x, double t, const std::vector<int>& candidates) {
+  jam_ = false;
   for (auto& c : contacts_) {
     c.closed = c.resting = false;
     c.slip = 0;
@@ -167,12 +171,21 @@ std::string EventDynamics::choose(const Vector& x, double t, const std::vector<i
   if (!solve_free(x, t)) return "the constraint equations cannot be factorised";
 
   pose(x, candidates);
-  const auto solution = status_.solve();
+  ContactSolution solution;
+  if (together_) {  // forces that are not unique stay as they were
+    guess_last();
+    solution = status_.solve_near();
+    if (solution.solved && status_.doubtful()) solution = status_.solve();
+  } else {
+    solution = status_.solve();
+  }
   work.pivots += solution.pivots;
   work.lcp_retries += solution.retries;
-  jam_ = !solution.solved && solution.impossible;
+  jam_ = !solution.solved;
+  jam_proved_ = solution.impossible;
   if (!solution.solved) return unsolved(solution);
   extremes.lcp_residual = std::max(extremes.lcp_residual, solution.residual);
+  undecided += solution.undecided;
   if (solution.ambiguous)
     return "friction admits more than one motion (Painlevé): " +
            describe_motions(status_, [&](int i) { return name_of_unknown(i); });

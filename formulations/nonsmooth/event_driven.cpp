@@ -7,9 +7,11 @@
 
 namespace freeplay {
 
-EventDriven::EventDriven(EventDynamics dynamics, Dopri5 method, double time_scale, double position_error)
+EventDriven::EventDriven(EventDynamics dynamics, Dopri5 method, Dopri5 coarse, double time_scale,
+                         double position_error)
     : dynamics_(std::move(dynamics)),
       method_(std::move(method)),
+      coarse_(std::move(coarse)),
       time_scale_(time_scale),
       span_(0.1 * time_scale),
       position_error_(position_error) {
@@ -81,6 +83,7 @@ bool EventDriven::step(double t_end) {
   watch(method_.x, before_);
   bool stepped = method_.step(dynamics_, t_end);
   if (!stepped && dynamics_.jammed() && last_jam_ < method_.t) {  // sliding jams just ahead
+    method_.unshift();
     last_jam_ = method_.t;
     std::vector<int> touching;
     for (int k = 0; k < dynamics_.system().contacts(); ++k)
@@ -120,16 +123,30 @@ bool EventDriven::step(double t_end) {
   }
   mark_gaps();
   dynamics_.keep_extremes(method_.x, method_.t);
-  // A thousand events in next to no time: the laws leave no way on that this scheme can find.
-  if (pending_ && ++recent_ % 1000 == 0) {
+  return !pending_ || paced();
+}
+
+/// Whether time goes on: a thousand events in next to no time, or some ten thousands in a small part of the time in
+/// which anything moves, are no motion that this scheme can follow.
+bool EventDriven::paced() {
+  constexpr long window = 10'000, most = 3;
+  if (++recent_ % 1000 == 0) {
     if (method_.t - recent_since_ < 1e-3 * time_scale_)
       return fail(fmt::format(
-          "1000 impacts and changes of contact within {:.2g} s: they follow each other too fast to be told "
-          "one by one; time stepping passes them",
+          "1000 impacts and changes of contact within {:.2g} s: they follow each other too fast to be told one by "
+          "one; time stepping passes them",
           method_.t - recent_since_));
     recent_since_ = method_.t;
   }
-  return true;
+  if (recent_ % window != 0) return true;
+  const double passed = method_.t - window_since_;
+  window_since_ = method_.t;
+  slow_windows_ = passed < 0.05 * time_scale_ ? slow_windows_ + 1 : 0;
+  if (slow_windows_ < most) return true;
+  return fail(fmt::format(
+      "the last {} impacts and changes of contact took {:.2g} s; at this pace {:.2g} of them make a second: more than "
+      "can be told one by one; time stepping passes them",
+      window, passed, static_cast<double>(window) / passed));
 }
 
 /// Impacts where something approaches, then the mode that the accelerations choose.
@@ -195,6 +212,18 @@ bool EventDriven::change_mode() {
   return true;
 }
 
+/// From now on all that touches is decided together, with the integrator for that; the mode begins anew.
+void EventDriven::decide_together() {
+  if (dynamics_.together()) return;
+  dynamics_.set_together(true);
+  const double t = method_.t;
+  const std::vector<double> x = method_.x;
+  const long rejected = method_.rejected;
+  method_ = coarse_;
+  method_.rejected = rejected;
+  method_.begin(t, x);
+}
+
 /// Modes that change again and again, faster than anything moves, are decided together from
 /// then on.
 void EventDriven::settle_together() {
@@ -205,7 +234,7 @@ void EventDriven::settle_together() {
     changes_ = 0;
     changes_since_ = t;
   }
-  if (++changes_ >= most) dynamics_.set_together(true);
+  if (++changes_ >= most) decide_together();
 }
 
 /// The mode. Contacts whose force has just come to zero open, unless what presses them then closes them.
@@ -220,8 +249,9 @@ bool EventDriven::choose(std::vector<int>& touching) {
       const auto open = [&](int k) {
         return std::ranges::find(pressed, k) != pressed.end() || d.gap_acceleration(k, x, method_.t) >= -none;
       };
-      if (const auto reason = d.choose(x, method_.t, pressed); !reason.empty()) return fail(reason);
-      if (std::ranges::all_of(touching, open)) {
+      const auto reason = d.choose(x, method_.t, pressed);
+      if (!reason.empty() && !d.jammed()) return fail(reason);
+      if (!d.jammed() && std::ranges::all_of(touching, open)) {
         touching = pressed;
         return true;
       }
@@ -231,34 +261,38 @@ bool EventDriven::choose(std::vector<int>& touching) {
   // What was torn must slide the way it was torn; else only all together can tell what gives way.
   if (!d.together() && d.torn() && (!reason.empty() || d.torn_back(x, method_.t))) {
     d.mend();
-    d.set_together(true);
+    decide_together();
     reason = d.choose(x, method_.t, touching);
   }
   return reason.empty() || (d.jammed() && touching.size() > 1 ? jam(touching) : fail(reason));
 }
 
-/// What slides admits no finite forces: sliding ends by an impact without collision (Génot and Brogliato, Eur. J.
+/// What slides admits no finite forces, or none that are found: sliding ends by an impact without collision (Génot and Brogliato, Eur. J.
 /// Mech. A/Solids 18 (1999) 653), and the mode is chosen anew. One contact alone stops the run: its scene is
 /// about that.
 bool EventDriven::jam(std::vector<int>& touching) {
   auto& d = dynamics_;
+  bool proved = true;
   for (int tries = 0; tries < 3; ++tries) {
     const double kinetic = d.system().kinetic(v());
+    auto& kind = d.jam_proved() ? jams_ : unsolved_;
+    proved = proved && d.jam_proved();
     if (const auto reason = d.strike(method_.x, method_.t, touching, touching, true); !reason.empty())
       return fail(reason);
     if (watching_) {
       d.report_strike(method_.x, touching, strike_);
       before_step_.add(1, strike_);
     }
-    jams_.take(1, ending_, kinetic - d.system().kinetic(v()));
+    kind.take(1, ending_, kinetic - d.system().kinetic(v()));
     std::erase_if(touching,
                   [&](int k) { return d.look(k, method_.x, method_.t).normal.dot(v()) > 2 * d.jam_rate(); });
     const auto reason = d.choose(method_.x, method_.t, touching);
     if (reason.empty()) return true;
     if (!d.jammed()) return fail(reason);
   }
-  return fail(
-      "friction admits no acceleration (Painlevé), and three impacts without collision do not end that");
+  return fail(proved ? "friction admits no acceleration (Painlevé), and three impacts without collision do not end that"
+                     : "no solver finds accelerations that friction admits, and three impacts without collision do not "
+                       "end that; whether there are any is not known");
 }
 
 /// Solves the impact of the touching contacts if one approaches; leaves in `touching` those that stay.
@@ -271,8 +305,9 @@ bool EventDriven::impacts(std::vector<int>& touching) {
     // One whose gap closed within rounding while it opened: if what it does is no hop, it has not left.
     const int k = last_.kind == Event::Kind::gap ? last_.index : -1;
     if (k >= 0 && std::ranges::find(staying, k) == staying.end()) {
-      if (const auto reason = d.choose(method_.x, t, staying); !reason.empty()) return fail(reason);
-      const double g = d.gap_acceleration(k, method_.x, t), u = rate_before_[k];
+      const auto reason = d.choose(method_.x, t, staying);
+      if (!reason.empty() && !d.jammed()) return fail(reason);
+      const double g = d.jammed() ? 0 : d.gap_acceleration(k, method_.x, t), u = rate_before_[k];
       if (g < 0 && 0.5 * u * u / -g <= least_hop(k)) staying.push_back(k);
       std::ranges::sort(staying);
     }
@@ -309,11 +344,12 @@ bool EventDriven::impacts(std::vector<int>& touching) {
     if (const auto reason = strike(over); !reason.empty()) return fail(reason);
     staying = touching;
     std::erase_if(staying, leaving);
-    if (!hurried_) break;
-    ended_.take(over.size() - known, ending_, kinetic - d.system().kinetic(v()));
+    if (!hurried_ && touching.size() < 3) break;
+    if (hurried_) ended_.take(over.size() - known, ending_, kinetic - d.system().kinetic(v()));
   }
   if (watching_) before_step_.add(1, strike_);
   const double kinetic = d.system().kinetic(before.data() + d.system().n());
+  if (d.struck_inelastic()) inelastic_.take(1, ending_, kinetic - d.system().kinetic(v()));
   d.extremes.count_gain(d.impact_gain(), kinetic, 1e-12);
   for (const int k : kicked_)
     if (std::ranges::find(staying, k) == staying.end()) staying.push_back(k);
@@ -342,6 +378,8 @@ void EventDriven::count_impact(const std::vector<int>& touching) {
     }
   ++block_;
   hurried_ = hurried_ || (several_ && block_ >= most);
+  // What is left of speeds where hops are cut short is no sliding: modes are decided together.
+  if (hurried_) decide_together();
   most_kinetic_ = std::max(most_kinetic_, dynamics_.system().kinetic(v()));
 }
 
@@ -349,23 +387,37 @@ void EventDriven::count_impact(const std::vector<int>& touching) {
 bool EventDriven::ending_contacts(const std::vector<int>& struck, const std::vector<int>& staying,
                                   std::vector<int>& over) {
   auto& d = dynamics_;
-  bool chosen = false;
-  for (const int k : struck) {
-    if (std::ranges::find(staying, k) != staying.end()) continue;
-    const double u = d.look(k, method_.x, method_.t).normal.dot(v());
-    const bool bounced = rate_before_[k] < -d.speed_tolerance();
-    const double e = bounced ? u / -rate_before_[k] : 0;  // else another impact kicked it off
-    if (!(e < 1)) continue;
-    if (!chosen)
-      if (const auto reason = d.choose(method_.x, method_.t, staying); !reason.empty()) return fail(reason);
-    chosen = true;
-    const double g = d.gap_acceleration(k, method_.x, method_.t);
-    if (!(g < 0)) continue;
-    const bool low = 0.5 * u * u / -g <= least_hop(k),
-               brief = hurried_ && d.contacts()[k].restitution < 1 && 2 * u / -g <= span_;
-    if (!low && !brief) continue;
-    (bounced ? over : kicked_).push_back(k);
-    ending_[k] = bounced ? 2 * u / -g / (1 - e) : 0;
+  auto held = staying;
+  decided_ = staying;
+  // What is held to stay may press others to stay: of three and more again, until none is added.
+  for (std::size_t round = 0; round < (struck.size() > 2 ? struck.size() : 1); ++round) {
+    bool chosen = false, added = false;
+    for (const int k : struck) {
+      if (std::ranges::find(held, k) != held.end()) continue;
+      const double u = d.look(k, method_.x, method_.t).normal.dot(v());
+      // What was struck without restitution already, and leaves still, is thrown off by its neighbours.
+      const bool bounced = rate_before_[k] < -d.speed_tolerance() && std::ranges::find(over, k) == over.end();
+      const double e = bounced ? u / -rate_before_[k] : 0;  // else another impact kicked it off
+      if (!(e < 1)) continue;
+      if (!chosen)
+        if (const auto reason = d.choose(method_.x, method_.t, decided_); !reason.empty()) {
+          if (d.jammed()) return true;  // nothing is known of what would press: no hop ends here
+          return fail(reason);
+        }
+      chosen = true;
+      const double g = d.gap_acceleration(k, method_.x, method_.t);
+      if (!(g < 0)) continue;
+      const bool low = 0.5 * u * u / -g <= least_hop(k),
+                 brief = hurried_ && d.contacts()[k].restitution < 1 && 2 * u / -g <= span_;
+      if (!low && !brief) continue;
+      (bounced ? over : kicked_).push_back(k);
+      ending_[k] = bounced ? 2 * u / -g / (1 - e) : 0;
+      held.push_back(k);
+      added = true;
+    }
+    if (!added) break;
+    std::ranges::sort(held);
+    decided_ = held;
   }
   return true;
 }
@@ -407,6 +459,17 @@ void EventDriven::tell(std::vector<std::string>& notes) const {
         "Painlevé: {} times friction admitted no finite force on what slid, and an impact without collision "
         "ended the sliding: up to {:.2g} of the greatest kinetic energy at once",
         jams_.count, jams_.energy / scale));
+  if (unsolved_.count > 0)
+    notes.push_back(fmt::format(
+        "{} times no solver found forces that friction admits on what slid (whether there are any is not known), and "
+        "an impact without collision ended the sliding: up to {:.2g} of the greatest kinetic energy at once",
+        unsolved_.count, unsolved_.energy / scale));
+  if (inelastic_.count > 0)
+    notes.push_back(fmt::format(
+        "{} impacts of several contacts were taken without restitution, for no solver found impulses with it: up to "
+        "{:.2g} of the greatest kinetic energy was lost at once",
+        inelastic_.count, inelastic_.energy / scale));
+  if (dynamics_.undecided > 0) notes.push_back(undecided_note(dynamics_.undecided));
   double rounded = 0;
   for (int k = 0; k < dynamics_.system().contacts(); ++k) rounded = std::max(rounded, rounding(k));
   if (merged_ > 1e3 * rounded)

@@ -31,8 +31,9 @@ namespace freeplay {
 
 class EventDriven {
  public:
-  /// `time_scale`: s, in which something happens; `position_error`: m, accepted in a step.
-  EventDriven(EventDynamics dynamics, Dopri5 method, double time_scale, double position_error);
+  /// `coarse`: the method once modes are decided together; `time_scale`: s, in which something happens;
+  /// `position_error`: m, accepted in a step.
+  EventDriven(EventDynamics dynamics, Dopri5 method, Dopri5 coarse, double time_scale, double position_error);
 
   void start(const State& state, ContactLog& log);
   bool step(double t_end);
@@ -41,9 +42,12 @@ class EventDriven {
   template <class M>
   void remember(M& m) {
     m.part("event-driven");
-    m(dynamics_, method_, unseen_, mark_, pending_, last_, recent_, recent_since_, changes_, changes_since_,
-      block_, block_since_, struck_first_, several_, hurried_, most_kinetic_, ended_, jams_, last_jam_,
-      merged_);
+    m(dynamics_);
+    if constexpr (M::reading)
+      if (dynamics_.together()) method_ = coarse_;
+    m(method_, unseen_, mark_, pending_, last_, recent_, recent_since_, window_since_, slow_windows_, changes_,
+      changes_since_, block_, block_since_, struck_first_, several_, hurried_, most_kinetic_, ended_, jams_,
+      unsolved_, inelastic_, last_jam_, merged_);
     remember_probe(m, probe_, watching_, [this] { make_probe(); });
   }
 
@@ -109,6 +113,8 @@ class EventDriven {
   void land(Event& event);
   bool change_mode();
   void settle_together();
+  void decide_together();
+  bool paced();
   void count_impact(const std::vector<int>& touching);
   bool impacts(std::vector<int>& touching);
   bool ending_contacts(const std::vector<int>& struck, const std::vector<int>& staying,
@@ -126,7 +132,7 @@ class EventDriven {
   bool fail(const std::string& what);
 
   EventDynamics dynamics_;
-  Dopri5 method_;
+  Dopri5 method_, coarse_;
   MotionBounds bounds_;  // of the last step
   double unseen_ = 0;    // greatest, over the clearance
   /// Contacts closed before their hops were low, where impacts follow each other too fast.
@@ -147,6 +153,7 @@ class EventDriven {
   double time_scale_, span_, position_error_;
   ContactLog* log_ = nullptr;
   std::vector<Mark> mark_;
+  std::vector<int> decided_;
   std::vector<int> kicked_;     // contacts that an impact elsewhere threw off, by less than a hop
   std::vector<double> ending_;  // s, τ of contacts closed by accumulation now, else 0
   std::vector<double> rate_before_, slide_before_;
@@ -156,7 +163,8 @@ class EventDriven {
   bool pending_ = false;        // the mode changes before the next step
   Event last_;
   long recent_ = 0;  // events
-  double recent_since_ = -INFINITY;
+  double recent_since_ = -INFINITY, window_since_ = -INFINITY;
+  int slow_windows_ = 0;  // one after the other, of events that took next to no time
   int changes_ = 0;  // of modes since the last impact, in next to no time
   double changes_since_ = -INFINITY;
   int block_ = 0;  // impacts in the present span
@@ -166,7 +174,7 @@ class EventDriven {
   double merged_ = 0;        // m, the greatest gap of a contact struck together with another
   bool hurried_ = false;     // impacts follow each other faster than can be told one by one
   double most_kinetic_ = 0;  // J, before any impact so far
-  Ended ended_, jams_;
+  Ended ended_, jams_, unsolved_, inelastic_;
   double last_jam_ = -INFINITY;  // s: a step was refused there for what slides
   std::string failure_;
   bool watching_ = false;

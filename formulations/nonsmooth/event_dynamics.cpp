@@ -33,6 +33,7 @@ EventDynamics::EventDynamics(const System& system, const NonsmoothOptions& optio
   rhs_.setZero(most);
   a_.resize(system.n());
   change_.resize(system.n());
+  placed_.resize(system.n());
   for (auto* x : {&lambda_, &r_, &struck_lambda_}) x->resize(system.rows());
   extremes.penetration.assign(system.contacts(), 0);
 }
@@ -44,12 +45,20 @@ int EventDynamics::add(const SparseRow& row, const SparseRow* beside, double fac
   return r;
 }
 
+/// Contacts are looked at one by one, many at one state: its sines and rows are evaluated once.
+void EventDynamics::place(const double* q, double t) {
+  if (t == placed_t_ && std::equal(placed_.begin(), placed_.end(), q)) return;
+  system_.place(t, q, e_);
+  placed_t_ = t;
+  std::copy(q, q + system_.n(), placed_.begin());
+}
+
 /// Accelerations in a_ with no contact closed, what slips as forces and what rests without friction.
 bool EventDynamics::solve_free(const Vector& x, double t) {
   const double *q = x.data(), *v = q + system_.n();
   ++work.rhs;
   ++work.factorisations;
-  system_.place(t, q, e_);
+  place(q, t);
   system_.rate(q, v, e_);
   system_.forces(t, q, v, x.data() + state_offset(), e_, {nullptr, phases.pieces()});
   for (int k = 0; k < system_.frictions(); ++k) {
@@ -149,6 +158,16 @@ void EventDynamics::share_friction() {
   solution_ = share.asDiagonal() * decomposition.solve(rhs_.head(used_));
 }
 
+/// Starts the posed problem from the forces of the last evaluation.
+void EventDynamics::guess_last() {
+  for (std::size_t i = 0; i < posed_.size(); ++i) {
+    status_.unknowns[i].impulse_n = contacts_[posed_[i]].lambda_n;
+    if (posed_slips_[i] == 0) status_.unknowns[i].impulse_t = contacts_[posed_[i]].lambda_t;
+  }
+  for (std::size_t i = 0; i < posed_resting_.size(); ++i)
+    status_.unknowns[posed_.size() + i].impulse_t = preloaded_[posed_resting_[i]].lambda;
+}
+
 /// The same with all that touches decided by the problem in accelerations.
 bool EventDynamics::solve_together(const Vector& x, double t) {
   const int n = system_.n(), m = system_.rows();
@@ -166,15 +185,11 @@ bool EventDynamics::solve_together(const Vector& x, double t) {
       c.lambda_n = c.lambda_t = 0;
   }
   pose(x, std::vector<int>(posed_));
-  for (std::size_t i = 0; i < posed_.size(); ++i) {
-    status_.unknowns[i].impulse_n = contacts_[posed_[i]].lambda_n;
-    if (posed_slips_[i] == 0) status_.unknowns[i].impulse_t = contacts_[posed_[i]].lambda_t;
-  }
-  for (std::size_t i = 0; i < posed_resting_.size(); ++i)
-    status_.unknowns[posed_.size() + i].impulse_t = preloaded_[posed_resting_[i]].lambda;
+  guess_last();
   const auto solution = status_.solve_near();
   work.pivots += solution.pivots;
-  jam_ = !solution.solved && solution.impossible;
+  jam_ = !solution.solved;
+  jam_proved_ = solution.impossible;
   if (!solution.solved) {
     trouble_ = unsolved(solution);
     return false;
@@ -308,7 +323,7 @@ void EventDynamics::project(Vector& x, double t, Forces* book) {
     system_.report_rows(q, e_, lambda_.data(), 1, *book);
     for (int i = 0; i < n; ++i) book->acceleration[i] += change_[i];
   };
-  system_.place(t, q, e_);
+  place(q, t);
   ++work.factorisations;
   if (!saddle_.factor(e_.G.data())) return;
   move(
@@ -323,7 +338,7 @@ void EventDynamics::project(Vector& x, double t, Forces* book) {
           if (c.closed || c.row.gap < 0) rhs_[add(c.row.normal, nullptr, 0)] = c.row.gap;
         }
       });
-  system_.place(t, q, e_);
+  place(q, t);
   move(
       v, [&](int k) { return row_dot(system_.pattern(), e_.G.data(), k, v) + e_.phi_t[k]; },
       [&] {
@@ -353,21 +368,21 @@ void EventDynamics::project(Vector& x, double t, Forces* book) {
 }
 
 void EventDynamics::keep_extremes(const Vector& x, double t) {
-  system_.place(t, x.data(), e_);
+  place(x.data(), t);
   keep_residuals(system_, e_, extremes);
   for (int k = 0; k < system_.contacts(); ++k)
     extremes.penetration[k] = std::max(extremes.penetration[k], -system_.gap(k, x.data(), e_));
 }
 
 const ContactRow& EventDynamics::look(int k, const Vector& x, double t) {
-  system_.place(t, x.data(), e_);
+  place(x.data(), t);
   system_.contact(k, x.data(), x.data() + system_.n(), e_, contacts_[k].row);
   return contacts_[k].row;
 }
 
 double EventDynamics::slide_rate(int k, const Vector& x, double t) {
   const double* v = x.data() + system_.n();
-  system_.place(t, x.data(), e_);
+  place(x.data(), t);
   system_.friction(k, x.data(), v, e_, preloaded_[k].row);
   return preloaded_[k].row.dot(v);
 }

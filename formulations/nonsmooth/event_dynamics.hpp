@@ -77,8 +77,11 @@ class EventDynamics {
   /// collision: the contacts press at rates that only just approach, and friction takes what impulses it needs.
   std::string strike(Vector& x, double t, const std::vector<int>& struck, const std::vector<int>& soft,
                      bool jammed = false);
-  /// The last choice found that no mode is consistent, all having been tried.
+  /// The last choice of a mode found none; all having been tried where it is proved.
   bool jammed() const { return jam_; }
+  bool jam_proved() const { return jam_proved_; }
+  /// The last strike took e = 0 for want of impulses that keep the law.
+  bool struck_inelastic() const { return impact_.inelastic(); }
   /// The rate of approach that the last impact without collision was given (m/s).
   double jam_rate() const { return jam_rate_; }
   /// Impulses of the last strike at x, into a cleared table.
@@ -153,6 +156,7 @@ class EventDynamics {
   Work work;
   Extremes extremes;
   double contact_loss = 0, stabilisation = 0;  ///< J
+  long undecided = 0;  ///< problems whose uniqueness was not decided
 
   template <class M>
   void remember(M& m) {
@@ -160,12 +164,13 @@ class EventDynamics {
     for (auto& c : contacts_) m(c);
     for (auto& p : preloaded_) m(p);
     m(phases, together_, saddle_, speed_tolerance_, slide_tolerance_, a_, work, extremes, contact_loss,
-      stabilisation);
+      stabilisation, undecided, status_.modes_left, impact_.modes_left());
   }
 
  private:
   /// Greatest of rates or accelerations of all coordinates, those of angles at the longest arm.
   double greatest(const double* rates) const;
+  void place(const double* q, double t);
   void solve_active();
   void share_friction();
   bool solve_free(const Vector& x, double t);
@@ -174,6 +179,7 @@ class EventDynamics {
   std::string name_of_unknown(int i) const;
   std::string unsolved(const ContactSolution& solution) const;
   void pose(const Vector& x, const std::vector<int>& candidates);
+  void guess_last();
   /// Adds a column A·`column` to the responses and its row; returns its index.
   int add(const SparseRow& row, const SparseRow* beside, double factor);
   double* response(int r) { return response_.data() + static_cast<long>(r) * system_.n(); }
@@ -185,6 +191,8 @@ class EventDynamics {
   double speed_scale_, speed_tolerance_ = 0, slide_tolerance_ = 0;
   SaddlePoint saddle_;
   Evaluation e_;
+  Vector placed_;  // q and t that e_ was placed at
+  double placed_t_ = __builtin_nan("");
   std::vector<Contact> contacts_;
   std::vector<Preloaded> preloaded_;
   ImpactProblem impact_;
@@ -194,7 +202,7 @@ class EventDynamics {
   std::vector<double> response_, reaction_;
   int used_ = 0;
   bool dependent_ = false;  // the active rows depend on each other
-  bool together_ = false, jam_ = false;
+  bool together_ = false, jam_ = false, jam_proved_ = false;
   double jam_rate_ = 0;
   std::string trouble_;
   std::vector<int> posed_, posed_slips_, posed_resting_;  // contacts and preloaded joints of status_

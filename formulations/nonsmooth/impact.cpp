@@ -1,5 +1,7 @@
 #include "formulations/nonsmooth/impact.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -187,9 +189,23 @@ std::string ImpactProblem::solve(const Eigen::MatrixXd& D, const Eigen::VectorXd
   problem_.reserve(rows);
   problem_.rows = rows;
   problem_.D.topLeftCorner(rows, rows) = D.topLeftCorner(rows, rows);
-  if (!by_law(u, contacts))
-    return solution_.solved ? "the works of simultaneous impacts do not converge to their ratios"
-                            : "the impact's complementarity problem has no solution that any solver finds";
+  inelastic_ = false;
+  if (!by_law(u, contacts)) {
+    if (solution_.solved) return "the works of simultaneous impacts do not converge to their ratios";
+    // Without restitution there always is a solution (see by_copositive_lemke).
+    auto soft = contacts;
+    for (auto& c : soft) c.restitution = c.tangential_restitution = 0;
+    inelastic_ = contacts.size() > 1 && newton(u, soft);
+    if (!inelastic_)
+      return fmt::format(
+          "the impact of {} contacts was not solved by any solver, nor without restitution (residual {:.2g} of the "
+          "greatest rate); whether it has a solution is not known",
+          contacts.size(), solution_.residual);
+    for (std::size_t i = 0; i < soft.size(); ++i) {
+      contacts[i].impulse_n = soft[i].impulse_n;
+      contacts[i].impulse_t = soft[i].impulse_t;
+    }
+  }
   normal_work_ = tangential_work_ = 0;
   for (const auto& c : contacts) {
     const auto mean = [&](int row) {

@@ -30,7 +30,8 @@ struct ImpactContact {
   double impulse_n = 0, impulse_t = 0;  ///< N s
 };
 
-/// An impact starts from no guess and fills what it reads: nothing passes from one to the next.
+/// An impact starts from no guess and fills what it reads: nothing passes from one to the next but the modes left to
+/// try.
 class ImpactProblem {
  public:
   ImpactProblem(ImpactLaw law, LcpSolver solver, double tolerance) : law_(law), problem_(solver, tolerance) {}
@@ -43,6 +44,10 @@ class ImpactProblem {
   double normal_work() const { return normal_work_; }
   double tangential_work() const { return tangential_work_; }
   const ContactSolution& solution() const { return solution_; }
+  /// The last solve took e = 0, for no impulses were found that keep the law: contacts that share a body between
+  /// walls may be asked for rates that cannot be had together, as a disc in a channel of its own width.
+  bool inelastic() const { return inelastic_; }
+  long& modes_left() { return problem_.modes_left; }
 
  private:
   bool by_law(const Eigen::VectorXd& u, std::vector<ImpactContact>& contacts);
@@ -58,6 +63,7 @@ class ImpactProblem {
   Eigen::VectorXd after_compression_;
   std::vector<double> compression_n_, compression_t_;
   double normal_work_ = 0, tangential_work_ = 0;
+  bool inelastic_ = false;
 };
 
 /// Stronge's law for one contact by integration along the normal impulse. D_TT = 0 without friction.

@@ -41,7 +41,8 @@ class MoreauStepper {
     m.part("moreau-jean");
     for (auto& c : contacts_) m(c);
     m(saddle_, slide_last_, q_, v_, q_old_, v_old_, v_trial_, z_, t_, t_old_, t_start_, index_, integrals_,
-      extremes_, work_, flights_, passage_);
+      extremes_, work_, flights_, passage_, motions_, jam_, jams_, undecided_,
+      problem_.modes_left, position_problem_.modes_left);
   }
 
   double t() const { return t_; }
@@ -141,7 +142,7 @@ class MoreauStepper {
   std::vector<int> passing_;  // contacts that something may pass through
   std::string failure_;
   std::string motions_, jam_;  // of the first problem with more motions than one, and of the first jam
-  long jams_ = 0;
+  long jams_ = 0, undecided_ = 0;
   bool watching_ = false;
   Forces nothing_, smooth_, within_;  // impulses of the last step: without its impacts, and theirs
   std::vector<double> struck_lambda_, smooth_lambda_;

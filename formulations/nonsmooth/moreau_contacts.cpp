@@ -42,6 +42,7 @@ bool MoreauStepper::solve_contacts() {
 /// Notes the first problem with more than one motion, and the first contact that slid on without approach and
 /// was stopped by an impulse, because friction there admits no finite force on what slides.
 void MoreauStepper::tell_painleve(const ContactSolution& result) {
+  undecided_ += result.undecided;
   if (result.ambiguous && motions_.empty()) {
     const auto name = [&](int i) {
       for (int k = 0; k < system_.contacts(); ++k)
@@ -72,6 +73,7 @@ void MoreauStepper::tell(std::vector<std::string>& notes) const {
         "Painlevé: friction admitted no finite force on what slid, and an impulse stopped it, {} times; the "
         "first at {}",
         jams_, jam_));
+  if (undecided_ > 0) notes.push_back(undecided_note(undecided_));
 }
 
 int MoreauStepper::add_row(const SparseRow& row, double end_rate_bias) {
