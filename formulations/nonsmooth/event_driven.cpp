@@ -290,9 +290,11 @@ bool EventDriven::jam(std::vector<int>& touching) {
     if (reason.empty()) return true;
     if (!d.jammed()) return fail(reason);
   }
-  return fail(proved ? "friction admits no acceleration (Painlevé), and three impacts without collision do not end that"
-                     : "no solver finds accelerations that friction admits, and three impacts without collision do not "
-                       "end that; whether there are any is not known");
+  return fail(
+      proved
+          ? "friction admits no acceleration (Painlevé), and three impacts without collision do not end that"
+          : "no solver finds accelerations that friction admits, and three impacts without collision do not "
+            "end that; whether there are any is not known");
 }
 
 /// Solves the impact of the touching contacts if one approaches; leaves in `touching` those that stay.

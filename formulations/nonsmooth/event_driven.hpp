@@ -45,9 +45,9 @@ class EventDriven {
     m(dynamics_);
     if constexpr (M::reading)
       if (dynamics_.together()) method_ = coarse_;
-    m(method_, unseen_, mark_, pending_, last_, recent_, recent_since_, window_since_, slow_windows_, changes_,
-      changes_since_, block_, block_since_, struck_first_, several_, hurried_, most_kinetic_, ended_, jams_,
-      unsolved_, inelastic_, last_jam_, merged_);
+    m(method_, unseen_, mark_, pending_, last_, recent_, recent_since_, window_since_, slow_windows_,
+      changes_, changes_since_, block_, block_since_, struck_first_, several_, hurried_, most_kinetic_,
+      ended_, jams_, unsolved_, inelastic_, last_jam_, merged_);
     remember_probe(m, probe_, watching_, [this] { make_probe(); });
   }
 
@@ -124,6 +124,7 @@ class EventDriven {
   void record(const std::vector<int>& was_closed);
   const std::vector<double>& at(double t) const;
   Watched gap_at(int k, double t);
+  GapMotion motion_of(int k);
   void mark_gaps(bool begin = false);
   double rounding(int k) const;
   double slack(int k) const;
@@ -165,7 +166,7 @@ class EventDriven {
   long recent_ = 0;  // events
   double recent_since_ = -INFINITY, window_since_ = -INFINITY;
   int slow_windows_ = 0;  // one after the other, of events that took next to no time
-  int changes_ = 0;  // of modes since the last impact, in next to no time
+  int changes_ = 0;       // of modes since the last impact, in next to no time
   double changes_since_ = -INFINITY;
   int block_ = 0;  // impacts in the present span
   double block_since_ = -INFINITY;

@@ -156,7 +156,7 @@ class EventDynamics {
   Work work;
   Extremes extremes;
   double contact_loss = 0, stabilisation = 0;  ///< J
-  long undecided = 0;  ///< problems whose uniqueness was not decided
+  long undecided = 0;                          ///< problems whose uniqueness was not decided
 
   template <class M>
   void remember(M& m) {

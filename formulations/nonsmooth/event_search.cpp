@@ -40,6 +40,42 @@ void EventDriven::mark_gaps(bool begin) {
   }
 }
 
+/// How the gap may bend within the last step. Bodies without arms move against each other as their centres do, and along
+/// a wall at rest as far as across it: discs that touch and fall together, or along a wall, would else be told from
+/// touching again at every rounding of time.
+GapMotion EventDriven::motion_of(int k) {
+  const auto& system = dynamics_.system();
+  auto m = dynamics_.gap_motion(k, bounds_, method_.x);
+  const auto [i, j] = system.contact_facts(k).bodies;
+  const bool straight = m.shape == GapMotion::Shape::straight;
+  if (system.longest_arm() > 0 || (straight && i != ground)) return m;
+  const double h = method_.t - method_.t_old;
+  const int n = system.n();
+  method_.interpolate(method_.t_old + 0.5 * h, scratch_);
+  // Of a linear function of the coordinates.
+  const auto bend = [&](const auto& of) {
+    MotionBounds one;
+    const double q0 = of(method_.x_old.data()), v0 = of(method_.x_old.data() + n),
+                 a0 = of(method_.dxdt_old.data() + n);
+    const double q1 = of(method_.x.data()), v1 = of(method_.x.data() + n), a1 = of(method_.dxdt.data() + n);
+    one.enclose(h, 1, &q0, &v0, &a0, &q1, &v1, &a1);
+    one.widen(0, std::abs(of(scratch_.data() + n) - 0.5 * (v0 + v1) - 0.125 * h * (a0 - a1)), 3.1);
+    return one.acceleration[0];
+  };
+  if (straight) {
+    const SparseRow normal = dynamics_.look(k, method_.x, method_.t).normal;
+    m.bend = std::min(m.bend, bend([&](const double* y) { return normal.dot(y); }));
+  } else {
+    const auto along = [&, i = i, j = j](int c) {
+      return bend([&](const double* y) {
+        return (j == ground ? 0 : y[planar::first(j) + c]) - (i == ground ? 0 : y[planar::first(i) + c]);
+      });
+    };
+    m.bend = std::min(m.bend, std::hypot(along(0), along(1)));
+  }
+  return m;
+}
+
 void EventDriven::find_gap_events(Event& first) {
   const auto& system = dynamics_.system();
   if (!(method_.t > method_.t_old)) return;
@@ -47,11 +83,16 @@ void EventDriven::find_gap_events(Event& first) {
   for (int k = 0; k < dynamics_.system().contacts(); ++k) {
     if (dynamics_.contacts()[k].closed) continue;
     const auto end = gap_at(k, method_.t);
+<<<<<<< HEAD
     double unseen = 0;
     const auto t =
         first_loss([&](double at) { return gap_at(k, at); }, method_.t_old, method_.t, mark_[k].gap, end,
                    dynamics_.gap_motion(k, bounds_, method_.x), rounding(k), unseen);
     unseen_ = std::max(unseen_, unseen / system.contact_facts(k).clearance);
+=======
+    const auto t = first_loss([&](double at) { return gap_at(k, at); }, method_.t_old, method_.t,
+                              mark_[k].gap, end, motion_of(k), rounding(k));
+>>>>>>> 7c56168 (Discs that touch and fall together are told from touching by how they move against each other)
     if (t && (*t < first.t || first.kind == Event::Kind::none)) first = {Event::Kind::gap, k, *t};
   }
 }

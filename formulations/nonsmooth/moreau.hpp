@@ -41,8 +41,8 @@ class MoreauStepper {
     m.part("moreau-jean");
     for (auto& c : contacts_) m(c);
     m(saddle_, slide_last_, q_, v_, q_old_, v_old_, v_trial_, z_, t_, t_old_, t_start_, index_, integrals_,
-      extremes_, work_, flights_, passage_, motions_, jam_, jams_, undecided_,
-      problem_.modes_left, position_problem_.modes_left);
+      extremes_, work_, flights_, passage_, motions_, jam_, jams_, undecided_, problem_.modes_left,
+      position_problem_.modes_left);
   }
 
   double t() const { return t_; }
