@@ -83,16 +83,10 @@ void EventDriven::find_gap_events(Event& first) {
   for (int k = 0; k < dynamics_.system().contacts(); ++k) {
     if (dynamics_.contacts()[k].closed) continue;
     const auto end = gap_at(k, method_.t);
-<<<<<<< HEAD
     double unseen = 0;
-    const auto t =
-        first_loss([&](double at) { return gap_at(k, at); }, method_.t_old, method_.t, mark_[k].gap, end,
-                   dynamics_.gap_motion(k, bounds_, method_.x), rounding(k), unseen);
-    unseen_ = std::max(unseen_, unseen / system.contact_facts(k).clearance);
-=======
     const auto t = first_loss([&](double at) { return gap_at(k, at); }, method_.t_old, method_.t,
-                              mark_[k].gap, end, motion_of(k), rounding(k));
->>>>>>> 7c56168 (Discs that touch and fall together are told from touching by how they move against each other)
+                              mark_[k].gap, end, motion_of(k), rounding(k), unseen);
+    unseen_ = std::max(unseen_, unseen / system.contact_facts(k).clearance);
     if (t && (*t < first.t || first.kind == Event::Kind::none)) first = {Event::Kind::gap, k, *t};
   }
 }
