@@ -1,8 +1,9 @@
 // The contact problem itself, on random problems whose solution is unique: what every solver leaves of the
-// laws, judged here from D, b and the impulses alone, and how far the solvers differ.
+// laws, judged here from D, b and the impulses alone, and how far the solvers differ; and piles, whose contacts share loads.
 #include <cmath>
 
 #include "verification/claims/claim.hpp"
+#include "verification/claims/piles.hpp"
 #include "verification/random_contact.hpp"
 
 namespace freeplay::verification {
@@ -72,6 +73,7 @@ Findings complementarity() {
     f.at_most(name + ": greatest difference to the default's impulses", "", apart, 1e-8,
               "the solution is unique", "the violation over the least eigenvalue of D, 0.3, and room");
   }
+  piles(f);
   return f;
 }
 

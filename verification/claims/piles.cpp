@@ -1,0 +1,82 @@
+// Piles of discs by both nonsmooth schemes: forces at rest against weights by hand, and random piles that run to their
+// ends with their ledgers closed.
+#include "verification/piles.hpp"
+
+#include "model/scene.hpp"
+#include "verification/claims/force_claims.hpp"
+#include "verification/claims/piles.hpp"
+
+namespace freeplay::verification {
+namespace {
+
+/// Normal forces of the contacts at the end of the last step (N).
+class LastForces final : public Observer {
+ public:
+  Wants wants() const override { return {true, false, true}; }
+  void begin(const Layout& layout, const State&) override { elements_ = layout.forces; }
+  void step(const Step& step) override { step.forces(step.t1, forces_); }
+  double normal(const std::string& name) const {
+    for (std::size_t i = 0; i < elements_.size(); ++i)
+      if (elements_[i].name == name) return forces_.elements.at(i).fn;
+    return NAN;
+  }
+
+ private:
+  std::vector<ForceElement> elements_;
+  Forces forces_;
+};
+
+Scene scene_of(const std::string& text, Scheme scheme) {
+  auto scene = parse_scene(text, "pile");
+  scene.nonsmooth.scheme = scheme;
+  scene.nonsmooth.step = 1e-4;
+  return scene;
+}
+
+}  // namespace
+
+void piles(Findings& f) {
+  const double R = 0.05, weight = 50 * M_PI * R * R * 9.81;
+  for (const auto scheme : {Scheme::event_driven, Scheme::moreau_jean}) {
+    const bool events = scheme == Scheme::event_driven;
+    const std::string by = events ? "event-driven" : "Moreau–Jean";
+    const char* solved =
+        "the problem is solved to 1e-10 of the greatest rate of a step, a disc's weight is 1e-1 of it at "
+        "least, and room";
+    LastForces forces;
+    force_claims::run(scene_of(test::pile({{R, R + 0.01, R}, {R, 3 * R + 0.02, R}, {R, 5 * R + 0.05, R}},
+                                          2 * R, 0, 0, 0.3, 1),
+                               scheme),
+                      Family::nonsmooth, {&forces});
+    const std::pair<const char*, int> loads[] = {{"floor0", 3}, {"c0_1", 2}, {"c1_2", 1}};
+    for (const auto& [name, discs] : loads)
+      f.relative(by + ": three discs fallen into a channel as wide as they are, force of " + name, "N",
+                 forces.normal(name), discs * weight, 1e-6, "the weight of what lies above", solved);
+    force_claims::run(
+        scene_of(test::pile({{0.5, R, R}, {0.5 + 2 * R, R, R}, {0.5 + R, R + std::sqrt(3) * R, R}}, 2, 0, 0.5,
+                            0, 0.2),
+                 scheme),
+        Family::nonsmooth, {&forces});
+    for (const char* name : {"floor0", "floor1"})
+      f.relative(by + ": a disc on two, friction 0.5, force of " + name, "N", forces.normal(name),
+                 1.5 * weight, 1e-6,
+                 "half of three weights: the pile is symmetric and stands, for 0.5 > tan 15°", solved);
+    int stopped = 0;
+    double closure = 0, inside = 0;
+    for (unsigned seed = 1; seed <= 6; ++seed) {
+      const auto r = test::simulate(scene_of(test::random_pile(seed), scheme), Family::nonsmooth);
+      stopped += r.ending.status != Ending::Status::finished;
+      closure = greatest(closure, std::abs(r.ledger.closure()) / std::abs(r.ledger.initial));
+      for (const double depth : r.extremes.penetration) inside = greatest(inside, depth);
+    }
+    f.at_most(by + ": random piles of 4 to 6 discs of 6 that do not run to their ends", "", stopped, 0,
+              "friction 0 to 0.3, restitution 0.1 to 0.6", "each must");
+    f.at_most(by + ": greatest error of their energy balances over what they began with", "", closure, 1e-6,
+              "what is lost by contact, friction and correction is booked",
+              "the tolerance of a step, 1e-7 at most, and room");
+    f.at_most(by + ": greatest penetration of theirs", "m", inside, events ? 1e-9 : 2e-4, "0",
+              events ? "rounding, and what the correction of neighbours moves" : "2 m/s in a step of 1e-4 s");
+  }
+}
+
+}  // namespace freeplay::verification
