@@ -369,16 +369,14 @@ void EventDriven::count_impact(const std::vector<int>& touching) {
     hurried_ = hurried_ && block_ >= most / 4 && t - block_since_ < 2 * span_;
     block_ = 0;
     block_since_ = t;
-    struck_first_ = struck_second_ = -1;
+    struck_first_ = -1;
     several_ = false;
   }
-  // One contact alone has an end that is known exactly, and two corners of a slider rock; only three and more, as in
-  // piles, kick each other on.
+  // One contact alone has an end that is known exactly; only several kick each other.
   for (int k = 0; k < dynamics_.system().contacts(); ++k)
     if (rate_before_[k] < -dynamics_.speed_tolerance() && std::ranges::find(touching, k) != touching.end()) {
       if (struck_first_ < 0) struck_first_ = k;
-      if (k != struck_first_ && struck_second_ < 0) struck_second_ = k;
-      several_ = several_ || (k != struck_first_ && k != struck_second_);
+      several_ = several_ || k != struck_first_;
     }
   ++block_;
   hurried_ = hurried_ || (several_ && block_ >= most);

@@ -46,7 +46,7 @@ class EventDriven {
     if constexpr (M::reading)
       if (dynamics_.together()) method_ = coarse_;
     m(method_, unseen_, mark_, pending_, last_, recent_, recent_since_, window_since_, slow_windows_, changes_,
-      changes_since_, block_, block_since_, struck_first_, struck_second_, several_, hurried_, most_kinetic_, ended_, jams_,
+      changes_since_, block_, block_since_, struck_first_, several_, hurried_, most_kinetic_, ended_, jams_,
       unsolved_, inelastic_, last_jam_, merged_);
     remember_probe(m, probe_, watching_, [this] { make_probe(); });
   }
@@ -170,8 +170,8 @@ class EventDriven {
   double changes_since_ = -INFINITY;
   int block_ = 0;  // impacts in the present span
   double block_since_ = -INFINITY;
-  int struck_first_ = -1, struck_second_ = -1;  // in the present span
-  bool several_ = false;     // three contacts and more were struck in it
+  int struck_first_ = -1;    // in the present span
+  bool several_ = false;     // contacts were struck in it
   double merged_ = 0;        // m, the greatest gap of a contact struck together with another
   bool hurried_ = false;     // impacts follow each other faster than can be told one by one
   double most_kinetic_ = 0;  // J, before any impact so far
