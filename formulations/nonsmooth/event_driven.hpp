@@ -45,9 +45,9 @@ class EventDriven {
     m(dynamics_);
     if constexpr (M::reading)
       if (dynamics_.together()) method_ = coarse_;
-    m(method_, unseen_, mark_, pending_, last_, recent_, recent_since_, window_since_, slow_windows_, changes_,
-      changes_since_, block_, block_since_, struck_first_, several_, hurried_, most_kinetic_, ended_, jams_,
-      unsolved_, inelastic_, last_jam_, merged_);
+    m(method_, unseen_, mark_, pending_, last_, recent_, recent_since_, window_since_, slow_windows_,
+      changes_, changes_since_, block_, block_since_, struck_first_, several_, hurried_, most_kinetic_,
+      ended_, jams_, unsolved_, inelastic_, last_jam_, merged_);
     remember_probe(m, probe_, watching_, [this] { make_probe(); });
   }
 
