@@ -56,6 +56,7 @@ class Relieved : public Method {
     }
     if (!stiff_) {
       if (Method::step(f, t_end)) return true;
+      if (Method::fixed_step) return false;  // what diverged is shown as what it is
       this->unshift();
       if (!finite(this->x) || !finite(this->dxdt)) {
         this->shift();

@@ -327,7 +327,11 @@ class PenaltyStepper {
     const double before = mark_[k].at.slide, after = end_[k].slide;
     if (after >= low && after <= high) return;
     const double boundary = after > high ? high : low;
-    if ((before - boundary) * (after - boundary) >= 0) return;  // beyond it already: follow_zone
+    if ((before - boundary) * (after - boundary) >= 0) {  // beyond it already: at once, or follow_zone
+      if (std::abs(before - boundary) <= nudge(c) && first.t > method_.t_old)
+        first = {k, true, method_.t_old, boundary};
+      return;
+    }
     const double t = bracketed_root([&](double s) { return sample_at(k, s).slide - boundary; }, method_.t_old,
                                     method_.t, before - boundary, after - boundary);
     if (t < first.t || !first.found()) first = {k, true, t, boundary};
@@ -345,10 +349,13 @@ class PenaltyStepper {
     }
     return false;
   }
-  /// A speed that rounding left outside its zone at both ends of a step takes its own zone now.
+  /// What a sliding speed is known to where zones meet (m/s): two feet that reach the end of one at the same instant
+  /// would else send each other back by rounding.
+  static double nudge(const PenaltyContact& c) { return 1e-9 * std::max(c.friction->v0, c.friction->v1); }
+  /// A speed that was left outside its zone at both ends of a step takes its own zone now.
   static void follow_zone(PenaltyContact& c, double slide) {
     const auto [low, high] = c.friction->ends(c.zone);
-    if (slide < low || slide > high) c.zone = c.friction->zone(slide);
+    if (slide < low - nudge(c) || slide > high + nudge(c)) c.zone = c.friction->zone(slide);
   }
 
   /// Steps from the old state to the event.
@@ -373,9 +380,8 @@ class PenaltyStepper {
     }
     auto& c = f_.contacts()[event.contact];
     if (event.slide) {
-      const double nudge = 1e-9 * c.friction->v0;
-      c.zone = c.friction->zone(event.boundary +
-                                (event.boundary == c.friction->ends(c.zone).high ? nudge : -nudge));
+      const bool up = event.boundary == c.friction->ends(c.zone).high;
+      c.zone = c.friction->zone(event.boundary + (up ? nudge(c) : -nudge(c)));
       restart_ = true;
     } else if (c.closed) {
       open(event.contact);
