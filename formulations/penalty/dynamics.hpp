@@ -113,6 +113,8 @@ class PenaltyDynamics {
   const std::vector<PenaltyContact>& contacts() const { return contacts_; }
   const Evaluation& evaluation() const { return terms_.e; }
   bool singular() const { return singular_; }
+  /// 1/s, the fastest of Baumgarte's terms.
+  double pull() const { return std::max(two_alpha_, std::sqrt(beta_squared_)); }
   double nearest_singular() const { return saddle_.nearest_singular(); }
   Work work;
   Phases phases;  ///< the pieces of torque tables that the present mode is held to

@@ -339,7 +339,8 @@ class PenaltyStepper {
   /// Whether a fixed step has thrown a sliding speed that began in a steep piece of its friction law far beyond that: no
   /// motion does, it is unstable there.
   bool leaps() const {
-    if (method_.relieved()) return false;
+    // Where Baumgarte's terms are too fast for the step, it is they that diverge.
+    if (method_.relieved() || f_.pull() * (method_.t - method_.t_old) > 1) return false;
     for (int k = 0; k < f_.system().contacts(); ++k) {
       const auto& c = f_.contacts()[k];
       if (!c.closed || !c.friction) continue;
