@@ -76,6 +76,8 @@ std::optional<double> first_loss(F at, double t0, double t1, Watched start, cons
     if (const auto t = self(self, ta, a, tm, m, halvings - 1)) return t;
     return self(self, tm, m, tb, b, halvings - 1);
   };
+  if (!std::isfinite(motion.bend))
+    return search(search, t0, start, t1, end, 0);  // beyond the range of numbers
   const auto found = search(search, t0, start, t1, end, 60);
   if (pieces >= 0) return found;
   pieces = 10000;
