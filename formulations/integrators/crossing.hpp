@@ -41,7 +41,13 @@ double bracketed_root(F f, double a, double b, double fa, double fb) {
 template <class F>
 std::optional<double> first_loss(F at, double t0, double t1, Watched start, const Watched& end,
                                  const GapMotion& motion, double noise, double& unseen) {
-  if (motion.least(start, end, t1 - t0) > -noise) return std::nullopt;
+  // The bound to its own rounding.
+  const auto least_of = [&](const Watched& a, const Watched& b, double h) {
+    const double terms =
+        std::abs(a.value) + std::abs(b.value) + (std::abs(a.rate) + std::abs(b.rate) + motion.bend * h) * h;
+    return motion.least(a, b, h) - 4e-16 * terms;
+  };
+  if (least_of(start, end, t1 - t0) > -noise) return std::nullopt;
   if (start.value <= 8 * noise && start.rate > 0)
     start.value = std::max(start.value, 0.0);  // just changed mode here
   const auto value = [&](double t) { return at(t).value; };
@@ -63,7 +69,7 @@ std::optional<double> first_loss(F at, double t0, double t1, Watched start, cons
   int pieces = 10000;
   const auto search = [&](auto&& self, double ta, const Watched& a, double tb, const Watched& b,
                           int halvings) -> std::optional<double> {
-    const double h = tb - ta, least = motion.least(a, b, h);
+    const double h = tb - ta, least = least_of(a, b, h);
     if (least > -noise || motion.rises(a, b, h)) return std::nullopt;
     if (motion.falls(a, b, h)) return root(ta, a, tb, b);
     const double tm = ta + 0.5 * h;

@@ -18,7 +18,7 @@ class Relieved : public Method {
 
   template <class F>
   void start(F& f, double at, const Vector& state) {
-    if (this->x.size() != state.size()) implicit_.make_room(state.size());
+    if (this->x.size() != state.size()) make_room(f, state.size());
     Method::start(f, at, state);
     forget();
   }
@@ -29,7 +29,7 @@ class Relieved : public Method {
   }
   /// The implicit method goes on from here: modes chatter, because no step of the explicit one is stable in them.
   void relieve() {
-    if (stiff_) return;
+    if (stiff_ || !affordable_) return;
     stiff_ = true;
     ++reliefs_;
     implicit_.begin();
@@ -39,7 +39,7 @@ class Relieved : public Method {
   long reliefs() const { return reliefs_; }
   template <class F>
   bool step(F& f, double t_end) {
-    if (Method::may_creep && !stiff_ && ++steps_ == probe_at_) {
+    if (Method::may_creep && affordable_ && !stiff_ && ++steps_ == probe_at_) {
       probe_at_ *= 2;
       const double length = stiff_steps * (this->t - since_) / static_cast<double>(steps_ - counted_);
       since_ = this->t;
@@ -56,7 +56,7 @@ class Relieved : public Method {
     }
     if (!stiff_) {
       if (Method::step(f, t_end)) return true;
-      if (Method::fixed_step) return false;  // what diverged is shown as what it is
+      if (Method::fixed_step || !affordable_) return false;  // what diverged is shown as what it is
       this->unshift();
       if (!finite(this->x) || !finite(this->dxdt)) {
         this->shift();
@@ -89,13 +89,27 @@ class Relieved : public Method {
   void remember(M& m) {
     Method::remember(m);
     m(stiff_, steps_, counted_, probe_at_, since_, reliefs_);
-    if constexpr (M::reading) implicit_.make_room(this->x.size());
+    if constexpr (M::reading) {
+      affordable_ = this->x.size() <= most_unknowns;
+      if (affordable_) implicit_.make_room(this->x.size());
+    }
     implicit_.remember(m);
   }
 
  private:
-  static constexpr long first_probe = 400;
+  static constexpr long first_probe = 2000;
   static constexpr double stiff_steps = 20;
+  /// Dense solves of more cost more than an explicit method's short steps.
+  static constexpr std::size_t most_unknowns = 400;
+
+  /// Before the first step, so that none allocates.
+  template <class F>
+  void make_room(F& f, std::size_t n) {
+    affordable_ = n <= most_unknowns;
+    if (!affordable_) return;
+    implicit_.make_room(n);
+    f.reserve_jacobian();
+  }
 
   static bool finite(const Vector& x) {
     return std::ranges::all_of(x, [](double y) { return std::isfinite(y); });
@@ -107,7 +121,7 @@ class Relieved : public Method {
     since_ = this->t;
   }
   RosenbrockStep implicit_;
-  bool stiff_ = false;
+  bool stiff_ = false, affordable_ = true;
   long steps_ = 0, counted_ = 0, probe_at_ = first_probe;  // in this mode
   double since_ = 0;                                       // s, of the last probe or the mode's beginning
   long reliefs_ = 0;

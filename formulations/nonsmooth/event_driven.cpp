@@ -141,7 +141,7 @@ bool EventDriven::paced() {
   if (recent_ % window != 0) return true;
   const double passed = method_.t - window_since_;
   window_since_ = method_.t;
-  slow_windows_ = passed < 0.05 * time_scale_ ? slow_windows_ + 1 : 0;
+  slow_windows_ = passed < 0.2 * time_scale_ ? slow_windows_ + 1 : 0;
   if (slow_windows_ < most) return true;
   return fail(fmt::format(
       "the last {} impacts and changes of contact took {:.2g} s; at this pace {:.2g} of them make a second: more than "

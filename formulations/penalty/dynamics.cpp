@@ -144,14 +144,19 @@ void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   }
 }
 
-void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfdt) {
-  constexpr int chunk = static_cast<int>(std::tuple_size_v<decltype(Gradient::slope)>);
+void PenaltyDynamics::reserve_jacobian() {
   const int n = system_.n(), m = system_.rows(), N = size();
   if (!tangent_)
     tangent_ = std::make_unique<Tangent>(Tangent{PenaltyTerms<Gradient>(system_, bristles_),
                                                  std::vector<Gradient>(2 * n + bristles_ + system_.states()),
                                                  std::vector<Gradient>(std::max(n, m)), Vector(N), Vector(n),
                                                  Vector(m), Vector(n), Vector(m), Vector(n)});
+}
+
+void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfdt) {
+  constexpr int chunk = static_cast<int>(std::tuple_size_v<decltype(Gradient::slope)>);
+  const int n = system_.n(), m = system_.rows(), N = size();
+  reserve_jacobian();
   auto& d = *tangent_;
   (*this)(x, d.slope, t);  // for the reactions and accelerations, and their factorised matrix
   ++work.jacobians;

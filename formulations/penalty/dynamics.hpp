@@ -70,6 +70,8 @@ class PenaltyDynamics {
   ///
   ///     M v̇ + Gᵀλ = F,   G v̇ = r     obey     M dv̇ + Gᵀdλ = dF − dGᵀ λ,   G dv̇ = dr − dG v̇.
   void jacobian(const Vector& x, double t, double* J, double* dfdt);
+  /// Makes what jacobian() works in, which it else makes when first called.
+  void reserve_jacobian();
 
   int size() const { return integral_offset() + integrals; }
   int impulse_offset() const { return 2 * system_.n(); }

@@ -122,9 +122,11 @@ TEST_CASE("rosenbrock4 takes a stiff damper in its stride", "[order][stiff]") {
   const double exact =
       2 * std::atan(std::tan(amplitude / 2) * std::exp(-mass * gravity * arm / 50 * scene.run.duration));
   CHECK(implicit.final_state.q[2] + 1.5707963267948966 == Approx(exact).epsilon(2e-4));
-  // An explicit method is held to steps of about 3.3/830 s: 5,000 steps; the implicit one needs a few dozen.
+  // An explicit method alone is held to steps of about 3.3/830 s: 5,000 steps; the implicit one needs a few dozen.
   CAPTURE(implicit.work.rhs, explicit_pair.work.rhs);
-  CHECK(implicit.work.steps * 20 < explicit_pair.work.steps);
+  // It is relieved after 2000 of them.
+  CHECK(implicit.work.steps < 100);
+  CHECK(explicit_pair.work.steps < 3000);
 }
 
 TEST_CASE("every integrator carries the seven-body mechanism to its printed end", "[order][seven-body]") {
