@@ -11,6 +11,7 @@ EventDriven::EventDriven(EventDynamics dynamics, Dopri5 method, Dopri5 coarse, d
                          double position_error)
     : dynamics_(std::move(dynamics)),
       method_(std::move(method)),
+      fine_(method_),
       coarse_(std::move(coarse)),
       time_scale_(time_scale),
       span_(0.1 * time_scale),
@@ -76,7 +77,13 @@ bool EventDriven::step(double t_end) {
     before_step_.clear();
     within_.clear();
   }
-  if (pending_ && !change_mode()) return false;
+  if (pending_) {
+    if (gives_way_) keep_mode();
+    if (!change_mode()) {
+      if (gives_way_) give_back_mode();
+      return false;
+    }
+  }
   // No step crosses a kink of a table's torque, or misses a pulse.
   t_end = std::min(
       {t_end, dynamics_.system().next_knot(method_.t), method_.t + longest_step(dynamics_.system(), v())});
@@ -191,10 +198,14 @@ bool EventDriven::change_mode() {
     const bool here = last_.kind == Event::Kind::gap && last_.index == k;
     const double near = std::max(1e-10 * d.system().contact_facts(k).clearance, position_error_) +
                         1e-14 * d.system().longest_arm();
-    if (closed || here || (row.normal.size > 0 && row.gap <= near && rate_before_[k] <= d.speed_tolerance()))
+    // What leaves takes part where contacts strike each other to and fro at one instant: without approach it is only
+    // kept from approaching.
+    const bool crowded = hurried_ || crowd_ >= 8;
+    if (closed || here ||
+        (row.normal.size > 0 && row.gap <= near && (crowded || rate_before_[k] <= d.speed_tolerance())))
       touching.push_back(k);
   }
-  settle_together();
+  if (!settle_together()) return false;
   kicked_.clear();
   if (!impacts(touching) || !choose(touching)) return false;
   d.mend();
@@ -213,8 +224,10 @@ bool EventDriven::change_mode() {
 }
 
 /// From now on all that touches is decided together, with the integrator for that; the mode begins anew.
-void EventDriven::decide_together() {
-  if (dynamics_.together()) return;
+bool EventDriven::decide_together() {
+  if (dynamics_.together()) return true;
+  if (gives_way_)
+    return fail("modes of contact change again and again, or contacts kick each other too fast");
   dynamics_.set_together(true);
   const double t = method_.t;
   const std::vector<double> x = method_.x;
@@ -222,19 +235,20 @@ void EventDriven::decide_together() {
   method_ = coarse_;
   method_.rejected = rejected;
   method_.begin(t, x);
+  return true;
 }
 
 /// Modes that change again and again, faster than anything moves, are decided together from
 /// then on.
-void EventDriven::settle_together() {
+bool EventDriven::settle_together() {
   constexpr int most = 16;
   const double t = method_.t;
-  if (last_.kind == Event::Kind::gap || last_.kind == Event::Kind::none) return;
+  if (last_.kind == Event::Kind::gap || last_.kind == Event::Kind::none) return true;
   if (changes_ == 0 || t - changes_since_ > 1e-6 * time_scale_) {
     changes_ = 0;
     changes_since_ = t;
   }
-  if (++changes_ >= most) decide_together();
+  return ++changes_ < most || decide_together();
 }
 
 /// The mode. Contacts whose force has just come to zero open, unless what presses them then closes them.
@@ -261,7 +275,7 @@ bool EventDriven::choose(std::vector<int>& touching) {
   // What was torn must slide the way it was torn; else only all together can tell what gives way.
   if (!d.together() && d.torn() && (!reason.empty() || d.torn_back(x, method_.t))) {
     d.mend();
-    decide_together();
+    if (!decide_together()) return false;
     reason = d.choose(x, method_.t, touching);
   }
   return reason.empty() || (d.jammed() && touching.size() > 1 ? jam(touching) : fail(reason));
@@ -272,6 +286,9 @@ bool EventDriven::choose(std::vector<int>& touching) {
 /// about that.
 bool EventDriven::jam(std::vector<int>& touching) {
   auto& d = dynamics_;
+  if (gives_way_)
+    return fail(d.jam_proved() ? "friction admits no finite force on what slides (Painlevé)"
+                               : "no solver finds forces that friction admits on what slides");
   bool proved = true;
   for (int tries = 0; tries < 3; ++tries) {
     const double kinetic = d.system().kinetic(v());
@@ -321,6 +338,8 @@ bool EventDriven::impacts(std::vector<int>& touching) {
     for (const int k : touching)
       if (!d.contacts()[k].closed && rate_before_[k] < -tiny)
         merged_ = std::max(merged_, std::abs(d.look(k, method_.x, t).gap));
+  crowd_ = t - last_impact_ <= 1e-6 * span_ ? crowd_ + 1 : 0;
+  last_impact_ = t;
   const auto before = method_.x;
   const double loss_before = d.contact_loss;
   const auto strike = [&](const std::vector<int>& soft) {
@@ -332,7 +351,7 @@ bool EventDriven::impacts(std::vector<int>& touching) {
   const auto leaving = [&](int k) { return d.look(k, method_.x, t).normal.dot(v()) > tiny; };
   auto staying = touching;
   std::erase_if(staying, leaving);
-  count_impact(touching);
+  if (!count_impact(touching)) return false;
   std::vector<int> over;
   // One pass, or, where contacts kick each other, until no more of them is over.
   for (std::size_t round = 0; round <= touching.size(); ++round) {
@@ -362,7 +381,7 @@ bool EventDriven::impacts(std::vector<int>& touching) {
 
 /// Impacts that follow each other faster than a number in a span, which contacts that kick each other keep up
 /// for ever.
-void EventDriven::count_impact(const std::vector<int>& touching) {
+bool EventDriven::count_impact(const std::vector<int>& touching) {
   constexpr int most = 100;
   const double t = method_.t;
   if (t - block_since_ > span_) {
@@ -381,8 +400,9 @@ void EventDriven::count_impact(const std::vector<int>& touching) {
   ++block_;
   hurried_ = hurried_ || (several_ && block_ >= most);
   // What is left of speeds where hops are cut short is no sliding: modes are decided together.
-  if (hurried_) decide_together();
+  if (hurried_ && !decide_together()) return false;
   most_kinetic_ = std::max(most_kinetic_, dynamics_.system().kinetic(v()));
+  return true;
 }
 
 /// Of the struck contacts that leave again, those whose hops are over, with the time left in ending_.
@@ -422,31 +442,6 @@ bool EventDriven::ending_contacts(const std::vector<int>& struck, const std::vec
     decided_ = held;
   }
   return true;
-}
-
-/// The log: impacts, touches that begin to last, and losses of contact.
-void EventDriven::record(const std::vector<int>& was_closed) {
-  auto& d = dynamics_;
-  const double t = method_.t;
-  for (int k = 0; k < d.system().contacts(); ++k) {
-    const bool was = std::ranges::find(was_closed, k) != was_closed.end(), is = d.contacts()[k].closed;
-    const double* impulse = method_.x.data() + d.impulse_offset() + 2 * k;
-    const auto& row = d.look(k, method_.x, t);
-    const double* now = method_.x.data() + d.system().n();
-    const double u = row.normal.dot(now), slide = row.tangent.dot(now);
-    const double struck_n = impulse[0] - mark_[k].impulse_n;
-    if (!was && (is || struck_n > 0)) {
-      const double touch = t + ending_[k];
-      log_->touch(k, touch, crank(), rate_before_[k], slide_before_[k], std::max(ending_[k], 4e-16 * t), 0);
-      mark_[k].t = touch;
-    }
-    if (!is && (was || struck_n > 0))
-      log_->leave(k, t, crank(), u, slide, struck_n, impulse[1] - mark_[k].impulse_t, t - mark_[k].t);
-    if (!is) {
-      mark_[k].impulse_n = impulse[0];
-      mark_[k].impulse_t = impulse[1];
-    }
-  }
 }
 
 void EventDriven::tell(std::vector<std::string>& notes) const {

@@ -24,6 +24,7 @@
 #include "formulations/integrators/crossing.hpp"
 #include "formulations/integrators/methods.hpp"
 #include "formulations/nonsmooth/event_dynamics.hpp"
+#include "formulations/nonsmooth/handover.hpp"
 #include "formulations/probe.hpp"
 #include "sim/force_integral.hpp"
 
@@ -39,6 +40,16 @@ class EventDriven {
   bool step(double t_end);
   const std::string& failure() const { return failure_; }
 
+  /// @name Handing over to time stepping
+  ///@{
+  /// From now on step() gives up, in the state before, where contacts kick each other too fast to be told, modes of
+  /// many change without end, or friction admits none: instead of ending hops early, deciding all contacts at each
+  /// evaluation, and impacts without collision.
+  void give_way() { gives_way_ = true; }
+  Handover hand_over() const;
+  void take_over(const Handover& from);
+  ///@}
+
   template <class M>
   void remember(M& m) {
     m.part("event-driven");
@@ -47,7 +58,7 @@ class EventDriven {
       if (dynamics_.together()) method_ = coarse_;
     m(method_, unseen_, mark_, pending_, last_, recent_, recent_since_, window_since_, slow_windows_,
       changes_, changes_since_, block_, block_since_, struck_first_, several_, hurried_, most_kinetic_,
-      ended_, jams_, unsolved_, inelastic_, last_jam_, merged_);
+      ended_, jams_, unsolved_, inelastic_, last_jam_, merged_, crowd_, last_impact_, before_mode_);
     remember_probe(m, probe_, watching_, [this] { make_probe(); });
   }
 
@@ -112,10 +123,12 @@ class EventDriven {
   void values_at(double t, std::vector<double>& values);
   void land(Event& event);
   bool change_mode();
-  void settle_together();
-  void decide_together();
+  bool settle_together();
+  bool decide_together();
+  void keep_mode();
+  void give_back_mode();
   bool paced();
-  void count_impact(const std::vector<int>& touching);
+  bool count_impact(const std::vector<int>& touching);
   bool impacts(std::vector<int>& touching);
   bool ending_contacts(const std::vector<int>& struck, const std::vector<int>& staying,
                        std::vector<int>& over);
@@ -131,9 +144,10 @@ class EventDriven {
   double least_hop(int k) const;
   double crank() const { return dynamics_.system().crank_angle(method_.x.data()); }
   bool fail(const std::string& what);
+  bool fail_mode(const std::string& what);
 
   EventDynamics dynamics_;
-  Dopri5 method_, coarse_;
+  Dopri5 method_, fine_, coarse_;
   MotionBounds bounds_;  // of the last step
   double unseen_ = 0;    // greatest, over the clearance
   /// Contacts closed before their hops were low, where impacts follow each other too fast.
@@ -176,8 +190,21 @@ class EventDriven {
   bool hurried_ = false;     // impacts follow each other faster than can be told one by one
   double most_kinetic_ = 0;  // J, before any impact so far
   Ended ended_, jams_, unsolved_, inelastic_;
+  int crowd_ = 0;  // impacts at one instant
+  double last_impact_ = -INFINITY;
   double last_jam_ = -INFINITY;  // s: a step was refused there for what slides
   std::string failure_;
+  bool gives_way_ = false, way_given_ = false;
+  /// What a mode that is not found must give back.
+  struct BeforeMode {
+    std::vector<double> x;
+    double contact_loss = 0, stabilisation = 0;
+    std::vector<bool> closed;
+    template <class M>
+    void remember(M& m) {
+      m(x, contact_loss, stabilisation);
+    }
+  } before_mode_;
   bool watching_ = false;
   std::unique_ptr<EventDynamics> probe_;  // made when forces are first watched
   Forces before_step_, within_, strike_, force_;

@@ -54,13 +54,11 @@ GapMotion EventDriven::motion_of(int k) {
   method_.interpolate(method_.t_old + 0.5 * h, scratch_);
   // Of a linear function of the coordinates.
   const auto bend = [&](const auto& of) {
-    MotionBounds one;
     const double q0 = of(method_.x_old.data()), v0 = of(method_.x_old.data() + n),
                  a0 = of(method_.dxdt_old.data() + n);
     const double q1 = of(method_.x.data()), v1 = of(method_.x.data() + n), a1 = of(method_.dxdt.data() + n);
-    one.enclose(h, 1, &q0, &v0, &a0, &q1, &v1, &a1);
-    one.widen(0, std::abs(of(scratch_.data() + n) - 0.5 * (v0 + v1) - 0.125 * h * (a0 - a1)), 3.1);
-    return one.acceleration[0];
+    const double apart = std::abs(of(scratch_.data() + n) - 0.5 * (v0 + v1) - 0.125 * h * (a0 - a1));
+    return cubic_bounds(h, q0, v0, a0, q1, v1, a1).acceleration + 3.1 / h * apart;
   };
   if (straight) {
     const SparseRow normal = dynamics_.look(k, method_.x, method_.t).normal;

@@ -28,21 +28,82 @@ namespace freeplay {
 
 class MoreauStepper {
  public:
-  /// `restitution`: e of each contact. `facts`: of the constraint rows.
-  MoreauStepper(const System& system, const NonsmoothOptions& options, std::vector<double> restitution,
-                RowFacts facts);
+  /// `step`: s, of step(); only advance() is used where it is 0. `restitution`: e of each contact. `facts`: of the
+  /// constraint rows.
+  MoreauStepper(const System& system, const NonsmoothOptions& options, double step,
+                std::vector<double> restitution, RowFacts facts);
 
   void start(const State& state, ContactLog& log);
+  /// One step of the fixed length, or up to t_end.
   bool step(double t_end);
   const std::string& failure() const { return failure_; }
+
+  /// @name For a controller of steps
+  ///@{
+  /// Which contacts may act in a step: all whose gap it would close, by the impact law; or those that are held to be
+  /// closed alone, without restitution, so that the step is smooth.
+  enum class Reach { all, closed };
+  /// One step to t_new.
+  bool advance(double t_new, Reach reach);
+  struct Contact {
+    double restitution = 0;
+    bool active = false;  // in this step
+    bool closed = false;  // Reach::closed knows it
+    bool soft = false;    // struck next without restitution: its hops are over
+    ContactRow row;
+    double gap = 0;  // at the end of the last step
+    double u_n_minus = 0, u_t_minus = 0, u_n_plus = 0, u_t_plus = 0;
+    double impulse_n = 0, impulse_t = 0;  // of the present episode
+    double last_n = 0, last_t = 0;        // of the last step, to start the next solve from
+    double t_touch = 0, t_left = 0;
+    double t_pressed = 0;  // end of the last step with an impulse
+    int steps = 0;         // of the present episode
+    int unknown = -1;      // in the step's contact problem
+    template <class M>
+    void remember(M& m) {
+      m(active, closed, soft, gap, u_n_minus, u_t_minus, u_n_plus, u_t_plus, impulse_n, impulse_t, last_n,
+        last_t, t_touch, t_left, t_pressed, steps, unknown);
+    }
+  };
+  /// All that a step changes but the work done: what a refused step must give back.
+  struct Place {
+    std::vector<double> q, v, z, slide_last;
+    std::vector<Contact> contacts;
+    ContactLog log;
+    EnergyLedger integrals;
+    Extremes extremes;
+    double t = 0;
+    long events = 0, jams = 0, undecided = 0, unswept = 0, inelastic = 0;
+    std::string motions, jam;
+  };
+  void keep(Place& place) const;
+  void go_back(const Place& place);
+  /// The end of two half steps, from the same place as one step that ended at `whole`: Richardson's extrapolation of
+  /// state and energies.
+  void extrapolate(const Place& whole);
+  std::vector<Contact>& contacts() { return contacts_; }
+  const std::vector<Contact>& contacts() const { return contacts_; }
+  /// What every contact and preloaded joint did in the last step: open, pressed and sticking, sliding either way.
+  void modes(std::vector<signed char>& list) const;
+  /// Logs the loss of what is no longer closed, which the next step would do.
+  void leave_all_open();
+  /// How far a closed contact may stand off and still act (m).
+  void set_slack(double slack) { slack_ = slack; }
+  Work& work() { return work_; }
+  Extremes& extremes() { return extremes_; }
+  EnergyLedger& integrals() { return integrals_; }
+  /// Impulses of the last step but its impacts; with within() all.
+  const Forces& smooth() const { return smooth_; }
+  const Evaluation& end() const { return end_; }  ///< placed at the end of the last step
+  ///@}
 
   template <class M>
   void remember(M& m) {
     m.part("moreau-jean");
     for (auto& c : contacts_) m(c);
     m(saddle_, slide_last_, q_, v_, q_old_, v_old_, v_trial_, z_, t_, t_old_, t_start_, index_, integrals_,
-      extremes_, work_, flights_, passage_, motions_, jam_, jams_, undecided_, problem_.modes_left,
-      position_problem_.modes_left);
+      extremes_, work_, flights_, passage_, motions_, jam_, jams_, undecided_, unswept_, inelastic_,
+      problem_.modes_left, position_problem_.modes_left, slack_);
   }
 
   double t() const { return t_; }
@@ -83,42 +144,28 @@ class MoreauStepper {
   double nearest_singular() const { return saddle_.nearest_singular(); }
 
  private:
-  struct Contact {
-    double restitution = 0;
-    bool active = false;  // in this step
-    ContactRow row;
-    double gap = 0;  // at the end of the last step
-    double u_n_minus = 0, u_t_minus = 0, u_n_plus = 0, u_t_plus = 0;
-    double impulse_n = 0, impulse_t = 0;  // of the present episode
-    double last_n = 0, last_t = 0;        // of the last step, to start the next solve from
-    double t_touch = 0, t_left = 0;
-    int steps = 0;     // of the present episode
-    int unknown = -1;  // in the step's contact problem
-    template <class M>
-    void remember(M& m) {
-      m(active, gap, u_n_minus, u_t_minus, u_n_plus, u_t_plus, impulse_n, impulse_t, last_n, last_t, t_touch,
-        t_left, steps, unknown);
-    }
-  };
-
   bool advance_states(double h);
   bool solve_velocities(double h, const double* v_force);
   bool solve_contacts();
+  bool strip_restitution();
   void tell_painleve(const ContactSolution& result);
   bool activate(double h);
   void collect(double h);
   int add_row(const SparseRow& row, double end_rate_bias);
   bool bring_back(double t_new);
+  void draw_closed(double t_new);
+  bool in_reach(const Contact& c) const { return reach_ == Reach::all || c.closed; }
   void account(double h);
   void book(double h);
   void log_contacts(double h);
+  void log_leave(int k);
   void keep_flight(double approach, double steps);
   void keep_passage(double h);
   double* response(int row) { return response_.data() + static_cast<long>(row) * system_.n(); }
   double* reaction(int row) { return reaction_.data() + static_cast<long>(row) * system_.rows(); }
 
   const System& system_;
-  NonsmoothOptions options_;
+  double step_;  // s, fixed; 0: controlled from outside
   SaddlePoint saddle_;
   Evaluation e_, end_;
   ContactProblem problem_, position_problem_;
@@ -132,6 +179,8 @@ class MoreauStepper {
   std::vector<double> z_, z_mid_, flow_;  // first-order states of elements, and their rates at mid-step
   double t_ = 0, t_old_ = 0, t_start_ = 0;
   long index_ = 0;
+  Reach reach_ = Reach::all;
+  double slack_ = 0;
   ContactLog* log_ = nullptr;
   EnergyLedger integrals_;
   Extremes extremes_;
@@ -143,6 +192,8 @@ class MoreauStepper {
   std::string failure_;
   std::string motions_, jam_;  // of the first problem with more motions than one, and of the first jam
   long jams_ = 0, undecided_ = 0;
+  long unswept_ = 0;    // steps over a table whose sweep did not settle
+  long inelastic_ = 0;  // steps whose impacts were taken without restitution
   bool watching_ = false;
   Forces nothing_, smooth_, within_;  // impulses of the last step: without its impacts, and theirs
   std::vector<double> struck_lambda_, smooth_lambda_;

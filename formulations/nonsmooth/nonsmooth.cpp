@@ -6,8 +6,7 @@
 
 #include "formulations/integrators/tolerance.hpp"
 #include "formulations/marched.hpp"
-#include "formulations/nonsmooth/event_driven.hpp"
-#include "formulations/nonsmooth/moreau.hpp"
+#include "formulations/nonsmooth/automatic.hpp"
 #include "model/assembly.hpp"
 #include "model/scene.hpp"
 
@@ -115,11 +114,22 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
       if (s.tangential_restitution > 0)
         throw ModelError(fmt::format("surfaces.{}.tangential_restitution", s.name),
                          "belongs to nonsmooth.impact_law = \"newton\"; leave it out");
-  switch (scene.nonsmooth.scheme) {
+  const auto controlled = [&] {
+    const auto scales = make_scales(scene.mechanism, system);
+    return ControlledMoreau(system, MoreauStepper(system, scene.nonsmooth, 0, e, facts),
+                            motion_norm(system, scales, scene.nonsmooth.step_tolerance), scales);
+  };
+  switch (scene.nonsmooth.scheme_in_force()) {
     case Scheme::moreau_jean:
-      return with(MoreauStepper(system, scene.nonsmooth, e, facts));
+      if (!scene.nonsmooth.step) return with(controlled());
+      return with(MoreauStepper(system, scene.nonsmooth, *scene.nonsmooth.step, e, facts));
     case Scheme::event_driven:
       return with(make_event_driven(scene, system, e, facts));
+    case Scheme::automatic:
+      if (!choice_of(scene.nonsmooth.impact_law).traits.time_stepping)
+        return with(make_event_driven(scene, system, e, facts));  // nobody to hand over to
+      return with(AutomaticStepper(make_event_driven(scene, system, e, facts), controlled(),
+                                   make_scales(scene.mechanism, system).time));
   }
   throw std::logic_error("no such scheme");
 }

@@ -70,6 +70,11 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
     std::vector<std::string> notes;
     law_notes(notes);
     unseen_note(stepper_.unseen(), notes);
+    if (stepper_.kick() > 0.1)
+      notes.push_back(fmt::format(
+          "DOUBTFUL: in one fixed step a torque's table changed an acceleration by {:.2g} of the speed: its pulse is not "
+          "resolved; take a shorter penalty.step, or an integrator with a tolerance",
+          stepper_.kick()));
     if (scene_.penalty.integrator == Integrator::rk4) {
       // A half sine in n steps of fourth order: (π/n)⁴/120 of it is lost, 4e-5 in 12.
       const double pull = scene_.penalty.step * std::max(scene_.penalty.alpha, scene_.penalty.beta);

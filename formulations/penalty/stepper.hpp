@@ -53,7 +53,7 @@ class PenaltyStepper {
   void remember(M& m) {
     m.part("penalty stepper");
     m(f_, method_, mark_, extremes_, restart_, stalled_, creeps_, lost_, creep_since_, events_since_,
-      last_slide_, unseen_, chatter_);
+      last_slide_, unseen_, chatter_, kick_, paced_, paced_since_);
     remember_probe(m, probe_, watching_, [this] { make_probe(); });
   }
 
@@ -131,6 +131,7 @@ class PenaltyStepper {
       return step(run_end);
     }
     find_phase_event(first);
+    if constexpr (Method::fixed_step) keep_kick();
     const bool cut = first.found();
     if (cut)
       land_on_first(
@@ -170,6 +171,11 @@ class PenaltyStepper {
       restart_ = true;
     }
     stalled_ = method_.t > method_.t_old ? 0 : stalled_ + 1;
+    if (first.found() && ++paced_ == 5000) {  // events that take next to no time each are no motion
+      if (method_.t - paced_since_ < 1e-9 * (run_end - method_.t)) stalled_ = most_stalled();
+      paced_ = 0;
+      paced_since_ = method_.t;
+    }
     return stalled_ < most_stalled();
   }
   std::string failure() const {
@@ -185,9 +191,10 @@ class PenaltyStepper {
           t(), t() - t_old());
     if (stalled_ >= most_stalled())
       return fmt::format(
-          "t = {:.9g} s: a contact opens and closes without time passing; a shorter penalty.step or a finer "
-          "penalty.tolerance may resolve it",
-          t());
+          "t = {:.9g} s: {} without time passing; a shorter penalty.step or a finer penalty.tolerance may resolve it",
+          t(),
+          f_.system().contacts() > 0 ? "a contact opens and closes"
+                                     : "an angle crosses a kink of its torque table");
     return fmt::format(
         "t = {:.9g} s: no step is accepted any more, however small; the motion may be singular there (as at "
         "a four-bar's change point), or penalty.tolerance beyond rounding",
@@ -199,6 +206,8 @@ class PenaltyStepper {
   long reliefs() const { return method_.reliefs(); }
   /// How deep, over its clearance, a contact may have been between places where it was looked at; 0: proved apart.
   double unseen() const { return unseen_; }
+  /// Greatest share of an angle's speed that the change of its acceleration in one step made (fixed steps, tables).
+  double kick() const { return kick_; }
   EnergyLedger integrals() {
     const double* w = method_.x.data() + f_.integral_offset();
     EnergyLedger l;
@@ -239,6 +248,22 @@ class PenaltyStepper {
     creep_since_ = method_.t;
     events_since_ = f_.work.events;
     return gained < (lasts ? 1e-3 : 1e-7) * (run_end - method_.t);
+  }
+  /// How much of an angle's speed the change of its acceleration within the last step makes, where a torque table acts on
+  /// it: what a method that controls no error leaves of a steep pulse.
+  void keep_kick() {
+    const auto& system = f_.system();
+    const auto n = static_cast<std::size_t>(system.n());
+    for (int k = 0; k < system.phases(); ++k) {
+      const auto rate = [&](const Vector& x, const double* v) { return system.phase(k, x.data(), v).rate; };
+      const double a0 = rate(method_.x_old, method_.dxdt_old.data() + n),
+                   a1 = rate(method_.x, method_.dxdt.data() + n);
+      const double w0 = rate(method_.x_old, method_.x_old.data() + n),
+                   w1 = rate(method_.x, method_.x.data() + n);
+      const double change = std::abs(a1 - a0) * (method_.t - method_.t_old);
+      if (change > kick_ * std::max(std::abs(w0), std::abs(w1)))
+        kick_ = change / std::max(std::abs(w0), std::abs(w1));
+    }
   }
   /// Back to the last finite state.
   bool lose() {
@@ -462,7 +487,10 @@ class PenaltyStepper {
   bool restart_ = false;  // the mode has changed since the last right-hand side
   int stalled_ = 0;
   bool creeps_ = false, lost_ = false;
-  double unseen_ = 0;    // greatest, over the clearance
+  double unseen_ = 0;  // greatest, over the clearance
+  double kick_ = 0;
+  int paced_ = 0;  // events since
+  double paced_since_ = -INFINITY;
   long last_slide_ = 0;  // step
   int chatter_ = 0;
   double creep_since_ = -INFINITY;

@@ -57,18 +57,18 @@ void watch(const Scene& scene, const SimulationOptions& options, FirstTouches& t
 
 std::optional<TouchDoubt> doubt_first_touches(const Scene& scene, const SimulationOptions& options,
                                               const StopToken& stop) {
-  if (scene.nonsmooth.scheme != Scheme::moreau_jean) return {};
+  if (scene.nonsmooth.scheme_in_force() != Scheme::moreau_jean || !scene.nonsmooth.step) return {};
   Scene bare = scene;
   bare.instruments.clear();
   bare.run.forces = false;
-  const double duration = scene.run.duration, third = duration / 3;
-  FirstTouches own(companion_touches, third, stop);
+  const double duration = scene.run.duration;
+  FirstTouches own(companion_touches, duration, stop);
   watch(bare, options, own);
   if (own.list.empty() || stop()) return {};
 
   // What is left of the run's own number of steps, as a finer step over the same time.
   const double ratio = std::clamp(std::floor(0.6 * duration / own.t), 2.0, 8.0);
-  bare.nonsmooth.step = scene.nonsmooth.step / ratio;
+  bare.nonsmooth.step = *scene.nonsmooth.step / ratio;
   // A step beyond: a touch that comes late is late, not missing.
   const double until = own.t + 0.25 * (own.t - (own.list.size() > 1 ? own.list.front().t : 0));
   // Contacts that strike at once may come in another order: a few touches more find them all.
@@ -80,8 +80,8 @@ std::optional<TouchDoubt> doubt_first_touches(const Scene& scene, const Simulati
   TouchDoubt d;
   d.touches = static_cast<int>(own.list.size());
   d.until = own.list.back().t;
-  d.step = scene.nonsmooth.step;
-  d.companion_step = bare.nonsmooth.step;
+  d.step = *scene.nonsmooth.step;
+  d.companion_step = *bare.nonsmooth.step;
   d.factor = 2 * ratio / (ratio - 1);
   d.time = d.factor * apart.time;
   d.speed = d.factor * apart.speed;
@@ -94,7 +94,7 @@ void add(const TouchDoubt& d, Result& result) {
   result.first_touches = d;
   const auto what =
       d.touches == 1 ? std::string("the first touch") : fmt::format("the first {} touches", d.touches);
-  if (d.missing)
+  if (d.missing || d.greatest() > 1)
     result.notes.push_back(
         fmt::format("DOUBTFUL: {} (to {:.4g} s) are others at a step of {:.3g} s: take nonsmooth.scheme = "
                     "\"event-driven\" or a shorter nonsmooth.step",

@@ -21,8 +21,9 @@ inline constexpr int companion_touches = 3;
 /// Beyond this share a run's first touches are doubtful.
 inline constexpr double doubtful_touches = 0.05;
 
-/// Nothing for a scheme that locates its events, without touches in the first third of the run, or when asked to stop.
-/// Costs at most as many steps as the run has, as a rule some per cent of them; the run itself is not touched.
+/// Nothing for a scheme that locates its events or chooses its steps, without touches, or when asked to stop. Costs as
+/// many steps as the run takes to its first touches and at least twice as many more, as a rule some per cent of a run; the
+/// run itself is not touched.
 std::optional<TouchDoubt> doubt_first_touches(const Scene& scene, const SimulationOptions& options,
                                               const StopToken& stop);
 

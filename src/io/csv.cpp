@@ -30,7 +30,7 @@ void TrajectoryCsv::begin(const Layout& layout, const State& state) {
       for (const char* name : list) line += fmt::format(",{}.{}", b, name);
   for (const auto& c : layout.contacts) line += fmt::format(",{0}.ex,{0}.ey,{0}.gap", c);
   header(line + "\n");
-  grid_.begin(state.t, layout.output_step, layout.end);
+  grid_.begin(state.t, layout.output_step, layout.end, layout.duration);
   row(state.t, state.q, state.v, layout.start);
 }
 
@@ -133,7 +133,7 @@ void ForcesCsv::begin(const Layout& layout, const State& state) {
   now_.acceleration.resize(state.v.size());
   sum_ = now_;
   since_ = state.t;
-  grid_.begin(state.t, layout.output_step, layout.end);
+  grid_.begin(state.t, layout.output_step, layout.end, layout.duration);
 }
 
 void ForcesCsv::step(const Step& step) {

@@ -54,6 +54,14 @@ class KeysList {
         std::string(key.meaning) + words_of(choices(x)));
   }
   template <class E>
+  void choose(const Key& key, std::optional<E>&) {
+    add({key.name, key.unit, {}, key.fallback}, "text", "–",
+        std::string(key.meaning) + words_of(choices(E{})));
+  }
+  void number_or(std::string_view word, const Key& key, std::optional<double>&, const Range&) {
+    add(key, "number or text", fmt::format("\"{}\"", word));
+  }
+  template <class E>
   void choose_listed(const Key& key, E& x) {
     add(key, "text", fmt::format("\"{}\"", text_of(x)));
   }

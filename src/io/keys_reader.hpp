@@ -45,6 +45,14 @@ class KeysReader {
     x = static_cast<E>(s_.choice(key.name, words<E>(), static_cast<int>(x)));
   }
   template <class E>
+  void choose(const Key& key, std::optional<E>& x) {
+    if (s_.has(key.name)) choose(key, x.emplace());
+  }
+  /// A number, or a word for none.
+  void number_or(std::string_view word, const Key& key, std::optional<double>& x, const Range& range) {
+    x = s_.number_or(word, key.name, range);
+  }
+  template <class E>
   void choose_listed(const Key& key, E& x) {
     choose(key, x);
   }

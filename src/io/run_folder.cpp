@@ -184,6 +184,9 @@ void add_companion(const Simulation& simulation, const RunPlan& plan, Result& re
   if (const auto doubt =
           doubt_first_touches(simulation.scene(), {.matched = plan.matched, .start = plan.start}, plan.stop))
     add(*doubt, result);
+  else if (plan.stop())
+    result.notes.emplace_back(
+        "DOUBTFUL: interrupted while a shorter step was tried: by how much the first touches may be off is not known");
 }
 
 Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) {

@@ -106,6 +106,16 @@ std::optional<double> Section::maybe_number(std::string_view key, Range range) {
   return to_number(*node, key, range);
 }
 
+std::optional<double> Section::number_or(std::string_view word, std::string_view key, Range range) {
+  const auto* node = take(key);
+  if (!node) return std::nullopt;
+  if (const auto text = node->value_exact<std::string>()) {
+    if (*text == word) return std::nullopt;
+    source_->fail(node, full(key), fmt::format("must be a number or \"{}\", is \"{}\"", word, *text));
+  }
+  return to_number(*node, key, range);
+}
+
 bool Section::flag(std::string_view key, bool fallback) {
   const auto* node = take(key);
   if (!node) return fallback;

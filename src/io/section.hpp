@@ -55,6 +55,8 @@ class Section {
   bool has(std::string_view key) const { return table_.contains(key); }
   double number(std::string_view key, Range range);
   double number(std::string_view key, Range range, double fallback);
+  /// A number, or nothing for `word`.
+  std::optional<double> number_or(std::string_view word, std::string_view key, Range range);
   std::optional<double> maybe_number(std::string_view key, Range range);
   std::string text(std::string_view key);
   std::string text(std::string_view key, const std::string& fallback);

@@ -60,6 +60,13 @@ class KeysWriter {
     text(key.name, row.text);
   }
   template <class E>
+  void choose(const Key& key, const std::optional<E>& x) {
+    if (x) choose(key, *x);
+  }
+  void number_or(std::string_view, const Key& key, const std::optional<double>& x, const Range&) {
+    put(key.name, x);
+  }
+  template <class E>
   void choose_listed(const Key& key, E x) {
     choose(key, x);
   }

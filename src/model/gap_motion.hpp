@@ -24,27 +24,37 @@ struct Watched {
   double value = 0, rate = 0;
 };
 
+/// Bounds on the rate and the acceleration of one coordinate over a step.
+struct CubicBounds {
+  double speed, acceleration;
+};
+/// Of the cubic through rates and accelerations at both ends of a step of length h, which lies within its control
+/// points; where the cubic through positions and rates bends more, by that.
+inline CubicBounds cubic_bounds(double h, double q0, double v0, double a0, double q1, double v1, double a1) {
+  const auto size = [](double x) { return x < 0 ? -x : x; };
+  const auto more = [](double x, double y) { return x < y ? y : x; };
+  const double third = h / 3, per = 1 / h;
+  const double slope = 6 * per * (q1 - q0) - 3 * (v0 + v1), tilt = v1 - v0;
+  return {
+      more(more(size(v0), size(v1)), more(size(v0 + third * a0), size(v1 - third * a1))),
+      more(more(more(size(a0), size(a1)), size(3 * per * tilt - a0 - a1)), per * (size(slope) + size(tilt)))};
+}
+
 /// Bounds on the rates and accelerations of all coordinates over a step.
 struct MotionBounds {
   std::vector<double> speed, acceleration;  ///< m/s, m/s² or rad/s, rad/s²: one per coordinate
   double duration = 0;                      ///< s
 
-  /// Of the cubic through rates and accelerations at both ends of a step of length h, which lies within its
-  /// control points; where the cubic through positions and rates bends more, by that. Each array of n.
+  /// Of a step of length h by cubic_bounds, each array of n.
   void enclose(double h, std::size_t n, const double* q0, const double* v0, const double* a0,
                const double* q1, const double* v1, const double* a1) {
     duration = h;
     speed.resize(n);
     acceleration.resize(n);
-    const double third = h / 3, per = 1 / h;
-    const auto size = [](double x) { return x < 0 ? -x : x; };
-    const auto more = [](double x, double y) { return x < y ? y : x; };
     for (std::size_t i = 0; i < n; ++i) {
-      const double w0 = v0[i], w1 = v1[i], b0 = a0[i], b1 = a1[i];
-      speed[i] = more(more(size(w0), size(w1)), more(size(w0 + third * b0), size(w1 - third * b1)));
-      const double slope = 6 * per * (q1[i] - q0[i]) - 3 * (w0 + w1), tilt = w1 - w0;
-      acceleration[i] = more(more(more(size(b0), size(b1)), size(3 * per * tilt - b0 - b1)),
-                             per * (size(slope) + size(tilt)));
+      const auto b = cubic_bounds(h, q0[i], v0[i], a0[i], q1[i], v1[i], a1[i]);
+      speed[i] = b.speed;
+      acceleration[i] = b.acceleration;
     }
   }
   /// Widens them where an interpolant departs by up to `apart` (of the rate of coordinate i) from that cubic, and its

@@ -89,8 +89,10 @@ Vec2Of<T> relative_velocity(const Link& link, const Arms<T>& a, const T* v) {
 
 /// What a whole time step sweeps over, for what must not be sampled at its middle alone.
 struct Sweep {
-  double h = 0;               ///< s
-  const double* v = nullptr;  ///< rates that the step is taken with
+  double h = 0;  ///< s
+  const double* start =
+      nullptr;  ///< rates at its beginning, which the positions of its middle were found with
+  const double* mean = nullptr;  ///< mean rates of the step, as far as they are known
 };
 
 /// What lies between two kinks of a table against an angle (rad, of the angle as it is, turns included).
@@ -132,9 +134,11 @@ struct Motion {
     if (phase >= 0 && reading.pieces) m.piece = reading.pieces + phase;
     return m;
   }
-  /// |Δ(θ_j − θ_i)| over the whole of a swept step.
-  double swept_angle(const Link& link) const {
-    return reading.sweep->h * std::abs(omega(reading.sweep->v, link.j) - omega(reading.sweep->v, link.i));
+  /// θ_j − θ_i at the beginning of a swept step and at its end.
+  std::array<double, 2> swept(const Link& link) const {
+    const auto& s = *reading.sweep;
+    const double from = angle(link) - 0.5 * s.h * (omega(s.start, link.j) - omega(s.start, link.i));
+    return {from, from + s.h * (omega(s.mean, link.j) - omega(s.mean, link.i))};
   }
 };
 

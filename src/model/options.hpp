@@ -165,7 +165,7 @@ struct PenaltyOptions {
   }
 };
 
-enum class Scheme { moreau_jean, event_driven };
+enum class Scheme { automatic, moreau_jean, event_driven };
 
 template <>
 struct Traits<Scheme> {
@@ -185,17 +185,26 @@ struct Traits<ImpactLaw> {
 };
 
 struct NonsmoothOptions {
-  Scheme scheme = Scheme::moreau_jean;
-  double step = 1e-5;        ///< s, of Moreau–Jean
-  double tolerance = 1e-10;  ///< of the event-driven scheme's integrator, as penalty.tolerance
+  /// Default: Moreau–Jean where `step` is a number, else automatic.
+  std::optional<Scheme> scheme = {};
+  std::optional<double> step = {};  ///< s, of Moreau–Jean; empty: "automatic", chosen by step_tolerance
+  double step_tolerance = 1e-6;     ///< of time steps that are chosen, as `tolerance`
+  double tolerance = 1e-10;         ///< of the event-driven scheme's integrator, as penalty.tolerance
   LcpSolver solver = LcpSolver::automatic;
   double lcp_tolerance = 1e-10;  ///< a solve is accepted when its relative residual is below
   ImpactLaw impact_law = ImpactLaw::newton;
 
+  Scheme scheme_in_force() const { return scheme.value_or(step ? Scheme::moreau_jean : Scheme::automatic); }
+
   static constexpr std::string_view what = "[nonsmooth]";
   static void keys(auto& k, auto& o) {
-    k.choose({"scheme", "", ""}, o.scheme);
-    k.take({"step", "s", "moreau-jean: step"}, o.step, positive);
+    k.choose({"scheme", "", "", "automatic, or moreau-jean where `step` is a number"}, o.scheme);
+    k.number_or("automatic",
+                {"step", "s", "moreau-jean: step; \"automatic\": chosen by an estimate of the error"}, o.step,
+                positive);
+    k.take({"step_tolerance", "",
+            "time steps that are chosen: one is accepted when every |error| is below step_tolerance × scale"},
+           o.step_tolerance, positive);
     k.take(
         {"tolerance", "",
          "event-driven: a step of its integrator is accepted when every |error| is below tolerance × scale"},
@@ -206,7 +215,8 @@ struct NonsmoothOptions {
     k.choose({"impact_law", "", "what restitution is a ratio of; time stepping has only the first: "},
              o.impact_law);
     k.check(
-        o.scheme != Scheme::moreau_jean || choice_of(o.impact_law).traits.time_stepping, "impact_law",
+        o.scheme_in_force() != Scheme::moreau_jean || choice_of(o.impact_law).traits.time_stepping,
+        "impact_law",
         "time stepping has only \"newton\": a step's impulse is of impacts and of lasting contact together, "
         "and the others would let a resting contact rebound; use scheme = \"event-driven\"");
   }
@@ -229,11 +239,16 @@ inline constexpr auto stabilisation_names =
     complete<Stabilisation>({{Stabilisation::none, "none"},
                              {Stabilisation::baumgarte, "baumgarte"},
                              {Stabilisation::projection, "projection", "after each accepted step"}});
-inline constexpr auto scheme_names = complete<Scheme>({{Scheme::moreau_jean, "moreau-jean", "time stepping"},
-                                                       {Scheme::event_driven,
-                                                        "event-driven",
-                                                        "impacts and changes of contact located one by one",
-                                                        {.adaptive = true}}});
+inline constexpr auto scheme_names =
+    complete<Scheme>({{Scheme::automatic,
+                       "automatic",
+                       "event-driven, time stepping where events are too many",
+                       {.adaptive = true}},
+                      {Scheme::moreau_jean, "moreau-jean", "time stepping"},
+                      {Scheme::event_driven,
+                       "event-driven",
+                       "impacts and changes of contact located one by one",
+                       {.adaptive = true}}});
 inline constexpr auto solver_names = complete<LcpSolver>(
     {{LcpSolver::automatic, "automatic",
       "closed form for one contact, enumeration for two, then Lemke, Gauss-Seidel for many"},

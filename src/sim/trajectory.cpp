@@ -6,16 +6,24 @@
 
 namespace freeplay {
 
-double Grid::multiple(long index) const {
+/// Of step and end, and of their product.
+double Grid::rounding() const { return 1e-9 * step_ + 4 * std::numeric_limits<double>::epsilon() * end_; }
+
+bool Grid::beyond(long index) const {
   const double t = static_cast<double>(index) * step_;
-  // Rounding of step and end, and of their product.
-  const double rounding = 1e-9 * step_ + 4 * std::numeric_limits<double>::epsilon() * end_;
-  return std::abs(t - end_) <= rounding ? end_ : t;
+  return t > last_ + rounding() && t - step_ < last_ - rounding();
 }
 
-void Grid::begin(double t, double step, double end) {
+double Grid::multiple(long index) const {
+  if (beyond(index) && std::abs(end_ - last_) <= rounding()) return end_;
+  const double t = static_cast<double>(index) * step_;
+  return std::abs(t - end_) <= rounding() ? end_ : t;
+}
+
+void Grid::begin(double t, double step, double end, double last) {
   step_ = step;
   end_ = end;
+  last_ = last;
   index_ = 0;
   if (!(step > 0)) {
     next_ = INFINITY;
@@ -32,7 +40,7 @@ void Trajectory::begin(const Layout& layout, const State& state) {
   // By its index, for a row at the last end may be a multiple but for rounding, and is not due again; behind a time
   // that it did not watch, by time.
   if (goes_on && grid_.next() >= state.t) return grid_.go_on_to(layout.end);
-  grid_.begin(state.t, step_ > 0 ? step_ : layout.output_step, layout.end);
+  grid_.begin(state.t, step_ > 0 ? step_ : layout.output_step, layout.end, layout.duration);
   if (goes_on) return;
   n_ = state.q.size();
   t_ = {state.t};
@@ -52,7 +60,7 @@ void Trajectory::step(const Step& step) {
 void Energies::begin(const Layout& layout, const State& state) {
   if (!rows.empty() && rows.back().t <= state.t) return grid_.go_on_to(layout.end);
   rows.clear();
-  grid_.begin(state.t, step_ > 0 ? step_ : layout.output_step, layout.end);
+  grid_.begin(state.t, step_ > 0 ? step_ : layout.output_step, layout.end, layout.duration);
 }
 
 void Energies::step(const Step& step) {

@@ -8,27 +8,33 @@
 
 namespace freeplay {
 
-/// Multiples of a step in time, each once, by their index. A multiple that is the run's end but for rounding
-/// stands at the end exactly: 20000·(0.03/20000) is greater than 0.03.
+/// Multiples of a step in time, each once, by their index, and the end of the scene's run. A multiple that is a run's end
+/// but for rounding stands at the end exactly: 20000·(0.03/20000) is greater than 0.03.
 class Grid {
  public:
-  /// Begins behind t: a row at t itself is the caller's; step (s) ≤ 0: no rows. `end`: of the run (s).
-  void begin(double t, double step, double end);
+  /// Begins behind t: a row at t itself is the caller's; step (s) ≤ 0: no rows. `end`: of the run, `last`: of the
+  /// scene's (s), which has a row also where it is no multiple.
+  void begin(double t, double step, double end, double last);
   /// Another run goes on to an end of its own.
   void go_on_to(double end) {
     end_ = end;
-    if (step_ > 0) next_ = multiple(index_);
+    if (step_ <= 0) return;
+    if (beyond(index_ - 1)) --index_;  // its row stands at the scene's end
+    next_ = multiple(index_);
   }
   double next() const { return next_; }
   void advance() { next_ = multiple(++index_); }
   template <class M>
   void remember(M& m) {
-    m(step_, next_, index_, end_);
+    m(step_, next_, index_, end_, last_);
   }
 
  private:
+  double rounding() const;
+  /// Whether a multiple is the first beyond the scene's end, which is no multiple.
+  bool beyond(long index) const;
   double multiple(long index) const;
-  double step_ = 0, next_ = 0, end_ = 0;
+  double step_ = 0, next_ = 0, end_ = 0, last_ = 0;
   long index_ = 0;
 };
 

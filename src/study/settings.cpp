@@ -45,12 +45,13 @@ double state_time(const Scene& scene, const std::vector<ContactEvent>& judged,
 }  // namespace
 
 bool Setting::adaptive() const {
-  return family == Family::nonsmooth ? choice_of(scheme).traits.adaptive
+  return family == Family::nonsmooth ? chosen_steps || choice_of(scheme).traits.adaptive
                                      : choice_of(integrator).traits.adaptive;
 }
 
 std::string Setting::method() const {
-  if (family == Family::nonsmooth) return std::string(text_of(scheme));
+  if (family == Family::nonsmooth)
+    return fmt::format("{}{}", text_of(scheme), chosen_steps ? " chosen steps" : "");
   const auto method = std::string(text_of(integrator));
   return stabilisation == Stabilisation::projection ? fmt::format("{}+{}", method, text_of(stabilisation))
                                                     : method;
@@ -59,8 +60,16 @@ std::string Setting::method() const {
 std::string Setting::label() const { return fmt::format("{} {:.0e}", method(), fineness); }
 
 std::vector<std::string> Setting::keys() const {
-  const auto fine = fmt::format("{}.{}={}", name_of(family), adaptive() ? "tolerance" : "step", fineness);
-  if (family == Family::nonsmooth) return {fmt::format("nonsmooth.scheme={}", text_of(scheme)), fine};
+  const auto fine = fmt::format("{}.{}={}", name_of(family),
+                                chosen_steps ? "step_tolerance"
+                                : adaptive() ? "tolerance"
+                                             : "step",
+                                fineness);
+  if (family == Family::nonsmooth) {
+    std::vector<std::string> list = {fmt::format("nonsmooth.scheme={}", text_of(scheme)), fine};
+    if (chosen_steps) list.emplace_back("nonsmooth.step=automatic");
+    return list;
+  }
   std::vector<std::string> list = {fmt::format("penalty.integrator={}", text_of(integrator)), fine};
   if (stabilisation == Stabilisation::projection)
     list.push_back(fmt::format("penalty.stabilisation={}", text_of(stabilisation)));
@@ -69,8 +78,16 @@ std::vector<std::string> Setting::keys() const {
 
 void Setting::apply(Scene& scene) const {
   if (family == Family::nonsmooth) {
-    scene.nonsmooth.scheme = scheme;
-    (adaptive() ? scene.nonsmooth.tolerance : scene.nonsmooth.step) = fineness;
+    auto& o = scene.nonsmooth;
+    o.scheme = scheme;
+    if (chosen_steps) {
+      o.step.reset();
+      o.step_tolerance = fineness;
+    } else if (adaptive()) {
+      o.tolerance = fineness;
+    } else {
+      o.step = fineness;
+    }
     return;
   }
   scene.penalty.integrator = integrator;
@@ -83,6 +100,8 @@ std::vector<Setting> all_settings(Family family) {
   if (family == Family::nonsmooth) {
     for (const double h : {1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6})
       list.push_back({family, {}, Scheme::moreau_jean, h});
+    for (const double tolerance : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7})
+      list.push_back({family, {}, Scheme::moreau_jean, tolerance, {}, true});
     for (const double tolerance : {1e-3, 1e-5, 1e-7, 1e-9, 1e-10, 1e-11})
       list.push_back({family, {}, Scheme::event_driven, tolerance});
     return list;

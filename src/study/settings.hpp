@@ -11,14 +11,15 @@
 
 namespace freeplay {
 
-/// One way to run a scene. `fineness` is penalty.tolerance, penalty.step (rk4), nonsmooth.step (Moreau–Jean)
-/// or nonsmooth.tolerance (event-driven).
+/// One way to run a scene. `fineness` is penalty.tolerance, penalty.step (rk4), nonsmooth.step (Moreau–Jean),
+/// nonsmooth.step_tolerance (Moreau–Jean with chosen steps) or nonsmooth.tolerance (event-driven, automatic).
 struct Setting {
   Family family = Family::penalty;
   Integrator integrator = Integrator::adams_bashforth_moulton;
   Scheme scheme = Scheme::moreau_jean;
   double fineness = 0;
   Stabilisation stabilisation = Stabilisation::baumgarte;
+  bool chosen_steps = false;  ///< of Moreau–Jean
 
   std::string method() const;  ///< "adams_bashforth_moulton", "moreau-jean", …
   std::string label() const;   ///< method and fineness

@@ -165,7 +165,7 @@ void BalanceWatch::begin(const Layout& layout, const State& state) {
   sum_.acceleration.resize(v_.size());
   piece_ = total = sum_;
   since_ = state.t;
-  grid_.begin(state.t, interval_, layout.end);
+  grid_.begin(state.t, interval_, layout.end, layout.duration);
 }
 
 void BalanceWatch::add(const Forces& impulses) {

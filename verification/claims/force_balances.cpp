@@ -189,7 +189,7 @@ void csv(Findings& f, const State& start) {
   scene = nonsmooth(Scheme::moreau_jean);
   for (auto& surface : scene.mechanism.surfaces)
     surface.friction.reset();  // its moment needs the gap in the step
-  scene.run.output_step = scene.nonsmooth.step;
+  scene.run.output_step = *scene.nonsmooth.step;
   scene.run.duration = 6e-3;
   columns(f, "Moreau–Jean, without friction", scene, Family::nonsmooth, start, true, 2e-8,
           "points of a joint lie (ω h)²/2 of their arm apart at the middle of a step, ω = 20 rad/s", 1e-12,

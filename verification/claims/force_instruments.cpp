@@ -86,7 +86,7 @@ void load_cell(Findings& f) {
       double y = reference::low_pass2_response(bandwidth, hit.impulse_n, t - hit.t);
       if (way.scheme == Scheme::moreau_jean) {
         // Its impulse is spread over its step.
-        const double step = scene.nonsmooth.step, from = std::floor(hit.t / step) * step;
+        const double step = *scene.nonsmooth.step, from = std::floor(hit.t / step) * step;
         y = (reference::low_pass2_integral(bandwidth, hit.impulse_n, t - from) -
              reference::low_pass2_integral(bandwidth, hit.impulse_n, t - from - step)) /
             step;

@@ -37,7 +37,8 @@ void smooth(Findings& f) {
     for (const double h : steps) {
       auto scene = pendulum(0.9);
       scene.penalty.integrator = Integrator::rk4;
-      scene.penalty.step = scene.nonsmooth.step = h;
+      scene.penalty.step = h;
+      scene.nonsmooth.step = h;
       found.push_back(std::abs(test::simulate(scene, family).final_state.q[2] + M_PI / 2 - exact));
     }
     return found;

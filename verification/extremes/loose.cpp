@@ -51,7 +51,8 @@ Judged two_loose(Family family) {
   std::array<double, 2> late{};
   for (const int i : {0, 1}) {
     *scene.mechanism.surfaces[0].young = young * std::array{1e2, 1e4}[i];
-    const double h = scene.nonsmooth.step = std::array{1e-5, 1e-6}[i];
+    const double h = std::array{1e-5, 1e-6}[i];
+    scene.nonsmooth.step = h;
     run = test::simulate(scene, family);
     if (run.ending.status != Ending::Status::finished && test::touches(run).size() < 3)
       return {Outcome::refused, run.ending.reason};
@@ -88,7 +89,7 @@ Judged long_loose(Family family, Scheme scheme) {
   const double lost = run.ledger.contact + run.ledger.friction;
   const double yields = family == Family::penalty
                             ? 2 * std::pow(5 * mass * v * v / (4 * contact.model.stiffness), 0.4)
-                        : scheme == Scheme::moreau_jean ? scene.nonsmooth.step * v
+                        : scheme == Scheme::moreau_jean ? *scene.nonsmooth.step * v
                                                         : 1e-6 * c;
   const double position = run.extremes.constraint_length / (1e-3 * c),
                energy = std::abs(run.ledger.closure()) / (1e-5 * lost), wall = contact.penetration / yields;

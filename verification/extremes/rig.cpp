@@ -59,7 +59,7 @@ struct Bounds {
 Bounds bounds_of(const Scene& scene, Family family) {
   if (family == Family::penalty) return {1e-6, 1e-4, 0};
   if (scene.nonsmooth.scheme == Scheme::event_driven) return {1e-7, 1e-6, 0};
-  return {1e-4, 0.02, 2 * scene.nonsmooth.step};  // time stepping: an impact acts somewhere in its step
+  return {1e-4, 0.02, 2 * *scene.nonsmooth.step};  // time stepping: an impact acts somewhere in its step
 }
 
 /// The first two touches; of a run that failed, those that it had to report before.
@@ -151,7 +151,7 @@ Judged nonsmooth(Rig r) {
   const auto turn = 2 * std::numbers::pi / r.oracle.speed;
   const auto exact = reference::SliderCrankOracle<Real>(r.oracle, options).nonsmooth(r.restitution, turn);
   return judge(r, Family::nonsmooth, exact,
-               r.scene.nonsmooth.scheme == Scheme::moreau_jean ? 10 * r.scene.nonsmooth.step : 1e-9);
+               r.scene.nonsmooth.scheme == Scheme::moreau_jean ? 10 * *r.scene.nonsmooth.step : 1e-9);
 }
 
 using Change = std::function<void(Rig&, double)>;

@@ -85,7 +85,7 @@ TEST_CASE("energy balances, constraints and walls hold in every mechanism", "[in
         for (const auto& b : scene.mechanism.bodies) weight += b.mass * scene.mechanism.gravity.norm();
         for (const auto& e : run.events) speeds += std::abs(e.v_n_minus);
         CHECK(std::abs(run.ledger.stabilisation) <=
-              scene.nonsmooth.step * weight * speeds + 1e-4 * run.ledger.contact);
+              *scene.nonsmooth.step * weight * speeds + 1e-4 * run.ledger.contact);
       } else {
         CHECK(run.extremes.constraint_length < 1e-8);
       }

@@ -60,7 +60,7 @@ double order(Scene scene, Family family, double Scene::*, const std::vector<doub
 
 TEST_CASE("Moreau-Jean is of second order on smooth motion", "[order]") {
   const double p = order(pendulum(), Family::nonsmooth, nullptr, {2e-3, 1e-3, 5e-4, 2.5e-4},
-                         [](Scene& s) -> double& { return s.nonsmooth.step; });
+                         [](Scene& s) -> double& { return s.nonsmooth.step.emplace(); });
   REQUIRE(p > 1.9);
   REQUIRE(p < 2.1);
 }

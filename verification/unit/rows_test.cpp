@@ -118,13 +118,23 @@ TEST_CASE("each run has its own end", "[rows]") {
   }
 }
 
-TEST_CASE("an end that is no multiple has no row of its own", "[rows]") {
+TEST_CASE("an end that is no multiple has a row of its own", "[rows]") {
   auto scene = rod(0.105);
   scene.run.output_step = 0.01;
-  Trajectory path;
+  Trajectory path, whole;
   Simulation(scene, "nonsmooth").run({.observers = {&path}});
-  CHECK(path.size() == 11);
+  REQUIRE(path.size() == 12);
   CHECK(path.t(10) == Approx(0.1));
+  CHECK(path.t(11) == 0.105);
+  // The end of a part is none, and what goes on behind the end misses no multiple.
+  Simulation parts(scene, "nonsmooth");
+  parts.run({.until = 0.033, .observers = {&whole}});
+  CHECK(whole.size() == 4);
+  parts.run({.observers = {&whole}});
+  CHECK(whole.size() == 12);
+  parts.run({.until = 0.13, .observers = {&whole}});
+  REQUIRE(whole.size() == 15);
+  CHECK(whole.t(12) == Approx(0.11));
 }
 
 TEST_CASE("files and samples reach the end", "[rows]") {

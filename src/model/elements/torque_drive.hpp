@@ -115,10 +115,13 @@ struct TorqueDrive {
     const double u = interpolate_periodic(at), slope = (interpolate_periodic(at + third) - u) / third;
     return u + slope * (angle - at);
   }
-  /// The table's mean over what a time step sweeps over: no pulse falls between two steps.
+  /// The table's mean over what a time step sweeps over: no pulse falls between two steps, and with the step's own mean
+  /// rates the work of an angle's table is that of the angle swept.
   double mean(const auto& m, const auto& link) const {
     const bool time = against == Against::time;
-    const double middle = time ? m.t : m.angle(link), width = time ? m.reading.sweep->h : m.swept_angle(link);
+    const auto [from, to] =
+        time ? std::array{m.t - 0.5 * m.reading.sweep->h, m.t + 0.5 * m.reading.sweep->h} : m.swept(link);
+    const double middle = 0.5 * (from + to), width = std::abs(to - from);
     if (!(width > 1e-12 * std::max(1.0, std::abs(middle))))
       return time ? interpolate(middle) : interpolate_periodic(middle);
     const double a = middle - 0.5 * width, whole = time ? 0 : std::floor(width / turn);

@@ -1,0 +1,90 @@
+#include "formulations/nonsmooth/automatic.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace freeplay {
+
+AutomaticStepper::AutomaticStepper(EventDriven events, ControlledMoreau stepping, double time_scale)
+    : events_(std::move(events)), stepping_(std::move(stepping)), time_scale_(time_scale) {
+  events_.give_way();
+  wait_ = 0.1 * time_scale;
+}
+
+void AutomaticStepper::start(const State& state, ContactLog& log) {
+  log_ = &log;
+  events_.start(state, log);
+  stepping_.start(state, log);
+}
+
+void AutomaticStepper::watch_forces(bool on) {
+  watching_ = on;
+  events_.watch_forces(on);
+  stepping_.watch_forces(on);
+  if (on && struck_.elements.empty()) {
+    struck_.add(0, stepping_.within());
+  }
+}
+
+bool AutomaticStepper::step(double t_end) {
+  if (watching_) struck_.clear();
+  if (!steps_) {
+    if (events_.step(t_end)) {
+      shown_ = false;
+      return true;
+    }
+    pass_on();
+  }
+  if (!stepping_.step(t_end)) {
+    failure_ = stepping_.failure();
+    if (!told_.reasons.empty())
+      failure_ += fmt::format(" (time stepping since {:.9g} s: {})", since_, told_.reasons);
+    return false;
+  }
+  shown_ = true;
+  if (calm()) return_to_events();
+  return true;
+}
+
+/// Time stepping goes on from where the event-driven scheme could not.
+void AutomaticStepper::pass_on() {
+  const auto from = events_.hand_over();
+  stepping_.take_over(from, *log_);
+  if (watching_) struck_.add(1, events_.before());
+  steps_ = true;
+  since_ = from.state.t;
+  ++told_.count;
+  // A mode that did not last: wait longer before the next.
+  wait_ = since_ - returned_ < wait_ && told_.count > 1 ? std::min(2 * wait_, 1e3 * time_scale_)
+                                                        : 0.1 * time_scale_;
+  if (told_.reasons.empty()) {
+    const auto& why = events_.failure();
+    const auto colon = why.find("s: ");
+    told_.reasons = colon == std::string::npos ? why : why.substr(colon + 3);
+  }
+}
+
+bool AutomaticStepper::calm() const {
+  return stepping_.t() - std::max(since_, stepping_.calm_since()) > wait_;
+}
+
+void AutomaticStepper::return_to_events() {
+  events_.take_over(stepping_.hand_over());
+  steps_ = false;
+  returned_ = stepping_.t();
+  told_.time += returned_ - since_;
+  told_.longest = std::max(told_.longest, returned_ - since_);
+}
+
+void AutomaticStepper::tell(std::vector<std::string>& notes) const {
+  events_.tell(notes);
+  if (told_.count == 0) return;
+  stepping_.tell(notes);
+  const double open = steps_ ? stepping_.t() - since_ : 0;
+  notes.push_back(fmt::format(
+      "time stepping with controlled steps took over {} times, for {:.3g} s in all ({:.3g} s at most): {}",
+      told_.count, told_.time + open, std::max(told_.longest, open), told_.reasons));
+}
+
+}  // namespace freeplay

@@ -1,0 +1,90 @@
+// The default: event-driven where it can tell events one by one, time stepping with controlled steps through what it
+// cannot (hops without number, modes of many contacts that change again and again, Painlevé's configurations), and back
+// when nothing has been struck for a while.
+//
+// Both share the log of contacts. State, energies, extremes, counts of work and open touches are handed over whole, so that
+// nothing is lost but what either scheme's own tolerance is; a step that the event-driven scheme could not make is made by
+// the other from the same state. A return that does not last makes the next one wait twice as long.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "formulations/nonsmooth/controlled.hpp"
+#include "formulations/nonsmooth/event_driven.hpp"
+
+namespace freeplay {
+
+class AutomaticStepper {
+ public:
+  AutomaticStepper(EventDriven events, ControlledMoreau stepping, double time_scale);
+
+  void start(const State& state, ContactLog& log);
+  bool step(double t_end);
+  const std::string& failure() const { return failure_; }
+
+  template <class M>
+  void remember(M& m) {
+    m.part("automatic");
+    m(events_, stepping_, steps_, shown_, since_, wait_, returned_, told_.count, told_.time, told_.longest,
+      told_.reasons, struck_);
+  }
+
+  double t() const { return shown_ ? stepping_.t() : events_.t(); }
+  double t_old() const { return shown_ ? stepping_.t_old() : events_.t_old(); }
+  const double* v() const { return shown_ ? stepping_.v() : events_.v(); }
+  const double* v_old() const { return shown_ ? stepping_.v_old() : events_.v_old(); }
+  const double* q() const { return shown_ ? stepping_.q() : events_.q(); }
+  std::span<const double> z() const { return shown_ ? stepping_.z() : events_.z(); }
+  std::span<const double> multipliers() const {
+    return shown_ ? stepping_.multipliers() : events_.multipliers();
+  }
+  void interpolate(double t, double* q, double* v) const {
+    shown_ ? stepping_.interpolate(t, q, v) : events_.interpolate(t, q, v);
+  }
+
+  /// @name Forces; see Step
+  ///@{
+  void watch_forces(bool on);
+  void forces(double t, Forces& out) { shown_ ? stepping_.forces(t, out) : events_.forces(t, out); }
+  void add_impulse(double a, double b, Forces& sum) {
+    shown_ ? stepping_.add_impulse(a, b, sum) : events_.add_impulse(a, b, sum);
+  }
+  const Forces& before() const { return shown_ ? struck_ : events_.before(); }
+  const Forces& within() const { return shown_ ? stepping_.within() : events_.within(); }
+  ///@}
+  EnergyLedger integrals() const { return shown_ ? stepping_.integrals() : events_.integrals(); }
+  const Extremes& extremes() const { return shown_ ? stepping_.extremes() : events_.extremes(); }
+  const Work& work() const { return shown_ ? stepping_.work() : events_.work(); }
+  double unseen() const { return std::max(events_.unseen(), stepping_.unseen()); }
+  bool singular() const { return events_.singular() || stepping_.singular(); }
+  double nearest_singular() const {
+    return std::min(events_.nearest_singular(), stepping_.nearest_singular());
+  }
+  void tell(std::vector<std::string>& notes) const;
+
+ private:
+  bool calm() const;
+  void pass_on();
+  void return_to_events();
+
+  EventDriven events_;
+  ControlledMoreau stepping_;
+  double time_scale_;
+  ContactLog* log_ = nullptr;
+  bool steps_ = false;                          // the next step is time stepping's
+  bool shown_ = false;                          // the last one was
+  double since_ = 0, wait_ = 0, returned_ = 0;  // s
+  /// How often, how long and why.
+  struct Told {
+    long count = 0;
+    double time = 0, longest = 0;
+    std::string reasons;
+  } told_;
+  bool watching_ = false;
+  Forces struck_;  // by the event-driven scheme before it gave up
+  std::string failure_;
+};
+
+}  // namespace freeplay

@@ -1,0 +1,239 @@
+// What a step of Moreau's leaves in the books: touches and losses of contact, energies, forces.
+#include <algorithm>
+#include <cmath>
+
+#include "formulations/nonsmooth/moreau.hpp"
+
+namespace freeplay {
+
+void MoreauStepper::keep(Place& p) const {
+  p.q = q_;
+  p.v = v_;
+  p.z = z_;
+  p.slide_last = slide_last_;
+  p.contacts = contacts_;
+  p.log = *log_;
+  p.integrals = integrals_;
+  p.extremes = extremes_;
+  p.t = t_;
+  p.events = work_.events;
+  p.jams = jams_;
+  p.undecided = undecided_;
+  p.unswept = unswept_;
+  p.inelastic = inelastic_;
+  p.motions = motions_;
+  p.jam = jam_;
+}
+
+void MoreauStepper::go_back(const Place& p) {
+  q_ = p.q;
+  v_ = p.v;
+  z_ = p.z;
+  slide_last_ = p.slide_last;
+  contacts_ = p.contacts;
+  *log_ = p.log;
+  integrals_ = p.integrals;
+  extremes_ = p.extremes;
+  t_ = p.t;
+  work_.events = p.events;
+  jams_ = p.jams;
+  undecided_ = p.undecided;
+  unswept_ = p.unswept;
+  inelastic_ = p.inelastic;
+  motions_ = p.motions;
+  jam_ = p.jam;
+  failure_.clear();
+}
+
+void MoreauStepper::extrapolate(const Place& whole) {
+  const auto beyond = [](double& half, double one) { half += (half - one) / 3; };
+  for (int i = 0; i < system_.n(); ++i) {
+    beyond(q_[i], whole.q[i]);
+    beyond(v_[i], whole.v[i]);
+  }
+  for (std::size_t k = 0; k < z_.size(); ++k) beyond(z_[k], whole.z[k]);
+  for (const auto term : {&EnergyLedger::drive, &EnergyLedger::load, &EnergyLedger::damping,
+                          &EnergyLedger::contact, &EnergyLedger::friction, &EnergyLedger::stabilisation})
+    beyond(integrals_.*term, whole.integrals.*term);
+  system_.place(t_, q_.data(), end_);
+  for (int k = 0; k < system_.contacts(); ++k) contacts_[k].gap = system_.gap(k, q_.data(), end_);
+}
+
+void MoreauStepper::modes(std::vector<signed char>& list) const {
+  list.clear();
+  const auto way = [](double impulse, double bound) {
+    return static_cast<signed char>(std::abs(impulse) < bound * (1 - 1e-9) ? 1 : impulse < 0 ? 2 : 3);
+  };
+  for (const auto& c : contacts_) {
+    const auto* u = c.unknown >= 0 ? &problem_.unknowns[c.unknown] : nullptr;
+    const bool rough = u && u->tangent >= 0;
+    list.push_back(!u || !(u->impulse_n > 0) ? 0 : rough ? way(u->impulse_t, u->friction * u->impulse_n) : 1);
+  }
+  const auto preloaded = problem_.unknowns.size() - slides_.size();
+  for (std::size_t k = 0; k < slides_.size(); ++k)
+    list.push_back(way(problem_.unknowns[preloaded + k].impulse_t, problem_.unknowns[preloaded + k].bound));
+}
+
+void MoreauStepper::account(double h) {
+  const int n = system_.n();
+  for (int k = 0; k < system_.rows(); ++k) {
+    integrals_.drive += lambda_[k] * e_.phi_t[k];
+    const double rate = 0.5 * (row_dot(system_.pattern(), e_.G.data(), k, v_old_.data()) +
+                               row_dot(system_.pattern(), e_.G.data(), k, v_.data())) +
+                        e_.phi_t[k];
+    integrals_.stabilisation -= lambda_[k] * rate;
+  }
+  double gain = 0, approach = 0;  // approach: Σ P_N |u_N⁻|
+  for (const auto& c : contacts_)
+    if (c.unknown >= 0) approach += problem_.unknowns[c.unknown].impulse_n * std::max(0.0, -c.u_n_minus);
+  for (const auto& c : problem_.unknowns) {
+    const auto mean_rate = [&](int row) {
+      return 0.5 * (rows_[row].dot(v_old_.data()) + rows_[row].dot(v_.data()));
+    };
+    double work = 0;
+    if (c.normal >= 0) {
+      const double normal = c.impulse_n * mean_rate(c.normal);
+      integrals_.contact -= normal;
+      work += normal;
+    }
+    if (c.tangent >= 0) {
+      const double tangential = c.impulse_t * mean_rate(c.tangent);
+      integrals_.friction -= tangential;
+      work += tangential;
+    }
+    gain += work;
+  }
+  // A step's share of lasting contact may add h² times forces; more is an impact that raised the energy.
+  if (struck_) extremes_.count_gain(gain > 1e-3 * approach ? gain : 0, system_.kinetic(v_old_.data()), 1e-9);
+  if (!system_.has_loads()) return;
+  for (int i = 0; i < n; ++i) v_mean_[i] = 0.5 * (v_old_[i] + v_[i]);
+  const Sweep sweep{h, v_old_.data(), v_mean_.data()};
+  system_.forces(t_old_ + 0.5 * h, q_mid_.data(), v_mean_.data(), z_mid_.data(), e_, {&sweep});
+  integrals_.drive += h * e_.power.drive;
+  integrals_.load += h * e_.power.load;
+  integrals_.damping -= h * e_.power.damping;
+}
+
+/// A loss of contact at the end of the last step with an impulse.
+void MoreauStepper::log_leave(int k) {
+  auto& c = contacts_[k];
+  const double t = c.steps > 1 ? c.t_pressed : c.t_touch;
+  log_->leave(k, t, system_.crank_angle(q_old_.data()), c.u_n_plus, c.u_t_plus, c.impulse_n, c.impulse_t,
+              t - c.t_touch);
+  c.steps = 0;
+  c.t_left = c.t_pressed;
+}
+
+void MoreauStepper::leave_all_open() {
+  for (int k = 0; k < system_.contacts(); ++k)
+    if (!contacts_[k].closed && log_->is_open(k)) log_leave(k);
+}
+
+void MoreauStepper::log_contacts(double h) {
+  struck_ = false;
+  const auto preloaded = problem_.unknowns.size() - slide_last_.size();
+  for (std::size_t k = 0; k < slide_last_.size(); ++k)
+    slide_last_[k] = problem_.unknowns[preloaded + k].impulse_t;
+  for (int k = 0; k < system_.contacts(); ++k) {
+    auto& c = contacts_[k];
+    const auto* u = c.unknown >= 0 ? &problem_.unknowns[c.unknown] : nullptr;
+    const bool pressed = u && u->impulse_n > 0;
+    c.last_n = pressed ? u->impulse_n : 0;
+    c.last_t = pressed ? u->impulse_t : 0;
+    if (!pressed) {
+      if (log_->is_open(k) && !(reach_ == Reach::closed && c.closed)) log_leave(k);
+      continue;
+    }
+    const double tangent_minus =
+        c.row.tangent.size > 0 ? c.row.tangent.dot(v_old_.data()) + 0.5 * h * c.row.gamma_t : 0;
+    if (c.steps++ == 0) {
+      struck_ = true;
+      // First touch where the gap at the step's beginning closes at its rate there.
+      c.t_touch = t_old_ + (c.u_n_minus < 0 ? std::clamp(-c.gap / c.u_n_minus, 0.0, h) : 0);
+      c.impulse_n = c.impulse_t = 0;
+      if (c.u_n_minus < 0 && step_ > 0) keep_flight(-c.u_n_minus, (c.t_touch - c.t_left) / step_);
+      log_->touch(k, c.t_touch, system_.crank_angle(q_old_.data()), c.u_n_minus, tangent_minus, h, 1.5 * h);
+      ++work_.events;
+    }
+    c.t_pressed = t_;
+    c.impulse_n += u->impulse_n;
+    c.impulse_t += u->impulse_t;
+    c.u_n_plus = c.row.normal.dot(v_.data()) - 0.5 * h * c.row.gamma_n;
+    c.u_t_plus = c.row.tangent.size > 0 ? c.row.tangent.dot(v_.data()) - 0.5 * h * c.row.gamma_t : 0;
+  }
+}
+
+/// The shortest flight before any of the fastest impacts: which they are, from a quarter to a half of the
+/// fastest up, shows as the run goes on.
+void MoreauStepper::keep_flight(double approach, double steps) {
+  auto& shortest = flights_[std::clamp(std::ilogb(approach) + 96, 1, 127)];
+  shortest = std::min(shortest, steps);
+  auto fastest = flights_.size() - 1;
+  while (!(flights_[fastest] < INFINITY) && fastest > 1) --fastest;
+  extremes_.shortest_flight = std::min(flights_[fastest], flights_[fastest - 1]);
+}
+
+/// What moves far in a step may come and go between two of them.
+void MoreauStepper::keep_passage(double h) {
+  for (const int k : passing_)
+    for (const auto* v : {&v_old_, &v_})
+      if (const double share = system_.passage(k, v->data(), h); share > passage_.share)
+        passage_ = {share, k};
+}
+
+void MoreauStepper::watch_forces(bool on) {
+  watching_ = on;
+  if (!on || !smooth_.elements.empty()) return;
+  nothing_ = smooth_ = within_ = system_.make_forces();
+  struck_lambda_.resize(system_.rows());
+  smooth_lambda_.resize(system_.rows());
+}
+
+/// The step's impulses: those of contacts that it struck, with what the joints answered, apart from the rest.
+void MoreauStepper::book(double h) {
+  const int n = system_.n(), m = system_.rows();
+  const double* q = q_mid_.data();
+  smooth_.clear();
+  within_.clear();
+  std::ranges::fill(struck_lambda_, 0.0);
+  const auto take = [&](int row, double impulse) {
+    if (row < 0 || impulse == 0) return;
+    for (int k = 0; k < m; ++k) struck_lambda_[k] += impulse * reaction(row)[k];
+    for (int i = 0; i < n; ++i) within_.acceleration[i] += impulse * response(row)[i];
+  };
+  for (int k = 0; k < system_.contacts(); ++k) {
+    const auto& c = contacts_[k];
+    if (c.unknown < 0) continue;
+    const auto& u = problem_.unknowns[c.unknown];
+    const bool struck = c.steps == 1 && u.impulse_n > 0;
+    if (struck) {
+      take(u.normal, u.impulse_n);
+      take(u.tangent, u.impulse_t);
+    }
+    system_.report_contact(k, q, e_, c.row, u.impulse_n, u.impulse_t, 1, struck ? within_ : smooth_);
+  }
+  for (int k = 0; k < m; ++k) smooth_lambda_[k] = lambda_[k] - struck_lambda_[k];
+  system_.report_rows(q, e_, smooth_lambda_.data(), 1, smooth_);
+  system_.report_rows(q, e_, struck_lambda_.data(), 1, within_);
+  for (int i = 0; i < n; ++i) {
+    smooth_.acceleration[i] = v_[i] - v_old_[i] - within_.acceleration[i];
+    v_mean_[i] = 0.5 * (v_old_[i] + v_[i]);
+  }
+  const auto preloaded = problem_.unknowns.size() - slides_.size();
+  for (std::size_t k = 0; k < slides_.size(); ++k)
+    system_.report_friction(static_cast<int>(k), q, v_mean_.data(), e_, slides_[k],
+                            problem_.unknowns[preloaded + k].impulse_t, 1, smooth_);
+  const Sweep sweep{h, v_old_.data(), v_mean_.data()};
+  system_.report_loads(t_old_ + 0.5 * h, q, v_mean_.data(), z_mid_.data(), e_, h, smooth_, {&sweep});
+}
+
+void MoreauStepper::forces(double, Forces& out) {
+  out.clear();
+  if (t_ > t_old_) out.add(1 / (t_ - t_old_), smooth_);
+}
+
+void MoreauStepper::add_impulse(double a, double b, Forces& sum) const {
+  if (b > a) sum.add((b - a) / (t_ - t_old_), smooth_);
+}
+
+}  // namespace freeplay
