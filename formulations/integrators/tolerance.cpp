@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "model/mechanism.hpp"
+#include "model/planar.hpp"
 #include "model/system.hpp"
 
 namespace freeplay {
@@ -22,6 +23,23 @@ Scales make_scales(const Mechanism& mechanism, const System& system) {
   s.angular_speed = s.speed / arm;
   s.time = omega > 0 ? 1 / omega : s.length / s.speed;
   return s;
+}
+
+double pace(const Scales& scales, const System& system, const double* v) {
+  double speed = 1e-3 * scales.length;
+  if (scales.speed > 1.0001 * speed || scales.time < scales.length / speed) return scales.time;
+  for (int k = 0; k < system.contacts(); ++k) {
+    Vec2 apart{0, 0};
+    double turning = 0;
+    const auto [i, j] = system.contact_facts(k).bodies;
+    for (const auto& [body, sign] : {std::pair{i, -1.0}, std::pair{j, 1.0}})
+      if (body != ground) {
+        apart += sign * planar::velocity(v, body);
+        turning += system.longest_arm() * std::abs(planar::rate(v, body));
+      }
+    speed = std::max(speed, apart.norm() + turning);
+  }
+  return scales.length / speed;
 }
 
 ErrorNorm motion_norm(const System& system, const Scales& s, double tolerance) {

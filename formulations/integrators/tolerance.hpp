@@ -32,4 +32,8 @@ void add_states(ErrorNorm& norm, const System& system, int offset);
 
 Scales make_scales(const Mechanism& mechanism, const System& system);
 
+/// s, in which something happens from a state on: Scales::time, or, where neither a drive nor gravity sets a pace, ℓ over
+/// the greatest speed of a body against what it may touch.
+double pace(const Scales& scales, const System& system, const double* v);
+
 }  // namespace freeplay
