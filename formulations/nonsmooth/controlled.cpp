@@ -149,6 +149,12 @@ bool ControlledMoreau::step(double t_end) {
   const double end =
       std::min({t_end, system_.next_knot(start_.t), start_.t + longest_step(system_, moreau_.v())});
   double h = std::min(h_, end - start_.t);
+  if (!(h > 1e-14 * first_step()) && end < t_end) {
+    failure_ = fmt::format("t = {:.9g} s: steps of {:.2g} s lead nowhere: the motion is singular there, or too fast to be "
+                           "followed",
+                           start_.t, h);
+    return false;
+  }
   int landings = 0;
   smooth_step_ = true;
   for (int tries = 0;; ++tries) {

@@ -105,6 +105,7 @@ TEST_CASE("a companion moves no digit, and knows when it has nothing to say", "[
   auto scene = read_scene(test::scene_file("gudgeon"));
   scene.run.duration = 0.05;
   scene.run.discard = 0;
+  scene.nonsmooth.step = 1e-5;
   const auto alone = run_scene(scene, {.formulation = "nonsmooth"});
   const auto with = run_scene(scene, {.formulation = "nonsmooth", .companion = true});
   CHECK(alone.final_state.v == with.final_state.v);
