@@ -6,6 +6,7 @@
 
 #include "cli/document.hpp"
 #include "cli/progress.hpp"
+#include "cli/strangers.hpp"
 #include "cli/verb.hpp"
 #include "facade/simulation.hpp"
 #include "io/output_file.hpp"
@@ -22,10 +23,16 @@ namespace {
 struct ExtremesRequest : Request {
   std::string output;    ///< result folder
   std::string document;  ///< folder for extremes.md and its figure
+  StrangersRequest strangers;
 };
 
 int extremes(const ExtremesRequest& request) {
   using namespace verification;
+  if (request.strangers.count > 0) {
+    auto asked = request.strangers;
+    asked.document = request.document;
+    return strangers(asked, request.output.empty() ? "out/strangers" : request.output);
+  }
   test::source_folder();  // throws before anything is judged or written
   auto cells = rig_cells();
   for (auto more : {baumgarte_cells(), special_cells()})
@@ -118,7 +125,16 @@ void extremes_verb(Program& program) {
   auto [options, request] =
       program.verb("extremes", "the map of what holds at the edges; fails on a silent error", extremes);
   options.output(request.output, "result folder");
-  options.add("--document", request.document, "write extremes.md and its figure into this folder");
+  options.add("--document", request.document,
+              "write extremes.md and its figure, or strangers.md, into this folder");
+  const auto count = options
+                         .add("--strangers", request.strangers.count,
+                              "judge this many scenes that nobody designed, in place of the map")
+                         .between(1, 1000000);
+  options.add("--seed", request.strangers.seed, "of the strangers").needs(count).between(0, 1000000000);
+  options.add("--only", request.strangers.only, "judge this one of them alone and write its scene.toml")
+      .needs(count)
+      .between(0, 1000000);
 }
 
 }  // namespace freeplay::cli

@@ -1,0 +1,148 @@
+// What a run must keep by itself: energy, momentum, walls, Newton's and Euler's equations.
+#include <algorithm>
+#include <cmath>
+
+#include "verification/strangers/subject.hpp"
+
+namespace freeplay::verification::strangers {
+namespace {
+
+/// Kinetic and potential energy from the facts and a state; nothing of the model's code is used.
+struct Energy {
+  double kinetic = 0, potential = 0;
+};
+Energy energy_of(const Mechanism& m, const State& s) {
+  Energy e;
+  const auto place = [&](int body, Vec2 at) {
+    if (body == ground) return at;
+    const double a = s.q[3 * body + 2];
+    return Vec2{s.q[3 * body] + std::cos(a) * at.x() - std::sin(a) * at.y(),
+                s.q[3 * body + 1] + std::sin(a) * at.x() + std::cos(a) * at.y()};
+  };
+  const auto angle = [&](int body) { return body == ground ? 0.0 : s.q[3 * body + 2]; };
+  for (std::size_t i = 0; i < m.bodies.size(); ++i) {
+    const auto& b = m.bodies[i];
+    const double *q = s.q.data() + 3 * i, *v = s.v.data() + 3 * i;
+    e.kinetic += 0.5 * b.mass * (v[0] * v[0] + v[1] * v[1]) + 0.5 * b.inertia * v[2] * v[2];
+    e.potential -= b.mass * (m.gravity.x() * q[0] + m.gravity.y() * q[1]);
+  }
+  for (const auto& load : m.loads) {
+    if (const auto* l = std::get_if<SpringDamper>(&load)) {
+      const double x = (place(l->between[1], l->at[1]) - place(l->between[0], l->at[0])).norm() - l->free_length;
+      e.potential += 0.5 * l->stiffness * x * x;
+    } else if (const auto* l = std::get_if<TorsionalSpringDamper>(&load)) {
+      const double x = angle(l->between[1]) - angle(l->between[0]) - l->free_angle;
+      e.potential += 0.5 * l->stiffness * x * x;
+    }
+  }
+  return e;
+}
+
+/// The sums that the balance is made of, from the states alone where they can be.
+std::optional<std::string> balance(Subject& s) {
+  const auto& l = s.sight.result.ledger;
+  const auto end = energy_of(s.scene.mechanism, s.sight.result.final_state),
+             start = energy_of(s.scene.mechanism, s.sight.start);
+  const double scale = std::max({l.scale(), end.kinetic, start.kinetic, std::abs(end.potential), std::abs(start.potential)});
+  const double stated = std::max(std::abs(end.kinetic - l.kinetic), std::abs(end.potential - l.potential));
+  if (!(stated <= 1e-9 * scale))
+    return fmt::format("kinetic or potential energy: {:.2g} of {:.2g} J other than by the state", stated, scale);
+  const double left = end.kinetic + end.potential + l.elastic - start.kinetic - start.potential - l.drive - l.load -
+                      l.stabilisation + l.contact + l.friction + l.damping + l.film;
+  const double bound = s.way.stepped ? 1e-3 : 1e-5;
+  if (!(std::abs(left) <= bound * scale))
+    return fmt::format("balance misses {:.2g} of {:.2g} J, above {:.0e}", left, scale, bound);
+  return {};
+}
+
+std::optional<std::string> losses(Subject& s) {
+  const auto& l = s.sight.result.ledger;
+  const double bound = (s.way.stepped ? 1e-3 : 1e-6) * l.scale();
+  for (const auto& [name, value] : {std::pair{"contacts", l.contact}, {"friction", l.friction}, {"dampers", l.damping}, {"films", l.film}})
+    if (!(value >= -bound)) return fmt::format("{} give {:.2g} J, scale {:.2g} J", name, -value, l.scale());
+  if (s.conservative() && !(std::abs(l.contact) <= bound))
+    return fmt::format("elastic contacts lose {:.2g} J, scale {:.2g} J", l.contact, l.scale());
+  return {};
+}
+
+std::optional<std::string> momentum(Subject& s) {
+  if (!s.alone()) return {};
+  const auto& m = s.scene.mechanism;
+  struct Sum {
+    double x = 0, y = 0, turn = 0, linear = 0, angular = 0;
+  };
+  const auto sum = [&](const State& at) {
+    Sum p;
+    for (std::size_t i = 0; i < m.bodies.size(); ++i) {
+      const double *q = at.q.data() + 3 * i, *v = at.v.data() + 3 * i, mass = m.bodies[i].mass;
+      const double spin = m.bodies[i].inertia * v[2], speed = std::hypot(v[0], v[1]);
+      p.x += mass * v[0], p.y += mass * v[1];
+      p.turn += mass * (q[0] * v[1] - q[1] * v[0]) + spin;
+      p.linear += mass * speed;
+      p.angular += mass * speed * std::hypot(q[0], q[1]) + std::abs(spin);
+    }
+    return p;
+  };
+  const auto a = sum(s.sight.start), b = sum(s.sight.result.final_state);
+  // Friction of round contacts acts on surfaces a gap apart: a couple of the depth times its impulse.
+  double couple = 0;
+  for (std::size_t k = 0; k < s.sight.depth.size(); ++k)
+    for (const auto& e : s.sight.result.events) couple += 3 * s.sight.depth[k] * std::abs(e.impulse_t);
+  const double linear = std::hypot(a.x - b.x, a.y - b.y), turn = std::abs(a.turn - b.turn);
+  if (!(linear <= 1e-6 * std::max(a.linear, b.linear)))
+    return fmt::format("momentum changes by {:.2g} of {:.2g} N s", linear, a.linear);
+  if (!(turn <= 1e-6 * std::max(a.angular, b.angular) + couple))
+    return fmt::format("angular momentum changes by {:.2g} of {:.2g} N m s", turn, a.angular);
+  return {};
+}
+
+std::optional<std::string> depth(Subject& s) {
+  const double bound = s.way.family == Family::penalty ? 0.1 : 1e-3;
+  for (std::size_t k = 0; k < s.sight.depth.size(); ++k) {
+    const double share = s.sight.depth[k] / s.sight.measure[k];
+    if (!(share <= bound)) return fmt::format("{} lies {:.2g} of its measure deep, above {}", s.sight.contacts[k], share, bound);
+  }
+  return {};
+}
+
+std::optional<std::string> newton(Subject& s) {
+  if (!s.sight.newton) return {};
+  double turn = 0;
+  for (std::size_t i = 2; i < s.sight.start.v.size(); i += 3)
+    turn = std::max({turn, std::abs(s.sight.start.v[i]), std::abs(s.sight.result.final_state.v[i])});
+  const double apart = s.way.stepped ? std::pow(turn * s.scene.nonsmooth.step, 2) : 0;
+  if (!(*s.sight.newton <= 1e-6 + 10 * apart)) return fmt::format("residual {:.2g} of the greatest term", *s.sight.newton);
+  const double bound = s.way.stepped ? 1e-9 : 1e-3;
+  if (!(*s.sight.momentum <= bound)) return fmt::format("momentum less impulses {:.2g} of the greatest", *s.sight.momentum);
+  return {};
+}
+
+}  // namespace
+
+std::span<const Check> conservation_checks() {
+  static constexpr Check all[] = {
+      {{"energy balance", "kinetic and potential energy summed from the state, and the balance with them",
+        "1e-5 of the greatest term; Moreau–Jean 1e-3",
+        "tolerances of 1e-9 a step over thousands of steps; the midpoint rule's h², and beyond 1e-3 the run says so"},
+       balance},
+      {{"losses", "what contacts, friction, dampers and films took is not negative; nothing where e = 1 and µ = 0",
+        "1e-6 of the greatest term; Moreau–Jean 1e-3",
+        "the integrators' error; in time stepping the turning of normals within a step, h²"},
+       losses, "raised the energy"},
+      {{"momentum", "of mechanisms that nothing acts on from outside, linear and angular",
+        "1e-6 of Σ m|v|, and depth times friction's impulse for the angular one",
+        "the integrators' error; friction acts on two surfaces that are a depth apart"},
+       momentum},
+      {{"penetration", "four instants within each step on the dense output, ends of time steps",
+        "1e-3 of the clearance, radius or arm; penalty 0.1", "beyond these the run says DOUBTFUL (docs/results.md)"},
+       depth},
+      {{"Newton and Euler", "forces summed anew against accelerations, impulses against changes of momentum",
+        "1e-6 of the greatest term, impulses 1e-3; Moreau–Jean 1e-6 + 10 (ωh)², impulses 1e-9",
+        "solves at mass ratios of 1e6 and drift; Gauss points over Hertz's kink; in time stepping points of a joint "
+        "lie (ωh)²/2 apart in the middle of a step"},
+       newton},
+  };
+  return all;
+}
+
+}  // namespace freeplay::verification::strangers

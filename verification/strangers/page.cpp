@@ -1,0 +1,107 @@
+// What is said of many strangers: tables by way, refusals by kind, the page of docs/.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <regex>
+
+#include "verification/strangers/strangers.hpp"
+
+namespace freeplay::verification::strangers {
+namespace {
+
+/// Kinds of refusal that were looked at, by a part of their reason, each with why the program may stop there.
+struct Refusal {
+  const char* part;
+  const char* why;
+};
+constexpr Refusal looked_at[] = {
+    {"events within", "impacts that come ever faster without an end that is known: no step of time is left, and the "
+                      "reason names time stepping, which goes on"},
+    {"ever shorter", "as above"},
+};
+
+}  // namespace
+
+std::string kind_of_refusal(const std::string& reason) {
+  static const std::regex name("\"[^\"]*\"|\\b[bcjld][0-9]+(\\.(rear|front)_(lower|upper))?\\b"),
+      number("[-+]?[0-9]+(\\.[0-9]+)?(e[-+]?[0-9]+)?");
+  return std::regex_replace(std::regex_replace(reason, name, "*"), number, "#");
+}
+
+std::string justification(const std::string& kind) {
+  for (const auto& r : looked_at)
+    if (kind.find(r.part) != kind.npos) return r.why;
+  return {};
+}
+
+std::string table_of(const std::vector<Row>& rows) {
+  std::string text = "| way | right | told | refused | silent | hung | crashed | CPU s, mean | CPU s, greatest |\n| --- | --- "
+                     "| --- | --- | --- | --- | --- | --- | --- |\n";
+  for (const auto& way : ways()) {
+    int counts[6] = {}, all = 0;
+    double sum = 0, most = 0;
+    for (const auto& r : rows) {
+      if (r.way != way.name) continue;
+      ++counts[static_cast<int>(r.verdict.outcome)], ++all;
+      sum += r.verdict.cpu;
+      most = std::max(most, r.verdict.cpu);
+    }
+    text += fmt::format("| {} |", way.name);
+    for (const int n : counts) text += fmt::format(" {} |", n);
+    text += fmt::format(" {:.2g} | {:.2g} |\n", all ? sum / all : 0, most);
+  }
+  return text;
+}
+
+std::string refusals_of(const std::vector<Row>& rows) {
+  std::map<std::pair<std::string, std::string>, std::vector<int>> kinds;
+  for (const auto& r : rows)
+    if (r.verdict.outcome == Outcome::refused) kinds[{r.way, kind_of_refusal(r.verdict.detail)}].push_back(r.index);
+  if (kinds.empty()) return "None was refused.\n";
+  std::string text = "| way | refused, by reason | count | first | why it may be |\n| --- | --- | --- | --- | --- |\n";
+  for (const auto& [kind, list] : kinds)
+    text += fmt::format("| {} | {} | {} | {} | {} |\n", kind.first, kind.second, list.size(), list[0], justification(kind.second));
+  return text;
+}
+
+std::string told_of(const std::vector<Row>& rows) {
+  std::map<std::pair<std::string, std::string>, int> kinds;
+  for (const auto& r : rows)
+    if (r.verdict.outcome == Outcome::degraded) {
+      const auto at = r.verdict.detail.find("said: ");
+      auto note = kind_of_refusal(at == std::string::npos ? r.verdict.detail : r.verdict.detail.substr(at + 6));
+      if (const auto end = note.find_first_of(";("); end != note.npos) note.resize(end);
+      ++kinds[{r.way, r.verdict.check + ": " + note}];
+    }
+  if (kinds.empty()) return "None was told.\n";
+  std::string text = "| way | outside the bound of, and what the run said | count |\n| --- | --- | --- |\n";
+  for (const auto& [kind, count] : kinds) text += fmt::format("| {} | {} | {} |\n", kind.first, kind.second, count);
+  return text;
+}
+
+std::string page_of(const std::vector<Row>& rows, std::uint64_t seed, int count, double seconds) {
+  std::string text = fmt::format(
+      "# Strangers' scenes\n\nWritten by `freeplay extremes --strangers {0} --seed {1} --document docs`. {0} scenes "
+      "that nobody designed, drawn by a seed\n(verification/strangers/): {2}.\nLengths from a millimetre to ten "
+      "metres, speeds over five decades, mass ratios to 1e6, friction to 1.5, restitution 0 to 1, starts that touch "
+      "or graze.\nEach is run by every way that has a model of it (no film without penalty, no restitution of 0 with "
+      "it), judged in a process of its own and without a\nreference of its own. *Right*: within every bound below. "
+      "*Told*: outside one, and the run's notes say DOUBTFUL or name it. *Refused*: stopped with a\nreason, and right "
+      "until then. *Silent*, *hung* (over {3:.0f} s of CPU) and *crashed* are defects. Wall time {4:.0f} s.\n\n",
+      count, seed, fmt::format("{}", fmt::join(kinds(), ", ")), run_limit, seconds);
+  text += table_of(rows) + "\n## Checks\n\n| check | what is compared | bound | why |\n| --- | --- | --- | --- |\n";
+  for (const auto& c : checks()) text += fmt::format("| {} | {} | {} | {} |\n", c.name, c.asks, c.bound, c.why);
+  text += "\n## Refused\n\n" + refusals_of(rows) + "\n## Told\n\n" + told_of(rows) + "\n## Defects\n\n";
+  bool any = false;
+  for (const auto& r : rows)
+    if (is_defect(r.verdict.outcome)) {
+      any = true;
+      text += fmt::format("- {} ({}, {}): {} {}: {}\n", r.index, r.kind, r.way, word_for(r.verdict.outcome),
+                          r.verdict.check, r.verdict.detail);
+    }
+  if (!any) text += "None.\n";
+  return text + fmt::format("\n`freeplay extremes --strangers {} --seed {} --only I` writes scene I and judges it alone.\n", count, seed);
+}
+
+}  // namespace freeplay::verification::strangers

@@ -1,0 +1,120 @@
+// Strangers' scenes: the generator, the judge, and two hundred of them.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <set>
+
+#include "facade/simulation.hpp"
+#include "io/write_scene.hpp"
+#include "model/scene.hpp"
+#include "verification/strangers/draft.hpp"
+#include "verification/strangers/sight.hpp"
+#include "verification/strangers/strangers.hpp"
+#include "verification/strangers/transform.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using namespace freeplay::verification;
+using namespace freeplay::verification::strangers;
+
+TEST_CASE("two hundred strangers are right, told or refused by every way", "[strangers][program]") {
+  test::TemporaryFolder folder;
+  const auto place = folder.path().string();
+  const auto o = test::freeplay("extremes --strangers 200 --seed 17 -o " + place + "/out --document " + place + "/doc");
+  CAPTURE(o.out, o.err);
+  CHECK(o.status == 0);
+  std::ifstream in(folder.path() / "out/strangers.csv");
+  std::string line;
+  int rows = 0, refused = 0;
+  for (std::getline(in, line); std::getline(in, line); ++rows) refused += line.find(",refused,") != line.npos;
+  CHECK(rows > 450);
+  CHECK(refused <= 0.03 * rows);
+  CHECK(std::filesystem::exists(folder.path() / "doc/strangers.md"));
+}
+
+TEST_CASE("seed and index alone decide a stranger, and every kind of scene and element occurs", "[strangers]") {
+  CHECK(draw(5, 3).text == draw(5, 3).text);
+  CHECK(draw(5, 3).text != draw(5, 4).text);
+  CHECK(draw(5, 3).text != draw(6, 3).text);
+  std::set<std::string> seen;
+  std::string all;
+  double heaviest = 0;
+  for (int i = 0; i < 300; ++i) {
+    const auto s = draw(1, i);
+    seen.insert(s.kind);
+    all += s.text;
+    const auto scene = parse_scene(s.text, "stranger");  // every one can be read
+    const auto& bodies = scene.mechanism.bodies;
+    const auto [least, most] = std::ranges::minmax(bodies, {}, &Body::mass);
+    heaviest = std::max(heaviest, most.mass / least.mass);
+  }
+  CHECK(seen.size() == strangers::kinds().size());
+  CHECK(heaviest > 1e3);
+  for (const char* word : {"\"revolute\"", "\"translational\"", "\"plane\"", "\"discs\"", "clearance", "slider_length",
+                           "lubricant", "torque_table", "against = \"angle\"", "lag", "speed =", "\"spring-damper\"",
+                           "\"torsional-spring-damper\"", "\"joint-friction\"", "\"force\"", "\"torque\"", "friction =",
+                           "restitution = 0\n", "restitution = 1\n", "tangential_restitution"}) {
+    CAPTURE(word);
+    CHECK(all.find(word) != all.npos);
+  }
+}
+
+TEST_CASE("a scene said otherwise is said back by saying it so twice", "[strangers]") {
+  const auto mirrors = [](const Scene& s) { return mirrored(mirrored(s)); };
+  const auto orders = [](const Scene& s) { return reordered(reordered(s)); };
+  const auto units = [](const Scene& s) { return rescaled(rescaled(s, {8, 2, 0.25}), {0.125, 0.5, 4}); };
+  for (int i = 0; i < 60; ++i) {
+    const auto scene = parse_scene(draw(2, i).text, "stranger");
+    CAPTURE(i);
+    CHECK(same_facts(scene, mirrors(scene)));
+    CHECK(same_facts(scene, orders(scene)));
+    CHECK(same_facts(scene, units(scene)));
+  }
+}
+
+namespace {
+
+/// The first stranger of a kind whose run by a way is right and has been held to a touch.
+std::pair<Stranger, const Way*> right_one(const std::string& kind, const std::string& way) {
+  const auto* by = &*std::ranges::find_if(ways(), [&](const Way& w) { return way == w.name; });
+  for (int i = 0; i < 400; ++i) {
+    const auto s = draw(3, i);
+    if (s.kind != kind) continue;
+    auto scene = parse_scene(s.text, "stranger");
+    if (!has_model(scene, *by)) continue;
+    by->choose(scene);
+    if (make_reference(scene, ways()[1]).touches.empty()) continue;
+    if (judge(s, *by).outcome == Outcome::right) return {s, by};
+  }
+  FAIL("no right stranger of kind " << kind);
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("a result that was falsified comes out silent", "[strangers]") {
+  const auto way = GENERATE("penalty", "event-driven", "moreau-jean");
+  const auto [stranger, by] = right_one("thrown", way);
+  CAPTURE(way, stranger.index, stranger.text);
+  const auto outcome = [&](auto change) { return judge(stranger, *by, change).outcome; };
+  CHECK(outcome([](Sight&) {}) == Outcome::right);
+  CHECK(outcome([](Sight& s) { s.touches.erase(s.touches.begin()); }) == Outcome::wrong);
+  CHECK(outcome([](Sight& s) { s.touches[0].t *= 1.1; }) == Outcome::wrong);
+  CHECK(outcome([](Sight& s) { s.at.q[0] += 0.1 * (s.at.q[0] - s.start.q[0]); }) == Outcome::wrong);
+  CHECK(outcome([](Sight& s) { s.depth[0] = 0.2 * s.measure[0]; }) == Outcome::wrong);
+  CHECK(outcome([](Sight& s) { s.result.final_state.v[0] *= 1.1, s.result.final_state.v[1] *= 1.1; }) ==
+        Outcome::wrong);
+  CHECK(outcome([](Sight& s) { s.result.ledger.contact += 0.01 * s.result.ledger.scale(); }) == Outcome::wrong);
+  // What a run says of itself counts, and a run that stopped with a reason is refused.
+  const auto said = [](Sight& s) {
+    s.depth[0] = 0.2 * s.measure[0];
+    s.result.notes.push_back("DOUBTFUL: a planted note");
+  };
+  CHECK(outcome(said) == Outcome::degraded);
+  CHECK(outcome([](Sight& s) { s.result.ending = {Ending::Status::failed, "planted"}; }) == Outcome::refused);
+}
+
+TEST_CASE("kinds of refusal forget numbers and names", "[strangers]") {
+  CHECK(kind_of_refusal("t = 0.125 s: b2 and \"c1\" gave 1.5e-3 m") == "t = # s: * and * gave # m");
+  CHECK(kind_of_refusal("t = 1 s: j0.rear_lower") == kind_of_refusal("t = 2 s: j3.front_upper"));
+}
