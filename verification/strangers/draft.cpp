@@ -22,13 +22,16 @@ void Draft::surface(Draw& draw, double m, double v, double R, double depth) {
 }
 
 void Draft::run(Draw& draw) {
-  // At most 20,000 steps; a share of the flight between a 50th and a 500th.
-  const double step = std::max(flight * draw.decades(-2.7, -1.7), duration / 20000);
+  // At most 20,000 steps; a share of the flight between a 50th and a 500th, and of a spring's swing.
+  if (fastest > 0) duration = std::min(duration, 20000 * 0.02 / fastest);
+  double step = flight * draw.decades(-2.7, -1.7);
+  if (fastest > 0) step = std::min(step, 0.02 / fastest);
+  step = std::max(step, duration / 20000);
   text += fmt::format("[run]\nduration = {}\nstart = \"{}\"\n", number(duration), given ? "given" : "assembled");
   text += fmt::format("[nonsmooth]\nstep = {}\n", number(step));
   // Regularising speeds and the floor of v₀ are shares of the scene's own speed, which its units cannot change.
-  text += fmt::format("[penalty]\nfriction_v0 = {}\nfriction_v1 = {}\nv0_floor = {}\n", number(1e-4 * speed),
-                      number(1e-3 * speed), number(1e-3 * speed));
+  text += fmt::format("[penalty]\nfriction_v0 = {}\nfriction_v1 = {}\nv0_floor = {}\n", number(1e-3 * speed),
+                      number(1e-2 * speed), number(1e-3 * speed));
   text += fmt::format("alpha = {0}\nbeta = {0}\n", number(1 / duration));
 }
 

@@ -71,6 +71,7 @@ class Draft {
   /// s, of a short free flight: time steps are shares of it.
   double flight = 1;
   double duration = 1;  ///< s
+  double fastest = 0;   ///< rad/s, of springs: a step is a small part of their swing
   bool given = true;    ///< positions and velocities as they stand; else made consistent
   double speed = 1;     ///< m/s, what friction is regularised by
 

@@ -136,6 +136,7 @@ Verdict judge(const Stranger& stranger, const Way& way, const std::function<void
         if (verdict.check.empty() || found.outcome > verdict.outcome) verdict = found;
       }
   verdict.cpu = cpu;
+  verdict.touches = static_cast<int>(s.reference.touches.size());
   return verdict;
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <iterator>
 #include <memory>
 #include <sstream>
 #include <stdexcept>
@@ -22,15 +23,17 @@ constexpr double patience = 12 * run_limit;
 Verdict judge_apart(const Stranger& stranger, const Way& way) {
   Cell cell{"strangers", stranger.kind, 0, way.name, [&] {
               const auto v = judge(stranger, way);
-              return Judged{v.outcome, fmt::format("{}\t{}\t{}", v.check, v.cpu, v.detail)};
+              return Judged{v.outcome, fmt::format("{}\t{}\t{}\t{}", v.check, v.cpu, v.touches, v.detail)};
             }, {}};
   const auto j = verification::judge_apart(cell, patience);
-  Verdict v{j.outcome, "", j.detail, 0};
-  const auto one = j.detail.find('\t'), two = j.detail.find('\t', one + 1);
-  if (two != j.detail.npos) {
-    v.check = j.detail.substr(0, one);
-    v.cpu = std::strtod(j.detail.c_str() + one + 1, nullptr);
-    v.detail = j.detail.substr(two + 1);
+  Verdict v{j.outcome, "", j.detail};
+  std::istringstream in(j.detail);
+  std::string cpu, touches;
+  if (j.detail.find('\t') != j.detail.npos) {
+    std::getline(in, v.check, '\t'), std::getline(in, cpu, '\t'), std::getline(in, touches, '\t');
+    v.cpu = std::strtod(cpu.c_str(), nullptr);
+    v.touches = std::stoi(touches);
+    v.detail.assign(std::istreambuf_iterator<char>(in), {});
   }
   for (auto& c : v.detail)
     if (c == '\n' || c == '\t') c = ' ';
@@ -39,17 +42,17 @@ Verdict judge_apart(const Stranger& stranger, const Way& way) {
 
 /// A row on a line, short enough to be written at once.
 std::string line_of(const Row& r) {
-  return fmt::format("{}\t{}\t{}\t{}\t{}\t{}\t{}", r.index, r.kind, r.way, static_cast<int>(r.verdict.outcome),
-                     r.verdict.check, r.verdict.cpu, r.verdict.detail)
+  return fmt::format("{}\t{}\t{}\t{}\t{}\t{}\t{}\t{}", r.index, r.kind, r.way, static_cast<int>(r.verdict.outcome),
+                     r.verdict.check, r.verdict.cpu, r.verdict.touches, r.verdict.detail)
              .substr(0, 3000) +
          "\n";
 }
 Row row_of(const std::string& line) {
   std::istringstream in(line);
-  std::string field[7];
+  std::string field[8];
   for (auto& f : field) std::getline(in, f, '\t');
   return {std::stoi(field[0]), field[1], field[2],
-          {static_cast<Outcome>(std::stoi(field[3])), field[4], field[6], std::strtod(field[5].c_str(), nullptr)}};
+          {static_cast<Outcome>(std::stoi(field[3])), field[4], field[7], std::strtod(field[5].c_str(), nullptr), std::stoi(field[6])}};
 }
 
 }  // namespace

@@ -127,12 +127,16 @@ void box(Draw& draw, Draft& out) {
   const auto c = crowd(draw, out, s, draw.whole(1, 4), low, high, s.speed);
   walls(out, c, low, high, true);
   if (draw.chance(0.4)) out.gravity(draw.along(draw() * s.speed * s.speed / s.length));
-  if (draw.chance(0.3) && c.bodies.size() > 1)
-    out.load("spring-damper", fmt::format("between = [\"{}\", \"{}\"]\nstiffness = {}\ndamping = {}\nfree_length = {}\n",
-                                          c.bodies[0].name, c.bodies[1].name,
-                                          Draft::number(s.mass * std::pow(draw.between(0.3, 5) / s.time(), 2)),
-                                          Draft::number(draw.chance(0.5) ? s.mass / s.time() * draw() : 0),
-                                          Draft::number(0.3 * s.length)));
+  if (draw.chance(0.3) && c.bodies.size() > 1) {
+    const double lightest = std::min(c.bodies[0].mass, c.bodies[1].mass);
+    const double rate = lightest * std::pow(draw.between(0.3, 5) / s.time(), 2);
+    out.fastest = 2 * std::sqrt(rate / lightest);
+    out.load("spring-damper",
+             fmt::format("between = [\"{}\", \"{}\"]\nstiffness = {}\ndamping = {}\nfree_length = {}\n",
+                         c.bodies[0].name, c.bodies[1].name, Draft::number(rate),
+                         Draft::number(draw.chance(0.5) ? lightest / s.time() * draw() : 0),
+                         Draft::number(0.3 * s.length)));
+  }
   out.speed = s.speed;
   out.flight = 0.3 * s.time();
   out.duration = draw.between(2, 6) * s.time();
@@ -150,7 +154,7 @@ void pile(Draw& draw, Draft& out) {
   out.speed = s.speed;
   out.flight = 0.2 * s.time();
   out.duration = draw.between(2, 5) * s.time();
-  out.surface(draw, s.mass, s.speed, 0.1 * s.length, 0.1 * s.length * draw.decades(-3.5, -2.3));
+  out.surface(draw, s.mass, s.speed, 0.1 * s.length, 0.1 * s.length * draw.decades(-2.8, -2));
 }
 
 void sliding(Draw& draw, Draft& out) {
@@ -199,10 +203,12 @@ void springs(Draw& draw, Draft& out) {
   for (int i = 0; i < count; ++i) {
     const bool first = i == 0;
     const double rate = bodies[i].mass * std::pow(draw.between(0.5, 6) / s.time(), 2);
+    const double lightest = first ? bodies[i].mass : std::min(bodies[i].mass, bodies[i - 1].mass);
+    out.fastest = std::max(out.fastest, 2 * std::sqrt(rate / lightest));
     out.load("spring-damper",
              fmt::format("between = [\"{}\", \"{}\"]\nstiffness = {}\ndamping = {}\nfree_length = {}\n",
                          first ? "ground" : bodies[i - 1].name, bodies[i].name, Draft::number(rate),
-                         Draft::number(draw.chance(0.5) ? bodies[i].mass / s.time() * draw() : 0),
+                         Draft::number(draw.chance(0.5) ? lightest / s.time() * draw() : 0),
                          Draft::number(pitch * draw.between(0.6, 1.1))));
     if (!first) out.discs(bodies[i - 1].name, bodies[i].name, R, R);
     if (draw.chance(0.3))

@@ -102,7 +102,7 @@ void chain(Draw& draw, Draft& out) {
   out.speed = pace;
   out.flight = c / pace;
   out.duration = std::min(draw.between(5, 40) * out.flight, 3 * s.time());
-  out.surface(draw, s.mass, pace, conformal(c, bearing), c * draw.decades(-3, -1.7));
+  out.surface(draw, s.mass, pace, conformal(c, bearing), c * draw.decades(-2.7, -1.5));
 }
 
 void loop(Draw& draw, Draft& out) {
@@ -167,7 +167,7 @@ void loop(Draw& draw, Draft& out) {
     out.drive(driven, table(draw, s.mass * r * r * omega * omega, out.duration, false) +
                           (draw.chance(0.3) ? fmt::format("lag = {}\n", Draft::number(T * draw.decades(-2, -0.5))) : ""));
   out.speed = a * out.flight;
-  out.surface(draw, s.mass, out.speed, loose[2] && slider ? 0.02 * r : conformal(c, bearing), c * draw.decades(-3, -1.7));
+  out.surface(draw, s.mass, out.speed, loose[2] && slider ? 0.02 * r : conformal(c, bearing), c * draw.decades(-2.7, -1.5));
 }
 
 void guide(Draw& draw, Draft& out) {
@@ -208,7 +208,7 @@ void guide(Draw& draw, Draft& out) {
   out.speed = rattle;
   out.flight = play / rattle;
   out.duration = std::min(draw.between(5, 40) * out.flight, 5 * s.time());
-  out.surface(draw, s.mass, rattle, 0.05 * length, play * draw.decades(-3, -1.7));
+  out.surface(draw, s.mass, rattle, 0.05 * length, play * draw.decades(-2.7, -1.5));
 }
 
 void bump(Draw& draw, Draft& out) {
@@ -274,7 +274,7 @@ void pulse(Draw& draw, Draft& out) {
   if (draw.chance(0.4)) out.load("torque", fmt::format("body = \"link\"\ntorque = {}\n",
                                                        Draft::number(s.mass * arm * arm * omega * omega * draw.either_way(1))));
   out.speed = pace;
-  out.surface(draw, s.mass, pace, conformal(c, bearing), c * draw.decades(-3, -1.7));
+  out.surface(draw, s.mass, pace, conformal(c, bearing), c * draw.decades(-2.7, -1.5));
 }
 
 void film(Draw& draw, Draft& out) {
@@ -296,7 +296,7 @@ void film(Draw& draw, Draft& out) {
   out.speed = c * std::abs(omega);
   out.flight = 1 / std::abs(omega);
   out.duration = draw.between(3, 30) / std::abs(omega);
-  out.surface(draw, s.mass, out.speed, conformal(c, R), c * draw.decades(-3, -1.7));
+  out.surface(draw, s.mass, out.speed, conformal(c, R), c * draw.decades(-2.7, -1.5));
 }
 
 void preloaded(Draw& draw, Draft& out) {

@@ -36,20 +36,21 @@ std::string justification(const std::string& kind) {
 }
 
 std::string table_of(const std::vector<Row>& rows) {
-  std::string text = "| way | right | told | refused | silent | hung | crashed | CPU s, mean | CPU s, greatest |\n| --- | --- "
-                     "| --- | --- | --- | --- | --- | --- | --- |\n";
+  std::string text = "| way | right | told | refused | silent | hung | crashed | held to 0, 1, 2, 3 touches | CPU s, mean | CPU s, greatest |\n| --- | --- "
+                     "| --- | --- | --- | --- | --- | --- | --- | --- |\n";
   for (const auto& way : ways()) {
-    int counts[6] = {}, all = 0;
+    int counts[6] = {}, touches[4] = {}, all = 0;
     double sum = 0, most = 0;
     for (const auto& r : rows) {
       if (r.way != way.name) continue;
       ++counts[static_cast<int>(r.verdict.outcome)], ++all;
+      ++touches[std::clamp(r.verdict.touches, 0, 3)];
       sum += r.verdict.cpu;
       most = std::max(most, r.verdict.cpu);
     }
     text += fmt::format("| {} |", way.name);
     for (const int n : counts) text += fmt::format(" {} |", n);
-    text += fmt::format(" {:.2g} | {:.2g} |\n", all ? sum / all : 0, most);
+    text += fmt::format(" {} | {:.2g} | {:.2g} |\n", fmt::join(touches, " / "), all ? sum / all : 0, most);
   }
   return text;
 }

@@ -92,7 +92,8 @@ Sight look(Scene scene, const Way& way, const LookRequest& request) {
     if (is_touch(e))
       sight.touches.push_back({e.joint, e.t, -e.v_n_minus, e.duration, e.kind == EventKind::impact});
   if (balance) {
-    sight.newton = std::max(balance->worst.own, balance->worst.anew);
+    // By moments as they are told and by arms: one is rounding where moments cancel, the other where joints have drifted.
+    sight.newton = std::min(balance->worst.own, balance->worst.anew);
     sight.momentum = std::max(balance->linear(), balance->angular());
   }
   return sight;

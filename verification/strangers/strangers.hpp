@@ -52,6 +52,7 @@ struct Verdict {
   std::string check;   ///< that was not met; empty: none
   std::string detail;  ///< what was off, or the reason of a refusal
   double cpu = 0;      ///< s, of the run itself
+  int touches = 0;     ///< that the run was held to, 0 to 3
 };
 const char* word_for(Outcome outcome);
 
