@@ -23,8 +23,8 @@ int strangers(const StrangersRequest& request, const std::filesystem::path& fold
     write_file(folder / "scene.toml", stranger.text);
     rows = judge_one(stranger);
     for (const auto& r : rows)
-      fmt::print("{:<14}{:<9}{:>7.2g} s  {} {}\n", r.way, word_for(r.verdict.outcome), r.verdict.cpu, r.verdict.check,
-                 r.verdict.detail);
+      fmt::print("{:<14}{:<9}{:>7.2g} s  {} {}\n", r.way, word_for(r.verdict.outcome), r.verdict.cpu,
+                 r.verdict.check, r.verdict.detail);
     fmt::print("its scene: {}\n", (folder / "scene.toml").string());
   } else {
     Progress progress;
@@ -49,8 +49,8 @@ int strangers(const StrangersRequest& request, const std::filesystem::path& fold
         fmt::print("{} {} ({}, {}): {}: {}\n    freeplay extremes --strangers {} --seed {} --only {}\n",
                    word_for(r.verdict.outcome), r.index, r.kind, r.way, r.verdict.check, r.verdict.detail,
                    request.count, seed, r.index);
-    fmt::print("{} strangers of seed {}, {} runs judged in {:.0f} s: {} defects\nresults in {}\n", request.count, seed,
-               rows.size(), seconds, defects, folder.string());
+    fmt::print("{} strangers of seed {}, {} runs judged in {:.0f} s: {} defects\nresults in {}\n",
+               request.count, seed, rows.size(), seconds, defects, folder.string());
     if (!request.document.empty()) {
       make_folder(request.document);
       write_file(std::filesystem::path(request.document) / "strangers.md",

@@ -25,22 +25,26 @@ double reached(const Sight& sight) { return sight.result.t_end; }
 
 }  // namespace
 
-std::optional<std::string> off_reference(const Sight& found, const Reference& r, const Allowed& allowed, double until) {
+std::optional<std::string> off_reference(const Sight& found, const Reference& r, const Allowed& allowed,
+                                         double until) {
   if (!r.way) return {};
   // Of time steps the share is a time, to be seen against the time since the touch before.
   const bool stepped = allowed.late > 0;
   const auto share = [&](std::size_t k) {
-    return stepped ? allowed.share / (r.touches.empty() ? r.duration : r.shortest_interval(k)) : allowed.share;
+    return stepped ? allowed.share / (r.touches.empty() ? r.duration : r.shortest_interval(k))
+                   : allowed.share;
   };
   if (!found.at.q.empty() && !r.at.q.empty()) {
     const double of = stepped ? allowed.share / r.at.t : allowed.share;
     for (std::size_t i = 0; i < r.at.q.size(); ++i) {
       const bool angle = i % 3 == 2;
-      const double bound = of * (r.sensitivity_q[i] + (angle ? r.angle : r.length)) + (angle ? 1e-12 : 1e-12 * r.position);
+      const double bound =
+          of * (r.sensitivity_q[i] + (angle ? r.angle : r.length)) + (angle ? 1e-12 : 1e-12 * r.position);
       const double off = std::abs(found.at.q[i] - r.at.q[i]);
       if (!(off <= bound))
-        return fmt::format("at t = {:.6g} s, before the first touch, coordinate {} is {:.2g} off, above {:.2g}", r.at.t,
-                           i, off, bound);
+        return fmt::format(
+            "at t = {:.6g} s, before the first touch, coordinate {} is {:.2g} off, above {:.2g}", r.at.t, i,
+            off, bound);
     }
   }
   std::vector<std::size_t> seen(r.touches.size());
@@ -48,10 +52,12 @@ std::optional<std::string> off_reference(const Sight& found, const Reference& r,
   for (std::size_t k = 0; k < r.touches.size(); ++k) {
     const auto& touch = r.touches[k];
     const double rounding = 1e-13 * r.position / std::max(touch.speed, 1e-300);
-    const double bound = share(k) * (r.sensitivity_t[k] + touch.t) + allowed.late + 1e-12 * touch.t + rounding;
+    const double bound =
+        share(k) * (r.sensitivity_t[k] + touch.t) + allowed.late + 1e-12 * touch.t + rounding;
     // A graze of depth d has v² = 2 g̈ d: C = R/v, C′ = g̈ R/v for a length R, and it lasts 2v/g̈ = 2 v C/C′. Time steps
     // may pass one over that is no longer than a few of them.
-    if (stepped && 2 * touch.speed * r.sensitivity_t[k] < 4 * allowed.late * r.sensitivity_speed[k]) return {};
+    if (stepped && 2 * touch.speed * r.sensitivity_t[k] < 4 * allowed.late * r.sensitivity_speed[k])
+      return {};
     // Beyond half of a flight nothing is said of a touch.
     if (!(bound < 0.5 * r.shortest_interval(k)) || touch.t + bound >= until) return {};
     // The same contact's touch of the same number.
@@ -63,13 +69,14 @@ std::optional<std::string> off_reference(const Sight& found, const Reference& r,
         other = &f;
         break;
       }
-    if (!other) return fmt::format("touch {} of {} at t = {:.9g} s is missing", k + 1, touch.contact, touch.t);
+    if (!other)
+      return fmt::format("touch {} of {} at t = {:.9g} s is missing", k + 1, touch.contact, touch.t);
     const double dt = std::abs(other->t - touch.t), dv = std::abs(other->speed - touch.speed);
     if (!(dt <= bound))
-      return fmt::format("touch {} ({}, t = {:.9g} s) is {:.2g} s off, above {:.2g} s", k + 1, touch.contact, touch.t,
-                         dt, bound);
+      return fmt::format("touch {} ({}, t = {:.9g} s) is {:.2g} s off, above {:.2g} s", k + 1, touch.contact,
+                         touch.t, dt, bound);
     const double bound_v = share(k) * (r.sensitivity_speed[k] + r.greatest_speed) + 1e-12 * r.greatest_speed;
-    if (allowed.speeds && !(dv <= bound_v))
+    if (allowed.speeds && dv > bound_v)
       return fmt::format("touch {} ({}, t = {:.9g} s) has a speed {:.2g} m/s off, above {:.2g} m/s", k + 1,
                          touch.contact, touch.t, dv, bound_v);
     last = touch.t;
@@ -101,7 +108,8 @@ std::optional<std::string> against_reference(Subject& s) {
   // A time-stepped run that says how far its touches may be off is held to that.
   const auto& said = s.sight.result.first_touches;
   if (what && s.way.stepped && said && !said->missing) {
-    a.late = std::max(a.late, said->time * (r.touches.empty() ? 0 : r.shortest_interval(r.touches.size() - 1)));
+    a.late =
+        std::max(a.late, said->time * (r.touches.empty() ? 0 : r.shortest_interval(r.touches.size() - 1)));
     return off_reference(s.sight, r, a, reached(s.sight));
   }
   return what;
@@ -113,7 +121,8 @@ std::optional<std::string> coarser(Subject& s) {
   const double tolerance = 1e-8;
   scene.nonsmooth.tolerance = scene.penalty.tolerance = tolerance;
   auto r = s.reference;
-  if (r.way->family != s.way.family) r.touches.resize(std::min<std::size_t>(r.touches.size(), 1)), r.all = false;
+  if (r.way->family != s.way.family)
+    r.touches.resize(std::min<std::size_t>(r.touches.size(), 1)), r.all = false;
   const double until = r.touches.empty() ? r.duration : std::min(r.duration, 1.5 * r.touches.back().t);
   const auto found = look(scene, s.way, {.until = until, .at = r.at.t});
   return off_reference(found, r, allowed(s, tolerance), reached(found));
@@ -126,7 +135,8 @@ std::optional<std::string> stiffer(Subject& s) {
   for (auto& surface : scene.mechanism.surfaces) *surface.young *= 100;
   const auto found = look(scene, s.way, {.until = std::min(r.duration, 1.3 * r.touches.back().t)});
   double spent = 0;
-  for (std::size_t k = 0; k < std::min({r.touches.size(), s.sight.touches.size(), found.touches.size()}); ++k) {
+  for (std::size_t k = 0; k < std::min({r.touches.size(), s.sight.touches.size(), found.touches.size()});
+       ++k) {
     const auto &a = s.sight.touches[k], &b = found.touches[k];
     if (a.contact != r.touches[k].contact || b.contact != a.contact) return {};
     // A contact that takes a part of the time between two acts as facts that differ by as much.
@@ -134,8 +144,8 @@ std::optional<std::string> stiffer(Subject& s) {
                          (k ? 10 * spent / r.shortest_interval(k) * r.sensitivity_t[k] : 0) + 1e-12 * a.t;
     if (!(bound < 0.5 * r.shortest_interval(k))) return {};
     if (!(std::abs(a.t - b.t) <= bound))
-      return fmt::format("touch {} ({}, t = {:.9g} s) is {:.2g} s off with E times 100, above {:.2g} s", k + 1,
-                         a.contact, a.t, std::abs(a.t - b.t), bound);
+      return fmt::format("touch {} ({}, t = {:.9g} s) is {:.2g} s off with E times 100, above {:.2g} s",
+                         k + 1, a.contact, a.t, std::abs(a.t - b.t), bound);
     if (!a.impact || !b.impact) return {};
     spent += std::max(a.duration, b.duration);
   }
@@ -168,7 +178,8 @@ std::optional<std::string> otherwise(Subject& s, const Scene& scene, double time
     }
     const double off = std::abs(found.touches[k].t / time - a.t);
     if (!(off <= bound))
-      return fmt::format("{}: touch {} (t = {:.9g} s) is {:.2g} s off, above {:.2g} s", how, k + 1, a.t, off, bound);
+      return fmt::format("{}: touch {} (t = {:.9g} s) is {:.2g} s off, above {:.2g} s", how, k + 1, a.t, off,
+                         bound);
   }
   return {};
 }
@@ -197,7 +208,8 @@ std::optional<std::string> backwards(Subject& s) {
   double until = r.touches.empty() ? r.duration : r.touches.back().t;
   if (!r.touches.empty()) {
     const auto n = r.touches.size();
-    until = n < s.sight.touches.size() ? 0.5 * (s.sight.touches[n].t + until) : std::min(1.2 * until, r.duration);
+    until =
+        n < s.sight.touches.size() ? 0.5 * (s.sight.touches[n].t + until) : std::min(1.2 * until, r.duration);
   }
   if (!(until <= reached(s.sight)) || !(until > 0)) return {};
   Simulation forth(s.scene, name_of(s.way.family));
@@ -224,8 +236,8 @@ std::optional<std::string> backwards(Subject& s) {
     const double off = std::abs(end.q[i] - start.q[i]);
     if (most[i % 3 == 2] * Reference::nudge > 1e-2 * size[i % 3 == 2]) return {};
     if (!(off <= bound))
-      return fmt::format("turned back at t = {:.6g} s coordinate {} ends {:.2g} off its start, above {:.2g}", until, i,
-                         off, bound);
+      return fmt::format("turned back at t = {:.6g} s coordinate {} ends {:.2g} off its start, above {:.2g}",
+                         until, i, off, bound);
   }
   return {};
 }
@@ -236,29 +248,39 @@ std::span<const Check> agreement_checks() {
   // A motion that friction does not determine is told as such.
   static constexpr std::string_view paradox = "Painlevé";
   static constexpr Check all[] = {
-      {{"first touches", "positions before the first touch, times and speeds of up to three touches, against the same "
+      {{"first touches",
+        "positions before the first touch, times and speeds of up to three touches, against the same "
         "way (penalty: its first touch, against event-driven) at a tolerance of 1e-11",
         "1000 tolerance (C + t); Moreau–Jean 2h + 2h (C + t)/interval, or what the run says of its first touches",
         "C is what twins whose facts differ by 1e-6 do to the touch, so it has what impacts and grazing multiply; a "
         "thousand steps; a touch acts somewhere within its step and is then a fact that differs by h over the flight"},
-       against_reference, paradox},
+       against_reference,
+       paradox},
       {{"tolerance", "the same at a tolerance of 1e-8", "1e-5 (C + t)", "as above"}, coarser, paradox},
       {{"stiffness", "penalty: the first three touches with a modulus 100 times as high",
         "3 d + 10 d C/interval, d the duration of the impacts before",
         "an impact takes d in place of an instant; loads act on it meanwhile"},
-       stiffer, paradox},
-      {{"mirror", "the scene mirrored, x → −x: touches at the same times", "1000 tolerance (C + t); Moreau–Jean h + 2h (C + t)/interval",
+       stiffer,
+       paradox},
+      {{"mirror", "the scene mirrored, x → −x: touches at the same times",
+        "1000 tolerance (C + t); Moreau–Jean h + 2h (C + t)/interval",
         "the same motion; a touch may fall into the next step"},
-       mirror, paradox},
-      {{"units", "lengths, masses and times in units of powers of two, up to 4096 either way, absolute options with them",
+       mirror,
+       paradox},
+      {{"units",
+        "lengths, masses and times in units of powers of two, up to 4096 either way, absolute options with them",
         "as above", "the same digits but for absolute constants in the program"},
-       units, paradox},
+       units,
+       paradox},
       {{"order", "bodies, joints, contacts, drives and loads in the opposite order", "as above",
         "asked only while touches are single"},
-       order, paradox},
-      {{"backwards", "where e = 1, µ = 0 and nothing acts but gravity and springs: velocities turned round, as long again, is the start",
+       order,
+       paradox},
+      {{"backwards",
+        "where e = 1, µ = 0 and nothing acts but gravity and springs: velocities turned round, as long again, is the start",
         "2000 tolerance (C + size)", "two runs; C by a twin whose velocities differ by 1e-6"},
-       backwards, paradox},
+       backwards,
+       paradox},
   };
   return all;
 }

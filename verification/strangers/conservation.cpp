@@ -28,7 +28,8 @@ Energy energy_of(const Mechanism& m, const State& s) {
   }
   for (const auto& load : m.loads) {
     if (const auto* l = std::get_if<SpringDamper>(&load)) {
-      const double x = (place(l->between[1], l->at[1]) - place(l->between[0], l->at[0])).norm() - l->free_length;
+      const double x =
+          (place(l->between[1], l->at[1]) - place(l->between[0], l->at[0])).norm() - l->free_length;
       e.potential += 0.5 * l->stiffness * x * x;
     } else if (const auto* l = std::get_if<TorsionalSpringDamper>(&load)) {
       const double x = angle(l->between[1]) - angle(l->between[0]) - l->free_angle;
@@ -43,12 +44,14 @@ std::optional<std::string> balance(Subject& s) {
   const auto& l = s.sight.result.ledger;
   const auto end = energy_of(s.scene.mechanism, s.sight.result.final_state),
              start = energy_of(s.scene.mechanism, s.sight.start);
-  const double scale = std::max({l.scale(), end.kinetic, start.kinetic, std::abs(end.potential), std::abs(start.potential)});
+  const double scale =
+      std::max({l.scale(), end.kinetic, start.kinetic, std::abs(end.potential), std::abs(start.potential)});
   const double stated = std::max(std::abs(end.kinetic - l.kinetic), std::abs(end.potential - l.potential));
   if (!(stated <= 1e-9 * scale))
-    return fmt::format("kinetic or potential energy: {:.2g} of {:.2g} J other than by the state", stated, scale);
-  const double left = end.kinetic + end.potential + l.elastic - start.kinetic - start.potential - l.drive - l.load -
-                      l.stabilisation + l.contact + l.friction + l.damping + l.film;
+    return fmt::format("kinetic or potential energy: {:.2g} of {:.2g} J other than by the state", stated,
+                       scale);
+  const double left = end.kinetic + end.potential + l.elastic - start.kinetic - start.potential - l.drive -
+                      l.load - l.stabilisation + l.contact + l.friction + l.damping + l.film;
   const double bound = s.way.stepped ? 1e-3 : s.way.family == Family::penalty ? 1e-4 : 1e-5;
   if (!(std::abs(left) <= bound * scale))
     return fmt::format("balance misses {:.2g} of {:.2g} J, above {:.0e}", left, scale, bound);
@@ -60,8 +63,9 @@ std::optional<std::string> balance(Subject& s) {
 std::optional<std::string> losses(Subject& s) {
   const auto& l = s.sight.result.ledger;
   const double bound = (s.way.stepped ? 1e-3 : 1e-6) * l.scale();
-  for (const auto& [name, value] :
-       {std::pair{"contacts with their friction", l.contact + l.friction}, {"dampers", l.damping}, {"films", l.film}})
+  for (const auto& [name, value] : {std::pair{"contacts with their friction", l.contact + l.friction},
+                                    {"dampers", l.damping},
+                                    {"films", l.film}})
     if (!(value >= -bound)) return fmt::format("{} give {:.2g} J, scale {:.2g} J", name, -value, l.scale());
   if (s.conservative() && !(std::abs(l.contact) <= bound))
     return fmt::format("elastic contacts lose {:.2g} J, scale {:.2g} J", l.contact, l.scale());
@@ -92,7 +96,8 @@ std::optional<std::string> momentum(Subject& s) {
   double couple = 0;
   if (s.way.stepped)
     for (const auto& e : s.sight.result.events)
-      couple += s.scene.nonsmooth.step * std::abs(e.v_n_minus) * std::max({a.linear, b.linear, std::abs(e.impulse_t)});
+      couple += s.scene.nonsmooth.step * std::abs(e.v_n_minus) *
+                std::max({a.linear, b.linear, std::abs(e.impulse_t)});
   for (std::size_t k = 0; k < s.sight.depth.size(); ++k)
     for (const auto& e : s.sight.result.events) couple += 3 * s.sight.depth[k] * std::abs(e.impulse_t);
   const double linear = std::hypot(a.x - b.x, a.y - b.y), turn = std::abs(a.turn - b.turn);
@@ -107,7 +112,8 @@ std::optional<std::string> depth(Subject& s) {
   const double bound = s.way.family == Family::penalty ? 0.1 : 1e-3;
   for (std::size_t k = 0; k < s.sight.depth.size(); ++k) {
     const double share = s.sight.depth[k] / s.sight.measure[k];
-    if (!(share <= bound)) return fmt::format("{} lies {:.2g} of its measure deep, above {}", s.sight.contacts[k], share, bound);
+    if (!(share <= bound))
+      return fmt::format("{} lies {:.2g} of its measure deep, above {}", s.sight.contacts[k], share, bound);
   }
   return {};
 }
@@ -116,7 +122,8 @@ std::optional<std::string> newton(Subject& s) {
   if (!s.sight.newton) return {};
   if (!(*s.sight.newton <= 1e-6)) return fmt::format("residual {:.2g} of the greatest term", *s.sight.newton);
   const double bound = s.way.stepped ? 1e-9 : 1e-3;
-  if (!(*s.sight.momentum <= bound)) return fmt::format("momentum less impulses {:.2g} of the greatest", *s.sight.momentum);
+  if (!(*s.sight.momentum <= bound))
+    return fmt::format("momentum less impulses {:.2g} of the greatest", *s.sight.momentum);
   return {};
 }
 
@@ -129,17 +136,20 @@ std::span<const Check> conservation_checks() {
         "tolerances of 1e-10 a step over thousands of steps; penalty's work integrals are carried along without error control "
         "(docs/penalty.md); the midpoint rule's h², and beyond 1e-3 the run says so"},
        balance},
-      {{"losses", "what contacts with their friction, dampers and films took is not negative; nothing where e = 1 and µ = 0",
+      {{"losses",
+        "what contacts with their friction, dampers and films took is not negative; nothing where e = 1 and µ = 0",
         "1e-6 of the greatest term; Moreau–Jean 1e-3",
         "the integrators' error; in time stepping the turning of normals within a step, h²"},
-       losses, "raised the energy"},
+       losses,
+       "raised the energy"},
       {{"momentum", "of mechanisms that nothing acts on from outside, linear and angular",
         "1e-6 of Σ m|v|; for the angular one also depth times friction's impulse, Moreau–Jean h v_n Σ m|v| an impact",
         "the integrators' error; friction acts on two surfaces that are a depth apart; a step's impulses act in its middle, "
         "where that is h v_n, and positions are brought back by as much"},
        momentum},
       {{"penetration", "four instants within each step on the dense output, ends of time steps",
-        "1e-3 of the clearance, radius or arm; penalty 0.1", "beyond these the run says DOUBTFUL (docs/results.md)"},
+        "1e-3 of the clearance, radius or arm; penalty 0.1",
+        "beyond these the run says DOUBTFUL (docs/results.md)"},
        depth},
       {{"Newton and Euler", "forces summed anew against accelerations, impulses against changes of momentum",
         "1e-6 of the greatest term, impulses 1e-3; Moreau–Jean's impulses 1e-9",

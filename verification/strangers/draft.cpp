@@ -12,11 +12,13 @@ void Draft::surface(Draw& draw, double m, double v, double R, double depth) {
   const double dice = draw();
   const double e = dice < 0.1 ? 0 : dice < 0.3 ? 1 : draw.between(0.05, 0.98);
   const double rough = draw();
-  text += fmt::format("[surfaces.s]\nyoung = {}\npoisson = {}\nrestitution = {}\n", number(young), number(poisson),
-                      number(e));
+  text += fmt::format("[surfaces.s]\nyoung = {}\npoisson = {}\nrestitution = {}\n", number(young),
+                      number(poisson), number(e));
   // Elastic ones are without friction more often: those can be turned back in time.
   const bool friction = rough > (e == 1 ? 0.7 : 0.35);
-  if (friction) text += fmt::format("friction = {}\n", number(draw.chance(0.5) ? draw.between(0, 0.3) : draw.between(0.3, 1.5)));
+  if (friction)
+    text += fmt::format("friction = {}\n",
+                        number(draw.chance(0.5) ? draw.between(0, 0.3) : draw.between(0.3, 1.5)));
   if (friction && draw.chance(0.1)) text += fmt::format("tangential_restitution = {}\n", number(draw()));
   elastic_ = e == 1 && !friction;
 }
@@ -27,7 +29,8 @@ void Draft::run(Draw& draw) {
   double step = flight * draw.decades(-2.7, -1.7);
   if (fastest > 0) step = std::min(step, 0.02 / fastest);
   step = std::max(step, duration / 20000);
-  text += fmt::format("[run]\nduration = {}\nstart = \"{}\"\n", number(duration), given ? "given" : "assembled");
+  text +=
+      fmt::format("[run]\nduration = {}\nstart = \"{}\"\n", number(duration), given ? "given" : "assembled");
   text += fmt::format("[nonsmooth]\nstep = {}\n", number(step));
   // Regularising speeds and the floor of v₀ are shares of the scene's own speed, which its units cannot change.
   text += fmt::format("[penalty]\nfriction_v0 = {}\nfriction_v1 = {}\nv0_floor = {}\n", number(1e-3 * speed),

@@ -78,9 +78,9 @@ class Draft {
   void gravity(Vec2 g) { text = fmt::format("gravity = {}\n", point(g)) + text; }
   void body(const DraftBody& b) {
     table("bodies", b.name);
-    text += fmt::format("mass = {}\ninertia = {}\nposition = {}\nangle = {}\nvelocity = {}\nangular_velocity = {}\n",
-                        number(b.mass), number(b.inertia), point(b.at), number(b.angle), point(b.velocity),
-                        number(b.spin));
+    text += fmt::format(
+        "mass = {}\ninertia = {}\nposition = {}\nangle = {}\nvelocity = {}\nangular_velocity = {}\n",
+        number(b.mass), number(b.inertia), point(b.at), number(b.angle), point(b.velocity), number(b.spin));
   }
   /// Between "ground" or bodies, at a point of each; `more`: further lines.
   void joint(const char* type, const std::string& i, const std::string& j, Vec2 si, Vec2 sj,
@@ -91,17 +91,19 @@ class Draft {
   }
   std::string last_joint() const { return fmt::format("j{}", joints_ - 1); }
   /// A wall through `at` of `i`, free space on the left of `axis`, against a disc of `j`.
-  void wall(const std::string& i, const std::string& j, Vec2 at, Vec2 axis, double radius, Vec2 centre = {0, 0}) {
+  void wall(const std::string& i, const std::string& j, Vec2 at, Vec2 axis, double radius,
+            Vec2 centre = {0, 0}) {
     table("contacts", fmt::format("c{}", contacts_++));
     text += fmt::format(
-        "type = \"plane\"\nbetween = [\"{}\", \"{}\"]\nat = [{}, {}]\naxis = {}\nradius = {}\nsurface = \"s\"\n", i,
-        j, point(at), point(centre), point(axis), number(radius));
+        "type = \"plane\"\nbetween = [\"{}\", \"{}\"]\nat = [{}, {}]\naxis = {}\nradius = {}\nsurface = \"s\"\n",
+        i, j, point(at), point(centre), point(axis), number(radius));
   }
-  void discs(const std::string& i, const std::string& j, double Ri, double Rj, Vec2 ci = {0, 0}, Vec2 cj = {0, 0}) {
+  void discs(const std::string& i, const std::string& j, double Ri, double Rj, Vec2 ci = {0, 0},
+             Vec2 cj = {0, 0}) {
     table("contacts", fmt::format("c{}", contacts_++));
     text += fmt::format(
-        "type = \"discs\"\nbetween = [\"{}\", \"{}\"]\nat = [{}, {}]\nradii = [{}, {}]\nsurface = \"s\"\n", i, j,
-        point(ci), point(cj), number(Ri), number(Rj));
+        "type = \"discs\"\nbetween = [\"{}\", \"{}\"]\nat = [{}, {}]\nradii = [{}, {}]\nsurface = \"s\"\n", i,
+        j, point(ci), point(cj), number(Ri), number(Rj));
   }
   void load(const char* type, const std::string& lines) {
     table("loads", fmt::format("l{}", loads_++));

@@ -28,7 +28,8 @@ bool has(const List& list) {
 const Way& best(const Scene& scene, const Way& way, bool touching) {
   if (lubricates(scene)) return penalty;
   // A contact that rests, or friction of fixed bound, is regularised in penalty: another motion within its own bounds.
-  if (way.family == Family::penalty && (touching || has<JointFriction>(scene.mechanism.loads))) return penalty;
+  if (way.family == Family::penalty && (touching || has<JointFriction>(scene.mechanism.loads)))
+    return penalty;
   return events;
 }
 
@@ -53,12 +54,14 @@ std::span<const Way> ways() { return all_ways; }
 
 bool has_model(const Scene& scene, const Way& way) {
   if (way.family == Family::nonsmooth) return !lubricates(scene);
-  return std::ranges::all_of(scene.mechanism.surfaces, [](const Surface& s) { return s.restitution.value_or(1) > 0; });
+  return std::ranges::all_of(scene.mechanism.surfaces,
+                             [](const Surface& s) { return s.restitution.value_or(1) > 0; });
 }
 
 std::vector<CheckFacts> checks() {
   std::vector<CheckFacts> list;
-  for (const auto& all : {conservation_checks(), agreement_checks()}) list.insert(list.end(), all.begin(), all.end());
+  for (const auto& all : {conservation_checks(), agreement_checks()})
+    list.insert(list.end(), all.begin(), all.end());
   return list;
 }
 
@@ -123,7 +126,10 @@ Verdict judge(const Stranger& stranger, const Way& way, const std::function<void
   }
   const double cpu = s.sight.result.cpu_seconds;
   if (s.sight.overtime)
-    return {Outcome::hung, "", fmt::format("after {:.0f} s of CPU at t = {:.3g} s of {:.3g} s", run_limit, s.sight.result.t_end, s.scene.run.duration), cpu};
+    return {Outcome::hung, "",
+            fmt::format("after {:.0f} s of CPU at t = {:.3g} s of {:.3g} s", run_limit, s.sight.result.t_end,
+                        s.scene.run.duration),
+            cpu};
   if (way.stepped)
     if (const auto doubt = doubt_first_touches(s.scene, {}, {})) add(*doubt, s.sight.result);
   if (falsify) falsify(s.sight);

@@ -21,10 +21,15 @@ namespace {
 constexpr double patience = 12 * run_limit;
 
 Verdict judge_apart(const Stranger& stranger, const Way& way) {
-  Cell cell{"strangers", stranger.kind, 0, way.name, [&] {
+  Cell cell{"strangers",
+            stranger.kind,
+            0,
+            way.name,
+            [&] {
               const auto v = judge(stranger, way);
               return Judged{v.outcome, fmt::format("{}\t{}\t{}\t{}", v.check, v.cpu, v.touches, v.detail)};
-            }, {}};
+            },
+            {}};
   const auto j = verification::judge_apart(cell, patience);
   Verdict v{j.outcome, "", j.detail};
   std::istringstream in(j.detail);
@@ -42,8 +47,9 @@ Verdict judge_apart(const Stranger& stranger, const Way& way) {
 
 /// A row on a line, short enough to be written at once.
 std::string line_of(const Row& r) {
-  return fmt::format("{}\t{}\t{}\t{}\t{}\t{}\t{}\t{}", r.index, r.kind, r.way, static_cast<int>(r.verdict.outcome),
-                     r.verdict.check, r.verdict.cpu, r.verdict.touches, r.verdict.detail)
+  return fmt::format("{}\t{}\t{}\t{}\t{}\t{}\t{}\t{}", r.index, r.kind, r.way,
+                     static_cast<int>(r.verdict.outcome), r.verdict.check, r.verdict.cpu, r.verdict.touches,
+                     r.verdict.detail)
              .substr(0, 3000) +
          "\n";
 }
@@ -51,8 +57,11 @@ Row row_of(const std::string& line) {
   std::istringstream in(line);
   std::string field[8];
   for (auto& f : field) std::getline(in, f, '\t');
-  return {std::stoi(field[0]), field[1], field[2],
-          {static_cast<Outcome>(std::stoi(field[3])), field[4], field[7], std::strtod(field[5].c_str(), nullptr), std::stoi(field[6])}};
+  return {std::stoi(field[0]),
+          field[1],
+          field[2],
+          {static_cast<Outcome>(std::stoi(field[3])), field[4], field[7],
+           std::strtod(field[5].c_str(), nullptr), std::stoi(field[6])}};
 }
 
 }  // namespace
@@ -61,7 +70,8 @@ std::vector<Row> judge_one(const Stranger& stranger) {
   std::vector<Row> rows;
   const auto scene = parse_scene(stranger.text, fmt::format("stranger {}", stranger.index));
   for (const auto& way : ways())
-    if (has_model(scene, way)) rows.push_back({stranger.index, stranger.kind, way.name, judge_apart(stranger, way)});
+    if (has_model(scene, way))
+      rows.push_back({stranger.index, stranger.kind, way.name, judge_apart(stranger, way)});
   return rows;
 }
 

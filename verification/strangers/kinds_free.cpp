@@ -26,7 +26,8 @@ bool place(Draw& draw, std::vector<Packed>& all, double R, Vec2 low, Vec2 high) 
   for (int tries = 0; tries < 200; ++tries) {
     const Vec2 p{draw.between(low.x() + 1.02 * R, high.x() - 1.02 * R),
                  draw.between(low.y() + 1.02 * R, high.y() - 1.02 * R)};
-    if (std::ranges::any_of(all, [&](const Packed& o) { return (o.at - p).norm() < 1.02 * (o.R + R); })) continue;
+    if (std::ranges::any_of(all, [&](const Packed& o) { return (o.at - p).norm() < 1.02 * (o.R + R); }))
+      continue;
     all.push_back({p, R});
     return true;
   }
@@ -104,7 +105,8 @@ void thrown(Draw& draw, Draft& out) {
   }
   if (draw.chance(0.5)) {  // a wall behind, across the flight but for some lean
     const double lean = turn + draw.either_way(0.7);
-    out.wall("ground", b.name, draw.between(1.5, 4) * reach * along, {-std::sin(lean), std::cos(lean)}, R, centre);
+    out.wall("ground", b.name, draw.between(1.5, 4) * reach * along, {-std::sin(lean), std::cos(lean)}, R,
+             centre);
   }
   out.speed = s.speed;
   out.flight = std::min(away, 4 * reach) / s.speed;
@@ -148,13 +150,13 @@ void pile(Draw& draw, Draft& out) {
   const double g = 9.81;
   s.speed = std::sqrt(2 * g * s.length);
   const Vec2 low{0, 0}, high{s.length * draw.between(0.35, 0.8), s.length};
-  const auto c = crowd(draw, out, s, draw.whole(3, 7), low, high, 0.1 * s.speed);
+  const auto c = crowd(draw, out, s, draw.whole(3, 6), low, high, 0.1 * s.speed);
   walls(out, c, low, high, false);
   out.gravity({0, -g});
   out.speed = s.speed;
   out.flight = 0.2 * s.time();
-  out.duration = draw.between(2, 5) * s.time();
-  out.surface(draw, s.mass, s.speed, 0.1 * s.length, 0.1 * s.length * draw.decades(-2.8, -2));
+  out.duration = draw.between(1.5, 3) * s.time();
+  out.surface(draw, s.mass, s.speed, 0.1 * s.length, 0.1 * s.length * draw.decades(-2.5, -1.8));
 }
 
 void sliding(Draw& draw, Draft& out) {
@@ -180,12 +182,11 @@ void sliding(Draw& draw, Draft& out) {
       out.wall("ground", b.name, {0, 0}, axis, R, {x * s.length, R - up});
   }
   const double stop = s.length * draw.between(1.5, 5);  // a wall that it may run into
-  if (draw.chance(0.7) && feet == 1)
-    out.wall("ground", b.name, stop * axis, normal, s.length);
+  if (draw.chance(0.7) && feet == 1) out.wall("ground", b.name, stop * axis, normal, s.length);
   out.speed = s.speed;
   out.flight = 0.3 * s.time();
   out.duration = draw.between(2, 6) * s.time();
-  out.surface(draw, b.mass, s.speed, 0.1 * s.length, 0.1 * s.length * draw.decades(-4.5, -2.5));
+  out.surface(draw, b.mass, s.speed, 0.1 * s.length, 0.1 * s.length * draw.decades(-3.3, -2));
 }
 
 void springs(Draw& draw, Draft& out) {
@@ -214,7 +215,8 @@ void springs(Draw& draw, Draft& out) {
     if (draw.chance(0.3))
       out.load("torsional-spring-damper",
                fmt::format("between = [\"ground\", \"{}\"]\nstiffness = {}\ndamping = {}\nfree_angle = {}\n",
-                           bodies[i].name, Draft::number(bodies[i].inertia * std::pow(draw.between(0.5, 6) / s.time(), 2)),
+                           bodies[i].name,
+                           Draft::number(bodies[i].inertia * std::pow(draw.between(0.5, 6) / s.time(), 2)),
                            Draft::number(0.0), Draft::number(draw.either_way(1))));
   }
   out.wall("ground", bodies[0].name, {pitch * draw.between(0.3, 0.75), 0}, {0, -1}, R);
@@ -222,7 +224,7 @@ void springs(Draw& draw, Draft& out) {
   out.speed = s.speed;
   out.flight = 0.2 * s.time();
   out.duration = draw.between(3, 12) * s.time();
-  out.surface(draw, s.mass, s.speed, R, R * draw.decades(-4.5, -2.5));
+  out.surface(draw, s.mass, s.speed, R, R * draw.decades(-3.3, -2));
 }
 
 }  // namespace freeplay::verification::strangers

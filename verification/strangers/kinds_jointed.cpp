@@ -39,7 +39,8 @@ std::string table(Draw& draw, double greatest, double width, bool against_angle)
   if (draw.chance(0.5)) {  // a short pulse
     const double at = draw.between(0.1, 0.8) * width, half = width * draw.decades(-3.5, -1.3);
     points = fmt::format("[{}, 0.0], [{}, {}], [{}, 0.0]", Draft::number(at), Draft::number(at + half),
-                         Draft::number(greatest * std::min(0.2 * width / half, 100.0)), Draft::number(at + 2 * half));
+                         Draft::number(greatest * std::min(0.2 * width / half, 100.0)),
+                         Draft::number(at + 2 * half));
   } else {
     const int count = draw.whole(2, 6);
     for (int i = 0; i < count; ++i)
@@ -68,7 +69,8 @@ void chain(Draw& draw, Draft& out) {
                g = floating && draw.chance(0.7) ? 0 : s.speed * s.speed / s.length;
   if (g > 0) out.gravity({0, -g});
   // Journals cross their play within c over this speed.
-  const double slip = std::max(draw() * s.speed * std::sqrt(c / s.length), 1e-3 * s.speed * std::sqrt(c / s.length));
+  const double slip =
+      std::max(draw() * s.speed * std::sqrt(c / s.length), 1e-3 * s.speed * std::sqrt(c / s.length));
   std::vector<Bar> bars;
   int loose = 0;
   for (int i = 0; i < links; ++i) {
@@ -93,11 +95,13 @@ void chain(Draw& draw, Draft& out) {
     bars.push_back(b);
   }
   if (draw.chance(0.2))
-    out.load("torsional-spring-damper",
-             fmt::format("between = [\"{}\", \"{}\"]\nstiffness = {}\ndamping = {}\n",
-                         links > 1 ? bars[links - 2].body.name : "ground", bars.back().body.name,
-                         Draft::number(bars.back().body.inertia * std::pow(draw.between(0.2, 3) * s.speed / s.length, 2)),
-                         Draft::number(draw.chance(0.5) ? bars.back().body.inertia * s.speed / s.length * draw() : 0)));
+    out.load(
+        "torsional-spring-damper",
+        fmt::format(
+            "between = [\"{}\", \"{}\"]\nstiffness = {}\ndamping = {}\n",
+            links > 1 ? bars[links - 2].body.name : "ground", bars.back().body.name,
+            Draft::number(bars.back().body.inertia * std::pow(draw.between(0.2, 3) * s.speed / s.length, 2)),
+            Draft::number(draw.chance(0.5) ? bars.back().body.inertia * s.speed / s.length * draw() : 0)));
   const double pace = std::max({slip, std::sqrt(g * c), 0.1 * s.speed * std::sqrt(c / s.length)});
   out.speed = pace;
   out.flight = c / pace;
@@ -146,14 +150,16 @@ void loop(Draw& draw, Draft& out) {
   if (slider) {
     out.joint("revolute", "rod", "slider", rod.front(), {0, 0}, lines(1));
     out.joint("translational", "ground", "slider", {0, 0}, {0, 0},
-              loose[2] ? fmt::format("clearance = {}\nslider_length = {}\nslider_height = {}\ncorner_radius = {}\n"
-                                     "surface = \"s\"\n",
-                                     Draft::number(c), Draft::number(0.5 * r), Draft::number(0.3 * r),
-                                     Draft::number(0.02 * r))
-                       : "");
+              loose[2]
+                  ? fmt::format("clearance = {}\nslider_length = {}\nslider_height = {}\ncorner_radius = {}\n"
+                                "surface = \"s\"\n",
+                                Draft::number(c), Draft::number(0.5 * r), Draft::number(0.3 * r),
+                                Draft::number(0.02 * r))
+                  : "");
   } else {
     out.joint("revolute", "rod", "rocker", rod.front(), third.front(), lines(1));
-    out.joint("revolute", "ground", "rocker", {third.body.world(third.rear()).x(), 0}, third.rear(), lines(2));
+    out.joint("revolute", "ground", "rocker", {third.body.world(third.rear()).x(), 0}, third.rear(),
+              lines(2));
   }
   const double a = s.speed * s.speed / r, T = 2 * std::numbers::pi / std::abs(omega);
   out.given = false;
@@ -164,10 +170,13 @@ void loop(Draw& draw, Draft& out) {
   else if (draw.chance(0.5))
     out.drive(driven, table(draw, s.mass * r * r * omega * omega, 2 * std::numbers::pi * 0.99, true));
   else
-    out.drive(driven, table(draw, s.mass * r * r * omega * omega, out.duration, false) +
-                          (draw.chance(0.3) ? fmt::format("lag = {}\n", Draft::number(T * draw.decades(-2, -0.5))) : ""));
+    out.drive(
+        driven,
+        table(draw, s.mass * r * r * omega * omega, out.duration, false) +
+            (draw.chance(0.3) ? fmt::format("lag = {}\n", Draft::number(T * draw.decades(-2, -0.5))) : ""));
   out.speed = a * out.flight;
-  out.surface(draw, s.mass, out.speed, loose[2] && slider ? 0.02 * r : conformal(c, bearing), c * draw.decades(-2.7, -1.5));
+  out.surface(draw, s.mass, out.speed, loose[2] && slider ? 0.02 * r : conformal(c, bearing),
+              c * draw.decades(-2.7, -1.5));
 }
 
 void guide(Draw& draw, Draft& out) {
@@ -190,21 +199,24 @@ void guide(Draw& draw, Draft& out) {
     frame.inertia = frame.mass * length * length;
     out.body(frame);
   }
-  out.joint("translational", moving ? "frame" : "ground", "slider", {0, 0}, {0, 0},
-            fmt::format("axis = {}\n{}clearance = {}\nslider_length = {}\nslider_height = {}\ncorner_radius = {}\n"
-                        "surface = \"s\"\n",
-                        moving ? "[1, 0]" : Draft::point(axis), moving ? "" : fmt::format("angle = {}\n", Draft::number(slope)),
-                        Draft::number(play), Draft::number(length), Draft::number(height),
-                        Draft::number(0.05 * length)));
+  out.joint(
+      "translational", moving ? "frame" : "ground", "slider", {0, 0}, {0, 0},
+      fmt::format("axis = {}\n{}clearance = {}\nslider_length = {}\nslider_height = {}\ncorner_radius = {}\n"
+                  "surface = \"s\"\n",
+                  moving ? "[1, 0]" : Draft::point(axis),
+                  moving ? "" : fmt::format("angle = {}\n", Draft::number(slope)), Draft::number(play),
+                  Draft::number(length), Draft::number(height), Draft::number(0.05 * length)));
   if (draw.chance(0.6))
     out.load("force", fmt::format("body = \"slider\"\nat = {}\nforce = {}\n",
                                   Draft::point({draw.either_way(length), draw.either_way(height)}),
                                   Draft::point(draw.along(s.mass * s.speed * s.speed / s.length * draw()))));
   if (draw.chance(0.3))
-    out.load("spring-damper",
-             fmt::format("between = [\"ground\", \"slider\"]\nat = [{}, [0.0, 0.0]]\nstiffness = {}\nfree_length = {}\n",
-                         Draft::point(2 * s.length * axis + 0.5 * s.length * perp(axis)),
-                         Draft::number(s.mass * std::pow(draw.between(0.5, 4) / s.time(), 2)), Draft::number(s.length)));
+    out.load(
+        "spring-damper",
+        fmt::format(
+            "between = [\"ground\", \"slider\"]\nat = [{}, [0.0, 0.0]]\nstiffness = {}\nfree_length = {}\n",
+            Draft::point(2 * s.length * axis + 0.5 * s.length * perp(axis)),
+            Draft::number(s.mass * std::pow(draw.between(0.5, 4) / s.time(), 2)), Draft::number(s.length)));
   out.speed = rattle;
   out.flight = play / rattle;
   out.duration = std::min(draw.between(5, 40) * out.flight, 5 * s.time());
@@ -214,7 +226,8 @@ void guide(Draw& draw, Draft& out) {
 void bump(Draw& draw, Draft& out) {
   const auto s = sizes(draw);
   const double arm = s.length, R = arm * draw.decades(-2, -0.5), omega = s.speed / arm * draw.sign();
-  DraftBody rotor{"rotor", s.mass, s.mass * arm * arm * draw.between(0.3, 1), {0, 0}, draw.angle(), {0, 0}, omega};
+  DraftBody rotor{"rotor", s.mass, s.mass * arm * arm * draw.between(0.3, 1), {0, 0}, draw.angle(),
+                  {0, 0},  omega};
   out.body(rotor);
   out.joint("revolute", "ground", "rotor", {0, 0}, {0, 0});
   const auto shaft = out.last_joint();
@@ -237,13 +250,16 @@ void bump(Draw& draw, Draft& out) {
     out.discs("rotor", "target", R, target_R, bump_at, {0, 0});
     if (against == 2) {  // a lever on a pin of its own, held by a spring
       out.joint("revolute", "ground", "target", place + Vec2{lever, 0}, {lever, 0}, "");
-      out.load("torsional-spring-damper",
-               fmt::format("between = [\"ground\", \"target\"]\nstiffness = {}\ndamping = {}\n",
-                           Draft::number(target.mass * lever * lever * omega * omega * draw.between(0.1, 10)),
-                           Draft::number(draw.chance(0.5) ? target.mass * lever * lever * std::abs(omega) * draw() : 0)));
+      out.load(
+          "torsional-spring-damper",
+          fmt::format(
+              "between = [\"ground\", \"target\"]\nstiffness = {}\ndamping = {}\n",
+              Draft::number(target.mass * lever * lever * omega * omega * draw.between(0.1, 10)),
+              Draft::number(draw.chance(0.5) ? target.mass * lever * lever * std::abs(omega) * draw() : 0)));
     }
   }
-  if (draw.chance(0.3)) out.drive(shaft, fmt::format("speed = {}\n", Draft::number(omega)));
+  // Prescribed motion against what is fixed has no answer.
+  if (against > 0 && draw.chance(0.3)) out.drive(shaft, fmt::format("speed = {}\n", Draft::number(omega)));
   out.speed = s.speed;
   out.flight = 1 / std::abs(omega);
   out.duration = draw.between(3, 30) / std::abs(omega);
@@ -254,12 +270,13 @@ void pulse(Draw& draw, Draft& out) {
   const auto s = sizes(draw);
   const double arm = s.length, omega = s.speed / arm * draw.sign(), c = arm * draw.decades(-4, -1.5),
                bearing = c * draw.decades(0.7, 2);
-  DraftBody rotor{"rotor", s.mass, s.mass * arm * arm * draw.between(0.3, 1), {0, 0}, draw.angle(), {0, 0}, omega};
+  DraftBody rotor{"rotor", s.mass, s.mass * arm * arm * draw.between(0.3, 1), {0, 0}, draw.angle(),
+                  {0, 0},  omega};
   auto link = bar(draw, "link", s.mass * mass_factor(draw), arm * draw.between(0.5, 1.5));
   const Vec2 at{arm, 0};
   const double pace = s.speed * std::sqrt(c / arm);
-  hang(draw, link, rotor.world(at), rotor.velocity_of(at), draw.along(0.9 * c * draw()), draw.along(pace * draw()),
-       omega);
+  hang(draw, link, rotor.world(at), rotor.velocity_of(at), draw.along(0.9 * c * draw()),
+       draw.along(pace * draw()), omega);
   out.body(rotor);
   out.body(link.body);
   out.joint("revolute", "ground", "rotor", {0, 0}, {0, 0});
@@ -268,11 +285,14 @@ void pulse(Draw& draw, Draft& out) {
   out.flight = std::sqrt(c / arm) / std::abs(omega);
   out.duration = std::min(draw.between(5, 40) * out.flight, 20 / std::abs(omega));
   const bool by_angle = draw.chance(0.5);
-  out.drive(shaft, table(draw, s.mass * arm * arm * omega * omega, by_angle ? 2 * std::numbers::pi * 0.99 : out.duration,
-                         by_angle) +
-                       (draw.chance(0.2) ? fmt::format("lag = {}\n", Draft::number(draw.decades(-2, 0) / std::abs(omega))) : ""));
-  if (draw.chance(0.4)) out.load("torque", fmt::format("body = \"link\"\ntorque = {}\n",
-                                                       Draft::number(s.mass * arm * arm * omega * omega * draw.either_way(1))));
+  out.drive(shaft, table(draw, s.mass * arm * arm * omega * omega,
+                         by_angle ? 2 * std::numbers::pi * 0.99 : out.duration, by_angle) +
+                       (draw.chance(0.2)
+                            ? fmt::format("lag = {}\n", Draft::number(draw.decades(-2, 0) / std::abs(omega)))
+                            : ""));
+  if (draw.chance(0.4))
+    out.load("torque", fmt::format("body = \"link\"\ntorque = {}\n",
+                                   Draft::number(s.mass * arm * arm * omega * omega * draw.either_way(1))));
   out.speed = pace;
   out.surface(draw, s.mass, pace, conformal(c, bearing), c * draw.decades(-2.7, -1.5));
 }
@@ -286,10 +306,12 @@ void film(Draw& draw, Draft& out) {
   rotor.velocity = draw.along(c * std::abs(omega) * draw());
   // Weight and film of one size: W ~ µ ω R L³/(4c²), and weight ~ m c ω² so that the journal follows within turns.
   const double g = c * omega * omega * draw.decades(-1, 1);
-  const double viscosity = s.mass * g * 4 * c * c / (std::abs(omega) * R * width * width * width) * draw.decades(-1, 1);
+  const double viscosity =
+      s.mass * g * 4 * c * c / (std::abs(omega) * R * width * width * width) * draw.decades(-1, 1);
   out.gravity({0, -g});
-  out.text += fmt::format("[lubricants.oil]\nviscosity = {}\nfilm = \"{}\"\ncavitation = \"{}\"\n", Draft::number(viscosity),
-                          draw.chance(0.6) ? "short" : "long", draw.chance(0.7) ? "half-sommerfeld" : "none");
+  out.text += fmt::format("[lubricants.oil]\nviscosity = {}\nfilm = \"{}\"\ncavitation = \"{}\"\n",
+                          Draft::number(viscosity), draw.chance(0.6) ? "short" : "long",
+                          draw.chance(0.7) ? "half-sommerfeld" : "none");
   out.body(rotor);
   out.joint("revolute", "ground", "rotor", {0, 0}, {0, 0},
             play(c, R, fmt::format("bearing_length = {}\nlubricant = \"oil\"\n", Draft::number(width))));
@@ -310,20 +332,24 @@ void preloaded(Draw& draw, Draft& out) {
   out.body(b);
   out.joint("translational", "ground", "slider", {0, 0}, {0, 0},
             fmt::format("axis = {}\nangle = {}\n", Draft::point(axis), Draft::number(slope)));
-  out.load("joint-friction", fmt::format("joint = \"{}\"\nforce = {}\nregularisation = {}\n", out.last_joint(),
-                                         Draft::number(s.mass * s.speed * s.speed / s.length * draw.between(0, 0.6)),
-                                         Draft::number(1e-3 * s.speed)));
+  out.load("joint-friction",
+           fmt::format("joint = \"{}\"\nforce = {}\nregularisation = {}\n", out.last_joint(),
+                       Draft::number(s.mass * s.speed * s.speed / s.length * draw.between(0, 0.6)),
+                       Draft::number(1e-3 * s.speed)));
   if (draw.chance(0.6))
-    out.load("spring-damper",
-             fmt::format("between = [\"ground\", \"slider\"]\nat = [{}, [0.0, 0.0]]\nstiffness = {}\nfree_length = {}\n",
-                         Draft::point(3 * s.length * axis + s.length * perp(axis)),
-                         Draft::number(s.mass * std::pow(draw.between(0.5, 4) / s.time(), 2)), Draft::number(2 * s.length)));
+    out.load(
+        "spring-damper",
+        fmt::format(
+            "between = [\"ground\", \"slider\"]\nat = [{}, [0.0, 0.0]]\nstiffness = {}\nfree_length = {}\n",
+            Draft::point(3 * s.length * axis + s.length * perp(axis)),
+            Draft::number(s.mass * std::pow(draw.between(0.5, 4) / s.time(), 2)),
+            Draft::number(2 * s.length)));
   out.wall("ground", "slider", (stop + R) * axis, perp(axis), R);
   out.wall("ground", "slider", -(draw.between(0.3, 3) * s.length + R) * axis, -perp(axis), R);
   out.speed = s.speed;
   out.flight = 0.3 * s.time();
   out.duration = draw.between(3, 15) * s.time();
-  out.surface(draw, s.mass, s.speed, R, R * draw.decades(-4.5, -2.5));
+  out.surface(draw, s.mass, s.speed, R, R * draw.decades(-3.3, -2));
 }
 
 }  // namespace freeplay::verification::strangers

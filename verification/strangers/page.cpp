@@ -16,8 +16,9 @@ struct Refusal {
   const char* why;
 };
 constexpr Refusal looked_at[] = {
-    {"events within", "impacts that come ever faster without an end that is known: no step of time is left, and the "
-                      "reason names time stepping, which goes on"},
+    {"events within",
+     "impacts that come ever faster without an end that is known: no step of time is left, and the "
+     "reason names time stepping, which goes on"},
     {"ever shorter", "as above"},
 };
 
@@ -36,8 +37,9 @@ std::string justification(const std::string& kind) {
 }
 
 std::string table_of(const std::vector<Row>& rows) {
-  std::string text = "| way | right | told | refused | silent | hung | crashed | held to 0, 1, 2, 3 touches | CPU s, mean | CPU s, greatest |\n| --- | --- "
-                     "| --- | --- | --- | --- | --- | --- | --- | --- |\n";
+  std::string text =
+      "| way | right | told | refused | silent | hung | crashed | held to 0, 1, 2, 3 touches | CPU s, mean | CPU s, greatest |\n| --- | --- "
+      "| --- | --- | --- | --- | --- | --- | --- | --- |\n";
   for (const auto& way : ways()) {
     int counts[6] = {}, touches[4] = {}, all = 0;
     double sum = 0, most = 0;
@@ -58,11 +60,14 @@ std::string table_of(const std::vector<Row>& rows) {
 std::string refusals_of(const std::vector<Row>& rows) {
   std::map<std::pair<std::string, std::string>, std::vector<int>> kinds;
   for (const auto& r : rows)
-    if (r.verdict.outcome == Outcome::refused) kinds[{r.way, kind_of_refusal(r.verdict.detail)}].push_back(r.index);
+    if (r.verdict.outcome == Outcome::refused)
+      kinds[{r.way, kind_of_refusal(r.verdict.detail)}].push_back(r.index);
   if (kinds.empty()) return "None was refused.\n";
-  std::string text = "| way | refused, by reason | count | first | why it may be |\n| --- | --- | --- | --- | --- |\n";
+  std::string text =
+      "| way | refused, by reason | count | first | why it may be |\n| --- | --- | --- | --- | --- |\n";
   for (const auto& [kind, list] : kinds)
-    text += fmt::format("| {} | {} | {} | {} | {} |\n", kind.first, kind.second, list.size(), list[0], justification(kind.second));
+    text += fmt::format("| {} | {} | {} | {} | {} |\n", kind.first, kind.second, list.size(), list[0],
+                        justification(kind.second));
   return text;
 }
 
@@ -71,13 +76,15 @@ std::string told_of(const std::vector<Row>& rows) {
   for (const auto& r : rows)
     if (r.verdict.outcome == Outcome::degraded) {
       const auto at = r.verdict.detail.find("said: ");
-      auto note = kind_of_refusal(at == std::string::npos ? r.verdict.detail : r.verdict.detail.substr(at + 6));
+      auto note =
+          kind_of_refusal(at == std::string::npos ? r.verdict.detail : r.verdict.detail.substr(at + 6));
       if (const auto end = note.find_first_of(";("); end != note.npos) note.resize(end);
       ++kinds[{r.way, r.verdict.check + ": " + note}];
     }
   if (kinds.empty()) return "None was told.\n";
   std::string text = "| way | outside the bound of, and what the run said | count |\n| --- | --- | --- |\n";
-  for (const auto& [kind, count] : kinds) text += fmt::format("| {} | {} | {} |\n", kind.first, kind.second, count);
+  for (const auto& [kind, count] : kinds)
+    text += fmt::format("| {} | {} | {} |\n", kind.first, kind.second, count);
   return text;
 }
 
@@ -91,8 +98,10 @@ std::string page_of(const std::vector<Row>& rows, std::uint64_t seed, int count,
       "*Told*: outside one, and the run's notes say DOUBTFUL or name it. *Refused*: stopped with a\nreason, and right "
       "until then. *Silent*, *hung* (over {3:.0f} s of CPU) and *crashed* are defects. Wall time {4:.0f} s.\n\n",
       count, seed, fmt::format("{}", fmt::join(kinds(), ", ")), run_limit, seconds);
-  text += table_of(rows) + "\n## Checks\n\n| check | what is compared | bound | why |\n| --- | --- | --- | --- |\n";
-  for (const auto& c : checks()) text += fmt::format("| {} | {} | {} | {} |\n", c.name, c.asks, c.bound, c.why);
+  text += table_of(rows) +
+          "\n## Checks\n\n| check | what is compared | bound | why |\n| --- | --- | --- | --- |\n";
+  for (const auto& c : checks())
+    text += fmt::format("| {} | {} | {} | {} |\n", c.name, c.asks, c.bound, c.why);
   text += "\n## Refused\n\n" + refusals_of(rows) + "\n## Told\n\n" + told_of(rows) + "\n## Defects\n\n";
   bool any = false;
   for (const auto& r : rows)
@@ -102,7 +111,10 @@ std::string page_of(const std::vector<Row>& rows, std::uint64_t seed, int count,
                           r.verdict.check, r.verdict.detail);
     }
   if (!any) text += "None.\n";
-  return text + fmt::format("\n`freeplay extremes --strangers {} --seed {} --only I` writes scene I and judges it alone.\n", count, seed);
+  return text +
+         fmt::format(
+             "\n`freeplay extremes --strangers {} --seed {} --only I` writes scene I and judges it alone.\n",
+             count, seed);
 }
 
 }  // namespace freeplay::verification::strangers

@@ -36,6 +36,17 @@ class Onlooker final : public Observer {
   void event(const Event& e) override {
     if (is_touch(e) && ++touches_ >= request_.most_touches) done_ = true;
   }
+  /// Touches of which it is not known yet whether they are impacts, and what they hold back.
+  void end(const RunEnd& end) override {
+    for (const auto& e : end.held_back)
+      if (is_touch(e))
+        open.push_back({sight_.contacts[static_cast<std::size_t>(e.contact)], e.t, -e.v_n_minus, e.duration,
+                        e.kind == EventKind::impact});
+    for (std::size_t k = 0; k < end.undecided_since.size(); ++k)
+      if (end.undecided_since[k] > 0)
+        open.push_back({sight_.contacts[k], end.undecided_since[k], NAN, 0, false});
+  }
+  std::vector<Touch> open;
   void step(const Step& step) override {
     const double h = step.t1 - step.t0;
     if (h > 0 && !places_.empty())
@@ -91,6 +102,8 @@ Sight look(Scene scene, const Way& way, const LookRequest& request) {
   for (const auto& e : sight.result.events)
     if (is_touch(e))
       sight.touches.push_back({e.joint, e.t, -e.v_n_minus, e.duration, e.kind == EventKind::impact});
+  sight.touches.insert(sight.touches.end(), onlooker.open.begin(), onlooker.open.end());
+  std::ranges::sort(sight.touches, {}, &Touch::t);
   if (balance) {
     // By moments as they are told and by arms: one is rounding where moments cancel, the other where joints have drifted.
     sight.newton = std::min(balance->worst.own, balance->worst.anew);
@@ -112,7 +125,9 @@ Reference make_reference(const Scene& scene, const Way& way) {
   Reference r;
   r.duration = scene.run.duration;
   // Three touches more than are asked for: those that come at one instant stand in any order.
-  const auto failed = [](const Sight& s) { return s.result.ending.status == Ending::Status::failed || s.overtime; };
+  const auto failed = [](const Sight& s) {
+    return s.result.ending.status == Ending::Status::failed || s.overtime;
+  };
   LookRequest request{.most_touches = Reference::most + 3};
   const auto base = look(tight, way, request);
   if (base.overtime || (failed(base) && base.touches.empty())) return r;
@@ -157,7 +172,8 @@ Reference make_reference(const Scene& scene, const Way& way) {
     r.greatest_speed = std::max(r.greatest_speed, touch.speed);
   }
   r.all = r.touches.size() == base.touches.size() && !failed(base) &&
-          std::ranges::all_of(twins, [&](const Sight& t) { return !failed(t) && t.touches.size() == base.touches.size(); });
+          std::ranges::all_of(
+              twins, [&](const Sight& t) { return !failed(t) && t.touches.size() == base.touches.size(); });
   return r;
 }
 

@@ -13,7 +13,7 @@ namespace freeplay::verification::strangers {
 
 struct Touch {
   std::string contact;
-  double t = 0, speed = 0;  ///< s; m/s, of approach
+  double t = 0, speed = 0;  ///< s; m/s, of approach, NaN where the contact had not ended with the run
   double duration = 0;      ///< s
   bool impact = true;       ///< else the beginning of a lasting contact
 };
@@ -22,7 +22,7 @@ struct Sight {
   Result result;
   std::vector<Touch> touches;
   State start;
-  State at;                       ///< at the instant that was asked for; empty when the run did not come to it
+  State at;  ///< at the instant that was asked for; empty when the run did not come to it
   std::vector<double> start_gap;  ///< m
   /// m, greatest depth within the steps, from the dense output; of time stepping at their ends.
   std::vector<double> depth;
@@ -48,10 +48,10 @@ Sight look(Scene scene, const Way& way, const LookRequest& request = {});
 /// asked.
 struct Reference {
   static constexpr double nudge = 1e-6, tolerance = 1e-11;
-  static constexpr int most = 3;  ///< touches
-  const Way* way = nullptr;       ///< that made it; null: it could not be made
-  std::vector<Touch> touches;     ///< those that can be asked for
-  bool all = false;               ///< they are all of the run's
+  static constexpr int most = 3;                         ///< touches
+  const Way* way = nullptr;                              ///< that made it; null: it could not be made
+  std::vector<Touch> touches;                            ///< those that can be asked for
+  bool all = false;                                      ///< they are all of the run's
   std::vector<double> sensitivity_t, sensitivity_speed;  ///< s and m/s, of each touch, over the nudge
   double greatest_speed = 0;                             ///< m/s, of them
   /// A state before the first touch, and what it is sensitive by.

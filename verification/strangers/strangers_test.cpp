@@ -20,7 +20,8 @@ using namespace freeplay::verification::strangers;
 TEST_CASE("two hundred strangers are right, told or refused by every way", "[strangers][program]") {
   test::TemporaryFolder folder;
   const auto place = folder.path().string();
-  const auto o = test::freeplay("extremes --strangers 200 --seed 17 -o " + place + "/out --document " + place + "/doc");
+  const auto o =
+      test::freeplay("extremes --strangers 200 --seed 17 -o " + place + "/out --document " + place + "/doc");
   CAPTURE(o.out, o.err);
   CHECK(o.status == 0);
   std::ifstream in(folder.path() / "out/strangers.csv");
@@ -32,7 +33,8 @@ TEST_CASE("two hundred strangers are right, told or refused by every way", "[str
   CHECK(std::filesystem::exists(folder.path() / "doc/strangers.md"));
 }
 
-TEST_CASE("seed and index alone decide a stranger, and every kind of scene and element occurs", "[strangers]") {
+TEST_CASE("seed and index alone decide a stranger, and every kind of scene and element occurs",
+          "[strangers]") {
   CHECK(draw(5, 3).text == draw(5, 3).text);
   CHECK(draw(5, 3).text != draw(5, 4).text);
   CHECK(draw(5, 3).text != draw(6, 3).text);
@@ -50,10 +52,26 @@ TEST_CASE("seed and index alone decide a stranger, and every kind of scene and e
   }
   CHECK(seen.size() == strangers::kinds().size());
   CHECK(heaviest > 1e3);
-  for (const char* word : {"\"revolute\"", "\"translational\"", "\"plane\"", "\"discs\"", "clearance", "slider_length",
-                           "lubricant", "torque_table", "against = \"angle\"", "lag", "speed =", "\"spring-damper\"",
-                           "\"torsional-spring-damper\"", "\"joint-friction\"", "\"force\"", "\"torque\"", "friction =",
-                           "restitution = 0\n", "restitution = 1\n", "tangential_restitution"}) {
+  for (const char* word : {"\"revolute\"",
+                           "\"translational\"",
+                           "\"plane\"",
+                           "\"discs\"",
+                           "clearance",
+                           "slider_length",
+                           "lubricant",
+                           "torque_table",
+                           "against = \"angle\"",
+                           "lag",
+                           "speed =",
+                           "\"spring-damper\"",
+                           "\"torsional-spring-damper\"",
+                           "\"joint-friction\"",
+                           "\"force\"",
+                           "\"torque\"",
+                           "friction =",
+                           "restitution = 0\n",
+                           "restitution = 1\n",
+                           "tangential_restitution"}) {
     CAPTURE(word);
     CHECK(all.find(word) != all.npos);
   }
@@ -104,7 +122,8 @@ TEST_CASE("a result that was falsified comes out silent", "[strangers]") {
   CHECK(outcome([](Sight& s) { s.depth[0] = 0.2 * s.measure[0]; }) == Outcome::wrong);
   CHECK(outcome([](Sight& s) { s.result.final_state.v[0] *= 1.1, s.result.final_state.v[1] *= 1.1; }) ==
         Outcome::wrong);
-  CHECK(outcome([](Sight& s) { s.result.ledger.contact += 0.01 * s.result.ledger.scale(); }) == Outcome::wrong);
+  CHECK(outcome([](Sight& s) { s.result.ledger.contact += 0.01 * s.result.ledger.scale(); }) ==
+        Outcome::wrong);
   // What a run says of itself counts, and a run that stopped with a reason is refused.
   const auto said = [](Sight& s) {
     s.depth[0] = 0.2 * s.measure[0];

@@ -41,8 +41,8 @@ struct Allowed {
   double late = 0;  ///< s
   bool speeds = true;
 };
-std::optional<std::string> off_reference(const Sight& found, const Reference& reference, const Allowed& allowed,
-                                         double until);
+std::optional<std::string> off_reference(const Sight& found, const Reference& reference,
+                                         const Allowed& allowed, double until);
 
 /// A check: nothing where it does not apply or is met, else what is off.
 struct Check : CheckFacts {

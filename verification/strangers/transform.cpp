@@ -58,11 +58,11 @@ Scene mirrored(Scene scene) {
                           }},
                drive);
   for (auto& load : m.loads)
-    std::visit(Overloaded{[](ForceLoad& l) { l.at = flip(l.at), l.force = flip(l.force); },
-                          [](TorqueLoad& l) { l.torque = -l.torque; },
-                          [](SpringDamper& l) { flip_ends(l.at); },
-                          [](TorsionalSpringDamper& l) { l.free_angle = -l.free_angle; }, [](JointFriction&) {}},
-               load);
+    std::visit(
+        Overloaded{[](ForceLoad& l) { l.at = flip(l.at), l.force = flip(l.force); },
+                   [](TorqueLoad& l) { l.torque = -l.torque; }, [](SpringDamper& l) { flip_ends(l.at); },
+                   [](TorsionalSpringDamper& l) { l.free_angle = -l.free_angle; }, [](JointFriction&) {}},
+        load);
   return scene;
 }
 
@@ -170,7 +170,8 @@ Scene nudged(Scene scene, double share, int which) {
   Draw draw(20261121, static_cast<std::uint64_t>(which));
   const auto near = [&](double& x) { x *= 1 + share * draw.either_way(1); };
   auto& m = scene.mechanism;
-  const bool turns = std::ranges::any_of(m.drives, [](const Drive& d) { return std::holds_alternative<SpeedDrive>(d); });
+  const bool turns =
+      std::ranges::any_of(m.drives, [](const Drive& d) { return std::holds_alternative<SpeedDrive>(d); });
   // One factor for all velocities keeps them consistent where nothing is prescribed.
   const double faster = turns ? 1 : 1 + share * draw.either_way(1);
   for (auto& b : m.bodies) {
