@@ -48,9 +48,12 @@ std::optional<std::string> off_reference(const Sight& found, const Reference& r,
     }
   }
   std::vector<std::size_t> seen(r.touches.size());
+  // A contact that is hardly pressed opens for a time step now and then: its touch is slow.
+  const double slow = stepped ? 0.01 * r.greatest_speed : 0;
   double last = 0, room = 0;
   for (std::size_t k = 0; k < r.touches.size(); ++k) {
     const auto& touch = r.touches[k];
+    if (touch.speed < 2 * slow) return {};
     const double rounding = 1e-13 * r.position / std::max(touch.speed, 1e-300);
     const double bound =
         share(k) * (r.sensitivity_t[k] + touch.t) + allowed.late + 1e-12 * touch.t + rounding;
@@ -65,7 +68,7 @@ std::optional<std::string> off_reference(const Sight& found, const Reference& r,
     for (std::size_t i = 0; i < k; ++i) number += r.touches[i].contact == touch.contact;
     const Touch* other = nullptr;
     for (const auto& f : found.touches)
-      if (f.contact == touch.contact && number-- == 0) {
+      if (f.contact == touch.contact && !(f.speed < slow) && number-- == 0) {
         other = &f;
         break;
       }
@@ -83,7 +86,8 @@ std::optional<std::string> off_reference(const Sight& found, const Reference& r,
     room = bound;
   }
   const auto early = [&](double end) {
-    return std::ranges::count_if(found.touches, [&](const Touch& f) { return f.t < end; });
+    return std::ranges::count_if(found.touches,
+                                 [&](const Touch& f) { return f.t < end && !(f.speed < slow); });
   };
   const double end = r.all ? 0.99 * std::min(until, r.duration) : last - room;
   const auto expected = r.all ? std::ranges::count_if(r.touches, [&](const Touch& f) { return f.t < end; })

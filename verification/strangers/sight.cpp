@@ -79,6 +79,31 @@ class Onlooker final : public Observer {
   std::vector<ContactPlace> places_;
 };
 
+/// Change of momentum over the run less all impulses, of the greatest in the mechanism (linear, angular).
+double momentum_left(const Simulation& simulation, const BalanceWatch& watch, const Sight& sight) {
+  const ForceBalance balance(simulation.scene().mechanism, simulation.layout());
+  const auto &before = sight.start.v, &after = sight.result.final_state.v;
+  const double seconds = sight.result.t_end - sight.start.t;
+  auto change = after;
+  double scale[2] = {0, 0}, most[2] = {0, 0};
+  for (std::size_t i = 0; i < change.size(); ++i) {
+    const auto& body = simulation.scene().mechanism.bodies[i / 3];
+    const bool turn = i % 3 == 2;
+    change[i] -= before[i];
+    scale[turn] =
+        std::max(scale[turn], (turn ? body.inertia : body.mass) * (std::abs(before[i]) + std::abs(after[i])));
+  }
+  for (const auto& e : watch.total.elements) {
+    scale[0] = std::max({scale[0], std::abs(e.fx), std::abs(e.fy)});
+    scale[1] = std::max({scale[1], std::abs(e.m_first), std::abs(e.m_second)});
+  }
+  const auto left = balance.momentum_left(watch.total, change, seconds);
+  for (std::size_t i = 0; i < left.size(); ++i)
+    most[i % 3 == 2] = std::max(most[i % 3 == 2], std::abs(left[i]));
+  const auto share = [&](int k) { return most[k] > 0 ? most[k] / scale[k] : 0; };
+  return std::max(share(0), share(1));
+}
+
 double off(double a, double b) { return std::abs(a - b); }
 
 }  // namespace
@@ -107,7 +132,7 @@ Sight look(Scene scene, const Way& way, const LookRequest& request) {
   if (balance) {
     // By moments as they are told and by arms: one is rounding where moments cancel, the other where joints have drifted.
     sight.newton = std::min(balance->worst.own, balance->worst.anew);
-    sight.momentum = std::max(balance->linear(), balance->angular());
+    sight.momentum = momentum_left(simulation, *balance, sight);
   }
   return sight;
 }
