@@ -79,17 +79,21 @@ class Onlooker final : public Observer {
   std::vector<ContactPlace> places_;
 };
 
-/// Change of momentum over the run less all impulses, of the greatest in the mechanism (linear, angular).
+/// Change of momentum over the run less all impulses, of the greatest in the mechanism (linear, angular), or of what
+/// the energy would give a body.
 double momentum_left(const Simulation& simulation, const BalanceWatch& watch, const Sight& sight) {
   const ForceBalance balance(simulation.scene().mechanism, simulation.layout());
   const auto &before = sight.start.v, &after = sight.result.final_state.v;
   const double seconds = sight.result.t_end - sight.start.t;
   auto change = after;
   double scale[2] = {0, 0}, most[2] = {0, 0};
+  const auto& ledger = sight.result.ledger;
+  const double kinetic = std::max(ledger.kinetic, ledger.scale());
   for (std::size_t i = 0; i < change.size(); ++i) {
     const auto& body = simulation.scene().mechanism.bodies[i / 3];
     const bool turn = i % 3 == 2;
     change[i] -= before[i];
+    scale[turn] = std::max(scale[turn], std::sqrt(2 * (turn ? body.inertia : body.mass) * kinetic));
     scale[turn] =
         std::max(scale[turn], (turn ? body.inertia : body.mass) * (std::abs(before[i]) + std::abs(after[i])));
   }
