@@ -89,9 +89,11 @@ std::optional<std::string> off_reference(const Sight& found, const Reference& r,
     return std::ranges::count_if(found.touches,
                                  [&](const Touch& f) { return f.t < end && !(f.speed < slow); });
   };
-  const double end = r.all ? 0.99 * std::min(until, r.duration) : last - room;
-  const auto expected = r.all ? std::ranges::count_if(r.touches, [&](const Touch& f) { return f.t < end; })
-                              : static_cast<std::ptrdiff_t>(r.touches.size());
+  // What steps do to the touches before may make a near miss a touch; twins that differ by 1e-6 say nothing of it.
+  const bool all = r.all && !stepped;
+  const double end = all ? 0.99 * std::min(until, r.duration) : last - room;
+  const auto expected = all ? std::ranges::count_if(r.touches, [&](const Touch& f) { return f.t < end; })
+                            : static_cast<std::ptrdiff_t>(r.touches.size());
   if (early(end) > expected)
     return fmt::format("{} touches until t = {:.6g} s, where there are {}", early(end), end, expected);
   return {};

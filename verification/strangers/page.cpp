@@ -16,10 +16,25 @@ struct Refusal {
   const char* why;
 };
 constexpr Refusal looked_at[] = {
-    {"events within",
-     "impacts that come ever faster without an end that is known: no step of time is left, and the "
-     "reason names time stepping, which goes on"},
-    {"ever shorter", "as above"},
+    {"follow each other too fast",
+     "contacts of a pile kick each other without an end in time; the reason names time "
+     "stepping, which passes it"},
+    {"more than can be told one by one", "as above, at a pace that no run ends"},
+    {"admits more than one motion",
+     "Painlevé's paradox: friction leaves the motion open, and the reason names the motions"},
+    {"was not solved by any",
+     "no solver finds impulses of several contacts (or friction above 1 in a corner); whether "
+     "there are any is not known, and nothing is made up"},
+    {"the motion may be singular there",
+     "penalty's default integrator finds no step into a hard contact with much "
+     "damping: to be mended, another integrator passes"},
+    {"the motion is singular there",
+     "event-driven's integrator finds no step: to be mended, time stepping passes"},
+    {"too stiff for this integrator",
+     "a contact that lasts is stiffer than an explicit method can follow; the reason "
+     "names the one that can"},
+    {"damper forces do not converge",
+     "a damper that stops its mass within a step; the reason says what step would do"},
 };
 
 }  // namespace

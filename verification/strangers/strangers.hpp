@@ -60,7 +60,11 @@ const char* word_for(Outcome outcome);
 Verdict judge(const Stranger& stranger, const Way& way, const std::function<void(Sight&)>& falsify = {});
 
 /// s of CPU that one run may take before it counts as hung: ten times what a stranger is drawn for.
+#if defined(__SANITIZE_ADDRESS__)
+inline constexpr double run_limit = 100;
+#else
 inline constexpr double run_limit = 10;
+#endif
 
 struct Row {
   int index = 0;
