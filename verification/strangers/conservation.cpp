@@ -52,7 +52,7 @@ std::optional<std::string> balance(Subject& s) {
                        scale);
   const double left = end.kinetic + end.potential + l.elastic - start.kinetic - start.potential - l.drive -
                       l.load - l.stabilisation + l.contact + l.friction + l.damping + l.film;
-  const double bound = s.way.stepped ? 1e-3 : s.way.family == Family::penalty ? 1e-4 : 1e-5;
+  const double bound = s.way.stepped ? 1e-3 : 1e-4;
   if (!(std::abs(left) <= bound * scale))
     return fmt::format("balance misses {:.2g} of {:.2g} J, above {:.0e}", left, scale, bound);
   return {};
@@ -132,9 +132,9 @@ std::optional<std::string> newton(Subject& s) {
 std::span<const Check> conservation_checks() {
   static constexpr Check all[] = {
       {{"energy balance", "kinetic and potential energy summed from the state, and the balance with them",
-        "1e-5 of the greatest term; penalty 1e-4, Moreau–Jean 1e-3",
-        "tolerances of 1e-10 a step over thousands of steps; penalty's work integrals are carried along without error control "
-        "(docs/penalty.md); the midpoint rule's h², and beyond 1e-3 the run says so"},
+        "1e-4 of the greatest term; Moreau–Jean 1e-3",
+        "event-driven's tolerance is 1e-7 where many contacts rest, over a thousand steps; penalty's work integrals are carried "
+        "along without error control; the midpoint rule's h², and beyond 1e-3 the run says so"},
        balance},
       {{"losses",
         "what contacts with their friction, dampers and films took is not negative; nothing where e = 1 and µ = 0",

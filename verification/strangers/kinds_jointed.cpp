@@ -258,8 +258,8 @@ void bump(Draw& draw, Draft& out) {
               Draft::number(draw.chance(0.5) ? target.mass * lever * lever * std::abs(omega) * draw() : 0)));
     }
   }
-  // Prescribed motion against what is fixed has no answer.
-  if (against > 0 && draw.chance(0.3)) out.drive(shaft, fmt::format("speed = {}\n", Draft::number(omega)));
+  // Prescribed motion against what is fixed, or what jams, has no answer.
+  if (against == 1 && draw.chance(0.5)) out.drive(shaft, fmt::format("speed = {}\n", Draft::number(omega)));
   out.speed = s.speed;
   out.flight = 1 / std::abs(omega);
   out.duration = draw.between(3, 30) / std::abs(omega);

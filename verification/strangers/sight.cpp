@@ -177,7 +177,7 @@ Reference make_reference(const Scene& scene, const Way& way) {
       moved = twin.at.q.empty() || (!twin.touches.empty() && twin.touches[0].t < r.at.t)
                   ? INFINITY
                   : std::max(moved, off(twin.at.q[i] - twin.start.q[i], r.at.q[i] - again.start.q[i]));
-    r.sensitivity_q.push_back(moved / Reference::nudge);
+    r.sensitivity_q.push_back(Reference::worst * moved / Reference::nudge);
   }
   const std::size_t most = std::min<std::size_t>(base.touches.size(), Reference::most);
   for (std::size_t k = 0; k < most; ++k) {
@@ -196,8 +196,8 @@ Reference make_reference(const Scene& scene, const Way& way) {
     if (k + 1 < base.touches.size() && base.touches[k + 1].t - touch.t < 1e-6 * touch.t) kept = false;
     if (!kept) break;
     r.touches.push_back(touch);
-    r.sensitivity_t.push_back(dt / Reference::nudge);
-    r.sensitivity_speed.push_back(dv / Reference::nudge);
+    r.sensitivity_t.push_back(Reference::worst * dt / Reference::nudge);
+    r.sensitivity_speed.push_back(Reference::worst * dv / Reference::nudge);
     r.greatest_speed = std::max(r.greatest_speed, touch.speed);
   }
   r.all = r.touches.size() == base.touches.size() && !failed(base) &&

@@ -44,10 +44,12 @@ struct LookRequest {
 Sight look(Scene scene, const Way& way, const LookRequest& request = {});
 
 /// How well single touches are known: a run at the tightest tolerance, and twins of it whose facts differ by `nudge` of
-/// themselves. What they change, over nudge, is the scene's own sensitivity; a touch that they lose ends what can be
+/// themselves. What they change, over nudge and `worst` times, is the scene's own sensitivity; a touch that they lose ends what can be
 /// asked.
 struct Reference {
   static constexpr double nudge = 1e-6, tolerance = 1e-11;
+  static constexpr double worst =
+      3;  ///< two twins are nudged at random: the worst way is some three times as bad
   static constexpr int most = 3;                         ///< touches
   const Way* way = nullptr;                              ///< that made it; null: it could not be made
   std::vector<Touch> touches;                            ///< those that can be asked for

@@ -39,6 +39,7 @@ int chosen(const Subject& subject, int of);
 struct Allowed {
   double share = 0;
   double late = 0;  ///< s
+  double own = 0;   ///< of places and of 1 rad, what a tolerance lets pass however short the way
   bool speeds = true;
 };
 std::optional<std::string> off_reference(const Sight& found, const Reference& reference,
