@@ -127,6 +127,25 @@ std::optional<std::string> newton(Subject& s) {
   return {};
 }
 
+/// What is said of time lies within the time of the run.
+std::optional<std::string> times(Subject& s) {
+  const auto& run = s.sight.result;
+  const double end = run.t_end * (1 + 1e-12), step = s.way.stepped ? s.scene.nonsmooth.step : 0;
+  double before = 0, unsure = 0;
+  for (const auto& e : run.events) {
+    if (!(e.t >= 0 && e.t <= end))
+      return fmt::format("an event of {} at {:.6g} s, the run ends at {:.6g} s", e.joint, e.t, run.t_end);
+    unsure = std::max(unsure, e.t_uncertainty);
+    if (!(e.t >= before - step - unsure - 1e-12 * end))
+      return fmt::format("an event of {} at {:.9g} s after one at {:.9g} s", e.joint, e.t, before);
+    before = std::max(before, e.t);
+  }
+  for (const auto& c : run.contacts)
+    for (const double share : {c.flight_fraction, c.impact_fraction, c.lasting_fraction})
+      if (!(share >= -1e-3 && share <= 1 + 1e-3)) return fmt::format("{}: {:.3g} of the time", c.name, share);
+  return {};
+}
+
 }  // namespace
 
 std::span<const Check> conservation_checks() {
@@ -155,6 +174,10 @@ std::span<const Check> conservation_checks() {
         "1e-6 of the greatest term, impulses 1e-3; Moreau–Jean's impulses 1e-9",
         "rounding of solves at mass ratios of 1e6, drift of joints; Gauss points over Hertz's kink; a step is its impulses"},
        newton},
+      {{"times", "events in their order and within the run, shares of flight, impacts and lasting contact",
+        "order to t_uncertainty, 0 to 1 to 1e-3",
+        "a touch that ends an accumulation stands at its end, with the time that was not resolved as its uncertainty"},
+       times},
   };
   return all;
 }
