@@ -127,7 +127,7 @@ TEST_CASE("a result that was falsified comes out silent", "[strangers]") {
   // What a run says of itself counts, and a run that stopped with a reason is refused.
   const auto said = [](Sight& s) {
     s.depth[0] = 0.2 * s.measure[0];
-    s.result.notes.push_back("DOUBTFUL: a planted note");
+    s.result.notes.emplace_back("DOUBTFUL: a planted note");
   };
   CHECK(outcome(said) == Outcome::degraded);
   CHECK(outcome([](Sight& s) { s.result.ending = {Ending::Status::failed, "planted"}; }) == Outcome::refused);
