@@ -22,6 +22,11 @@ class Relieved : public Method {
     Method::start(f, at, state);
     forget();
   }
+  /// The next step is at most this long.
+  void limit_step(double h) {
+    limit_ = h;
+    Method::limit_step(h);
+  }
   /// The right-hand side has another form from here on.
   void new_mode() {
     if (stiff_) Method::limit_step(this->t - this->t_old);  // its past is of before
@@ -55,7 +60,10 @@ class Relieved : public Method {
       }
     }
     if (!stiff_) {
-      if (Method::step(f, t_end)) return true;
+      if (Method::step(f, t_end)) {
+        limit_ = INFINITY;
+        return true;
+      }
       if (Method::fixed_step || !affordable_) return false;  // what diverged is shown as what it is
       this->unshift();
       if (!finite(this->x) || !finite(this->dxdt)) {
@@ -63,6 +71,7 @@ class Relieved : public Method {
         return false;
       }
       relieve();
+      implicit_.limit(limit_);  // nothing is known yet of what has just begun
     }
     this->shift();
     return implicit_.advance(f, *this, t_end);
@@ -88,7 +97,7 @@ class Relieved : public Method {
   template <class M>
   void remember(M& m) {
     Method::remember(m);
-    m(stiff_, steps_, counted_, probe_at_, since_, reliefs_);
+    m(stiff_, steps_, counted_, probe_at_, since_, reliefs_, limit_);
     if constexpr (M::reading) {
       affordable_ = this->x.size() <= most_unknowns;
       if (affordable_) implicit_.make_room(this->x.size());
@@ -123,6 +132,7 @@ class Relieved : public Method {
   RosenbrockStep implicit_;
   bool stiff_ = false, affordable_ = true;
   long steps_ = 0, counted_ = 0, probe_at_ = first_probe;  // in this mode
+  double limit_ = INFINITY;                                // s, asked of the next step
   double since_ = 0;                                       // s, of the last probe or the mode's beginning
   long reliefs_ = 0;
 };

@@ -9,25 +9,11 @@
 
 namespace freeplay {
 
-Scales make_scales(const Mechanism& mechanism, const System& system) {
-  Scales s;
-  const double arm = system.longest_arm() > 0 ? system.longest_arm() : 1;
-  s.length = arm;
-  for (int k = 0; k < system.contacts(); ++k)
-    s.length = std::min(s.length, system.contact_facts(k).clearance);
-  double omega = 0;
-  for (const auto& drive : mechanism.drives)
-    if (const auto* d = std::get_if<SpeedDrive>(&drive)) omega = std::max(omega, std::abs(d->speed));
-  s.speed = std::max({s.length * omega, std::sqrt(mechanism.gravity.norm() * s.length), 1e-3 * s.length});
-  s.angle = s.length / arm;
-  s.angular_speed = s.speed / arm;
-  s.time = omega > 0 ? 1 / omega : s.length / s.speed;
-  return s;
-}
+namespace {
 
-double pace(const Scales& scales, const System& system, const double* v) {
-  double speed = 1e-3 * scales.length;
-  if (scales.speed > 1.0001 * speed || scales.time < scales.length / speed) return scales.time;
+/// Of bodies against what they may touch (m/s), their turning at the longest arm.
+double greatest_speed(const System& system, const double* v) {
+  double speed = 0;
   for (int k = 0; k < system.contacts(); ++k) {
     Vec2 apart{0, 0};
     double turning = 0;
@@ -39,7 +25,26 @@ double pace(const Scales& scales, const System& system, const double* v) {
       }
     speed = std::max(speed, apart.norm() + turning);
   }
-  return scales.length / speed;
+  return speed;
+}
+
+}  // namespace
+
+Scales make_scales(const Mechanism& mechanism, const System& system, const double* v) {
+  Scales s;
+  const double arm = system.longest_arm() > 0 ? system.longest_arm() : 1;
+  s.length = arm;
+  for (int k = 0; k < system.contacts(); ++k)
+    s.length = std::min(s.length, system.contact_facts(k).clearance);
+  double omega = 0;
+  for (const auto& drive : mechanism.drives)
+    if (const auto* d = std::get_if<SpeedDrive>(&drive)) omega = std::max(omega, std::abs(d->speed));
+  s.speed = std::max({s.length * omega, std::sqrt(mechanism.gravity.norm() * s.length), 1e-3 * s.length});
+  if (omega == 0 && mechanism.gravity.is_zero()) s.speed = std::max(s.speed, greatest_speed(system, v));
+  s.angle = s.length / arm;
+  s.angular_speed = s.speed / arm;
+  s.time = omega > 0 ? 1 / omega : s.length / s.speed;
+  return s;
 }
 
 ErrorNorm motion_norm(const System& system, const Scales& s, double tolerance) {

@@ -1,5 +1,6 @@
 // The scales that errors are measured by. With ℓ the smallest clearance (without contacts the longest arm), L
-// the longest arm, and V the greatest of ℓΩ (drives), √(gℓ) (gravity) and 10⁻³ ℓ/s:
+// the longest arm, and V the greatest of ℓΩ (drives), √(gℓ) (gravity) and 10⁻³ ℓ/s; where neither drives nor gravity set
+// a pace, that of a body at the start against what it may touch:
 //
 //     positions ℓ,    angles ℓ/L,    velocities V + |v|,    angular velocities V/L + |ω|.
 //
@@ -30,10 +31,7 @@ ErrorNorm motion_norm(const System& system, const Scales& scales, double toleran
 /// Adds the elements' first-order states, from place `offset` of the integrated vector.
 void add_states(ErrorNorm& norm, const System& system, int offset);
 
-Scales make_scales(const Mechanism& mechanism, const System& system);
-
-/// s, in which something happens from a state on: Scales::time, or, where neither a drive nor gravity sets a pace, ℓ over
-/// the greatest speed of a body against what it may touch.
-double pace(const Scales& scales, const System& system, const double* v);
+/// `v`: velocities of the bodies at the start.
+Scales make_scales(const Mechanism& mechanism, const System& system, const double* v);
 
 }  // namespace freeplay

@@ -43,6 +43,7 @@ bool AutomaticStepper::step(double t_end) {
     return false;
   }
   shown_ = true;
+  stepping_.moreau().work().stepped += stepping_.t() - stepping_.t_old();
   if (calm()) return_to_events();
   return true;
 }
@@ -55,6 +56,7 @@ void AutomaticStepper::pass_on() {
   steps_ = true;
   since_ = from.state.t;
   ++told_.count;
+  stepping_.moreau().work().handovers = told_.count;
   // A mode that did not last: wait longer before the next.
   wait_ = since_ - returned_ < wait_ && told_.count > 1 ? std::min(2 * wait_, 1e3 * time_scale_)
                                                         : 0.1 * time_scale_;
@@ -73,7 +75,6 @@ void AutomaticStepper::return_to_events() {
   events_.take_over(stepping_.hand_over());
   steps_ = false;
   returned_ = stepping_.t();
-  told_.time += returned_ - since_;
   told_.longest = std::max(told_.longest, returned_ - since_);
 }
 
@@ -84,7 +85,7 @@ void AutomaticStepper::tell(std::vector<std::string>& notes) const {
   const double open = steps_ ? stepping_.t() - since_ : 0;
   notes.push_back(fmt::format(
       "time stepping with controlled steps took over {} times, for {:.3g} s in all ({:.3g} s at most): {}",
-      told_.count, told_.time + open, std::max(told_.longest, open), told_.reasons));
+      told_.count, work().stepped, std::max(told_.longest, open), told_.reasons));
 }
 
 }  // namespace freeplay

@@ -27,7 +27,7 @@ class AutomaticStepper {
   template <class M>
   void remember(M& m) {
     m.part("automatic");
-    m(events_, stepping_, steps_, shown_, since_, wait_, returned_, told_.count, told_.time, told_.longest,
+    m(events_, stepping_, steps_, shown_, since_, wait_, returned_, told_.count, told_.longest,
       told_.reasons, struck_);
   }
 
@@ -79,7 +79,7 @@ class AutomaticStepper {
   /// How often, how long and why.
   struct Told {
     long count = 0;
-    double time = 0, longest = 0;
+    double longest = 0;  // s
     std::string reasons;
   } told_;
   bool watching_ = false;

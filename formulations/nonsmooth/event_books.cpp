@@ -18,7 +18,7 @@ void EventDriven::record(const std::vector<int>& was_closed) {
     const double u = row.normal.dot(now), slide = row.tangent.dot(now);
     const double struck_n = impulse[0] - mark_[k].impulse_n;
     if (!was && (is || struck_n > 0)) {
-      const double touch = t + ending_[k];
+      const double touch = std::min(t + ending_[k], std::max(t, run_end_));
       log_->touch(k, touch, crank(), rate_before_[k], slide_before_[k], std::max(ending_[k], 4e-16 * t), 0);
       mark_[k].t = touch;
     }

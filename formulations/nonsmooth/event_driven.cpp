@@ -73,6 +73,7 @@ void EventDriven::forces(double t, Forces& out) {
 }
 
 bool EventDriven::step(double t_end) {
+  run_end_ = t_end;
   if (watching_) {
     before_step_.clear();
     within_.clear();

@@ -76,7 +76,7 @@ class Nonsmooth final : public Marched<Stepper> {
 
 EventDriven make_event_driven(const Scene& scene, const System& system,
                               const std::vector<double>& restitution, RowFacts facts, const State& state) {
-  const auto scales = make_scales(scene.mechanism, system);
+  const auto scales = make_scales(scene.mechanism, system, state.v.data());
   auto norm = motion_norm(system, scales, scene.nonsmooth.tolerance);
   if (system.states() > 0) add_states(norm, system, 2 * system.n() + 2 * system.contacts());
   // Where all that touches is decided together, what is slower than 1e-5 of the speed scale is at rest, and accelerations
@@ -84,7 +84,7 @@ EventDriven make_event_driven(const Scene& scene, const System& system,
   auto coarse = norm;
   coarse.tolerance = std::max(norm.tolerance, 1e-7);
   return {EventDynamics(system, scene.nonsmooth, restitution, facts, scales.speed),
-          Dopri5(norm, 1e-3 * scales.time), Dopri5(coarse, 1e-3 * scales.time), pace(scales, system, state.v.data()),
+          Dopri5(norm, 1e-3 * scales.time), Dopri5(coarse, 1e-3 * scales.time), scales.time,
           scene.nonsmooth.tolerance * scales.length};
 }
 
@@ -115,8 +115,7 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
         throw ModelError(fmt::format("surfaces.{}.tangential_restitution", s.name),
                          "belongs to nonsmooth.impact_law = \"newton\"; leave it out");
   const auto controlled = [&] {
-    auto scales = make_scales(scene.mechanism, system);
-    scales.time = pace(scales, system, state.v.data());
+    const auto scales = make_scales(scene.mechanism, system, state.v.data());
     return ControlledMoreau(system, MoreauStepper(system, scene.nonsmooth, 0, e, facts),
                             motion_norm(system, scales, scene.nonsmooth.step_tolerance), scales);
   };
@@ -130,7 +129,7 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
       if (!choice_of(scene.nonsmooth.impact_law).traits.time_stepping)
         return with(make_event_driven(scene, system, e, facts, state));  // nobody to hand over to
       return with(AutomaticStepper(make_event_driven(scene, system, e, facts, state), controlled(),
-                                   pace(make_scales(scene.mechanism, system), system, state.v.data())));
+                                   make_scales(scene.mechanism, system, state.v.data()).time));
   }
   throw std::logic_error("no such scheme");
 }

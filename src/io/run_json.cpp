@@ -124,7 +124,9 @@ nlohmann::json to_json(const Result& s) {
         {"complementarity_solves", s.work.lcp_solves},
         {"complementarity_retries", s.work.lcp_retries},
         {"pivots", s.work.pivots},
-        {"events", s.work.events}}},
+        {"events", s.work.events},
+         {"handovers", s.work.handovers},
+         {"time_stepped", s.work.stepped}}},
       {"cost",
        {{"wall_s", s.wall_seconds}, {"cpu_s", s.cpu_seconds}, {"peak_memory_KiB", s.peak_memory_kib}}},
       {"notes", s.notes}};

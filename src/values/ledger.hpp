@@ -47,10 +47,12 @@ struct Work {
   long lcp_retries = 0;     ///< solvers of them that failed before another did not
   long pivots = 0;          ///< of Lemke; cases, sweeps or Newton steps of the other solvers
   long events = 0;          ///< located contact events
+  long handovers = 0;       ///< to time stepping, by the automatic scheme
+  double stepped = 0;       ///< s, of the time, that it took over for
 
   template <class M>
   void remember(M& m) {
-    m(steps, rejected, rhs, jacobians, factorisations, lcp_solves, lcp_retries, pivots, events);
+    m(steps, rejected, rhs, jacobians, factorisations, lcp_solves, lcp_retries, pivots, events, handovers, stepped);
   }
 };
 

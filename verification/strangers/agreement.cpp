@@ -17,7 +17,7 @@ constexpr double steps = 1e3;
 /// The share of themselves by which the facts might as well be others, for what the way does within its steps.
 Allowed allowed(const Subject& s, double tolerance) {
   if (!s.way.stepped) return {.share = steps * tolerance, .own = 10 * tolerance};
-  return {.share = 2 * s.scene.nonsmooth.step, .late = 2 * s.scene.nonsmooth.step, .speeds = false};
+  return {.share = 2 * *s.scene.nonsmooth.step, .late = 2 * *s.scene.nonsmooth.step, .speeds = false};
 }
 
 /// Of a run that stopped, up to there.
@@ -131,7 +131,7 @@ std::optional<std::string> coarser(Subject& s) {
     r.touches.resize(std::min<std::size_t>(r.touches.size(), 1)), r.all = false;
   const double until = r.touches.empty() ? r.duration : std::min(r.duration, 1.5 * r.touches.back().t);
   const auto found = look(scene, s.way, {.until = until, .at = r.at.t});
-  return off_reference(found, r, allowed(s, tolerance), reached(found));
+  return off_reference(found, r, allowed(s, std::max(tolerance, s.tolerance())), reached(found));
 }
 
 std::optional<std::string> stiffer(Subject& s) {
@@ -170,7 +170,7 @@ std::optional<std::string> otherwise(Subject& s, const Scene& scene, double time
     return fmt::format("{}: refused: {}", how, e.what());
   }
   // Two runs of one way share its error but for what lies between two steps' ends.
-  const double h = s.way.stepped ? s.scene.nonsmooth.step : 0;
+  const double h = s.way.stepped ? *s.scene.nonsmooth.step : 0;
   for (std::size_t k = 0; k < std::min(r.touches.size(), s.sight.touches.size()); ++k) {
     const auto& a = s.sight.touches[k];
     const double share = s.way.stepped ? 2 * h / r.shortest_interval(k) : steps * s.tolerance();

@@ -96,7 +96,7 @@ std::optional<std::string> momentum(Subject& s) {
   double couple = 0;
   if (s.way.stepped)
     for (const auto& e : s.sight.result.events)
-      couple += s.scene.nonsmooth.step * std::abs(e.v_n_minus) *
+      couple += *s.scene.nonsmooth.step * std::abs(e.v_n_minus) *
                 std::max({a.linear, b.linear, std::abs(e.impulse_t)});
   for (std::size_t k = 0; k < s.sight.depth.size(); ++k)
     for (const auto& e : s.sight.result.events) couple += 3 * s.sight.depth[k] * std::abs(e.impulse_t);
@@ -130,7 +130,7 @@ std::optional<std::string> newton(Subject& s) {
 /// What is said of time lies within the time of the run.
 std::optional<std::string> times(Subject& s) {
   const auto& run = s.sight.result;
-  const double end = run.t_end * (1 + 1e-12), step = s.way.stepped ? s.scene.nonsmooth.step : 0;
+  const double end = run.t_end * (1 + 1e-12), step = s.way.stepped ? *s.scene.nonsmooth.step : 0;
   double before = 0, unsure = 0;
   for (const auto& e : run.events) {
     if (!(e.t >= 0 && e.t <= end))

@@ -13,6 +13,12 @@ constexpr Way all_ways[] = {
     {"penalty", Family::penalty, [](Scene&) {}},
     {"event-driven", Family::nonsmooth, [](Scene& s) { s.nonsmooth.scheme = Scheme::event_driven; }},
     {"moreau-jean", Family::nonsmooth, [](Scene& s) { s.nonsmooth.scheme = Scheme::moreau_jean; }, true},
+    {"chosen steps", Family::nonsmooth,
+     [](Scene& s) {
+       s.nonsmooth.scheme = Scheme::moreau_jean;
+       s.nonsmooth.step.reset();
+     }},
+    {"automatic", Family::nonsmooth, [](Scene& s) { s.nonsmooth.scheme = Scheme::automatic; }},
 };
 const Way& penalty = all_ways[0];
 const Way& events = all_ways[1];

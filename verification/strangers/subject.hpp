@@ -16,7 +16,10 @@ struct Subject {
   Reference reference;
 
   double tolerance() const {
-    return way.family == Family::penalty ? scene.penalty.tolerance : scene.nonsmooth.tolerance;
+    if (way.family == Family::penalty) return scene.penalty.tolerance;
+    const auto& o = scene.nonsmooth;
+    const bool steps = o.scheme_in_force() == Scheme::moreau_jean || sight.result.work.handovers > 0;
+    return steps ? o.step_tolerance : o.tolerance;
   }
   bool lubricated() const;
   /// No friction, restitution 1, nothing that takes or gives energy.

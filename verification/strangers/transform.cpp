@@ -134,7 +134,7 @@ Scene rescaled(Scene scene, const Units& u) {
                load);
   scene.run.duration *= T;
   scene.run.discard *= T;
-  scene.nonsmooth.step *= T;
+  if (scene.nonsmooth.step) *scene.nonsmooth.step *= T;
   auto& p = scene.penalty;
   p.step *= T;
   p.friction_v0 *= L / T;

@@ -173,7 +173,7 @@ TEST_CASE("bad scenes are refused with place, key and remedy", "[scene]") {
       {"mass = 1.0", "mass ó = 1.0", "s.toml:2:6: not TOML: a character beyond ASCII"},
       {"step = 1e-5", "scheme = \"eventful\"", "nonsmooth.scheme: \"eventful\" is not known here; one of"},
       {"step = 1e-5", "solver = \"guess\"", "nonsmooth.solver: \"guess\" is not known here; one of"},
-      {"step = 1e-5", "impact_law = \"poisson\"", "nonsmooth.impact_law: time stepping has only \"newton\""},
+      {"step = 1e-5", "step = 1e-5\nimpact_law = \"poisson\"", "nonsmooth.impact_law: time stepping has only \"newton\""},
       {"step = 1e-5", "lcp_tolerance = -1", "nonsmooth.lcp_tolerance: must be greater than 0"},
       {"contact = \"exact\"", "integrator = \"euler\"",
        "penalty.integrator: \"euler\" is not known here; one of"},
