@@ -86,6 +86,7 @@ bool ControlledMoreau::pair(double h) {
   const double t = start_.t + h, middle = start_.t + 0.5 * h;
   using Reach = MoreauStepper::Reach;
   if (!moreau_.advance(t, Reach::closed)) return false;
+  turned_ = moreau_.turned_round();
   moreau_.keep(whole_);
   moreau_.modes(modes_whole_);
   const auto book = [this](Forces& sum) {
@@ -98,12 +99,14 @@ bool ControlledMoreau::pair(double h) {
   moreau_.go_back(start_);
   if (!moreau_.advance(middle, Reach::closed)) return false;
   moreau_.modes(modes_first_);
+  turned_ = std::max(turned_, moreau_.turned_round());
   middle_t_ = middle;
   std::copy_n(moreau_.q(), system_.n(), middle_q_.begin());
   std::copy_n(moreau_.v(), system_.n(), middle_v_.begin());
   book(smooth_);
   if (!moreau_.advance(t, Reach::closed)) return false;
   moreau_.modes(modes_second_);
+  turned_ = std::max(turned_, moreau_.turned_round());
   book(smooth_);
   return true;
 }
@@ -142,6 +145,16 @@ double ControlledMoreau::error() const {
   return worst < 1e10 ? worst : 1e10;
 }
 
+/// The same of sliding that turned round within a step, which both a step and its halves take for turned all along: the
+/// speed that it had, over what is accepted.
+double ControlledMoreau::turning() const {
+  if (turned_ == 0) return 0;
+  double speed = turned_;
+  for (int i = 0; i < system_.n(); ++i)
+    if (!system_.is_angle(i)) speed = std::max(speed, std::abs(start_.v[static_cast<std::size_t>(i)]));
+  return turned_ / (norm_.tolerance * (scales_.speed + speed));
+}
+
 bool ControlledMoreau::step(double t_end) {
   moreau_.keep(start_);
   if (striking_) return strike(t_end);
@@ -175,8 +188,8 @@ bool ControlledMoreau::step(double t_end) {
       h_ = h;
       continue;
     }
-    const bool alike = modes_whole_ == modes_first_ && modes_first_ == modes_second_;
-    const double error = this->error() / (alike ? 3 : 1);
+    const bool alike = modes_whole_ == modes_first_ && modes_first_ == modes_second_ && turned_ == 0;
+    const double error = std::max(this->error() / (alike ? 3 : 1), turning());
     const double factor =
         std::clamp(0.9 * std::pow(std::max(error, 1e-10), alike ? -1.0 / 3 : -0.5), 0.1, 4.0);
     if (error > 1 && h > floor) {
@@ -221,7 +234,8 @@ void ControlledMoreau::settle() {
   for (int k = 0; k < system_.contacts(); ++k) {
     auto& c = moreau_.contacts()[k];
     if (c.row.normal.size == 0) continue;
-    if (c.closed && c.t_pressed < moreau_.t() && c.gap > near(k)) c.closed = false;
+    if (c.closed && c.gap <= near(k)) c.t_pressed = moreau_.t();  // it touches still
+    if (c.closed && c.t_pressed < moreau_.t()) c.closed = false;
     if (!c.closed && c.gap <= near(k) && c.row.normal.dot(moreau_.v()) < 0) striking_ = true;
   }
 }

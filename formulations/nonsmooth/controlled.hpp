@@ -85,6 +85,7 @@ class ControlledMoreau {
   bool pair(double h);
   void extrapolate();
   double error() const;
+  double turning() const;
   std::optional<Touch> first_touch();
   std::optional<Touch> touch_in(int k, double a, double b, const double* qa, const double* va,
                                 const double* qb, const double* vb);
@@ -107,6 +108,7 @@ class ControlledMoreau {
   std::vector<double> middle_q_, middle_v_, look_q_, look_v_;
   std::vector<signed char> modes_whole_, modes_first_, modes_second_;
   MotionBounds bounds_;
+  double turned_ = 0;  // m/s, in the last pair
   double middle_t_ = 0, h_ = 0, floor_ = 0, least_floor_ = 0;
   bool striking_ = false;    // the next step is one over an impact
   bool smooth_step_ = true;  // the last one was not

@@ -85,6 +85,9 @@ class MoreauStepper {
   const std::vector<Contact>& contacts() const { return contacts_; }
   /// What every contact and preloaded joint did in the last step: open, pressed and sticking, sliding either way.
   void modes(std::vector<signed char>& list) const;
+  /// The greatest sliding rate (m/s) at the last step's beginning of what slides the other way at its end: friction had the
+  /// direction of the end all along.
+  double turned_round() const;
   /// Logs the loss of what is no longer closed, which the next step would do.
   void leave_all_open();
   /// How far a closed contact may stand off and still act (m).

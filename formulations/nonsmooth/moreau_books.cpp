@@ -74,6 +74,24 @@ void MoreauStepper::modes(std::vector<signed char>& list) const {
     list.push_back(way(problem_.unknowns[preloaded + k].impulse_t, problem_.unknowns[preloaded + k].bound));
 }
 
+double MoreauStepper::turned_round() const {
+  double rate = 0;
+  const auto take = [&](const SparseRow& row, double impulse, double bound) {
+    if (!(std::abs(impulse) >= bound * (1 - 1e-9)) || bound <= 0) return;
+    const double before = row.dot(v_old_.data());
+    if (before * impulse > 0) rate = std::max(rate, std::abs(before));  // friction that drives what slid
+  };
+  for (const auto& c : contacts_)
+    if (c.unknown >= 0 && c.row.tangent.size > 0) {
+      const auto& u = problem_.unknowns[c.unknown];
+      take(c.row.tangent, u.impulse_t, u.friction * u.impulse_n);
+    }
+  const auto preloaded = problem_.unknowns.size() - slides_.size();
+  for (std::size_t k = 0; k < slides_.size(); ++k)
+    take(slides_[k], problem_.unknowns[preloaded + k].impulse_t, problem_.unknowns[preloaded + k].bound);
+  return rate;
+}
+
 void MoreauStepper::account(double h) {
   const int n = system_.n();
   for (int k = 0; k < system_.rows(); ++k) {

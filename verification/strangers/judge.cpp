@@ -12,12 +12,13 @@ namespace {
 constexpr Way all_ways[] = {
     {"penalty", Family::penalty, [](Scene&) {}},
     {"event-driven", Family::nonsmooth, [](Scene& s) { s.nonsmooth.scheme = Scheme::event_driven; }},
-    {"moreau-jean", Family::nonsmooth, [](Scene& s) { s.nonsmooth.scheme = Scheme::moreau_jean; }, true},
+    {"moreau-jean", Family::nonsmooth, [](Scene& s) { s.nonsmooth.scheme = Scheme::moreau_jean; }, true, true},
     {"chosen steps", Family::nonsmooth,
      [](Scene& s) {
        s.nonsmooth.scheme = Scheme::moreau_jean;
        s.nonsmooth.step.reset();
-     }},
+     },
+     false, true},
     {"automatic", Family::nonsmooth, [](Scene& s) { s.nonsmooth.scheme = Scheme::automatic; }},
 };
 const Way& penalty = all_ways[0];

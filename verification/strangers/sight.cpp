@@ -122,7 +122,7 @@ Sight look(Scene scene, const Way& way, const LookRequest& request) {
   std::unique_ptr<BalanceWatch> balance;
   const double until = request.until.value_or(scene.run.duration);
   if (request.forces) {
-    balance = std::make_unique<BalanceWatch>(scene.mechanism, way.stepped, until / 50, 7);
+    balance = std::make_unique<BalanceWatch>(scene.mechanism, way.means, until / 50, 7);
     observers.push_back(balance.get());
   }
   Simulation simulation(scene, name_of(way.family), {.start = request.start});

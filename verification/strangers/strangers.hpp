@@ -32,6 +32,7 @@ struct Way {
   Family family;
   void (*choose)(Scene&);
   bool stepped = false;  ///< a touch acts somewhere within a step of fixed length
+  bool means = false;    ///< forces are means over steps
 };
 std::span<const Way> ways();
 /// Whether the scene asks for what the way has a model of: no film without penalty, no restitution of 0 with it.
