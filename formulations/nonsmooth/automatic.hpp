@@ -27,8 +27,8 @@ class AutomaticStepper {
   template <class M>
   void remember(M& m) {
     m.part("automatic");
-    m(events_, stepping_, steps_, shown_, since_, wait_, returned_, told_.count, told_.longest,
-      told_.reasons, struck_);
+    m(events_, stepping_, steps_, shown_, since_, wait_, returned_, told_.count, told_.longest, told_.reasons,
+      struck_);
   }
 
   double t() const { return shown_ ? stepping_.t() : events_.t(); }

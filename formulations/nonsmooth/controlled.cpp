@@ -163,9 +163,10 @@ bool ControlledMoreau::step(double t_end) {
       std::min({t_end, system_.next_knot(start_.t), start_.t + longest_step(system_, moreau_.v())});
   double h = std::min(h_, end - start_.t);
   if (!(h > 1e-14 * first_step()) && end < t_end) {
-    failure_ = fmt::format("t = {:.9g} s: steps of {:.2g} s lead nowhere: the motion is singular there, or too fast to be "
-                           "followed",
-                           start_.t, h);
+    failure_ = fmt::format(
+        "t = {:.9g} s: steps of {:.2g} s lead nowhere: the motion is singular there, or too fast to be "
+        "followed",
+        start_.t, h);
     return false;
   }
   int landings = 0;
@@ -234,7 +235,10 @@ void ControlledMoreau::settle() {
   for (int k = 0; k < system_.contacts(); ++k) {
     auto& c = moreau_.contacts()[k];
     if (c.row.normal.size == 0) continue;
-    if (c.closed && c.gap <= near(k)) c.t_pressed = moreau_.t();  // it touches still
+    if (c.closed && c.gap <= near(k)) {  // it touches still
+      c.t_pressed = moreau_.t();
+      if (c.steps == 1) c.steps = 2;
+    }
     if (c.closed && c.t_pressed < moreau_.t()) c.closed = false;
     if (!c.closed && c.gap <= near(k) && c.row.normal.dot(moreau_.v()) < 0) striking_ = true;
   }

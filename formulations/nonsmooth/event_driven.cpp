@@ -467,6 +467,14 @@ void EventDriven::tell(std::vector<std::string>& notes) const {
         "{} impacts of several contacts were taken without restitution, for no solver found impulses with it: up to "
         "{:.2g} of the greatest kinetic energy was lost at once",
         inelastic_.count, inelastic_.energy / scale));
+  if (probe_ && probe_->unreported > 0)
+    notes.push_back(fmt::format(
+        "DOUBTFUL: at {} instants no solver found the forces of contacts, which are given as none",
+        probe_->unreported));
+  if (watching_ && dynamics_.together())
+    notes.push_back(
+        "DOUBTFUL: forces of contacts that are decided together jump within steps: their impulses over an interval may "
+        "miss some per cent");
   if (dynamics_.undecided > 0) notes.push_back(undecided_note(dynamics_.undecided));
   double rounded = 0;
   for (int k = 0; k < dynamics_.system().contacts(); ++k) rounded = std::max(rounded, rounding(k));

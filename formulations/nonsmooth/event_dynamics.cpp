@@ -186,8 +186,9 @@ bool EventDynamics::solve_together(const Vector& x, double t) {
   }
   pose(x, std::vector<int>(posed_));
   guess_last();
-  const auto solution = status_.solve_near();
+  auto solution = status_.solve_near();
   work.pivots += solution.pivots;
+  if (!solution.solved && reporting_) solution = status_.solve();
   jam_ = !solution.solved;
   jam_proved_ = solution.impossible;
   if (!solution.solved) {
@@ -263,7 +264,10 @@ void EventDynamics::take_mode(const EventDynamics& other) {
 void EventDynamics::report(const Vector& x, double t, Forces& out) {
   const double *q = x.data(), *v = q + system_.n();
   out.clear();
-  if (!solve_mode(x, t)) return;
+  reporting_ = true;
+  const bool solved = solve_mode(x, t);
+  reporting_ = false;
+  if (!solved) return void(++unreported);
   std::ranges::copy(a_, out.acceleration.begin());
   system_.report_rows(q, e_, lambda_.data(), 1, out);
   for (int k = 0; k < system_.contacts(); ++k) {

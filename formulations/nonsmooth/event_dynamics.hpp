@@ -157,6 +157,7 @@ class EventDynamics {
   Extremes extremes;
   double contact_loss = 0, stabilisation = 0;  ///< J
   long undecided = 0;                          ///< problems whose uniqueness was not decided
+  long unreported = 0;                         ///< instants at which report() found no forces
 
   template <class M>
   void remember(M& m) {
@@ -203,6 +204,7 @@ class EventDynamics {
   int used_ = 0;
   bool dependent_ = false;  // the active rows depend on each other
   bool together_ = false, jam_ = false, jam_proved_ = false;
+  bool reporting_ = false;
   double jam_rate_ = 0;
   std::string trouble_;
   std::vector<int> posed_, posed_slips_, posed_resting_;  // contacts and preloaded joints of status_

@@ -120,9 +120,9 @@ std::optional<std::string> depth(Subject& s) {
 
 std::optional<std::string> newton(Subject& s) {
   if (!s.sight.newton) return {};
-  // A pair of steps has its arms where its halves have; where time stepping took over there are means among instants.
-  const bool mixed = s.sight.result.work.handovers > 0;
-  if (!mixed && !(*s.sight.newton <= (s.way.means && !s.way.stepped ? 1e-3 : 1e-6)))
+  // Chosen steps may be so short that a rounding of velocities is their whole change: their impulses are held to it alone.
+  const bool chosen = (s.way.means && !s.way.stepped) || s.sight.result.work.handovers > 0;
+  if (!chosen && !(*s.sight.newton <= 1e-6))
     return fmt::format("residual {:.2g} of the greatest term", *s.sight.newton);
   const double bound = s.way.stepped ? 1e-9 : 1e-3;
   if (!(*s.sight.momentum <= bound))

@@ -12,7 +12,8 @@ namespace {
 constexpr Way all_ways[] = {
     {"penalty", Family::penalty, [](Scene&) {}},
     {"event-driven", Family::nonsmooth, [](Scene& s) { s.nonsmooth.scheme = Scheme::event_driven; }},
-    {"moreau-jean", Family::nonsmooth, [](Scene& s) { s.nonsmooth.scheme = Scheme::moreau_jean; }, true, true},
+    {"moreau-jean", Family::nonsmooth, [](Scene& s) { s.nonsmooth.scheme = Scheme::moreau_jean; }, true,
+     true},
     {"chosen steps", Family::nonsmooth,
      [](Scene& s) {
        s.nonsmooth.scheme = Scheme::moreau_jean;
