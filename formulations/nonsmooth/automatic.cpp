@@ -16,6 +16,7 @@ void AutomaticStepper::start(const State& state, ContactLog& log) {
   log_ = &log;
   events_.start(state, log);
   stepping_.start(state, log);
+  paced_since_ = state.t;
 }
 
 void AutomaticStepper::watch_forces(bool on) {
@@ -30,11 +31,12 @@ void AutomaticStepper::watch_forces(bool on) {
 bool AutomaticStepper::step(double t_end) {
   if (watching_) struck_.clear();
   if (!steps_) {
-    if (events_.step(t_end)) {
+    const bool crept = creeps();
+    if (!crept && events_.step(t_end)) {
       shown_ = false;
       return true;
     }
-    pass_on();
+    pass_on(crept ? "the event-driven scheme's steps have shrunk to nothing" : events_.failure());
   }
   if (!stepping_.step(t_end)) {
     failure_ = stepping_.failure();
@@ -48,8 +50,18 @@ bool AutomaticStepper::step(double t_end) {
   return true;
 }
 
+/// After another thousand event-driven steps: whether they are too short to lead anywhere, as near a singular position or
+/// where friction is about to jam.
+bool AutomaticStepper::creeps() {
+  if (++paced_ < 1000) return false;
+  const double passed = events_.t() - paced_since_;
+  paced_ = 0;
+  paced_since_ = events_.t();
+  return passed < 1e-2 * time_scale_;
+}
+
 /// Time stepping goes on from where the event-driven scheme could not.
-void AutomaticStepper::pass_on() {
+void AutomaticStepper::pass_on(const std::string& why) {
   const auto from = events_.hand_over();
   stepping_.take_over(from, *log_);
   if (watching_) struck_.add(1, events_.before());
@@ -61,7 +73,6 @@ void AutomaticStepper::pass_on() {
   wait_ = since_ - returned_ < wait_ && told_.count > 1 ? std::min(2 * wait_, 1e3 * time_scale_)
                                                         : 0.1 * time_scale_;
   if (told_.reasons.empty()) {
-    const auto& why = events_.failure();
     const auto colon = why.find("s: ");
     told_.reasons = colon == std::string::npos ? why : why.substr(colon + 3);
   }
@@ -74,7 +85,8 @@ bool AutomaticStepper::calm() const {
 void AutomaticStepper::return_to_events() {
   events_.take_over(stepping_.hand_over());
   steps_ = false;
-  returned_ = stepping_.t();
+  returned_ = paced_since_ = stepping_.t();
+  paced_ = 0;
   told_.longest = std::max(told_.longest, returned_ - since_);
 }
 
