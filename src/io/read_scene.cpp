@@ -44,11 +44,18 @@ void apply_override(toml::table& root, SceneSource& source, const std::string& g
 }
 
 std::optional<int> read_format(Section& root) {
-  constexpr Range known{[](double x) { return x == newest_format; },
-                        "1, the only format there is so far (a later freeplay may know more)"};
+  constexpr Range known{[](double x) { return x >= 1 && x <= newest_format && x == static_cast<int>(x); },
+                        "1 or 2, the formats there are so far (a later freeplay may know more)"};
   const auto format = root.maybe_number("format", known);
   if (!format) return std::nullopt;
   return static_cast<int>(*format);
+}
+
+/// What a scene of an older format means where it is silent.
+void take_old_defaults(int format, bool step_given, NonsmoothOptions& o) {
+  if (format >= 2) return;
+  if (!o.scheme) o.scheme = Scheme::moreau_jean;
+  if (!step_given) o.step = 1e-5;
 }
 
 Instrument read_instrument(const Mechanism& mechanism, const std::string& name, Section& s) {
@@ -85,7 +92,9 @@ Scene parse_scene(const std::string& text, const std::string& name,
   };
   options("run", scene.run);
   options("penalty", scene.penalty);
+  const bool step_given = root.child("nonsmooth").has("step");
   options("nonsmooth", scene.nonsmooth);
+  take_old_defaults(scene.format.value_or(newest_format), step_given, scene.nonsmooth);
   for (auto& [key, s] : root.children("instruments"))
     scene.instruments.push_back(read_instrument(scene.mechanism, key, s));
   root.done("a scene");

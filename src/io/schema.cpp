@@ -97,8 +97,8 @@ std::vector<KeysList::Row> scene_rows() {
   KeysList list;
   list.open("");
   list.plain(
-      {"format", "", ""}, "number", "1",
-      "format of the scene, a whole number; one that is stated keeps its meaning when defaults change; 1 is "
+      {"format", "", ""}, "number", "2",
+      "format of the scene, a whole number; one that is stated keeps its meaning when defaults change; 2 is "
       "the newest");
   list.plain({"title", "", ""}, "text", "\"\"", "what the scene is; stands in results and figures");
   list.plain({"gravity", "m/s²", ""}, "point", "[0, 0]", "acceleration of gravity in the plane of motion");

@@ -14,7 +14,7 @@
 namespace freeplay {
 
 /// Of scene files. Defaults may change with a newer one only: a scene that states its format keeps its meaning.
-inline constexpr int newest_format = 1;
+inline constexpr int newest_format = 2;
 
 struct Scene {
   std::filesystem::path file;

@@ -104,6 +104,8 @@ std::vector<Setting> all_settings(Family family) {
       list.push_back({family, {}, Scheme::moreau_jean, tolerance, {}, true});
     for (const double tolerance : {1e-3, 1e-5, 1e-7, 1e-9, 1e-10, 1e-11})
       list.push_back({family, {}, Scheme::event_driven, tolerance});
+    for (const double tolerance : {1e-5, 1e-8, 1e-10})
+      list.push_back({family, {}, Scheme::automatic, tolerance});
     return list;
   }
   for (const double h : {1e-5, 3e-6, 1e-6}) list.push_back({family, Integrator::rk4, {}, h});
@@ -124,8 +126,7 @@ std::vector<Setting> all_settings(Family family) {
 Setting setting_for(Family family, Accuracy accuracy) {
   const auto level = static_cast<int>(accuracy);
   if (family == Family::nonsmooth) {
-    if (accuracy == Accuracy::reference) return {family, {}, Scheme::event_driven, 1e-10};
-    return {family, {}, Scheme::moreau_jean, std::array{1e-4, 1e-5}[level]};
+    return {family, {}, Scheme::automatic, std::array{1e-5, 1e-8, 1e-10}[level]};
   }
   return {family, Integrator::adams_bashforth_moulton, {}, std::array{1e-5, 1e-8, 1e-10}[level]};
 }
@@ -148,7 +149,7 @@ std::pair<Setting, Setting> reference_settings(Family family) {
 
 Setting statistics_setting(Family family) {
   if (family == Family::penalty) return {family, Integrator::dopri5, {}, 1e-9};
-  return {family, {}, Scheme::event_driven, 1e-9};
+  return {family, {}, Scheme::automatic, 1e-9};
 }
 
 double touch_error(const std::vector<ContactEvent>& found, const std::vector<ContactEvent>& reference) {

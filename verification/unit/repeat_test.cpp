@@ -209,13 +209,13 @@ TEST_CASE("run --from: another program is told, damage is refused, and nothing e
   refused(whole.substr(0, whole.size() / 2), "is damaged");
   refused("", "is damaged");
   refused("{}", "is damaged");
-  refused(changed("scene", [](auto& lines) { lines[0] = "format = 2"; }), "is damaged");
+  refused(changed("scene", [](auto& lines) { lines[0] = "format = 3"; }), "is damaged");
   refused(changed("scene", [](auto& lines) { lines[0] = 1; }), "is damaged");
   refused(changed("program", [](auto& lines) { lines.erase(1); }), "is damaged");
   refused(changed("digest", [](auto& digest) { digest = "0"; }), "is damaged");
   {
     auto other = document;
-    other["provenance"]["identity"]["scene"][0] = "format = 2";  // and told so
+    other["provenance"]["identity"]["scene"][0] = "format = 3";  // and told so
     refused(sealed(other), "format: must be 1");
     other = document;
     other["provenance"]["identity"]["formulation"] = {"formulation = 3"};
@@ -315,12 +315,24 @@ TEST_CASE("a scene may state its format, and is told which it was read as", "[re
     return std::string("accepted");
   };
   CHECK(message("format = 1") == "accepted");
+  CHECK(message("format = 2") == "accepted");
   CHECK_THAT(message("format = 0"), Contains("s.toml:1:10: format: must be 1") && Contains("is 0"));
-  CHECK_THAT(message("format = 2"), Contains("s.toml:1:10: format: must be 1") && Contains("is 2"));
+  CHECK_THAT(message("format = 3"), Contains("s.toml:1:10: format: must be 1 or 2") && Contains("is 3"));
   CHECK_THAT(message("format = 1.5"), Contains("s.toml:1:10: format: must be 1") && Contains("is 1.5"));
   CHECK_THAT(message("format = \"1\""), Contains("s.toml:1:10: format: must be a number, is a text"));
   CHECK_THAT(message("formt = 1"), Contains("did you mean format?"));
-  CHECK(to_toml(parse_scene(text, "s.toml")).starts_with("format = 1\ntitle = "));
+  CHECK(to_toml(parse_scene(text, "s.toml")).starts_with("format = 2\ntitle = "));
+
+  // What a scene of format 1 is silent about keeps its meaning: Moreau-Jean at 1e-5 s.
+  const std::string bare = "[bodies.b]\nmass = 1\ninertia = 1\n[run]\nduration = 1\n";
+  const auto old = parse_scene("format = 1\n" + bare, "s").nonsmooth;
+  CHECK(old.scheme_in_force() == Scheme::moreau_jean);
+  CHECK(old.step == 1e-5);
+  CHECK_FALSE(parse_scene("format = 1\n" + bare + "[nonsmooth]\nstep = \"automatic\"\n", "s").nonsmooth.step);
+  const auto now = parse_scene(bare, "s").nonsmooth;
+  CHECK(now.scheme_in_force() == Scheme::automatic);
+  CHECK_FALSE(now.step);
+  CHECK(parse_scene(bare, "s", {"nonsmooth.step=1e-4"}).nonsmooth.scheme_in_force() == Scheme::moreau_jean);
 
   test::TemporaryFolder place;
   for (const bool stated : {false, true}) {
@@ -332,7 +344,7 @@ TEST_CASE("a scene may state its format, and is told which it was read as", "[re
     run_scene(read_scene(file, with(short_run, {"run.revolutions=0.1"})),
               {.formulation = "nonsmooth", .folder = folder});
     const auto p = json_of(folder).at("provenance");
-    CHECK(p.at("format") == 1);
+    CHECK(p.at("format") == (stated ? 1 : 2));
     CHECK(p.contains("format_note") != stated);
     check_repeats(folder);
   }
