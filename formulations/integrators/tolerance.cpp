@@ -6,12 +6,10 @@
 #include "model/mechanism.hpp"
 #include "model/planar.hpp"
 #include "model/system.hpp"
+#include "values/state.hpp"
 
 namespace freeplay {
 
-namespace {
-
-/// Of bodies against what they may touch (m/s), their turning at the longest arm.
 double greatest_speed(const System& system, const double* v) {
   double speed = 0;
   for (int k = 0; k < system.contacts(); ++k) {
@@ -28,9 +26,31 @@ double greatest_speed(const System& system, const double* v) {
   return speed;
 }
 
+namespace {
+
+/// Of what loads and torques give the bodies at the start, or a torque's table at its greatest (m/s²).
+double greatest_acceleration(const Mechanism& mechanism, const System& system, const State& start,
+                             double arm) {
+  auto e = system.make_evaluation();
+  system.place(start.t, start.q.data(), e);
+  system.rate(start.q.data(), start.v.data(), e);
+  std::vector<double> z = start.z;
+  z.resize(system.states());
+  system.forces(start.t, start.q.data(), start.v.data(), z.data(), e, {});
+  double most = 0;
+  for (int i = 0; i < system.n(); ++i)
+    most = std::max(most, std::abs(e.force[i]) / system.mass()[i] * (system.is_angle(i) ? arm : 1));
+  for (const auto& drive : mechanism.drives)
+    if (const auto* d = std::get_if<TorqueDrive>(&drive))
+      for (const auto& [x, torque] : d->table)
+        for (const auto& body : mechanism.bodies)
+          most = std::max(most, std::abs(torque) / body.inertia * arm);
+  return std::isfinite(most) ? most : 0;
+}
+
 }  // namespace
 
-Scales make_scales(const Mechanism& mechanism, const System& system, const double* v) {
+Scales make_scales(const Mechanism& mechanism, const System& system, const State& start) {
   Scales s;
   const double arm = system.longest_arm() > 0 ? system.longest_arm() : 1;
   s.length = arm;
@@ -40,7 +60,11 @@ Scales make_scales(const Mechanism& mechanism, const System& system, const doubl
   for (const auto& drive : mechanism.drives)
     if (const auto* d = std::get_if<SpeedDrive>(&drive)) omega = std::max(omega, std::abs(d->speed));
   s.speed = std::max({s.length * omega, std::sqrt(mechanism.gravity.norm() * s.length), 1e-3 * s.length});
-  if (omega == 0 && mechanism.gravity.is_zero()) s.speed = std::max(s.speed, greatest_speed(system, v));
+  if (omega == 0 && mechanism.gravity.is_zero()) {
+    s.guessed = true;
+    s.speed = std::max({s.speed, greatest_speed(system, start.v.data()),
+                        std::sqrt(greatest_acceleration(mechanism, system, start, arm) * s.length)});
+  }
   s.angle = s.length / arm;
   s.angular_speed = s.speed / arm;
   s.time = omega > 0 ? 1 / omega : s.length / s.speed;

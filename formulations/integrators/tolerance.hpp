@@ -15,6 +15,7 @@
 namespace freeplay {
 
 struct Mechanism;
+struct State;
 class System;
 
 struct Scales {
@@ -23,6 +24,7 @@ struct Scales {
   double speed = 1;          ///< V, m/s
   double angular_speed = 1;  ///< V/L, rad/s
   double time = 1;           ///< s, in which something happens: 1/Ω, or ℓ/V
+  bool guessed = false;      ///< neither drives nor gravity set a pace: V and time are of the start alone
 };
 
 /// Accepted errors of [q, v]; what follows in an integrated vector is carried along without control.
@@ -31,7 +33,9 @@ ErrorNorm motion_norm(const System& system, const Scales& scales, double toleran
 /// Adds the elements' first-order states, from place `offset` of the integrated vector.
 void add_states(ErrorNorm& norm, const System& system, int offset);
 
-/// `v`: velocities of the bodies at the start.
-Scales make_scales(const Mechanism& mechanism, const System& system, const double* v);
+Scales make_scales(const Mechanism& mechanism, const System& system, const State& start);
+
+/// Of bodies against what they may touch (m/s), their turning at the longest arm.
+double greatest_speed(const System& system, const double* v);
 
 }  // namespace freeplay

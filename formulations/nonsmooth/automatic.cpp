@@ -6,10 +6,10 @@
 
 namespace freeplay {
 
-AutomaticStepper::AutomaticStepper(EventDriven events, ControlledMoreau stepping, double time_scale)
-    : events_(std::move(events)), stepping_(std::move(stepping)), time_scale_(time_scale) {
+AutomaticStepper::AutomaticStepper(EventDriven events, ControlledMoreau stepping)
+    : events_(std::move(events)), stepping_(std::move(stepping)) {
   events_.give_way();
-  wait_ = 0.1 * time_scale;
+  wait_ = 0.1 * events_.time_scale();
 }
 
 void AutomaticStepper::start(const State& state, ContactLog& log) {
@@ -57,7 +57,7 @@ bool AutomaticStepper::creeps() {
   const double passed = events_.t() - paced_since_;
   paced_ = 0;
   paced_since_ = events_.t();
-  return passed < 1e-2 * time_scale_;
+  return passed < 1e-2 * events_.time_scale();
 }
 
 /// Time stepping goes on from where the event-driven scheme could not.
@@ -70,8 +70,8 @@ void AutomaticStepper::pass_on(const std::string& why) {
   ++told_.count;
   stepping_.moreau().work().handovers = told_.count;
   // A mode that did not last: wait longer before the next.
-  wait_ = since_ - returned_ < wait_ && told_.count > 1 ? std::min(2 * wait_, 1e3 * time_scale_)
-                                                        : 0.1 * time_scale_;
+  wait_ = since_ - returned_ < wait_ && told_.count > 1 ? std::min(2 * wait_, 1e3 * events_.time_scale())
+                                                        : 0.1 * events_.time_scale();
   if (told_.reasons.empty()) {
     const auto colon = why.find("s: ");
     told_.reasons = colon == std::string::npos ? why : why.substr(colon + 3);

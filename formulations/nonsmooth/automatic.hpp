@@ -18,7 +18,7 @@ namespace freeplay {
 
 class AutomaticStepper {
  public:
-  AutomaticStepper(EventDriven events, ControlledMoreau stepping, double time_scale);
+  AutomaticStepper(EventDriven events, ControlledMoreau stepping);
 
   void start(const State& state, ContactLog& log);
   bool step(double t_end);
@@ -72,7 +72,6 @@ class AutomaticStepper {
 
   EventDriven events_;
   ControlledMoreau stepping_;
-  double time_scale_;
   ContactLog* log_ = nullptr;
   bool steps_ = false;  // the next step is time stepping's
   bool shown_ = false;  // the last one was

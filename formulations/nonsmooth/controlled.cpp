@@ -20,8 +20,17 @@ ControlledMoreau::ControlledMoreau(const System& system, MoreauStepper moreau, E
   for (auto* x : {&middle_q_, &middle_v_, &look_q_, &look_v_}) x->resize(n);
   for (auto* x : {&start_.q, &start_.v}) x->resize(n);
   h_ = first_step();
-  floor_ = least_floor_ = norm_.tolerance * scales.time;
+  fastest_ = scales.guessed ? 0 : scales.speed;
+  find_pace();
   moreau_.set_slack(0.1 * norm_.tolerance * scales.length);
+}
+
+/// The least step and what nothing happens within, from the greatest speed so far of bodies against what they may touch.
+void ControlledMoreau::find_pace() {
+  const double raised = least_floor_ > 0 ? floor_ / least_floor_ : 1;
+  pace_ = fastest_ > 0 ? scales_.length / fastest_ : 0;
+  least_floor_ = norm_.tolerance * pace_;
+  floor_ = raised * least_floor_;
 }
 
 /// A gap not greater than this (m) is at its touch.
@@ -33,6 +42,8 @@ double ControlledMoreau::near(int k) const {
 void ControlledMoreau::start(const State& state, ContactLog& log) {
   moreau_.start(state, log);
   start_.t = state.t;
+  fastest_ = std::max(fastest_, greatest_speed(system_, state.v.data()));
+  find_pace();
   paced_since_ = calm_since_ = state.t;
   system_.place(state.t, state.q.data(), e_);
   striking_ = false;
@@ -232,6 +243,10 @@ bool ControlledMoreau::step(double t_end) {
 /// What is left of the step: closed contacts that stand off open, open ones at their touch are struck next.
 void ControlledMoreau::settle() {
   moreau_.work().steps = ++steps_;
+  if (const double speed = greatest_speed(system_, moreau_.v()); speed > 1.01 * fastest_) {
+    fastest_ = speed;
+    find_pace();
+  }
   for (int k = 0; k < system_.contacts(); ++k) {
     auto& c = moreau_.contacts()[k];
     if (c.row.normal.size == 0) continue;
@@ -252,7 +267,7 @@ bool ControlledMoreau::strike(double t_end) {
     if (c.row.normal.size > 0 && c.gap <= near(k))
       approach = std::max(approach, -c.row.normal.dot(moreau_.v()));
   }
-  double h = norm_.tolerance * scales_.length / approach * (floor_ / least_floor_);
+  double h = norm_.tolerance * scales_.length / approach * (least_floor_ > 0 ? floor_ / least_floor_ : 1);
   h = std::max(h, 16 * 2.3e-16 * std::abs(start_.t));
   smooth_step_ = false;
   for (int tries = 0;; ++tries) {
@@ -303,9 +318,9 @@ bool ControlledMoreau::hop_over(const Touch& touch) const {
 void ControlledMoreau::keep_pace() {
   if (++paced_ < 200) return;
   const double passed = moreau_.t() - paced_since_;
-  if (passed < 0.02 * scales_.time)
-    floor_ = std::min(4 * floor_, std::max(least_floor_, 3e-3 * scales_.time));
-  if (passed > 0.2 * scales_.time) floor_ = std::max(0.25 * floor_, least_floor_);
+  const double slow = scales_.guessed ? pace_ : scales_.time;
+  if (passed < 0.02 * slow) floor_ = std::min(4 * floor_, std::max(least_floor_, 0.2 * pace_));
+  if (passed > 0.2 * slow) floor_ = std::max(0.25 * floor_, least_floor_);
   paced_ = 0;
   paced_since_ = moreau_.t();
 }

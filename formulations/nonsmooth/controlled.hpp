@@ -42,9 +42,9 @@ class ControlledMoreau {
   template <class M>
   void remember(M& m) {
     m.part("controlled");
-    m(moreau_, start_.t, start_.q, start_.v, middle_q_, middle_v_, middle_t_, h_, floor_, striking_,
-      smooth_step_, unseen_, steps_, paced_, paced_since_, calm_since_, floored_, most_floored_,
-      longest_floor_, ended_, ended_time_, smooth_, within_);
+    m(moreau_, start_.t, start_.q, start_.v, middle_q_, middle_v_, middle_t_, h_, floor_, least_floor_,
+      fastest_, pace_, striking_, smooth_step_, unseen_, steps_, paced_, paced_since_, calm_since_, floored_,
+      most_floored_, longest_floor_, ended_, ended_time_, smooth_, within_);
   }
 
   double t() const { return moreau_.t(); }
@@ -93,6 +93,7 @@ class ControlledMoreau {
   bool strike(double t_end);
   void settle();
   void keep_pace();
+  void find_pace();
   double near(int k) const;
   bool fail() {
     failure_ = moreau_.failure();
@@ -108,7 +109,8 @@ class ControlledMoreau {
   std::vector<double> middle_q_, middle_v_, look_q_, look_v_;
   std::vector<signed char> modes_whole_, modes_first_, modes_second_;
   MotionBounds bounds_;
-  double turned_ = 0;  // m/s, in the last pair
+  double fastest_ = 0, pace_ = 0;  // m/s; s, in which that crosses the least clearance
+  double turned_ = 0;              // m/s, in the last pair
   double middle_t_ = 0, h_ = 0, floor_ = 0, least_floor_ = 0;
   bool striking_ = false;    // the next step is one over an impact
   bool smooth_step_ = true;  // the last one was not

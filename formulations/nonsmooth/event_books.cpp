@@ -18,7 +18,8 @@ void EventDriven::record(const std::vector<int>& was_closed) {
     const double u = row.normal.dot(now), slide = row.tangent.dot(now);
     const double struck_n = impulse[0] - mark_[k].impulse_n;
     if (!was && (is || struck_n > 0)) {
-      const double touch = std::min(t + ending_[k], std::max(t, run_end_));
+      // Hops that were cut short are no accumulation whose end is known.
+      const double touch = hurried_ ? t : std::min(t + ending_[k], std::max(t, run_end_));
       log_->touch(k, touch, crank(), rate_before_[k], slide_before_[k], std::max(ending_[k], 4e-16 * t), 0);
       mark_[k].t = touch;
     }
@@ -100,7 +101,10 @@ void EventDriven::take_over(const Handover& from) {
   }
   for (auto& p : dynamics_.preloaded()) p.slip = 1;
   dynamics_.phases.start(system, from.state.q.data(), from.state.v.data());
-  method_ = fine_;
+  // Many that rest on each other share forces that are not unique: their modes would be told one by one again.
+  const auto closed = std::ranges::count_if(dynamics_.contacts(), &EventDynamics::Contact::closed);
+  dynamics_.set_together(closed > few_contacts);
+  method_ = dynamics_.together() ? coarse_ : fine_;
   method_.rejected = from.work.rejected;
   method_.start(dynamics_, from.state.t, x);
   last_ = {};

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "formulations/integrators/tolerance.hpp"
+
 namespace freeplay {
 
 EventDriven::EventDriven(EventDynamics dynamics, Dopri5 method, Dopri5 coarse, double time_scale,
@@ -160,6 +162,10 @@ bool EventDriven::paced() {
 /// Impacts where something approaches, then the mode that the accelerations choose.
 bool EventDriven::change_mode() {
   pending_ = false;
+  if (pace_length_ > 0) {
+    time_scale_ = std::min(time_scale_, pace_length_ / greatest_speed(dynamics_.system(), v()));
+    span_ = 0.1 * time_scale_;
+  }
   if (last_.kind == Event::Kind::phase_up || last_.kind == Event::Kind::phase_down)
     dynamics_.phases.cross(dynamics_.system(), {last_.index, last_.kind == Event::Kind::phase_up, method_.t});
   const double t = method_.t;
@@ -227,7 +233,8 @@ bool EventDriven::change_mode() {
 /// From now on all that touches is decided together, with the integrator for that; the mode begins anew.
 bool EventDriven::decide_together() {
   if (dynamics_.together()) return true;
-  if (gives_way_)
+  const auto closed = std::ranges::count_if(dynamics_.contacts(), &EventDynamics::Contact::closed);
+  if (gives_way_ && (hurried_ || closed > few_contacts))
     return fail("modes of contact change again and again, or contacts kick each other too fast");
   dynamics_.set_together(true);
   const double t = method_.t;

@@ -46,6 +46,9 @@ class EventDriven {
   /// many change without end, or friction admits none: instead of ending hops early, deciding all contacts at each
   /// evaluation, and impacts without collision.
   void give_way() { gives_way_ = true; }
+  /// No pace is known of the scene: that of what moves is taken, `length` (m) over its speed.
+  void find_pace(double length) { pace_length_ = length; }
+  double time_scale() const { return time_scale_; }
   Handover hand_over() const;
   void take_over(const Handover& from);
   ///@}
@@ -58,7 +61,8 @@ class EventDriven {
       if (dynamics_.together()) method_ = coarse_;
     m(method_, unseen_, mark_, pending_, last_, recent_, recent_since_, window_since_, slow_windows_,
       changes_, changes_since_, block_, block_since_, struck_first_, several_, hurried_, most_kinetic_,
-      ended_, jams_, unsolved_, inelastic_, last_jam_, merged_, crowd_, last_impact_, before_mode_);
+      ended_, jams_, unsolved_, inelastic_, last_jam_, merged_, crowd_, last_impact_, time_scale_, span_,
+      before_mode_);
     remember_probe(m, probe_, watching_, [this] { make_probe(); });
   }
 
@@ -178,7 +182,7 @@ class EventDriven {
   bool pending_ = false;        // the mode changes before the next step
   Event last_;
   long recent_ = 0;  // events
-  double run_end_ = INFINITY;
+  double run_end_ = INFINITY, pace_length_ = 0;
   double recent_since_ = -INFINITY, window_since_ = -INFINITY;
   int slow_windows_ = 0;  // one after the other, of events that took next to no time
   int changes_ = 0;       // of modes since the last impact, in next to no time
@@ -195,6 +199,7 @@ class EventDriven {
   double last_impact_ = -INFINITY;
   double last_jam_ = -INFINITY;  // s: a step was refused there for what slides
   std::string failure_;
+  static constexpr long few_contacts = 4;  // whose modes are decided together here rather than given away
   bool gives_way_ = false, way_given_ = false;
   /// What a mode that is not found must give back.
   struct BeforeMode {

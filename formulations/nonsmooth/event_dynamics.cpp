@@ -128,10 +128,10 @@ void EventDynamics::solve_active() {
   const auto K = K_.topLeftCorner(used_, used_);
   const auto lu = K.partialPivLu();
   const auto pivots = lu.matrixLU().diagonal().cwiseAbs();
-  dependent_ = !(pivots.minCoeff() > 1e-11 * pivots.maxCoeff());
+  dependent_ = !(pivots.minCoeff() > threshold_ * pivots.maxCoeff());
   if (dependent_) {
     Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
-    decomposition.setThreshold(1e-10);
+    decomposition.setThreshold(10 * threshold_);
     decomposition.compute(K);
     solution_ = decomposition.solve(rhs_.head(used_));
   } else {
@@ -309,9 +309,21 @@ void EventDynamics::project(Vector& x, double t, Forces* book) {
         rhs_[r] = -rhs_[r] - rows_[r].dot(change_.data());
         for (int s = 0; s <= r; ++s) K_(r, s) = K_(s, r) = rows_[r].dot(response(s));
       }
-      solve_active();
-      for (int r = 0; r < used_; ++r)
-        for (int i = 0; i < n; ++i) change_[i] += solution_[r] * response(r)[i];
+      const double asked = rhs_.head(used_).cwiseAbs().maxCoeff();
+      if (y == q) first_ = change_;
+      const auto change = [&] {
+        solve_active();
+        for (int r = 0; r < used_; ++r)
+          for (int i = 0; i < n; ++i) change_[i] += solution_[r] * response(r)[i];
+      };
+      change();
+      // Gaps of a nearly hyperstatic pile cannot all be closed but by going far: what is left is left.
+      if (y == q && greatest(change_.data()) > 1e3 * asked + greatest(first_.data())) {
+        change_ = first_;
+        threshold_ = 1e-5;
+        change();
+        threshold_ = 1e-11;
+      }
     }
     for (int i = 0; i < n; ++i) y[i] += change_[i];
     if (y == q || !book) return;

@@ -76,16 +76,18 @@ class Nonsmooth final : public Marched<Stepper> {
 
 EventDriven make_event_driven(const Scene& scene, const System& system,
                               const std::vector<double>& restitution, RowFacts facts, const State& state) {
-  const auto scales = make_scales(scene.mechanism, system, state.v.data());
+  const auto scales = make_scales(scene.mechanism, system, state);
   auto norm = motion_norm(system, scales, scene.nonsmooth.tolerance);
   if (system.states() > 0) add_states(norm, system, 2 * system.n() + 2 * system.contacts());
   // Where all that touches is decided together, what is slower than 1e-5 of the speed scale is at rest, and accelerations
   // have kinks inside a step: errors of a hundredth of that are none.
   auto coarse = norm;
   coarse.tolerance = std::max(norm.tolerance, 1e-7);
-  return {EventDynamics(system, scene.nonsmooth, restitution, facts, scales.speed),
-          Dopri5(norm, 1e-3 * scales.time), Dopri5(coarse, 1e-3 * scales.time), scales.time,
-          scene.nonsmooth.tolerance * scales.length};
+  EventDriven scheme(EventDynamics(system, scene.nonsmooth, restitution, facts, scales.speed),
+                     Dopri5(norm, 1e-3 * scales.time), Dopri5(coarse, 1e-3 * scales.time), scales.time,
+                     scene.nonsmooth.tolerance * scales.length);
+  if (scales.guessed) scheme.find_pace(scales.length);
+  return scheme;
 }
 
 }  // namespace
@@ -115,7 +117,7 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
         throw ModelError(fmt::format("surfaces.{}.tangential_restitution", s.name),
                          "belongs to nonsmooth.impact_law = \"newton\"; leave it out");
   const auto controlled = [&] {
-    const auto scales = make_scales(scene.mechanism, system, state.v.data());
+    const auto scales = make_scales(scene.mechanism, system, state);
     return ControlledMoreau(system, MoreauStepper(system, scene.nonsmooth, 0, e, facts),
                             motion_norm(system, scales, scene.nonsmooth.step_tolerance), scales);
   };
@@ -128,8 +130,7 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
     case Scheme::automatic:
       if (!choice_of(scene.nonsmooth.impact_law).traits.time_stepping)
         return with(make_event_driven(scene, system, e, facts, state));  // nobody to hand over to
-      return with(AutomaticStepper(make_event_driven(scene, system, e, facts, state), controlled(),
-                                   make_scales(scene.mechanism, system, state.v.data()).time));
+      return with(AutomaticStepper(make_event_driven(scene, system, e, facts, state), controlled()));
   }
   throw std::logic_error("no such scheme");
 }

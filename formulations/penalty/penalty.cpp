@@ -153,7 +153,7 @@ double delivered_by(const Scene& scene, const ContactFacts& contact) {
 
 std::unique_ptr<Formulation> make_penalty(const Scene& scene, const System& system, const State& state) {
   const auto& options = scene.penalty;
-  const auto scales = make_scales(scene.mechanism, system, state.v.data());
+  const auto scales = make_scales(scene.mechanism, system, state);
   const double floor = options.v0_floor.value_or(1e-3 * scales.speed);
   const auto with = [&](auto method) -> std::unique_ptr<Formulation> {
     return std::make_unique<Penalty<decltype(method)>>(scene, system, state, std::move(method), floor);
