@@ -95,11 +95,8 @@ int tradeoff(const TradeoffRequest& request) {
       "The rule: *fast* keeps the mechanism's statistics, *balanced* is what a study runs, *reference* is "
       "finer than any model here is true.\nPenalty takes Adams-Bashforth-Moulton, the least right-hand "
       "sides on the paper's rig once touches are met at all, from the coarsest\ntolerance that meets them. "
-      "Nonsmooth takes Moreau-Jean for *fast* and *balanced* though the event-driven scheme costs less for "
-      "the same\nerror where contacts are few: time stepping does not stop at events, so many contacts, "
-      "accumulating impacts and Painlevé's cases\nneither stop it nor raise its cost. Its single touches "
-      "are of first order in the step: where these count, take the event-driven\nscheme, as *reference* "
-      "does, or ask `freeplay advise`.\n";
+      "Nonsmooth takes the automatic scheme: event-driven where events can be told one by one, which costs "
+      "least for any error,\nand time stepping with chosen steps where they cannot, which does not stop.\n";
   document["provenance"] = provenance(study);
   document["provenance"]["scene_file"] = study.file.string();
   Progress progress;
