@@ -85,8 +85,9 @@ class MoreauStepper {
   const std::vector<Contact>& contacts() const { return contacts_; }
   /// What every contact and preloaded joint did in the last step: open, pressed and sticking, sliding either way.
   void modes(std::vector<signed char>& list) const;
-  /// The greatest sliding rate (m/s) at the last step's beginning of what slides the other way at its end: friction had the
-  /// direction of the end all along.
+  /// The greatest sliding rate (m/s) that the last step may have wrong as friction had the direction of its end all along:
+  /// that at its beginning of what slides the other way at its end; what the step would have given to what it stopped and
+  /// friction cannot hold.
   double turned_round() const;
   /// Logs the loss of what is no longer closed, which the next step would do.
   void leave_all_open();
@@ -161,6 +162,7 @@ class MoreauStepper {
   void account(double h);
   void book(double h);
   void log_contacts(double h);
+  static double left_out(const Contact& c);
   void log_leave(int k);
   void keep_flight(double approach, double steps);
   void keep_passage(double h);

@@ -76,19 +76,29 @@ void MoreauStepper::modes(std::vector<signed char>& list) const {
 
 double MoreauStepper::turned_round() const {
   double rate = 0;
-  const auto take = [&](const SparseRow& row, double impulse, double bound) {
-    if (!(std::abs(impulse) >= bound * (1 - 1e-9)) || bound <= 0) return;
+  const auto take = [&](const SparseRow& row, const ContactUnknown& u, double bound) {
     const double before = row.dot(v_old_.data());
-    if (before * impulse > 0) rate = std::max(rate, std::abs(before));  // friction that drives what slid
+    if (bound <= 0 || before == 0) return;
+    if (std::abs(u.impulse_t) >= bound * (1 - 1e-9)) {
+      if (before * u.impulse_t > 0)
+        rate = std::max(rate, std::abs(before));  // friction that drives what slid
+      return;
+    }
+    if (std::abs(problem_.rate(u.tangent)) > 1e-3 * std::abs(before)) return;  // hardly pressed, it slides on
+    // It was stopped. What holds it there, the impulse less what took its speed, may be more than friction bears.
+    const double d = problem_.D(u.tangent, u.tangent), held = std::abs(u.impulse_t + before / d);
+    if (held > bound) rate = std::max(rate, (held - bound) * d);
   };
   for (const auto& c : contacts_)
     if (c.unknown >= 0 && c.row.tangent.size > 0) {
       const auto& u = problem_.unknowns[c.unknown];
-      take(c.row.tangent, u.impulse_t, u.friction * u.impulse_n);
+      take(c.row.tangent, u, u.friction * u.impulse_n);
     }
   const auto preloaded = problem_.unknowns.size() - slides_.size();
-  for (std::size_t k = 0; k < slides_.size(); ++k)
-    take(slides_[k], problem_.unknowns[preloaded + k].impulse_t, problem_.unknowns[preloaded + k].bound);
+  for (std::size_t k = 0; k < slides_.size(); ++k) {
+    const auto& u = problem_.unknowns[preloaded + k];
+    take(slides_[k], u, u.bound);
+  }
   return rate;
 }
 
@@ -147,6 +157,13 @@ void MoreauStepper::leave_all_open() {
     if (!contacts_[k].closed && log_->is_open(k)) log_leave(k);
 }
 
+/// How long (s) the hops after this touch would last that are left out: of a flight D those that follow last D (e + e² + …).
+double MoreauStepper::left_out(const Contact& c) {
+  if (!c.soft || !(c.t_left > -INFINITY)) return 0;
+  const double flight = c.t_touch - c.t_left;
+  return c.restitution < 1 ? flight * c.restitution / (1 - c.restitution) : flight;
+}
+
 void MoreauStepper::log_contacts(double h) {
   struck_ = false;
   const auto preloaded = problem_.unknowns.size() - slide_last_.size();
@@ -170,7 +187,8 @@ void MoreauStepper::log_contacts(double h) {
       c.t_touch = t_old_ + (c.u_n_minus < 0 ? std::clamp(-c.gap / c.u_n_minus, 0.0, h) : 0);
       c.impulse_n = c.impulse_t = 0;
       if (c.u_n_minus < 0 && step_ > 0) keep_flight(-c.u_n_minus, (c.t_touch - c.t_left) / step_);
-      log_->touch(k, c.t_touch, system_.crank_angle(q_old_.data()), c.u_n_minus, tangent_minus, h, 1.5 * h);
+      log_->touch(k, c.t_touch, system_.crank_angle(q_old_.data()), c.u_n_minus, tangent_minus,
+                  std::max(h, left_out(c)), 1.5 * h);
       ++work_.events;
     }
     c.t_pressed = t_;
