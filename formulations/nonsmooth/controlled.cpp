@@ -84,8 +84,15 @@ Handover ControlledMoreau::hand_over() {
   Handover to;
   to.state = {t(), {q(), q() + system_.n()}, {v(), v() + system_.n()}, {z().begin(), z().end()}};
   moreau_.leave_all_open();
-  for (const auto& c : moreau_.contacts())
-    to.contacts.push_back({c.closed, c.steps > 0, c.t_touch, c.impulse_n, c.impulse_t});
+  for (const auto& c : moreau_.contacts()) {
+    Handover::Contact was{c.closed, c.steps > 0};
+    if (was.logged) {  // else the impulses are of an episode that is over
+      was.t_touch = c.t_touch;
+      was.impulse_n = c.impulse_n;
+      was.impulse_t = c.impulse_t;
+    }
+    to.contacts.push_back(was);
+  }
   to.integrals = integrals();
   to.extremes = extremes();
   to.work = work();
