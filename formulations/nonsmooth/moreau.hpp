@@ -61,8 +61,8 @@ class MoreauStepper {
     int unknown = -1;      // in the step's contact problem
     template <class M>
     void remember(M& m) {
-      m(active, closed, soft, gap, u_n_minus, u_t_minus, u_n_plus, u_t_plus, impulse_n, impulse_t, last_n,
-        last_t, t_touch, t_left, t_pressed, steps, unknown);
+      m(active, closed, soft, row, gap, u_n_minus, u_t_minus, u_n_plus, u_t_plus, impulse_n, impulse_t,
+        last_n, last_t, t_touch, t_left, t_pressed, steps, unknown);
     }
   };
   /// All that a step changes but the work done: what a refused step must give back.

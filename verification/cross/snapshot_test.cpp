@@ -18,6 +18,7 @@
 #include "sim/statistics.hpp"
 #include "sim/trajectory.hpp"
 #include "values/snapshot.hpp"
+#include "verification/piles.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
@@ -530,6 +531,36 @@ TEST_CASE("snapshots: both nonsmooth schemes, in flight, in contact and at impac
          {flight, impact}});
 }
 
+TEST_CASE("snapshots: chosen steps, and the default before, within and behind its hand-overs", "[snapshot]") {
+  const std::vector<std::string> chosen{"nonsmooth.scheme=\"moreau-jean\"", "nonsmooth.step=\"automatic\""},
+      automatic{"nonsmooth.scheme=\"automatic\"", "nonsmooth.step=\"automatic\""};
+  const std::vector knots{0.02, 0.05, 0.07};
+  for (const auto& way : {chosen, automatic}) {
+    const auto set = [&](std::vector<std::string> more) {
+      more.insert(more.end(), way.begin(), way.end());
+      return more;
+    };
+    for (const bool matched : {false, true})
+      check({rig(),
+             "nonsmooth",
+             set({"run.duration=0.03", "run.discard=0.01", "run.output_step=1e-4"}),
+             {flight, contact, impact},
+             matched});
+    check({loads(), "nonsmooth", set({}), {before_knot, behind_knot, impact, flight}, false, true, knots});
+    check({text("bouncing_ball"), "nonsmooth", set({"run.output_step=1e-3"}), {flight, impact}});
+    check({text("block_on_slope"), "nonsmooth", set({"run.output_step=1e-3"}), {contact, slide}});
+    check({text("dragged_block"), "nonsmooth", set({"run.duration=0.6"}), {contact, slide, stick}});
+    check({chain(),
+           "nonsmooth",
+           set({"nonsmooth.tolerance=1e-6", "nonsmooth.step_tolerance=1e-4", "run.duration=0.1",
+                "run.output_step=1e-3"}),
+           {flight}});
+    check({test::random_pile(8), "nonsmooth", set({"run.duration=0.1"}), {contact, impact}, false, false});
+  }
+  // Hands over four times; most of its steps are those of time stepping.
+  check({test::random_pile(1), "nonsmooth", {"run.duration=0.443"}, {contact, impact}});
+}
+
 TEST_CASE("snapshots: a loose guide's four corners, and every solver of contact problems", "[snapshot]") {
   check({text("free_slider"), "nonsmooth", {"run.output_step=1e-3"}, {flight, impact}});
   check({text("free_slider"),
@@ -577,6 +608,10 @@ TEST_CASE("snapshots: back to before the first step, in a simulation that has a 
                             {with, "nonsmooth.step=5e-4", "nonsmooth.tolerance=1e-6", "run.duration=0.1"}),
                 "nonsmooth");
   }
+  for (const char* scheme : {"moreau-jean", "automatic"})
+    check_again(parse_scene(test::random_pile(1), "snapshot.toml",
+                            {fmt::format("nonsmooth.scheme=\"{}\"", scheme), "run.duration=0.45"}),
+                "nonsmooth");
   check_again(parse_scene(chain(), "snapshot.toml", {"penalty.tolerance=1e-7", "run.duration=0.05"}),
               "penalty");
 }
