@@ -19,6 +19,8 @@ ControlledMoreau::ControlledMoreau(const System& system, MoreauStepper moreau, E
   const auto n = static_cast<std::size_t>(system.n());
   for (auto* x : {&middle_q_, &middle_v_, &look_q_, &look_v_}) x->resize(n);
   for (auto* x : {&start_.q, &start_.v}) x->resize(n);
+  for (auto* place : {&start_, &whole_})
+    place->log = ContactLog(system.contacts());  // with room for its events
   h_ = first_step();
   fastest_ = scales.guessed ? 0 : scales.speed;
   find_pace();

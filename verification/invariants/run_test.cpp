@@ -55,6 +55,32 @@ TEST_CASE("the stepping loop allocates nothing", "[allocation]") {
   REQUIRE(run.work.events > 10);
   REQUIRE(last - first == 0);
 }
+
+TEST_CASE("the loop of chosen steps allocates nothing", "[allocation]") {
+  // What a refused step gives back is copied every step, the contacts' log among it: into the room that it took first.
+  auto scene = read_scene(test::flores());
+  scene.nonsmooth.step.reset();
+  Simulation simulation(scene, "nonsmooth");
+  test::TemporaryFolder folder;
+  TrajectoryCsv trajectory(folder.path() / "trajectory.csv");
+  EventsCsv events(folder.path() / "events.csv");
+  SignalsCsv signals(folder.path() / "signals.csv");
+  ForcesCsv forces(folder.path() / "forces.csv");
+  ContactStatistics statistics(0);
+  long first = -1, last = -1;
+  test::Listener counter;
+  counter.on_step = [&](const Step& step) {
+    if (step.t1 > 1e-3 && first < 0) first = allocations;
+    last = allocations;
+  };
+  std::vector<Observer*> observers{&trajectory, &events, &signals, &statistics, &counter};
+  if (GENERATE(false, true)) observers.push_back(&forces);
+  const auto run = simulation.run({.until = 0.6, .observers = observers, .keep_events = false});
+  REQUIRE(run.ending.status == Ending::Status::finished);  // flights, impacts, hops, lasting contact
+  REQUIRE(run.work.events > 10);
+  REQUIRE(run.work.rejected > 10);
+  REQUIRE(last - first == 0);
+}
 #endif
 
 TEST_CASE("energy balances, constraints and walls hold in every mechanism", "[invariants]") {
