@@ -243,6 +243,7 @@ bool ControlledMoreau::step(double t_end) {
       longest_floor_ = std::max(longest_floor_, h);
     }
     h_ = landings > 0 || last ? std::max(h_, h * factor) : h * factor;
+    h_ = std::max(h_, 2 * floor);  // what made the step short lies behind it
     settle();
     keep_pace();
     return true;

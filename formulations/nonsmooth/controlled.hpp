@@ -73,6 +73,7 @@ class ControlledMoreau {
   double nearest_singular() const { return moreau_.nearest_singular(); }
 
   MoreauStepper& moreau() { return moreau_; }
+  const MoreauStepper& moreau() const { return moreau_; }
   /// s: no impact since then.
   double calm_since() const { return calm_since_; }
   double first_step() const { return 1e-3 * scales_.time; }

@@ -233,8 +233,7 @@ bool EventDriven::change_mode() {
 /// From now on all that touches is decided together, with the integrator for that; the mode begins anew.
 bool EventDriven::decide_together() {
   if (dynamics_.together()) return true;
-  const auto closed = std::ranges::count_if(dynamics_.contacts(), &EventDynamics::Contact::closed);
-  if (gives_way_ && (hurried_ || closed > few_contacts))
+  if (gives_way_)
     return fail("modes of contact change again and again, or contacts kick each other too fast");
   dynamics_.set_together(true);
   const double t = method_.t;

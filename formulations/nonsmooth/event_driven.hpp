@@ -199,7 +199,6 @@ class EventDriven {
   double last_impact_ = -INFINITY;
   double last_jam_ = -INFINITY;  // s: a step was refused there for what slides
   std::string failure_;
-  static constexpr long few_contacts = 4;  // whose modes are decided together here rather than given away
   bool gives_way_ = false, way_given_ = false;
   /// What a mode that is not found must give back.
   struct BeforeMode {

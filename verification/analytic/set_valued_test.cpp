@@ -14,6 +14,7 @@ namespace {
 Scene scene_of(const char* name, Scheme scheme) {
   auto scene = read_scene(test::scene_file(name));
   scene.nonsmooth.scheme = scheme;
+  if (!scene.nonsmooth.step) scene.nonsmooth.step = 1e-5;
   return scene;
 }
 

@@ -164,6 +164,7 @@ TEST_CASE("powers of drives and loads add up to the change of energy", "[forces]
     };
     const double before = energy(simulation.state());
     const auto result = simulation.run({.observers = {&listener}});
+    INFO(result.ending.reason);
     REQUIRE(result.ending.status == Ending::Status::finished);
     double work = 0;
     for (const auto& e : sum.elements) work += e.power;
