@@ -109,6 +109,7 @@ Findings impact_laws();
 Findings complementarity();
 Findings forces();
 Findings unseen();
+Findings chosen();
 Findings promises();
 
 }  // namespace freeplay::verification

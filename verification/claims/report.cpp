@@ -17,6 +17,7 @@ constexpr ClaimSet sets[] = {
     {"oracle", "The paper's scene against a derivation that shares no code", oracle},
     {"forces", "Forces that come out", forces},
     {"unseen", "What no integrator sees by itself", unseen},
+    {"chosen", "Steps that choose their length, and hand-overs to them", chosen},
     {"promises", "What runs and comparisons promise", promises},
     {"orders", "Orders of convergence", orders},
     {"invariants", "Invariants over long runs", invariants},

@@ -557,7 +557,7 @@ TEST_CASE("snapshots: chosen steps, and the default before, within and behind it
            {flight}});
     check({test::random_pile(8), "nonsmooth", set({"run.duration=0.1"}), {contact, impact}, false, false});
   }
-  // Hands over four times; most of its steps are those of time stepping.
+  // Hands over three times; most of its steps are those of time stepping.
   check({test::random_pile(1), "nonsmooth", {"run.duration=0.443"}, {contact, impact}});
 }
 
