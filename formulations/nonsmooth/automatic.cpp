@@ -31,12 +31,12 @@ void AutomaticStepper::watch_forces(bool on) {
 bool AutomaticStepper::step(double t_end) {
   if (watching_) struck_.clear();
   if (!steps_) {
-    const bool crept = creeps();
-    if (!crept && events_.step(t_end)) {
+    const char* const why = gives_up();
+    if (!why && events_.step(t_end)) {
       shown_ = false;
       return true;
     }
-    pass_on(crept ? "the event-driven scheme's steps have shrunk to nothing" : events_.failure());
+    pass_on(why ? why : events_.failure());
   }
   if (!stepping_.step(t_end)) {
     failure_ = stepping_.failure();
@@ -50,14 +50,20 @@ bool AutomaticStepper::step(double t_end) {
   return true;
 }
 
-/// After another thousand event-driven steps: whether they are too short to lead anywhere, as near a singular position or
-/// where friction is about to jam.
-bool AutomaticStepper::creeps() {
-  if (++paced_ < 1000) return false;
+/// Whether the event-driven scheme, which goes on, should not: after another thousand steps too short to lead anywhere, as
+/// near a singular position or where friction is about to jam; or where contacts of a hyperstatic pile that its mode holds
+/// closed do not hold, so that positions are moved back at every step.
+const char* AutomaticStepper::gives_up() {
+  if (std::abs(events_.correction() - corrected_) > 1e-6 * events_.most_kinetic()) {
+    corrected_ = events_.correction();
+    if (told_.count > 0) return "the contacts that a mode holds closed do not hold";
+  }
+  if (++paced_ < 1000) return nullptr;
   const double passed = events_.t() - paced_since_;
   paced_ = 0;
   paced_since_ = events_.t();
-  return passed < 1e-2 * events_.time_scale();
+  return passed < 1e-2 * events_.time_scale() ? "the event-driven scheme's steps have shrunk to nothing"
+                                              : nullptr;
 }
 
 /// Time stepping goes on from where the event-driven scheme could not.
@@ -86,6 +92,7 @@ void AutomaticStepper::return_to_events() {
   events_.take_over(stepping_.hand_over());
   steps_ = false;
   returned_ = paced_since_ = stepping_.t();
+  corrected_ = events_.correction();
   paced_ = 0;
   told_.longest = std::max(told_.longest, returned_ - since_);
 }

@@ -101,11 +101,7 @@ void EventDriven::take_over(const Handover& from) {
   }
   for (auto& p : dynamics_.preloaded()) p.slip = 1;
   dynamics_.phases.start(system, from.state.q.data(), from.state.v.data());
-  // Many that rest on each other share forces that are not unique: their modes would be told one by one again.
-  constexpr long few = 4;
-  const auto closed = std::ranges::count_if(dynamics_.contacts(), &EventDynamics::Contact::closed);
-  dynamics_.set_together(closed > few);
-  method_ = dynamics_.together() ? coarse_ : fine_;
+  method_ = fine_;
   method_.rejected = from.work.rejected;
   method_.start(dynamics_, from.state.t, x);
   last_ = {};
