@@ -145,7 +145,8 @@ std::optional<std::string> times(Subject& s) {
   }
   for (const auto& c : run.contacts)
     for (const double share : {c.flight_fraction, c.impact_fraction, c.lasting_fraction})
-      if (!(share >= -1e-3 - unsure / end && share <= 1 + 1e-3 + unsure / end)) return fmt::format("{}: {:.3g} of the time", c.name, share);
+      if (!(share >= -1e-3 - unsure / end && share <= 1 + 1e-3 + unsure / end))
+        return fmt::format("{}: {:.3g} of the time", c.name, share);
   return {};
 }
 
