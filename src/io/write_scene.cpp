@@ -63,8 +63,8 @@ class KeysWriter {
   void choose(const Key& key, const std::optional<E>& x) {
     if (x) choose(key, *x);
   }
-  void number_or(std::string_view, const Key& key, const std::optional<double>& x, const Range&) {
-    put(key.name, x);
+  void number_or(std::string_view word, const Key& key, const std::optional<double>& x, const Range&) {
+    x ? put(key.name, *x) : text(key.name, word);
   }
   template <class E>
   void choose_listed(const Key& key, E x) {

@@ -337,14 +337,14 @@ TEST_CASE("a scene may state its format, and is told which it was read as", "[re
   test::TemporaryFolder place;
   for (const bool stated : {false, true}) {
     const auto file = place.path() / "s.toml", folder = place.path() / "run";
-    write_file(file, (stated ? "format = 1\n" : "") + text);
+    write_file(file, (stated ? "format = 2\n" : "") + text);
     const auto o = test::freeplay("check " + file.string());
     CHECK(o.status == 0);
     CHECK((o.out.find("for the scene states none") == o.out.npos) == stated);
     run_scene(read_scene(file, with(short_run, {"run.revolutions=0.1"})),
               {.formulation = "nonsmooth", .folder = folder});
     const auto p = json_of(folder).at("provenance");
-    CHECK(p.at("format") == (stated ? 1 : 2));
+    CHECK(p.at("format") == 2);
     CHECK(p.contains("format_note") != stated);
     check_repeats(folder);
   }
