@@ -125,8 +125,8 @@ nlohmann::json to_json(const Result& s) {
         {"complementarity_retries", s.work.lcp_retries},
         {"pivots", s.work.pivots},
         {"events", s.work.events},
-         {"handovers", s.work.handovers},
-         {"time_stepped", s.work.stepped}}},
+        {"handovers", s.work.handovers},
+        {"time_stepped", s.work.stepped}}},
       {"cost",
        {{"wall_s", s.wall_seconds}, {"cpu_s", s.cpu_seconds}, {"peak_memory_KiB", s.peak_memory_kib}}},
       {"notes", s.notes}};

@@ -52,7 +52,8 @@ struct Work {
 
   template <class M>
   void remember(M& m) {
-    m(steps, rejected, rhs, jacobians, factorisations, lcp_solves, lcp_retries, pivots, events, handovers, stepped);
+    m(steps, rejected, rhs, jacobians, factorisations, lcp_solves, lcp_retries, pivots, events, handovers,
+      stepped);
   }
 };
 

@@ -143,8 +143,8 @@ Findings invariants() {
             1000, 1e6, "the run's length", "a thousand are asked for");
   f.at_most("their relative change of energy", "", change(elastic), 1e-8, "conservation", "asked for");
   ring.nonsmooth.scheme = Scheme::moreau_jean;
-  f.at_most("the same by Moreau–Jean with chosen steps", "", change(test::simulate(ring, Family::nonsmooth)), 1e-8,
-            "conservation", "as event-driven: flights are exact, impacts are the same problem");
+  f.at_most("the same by Moreau–Jean with chosen steps", "", change(test::simulate(ring, Family::nonsmooth)),
+            1e-8, "conservation", "as event-driven: flights are exact, impacts are the same problem");
   ring.nonsmooth.step = 1e-5;
   f.at_most("the same by Moreau–Jean at 1e-5 s", "", change(test::simulate(ring, Family::nonsmooth)), 1e-10,
             "P (u⁺ + u⁻)/2 = 0 at e = 1", "rounding of some thousand impacts");

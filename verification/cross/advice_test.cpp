@@ -255,9 +255,9 @@ TEST_CASE("--accuracy chooses settings, --set still wins, advise prints what to 
   }
   CHECK(steps[0] < steps[1]);
   CHECK(steps[1] < steps[2]);
-  const auto o =
-      test::freeplay("run " + scene + " --formulation nonsmooth --accuracy fast --set nonsmooth.scheme=moreau-jean" +
-                     " --set nonsmooth.step=1e-3");
+  const auto o = test::freeplay(
+      "run " + scene + " --formulation nonsmooth --accuracy fast --set nonsmooth.scheme=moreau-jean" +
+      " --set nonsmooth.step=1e-3");
   CHECK_THAT(o.out, Catch::Matchers::Contains("in 15 steps"));
   CHECK(test::freeplay("run " + scene + " --formulation penalty --accuracy quick").status == 2);
   const auto advice = test::freeplay(
