@@ -51,13 +51,8 @@ bool AutomaticStepper::step(double t_end) {
 }
 
 /// Whether the event-driven scheme, which goes on, should not: after another thousand steps too short to lead anywhere, as
-/// near a singular position or where friction is about to jam; or where contacts of a hyperstatic pile that its mode holds
-/// closed do not hold, so that positions are moved back at every step.
+/// near a singular position or where friction is about to jam.
 const char* AutomaticStepper::gives_up() {
-  if (std::abs(events_.correction() - corrected_) > 1e-6 * events_.most_kinetic()) {
-    corrected_ = events_.correction();
-    if (told_.count > 0) return "the contacts that a mode holds closed do not hold";
-  }
   if (++paced_ < 1000) return nullptr;
   const double passed = events_.t() - paced_since_;
   paced_ = 0;
@@ -92,7 +87,6 @@ void AutomaticStepper::return_to_events() {
   events_.take_over(stepping_.hand_over());
   steps_ = false;
   returned_ = paced_since_ = stepping_.t();
-  corrected_ = events_.correction();
   paced_ = 0;
   told_.longest = std::max(told_.longest, returned_ - since_);
 }

@@ -28,7 +28,7 @@ class AutomaticStepper {
   void remember(M& m) {
     m.part("automatic");
     m(events_, stepping_, steps_, shown_, since_, wait_, returned_, told_.count, told_.longest, told_.reasons,
-      struck_, paced_, paced_since_, corrected_);
+      struck_, paced_, paced_since_);
   }
 
   double t() const { return shown_ ? stepping_.t() : events_.t(); }
@@ -76,7 +76,7 @@ class AutomaticStepper {
   bool steps_ = false;                          // the next step is time stepping's
   bool shown_ = false;                          // the last one was
   int paced_ = 0;                               // event-driven steps since
-  double paced_since_ = 0, corrected_ = 0;      // s, J
+  double paced_since_ = 0;                      // s
   double since_ = 0, wait_ = 0, returned_ = 0;  // s
   /// How often, how long and why.
   struct Told {

@@ -451,43 +451,6 @@ bool EventDriven::ending_contacts(const std::vector<int>& struck, const std::vec
   return true;
 }
 
-void EventDriven::tell(std::vector<std::string>& notes) const {
-  const double scale = std::max(most_kinetic_, 1e-300);
-  if (ended_.count > 0)
-    notes.push_back(fmt::format(
-        "{} bounces were ended early, as contacts kicked each other faster than {:.2g} s: their touches are "
-        "uncertain by up to {:.2g} s, and up to {:.2g} of the greatest kinetic energy was lost at once",
-        ended_.count, span_, ended_.time, ended_.energy / scale));
-  if (jams_.count > 0)
-    notes.push_back(fmt::format(
-        "Painlevé: {} times friction admitted no finite force on what slid, and an impact without collision "
-        "ended the sliding: up to {:.2g} of the greatest kinetic energy at once",
-        jams_.count, jams_.energy / scale));
-  if (unsolved_.count > 0)
-    notes.push_back(fmt::format(
-        "{} times no solver found forces that friction admits on what slid (whether there are any is not known), and "
-        "an impact without collision ended the sliding: up to {:.2g} of the greatest kinetic energy at once",
-        unsolved_.count, unsolved_.energy / scale));
-  if (inelastic_.count > 0)
-    notes.push_back(fmt::format(
-        "{} impacts of several contacts were taken without restitution, for no solver found impulses with it: up to "
-        "{:.2g} of the greatest kinetic energy was lost at once",
-        inelastic_.count, inelastic_.energy / scale));
-  if (probe_ && probe_->unreported > 0)
-    notes.push_back(fmt::format(
-        "DOUBTFUL: at {} instants no solver found the forces of contacts, which are given as none",
-        probe_->unreported));
-  if (watching_ && dynamics_.together())
-    notes.push_back(
-        "DOUBTFUL: forces of contacts that are decided together jump within steps: their impulses over an interval may "
-        "miss some per cent");
-  if (dynamics_.undecided > 0) notes.push_back(undecided_note(dynamics_.undecided));
-  double rounded = 0;
-  for (int k = 0; k < dynamics_.system().contacts(); ++k) rounded = std::max(rounded, rounding(k));
-  if (merged_ > 1e3 * rounded)
-    notes.push_back(fmt::format("contacts up to {:.2g} m apart were struck at once", merged_));
-}
-
 EnergyLedger EventDriven::integrals() const {
   const double* w = method_.x.data() + dynamics_.integral_offset();
   EnergyLedger l;

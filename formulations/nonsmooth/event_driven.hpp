@@ -49,9 +49,6 @@ class EventDriven {
   /// No pace is known of the scene: that of what moves is taken, `length` (m) over its speed.
   void find_pace(double length) { pace_length_ = length; }
   double time_scale() const { return time_scale_; }
-  /// What moving onto the mode's constraints has done (J), and the greatest kinetic energy before an impact.
-  double correction() const { return dynamics_.stabilisation; }
-  double most_kinetic() const { return most_kinetic_; }
   Handover hand_over() const;
   void take_over(const Handover& from);
   ///@}

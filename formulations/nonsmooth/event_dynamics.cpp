@@ -128,10 +128,10 @@ void EventDynamics::solve_active() {
   const auto K = K_.topLeftCorner(used_, used_);
   const auto lu = K.partialPivLu();
   const auto pivots = lu.matrixLU().diagonal().cwiseAbs();
-  dependent_ = !(pivots.minCoeff() > threshold_ * pivots.maxCoeff());
+  dependent_ = !(pivots.minCoeff() > 1e-11 * pivots.maxCoeff());
   if (dependent_) {
     Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
-    decomposition.setThreshold(10 * threshold_);
+    decomposition.setThreshold(1e-10);
     decomposition.compute(K);
     solution_ = decomposition.solve(rhs_.head(used_));
   } else {
@@ -140,7 +140,8 @@ void EventDynamics::solve_active() {
 }
 
 /// Where sticking rows depend on each other their forces are not unique. They are shared in proportion to
-/// what each contact can hold, so that none gives way while others could hold on.
+/// what each contact can hold, so that none gives way while others could hold on. One that seems unpressed keeps a small
+/// share: without its force its row may not be met at all.
 void EventDynamics::share_friction() {
   Eigen::VectorXd share = Eigen::VectorXd::Ones(used_);
   for (int k = 0; k < system_.contacts(); ++k) {
@@ -151,7 +152,9 @@ void EventDynamics::share_friction() {
   }
   for (int k = 0; k < system_.frictions(); ++k)
     if (preloaded_[k].unknown >= 0) share[preloaded_[k].unknown] = system_.friction_facts(k).bound;
-  share = (share / share.maxCoeff()).cwiseSqrt();  // least Σ λ²/bound: λ in proportion to the bound
+  share = (share / share.maxCoeff())
+              .cwiseMax(1e-6)
+              .cwiseSqrt();  // least Σ λ²/bound: λ in proportion to the bound
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
   decomposition.setThreshold(1e-10);
   decomposition.compute(K_.topLeftCorner(used_, used_) * share.asDiagonal());
@@ -309,21 +312,9 @@ void EventDynamics::project(Vector& x, double t, Forces* book) {
         rhs_[r] = -rhs_[r] - rows_[r].dot(change_.data());
         for (int s = 0; s <= r; ++s) K_(r, s) = K_(s, r) = rows_[r].dot(response(s));
       }
-      const double asked = rhs_.head(used_).cwiseAbs().maxCoeff();
-      if (y == q) first_ = change_;
-      const auto change = [&] {
-        solve_active();
-        for (int r = 0; r < used_; ++r)
-          for (int i = 0; i < n; ++i) change_[i] += solution_[r] * response(r)[i];
-      };
-      change();
-      // Gaps of a nearly hyperstatic pile cannot all be closed but by going far: what is left is left.
-      if (y == q && greatest(change_.data()) > 1e3 * asked + greatest(first_.data())) {
-        change_ = first_;
-        threshold_ = 1e-5;
-        change();
-        threshold_ = 1e-11;
-      }
+      solve_active();
+      for (int r = 0; r < used_; ++r)
+        for (int i = 0; i < n; ++i) change_[i] += solution_[r] * response(r)[i];
     }
     for (int i = 0; i < n; ++i) y[i] += change_[i];
     if (y == q || !book) return;

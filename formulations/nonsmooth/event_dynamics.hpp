@@ -211,8 +211,7 @@ class EventDynamics {
   Eigen::MatrixXd K_;
   Eigen::VectorXd rhs_, solution_;
   Vector a_, lambda_, r_;
-  Vector change_, first_;     // of positions or velocities by project(), and without the contacts
-  double threshold_ = 1e-11;  // of pivots, below which rows depend on each other
+  Vector change_;  // of positions or velocities by project()
   /// What a row of project() belongs to: contact and which of its rows, or a preloaded joint.
   struct Owner {
     int contact, friction;

@@ -158,6 +158,9 @@ class MoreauStepper {
   int add_row(const SparseRow& row, double end_rate_bias);
   bool bring_back(double t_new);
   void draw_closed(double t_new);
+  /// Everything that a Place holds, named once.
+  template <class Self, class P, class Copy>
+  static void each_kept(Self& stepper, P& place, Copy copy);
   bool in_reach(const Contact& c) const { return reach_ == Reach::all || c.closed; }
   void account(double h);
   void book(double h);

@@ -6,42 +6,32 @@
 
 namespace freeplay {
 
+template <class Self, class P, class Copy>
+void MoreauStepper::each_kept(Self& s, P& p, Copy copy) {
+  copy(s.q_, p.q);
+  copy(s.v_, p.v);
+  copy(s.z_, p.z);
+  copy(s.slide_last_, p.slide_last);
+  copy(s.contacts_, p.contacts);
+  copy(*s.log_, p.log);
+  copy(s.integrals_, p.integrals);
+  copy(s.extremes_, p.extremes);
+  copy(s.t_, p.t);
+  copy(s.work_.events, p.events);
+  copy(s.jams_, p.jams);
+  copy(s.undecided_, p.undecided);
+  copy(s.unswept_, p.unswept);
+  copy(s.inelastic_, p.inelastic);
+  copy(s.motions_, p.motions);
+  copy(s.jam_, p.jam);
+}
+
 void MoreauStepper::keep(Place& p) const {
-  p.q = q_;
-  p.v = v_;
-  p.z = z_;
-  p.slide_last = slide_last_;
-  p.contacts = contacts_;
-  p.log = *log_;
-  p.integrals = integrals_;
-  p.extremes = extremes_;
-  p.t = t_;
-  p.events = work_.events;
-  p.jams = jams_;
-  p.undecided = undecided_;
-  p.unswept = unswept_;
-  p.inelastic = inelastic_;
-  p.motions = motions_;
-  p.jam = jam_;
+  each_kept(*this, p, [](const auto& own, auto& kept) { kept = own; });
 }
 
 void MoreauStepper::go_back(const Place& p) {
-  q_ = p.q;
-  v_ = p.v;
-  z_ = p.z;
-  slide_last_ = p.slide_last;
-  contacts_ = p.contacts;
-  *log_ = p.log;
-  integrals_ = p.integrals;
-  extremes_ = p.extremes;
-  t_ = p.t;
-  work_.events = p.events;
-  jams_ = p.jams;
-  undecided_ = p.undecided;
-  unswept_ = p.unswept;
-  inelastic_ = p.inelastic;
-  motions_ = p.motions;
-  jam_ = p.jam;
+  each_kept(*this, p, [](auto& own, const auto& kept) { own = kept; });
   failure_.clear();
 }
 

@@ -108,9 +108,10 @@ TEST_CASE("advice keeps its word without touches, by the closed form", "[advice]
   auto scene = read_scene(test::source_folder() / "cases/tradeoff/ideal.toml");
   scene.run.duration = 0.07;
   const double r = 0.05, l = 0.3, s = 0.15, omega = reference::from_rpm(200.0);
-  for (const auto& [family, formulation] : families)
+  for (const auto& one_family : families)
     for (const double asked : {1e-3, 1e-7}) {
-      CAPTURE(formulation, asked);
+      const Family family = one_family.value;
+      CAPTURE(one_family.text, asked);
       const auto advice = advise(scene, family, asked, Conduct{}, {});
       REQUIRE(!advice.by_events);
       const double t = advice.reference.state_time, phi = omega * t;
