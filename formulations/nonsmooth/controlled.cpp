@@ -27,12 +27,15 @@ ControlledMoreau::ControlledMoreau(const System& system, MoreauStepper moreau, E
   moreau_.set_slack(0.1 * norm_.tolerance * scales.length);
 }
 
+/// How much longer the least step is at present than it need be.
+double ControlledMoreau::raised() const { return least_floor_ > 0 ? floor_ / least_floor_ : 1; }
+
 /// The least step and what nothing happens within, from the greatest speed so far of bodies against what they may touch.
 void ControlledMoreau::find_pace() {
-  const double raised = least_floor_ > 0 ? floor_ / least_floor_ : 1;
+  const double longer = raised();
   pace_ = fastest_ > 0 ? scales_.length / fastest_ : 0;
   least_floor_ = norm_.tolerance * pace_;
-  floor_ = raised * least_floor_;
+  floor_ = longer * least_floor_;
 }
 
 /// A gap not greater than this (m) is at its touch.
@@ -197,7 +200,7 @@ bool ControlledMoreau::step(double t_end) {
       return false;
     }
     const bool last = h >= end - start_.t;
-    const double floor = std::max(floor_, 16 * 2.3e-16 * std::abs(start_.t));
+    double floor = std::max(floor_, 16 * 2.3e-16 * std::abs(start_.t));
     const auto refuse = [&](double shorter) {
       moreau_.go_back(start_);
       ++moreau_.work().rejected;
@@ -213,6 +216,9 @@ bool ControlledMoreau::step(double t_end) {
     const double error = std::max(this->error() / (alike ? 3 : 1), turning());
     const double factor =
         std::clamp(0.9 * std::pow(std::max(error, 1e-10), alike ? -1.0 / 3 : -0.5), 0.1, 4.0);
+    // What was slow so far may have come to a speed within this very step.
+    if (error > 1 && h <= floor)
+      floor = std::min(floor, norm_.tolerance * scales_.length / greatest_speed(system_, moreau_.v()) * raised());
     if (error > 1 && h > floor) {
       refuse(std::max(h * std::min(factor, 0.7), floor));
       h_ = h;
@@ -277,7 +283,7 @@ bool ControlledMoreau::strike(double t_end) {
     if (c.row.normal.size > 0 && c.gap <= near(k))
       approach = std::max(approach, -c.row.normal.dot(moreau_.v()));
   }
-  double h = norm_.tolerance * scales_.length / approach * (least_floor_ > 0 ? floor_ / least_floor_ : 1);
+  double h = norm_.tolerance * scales_.length / approach * raised();
   h = std::max(h, 16 * 2.3e-16 * std::abs(start_.t));
   smooth_step_ = false;
   for (int tries = 0;; ++tries) {
@@ -305,7 +311,7 @@ bool ControlledMoreau::strike(double t_end) {
       if (c.t_left > -INFINITY) ended_time_ = std::max(ended_time_, moreau_.t() - c.t_left);
     }
     c.soft = false;
-    c.closed = rate <= none && c.gap <= 2 * near(k) + norm_.tolerance * system_.contact_facts(k).clearance;
+    c.closed = std::abs(rate) <= none && c.gap <= 2 * near(k) + norm_.tolerance * system_.contact_facts(k).clearance;
     if (!c.closed) c.t_left = moreau_.t();
     calm_since_ = moreau_.t();
   }

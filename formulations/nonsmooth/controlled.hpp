@@ -95,6 +95,7 @@ class ControlledMoreau {
   void settle();
   void keep_pace();
   void find_pace();
+  double raised() const;
   double near(int k) const;
   bool fail() {
     failure_ = moreau_.failure();

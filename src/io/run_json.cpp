@@ -49,6 +49,10 @@ nlohmann::json options(const std::string& scene) {
       if (line.key.starts_with(std::string(table) + "."))
         found[table][line.key.substr(line.key.find('.') + 1)] =
             nlohmann::json::parse(line.value, nullptr, false);
+  // What is not named is in force all the same.
+  auto& nonsmooth = found["nonsmooth"];
+  nonsmooth.emplace("scheme", nonsmooth.contains("step") ? "moreau-jean" : "automatic");
+  nonsmooth.emplace("step", "automatic");
   return found;
 }
 

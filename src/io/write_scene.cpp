@@ -190,7 +190,10 @@ std::string to_toml(const Scene& scene) {
   elements("loads", m.loads);
   options("run", scene.run);
   options("penalty", scene.penalty);
-  options("nonsmooth", scene.nonsmooth);
+  auto nonsmooth = scene.nonsmooth;  // a scheme that would be chosen anyway is not named: one run, one text
+  nonsmooth.scheme = {};
+  if (nonsmooth.scheme_in_force() != scene.nonsmooth.scheme_in_force()) nonsmooth.scheme = scene.nonsmooth.scheme;
+  options("nonsmooth", nonsmooth);
   for (const auto& i : scene.instruments) {
     t.open("instruments", i.name);
     t.choose({"type", "", ""}, i.kind);

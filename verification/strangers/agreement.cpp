@@ -50,6 +50,9 @@ std::optional<std::string> off_reference(const Sight& found, const Reference& r,
   std::vector<std::size_t> seen(r.touches.size());
   // A contact that is hardly pressed opens for a time step now and then: its touch is slow.
   const double slow = stepped ? 0.01 * r.greatest_speed : 0;
+  double fastest = 0;  // m/s
+  for (std::size_t i = 0; i < r.at.v.size(); ++i)
+    if (i % 3 != 2) fastest = std::max(fastest, std::abs(r.at.v[i]));
   double last = 0, room = 0;
   for (std::size_t k = 0; k < r.touches.size(); ++k) {
     const auto& touch = r.touches[k];
@@ -61,6 +64,9 @@ std::optional<std::string> off_reference(const Sight& found, const Reference& r,
     // may pass one over that is no longer than a few of them.
     if (stepped && 2 * touch.speed * r.sensitivity_t[k] < 4 * allowed.late * r.sensitivity_speed[k])
       return {};
+    const double bound_v = share(k) * (r.sensitivity_speed[k] + r.greatest_speed) + 1e-12 * r.greatest_speed;
+    // A touch as slow as bodies' speeds may be off may as well not be.
+    if (allowed.speeds && touch.speed <= bound_v + share(k) * fastest) return {};
     // Beyond half of a flight nothing is said of a touch.
     if (!(bound < 0.5 * r.shortest_interval(k)) || touch.t + bound >= until) return {};
     // The same contact's touch of the same number.
@@ -78,7 +84,6 @@ std::optional<std::string> off_reference(const Sight& found, const Reference& r,
     if (!(dt <= bound))
       return fmt::format("touch {} ({}, t = {:.9g} s) is {:.2g} s off, above {:.2g} s", k + 1, touch.contact,
                          touch.t, dt, bound);
-    const double bound_v = share(k) * (r.sensitivity_speed[k] + r.greatest_speed) + 1e-12 * r.greatest_speed;
     if (allowed.speeds && dv > bound_v)
       return fmt::format("touch {} ({}, t = {:.9g} s) has a speed {:.2g} m/s off, above {:.2g} m/s", k + 1,
                          touch.contact, touch.t, dv, bound_v);

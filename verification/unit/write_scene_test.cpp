@@ -414,3 +414,12 @@ TEST_CASE("set on a scene built in code", "[scene]") {
   REQUIRE(first_difference(to_toml(scene), to_toml(expected)) == "");
   REQUIRE_THAT(refusal(scene, "run.revolutions", "1"), Contains("needs a drive that turns"));
 }
+
+TEST_CASE("a scheme that is taken anyway is no other scene", "[write_scene]") {
+  const auto text = [](std::vector<std::string> set) { return to_toml(read_scene(test::flores(), set)); };
+  const std::string step = "nonsmooth.step=1e-5", chosen = "nonsmooth.step='automatic'";
+  REQUIRE(text({step}) == text({step, "nonsmooth.scheme='moreau-jean'"}));
+  REQUIRE(text({step}) != text({step, "nonsmooth.scheme='automatic'"}));
+  REQUIRE(text({chosen}) == text({chosen, "nonsmooth.scheme='automatic'"}));
+  REQUIRE(text({chosen}) != text({chosen, "nonsmooth.scheme='moreau-jean'"}));
+}
