@@ -218,7 +218,8 @@ bool ControlledMoreau::step(double t_end) {
         std::clamp(0.9 * std::pow(std::max(error, 1e-10), alike ? -1.0 / 3 : -0.5), 0.1, 4.0);
     // What was slow so far may have come to a speed within this very step.
     if (error > 1 && h <= floor)
-      floor = std::min(floor, norm_.tolerance * scales_.length / greatest_speed(system_, moreau_.v()) * raised());
+      floor =
+          std::min(floor, norm_.tolerance * scales_.length / greatest_speed(system_, moreau_.v()) * raised());
     if (error > 1 && h > floor) {
       refuse(std::max(h * std::min(factor, 0.7), floor));
       h_ = h;
@@ -311,7 +312,8 @@ bool ControlledMoreau::strike(double t_end) {
       if (c.t_left > -INFINITY) ended_time_ = std::max(ended_time_, moreau_.t() - c.t_left);
     }
     c.soft = false;
-    c.closed = std::abs(rate) <= none && c.gap <= 2 * near(k) + norm_.tolerance * system_.contact_facts(k).clearance;
+    c.closed =
+        std::abs(rate) <= none && c.gap <= 2 * near(k) + norm_.tolerance * system_.contact_facts(k).clearance;
     if (!c.closed) c.t_left = moreau_.t();
     calm_since_ = moreau_.t();
   }
@@ -327,7 +329,7 @@ bool ControlledMoreau::hop_over(const Touch& touch) const {
   if (!(c.t_left > -INFINITY)) return false;  // it has not been struck yet
   const bool low = 0.25 * std::abs(touch.rate) * duration <=
                    norm_.tolerance * system_.contact_facts(touch.contact).clearance;
-  return (low && c.restitution < 1) || duration <= 2 * floor_;
+  return c.restitution < 1 && (low || duration <= 2 * floor_);
 }
 
 /// Where many steps pass in next to no time the floor is raised; where few do it comes down again.

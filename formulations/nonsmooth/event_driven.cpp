@@ -327,7 +327,8 @@ bool EventDriven::impacts(std::vector<int>& touching) {
   const double tiny = d.speed_tolerance(), t = method_.t;
   if (std::ranges::none_of(touching, [&](int k) { return rate_before_[k] < -tiny; })) {
     auto staying = touching;
-    std::erase_if(staying, [&](int k) { return rate_before_[k] > tiny; });
+    // What was closed does not leave by its drift.
+    std::erase_if(staying, [&](int k) { return rate_before_[k] > tiny && !d.contacts()[k].closed; });
     // One whose gap closed within rounding while it opened: if what it does is no hop, it has not left.
     const int k = last_.kind == Event::Kind::gap ? last_.index : -1;
     if (k >= 0 && std::ranges::find(staying, k) == staying.end()) {

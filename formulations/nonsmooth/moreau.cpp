@@ -125,7 +125,7 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
   if (watching_) book(h);
   account(h);
   if (step_ > 0) keep_passage(h);
-  if (!bring_back(t_)) return false;
+  if (!bring_back(t_) || (reach_ == Reach::closed && !meet_rates())) return false;
   for (double& multiplier : lambda_) multiplier /= h;  // impulses so far
   double sum = 0;
   for (int i = 0; i < n; ++i) sum += q_[i] + v_[i];

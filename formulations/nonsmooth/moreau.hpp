@@ -158,6 +158,7 @@ class MoreauStepper {
   int add_row(const SparseRow& row, double end_rate_bias);
   bool bring_back(double t_new);
   void draw_closed(double t_new);
+  bool meet_rates();
   /// Everything that a Place holds, named once.
   template <class Self, class P, class Copy>
   static void each_kept(Self& stepper, P& place, Copy copy);
@@ -179,6 +180,7 @@ class MoreauStepper {
   ContactProblem problem_, position_problem_;
   std::vector<Contact> contacts_;
   std::vector<SparseRow> slides_, rows_;
+  ContactRow end_row_;
   std::vector<double> slide_gamma_, slide_last_;  // slide_last_: impulses of the last step
   std::vector<double> response_,
       reaction_;  // A W and its multipliers, one column for each row of the problem

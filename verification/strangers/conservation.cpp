@@ -62,7 +62,8 @@ std::optional<std::string> balance(Subject& s) {
 /// normal impulse takes.
 std::optional<std::string> losses(Subject& s) {
   const auto& l = s.sight.result.ledger;
-  const double bound = (s.way.stepped ? 1e-3 : 1e-6) * l.scale();
+  // Of steps of a tolerance, a thousand of them.
+  const double bound = (s.way.stepped ? 1e-3 : std::max(1e-6, 1e3 * s.tolerance())) * l.scale();
   for (const auto& [name, value] : {std::pair{"contacts with their friction", l.contact + l.friction},
                                     {"dampers", l.damping},
                                     {"films", l.film}})

@@ -133,11 +133,14 @@ Verdict judge(const Stranger& stranger, const Way& way, const std::function<void
     return {Outcome::refused, "", e.what()};
   }
   const double cpu = s.sight.result.cpu_seconds;
-  if (s.sight.overtime)
-    return {Outcome::hung, "",
-            fmt::format("after {:.0f} s of CPU at t = {:.3g} s of {:.3g} s", run_limit, s.sight.result.t_end,
-                        s.scene.run.duration),
+  if (s.sight.overtime) {
+    const double end = s.scene.run.duration;
+    const bool goes_on = s.sight.went_on > 1e-3 * end;
+    return {goes_on ? Outcome::refused : Outcome::hung, "",
+            fmt::format("after {:.0f} s of CPU at t = {:.3g} s of {:.3g} s{}", run_limit,
+                        s.sight.result.t_end, end, goes_on ? ", and going on" : ""),
             cpu};
+  }
   if (way.stepped)
     if (const auto doubt = doubt_first_touches(s.scene, {}, {})) add(*doubt, s.sight.result);
   if (falsify) falsify(s.sight);

@@ -33,6 +33,9 @@ constexpr Refusal looked_at[] = {
     {"too stiff for this integrator",
      "a contact that lasts is stiffer than an explicit method can follow; the reason "
      "names the one that can"},
+    {", and going on",
+     "a run that needs more steps than its CPU time: stiff contacts that last, or hops without number, at high speed; it was "
+     "still going on"},
     {"damper forces do not converge",
      "a damper that stops its mass within a step; the reason says what step would do"},
 };

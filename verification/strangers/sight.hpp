@@ -31,6 +31,7 @@ struct Sight {
   /// Residuals of Newton's and Euler's equations, where forces were watched.
   std::optional<double> newton, momentum;
   bool overtime = false;  ///< stopped after run_limit
+  double went_on = 0;     ///< s, by how much in the second half of it
 };
 
 struct LookRequest {
