@@ -37,7 +37,8 @@ std::optional<std::string> off_reference(const Sight& found, const Reference& r,
     return stepped ? allowed.share / (r.touches.empty() ? r.duration : r.shortest_interval(k))
                    : allowed.share;
   };
-  if (!found.at.q.empty() && !r.at.q.empty()) {
+  // Within its first steps nothing is known of time stepping.
+  if (!found.at.q.empty() && !r.at.q.empty() && !(r.at.t < allowed.late)) {
     const double of = stepped ? allowed.share / r.at.t : allowed.share;
     for (std::size_t i = 0; i < r.at.q.size(); ++i) {
       const bool angle = i % 3 == 2;
@@ -114,7 +115,7 @@ std::optional<std::string> against_reference(Subject& s) {
   const bool own = s.reference.way && s.reference.way->family == s.way.family;
   // Another formulation knows the first touch alone: what an impact is to it differs.
   auto r = s.reference;
-  if (!own && r.touches.size() > 1) {
+  if (!own && !r.touches.empty()) {
     r.touches.resize(1);
     r.all = false;
   }
@@ -232,15 +233,15 @@ std::optional<std::string> backwards(Subject& s) {
   Simulation forth(s.scene, name_of(s.way.family));
   const State start = forth.state();
   if (forth.run({.until = until}).ending.status != Ending::Status::finished) return {};
-  const auto back = [&](double factor) {
+  const auto back = [&](double nudge) {
     State turned = forth.state();
     turned.t = 0;
-    for (auto& v : turned.v) v *= -factor;
+    for (std::size_t i = 0; i < turned.v.size(); ++i) turned.v[i] *= i % 2 ? -1 - nudge : -1 + nudge;
     Simulation run(s.scene, name_of(s.way.family), {.start = turned});
-    run.run({.until = until / factor});
+    run.run({.until = until});
     return run.state();
   };
-  const auto end = back(1), twin = back(1 + Reference::nudge);
+  const auto end = back(0), twin = back(Reference::nudge);
   if (end.t < until * (1 - 1e-9)) return {};
   double size[2] = {0, 0};
   for (std::size_t i = 0; i < start.q.size(); ++i)
@@ -293,7 +294,7 @@ std::span<const Check> agreement_checks() {
        paradox},
       {{"backwards",
         "where e = 1, µ = 0 and nothing acts but gravity and springs: velocities turned round, as long again, is the start",
-        "2000 tolerance (C + size)", "two runs; C by a twin whose velocities differ by 1e-6"},
+        "2000 tolerance (C + size)", "two runs; C by a twin whose velocities differ by 1e-6, to and fro"},
        backwards,
        paradox},
   };
