@@ -180,7 +180,8 @@ class MoreauStepper {
   ContactProblem problem_, position_problem_;
   std::vector<Contact> contacts_;
   std::vector<SparseRow> slides_, rows_;
-  ContactRow end_row_;
+  ContactRow end_row_;                            // what meet_rates() looks at
+  std::vector<double> end_impulse_;               // N s, of its rows
   std::vector<double> slide_gamma_, slide_last_;  // slide_last_: impulses of the last step
   std::vector<double> response_,
       reaction_;  // A W and its multipliers, one column for each row of the problem

@@ -233,25 +233,36 @@ bool MoreauStepper::bring_back(double t_new) {
 /// what is pressed and of what sticks.
 bool MoreauStepper::meet_rates() {
   const int n = system_.n(), m = system_.rows();
-  int used = 0;
-  const auto row = [&](const SparseRow& r) { rows_[used++] = r; };
-  for (int k = 0; k < system_.contacts(); ++k) {
-    const auto& c = contacts_[k];
-    if (!c.closed || c.unknown < 0) continue;
-    const auto& u = problem_.unknowns[c.unknown];
-    if (!(u.impulse_n > 0)) continue;
-    system_.contact(k, q_.data(), v_.data(), end_, end_row_);
-    row(end_row_.normal);
-    if (u.tangent >= 0 && std::abs(u.impulse_t) < u.friction * u.impulse_n * (1 - 1e-9))
-      row(end_row_.tangent);
-  }
   const auto preloaded = problem_.unknowns.size() - slides_.size();
-  for (int k = 0; k < system_.frictions(); ++k) {
-    const auto& u = problem_.unknowns[preloaded + static_cast<std::size_t>(k)];
-    if (!(std::abs(u.impulse_t) < u.bound * (1 - 1e-9))) continue;
-    system_.friction(k, q_.data(), v_.data(), end_, end_row_.tangent);
-    row(end_row_.tangent);
-  }
+  const auto sticks = [](const ContactUnknown& u, double bound) {
+    return u.tangent >= 0 && std::abs(u.impulse_t) < bound * (1 - 1e-9);
+  };
+  int used = 0;
+  const auto each_pressed = [&](auto take) {
+    for (int k = 0; k < system_.contacts(); ++k) {
+      const auto& c = contacts_[k];
+      if (!c.closed || c.unknown < 0) continue;
+      const auto& u = problem_.unknowns[c.unknown];
+      if (u.impulse_n > 0) take(k, sticks(u, u.friction * u.impulse_n));
+    }
+  };
+  const auto each_preloaded = [&](auto take) {
+    for (int k = 0; k < system_.frictions(); ++k) {
+      const auto& u = problem_.unknowns[preloaded + static_cast<std::size_t>(k)];
+      if (sticks(u, u.bound)) take(k);
+    }
+  };
+  const auto look = [&](int k) { system_.contact(k, q_.data(), v_.data(), end_, end_row_); };
+  const auto look_along = [&](int k) { system_.friction(k, q_.data(), v_.data(), end_, end_row_.tangent); };
+  each_pressed([&](int k, bool stuck) {
+    look(k);
+    rows_[used++] = end_row_.normal;
+    if (stuck) rows_[used++] = end_row_.tangent;
+  });
+  each_preloaded([&](int k) {
+    look_along(k);
+    rows_[used++] = end_row_.tangent;
+  });
   if (m == 0 && used == 0) return true;
   ++work_.factorisations;
   if (!saddle_.factor(end_.G.data())) {
@@ -260,16 +271,14 @@ bool MoreauStepper::meet_rates() {
     return false;
   }
   const double before = system_.kinetic(v_.data());
-  const auto move = [&](double by, const double* dv) {
-    for (int i = 0; i < n; ++i) v_[i] += by * dv[i];
-  };
-  if (m > 0) {
-    for (int k = 0; k < m; ++k)
-      r_[k] = -end_.phi_t[k] - row_dot(system_.pattern(), end_.G.data(), k, v_.data());
-    saddle_.solve(nullptr, r_.data(), dq_.data(), lambda_dq_.data());
-    move(1, dq_.data());
+  for (int k = 0; k < m; ++k)
+    r_[k] = -end_.phi_t[k] - row_dot(system_.pattern(), end_.G.data(), k, v_.data());
+  saddle_.solve(nullptr, r_.data(), dq_.data(), lambda_dq_.data());
+  for (int r = 0; r < used; ++r) {
+    saddle_.respond(rows_[r], nullptr, 0, response(r), reaction(r));
+    end_impulse_[r] = 0;
   }
-  for (int r = 0; r < used; ++r) saddle_.respond(rows_[r], nullptr, 0, response(r), reaction(r));
+  for (int i = 0; i < n; ++i) v_[i] += dq_[i];
   // One by one, for they may depend on each other.
   double first = 0;
   for (int sweep = 0; sweep < (used > 1 ? 20 : 1); ++sweep) {
@@ -278,12 +287,35 @@ bool MoreauStepper::meet_rates() {
       const double rate = rows_[r].dot(v_.data()), d = rows_[r].dot(response(r));
       if (!(d > 0)) continue;
       most = std::max(most, std::abs(rate));
-      move(-rate / d, response(r));
+      end_impulse_[r] -= rate / d;
+      for (int i = 0; i < n; ++i) v_[i] -= rate / d * response(r)[i];
     }
     first = std::max(first, most);
     if (!(most > 1e-6 * first)) break;
   }
   integrals_.stabilisation += system_.kinetic(v_.data()) - before;
+  each_pressed([&, r = 0](int k, bool stuck) mutable {
+    contacts_[k].impulse_n += end_impulse_[r++];
+    if (stuck) contacts_[k].impulse_t += end_impulse_[r++];
+  });
+  if (!watching_) return true;
+  for (int r = 0; r < used; ++r)
+    for (int k = 0; k < m; ++k) lambda_dq_[k] += end_impulse_[r] * reaction(r)[k];
+  for (int i = 0; i < n; ++i) {
+    smooth_.acceleration[i] += dq_[i];
+    for (int r = 0; r < used; ++r) smooth_.acceleration[i] += end_impulse_[r] * response(r)[i];
+  }
+  system_.report_rows(q_.data(), end_, lambda_dq_.data(), 1, smooth_);
+  int r = 0;
+  each_pressed([&](int k, bool stuck) {
+    look(k);
+    const double normal = end_impulse_[r++];
+    system_.report_contact(k, q_.data(), end_, end_row_, normal, stuck ? end_impulse_[r++] : 0, 1, smooth_);
+  });
+  each_preloaded([&](int k) {
+    look_along(k);
+    system_.report_friction(k, q_.data(), v_.data(), end_, end_row_.tangent, end_impulse_[r++], 1, smooth_);
+  });
   return true;
 }
 

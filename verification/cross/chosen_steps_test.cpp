@@ -122,11 +122,11 @@ TEST_CASE("chosen steps: the paper's first six touches to a microsecond, with at
 TEST_CASE("chosen steps: errors of touches fall in proportion to what is accepted", "[chosen][order]") {
   // A touch is landed on to a tenth of tolerance × clearance and acts anywhere in a step of tolerance × ℓ: first order. The
   // smooth stretches before it are off by tolerance to tolerance^{4/3} (below). Where a step falls is a lottery: the
-  // greatest of a window of tolerances.
+  // greatest of a window of tolerances, from where the shortest flight has more than a step or two of its own.
   Rig rig;
   rig.scene.run.duration += 1e-4;  // the sixth may be late
   std::vector<double> accepted, time, speed, impulse;
-  for (const double tolerance : {1e-4, 1e-5, 1e-6, 1e-7}) {
+  for (const double tolerance : {1e-5, 1e-6, 1e-7, 1e-8}) {
     double worst[3] = {0, 0, 0};
     for (int part = 0; part < 10; ++part) {
       const auto found = test::touches(finished(chosen(rig.scene, tolerance * (1 + 0.1 * part))));
@@ -151,14 +151,13 @@ TEST_CASE("chosen steps: errors of touches fall in proportion to what is accepte
   }
 }
 
-TEST_CASE("chosen steps: smooth motion without rows is of fourth order, with rows that turn of second",
+TEST_CASE("chosen steps: smooth motion without rows is of fourth order, with rows that turn of third",
           "[chosen][order]") {
   // A step is a drift of h/2, a kick of h, a drift of h/2: symmetric where forces know the place alone, so that its error has
   // odd powers of h only: c₃h³ + c₅h⁵, and Richardson's combination of one step and two halves leaves h⁵, fourth order.
-  // A step is then chosen by its h³: errors go with tolerance^{4/3}. Where rows turn with the motion a step leaves their rates
-  // off by O(h²), (h/2)γ being only their first term: the difference of one step and two shows h², and the second half
-  // step, which begins with that, turns it by the row's own turning into O(h³) that no whole step has and the
-  // combination leaves: second order, and errors go with tolerance.
+  // A step is then chosen by its h³: errors go with tolerance^{4/3}. Where rows turn with the motion the middle's rates,
+  // continued by (h/2)γ, miss those at the end by O(h³), onto which they are moved: that is not symmetric, and leaves h⁴
+  // in the combination: third order, and errors go with tolerance.
   const auto spring = orders(hanging(), [](const State& end) {
     const double w = std::sqrt(80 / 2.0), rest = -(1 + 2 * 9.81 / 80), a = -1 - rest;
     return std::max(std::abs(end.q[1] - rest - a * std::cos(w * 1.3)) / a,
@@ -174,8 +173,8 @@ TEST_CASE("chosen steps: smooth motion without rows is of fourth order, with row
     return std::max(std::abs(end.q[2] + 1.5707963267948966 - exact.angle),
                     std::abs(end.v[2] - exact.rate) / 5);
   });
-  CHECK(bar.in_solves > 1.8);
-  CHECK(bar.in_solves < 2.2);
+  CHECK(bar.in_solves > 2.7);
+  CHECK(bar.in_solves < 3.3);
   CHECK(bar.in_tolerance > 0.9);
   CHECK(bar.in_tolerance < 1.1);
 }
