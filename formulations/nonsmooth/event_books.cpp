@@ -60,6 +60,11 @@ void EventDriven::tell(std::vector<std::string>& notes) const {
     notes.push_back(fmt::format(
         "DOUBTFUL: at {} instants no solver found the forces of contacts, which are given as none",
         probe_->unreported));
+  if (dynamics_.together())
+    notes.push_back(fmt::format(
+        "modes of contact changed again and again at t = {:.9g} s: from there contacts are decided together, with a tolerance "
+        "of 1e-7 at least, and open or slide from {:.2g} m/s on",
+        together_since_, dynamics_.rest_speed()));
   if (watching_ && dynamics_.together())
     notes.push_back(
         "DOUBTFUL: forces of contacts that are decided together jump within steps: their impulses over an interval may "

@@ -236,6 +236,7 @@ bool EventDriven::decide_together() {
   if (gives_way_)
     return fail("modes of contact change again and again, or contacts kick each other too fast");
   dynamics_.set_together(true);
+  together_since_ = method_.t;
   const double t = method_.t;
   const std::vector<double> x = method_.x;
   const long rejected = method_.rejected;
@@ -327,8 +328,11 @@ bool EventDriven::impacts(std::vector<int>& touching) {
   const double tiny = d.speed_tolerance(), t = method_.t;
   if (std::ranges::none_of(touching, [&](int k) { return rate_before_[k] < -tiny; })) {
     auto staying = touching;
-    // What was closed does not leave by its drift.
-    std::erase_if(staying, [&](int k) { return rate_before_[k] > tiny && !d.contacts()[k].closed; });
+    // What was closed does not leave by its drift, but by its force.
+    const auto held = [&](int k) {
+      return d.contacts()[k].closed && !(last_.kind == Event::Kind::force && last_.index == k);
+    };
+    std::erase_if(staying, [&](int k) { return rate_before_[k] > tiny && !held(k); });
     // One whose gap closed within rounding while it opened: if what it does is no hop, it has not left.
     const int k = last_.kind == Event::Kind::gap ? last_.index : -1;
     if (k >= 0 && std::ranges::find(staying, k) == staying.end()) {

@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -60,9 +61,9 @@ class EventDriven {
     if constexpr (M::reading)
       if (dynamics_.together()) method_ = coarse_;
     m(method_, unseen_, mark_, pending_, last_, recent_, recent_since_, window_since_, slow_windows_,
-      changes_, changes_since_, block_, block_since_, struck_first_, several_, hurried_, most_kinetic_,
-      ended_, jams_, unsolved_, inelastic_, last_jam_, merged_, crowd_, last_impact_, time_scale_, span_,
-      before_mode_);
+      changes_, changes_since_, block_, block_since_, struck_first_, several_, hurried_, together_since_,
+      most_kinetic_, ended_, jams_, unsolved_, inelastic_, last_jam_, merged_, crowd_, last_impact_,
+      time_scale_, span_, before_mode_);
     remember_probe(m, probe_, watching_, [this] { make_probe(); });
   }
 
@@ -122,6 +123,10 @@ class EventDriven {
   void make_probe();
   void find_gap_events(Event& first);
   void find_mode_events(Event& first);
+  struct Dip {
+    double t, value;
+  };
+  std::optional<Dip> find_dip(std::size_t i, double start, double middle, double end, double shift);
   void find_phase_events(Event& first);
   void watch(const std::vector<double>& x, std::vector<double>& values);
   void values_at(double t, std::vector<double>& values);
@@ -177,7 +182,7 @@ class EventDriven {
   std::vector<double> ending_;  // s, τ of contacts closed by accumulation now, else 0
   std::vector<double> rate_before_, slide_before_;
   mutable std::vector<double> scratch_;
-  std::vector<double> slope_, before_, middle_, after_;
+  std::vector<double> slope_, before_, middle_, after_, between_;
   std::vector<Event> watched_;  // what the values stand for
   bool pending_ = false;        // the mode changes before the next step
   Event last_;
@@ -189,11 +194,12 @@ class EventDriven {
   double changes_since_ = -INFINITY;
   int block_ = 0;  // impacts in the present span
   double block_since_ = -INFINITY;
-  int struck_first_ = -1;    // in the present span
-  bool several_ = false;     // contacts were struck in it
-  double merged_ = 0;        // m, the greatest gap of a contact struck together with another
-  bool hurried_ = false;     // impacts follow each other faster than can be told one by one
-  double most_kinetic_ = 0;  // J, before any impact so far
+  int struck_first_ = -1;      // in the present span
+  double together_since_ = 0;  // s
+  bool several_ = false;       // contacts were struck in it
+  double merged_ = 0;          // m, the greatest gap of a contact struck together with another
+  bool hurried_ = false;       // impacts follow each other faster than can be told one by one
+  double most_kinetic_ = 0;    // J, before any impact so far
   Ended ended_, jams_, unsolved_, inelastic_;
   int crowd_ = 0;  // impacts at one instant
   double last_impact_ = -INFINITY;

@@ -144,6 +144,34 @@ void EventDriven::values_at(double t, std::vector<double>& values) {
   watch(x, values);
 }
 
+/// Where what is watched, positive at a step's ends and middle, falls below zero between them, as sliding does that turns round
+/// for a moment: looked for around the vertex of the parabola through the three where that comes near zero.
+std::optional<EventDriven::Dip> EventDriven::find_dip(std::size_t i, double start, double middle, double end,
+                                                      double shift) {
+  const double bend = 2 * (start - 2 * middle + end), slope = 4 * middle - 3 * start - end;
+  if (!(bend > 0 && slope < 0 && slope > -2 * bend)) return {};
+  const double least = std::min({start, middle, end});
+  if (!(start - 0.25 * slope * slope / bend < 0.5 * least)) return {};
+  const double t0 = method_.t_old, h = method_.t - t0, vertex = -0.5 * slope / bend;
+  // By thirds around the vertex, as far as the parabola may be wrong.
+  double from = std::max(0.0, vertex - 0.25), to = std::min(1.0, vertex + 0.25);
+  for (int tries = 0; tries < 12; ++tries) {
+    const double s[2] = {from + (to - from) / 3, to - (to - from) / 3};
+    double f[2];
+    for (int k = 0; k < 2; ++k) {
+      values_at(t0 + s[k] * h, between_);
+      f[k] = between_[i] + shift;
+      if (f[k] < 0) return Dip{t0 + s[k] * h, f[k]};
+    }
+    if (std::min(f[0], f[1]) > 0.5 * least) return {};
+    if (f[0] < f[1])
+      to = s[1];
+    else
+      from = s[0];
+  }
+  return {};
+}
+
 void EventDriven::find_mode_events(Event& first) {
   if (watched_.empty()) return;
   const double t0 = method_.t_old, t1 = method_.t, tm = 0.5 * (t0 + t1);
@@ -173,6 +201,8 @@ void EventDriven::find_mode_events(Event& first) {
       take(i, t0, tm, start, middle_[i] + shift, shift);
     else if (after_[i] + shift < 0)
       take(i, tm, t1, middle_[i] + shift, after_[i] + shift, shift);
+    else if (const auto dip = find_dip(i, start, middle_[i] + shift, after_[i] + shift, shift))
+      take(i, t0, dip->t, start, dip->value, shift);
   }
 }
 

@@ -142,7 +142,9 @@ std::optional<std::string> coarser(Subject& s) {
   const auto found = look(scene, s.way, {.until = until, .at = r.at.t});
   // That run's own notes count, not those of the one that is judged.
   for (const auto& note : found.result.notes)
-    if (note.starts_with("DOUBTFUL") || note.find(paradox) != note.npos) return {};
+    if (note.starts_with("DOUBTFUL") || note.find(paradox) != note.npos ||
+        note.find("decided together") != note.npos)
+      return {};
   return off_reference(found, r, allowed(s, std::max(tolerance, s.tolerance())), reached(found));
 }
 
