@@ -80,7 +80,14 @@ Mechanism read_mechanism(Section& root) {
         s.fail("", "there is a joint of that name; events could not tell them apart");
     m.contacts.push_back(read_element<Contact>(name, m, s));
   }
-  elements("drives", m.drives);
+  const std::string* crank = nullptr;
+  for (auto& [name, s] : root.children("drives")) {
+    m.drives.push_back(read_element<Drive>(name, m, s));
+    const auto* speed = std::get_if<SpeedDrive>(&m.drives.back());
+    if (!speed || !speed->crank) continue;
+    if (crank) s.fail("crank", fmt::format("drives.{} counts the turns already; one drive may", *crank));
+    crank = &name;
+  }
   elements("loads", m.loads);
   return m;
 }

@@ -41,6 +41,7 @@ void apply_override(toml::table& root, SceneSource& source, const std::string& g
   if (names.empty() || names.back().empty()) bad("has an empty key");
   table->insert_or_assign(names.back(), std::move(*parsed.get("value")));
   source.overridden[key] = given;
+  source.order.push_back(key);
 }
 
 std::optional<int> read_format(Section& root) {
@@ -79,7 +80,7 @@ Scene parse_scene(const std::string& text, const std::string& name,
   scene.file = name;
   scene.text = text;
   scene.overrides = overrides;
-  SceneSource source{name, {}};
+  SceneSource source{name, {}, {}};
   toml::table document = parse_toml(text, name);
   for (const auto& o : overrides) apply_override(document, source, o);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <tuple>
 
 #include "io/schema.hpp"
 
@@ -211,16 +212,29 @@ Section Section::child(std::string_view key) {
 
 std::vector<std::pair<std::string, Section>> Section::children(std::string_view key) {
   Section parent = child(key);
-  std::vector<std::pair<toml::source_position, std::string>> order;
+  // What an option made has no place in the file, or, given whole, one in the option's own text.
+  const auto option = [&](const std::string& name, const toml::node& node) -> std::size_t {
+    const auto path = parent.full(name);
+    const auto& given = source_->order;
+    const auto made = std::ranges::find_if(given, [&](const std::string& set) {
+      return set == path || (node.source().begin.line == 0 && set.starts_with(path + "."));
+    });
+    return made == given.end() ? 0 : static_cast<std::size_t>(made - given.begin()) + 1;
+  };
+  std::vector<std::tuple<std::size_t, toml::source_position, std::string>> order;
   for (const auto& [name, node] : parent.table_) {
     if (!node.is_table()) parent.fail(name.str(), fmt::format("must be a table, is {}", kind_of(node)));
     if (!is_plain_name(name.str()))
       parent.fail(name.str(), "a name must be made of letters, digits, _ and -");
-    order.emplace_back(node.source().begin, std::string(name.str()));
+    const std::string own(name.str());
+    order.emplace_back(option(own, node), node.source().begin, own);
   }
-  std::ranges::stable_sort(order, [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::ranges::stable_sort(order, [](const auto& a, const auto& b) {
+    return std::get<0>(a) != std::get<0>(b) ? std::get<0>(a) < std::get<0>(b)
+                                            : std::get<1>(a) < std::get<1>(b);
+  });
   std::vector<std::pair<std::string, Section>> result;
-  for (const auto& [where, name] : order)
+  for (const auto& [made, where, name] : order)
     result.emplace_back(name, Section(*parent.table_.get_as<toml::table>(name), parent.full(name),
                                       fmt::format("{}.*", parent.pattern_), *source_));
   return result;

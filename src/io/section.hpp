@@ -42,6 +42,7 @@ std::string read_text(const std::filesystem::path& file);
 struct SceneSource {
   std::string name;
   std::map<std::string, std::string> overridden;  ///< dotted key → KEY=VALUE as given
+  std::vector<std::string> order = {};            ///< of these keys on the command line
 
   /// Throws SceneError about `path`, placed at `node` (or at the override that set it).
   [[noreturn]] void fail(const toml::node* node, const std::string& path, const std::string& message) const;
@@ -70,7 +71,8 @@ class Section {
   /// The value of `key` as an index into `choices`; a message lists them.
   int choice(std::string_view key, const std::vector<std::string>& choices, int fallback);
   int choice(std::string_view key, const std::vector<std::string>& choices);
-  /// The sub-tables of `key` in the order they stand in the file; `key` itself may be missing.
+  /// The sub-tables of `key` in the order they stand in the file, then those that the command line made, in the order of
+  /// its options; `key` itself may be missing.
   std::vector<std::pair<std::string, Section>> children(std::string_view key);
   /// The table `key`, or an empty one.
   Section child(std::string_view key);

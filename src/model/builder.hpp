@@ -28,7 +28,8 @@ class Builder {
   void points(const Link& link, const std::string& name);
   void slide(const Link& link, const Vec2& axis, const std::string& name);
   void angle(const Link& link, double angle, const std::string& name);
-  void prescribed(const Link& link, double angle, double speed, const std::string& name);
+  /// `crank`: its angle is the crank's even if it is not the first.
+  void prescribed(const Link& link, double angle, double speed, bool crank, const std::string& name);
   ///@}
 
   /// @name Contacts

@@ -14,9 +14,13 @@ Mechanism idealised(Mechanism mechanism) {
 }
 
 const SpeedDrive* main_drive(const Mechanism& mechanism) {
+  const SpeedDrive* first = nullptr;
   for (const auto& drive : mechanism.drives)
-    if (const auto* speed = std::get_if<SpeedDrive>(&drive)) return speed;
-  return nullptr;
+    if (const auto* speed = std::get_if<SpeedDrive>(&drive)) {
+      if (speed->crank) return speed;
+      if (!first) first = speed;
+    }
+  return first;
 }
 
 }  // namespace freeplay

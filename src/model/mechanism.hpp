@@ -27,7 +27,8 @@ struct Mechanism {
 /// The same mechanism with every clearance closed, and without contacts between bodies.
 Mechanism idealised(Mechanism mechanism);
 
-/// The drive whose joint angle counts revolutions and is reported as the crank angle, if there is one.
+/// The drive whose joint angle counts revolutions and is reported as the crank angle, if there is one: the one that says
+/// so, else the first.
 const SpeedDrive* main_drive(const Mechanism& mechanism);
 
 }  // namespace freeplay

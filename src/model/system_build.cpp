@@ -67,9 +67,9 @@ void Builder::angle(const Link& link, double angle, const std::string& name) {
   end_row(name, true);
 }
 
-void Builder::prescribed(const Link& link, double angle, double speed, const std::string& name) {
+void Builder::prescribed(const Link& link, double angle, double speed, bool crank, const std::string& name) {
   auto& drives = std::get<std::vector<SpeedRow>>(s_.constraints_);
-  if (drives.empty()) s_.crank_ = link;
+  if (drives.empty() || crank) s_.crank_ = link;
   drives.push_back({link, s_.G_.rows, angle, speed});
   turn_entries(link);
   end_row(name, true);

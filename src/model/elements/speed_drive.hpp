@@ -20,6 +20,7 @@ struct SpeedDrive {
   int joint = -1;
   double speed = 0;          ///< rad/s
   double initial_angle = 0;  ///< rad, at t = 0
+  bool crank = false;        ///< its joint's turns are counted, whichever drive stands first
 
   static double from_rpm(double rpm) { return rpm * 2 * std::numbers::pi / 60; }
 
@@ -31,10 +32,14 @@ struct SpeedDrive {
     k.joint_angle({"initial_angle", "rad",
                    "relative angle at t = 0; default: that of the bodies' `angle` keys", "from the bodies"},
                   d.initial_angle, d.joint);
+    k.take({"crank", "",
+            "this drive's turns are counted (crank_angle, revolutions); else those of the first that has a "
+            "prescribed speed"},
+           d.crank);
   }
 
   auto link(auto& b) const { return b.joint_link(joint); }
-  void build(auto& b) const { b.prescribed(link(b), initial_angle, speed, name); }
+  void build(auto& b) const { b.prescribed(link(b), initial_angle, speed, crank, name); }
 };
 
 }  // namespace freeplay
