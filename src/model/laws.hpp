@@ -48,6 +48,16 @@ struct FrictionLawFacts {
   bool bristle;           ///< carries a bristle deflection z (m) in its state
   bool positive_v0;       ///< friction_v0 > 0, else ≥ 0
   bool v1_above_v0;       ///< friction_v1 > friction_v0
+
+  /// Whether the law reads a key of [penalty].
+  constexpr bool reads(std::string_view key) const {
+    for (auto rest = keys; !rest.empty();) {
+      const auto end = rest.find(", ");
+      if (rest.substr(0, end) == key) return true;
+      rest.remove_prefix(end == rest.npos ? rest.size() : end + 2);
+    }
+    return false;
+  }
 };
 
 /// All friction laws, in the order of their enumerators.

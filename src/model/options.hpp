@@ -123,25 +123,39 @@ struct PenaltyOptions {
            "line contacts: the point law whose damping factor they take, \"hertz\" for none; pereira: its own",
            "\"exact\""},
           o.damping, [](ContactLaw law) { return facts_of(law).kind == ContactKind::point; });
-    k.take({"kelvin_stiffness", "N/m", "kelvin-voigt: K"}, o.kelvin_stiffness, positive);
-    k.take({"kelvin_damping", "N s/m", "kelvin-voigt: D"}, o.kelvin_damping, non_negative);
+    if (k.when(facts_of(o.contact).kind == ContactKind::spring_damper, {"kelvin_stiffness", "kelvin_damping"},
+               "belongs to penalty.contact = \"kelvin-voigt\"")) {
+      k.take({"kelvin_stiffness", "N/m", "kelvin-voigt: K"}, o.kelvin_stiffness, positive);
+      k.take({"kelvin_damping", "N s/m", "kelvin-voigt: D"}, o.kelvin_damping, non_negative);
+    }
     k.choose({"friction", "", ""}, o.friction);
     const auto& friction = facts_of(o.friction);
+    // Each law reads keys of its own.
+    const auto of_friction = [&](const Key& key, auto& x, const Range& range) {
+      if (k.when(friction.reads(key.name), {key.name},
+                 "is no key of this law of penalty.friction; `freeplay laws` lists each law's"))
+        k.take(key, x, range);
+    };
     k.take(
         {"friction_v0", "m/s",
          "sliding speed that regularises friction: none below it (Ambrósio), v₀ (Threlfall, Bengisu–Akay), "
          "Stribeck's (LuGre), v_t (Brown–McPhee)"},
         o.friction_v0, friction.positive_v0 ? positive : non_negative);
-    k.take({"friction_v1", "m/s", "Ambrósio: full friction above this sliding speed"}, o.friction_v1,
-           positive);
-    k.take({"friction_static", "", "Bengisu–Akay, LuGre, Brown–McPhee: static over kinetic friction, ≥ 1"},
-           o.friction_static, one_or_more);
-    k.take({"friction_decay", "s/m", "Bengisu–Akay: ξ, decay from static to kinetic friction"},
-           o.friction_decay, non_negative);
-    k.take({"friction_viscous", "s/m", "LuGre, Brown–McPhee: viscous friction over the normal force"},
-           o.friction_viscous, non_negative);
-    k.take({"bristle_stiffness", "1/m", "LuGre: σ₀ over the normal force"}, o.bristle_stiffness, positive);
-    k.take({"bristle_damping", "s/m", "LuGre: σ₁ over the normal force"}, o.bristle_damping, non_negative);
+    of_friction({"friction_v1", "m/s",
+                 "Ambrósio: full friction above this sliding speed; Andersson: Stribeck's speed"},
+                o.friction_v1, positive);
+    of_friction({"friction_static", "",
+                 "Bengisu–Akay, LuGre, Brown–McPhee, Andersson: static over kinetic friction, ≥ 1"},
+                o.friction_static, one_or_more);
+    of_friction({"friction_decay", "s/m", "Bengisu–Akay: ξ, decay from static to kinetic friction"},
+                o.friction_decay, non_negative);
+    of_friction(
+        {"friction_viscous", "s/m", "LuGre, Brown–McPhee, Andersson: viscous friction over the normal force"},
+        o.friction_viscous, non_negative);
+    of_friction({"bristle_stiffness", "1/m", "LuGre: σ₀ over the normal force"}, o.bristle_stiffness,
+                positive);
+    of_friction({"bristle_damping", "s/m", "LuGre: σ₁ over the normal force"}, o.bristle_damping,
+                non_negative);
     k.check(!friction.v1_above_v0 || o.friction_v1 > o.friction_v0, "friction_v1",
             "must be greater than friction_v0 = ", o.friction_v0, ", is ", o.friction_v1);
     k.choose({"stabilisation", "", ""}, o.stabilisation);
@@ -158,7 +172,9 @@ struct PenaltyOptions {
     k.take({"tolerance", "",
             "adaptive integrators: a step is accepted when every |error| is below tolerance × scale"},
            o.tolerance, positive);
-    k.take({"step", "s", "rk4: step"}, o.step, positive);
+    if (k.when(!choice_of(o.integrator).traits.adaptive, {"step"},
+               "belongs to penalty.integrator = \"rk4\"; the others choose their steps by penalty.tolerance"))
+      k.take({"step", "s", "rk4: step"}, o.step, positive);
     k.take(
         {"v0_floor", "m/s", "least approach speed that a contact's damping is scaled with", "see penalty.md"},
         o.v0_floor, positive);

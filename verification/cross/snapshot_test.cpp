@@ -406,14 +406,17 @@ TEST_CASE("snapshots: every penalty integrator goes on bit for bit", "[snapshot]
 }
 
 TEST_CASE("snapshots: friction's zones and bristles", "[snapshot]") {
-  for (const char* law : {"ambrosio", "threlfall", "bengisu-akay", "brown-mcphee", "lugre"})
+  for (const auto& [law, own] : {std::pair{"ambrosio", "penalty.friction_v1=0.3"},
+                                 {"threlfall", "run.discard=0"},
+                                 {"bengisu-akay", "penalty.friction_static=1.2"},
+                                 {"brown-mcphee", "penalty.friction_static=1.2"},
+                                 {"lugre", "penalty.friction_static=1.2"}})
     for (const char* integrator : {"dopri5", "adams_bashforth_moulton"})
       check(
           {text("ring"),
            "penalty",
            {fmt::format("penalty.friction=\"{}\"", law), fmt::format("penalty.integrator=\"{}\"", integrator),
-            "penalty.tolerance=1e-6", "penalty.friction_v0=0.02", "penalty.friction_v1=0.3",
-            "penalty.friction_static=1.2", "run.duration=0.03"},
+            "penalty.tolerance=1e-6", "penalty.friction_v0=0.02", own, "run.duration=0.03"},
            {flight, contact, stick}});
   // A block that slides up a slope and stays there, on its bristles.
   for (const char* integrator :
@@ -598,9 +601,9 @@ TEST_CASE("snapshots: back to before the first step, in a simulation that has a 
   for (const char* integrator :
        {"rk4", "dopri5", "fehlberg78", "bulirsch_stoer", "adams_bashforth_moulton", "rosenbrock4"}) {
     const auto with = fmt::format("penalty.integrator=\"{}\"", integrator);
-    check_again(parse_scene(rig(), "snapshot.toml",
-                            {with, "penalty.step=1e-5", "penalty.tolerance=1e-7", "run.duration=0.012"}),
-                "penalty");
+    std::vector<std::string> sets{with, "penalty.tolerance=1e-7", "run.duration=0.012"};
+    if (std::string_view(integrator) == "rk4") sets.emplace_back("penalty.step=1e-5");
+    check_again(parse_scene(rig(), "snapshot.toml", sets), "penalty");
   }
   for (const char* scheme : {"moreau-jean", "event-driven"}) {
     const auto with = fmt::format("nonsmooth.scheme=\"{}\"", scheme);

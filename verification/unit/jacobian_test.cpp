@@ -92,13 +92,20 @@ TEST_CASE("the exact Jacobian equals differences of the right-hand side for ever
           "[penalty][jacobian]") {
   std::vector<Setting> settings;
   for (const auto& law : contact_laws())
-    settings.push_back(
-        {"kelvin_stiffness = 1e4\nkelvin_damping = 10.0\n", "", law.law, std::string(law.text)});
-  for (const auto& law : friction_laws())
-    settings.push_back(
-        {"friction_v0 = 0.5\nfriction_v1 = 2.0\nfriction_static = 1.4\nfriction_decay = "
-         "0.5\nfriction_viscous = 0.1\nbristle_stiffness = 10.0\nbristle_damping = 0.3\n",
-         "", ContactLaw::flores, std::string(law.text), law.law});
+    settings.push_back({law.kind == ContactKind::spring_damper
+                            ? "contact = \"kelvin-voigt\"\nkelvin_stiffness = 1e4\nkelvin_damping = 10.0\n"
+                            : "",
+                        "", law.law, std::string(law.text)});
+  const std::pair<std::string_view, std::string_view> keys[] = {
+      {"friction_v0", "0.5"},    {"friction_v1", "2.0"},      {"friction_static", "1.4"},
+      {"friction_decay", "0.5"}, {"friction_viscous", "0.1"}, {"bristle_stiffness", "10.0"},
+      {"bristle_damping", "0.3"}};
+  for (const auto& law : friction_laws()) {
+    std::string text = "friction = \"" + std::string(law.text) + "\"\n";
+    for (const auto& [key, value] : keys)
+      if (law.reads(key)) text += std::string(key) + " = " + std::string(value) + "\n";
+    settings.push_back({text, "", ContactLaw::flores, std::string(law.text), law.law});
+  }
   for (const char* film : {"short", "long"})
     for (const char* cavitation : {"half-sommerfeld", "none"})
       settings.push_back({"", std::string("film = \"") + film + "\"\ncavitation = \"" + cavitation +

@@ -134,11 +134,11 @@ TEST_CASE("scenes with overrides read back from their canonical text", "[scene]"
   const std::vector<std::vector<std::string>> sets = {
       {"drives.motor.speed_rpm=-77.7", "run.revolutions=1.1", "run.discard=0.3"},
       {"drives.motor.speed_rpm=0.1", "drives.motor.initial_angle=1e-300"},
-      {"penalty.contact=hertz", "penalty.kelvin_damping=3"},
+      {"penalty.contact=kelvin-voigt", "penalty.kelvin_stiffness=1e7", "penalty.kelvin_damping=3"},
       {"penalty.contact=pereira"},
       {"penalty.contact=johnson", "penalty.damping=hertz"},
       {"penalty.stabilisation=none", "penalty.integrator=rk4", "penalty.step=3e-7"},
-      {"penalty.friction=lugre", "penalty.friction_v1=1e-9"},
+      {"penalty.friction=lugre", "penalty.bristle_damping=1e-9"},
       {"nonsmooth.scheme=event-driven", "nonsmooth.impact_law=energetic"},
       {"run.start=ideal", "run.eliminate=false", "run.output_step=1.25e-4"},
       {"title=\"\"\"two \\\"lines\\\" and\n a \\\\, a tab \\t, é, \\u0001 and \\u007f = [x]\"\"\""},
