@@ -1,6 +1,8 @@
 #include "io/output_file.hpp"
 
+#include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <system_error>
 
@@ -31,6 +33,15 @@ OutputFile::~OutputFile() {
 
 void OutputFile::fail(const char* what) const {
   throw OutputError(fmt::format("{}: {}: {}", path_.string(), what, std::strerror(errno)));
+}
+
+/// What went wrong is the program's, so that it says where it was.
+void OutputFile::refuse(double x) {
+  std::string_view row(buffer_.data(), used_);
+  row.remove_prefix(row.rfind('\n') + 1);  // npos + 1 = 0
+  throw OutputError(
+      fmt::format("{}: refuses to hold {}: in the row that begins with \"{}\", behind {} numbers",
+                  path_.string(), x, row.substr(0, row.find(',')), std::ranges::count(row, ',')));
 }
 
 void OutputFile::flush() {
@@ -80,6 +91,7 @@ void OutputFile::write(std::string_view text) {
 }
 
 void OutputFile::number(double x) {
+  if (!std::isfinite(x)) refuse(x);
   if (buffer_.size() - used_ < 32) flush();
   const auto end = fmt::format_to(buffer_.data() + used_, "{}", x);
   used_ = static_cast<std::size_t>(end - buffer_.data());

@@ -30,7 +30,8 @@ class OutputFile {
   OutputFile& operator=(const OutputFile&) = delete;
 
   void write(std::string_view text);
-  /// Appends one number in the shortest form that reads back the same. No allocation.
+  /// Appends one number in the shortest form that reads back the same. No allocation. What is not finite is no number:
+  /// OutputError, and the file is not completed.
   void number(double x);
   /// Hands all that was written to the operating system; returns how much that is.
   std::uint64_t settle();
@@ -48,6 +49,7 @@ class OutputFile {
  private:
   void flush();
   [[noreturn]] void fail(const char* what) const;
+  [[noreturn]] void refuse(double x);
 
   std::filesystem::path path_, partial_;
   std::FILE* file_ = nullptr;
