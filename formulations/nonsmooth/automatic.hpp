@@ -43,6 +43,7 @@ class AutomaticStepper {
   void interpolate(double t, double* q, double* v) const {
     shown_ ? stepping_.interpolate(t, q, v) : events_.interpolate(t, q, v);
   }
+  Struck struck() const { return shown_ ? stepping_.struck() : Struck{t(), {}}; }
 
   /// @name Forces; see Step
   ///@{

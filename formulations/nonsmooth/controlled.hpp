@@ -53,6 +53,8 @@ class ControlledMoreau {
   const double* v_old() const { return start_.v.data(); }
   const double* q() const { return moreau_.q(); }
   void interpolate(double t, double* q, double* v) const;
+  /// Smooth steps have no impacts.
+  Struck struck() const { return smooth_step_ ? Struck{t(), {}} : moreau_.struck(); }
   std::span<const double> z() const { return moreau_.z(); }
   std::span<const double> multipliers() const { return moreau_.multipliers(); }
 

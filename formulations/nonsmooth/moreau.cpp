@@ -35,7 +35,8 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
   end_impulse_.resize(static_cast<std::size_t>(rows));
   response_.resize(static_cast<std::size_t>(rows) * system.n());
   reaction_.resize(static_cast<std::size_t>(rows) * system.rows());
-  for (auto* x : {&q_, &v_, &q_old_, &v_old_, &q_mid_, &v_mean_, &v_trial_, &v_free_, &force_, &dq_})
+  for (auto* x :
+       {&q_, &v_, &q_old_, &v_old_, &q_mid_, &v_mean_, &v_trial_, &v_free_, &force_, &dq_, &struck_v_})
     x->resize(system.n());
   for (auto* x : {&z_, &z_mid_, &flow_}) x->resize(system.states());
   for (auto* x : {&r_, &lambda_, &lambda_free_, &lambda_dq_}) x->resize(system.rows());
@@ -123,6 +124,7 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
   }
   for (int i = 0; i < n; ++i) q_[i] = q_mid_[i] + 0.5 * h * v_[i];
   log_contacts(h);
+  if (struck_) keep_struck();
   if (watching_) book(h);
   account(h);
   if (step_ > 0) keep_passage(h);

@@ -115,6 +115,11 @@ class MoreauStepper {
   const double* v() const { return v_.data(); }
   const double* v_old() const { return v_old_.data(); }
   void interpolate(double t, double* q, double* v) const;
+  /// The impacts of the last step, at their touches' mean by normal impulse.
+  Struck struck() const {
+    if (!struck_) return {t_, {}};
+    return {struck_t_, struck_v_};
+  }
 
   const double* q() const { return q_.data(); }
   std::span<const double> z() const { return z_; }
@@ -166,7 +171,9 @@ class MoreauStepper {
   void account(double h);
   void book(double h);
   void log_contacts(double h);
+  void keep_struck();
   static double left_out(const Contact& c);
+  bool leaves(const Contact& c, double h) const;
   void log_leave(int k);
   void keep_flight(double approach, double steps);
   void keep_passage(double h);
@@ -197,6 +204,8 @@ class MoreauStepper {
   Extremes extremes_;
   Work work_;
   bool struck_ = false;              // a contact was touched in this step
+  double struck_t_ = 0;              // s
+  std::vector<double> struck_v_;     // what that did to the velocities
   std::array<double, 128> flights_;  // steps of the shortest flight, by the binary exponent of the approach
   Passage passage_;
   std::vector<int> passing_;  // contacts that something may pass through

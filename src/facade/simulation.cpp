@@ -11,6 +11,7 @@
 #include "facade/judge.hpp"
 #include "facade/simulation.hpp"
 #include "formulations/make.hpp"
+#include "io/digest.hpp"
 #include "io/identity.hpp"
 #include "io/write_scene.hpp"
 #include "model/assembly.hpp"
@@ -93,7 +94,7 @@ struct Simulation::Implementation {
         restitution(matched_restitution(family, options.matched, scene, system)),
         layout(layout_of(scene, system, start)),
         form(begun(start)),
-        sensors(scene.instruments, layout, start.q.size()) {}
+        sensors(scene.instruments, layout, start.q.size(), noise_of_run()) {}
 
   /// A formulation begun there: what it makes of the constraint rows depends on where.
   std::unique_ptr<Formulation> begun(const State& at) const {
@@ -110,6 +111,12 @@ struct Simulation::Implementation {
     auto found = identify(scene, family, restitution);
     found.given = start_identity(given_start);
     return found;
+  }
+  /// What tells this run's noise from that of any other: all that it is, but not the program that makes it.
+  std::uint64_t noise_of_run() const {
+    auto all = identity();
+    all.program.clear();
+    return checksum(all.digest());
   }
   /// Found once, when forces are first watched.
   void find_undetermined() {

@@ -47,31 +47,43 @@ double LowPass::output() const {
 
 namespace {
 
-/// Uniform in (0, 1] from a counter (Steele, Lea and Flood's SplitMix64): a sample's noise depends on nothing
-/// else.
-double uniform(std::uint64_t counter) {
+/// SplitMix64: the output of a counter.
+std::uint64_t mixed(std::uint64_t counter) {
   std::uint64_t z = counter * 0x9e3779b97f4a7c15u + 0x9e3779b97f4a7c15u;
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
   z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-  z ^= z >> 31;
-  return static_cast<double>((z >> 11) + 1) * 0x1p-53;
+  return z ^ (z >> 31);
+}
+
+/// Uniform in (0, 1].
+double uniform(std::uint64_t counter) { return static_cast<double>((mixed(counter) >> 11) + 1) * 0x1p-53; }
+
+/// Where a channel's counter begins.
+std::uint64_t stream_of(const Instrument& settings, std::uint64_t run) {
+  std::uint64_t stream = mixed(settings.seed);
+  for (const char c : settings.name) stream = mixed(stream ^ static_cast<unsigned char>(c));
+  return mixed(stream ^ mixed(run));
 }
 
 /// A standard normal number (Box and Muller).
-double normal(std::uint64_t seed, std::uint64_t index) {
-  const std::uint64_t counter = (seed << 40) + 2 * index;
+double normal(std::uint64_t stream, std::uint64_t index) {
+  const std::uint64_t counter = stream + 2 * index;
   return std::sqrt(-2 * std::log(uniform(counter))) * std::cos(2 * std::numbers::pi * uniform(counter + 1));
 }
 
 }  // namespace
 
-Channel::Channel(const Instrument& settings)
+Channel::Channel(const Instrument& settings, std::uint64_t run)
     : settings_(settings),
       sensing_(sensing_of(settings.kind)),
-      filter_(std::max(settings.bandwidth, 1.0), settings.order) {}
+      filter_(std::max(settings.bandwidth, 1.0), settings.order),
+      stream_(stream_of(settings, run)) {}
 
 void Channel::begin(double t, bool anew) {
-  if (anew) started_ = false;
+  if (anew) {
+    started_ = false;
+    early_ = 0;
+  }
   if (next_sample() > t) return;
   index_ = std::max(index_, static_cast<long>(std::floor(t * settings_.sampling)));
   while (next_sample() <= t) ++index_;
@@ -94,17 +106,26 @@ double Channel::measure(const ElementForce& force) const {
 }
 
 double Channel::shown(double value) const {
-  if (settings_.noise) value += *settings_.noise * normal(settings_.seed, static_cast<std::uint64_t>(index_));
-  if (settings_.range) value = std::clamp(value, -*settings_.range, *settings_.range);
-  if (settings_.resolution) value = *settings_.resolution * std::floor(value / *settings_.resolution);
-  return value;
+  if (settings_.noise) value += *settings_.noise * normal(stream_, static_cast<std::uint64_t>(index_));
+  if (!settings_.resolution)
+    return settings_.range ? std::clamp(value, -*settings_.range, *settings_.range) : value;
+  double code = std::floor(value / *settings_.resolution);
+  if (settings_.range) {
+    const double last = std::floor(*settings_.range / *settings_.resolution * (1 + 1e-12));
+    code = std::clamp(code, -last, last);
+  }
+  return *settings_.resolution * code;
 }
 
 bool Channel::feed(double t0, double t1, double v0, double v1) {
   const double h = t1 - t0;
   if (h > 0) {
     const double a = (v1 - v0) / h;
-    if (!started_) filter_.reset(a);
+    if (!started_) {
+      filter_.reset(a);
+      filter_.kick(early_);
+      early_ = 0;
+    }
     started_ = true;
     filter_.advance(h, a);
   }

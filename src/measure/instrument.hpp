@@ -10,12 +10,21 @@
 // A load cell and a torque sensor take the force (N) or torque (N m) of a joint or drive in the place of a(t), and
 // impulses in that of dv.
 //
+// The filter starts in equilibrium with the smooth motion that the first step shows: impacts that come before it or
+// within it are impulses like all others, and no part of what was there before.
+//
 // An LVDT shows a displacement of a body along its axis, an encoder the angle of a joint in whole counts.
-// Noise, range and resolution act on the samples, in this order.
+//
+// Noise is added to a sample as a sensor adds it, before the converter, whose codes are the whole multiples k·Δ of its
+// resolution with |k Δ| ≤ range: k = ⌊x/Δ⌋, at most the last code on either side. Without a resolution it clips at ± range.
+//
+// The noise is white and normal, each sample's from a counter alone (Steele, Lea and Flood, OOPSLA 2014). The counter
+// begins where seed, channel and run are mixed to 64 bits: no two channels, starts or runs share one.
 #pragma once
 
 #include <array>
 #include <complex>
+#include <cstdint>
 
 #include "model/instruments.hpp"
 
@@ -54,7 +63,8 @@ class LowPass {
 /// given what they measure at each sample.
 class Channel {
  public:
-  explicit Channel(const Instrument& settings);
+  /// `run`: stands for what runs, in the noise.
+  explicit Channel(const Instrument& settings, std::uint64_t run = 0);
   const Instrument& settings() const { return settings_; }
   /// Divides a step into pieces that end at its samples and are not longer than longest_piece(): each(t, to).
   template <class Each>
@@ -79,13 +89,16 @@ class Channel {
   bool feed(double t0, double t1, double v0, double v1);
   /// A jump of the velocity between two pieces.
   void jump(double dv) {
-    if (started_) filter_.kick(dv);
+    if (started_)
+      filter_.kick(dv);
+    else
+      early_ += dv;
   }
   /// Goes on at t: samples before it are past; `anew`: the filter starts in equilibrium again.
   void begin(double t, bool anew);
   template <class M>
   void remember(M& m) {
-    m(filter_, index_, started_);
+    m(filter_, index_, started_, early_, stream_);
   }
   /// The present sample of a filtered channel.
   double output() const { return shown(filter_.output()); }
@@ -104,6 +117,8 @@ class Channel {
   LowPass filter_;
   long index_ = 1;
   bool started_ = false;
+  double early_ = 0;  // jumps before the filter's first piece
+  std::uint64_t stream_;
 };
 
 }  // namespace freeplay

@@ -31,7 +31,7 @@ struct Instrument {
   double sampling = 0;                      ///< Hz
   std::optional<double> noise = {};         ///< standard deviation of a sample, in the channel's unit
   unsigned seed = 1;                        ///< of the noise
-  std::optional<double> range = {};         ///< ± full scale; samples are clipped there
+  std::optional<double> range = {};         ///< ± full scale; samples are kept within
   std::optional<double> resolution = {};    ///< step of the samples, rounded down; an encoder's is 2π/counts
 };
 

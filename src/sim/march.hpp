@@ -11,7 +11,7 @@
 namespace freeplay {
 
 /// A stepper's last step as observers see it. A Stepper has t_old(), t(), v_old(), v(), z() and
-/// interpolate(t, q, v) within its last step, multipliers(), and of forces forces(t, out), add_impulse(a, b,
+/// interpolate(t, q, v) within its last step, multipliers(), struck() where it steps over impacts, and of forces forces(t, out), add_impulse(a, b,
 /// sum), before() and within() as in Step; its owner ledger().
 template <class Owner, class Stepper>
 class StepOf final : public Step {
@@ -41,6 +41,12 @@ class StepOf final : public Step {
     }
   }
   EnergyLedger ledger() const override { return owner_.ledger(); }
+  Struck struck() const override {
+    if constexpr (requires { stepper_.struck(); })
+      return stepper_.struck();
+    else
+      return Step::struck();
+  }
   /// Only of a step with very many rows: what else is left of one is soon recorded, and is then not lost.
   bool stopped() const override { return cut_ = cut_ || (++asked_ > 10000 && watch_.stop()); }
   bool cut() const override { return cut_; }

@@ -52,6 +52,7 @@ class Step {
   /// Where the contacts are at a state, one of Layout::contacts each.
   virtual void contacts(double t, std::span<const double> q, std::span<ContactPlace> out) const = 0;
   virtual EnergyLedger ledger() const = 0;
+  virtual Struck struck() const { return {t1, {}}; }
   /// Whether the run has been asked to stop: long work on one step should end.
   virtual bool stopped() const = 0;
   /// Whether stopped() has told anyone so during this step: then not all of it has been seen.

@@ -3,8 +3,8 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 #include <functional>
-#include <optional>
 #include <vector>
 
 #include "measure/instrument.hpp"
@@ -16,12 +16,14 @@ class Sensors {
  public:
   using Sink = std::function<void(std::size_t channel, double t, double value)>;
 
-  Sensors(const std::vector<Instrument>& instruments, const Layout& layout, std::size_t coordinates);
+  /// `run`: stands for what runs, in the noise of its samples.
+  Sensors(const std::vector<Instrument>& instruments, const Layout& layout, std::size_t coordinates,
+          std::uint64_t run);
   /// Whether any measures a force.
   bool wants_forces() const { return any_force_; }
   /// Before the first step of a run that wants samples. One that goes on where the last one ended continues
-  /// it; behind a rest filters start anew, and samples that nobody took are not made up for. `end`: of the run (s).
-  void begin(double t, double end);
+  /// it; behind a rest filters start anew, and samples that nobody took are not made up for. `state`: where it begins; `end`: of the run (s).
+  void begin(const State& state, double end);
   void step(const Step& step, const Sink& sink);
 
   template <class M>
@@ -37,10 +39,10 @@ class Sensors {
   double measured(const Channel& channel, const Forces& forces) const;
 
   std::vector<Channel> channels_;
-  std::vector<std::vector<int>> elements_;            // of each force channel, into Layout::forces
-  std::vector<std::optional<double>> last_velocity_;  // of each channel, at the end of the last step
-  double until_ = -INFINITY;                          // s, end of the last step
-  double end_ = 0;                                    // s, of the run
+  std::vector<std::vector<int>> elements_;  // of each force channel, into Layout::forces
+  std::vector<double> last_velocity_;       // of each channel, at the end of the last step or where it began
+  double until_ = -INFINITY;                // s, end of the last step
+  double end_ = 0;                          // s, of the run
   std::vector<double> q_, v_;
   Forces forces_;
   bool any_force_ = false;

@@ -19,7 +19,7 @@ Watch::Watch(const Layout& layout, Sensors& sensors, std::vector<Observer*> obse
 }
 
 void Watch::begin(const State& state) {
-  if (wants_.samples) sensors_.begin(state.t, layout_.end);
+  if (wants_.samples) sensors_.begin(state, layout_.end);
   for (auto* o : observers_) o->begin(layout_, state);
 }
 

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -69,6 +70,12 @@ struct Forces {
   void remember(M& m) {
     m(elements, acceleration);
   }
+};
+
+/// What the impacts within a time step did to the velocities, all at once at t; no other step has any within it.
+struct Struck {
+  double t = 0;               ///< s; of a step without impacts within it its end
+  std::span<const double> v;  ///< m/s, rad/s: change of the velocities; empty: none
 };
 
 }  // namespace freeplay
