@@ -54,6 +54,8 @@ struct MethodState {
   static constexpr bool may_creep = true;
   /// Controls no error: what it makes of a stiff motion may be none.
   static constexpr bool fixed_step = false;
+  /// Interpolates by a polynomial of its own order, for steps too long for a low one.
+  static constexpr bool long_steps = false;
   double t_old = 0, t = 0;
   Vector x_old, x, dxdt_old, dxdt;
   long rejected = 0;

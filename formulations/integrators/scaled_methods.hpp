@@ -56,6 +56,7 @@ class ScaledSide {
 /// Bulirsch and Stoer's extrapolation with dense output of the same order: an event lands on the interpolant.
 class BulirschStoer : public MethodState {
  public:
+  static constexpr bool long_steps = true;
   BulirschStoer(ErrorNorm norm, double first_step)
       : side_(std::move(norm)),
         stepper_(side_.tolerance(), 0.0, 1.0, 0.0, 0.0, true),

@@ -42,6 +42,10 @@ struct ElasticLaw {
   }
   /// ∫ F_el dδ from 0 (J), in closed form where there is one, else by quadrature.
   double energy(double delta) const;
+  template <int N>
+  Dual<N> energy(const Dual<N>& delta) const {
+    return delta.chain(energy(delta.value), force(delta.value));
+  }
 
  private:
   double other_force(double delta) const;

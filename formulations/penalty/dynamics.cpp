@@ -86,7 +86,7 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
     if (!(row.gap < 0)) continue;
     const T delta = -row.gap, rate = -row.normal.dot(v);
     const T elastic = c.law.elastic.force(delta);
-    const T force = c.law.force(elastic, rate, c.v0);
+    const T force = c.force(delta, rate, elastic);
     row.normal.add_to(e.force.data(), force);
     impulse[0] = force;
     terms.contact_loss += (force - elastic) * rate;
@@ -112,6 +112,7 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
 }
 
 void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
+  t = std::min(t, knot);
   ++work.rhs;
   const int n = system_.n(), m = system_.rows();
   const double* v = x.data() + n;

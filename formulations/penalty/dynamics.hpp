@@ -50,8 +50,16 @@ struct PenaltyContact {
   std::optional<FrictionForce> friction;
   std::optional<Film> film;
   bool closed = false;
-  int zone = 0;   ///< of the friction law, while closed
-  double v0 = 1;  ///< m/s, δ̇ at first touch of the present contact
+  int zone = 0;         ///< of the friction law, while closed
+  double v0 = 1;        ///< m/s: δ̇ at first touch of the present contact, or of its last blow
+  bool struck = false;  ///< a blow lasts that is harder than v₀: its w stands for v₀ (see contact_law.hpp)
+  double mass = 1;      ///< kg, that the blow meets
+
+  template <class T>
+  T force(const T& delta, const T& rate, const T& elastic) const {
+    return struck ? law.force_at(elastic, rate, law.touch_speed(delta, rate, mass))
+                  : law.force(elastic, rate, v0);
+  }
 };
 
 class PenaltyDynamics {
@@ -120,11 +128,14 @@ class PenaltyDynamics {
   double nearest_singular() const { return saddle_.nearest_singular(); }
   Work work;
   Phases phases;  ///< the pieces of torque tables that the present mode is held to
+  /// s: the next knot of a table against time. A stage at the step's end may come to lie a rounding beyond it, on a slope of
+  /// 1e13 N m/s.
+  double knot = INFINITY;
 
   template <class M>
   void remember(M& m) {
     m.part("penalty dynamics");
-    for (auto& c : contacts_) m(c.closed, c.zone, c.v0);
+    for (auto& c : contacts_) m(c.closed, c.zone, c.v0, c.struck, c.mass);
     m(phases);
     m(saddle_, singular_, work);
   }

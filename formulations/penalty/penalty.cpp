@@ -117,6 +117,10 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
           (facts.clearance < law.least_clearance || facts.clearance >= law.clearance_end))
         notes.push_back(fmt::format("{}: {} at a clearance of {:.4g} mm is outside its range, {}", facts.name,
                                     law.text, 1e3 * facts.clearance, law.range));
+      if (facts.surface.tangential_restitution > 0)
+        notes.push_back(fmt::format(
+            "{}: tangential_restitution = {:.3g} is of impact laws; a contact force has none, and friction alone acts here",
+            facts.name, facts.surface.tangential_restitution));
       const double depth = stepper_.extremes().penetration[k];
       if (depth > 0.5 * contact.law.elastic.limit())
         notes.push_back(fmt::format("{}: penetration {:.3g} m is beyond half the range of {}, {}", facts.name,

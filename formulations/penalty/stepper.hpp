@@ -30,7 +30,7 @@ class PenaltyStepper {
     mark_.resize(contacts);
     was_.resize(contacts);
     end_.resize(contacts);
-    scratch_.resize(f_.size());
+    for (auto* x : {&scratch_, &slope_, &moving_}) x->resize(f_.size());
     extremes_.penetration.assign(contacts, 0);
   }
 
@@ -94,6 +94,8 @@ class PenaltyStepper {
       c.closed = was_[k].closed;
       c.zone = was_[k].zone;
       c.v0 = was_[k].v0;
+      c.struck = was_[k].struck;
+      c.mass = was_[k].mass;
     }
     probe_->phases = was_phases_;
     probe_->report(moving_, t, slope_, out);
@@ -109,7 +111,7 @@ class PenaltyStepper {
     restart_ = false;
     const double run_end = t_end;
     // A table's knots are stops: no step crosses a kink of the torque, or misses a pulse.
-    const double knot = f_.system().next_knot(method_.t);
+    const double knot = f_.knot = f_.system().next_knot(method_.t);
     const bool to_knot = knot < t_end;
     if (to_knot) t_end = knot;
     t_end = std::min(t_end, method_.t + longest_step(f_.system(), v()));
@@ -124,6 +126,7 @@ class PenaltyStepper {
       if (!std::isfinite(end_[k].gap + end_[k].rate + end_[k].slide)) return lose();
       find_gap_event(k, first);
       find_slide_event(k, first);
+      find_blow_event(k, first);
     }
     if (Method::fixed_step && leaps()) {
       method_.start(f_, method_.t_old, Vector(method_.x_old));
@@ -157,10 +160,13 @@ class PenaltyStepper {
     if (!std::isfinite(std::accumulate(method_.x.begin(), method_.x.end(), method_.t))) return lose();
     keep_residuals(f_.system(), f_.evaluation(), extremes_);
     for (int k = 0; k < f_.system().contacts(); ++k) {
-      mark_[k].at = cut ? sample(k, method_.x, method_.t) : end_[k];
+      const Sample before = mark_[k].at;
+      mark_[k].at = end_[k] = cut ? sample(k, method_.x, method_.t) : end_[k];
       auto& c = f_.contacts()[k];
       if (!c.closed) continue;
-      extremes_.penetration[k] = std::max(extremes_.penetration[k], -mark_[k].at.gap);
+      const bool turned = before.rate < 0 && end_[k].rate > 0;
+      extremes_.penetration[k] =
+          std::max(extremes_.penetration[k], -(turned ? least_gap(k, before) : end_[k].gap));
       if (c.friction && first.contact != k) follow_zone(c, mark_[k].at.slide);
     }
     if (first.found()) change_mode(first);
@@ -228,14 +234,12 @@ class PenaltyStepper {
   void make_probe() {
     probe_ = f_.twin();
     nothing_ = within_ = at_ = f_.system().make_forces();
-    slope_.resize(f_.size());
-    moving_.resize(f_.size());
   }
   /// The modes that the coming step is made in.
   void keep_modes() {
     for (std::size_t k = 0; k < was_.size(); ++k) {
       const auto& c = f_.contacts()[k];
-      was_[k] = {c.closed, c.zone, c.v0};
+      was_[k] = {c.closed, c.zone, c.v0, c.struck, c.mass};
     }
     was_phases_ = f_.phases;
   }
@@ -285,6 +289,8 @@ class PenaltyStepper {
     bool closed = false;
     int zone = 0;
     double v0 = 1;
+    bool struck = false;
+    double mass = 1;
   };
   struct Mark {
     Sample at;                                   // end of the last step
@@ -296,7 +302,7 @@ class PenaltyStepper {
   };
   struct Event {
     int contact = -1;
-    bool slide = false;  // the sliding speed reaches `boundary`; else the gap reaches zero
+    enum class Kind { gap, slide, blow } kind = Kind::gap;  // slide: its speed reaches `boundary`
     double t = 0, boundary = 0;
     Phases::Crossing crossing = {};  // or an angle comes to a kink of its table
     bool found() const { return contact >= 0 || crossing.phase >= 0; }
@@ -329,7 +335,7 @@ class PenaltyStepper {
                               watched(mark_[k].at), watched(end_[k]), sign > 0 ? motion : motion.opposite(),
                               gap_rounding(f_.system(), k, q()), unseen);
     unseen_ = std::max(unseen_, unseen / f_.system().contact_facts(k).clearance);
-    if (t && (*t < first.t || !first.found())) first = {k, false, *t, 0};
+    if (t && (*t < first.t || !first.found())) first = {k, Event::Kind::gap, *t, 0};
   }
   void find_phase_event(Event& first) {
     if (!f_.phases.any()) return;
@@ -341,7 +347,7 @@ class PenaltyStepper {
                           method_.interpolate(t, scratch_);
                           return scratch_;
                         });
-    if (crossing.phase >= 0) first = {-1, false, crossing.t, 0, crossing};
+    if (crossing.phase >= 0) first = {-1, Event::Kind::gap, crossing.t, 0, crossing};
   }
 
   /// The sliding speed of a closed contact leaves its zone between the ends of the step.
@@ -354,12 +360,97 @@ class PenaltyStepper {
     const double boundary = after > high ? high : low;
     if ((before - boundary) * (after - boundary) >= 0) {  // beyond it already: at once, or follow_zone
       if (std::abs(before - boundary) <= nudge(c) && first.t > method_.t_old)
-        first = {k, true, method_.t_old, boundary};
+        first = {k, Event::Kind::slide, method_.t_old, boundary};
       return;
     }
     const double t = bracketed_root([&](double s) { return sample_at(k, s).slide - boundary; }, method_.t_old,
                                     method_.t, before - boundary, after - boundary);
-    if (t < first.t || !first.found()) first = {k, true, t, boundary};
+    if (t < first.t || !first.found()) first = {k, Event::Kind::slide, t, boundary};
+  }
+  /// Where contact k's gap stops falling or rising in the last step, whose ends have opposite rates.
+  double root_of_rate(int k, double rate) {
+    return bracketed_root([&](double t) { return sample_at(k, t).rate; }, method_.t_old, method_.t, rate,
+                          end_[k].rate);
+  }
+  /// w of a closed contact (see contact_law.hpp).
+  double touch_speed(const PenaltyContact& c, const Sample& s) const {
+    return c.law.touch_speed(std::max(0.0, -s.gap), -s.rate, c.mass);
+  }
+  /// What makes w grow while a contact is compressed (m/s²): dw²/dt = 2δ̇ (δ̈ + F_el/m), what presses from outside less what
+  /// damping takes.
+  double push(int k, const Vector& x, const Vector& slope, double t) {
+    const double acceleration = -gap_acceleration(k, x, slope, t), gap = f_.contact_row(k, x, t).gap;
+    const auto& c = f_.contacts()[k];
+    return acceleration + c.law.elastic.force(std::max(0.0, -gap)) / c.mass;
+  }
+  double gap_acceleration(int k, const Vector& x, const Vector& slope, double t) {
+    const auto& row = f_.contact_row(k, x, t);
+    return row.normal.dot(slope.data() + f_.system().n()) - row.gamma_n;
+  }
+  /// Where contact k turned round in the last step, `before` its beginning: of the quintic through gaps, rates and accelerations
+  /// at the ends, or of the method's own interpolant.
+  double least_gap(int k, const Sample& before) {
+    if (Method::long_steps && !method_.relieved()) return sample_at(k, root_of_rate(k, before.rate)).gap;
+    const double h = method_.t - method_.t_old;
+    const double a0 = gap_acceleration(k, method_.x_old, method_.dxdt_old, method_.t_old),
+                 a1 = gap_acceleration(k, method_.x, method_.dxdt, method_.t);
+    const double c0 = before.gap, c1 = h * before.rate, c2 = 0.5 * h * h * a0;
+    const double d = end_[k].gap - c0 - c1 - c2, e = h * end_[k].rate - c1 - 2 * c2, f = h * h * a1 - 2 * c2;
+    const double c3 = 10 * d - 4 * e + 0.5 * f, c4 = -15 * d + 7 * e - f, c5 = 6 * d - 3 * e + 0.5 * f;
+    const double s =
+        bracketed_root([&](double x) { return c1 + x * (2 * c2 + x * (3 * c3 + x * (4 * c4 + x * 5 * c5))); },
+                       0, 1, c1, h * end_[k].rate);
+    return c0 + s * (c1 + s * (c2 + s * (c3 + s * (c4 + s * c5))));
+  }
+  /// A closed contact takes a harder blow than its v₀ is of, is compressed anew, or its blow is over: it is no longer pressed
+  /// beyond what damping takes, or opens. A blow that differs by less than a hundredth is the same.
+  void find_blow_event(int k, Event& first) {
+    constexpr double same = 0.01;
+    const auto& c = f_.contacts()[k];
+    if (!c.closed || !(c.law.chi > 0) || !(method_.t > method_.t_old)) return;
+    const auto take = [&](double t) {
+      if (t < first.t || !first.found()) first = {k, Event::Kind::blow, t, 0};
+    };
+    const Sample before = mark_[k].at, after = end_[k];
+    if (c.struck) {
+      if (after.rate > 0) return take(before.rate < 0 ? root_of_rate(k, before.rate) : method_.t_old);
+      const double pushed = push(k, method_.x, method_.dxdt, method_.t);
+      if (pushed >= 0) return;
+      const double pushed_before = push(k, method_.x_old, method_.dxdt_old, method_.t_old);
+      if (pushed_before <= 0) return take(method_.t_old);
+      return take(bracketed_root(
+          [&](double t) {
+            if (t >= method_.t) return pushed;
+            method_.interpolate(t, moving_);
+            f_(moving_, slope_, t);
+            return push(k, moving_, slope_, t);
+          },
+          method_.t_old, method_.t, pushed_before, pushed));
+    }
+    if (!(after.rate < 0)) return;
+    double from = method_.t_old;
+    Sample begin = before;
+    if (before.rate > 0) {  // compressed anew
+      from = root_of_rate(k, before.rate);
+      begin = sample_at(k, from);
+      const double w = touch_speed(c, begin);
+      if (std::abs(w - c.v0) > same * c.v0 && std::max(w, c.v0) > v0_floor_) return take(from);
+    }
+    const double now = touch_speed(c, after);
+    if (!(now > (1 + same) * c.v0)) return;
+    const double w = touch_speed(c, begin);
+    if (w >= c.v0) return take(from);
+    take(bracketed_root([&](double t) { return touch_speed(c, sample_at(k, t)) - c.v0; }, from, method_.t,
+                        w - c.v0, now - c.v0));
+  }
+  /// A blow begins, or is over and has its v₀.
+  void strike(int k) {
+    auto& c = f_.contacts()[k];
+    const auto& row = f_.contact_row(k, method_.x, method_.t);
+    if (!c.struck) c.mass = f_.effective_mass(row);
+    c.v0 = std::max(touch_speed(c, mark_[k].at), v0_floor_);
+    c.struck = !c.struck;
+    restart_ = true;
   }
   /// Whether a fixed step has thrown a sliding speed that began in a steep piece of its friction law far beyond that: no
   /// motion does, it is unstable there.
@@ -389,7 +480,7 @@ class PenaltyStepper {
     ++f_.work.events;
     if (event.contact < 0)
       f_.phases.land(f_.system(), method_, f_, event.crossing);
-    else if (event.slide)
+    else if (event.kind != Event::Kind::gap)
       land_at(method_, f_, event.t);
     else
       land_on_gap(method_, f_, event.t, gap_rounding(f_.system(), event.contact, q()), [&] {
@@ -405,7 +496,9 @@ class PenaltyStepper {
       return;
     }
     auto& c = f_.contacts()[event.contact];
-    if (event.slide) {
+    if (event.kind == Event::Kind::blow) {
+      strike(event.contact);
+    } else if (event.kind == Event::Kind::slide) {
       const bool up = event.boundary == c.friction->ends(c.zone).high;
       c.zone = c.friction->zone(event.boundary + (up ? nudge(c) : -nudge(c)));
       restart_ = true;
@@ -417,9 +510,9 @@ class PenaltyStepper {
   }
   /// A sliding speed that leaves zone after zone with hardly a step between is no motion but a step too long for it.
   void tell_method(const Event& event) {
-    const bool soon = event.slide && f_.work.steps - last_slide_ <= 4;
+    const bool soon = event.kind == Event::Kind::slide && f_.work.steps - last_slide_ <= 4;
     chatter_ = soon ? chatter_ + 1 : 0;
-    if (event.slide) last_slide_ = f_.work.steps;
+    if (event.kind == Event::Kind::slide) last_slide_ = f_.work.steps;
     if (chatter_ >= 30)
       method_.relieve();
     else
@@ -447,11 +540,13 @@ class PenaltyStepper {
     const double rate = row.normal.dot(v()), slide = row.tangent.dot(v());
     c.closed = true;
     c.v0 = std::max(-rate, v0_floor_);
+    c.mass = f_.effective_mass(row);
+    c.struck = false;
     const int p = f_.impulse_offset() + 2 * k;
     mark_[k] = {{row.gap, rate, slide}, method_.x[p], method_.x[p + 1], method_.t};
     if (c.friction) c.zone = c.friction->zone(slide);
     if (f_.bristles()) method_.x[f_.bristle_offset() + k] = 0;
-    const double duration = elastic_duration(c.law.elastic, f_.effective_mass(row), c.v0);
+    const double duration = elastic_duration(c.law.elastic, c.mass, c.v0);
     log_->touch(k, method_.t, crank(), rate, slide, time_uncertainty(), 4 * duration);
     restart_ = true;
     method_.limit_step(0.05 * duration);

@@ -133,7 +133,7 @@ OpenJoint worst_open_joint(const System& system, const std::vector<double>& q, d
   for (int k = 0; k < system.contacts(); ++k) {
     const auto& facts = system.contact_facts(k);
     const double inside = -system.gap(k, q.data(), e);
-    if (inside > worst.amount && inside > allowed_penetration * facts.clearance)
+    if (inside > worst.amount && inside > allowed_penetration * facts.measure())
       worst = {facts.name, inside, false, true};
   }
   return worst;
@@ -182,7 +182,8 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
   const System system(start == RunOptions::Start::ideal ? idealised(mechanism) : mechanism);
   State s = given_state(mechanism);
   if (start == RunOptions::Start::given) {
-    // A loaded contact is compressed: a journal may start inside the wall by up to a tenth of the clearance.
+    // A loaded contact is compressed: by up to a tenth of the clearance, or of a disc's radius of curvature, beyond which a
+    // run's own results would be doubtful (facade/judge.cpp).
     const auto open = worst_open_joint(system, s.q, 0.1);
     if (open.amount > 1e-6 * length_scale(system))
       throw ModelError("run.start", fmt::format("\"given\": {}; correct the positions or use \"assembled\"",

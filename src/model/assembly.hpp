@@ -28,7 +28,7 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
 void start_from(Mechanism& mechanism, const State& state);
 
 /// The joint or drive whose constraint is worst violated, or the contact that overlaps most, and by how much (m or
-/// rad). Journals inside the wall by up to allowed_penetration of their clearance do not count.
+/// rad). Contacts that overlap by up to allowed_penetration of ContactFacts::measure() do not count.
 struct OpenJoint {
   std::string name;
   double amount = 0;

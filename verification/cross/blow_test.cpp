@@ -1,0 +1,218 @@
+// Contact forces of the penalty formulation while a contact lasts: blows, greatest depth, a start under load.
+#include <fmt/format.h>
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+#include "facade/simulation.hpp"
+#include "formulations/laws/contact_law.hpp"
+#include "model/scene.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// A lever (0.1 kg m² about its pin) that a torque of 1 N m presses on a stop of steel at 0.5 m: a mass of 0.4 kg under 2 N
+/// there. From 10 ms on pulses of `areas` (N m s) hit it, each 1 µs long, 40 ms apart.
+Scene lever(const std::vector<double>& areas, const std::vector<std::string>& sets) {
+  std::string table = "[0.0, -1.0]";
+  double t = 0.01;
+  for (const double area : areas) {
+    for (const auto& [at, torque] :
+         {std::pair{t, -1.0}, {t + 1e-7, -1 - area / 1e-6}, {t + 1e-6, -1 - area / 1e-6}, {t + 1.1e-6, -1.0}})
+      table += fmt::format(", [{}, {}]", at, torque);
+    t += 0.04;
+  }
+  return parse_scene(fmt::format(R"(
+[bodies.lever]
+mass = 1.0
+inertia = 0.1
+[joints.pin]
+type = "revolute"
+between = ["ground", "lever"]
+[contacts.stop]
+type = "plane"
+between = ["ground", "lever"]
+at = [[0.0, -0.02], [0.5, 0.0]]
+axis = [1.0, 0.0]
+radius = 0.02
+surface = "steel"
+[surfaces.steel]
+young = 2.07e11
+poisson = 0.3
+restitution = 0.9
+[drives.hammer]
+joint = "pin"
+torque_table = [{}]
+[run]
+duration = {}
+[penalty]
+tolerance = 1e-10
+)",
+                                 table, areas.empty() ? 1e-3 : t - 0.038),
+                     "lever.toml", sets);
+}
+
+/// Greatest speed off the stop over the greatest onto it (m/s), within `from` to `to`.
+struct Rebound {
+  double onto = 0, off = 0;
+};
+Rebound rebound(const Scene& scene, double from, double to) {
+  Simulation simulation(scene, "penalty");
+  Rebound r;
+  test::Listener listener;
+  listener.on_step = [&](const Step& step) {
+    if (step.t0 < from || step.t1 > to) return;
+    r.onto = std::max(r.onto, -0.5 * step.v1[2]);
+    r.off = std::max(r.off, 0.5 * step.v1[2]);
+  };
+  REQUIRE(simulation.run({.observers = {&listener}}).ending.status == Ending::Status::finished);
+  return r;
+}
+
+}  // namespace
+
+TEST_CASE("a contact that lasts and is struck anew gives the blow its restitution", "[penalty][blow]") {
+  const std::string integrator = GENERATE("dopri5", "adams_bashforth_moulton", "rosenbrock4", "fehlberg78");
+  const std::string floor = GENERATE("", "penalty.v0_floor=1e-3", "penalty.v0_floor=0.05");
+  const std::string law = GENERATE("exact", "lankarani-nikravesh", "flores");
+  CAPTURE(integrator, floor, law);
+  std::vector<std::string> sets{"penalty.integrator=" + integrator, "penalty.contact=" + law};
+  if (!floor.empty()) sets.push_back(floor);
+  const auto scene = lever({0.1}, sets);
+  const auto r = rebound(scene, 0.01, 0.012);
+  CHECK(r.onto == Approx(0.5).epsilon(0.02));  // 0.1 N m s on 0.1 kg m², at 0.5 m
+  // χ(1 + ê) = ln[(1 + χ)/(1 − χê)] holds of a free impact. Here 2 N press for the 1.9e-4 s of the contact (2e-3 of the
+  // blow's momentum, given back on the way out) and the blow itself takes 6e-3 of that time.
+  const double chi = damping_factor(scene.penalty.contact, 0.9);
+  CHECK(r.off / r.onto == Approx(delivered_restitution(chi)).margin(0.01));
+}
+
+TEST_CASE("each of several blows has the restitution of its own speed", "[penalty][blow]") {
+  // While the lever rests between them: the hard one first, so that what it leaves is too fast for those that follow. After
+  // 40 ms at 0.9 a lever thrown off at 5 m/s² lies still again only for the weaker ones.
+  for (const auto& areas : {std::vector{0.02, 0.002}, std::vector{0.002, 0.02}}) {
+    const auto scene = lever(areas, {"penalty.integrator=dopri5"});
+    for (std::size_t i = 0; i < areas.size(); ++i) {
+      CAPTURE(areas, i);
+      const double from = 0.01 + 0.04 * static_cast<double>(i);
+      Simulation simulation(scene, "penalty");
+      double before = NAN;
+      test::Listener listener;
+      listener.on_step = [&](const Step& step) {
+        if (step.t1 <= from) before = 0.5 * step.v1[2];
+      };
+      REQUIRE(simulation.run({.observers = {&listener}}).ending.status == Ending::Status::finished);
+      if (std::abs(before) > 1e-3) continue;  // it still hops
+      const auto r = rebound(scene, from, from + 1e-3);
+      CHECK(r.off / r.onto == Approx(0.9).margin(0.03));
+    }
+  }
+}
+
+TEST_CASE("a free impact is that of the law alone, blow or not", "[penalty][blow]") {
+  // Nothing presses: w = v₀ is the greatest, so that delivered restitution is the closed form's to the tolerance.
+  auto scene = lever({}, {"drives.hammer.torque_table=[[0.0, 0.0], [1.0, 0.0]]",
+                          "bodies.lever.angular_velocity=-1.0", "run.start=given", "run.duration=1e-3"});
+  const auto r = rebound(scene, 0, 1);
+  CHECK(r.off / r.onto == Approx(0.9).epsilon(1e-7));
+}
+
+TEST_CASE("the greatest penetration is the extremum, not the deepest end of a step", "[penalty]") {
+  const std::string integrator =
+      GENERATE("dopri5", "adams_bashforth_moulton", "rosenbrock4", "fehlberg78", "bulirsch_stoer");
+  CAPTURE(integrator);
+  auto scene = parse_scene(R"(
+[bodies.ball]
+mass = 1.0
+inertia = 0.004
+position = [0.0, 0.1001]
+velocity = [0.0, -0.7]
+[contacts.floor]
+type = "plane"
+between = ["ground", "ball"]
+axis = [1.0, 0.0]
+radius = 0.1
+surface = "steel"
+[surfaces.steel]
+young = 2.07e11
+poisson = 0.3
+restitution = 1.0
+[run]
+duration = 2e-3
+[penalty]
+contact = "hertz"
+tolerance = 1e-8
+)",
+                           "ball.toml", {"penalty.integrator=" + integrator});
+  const auto run = test::simulate(scene, Family::penalty);
+  REQUIRE(run.contacts[0].impacts + run.events_seen > 0);
+  // Hertz without loss: m v²/2 = (2/5) K δ^(5/2), K = (4/3) E* √R, E* = E/(2(1 − ν²)).
+  const double K = 4.0 / 3 * 2.07e11 / (2 * (1 - 0.09)) * std::sqrt(0.1);
+  const double depth = std::pow(5 * 0.49 / (4 * K), 0.4);
+  // Half a sine in steps of a fifth: the quintic through the ends departs by (0.2π)⁶/46080 = 1.3e-6 of the depth.
+  CHECK(run.contacts[0].penetration == Approx(depth).epsilon(1e-5));
+}
+
+TEST_CASE("a body may start where its soft contact bears it", "[penalty][start]") {
+  // δ = (m g/K)^(2/3): 1.2 mm of a radius of 100 mm for 1 MPa, and 57 µm for 100 MPa.
+  const auto young = GENERATE(1e6, 1e8, 2e11);
+  const double K = 4.0 / 3 * young / (2 * (1 - 0.09)) * std::sqrt(0.1), depth = std::pow(9.81 / K, 2.0 / 3);
+  const auto scene = [&](double deep) {
+    return parse_scene(R"(
+gravity = [0.0, -9.81]
+[bodies.ball]
+mass = 1.0
+inertia = 0.004
+[contacts.floor]
+type = "plane"
+between = ["ground", "ball"]
+axis = [1.0, 0.0]
+radius = 0.1
+surface = "rubber"
+[surfaces.rubber]
+poisson = 0.3
+restitution = 0.8
+[run]
+duration = 0.1
+start = "given"
+)",
+                       "soft.toml",
+                       {fmt::format("surfaces.rubber.young={}", young),
+                        fmt::format("bodies.ball.position=[0.0, {}]", 0.1 - deep)});
+  };
+  CAPTURE(young, depth);
+  const auto run = test::simulate(scene(depth), Family::penalty);
+  REQUIRE(run.ending.status == Ending::Status::finished);
+  CHECK(0.1 - run.final_state.q[1] == Approx(depth).epsilon(1e-6).margin(1e-16 * 100));
+  CHECK(run.contacts[0].penetration == Approx(depth).epsilon(1e-6));
+  CHECK_THROWS_WITH(test::simulate(scene(0.011), Family::penalty),
+                    Contains("contact \"floor\" overlaps by 0.011 m"));
+}
+
+TEST_CASE("a contact that rests does not part in a short last step", "[nonsmooth]") {
+  // A journal that is pressed on its bearing stands off by its path's curvature, h³, between two steps: less than a whole
+  // step's push, more than that of a last step of a hundredth.
+  for (const double duration : {0.05, 0.0500001, 0.05000000001, 0.050009999}) {
+    CAPTURE(duration);
+    const auto scene =
+        read_scene(test::scene_file("ring"), {"nonsmooth.scheme=moreau-jean", "nonsmooth.step=1e-5",
+                                              "run.discard=0", fmt::format("run.duration={}", duration)});
+    const auto run = test::simulate(scene, Family::nonsmooth);
+    REQUIRE(run.ending.status == Ending::Status::finished);
+    REQUIRE_FALSE(run.events.empty());
+    CHECK(run.events.back().kind == EventKind::contact);
+  }
+}
+
+TEST_CASE("what a contact force cannot have is named", "[penalty]") {
+  const auto scene =
+      lever({}, {"surfaces.steel.tangential_restitution=0.4", "drives.hammer.torque_table=[[0, 0], [1, 0]]"});
+  const auto run = test::simulate(scene, Family::penalty);
+  CHECK(std::ranges::any_of(run.notes, [](const std::string& note) {
+    return note.starts_with("stop: tangential_restitution = 0.4 is of impact laws");
+  }));
+}
