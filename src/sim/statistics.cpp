@@ -19,11 +19,22 @@ void LogHistogram::add(double x) {
   greatest_ = std::max(greatest_, x);
 }
 
-long LogHistogram::at_least(double x) const {
-  if (!(x > 0)) return total_;
-  long sum = 0;
-  for (int b = bin(x); b < per_decade * decades; ++b) sum += count_[b];
-  return sum;
+void FastOnes::add(double x) {
+  greatest_ = std::max(greatest_, x);
+  if (!(x > 0) || x < 0.1 * greatest_) return;
+  if (values_.size() == values_.capacity()) {
+    std::erase_if(values_, [this](double value) { return value < 0.1 * greatest_; });
+    values_.reserve(std::max<std::size_t>(64, 2 * values_.size()));
+  }
+  values_.push_back(x);
+}
+
+long FastOnes::at_least(double x) const {
+  return std::ranges::count_if(values_, [x](double value) { return value >= x; });
+}
+
+void FastOnes::add(const FastOnes& other) {
+  for (const double x : other.values_) add(x);
 }
 
 double LogHistogram::quantile(double p) const {
@@ -67,9 +78,10 @@ void ContactStatistics::count(const ContactEvent& e, std::vector<ContactTally>& 
         tally.flown += e.impulse_n * flight;
       }
       left[e.contact] = e.t + e.duration;
+      tally.impact_time += std::max(0.0, e.t + e.duration - std::max(discard_, e.t));
       if (e.t < discard_) return;
-      tally.impact_time += e.duration;
       tally.approach.add(-e.v_n_minus);
+      tally.fast.add(-e.v_n_minus);
       tally.impulse.add(e.impulse_n);
       return;
   }
@@ -98,7 +110,7 @@ void ContactStatistics::into(Result& result) const {
       c.flight_fraction = 1 - c.impact_fraction - c.lasting_fraction;
     }
     c.impacts = tally.approach.total();
-    c.counted_impacts = tally.approach.at_least(0.1 * tally.approach.greatest());
+    c.counted_impacts = tally.fast.at_least(0.1 * tally.fast.greatest());
     c.impacts_per_revolution = per > 0 ? static_cast<double>(c.counted_impacts) / per : 0;
     c.fastest_approach = tally.approach.greatest();
     c.median_approach = tally.approach.quantile(0.5);

@@ -16,8 +16,6 @@ class LogHistogram {
   void add(double x);
   long total() const { return total_; }
   double greatest() const { return greatest_; }
-  /// How many were at least x (to the width of a bin).
-  long at_least(double x) const;
   /// The value below which a share p of all lie; 0 when empty.
   double quantile(double p) const;
   /// Takes over what another has counted.
@@ -35,19 +33,39 @@ class LogHistogram {
   double greatest_ = 0;
 };
 
+/// The values among positive ones that are at least a tenth of the greatest, each as it is: what is slower can never
+/// count again, so the memory grows with those that do.
+class FastOnes {
+ public:
+  void add(double x);
+  /// How many were at least x, which is at least a tenth of the greatest.
+  long at_least(double x) const;
+  double greatest() const { return greatest_; }
+  void add(const FastOnes& other);
+  template <class M>
+  void remember(M& m) {
+    m(values_, greatest_);
+  }
+
+ private:
+  std::vector<double> values_;
+  double greatest_ = 0;
+};
+
 /// Modes and impacts of one contact after the discarded start.
 struct ContactTally {
   double time = 0;          ///< s, observed
   double lasting_time = 0;  ///< s, in lasting contact
   double impact_time = 0;   ///< s, within impacts
   LogHistogram approach;    ///< m/s, of impacts
+  FastOnes fast;            ///< m/s, the same from a tenth of the fastest on
   LogHistogram impulse;     ///< N s, of impacts
   /// N s², impulse times duration and impulse times the flight before, of impacts that a flight between two
   /// contacts led to
   double struck = 0, flown = 0;
   template <class M>
   void remember(M& m) {
-    m(time, lasting_time, impact_time, approach, impulse, struck, flown);
+    m(time, lasting_time, impact_time, approach, fast, impulse, struck, flown);
   }
 };
 

@@ -22,6 +22,17 @@ Energies difference(const EnergyLedger& from, const EnergyLedger& to) {
           to.closure() - from.closure()};
 }
 
+/// What lies at a share of the way from one to the other.
+EnergyLedger between(const EnergyLedger& from, const EnergyLedger& to, double share) {
+  EnergyLedger l = to;
+  for (const auto term :
+       {&EnergyLedger::kinetic, &EnergyLedger::potential, &EnergyLedger::elastic, &EnergyLedger::drive,
+        &EnergyLedger::load, &EnergyLedger::damping, &EnergyLedger::contact, &EnergyLedger::friction,
+        &EnergyLedger::film, &EnergyLedger::stabilisation})
+    l.*term = from.*term + share * (to.*term - from.*term);
+  return l;
+}
+
 double standard_error(const std::vector<double>& x) {
   const auto n = static_cast<double>(x.size());
   double mean = 0, sum = 0;
@@ -67,14 +78,17 @@ void WindowStatistics::fit(double t) {
 
 void WindowStatistics::step(const Step& step) {
   fit(step.t1);
-  if (step.t1 < start_of(marks_.size())) return;
   const Mark now{step.t1, step.ledger()};
-  if (marks_.empty() && discard_ == 0) {
-    Mark start;  // nothing has been done, and only the sum of what is stored counts
-    start.ledger.kinetic = start.ledger.initial = now.ledger.initial;
-    marks_.push_back(start);
+  if (std::isnan(before_.t)) {  // nothing has been done, and only the sum of what is stored counts
+    before_.t = step.t0;
+    before_.ledger.kinetic = before_.ledger.initial = now.ledger.initial;
   }
-  while (step.t1 >= start_of(marks_.size())) marks_.push_back(now);
+  while (now.t >= start_of(marks_.size())) {
+    const double at = std::max(start_of(marks_.size()), before_.t);
+    const double share = now.t > before_.t ? (at - before_.t) / (now.t - before_.t) : 1;
+    marks_.push_back({at, between(before_.ledger, now.ledger, share)});
+  }
+  before_ = now;
 }
 
 void WindowStatistics::spread(double from, double to, int contact, double Part::*time,
@@ -100,8 +114,8 @@ void WindowStatistics::count(const ContactEvent& e, std::vector<Batch>& batches,
       since[e.contact] = std::nan("");
       return;
     case EventKind::impact:
-      if (e.t < discard_) return;
       spread(e.t, e.t + e.duration, e.contact, &Part::impact_time, batches);
+      if (e.t < discard_) return;
       const auto i = static_cast<std::size_t>((e.t - discard_) / length_);
       batches[std::min(i, std::size_t{most - 1})][e.contact].approach.add(-e.v_n_minus);
       return;

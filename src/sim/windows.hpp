@@ -8,6 +8,7 @@
 // Batches are taken as independent: of motion that remembers longer than one of them the true error is greater.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "sim/statistics.hpp"
@@ -36,7 +37,7 @@ class WindowStatistics final : public Observer {
   /// What one contact did in a batch.
   struct Part {
     double lasting_time = 0, impact_time = 0;  // s
-    LogHistogram approach;                     // m/s, of impacts
+    FastOnes approach;                         // m/s, of impacts
     void add(const Part& other);
     template <class M>
     void remember(M& m) {
@@ -44,7 +45,7 @@ class WindowStatistics final : public Observer {
     }
   };
   using Batch = std::vector<Part>;  // of each contact
-  /// The ledger at the first step's end from a batch's beginning on.
+  /// The ledger at a batch's beginning, in proportion to time between the ends of the step that it lies in.
   struct Mark {
     double t = 0;
     EnergyLedger ledger;
@@ -55,7 +56,7 @@ class WindowStatistics final : public Observer {
   };
   template <class M>
   void remember(M& m) {
-    m(length_, batches_, marks_, since_);
+    m(length_, batches_, marks_, before_, since_);
   }
   double start_of(std::size_t batch) const { return discard_ + length_ * static_cast<double>(batch); }
   void join();
@@ -67,6 +68,7 @@ class WindowStatistics final : public Observer {
   double discard_, end_, length_ = 0;
   std::vector<Batch> batches_, at_end_;
   std::vector<Mark> marks_;
+  Mark before_{NAN, {}};       // the last step's end
   std::vector<double> since_;  // s, beginning of the lasting contact; NaN: none
 };
 

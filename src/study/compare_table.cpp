@@ -43,7 +43,6 @@ class Table {
 };
 
 std::string number(double x) { return fmt::format("{:.4g}", x); }
-std::string percent(double x) { return fmt::format("{:.2f} %", 100 * x); }
 
 /// A value with its standard error, both to the error's first digit (its second where the first is 1). Without an
 /// error two digits, which is what one window may show.
@@ -120,12 +119,12 @@ std::string comparison_table(const Scene& scene, const Comparison& c, bool markd
     line(name + ": fastest approach, m/s", of([](const auto& x) { return number(x.fastest_approach); }));
     line(name + ": greatest impulse of an impact, N s",
          of([](const auto& x) { return number(x.greatest_impulse); }));
-    line(name + ": greatest penetration / " + p.contacts[k].measure,
+    line(name + ": greatest penetration / " + p.contacts[k].measure + " **",
          of([](const auto& x) { return number(x.penetration_ratio); }));
   }
-  line("greatest constraint violation, m",
+  line("greatest constraint violation, m **",
        [](const auto& r) { return number(r.extremes.constraint_length); });
-  line("greatest constraint violation, rad",
+  line("greatest constraint violation, rad **",
        [](const auto& r) { return number(r.extremes.constraint_angle); });
   const auto energy = [&](Window::Term term, const char* what, bool always) {
     const auto of = [&](const Result& r) { return r.window ? r.window->energy[term] : 0; };
@@ -152,6 +151,7 @@ std::string comparison_table(const Scene& scene, const Comparison& c, bool markd
   out += fmt::format("{}{}statistics and energies after {:.4g} s, over {}\n", markdown ? "\n" : "",
                      c.joints.empty() ? "" : "* faster than a tenth of the fastest; ", scene.run.discard,
                      about_window(p));
+  out += fmt::format("{} of the whole run, whose validity they bear on\n", markdown ? "\\*\\*" : "**");
   for (const auto* run : {&p, &n})
     for (const auto& note : run->notes) out += fmt::format("{}: {}\n", run->formulation, note);
   if (c.joints.empty()) return out;

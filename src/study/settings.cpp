@@ -15,7 +15,7 @@ namespace {
 std::vector<ContactEvent> touches(const Result& run) {
   std::vector<ContactEvent> list;
   for (const auto& e : run.events)
-    if (e.kind == EventKind::impact) list.push_back(e);
+    if (e.kind == EventKind::impact && is_touch(e)) list.push_back(e);
   return list;
 }
 

@@ -151,3 +151,42 @@ TEST_CASE("batch means: a run that is resumed has the same", "[windows]") {
   CHECK(whole.window->energy == resumed.window->energy);
   CHECK(whole.contacts[0].impacts_error == resumed.contacts[0].impacts_error);
 }
+
+TEST_CASE("an impact under way when the window opens counts for what it has in it", "[windows]") {
+  Layout layout;
+  layout.contacts = {"a"};
+  ContactStatistics plain(1);
+  plain.begin(layout, {});
+  Event e;
+  e.t = 0.9;
+  e.duration = 0.3;
+  e.v_n_minus = -1;
+  plain.event(e);
+  const std::vector<double> undecided{NAN};
+  plain.end({{}, 3, {}, undecided});
+  Result r;
+  r.contacts.resize(1);
+  plain.into(r);
+  CHECK(r.contacts[0].impact_fraction == Approx(0.2 / 2));
+  CHECK(r.contacts[0].impacts == 0);  // it struck before
+}
+
+TEST_CASE("energies are of the window, whose ends lie within steps", "[windows]") {
+  // 2 W in steps of 0.7 s: from 1 s to 4.2 s.
+  Layout layout;
+  WindowStatistics windows(1, 4.2);
+  windows.begin(layout, {});
+  EnergyLedger ledger;
+  for (int i = 0; i < 6; ++i) {
+    ledger.drive = ledger.kinetic = 2 * 0.7 * (i + 1);
+    windows.step(LedgerStep(0.7 * i, 0.7 * (i + 1), ledger));
+  }
+  windows.end({{}, 4.2, {}, {}});
+  Result r;
+  r.t_end = 4.2;
+  r.ledger = ledger;
+  windows.into(r);
+  CHECK(r.window->energy[Window::drives] == Approx(2 * 3.2));
+  CHECK(r.window->energy[Window::stored] == Approx(2 * 3.2));
+  CHECK(r.window->error[Window::drives] == Approx(0).margin(1e-12));
+}
