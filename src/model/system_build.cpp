@@ -152,6 +152,9 @@ System::System(const Mechanism& m) : gravity_(m.gravity) {
   each(m.contacts, [&](const auto& contact, int) { builder.link(contact.between, contact.at); });
   each(m.contacts, [&](const auto& contact, int) { add(builder, contact, -1); });
   each(m.drives, [&](const auto& drive, int) { place_load(builder, drive); });
+  // Without a prescribed speed the joint of the first torque is the crank.
+  if (!main_drive(m) && !m.drives.empty())
+    std::visit([&](const auto& drive) { crank_ = builder.joint_link(drive.joint); }, m.drives.front());
   each(m.loads, [&](const auto& load, int) { place_load(builder, load); });
   list_elements(m);
 }

@@ -384,3 +384,31 @@ TEST_CASE("each element says what it makes the solver carry, and together they c
   const auto& last = walled.carried().back();
   CHECK((last.force && last.rows == 0));
 }
+
+TEST_CASE("the crank of a mechanism that a torque drives is the joint of the first torque", "[system]") {
+  const std::string text = R"(
+[bodies.crank]
+mass = 1.0
+inertia = 0.1
+[bodies.arm]
+mass = 1.0
+inertia = 0.1
+[joints.main]
+type = "revolute"
+between = ["ground", "crank"]
+at = [[0.0, 0.0], [0.0, 0.0]]
+[joints.elbow]
+type = "revolute"
+between = ["crank", "arm"]
+at = [[1.0, 0.0], [0.0, 0.0]]
+[run]
+duration = 1.0
+[drives.first]
+joint = "elbow"
+torque = 1.0
+)";
+  const std::string speed = "[drives.second]\njoint = \"main\"\nspeed = 2.0\n";
+  const std::vector<double> q{0, 0, 0.7, 1, 0, 0.9};
+  CHECK(System(parse_scene(text, "torque").mechanism).crank_angle(q.data()) == Approx(0.2));
+  CHECK(System(parse_scene(text + speed, "speed").mechanism).crank_angle(q.data()) == Approx(0.7));
+}
