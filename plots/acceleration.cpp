@@ -21,43 +21,43 @@ struct Trace {
   std::size_t points = 0;
 };
 
-/// The first accelerometer of the scene that a run was made of; of an unreadable one the first channel.
-std::string accelerometer(const std::filesystem::path& run, const Csv& csv) {
-  std::string first = csv.rows() ? csv.text("channel").front() : "";
+/// The first accelerometer of the scene that a run was made of; "" where there is none, or none can be known: another
+/// channel is no acceleration.
+std::string accelerometer(const std::filesystem::path& run) {
   try {
     std::ifstream in(run / "run.json");
     const auto source = nlohmann::json::parse(in).at("provenance");
     const auto scene = parse_scene(source.at("scene"), source.at("scene_file"), source.at("overrides"));
     for (const auto& i : scene.instruments)
       if (i.kind == Instrument::Kind::accelerometer) return i.name;
-    return "";
   } catch (const std::exception&) {
-    return first;
   }
+  return "";
 }
 
-/// The last whole turn of the accelerometer; without a drive the last tenth of the time.
+/// Whether the crank's angle is known, and grows or falls.
+bool driven(const std::vector<double>& angle) { return !angle.empty() && angle.back() != angle.front(); }
+
+/// The last whole turn of the accelerometer, at the crank's own angles; without a crank the last tenth of the time.
 Trace last_turn(const std::filesystem::path& file) {
   const Csv csv(file);
-  Trace trace{accelerometer(file.parent_path(), csv), "# angle (degrees) or t (s), acceleration (m/s^2)\n",
-              0};
+  Trace trace{accelerometer(file.parent_path()), "# angle (degrees) or t (s), acceleration (m/s^2)\n", 0};
   if (csv.rows() == 0 || trace.channel.empty()) return trace;
   const auto t = csv.column("t"), angle = csv.column("crank_angle"), value = csv.column("value");
-  const double turned = std::abs(angle.back());
-  const double first = turn * std::max(0.0, std::floor(turned / turn * (1 + 1e-9)) - 1);
+  const bool turns = driven(angle);
+  const double sense = turns && angle.back() < angle.front() ? -1 : 1;
+  const double last = sense * angle.back() / turn, start = sense * angle.front() / turn;
+  const double whole = std::floor(last + 1e-9 * (last - start)) - 1;
+  const double first = std::max(whole, std::floor(start + 1e-9));
   for (std::size_t i = 0; i < t.size(); ++i) {
     if (csv.text("channel")[i] != trace.channel) continue;
-    const double a = std::abs(angle[i]) - first;
-    if (turned > 0 ? a < 0 || a > turn : t[i] < 0.9 * t.back()) continue;
-    trace.block += fmt::format("{:.6g} {:.6g}\n", turned > 0 ? a * 360 / turn : t[i], value[i]);
+    const double along = sense * angle[i] / turn - first;
+    if (turns ? along < 0 || along > 1 : t[i] < 0.9 * t.back()) continue;
+    const double degrees = 360 * (sense > 0 ? along : 1 - along);
+    trace.block += fmt::format("{} {}\n", turns ? degrees : t[i], value[i]);
     ++trace.points;
   }
   return trace;
-}
-
-bool driven(const std::filesystem::path& file) {
-  const auto angle = Csv(file).column("crank_angle");
-  return !angle.empty() && angle.back() != 0;
 }
 
 std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
@@ -79,8 +79,9 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
     f.blocks.push_back(trace.block);
   }
   if (plot.empty()) return {};
-  f.script = driven(file("penalty")) ? "set xlabel 'Crank angle (°)'\nset xrange [0:360]\nset xtics 45\n"
-                                     : "set xlabel 'Time (s)'\n";
+  f.script = driven(Csv(file("penalty")).column("crank_angle"))
+                 ? "set xlabel 'Crank angle (°)'\nset xrange [0:360]\nset xtics 45\n"
+                 : "set xlabel 'Time (s)'\n";
   f.script += fmt::format(
       "set ylabel 'Acceleration, {} (m/s²)' noenhanced\nset key outside top center horizontal\n{}\n",
       trace.channel, plot);

@@ -22,15 +22,15 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
       names.push_back(kind[i]);
       f.blocks.push_back("# " + kind[i] + ": t (s), constraint error (m), |closure| (J)\n");
     }
-    // Zero has no place on a logarithmic axis: the rounding of a position stands in for it.
-    f.blocks.back() += fmt::format("{:.6g} {:.4g} {:.4g}\n", t[i], std::max(length[i], 1e-17),
-                                   std::max(std::abs(closure[i]), 1e-17));
+    f.blocks.back() += fmt::format("{} {} {}\n", t[i], length[i], std::abs(closure[i]));
   }
   const auto curves = [&](int column) {
     std::string text = "plot ";
     for (std::size_t i = 0; i < names.size(); ++i)
-      text += fmt::format("{}'DATA' index {} using 1:{} with lines ls {} title '{}'", i ? ", " : "", i,
-                          column, i + 1, names[i]);
+      // Zero has no place on a logarithmic axis: the rounding of a position stands in for it.
+      text += fmt::format(
+          "{0}'DATA' index {1} using 1:(${2} > 1e-17 ? ${2} : 1e-17) with lines ls {3} title '{4}'",
+          i ? ", " : "", i, column, i + 1, names[i]);
     return text + "\n";
   };
   f.script =

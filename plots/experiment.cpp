@@ -176,9 +176,10 @@ class Experiment {
       const bool penalty = family == Family::penalty;
       for (double c : clearances_)
         if (const auto it = peaks_.find({formulation, c, paper_speed()}); it != peaks_.end())
-          block += fmt::format("{} {}", 1e3 * c + (penalty ? -0.004 : 0.004), it->second);
-      f.script += fmt::format("{} using 1:2:3:4 with yerrorlines ls {} title '{}', ", data(f, block),
-                              penalty ? 1 : 2, formulation);
+          block += fmt::format("{} {}", 1e3 * c, it->second);
+      // Moved apart to be seen, in the figure alone.
+      f.script += fmt::format("{} using ($1{}0.004):2:3:4 with yerrorlines ls {} title '{}', ",
+                              data(f, block), penalty ? '-' : '+', penalty ? 1 : 2, formulation);
     }
     f.script += data(f, "# measured: X7, X6, X8\n0.10 3.5\n0.25 4\n1.00 20\n") + measured();
     return draw(f, folder_);
@@ -197,12 +198,13 @@ class Experiment {
         std::string block = "# speed, mean, low, high\n", end;
         for (double n : speeds_)
           if (const auto it = greatest_.find({formulation, c, n}); it != greatest_.end()) {
-            block += fmt::format("{} {}", n + (penalty ? -1 : 1), it->second);
+            block += fmt::format("{} {}", n, it->second);
             end = it->second.substr(0, it->second.find(' '));
           }
-        plot += fmt::format("{}{} using 1:2:3:4 with yerrorlines ls {} {}", plot.empty() ? "plot " : ", ",
-                            data(f, block), penalty ? 1 : 2,
-                            c == clearances_.front() ? fmt::format("title '{}'", formulation) : "notitle");
+        plot +=
+            fmt::format("{}{} using ($1{}1):2:3:4 with yerrorlines ls {} {}", plot.empty() ? "plot " : ", ",
+                        data(f, block), penalty ? '-' : '+', penalty ? 1 : 2,
+                        c == clearances_.front() ? fmt::format("title '{}'", formulation) : "notitle");
         if (penalty && !end.empty())
           f.script += fmt::format("set label '{:.2f} mm' at {},{} left\n", 1e3 * c, speeds_.back() + 4, end);
       }

@@ -32,11 +32,10 @@ std::string block(const ForceTable& table, std::size_t r, const std::vector<Forc
   for (const auto& p : panels) text += ", " + (p.name.empty() ? "" : p.name + " ") + p.quantity;
   text += "\n";
   for (std::size_t i = 0; i < run.x.size(); ++i) {
-    if (table.turns() && i > 0 && run.x[i] < run.x[i - 1]) text += "\n";
-    text += fmt::format("{:.6g}", run.x[i]);
+    if (table.turns() && i > 0 && std::abs(run.x[i] - run.x[i - 1]) > 180) text += "\n";
+    text += fmt::format("{}", run.x[i]);
     for (const auto& p : panels)
-      text +=
-          fmt::format(" {:.6g}", p.runs[r].empty() ? std::numeric_limits<double>::quiet_NaN() : p.runs[r][i]);
+      text += fmt::format(" {}", p.runs[r].empty() ? std::numeric_limits<double>::quiet_NaN() : p.runs[r][i]);
     text += "\n";
   }
   return text;

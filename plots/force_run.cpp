@@ -73,7 +73,10 @@ void keep_last_turn(ForceRun& run, const SpeedDrive* drive) {
     for (auto& x : run.x) x = turns(x);
     while (first < n && run.x[first] < begin) ++first;
     while (last > first && run.x[last - 1] > begin + 1) --last;
-    for (auto& x : run.x) x = 360 * (x - std::floor(x));
+    for (auto& x : run.x) {  // at the crank's own angles, which a crank that turns backwards passes falling
+      x = drive->speed < 0 ? -x : x;
+      x = 360 * (x - std::floor(x));
+    }
   }
   const auto cut = [&](Values& v, std::size_t to) {
     v.erase(v.begin() + static_cast<std::ptrdiff_t>(to), v.end());
@@ -92,8 +95,8 @@ void merge(ForceRun& run, std::size_t count) {
     for (std::size_t i = 0; i < n; i += count) {
       double sum = 0;
       const std::size_t end = std::min(i + count, n);
-      // An angle that jumps back to 0 has no mean.
-      if (angle && v[end - 1] < v[i]) {
+      // An angle that jumps back to 0, or to 360, has no mean.
+      if (angle && std::abs(v[end - 1] - v[i]) > 180) {
         out.push_back(v[i]);
         continue;
       }

@@ -82,7 +82,7 @@ std::filesystem::path bearing_load(const ForceTable& table, const std::filesyste
   for (std::size_t r = 0; r < runs.size(); ++r) {
     std::string block = fmt::format("# {}: F_x, F_y (N)\n", runs[r].title);
     for (std::size_t i = 0; i < std::min(x[r].size(), y[r].size()); ++i)
-      block += fmt::format("{:.6g} {:.6g}\n", x[r][i], y[r][i]);
+      block += fmt::format("{} {}\n", x[r][i], y[r][i]);
     const bool none = x[r].empty() || y[r].empty();
     f.blocks.push_back(none ? block + "NaN NaN\n" : block);  // gnuplot does not count a block without rows
     if (none) continue;

@@ -18,7 +18,7 @@ std::string orbit(const Csv& csv, const std::string& joint, double from, double 
   std::string block = "# " + joint + ": e_x/c, e_y/c\n";
   for (std::size_t i = 0; i < t.size(); ++i) {
     const double c = gap[i] + std::hypot(x[i], y[i]);
-    if (t[i] >= from && t[i] <= to) block += fmt::format("{:.5f} {:.5f}\n", x[i] / c, y[i] / c);
+    if (t[i] >= from && t[i] <= to) block += fmt::format("{} {}\n", x[i] / c, y[i] / c);
   }
   return block;
 }

@@ -29,7 +29,7 @@ Curves read(const std::filesystem::path& file, const std::string& x, const std::
       c.names.push_back(law[i]);
       c.blocks.push_back(fmt::format("# {}: {}, {}\n", law[i], x, y));
     }
-    c.blocks.back() += fmt::format("{:.6g} {:.6g}\n", sx * a[i], sy * b[i]);
+    c.blocks.back() += fmt::format("{} {}\n", sx * a[i], sy * b[i]);
   }
   return c;
 }

@@ -25,7 +25,7 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
   f.height_cm = 12;
   std::string penalty = "# penalty: t (ms), approach speed (m/s)\n", nonsmooth = "# nonsmooth: the same\n";
   std::string difference = "# number, |difference| of time / interval, of approach speed, of impulse\n";
-  double before = 0, least = INFINITY, most = 0;
+  double before = 0, interval = NAN, least = INFINITY, most = 0;
   int number = 0;
   for (const auto& pair : pairs) {
     const auto get = [&](const char* run, const char* key) { return pair.at(run).at(key).get<double>(); };
@@ -34,13 +34,15 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
     const double Pp = get("penalty", "impulse_n_N_s"), Pn = get("nonsmooth", "impulse_n_N_s");
     least = std::min({least, vp, vn});
     most = std::max({most, vp, vn});
-    penalty += fmt::format("{:.6f} {:.6g}\n", 1e3 * tp, vp);
-    nonsmooth += fmt::format("{:.6f} {:.6g}\n", 1e3 * tn, vn);
+    penalty += fmt::format("{} {}\n", 1e3 * tp, vp);
+    nonsmooth += fmt::format("{} {}\n", 1e3 * tn, vn);
     const auto share = [](double a, double b) {
-      return a > 0 && b > 0 ? fmt::format("{:.4g}", std::abs(a / b - 1)) : "NaN";
+      return a > 0 && b > 0 ? fmt::format("{}", std::abs(a / b - 1)) : "NaN";
     };
-    difference += fmt::format("{} {:.4g} {} {}\n", ++number, std::abs(tp - tn) / (tn - before), share(vp, vn),
-                              share(Pp, Pn));
+    // Contacts that strike at once share the interval before them, as TouchComparison has it.
+    if (tn - before > 1e-6 * tn) interval = tn - before;
+    difference +=
+        fmt::format("{} {} {} {}\n", ++number, std::abs(tp - tn) / interval, share(vp, vn), share(Pp, Pn));
     before = tn;
   }
   f.blocks = {penalty, nonsmooth, difference};

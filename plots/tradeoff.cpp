@@ -71,14 +71,15 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
         for (std::size_t i = 0; i < csv.rows(); ++i) {
           const double error = touches ? events[i] : state[i];
           if (scene[i] == name && method[i] == methods[k] && std::isfinite(error))
-            block += fmt::format("{} {}\n", time ? 1e3 * cpu[i] : rhs[i], std::max(error, 1e-16));
+            block += fmt::format("{} {}\n", time ? 1e3 * cpu[i] : rhs[i], error);
         }
         if (block.empty()) continue;
         f.blocks.push_back("# " + methods[k] + "\n" + block);
-        plot += fmt::format("{}'DATA' index {} using 1:2 with linespoints lw 1.2 dt {} pt {} lc rgb '{}' {}",
-                            plot.empty() ? "plot " : ", ", f.blocks.size() - 1, 1 + k % 4, 1 + k,
-                            colours[k % std::size(colours)],
-                            time ? "notitle" : fmt::format("title '{}' noenhanced", methods[k]));
+        plot += fmt::format(
+            "{}'DATA' index {} using 1:($2 > 1e-16 ? $2 : 1e-16) with linespoints lw 1.2 dt {} pt {} lc rgb '{}' {}",
+            plot.empty() ? "plot " : ", ", f.blocks.size() - 1, 1 + k % 4, 1 + k,
+            colours[k % std::size(colours)],
+            time ? "notitle" : fmt::format("title '{}' noenhanced", methods[k]));
       }
       if (plot.empty()) break;
       f.script += "unset label 1\nunset label 2\n";
