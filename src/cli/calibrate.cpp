@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "cli/calibrate.hpp"
@@ -34,6 +36,8 @@ nlohmann::json json_of(const Study& study, const Fit& f) {
     t = {{"surface", json_of(f.on_surface[i])}};
     if (i < f.run_again.size()) t["run_again"] = json_of(f.run_again[i]);
     if (i < f.predictive.size()) t["predictive"] = json_of(f.predictive[i]);
+    if (f.used[i] && i < f.contradicted.size())
+      t["contradicted_by_runs"] = static_cast<bool>(f.contradicted[i]);
   }
   j["objective"] = f.objective;
   return j;
@@ -46,11 +50,10 @@ nlohmann::json to_json(const Study& study, const CalibrationResult& r) {
   const auto& c = *study.calibration;
   j["provenance"] = provenance(study);
   for (std::size_t i = 0; i < c.targets.size(); ++i)
-    j["targets"][c.targets[i].name] = {{"statistic", c.targets[i].statistic},
-                                       {"measured", r.measured[i]},
-                                       {"tolerance", c.targets[i].tolerance},
-                                       {"surface_error_of_logarithm", r.surface_error[i]},
-                                       {"spread_of_logarithm", r.surface_spread[i]}};
+    j["targets"][c.targets[i].name] = {
+        {"statistic", c.targets[i].statistic},        {"measured", r.measured[i]},
+        {"tolerance", c.targets[i].tolerance},        {"surface_error_of_logarithm", r.surface_error[i]},
+        {"spread_of_logarithm", r.surface_spread[i]}, {"points", r.points[i]}};
   j["fitted_to_all"] = json_of(study, r.all);
   for (std::size_t i = 0; i < r.left_out.size(); ++i)
     j["left_out"][c.targets[i].name] = json_of(study, r.left_out[i]);
@@ -86,8 +89,11 @@ int calibrate(const CalibrateRequest& request) {
   fmt::print("{} runs made in {:.0f} s, {} failed\n\nResponse surfaces (of the logarithm)\n", r.sweep.ran,
              r.sweep.wall_seconds, r.sweep.failed);
   for (std::size_t i = 0; i < c.targets.size(); ++i)
-    fmt::print("  {:<10} {:<18} error {:.3f} where outcomes spread by {:.3f}\n", c.targets[i].name,
-               c.targets[i].statistic, r.surface_error[i], r.surface_spread[i]);
+    fmt::print("  {:<10} {:<18} error {:.3f} where outcomes spread by {:.3f}{}\n", c.targets[i].name,
+               c.targets[i].statistic, r.surface_error[i], r.surface_spread[i],
+               r.points[i] < c.points
+                   ? fmt::format("; {} of {} points, the others' runs failed", r.points[i], c.points)
+                   : "");
   const auto fit = [&](const Fit& f, const std::string& title) {
     fmt::print("\n{}\n", title);
     for (std::size_t j = 0; j < c.unknowns.size(); ++j)
@@ -97,6 +103,9 @@ int calibrate(const CalibrateRequest& request) {
       const double sigma = std::hypot(c.targets[i].tolerance, r.surface_error[i]);
       if (f.used[i] && std::abs(std::log(f.on_surface[i].value / r.measured[i])) > 3 * sigma)
         fmt::print("  {}: NOT MET, by more than three standard uncertainties\n", c.targets[i].name);
+      if (f.contradicted[i])
+        fmt::print("  {}: CONTRADICTED by its own runs: the surface is not what the model does\n",
+                   c.targets[i].name);
     }
     for (const bool used : {true, false})
       for (std::size_t i = 0; i < c.targets.size(); ++i)
@@ -109,7 +118,11 @@ int calibrate(const CalibrateRequest& request) {
   for (std::size_t i = 0; i < r.left_out.size(); ++i) fit(r.left_out[i], "Without " + c.targets[i].name);
   write_file(folder / "calibration.json", to_json(study, r).dump(1) + "\n");
   fmt::print("\nresults in {}\n", folder.string());
-  return 0;
+  if (std::ranges::none_of(r.all.contradicted, std::identity{})) return 0;
+  fmt::print(stderr, "{}",
+             wrapped("the fit to all targets is contradicted by runs at its optimum and is none: take more "
+                     "points, or narrower ranges\n"));
+  return 1;
 }
 
 }  // namespace

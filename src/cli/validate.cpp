@@ -36,13 +36,29 @@ std::string table(const Validation& v) {
   row("peak ratio, median", none, [](const Agreement& a) { return a.peak_ratio; });
   row("peak ratio, greatest", none, [](const Agreement& a) { return a.greatest_ratio; });
   row("RMS difference of mean turns (m/s²)", none, [](const Agreement& a) { return a.rms_difference; });
+  row("explained by uncertainty and scatter (m/s²)", none, [](const Agreement& a) { return a.rms_expected; });
   row("spectral distance", none, [](const Agreement& a) { return a.spectral_distance; });
   metric("dominant lines", TurnMetrics::lines);
-  row("phase taken out (°)", none, [](const Agreement& a) { return a.phase; });
+  row("gain, measured over model", none, [](const Agreement& a) { return a.sign * a.gain.mean; });
+  row("phase of the model behind the file (°)", none, [](const Agreement& a) { return a.phase.mean; });
+  row("model moved by (°)", none, [](const Agreement& a) { return a.moved; });
   row("contact lost at (°)", none, [](const Agreement& a) { return a.loss_angle; });
   row("contact found at (°)", none, [](const Agreement& a) { return a.return_angle; });
   row("signal quiet from (°)", v.quiet.from, [](const Agreement& a) { return a.quiet.from; });
   row("signal quiet to (°)", v.quiet.to, [](const Agreement& a) { return a.quiet.to; });
+  return out;
+}
+
+/// What each model is found to be, a finding a line.
+std::string verdicts(const Validation& v) {
+  std::string out;
+  for (const auto& a : v.models) {
+    if (a.ending.status != Ending::Status::finished) continue;
+    out += fmt::format(
+        "{} {}{}\n", a.formulation, text_of(a.verdict),
+        a.verdict == Agreement::Verdict::undecided ? ": one turn, and the file gives no uncertainty" : "");
+    for (const auto& f : a.findings) out += "  " + f + "\n";
+  }
   return out;
 }
 
@@ -59,6 +75,7 @@ int validate_data(const ValidateRequest& request) {
              request.as_given ? "both take the restitution asked for (--as-given)"
                               : "nonsmooth takes the restitution that penalty delivers (not with --as-given)",
              table(v));
+  fmt::print("\n{}", wrapped(verdicts(v), 2));
   int status = 0;
   for (const auto& a : v.models)
     if (a.ending.status != Ending::Status::finished) {

@@ -29,6 +29,21 @@ std::vector<std::string> fields(const std::string& line) {
   return list;
 }
 
+/// The size of the last digit of a number as it is written.
+double last_digit(const std::string& text) {
+  const auto e = text.find_first_of("eE"), point = text.find('.');
+  const double decimals = point == text.npos ? 0 : static_cast<double>(std::min(e, text.size()) - point - 1);
+  return std::pow(10.0, (e == text.npos ? 0 : std::atof(text.c_str() + e + 1)) - decimals);
+}
+
+/// Even times where rounding to a last digit is all that they differ by from them.
+void make_even(std::vector<double>& times, double digit) {
+  const double step = times.back() / static_cast<double>(times.size() - 1);
+  for (std::size_t i = 0; i < times.size(); ++i)
+    if (std::abs(times[i] - static_cast<double>(i) * step) > 1.01 * digit + 1e-6 * step) return;
+  for (std::size_t i = 0; i < times.size(); ++i) times[i] = static_cast<double>(i) * step;
+}
+
 }  // namespace
 
 Measurement read_measurement(const std::filesystem::path& file, double speed, double ideal_maximum) {
@@ -57,7 +72,8 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
   Measurement m;
   std::vector<double> times;
   std::vector<long> lines;
-  double squares = 0, wraps = 0, last = 0;
+  double squares = 0, wraps = 0, last = 0, digit = INFINITY;
+  int sense = 0;  // of angles: whether they grow or fall from line to line
   while (std::getline(in, line)) {
     ++number;
     if (trimmed(line).empty() || line[0] == '#') continue;
@@ -74,13 +90,19 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
     };
     double time = value(t >= 0 ? t : angle);
     if (angle >= 0) {
-      if (!times.empty() && time < last - 180) wraps += 360;
+      if (!times.empty()) {
+        if (sense == 0) sense = (time > last) == (std::abs(time - last) < 180) ? 1 : -1;
+        if (sense * (time - last) < -180) wraps += sense * 360;
+      }
       last = time;
-      time = (time + wraps) * std::numbers::pi / 180 / std::abs(speed);
-      if (times.empty()) m.start_angle = last;
+      time += wraps;
+      if (sense < 0) time = -time;
+      if (times.size() == 1 && sense < 0) times[0] = -times[0];
     }
     if (!times.empty() && time <= times.back())
-      fail(number, fmt::format("{} must increase from line to line", names[t >= 0 ? t : angle]));
+      fail(number, angle >= 0 ? "crank_angle must increase from line to line, or decrease"
+                              : "t must increase from line to line");
+    digit = std::min(digit, last_digit(list[t >= 0 ? t : angle]));
     times.push_back(time);
     lines.push_back(number);
     m.acceleration.push_back(value(a));
@@ -89,7 +111,26 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
   if (times.size() < 10)
     fail(0, fmt::format("has {} samples; at least one turn of the crank is needed", times.size()));
   const double turn = 2 * std::numbers::pi / std::abs(speed);
-  const double span = times.back() - times.front();
+  const double first = times.front();
+  if (angle >= 0) {
+    m.datum = true;
+    m.start_angle = sense < 0 ? -first : first;
+    const double scale = std::numbers::pi / 180 / std::abs(speed);  // s for a degree
+    for (double& x : times) x = (x - first) * scale;
+    digit *= scale;
+    if (sense * speed < 0) {  // the lines run against time
+      m.start_angle += sense * 360 * times.back() / turn;
+      const double end = times.back();
+      std::ranges::reverse(times);
+      for (double& x : times) x = end - x;
+      std::ranges::reverse(m.acceleration);
+      std::ranges::reverse(lines);
+    }
+    m.start_angle = std::fmod(m.start_angle, 360);
+  } else {
+    for (double& x : times) x -= first;
+  }
+  const double span = times.back();
   if (span < 0.999 * turn - span / static_cast<double>(times.size()))
     fail(0,
          t >= 0
@@ -115,18 +156,10 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
   if (turn / step < least)
     fail(0, fmt::format("has {:.3g} samples a turn of the crank, fewer than {}; {}", turn / step, least,
                         t >= 0 ? "t must be in seconds" : "crank_angle must be in degrees"));
-  // Evenly spaced, by straight lines between the samples.
-  const auto count = static_cast<std::size_t>(span / step + 1e-6) + 1;
-  std::vector<double> even;
-  for (std::size_t i = 0, j = 0; i < count; ++i) {
-    const double at = times.front() + static_cast<double>(i) * step;
-    while (j + 2 < times.size() && times[j + 1] < at) ++j;
-    const double w = std::clamp((at - times[j]) / (times[j + 1] - times[j]), 0.0, 1.0);
-    even.push_back((1 - w) * m.acceleration[j] + w * m.acceleration[j + 1]);
-  }
-  m.acceleration = std::move(even);
-  m.sampling = 1 / step;
+  make_even(times, digit);
+  m.sampling = static_cast<double>(times.size() - 1) / span;
   m.uncertainty = u >= 0 ? std::sqrt(squares / static_cast<double>(times.size())) : 0;
+  m.time = std::move(times);
 
   double greatest = 0;
   for (double x : m.acceleration) greatest = std::max(greatest, std::abs(x));

@@ -1,5 +1,9 @@
 // A measured acceleration as a user brings it: a CSV file with a header, one column `t` (s) or `crank_angle`
 // (degrees, running on or wrapping at 360), one `acceleration` (m/s²), perhaps one `uncertainty` (m/s²).
+//
+// Samples stay what they are: nothing is interpolated. A crank angle is the scene's, whichever way the lines go: where
+// it runs against the crank's speed, the last line is the earliest. Times that are even to the digits that the file
+// gives are taken to be even.
 #pragma once
 
 #include <filesystem>
@@ -8,9 +12,11 @@
 namespace freeplay {
 
 struct Measurement {
-  double sampling = 0;     ///< Hz
-  double start_angle = 0;  ///< degrees of the crank at the first sample; 0 when only times are given
-  std::vector<double> acceleration;  ///< m/s², evenly spaced
+  double sampling = 0;       ///< Hz, mean
+  bool datum = false;        ///< the file gives angles
+  double start_angle = 0;    ///< degrees of the crank at the first sample; 0 when only times are given
+  std::vector<double> time;  ///< s, from the first sample
+  std::vector<double> acceleration;  ///< m/s²
   double uncertainty = 0;            ///< m/s², root mean square; 0 when not given
 };
 

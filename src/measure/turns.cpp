@@ -1,11 +1,11 @@
 #include "measure/turns.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <complex>
 #include <numbers>
-#include <unsupported/Eigen/FFT>
+
+#include "measure/alignment.hpp"
 
 namespace freeplay {
 namespace {
@@ -30,6 +30,20 @@ const std::array<std::string_view, TurnMetrics::count>& TurnMetrics::names() {
   return names;
 }
 
+TurnMetrics::Kind TurnMetrics::kind(Name name) {
+  switch (name) {
+    case flight_share:
+      return Kind::share;
+    case loss_angle:
+    case return_angle:
+      return Kind::direction;
+    case deceleration:
+      return Kind::real;
+    default:
+      return Kind::positive;
+  }
+}
+
 double quantile(const std::vector<double>& sorted, double p) {
   if (sorted.empty()) return nan;
   const double at = p * static_cast<double>(sorted.size() - 1);
@@ -42,49 +56,47 @@ double mean_angle(const std::vector<double>& degrees) {
   if (degrees.empty()) return nan;
   std::complex<double> sum = 0;
   for (double d : degrees) sum += std::polar(1.0, d * pi / 180);
-  const double angle = std::arg(sum) * 180 / pi;
-  return angle < 0 ? angle + 360 : angle;
+  return whole_circle(std::arg(sum) * 180 / pi);
 }
 
-std::vector<double> harmonics(const std::vector<double>& signal, double points, int turns, int highest) {
-  const auto n = std::bit_ceil(static_cast<std::size_t>(std::ceil(2 * points)));
-  std::vector<double> power(static_cast<std::size_t>(highest)), turn(n);
-  std::vector<std::complex<double>> transform;
-  Eigen::FFT<double> fft;
-  for (int k = 0; k < turns; ++k) {
-    for (std::size_t i = 0; i < n; ++i) {
-      const double at = (k + static_cast<double>(i) / static_cast<double>(n)) * points;
-      const auto j = std::min(static_cast<std::size_t>(at), signal.size() - 2);
-      turn[i] = signal[j] + (at - static_cast<double>(j)) * (signal[j + 1] - signal[j]);
-    }
-    fft.fwd(transform, turn);
-    for (std::size_t h = 0; h < power.size() && h + 1 < n / 2; ++h)
-      power[h] += std::norm(2.0 / static_cast<double>(n) * transform[h + 1]);
-  }
-  for (auto& p : power) p = std::sqrt(p / std::max(turns, 1));
-  return power;
+double whole_circle(double degrees) {
+  const double d = std::fmod(degrees, 360);
+  return d < 0 ? d + 360 : d;
 }
+
+double half_circle(double degrees) { return whole_circle(degrees + 180) - 180; }
 
 double TurnMeter::degrees(double t) const {
-  const double d = std::fmod((rules_.crank_start + rules_.speed * t) * 180 / pi, 360);
-  return d < 0 ? d + 360 : d;
+  return whole_circle((rules_.crank_start + rules_.speed * t) * 180 / pi);
+}
+
+double TurnMeter::turn() const { return 2 * pi / std::abs(rules_.speed); }
+
+/// The contact is closed from t to `until`; NaN: to its next loss.
+void TurnMeter::touch(double t, double until) {
+  if (!std::isnan(left_at_)) {
+    flown_ += std::max(0.0, t - std::max(left_at_, rules_.discard));
+    if (lost_ && t >= rules_.discard) flights_.emplace_back(left_at_, t);
+  }
+  left_at_ = until;
+  lost_ = !std::isnan(until);
 }
 
 void TurnMeter::event(const ContactEvent& e) {
   if (e.contact != rules_.joint) return;
   if (e.kind == EventKind::separation) {
     left_at_ = e.t;
+    lost_ = true;
     return;
   }
-  if (left_at_ >= rules_.discard) flights_.emplace_back(left_at_, e.t);
-  left_at_ = e.kind == EventKind::impact ? e.t + e.duration : -1;
+  touch(e.t, e.kind == EventKind::impact ? e.t + e.duration : nan);
   if (e.t >= rules_.discard && -e.v_n_minus >= rules_.impact_speed)
     impacts_.push_back({degrees(e.t), -e.v_n_minus, e.impulse_n});
 }
 
 void TurnMeter::acceleration(double t, double value) {
   if (t < rules_.discard) return;
-  if (first_a_ < 0) first_a_ = std::lround(t * rules_.sampling);
+  times_.push_back(t);
   acceleration_.push_back(value);
 }
 
@@ -92,6 +104,13 @@ void TurnMeter::position(double t, double value) {
   if (t < rules_.discard) return;
   if (first_x_ < 0) first_x_ = std::lround(t * rules_.sampling);
   position_.push_back(value);
+}
+
+/// First sample of a whole turn; of the turn behind the last whole one, the sample behind it.
+std::size_t TurnMeter::first_of(int whole_turn) const {
+  const double spacing = (times_.back() - times_.front()) / static_cast<double>(times_.size() - 1);
+  const double begin = times_.front() + whole_turn * turn() - 1e-6 * spacing;
+  return static_cast<std::size_t>(std::ranges::lower_bound(times_, begin) - times_.begin());
 }
 
 void TurnMeter::flight(TurnMetrics& m, double from, double to) const {
@@ -108,17 +127,13 @@ void TurnMeter::flight(TurnMetrics& m, double from, double to) const {
   m.flights.push_back(f);
 }
 
-TurnMetrics TurnMeter::finish(double energy_lost) const {
-  TurnMetrics m;
-  const double points = 2 * pi / std::abs(rules_.speed) * rules_.sampling;
-  const int turns = static_cast<int>((static_cast<double>(acceleration_.size()) + 0.5) / points);
+void TurnMeter::peaks(TurnMetrics& m, int turns) const {
   auto& v = m.value;
-  v.fill(nan);
-  if (turns < 1) return m;
   double squares = 0;
+  const std::size_t all = first_of(turns);
   for (int k = 0; k < turns; ++k) {
     double peak = 0;
-    for (auto i = static_cast<std::size_t>(k * points); i < static_cast<std::size_t>((k + 1) * points); ++i) {
+    for (auto i = first_of(k); i < first_of(k + 1); ++i) {
       peak = std::max(peak, std::abs(acceleration_[i]));
       squares += acceleration_[i] * acceleration_[i];
     }
@@ -133,68 +148,109 @@ TurnMetrics TurnMeter::finish(double energy_lost) const {
   v[TurnMetrics::ratio_median] = v[TurnMetrics::peak_median] / rules_.ideal_maximum;
   v[TurnMetrics::ratio_95] = v[TurnMetrics::peak_95] / rules_.ideal_maximum;
   v[TurnMetrics::ratio_max] = v[TurnMetrics::peak_max] / rules_.ideal_maximum;
-  v[TurnMetrics::rms] = std::sqrt(squares / (turns * points));
+  v[TurnMetrics::rms] = std::sqrt(squares / static_cast<double>(all));
+}
 
+void TurnMeter::contacts(TurnMetrics& m, double end) const {
+  auto& v = m.value;
+  const double counted = end - rules_.discard, turns = counted / turn();
   for (const auto& [from, to] : flights_) flight(m, from, to);
   m.impacts = impacts_;
   std::vector<double> losses, returns, durations, decelerations;
-  double flying = 0;
-  // The longest flight of each turn stands for its loss of contact.
-  for (const auto& [from, to] : flights_) flying += to - from;
   for (const auto& f : m.flights) {
     durations.push_back(f.duration);
     if (std::isfinite(f.deceleration)) decelerations.push_back(f.deceleration);
     losses.push_back(f.loss);
-    returns.push_back(std::fmod(f.loss + f.angle, 360));
+    returns.push_back(f.loss + std::copysign(f.angle, rules_.speed));
   }
+  const double under_way = std::isnan(left_at_) ? 0 : std::max(0.0, end - std::max(left_at_, rules_.discard));
   v[TurnMetrics::impacts_per_turn] = static_cast<double>(impacts_.size()) / turns;
   v[TurnMetrics::flights_per_turn] = static_cast<double>(m.flights.size()) / turns;
-  v[TurnMetrics::flight_share] = flying / (turns * points / rules_.sampling);
+  v[TurnMetrics::flight_share] = (flown_ + under_way) / counted;
   v[TurnMetrics::loss_angle] = mean_angle(losses);
   v[TurnMetrics::return_angle] = mean_angle(returns);
   v[TurnMetrics::flight_duration] = mean(durations);
   v[TurnMetrics::deceleration] = mean(decelerations);
+}
 
-  m.spectrum = harmonics(acceleration_, points, turns, static_cast<int>(points / 2.5));
+void TurnMeter::harmonics(TurnMetrics& m, int turns) const {
+  const auto n = times_.size();
+  const double spacing = (times_.back() - times_.front()) / static_cast<double>(n - 1);
+  double apart = 0;
+  bool even = true;
+  for (std::size_t i = 1; i < n; ++i) {
+    apart = std::max(apart, times_[i] - times_[i - 1]);
+    even = even && std::abs(times_[i] - times_[0] - static_cast<double>(i) * spacing) < 1e-4 * spacing;
+  }
+  const int highest = static_cast<int>(turn() / (2.5 * (even ? spacing : apart)));
+  TurnTransform transform(highest);
+  m.spectrum.assign(static_cast<std::size_t>(highest), 0);
+  for (int k = 0; k < turns; ++k) {
+    const std::size_t first = first_of(k), count = first_of(k + 1) - first;
+    const std::span values(acceleration_.data() + first, count);
+    const auto angle = [&](std::size_t i) {
+      return rules_.crank_start +
+             rules_.speed * (even ? times_[0] + static_cast<double>(i) * spacing : times_[i]);
+    };
+    Harmonics c;
+    if (even) {
+      c = transform.even(angle(first), rules_.speed * spacing, values);
+    } else {
+      std::vector<double> angles;
+      for (std::size_t i = first; i < first + count; ++i) angles.push_back(angle(i));
+      c = transform.uneven(angles, values);
+    }
+    for (std::size_t h = 1; h < c.size(); ++h) m.spectrum[h - 1] += 4 * std::norm(c[h]) / turns;
+    m.turns.push_back(std::move(c));
+  }
+  m.mean_turn = bin_means(mean_of(m.turns), mean_bins);
+  auto& v = m.value;
   v[TurnMetrics::lines] = v[TurnMetrics::lines_total] = v[TurnMetrics::line_greatest] = 0;
   for (std::size_t h = 0; h < m.spectrum.size(); ++h) {
-    if (m.spectrum[h] >= rules_.line_share * rules_.ideal_maximum) {
+    auto& line = m.spectrum[h];
+    line = std::sqrt(line);
+    if (line >= rules_.line_share * rules_.ideal_maximum) {
       ++v[TurnMetrics::lines];
-      v[TurnMetrics::lines_total] += m.spectrum[h];
+      v[TurnMetrics::lines_total] += line;
     }
     // The ideal motion's own lines are the first two.
-    if (h >= 2) v[TurnMetrics::line_greatest] = std::max(v[TurnMetrics::line_greatest], m.spectrum[h]);
+    if (h >= 2) v[TurnMetrics::line_greatest] = std::max(v[TurnMetrics::line_greatest], line);
   }
-  v[TurnMetrics::energy_per_turn] = energy_lost / turns;
+}
 
-  m.mean_turn.assign(mean_bins, 0);
-  std::vector<int> fill(mean_bins, 0);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(turns * points); ++i) {
-    const double at = degrees(static_cast<double>(first_a_ + static_cast<long>(i)) / rules_.sampling);
-    const auto bin = std::min<std::size_t>(static_cast<std::size_t>(at / 360 * mean_bins), mean_bins - 1);
-    m.mean_turn[bin] += acceleration_[i];
-    ++fill[bin];
-  }
-  for (int b = 0; b < mean_bins; ++b)  // coarse sampling leaves bins empty: they take their neighbour's mean
-    m.mean_turn[b] = fill[b] > 0 ? m.mean_turn[b] / fill[b] : m.mean_turn[(b + mean_bins - 1) % mean_bins];
-
-  // The last whole turn that begins at crank angle 0; without one (a single turn), the last samples.
-  const auto count = static_cast<std::size_t>(points);
-  const auto time = [&](std::size_t i) {
-    return static_cast<double>(first_a_ + static_cast<long>(i)) / rules_.sampling;
-  };
-  const auto turn = [&](std::size_t i) {
-    return std::floor((rules_.crank_start + rules_.speed * time(i)) / (2 * pi));
+/// The last whole turn that begins at crank angle 0; without one (a single turn), the last samples.
+void TurnMeter::last_turn(TurnMetrics& m) const {
+  const std::size_t count = first_of(1);
+  const auto turned = [&](std::size_t i) {
+    return std::floor((rules_.crank_start + rules_.speed * times_[i]) / (2 * pi));
   };
   std::size_t first = acceleration_.size() - count;
   for (std::size_t i = first; i > 0; --i)
-    if (turn(i) != turn(i - 1)) {
+    if (turned(i) != turned(i - 1)) {
       first = i;
       break;
     }
   for (std::size_t i = first; i < first + count; ++i)
-    m.last_turn.push_back({degrees(time(i)), acceleration_[i], i < position_.size() ? position_[i] : nan});
+    m.last_turn.push_back({degrees(times_[i]), acceleration_[i], i < position_.size() ? position_[i] : nan});
   std::ranges::sort(m.last_turn, {}, &TracePoint::angle);
+}
+
+TurnMetrics TurnMeter::finish(double end, double energy_lost) const {
+  TurnMetrics m;
+  m.value.fill(nan);
+  if (end > rules_.discard) {
+    if (rules_.joint >= 0) contacts(m, end);
+    m.value[TurnMetrics::energy_per_turn] = energy_lost * turn() / (end - rules_.discard);
+  }
+  if (times_.size() < 2) return m;
+  const auto n = static_cast<double>(times_.size());
+  const double spacing = (times_.back() - times_.front()) / (n - 1);
+  // Turns of P samples each have N·P of them, rounded down where they begin with a sample.
+  const int turns = static_cast<int>((n + 1 - 1e-6) * spacing / turn());
+  if (turns < 1) return m;
+  peaks(m, turns);
+  harmonics(m, turns);
+  last_turn(m);
   return m;
 }
 

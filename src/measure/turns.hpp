@@ -1,31 +1,35 @@
 // What a run amounts to revolution by revolution, from the samples of its instruments and its events: the
 // numbers that an experiment prints. Angles are in degrees of the crank, 0 ≤ angle < 360.
 //
-// Rules. The first `discard` seconds do not count; a turn begins there and lasts 2π/ω. The peak of a turn is
-// the greatest |a| of its samples. A flight counts when the crank turns by at least `flight_angle` during it,
-// an impact when it approaches at `impact_speed` or faster. The spectrum's line k is the root mean square
-// over turns of the amplitude of the k-th harmonic of the turn; it is dominant when it reaches `line_share`
-// of the ideal mechanism's greatest acceleration.
+// Rules. The first `discard` seconds do not count. What samples give is of the whole turns among them: a turn
+// begins with the first sample that counts and lasts 2π/|ω|. What events give is of all the time that counts, and
+// per turn means per 2π/|ω| of it, whole or not. The peak of a turn is the greatest |a| of its samples. A flight
+// counts where it ends, when the crank has turned by at least `flight_angle` during it, an impact when it
+// approaches at `impact_speed` or faster; the share of flights is of the time, whether they count or not. The
+// spectrum's line k is the root mean square over turns of the amplitude of the k-th harmonic of the turn, from
+// its own samples (harmonics.hpp), below 0.4 of the sampling; it is dominant when it reaches `line_share` of the
+// ideal mechanism's greatest acceleration. The mean turn is that of the same harmonics.
 #pragma once
 
 #include <array>
 #include <string_view>
 #include <vector>
 
-#include "sim/contact_log.hpp"
+#include "measure/harmonics.hpp"
+#include "values/event.hpp"
 
 namespace freeplay {
 
 struct TurnRules {
   double discard = 0;          ///< s
-  double speed = 0;            ///< rad/s of the crank, ≠ 0
+  double speed = 0;            ///< rad/s of the crank, ≠ 0; negative: it turns backwards through its angles
   double crank_start = 0;      ///< rad at t = 0
   double flight_angle = 2;     ///< degrees
   double impact_speed = 0.01;  ///< m/s
   double line_share = 0.05;
-  double sampling = 0;       ///< Hz, of the accelerometer and of the position sensor
+  double sampling = 0;       ///< Hz, of the position sensor; the accelerometer's samples say when they are
   double ideal_maximum = 0;  ///< m/s², through the same instrument
-  int joint = 0;             ///< contact that flights and impacts are taken from
+  int joint = 0;  ///< contact that flights and impacts are taken from; −1: none is known, they are NaN
 };
 
 struct Flight {
@@ -68,12 +72,16 @@ struct TurnMetrics {
     count
   };
   static const std::array<std::string_view, count>& names();
+  /// What values a statistic can take: its means and intervals are made accordingly.
+  enum class Kind { real, positive, share, direction };
+  static Kind kind(Name name);
   std::array<double, count> value{};
   std::vector<double> peaks;  ///< m/s², of each turn
   std::vector<Flight> flights;
   std::vector<CountedImpact> impacts;
   std::vector<double> spectrum;  ///< m/s², amplitude of harmonic k+1
   std::vector<TracePoint> last_turn;
+  std::vector<Harmonics> turns;   ///< m/s², of each turn against the crank's angle
   std::vector<double> mean_turn;  ///< m/s², mean signal in each of mean_bins parts of the turn
 };
 inline constexpr int mean_bins = 720;
@@ -81,22 +89,33 @@ inline constexpr int mean_bins = 720;
 class TurnMeter {
  public:
   explicit TurnMeter(const TurnRules& rules) : rules_(rules) {}
+  /// In the order of time. Before its first event a contact is taken to be open, unless that is its loss.
   void event(const ContactEvent& e);
   void acceleration(double t, double value);
   void position(double t, double value);
-  /// After the run. `energy_lost`: J, over the counted turns.
-  TurnMetrics finish(double energy_lost) const;
+  /// After the run, which ended at `end` (s). `energy_lost`: J, since the discarded time.
+  TurnMetrics finish(double end, double energy_lost) const;
 
  private:
   double degrees(double t) const;
+  double turn() const;                         // s
+  std::size_t first_of(int whole_turn) const;  // sample
+  void touch(double t, double until);
   void flight(TurnMetrics& m, double from, double to) const;
+  void peaks(TurnMetrics& m, int turns) const;
+  void contacts(TurnMetrics& m, double end) const;
+  void harmonics(TurnMetrics& m, int turns) const;
+  void last_turn(TurnMetrics& m) const;
 
   TurnRules rules_;
-  std::vector<double> acceleration_, position_;  // at (first_ + i)/sampling
-  long first_a_ = -1, first_x_ = -1;
+  std::vector<double> times_, acceleration_;  // s, m/s²
+  std::vector<double> position_;              // at (first_x_ + i)/sampling
+  long first_x_ = -1;
   std::vector<std::pair<double, double>> flights_;  // s: loss, return
   std::vector<CountedImpact> impacts_;
-  double left_at_ = -1;
+  double flown_ = 0;    // s, of the time that counts
+  double left_at_ = 0;  // s, of the present flight; NaN in contact
+  bool lost_ = false;   // the present flight's beginning was seen
 };
 
 /// The p-quantile of a sorted list, linear between its members.
@@ -104,9 +123,8 @@ double quantile(const std::vector<double>& sorted, double p);
 
 /// Mean direction of angles in degrees, in [0, 360).
 double mean_angle(const std::vector<double>& degrees);
-
-/// Amplitudes of harmonics 1, 2, … below `highest` of a signal given over whole turns: root mean square over
-/// the turns. `points` samples each turn; a turn may begin and end between samples.
-std::vector<double> harmonics(const std::vector<double>& signal, double points, int turns, int highest);
+/// An angle in degrees, in [0, 360), and in [−180, 180).
+double whole_circle(double degrees);
+double half_circle(double degrees);
 
 }  // namespace freeplay

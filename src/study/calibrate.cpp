@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
 #include "facade/simulation.hpp"
@@ -19,9 +21,10 @@ TurnMetrics::Name metric_of(const std::string& name) {
   return static_cast<TurnMetrics::Name>(std::ranges::find(names, name) - names.begin());
 }
 
-/// Targets that share a scene share its runs.
+/// Targets that share a scene, and how it is sampled, share its runs.
 std::string name_of_run(const std::string& what, const Target& target) {
-  return fmt::format("{} {}", what, fmt::join(target.overrides, " "));
+  return fmt::format("{} {}{}", what, fmt::join(target.overrides, " "),
+                     target.sampling > 0 ? fmt::format(" {} Hz", target.sampling) : "");
 }
 
 /// The study's scene at ξ for one target.
@@ -29,37 +32,57 @@ Variant variant_at(const Study& study, const std::string& what, const Eigen::Vec
                    const Target& target, int starts, double revolutions) {
   const auto& c = *study.calibration;
   const auto name = name_of_run(what, target);
-  Variant v{name, name, study.scene, target.overrides, {c.formulation}, starts, revolutions};
+  Variant v{name, name, study.scene, target.overrides, {c.formulation}, starts, revolutions, target.sampling};
   for (std::size_t j = 0; j < c.unknowns.size(); ++j)
     v.overrides.push_back(
         fmt::format("{}={}", c.unknowns[j].key, unscaled(c.unknowns[j], xi[static_cast<Eigen::Index>(j)])));
   return v;
 }
 
-/// Where one more outcome lies, from the logarithms of some: Student's prediction interval.
-Estimate one_more(const std::vector<double>& logarithms) {
-  const auto s = interval(logarithms);  // mean ± t √(s²/n)
-  const double half = (s.high - s.mean) * std::sqrt(s.count + 1.0);
-  return {std::exp(s.mean), std::exp(s.mean - half), std::exp(s.mean + half)};
+/// The runs' own values of a statistic.
+std::vector<double> outcomes_of(const std::vector<RunRow>& rows, const std::string& variant,
+                                TurnMetrics::Name name) {
+  std::vector<double> list;
+  for (const auto& r : rows)
+    if (r.variant == variant) list.push_back(r.metric[name]);
+  return list;
 }
 
-/// The statistic of a measured file, by the same rules as a run's, and what to ask about its units.
-double measured_statistic(const Study& study, const Target& target, const Conduct& conduct,
+bool all_positive(const std::vector<double>& list) {
+  return std::ranges::all_of(list, [](double x) { return x > 0; });
+}
+
+Estimate possible(const Interval& s, TurnMetrics::Kind kind) {
+  const auto in = within_range(s, kind);
+  return {in.mean, in.low, in.high};
+}
+
+/// A share is no more than all.
+Estimate possible(Estimate e, TurnMetrics::Kind kind) {
+  if (kind == TurnMetrics::Kind::share)
+    for (double* x : {&e.value, &e.low, &e.high}) *x = std::min(*x, 1.0);
+  return e;
+}
+
+/// The statistic of a measured file, by the same rules as a run's, which take its sampling; and what to ask about its
+/// units.
+double measured_statistic(const Study& study, Target& target, const Conduct& conduct,
                           std::vector<std::string>& questions) {
   Case one{"", study.calibration->formulation, {}, 0, 1, study.scene, target.overrides};
   const auto scene = scene_of(study, one, conduct);
   const double speed = main_drive(scene.mechanism)->speed;
   const auto ideal = ideal_turn(study, scene, study.calibration->formulation, conduct);
   const auto data = read_measurement(target.data, speed, ideal.value[TurnMetrics::peak_max]);
+  target.sampling = data.sampling;
   TurnRules rules;
   rules.speed = speed;
-  rules.sampling = data.sampling;
+  rules.joint = -1;
   rules.line_share = study.line_share;
   rules.ideal_maximum = ideal.value[TurnMetrics::peak_max];
   TurnMeter meter(rules);
   for (std::size_t i = 0; i < data.acceleration.size(); ++i)
-    meter.acceleration(static_cast<double>(i) / data.sampling, data.acceleration[i]);
-  const auto measured = meter.finish(std::nan(""));
+    meter.acceleration(data.time[i], data.acceleration[i]);
+  const auto measured = meter.finish(data.time.back(), std::nan(""));
   if (const auto question = unit_question(measured, ideal); !question.empty())
     questions.push_back(fmt::format("{}: {}", target.data.string(), question));
   const double value = measured.value[metric_of(target.statistic)];
@@ -72,16 +95,43 @@ double measured_statistic(const Study& study, const Target& target, const Conduc
 
 }  // namespace
 
+Estimate one_more(std::vector<double> outcomes) {
+  std::erase_if(outcomes, [](double x) { return !std::isfinite(x); });
+  std::ranges::sort(outcomes);
+  std::vector<double> logarithms;
+  for (double x : outcomes)
+    if (x > 0) logarithms.push_back(std::log(x));
+  const auto s = interval(logarithms);  // mean ± t √(s²/n)
+  const double half = (s.high - s.mean) * std::sqrt(s.count + 1.0);
+  if (logarithms.size() == outcomes.size())
+    return {std::exp(s.mean), std::exp(s.mean - half), std::exp(s.mean + half)};
+  return {quantile(outcomes, 0.5), 0, logarithms.size() < 2 ? outcomes.back() : std::exp(s.mean + half)};
+}
+
+bool contradicts(const std::vector<double>& outcomes, double measured, double tolerance,
+                 double surface_error) {
+  if (outcomes.empty() || !all_positive(outcomes)) return true;
+  const auto n = static_cast<double>(outcomes.size());
+  double mean = 0, squares = 0;
+  for (double x : outcomes) mean += std::log(x) / n;
+  for (double x : outcomes) squares += std::pow(std::log(x) - mean, 2);
+  const double normal = boost::math::quantile(boost::math::normal(), 0.995);
+  const double one = n > 1 ? boost::math::quantile(boost::math::students_t(n - 1), 0.995) *
+                                 std::sqrt((1 + 1 / n) * squares / (n - 1))
+                           : normal * surface_error;
+  return std::abs(std::log(measured) - mean) > std::hypot(normal * tolerance, one);
+}
+
 CalibrationResult calibrate(const Study& study, const Conduct& conduct, const std::filesystem::path& folder,
                             int threads, const std::function<void(const SweepProgress&)>& on_progress) {
   if (!study.calibration) throw SceneError(fmt::format("{}: has no [calibrate]", study.file.string()));
-  const auto& c = *study.calibration;
+  auto c = *study.calibration;
   const auto n = static_cast<int>(c.unknowns.size());
   if (c.points < ResponseSurface::coefficients(n) + 2)
     throw SceneError(fmt::format("{}: calibrate.points must be at least {} for {} unknowns, is {}",
                                  study.file.string(), ResponseSurface::coefficients(n) + 2, n, c.points));
   CalibrationResult result;
-  for (const auto& target : c.targets) {
+  for (auto& target : c.targets) {
     const double value =
         target.data.empty() ? target.value : measured_statistic(study, target, conduct, result.questions);
     if (!(value > 0))
@@ -108,22 +158,39 @@ CalibrationResult calibrate(const Study& study, const Conduct& conduct, const st
   std::vector<ResponseSurface> surfaces;
   std::vector<double> logs, tolerances;
   auto rows = results.runs(result.sweep.keys);
-  const auto statistic = [&](const std::string& variant, const Target& target) {
-    return cell(rows, variant, c.formulation, {}, metric_of(target.statistic));
-  };
   for (std::size_t i = 0; i < c.targets.size(); ++i) {
-    std::vector<int> usable;
+    const auto& target = c.targets[i];
+    std::vector<int> usable, without;
     std::vector<double> outcomes;
     for (int p = 0; p < c.points; ++p) {
-      const auto s = statistic(name_of_run(fmt::format("point {:03}", p), c.targets[i]), c.targets[i]);
-      if (s.count == 0 || !(s.mean > 0)) continue;
+      const auto of =
+          outcomes_of(rows, name_of_run(fmt::format("point {:03}", p), target), metric_of(target.statistic));
+      if (of.empty()) continue;  // its runs failed
+      const double mean = interval(of).mean;
+      if (!(mean > 0) || std::ranges::any_of(of, [](double x) { return std::isnan(x); })) {
+        without.push_back(p);
+        continue;
+      }
       usable.push_back(p);
-      outcomes.push_back(std::log(s.mean));
+      outcomes.push_back(std::log(mean));
+    }
+    if (!without.empty()) {
+      std::string where;
+      for (int j = 0; j < n; ++j)
+        where += fmt::format("{}{} = {:.4g}", j > 0 ? ", " : "", c.unknowns[j].key,
+                             unscaled(c.unknowns[j], points(without[0], j)));
+      throw SceneError(fmt::format(
+          "{}: calibrate.targets.{}: at {} of {} points (first: {}) runs give no positive {}, whose logarithm is "
+          "fitted, and without them the fit would be of the others alone; narrow the ranges of the unknowns to "
+          "where it is positive, or take another statistic",
+          study.file.string(), target.name, without.size(), c.points, where, target.statistic));
     }
     if (static_cast<int>(usable.size()) < ResponseSurface::coefficients(n) + 2)
-      throw std::runtime_error(fmt::format("calibration: only {} of {} points gave a positive {} for {}",
-                                           usable.size(), c.points, c.targets[i].statistic,
-                                           c.targets[i].name));
+      throw std::runtime_error(
+          fmt::format("calibration: the runs of {} of {} points failed for {}; {} are needed",
+                      c.points - static_cast<int>(usable.size()), c.points, target.name,
+                      ResponseSurface::coefficients(n) + 2));
+    result.points.push_back(static_cast<int>(usable.size()));
     Eigen::MatrixXd at(usable.size(), n);
     for (std::size_t k = 0; k < usable.size(); ++k)
       at.row(static_cast<Eigen::Index>(k)) = points.row(usable[k]);
@@ -165,12 +232,19 @@ CalibrationResult calibrate(const Study& study, const Conduct& conduct, const st
   rows = results.runs(again.keys);
   for (const auto& [f, name] : fits)
     for (const auto& target : c.targets) {
-      const auto s = statistic(name_of_run(name, target), target);
-      f->run_again.push_back({s.mean, s.low, s.high});
+      const auto metric = metric_of(target.statistic);
+      const auto kind = TurnMetrics::kind(metric);
+      const auto i = f->run_again.size();
+      const auto own = outcomes_of(rows, name_of_run(name, target), metric);
+      f->on_surface[i] = possible(f->on_surface[i], kind);
+      f->run_again.push_back(possible(interval(own), kind));
+      f->contradicted.push_back(
+          f->used[i] && contradicts(own, result.measured[i], target.tolerance, result.surface_error[i]));
       std::vector<double> outcomes;
       for (int k = 0; k < draws; ++k)
-        outcomes.push_back(std::log(statistic(name_of_run(draw_name(name, k), target), target).mean));
-      f->predictive.push_back(one_more(outcomes));
+        for (double x : outcomes_of(rows, name_of_run(draw_name(name, k), target), metric))
+          outcomes.push_back(x);
+      f->predictive.push_back(possible(one_more(outcomes), kind));
     }
   return result;
 }

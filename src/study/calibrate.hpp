@@ -7,6 +7,11 @@
 // middle of the ranges decides what the targets leave open; without targets every ξ is 0 ± √(1/w) of its half
 // range, clipped to it. Intervals are Laplace's: the inverse of half the Hessian of f. What a fit predicts is
 // run: at its optimum, and at `draws` points of Laplace's normal distribution within the ranges.
+//
+// A point whose runs give no positive statistic is an observation without a logarithm: left out, it would bend the
+// surface towards what was met. Such a fit is refused. Points whose runs failed are no observations; they are left out
+// and counted. And the runs at the optimum have the last word: a fit whose own targets they contradict is said to be
+// contradicted (Fit::contradicted).
 #pragma once
 
 #include <filesystem>
@@ -34,6 +39,10 @@ struct Fit {
   std::vector<Estimate> run_again;   ///< by runs at the optimum: mean and 95 % interval over starts
   /// Where one more run from the fit's own uncertainty lies: median and 95 % interval, by runs at the draws.
   std::vector<Estimate> predictive;
+  /// Of the targets fitted to: whether the measured value lies outside 99 % of one more run at the optimum and of its own
+  /// tolerance together, |ln m − mean ln r| > hypot(2.58 tolerance, t √(1 + 1/n) s) over the n starts; with a single start
+  /// the surface's error stands for s. A run without the statistic contradicts.
+  std::vector<bool> contradicted;
   Eigen::MatrixXd draws;  ///< ξ, a row each
   double objective = 0;
   bool at_bound(std::size_t unknown) const {
@@ -45,13 +54,15 @@ struct CalibrationResult {
   std::vector<double> measured;       ///< of the targets
   std::vector<double> surface_error;  ///< of ln statistic, and the spread that it explains
   std::vector<double> surface_spread;
+  std::vector<int> points;    ///< that each surface is fitted to: those whose runs did not all fail
   Fit all;                    ///< fitted to every target
   std::vector<Fit> left_out;  ///< the i-th without target i; empty with one target
   SweepSummary sweep;
   std::vector<std::string> questions;  ///< about the units of measured files
 };
 
-/// Runs what is missing into folder/calibrate.db and fits.
+/// Runs what is missing into folder/calibrate.db and fits. Throws SceneError where a statistic is not positive within the
+/// ranges.
 CalibrationResult calibrate(const Study& study, const Conduct& conduct, const std::filesystem::path& folder,
                             int threads, const std::function<void(const SweepProgress&)>& on_progress);
 
@@ -59,6 +70,14 @@ CalibrationResult calibrate(const Study& study, const Conduct& conduct, const st
 Fit fit(const std::vector<ResponseSurface>& surfaces, const std::vector<double>& log_measured,
         const std::vector<double>& tolerance, const std::vector<bool>& used,
         const std::vector<Unknown>& unknowns);
+
+/// Whether runs at an optimum contradict what it was fitted to (Fit::contradicted).
+bool contradicts(const std::vector<double>& outcomes, double measured, double tolerance,
+                 double surface_error);
+
+/// Where one more outcome lies: of positive ones Student's prediction interval of their logarithms; where some are 0 the
+/// interval of the positive ones from 0 on, about the median of all.
+Estimate one_more(std::vector<double> outcomes);
 
 /// The value of an unknown at ξ ∈ [−1, 1].
 double unscaled(const Unknown& unknown, double xi);

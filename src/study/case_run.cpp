@@ -35,22 +35,47 @@ std::pair<int, int> channels(const Study& study, const Scene& scene, TurnRules& 
   return {a, x};
 }
 
-/// Gives a meter the samples of two channels, and events.
+/// Gives a meter the samples of two channels, of the accelerometer each `every`-th, and events.
 class Feed final : public Observer {
  public:
-  Feed(TurnMeter& meter, int acceleration, int position)
-      : meter_(meter), acceleration_(acceleration), position_(position) {}
+  Feed(TurnMeter& meter, int acceleration, int position, int every = 1)
+      : meter_(meter), acceleration_(acceleration), position_(position), every_(every) {}
   Wants wants() const override { return {.samples = true, .steps = false}; }
   void event(const Event& e) override { meter_.event(e); }
   void sample(std::size_t channel, double t, double value) override {
-    if (static_cast<int>(channel) == acceleration_) meter_.acceleration(t, value);
+    if (static_cast<int>(channel) == acceleration_ && seen_++ % every_ == 0) meter_.acceleration(t, value);
     if (static_cast<int>(channel) == position_) meter_.position(t, value);
+  }
+  void end(const RunEnd& end) override {
+    held_back_.assign(end.held_back.begin(), end.held_back.end());
+    for (std::size_t k = 0; k < end.undecided_since.size(); ++k)
+      if (!std::isnan(end.undecided_since[k])) {
+        ContactEvent open;  // touched, and not known to be an impact or a lasting contact
+        open.t = end.undecided_since[k];
+        open.contact = static_cast<int>(k);
+        open.kind = EventKind::contact;
+        held_back_.push_back(open);
+      }
+    std::ranges::sort(held_back_, {}, &ContactEvent::t);
+  }
+  /// After the run: events that a touch before them still held back.
+  void finish() {
+    for (const auto& e : held_back_) meter_.event(e);
   }
 
  private:
   TurnMeter& meter_;
-  int acceleration_, position_;
+  int acceleration_, position_, every_;
+  long seen_ = 0;
+  std::vector<ContactEvent> held_back_;
 };
+
+/// s, until what an accelerometer began with has decayed to a millionth: its slowest pole has the real part
+/// −ω_c sin(π/(2n)).
+double settling(const Instrument& i) {
+  const double pi = std::numbers::pi;
+  return i.bandwidth > 0 ? std::log(1e6) / (2 * pi * i.bandwidth * std::sin(pi / (2 * i.order))) : 0;
+}
 
 }  // namespace
 
@@ -59,7 +84,8 @@ std::vector<Case> cases(const Study& study) {
   for (const auto& variant : study.variants) {
     std::vector<std::size_t> at(study.axes.size(), 0);
     for (bool more = true; more;) {
-      Case one{variant.name, "", {}, 0, variant.revolutions, variant.scene, variant.overrides};
+      Case one{variant.name,    "", {}, 0, variant.revolutions, variant.scene, variant.overrides,
+               variant.sampling};
       for (std::size_t a = 0; a < at.size(); ++a) {
         one.values.push_back(study.axes[a].values[at[a]]);
         one.overrides.push_back(fmt::format("{}={}", study.axes[a].key, one.values.back()));
@@ -103,6 +129,7 @@ Identity identity(const Study& study, const Case& one, const Conduct& conduct) {
     auto found = identify(scene, one.formulation, study.matched && conduct.matched);
     found.given = settings_text(study) + fmt::format("variant = {}\nvalues = {}\n", toml_quoted(one.variant),
                                                      toml_numbers(one.values));
+    if (one.sampling > 0) found.given += fmt::format("sampling = {}\n", toml_number(one.sampling));
     return found;
   } catch (const SceneError&) {
     throw;
@@ -127,10 +154,12 @@ TurnMetrics ideal_turn(const Study& study, const Scene& scene, const std::string
   const auto [channel, lvdt] = channels(study, scene, rules);
   rules.speed = drive->speed;
   rules.crank_start = drive->initial_angle;
-  rules.discard = 2 * std::numbers::pi / std::abs(drive->speed);
+  rules.joint = -1;
+  const double turn = 2 * std::numbers::pi / std::abs(drive->speed);
+  rules.discard = turn * std::max(1.0, std::ceil(settling(scene.instruments[channel]) / turn));
   Scene ideal = scene;
   ideal.mechanism = idealised(scene.mechanism);
-  ideal.run.duration = 2 * rules.discard + 2 / rules.sampling;
+  ideal.run.duration = rules.discard + turn + 2 / rules.sampling;
   ideal.run.discard = 0;
   ideal.run.start = RunOptions::Start::assembled;
   for (auto& i : ideal.instruments) i.noise.reset();
@@ -138,7 +167,7 @@ TurnMetrics ideal_turn(const Study& study, const Scene& scene, const std::string
   TurnMeter meter(rules);
   Feed feed(meter, channel, lvdt);
   simulation.run({.observers = {&feed}, .keep_events = false, .stop = conduct.stop});
-  return meter.finish(0);  // of a run that stopped early: NaN
+  return meter.finish(simulation.t(), std::nan(""));  // of a run that stopped early: NaN
 }
 
 double ideal_maximum(const Study& study, const Scene& scene, const std::string& formulation,
@@ -148,7 +177,7 @@ double ideal_maximum(const Study& study, const Scene& scene, const std::string& 
 
 CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct) {
   const double began = thread_seconds();
-  const Scene scene = scene_of(study, one, conduct);
+  Scene scene = scene_of(study, one, conduct);
   const auto* drive = main_drive(scene.mechanism);
   TurnRules rules;
   rules.discard = scene.run.discard;
@@ -159,6 +188,14 @@ CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct)
   rules.line_share = study.line_share;
   const auto [channel, lvdt] = channels(study, scene, rules);
 
+  int every = 1;
+  if (one.sampling > 0) {  // no coarser than the instrument's own, which its filter may need
+    auto& own = scene.instruments[channel].sampling;
+    every = static_cast<int>(std::ceil(own / one.sampling * (1 - 1e-9)));
+    own = every * one.sampling;
+    rules.sampling = own;
+    if (lvdt >= 0) scene.instruments[lvdt].sampling = own;
+  }
   rules.joint = -1;
   Simulation simulation(scene, one.formulation, {.matched = study.matched && conduct.matched});
   const auto& names = simulation.layout().contacts;
@@ -170,13 +207,13 @@ CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct)
   rules.ideal_maximum = ideal_maximum(study, scene, one.formulation, conduct);
 
   TurnMeter meter(rules);
-  Feed feed(meter, channel, lvdt);
+  Feed feed(meter, channel, lvdt, every);
   RunRequest request{
       .until = rules.discard, .observers = {&feed}, .keep_events = false, .stop = conduct.stop};
   auto run = simulation.run(request);
   const auto lost = [&] {
     const auto l = simulation.ledger();
-    return l.contact + l.friction + l.film + l.damping;
+    return l.contact + l.friction + l.film;
   };
   const double before = lost();
   if (run.ending.status == Ending::Status::finished) {
@@ -186,7 +223,10 @@ CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct)
   CaseResult result;
   result.ending = run.ending;
   result.notes = run.notes;
-  if (result.ending.status == Ending::Status::finished) result.metrics = meter.finish(lost() - before);
+  if (result.ending.status == Ending::Status::finished) {
+    feed.finish();
+    result.metrics = meter.finish(scene.run.duration, lost() - before);
+  }
   result.work = run.work;
   result.cpu_seconds = thread_seconds() - began;
   return result;

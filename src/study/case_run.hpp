@@ -23,6 +23,7 @@ struct Case {
   double revolutions = 0;
   std::filesystem::path scene;
   std::vector<std::string> overrides;  ///< of the variant and the axes
+  double sampling = 0;                 ///< Hz, that the accelerometer's signal is judged at; 0: its own
 };
 
 struct CaseResult {
@@ -45,7 +46,8 @@ std::vector<Case> cases(const Study& study);
 /// The scene of a case, read and ready to run from its perturbed start.
 Scene scene_of(const Study& study, const Case& one, const Conduct& conduct);
 
-/// The scene's ideal mechanism through the study's instruments, in its second turn, by one formulation.
+/// The scene's ideal mechanism through the study's instruments, in the first turn after its first by which the
+/// accelerometer has settled, by one formulation.
 TurnMetrics ideal_turn(const Study& study, const Scene& scene, const std::string& formulation,
                        const Conduct& conduct);
 /// Its greatest |a| (m/s²); NaN when the ideal mechanism cannot be run.

@@ -34,13 +34,46 @@ Interval interval(const std::vector<double>& values) {
   return s;
 }
 
+Interval interval_of_directions(const std::vector<double>& degrees) {
+  std::vector<double> known;
+  for (double x : degrees)
+    if (std::isfinite(x)) known.push_back(x);
+  const double mean = mean_angle(known);
+  for (double& x : known) x = half_circle(x - mean);
+  auto s = interval(known);
+  if (s.count == 0) return s;
+  const double half = 0.5 * (s.high - s.low);
+  s.mean = mean;
+  s.low = half < 90 ? mean - half : std::nan("");
+  s.high = half < 90 ? mean + half : std::nan("");
+  s.least += mean;
+  s.greatest += mean;
+  return s;
+}
+
+Interval within_range(Interval s, TurnMetrics::Kind kind) {
+  const double half = 0.5 * (s.high - s.low), x = s.mean;
+  if (std::isnan(half)) return s;
+  if (kind == TurnMetrics::Kind::positive) {
+    s.low = x > 0 ? x * std::exp(-half / x) : 0;
+    s.high = x > 0 ? x * std::exp(half / x) : 0;
+  } else if (kind == TurnMetrics::Kind::share) {
+    const auto at = [x](double e) { return 1 / (1 + (1 - x) / x * std::exp(e)); };
+    const bool inside = x > 0 && x < 1;
+    s.low = inside ? at(half / (x * (1 - x))) : x;
+    s.high = inside ? at(-half / (x * (1 - x))) : x;
+  }
+  return s;
+}
+
 Interval cell(const std::vector<RunRow>& runs, const std::string& variant, const std::string& formulation,
               const std::vector<double>& values, TurnMetrics::Name metric) {
   std::vector<double> list;
   for (const auto& r : runs)
     if (r.variant == variant && r.formulation == formulation && r.values == values)
       list.push_back(r.metric[metric]);
-  return interval(list);
+  return TurnMetrics::kind(metric) == TurnMetrics::Kind::direction ? interval_of_directions(list)
+                                                                   : interval(list);
 }
 
 std::string sweep_table(const Study& study, const std::vector<RunRow>& runs) {

@@ -16,8 +16,15 @@ struct Interval {
 };
 /// Of the finite values.
 Interval interval(const std::vector<double>& values);
+/// Of directions in degrees: their mean direction, in [0, 360), and the rest by their deviations from it on the circle,
+/// unwrapped about it: low may be below 0 and high beyond 360. An interval of half the circle or more says nothing:
+/// NaN.
+Interval interval_of_directions(const std::vector<double>& degrees);
+/// The same interval of a mean on the scale where its values may lie: x > 0 by its logarithm, a share by its logit, so
+/// that with h Student's half-width it is x e^(±h/x), or that of the odds; of a mean at an end of its range that end.
+Interval within_range(Interval interval, TurnMetrics::Kind kind);
 
-/// The runs of one cell: those that `of` accepts.
+/// The runs of one cell, on the circle where the statistic is a direction.
 Interval cell(const std::vector<RunRow>& runs, const std::string& variant, const std::string& formulation,
               const std::vector<double>& values, TurnMetrics::Name metric);
 

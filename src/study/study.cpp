@@ -70,6 +70,12 @@ Calibration read_calibration(Section s, const std::filesystem::path& folder) {
     const auto& known = TurnMetrics::names();
     if (std::ranges::find(known, x.statistic) == known.end())
       t.fail("statistic", fmt::format("\"{}\" is none; there are {}", x.statistic, fmt::join(known, ", ")));
+    const auto place = static_cast<TurnMetrics::Name>(std::ranges::find(known, x.statistic) - known.begin());
+    if (TurnMetrics::kind(place) == TurnMetrics::Kind::direction)
+      t.fail("statistic",
+             fmt::format("\"{}\" is a direction on the circle; a logarithm is fitted, of what is "
+                         "positive",
+                         x.statistic));
     if (t.has("value") == t.has("data")) t.fail("", "needs exactly one of value and data");
     if (t.has("value"))
       x.value = t.number("value", any_number);

@@ -27,6 +27,7 @@ struct Variant {
   std::vector<std::string> formulations;
   int starts = 1;
   double revolutions = 0;
+  double sampling = 0;  ///< Hz, of the measurement that its runs are held against; 0: the instruments' own
 };
 
 /// What calibration may change.
@@ -44,6 +45,7 @@ struct Target {
   double value = 0;            ///< measured; from `data` when that is given
   double tolerance = 0;        ///< relative standard uncertainty
   std::filesystem::path data;  ///< a signals file that the statistic is computed from
+  double sampling = 0;         ///< Hz, of that file once it is read
 };
 
 struct Calibration {

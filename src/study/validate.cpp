@@ -6,7 +6,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <stdexcept>
 
+#include "measure/alignment.hpp"
 #include "model/contacts.hpp"
 #include "model/scene.hpp"
 #include "study/data_units.hpp"
@@ -14,27 +16,6 @@
 
 namespace freeplay {
 namespace {
-
-double degrees(double x) {
-  const double d = std::fmod(x, 360);
-  return d < 0 ? d + 360 : d;
-}
-
-/// The circular shift of `model`, in bins, that correlates best with `measured`.
-int best_shift(const std::vector<double>& measured, const std::vector<double>& model) {
-  const int n = static_cast<int>(measured.size());
-  int best = 0;
-  double greatest = -INFINITY;
-  for (int s = 0; s < n; ++s) {
-    double sum = 0;
-    for (int i = 0; i < n; ++i) sum += measured[i] * model[(i - s + n) % n];
-    if (sum > greatest) {
-      greatest = sum;
-      best = s;
-    }
-  }
-  return best;
-}
 
 /// What `validate` asks of a scene, in the words of a study.
 Study study_of(const Scene& scene) {
@@ -72,7 +53,78 @@ Quiet quiet_stretch(const std::vector<double>& mean_turn, double ideal_maximum) 
     }
   }
   if (best == 0) return {std::nan(""), std::nan("")};
-  return {degrees(from * 360.0 / n), degrees((from + best) * 360.0 / n)};
+  return {whole_circle(from * 360.0 / n), whole_circle((from + best) * 360.0 / n)};
+}
+
+const char* text_of(Agreement::Verdict verdict) {
+  switch (verdict) {
+    case Agreement::Verdict::agrees:
+      return "agrees";
+    case Agreement::Verdict::differs:
+      return "differs";
+    case Agreement::Verdict::undecided:
+      return "undecided";
+  }
+  throw std::logic_error("no such verdict");
+}
+
+void judge(const TurnMetrics& measured, double uncertainty, bool datum, Agreement& a) {
+  const auto al = align(measured.turns, a.metrics.turns);
+  const auto M = mean_of(measured.turns);
+  double power = 0;
+  for (std::size_t k = 1; k < M.size(); ++k) power += 2 * std::norm(M[k]);
+  const double relative = uncertainty / std::sqrt(power);
+  // One turn does not scatter, and without an uncertainty nothing is known.
+  const auto combined = [](double scatter, double given) {
+    return given > 0 ? std::hypot(std::isnan(scatter) ? 0 : scatter, given) : scatter;
+  };
+  const auto about = [](double mean, double error) {
+    return Interval{1, mean, mean - 1.96 * error, mean + 1.96 * error, mean, mean};
+  };
+  a.sign = al.sign;
+  a.sign_decided = al.decided;
+  a.gain = about(al.gain, combined(al.gain_error, al.gain * relative));
+  const double to_degrees = 180 / std::numbers::pi;
+  a.phase = about(al.phase * to_degrees, combined(al.phase_error, relative / al.slope) * to_degrees);
+  a.moved = datum ? 0 : a.phase.mean;
+  a.mean_turn = bin_means(moved(mean_of(a.metrics.turns), a.moved / to_degrees), mean_bins);
+  double squares = 0;
+  for (int i = 0; i < mean_bins; ++i) squares += std::pow(a.mean_turn[i] - measured.mean_turn[i], 2);
+  a.rms_difference = std::sqrt(squares / mean_bins);
+  a.rms_expected = combined(al.difference_error, uncertainty);
+  const auto& A = a.metrics.spectrum;
+  const auto& B = measured.spectrum;
+  double apart = 0, size = 0;
+  for (std::size_t h = 0; h < std::min(A.size(), B.size()); ++h) {
+    apart += (A[h] - B[h]) * (A[h] - B[h]);
+    size += B[h] * B[h];
+  }
+  a.spectral_distance = std::sqrt(apart / size);
+  const auto ratio = [&](TurnMetrics::Name m) { return a.metrics.value[m] / measured.value[m]; };
+  a.peak_ratio = ratio(TurnMetrics::peak_median);
+  a.greatest_ratio = ratio(TurnMetrics::peak_max);
+  a.loss_angle = whole_circle(a.metrics.value[TurnMetrics::loss_angle] + a.moved);
+  a.return_angle = whole_circle(a.metrics.value[TurnMetrics::return_angle] + a.moved);
+
+  const auto beyond = [](const Interval& x, double expected, double told) {
+    return (x.low > expected || x.high < expected) && std::abs(x.mean - expected) > told;
+  };
+  if (a.sign < 0 && a.sign_decided)
+    a.findings.emplace_back("the measured curve is reversed: its sign is the opposite of the model's");
+  if (beyond(a.gain, 1, told_gain))
+    a.findings.push_back(fmt::format("the measured curve is {:.4g} ({:.4g}..{:.4g}) times the model's",
+                                     a.gain.mean, a.gain.low, a.gain.high));
+  if (datum && beyond(a.phase, 0, told_phase))
+    a.findings.push_back(
+        fmt::format("the model's crank angle is {:.4g}° ({:.4g}..{:.4g}) behind the measurement's",
+                    a.phase.mean, a.phase.low, a.phase.high));
+  if (a.rms_difference > told_difference * a.rms_expected)
+    a.findings.push_back(
+        fmt::format("the mean turns differ by {:.4g} m/s², {:.3g} times what uncertainty and scatter explain",
+                    a.rms_difference, a.rms_difference / a.rms_expected));
+  a.verdict = !a.findings.empty()          ? Agreement::Verdict::differs
+              : std::isnan(a.rms_expected) ? Agreement::Verdict::undecided
+                                           : Agreement::Verdict::agrees;
 }
 
 Validation validate(const std::filesystem::path& file, const std::vector<std::string>& overrides,
@@ -89,45 +141,24 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
   TurnRules rules;
   rules.speed = drive->speed;
   rules.crank_start = measured.start_angle * std::numbers::pi / 180;
-  rules.sampling = measured.sampling;
+  rules.joint = -1;
   rules.ideal_maximum = v.ideal_maximum;
   TurnMeter meter(rules);
   for (std::size_t i = 0; i < measured.acceleration.size(); ++i)
-    meter.acceleration(static_cast<double>(i) / measured.sampling, measured.acceleration[i]);
-  v.measured = meter.finish(std::nan(""));
+    meter.acceleration(measured.time[i], measured.acceleration[i]);
+  v.measured = meter.finish(measured.time.back(), std::nan(""));
   v.question = unit_question(v.measured, ideal);
   v.quiet = quiet_stretch(v.measured.mean_turn, v.ideal_maximum);
 
   for (const auto& formulation : family_names()) {
-    const Case one{"", formulation, {}, 0, study.revolutions, file, overrides};
+    const Case one{"", formulation, {}, 0, study.revolutions, file, overrides, measured.sampling};
     auto run = run_case(study, one, conduct);
     Agreement a;
     a.formulation = formulation;
     a.ending = run.ending;
     a.metrics = std::move(run.metrics);
     if (a.ending.status == Ending::Status::finished) {
-      const int shift = best_shift(v.measured.mean_turn, a.metrics.mean_turn);
-      a.phase = shift * 360.0 / mean_bins;
-      if (a.phase > 180) a.phase -= 360;
-      double squares = 0;
-      for (int i = 0; i < mean_bins; ++i) {
-        a.mean_turn.push_back(a.metrics.mean_turn[(i - shift + mean_bins) % mean_bins]);
-        squares += std::pow(a.mean_turn.back() - v.measured.mean_turn[i], 2);
-      }
-      a.rms_difference = std::sqrt(squares / mean_bins);
-      const auto& A = a.metrics.spectrum;
-      const auto& B = v.measured.spectrum;
-      double apart = 0, size = 0;
-      for (std::size_t h = 0; h < std::min(A.size(), B.size()); ++h) {
-        apart += (A[h] - B[h]) * (A[h] - B[h]);
-        size += B[h] * B[h];
-      }
-      a.spectral_distance = std::sqrt(apart / size);
-      const auto ratio = [&](TurnMetrics::Name m) { return a.metrics.value[m] / v.measured.value[m]; };
-      a.peak_ratio = ratio(TurnMetrics::peak_median);
-      a.greatest_ratio = ratio(TurnMetrics::peak_max);
-      a.loss_angle = degrees(a.metrics.value[TurnMetrics::loss_angle] + a.phase);
-      a.return_angle = degrees(a.metrics.value[TurnMetrics::return_angle] + a.phase);
+      judge(v.measured, v.uncertainty, measured.datum, a);
       a.quiet = quiet_stretch(a.mean_turn, v.ideal_maximum);
     }
     v.models.push_back(std::move(a));
@@ -137,12 +168,22 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
 
 nlohmann::json to_json(const Validation& v) {
   nlohmann::json models = nlohmann::json::object();
+  const auto of = [](const Interval& x) {
+    return nlohmann::json{{"value", x.mean}, {"low", x.low}, {"high", x.high}};
+  };
   for (const auto& a : v.models)
     models[a.formulation] = {{"ending", a.ending.reason},
-                             {"phase_deg", a.phase},
+                             {"verdict", text_of(a.verdict)},
+                             {"findings", a.findings},
+                             {"sign", a.sign},
+                             {"sign_beyond_doubt", a.sign_decided},
+                             {"gain", of(a.gain)},
+                             {"phase_deg", of(a.phase)},
+                             {"moved_by_deg", a.moved},
                              {"peak_ratio_median", a.peak_ratio},
                              {"peak_ratio_greatest", a.greatest_ratio},
                              {"rms_difference_m_per_s2", a.rms_difference},
+                             {"rms_expected_m_per_s2", a.rms_expected},
                              {"spectral_distance", a.spectral_distance},
                              {"contact_lost_deg", a.loss_angle},
                              {"contact_found_deg", a.return_angle},

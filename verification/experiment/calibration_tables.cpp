@@ -47,9 +47,10 @@ std::string calibration_tables(const Study& study, const CalibrationResult& r) {
   for (const auto& [f, name] : fits)
     for (std::size_t i = 0; i < c.targets.size(); ++i)
       if (f->used[i])
-        out += fmt::format("| {} | {} | {} | {} | {} | {:.2f} |\n", name, c.targets[i].name,
+        out += fmt::format("| {} | {} | {} | {} | {} | {:.2f}{} |\n", name, c.targets[i].name,
                            number(r.measured[i]), show(f->on_surface[i]), show(f->run_again[i]),
-                           factor(f->run_again[i].value, r.measured[i]));
+                           factor(f->run_again[i].value, r.measured[i]),
+                           f->contradicted[i] ? ", **contradicted**" : "");
   out += fmt::format(
       "\n**Predicted** (each from the fit that did not see it). At the optimum: mean and interval over "
       "starts. Within the\nfit's uncertainty: {} runs at draws from it, where one more would lie; the "

@@ -185,7 +185,7 @@ TEST_CASE("turn metrics of a signal written down by hand", "[study]") {
     e.v_n_minus = -0.05;
     meter.event(e);
   }
-  const auto m = meter.finish(8);
+  const auto m = meter.finish(5, 8);
   REQUIRE(m.peaks.size() == 4);  // samples from 1.000 to 4.999 s
   CHECK(m.value[TurnMetrics::peak_median] == Approx(4));
   CHECK(m.value[TurnMetrics::peak_max] == 20);
@@ -343,4 +343,44 @@ TEST_CASE("known parameters are recovered from a synthetic measurement, through 
     CHECK(r.measured[i] <= p.high);
     CHECK(r.all.draws.cwiseAbs().maxCoeff() <= 1);
   }
+}
+
+TEST_CASE("a statistic that is nothing within the ranges is no target", "[study]") {
+  test::TemporaryFolder folder;
+  const auto text = [](const char* statistic) {
+    return study_head +
+           "line_share = 1e6\n[calibrate]\npoints = 5\nstarts = 1\nrevolutions = 1\n[calibrate.unknowns.c]\n"
+           "key = \"joints.gudgeon.clearance\"\nlow = 0.2e-3\nhigh = 1e-3\n[calibrate.targets.t]\nstatistic = \"" +
+           statistic + "\"\nvalue = 3\n";
+  };
+  // No line reaches a million times the ideal: all five outcomes are 0. They were left out in silence.
+  const auto study = read_study(write(folder, "study.toml", text("lines")));
+  CHECK_THROWS_WITH(calibrate(study, Conduct{}, folder.path(), 0, {}),
+                    Contains("study.toml: calibrate.targets.t: at 5 of 5 points (first: "
+                             "joints.gudgeon.clearance = ") &&
+                        Contains("no positive lines"));
+  CHECK_THAT(refusal(write(folder, "study.toml", text("loss_angle"))),
+             Contains("statistic: \"loss_angle\" is a direction on the circle"));
+}
+
+TEST_CASE("dampers' losses are not a study's energy per turn", "[study]") {
+  // What docs/study.md says: lost in contacts, films and friction. The coupling's damper takes hundreds of times as much.
+  const auto file = test::source_folder() / "cases/flores2011-experiment/flywheel.toml";
+  Study study;
+  study.file = study.scene = file;
+  study.accelerometer = "accelerometer";
+  study.joint = "gudgeon";
+  study.discard = 1;
+  const Case one{"", "nonsmooth", {}, 0, 1.9, file, {}};
+  const auto run = run_case(study, one, {});
+  const auto scene = scene_of(study, one, {});
+  Simulation simulation(scene, "nonsmooth", {.matched = true});
+  simulation.run({.until = scene.run.discard});
+  const auto before = simulation.ledger();
+  simulation.run({.until = scene.run.duration});
+  const auto after = simulation.ledger();
+  CHECK(after.damping - before.damping >
+        10 * (after.contact + after.friction - before.contact - before.friction));
+  CHECK(run.metrics.value[TurnMetrics::energy_per_turn] ==
+        Approx((after.contact + after.friction - before.contact - before.friction) / 1.9));
 }

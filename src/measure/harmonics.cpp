@@ -1,0 +1,125 @@
+#include "measure/harmonics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace freeplay {
+namespace {
+
+using Complex = std::complex<double>;
+constexpr double pi = std::numbers::pi;
+
+/// The least number from n on without factors but 2, 3 and 5, which a fast transform likes.
+std::size_t smooth(std::size_t n) {
+  for (;; ++n) {
+    auto rest = n;
+    for (const std::size_t p : {2, 3, 5})
+      while (rest % p == 0) rest /= p;
+    if (rest == 1) return n;
+  }
+}
+
+double norm2(const std::vector<Complex>& x) {
+  double sum = 0;
+  for (const auto& z : x) sum += std::norm(z);
+  return sum;
+}
+
+}  // namespace
+
+TurnTransform::List TurnTransform::chirp(double step, std::span<const double> values, int most) {
+  // kj = (k² + j² − (k − j)²)/2; the phase is reduced before it loses digits.
+  const auto n = values.size(), m = static_cast<std::size_t>(most) + 1, size = smooth(n + m);
+  const auto phase = [step](std::size_t k) {
+    const auto square = static_cast<double>(k) * static_cast<double>(k);
+    return std::polar(1.0, std::fmod(0.5 * step * square, 2 * pi));
+  };
+  List a(size), w(size), A, W;
+  for (std::size_t j = 0; j < n; ++j) a[j] = values[j] * std::conj(phase(j));
+  for (std::size_t k = 0; k < std::max(n, m); ++k) {
+    if (k < m) w[k] = phase(k);
+    if (k > 0 && k < n) w[size - k] = phase(k);
+  }
+  forward(A, a);
+  forward(W, w);
+  for (std::size_t i = 0; i < size; ++i) A[i] *= W[i];
+  fft_.inv(a, A);
+  a.resize(m);
+  for (std::size_t k = 0; k < m; ++k) a[k] *= std::conj(phase(k));
+  return a;
+}
+
+TurnTransform::List TurnTransform::product_of(const List& g) {
+  const auto most = static_cast<std::size_t>(2 * highest_);
+  List circulant(smooth(2 * most + 1)), transform;
+  for (std::size_t m = 0; m <= most; ++m) {
+    circulant[m] = g[m];
+    if (m > 0) circulant[circulant.size() - m] = std::conj(g[m]);
+  }
+  forward(transform, circulant);
+  return transform;
+}
+
+Harmonics TurnTransform::solve(const List& b, const List& product) const {
+  const auto K = static_cast<std::size_t>(highest_), n = 2 * K + 1;
+  List r(n), x(n), p, q(n), padded(product.size()), transform;
+  for (std::size_t k = 0; k <= K; ++k) r[K + k] = b[k], r[K - k] = std::conj(b[k]);
+  p = r;
+  const double asked = 1e-26 * norm2(r);
+  double rr = norm2(r);
+  for (int iteration = 0; iteration < 200 && rr > asked; ++iteration) {
+    std::ranges::fill(padded, Complex());
+    std::ranges::copy(p, padded.begin());
+    forward(transform, padded);
+    for (std::size_t i = 0; i < transform.size(); ++i) transform[i] *= product[i];
+    fft_.inv(padded, transform);
+    std::copy_n(padded.begin(), n, q.begin());
+    double pq = 0;
+    for (std::size_t i = 0; i < n; ++i) pq += std::real(std::conj(p[i]) * q[i]);
+    const double alpha = rr / pq, before = rr;
+    for (std::size_t i = 0; i < n; ++i) x[i] += alpha * p[i], r[i] -= alpha * q[i];
+    rr = norm2(r);
+    for (std::size_t i = 0; i < n; ++i) p[i] = r[i] + rr / before * p[i];
+  }
+  return {x.begin() + static_cast<long>(K), x.end()};
+}
+
+Harmonics TurnTransform::even(double start, double step, std::span<const double> values) {
+  if (step != step_) products_.clear();
+  step_ = step;
+  auto& product = products_[values.size()];
+  if (product.empty()) product = product_of(chirp(step, std::vector<double>(values.size(), 1), 2 * highest_));
+  auto c = solve(chirp(step, values, highest_), product);
+  for (std::size_t k = 0; k < c.size(); ++k)
+    c[k] *= std::polar(1.0, -std::fmod(static_cast<double>(k) * start, 2 * pi));
+  return c;
+}
+
+Harmonics TurnTransform::uneven(std::span<const double> angles, std::span<const double> values) {
+  List b(static_cast<std::size_t>(highest_) + 1), g(static_cast<std::size_t>(2 * highest_) + 1);
+  for (std::size_t j = 0; j < angles.size(); ++j)
+    for (std::size_t k = 0; k < g.size(); ++k) {
+      const auto e = std::polar(1.0, -std::fmod(static_cast<double>(k) * angles[j], 2 * pi));
+      g[k] += e;
+      if (k < b.size()) b[k] += values[j] * e;
+    }
+  return solve(b, product_of(g));
+}
+
+std::vector<double> bin_means(const Harmonics& c, int bins) {
+  const auto n = static_cast<std::size_t>(bins);
+  std::vector<Complex> folded(n), values;
+  for (std::size_t k = 0; k < c.size(); ++k) {
+    // The mean over a bin of e^{ikφ} is its value at the middle times sin(x)/x, x half the bin's phase.
+    const double x = static_cast<double>(k) * pi / bins;
+    folded[k % n] += c[k] * (k == 0 ? 0.5 : std::sin(x) / x) * std::polar(1.0, std::fmod(x, 2 * pi));
+  }
+  Eigen::FFT<double> fft;
+  fft.inv(values, folded);
+  std::vector<double> means;
+  for (const auto& z : values) means.push_back(2 * static_cast<double>(bins) * z.real());
+  return means;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,232 @@
+// The chain from impacts to statistics, on signals whose every number is known: filter, sampling, spectrum, mean turn,
+// counts. Expected values are closed forms.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "measure/alignment.hpp"
+#include "measure/instrument.hpp"
+#include "measure/turns.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+using Name = TurnMetrics::Name;
+
+struct Line {
+  int harmonic;
+  double amplitude, phase;
+};
+
+double sum(const std::vector<Line>& lines, double phi) {
+  double a = 0;
+  for (const auto& l : lines) a += l.amplitude * std::cos(l.harmonic * phi + l.phase);
+  return a;
+}
+
+/// One turn a second; P samples a turn, from 0 on.
+template <class Signal>
+TurnMetrics metrics(double points, int samples, const Signal& signal, double speed = 2 * pi,
+                    double crank_start = 0) {
+  TurnRules rules;
+  rules.speed = speed;
+  rules.crank_start = crank_start;
+  rules.joint = -1;
+  rules.ideal_maximum = 10;
+  TurnMeter meter(rules);
+  for (int i = 0; i < samples; ++i) meter.acceleration(i / points, signal(i / points));
+  return meter.finish((samples - 1) / points, NAN);
+}
+
+ContactEvent event(EventKind kind, double t, double approach = 0, double duration = 0) {
+  ContactEvent e;
+  e.kind = kind;
+  e.t = t;
+  e.v_n_minus = -approach;
+  e.duration = duration;
+  return e;
+}
+
+}  // namespace
+
+TEST_CASE("a spectrum has the amplitudes of its signal at any sampling", "[chain]") {
+  // Straight lines between samples gave (sin(πf)/(πf))² of it: 0.968 at a tenth of the sampling, 0.57 at 0.4 of it.
+  // Least squares on the samples are exact for what lies below 0.4 of the sampling, to the residual asked of them.
+  for (const double points : {36.0, 100.37, 1001.5, 3000.0})
+    for (const double speed : {2 * pi, -2 * pi}) {
+      CAPTURE(points, speed);
+      const auto top = static_cast<int>(points / 2.5), tenth = static_cast<int>(points / 10);
+      const std::vector<Line> lines{{1, 3, 0.4}, {2, 0.7, -1}, {tenth, 2, 0.3}, {top, 1, 1.1}};
+      const auto m = metrics(
+          points, static_cast<int>(3 * points) + 1, [&](double t) { return sum(lines, 0.3 + speed * t); },
+          speed, 0.3);
+      REQUIRE(m.peaks.size() == 3);
+      REQUIRE(m.spectrum.size() == static_cast<std::size_t>(top));
+      for (int h = 1; h <= top; ++h) {
+        double amplitude = 0;
+        for (const auto& l : lines)
+          if (l.harmonic == h) amplitude = l.amplitude;
+        CAPTURE(h);
+        CHECK(std::abs(m.spectrum[h - 1] - amplitude) < 1e-9);
+      }
+      // And in the crank's own angle, whichever way it turns.
+      CHECK(std::abs(2.0 * m.turns[1][2] - std::polar(0.7, -1.0)) < 1e-9);
+    }
+}
+
+TEST_CASE("uneven samples give the same spectrum", "[chain]") {
+  TurnRules rules;
+  rules.speed = 2 * pi;
+  rules.joint = -1;
+  rules.ideal_maximum = 10;
+  TurnMeter meter(rules);
+  const std::vector<Line> lines{{1, 3, 0.4}, {5, 0.7, -1}, {25, 1, 1.1}};
+  // Moved by up to a quarter of their distance, so at most 1.5 of it apart: harmonics below 0.4·100/1.5 are found.
+  for (int i = 0; i < 201; ++i) {
+    const double t = (i + 0.25 * std::sin(7.0 * i)) / 100;
+    meter.acceleration(t, sum(lines, 2 * pi * t));
+  }
+  const auto m = meter.finish(2, NAN);
+  for (const auto& l : lines) CHECK(std::abs(m.spectrum[l.harmonic - 1] - l.amplitude) < 1e-9);
+}
+
+TEST_CASE("a mean turn is the mean of its bins, with fewer samples than bins too", "[chain]") {
+  // The mean over a bin from a to b of cos(kφ + ε): (sin(kb + ε) − sin(ka + ε))/(k(b − a)).
+  const std::vector<Line> lines{{1, 26, 0.4}, {2, 4, -1}, {14, 1, 2}};
+  for (const double points : {36.0, 36.4, 720.0, 2000.3}) {
+    CAPTURE(points);
+    const auto m =
+        metrics(points, static_cast<int>(5 * points), [&](double t) { return sum(lines, 2 * pi * t); });
+    double worst = 0, squares = 0;
+    for (int b = 0; b < mean_bins; ++b) {
+      const double from = 2 * pi * b / mean_bins, to = 2 * pi * (b + 1) / mean_bins;
+      double mean = 0;
+      for (const auto& l : lines)
+        mean += l.amplitude * (std::sin(l.harmonic * to + l.phase) - std::sin(l.harmonic * from + l.phase)) /
+                (l.harmonic * (to - from));
+      worst = std::max(worst, std::abs(m.mean_turn[b] - mean));
+      squares += std::pow(m.mean_turn[b], 2) / mean_bins;
+    }
+    CHECK(worst < 1e-9);
+    CHECK(std::sqrt(squares) == Approx(std::sqrt((26 * 26 + 16 + 1) / 2.0)).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("known impulses through filter, sampling and spectrum", "[chain]") {
+  // Impulses dv once a turn T: a(t) = dv Σ δ(t − nT) has lines 2 dv/T, and through a Butterworth of order n
+  //     2 dv/T / √(1 + (kf/f_c)^(2n));
+  // what aliases into the lines is beyond 0.6 of the sampling, at 24 f_c: 24⁻⁶ of them.
+  constexpr double dv = 0.03, T = 0.3, sampling = 10001.5, cut = sampling / 40;
+  constexpr int order = 6, turns = 4;
+  LowPass filter(cut, order);
+  filter.reset(0);
+  TurnRules rules;
+  rules.speed = 2 * pi / T;
+  rules.joint = -1;
+  rules.ideal_maximum = 1;
+  rules.discard = T;  // 250 Hz settle to e^(−2π·250·0.26·0.3) = 1e-53 in it
+  TurnMeter meter(rules);
+  double t = 0, next = 0;
+  double kick = 0.1 * T;
+  while (t < (turns + 1) * T) {
+    const double to = std::min(next, kick);
+    if (to > t) filter.advance(to - t, 0);
+    t = to;
+    if (t == kick) filter.kick(dv), kick += T;
+    if (t == next) {
+      meter.acceleration(t, filter.output());
+      next += 1 / sampling;
+    }
+  }
+  const auto m = meter.finish(t, NAN);
+  REQUIRE(m.peaks.size() == turns);
+  double worst = 0;
+  for (std::size_t h = 1; h <= m.spectrum.size(); ++h) {
+    const double f = static_cast<double>(h) / T;
+    worst = std::max(
+        worst, std::abs(m.spectrum[h - 1] / (2 * dv / T) - 1 / std::sqrt(1 + std::pow(f / cut, 2 * order))));
+  }
+  CHECK(worst < 1e-7);
+  // The signal's mean over a turn is dv/T, its power Parseval's sum of the lines.
+  CHECK(m.turns[0][0].real() == Approx(dv / T).epsilon(1e-7));
+  double power = std::pow(dv / T, 2);
+  for (int k = 1; k < 3000; ++k)
+    power += 0.5 * std::pow(2 * dv / T, 2) / (1 + std::pow(k / T / cut, 2 * order));
+  // Samples of a turn are 3000.45: 3000 or 3001 of them, so their mean power is the turn's to a share of 1/3000.
+  CHECK(m.value[Name::rms] == Approx(std::sqrt(power)).epsilon(1e-3));
+}
+
+TEST_CASE("numbers per turn are of the time that was counted", "[chain]") {
+  TurnRules rules;
+  rules.speed = 2 * pi;
+  rules.discard = 1;
+  TurnMeter meter(rules);
+  // Flights of 0.15 s from n/5 on, each ended by an impact: under way at 1 s there is none, of 1.9 s 9.5 fifths.
+  for (int n = 0; 0.2 * n < 2.9; ++n) {
+    meter.event(event(EventKind::separation, 0.2 * n + 0.02));
+    if (0.2 * n + 0.17 < 2.9) meter.event(event(EventKind::contact, 0.2 * n + 0.17, 1));
+  }
+  const auto m = meter.finish(2.9, 0.38);
+  CHECK(m.value[Name::impacts_per_turn] == Approx(9 / 1.9));
+  CHECK(m.value[Name::flights_per_turn] == Approx(9 / 1.9));
+  CHECK(m.value[Name::flight_share] ==
+        Approx((9 * 0.15 + 0.08) / 1.9));  // from 2.82 s on the last is under way
+  CHECK(m.value[Name::energy_per_turn] == Approx(0.2));
+  // Two turns of 1001.5 samples have 2003, or 2002 where they begin between samples.
+  const auto wave = [](double t) { return std::cos(2 * pi * t); };
+  CHECK(metrics(1001.5, 2003, wave).peaks.size() == 2);
+  CHECK(metrics(1001.5, 1001, wave).peaks.size() == 1);
+  CHECK(metrics(36, 36, wave).peaks.size() == 1);
+  CHECK(metrics(36, 71, wave).peaks.size() == 1);
+}
+
+TEST_CASE("flights and contacts across the window's ends count for what they have in it", "[chain]") {
+  TurnRules rules;
+  rules.speed = 2 * pi;
+  rules.discard = 1;
+  SECTION("a flight under way at both") {
+    TurnMeter meter(rules);
+    meter.event(event(EventKind::separation, 0.9));
+    meter.event(event(EventKind::impact, 1.2, 1, 0.1));
+    const auto m = meter.finish(2, 0);
+    CHECK(m.value[Name::flight_share] == Approx(0.2 + 0.7));
+    CHECK(m.value[Name::flights_per_turn] == 1);
+    CHECK(m.value[Name::flight_duration] == Approx(0.3));
+    CHECK(m.value[Name::loss_angle] == Approx(324));
+    CHECK(m.value[Name::return_angle] == Approx(72));
+  }
+  SECTION("a contact that is open all the time") {
+    TurnMeter meter(rules);
+    meter.event(event(EventKind::contact, 0));
+    CHECK(meter.finish(2, 0).value[Name::flight_share] == 0);
+  }
+  SECTION("a start in flight") {
+    rules.discard = 0;
+    TurnMeter meter(rules);
+    meter.event(event(EventKind::contact, 0.5, 1));
+    const auto m = meter.finish(2, 0);
+    CHECK(m.value[Name::flight_share] == Approx(0.25));
+    CHECK(m.flights.empty());  // where it lost contact is not known
+  }
+}
+
+TEST_CASE("a crank that turns backwards loses and finds contact at its own angles", "[chain]") {
+  for (const double sign : {1.0, -1.0}) {
+    TurnRules rules;
+    rules.speed = sign * 2 * pi;
+    rules.crank_start = sign * pi / 6;
+    TurnMeter meter(rules);
+    for (int turn = 0; turn < 3; ++turn) {
+      meter.event(event(EventKind::separation, turn + 0.25));
+      meter.event(event(EventKind::impact, turn + 0.5, 1));
+    }
+    const auto m = meter.finish(3, 0);
+    CHECK(m.value[Name::loss_angle] == Approx(whole_circle(sign * 120)));
+    CHECK(m.value[Name::return_angle] == Approx(whole_circle(sign * 210)));
+    CHECK(m.impacts[0].angle == Approx(whole_circle(sign * 210)));
+  }
+}

@@ -1,0 +1,278 @@
+// From statistics to verdicts, on synthetic measurements whose verdict is known: validate's judgement, files as they are
+// read, means of directions, calibration's intervals and refusals.
+#include <fmt/format.h>
+#include <boost/math/distributions/students_t.hpp>
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "io/output_file.hpp"
+#include "measure/measurement.hpp"
+#include "model/error.hpp"
+#include "sim/statistics.hpp"
+#include "study/calibrate.hpp"
+#include "study/intervals.hpp"
+#include "study/validate.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// The slider's acceleration, λ = 1/6, and an impact's ringing.
+double curve(double phi) {
+  return 20 * std::cos(phi) + 20.0 / 6 * std::cos(2 * phi) + 2 * std::cos(9 * phi - 0.3);
+}
+
+/// Four turns, `points` samples each, of one turn a second, that scatter as a whole by ±`scatter` of their size.
+template <class Signal>
+TurnMetrics turns(double points, double scatter, const Signal& signal) {
+  TurnRules rules;
+  rules.speed = 2 * pi;
+  rules.joint = -1;
+  rules.ideal_maximum = 25;
+  TurnMeter meter(rules);
+  for (int i = 0; i < static_cast<int>(4 * points) + 1; ++i) {
+    const double t = i / points, sign = static_cast<int>(t + 1e-9) % 2 ? 1 : -1;
+    meter.acceleration(t, (1 + sign * scatter) * signal(2 * pi * t));
+  }
+  return meter.finish(4, NAN);
+}
+
+template <class Signal>
+Agreement judged(double uncertainty, bool datum, const Signal& signal, double scatter = 0.01) {
+  Agreement a;
+  a.metrics = turns(400, scatter, curve);
+  judge(turns(60, scatter, signal), uncertainty, datum, a);
+  return a;
+}
+
+}  // namespace
+
+TEST_CASE("a measurement of the model itself agrees, at another sampling", "[chain][validate]") {
+  const auto a = judged(0, true, curve);
+  CHECK(a.sign == 1);
+  CHECK(a.sign_decided);
+  CHECK(a.gain.mean == Approx(1).epsilon(1e-9));
+  // Gains 0.99, 1.01, 0.99, 1.01 of both: √(4·0.01²/(4·3)) of each mean.
+  CHECK(a.gain.high - a.gain.mean == Approx(1.96 * 0.01 * std::sqrt(2.0 / 3)).epsilon(1e-6));
+  CHECK(std::abs(a.phase.mean) < 1e-7);
+  CHECK(a.rms_difference < 1e-9);
+  CHECK(a.rms_expected ==
+        Approx(0.01 * std::sqrt((400 + 400.0 / 36 + 4) / 2) * std::sqrt(2.0 / 3)).epsilon(1e-6));
+  CHECK(a.verdict == Agreement::Verdict::agrees);
+}
+
+TEST_CASE("sign, gain and phase are told, not taken out", "[chain][validate]") {
+  const double rms = std::sqrt((400 + 400.0 / 36 + 4) / 2);
+  const auto reversed = judged(0, false, [](double phi) { return -curve(phi); });
+  CHECK(reversed.sign == -1);
+  CHECK(reversed.sign_decided);
+  CHECK(std::abs(reversed.phase.mean) < 1e-7);  // not the 180° that would nearly do
+  CHECK(reversed.rms_difference ==
+        Approx(2 * rms).epsilon(1e-3));  // bins are means: 1 − (9π/720)²/6 of the ninth
+  CHECK(reversed.verdict == Agreement::Verdict::differs);
+  CHECK_THAT(reversed.findings.at(0), Contains("reversed"));
+
+  const auto larger = judged(0, false, [](double phi) { return 1.1 * curve(phi); });
+  CHECK(larger.gain.mean == Approx(1.1).epsilon(1e-9));
+  CHECK(larger.rms_difference == Approx(0.1 * rms).epsilon(1e-3));
+  CHECK_THAT(larger.findings.at(0), Contains("1.1 (") && Contains("times the model's"));
+
+  const auto late = [](double phi) { return curve(phi - 20 * pi / 180); };
+  const auto with_datum = judged(0, true, late), without = judged(0, false, late);
+  for (const auto* a : {&with_datum, &without}) CHECK(a->phase.mean == Approx(20).epsilon(1e-9));
+  CHECK(with_datum.verdict == Agreement::Verdict::differs);
+  CHECK_THAT(with_datum.findings.at(0), Contains("20° ("));
+  CHECK(with_datum.rms_difference > 1);
+  // A file of times says nothing of the phase: the model is moved, and says so.
+  CHECK(without.moved == Approx(20).epsilon(1e-9));
+  CHECK(without.rms_difference < 1e-9);
+  CHECK(without.verdict == Agreement::Verdict::agrees);
+}
+
+TEST_CASE("a file's uncertainty decides what is a difference", "[chain][validate]") {
+  const auto offset = [](double phi) { return curve(phi) + 0.5; };
+  const auto sure = judged(0.1, true, offset, 0), unsure = judged(1, true, offset, 0);
+  CHECK(sure.rms_difference == Approx(0.5).epsilon(1e-9));
+  CHECK(sure.rms_expected == Approx(0.1).epsilon(1e-9));
+  CHECK_THAT(sure.findings.at(0), Contains("differ by 0.5 m/s², 5 times"));
+  CHECK(unsure.verdict == Agreement::Verdict::agrees);
+  // A gain of 1.04 is beyond an uncertainty of 1 % of the curve, and within one of 5 %.
+  const double rms = std::sqrt((400 + 400.0 / 36 + 4) / 2);
+  const auto larger = [](double phi) { return 1.04 * curve(phi); };
+  CHECK(judged(0.01 * rms, true, larger, 0).gain.low > 1);
+  CHECK(judged(0.05 * rms, true, larger, 0).verdict == Agreement::Verdict::agrees);
+}
+
+TEST_CASE("peaks are compared at one sampling", "[chain][validate][slow]") {
+  // A run of the rig, every fifth sample of it as the measurement: with the same samples of the model the ratio is 1 to
+  // the last digit of the file; with the instrument's own it is what lies between them.
+  test::TemporaryFolder folder;
+  const auto file = test::source_folder() / "cases/flores2011-experiment/guide.toml";
+  const std::vector<std::string> short_run{"run.revolutions=4", "run.discard=1",
+                                           "instruments.accelerometer.sampling=10000"};
+  const auto make = [&](int every) {
+    Study study;
+    study.file = study.scene = file;
+    study.accelerometer = "accelerometer";
+    study.joint = "gudgeon";
+    study.discard = 1;
+    return run_case(study, Case{"", "nonsmooth", {}, 0, 4, file, short_run, every > 1 ? 10000.0 / every : 0},
+                    {});
+  };
+  const auto fine = make(1), coarse = make(5);
+  REQUIRE(fine.metrics.peaks.size() == coarse.metrics.peaks.size());
+  for (std::size_t k = 0; k < fine.metrics.peaks.size(); ++k)
+    CHECK(coarse.metrics.peaks[k] <= fine.metrics.peaks[k]);
+  CHECK(coarse.metrics.value[TurnMetrics::rms] == Approx(fine.metrics.value[TurnMetrics::rms]).epsilon(0.02));
+  CHECK(coarse.metrics.spectrum.size() == fine.metrics.spectrum.size() / 5);
+  CHECK(coarse.metrics.spectrum[0] == Approx(fine.metrics.spectrum[0]).epsilon(1e-3));
+}
+
+TEST_CASE("a file's samples are where it says, to its digits and in the crank's sense", "[chain]") {
+  test::TemporaryFolder folder;
+  const auto read = [&](const std::string& text, double speed) {
+    write_file(folder.path() / "data.csv", text);
+    return read_measurement(folder.path() / "data.csv", speed, 0);
+  };
+  // 1001.5 Hz with four decimals: rounding, not unevenness.
+  std::string text = "t,acceleration\n";
+  for (int i = 0; i < 2004; ++i) text += fmt::format("{:.4f},{}\n", i / 1001.5, curve(2 * pi * i / 1001.5));
+  const auto even = read(text, 2 * pi);
+  CHECK(even.sampling == Approx(1001.5).epsilon(1e-4));
+  for (std::size_t i = 0; i < even.time.size(); ++i)
+    CHECK(even.time[i] == Approx(static_cast<double>(i) * even.time[1]).epsilon(1e-12));
+  CHECK_FALSE(even.datum);
+  // The value at an angle is the value at that angle, whichever way crank and lines go.
+  for (const double speed : {2 * pi, -2 * pi})
+    for (const int way : {1, -1}) {
+      CAPTURE(speed, way);
+      text = "crank_angle,acceleration\n";
+      for (int i = 0; i < 150; ++i) {
+        const double degrees = whole_circle(100 + way * 3.6 * i);
+        text += fmt::format("{:.1f},{}\n", degrees, curve(degrees * pi / 180));
+      }
+      const auto m = read(text, speed);
+      TurnRules rules;
+      rules.speed = speed;
+      rules.crank_start = m.start_angle * pi / 180;
+      rules.joint = -1;
+      rules.ideal_maximum = 25;
+      TurnMeter meter(rules);
+      for (std::size_t i = 0; i < m.time.size(); ++i) meter.acceleration(m.time[i], m.acceleration[i]);
+      const auto metrics = meter.finish(m.time.back(), NAN);
+      CHECK(m.datum);
+      CHECK(std::abs(2.0 * metrics.turns[0][1] - 20.0) < 1e-9);
+      CHECK(std::abs(2.0 * metrics.turns[0][9] - std::polar(2.0, -0.3)) < 1e-9);
+    }
+}
+
+TEST_CASE("directions are averaged on the circle", "[chain]") {
+  const auto s = interval_of_directions({350, 10, 30, 10});
+  CHECK(s.mean == Approx(10));
+  const double half = boost::math::quantile(boost::math::students_t(3), 0.975) * std::sqrt(800.0 / 3 / 4);
+  CHECK(s.low == Approx(10 - half));
+  CHECK(s.high == Approx(10 + half));
+  CHECK(s.least == Approx(-10));
+  CHECK(s.greatest == Approx(30));
+  CHECK(std::isnan(interval_of_directions({0, 120, 230}).low));  // anywhere
+  std::vector<RunRow> rows(2);
+  for (auto& r : rows) r.variant = "v", r.formulation = "penalty";
+  rows[0].metric[TurnMetrics::loss_angle] = 355;
+  rows[1].metric[TurnMetrics::loss_angle] = 15;
+  CHECK(cell(rows, "v", "penalty", {}, TurnMetrics::loss_angle).mean == Approx(5));
+}
+
+TEST_CASE("an interval stays where its values may lie", "[chain]") {
+  const auto s = interval({1, 2, 600, 3});
+  REQUIRE(s.low < 0);
+  const auto positive = within_range(s, TurnMetrics::Kind::positive);
+  CHECK(positive.low == Approx(s.mean * std::exp((s.low - s.mean) / s.mean)));
+  CHECK(positive.low > 0);
+  CHECK(positive.mean == s.mean);
+  const auto share = within_range(interval({0.9, 0.99, 0.6, 0.98}), TurnMetrics::Kind::share);
+  CHECK(share.high < 1);
+  CHECK(share.low > 0);
+  // A narrow interval is Student's: to second order in its width.
+  const auto narrow = interval({0.5, 0.5001, 0.4999});
+  for (const auto kind : {TurnMetrics::Kind::positive, TurnMetrics::Kind::share})
+    CHECK(within_range(narrow, kind).low == Approx(narrow.low).epsilon(1e-6));
+  // Of outcomes of which some are nothing, nothing is possible.
+  const auto e = one_more({0, 0, 3, 4, 5});
+  CHECK(e.low == 0);
+  CHECK(e.value == 3);
+  CHECK(e.high > 5);
+}
+
+TEST_CASE("runs contradict a fit where 99 % of them and of the target's tolerance do not reach it",
+          "[chain]") {
+  // ln r of ±0.1 about 0: s = 0.1√(8/7), one more of 8: t₇(0.995) s √(9/8) = 3.4995·0.1069·1.0607.
+  std::vector<double> runs;
+  for (int i = 0; i < 8; ++i) runs.push_back(std::exp(i % 2 ? 0.1 : -0.1));
+  const double one = 3.499483 * 0.1 * std::sqrt(8.0 / 7) * std::sqrt(9.0 / 8);
+  const double edge = std::hypot(one, 2.575829 * 0.1);
+  CHECK_FALSE(contradicts(runs, std::exp(edge * 0.999), 0.1, 0));
+  CHECK(contradicts(runs, std::exp(edge * 1.001), 0.1, 0));
+  CHECK(contradicts({1, 0}, 1, 0.1, 0.1));
+  CHECK(contradicts({1}, std::exp(2.575829 * 0.3 * 1.001), 0, 0.3));
+}
+
+TEST_CASE("calibration's intervals hold what they should, over forty repetitions", "[chain]") {
+  // Outcomes are a quadratic and noise of 0.1; the measurement is one more outcome, read with a tolerance of 0.05. Of 80
+  // intervals of 95 % more than 68 hold the truth with a probability of 99.9 % (binomial).
+  const std::vector<Unknown> unknowns{{"a", "a", "", -1, 1}, {"b", "b", "", -1, 1}};
+  const std::vector<double> tolerance(3, 0.05);
+  const auto y = [](int i, const Eigen::VectorXd& x) {
+    switch (i) {
+      case 0:
+        return 1 + 1.5 * x[0] + 0.5 * x[1] + 0.2 * x[0] * x[1];
+      case 1:
+        return 0.3 - 0.8 * x[0] + 1.2 * x[1] + 0.15 * x[1] * x[1];
+      default:
+        return -1 + 0.4 * x[0] - 1.6 * x[1];
+    }
+  };
+  std::mt19937_64 engine(18);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform(-0.7, 0.7);
+  const auto points = space_filling(2, 24);
+  int held = 0;
+  double widest = 0;
+  for (int repetition = 0; repetition < 40; ++repetition) {
+    const Eigen::Vector2d truth(uniform(engine), uniform(engine));
+    std::vector<ResponseSurface> surfaces;
+    std::vector<double> measured;
+    for (int i = 0; i < 3; ++i) {
+      Eigen::VectorXd outcomes(24);
+      for (int p = 0; p < 24; ++p) outcomes[p] = y(i, points.row(p).transpose()) + 0.1 * normal(engine);
+      surfaces.emplace_back(points, outcomes);
+      measured.push_back(y(i, truth) + std::hypot(0.1, 0.05) * normal(engine));
+    }
+    const auto f = fit(surfaces, measured, tolerance, {true, true, true}, unknowns);
+    for (int j = 0; j < 2; ++j) {
+      held += f.unknowns[j].low <= truth[j] && truth[j] <= f.unknowns[j].high;
+      widest = std::max(widest, f.unknowns[j].high - f.unknowns[j].low);
+    }
+  }
+  CAPTURE(held, widest);
+  CHECK(held > 68);
+  CHECK(widest < 0.8);  // and say something: of a range of 2
+}
+
+TEST_CASE("impacts are counted by their value", "[chain]") {
+  FastOnes fast;
+  for (double v : {0.05, 0.2, 0.0999, 0.1, 1.0, 0.09999, 0.1, 0.100001, 0.5}) fast.add(v);
+  CHECK(fast.at_least(0.1 * fast.greatest()) == 6);  // 0.2, 0.1, 1, 0.1, 0.100001, 0.5
+  // However many: 1,000 of each of 0.099 and 0.101 before and after one of 1.
+  FastOnes many;
+  for (int i = 0; i < 1000; ++i) many.add(0.099), many.add(0.101);
+  many.add(1);
+  for (int i = 0; i < 1000; ++i) many.add(0.099), many.add(0.101);
+  CHECK(many.at_least(0.1) == 2001);
+}
