@@ -11,15 +11,17 @@ namespace {
 using Complex = std::complex<double>;
 constexpr double pi = std::numbers::pi;
 
+using Weights = std::vector<double>;  // of harmonics, from 0 on
+
 /// C and its first two derivatives, of any turn against X.
 struct Correlation {
   double value = 0, first = 0, second = 0;
 };
-Correlation correlation(const Harmonics& m, const Harmonics& x, double alpha) {
+Correlation correlation(const Weights& w, const Harmonics& m, const Harmonics& x, double alpha) {
   Correlation c;
-  for (std::size_t k = 1; k < std::min(m.size(), x.size()); ++k) {
+  for (std::size_t k = 1; k < std::min({w.size(), m.size(), x.size()}); ++k) {
     const auto n = static_cast<double>(k);
-    const auto term = m[k] * std::conj(x[k]) * std::polar(1.0, std::fmod(n * alpha, 2 * pi));
+    const auto term = w[k] * m[k] * std::conj(x[k]) * std::polar(1.0, std::fmod(n * alpha, 2 * pi));
     c.value += term.real();
     c.first -= n * term.imag();
     c.second -= n * n * term.real();
@@ -28,10 +30,10 @@ Correlation correlation(const Harmonics& m, const Harmonics& x, double alpha) {
 }
 
 /// Where C is greatest and least: from a grid that its highest harmonic cannot slip through, then by Newton's method.
-std::pair<double, double> extremes(const Harmonics& m, const Harmonics& x) {
-  const auto size = std::bit_ceil(4 * std::max(m.size(), x.size()));
+std::pair<double, double> extremes(const Weights& w, const Harmonics& m, const Harmonics& x) {
+  const auto size = std::bit_ceil(4 * w.size());
   std::vector<Complex> terms(size), grid;
-  for (std::size_t k = 1; k < std::min(m.size(), x.size()); ++k) terms[k] = m[k] * std::conj(x[k]);
+  for (std::size_t k = 1; k < w.size(); ++k) terms[k] = w[k] * m[k] * std::conj(x[k]);
   Eigen::FFT<double> fft;
   fft.inv(grid, terms);
   const auto refined = [&](auto best) {
@@ -39,7 +41,7 @@ std::pair<double, double> extremes(const Harmonics& m, const Harmonics& x) {
                  start = cell * static_cast<double>(best - grid.begin());
     double alpha = start;
     for (int i = 0; i < 20; ++i) {
-      const auto c = correlation(m, x, alpha);
+      const auto c = correlation(w, m, x, alpha);
       if (c.second != 0) alpha -= std::clamp(c.first / c.second, -0.5 * cell, 0.5 * cell);
     }
     return std::abs(alpha - start) <= cell ? alpha : start;
@@ -49,10 +51,18 @@ std::pair<double, double> extremes(const Harmonics& m, const Harmonics& x) {
           refined(std::ranges::min_element(grid, {}, real))};
 }
 
-double power(const Harmonics& x) {
+double power(const Weights& w, const Harmonics& x) {
   double sum = 0;
-  for (std::size_t k = 1; k < x.size(); ++k) sum += std::norm(x[k]);
+  for (std::size_t k = 1; k < w.size(); ++k) sum += w[k] * std::norm(x[k]);
   return sum;
+}
+
+/// Adds the variance of each harmonic of the mean of some turns; NaN of a single one.
+void add_variances(const std::vector<Harmonics>& turns, const Harmonics& mean, std::vector<double>& sum) {
+  const auto n = static_cast<double>(turns.size());
+  for (const auto& turn : turns)
+    for (std::size_t k = 0; k < sum.size(); ++k)
+      sum[k] += std::norm((k < turn.size() ? turn[k] : 0) - mean[k]) / (n > 1 ? n * (n - 1) : NAN);
 }
 
 /// Variance of the mean of some numbers.
@@ -68,13 +78,13 @@ double variance_of_mean(const std::vector<double>& x) {
 struct Scatter {
   double gain, phase, curve;
 };
-Scatter scatter(const std::vector<Harmonics>& turns, const Harmonics& mean, const Harmonics& x,
-                double alpha) {
-  const double size = power(x), bend = correlation(mean, x, alpha).second;
+Scatter scatter(const Weights& w, const std::vector<Harmonics>& turns, const Harmonics& mean,
+                const Harmonics& x, double alpha) {
+  const double size = power(w, x), bend = correlation(w, mean, x, alpha).second;
   std::vector<double> gains, phases;
   double squares = 0;
   for (const auto& turn : turns) {
-    const auto c = correlation(turn, x, alpha);
+    const auto c = correlation(w, turn, x, alpha);
     gains.push_back(c.value / size);
     phases.push_back(c.first / bend);
     for (std::size_t k = 0; k < mean.size(); ++k)
@@ -103,23 +113,41 @@ Harmonics moved(Harmonics x, double alpha) {
 
 Alignment align(const std::vector<Harmonics>& measured, const std::vector<Harmonics>& model) {
   const auto M = mean_of(measured), X = mean_of(model);
-  const auto [greatest, least] = extremes(M, X);
-  const double up = correlation(M, X, greatest).value, down = -correlation(M, X, least).value;
-  const double size = power(X), whole = power(M);
-  const auto left = [&](double c) { return std::max(0.0, whole - c * c / size); };
+  const auto count = std::min(M.size(), X.size());
+  std::vector<double> variances(count);
+  add_variances(measured, M, variances);
+  add_variances(model, X, variances);
+  const bool scattered = !std::isnan(variances[0]);
+  Weights w(count, 1);
+  const double whole = power(w, M) / static_cast<double>(count);
+  if (scattered)
+    for (std::size_t k = 1; k < count; ++k) {
+      const auto from = k > 2 ? k - 2 : 1, to = std::min(count, k + 3);
+      double sum = 1e-9 * whole;  // where nothing scatters, all are alike
+      for (auto i = from; i < to; ++i) sum += variances[i] / static_cast<double>(to - from);
+      w[k] = 1 / sum;
+    }
+  const auto [greatest, least] = extremes(w, M, X);
+  const double up = correlation(w, M, X, greatest).value, down = -correlation(w, M, X, least).value;
+  const double size = power(w, X), all = power(w, M);
+  const auto left = [&](double c) { return std::max(0.0, all - c * c / size); };
+  const double best = left(std::max(up, down)), other = left(std::min(up, down));
   Alignment a;
-  a.sign = down > up ? -1 : 1;
-  a.decided = left(std::min(up, down)) > 4 * left(std::max(up, down));
+  a.decided = scattered ? other - best > 15 * best / static_cast<double>(2 * count) : other > 4 * best;
+  a.sign = a.decided && down > up ? -1 : 1;
   const double alpha = a.sign > 0 ? greatest : least;
   a.phase = std::remainder(alpha, 2 * pi);
-  a.gain = std::max(up, down) / size;
-  const auto of_measured = scatter(measured, M, X, alpha), of_model = scatter(model, X, X, 0);
+  a.gain = (a.sign > 0 ? up : down) / size;
+  const auto of_measured = scatter(w, measured, M, X, alpha), of_model = scatter(w, model, X, X, 0);
   a.gain_error = std::sqrt(of_measured.gain + a.gain * a.gain * of_model.gain);
   a.phase_error = std::sqrt(of_measured.phase + of_model.phase);
   a.difference_error = std::sqrt(of_measured.curve + of_model.curve);
-  double slope = 0;
-  for (std::size_t k = 1; k < M.size(); ++k) slope += static_cast<double>(k * k) * std::norm(M[k]);
-  a.slope = std::sqrt(slope / whole);
+  double slope = 0, square = 0;
+  for (std::size_t k = 1; k < M.size(); ++k) {
+    slope += static_cast<double>(k * k) * std::norm(M[k]);
+    square += std::norm(M[k]);
+  }
+  a.slope = std::sqrt(slope / square);
   return a;
 }
 

@@ -1,12 +1,17 @@
 // How a measured mean turn lies to a model's, from the harmonics of their turns. With M and X the means over turns
-// and x(φ − α) the model's curve moved by α, the correlation
+// and x(φ − α) the model's curve moved by α, the weighted correlation
 //
-//     C(α) = Re Σ_{k≥1} M_k X̄_k e^{ikα},      phase α: where ±C is greatest,      gain g = ±C(α)/Σ |X_k|²,
+//     C(α) = Re Σ_{k≥1} w_k M_k X̄_k e^{ikα},      phase α: where ±C is greatest,      gain g = ±C(α)/Σ w_k |X_k|²,
 //
-// is of least squares: g x(φ − α) with its sign is the nearest to the measured curve, and leaves Σ|M|² − C²/Σ|X|² of
-// it. The mean of the curve is left out: accelerometers differ in what they make of it. The sign is decided when the
-// other one leaves at least four times the power (twice the amplitude). Standard errors are of the scatter of turns,
-// of both, to first order in it.
+// is of least squares: g x(φ − α) with its sign is the nearest to the measured curve, and leaves χ² = Σ w|M|² − C²/Σ w|X|².
+// Weights are 1/σ_k², the variance of M_k and X_k by the scatter of turns (of five neighbouring harmonics, one alone is
+// known from a few turns only): what repeats from turn to turn decides, and not the ringing of impacts that does not.
+// Without turns to scatter they are equal. The mean of the curve is left out: accelerometers differ in what they make
+// of it.
+//
+// A measurement is taken for reversed only beyond doubt: the sign is decided when the other one raises χ² by more than
+// 15 of its mean share (a likelihood ratio of 1,800), or without scatter when it leaves four times as much. Standard
+// errors are of the scatter of turns, of both, to first order in it.
 #pragma once
 
 #include <vector>

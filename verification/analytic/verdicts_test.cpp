@@ -5,16 +5,20 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <random>
 
 #include "io/output_file.hpp"
+#include "measure/alignment.hpp"
 #include "measure/measurement.hpp"
 #include "model/error.hpp"
+#include "model/scene.hpp"
 #include "sim/statistics.hpp"
 #include "study/calibrate.hpp"
 #include "study/intervals.hpp"
 #include "study/validate.hpp"
+#include "verification/references/slider_crank.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
@@ -275,4 +279,67 @@ TEST_CASE("impacts are counted by their value", "[chain]") {
   many.add(1);
   for (int i = 0; i < 1000; ++i) many.add(0.099), many.add(0.101);
   CHECK(many.at_least(0.1) == 2001);
+}
+
+TEST_CASE("what repeats from turn to turn decides the sign, and nothing is claimed without it",
+          "[chain][validate]") {
+  // The crank's motion in harmonics 1 and 2, and in each turn impacts of its own: 117 harmonics with twenty times the
+  // power of the second. What tells the sign from a shift by half a turn is the second alone.
+  std::mt19937_64 engine(4);
+  std::normal_distribution<double> normal;
+  const auto turn = [&](double sign) {
+    Harmonics c(200);
+    c[1] = sign * 10.0;
+    c[2] = sign * std::polar(10.0 / 6, 0.5);
+    for (std::size_t k = 3; k < 120; ++k) c[k] += std::complex<double>(normal(engine), normal(engine)) * 0.7;
+    for (std::size_t k = 1; k < 3; ++k) c[k] += std::complex<double>(normal(engine), normal(engine)) * 0.3;
+    return c;
+  };
+  std::vector<Harmonics> model, same, reversed;
+  for (int i = 0; i < 20; ++i)
+    model.push_back(turn(1)), same.push_back(turn(1)), reversed.push_back(turn(-1));
+  for (const auto* list : {&same, &reversed}) {
+    const auto a = align(*list, model);
+    CHECK(a.decided);
+    CHECK(a.sign == (list == &same ? 1 : -1));
+    CHECK(std::abs(a.phase) < 4 * a.phase_error);
+    CHECK(std::abs(a.gain - 1) < 4 * a.gain_error);
+    CHECK(a.gain_error < 0.05);
+  }
+  // A single harmonic cannot tell a reversed curve from one that is half a turn late.
+  const Harmonics cosine{0, 1.0}, opposite{0, -1.0};
+  const auto a = align({opposite, opposite}, {cosine, cosine});
+  CHECK_FALSE(a.decided);
+  CHECK(a.sign == 1);
+  CHECK(std::abs(a.phase) == Approx(pi));
+}
+
+TEST_CASE("the ideal's greatest acceleration is that of a filter that has settled", "[chain]") {
+  // Through 1 Hz at 3.33 turns a second the start has decayed to e^(−2π·1·0.707·0.3) = 0.26 after a turn. Settled, harmonic
+  // k of the closed form has passed H(ikω) = 1/(1 + √2 s/ω_c + (s/ω_c)²).
+  const auto file = test::source_folder() / "cases/flores2011-experiment/guide.toml";
+  const auto scene = read_scene(file, {"instruments.accelerometer.bandwidth=1"});
+  Study study;
+  study.file = study.scene = file;
+  study.accelerometer = "accelerometer";
+  study.joint = "gudgeon";
+  const auto ideal = ideal_turn(study, scene, "penalty", {});
+  const double omega = 200 * 2 * pi / 60;
+  constexpr int points = 3000;  // as many samples as the turn has, at 10 kHz
+  std::vector<std::complex<double>> lines(20), filtered(points);
+  for (std::size_t k = 1; k < lines.size(); ++k) {
+    for (int i = 0; i < points; ++i)
+      lines[k] += reference::slider_crank(0.05, 0.3, 2 * pi * i / points, omega).acceleration *
+                  std::polar(2.0 / points, -2 * pi * static_cast<double>(k) * i / points);
+    const std::complex<double> s(0, static_cast<double>(k) * omega / (2 * pi));
+    lines[k] /= 1.0 + std::sqrt(2.0) * s + s * s;
+  }
+  double greatest = 0;
+  for (int i = 0; i < points; ++i) {
+    double y = 0;
+    for (std::size_t k = 1; k < lines.size(); ++k)
+      y += std::real(lines[k] * std::polar(1.0, 2 * pi * static_cast<double>(k) * i / points));
+    greatest = std::max(greatest, std::abs(y));
+  }
+  CHECK(ideal.value[TurnMetrics::peak_max] == Approx(greatest).epsilon(1e-4));
 }
