@@ -3,8 +3,11 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <numbers>
+#include <sstream>
 
 #include "io/output_file.hpp"
 #include "verification/support.hpp"
@@ -59,6 +62,40 @@ TEST_CASE("validate holds a run against itself and sees another clearance", "[pr
   // bound, 1.6, took the filtered median peak to grow as a single impact does, √c; it grew by 1.26.
   CHECK(ratio(other) > 1.1);
   CHECK(std::filesystem::file_size(folder.path() / "same/figures/overlay.png") > 10000);
+}
+
+TEST_CASE("figures show the crank's own angles and carry the values themselves", "[program]") {
+  for (const char* speed : {"200", "-200"}) {
+    CAPTURE(speed);
+    test::TemporaryFolder folder;
+    const auto o = test::freeplay("compare " + case_file("guide.toml") +
+                                  " --set run.revolutions=1.3 --set run.discard=0 --set " +
+                                  "drives.motor.speed_rpm=" + speed + " -o " + folder.path().string());
+    CAPTURE(o.err);
+    REQUIRE(o.status == 0);
+    // The last whole turn of the accelerometer, as signals.csv has it: its angles on the circle, its values unrounded.
+    std::ifstream in(folder.path() / "penalty/signals.csv");
+    std::vector<std::pair<double, double>> rows;
+    for (std::string line; std::getline(in, line);)
+      if (line.starts_with("accelerometer,")) {
+        const auto t = line.find(',') + 1, angle = line.find(',', t) + 1, value = line.find(',', angle) + 1;
+        const double turns = std::stod(line.substr(angle)) / (2 * std::numbers::pi);
+        if (std::abs(turns) < 1)
+          rows.emplace_back(360 * (turns - std::floor(turns)), std::stod(line.substr(value)));
+      }
+    REQUIRE(rows.size() > 2900);
+    std::ifstream data(folder.path() / "figures/acceleration.dat");
+    std::string line;
+    std::getline(data, line);
+    for (const auto& [angle, value] : rows) {
+      REQUIRE(std::getline(data, line));
+      std::istringstream fields(line);
+      double x = 0, y = 0;
+      fields >> x >> y;
+      CHECK(std::abs(x - angle) < 1e-9);
+      CHECK(y == value);
+    }
+  }
 }
 
 TEST_CASE("tradeoff: finer settings cost more and miss less, statistics have their own scale",
