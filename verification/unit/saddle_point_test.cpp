@@ -100,6 +100,51 @@ TEST_CASE("dependent rows give least-norm multipliers on both paths", "[saddle]"
   }
 }
 
+TEST_CASE("rows that become dependent on the way are met, and left behind again", "[saddle]") {
+  // A mechanism at a change point: two rows that differ before it, are the same at it, and differ behind it.
+  std::mt19937 engine(5);
+  for (auto path : {SolvePath::dense, SolvePath::sparse}) {
+    auto p = random_problem(engine, 12, 5, 1);  // the sixth row is twice the first
+    const auto at = p.values;
+    auto beside = at;
+    beside[beside.size() - 6] += 0.5;
+    Eigen::MatrixXd apart = p.dense;
+    apart(5, p.G.column[beside.size() - 6]) += 0.5;
+    const Eigen::VectorXd motion = Eigen::VectorXd::LinSpaced(12, -1, 1.3);
+    const auto solved = [&](SaddlePoint& solver, const std::vector<double>& values, const Eigen::MatrixXd& G) {
+      Eigen::VectorXd a(12), lambda(6);
+      const Eigen::VectorXd r = G * motion;
+      REQUIRE(solver.factor(values.data()));
+      solver.solve(p.f.data(), r.data(), a.data(), lambda.data());
+      CHECK(solver.converged());
+      // M a + Gᵀ λ = f and G a = r, rounding times a condition of 1e5 or, at the change point, what the proximal
+      // iteration leaves.
+      const Eigen::VectorXd mass = Eigen::Map<const Eigen::VectorXd>(p.mass.data(), 12);
+      CHECK((mass.cwiseProduct(a) + G.transpose() * lambda - p.f).norm() <= 1e-6 * (p.f.norm() + lambda.norm()));
+      CHECK((G * a - r).norm() <= 1e-6 * r.norm());
+      return lambda;
+    };
+    SaddlePoint solver(p.mass, p.G, path);
+    const auto before = solved(solver, beside, apart);
+    CHECK_FALSE(solver.singular());
+    CHECK(solver.nearest_singular() > 1e-6);
+    const auto there = solved(solver, at, p.dense);
+    CHECK(solver.singular());
+    // Of all multipliers the least: the sixth row is twice the first, so λ has no part along (2, 0, ..., 0, −1).
+    CHECK(there[5] == Approx(2 * there[0]).epsilon(1e-4).margin(1e-7));
+    if (path == SolvePath::dense) CHECK(solver.nearest_singular() < 1e-6);
+    const auto behind = solved(solver, beside, apart);
+    CHECK_FALSE(solver.singular());
+    CHECK((behind - before).norm() <= 1e-12 * before.norm());
+    // Rows that depend on each other and ask for what does not: nothing meets them, and that is said.
+    Eigen::VectorXd a(12), lambda(6), r = p.dense * motion;
+    r[5] += 1;
+    REQUIRE(solver.factor(at.data()));
+    solver.solve(p.f.data(), r.data(), a.data(), lambda.data());
+    CHECK_FALSE(solver.converged());
+  }
+}
+
 TEST_CASE("values that are not finite are refused", "[saddle]") {
   std::mt19937 engine(3);
   auto p = random_problem(engine, 12, 5, 0);

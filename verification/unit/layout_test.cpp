@@ -1,0 +1,107 @@
+// Text for a terminal: lines broken where they must be and nowhere else, numbers under their heads.
+#include <fmt/format.h>
+#include <catch2/catch.hpp>
+
+#include <random>
+#include <sstream>
+
+#include "cli/wrapped.hpp"
+#include "model/scene.hpp"
+#include "study/compare.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+/// Characters, of UTF-8 without wide ones.
+std::size_t width(const std::string& text) {
+  return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; }));
+}
+
+}  // namespace
+
+TEST_CASE("lines are broken at the last space before column 80, and nothing is lost", "[layout]") {
+  std::mt19937 random(5);
+  std::uniform_int_distribution<int> length(1, 14), letter('a', 'z');
+  for (int trial = 0; trial < 200; ++trial) {
+    std::string text = "note:";
+    while (width(text) < 300) {
+      text += ' ';
+      for (int i = length(random); i > 0; --i) text += trial % 2 ? std::string(1, static_cast<char>(letter(random))) : "é";
+    }
+    const std::size_t indent = trial % 11;
+    const auto lines = lines_of(cli::wrapped(text, indent));
+    REQUIRE(lines.size() > 3);
+    std::string whole;
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      CAPTURE(i, indent, lines[i]);
+      CHECK(width(lines[i]) <= 80);
+      const auto words = i == 0 ? lines[i] : lines[i].substr(indent);
+      if (i > 0) {
+        CHECK(lines[i].substr(0, indent) == std::string(indent, ' '));
+        // The first word of a line had no room on the one before.
+        CHECK(width(lines[i - 1]) + 1 + width(words.substr(0, words.find(' '))) > 80);
+        whole += ' ';
+      }
+      whole += words;
+    }
+    CHECK(whole == text);
+  }
+  CHECK(cli::wrapped("one\ntwo three\n") == "one\ntwo three\n");
+  const std::string exact(80, 'x');
+  CHECK(cli::wrapped("word " + exact.substr(5)) == "word " + exact.substr(5));
+  CHECK(cli::wrapped("word " + exact.substr(4)) == "word\n  " + exact.substr(4));
+}
+
+TEST_CASE("the table of a comparison fills 80 columns at most, each number under its head", "[layout]") {
+  auto scene = read_scene(test::flores());
+  scene.run.duration = 0.3;
+  scene.run.discard = 0;
+  test::TemporaryFolder folder;
+  const auto c = compare(scene, {}, folder.path());
+  const auto lines = lines_of(comparison_table(scene, c, false));
+  // A head, then its rule: groups of dashes with a space between; every row below ends its cells where the groups do.
+  int tables = 0;
+  std::size_t widest = 0;
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    widest = std::max(widest, width(lines[i]));
+    if (!lines[i].starts_with("---")) continue;
+    ++tables;
+    std::vector<std::size_t> ends;
+    for (std::size_t at = 0; at < lines[i].size(); ++at)
+      if (lines[i][at] == '-' && (at + 1 == lines[i].size() || lines[i][at + 1] == ' ')) ends.push_back(at);
+    const bool pairs = tables == 2;
+    // What is told of one run and of the other; what is told of two touches. 44 + 17 + 16 and
+    // 12 + 3·11 + 3·9 + 7, with a space between.
+    CHECK(ends.size() == (pairs ? 8 : 3));
+    CHECK(ends.back() + 1 == (pairs ? 79 : 77));
+    std::size_t columns = 0;
+    for (std::size_t row = i - 1; row < lines.size() && !lines[row].empty(); row += row == i - 1 ? 2 : 1) {
+      const auto& line = lines[row];
+      if (line.starts_with("...") || line.starts_with("v: ") || line.starts_with("* ")) break;
+      // Cells by their ends: a character there, and a space or nothing behind it. ± is two bytes.
+      std::string plain;
+      for (const char ch : line)
+        if ((ch & 0xC0) != 0x80) plain += ch;
+      CAPTURE(line);
+      for (std::size_t k = 1; k < ends.size(); ++k) {
+        REQUIRE(plain.size() > ends[k]);
+        CHECK(plain[ends[k]] != ' ');
+        if (plain.size() > ends[k] + 1) CHECK(plain[ends[k] + 1] == ' ');
+      }
+      CHECK(plain.size() == ends.back() + 1);
+      ++columns;
+    }
+    CHECK(columns > 3);
+  }
+  CHECK(tables == 2);
+  CHECK(widest <= 80);
+}
