@@ -111,7 +111,8 @@ TEST_CASE("rows that become dependent on the way are met, and left behind again"
     Eigen::MatrixXd apart = p.dense;
     apart(5, p.G.column[beside.size() - 6]) += 0.5;
     const Eigen::VectorXd motion = Eigen::VectorXd::LinSpaced(12, -1, 1.3);
-    const auto solved = [&](SaddlePoint& solver, const std::vector<double>& values, const Eigen::MatrixXd& G) {
+    const auto solved = [&](SaddlePoint& solver, const std::vector<double>& values,
+                            const Eigen::MatrixXd& G) {
       Eigen::VectorXd a(12), lambda(6);
       const Eigen::VectorXd r = G * motion;
       REQUIRE(solver.factor(values.data()));
@@ -120,7 +121,8 @@ TEST_CASE("rows that become dependent on the way are met, and left behind again"
       // M a + Gᵀ λ = f and G a = r, rounding times a condition of 1e5 or, at the change point, what the proximal
       // iteration leaves.
       const Eigen::VectorXd mass = Eigen::Map<const Eigen::VectorXd>(p.mass.data(), 12);
-      CHECK((mass.cwiseProduct(a) + G.transpose() * lambda - p.f).norm() <= 1e-6 * (p.f.norm() + lambda.norm()));
+      CHECK((mass.cwiseProduct(a) + G.transpose() * lambda - p.f).norm() <=
+            1e-6 * (p.f.norm() + lambda.norm()));
       CHECK((G * a - r).norm() <= 1e-6 * r.norm());
       return lambda;
     };

@@ -123,9 +123,8 @@ TEST_CASE("trajectory.csv of a throw is its parabola, row by row", "[written]") 
                         {"duration = 0.004", 0.004 / 20000, 0.004, 20001}};         // what is not asked for
   test::TemporaryFolder place;
   for (const auto& asked : list)
-    for (const std::string way :
-         {"penalty", "nonsmooth", "nonsmooth --set nonsmooth.scheme=event-driven",
-          "nonsmooth --set nonsmooth.scheme=moreau-jean --set nonsmooth.step=1e-3"}) {
+    for (const std::string way : {"penalty", "nonsmooth", "nonsmooth --set nonsmooth.scheme=event-driven",
+                                  "nonsmooth --set nonsmooth.scheme=moreau-jean --set nonsmooth.step=1e-3"}) {
       CAPTURE(asked.run, way);
       const auto folder = ran(place, thrown(asked.run), way);
       const auto csv = csv_of(folder / "trajectory.csv");
@@ -158,7 +157,8 @@ TEST_CASE("trajectory.csv of a throw is its parabola, row by row", "[written]") 
     }
 }
 
-TEST_CASE("run.json says which formulation ran, how it ended and what it left of the contact laws", "[written]") {
+TEST_CASE("run.json says which formulation ran, how it ended and what it left of the contact laws",
+          "[written]") {
   test::TemporaryFolder place;
   for (const std::string formulation : {"penalty", "nonsmooth"}) {
     const auto j = json_of(ran(place, thrown("duration = 0.01"), formulation) / "run.json");
@@ -171,9 +171,10 @@ TEST_CASE("run.json says which formulation ran, how it ended and what it left of
   // Sweeps over contacts end below the tolerance, which here is coarse enough to be seen: a sweep takes out most of what
   // is left, but not six digits of it.
   const auto left = [&](const char* tolerance) {
-    const auto j = json_of(ran(place, block(fmt::format("solver = \"gauss-seidel\"\nlcp_tolerance = {}\n", tolerance)),
-                               "nonsmooth") /
-                           "run.json");
+    const auto j =
+        json_of(ran(place, block(fmt::format("solver = \"gauss-seidel\"\nlcp_tolerance = {}\n", tolerance)),
+                    "nonsmooth") /
+                "run.json");
     const double rate = j["greatest_complementarity_residual_m_per_s"];
     CHECK(rate > 0);
     // Relative to the greatest rate: a step's gravity, g h = 1e-3 m/s.
