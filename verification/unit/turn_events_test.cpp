@@ -1,0 +1,50 @@
+// Flights and impacts of a turn are those of one joint, whatever the others do.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <numbers>
+
+#include "measure/turns.hpp"
+
+using namespace freeplay;
+
+TEST_CASE("turn metrics hear of the events of their joint alone", "[study]") {
+  // A turn a second; in each, joint 1 is lost at 90° and found at 180° by an impact of 2 N s at 0.5 m/s. Joint 0, and 2,
+  // bounce in the midst of it.
+  TurnRules rules;
+  rules.speed = 2 * std::numbers::pi;
+  rules.sampling = 1000;
+  rules.ideal_maximum = 1;
+  rules.joint = 1;
+  rules.impact_speed = 0.1;
+  const auto metrics = [&](bool others) {
+    TurnMeter meter(rules);
+    const auto tell = [&](int joint, EventKind kind, double t) {
+      ContactEvent e;
+      e.contact = joint;
+      e.kind = kind;
+      e.t = t;
+      e.v_n_minus = joint == 1 ? -0.5 : -3;
+      e.impulse_n = joint == 1 ? 2 : 7;
+      meter.event(e);
+    };
+    for (int turn = 0; turn < 4; ++turn) {
+      tell(1, EventKind::separation, turn + 0.25);
+      if (others)
+        for (const int joint : {0, 2}) {
+          tell(joint, EventKind::separation, turn + 0.3);
+          tell(joint, EventKind::impact, turn + 0.4);
+        }
+      tell(1, EventKind::contact, turn + 0.5);
+    }
+    for (int i = 0; i <= 4000; ++i) meter.acceleration(i / 1000.0, std::cos(rules.speed * i / 1000.0));
+    return meter.finish(8);
+  };
+  const auto alone = metrics(false), among = metrics(true);
+  for (const auto* m : {&alone, &among}) {
+    CHECK(m->value[TurnMetrics::loss_angle] == Approx(90));
+    CHECK(m->value[TurnMetrics::return_angle] == Approx(180));
+    CHECK(m->value[TurnMetrics::flight_duration] == Approx(0.25));
+    CHECK(m->flights.size() == 4);
+  }
+}
