@@ -27,7 +27,7 @@ class Copy:
     def take(self):
         """The sources as they stand, files that are the same left alone so that little is built; true where one differs."""
         listed = subprocess.run(["git", "ls-files", "-z", *FILES, *FOLDERS], cwd=self.root, capture_output=True, check=True).stdout
-        names = {n for n in listed.decode().split("\0") if n and (self.root / n).is_file()}
+        names = {n for n in listed.decode().split("\0") if n and (self.root / n).is_file() and not n.startswith("scripts/mutation")}
         changed = False
         for name in names:
             to = self.tree / name
@@ -157,7 +157,7 @@ class Suite:
         return costs
 
     def groups(self):
-        """(what, command, seconds without a fault), cheapest first."""
+        """(what, command, seconds without a fault, how many judge: a set has some ten claims), the cheapest judges first."""
         costs = json.loads(self.file.read_text())
         found, low = [], 0
         for n, high in enumerate(GROUPS):
@@ -165,16 +165,16 @@ class Suite:
             if names:
                 listed = self.copy.place / f"tests-{n}.txt"
                 listed.write_text("".join(re.sub(r'([,\[\]\\"])', r"\\\1", t) + "\n" for t in names))
-                found.append(("tests", ["freeplay-tests", "--abort", "-f", listed], sum(costs["tests"][t] for t in names)))
+                found.append(("tests", ["freeplay-tests", "--abort", "-f", listed], sum(costs["tests"][t] for t in names), len(names)))
             low = high
-        found += [("claims", ["freeplay", "verify", s, "-o", self.copy.place / "out"], seconds)
+        found += [("claims", ["freeplay", "verify", s, "-o", self.copy.place / "out"], seconds, 10)
                   for s, seconds in costs["sets"].items()]
-        return sorted(found, key=lambda g: g[2])
+        return sorted(found, key=lambda g: g[2] / g[3])
 
     def judge(self):
         """(how, by what): how is claims, tests, time, crash (nothing but crashes) or survives."""
         crash = None
-        for what, command, seconds in self.groups():
+        for what, command, seconds, _ in self.groups():
             status, _ = run([self.copy.built / command[0], *command[1:]], self.copy.tree, 60 + 5 * seconds, self.log)
             text = self.log.read_text(errors="replace")
             if status is None:
