@@ -15,6 +15,11 @@ TESTS = "~[extremes]~[strangers]~[library]"
 GROUPS = [0.5, 2, 10, 60, float("inf")]  # s: a group ends where its tests take longer, each alone
 
 
+def path_matters(name):
+    """Whether what is built or judged may depend on a file; pages are read by tests, but their words decide nothing."""
+    return not name.endswith(".md")
+
+
 class Copy:
     """A copy of the sources with a build of its own, whose objects without a fault are kept aside."""
 
@@ -22,7 +27,7 @@ class Copy:
         self.root, self.place = pathlib.Path(root), pathlib.Path(place)
         self.tree, self.kept = self.place / "tree", self.place / "kept"
         self.built = self.tree / "build" / "release"
-        self.log = self.place / "build.log"
+        self.log, self.planted = self.place / "build.log", self.place / "planted"  # the file with a fault in it
 
     def take(self):
         """The sources as they stand, files that are the same left alone so that little is built; true where one differs."""
@@ -35,12 +40,12 @@ class Copy:
                 to.parent.mkdir(parents=True, exist_ok=True)
                 shutil.copyfile(self.root / name, to)
                 shutil.copymode(self.root / name, to)
-                changed = True
+                changed = changed or path_matters(name)
         for folder in FOLDERS:
             for path in (self.tree / folder).rglob("*"):
                 if path.is_file() and str(path.relative_to(self.tree)) not in names:
                     path.unlink()
-                    changed = True
+                    changed = changed or path_matters(str(path))
         return changed
 
     def build(self, *targets):
@@ -69,7 +74,7 @@ class Copy:
             shutil.copy2(self.built / name, self.kept / name)
         (self.place / "kept.json").write_text(json.dumps(before))
 
-    def put_back(self, fault=None):
+    def put_back(self):
         """Sources and objects as without a fault, so that nothing is built again."""
         before = json.loads((self.place / "kept.json").read_text())
         now = self.stamps()
@@ -78,14 +83,12 @@ class Copy:
                 shutil.copy2(self.kept / name, self.built / name)
         for name in now.keys() - before.keys():
             (self.built / name).unlink(missing_ok=True)
-        if fault is not None:
-            path = self.tree / fault.file
-            state = os.stat(path)
-            shutil.copyfile(self.root / fault.file, path)
-            os.utime(path, ns=(state.st_atime_ns, self.source_time(fault)))
-
-    def source_time(self, fault):
-        return json.loads((self.place / "times.json").read_text())[fault.file]
+        if self.planted.exists():  # also where an earlier run was interrupted
+            name = self.planted.read_text()
+            shutil.copyfile(self.root / name, self.tree / name)
+            time_then = json.loads((self.place / "times.json").read_text())[name]
+            os.utime(self.tree / name, ns=(time_then, time_then))
+            self.planted.unlink()
 
     def keep_times(self):
         times = {str(p.relative_to(self.tree)): p.stat().st_mtime_ns
@@ -93,6 +96,7 @@ class Copy:
         (self.place / "times.json").write_text(json.dumps(times))
 
     def plant(self, fault):
+        self.planted.write_text(fault.file)
         path = self.tree / fault.file
         lines = path.read_text().split("\n")
         assert lines[fault.line - 1] == fault.old, f"{fault.file}:{fault.line} is another line now"

@@ -160,7 +160,7 @@ def main():
                 else:
                     verdicts.add(fault, *suite.judge())
             finally:
-                copy.put_back(fault)
+                copy.put_back()
             verdict = verdicts.of[fault.key]
             print(f"{fault.file}:{fault.line} {fault.kind}: {verdict['how']} {verdict['by']}", flush=True)
         if verdict["how"] == "refused":
