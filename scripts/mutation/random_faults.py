@@ -108,7 +108,10 @@ def page(seed, judged, refused):
              f"caught.** {refused} more were drawn that the compiler refuses. *Time*: the suite did not end in five times its time; "
              "*crash*: nothing",
              "but crashes tells it. *Equivalent*: the compiler makes the same code of it, or judged by hand",
-             "(`scripts/mutation/equivalent.txt`).", "",
+             "(`scripts/mutation/equivalent.txt`).", ""]
+    if failing := json.loads((PLACE / "costs.json").read_text())["failing"]:
+        lines += [f"Failing without a fault, and so judging nothing: {'; '.join(failing)}.", ""]
+    lines += [
              "| kind | drawn | " + " | ".join(columns) + " |", "| --- " * (len(columns) + 2) + "|"]
     for kind in sorted({f.kind for f, _ in judged}) + ["all"]:
         row = [sum(n for (k, h), n in counts.items() if kind in (k, "all") and h == c) for c in columns]
