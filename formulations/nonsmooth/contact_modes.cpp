@@ -7,51 +7,9 @@
 #include <numeric>
 
 #include "formulations/nonsmooth/contact_problem.hpp"
+#include "numerics/least_squares.hpp"
 
 namespace freeplay {
-namespace {
-
-/// Least |K x − y| over x ≥ 0 (Lawson and Hanson, Solving Least Squares Problems, 1974, chapter 23). Columns of K
-/// are scaled by whoever calls.
-void nonnegative_least_squares(const Eigen::MatrixXd& K, const Eigen::VectorXd& y, Eigen::VectorXd& x,
-                               double none) {
-  const auto n = K.cols();
-  x.setZero(n);
-  std::vector<Eigen::Index> in;
-  Eigen::VectorXd gradient;
-  for (Eigen::Index pass = 0; pass < 3 * n + 3; ++pass) {
-    gradient = K.transpose() * (y - K * x);
-    Eigen::Index best = -1;
-    for (Eigen::Index j = 0; j < n; ++j)
-      if (std::ranges::find(in, j) == in.end() && gradient[j] > none &&
-          (best < 0 || gradient[j] > gradient[best]))
-        best = j;
-    if (best < 0) return;
-    in.push_back(best);
-    for (Eigen::Index inner = 0; inner <= n; ++inner) {
-      const Eigen::VectorXd s = K(Eigen::all, in).completeOrthogonalDecomposition().solve(y);
-      double step = 1;
-      for (std::size_t i = 0; i < in.size(); ++i)
-        if (s[static_cast<Eigen::Index>(i)] < 0) {
-          const double from = x[in[i]], to = s[static_cast<Eigen::Index>(i)];
-          step = std::min(step, from > 0 ? from / (from - to) : 0);
-        }
-      for (std::size_t i = 0; i < in.size(); ++i)
-        x[in[i]] += step * (s[static_cast<Eigen::Index>(i)] - x[in[i]]);
-      if (step == 1) break;
-      const auto before = in.size();
-      std::erase_if(in, [&](Eigen::Index j) {
-        if (x[j] > 1e-15 * x.maxCoeff()) return false;
-        x[j] = 0;
-        return true;
-      });
-      if (in.size() == before || in.empty()) break;
-    }
-  }
-}
-
-}  // namespace
-
 int ContactProblem::label_islands(std::vector<int>& label) const {
   const auto n = unknowns.size();
   label.resize(n);

@@ -6,6 +6,12 @@
 #include <utility>
 
 namespace freeplay {
+namespace {
+
+/// D_NN D_TT − D_NT² over D_NN D_TT, below which the two rows of a contact see one freedom.
+constexpr double same_freedom = 1e-12;
+
+}  // namespace
 
 void ContactSolution::count(Work& work, Extremes& extremes) const {
   work.pivots += pivots;
@@ -25,6 +31,8 @@ void ContactProblem::reserve(int size) {
 std::array<ContactProblem::Way, 4> ContactProblem::order() const {
   using enum Way;
   const auto n = static_cast<int>(unknowns.size());
+  if (n == 1 && singular_pair())
+    return {closed_form, lemke, newton, none};  // which impulses is a rule, no solver's
   switch (solver_) {
     case LcpSolver::enumeration:
       return n <= most_for_enumeration ? std::array{enumeration, lemke, newton, gauss_seidel}
@@ -77,6 +85,7 @@ ContactSolution ContactProblem::solve() {
   s.solved = false;
   if (static_cast<int>(unknowns.size()) > most_for_lemke && solver_ == LcpSolver::automatic &&
       by_islands(s)) {
+    if (least && s.solved) take_least();
     s.residual_rate = residual();
     s.residual = size > 0 ? s.residual_rate / size : s.residual_rate;
     return s;
@@ -115,6 +124,15 @@ ContactSolution ContactProblem::solve() {
     s.solved = true;
   }
   s.solved = s.solved || (std::isfinite(size) && D.topLeftCorner(rows, rows).allFinite() && by_modes(s));
+  if (least && std::isfinite(size) && D.topLeftCorner(rows, rows).allFinite()) {
+    const auto found = unknowns;
+    const double left = s.solved ? residual() : INFINITY;
+    // Rounding may leave the least impulses with more than the solver's left: they have the same rates then.
+    if (take_least() && residual() <= std::max({accepted, attainable(), left}))
+      s.solved = true;
+    else
+      unknowns = found;
+  }
   s.residual_rate = residual();
   s.residual = size > 0 ? s.residual_rate / size : s.residual_rate;
   if (s.solved && doubtful()) {
@@ -213,22 +231,38 @@ bool ContactProblem::one(ContactUnknown& c, double bn, double bt, double Dnn, do
     return true;
   }
   const double determinant = Dnn * Dtt - Dnt * Dnt;
+  const bool regular = determinant > same_freedom * Dnn * Dtt;
   const double Pn = (-bn * Dtt + bt * Dnt) / determinant, Pt = (-bt * Dnn + bn * Dnt) / determinant;
-  if (determinant > 0 && Pn >= 0 && std::abs(Pt) <= c.bound + c.friction * Pn) {
+  if (regular && Pn >= 0 && std::abs(Pt) <= c.bound + c.friction * Pn) {
     c.impulse_n = Pn;
     c.impulse_t = Pt;
     return true;
   }
+  // Where both rows see one freedom sticking is an end of sliding: of both ends the one with the least impulse.
+  bool found = false;
   for (double s : {1.0, -1.0}) {
     const double slope = Dnn - s * c.friction * Dnt;
-    if (!(slope > 0)) continue;
+    if (!(slope > (regular ? 0 : same_freedom * Dnn))) continue;
     const double P = (-bn + s * c.bound * Dnt) / slope, T = -s * (c.bound + c.friction * P);
-    if (P < 0 || s * (bt + Dnt * P + Dtt * T) < 0) continue;
+    const double none = regular ? 0 : same_freedom * (std::abs(bt) + std::abs(Dnt * P) + std::abs(Dtt * T));
+    if (P < 0 || s * (bt + Dnt * P + Dtt * T) < -none) continue;
+    if (found && P > c.impulse_n * (1 - same_freedom)) {
+      if (P < c.impulse_n * (1 + same_freedom)) c.impulse_t = 0;  // friction moves nothing
+      continue;
+    }
     c.impulse_n = P;
     c.impulse_t = T;
-    return true;
+    found = true;
+    if (regular) break;
   }
-  return false;
+  return found;
+}
+
+bool ContactProblem::singular_pair() const {
+  const auto& c = unknowns.front();
+  if (c.normal < 0 || c.tangent < 0) return false;
+  const double nn = D(c.normal, c.normal), tt = D(c.tangent, c.tangent), nt = D(c.normal, c.tangent);
+  return nn * tt - nt * nt <= same_freedom * nn * tt;
 }
 
 double ContactProblem::rate(int row) const {

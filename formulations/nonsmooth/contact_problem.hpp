@@ -77,6 +77,8 @@ class ContactProblem {
   static constexpr int most_for_enumeration = 6;  // 4⁶ cases
   static constexpr int most_for_lemke = 6;
   static constexpr int most_for_modes = 8;  // 4⁸ cases, when they are needed
+  static constexpr int most_for_least = 4;  // 6⁴ cases in expansion
+  static constexpr int most_for_least_of_mode = 16;
 
   explicit ContactProblem(LcpSolver solver = LcpSolver::automatic, double tolerance = 1e-10)
       : solver_(solver), tolerance_(tolerance), lemke_(0) {}
@@ -107,6 +109,8 @@ class ContactProblem {
   /// contacts share are never unique), up to `most` of them. A contact's force is looked for in the cone of its
   /// mode by nonnegative least squares, so that shared forces are found wherever there are some.
   ContactModes modes(int most) const;
+  /// Numbers the islands of unknowns that D couples, and how many they are.
+  int label_islands(std::vector<int>& label) const;
   /// How many there are to try.
   long number_of_modes() const;
   /// Of each island (unknowns coupled by D) with a doubtful contact its modes, and its unknowns in `members`.
@@ -116,6 +120,10 @@ class ContactProblem {
   long modes_left = 200'000;
   ///@}
 
+  /// Take the least impulses that the laws admit (contact_least.cpp), in problems that are solved seldom: those of
+  /// impacts. Of islands of up to most_for_least unknowns over all motions, of up to most_for_least_of_mode over the
+  /// motion that the solver found; larger ones stay as it left them.
+  bool least = false;
   std::vector<ContactUnknown> unknowns;
   int rows = 0;
   Eigen::MatrixXd D;
@@ -135,12 +143,15 @@ class ContactProblem {
   bool by_lemke(int& pivots);
   bool by_copositive_lemke(double accepted, int& pivots);
   void make_room(int n);
-  /// Numbers the islands of unknowns that D couples, and takes one out.
-  int label_islands(std::vector<int>& label) const;
+  /// Takes one out of the islands.
   ContactProblem island(const std::vector<int>& label, int which, std::vector<int>& members) const;
   bool by_islands(ContactSolution& s);
   bool by_modes(ContactSolution& s);
   bool proximal(double accepted, int& pivots);
+  bool take_least();
+  bool take_least_of_island();
+  /// One contact whose two rows see one freedom (or none tangentially).
+  bool singular_pair() const;
 
   LcpSolver solver_;
   double tolerance_, least_scale_ = 0;

@@ -69,6 +69,11 @@ void EventDriven::tell(std::vector<std::string>& notes) const {
     notes.push_back(
         "DOUBTFUL: forces of contacts that are decided together jump within steps: their impulses over an interval may "
         "miss some per cent");
+  if (dynamics_.wedged > 0)
+    notes.push_back(fmt::format(
+        "{} impacts of several contacts took Poisson's ratios of impulses: friction between them lets no ratios give "
+        "the energetic law's works",
+        dynamics_.wedged));
   if (dynamics_.undecided > 0) notes.push_back(undecided_note(dynamics_.undecided));
   double rounded = 0;
   for (int k = 0; k < dynamics_.system().contacts(); ++k) rounded = std::max(rounded, rounding(k));

@@ -45,6 +45,7 @@ std::string EventDynamics::strike(Vector& x, double t, const std::vector<int>& s
   const auto reason = impact_.solve(K_, rhs_, used_, struck_);
   impact_.solution().count(work, extremes);
   undecided += impact_.solution().undecided;
+  wedged += impact_.wedged();
   if (!reason.empty()) return reason;
   // What the solver leaves of the laws is no approach.
   speed_tolerance_ = std::max(speed_tolerance_, 2 * impact_.solution().residual_rate);

@@ -157,6 +157,7 @@ class EventDynamics {
   Extremes extremes;
   double contact_loss = 0, stabilisation = 0;  ///< J
   long undecided = 0;                          ///< problems whose uniqueness was not decided
+  long wedged = 0;                             ///< impacts that took Poisson's ratios for the energetic law's
   long unreported = 0;                         ///< instants at which report() found no forces
 
   template <class M>
@@ -165,7 +166,7 @@ class EventDynamics {
     for (auto& c : contacts_) m(c);
     for (auto& p : preloaded_) m(p);
     m(phases, together_, saddle_, speed_tolerance_, slide_tolerance_, a_, work, extremes, contact_loss,
-      stabilisation, undecided, status_.modes_left, impact_.modes_left());
+      stabilisation, undecided, wedged, status_.modes_left, impact_.modes_left());
   }
 
  private:

@@ -6,64 +6,9 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace freeplay {
+#include "formulations/nonsmooth/routh.hpp"
 
-/// Along P_N the rates are piecewise linear,
-///
-///     du_N/dP = D_NN + c D_NT,   du_T/dP = D_NT + c D_TT,
-///     c = −μ sgn u_T while slipping,   c = −D_NT/D_TT while sticking,
-///
-/// and sticking needs |c| ≤ μ; else slip starts anew the way D_NT drives.
-void routh_impact(double Dnn, double Dnt, double Dtt, double u_n, double u_t, double mu, double e, double& P,
-                  double& T) {
-  P = T = 0;
-  if (!(u_n < 0)) return;
-  double work = 0, wanted = INFINITY;  // of the normal impulse; `wanted` once compression is over
-  const double stick = Dtt > 0 ? -Dnt / Dtt : 0;
-  for (int phase = 0; phase < 12; ++phase) {
-    double c = 0;
-    if (Dtt > 0) {
-      if (u_t != 0)
-        c = u_t > 0 ? -mu : mu;
-      else
-        c = std::abs(stick) <= mu ? stick : std::copysign(mu, stick);
-    }
-    const double rise_n = Dnn + c * Dnt, rise_t = Dtt > 0 ? Dnt + c * Dtt : 0;
-    const bool compressing = std::isinf(wanted);
-    // Length of this piece in P: until slip stops, compression ends, or the work of expansion is done.
-    double length = INFINITY;
-    bool slip_stops = false;
-    if (u_t != 0 && u_t * rise_t < 0) {
-      length = -u_t / rise_t;
-      slip_stops = true;
-    }
-    if (compressing) {
-      if (rise_n > 0 && -u_n / rise_n <= length) {
-        length = -u_n / rise_n;
-        slip_stops = false;
-      }
-    } else {
-      // u_N x + ½ rise x² = what is left.
-      const double left = wanted - work, root = u_n * u_n + 2 * rise_n * left;
-      const double x = 2 * left / (u_n + std::sqrt(std::max(0.0, root)));
-      if (root >= 0 && x <= length) {
-        length = x;
-        slip_stops = false;
-      }
-    }
-    if (!std::isfinite(length)) return;
-    work += u_n * length + 0.5 * rise_n * length * length;
-    P += length;
-    T += c * length;
-    u_n += rise_n * length;
-    u_t = slip_stops || (u_t == 0 && std::abs(stick) <= mu) ? 0 : u_t + rise_t * length;
-    if (slip_stops) continue;
-    if (!compressing) return;
-    u_n = 0;
-    if (e == 0) return;
-    wanted = work - e * e * work;  // work is negative: compression took it
-  }
-}
+namespace freeplay {
 
 void ImpactProblem::prepare(const std::vector<ImpactContact>& contacts) {
   problem_.unknowns.clear();
@@ -76,148 +21,222 @@ void ImpactProblem::prepare(const std::vector<ImpactContact>& contacts) {
   }
 }
 
-bool ImpactProblem::newton(const Eigen::VectorXd& u, std::vector<ImpactContact>& contacts) {
+/// Adds what an impulse does to the rates.
+void ImpactProblem::act(Eigen::VectorXd& rates, const ImpactContact& by) const {
+  const int m = problem_.rows;
+  rates.head(m) += by.impulse_n * problem_.D.col(by.normal).head(m);
+  if (by.tangent >= 0) rates.head(m) += by.impulse_t * problem_.D.col(by.tangent).head(m);
+}
+
+/// Works of a phase, whose impulses grow together.
+void ImpactProblem::book(const Eigen::VectorXd& from, const Eigen::VectorXd& to,
+                         const std::vector<ImpactContact>& phase) {
+  for (const auto& c : phase) {
+    normal_work_ += 0.5 * c.impulse_n * (from[c.normal] + to[c.normal]);
+    if (c.tangent >= 0) tangential_work_ += 0.5 * c.impulse_t * (from[c.tangent] + to[c.tangent]);
+  }
+}
+
+bool ImpactProblem::solve_problem() {
+  const auto one = problem_.solve();
+  solution_.solved = one.solved;
+  solution_.residual = std::max(solution_.residual, one.residual);
+  solution_.residual_rate = std::max(solution_.residual_rate, one.residual_rate);
+  solution_.pivots += one.pivots;
+  solution_.retries += one.retries;
+  solution_.ambiguous |= one.ambiguous;
+  solution_.undecided |= one.undecided;
+  solution_.impossible |= one.impossible;
+  return one.solved;
+}
+
+bool ImpactProblem::newton(std::vector<ImpactContact>& contacts) {
+  const int m = problem_.rows;
   prepare(contacts);
-  problem_.b.head(problem_.rows) = u.head(problem_.rows);
+  problem_.b.head(m) = before_.head(m);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     auto& x = problem_.unknowns[i];
     const auto& c = contacts[i];
-    if (u[c.normal] >= 0) continue;
-    x.target_n = -c.restitution * u[c.normal];
-    if (c.tangent >= 0) x.target_t = -c.tangential_restitution * u[c.tangent];
+    if (before_[c.normal] >= 0) continue;
+    x.target_n = -c.restitution * before_[c.normal];
+    if (c.tangent >= 0) x.target_t = -c.tangential_restitution * before_[c.tangent];
   }
-  solution_ = problem_.solve();
+  if (!solve_problem()) return false;
+  after_ = before_;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     contacts[i].impulse_n = problem_.unknowns[i].impulse_n;
     contacts[i].impulse_t = problem_.unknowns[i].impulse_t;
+    act(after_, contacts[i]);
   }
-  return solution_.solved;
+  return true;
 }
 
-/// Compression, then expansion with the given ratios of impulses.
-bool ImpactProblem::phases(const Eigen::VectorXd& u, std::vector<ImpactContact>& contacts,
-                           const std::vector<double>& expansion) {
+bool ImpactProblem::compress(const std::vector<ImpactContact>& contacts) {
   const int m = problem_.rows;
   prepare(contacts);
-  problem_.b.head(m) = u.head(m);
-  solution_ = problem_.solve();
-  if (!solution_.solved) return false;
-  after_compression_ = u;
-  for (const auto& x : problem_.unknowns) {
-    after_compression_.head(m) += x.impulse_n * problem_.D.col(x.normal).head(m);
-    if (x.tangent >= 0) after_compression_.head(m) += x.impulse_t * problem_.D.col(x.tangent).head(m);
+  problem_.b.head(m) = before_.head(m);
+  if (!solve_problem()) return false;
+  compression_ = contacts;
+  after_compression_ = before_;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    compression_[i].impulse_n = problem_.unknowns[i].impulse_n;
+    compression_[i].impulse_t = problem_.unknowns[i].impulse_t;
+    act(after_compression_, compression_[i]);
   }
-  compression_n_.clear();
-  compression_t_.clear();
-  for (const auto& x : problem_.unknowns) {
-    compression_n_.push_back(x.impulse_n);
-    compression_t_.push_back(x.impulse_t);
-  }
+  // What has stopped has stopped: rounding left of it would be a motion of its own to expansion.
+  const double none = 1e-10 * before_.cwiseAbs().maxCoeff();
+  for (double& rate : after_compression_)
+    if (std::abs(rate) <= none) rate = 0;
+  return true;
+}
+
+/// Expansion with the given ratios of impulses, after compress().
+bool ImpactProblem::expand(std::vector<ImpactContact>& contacts, const std::vector<double>& expansion) {
+  const int m = problem_.rows;
   prepare(contacts);
   problem_.b.head(m) = after_compression_.head(m);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const double given = expansion[i] * compression_n_[i];
+    const double given = expansion[i] * compression_[i].impulse_n;
     problem_.b.head(m) += given * problem_.D.col(contacts[i].normal).head(m);
     problem_.unknowns[i].bound = contacts[i].friction * given;
   }
-  solution_ = problem_.solve();
+  if (!solve_problem()) return false;
+  expansion_ = contacts;
+  after_ = after_compression_;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    contacts[i].impulse_n =
-        compression_n_[i] + expansion[i] * compression_n_[i] + problem_.unknowns[i].impulse_n;
-    contacts[i].impulse_t = compression_t_[i] + problem_.unknowns[i].impulse_t;
+    expansion_[i].impulse_n = expansion[i] * compression_[i].impulse_n + problem_.unknowns[i].impulse_n;
+    expansion_[i].impulse_t = problem_.unknowns[i].impulse_t;
+    act(after_, expansion_[i]);
+    contacts[i].impulse_n = compression_[i].impulse_n + expansion_[i].impulse_n;
+    contacts[i].impulse_t = compression_[i].impulse_t + expansion_[i].impulse_t;
   }
-  return solution_.solved;
+  return true;
+}
+
+bool ImpactProblem::routh(ImpactContact& c) {
+  const auto& D = problem_.D;
+  const bool rough = c.tangent >= 0;
+  const auto impact = routh_impact(D(c.normal, c.normal), rough ? D(c.normal, c.tangent) : 0,
+                                   rough ? D(c.tangent, c.tangent) : 0, before_[c.normal],
+                                   rough ? before_[c.tangent] : 0, c.friction, c.restitution);
+  c.impulse_n = impact.impulse_n;
+  c.impulse_t = impact.impulse_t;
+  normal_work_ += impact.normal_work;
+  tangential_work_ += impact.tangential_work;
+  solution_.solved = impact.ended;
+  return impact.ended;
 }
 
 /// Poisson's phases with the ratios of expansion iterated until each contact's works stand as −e² : 1, works
-/// taken with the mean rates of a phase.
-bool ImpactProblem::energetic(const Eigen::VectorXd& u, std::vector<ImpactContact>& contacts) {
-  const int m = problem_.rows;
-  if (contacts.size() == 1) {
-    auto& c = contacts.front();
-    const auto& D = problem_.D;
-    const bool rough = c.tangent >= 0;
-    solution_ = {};
-    routh_impact(D(c.normal, c.normal), rough ? D(c.normal, c.tangent) : 0,
-                 rough ? D(c.tangent, c.tangent) : 0, u[c.normal], rough ? u[c.tangent] : 0, c.friction,
-                 c.restitution, c.impulse_n, c.impulse_t);
-    return true;
-  }
-  std::vector<double> ratio;
-  for (const auto& c : contacts) ratio.push_back(c.restitution);
-  for (int i = 0; i < 200; ++i) {
-    if (!phases(u, contacts, ratio)) return false;
-    Eigen::VectorXd end = u;
-    for (const auto& c : contacts) {
-      end.head(m) += c.impulse_n * problem_.D.col(c.normal).head(m);
-      if (c.tangent >= 0) end.head(m) += c.impulse_t * problem_.D.col(c.tangent).head(m);
-    }
+/// taken with the mean rates of a phase. Where friction wedges what expands no ratios may do that: then Poisson's.
+bool ImpactProblem::energetic(std::vector<ImpactContact>& contacts) {
+  constexpr int most = 40;
+  if (!compress(contacts)) return false;
+  std::vector<double> poisson, ratio;
+  for (const auto& c : contacts) poisson.push_back(c.restitution);
+  ratio = poisson;
+  const double none = 1e-9 * before_.cwiseAbs().maxCoeff();
+  for (int i = 0; i < most; ++i) {
+    if (!expand(contacts, ratio)) break;
     double change = 0;
     for (std::size_t k = 0; k < contacts.size(); ++k) {
       const int n = contacts[k].normal;
-      const double compressed = 0.5 * compression_n_[k] * (u[n] + after_compression_[n]);
-      if (!(compressed < 0) || contacts[k].restitution == 0) continue;
-      const double mean = 0.5 * (after_compression_[n] + end[n]);
-      if (!(mean > 0)) continue;
-      const double next =
-          contacts[k].restitution * contacts[k].restitution * -compressed / (mean * compression_n_[k]);
+      const double pressed = compression_[k].impulse_n, e = contacts[k].restitution;
+      const double compressed = 0.5 * pressed * (before_[n] + after_compression_[n]);
+      if (!(compressed < 0) || e == 0) continue;
+      const double mean = 0.5 * (after_compression_[n] + after_[n]);
+      // What does not move does no work, whatever its impulse is.
+      const double next = mean > none ? e * e * -compressed / (mean * pressed) : e;
       change = std::max(change, std::abs(next - ratio[k]));
       ratio[k] = 0.5 * (ratio[k] + next);
     }
     if (change <= 1e-13) return true;
+    if (change > 1e3) break;
   }
-  return false;
+  wedged_ = true;
+  return expand(contacts, poisson);
 }
 
-bool ImpactProblem::by_law(const Eigen::VectorXd& u, std::vector<ImpactContact>& contacts) {
+bool ImpactProblem::by_law(std::vector<ImpactContact>& contacts) {
   switch (law_) {
     case ImpactLaw::newton:
-      return newton(u, contacts);
+      if (!newton(contacts)) return false;
+      book(before_, after_, contacts);
+      return true;
+    case ImpactLaw::energetic:
+      if (contacts.size() == 1) return routh(contacts.front());
+      if (!energetic(contacts)) return false;
+      break;
     case ImpactLaw::poisson: {
       std::vector<double> ratio;
       for (const auto& c : contacts) ratio.push_back(c.restitution);
-      return phases(u, contacts, ratio);
+      if (!compress(contacts) || !expand(contacts, ratio)) return false;
+      break;
     }
-    case ImpactLaw::energetic:
-      return energetic(u, contacts);
   }
-  throw std::logic_error("no such impact law");
+  book(before_, after_compression_, compression_);
+  book(after_compression_, after_, expansion_);
+  return true;
+}
+
+/// Of contacts that D couples, with problem_.D and before_ theirs.
+std::string ImpactProblem::solve_island(std::vector<ImpactContact>& contacts) {
+  const double normal = normal_work_, tangential = tangential_work_;
+  if (by_law(contacts)) return "";
+  normal_work_ = normal;
+  tangential_work_ = tangential;
+  // Without restitution there always is a solution (see by_copositive_lemke).
+  auto soft = contacts;
+  for (auto& c : soft) c.restitution = c.tangential_restitution = 0;
+  if (contacts.size() < 2 || !newton(soft))
+    return fmt::format(
+        "the impact of {} contacts was not solved by any solver, nor without restitution (residual {:.2g} of the "
+        "greatest rate); whether it has a solution is not known",
+        contacts.size(), solution_.residual);
+  inelastic_ = true;
+  book(before_, after_, soft);
+  for (std::size_t i = 0; i < soft.size(); ++i) {
+    contacts[i].impulse_n = soft[i].impulse_n;
+    contacts[i].impulse_t = soft[i].impulse_t;
+  }
+  return "";
 }
 
 std::string ImpactProblem::solve(const Eigen::MatrixXd& D, const Eigen::VectorXd& u, int rows,
                                  std::vector<ImpactContact>& contacts) {
+  solution_ = {};
+  inelastic_ = wedged_ = false;
+  normal_work_ = tangential_work_ = 0;
   problem_.reserve(rows);
   problem_.rows = rows;
   problem_.D.topLeftCorner(rows, rows) = D.topLeftCorner(rows, rows);
-  inelastic_ = false;
-  if (!by_law(u, contacts)) {
-    if (solution_.solved) return "the works of simultaneous impacts do not converge to their ratios";
-    // Without restitution there always is a solution (see by_copositive_lemke).
-    auto soft = contacts;
-    for (auto& c : soft) c.restitution = c.tangential_restitution = 0;
-    inelastic_ = contacts.size() > 1 && newton(u, soft);
-    if (!inelastic_)
-      return fmt::format(
-          "the impact of {} contacts was not solved by any solver, nor without restitution (residual {:.2g} of the "
-          "greatest rate); whether it has a solution is not known",
-          contacts.size(), solution_.residual);
-    for (std::size_t i = 0; i < soft.size(); ++i) {
-      contacts[i].impulse_n = soft[i].impulse_n;
-      contacts[i].impulse_t = soft[i].impulse_t;
-    }
-  }
-  normal_work_ = tangential_work_ = 0;
-  for (const auto& c : contacts) {
-    const auto mean = [&](int row) {
-      double change = 0;
-      for (const auto& o : contacts) {
-        change += D(row, o.normal) * o.impulse_n;
-        if (o.tangent >= 0) change += D(row, o.tangent) * o.impulse_t;
+  prepare(contacts);
+  std::vector<int> label, of;
+  const int islands = problem_.label_islands(label);
+  std::vector<ImpactContact> part;
+  for (int k = 0; k < islands; ++k) {
+    part.clear();
+    of.clear();
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      if (label[i] != k) continue;
+      part.push_back(contacts[i]);
+      for (int* row : {&part.back().normal, &part.back().tangent}) {
+        if (*row < 0) continue;
+        of.push_back(*row);
+        *row = static_cast<int>(of.size()) - 1;
       }
-      return u[row] + 0.5 * change;
-    };
-    normal_work_ += c.impulse_n * mean(c.normal);
-    if (c.tangent >= 0) tangential_work_ += c.impulse_t * mean(c.tangent);
+    }
+    problem_.rows = static_cast<int>(of.size());
+    problem_.D.topLeftCorner(problem_.rows, problem_.rows) = D(of, of);
+    before_ = u(of);
+    if (auto reason = solve_island(part); !reason.empty()) return reason;
+    auto from = part.begin();
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      if (label[i] != k) continue;
+      contacts[i].impulse_n = from->impulse_n;
+      contacts[i].impulse_t = from->impulse_t;
+      ++from;
+    }
   }
   return "";
 }

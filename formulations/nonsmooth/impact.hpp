@@ -11,8 +11,12 @@
 //   energetic  W_expansion = −e² W_compression,   W the work of the normal impulse in a phase
 //              (Stronge, Proc. R. Soc. Lond. A 431 (1990) 169). One contact alone is integrated along its
 //              normal impulse (Routh), with slip, stick and reversal: exact, and never raises the energy.
-//              Several at once take poisson's phases, with each contact's share of expansion iterated until
-//              its own works stand in that ratio.
+//              Several that D couples take poisson's phases, with each contact's share of expansion iterated until
+//              its own works stand in that ratio; where friction lets none, Poisson's.
+//
+// Contacts that D does not couple are impacts of their own. Where the laws admit several impulses the least are taken
+// (contact_least.cpp), in each phase. Works are those along the impact: of each phase its impulse times the mean of the
+// rates at its ends, not the whole impulse times the mean over all, between which slip may have turned round.
 #pragma once
 
 #include <Eigen/Core>
@@ -34,7 +38,9 @@ struct ImpactContact {
 /// try.
 class ImpactProblem {
  public:
-  ImpactProblem(ImpactLaw law, LcpSolver solver, double tolerance) : law_(law), problem_(solver, tolerance) {}
+  ImpactProblem(ImpactLaw law, LcpSolver solver, double tolerance) : law_(law), problem_(solver, tolerance) {
+    problem_.least = true;
+  }
 
   /// Solves for the impulses; `u` are the rates before. An empty text, or why there are none.
   std::string solve(const Eigen::MatrixXd& D, const Eigen::VectorXd& u, int rows,
@@ -47,27 +53,31 @@ class ImpactProblem {
   /// The last solve took e = 0, for no impulses were found that keep the law: contacts that share a body between
   /// walls may be asked for rates that cannot be had together, as a disc in a channel of its own width.
   bool inelastic() const { return inelastic_; }
+  /// The last solve by the energetic law took Poisson's ratios, for friction between several contacts lets no ratios
+  /// give their works.
+  bool wedged() const { return wedged_; }
   long& modes_left() { return problem_.modes_left; }
 
  private:
-  bool by_law(const Eigen::VectorXd& u, std::vector<ImpactContact>& contacts);
-  bool newton(const Eigen::VectorXd& u, std::vector<ImpactContact>& contacts);
-  bool phases(const Eigen::VectorXd& u, std::vector<ImpactContact>& contacts,
-              const std::vector<double>& expansion);
-  bool energetic(const Eigen::VectorXd& u, std::vector<ImpactContact>& contacts);
+  std::string solve_island(std::vector<ImpactContact>& contacts);
+  bool by_law(std::vector<ImpactContact>& contacts);
+  bool newton(std::vector<ImpactContact>& contacts);
+  bool compress(const std::vector<ImpactContact>& contacts);
+  bool expand(std::vector<ImpactContact>& contacts, const std::vector<double>& expansion);
+  bool routh(ImpactContact& contact);
+  bool energetic(std::vector<ImpactContact>& contacts);
   void prepare(const std::vector<ImpactContact>& contacts);
+  void act(Eigen::VectorXd& rates, const ImpactContact& by) const;
+  void book(const Eigen::VectorXd& from, const Eigen::VectorXd& to, const std::vector<ImpactContact>& phase);
+  bool solve_problem();
 
   ImpactLaw law_;
-  ContactProblem problem_;
-  ContactSolution solution_;
-  Eigen::VectorXd after_compression_;
-  std::vector<double> compression_n_, compression_t_;
+  ContactProblem problem_;    // of the present island
+  ContactSolution solution_;  // of all islands and phases
+  Eigen::VectorXd before_, after_compression_, after_;
+  std::vector<ImpactContact> compression_, expansion_;
   double normal_work_ = 0, tangential_work_ = 0;
-  bool inelastic_ = false;
+  bool inelastic_ = false, wedged_ = false;
 };
-
-/// Stronge's law for one contact by integration along the normal impulse. D_TT = 0 without friction.
-void routh_impact(double Dnn, double Dnt, double Dtt, double u_n, double u_t, double mu, double e,
-                  double& impulse_n, double& impulse_t);
 
 }  // namespace freeplay

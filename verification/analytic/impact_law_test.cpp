@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "formulations/nonsmooth/impact.hpp"
+#include "formulations/nonsmooth/routh.hpp"
 #include "model/assembly.hpp"
 #include "model/scene.hpp"
 #include "verification/references/impact_tables.hpp"
@@ -141,25 +142,28 @@ TEST_CASE("a single impact integrated along its normal impulse", "[impact]") {
   };
   for (const auto& row : {Row{0.2, 1.5, 1.0, 0.1}, Row{0.2, 1.5, 0.05, 0.4}, Row{-0.9, 2.0, 0.3, 0.2},
                           Row{0.9, 2.0, -0.3, 0.2}, Row{0.5, 1.0, 0.0, 0.8}, Row{0.9, 1.0, 2.0, 0.9}}) {
-    double P, T;
-    routh_impact(1, row.d, row.t, u_n, row.u_t, row.mu, e, P, T);
+    const auto impact = routh_impact(1, row.d, row.t, u_n, row.u_t, row.mu, e);
     // The same by small steps of the normal impulse, with the friction of each step decided afresh.
-    double n = u_n, s = row.u_t, p = 0, q = 0, work = 0, compressed = 0;
+    double n = u_n, s = row.u_t, p = 0, q = 0, work = 0, rubbed = 0, compressed = 0;
     const double dP = 1e-6;
     while (n < 0 || work < compressed * (1 - e * e)) {
       double c = s > 1e-9    ? -row.mu
                  : s < -1e-9 ? row.mu
                              : std::clamp(-(row.d + s / dP) / row.t, -row.mu, row.mu);
-      const double before = n;
+      const double before = n, slid = s;
       n += dP * (1 * 1 + c * row.d);
       s += dP * (row.d + c * row.t);
       p += dP;
       q += c * dP;
       work += 0.5 * (before + n) * dP;
+      rubbed += 0.5 * (slid + s) * c * dP;
       if (n <= 0) compressed = work;
     }
     CAPTURE(row.d, row.t, row.u_t, row.mu);
-    CHECK(P == Approx(p).epsilon(1e-5));
-    CHECK(T == Approx(q).margin(1e-5 * p));
+    REQUIRE(impact.ended);
+    CHECK(impact.impulse_n == Approx(p).epsilon(1e-5));
+    CHECK(impact.impulse_t == Approx(q).margin(1e-5 * p));
+    CHECK(impact.normal_work == Approx(work).epsilon(1e-5));
+    CHECK(impact.tangential_work == Approx(rubbed).margin(1e-5 * -work));
   }
 }

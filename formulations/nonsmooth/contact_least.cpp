@@ -1,0 +1,268 @@
+// Which impulses are taken where the laws admit several: contacts share their loads, or see fewer freedoms than they
+// have rows (a lever on a stop sees one), and D is singular; or friction admits several motions. Taken are the least,
+//
+//     Σ D_NN P_N² + η² Σ D_TT P_T²  →  min,   η = 1e-3,
+//
+// over all that the laws admit. For each motion these are a convex set, so the least are one, whatever solver, order
+// of contacts or mirror image asked. Normal impulses count before tangential ones: friction that may help to stop the
+// contact does so, as it does along the impact while the contact slides, and in the direction that dissipates.
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "formulations/nonsmooth/contact_problem.hpp"
+#include "numerics/least_squares.hpp"
+
+namespace freeplay {
+namespace {
+
+/// What a contact does: pressed or not, and its tangent; right: it slides with u_T > 0. A contact without pressure still
+/// rubs where it has a bound of its own, as in expansion.
+struct Doing {
+  bool pressed;
+  enum class Slide { none, stick, right, left } slide;
+};
+using Slide = Doing::Slide;
+
+std::vector<Doing> choices(const ContactUnknown& c) {
+  std::vector<Doing> list;
+  const auto rub = [&](bool pressed) {
+    for (const auto slide : {Slide::stick, Slide::right, Slide::left}) list.push_back({pressed, slide});
+  };
+  if (c.normal < 0 || (c.tangent >= 0 && c.bound > 0))
+    rub(false);
+  else
+    list.push_back({false, Slide::none});
+  if (c.normal < 0) return list;
+  if (c.tangent >= 0)
+    rub(true);
+  else
+    list.push_back({true, Slide::none});
+  return list;
+}
+
+/// The problem in units of one: rows and impulses by √D_rr, all by the greatest rate.
+struct Scaled {
+  struct Contact {
+    int normal, tangent;
+    double friction, bound, target_n, target_t;
+  };
+  std::vector<Contact> contacts;
+  Eigen::MatrixXd D;
+  Eigen::VectorXd b, root, weight;
+  double unit = 0;
+
+  explicit Scaled(const ContactProblem& p) {
+    const int m = p.rows;
+    root = p.D.diagonal().head(m).cwiseAbs();
+    // A row that nothing moves is a constant rate.
+    root = root.cwiseMax(1e-14 * root.maxCoeff()).cwiseSqrt();
+    D = p.D.topLeftCorner(m, m);
+    for (int r = 0; r < m; ++r)
+      for (int s = 0; s < m; ++s) D(r, s) /= root[r] * root[s];
+    b = p.b.head(m).cwiseQuotient(root);
+    weight.setOnes(m);
+    unit = b.cwiseAbs().maxCoeff();
+    for (const auto& u : p.unknowns) {
+      const double n = u.normal >= 0 ? root[u.normal] : 1, t = u.tangent >= 0 ? root[u.tangent] : 1;
+      contacts.push_back(
+          {u.normal, u.tangent, u.friction * t / n, u.bound * t, u.target_n / n, u.target_t / t});
+      unit = std::max({unit, std::abs(u.target_n / n), u.tangent >= 0 ? std::abs(u.target_t / t) : 0});
+      if (u.tangent >= 0) weight[u.tangent] = 1e-3;
+    }
+    if (!(unit > 0)) unit = 1;
+    b /= unit;
+    for (auto& c : contacts) {
+      c.bound /= unit;
+      c.target_n /= unit;
+      c.target_t /= unit;
+    }
+  }
+};
+
+constexpr double rounding = 1e-11;  // of rates and impulses of size one
+
+/// Rows `a` x + c ≥ 0 of a mode, by all unknowns P = E x + f of it.
+struct Mode {
+  const Scaled& p;
+  Eigen::MatrixXd E;
+  Eigen::VectorXd f;
+  std::vector<Eigen::VectorXd> rows;  // of P
+  std::vector<double> constants;
+  std::vector<int> zero;
+  std::vector<double> zero_at;
+
+  explicit Mode(const Scaled& problem) : p(problem) {}
+
+  void at_least(const Eigen::VectorXd& row, double constant) {
+    rows.push_back(row);
+    constants.push_back(constant);
+  }
+
+  void pose(const std::vector<Doing>& ways) {
+    const auto m = p.b.size();
+    rows.clear();
+    constants.clear();
+    zero.clear();
+    zero_at.clear();
+    f.setZero(m);
+    E.setZero(m, m);
+    Eigen::Index x = 0;
+    for (std::size_t i = 0; i < ways.size(); ++i) {
+      const auto& c = p.contacts[i];
+      const auto [pressed, slide] = ways[i];
+      const double side = slide == Slide::right ? -1 : slide == Slide::left ? 1 : 0;  // of the friction
+      if (pressed) {
+        zero.push_back(c.normal);
+        zero_at.push_back(c.target_n);
+        E(c.normal, x) = 1;
+        if (side != 0) E(c.tangent, x) = side * c.friction;
+        ++x;
+        at_least(unit(c.normal), 0);
+      } else if (c.normal >= 0) {
+        at_least(p.D.row(c.normal), p.b[c.normal] - c.target_n);
+      }
+      if (side != 0) {
+        f[c.tangent] = side * c.bound;
+        at_least(-side * p.D.row(c.tangent), -side * (p.b[c.tangent] - c.target_t));
+      } else if (slide == Slide::stick) {
+        zero.push_back(c.tangent);
+        zero_at.push_back(c.target_t);
+        E(c.tangent, x++) = 1;
+        for (const double sign : {1.0, -1.0}) {
+          Eigen::VectorXd row = sign * unit(c.tangent);
+          if (c.normal >= 0) row[c.normal] = c.friction;
+          at_least(row, c.bound);
+        }
+      }
+    }
+    E.conservativeResize(m, x);
+  }
+
+  Eigen::VectorXd unit(int row) const { return Eigen::VectorXd::Unit(p.b.size(), row); }
+
+  /// The least impulses of the mode, or false where it admits none.
+  bool least(Eigen::VectorXd& P) const {
+    const auto k = static_cast<Eigen::Index>(zero.size());
+    Eigen::VectorXd x(E.cols());
+    Eigen::MatrixXd free;  // directions of x that leave the rates of `zero`
+    if (k > 0) {
+      const Eigen::MatrixXd K = p.D(zero, Eigen::all) * E;
+      Eigen::VectorXd y = -p.b(zero) - p.D(zero, Eigen::all) * f;
+      for (Eigen::Index r = 0; r < k; ++r) y[r] += zero_at[r];
+      Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
+      solver.setThreshold(1e-10);
+      solver.compute(K);
+      x = solver.solve(y);
+      if (!((K * x - y).cwiseAbs().maxCoeff() <= rounding * (1 + x.cwiseAbs().maxCoeff()))) return false;
+      const auto rank = solver.rank();
+      if (rank < x.size()) free = solver.matrixZ().adjoint().rightCols(x.size() - rank);
+      if (rank < x.size()) free = solver.colsPermutation() * free;
+    }
+    P = E * x + f;
+    const double none = rounding * (1 + P.cwiseAbs().maxCoeff());
+    const auto n = static_cast<Eigen::Index>(rows.size());
+    if (free.size() == 0) {
+      for (Eigen::Index i = 0; i < n; ++i)
+        if (rows[i].dot(P) + constants[i] < -none) return false;
+      return true;
+    }
+    // |W(P + E free s)| with W E free = Q R, r = R s + QᵀWP: the least r with G r ≥ h.
+    const Eigen::MatrixXd move = E * free;
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(p.weight.asDiagonal() * move);
+    const auto d = free.cols();
+    const Eigen::MatrixXd R = qr.matrixQR().topLeftCorner(d, d).triangularView<Eigen::Upper>();
+    const Eigen::MatrixXd Q = qr.householderQ() * Eigen::MatrixXd::Identity(P.size(), d);
+    const Eigen::VectorXd offset = Q.transpose() * p.weight.cwiseProduct(P);
+    // P = P₀ + step (r − offset)
+    const Eigen::MatrixXd step = R.triangularView<Eigen::Upper>().solve<Eigen::OnTheRight>(move);
+    const Eigen::VectorXd base = P - step * offset;
+    Eigen::MatrixXd G(n, d);
+    Eigen::VectorXd h(n), r;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      G.row(i) = rows[i].transpose() * step;
+      h[i] = -constants[i] - rows[i].dot(base);
+      const double length = G.row(i).norm();
+      if (length <= 1e-10 * rows[i].norm()) {  // a row that the impulses do not change
+        if (h[i] > none) return false;
+        G.row(i).setZero();
+        h[i] = -1;
+        continue;
+      }
+      G.row(i) /= length;
+      h[i] /= length;
+    }
+    if (!least_distance(G, h, none, r)) return false;
+    P = base + step * r;
+    for (Eigen::Index i = 0; i < n; ++i)
+      if (rows[i].dot(P) + constants[i] < -10 * none) return false;
+    return true;
+  }
+};
+
+}  // namespace
+
+/// Of an island: the least over all its modes or, where they are too many, over the mode of the impulses given.
+bool ContactProblem::take_least_of_island() {
+  const Scaled scaled(*this);
+  Mode mode(scaled);
+  const auto n = unknowns.size();
+  std::vector<std::vector<Doing>> all(n);
+  for (std::size_t i = 0; i < n; ++i) all[i] = choices(unknowns[i]);
+  if (n > most_for_least) {
+    const double none = 1e-8 * scale();
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto& c = unknowns[i];
+      const bool pressed = c.normal >= 0 && rate(c.normal) - c.target_n <= none;
+      const double u = c.tangent >= 0 ? rate(c.tangent) - c.target_t : 0;
+      const auto slide = c.tangent < 0 ? Slide::none
+                         : u > none    ? Slide::right
+                         : u < -none   ? Slide::left
+                                       : Slide::stick;
+      std::erase_if(all[i], [&](const Doing& doing) {
+        return doing.pressed != pressed || (doing.slide != Slide::none && doing.slide != slide);
+      });
+    }
+  }
+  std::vector<Doing> ways(n);
+  std::vector<std::size_t> at(n, 0);
+  Eigen::VectorXd P, best;
+  double least = INFINITY;
+  for (std::size_t i = 0; i < n;) {
+    for (std::size_t k = 0; k < n; ++k) ways[k] = all[k][at[k]];
+    mode.pose(ways);
+    if (mode.least(P))
+      if (const double length = scaled.weight.cwiseProduct(P).norm(); length < least * (1 - 1e-9)) {
+        least = length;
+        best = P;
+      }
+    for (i = 0; i < n && ++at[i] == all[i].size(); ++i) at[i] = 0;
+  }
+  if (best.size() == 0) return false;
+  best = scaled.unit * best.cwiseQuotient(scaled.root);
+  for (auto& c : unknowns) {
+    c.impulse_n = c.normal >= 0 ? std::max(0.0, best[c.normal]) : 0;
+    c.impulse_t = c.tangent >= 0 ? best[c.tangent] : 0;
+  }
+  return true;
+}
+
+bool ContactProblem::take_least() {
+  std::vector<int> label, members;
+  const int islands = label_islands(label);
+  bool found = true;
+  for (int k = 0; k < islands; ++k) {
+    auto part = island(label, k, members);
+    if (members.size() > most_for_least_of_mode || !part.take_least_of_island()) {
+      found = false;
+      continue;
+    }
+    for (std::size_t i = 0; i < members.size(); ++i) {
+      unknowns[members[i]].impulse_n = part.unknowns[i].impulse_n;
+      unknowns[members[i]].impulse_t = part.unknowns[i].impulse_t;
+    }
+  }
+  return found;
+}
+
+}  // namespace freeplay

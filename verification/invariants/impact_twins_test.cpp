@@ -1,0 +1,144 @@
+// Impulses that are not unique: a lever on a stop in closed form, and random impacts against their mirror images and
+// other units of time, by every solver and law.
+#include <Eigen/Core>
+#include <catch2/catch.hpp>
+
+#include <random>
+
+#include "formulations/nonsmooth/impact.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+constexpr LcpSolver solvers[] = {LcpSolver::automatic, LcpSolver::enumeration, LcpSolver::lemke,
+                                 LcpSolver::gauss_seidel, LcpSolver::newton};
+constexpr ImpactLaw laws[] = {ImpactLaw::newton, ImpactLaw::poisson, ImpactLaw::energetic};
+
+struct Impact {
+  Eigen::MatrixXd D;
+  Eigen::VectorXd u;
+  std::vector<ImpactContact> contacts;
+};
+
+/// One to four contacts on one to six freedoms, so that D is singular in most.
+Impact random_impact(std::mt19937& engine, int trial) {
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const int n = 1 + trial % 4, freedoms = 1 + trial / 4 % 6;
+  Eigen::MatrixXd W = Eigen::MatrixXd::NullaryExpr(2 * n, freedoms, [&] { return uniform(engine); });
+  const Eigen::VectorXd v = Eigen::VectorXd::NullaryExpr(freedoms, [&] { return uniform(engine); });
+  Impact impact;
+  for (int i = 0; i < n; ++i) {
+    if (W.row(2 * i).dot(v) > 0) W.row(2 * i) *= -1;
+    ImpactContact c;
+    c.normal = 2 * i;
+    c.tangent = 2 * i + 1;
+    c.friction = uniform(engine) < -0.8 ? 0 : 0.6 + 0.6 * uniform(engine);
+    c.restitution = 0.5 + 0.5 * uniform(engine);
+    impact.contacts.push_back(c);
+  }
+  impact.D = W * W.transpose();
+  impact.u = W * v;
+  return impact;
+}
+
+}  // namespace
+
+TEST_CASE("a lever on a stop: every law by every solver and in the mirror", "[impact][twins]") {
+  // 1 kg and 0.1 kg m² pinned 0.3 m beside and 0.2 m above the contact sees one freedom: D = w wᵀ/I, w = (a, ±b),
+  // I = 0.23 kg m². Sliding goes on through compression, μ|ab| helps; in expansion it resists (Routh):
+  //   P_C = −u⁻ I/(a² + μab), u⁺ = e P_C (a² − μab)/I by Poisson; by Stronge ½ r P_E² = e² ½ |u⁻| P_C, r = (a² − μab)/I;
+  //   Newton's u⁺ = −e u⁻ needs P = (1 + e)|u⁻|/r.
+  const double a = 0.3, b = 0.2, I = 0.23, e = 0.5, mu = 0.8, u = -0.6;
+  const double into = (a * a + mu * a * b) / I, out = (a * a - mu * a * b) / I;
+  const double P_C = -u / into, P_E = std::sqrt(e * e * -u * P_C / out);
+  for (const double side : {1.0, -1.0})
+    for (const auto solver : solvers)
+      for (const auto law : laws) {
+        const Eigen::Vector2d w = Eigen::Vector2d(a, side * b) / std::sqrt(I);
+        const Eigen::MatrixXd D = w * w.transpose();
+        const Eigen::VectorXd before = w * (u / w[0]);
+        std::vector<ImpactContact> contacts(1);
+        auto& c = contacts[0];
+        c.normal = 0;
+        c.tangent = 1;
+        c.friction = mu;
+        c.restitution = e;
+        ImpactProblem problem(law, solver, 1e-10);
+        CAPTURE(side, static_cast<int>(solver), static_cast<int>(law));
+        REQUIRE(problem.solve(D, before, 2, contacts).empty());
+        const double after = u + D(0, 0) * c.impulse_n + D(0, 1) * c.impulse_t;
+        const double P = law == ImpactLaw::newton    ? (1 + e) * -u / out
+                         : law == ImpactLaw::poisson ? (1 + e) * P_C
+                                                     : P_C + P_E;
+        const double expected = law == ImpactLaw::newton    ? -e * u
+                                : law == ImpactLaw::poisson ? e * P_C * out
+                                                            : P_E * out;
+        CHECK(c.impulse_n == Approx(P).epsilon(1e-10));
+        CHECK(after == Approx(expected).epsilon(1e-10));
+        if (law == ImpactLaw::newton) continue;
+        // Friction in each phase: μ P times the mean slip, |u_T| = (b/a)|u_N|.
+        const double expansion = law == ImpactLaw::poisson ? e * P_C : P_E;
+        const double rubbed = mu * b / a * 0.5 * (P_C * -u + expansion * expected);
+        CHECK(problem.tangential_work() == Approx(-rubbed).epsilon(1e-9));
+        CHECK(problem.normal_work() == Approx(0.5 * (P_C * u + expansion * expected)).epsilon(1e-9));
+      }
+}
+
+TEST_CASE("a lever stopped without restitution: impulses and friction of both images", "[impact][twins]") {
+  // e = 0: P_N = |u⁻| I/(a² + μab), the friction that helps; friction loses μ P_N |u_T⁻|/2.
+  const double a = 0.3, b = 0.2, I = 0.23, mu = 0.3, u = -0.6, P = -u * I / (a * a + mu * a * b);
+  for (const double side : {1.0, -1.0})
+    for (const auto solver : solvers) {
+      const Eigen::Vector2d w = Eigen::Vector2d(a, side * b) / std::sqrt(I);
+      std::vector<ImpactContact> contacts(1);
+      contacts[0].normal = 0;
+      contacts[0].tangent = 1;
+      contacts[0].friction = mu;
+      ImpactProblem problem(ImpactLaw::newton, solver, 1e-10);
+      REQUIRE(problem.solve(w * w.transpose(), w * (u / w[0]), 2, contacts).empty());
+      CHECK(contacts[0].impulse_n == Approx(P).epsilon(1e-10));
+      CHECK(contacts[0].impulse_t == Approx(side * mu * P).epsilon(1e-10));
+      CHECK(problem.tangential_work() == Approx(-0.5 * mu * P * b / a * -u).epsilon(1e-9));
+    }
+}
+
+TEST_CASE("impacts, their mirror images and other units of time agree, by every solver and law",
+          "[impact][twins]") {
+  // The bound is the issue's: 1e-10 of the greatest approach, 1e4 times what rounding leaves of D.
+  constexpr unsigned seed = 20261122;
+  std::mt19937 engine(seed);
+  int singular = 0, many = 0;
+  for (int trial = 0; trial < 50; ++trial) {
+    const auto given = random_impact(engine, trial);
+    const auto m = given.u.size();
+    const auto n = static_cast<int>(given.contacts.size());
+    singular += 1 + trial / 4 % 6 < m;
+    many += n > 2;
+    double approach = 0;
+    for (int i = 0; i < n; ++i) approach = std::max(approach, -given.u[2 * i]);
+    for (const auto law : laws) {
+      Eigen::VectorXd first;
+      for (const double mirror : {1.0, -1.0})
+        for (const double time : {mirror > 0 ? 1.0 : 1e3})
+          for (const auto solver : solvers) {
+            Eigen::VectorXd sign = Eigen::VectorXd::Ones(m);
+            for (int i = 0; i < n; ++i) sign[2 * i + 1] = mirror;
+            const Eigen::MatrixXd D = sign.asDiagonal() * given.D * sign.asDiagonal();
+            const Eigen::VectorXd u = time * sign.cwiseProduct(given.u);
+            auto contacts = given.contacts;
+            ImpactProblem problem(law, solver, 1e-10);
+            CAPTURE(seed, trial, static_cast<int>(law), static_cast<int>(solver), mirror, time);
+            REQUIRE(problem.solve(D, u, static_cast<int>(m), contacts).empty());
+            Eigen::VectorXd after = u;
+            for (const auto& c : contacts)
+              after += c.impulse_n * D.col(c.normal) + c.impulse_t * D.col(c.tangent);
+            after = sign.cwiseProduct(after) / time;
+            if (first.size() == 0) first = after;
+            CHECK((after - first).cwiseAbs().maxCoeff() <= 1e-10 * approach);
+          }
+    }
+  }
+  CHECK(singular > 25);
+  CHECK(many > 20);
+}
