@@ -36,7 +36,7 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
   response_.resize(static_cast<std::size_t>(rows) * system.n());
   reaction_.resize(static_cast<std::size_t>(rows) * system.rows());
   for (auto* x :
-       {&q_, &v_, &q_old_, &v_old_, &q_mid_, &v_mean_, &v_trial_, &v_free_, &force_, &dq_, &struck_v_})
+       {&q_, &v_, &q_old_, &v_old_, &q_mid_, &v_mean_, &v_trial_, &v_free_, &force_, &dq_, &struck_v_, &a_gamma_})
     x->resize(system.n());
   for (auto* x : {&z_, &z_mid_, &flow_}) x->resize(system.states());
   for (auto* x : {&r_, &lambda_, &lambda_free_, &lambda_dq_}) x->resize(system.rows());
@@ -184,7 +184,7 @@ bool MoreauStepper::solve_velocities(double h, const double* v_force) {
 
   v_free_ = v_;
   lambda_free_ = lambda_;
-  for (auto& c : contacts_) c.active = false;
+  for (auto& c : contacts_) c.active = c.struck = false;
   // Impulses of the other elements may close a gap that the free motion leaves open: look again with them.
   for (bool first = true; activate(h) || first; first = false) {
     v_ = v_free_;

@@ -4,10 +4,13 @@
 //     M (v⁺ − v) + GᵀΛ = h f + W P
 //     G v⁺ + Φ_t = (h/2) γ                       (the rate of Φ at the end of the step)
 //     u⁻ = Wᵀv + (h/2) γ_c,   u⁺ = Wᵀv⁺ − (h/2) γ_c   (rates of the gaps at the step's ends)
+//     u⁻ = Wᵀ(v + (h/2) a_γ),   u⁺ = Wᵀ(v⁺ − (h/2) a_γ)   (where it is struck: rates at the instant of the impact)
 //     0 ≤ u_N⁺ + e u_N⁻ ⊥ P_N ≥ 0,   −P_T ∈ μ P_N Sgn(u_T⁺)
 //     q⁺ = q_m + (h/2) v⁺
 //
-// where the law takes in the contacts that the motion would close without them.
+// with a_γ the accelerations that the constraints' own γ asks for: M a_γ + GᵀΛ = 0, G a_γ = γ. Without them v is
+// not a motion of the middle of the step, and restitution is wrong by hω; with γ_c instead normals that turn would
+// be struck by (1 − e)(h/2)γ_c. Where the law takes in the contacts that the motion would close without them.
 // First-order states of elements take the same midpoint, z⁺ = z + h ż(t + h/2, q_m, (z + z⁺)/2).
 // Then positions are brought back: the least mass-weighted movement onto Φ = 0 and g ≥ 0, velocities
 // untouched.
@@ -49,6 +52,7 @@ class MoreauStepper {
     double restitution = 0;
     bool active = false;  // in this step
     bool closed = false;  // Reach::closed knows it
+    bool struck = false;  // in this step: open before, and approaching
     bool soft = false;    // struck next without restitution: its hops are over
     ContactRow row;
     double gap = 0;  // at the end of the last step
@@ -56,13 +60,14 @@ class MoreauStepper {
     double impulse_n = 0, impulse_t = 0;  // of the present episode
     double last_n = 0, last_t = 0;        // of the last step, to start the next solve from
     double t_touch = 0, t_left = 0;
-    double t_pressed = 0;  // end of the last step with an impulse
-    int steps = 0;         // of the present episode
-    int unknown = -1;      // in the step's contact problem
+    double t_pressed = 0;           // end of the last step with an impulse
+    int steps = 0;                  // of the present episode
+    double bias_n = 0, bias_t = 0;  // u⁻ − Wᵀv = Wᵀv⁺ − u⁺
+    int unknown = -1;               // in the step's contact problem
     template <class M>
     void remember(M& m) {
-      m(active, closed, soft, row, gap, u_n_minus, u_t_minus, u_n_plus, u_t_plus, impulse_n, impulse_t,
-        last_n, last_t, t_touch, t_left, t_pressed, steps, unknown);
+      m(active, closed, struck, soft, row, gap, u_n_minus, u_t_minus, u_n_plus, u_t_plus, impulse_n,
+        impulse_t, last_n, last_t, t_touch, t_left, t_pressed, steps, bias_n, bias_t, unknown);
     }
   };
   /// All that a step changes but the work done: what a refused step must give back.
@@ -160,6 +165,7 @@ class MoreauStepper {
   void tell_painleve(const ContactSolution& result);
   bool activate(double h);
   void collect(double h);
+  bool find_struck(double h);
   int add_row(const SparseRow& row, double end_rate_bias);
   bool bring_back(double t_new);
   void draw_closed(double t_new);
@@ -193,7 +199,7 @@ class MoreauStepper {
   std::vector<double> response_,
       reaction_;  // A W and its multipliers, one column for each row of the problem
   std::vector<double> q_, v_, q_old_, v_old_, q_mid_, v_mean_, v_trial_, v_free_, lambda_free_, force_, r_,
-      lambda_, dq_, lambda_dq_;
+      lambda_, dq_, lambda_dq_, a_gamma_;
   std::vector<double> z_, z_mid_, flow_;  // first-order states of elements, and their rates at mid-step
   double t_ = 0, t_old_ = 0, t_start_ = 0;
   long index_ = 0;

@@ -181,8 +181,7 @@ void MoreauStepper::log_contacts(double h) {
       if (log_->is_open(k) && !(reach_ == Reach::closed && c.closed) && leaves(c, h)) log_leave(k);
       continue;
     }
-    const double tangent_minus =
-        c.row.tangent.size > 0 ? c.row.tangent.dot(v_old_.data()) + 0.5 * h * c.row.gamma_t : 0;
+    const double tangent_minus = c.row.tangent.size > 0 ? c.row.tangent.dot(v_old_.data()) + c.bias_t : 0;
     if (c.steps++ == 0) {
       struck_ = true;
       // First touch where the gap at the step's beginning closes at its rate there.
@@ -196,8 +195,8 @@ void MoreauStepper::log_contacts(double h) {
     c.t_pressed = t_;
     c.impulse_n += u->impulse_n;
     c.impulse_t += u->impulse_t;
-    c.u_n_plus = c.row.normal.dot(v_.data()) - 0.5 * h * c.row.gamma_n;
-    c.u_t_plus = c.row.tangent.size > 0 ? c.row.tangent.dot(v_.data()) - 0.5 * h * c.row.gamma_t : 0;
+    c.u_n_plus = c.row.normal.dot(v_.data()) - c.bias_n;
+    c.u_t_plus = c.row.tangent.size > 0 ? c.row.tangent.dot(v_.data()) - c.bias_t : 0;
   }
 }
 

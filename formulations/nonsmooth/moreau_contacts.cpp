@@ -119,26 +119,46 @@ bool MoreauStepper::activate(double h) {
   return added;
 }
 
+/// Which active contacts are struck, open before and approaching, and the bias of every one's rates. True where one is.
+bool MoreauStepper::find_struck(double h) {
+  bool any = false;
+  for (auto& c : contacts_) {
+    if (!c.active) continue;
+    c.bias_n = 0.5 * h * c.row.gamma_n;
+    c.bias_t = 0.5 * h * c.row.gamma_t;
+    c.struck = reach_ == Reach::all && c.steps == 0 && c.row.normal.dot(v_old_.data()) + c.bias_n < 0;
+    any |= c.struck;
+  }
+  if (!any || system_.rows() == 0) std::ranges::fill(a_gamma_, 0.0);
+  if (any && system_.rows() > 0) saddle_.solve(nullptr, e_.gamma.data(), a_gamma_.data(), lambda_dq_.data());
+  for (auto& c : contacts_) {
+    if (!c.struck) continue;
+    c.bias_n = 0.5 * h * c.row.normal.dot(a_gamma_.data());
+    if (c.row.tangent.size > 0) c.bias_t = 0.5 * h * c.row.tangent.dot(a_gamma_.data());
+  }
+  return any;
+}
+
 /// The contact problem of the active contacts and the preloaded joints.
 void MoreauStepper::collect(double h) {
   problem_.clear();
+  problem_.least = find_struck(h);
   for (auto& c : contacts_) {
     c.unknown = -1;
     if (!c.active) continue;
-    c.u_n_minus = c.row.normal.dot(v_old_.data()) + 0.5 * h * c.row.gamma_n;
+    c.u_n_minus = c.row.normal.dot(v_old_.data()) + c.bias_n;
     ContactUnknown u;
-    u.normal = add_row(c.row.normal, -0.5 * h * c.row.gamma_n);
+    u.normal = add_row(c.row.normal, -c.bias_n);
     u.target_n = reach_ == Reach::all && !c.soft ? -c.restitution * c.u_n_minus : 0;
     u.impulse_n = c.last_n;
     if (c.row.tangent.size > 0) {
       const auto& surface = system_.contact_facts(static_cast<int>(&c - contacts_.data())).surface;
-      u.tangent = add_row(c.row.tangent, -0.5 * h * c.row.gamma_t);
+      u.tangent = add_row(c.row.tangent, -c.bias_t);
       u.friction = *surface.friction;
       u.impulse_t = c.last_t;
       // Reversal belongs to impacts; a contact that lasts would be driven back by it.
       if (c.u_n_minus < 0 && c.steps == 0 && reach_ == Reach::all && !c.soft)
-        u.target_t =
-            -surface.tangential_restitution * (c.row.tangent.dot(v_old_.data()) + 0.5 * h * c.row.gamma_t);
+        u.target_t = -surface.tangential_restitution * (c.row.tangent.dot(v_old_.data()) + c.bias_t);
     }
     c.unknown = static_cast<int>(problem_.unknowns.size());
     problem_.unknowns.push_back(u);
