@@ -185,7 +185,8 @@ void MoreauStepper::log_contacts(double h) {
     if (c.steps++ == 0) {
       struck_ = true;
       // First touch where the gap at the step's beginning closes at its rate there.
-      c.t_touch = t_old_ + (c.u_n_minus < 0 ? std::clamp(-c.gap / c.u_n_minus, 0.0, h) : 0);
+      const double closing = c.row.normal.dot(v_old_.data()) + 0.5 * h * c.row.gamma_n;
+      c.t_touch = t_old_ + (closing < 0 ? std::clamp(-c.gap / closing, 0.0, h) : 0);
       c.impulse_n = c.impulse_t = 0;
       if (c.u_n_minus < 0 && step_ > 0) keep_flight(-c.u_n_minus, (c.t_touch - c.t_left) / step_);
       log_->touch(k, c.t_touch, system_.crank_angle(q_old_.data()), c.u_n_minus, tangent_minus,
