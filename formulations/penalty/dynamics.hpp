@@ -54,6 +54,7 @@ struct PenaltyContact {
   double v0 = 1;        ///< m/s: δ̇ at first touch of the present contact, or of its last blow
   bool struck = false;  ///< a blow lasts that is harder than v₀: its w stands for v₀ (see contact_law.hpp)
   double mass = 1;      ///< kg, that the blow meets
+  bool eased = false;   ///< it was laid down, or has been let go since its touch: a blow is another than that
 
   template <class T>
   T force(const T& delta, const T& rate, const T& elastic) const {
@@ -135,7 +136,7 @@ class PenaltyDynamics {
   template <class M>
   void remember(M& m) {
     m.part("penalty dynamics");
-    for (auto& c : contacts_) m(c.closed, c.zone, c.v0, c.struck, c.mass);
+    for (auto& c : contacts_) m(c.closed, c.zone, c.v0, c.struck, c.mass, c.eased);
     m(phases);
     m(saddle_, singular_, work);
   }

@@ -162,6 +162,7 @@ class PenaltyStepper {
     for (int k = 0; k < f_.system().contacts(); ++k) {
       const Sample before = mark_[k].at;
       mark_[k].at = end_[k] = cut ? sample(k, method_.x, method_.t) : end_[k];
+      f_.contacts()[k].eased = f_.contacts()[k].eased || end_[k].rate > 0;
       auto& c = f_.contacts()[k];
       if (!c.closed) continue;
       const bool turned = before.rate < 0 && end_[k].rate > 0;
@@ -436,8 +437,9 @@ class PenaltyStepper {
       const double w = touch_speed(c, begin);
       if (std::abs(w - c.v0) > same * c.v0 && std::max(w, c.v0) > v0_floor_) return take(from);
     }
+    // The first compression has the speed of its touch, whatever is pressed meanwhile.
     const double now = touch_speed(c, after);
-    if (!(now > (1 + same) * c.v0)) return;
+    if (!(c.eased || before.rate > 0) || !(now > (1 + same) * c.v0)) return;
     const double w = touch_speed(c, begin);
     if (w >= c.v0) return take(from);
     take(bracketed_root([&](double t) { return touch_speed(c, sample_at(k, t)) - c.v0; }, from, method_.t,
@@ -542,6 +544,7 @@ class PenaltyStepper {
     c.v0 = std::max(-rate, v0_floor_);
     c.mass = f_.effective_mass(row);
     c.struck = false;
+    c.eased = -rate < v0_floor_;  // it was laid there
     const int p = f_.impulse_offset() + 2 * k;
     mark_[k] = {{row.gap, rate, slide}, method_.x[p], method_.x[p + 1], method_.t};
     if (c.friction) c.zone = c.friction->zone(slide);

@@ -83,14 +83,7 @@ void load_cell(Findings& f) {
     double off = 0;
     for (std::size_t i = 0; i < samples.size(); ++i) {
       const double t = static_cast<double>(i + 1) / sampling;
-      double y = reference::low_pass2_response(bandwidth, hit.impulse_n, t - hit.t);
-      if (way.scheme == Scheme::moreau_jean) {
-        // Its impulse is spread over its step.
-        const double step = *scene.nonsmooth.step, from = std::floor(hit.t / step) * step;
-        y = (reference::low_pass2_integral(bandwidth, hit.impulse_n, t - from) -
-             reference::low_pass2_integral(bandwidth, hit.impulse_n, t - from - step)) /
-            step;
-      }
+      const double y = reference::low_pass2_response(bandwidth, hit.impulse_n, t - hit.t);
       off = greatest(off, std::abs(samples[i] - y));
     }
     f.at_most("its samples less the filter's response to that impulse, over ω P", "", off / (w * P), 1e-9,

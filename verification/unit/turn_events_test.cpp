@@ -38,7 +38,7 @@ TEST_CASE("turn metrics hear of the events of their joint alone", "[study]") {
       tell(1, EventKind::contact, turn + 0.5);
     }
     for (int i = 0; i <= 4000; ++i) meter.acceleration(i / 1000.0, std::cos(rules.speed * i / 1000.0));
-    return meter.finish(8);
+    return meter.finish(4, 8);
   };
   const auto alone = metrics(false), among = metrics(true);
   for (const auto* m : {&alone, &among}) {
