@@ -209,7 +209,7 @@ bool ContactProblem::take_least_of_island() {
   const auto n = unknowns.size();
   std::vector<std::vector<Doing>> all(n);
   for (std::size_t i = 0; i < n; ++i) all[i] = choices(unknowns[i]);
-  if (n > most_for_least) {
+  if (n > most_for_least) {  // of the motion that was found
     const double none = 1e-8 * scale();
     for (std::size_t i = 0; i < n; ++i) {
       const auto& c = unknowns[i];
@@ -222,6 +222,7 @@ bool ContactProblem::take_least_of_island() {
       std::erase_if(all[i], [&](const Doing& doing) {
         return doing.pressed != pressed || (doing.slide != Slide::none && doing.slide != slide);
       });
+      if (all[i].empty()) return false;
     }
   }
   std::vector<Doing> ways(n);
@@ -245,6 +246,30 @@ bool ContactProblem::take_least_of_island() {
     c.impulse_t = c.tangent >= 0 ? best[c.tangent] : 0;
   }
   return true;
+}
+
+bool ContactProblem::regular() {
+  for (const auto& c : unknowns)
+    if (c.normal >= 0 && c.tangent >= 0 &&
+        D(c.normal, c.normal) <= c.friction * std::abs(D(c.normal, c.tangent)))
+      return false;
+  for (int r = 0; r < rows; ++r)
+    for (int s = 0; s <= r; ++s) {
+      double sum = D(r, s);
+      for (int k = 0; k < s; ++k) sum -= factor_(r, k) * factor_(s, k);
+      if (r > s)
+        factor_(r, s) = sum / factor_(s, s);
+      else if (sum > 1e-10 * D(r, r))
+        factor_(r, r) = std::sqrt(sum);
+      else
+        return false;
+    }
+  return true;
+}
+
+bool ContactProblem::wants_least() {
+  if (least == Least::where_singular) return unknowns.size() > 1 && !regular();
+  return least == Least::always;
 }
 
 bool ContactProblem::take_least() {

@@ -26,6 +26,7 @@ void ContactProblem::reserve(int size) {
   D.setZero(size, size);
   b.setZero(size);
   unknowns.reserve(size);
+  factor_.setZero(size, size);
 }
 
 std::array<ContactProblem::Way, 4> ContactProblem::order() const {
@@ -85,7 +86,7 @@ ContactSolution ContactProblem::solve() {
   s.solved = false;
   if (static_cast<int>(unknowns.size()) > most_for_lemke && solver_ == LcpSolver::automatic &&
       by_islands(s)) {
-    if (least && s.solved) take_least();
+    if (s.solved && wants_least()) take_least();
     s.residual_rate = residual();
     s.residual = size > 0 ? s.residual_rate / size : s.residual_rate;
     return s;
@@ -124,7 +125,7 @@ ContactSolution ContactProblem::solve() {
     s.solved = true;
   }
   s.solved = s.solved || (std::isfinite(size) && D.topLeftCorner(rows, rows).allFinite() && by_modes(s));
-  if (least && std::isfinite(size) && D.topLeftCorner(rows, rows).allFinite()) {
+  if (std::isfinite(size) && D.topLeftCorner(rows, rows).allFinite() && wants_least()) {
     const auto found = unknowns;
     const double left = s.solved ? residual() : INFINITY;
     // Rounding may leave the least impulses with more than the solver's left: they have the same rates then.

@@ -120,10 +120,11 @@ class ContactProblem {
   long modes_left = 200'000;
   ///@}
 
-  /// Take the least impulses that the laws admit (contact_least.cpp), in problems that are solved seldom: those of
-  /// impacts. Of islands of up to most_for_least unknowns over all motions, of up to most_for_least_of_mode over the
-  /// motion that the solver found; larger ones stay as it left them.
-  bool least = false;
+  /// Whether the least impulses that the laws admit are taken (contact_least.cpp): in every problem of an impact, or, in time
+  /// steps that strike, where they are not unique. Of islands of up to most_for_least unknowns over all motions, of up to
+  /// most_for_least_of_mode over the motion that the solver found; larger ones stay as it left them.
+  enum class Least { never, where_singular, always };
+  Least least = Least::never;
   std::vector<ContactUnknown> unknowns;
   int rows = 0;
   Eigen::MatrixXd D;
@@ -150,6 +151,9 @@ class ContactProblem {
   bool proximal(double accepted, int& pivots);
   bool take_least();
   bool take_least_of_island();
+  /// Whether D is positive definite beyond rounding, and friction nowhere as much as may admit a second motion.
+  bool regular();
+  bool wants_least();
   /// One contact whose two rows see one freedom (or none tangentially).
   bool singular_pair() const;
 
@@ -159,6 +163,7 @@ class ContactProblem {
   int lemke_size_ = 0;
   Eigen::MatrixXd A_;
   Eigen::VectorXd q_, z_;
+  Eigen::MatrixXd factor_;  // of D, in regular()
 };
 
 /// The motions of the doubtful islands of a problem in words: "tip: open, or sliding to the right with 12 N".

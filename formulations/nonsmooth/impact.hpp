@@ -39,7 +39,7 @@ struct ImpactContact {
 class ImpactProblem {
  public:
   ImpactProblem(ImpactLaw law, LcpSolver solver, double tolerance) : law_(law), problem_(solver, tolerance) {
-    problem_.least = true;
+    problem_.least = ContactProblem::Least::always;
   }
 
   /// Solves for the impulses; `u` are the rates before. An empty text, or why there are none.

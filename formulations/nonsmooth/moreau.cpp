@@ -35,8 +35,8 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
   end_impulse_.resize(static_cast<std::size_t>(rows));
   response_.resize(static_cast<std::size_t>(rows) * system.n());
   reaction_.resize(static_cast<std::size_t>(rows) * system.rows());
-  for (auto* x :
-       {&q_, &v_, &q_old_, &v_old_, &q_mid_, &v_mean_, &v_trial_, &v_free_, &force_, &dq_, &struck_v_, &a_gamma_})
+  for (auto* x : {&q_, &v_, &q_old_, &v_old_, &q_mid_, &v_mean_, &v_trial_, &v_free_, &force_, &dq_,
+                  &struck_v_, &a_gamma_})
     x->resize(system.n());
   for (auto* x : {&z_, &z_mid_, &flow_}) x->resize(system.states());
   for (auto* x : {&r_, &lambda_, &lambda_free_, &lambda_dq_}) x->resize(system.rows());

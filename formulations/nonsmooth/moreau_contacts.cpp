@@ -142,7 +142,7 @@ bool MoreauStepper::find_struck(double h) {
 /// The contact problem of the active contacts and the preloaded joints.
 void MoreauStepper::collect(double h) {
   problem_.clear();
-  problem_.least = find_struck(h);
+  problem_.least = find_struck(h) ? ContactProblem::Least::where_singular : ContactProblem::Least::never;
   for (auto& c : contacts_) {
     c.unknown = -1;
     if (!c.active) continue;

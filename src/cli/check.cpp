@@ -103,7 +103,7 @@ int check(const CheckRequest& request) {
   if (request.keys) return list_keys();
   if (request.scene.empty()) throw SceneError("scene is required");
   const Scene scene = read_scene(request.scene, request.overrides);
-  ask(scene.mechanism);
+  ask(scene);
   const System system(scene.mechanism);
   std::string assumed;
   const State start = assemble(scene.mechanism, scene.run.start, &assumed);

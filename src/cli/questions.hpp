@@ -6,13 +6,15 @@
 #include <cstdio>
 
 #include "cli/wrapped.hpp"
-#include "model/mechanism.hpp"
+#include "model/scene.hpp"
 #include "model/sense.hpp"
 
 namespace freeplay::cli {
 
-inline void ask(const Mechanism& mechanism) {
-  for (const auto& q : questions(mechanism)) fmt::print(stderr, "{}", wrapped("question: " + q + "\n", 10));
+inline void ask(const Scene& scene) {
+  for (const auto& q : questions(scene.mechanism))
+    fmt::print(stderr, "{}", wrapped("question: " + q + "\n", 10));
+  for (const auto& key : scene.idle) fmt::print(stderr, "{}", wrapped("note: " + key + "\n", 6));
 }
 
 }  // namespace freeplay::cli

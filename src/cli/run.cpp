@@ -101,7 +101,7 @@ int run(const RunRequest& request) {
         with_accuracy(request.accuracy, {family_named(request.formulation).value()}, request.overrides);
     if (request.forces) overrides.push_back("run.forces=true");
     const Scene scene = read_scene(request.scene, overrides);
-    ask(scene.mechanism);
+    ask(scene);
     plan.formulation = request.formulation;
     plan.folder = request.output.empty() ? default_folder(scene.file, "-" + request.formulation)
                                          : std::filesystem::path(request.output);

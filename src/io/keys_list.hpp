@@ -76,6 +76,7 @@ class KeysList {
   }
   bool when(bool) const { return true; }
   bool when(bool, std::initializer_list<std::string_view>, const char*) const { return true; }
+  bool when_used(bool, std::initializer_list<std::string_view>, const char*) const { return true; }
   bool when_given(std::string_view) const { return true; }
   template <class... Pieces>
   void check(bool, std::string_view, const Pieces&...) const {}

@@ -83,6 +83,16 @@ class KeysReader {
         if (s_.has(key)) s_.fail(key, why);
     return holds;
   }
+  /// Keys that have an effect only under a condition; given without it they are read all the same, and named.
+  bool when_used(bool holds, std::initializer_list<std::string_view> keys, const char* why) const {
+    bool given = false;
+    for (const auto key : keys)
+      if (!holds && s_.has(key)) {
+        given = true;
+        s_.idle(key, why);
+      }
+    return holds || given;
+  }
   bool when_given(std::string_view name) const { return s_.has(name); }
   template <class... Pieces>
   void check(bool holds, std::string_view name, const Pieces&... pieces) const {

@@ -99,6 +99,7 @@ Scene parse_scene(const std::string& text, const std::string& name,
   for (auto& [key, s] : root.children("instruments"))
     scene.instruments.push_back(read_instrument(scene.mechanism, key, s));
   root.done("a scene");
+  scene.idle = source.idle;
   return scene;
 }
 

@@ -43,6 +43,7 @@ struct SceneSource {
   std::string name;
   std::map<std::string, std::string> overridden;  ///< dotted key → KEY=VALUE as given
   std::vector<std::string> order = {};            ///< of these keys on the command line
+  mutable std::vector<std::string> idle = {};     ///< keys that have no effect, and why
 
   /// Throws SceneError about `path`, placed at `node` (or at the override that set it).
   [[noreturn]] void fail(const toml::node* node, const std::string& path, const std::string& message) const;
@@ -80,6 +81,10 @@ class Section {
   /// Throws about a key that nobody read. `kind` says whose keys they are ("a revolute joint").
   void done(const std::string& kind) const;
   [[noreturn]] void fail(std::string_view key, const std::string& message) const;
+  /// Notes a key that is read and has no effect here.
+  void idle(std::string_view key, const std::string& why) const {
+    source_->idle.push_back(full(key) + " " + why);
+  }
   const std::string& path() const { return path_; }
 
  private:

@@ -80,6 +80,7 @@ class KeysWriter {
   }
   bool when(bool holds) const { return holds; }
   bool when(bool holds, std::initializer_list<std::string_view>, const char*) const { return holds; }
+  bool when_used(bool holds, std::initializer_list<std::string_view>, const char*) const { return holds; }
   bool when_given(std::string_view) const { return true; }
   template <class... Pieces>
   void check(bool, std::string_view, const Pieces&...) const {}
@@ -192,7 +193,8 @@ std::string to_toml(const Scene& scene) {
   options("penalty", scene.penalty);
   auto nonsmooth = scene.nonsmooth;  // a scheme that would be chosen anyway is not named: one run, one text
   nonsmooth.scheme = {};
-  if (nonsmooth.scheme_in_force() != scene.nonsmooth.scheme_in_force()) nonsmooth.scheme = scene.nonsmooth.scheme;
+  if (nonsmooth.scheme_in_force() != scene.nonsmooth.scheme_in_force())
+    nonsmooth.scheme = scene.nonsmooth.scheme;
   options("nonsmooth", nonsmooth);
   for (const auto& i : scene.instruments) {
     t.open("instruments", i.name);

@@ -123,8 +123,9 @@ struct PenaltyOptions {
            "line contacts: the point law whose damping factor they take, \"hertz\" for none; pereira: its own",
            "\"exact\""},
           o.damping, [](ContactLaw law) { return facts_of(law).kind == ContactKind::point; });
-    if (k.when(facts_of(o.contact).kind == ContactKind::spring_damper, {"kelvin_stiffness", "kelvin_damping"},
-               "belongs to penalty.contact = \"kelvin-voigt\"")) {
+    if (k.when_used(facts_of(o.contact).kind == ContactKind::spring_damper,
+                    {"kelvin_stiffness", "kelvin_damping"},
+                    "has no effect: it belongs to penalty.contact = \"kelvin-voigt\"")) {
       k.take({"kelvin_stiffness", "N/m", "kelvin-voigt: K"}, o.kelvin_stiffness, positive);
       k.take({"kelvin_damping", "N s/m", "kelvin-voigt: D"}, o.kelvin_damping, non_negative);
     }
@@ -132,8 +133,9 @@ struct PenaltyOptions {
     const auto& friction = facts_of(o.friction);
     // Each law reads keys of its own.
     const auto of_friction = [&](const Key& key, auto& x, const Range& range) {
-      if (k.when(friction.reads(key.name), {key.name},
-                 "is no key of this law of penalty.friction; `freeplay laws` lists each law's"))
+      if (k.when_used(
+              friction.reads(key.name), {key.name},
+              "has no effect: it is no key of this law of penalty.friction; `freeplay laws` lists each law's"))
         k.take(key, x, range);
     };
     k.take(
@@ -172,8 +174,9 @@ struct PenaltyOptions {
     k.take({"tolerance", "",
             "adaptive integrators: a step is accepted when every |error| is below tolerance × scale"},
            o.tolerance, positive);
-    if (k.when(!choice_of(o.integrator).traits.adaptive, {"step"},
-               "belongs to penalty.integrator = \"rk4\"; the others choose their steps by penalty.tolerance"))
+    if (k.when_used(
+            !choice_of(o.integrator).traits.adaptive, {"step"},
+            "has no effect: it belongs to penalty.integrator = \"rk4\"; the others choose their steps by penalty.tolerance"))
       k.take({"step", "s", "rk4: step"}, o.step, positive);
     k.take(
         {"v0_floor", "m/s", "least approach speed that a contact's damping is scaled with", "see penalty.md"},

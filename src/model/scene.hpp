@@ -21,6 +21,7 @@ struct Scene {
   std::optional<int> format;           ///< as the file states it; without one it is read as newest_format
   std::string text;                    ///< as read, for the provenance of results
   std::vector<std::string> overrides;  ///< KEY=VALUE as given
+  std::vector<std::string> idle;       ///< keys that were given and have no effect, and why
   Mechanism mechanism;
   RunOptions run;
   PenaltyOptions penalty;

@@ -19,22 +19,35 @@ void LogHistogram::add(double x) {
   greatest_ = std::max(greatest_, x);
 }
 
-void FastOnes::add(double x) {
+void FastOnes::add(double x, long count) {
   greatest_ = std::max(greatest_, x);
   if (!(x > 0) || x < 0.1 * greatest_) return;
-  if (values_.size() == values_.capacity()) {
-    std::erase_if(values_, [this](double value) { return value < 0.1 * greatest_; });
-    values_.reserve(std::max<std::size_t>(64, 2 * values_.size()));
+  if (kept_.size() == most) {
+    std::erase_if(kept_, [this](const Kept& k) { return k.value < 0.1 * greatest_; });
+    std::ranges::sort(kept_, {}, &Kept::value);
+    if (kept_.size() > most / 2) {
+      for (std::size_t i = 0; i + 1 < kept_.size(); i += 2) {
+        const auto &a = kept_[i], &b = kept_[i + 1];
+        const auto both = static_cast<double>(a.count + b.count);
+        kept_[i / 2] = {a.value + (b.value - a.value) * static_cast<double>(b.count) / both,
+                        a.count + b.count};
+      }
+      if (kept_.size() % 2 == 1) kept_[kept_.size() / 2] = kept_.back();
+      kept_.resize((kept_.size() + 1) / 2);
+    }
   }
-  values_.push_back(x);
+  reserve();
+  kept_.push_back({x, count});
 }
 
 long FastOnes::at_least(double x) const {
-  return std::ranges::count_if(values_, [x](double value) { return value >= x; });
+  long count = 0;
+  for (const auto& k : kept_) count += k.value >= x ? k.count : 0;
+  return count;
 }
 
 void FastOnes::add(const FastOnes& other) {
-  for (const double x : other.values_) add(x);
+  for (const auto& k : other.kept_) add(k.value, k.count);
 }
 
 double LogHistogram::quantile(double p) const {
@@ -56,6 +69,7 @@ void LogHistogram::add(const LogHistogram& other) {
 void ContactStatistics::begin(const Layout& layout, const State&) {
   if (tallies_.size() == layout.contacts.size()) return;  // goes on
   tallies_.assign(layout.contacts.size(), {});
+  for (auto& tally : tallies_) tally.fast.reserve();
   since_.assign(layout.contacts.size(), std::nan(""));
   left_ = since_;
 }

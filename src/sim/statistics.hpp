@@ -33,22 +33,37 @@ class LogHistogram {
   double greatest_ = 0;
 };
 
-/// The values among positive ones that are at least a tenth of the greatest, each as it is: what is slower can never
-/// count again, so the memory grows with those that do.
+/// The values among positive ones that are at least a tenth of the greatest; what is slower can never count again. Each is kept
+/// as it is while there are no more than `most`; beyond that neighbours are joined to their mean, two by two, so that memory is bound
+/// and a count is off by a few of `most`.
 class FastOnes {
  public:
-  void add(double x);
+  static constexpr std::size_t most = 512;
+  /// Takes its room; without it the first value does.
+  void reserve() { kept_.reserve(most); }
+  void add(double x) { add(x, 1); }
   /// How many were at least x, which is at least a tenth of the greatest.
   long at_least(double x) const;
   double greatest() const { return greatest_; }
   void add(const FastOnes& other);
   template <class M>
   void remember(M& m) {
-    m(values_, greatest_);
+    m(kept_, greatest_);
+    if constexpr (M::reading) reserve();
   }
 
  private:
-  std::vector<double> values_;
+  struct Kept {
+    double value;
+    long count;
+    template <class M>
+    void remember(M& m) {
+      m(value, count);
+    }
+  };
+  void add(double x, long count);
+
+  std::vector<Kept> kept_;
   double greatest_ = 0;
 };
 
