@@ -119,21 +119,31 @@ bool MoreauStepper::activate(double h) {
   return added;
 }
 
-/// Which active contacts are struck, open before and approaching, and the bias of every one's rates. True where one is.
+/// Which active contacts are struck, open before and approaching faster than rows turn within the step (what is slower has come
+/// off a contact that lasts, and goes on with it), and the bias of every one's rates. True where one is.
 bool MoreauStepper::find_struck(double h) {
   bool any = false;
+  const auto approach = [&](const Contact& c) { return -c.row.normal.dot(v_old_.data()); };
   for (auto& c : contacts_) {
     if (!c.active) continue;
     c.bias_n = 0.5 * h * c.row.gamma_n;
     c.bias_t = 0.5 * h * c.row.gamma_t;
-    c.struck = reach_ == Reach::all && c.steps == 0 && c.row.normal.dot(v_old_.data()) + c.bias_n < 0;
+    c.struck = reach_ == Reach::all && c.steps == 0 && approach(c) > 10 * std::abs(c.bias_n);
     any |= c.struck;
   }
-  if (!any || system_.rows() == 0) std::ranges::fill(a_gamma_, 0.0);
-  if (any && system_.rows() > 0) saddle_.solve(nullptr, e_.gamma.data(), a_gamma_.data(), lambda_dq_.data());
+  if (!any) return false;
+  if (system_.rows() == 0)
+    std::ranges::fill(a_gamma_, 0.0);
+  else
+    saddle_.solve(nullptr, e_.gamma.data(), a_gamma_.data(), lambda_dq_.data());
+  any = false;
   for (auto& c : contacts_) {
+    if (!c.active || !c.struck) continue;
+    const double bias = 0.5 * h * c.row.normal.dot(a_gamma_.data());
+    c.struck = approach(c) > 10 * std::abs(bias);
     if (!c.struck) continue;
-    c.bias_n = 0.5 * h * c.row.normal.dot(a_gamma_.data());
+    any = true;
+    c.bias_n = bias;
     if (c.row.tangent.size > 0) c.bias_t = 0.5 * h * c.row.tangent.dot(a_gamma_.data());
   }
   return any;
