@@ -1,7 +1,7 @@
 reset session
 set terminal pdfcairo size 16cm,12cm font 'DejaVu Sans,8'
 set output 'stiff_limit.pdf'
-# freeplay 0.1.0 (b7510a1f19), verification
+# freeplay 0.1.0 (d12061c692-dirty), verification
 # Draw again: gnuplot stiff_limit.gp
 set encoding utf8
 set style line 1 lc rgb '#0b3c8c' lw 1.6 dt 1 pt 6 ps 1.1
@@ -12,7 +12,7 @@ set border lw 0.8
 set tics nomirror scale 0.6
 set grid lc rgb '#cccccc' lw 0.6 dt 1
 set key top right samplen 3 spacing 1.1
-set label 100 'freeplay 0.1.0 (b7510a1f19), verification' at screen 0.995, screen 0.012 right font ',6' tc rgb '#888888' noenhanced
+set label 100 'freeplay 0.1.0 (d12061c692-dirty), verification' at screen 0.995, screen 0.012 right font ',6' tc rgb '#888888' noenhanced
 set logscale xy
 set format '10^{%T}'
 set xlabel "stiffness over the scene's"
@@ -23,7 +23,7 @@ unset output
 reset session
 set terminal pngcairo size 1600,1200 font 'DejaVu Sans,8' fontscale 2.0 linewidth 2.0
 set output 'stiff_limit.png'
-# freeplay 0.1.0 (b7510a1f19), verification
+# freeplay 0.1.0 (d12061c692-dirty), verification
 # Draw again: gnuplot stiff_limit.gp
 set encoding utf8
 set style line 1 lc rgb '#0b3c8c' lw 1.6 dt 1 pt 6 ps 1.1
@@ -34,7 +34,7 @@ set border lw 0.8
 set tics nomirror scale 0.6
 set grid lc rgb '#cccccc' lw 0.6 dt 1
 set key top right samplen 3 spacing 1.1
-set label 100 'freeplay 0.1.0 (b7510a1f19), verification' at screen 0.995, screen 0.012 right font ',6' tc rgb '#888888' noenhanced
+set label 100 'freeplay 0.1.0 (d12061c692-dirty), verification' at screen 0.995, screen 0.012 right font ',6' tc rgb '#888888' noenhanced
 set logscale xy
 set format '10^{%T}'
 set xlabel "stiffness over the scene's"
