@@ -47,6 +47,10 @@ std::string EventDynamics::strike(Vector& x, double t, const std::vector<int>& s
   undecided += impact_.solution().undecided;
   wedged += impact_.wedged();
   if (!reason.empty()) return reason;
+  for (const auto& i : struck_)
+    if (!std::isfinite(i.impulse_n) || !std::isfinite(i.impulse_t))
+      return fmt::format("the impact of {} contacts has no finite impulses that any solver finds",
+                         struck_.size());
   // What the solver leaves of the laws is no approach.
   speed_tolerance_ = std::max(speed_tolerance_, 2 * impact_.solution().residual_rate);
   double* integral = x.data() + integral_offset();

@@ -39,7 +39,16 @@ void EventDriven::start(const State& state, ContactLog& log) {
   pending_ = true;
 }
 
+bool EventDriven::is_finite() const {
+  return std::ranges::all_of(method_.x, [](double x) { return std::isfinite(x); });
+}
+
+/// The state stays one that is finite: else the one before the step.
 bool EventDriven::fail(const std::string& what) {
+  if (!is_finite()) {
+    method_.x = finite_;
+    method_.t = finite_t_;
+  }
   failure_ = fmt::format("t = {:.9g} s: {}", method_.t, what);
   return false;
 }
@@ -87,6 +96,8 @@ bool EventDriven::step(double t_end) {
       return false;
     }
   }
+  finite_ = method_.x;
+  finite_t_ = method_.t;
   // No step crosses a kink of a table's torque, or misses a pulse.
   t_end = std::min(
       {t_end, dynamics_.system().next_knot(method_.t), method_.t + longest_step(dynamics_.system(), v())});
@@ -127,6 +138,7 @@ bool EventDriven::step(double t_end) {
           find_gap_events(lost);
           return lost;
         });
+  if (!is_finite()) return fail("the state is no longer finite");
   if (!pending_) {
     dynamics_.project(method_.x, method_.t, watching_ ? &within_ : nullptr);
     method_.renew(dynamics_);

@@ -132,6 +132,7 @@ class EventDriven {
   void values_at(double t, std::vector<double>& values);
   void land(Event& event);
   bool change_mode();
+  bool is_finite() const;
   bool settle_together();
   bool decide_together();
   void keep_mode();
@@ -183,6 +184,8 @@ class EventDriven {
   std::vector<double> rate_before_, slide_before_;
   mutable std::vector<double> scratch_;
   std::vector<double> slope_, before_, middle_, after_, between_;
+  std::vector<double> finite_;  // the state before the last step, and its time
+  double finite_t_ = 0;
   std::vector<Event> watched_;  // what the values stand for
   bool pending_ = false;        // the mode changes before the next step
   Event last_;

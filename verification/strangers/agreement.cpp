@@ -145,7 +145,9 @@ std::optional<std::string> coarser(Subject& s) {
     if (note.starts_with("DOUBTFUL") || note.find(paradox) != note.npos ||
         note.find("decided together") != note.npos)
       return {};
-  return off_reference(found, r, allowed(s, std::max(tolerance, s.tolerance())), reached(found));
+  // Where it handed over to time stepping that has a tolerance of its own.
+  const double least = found.result.work.handovers > 0 ? scene.nonsmooth.step_tolerance : s.tolerance();
+  return off_reference(found, r, allowed(s, std::max(tolerance, least)), reached(found));
 }
 
 std::optional<std::string> stiffer(Subject& s) {
