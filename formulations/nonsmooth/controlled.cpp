@@ -21,6 +21,7 @@ ControlledMoreau::ControlledMoreau(const System& system, MoreauStepper moreau, E
   for (auto* x : {&start_.q, &start_.v}) x->resize(n);
   for (auto* place : {&start_, &whole_})
     place->log = ContactLog(system.contacts());  // with room for its events
+  pressed_first_.resize(static_cast<std::size_t>(system.contacts()));
   h_ = first_step();
   fastest_ = scales.guessed ? 0 : scales.speed;
   find_pace();
@@ -122,6 +123,7 @@ bool ControlledMoreau::pair(double h) {
   moreau_.go_back(start_);
   if (!moreau_.advance(middle, Reach::closed)) return false;
   moreau_.modes(modes_first_);
+  for (std::size_t k = 0; k < pressed_first_.size(); ++k) pressed_first_[k] = moreau_.contacts()[k].last_n;
   turned_ = std::max(turned_, moreau_.turned_round());
   middle_t_ = middle;
   std::copy_n(moreau_.q(), system_.n(), middle_q_.begin());
@@ -129,6 +131,7 @@ bool ControlledMoreau::pair(double h) {
   book(smooth_);
   if (!moreau_.advance(t, Reach::closed)) return false;
   moreau_.modes(modes_second_);
+  lifted_ = moreau_.lifted(pressed_first_);
   turned_ = std::max(turned_, moreau_.turned_round());
   book(smooth_);
   return true;
@@ -168,14 +171,15 @@ double ControlledMoreau::error() const {
   return worst < 1e10 ? worst : 1e10;
 }
 
-/// The same of sliding that turned round within a step, which both a step and its halves take for turned all along: the
-/// speed that it had, over what is accepted.
-double ControlledMoreau::turning() const {
-  if (turned_ == 0) return 0;
-  double speed = turned_;
+/// The same of what both a step and its halves are blind to: the speed of sliding that turned round within a step, which they take
+/// for turned all along, and the rate that lifts off within one that is pressed on the whole.
+double ControlledMoreau::unseen_by_halves() const {
+  const double missed = std::max(turned_, lifted_);
+  if (missed == 0) return 0;
+  double speed = missed;
   for (int i = 0; i < system_.n(); ++i)
     if (!system_.is_angle(i)) speed = std::max(speed, std::abs(start_.v[static_cast<std::size_t>(i)]));
-  return turned_ / (norm_.tolerance * (scales_.speed + speed));
+  return missed / (norm_.tolerance * (scales_.speed + speed));
 }
 
 bool ControlledMoreau::step(double t_end) {
@@ -213,7 +217,7 @@ bool ControlledMoreau::step(double t_end) {
       continue;
     }
     const bool alike = modes_whole_ == modes_first_ && modes_first_ == modes_second_ && turned_ == 0;
-    const double error = std::max(this->error() / (alike ? 3 : 1), turning());
+    const double error = std::max(this->error() / (alike ? 3 : 1), unseen_by_halves());
     const double factor =
         std::clamp(0.9 * std::pow(std::max(error, 1e-10), alike ? -1.0 / 3 : -0.5), 0.1, 4.0);
     // What was slow so far may have come to a speed within this very step.

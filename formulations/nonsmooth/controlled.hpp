@@ -88,7 +88,7 @@ class ControlledMoreau {
   bool pair(double h);
   void extrapolate();
   double error() const;
-  double turning() const;
+  double unseen_by_halves() const;
   std::optional<Touch> first_touch();
   std::optional<Touch> touch_in(int k, double a, double b, const double* qa, const double* va,
                                 const double* qb, const double* vb);
@@ -113,8 +113,10 @@ class ControlledMoreau {
   std::vector<double> middle_q_, middle_v_, look_q_, look_v_;
   std::vector<signed char> modes_whole_, modes_first_, modes_second_;
   MotionBounds bounds_;
-  double fastest_ = 0, pace_ = 0;  // m/s; s, in which that crosses the least clearance
-  double turned_ = 0;              // m/s, in the last pair
+  double fastest_ = 0, pace_ = 0;      // m/s; s, in which that crosses the least clearance
+  double turned_ = 0;                  // m/s, in the last pair
+  std::vector<double> pressed_first_;  // N s, of the contacts in the first half step
+  double lifted_ = 0;                  // m/s, of the two half steps
   double middle_t_ = 0, h_ = 0, floor_ = 0, least_floor_ = 0;
   bool striking_ = false;    // the next step is one over an impact
   bool smooth_step_ = true;  // the last one was not

@@ -94,6 +94,9 @@ class MoreauStepper {
   /// that at its beginning of what slides the other way at its end; what the step would have given to what it stopped and
   /// friction cannot hold.
   double turned_round() const;
+  /// What is pressed on the whole of the last step and of the one before, with impulses `first`, but by the forces' own course would
+  /// have pulled at an end of the two: the rate (m/s) that it took for it.
+  double lifted(const std::vector<double>& first) const;
   /// Logs the loss of what is no longer closed, which the next step would do.
   void leave_all_open();
   /// How far a closed contact may stand off and still act (m).

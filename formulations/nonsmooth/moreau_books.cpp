@@ -92,6 +92,21 @@ double MoreauStepper::turned_round() const {
   return rate;
 }
 
+double MoreauStepper::lifted(const std::vector<double>& first) const {
+  double rate = 0;
+  for (std::size_t k = 0; k < contacts_.size(); ++k) {
+    const auto& c = contacts_[k];
+    if (!c.closed || c.unknown < 0) continue;
+    const auto& u = problem_.unknowns[c.unknown];
+    // Forces at a quarter and three quarters of the two half steps, in impulses over both.
+    const double early = 2 * first[k], late = 2 * u.impulse_n, slope = 2 * (late - early);
+    const double least = std::min(early, late) - 0.25 * std::abs(slope);
+    if (!(early > 0) || !(late > 0) || !(least < 0)) continue;
+    rate = std::max(rate, 0.5 * least * least / std::abs(slope) * problem_.D(u.normal, u.normal));
+  }
+  return rate;
+}
+
 void MoreauStepper::account(double h) {
   const int n = system_.n();
   for (int k = 0; k < system_.rows(); ++k) {

@@ -74,7 +74,11 @@ Judged compare(const Result& run, const std::vector<Touch>& expected, const Boun
     const double grown = std::pow(10, static_cast<double>(i));  // an impact multiplies errors by some ten
     const double late = std::abs(found[i].t - expected[i].t),
                  off = std::abs(found[i].v_n_minus / expected[i].v_n_minus - 1);
-    if (late <= grown * (b.time * expected[i].t + b.slack) && off <= grown * b.speed) continue;
+    // Speeds change over a step by h over the flight, at either end of it (as in cross/mechanisms_test.cpp).
+    const double steps =
+        i > 0 ? 2 * b.slack * static_cast<double>(i) / (expected[i].t - expected[i - 1].t) : 0;
+    if (late <= grown * (b.time * expected[i].t + b.slack) && off <= std::max(grown * b.speed, steps))
+      continue;
     return beyond_bound(run,
                         fmt::format("touch {} at {:.6g} s ({:.6g}), {:.4g} m/s ({:.4g})", i + 1, found[i].t,
                                     expected[i].t, found[i].v_n_minus, expected[i].v_n_minus));
