@@ -119,7 +119,9 @@ std::pair<Stranger, const Way*> right_one(const std::string& kind, const std::st
 
 TEST_CASE("a result that was falsified comes out silent", "[strangers]") {
   const auto way = GENERATE("penalty", "event-driven", "moreau-jean");
-  const auto [stranger, by] = right_one("thrown", way);
+  const auto found = right_one("thrown", way);
+  const auto& stranger = found.first;
+  const auto* by = found.second;
   CAPTURE(way, stranger.index, stranger.text);
   const auto outcome = [&](auto change) { return judge(stranger, *by, change).outcome; };
   CHECK(outcome([](Sight&) {}) == Outcome::right);

@@ -110,7 +110,8 @@ TEST_CASE("keys that have no effect are named, and are no facts of the scene", "
       {"penalty.friction_v1=1.2", "penalty.friction_v1 has no effect: it is no key of this law"},
       {"penalty.kelvin_stiffness=1e7", "it belongs to penalty.contact = \"kelvin-voigt\""},
       {"penalty.step=1e-6", "it belongs to penalty.integrator = \"rk4\""}};
-  for (const auto& [key, why] : keys) {
+  for (const auto& one : keys) {
+    const std::string key = one.first, why = one.second;
     CAPTURE(key);
     const auto scene = read_scene(file, {"penalty.friction=threlfall", key});
     const auto named =
@@ -299,7 +300,7 @@ TEST_CASE("every key of the schema is read by some scene", "[scene][docs]") {
         key.path.find('.') == key.path.npos ? "" : std::string(key.path.substr(0, key.path.find('.')));
     CAPTURE(key.path);
     std::istringstream lines(text);
-    std::string line, current = "";
+    std::string line, current;
     bool found = false;
     while (std::getline(lines, line)) {
       if (line.starts_with("[")) current = line.substr(1, line.find_first_of(".]") - 1);

@@ -31,7 +31,7 @@ void require_round_trip(const Scene& scene) {
   const auto text = to_toml(scene);
   CAPTURE(text);
   const auto again = parse_scene(text, "again");
-  REQUIRE(first_difference(text, to_toml(again)) == "");
+  REQUIRE(first_difference(text, to_toml(again)).empty());
   REQUIRE(to_toml(again) == text);
   REQUIRE(same_facts(again, scene));
 }
@@ -259,7 +259,7 @@ TEST_CASE("the first difference of two scenes", "[scene]") {
     return to_toml(read_scene(file, overrides));
   };
   const auto plain = text({});
-  REQUIRE(first_difference(plain, plain) == "");
+  REQUIRE(first_difference(plain, plain).empty());
   REQUIRE(first_difference(text({"joints.gudgeon.clearance=1e-3"}), plain) ==
           "joints.gudgeon.clearance is 0.001 here and 0.00025 there");
   REQUIRE(first_difference(plain, text({"joints.gudgeon.bearing_length=0.5"})) ==
@@ -308,7 +308,7 @@ TEST_CASE("set is --set", "[scene]") {
     const auto expected = read_scene(test::flores(), {key + "=" + value});
     auto scene = original;
     scene.set(key, value);
-    REQUIRE(first_difference(to_toml(scene), to_toml(expected)) == "");
+    REQUIRE(first_difference(to_toml(scene), to_toml(expected)).empty());
     REQUIRE_FALSE(same_facts(scene, original));
     REQUIRE(scene.text == original.text);
     REQUIRE(scene.file == original.file);
@@ -316,7 +316,7 @@ TEST_CASE("set is --set", "[scene]") {
 
     overrides.push_back(key + "=" + value);  // and one upon another
     all.set(key, value);
-    REQUIRE(first_difference(to_toml(all), to_toml(read_scene(test::flores(), overrides))) == "");
+    REQUIRE(first_difference(to_toml(all), to_toml(read_scene(test::flores(), overrides))).empty());
     REQUIRE(all.overrides == overrides);
   }
 
@@ -425,7 +425,7 @@ TEST_CASE("set on a scene built in code", "[scene]") {
   std::get<RevoluteJoint>(expected.mechanism.joints.back()).clearance->radial = 2e-3;
   expected.run.duration = 0.25;
   expected.penalty.contact = ContactLaw::flores;
-  REQUIRE(first_difference(to_toml(scene), to_toml(expected)) == "");
+  REQUIRE(first_difference(to_toml(scene), to_toml(expected)).empty());
   REQUIRE_THAT(refusal(scene, "run.revolutions", "1"), Contains("needs a drive that turns"));
 }
 
