@@ -31,6 +31,7 @@ struct ContactForce {
   double chi = 0;      ///< χ, ≥ 0
   double viscous = 0;  ///< D of Kelvin–Voigt, N s/m
 
+  bool dissipates() const { return chi > 0 || viscous > 0; }
   /// F for δ > 0; `elastic_force` is elastic.force(δ).
   template <class T>
   T force(const T& elastic_force, const T& rate, double v0) const {

@@ -66,7 +66,7 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
   system_.rate(q, v, e);
   system_.forces(t, q, v, z, e, {nullptr, phases.pieces()});
   system_.flow(t, q, z, terms.flow.data(), {nullptr, phases.pieces()});
-  terms.contact_loss = terms.friction_loss = terms.film_loss = 0;
+  terms.contact_work = terms.friction_loss = terms.film_loss = 0;
 
   T* impulse = terms.impulse_rate.data();
   for (int k = 0; k < system_.contacts(); ++k, impulse += 2) {
@@ -89,7 +89,7 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
     const T force = c.force(delta, rate, elastic);
     row.normal.add_to(e.force.data(), force);
     impulse[0] = force;
-    terms.contact_loss += (force - elastic) * rate;
+    if (c.law.dissipates()) terms.contact_work += force * rate;
     if (!c.friction) continue;
     const T v_t = row.tangent.dot(v), z = bristles_ ? bristle[k] : T(0);
     const T tangential = -c.friction->coefficient(v_t, c.zone, z) * force;
@@ -135,7 +135,7 @@ void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   integral[drive] = e.power.drive;
   integral[load] = e.power.load;
   integral[damping] = -e.power.damping;
-  integral[contact_loss] = terms_.contact_loss;
+  integral[contact_work] = terms_.contact_work;
   integral[friction_loss] = terms_.friction_loss;
   integral[film_loss] = terms_.film_loss;
   integral[stabilisation] = 0;
@@ -203,7 +203,7 @@ void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfd
       integral[drive] = terms.e.power.drive.slope[s];
       integral[load] = terms.e.power.load.slope[s];
       integral[damping] = -terms.e.power.damping.slope[s];
-      integral[contact_loss] = terms.contact_loss.slope[s];
+      integral[contact_work] = terms.contact_work.slope[s];
       integral[friction_loss] = terms.friction_loss.slope[s];
       integral[film_loss] = terms.film_loss.slope[s];
       integral[stabilisation] = 0;
@@ -280,10 +280,15 @@ double PenaltyDynamics::effective_mass(const ContactRow& row) {
   return mobility > 0 ? 1 / mobility : 0;
 }
 
-double PenaltyDynamics::elastic_energy(const Vector& x, double t) {
-  double sum = 0;
-  for (int k = 0; k < system_.contacts(); ++k)
-    if (contacts_[k].closed) sum += contacts_[k].law.elastic.energy(std::max(0.0, -contact_row(k, x, t).gap));
+PenaltyDynamics::Stored PenaltyDynamics::elastic_energy(const Vector& x, double t) {
+  Stored sum;
+  for (int k = 0; k < system_.contacts(); ++k) {
+    const auto& c = contacts_[k];
+    if (!c.closed) continue;
+    const double energy = c.law.elastic.energy(std::max(0.0, -contact_row(k, x, t).gap));
+    sum.all += energy;
+    if (c.law.dissipates()) sum.dissipative += energy;
+  }
   return sum;
 }
 

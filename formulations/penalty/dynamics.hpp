@@ -33,7 +33,7 @@ struct PenaltyTerms {
   std::vector<T> impulse_rate;  ///< (F_N, F_T) of each contact
   std::vector<T> bristle_rate, flow;
   std::vector<T> rate, r;  ///< G v + Φ_t and the right-hand side of G v̇ = r
-  T contact_loss = 0, friction_loss = 0, film_loss = 0;
+  T contact_work = 0, friction_loss = 0, film_loss = 0;
 
   PenaltyTerms(const System& system, int bristles)
       : e(system.make_evaluation<T>()),
@@ -66,7 +66,9 @@ struct PenaltyContact {
 class PenaltyDynamics {
  public:
   using Vector = std::vector<double>;
-  enum Integral { drive, load, damping, contact_loss, friction_loss, film_loss, stabilisation, integrals };
+  /// contact_work: done on contacts that dissipate. Their loss is this less what they store, two functions of the state: in a
+  /// loop ∫ (F − F_el) δ̇ dt would go on where F is clamped at zero and nothing that is integrated with care changes.
+  enum Integral { drive, load, damping, contact_work, friction_loss, film_loss, stabilisation, integrals };
 
   /// `facts`: of the constraint rows.
   PenaltyDynamics(const System& system, const PenaltyOptions& options, std::vector<PenaltyContact> contacts,
@@ -98,7 +100,11 @@ class PenaltyDynamics {
   }
   /// Mass that an impact at contact k meets, 1/(W_Nᵀ A W_N) with the constraints kept, at the state of row().
   double effective_mass(const ContactRow& row);
-  double elastic_energy(const Vector& x, double t);
+  /// Stored in closed contacts (J): in all, and in those that dissipate.
+  struct Stored {
+    double all = 0, dissipative = 0;
+  };
+  Stored elastic_energy(const Vector& x, double t);
 
   /// Moves x onto Φ = 0 and G v + Φ_t = 0 by the least mass-weighted change, and books what that does to the
   /// energy.

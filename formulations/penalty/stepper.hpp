@@ -47,6 +47,9 @@ class PenaltyStepper {
       mark_[k].at = sample(k, method_.x, state.t);
       if (mark_[k].at.gap < 0 || (mark_[k].at.gap == 0 && mark_[k].at.rate < 0)) close(k);
     }
+    // What contacts that are pressed at the start have stored is no work of this run.
+    method_.x[f_.integral_offset() + PenaltyDynamics::contact_work] =
+        f_.elastic_energy(method_.x, state.t).dissipative;
   }
 
   template <class M>
@@ -218,11 +221,12 @@ class PenaltyStepper {
   EnergyLedger integrals() {
     const double* w = method_.x.data() + f_.integral_offset();
     EnergyLedger l;
-    l.elastic = f_.elastic_energy(method_.x, method_.t);
+    const auto stored = f_.elastic_energy(method_.x, method_.t);
+    l.elastic = stored.all;
     l.drive = w[PenaltyDynamics::drive];
     l.load = w[PenaltyDynamics::load];
     l.damping = w[PenaltyDynamics::damping];
-    l.contact = w[PenaltyDynamics::contact_loss];
+    l.contact = w[PenaltyDynamics::contact_work] - stored.dissipative;
     l.friction = w[PenaltyDynamics::friction_loss];
     l.film = w[PenaltyDynamics::film_loss];
     l.stabilisation = w[PenaltyDynamics::stabilisation];

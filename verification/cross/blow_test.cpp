@@ -216,3 +216,39 @@ TEST_CASE("what a contact force cannot have is named", "[penalty]") {
     return note.starts_with("stop: tangential_restitution = 0.4 is of impact laws");
   }));
 }
+
+TEST_CASE("what a contact has stored is lost where damping holds its force at zero until it opens",
+          "[penalty][blow]") {
+  // A soft ball at rest, δ deep, that its weight pulls away. Faster than v₀/χ from the first micrometre on, it flies off under
+  // no force, and all of U = (2/5) K δ^(5/2) is dissipated, but for (m/2)(v₀/χ)² < 1e-14 J.
+  const std::string integrator =
+      GENERATE("dopri5", "adams_bashforth_moulton", "rosenbrock4", "fehlberg78", "bulirsch_stoer");
+  CAPTURE(integrator);
+  const auto scene = parse_scene(R"(
+gravity = [0.0, 9.81]
+[bodies.ball]
+mass = 1e-3
+inertia = 4e-8
+position = [0.0, 0.0099]
+[contacts.floor]
+type = "plane"
+between = ["ground", "ball"]
+axis = [1.0, 0.0]
+radius = 0.01
+surface = "soft"
+[surfaces.soft]
+young = 1e7
+poisson = 0.3
+restitution = 0.5
+[run]
+duration = 0.01
+start = "given"
+[penalty]
+v0_floor = 1e-6
+)",
+                                 "ball.toml", {"penalty.integrator=" + integrator});
+  const auto run = test::simulate(scene, Family::penalty);
+  REQUIRE(run.ending.status == Ending::Status::finished);
+  const double K = hertz_stiffness(1e7, 0.3, 0.01);
+  CHECK(run.ledger.contact == Approx(0.4 * K * std::pow(1e-4, 2.5)).epsilon(1e-8));
+}
