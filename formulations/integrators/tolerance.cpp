@@ -42,9 +42,9 @@ double greatest_acceleration(const Mechanism& mechanism, const System& system, c
     most = std::max(most, std::abs(e.force[i]) / system.mass()[i] * (system.is_angle(i) ? arm : 1));
   for (const auto& drive : mechanism.drives)
     if (const auto* d = std::get_if<TorqueDrive>(&drive))
-      for (const auto& [x, torque] : d->table)
-        for (const auto& body : mechanism.bodies)
-          most = std::max(most, std::abs(torque) / body.inertia * arm);
+      for (const int body : bodies_of(mechanism.joints[d->joint]))
+        for (const auto& [x, torque] : d->table)
+          if (body != ground) most = std::max(most, std::abs(torque) / mechanism.bodies[body].inertia * arm);
   return std::isfinite(most) ? most : 0;
 }
 

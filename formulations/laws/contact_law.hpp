@@ -10,10 +10,10 @@
 // for any F_el and mass: divide m δ̇ dδ̇ = −F dδ by the bracket and integrate over the loop, where ∮ F_el dδ = 0. Solved
 // for χ at a given ê it is the exact law. Kelvin–Voigt, F = K δ + D δ̇, is the one law of another form.
 //
-// v₀ is δ̇ at first touch for as long as that is the blow that the contact takes. Pressed or struck harder while it lasts,
-// or compressed anew, it takes the greatest w = √(δ̇² + 2U(δ)/m) of the present compression instead, the speed of a touch
-// from flight that would have brought it there (U = ∫ F_el dδ, m the mass that an impact there meets). A free impact has
-// its greatest w at the touch, where w = v₀: nothing changes there.
+// v₀ is δ̇ at first touch through the whole of the first compression, as the laws were published, and its expansion. A contact
+// that was laid down, or is pressed or struck once it has been let go, takes the greatest w = √(δ̇² + 2U(δ)/m) of that
+// compression instead, the speed of a touch from flight that would have brought it there (U = ∫ F_el dδ, m the mass that
+// an impact there meets).
 #pragma once
 
 #include "formulations/laws/contact_parts.hpp"
@@ -32,17 +32,11 @@ struct ContactForce {
   double viscous = 0;  ///< D of Kelvin–Voigt, N s/m
 
   bool dissipates() const { return chi > 0 || viscous > 0; }
-  /// F for δ > 0; `elastic_force` is elastic.force(δ).
-  template <class T>
-  T force(const T& elastic_force, const T& rate, double v0) const {
+  /// F for δ > 0; `elastic_force` is elastic.force(δ), v₀ > 0 a number or of the state.
+  template <class T, class V0>
+  T force(const T& elastic_force, const T& rate, const V0& v0) const {
     const T f = elastic_force * (1 + chi / v0 * rate) + viscous * rate;
     return f < 0 ? T(0) : f;  // a NaN stays one
-  }
-  /// The same with a v₀ > 0 of the state.
-  template <class T>
-  T force_at(const T& elastic_force, const T& rate, const T& v0) const {
-    const T f = elastic_force * (1 + chi * rate / v0) + viscous * rate;
-    return f < 0 ? T(0) : f;
   }
   /// The speed (m/s) with which a mass m would come from flight to this depth and rate without loss: w² = δ̇² + 2U(δ)/m.
   template <class T>

@@ -3,8 +3,8 @@
 //
 //     Σ D_NN P_N² + η² Σ D_TT P_T²  →  min,   η = 1e-3,
 //
-// over all that the laws admit. For each motion these are a convex set, so the least are one, whatever solver, order
-// of contacts or mirror image asked. Normal impulses count before tangential ones: friction that may help to stop the
+// over all that the laws admit. For each motion these are a convex set, so the least are one, whatever solver or mirror
+// image asked; where two motions have equal impulses, as mirror images of each other, one of them is taken. Normal impulses count before tangential ones: friction that may help to stop the
 // contact does so, as it does along the impact while the contact slides, and in the direction that dissipates.
 #include <Eigen/QR>
 #include <algorithm>
@@ -268,17 +268,24 @@ bool ContactProblem::regular() {
 }
 
 bool ContactProblem::wants_least() {
-  if (least == Least::where_singular) return unknowns.size() > 1 && !regular();
-  return least == Least::always;
+  if (least == Least::never) return false;
+  const bool alone = unknowns.size() == 1;
+  if (least == Least::where_singular) return !alone && !regular();
+  // One contact, or contacts without friction, with a regular D have one solution.
+  const bool smooth = std::ranges::all_of(unknowns, [](const ContactUnknown& c) { return c.tangent < 0; });
+  return !((alone || smooth) && regular());
 }
 
-bool ContactProblem::take_least() {
+bool ContactProblem::take_least(double accepted, bool solved) {
   std::vector<int> label, members;
   const int islands = label_islands(label);
   bool found = true;
   for (int k = 0; k < islands; ++k) {
     auto part = island(label, k, members);
-    if (members.size() > most_for_least_of_mode || !part.take_least_of_island()) {
+    const double left = solved ? part.residual() : INFINITY;
+    // Rounding may leave the least impulses with more than the solver's left: they have the same rates then.
+    if (members.size() > most_for_least_of_mode || !part.take_least_of_island() ||
+        !(part.residual() <= std::max({accepted, part.attainable(), left}))) {
       found = false;
       continue;
     }

@@ -86,7 +86,7 @@ ContactSolution ContactProblem::solve() {
   s.solved = false;
   if (static_cast<int>(unknowns.size()) > most_for_lemke && solver_ == LcpSolver::automatic &&
       by_islands(s)) {
-    if (s.solved && wants_least()) take_least();
+    if (s.solved && wants_least()) take_least(accepted, true);
     s.residual_rate = residual();
     s.residual = size > 0 ? s.residual_rate / size : s.residual_rate;
     return s;
@@ -125,15 +125,8 @@ ContactSolution ContactProblem::solve() {
     s.solved = true;
   }
   s.solved = s.solved || (std::isfinite(size) && D.topLeftCorner(rows, rows).allFinite() && by_modes(s));
-  if (std::isfinite(size) && D.topLeftCorner(rows, rows).allFinite() && wants_least()) {
-    const auto found = unknowns;
-    const double left = s.solved ? residual() : INFINITY;
-    // Rounding may leave the least impulses with more than the solver's left: they have the same rates then.
-    if (take_least() && residual() <= std::max({accepted, attainable(), left}))
-      s.solved = true;
-    else
-      unknowns = found;
-  }
+  if (std::isfinite(size) && D.topLeftCorner(rows, rows).allFinite() && wants_least())
+    s.solved = take_least(accepted, s.solved) || s.solved;
   s.residual_rate = residual();
   s.residual = size > 0 ? s.residual_rate / size : s.residual_rate;
   if (s.solved && doubtful()) {

@@ -149,7 +149,7 @@ class ContactProblem {
   bool by_islands(ContactSolution& s);
   bool by_modes(ContactSolution& s);
   bool proximal(double accepted, int& pivots);
-  bool take_least();
+  bool take_least(double accepted, bool solved);
   bool take_least_of_island();
   /// Whether D is positive definite beyond rounding, and friction nowhere as much as may admit a second motion.
   bool regular();

@@ -71,8 +71,8 @@ void EventDriven::tell(std::vector<std::string>& notes) const {
         "miss some per cent");
   if (dynamics_.wedged > 0)
     notes.push_back(fmt::format(
-        "{} impacts of several contacts took Poisson's ratios of impulses: friction between them lets no ratios give "
-        "the energetic law's works",
+        "{} impacts of several contacts took Poisson's ratios of impulses: none were found that give each its "
+        "share of work by the energetic law",
         dynamics_.wedged));
   if (dynamics_.undecided > 0) notes.push_back(undecided_note(dynamics_.undecided));
   double rounded = 0;

@@ -85,6 +85,8 @@ void EventDriven::forces(double t, Forces& out) {
 
 bool EventDriven::step(double t_end) {
   run_end_ = t_end;
+  finite_ = method_.x;
+  finite_t_ = method_.t;
   if (watching_) {
     before_step_.clear();
     within_.clear();
@@ -96,8 +98,6 @@ bool EventDriven::step(double t_end) {
       return false;
     }
   }
-  finite_ = method_.x;
-  finite_t_ = method_.t;
   // No step crosses a kink of a table's torque, or misses a pulse.
   t_end = std::min(
       {t_end, dynamics_.system().next_knot(method_.t), method_.t + longest_step(dynamics_.system(), v())});

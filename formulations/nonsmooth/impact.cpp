@@ -127,36 +127,6 @@ bool ImpactProblem::routh(ImpactContact& c) {
   return impact.ended;
 }
 
-/// Poisson's phases with the ratios of expansion iterated until each contact's works stand as −e² : 1, works
-/// taken with the mean rates of a phase. Where friction wedges what expands no ratios may do that: then Poisson's.
-bool ImpactProblem::energetic(std::vector<ImpactContact>& contacts) {
-  constexpr int most = 40;
-  if (!compress(contacts)) return false;
-  std::vector<double> poisson, ratio;
-  for (const auto& c : contacts) poisson.push_back(c.restitution);
-  ratio = poisson;
-  const double none = 1e-9 * before_.cwiseAbs().maxCoeff();
-  for (int i = 0; i < most; ++i) {
-    if (!expand(contacts, ratio)) break;
-    double change = 0;
-    for (std::size_t k = 0; k < contacts.size(); ++k) {
-      const int n = contacts[k].normal;
-      const double pressed = compression_[k].impulse_n, e = contacts[k].restitution;
-      const double compressed = 0.5 * pressed * (before_[n] + after_compression_[n]);
-      if (!(compressed < 0) || e == 0) continue;
-      const double mean = 0.5 * (after_compression_[n] + after_[n]);
-      // What does not move does no work, whatever its impulse is.
-      const double next = mean > none ? e * e * -compressed / (mean * pressed) : e;
-      change = std::max(change, std::abs(next - ratio[k]));
-      ratio[k] = 0.5 * (ratio[k] + next);
-    }
-    if (change <= 1e-13) return true;
-    if (change > 1e3) break;
-  }
-  wedged_ = true;
-  return expand(contacts, poisson);
-}
-
 bool ImpactProblem::by_law(std::vector<ImpactContact>& contacts) {
   switch (law_) {
     case ImpactLaw::newton:
@@ -188,7 +158,7 @@ std::string ImpactProblem::solve_island(std::vector<ImpactContact>& contacts) {
   // Without restitution there always is a solution (see by_copositive_lemke).
   auto soft = contacts;
   for (auto& c : soft) c.restitution = c.tangential_restitution = 0;
-  if (contacts.size() < 2 || !newton(soft))
+  if (!newton(soft))
     return fmt::format(
         "the impact of {} contacts was not solved by any solver, nor without restitution (residual {:.2g} of the "
         "greatest rate); whether it has a solution is not known",

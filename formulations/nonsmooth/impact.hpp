@@ -12,7 +12,7 @@
 //              (Stronge, Proc. R. Soc. Lond. A 431 (1990) 169). One contact alone is integrated along its
 //              normal impulse (Routh), with slip, stick and reversal: exact, and never raises the energy.
 //              Several that D couples take poisson's phases, with each contact's share of expansion iterated until
-//              its own works stand in that ratio; where friction lets none, Poisson's.
+//              its own works stand in that ratio (impact_energetic.cpp); where none are found, Poisson's.
 //
 // Contacts that D does not couple are impacts of their own. Where the laws admit several impulses the least are taken
 // (contact_least.cpp), in each phase. Works are those along the impact: of each phase its impulse times the mean of the
@@ -53,8 +53,8 @@ class ImpactProblem {
   /// The last solve took e = 0, for no impulses were found that keep the law: contacts that share a body between
   /// walls may be asked for rates that cannot be had together, as a disc in a channel of its own width.
   bool inelastic() const { return inelastic_; }
-  /// The last solve by the energetic law took Poisson's ratios, for friction between several contacts lets no ratios
-  /// give their works.
+  /// The last solve by the energetic law took Poisson's ratios, for none were found that give the contacts' works:
+  /// friction between several may let there be none.
   bool wedged() const { return wedged_; }
   long& modes_left() { return problem_.modes_left; }
 

@@ -44,11 +44,8 @@ struct PenaltyTerms {
         r(system.rows()) {}
 };
 
-/// One contact as the penalty formulation carries it.
-struct PenaltyContact {
-  ContactForce law;
-  std::optional<FrictionForce> friction;
-  std::optional<Film> film;
+/// What a contact's forces depend on beside the state.
+struct PenaltyMode {
   bool closed = false;
   int zone = 0;         ///< of the friction law, while closed
   double v0 = 1;        ///< m/s: δ̇ at first touch of the present contact, or of its last blow
@@ -56,9 +53,23 @@ struct PenaltyContact {
   double mass = 1;      ///< kg, that the blow meets
   bool eased = false;   ///< it was laid down, or has been let go since its touch: a blow is another than that
 
+  template <class M>
+  void remember(M& m) {
+    m(closed, zone, v0, struck, mass, eased);
+  }
+};
+
+/// One contact as the penalty formulation carries it.
+struct PenaltyContact : PenaltyMode {
+  ContactForce law;
+  std::optional<FrictionForce> friction;
+  std::optional<Film> film;
+
+  PenaltyMode& mode() { return *this; }
+  const PenaltyMode& mode() const { return *this; }
   template <class T>
   T force(const T& delta, const T& rate, const T& elastic) const {
-    return struck ? law.force_at(elastic, rate, law.touch_speed(delta, rate, mass))
+    return struck ? law.force(elastic, rate, law.touch_speed(delta, rate, mass))
                   : law.force(elastic, rate, v0);
   }
 };
@@ -142,7 +153,7 @@ class PenaltyDynamics {
   template <class M>
   void remember(M& m) {
     m.part("penalty dynamics");
-    for (auto& c : contacts_) m(c.closed, c.zone, c.v0, c.struck, c.mass, c.eased);
+    for (auto& c : contacts_) m(c.mode());
     m(phases);
     m(saddle_, singular_, work);
   }

@@ -92,14 +92,7 @@ class PenaltyStepper {
       method_.interpolate(t, moving_);
     else
       moving_ = method_.x;
-    for (std::size_t k = 0; k < was_.size(); ++k) {
-      auto& c = probe_->contacts()[k];
-      c.closed = was_[k].closed;
-      c.zone = was_[k].zone;
-      c.v0 = was_[k].v0;
-      c.struck = was_[k].struck;
-      c.mass = was_[k].mass;
-    }
+    for (std::size_t k = 0; k < was_.size(); ++k) probe_->contacts()[k].mode() = was_[k];
     probe_->phases = was_phases_;
     probe_->report(moving_, t, slope_, out);
   }
@@ -110,11 +103,11 @@ class PenaltyStepper {
 
   bool step(double t_end) {
     if (watching_) keep_modes();
-    if (restart_) method_.renew(f_);
-    restart_ = false;
     const double run_end = t_end;
     // A table's knots are stops: no step crosses a kink of the torque, or misses a pulse.
     const double knot = f_.knot = f_.system().next_knot(method_.t);
+    if (restart_) method_.renew(f_);
+    restart_ = false;
     const bool to_knot = knot < t_end;
     if (to_knot) t_end = knot;
     t_end = std::min(t_end, method_.t + longest_step(f_.system(), v()));
@@ -242,10 +235,7 @@ class PenaltyStepper {
   }
   /// The modes that the coming step is made in.
   void keep_modes() {
-    for (std::size_t k = 0; k < was_.size(); ++k) {
-      const auto& c = f_.contacts()[k];
-      was_[k] = {c.closed, c.zone, c.v0, c.struck, c.mass};
-    }
+    for (std::size_t k = 0; k < was_.size(); ++k) was_[k] = f_.contacts()[k].mode();
     was_phases_ = f_.phases;
   }
   /// After another hundred thousand steps: whether the run would never end. While a contact lasts without
@@ -289,13 +279,6 @@ class PenaltyStepper {
     void remember(M& m) {
       m(gap, rate, slide);
     }
-  };
-  struct Mode {
-    bool closed = false;
-    int zone = 0;
-    double v0 = 1;
-    bool struck = false;
-    double mass = 1;
   };
   struct Mark {
     Sample at;                                   // end of the last step
@@ -443,7 +426,7 @@ class PenaltyStepper {
     }
     // The first compression has the speed of its touch, whatever is pressed meanwhile.
     const double now = touch_speed(c, after);
-    if (!(c.eased || before.rate > 0) || !(now > (1 + same) * c.v0)) return;
+    if (!c.eased || !(now > (1 + same) * c.v0)) return;
     const double w = touch_speed(c, begin);
     if (w >= c.v0) return take(from);
     take(bracketed_root([&](double t) { return touch_speed(c, sample_at(k, t)) - c.v0; }, from, method_.t,
@@ -582,7 +565,7 @@ class PenaltyStepper {
   Extremes extremes_;
   bool watching_ = false;
   std::unique_ptr<PenaltyDynamics> probe_;  // made when forces are first watched
-  std::vector<Mode> was_;                   // modes of the last step
+  std::vector<PenaltyMode> was_;            // modes of the last step
   Phases was_phases_;
   Forces nothing_, within_, at_;
   Vector slope_, moving_;

@@ -51,8 +51,8 @@ nlohmann::json options(const std::string& scene) {
             nlohmann::json::parse(line.value, nullptr, false);
   // What is not named is in force all the same.
   auto& nonsmooth = found["nonsmooth"];
-  nonsmooth.emplace("scheme", nonsmooth.contains("step") ? "moreau-jean" : "automatic");
   nonsmooth.emplace("step", "automatic");
+  nonsmooth.emplace("scheme", nonsmooth["step"].is_number() ? "moreau-jean" : "automatic");
   return found;
 }
 

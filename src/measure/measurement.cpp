@@ -10,6 +10,7 @@
 #include <sstream>
 #include <string>
 
+#include "measure/turns.hpp"
 #include "model/error.hpp"
 
 namespace freeplay {
@@ -131,7 +132,7 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
     for (double& x : times) x -= first;
   }
   const double span = times.back();
-  if (span < 0.999 * turn - span / static_cast<double>(times.size()))
+  if (whole_turns(times.size(), span, turn) < 1)
     fail(0,
          t >= 0
              ? fmt::format("spans {:.4g} s, less than a turn of the crank ({:.4g} s); t must be in seconds",

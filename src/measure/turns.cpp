@@ -235,6 +235,11 @@ void TurnMeter::last_turn(TurnMetrics& m) const {
   std::ranges::sort(m.last_turn, {}, &TracePoint::angle);
 }
 
+int whole_turns(std::size_t n, double span, double turn) {
+  const auto samples = static_cast<double>(n);
+  return static_cast<int>((samples + 1 - 1e-6) * span / (samples - 1) / turn);
+}
+
 TurnMetrics TurnMeter::finish(double end, double energy_lost) const {
   TurnMetrics m;
   m.value.fill(nan);
@@ -243,10 +248,7 @@ TurnMetrics TurnMeter::finish(double end, double energy_lost) const {
     m.value[TurnMetrics::energy_per_turn] = energy_lost * turn() / (end - rules_.discard);
   }
   if (times_.size() < 2) return m;
-  const auto n = static_cast<double>(times_.size());
-  const double spacing = (times_.back() - times_.front()) / (n - 1);
-  // Turns of P samples each have N·P of them, rounded down where they begin with a sample.
-  const int turns = static_cast<int>((n + 1 - 1e-6) * spacing / turn());
+  const int turns = whole_turns(times_.size(), times_.back() - times_.front(), turn());
   if (turns < 1) return m;
   peaks(m, turns);
   harmonics(m, turns);

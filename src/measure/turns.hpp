@@ -86,6 +86,10 @@ struct TurnMetrics {
 };
 inline constexpr int mean_bins = 720;
 
+/// Whole turns (of `turn` s) among n ≥ 2 even samples that span `span` s. Turns of P samples each have N·P of them, rounded
+/// down where they begin with a sample.
+int whole_turns(std::size_t n, double span, double turn);
+
 class TurnMeter {
  public:
   explicit TurnMeter(const TurnRules& rules) : rules_(rules) {}

@@ -47,6 +47,7 @@ long FastOnes::at_least(double x) const {
 }
 
 void FastOnes::add(const FastOnes& other) {
+  greatest_ = std::max(greatest_, other.greatest_);
   for (const auto& k : other.kept_) add(k.value, k.count);
 }
 

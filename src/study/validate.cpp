@@ -157,6 +157,8 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
     a.formulation = formulation;
     a.ending = run.ending;
     a.metrics = std::move(run.metrics);
+    if (a.ending.status == Ending::Status::finished && a.metrics.turns.empty())
+      a.ending = {Ending::Status::failed, "no whole turn was sampled after the discard"};
     if (a.ending.status == Ending::Status::finished) {
       judge(v.measured, v.uncertainty, measured.datum, a);
       a.quiet = quiet_stretch(a.mean_turn, v.ideal_maximum);

@@ -1,6 +1,9 @@
 // Impact laws against results worked out by hand or by an independent program: three balls in a row, Kane and
 // Levinson's pendulum, and the single impact with slip, stick and reversal.
+#include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
+
+#include <random>
 
 #include "formulations/nonsmooth/impact.hpp"
 #include "formulations/nonsmooth/routh.hpp"
@@ -165,5 +168,49 @@ TEST_CASE("a single impact integrated along its normal impulse", "[impact]") {
     CHECK(impact.impulse_t == Approx(q).margin(1e-5 * p));
     CHECK(impact.normal_work == Approx(work).epsilon(1e-5));
     CHECK(impact.tangential_work == Approx(rubbed).margin(1e-5 * -work));
+  }
+}
+
+TEST_CASE("the energetic law gives each of several contacts its work wherever there are ratios that do",
+          "[impact]") {
+  // Without friction there always are: z_i (D z)_i = e_i² P_i |u_i|, P = −D⁻¹u the compression, has one solution z > 0
+  // (the least of ½ zᵀD z − Σ e_i² P_i |u_i| ln z_i), and P + z is the impulse. D couples negatively here, where contacts
+  // push each other apart, and compression presses all.
+  std::mt19937_64 engine(7);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution(low, high)(engine);
+  };
+  int tried = 0;
+  while (tried < 300) {
+    const int n = 2 + tried % 3;
+    Eigen::MatrixXd A(n, n);
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j) A(i, j) = uniform(-1, 1);
+    Eigen::MatrixXd D = A * A.transpose() + 0.05 * Eigen::MatrixXd::Identity(n, n);
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j)
+        if (i != j) D(i, j) = -std::abs(D(i, j));
+    if (D.eigenvalues().real().minCoeff() < 1e-3) continue;
+    Eigen::VectorXd P(n);
+    for (auto& p : P) p = uniform(0.1, 2);
+    const Eigen::VectorXd u = -D * P;
+    if (u.maxCoeff() > -1e-3) continue;  // all approach
+    ++tried;
+    std::vector<ImpactContact> contacts(static_cast<std::size_t>(n));
+    for (int i = 0; i < n; ++i) {
+      contacts[static_cast<std::size_t>(i)].normal = i;
+      contacts[static_cast<std::size_t>(i)].restitution = uniform(0.05, 1);
+    }
+    ImpactProblem impact(ImpactLaw::energetic, LcpSolver::automatic, 1e-12);
+    CAPTURE(tried, D, u);
+    REQUIRE(impact.solve(D, u, n, contacts).empty());
+    CHECK_FALSE(impact.wedged());
+    Eigen::VectorXd z(n);
+    for (int i = 0; i < n; ++i) z[i] = contacts[static_cast<std::size_t>(i)].impulse_n - P[i];
+    const Eigen::VectorXd off = D * z;
+    for (int i = 0; i < n; ++i) {
+      const double e = contacts[static_cast<std::size_t>(i)].restitution;
+      CHECK(z[i] * off[i] == Approx(e * e * P[i] * -u[i]).epsilon(1e-9));
+    }
   }
 }

@@ -285,6 +285,37 @@ TEST_CASE("impacts are counted by their value", "[chain]") {
   many.add(1);
   for (int i = 0; i < 1000; ++i) many.add(0.099), many.add(0.101);
   CHECK(many.at_least(0.1) == 2001);
+  // Joined windows have the greatest of both, thinned or not: 700 from 0.2 to 1.
+  FastOnes thinned, joined;
+  for (int i = 0; i < 700; ++i) thinned.add(0.2 + 0.8 * i / 699);
+  joined.add(0.15);
+  joined.add(thinned);
+  CHECK(joined.greatest() == 1);
+  CHECK(joined.at_least(0.1 * joined.greatest()) == 701);
+}
+
+TEST_CASE("a file of less than a whole turn is refused, of a whole one taken", "[chain][validate]") {
+  // 5,000 samples a turn: a whole turn ends before the first of the next.
+  test::TemporaryFolder folder;
+  const auto file = folder.path() / "data.csv";
+  for (const int samples : {4990, 4996, 4998, 4999, 5000, 5001}) {
+    std::string text = "t,acceleration\n";
+    for (int i = 0; i < samples; ++i)
+      text += fmt::format("{:.7f},{}\n", i / 5000.0, curve(2 * pi * i / 5000.0));
+    write_file(file, text);
+    CAPTURE(samples);
+    if (samples < 5000) {
+      CHECK_THROWS_WITH(read_measurement(file, 2 * pi, 0), Contains("less than a turn"));
+      continue;
+    }
+    const auto m = read_measurement(file, 2 * pi, 0);
+    TurnRules rules;
+    rules.speed = 2 * pi;
+    rules.joint = -1;
+    TurnMeter meter(rules);
+    for (std::size_t i = 0; i < m.time.size(); ++i) meter.acceleration(m.time[i], m.acceleration[i]);
+    CHECK(meter.finish(m.time.back(), 0).turns.size() == 1);
+  }
 }
 
 TEST_CASE("what repeats from turn to turn decides the sign, and nothing is claimed without it",

@@ -252,3 +252,43 @@ v0_floor = 1e-6
   const double K = hertz_stiffness(1e7, 0.3, 0.01);
   CHECK(run.ledger.contact == Approx(0.4 * K * std::pow(1e-4, 2.5)).epsilon(1e-8));
 }
+
+TEST_CASE("a torque on one body makes no contact of another slower than the floor of v0", "[penalty][blow]") {
+  // Nothing sets a pace here but the torque: 1000 N m on a wheel. The ball beside it, of 1e-9 kg m², has nothing of that.
+  const auto scene = parse_scene(R"(
+[bodies.wheel]
+mass = 1.0
+inertia = 1.0
+[bodies.ball]
+mass = 1e-3
+inertia = 1e-9
+position = [3.0, 0.5]
+velocity = [0.0, -1.0]
+[joints.axle]
+type = "revolute"
+between = ["ground", "wheel"]
+[contacts.floor]
+type = "plane"
+between = ["ground", "ball"]
+axis = [1.0, 0.0]
+radius = 0.1
+surface = "steel"
+[surfaces.steel]
+young = 2e11
+poisson = 0.3
+restitution = 0.5
+[drives.motor]
+joint = "axle"
+torque = 1000.0
+[run]
+duration = 0.45
+start = "given"
+)",
+                                 "beside.toml", {});
+  const auto run = test::simulate(scene, Family::penalty);
+  REQUIRE(run.ending.status == Ending::Status::finished);
+  REQUIRE_FALSE(run.events.empty());
+  CHECK(run.events.front().v_n_minus == Approx(-1).epsilon(1e-9));
+  CHECK(run.events.front().v_n_plus ==
+        Approx(0.5).epsilon(1e-4));  // the exact law, of which χ is found to 1e-12
+}
