@@ -66,22 +66,7 @@ void rig(Findings& f) {
 
 /// A body on a spring: the order where forces know the place alone.
 void smooth(Findings& f) {
-  const auto scene = parse_scene(R"(
-gravity = [0, -9.81]
-[bodies.mass]
-mass = 2
-inertia = 0.1
-position = [0, -1]
-[loads.spring]
-type = "spring-damper"
-between = ["ground", "mass"]
-stiffness = 80
-free_length = 1
-[run]
-duration = 1.3
-start = "given"
-)",
-                                 "hanging");
+  const auto scene = read_scene(test::scene_file("hanging_mass"));
   const double w = std::sqrt(80 / 2.0), rest = -(1 + 2 * 9.81 / 80), a = -1 - rest;
   std::vector<double> each, errors;
   for (double tolerance = 1e-4; tolerance > 0.9e-8; tolerance /= 10) {
@@ -134,29 +119,8 @@ void turning(Findings& f) {
   double worst = 0;
   for (const double tolerance : {1e-4, 1e-5, 1e-6, 1e-7})
     for (const double v0 : {0.25, 0.27, 0.3, 0.31, 0.32}) {
-      const auto scene = parse_scene(fmt::format(R"(
-gravity = [0, -9.81]
-[bodies.block]
-mass = 2
-inertia = 1
-velocity = [{}, 0]
-[joints.guide]
-type = "translational"
-between = ["ground", "block"]
-[loads.rub]
-type = "joint-friction"
-joint = "guide"
-force = 6
-regularisation = 1e-3
-[loads.pull]
-type = "force"
-body = "block"
-force = [-10, 0]
-[run]
-duration = 0.2
-)",
-                                                 v0),
-                                     "block");
+      auto scene = read_scene(test::scene_file("pulled_block"));
+      scene.mechanism.bodies[0].velocity = {v0, 0};
       const auto end = finished(by(scene, Scheme::moreau_jean, tolerance)).final_state;
       worst = greatest(worst, std::abs(end.v[0] + 2 * (0.2 - v0 / 8)) / (tolerance * (std::sqrt(9.81) + v0)));
     }

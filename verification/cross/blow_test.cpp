@@ -125,29 +125,10 @@ TEST_CASE("the greatest penetration is the extremum, not the deepest end of a st
   const std::string integrator =
       GENERATE("dopri5", "adams_bashforth_moulton", "rosenbrock4", "fehlberg78", "bulirsch_stoer");
   CAPTURE(integrator);
-  auto scene = parse_scene(R"(
-[bodies.ball]
-mass = 1.0
-inertia = 0.004
-position = [0.0, 0.1001]
-velocity = [0.0, -0.7]
-[contacts.floor]
-type = "plane"
-between = ["ground", "ball"]
-axis = [1.0, 0.0]
-radius = 0.1
-surface = "steel"
-[surfaces.steel]
-young = 2.07e11
-poisson = 0.3
-restitution = 1.0
-[run]
-duration = 2e-3
-[penalty]
-contact = "hertz"
-tolerance = 1e-8
-)",
-                           "ball.toml", {"penalty.integrator=" + integrator});
+  const auto scene = read_scene(test::scene_file("ball_on_plane"),
+                                {"penalty.integrator=" + integrator, "penalty.contact=hertz",
+                                 "bodies.ball.position=[0, 0.1001]", "bodies.ball.velocity=[0, -0.7]",
+                                 "surfaces.steel.restitution=1", "run.duration=2e-3", "run.start=ideal"});
   const auto run = test::simulate(scene, Family::penalty);
   REQUIRE(run.contacts[0].impacts + run.events_seen > 0);
   // Hertz without loss: m v²/2 = (2/5) K δ^(5/2), K = (4/3) E* √R, E* = E/(2(1 − ν²)).
@@ -162,27 +143,9 @@ TEST_CASE("a body may start where its soft contact bears it", "[penalty][start]"
   const auto young = GENERATE(1e6, 1e8, 2e11);
   const double K = 4.0 / 3 * young / (2 * (1 - 0.09)) * std::sqrt(0.1), depth = std::pow(9.81 / K, 2.0 / 3);
   const auto scene = [&](double deep) {
-    return parse_scene(R"(
-gravity = [0.0, -9.81]
-[bodies.ball]
-mass = 1.0
-inertia = 0.004
-[contacts.floor]
-type = "plane"
-between = ["ground", "ball"]
-axis = [1.0, 0.0]
-radius = 0.1
-surface = "rubber"
-[surfaces.rubber]
-poisson = 0.3
-restitution = 0.8
-[run]
-duration = 0.1
-start = "given"
-)",
-                       "soft.toml",
-                       {fmt::format("surfaces.rubber.young={}", young),
-                        fmt::format("bodies.ball.position=[0.0, {}]", 0.1 - deep)});
+    return read_scene(test::scene_file("ball_on_plane"),
+                      {"gravity=[0, -9.81]", fmt::format("surfaces.steel.young={}", young),
+                       fmt::format("bodies.ball.position=[0, {}]", 0.1 - deep)});
   };
   CAPTURE(young, depth);
   const auto run = test::simulate(scene(depth), Family::penalty);
@@ -224,32 +187,14 @@ TEST_CASE("what a contact has stored is lost where damping holds its force at ze
   const std::string integrator =
       GENERATE("dopri5", "adams_bashforth_moulton", "rosenbrock4", "fehlberg78", "bulirsch_stoer");
   CAPTURE(integrator);
-  const auto scene = parse_scene(R"(
-gravity = [0.0, 9.81]
-[bodies.ball]
-mass = 1e-3
-inertia = 4e-8
-position = [0.0, 0.0099]
-[contacts.floor]
-type = "plane"
-between = ["ground", "ball"]
-axis = [1.0, 0.0]
-radius = 0.01
-surface = "soft"
-[surfaces.soft]
-young = 1e7
-poisson = 0.3
-restitution = 0.5
-[run]
-duration = 0.01
-start = "given"
-[penalty]
-v0_floor = 1e-6
-)",
-                                 "ball.toml", {"penalty.integrator=" + integrator});
+  const auto scene =
+      read_scene(test::scene_file("ball_on_plane"),
+                 {"penalty.integrator=" + integrator, "penalty.v0_floor=1e-6", "gravity=[0, 9.81]",
+                  "bodies.ball.mass=1e-3", "bodies.ball.position=[0, 0.0999]", "surfaces.steel.young=1e7",
+                  "surfaces.steel.restitution=0.5", "run.duration=0.01"});
   const auto run = test::simulate(scene, Family::penalty);
   REQUIRE(run.ending.status == Ending::Status::finished);
-  const double K = hertz_stiffness(1e7, 0.3, 0.01);
+  const double K = hertz_stiffness(1e7, 0.3, 0.1);
   CHECK(run.ledger.contact == Approx(0.4 * K * std::pow(1e-4, 2.5)).epsilon(1e-8));
 }
 

@@ -42,45 +42,6 @@ struct Rig {
   }
 };
 
-/// A bar released at rest from 60 degrees, about a pivot: rows whose rates turn with the body.
-Scene pendulum() {
-  return parse_scene(R"(
-gravity = [0, -9.81]
-[bodies.bar]
-mass = 0.8
-inertia = 0.01
-position = [0.21650635094610965, -0.125]
-angle = -0.5235987755982989
-[joints.pivot]
-type = "revolute"
-between = ["ground", "bar"]
-at = [[0, 0], [-0.25, 0]]
-[run]
-duration = 0.9
-)",
-                     "pendulum");
-}
-
-/// A free body on a spring, moving up and down: no rows, and forces of the place alone.
-Scene hanging() {
-  return parse_scene(R"(
-gravity = [0, -9.81]
-[bodies.mass]
-mass = 2
-inertia = 0.1
-position = [0, -1]
-[loads.spring]
-type = "spring-damper"
-between = ["ground", "mass"]
-stiffness = 80
-free_length = 1
-[run]
-duration = 1.3
-start = "given"
-)",
-                     "hanging");
-}
-
 /// Orders of the error at the end of smooth motion: in the number of solves, and in what is accepted.
 struct Orders {
   double in_solves, in_tolerance;
@@ -158,7 +119,7 @@ TEST_CASE("chosen steps: smooth motion without rows is of fourth order, with row
   // A step is then chosen by its h³: errors go with tolerance^{4/3}. Where rows turn with the motion the middle's rates,
   // continued by (h/2)γ, miss those at the end by O(h³), onto which they are moved: that is not symmetric, and leaves h⁴
   // in the combination: third order, and errors go with tolerance.
-  const auto spring = orders(hanging(), [](const State& end) {
+  const auto spring = orders(read_scene(test::scene_file("hanging_mass")), [](const State& end) {
     const double w = std::sqrt(80 / 2.0), rest = -(1 + 2 * 9.81 / 80), a = -1 - rest;
     return std::max(std::abs(end.q[1] - rest - a * std::cos(w * 1.3)) / a,
                     std::abs(end.v[1] + a * w * std::sin(w * 1.3)) / (a * w));
@@ -167,7 +128,7 @@ TEST_CASE("chosen steps: smooth motion without rows is of fourth order, with row
   CHECK(spring.in_solves < 4.3);
   CHECK(spring.in_tolerance > 3.7 / 3);
   CHECK(spring.in_tolerance < 4.3 / 3);
-  const auto bar = orders(pendulum(), [](const State& end) {
+  const auto bar = orders(read_scene(test::scene_file("swinging_bar")), [](const State& end) {
     const auto exact =
         reference::pendulum_state(reference::Pendulum{0.8, 0.01, 0.25, 9.81, 1.0471975511965976}, 0.9);
     return std::max(std::abs(end.q[2] + 1.5707963267948966 - exact.angle),
@@ -238,27 +199,7 @@ TEST_CASE("chosen steps: sliding that turns round under a preload, and up a slop
     for (const double v0 : {0.25, 0.27, 0.3, 0.31, 0.32}) {
       CAPTURE(tolerance, v0);
       {  // 2 kg against 6 N of friction and a pull of 10 N: −8 m/s², then −2 m/s²
-        auto scene = parse_scene(R"(
-gravity = [0, -9.81]
-[bodies.block]
-mass = 2
-inertia = 1
-[joints.guide]
-type = "translational"
-between = ["ground", "block"]
-[loads.rub]
-type = "joint-friction"
-joint = "guide"
-force = 6
-regularisation = 1e-3
-[loads.pull]
-type = "force"
-body = "block"
-force = [-10, 0]
-[run]
-duration = 0.2
-)",
-                                 "block");
+        auto scene = read_scene(test::scene_file("pulled_block"));
         scene.mechanism.bodies[0].velocity = {v0, 0};
         const auto run = finished(chosen(scene, tolerance));
         const double stop = v0 / 8, rest = 0.2 - stop, wrong = 2 * tolerance * (std::sqrt(9.81) + v0);

@@ -18,22 +18,7 @@ constexpr double mass = 0.8, inertia = 0.01, arm = 0.25, gravity = 9.81, amplitu
 
 Scene pendulum() {
   // θ is the angle of the body; it hangs along −y, so its angle from the vertical is θ + 90°.
-  auto scene = parse_scene(R"(
-gravity = [0, -9.81]
-[bodies.bar]
-mass = 0.8
-inertia = 0.01
-position = [0.21650635094610965, -0.125]
-angle = -0.5235987755982989
-[joints.pivot]
-type = "revolute"
-between = ["ground", "bar"]
-at = [[0, 0], [-0.25, 0]]
-[run]
-duration = 0.9
-)",
-                           "pendulum");
-  return scene;
+  return read_scene(test::scene_file("swinging_bar"));
 }
 
 double angle_error(const Scene& scene, Family family) {

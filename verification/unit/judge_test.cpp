@@ -92,28 +92,7 @@ TEST_CASE("a contact that is too soft is doubted by its radius, or by its flight
 
 TEST_CASE("what rests gains no energy by rounding", "[judge]") {
   // A block on its two corners, almost level: gains of 1e-25 J and 1e-10 J of 0.1 J were told.
-  const auto scene = parse_scene(R"(gravity = [0.0, -9.81]
-[bodies.block]
-mass = 1.0
-inertia = 0.01
-position = [0.0, 0.05]
-[contacts.left]
-type = "plane"
-between = ["ground", "block"]
-at = [[0, 0], [-0.1, -0.05]]
-surface = "s"
-[contacts.right]
-type = "plane"
-between = ["ground", "block"]
-at = [[0, 0], [0.1, -0.05]]
-surface = "s"
-[surfaces.s]
-restitution = 0.5
-friction = 0.3
-[run]
-duration = 0.2
-)",
-                                 "block");
+  const auto scene = read_scene(test::scene_file("block_on_corners"));
   for (const auto scheme : {Scheme::moreau_jean, Scheme::event_driven})
     for (const double y : {0.05, 0.06})
       for (const double angle : {0.0, 1e-9, 1e-3}) {

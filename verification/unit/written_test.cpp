@@ -68,47 +68,27 @@ nlohmann::json json_of(const std::filesystem::path& file) {
   return nlohmann::json::parse(in);
 }
 
-/// Runs a scene's text by the program, into a folder of its own.
-std::filesystem::path ran(const test::TemporaryFolder& place, const std::string& text,
-                          const std::string& formulation, const std::string& set = "") {
+/// Runs a scene by the program, into a folder of its own.
+std::filesystem::path ran(const test::TemporaryFolder& place, const std::filesystem::path& scene,
+                          const std::string& formulation) {
   static int count = 0;
-  const auto name = fmt::format("{}", ++count);
-  write_file(place.path() / (name + ".toml"), text);
-  const auto o = test::freeplay("run " + (place.path() / (name + ".toml")).string() + " --formulation " +
-                                formulation + set + " -o " + (place.path() / name).string());
-  CAPTURE(formulation, set, o.err);
+  const auto folder = place.path() / fmt::format("{}", ++count);
+  const auto o =
+      test::freeplay("run " + scene.string() + " --formulation " + formulation + " -o " + folder.string());
+  CAPTURE(formulation, o.err);
   REQUIRE(o.status == 0);
-  return place.path() / name;
+  return folder;
+}
+std::filesystem::path ran(const test::TemporaryFolder& place, const std::string& text,
+                          const std::string& formulation) {
+  write_file(place.path() / "scene.toml", text);
+  return ran(place, place.path() / "scene.toml", formulation);
 }
 
 /// A block on its two corners, its centre of mass to one side: two contacts that share its weight.
-std::string block(const std::string& options) {
-  return R"(gravity = [0.0, -9.81]
-[bodies.block]
-mass = 1.0
-inertia = 0.01
-position = [0.0, 0.05]
-[contacts.left]
-type = "plane"
-between = ["ground", "block"]
-at = [[0, 0], [-0.1, -0.05]]
-surface = "s"
-[contacts.right]
-type = "plane"
-between = ["ground", "block"]
-at = [[0, 0], [0.06, -0.05]]
-surface = "s"
-[surfaces.s]
-restitution = 0.5
-friction = 0.3
-[run]
-duration = 0.2
-start = "given"
-[nonsmooth]
-step = 1e-4
-scheme = "moreau-jean"
-)" + options;
-}
+const std::vector<std::string> off_centre{"contacts.right.at=[[0, 0], [0.06, -0.05]]", "run.start=given",
+                                          "nonsmooth.step=1e-4", "nonsmooth.scheme=moreau-jean"};
+Scene block() { return read_scene(test::scene_file("block_on_corners"), off_centre); }
 
 }  // namespace
 
@@ -171,10 +151,10 @@ TEST_CASE("run.json says which formulation ran, how it ended and what it left of
   // Sweeps over contacts end below the tolerance, which here is coarse enough to be seen: a sweep takes out most of what
   // is left, but not six digits of it.
   const auto left = [&](const char* tolerance) {
-    const auto j =
-        json_of(ran(place, block(fmt::format("solver = \"gauss-seidel\"\nlcp_tolerance = {}\n", tolerance)),
-                    "nonsmooth") /
-                "run.json");
+    std::string options = "nonsmooth --set nonsmooth.solver=gauss-seidel --set nonsmooth.lcp_tolerance=";
+    options += tolerance;
+    for (const auto& set : off_centre) options += " --set '" + set + "'";
+    const auto j = json_of(ran(place, test::scene_file("block_on_corners"), options) / "run.json");
     const double rate = j["greatest_complementarity_residual_m_per_s"];
     CHECK(rate > 0);
     // Relative to the greatest rate: a step's gravity, g h = 1e-3 m/s.
@@ -246,7 +226,7 @@ TEST_CASE("a sound run has no notes", "[written]") {
   const auto ball = test::scene_file("bouncing_ball"), pendulum = test::scene_file("pendulum");
   for (const bool forces : {false, true})
     for (const auto scheme : {Scheme::moreau_jean, Scheme::event_driven, Scheme::automatic})
-      for (auto scene : {read_scene(ball), parse_scene(block(""), "block"), read_scene(pendulum)}) {
+      for (auto scene : {read_scene(ball), block(), read_scene(pendulum)}) {
         scene.run.duration = std::min(scene.run.duration, 0.4);
         scene.run.forces = forces;
         scene.nonsmooth.scheme = scheme;
@@ -271,7 +251,7 @@ TEST_CASE("what rests is solved from the impulses of the step before", "[written
   // coupling of the two corners leaves; to 1e-10 that is tens of sweeps, and the case "both stick" is the sixth. The
   // first tenth of the steps is left to the start.
   for (const auto solver : {LcpSolver::gauss_seidel, LcpSolver::enumeration}) {
-    auto scene = parse_scene(block(""), "block");
+    auto scene = block();
     scene.nonsmooth.solver = solver;
     const auto run = test::simulate(scene, Family::nonsmooth);
     CAPTURE(static_cast<int>(solver), run.work.pivots, run.work.lcp_solves);
