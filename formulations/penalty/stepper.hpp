@@ -240,30 +240,10 @@ class PenaltyStepper {
   }
   /// After another hundred thousand steps: whether the run would never end. While a contact lasts without
   /// any event, only stability keeps the steps so short, and a hundred million more of them are too many.
-  bool creep(double run_end) {
-    const bool lasts = Method::may_creep && events_since_ == f_.work.events &&
-                       std::ranges::any_of(f_.contacts(), &PenaltyContact::closed);
-    const double gained = method_.t - creep_since_;
-    creep_since_ = method_.t;
-    events_since_ = f_.work.events;
-    return gained < (lasts ? 1e-3 : 1e-7) * (run_end - method_.t);
-  }
+  bool creep(double run_end);
   /// How much of an angle's speed the change of its acceleration within the last step makes, where a torque table acts on
   /// it: what a method that controls no error leaves of a steep pulse.
-  void keep_kick() {
-    const auto& system = f_.system();
-    const auto n = static_cast<std::size_t>(system.n());
-    for (int k = 0; k < system.phases(); ++k) {
-      const auto rate = [&](const Vector& x, const double* v) { return system.phase(k, x.data(), v).rate; };
-      const double a0 = rate(method_.x_old, method_.dxdt_old.data() + n),
-                   a1 = rate(method_.x, method_.dxdt.data() + n);
-      const double w0 = rate(method_.x_old, method_.x_old.data() + n),
-                   w1 = rate(method_.x, method_.x.data() + n);
-      const double change = std::abs(a1 - a0) * (method_.t - method_.t_old);
-      if (change > kick_ * std::max(std::abs(w0), std::abs(w1)))
-        kick_ = change / std::max(std::abs(w0), std::abs(w1));
-    }
-  }
+  void keep_kick();
   /// Back to the last finite state.
   bool lose() {
     lost_ = true;
@@ -307,154 +287,34 @@ class PenaltyStepper {
     return sample(k, scratch_, t);
   }
   /// Bounds on the last step's motion; false where it has no length.
-  bool enclose() {
-    if (!(method_.t > method_.t_old)) return false;
-    if (f_.system().contacts() > 0 || f_.phases.any())
-      method_.enclose(static_cast<std::size_t>(f_.system().n()), bounds_);
-    return true;
-  }
+  bool enclose();
   /// The first change of sign of contact k's gap in the last step before first.t. Comes right behind its end_[k].
-  void find_gap_event(int k, Event& first) {
-    const double sign = f_.contacts()[k].closed ? -1 : 1;  // sign·gap is positive while the mode lasts
-    const auto watched = [&](const Sample& s) { return Watched{sign * s.gap, sign * s.rate}; };
-    const auto motion = f_.gap_motion(k, bounds_, method_.x);
-    double unseen = 0;
-    const auto t = first_loss([&](double at) { return watched(sample_at(k, at)); }, method_.t_old, method_.t,
-                              watched(mark_[k].at), watched(end_[k]), sign > 0 ? motion : motion.opposite(),
-                              gap_rounding(f_.system(), k, q()), unseen);
-    unseen_ = std::max(unseen_, unseen / f_.system().contact_facts(k).clearance);
-    if (t && (*t < first.t || !first.found())) first = {k, Event::Kind::gap, *t, 0};
-  }
-  void find_phase_event(Event& first) {
-    if (!f_.phases.any()) return;
-    double unseen = 0;  // a line through a kink: its rate tells all
-    const auto crossing =
-        f_.phases.first(f_.system(), method_.t_old, method_.t, method_.x_old, method_.x, bounds_,
-                        first.found() ? first.t : INFINITY, unseen, [&](double t) -> const Vector& {
-                          if (t >= method_.t) return method_.x;
-                          method_.interpolate(t, scratch_);
-                          return scratch_;
-                        });
-    if (crossing.phase >= 0) first = {-1, Event::Kind::gap, crossing.t, 0, crossing};
-  }
+  void find_gap_event(int k, Event& first);
+  void find_phase_event(Event& first);
 
   /// The sliding speed of a closed contact leaves its zone between the ends of the step.
-  void find_slide_event(int k, Event& first) {
-    const auto& c = f_.contacts()[k];
-    if (!c.closed || !c.friction) return;
-    const auto [low, high] = c.friction->ends(c.zone);
-    const double before = mark_[k].at.slide, after = end_[k].slide;
-    if (after >= low && after <= high) return;
-    const double boundary = after > high ? high : low;
-    if ((before - boundary) * (after - boundary) >= 0) {  // beyond it already: at once, or follow_zone
-      if (std::abs(before - boundary) <= nudge(c) && first.t > method_.t_old)
-        first = {k, Event::Kind::slide, method_.t_old, boundary};
-      return;
-    }
-    const double t = bracketed_root([&](double s) { return sample_at(k, s).slide - boundary; }, method_.t_old,
-                                    method_.t, before - boundary, after - boundary);
-    if (t < first.t || !first.found()) first = {k, Event::Kind::slide, t, boundary};
-  }
+  void find_slide_event(int k, Event& first);
   /// Where contact k's gap stops falling or rising in the last step, whose ends have opposite rates.
-  double root_of_rate(int k, double rate) {
-    return bracketed_root([&](double t) { return sample_at(k, t).rate; }, method_.t_old, method_.t, rate,
-                          end_[k].rate);
-  }
+  double root_of_rate(int k, double rate);
   /// w of a closed contact (see contact_law.hpp).
   double touch_speed(const PenaltyContact& c, const Sample& s) const {
     return c.law.touch_speed(std::max(0.0, -s.gap), -s.rate, c.mass);
   }
   /// What makes w grow while a contact is compressed (m/s²): dw²/dt = 2δ̇ (δ̈ + F_el/m), what presses from outside less what
   /// damping takes.
-  double push(int k, const Vector& x, const Vector& slope, double t) {
-    const double acceleration = -gap_acceleration(k, x, slope, t), gap = f_.contact_row(k, x, t).gap;
-    const auto& c = f_.contacts()[k];
-    return acceleration + c.law.elastic.force(std::max(0.0, -gap)) / c.mass;
-  }
-  double gap_acceleration(int k, const Vector& x, const Vector& slope, double t) {
-    const auto& row = f_.contact_row(k, x, t);
-    return row.normal.dot(slope.data() + f_.system().n()) - row.gamma_n;
-  }
+  double push(int k, const Vector& x, const Vector& slope, double t);
+  double gap_acceleration(int k, const Vector& x, const Vector& slope, double t);
   /// Where contact k turned round in the last step, `before` its beginning: of the quintic through gaps, rates and accelerations
   /// at the ends, or of the method's own interpolant.
-  double least_gap(int k, const Sample& before) {
-    if (Method::long_steps && !method_.relieved()) return sample_at(k, root_of_rate(k, before.rate)).gap;
-    const double h = method_.t - method_.t_old;
-    const double a0 = gap_acceleration(k, method_.x_old, method_.dxdt_old, method_.t_old),
-                 a1 = gap_acceleration(k, method_.x, method_.dxdt, method_.t);
-    const double c0 = before.gap, c1 = h * before.rate, c2 = 0.5 * h * h * a0;
-    const double d = end_[k].gap - c0 - c1 - c2, e = h * end_[k].rate - c1 - 2 * c2, f = h * h * a1 - 2 * c2;
-    const double c3 = 10 * d - 4 * e + 0.5 * f, c4 = -15 * d + 7 * e - f, c5 = 6 * d - 3 * e + 0.5 * f;
-    const double s =
-        bracketed_root([&](double x) { return c1 + x * (2 * c2 + x * (3 * c3 + x * (4 * c4 + x * 5 * c5))); },
-                       0, 1, c1, h * end_[k].rate);
-    return c0 + s * (c1 + s * (c2 + s * (c3 + s * (c4 + s * c5))));
-  }
+  double least_gap(int k, const Sample& before);
   /// A closed contact takes a harder blow than its v₀ is of, is compressed anew, or its blow is over: it is no longer pressed
   /// beyond what damping takes, or opens. A blow that differs by less than a hundredth is the same.
-  void find_blow_event(int k, Event& first) {
-    constexpr double same = 0.01;
-    const auto& c = f_.contacts()[k];
-    if (!c.closed || !(c.law.chi > 0) || !(method_.t > method_.t_old)) return;
-    const auto take = [&](double t) {
-      if (t < first.t || !first.found()) first = {k, Event::Kind::blow, t, 0};
-    };
-    const Sample before = mark_[k].at, after = end_[k];
-    if (c.struck) {
-      if (after.rate > 0) return take(before.rate < 0 ? root_of_rate(k, before.rate) : method_.t_old);
-      const double pushed = push(k, method_.x, method_.dxdt, method_.t);
-      if (pushed >= 0) return;
-      const double pushed_before = push(k, method_.x_old, method_.dxdt_old, method_.t_old);
-      if (pushed_before <= 0) return take(method_.t_old);
-      return take(bracketed_root(
-          [&](double t) {
-            if (t >= method_.t) return pushed;
-            method_.interpolate(t, moving_);
-            f_(moving_, slope_, t);
-            return push(k, moving_, slope_, t);
-          },
-          method_.t_old, method_.t, pushed_before, pushed));
-    }
-    if (!(after.rate < 0)) return;
-    double from = method_.t_old;
-    Sample begin = before;
-    if (before.rate > 0) {  // compressed anew
-      from = root_of_rate(k, before.rate);
-      begin = sample_at(k, from);
-      const double w = touch_speed(c, begin);
-      if (std::abs(w - c.v0) > same * c.v0 && std::max(w, c.v0) > v0_floor_) return take(from);
-    }
-    // The first compression has the speed of its touch, whatever is pressed meanwhile.
-    const double now = touch_speed(c, after);
-    if (!c.eased || !(now > (1 + same) * c.v0)) return;
-    const double w = touch_speed(c, begin);
-    if (w >= c.v0) return take(from);
-    take(bracketed_root([&](double t) { return touch_speed(c, sample_at(k, t)) - c.v0; }, from, method_.t,
-                        w - c.v0, now - c.v0));
-  }
+  void find_blow_event(int k, Event& first);
   /// A blow begins, or is over and has its v₀.
-  void strike(int k) {
-    auto& c = f_.contacts()[k];
-    const auto& row = f_.contact_row(k, method_.x, method_.t);
-    if (!c.struck) c.mass = f_.effective_mass(row);
-    c.v0 = std::max(touch_speed(c, mark_[k].at), v0_floor_);
-    c.struck = !c.struck;
-    restart_ = true;
-  }
+  void strike(int k);
   /// Whether a fixed step has thrown a sliding speed that began in a steep piece of its friction law far beyond that: no
   /// motion does, it is unstable there.
-  bool leaps() const {
-    // Where Baumgarte's terms are too fast for the step, it is they that diverge.
-    if (method_.relieved() || f_.pull() * (method_.t - method_.t_old) > 1) return false;
-    for (int k = 0; k < f_.system().contacts(); ++k) {
-      const auto& c = f_.contacts()[k];
-      if (!c.closed || !c.friction) continue;
-      const auto [low, high] = c.friction->ends(c.zone);
-      if (std::isfinite(high - low) && std::abs(end_[k].slide - mark_[k].at.slide) > 100 * (high - low))
-        return true;
-    }
-    return false;
-  }
+  bool leaps() const;
   /// What a sliding speed is known to where zones meet (m/s): two feet that reach the end of one at the same instant
   /// would else send each other back by rounding.
   static double nudge(const PenaltyContact& c) { return 1e-9 * std::max(c.friction->v0, c.friction->v1); }
@@ -465,93 +325,17 @@ class PenaltyStepper {
   }
 
   /// Steps from the old state to the event.
-  void land(Event& event) {
-    ++f_.work.events;
-    if (event.contact < 0)
-      f_.phases.land(f_.system(), method_, f_, event.crossing);
-    else if (event.kind != Event::Kind::gap)
-      land_at(method_, f_, event.t);
-    else
-      land_on_gap(method_, f_, event.t, gap_rounding(f_.system(), event.contact, q()), [&] {
-        const auto& row = f_.contact_row(event.contact, method_.x, event.t);
-        return Watched{row.gap, row.normal.dot(v())};
-      });
-  }
+  void land(Event& event);
 
-  void change_mode(const Event& event) {
-    if (event.contact < 0) {
-      f_.phases.cross(f_.system(), event.crossing);
-      restart_ = true;
-      return;
-    }
-    auto& c = f_.contacts()[event.contact];
-    if (event.kind == Event::Kind::blow) {
-      strike(event.contact);
-    } else if (event.kind == Event::Kind::slide) {
-      const bool up = event.boundary == c.friction->ends(c.zone).high;
-      c.zone = c.friction->zone(event.boundary + (up ? nudge(c) : -nudge(c)));
-      restart_ = true;
-    } else if (c.closed) {
-      open(event.contact);
-    } else {
-      close(event.contact);
-    }
-  }
+  void change_mode(const Event& event);
   /// A sliding speed that leaves zone after zone with hardly a step between is no motion but a step too long for it.
-  void tell_method(const Event& event) {
-    const bool soon = event.kind == Event::Kind::slide && f_.work.steps - last_slide_ <= 4;
-    chatter_ = soon ? chatter_ + 1 : 0;
-    if (event.kind == Event::Kind::slide) last_slide_ = f_.work.steps;
-    if (chatter_ >= 30)
-      method_.relieve();
-    else
-      method_.new_mode();
-  }
+  void tell_method(const Event& event);
   /// Contacts whose gaps have come to zero at the same instant, to rounding, are the same event.
-  void change_coincident(const Event& first) {
-    for (int k = 0; k < f_.system().contacts(); ++k) {
-      if (k == first.contact) continue;
-      const auto& at = mark_[k].at;
-      const double sign = f_.contacts()[k].closed ? -1 : 1;
-      if (sign * at.gap > 4 * gap_rounding(f_.system(), k, q()) || !(sign * at.rate < 0)) continue;
-      ++f_.work.events;
-      if (f_.contacts()[k].closed)
-        open(k);
-      else
-        close(k);
-    }
-  }
+  void change_coincident(const Event& first);
   double crank() const { return f_.system().crank_angle(method_.x.data()); }
 
-  void close(int k) {
-    auto& c = f_.contacts()[k];
-    const auto& row = f_.contact_row(k, method_.x, method_.t);
-    const double rate = row.normal.dot(v()), slide = row.tangent.dot(v());
-    c.closed = true;
-    c.v0 = std::max(-rate, v0_floor_);
-    c.mass = f_.effective_mass(row);
-    c.struck = false;
-    c.eased = -rate < v0_floor_;  // it was laid there
-    const int p = f_.impulse_offset() + 2 * k;
-    mark_[k] = {{row.gap, rate, slide}, method_.x[p], method_.x[p + 1], method_.t};
-    if (c.friction) c.zone = c.friction->zone(slide);
-    if (f_.bristles()) method_.x[f_.bristle_offset() + k] = 0;
-    const double duration = elastic_duration(c.law.elastic, c.mass, c.v0);
-    log_->touch(k, method_.t, crank(), rate, slide, time_uncertainty(), 4 * duration);
-    restart_ = true;
-    method_.limit_step(0.05 * duration);
-  }
-  void open(int k) {
-    const auto& row = f_.contact_row(k, method_.x, method_.t);
-    const double rate = row.normal.dot(v()), slide = row.tangent.dot(v());
-    f_.contacts()[k].closed = false;
-    const int p = f_.impulse_offset() + 2 * k;
-    extremes_.shortest_contact = std::min(extremes_.shortest_contact, method_.t - mark_[k].t);
-    log_->leave(k, method_.t, crank(), rate, slide, method_.x[p] - mark_[k].impulse_n,
-                method_.x[p + 1] - mark_[k].impulse_t, method_.t - mark_[k].t);
-    mark_[k].at = {row.gap, rate, slide};
-    restart_ = true;
-  }
+  void close(int k);
+  void open(int k);
   double time_uncertainty() const { return 4e-16 * method_.t; }
 
   PenaltyDynamics f_;
@@ -583,3 +367,6 @@ class PenaltyStepper {
 };
 
 }  // namespace freeplay
+
+#include "formulations/penalty/stepper_modes.hpp"
+#include "formulations/penalty/stepper_search.hpp"

@@ -1,0 +1,138 @@
+// What changes where a step of the penalty formulation ends at an event, and when its steps are no motion any more.
+#pragma once
+
+#include "formulations/penalty/stepper.hpp"
+
+namespace freeplay {
+
+template <class Method>
+void PenaltyStepper<Method>::strike(int k) {
+  auto& c = f_.contacts()[k];
+  const auto& row = f_.contact_row(k, method_.x, method_.t);
+  if (!c.struck) c.mass = f_.effective_mass(row);
+  c.v0 = std::max(touch_speed(c, mark_[k].at), v0_floor_);
+  c.struck = !c.struck;
+  restart_ = true;
+}
+
+template <class Method>
+void PenaltyStepper<Method>::land(Event& event) {
+  ++f_.work.events;
+  if (event.contact < 0)
+    f_.phases.land(f_.system(), method_, f_, event.crossing);
+  else if (event.kind != Event::Kind::gap)
+    land_at(method_, f_, event.t);
+  else
+    land_on_gap(method_, f_, event.t, gap_rounding(f_.system(), event.contact, q()), [&] {
+      const auto& row = f_.contact_row(event.contact, method_.x, event.t);
+      return Watched{row.gap, row.normal.dot(v())};
+    });
+}
+
+template <class Method>
+void PenaltyStepper<Method>::change_mode(const Event& event) {
+  if (event.contact < 0) {
+    f_.phases.cross(f_.system(), event.crossing);
+    restart_ = true;
+    return;
+  }
+  auto& c = f_.contacts()[event.contact];
+  if (event.kind == Event::Kind::blow) {
+    strike(event.contact);
+  } else if (event.kind == Event::Kind::slide) {
+    const bool up = event.boundary == c.friction->ends(c.zone).high;
+    c.zone = c.friction->zone(event.boundary + (up ? nudge(c) : -nudge(c)));
+    restart_ = true;
+  } else if (c.closed) {
+    open(event.contact);
+  } else {
+    close(event.contact);
+  }
+}
+
+template <class Method>
+void PenaltyStepper<Method>::tell_method(const Event& event) {
+  const bool soon = event.kind == Event::Kind::slide && f_.work.steps - last_slide_ <= 4;
+  chatter_ = soon ? chatter_ + 1 : 0;
+  if (event.kind == Event::Kind::slide) last_slide_ = f_.work.steps;
+  if (chatter_ >= 30)
+    method_.relieve();
+  else
+    method_.new_mode();
+}
+
+template <class Method>
+void PenaltyStepper<Method>::change_coincident(const Event& first) {
+  for (int k = 0; k < f_.system().contacts(); ++k) {
+    if (k == first.contact) continue;
+    const auto& at = mark_[k].at;
+    const double sign = f_.contacts()[k].closed ? -1 : 1;
+    if (sign * at.gap > 4 * gap_rounding(f_.system(), k, q()) || !(sign * at.rate < 0)) continue;
+    ++f_.work.events;
+    if (f_.contacts()[k].closed)
+      open(k);
+    else
+      close(k);
+  }
+}
+
+template <class Method>
+void PenaltyStepper<Method>::close(int k) {
+  auto& c = f_.contacts()[k];
+  const auto& row = f_.contact_row(k, method_.x, method_.t);
+  const double rate = row.normal.dot(v()), slide = row.tangent.dot(v());
+  c.closed = true;
+  c.v0 = std::max(-rate, v0_floor_);
+  c.mass = f_.effective_mass(row);
+  c.struck = false;
+  c.eased = -rate < v0_floor_;  // it was laid there
+  const int p = f_.impulse_offset() + 2 * k;
+  mark_[k] = {{row.gap, rate, slide}, method_.x[p], method_.x[p + 1], method_.t};
+  if (c.friction) c.zone = c.friction->zone(slide);
+  if (f_.bristles()) method_.x[f_.bristle_offset() + k] = 0;
+  const double duration = elastic_duration(c.law.elastic, c.mass, c.v0);
+  log_->touch(k, method_.t, crank(), rate, slide, time_uncertainty(), 4 * duration);
+  restart_ = true;
+  method_.limit_step(0.05 * duration);
+}
+
+template <class Method>
+void PenaltyStepper<Method>::open(int k) {
+  const auto& row = f_.contact_row(k, method_.x, method_.t);
+  const double rate = row.normal.dot(v()), slide = row.tangent.dot(v());
+  f_.contacts()[k].closed = false;
+  const int p = f_.impulse_offset() + 2 * k;
+  extremes_.shortest_contact = std::min(extremes_.shortest_contact, method_.t - mark_[k].t);
+  log_->leave(k, method_.t, crank(), rate, slide, method_.x[p] - mark_[k].impulse_n,
+              method_.x[p + 1] - mark_[k].impulse_t, method_.t - mark_[k].t);
+  mark_[k].at = {row.gap, rate, slide};
+  restart_ = true;
+}
+
+template <class Method>
+bool PenaltyStepper<Method>::creep(double run_end) {
+  const bool lasts = Method::may_creep && events_since_ == f_.work.events &&
+                     std::ranges::any_of(f_.contacts(), &PenaltyContact::closed);
+  const double gained = method_.t - creep_since_;
+  creep_since_ = method_.t;
+  events_since_ = f_.work.events;
+  return gained < (lasts ? 1e-3 : 1e-7) * (run_end - method_.t);
+}
+
+template <class Method>
+void PenaltyStepper<Method>::keep_kick() {
+  const auto& system = f_.system();
+  const auto n = static_cast<std::size_t>(system.n());
+  for (int k = 0; k < system.phases(); ++k) {
+    const auto rate = [&](const Vector& x, const double* v) { return system.phase(k, x.data(), v).rate; };
+    const double a0 = rate(method_.x_old, method_.dxdt_old.data() + n),
+                 a1 = rate(method_.x, method_.dxdt.data() + n);
+    const double w0 = rate(method_.x_old, method_.x_old.data() + n),
+                 w1 = rate(method_.x, method_.x.data() + n);
+    const double change = std::abs(a1 - a0) * (method_.t - method_.t_old);
+    if (change > kick_ * std::max(std::abs(w0), std::abs(w1)))
+      kick_ = change / std::max(std::abs(w0), std::abs(w1));
+  }
+}
+
+}  // namespace freeplay

@@ -1,0 +1,152 @@
+// Contact events within a step of the penalty formulation: where gaps change sign, sliding speeds leave their zones and
+// blows begin or end.
+#pragma once
+
+#include "formulations/penalty/stepper.hpp"
+
+namespace freeplay {
+
+template <class Method>
+bool PenaltyStepper<Method>::enclose() {
+  if (!(method_.t > method_.t_old)) return false;
+  if (f_.system().contacts() > 0 || f_.phases.any())
+    method_.enclose(static_cast<std::size_t>(f_.system().n()), bounds_);
+  return true;
+}
+
+template <class Method>
+void PenaltyStepper<Method>::find_gap_event(int k, Event& first) {
+  const double sign = f_.contacts()[k].closed ? -1 : 1;  // sign·gap is positive while the mode lasts
+  const auto watched = [&](const Sample& s) { return Watched{sign * s.gap, sign * s.rate}; };
+  const auto motion = f_.gap_motion(k, bounds_, method_.x);
+  double unseen = 0;
+  const auto t = first_loss([&](double at) { return watched(sample_at(k, at)); }, method_.t_old, method_.t,
+                            watched(mark_[k].at), watched(end_[k]), sign > 0 ? motion : motion.opposite(),
+                            gap_rounding(f_.system(), k, q()), unseen);
+  unseen_ = std::max(unseen_, unseen / f_.system().contact_facts(k).clearance);
+  if (t && (*t < first.t || !first.found())) first = {k, Event::Kind::gap, *t, 0};
+}
+
+template <class Method>
+void PenaltyStepper<Method>::find_phase_event(Event& first) {
+  if (!f_.phases.any()) return;
+  double unseen = 0;  // a line through a kink: its rate tells all
+  const auto crossing =
+      f_.phases.first(f_.system(), method_.t_old, method_.t, method_.x_old, method_.x, bounds_,
+                      first.found() ? first.t : INFINITY, unseen, [&](double t) -> const Vector& {
+                        if (t >= method_.t) return method_.x;
+                        method_.interpolate(t, scratch_);
+                        return scratch_;
+                      });
+  if (crossing.phase >= 0) first = {-1, Event::Kind::gap, crossing.t, 0, crossing};
+}
+
+template <class Method>
+void PenaltyStepper<Method>::find_slide_event(int k, Event& first) {
+  const auto& c = f_.contacts()[k];
+  if (!c.closed || !c.friction) return;
+  const auto [low, high] = c.friction->ends(c.zone);
+  const double before = mark_[k].at.slide, after = end_[k].slide;
+  if (after >= low && after <= high) return;
+  const double boundary = after > high ? high : low;
+  if ((before - boundary) * (after - boundary) >= 0) {  // beyond it already: at once, or follow_zone
+    if (std::abs(before - boundary) <= nudge(c) && first.t > method_.t_old)
+      first = {k, Event::Kind::slide, method_.t_old, boundary};
+    return;
+  }
+  const double t = bracketed_root([&](double s) { return sample_at(k, s).slide - boundary; }, method_.t_old,
+                                  method_.t, before - boundary, after - boundary);
+  if (t < first.t || !first.found()) first = {k, Event::Kind::slide, t, boundary};
+}
+
+template <class Method>
+double PenaltyStepper<Method>::root_of_rate(int k, double rate) {
+  return bracketed_root([&](double t) { return sample_at(k, t).rate; }, method_.t_old, method_.t, rate,
+                        end_[k].rate);
+}
+
+template <class Method>
+double PenaltyStepper<Method>::push(int k, const Vector& x, const Vector& slope, double t) {
+  const double acceleration = -gap_acceleration(k, x, slope, t), gap = f_.contact_row(k, x, t).gap;
+  const auto& c = f_.contacts()[k];
+  return acceleration + c.law.elastic.force(std::max(0.0, -gap)) / c.mass;
+}
+
+template <class Method>
+double PenaltyStepper<Method>::gap_acceleration(int k, const Vector& x, const Vector& slope, double t) {
+  const auto& row = f_.contact_row(k, x, t);
+  return row.normal.dot(slope.data() + f_.system().n()) - row.gamma_n;
+}
+
+template <class Method>
+double PenaltyStepper<Method>::least_gap(int k, const Sample& before) {
+  if (Method::long_steps && !method_.relieved()) return sample_at(k, root_of_rate(k, before.rate)).gap;
+  const double h = method_.t - method_.t_old;
+  const double a0 = gap_acceleration(k, method_.x_old, method_.dxdt_old, method_.t_old),
+               a1 = gap_acceleration(k, method_.x, method_.dxdt, method_.t);
+  const double c0 = before.gap, c1 = h * before.rate, c2 = 0.5 * h * h * a0;
+  const double d = end_[k].gap - c0 - c1 - c2, e = h * end_[k].rate - c1 - 2 * c2, f = h * h * a1 - 2 * c2;
+  const double c3 = 10 * d - 4 * e + 0.5 * f, c4 = -15 * d + 7 * e - f, c5 = 6 * d - 3 * e + 0.5 * f;
+  const double s =
+      bracketed_root([&](double x) { return c1 + x * (2 * c2 + x * (3 * c3 + x * (4 * c4 + x * 5 * c5))); },
+                     0, 1, c1, h * end_[k].rate);
+  return c0 + s * (c1 + s * (c2 + s * (c3 + s * (c4 + s * c5))));
+}
+
+template <class Method>
+void PenaltyStepper<Method>::find_blow_event(int k, Event& first) {
+  constexpr double same = 0.01;
+  const auto& c = f_.contacts()[k];
+  if (!c.closed || !(c.law.chi > 0) || !(method_.t > method_.t_old)) return;
+  const auto take = [&](double t) {
+    if (t < first.t || !first.found()) first = {k, Event::Kind::blow, t, 0};
+  };
+  const Sample before = mark_[k].at, after = end_[k];
+  if (c.struck) {
+    if (after.rate > 0) return take(before.rate < 0 ? root_of_rate(k, before.rate) : method_.t_old);
+    const double pushed = push(k, method_.x, method_.dxdt, method_.t);
+    if (pushed >= 0) return;
+    const double pushed_before = push(k, method_.x_old, method_.dxdt_old, method_.t_old);
+    if (pushed_before <= 0) return take(method_.t_old);
+    return take(bracketed_root(
+        [&](double t) {
+          if (t >= method_.t) return pushed;
+          method_.interpolate(t, moving_);
+          f_(moving_, slope_, t);
+          return push(k, moving_, slope_, t);
+        },
+        method_.t_old, method_.t, pushed_before, pushed));
+  }
+  if (!(after.rate < 0)) return;
+  double from = method_.t_old;
+  Sample begin = before;
+  if (before.rate > 0) {  // compressed anew
+    from = root_of_rate(k, before.rate);
+    begin = sample_at(k, from);
+    const double w = touch_speed(c, begin);
+    if (std::abs(w - c.v0) > same * c.v0 && std::max(w, c.v0) > v0_floor_) return take(from);
+  }
+  // The first compression has the speed of its touch, whatever is pressed meanwhile.
+  const double now = touch_speed(c, after);
+  if (!c.eased || !(now > (1 + same) * c.v0)) return;
+  const double w = touch_speed(c, begin);
+  if (w >= c.v0) return take(from);
+  take(bracketed_root([&](double t) { return touch_speed(c, sample_at(k, t)) - c.v0; }, from, method_.t,
+                      w - c.v0, now - c.v0));
+}
+
+template <class Method>
+bool PenaltyStepper<Method>::leaps() const {
+  // Where Baumgarte's terms are too fast for the step, it is they that diverge.
+  if (method_.relieved() || f_.pull() * (method_.t - method_.t_old) > 1) return false;
+  for (int k = 0; k < f_.system().contacts(); ++k) {
+    const auto& c = f_.contacts()[k];
+    if (!c.closed || !c.friction) continue;
+    const auto [low, high] = c.friction->ends(c.zone);
+    if (std::isfinite(high - low) && std::abs(end_[k].slide - mark_[k].at.slide) > 100 * (high - low))
+      return true;
+  }
+  return false;
+}
+
+}  // namespace freeplay
