@@ -153,6 +153,9 @@ bool MoreauStepper::find_struck(double h) {
 void MoreauStepper::collect(double h) {
   problem_.clear();
   problem_.least = find_struck(h) ? ContactProblem::Least::where_singular : ContactProblem::Least::never;
+  // An impact's impulses are no guess for the step behind it: in a wedge they may be a solution of their own, that jams.
+  const bool guess =
+      std::ranges::none_of(contacts_, [](const Contact& c) { return c.steps == 1 && c.last_n > 0; });
   for (auto& c : contacts_) {
     c.unknown = -1;
     if (!c.active) continue;
@@ -160,12 +163,12 @@ void MoreauStepper::collect(double h) {
     ContactUnknown u;
     u.normal = add_row(c.row.normal, -c.bias_n);
     u.target_n = reach_ == Reach::all && !c.soft ? -c.restitution * c.u_n_minus : 0;
-    u.impulse_n = c.last_n;
+    u.impulse_n = guess ? c.last_n : 0;
     if (c.row.tangent.size > 0) {
       const auto& surface = system_.contact_facts(static_cast<int>(&c - contacts_.data())).surface;
       u.tangent = add_row(c.row.tangent, -c.bias_t);
       u.friction = *surface.friction;
-      u.impulse_t = c.last_t;
+      u.impulse_t = guess ? c.last_t : 0;
       // Reversal belongs to impacts; a contact that lasts would be driven back by it.
       if (c.u_n_minus < 0 && c.steps == 0 && reach_ == Reach::all && !c.soft)
         u.target_t = -surface.tangential_restitution * (c.row.tangent.dot(v_old_.data()) + c.bias_t);
