@@ -196,9 +196,9 @@ class MoreauStepper {
   ContactProblem problem_, position_problem_;
   std::vector<Contact> contacts_;
   std::vector<SparseRow> slides_, rows_;
-  ContactRow end_row_;                            // what meet_rates() looks at
-  std::vector<double> end_impulse_;               // N s, of its rows
-  std::vector<double> slide_gamma_, slide_last_;  // slide_last_: impulses of the last step
+  ContactRow end_row_;                               // what meet_rates() looks at
+  std::vector<double> end_impulse_, least_impulse_;  // N s, of its rows, and how far back they may go
+  std::vector<double> slide_gamma_, slide_last_;     // slide_last_: impulses of the last step
   std::vector<double> response_,
       reaction_;  // A W and its multipliers, one column for each row of the problem
   std::vector<double> q_, v_, q_old_, v_old_, q_mid_, v_mean_, v_trial_, v_free_, lambda_free_, force_, r_,

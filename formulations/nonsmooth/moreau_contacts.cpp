@@ -271,6 +271,10 @@ bool MoreauStepper::meet_rates() {
     return u.tangent >= 0 && std::abs(u.impulse_t) < bound * (1 - 1e-9);
   };
   int used = 0;
+  const auto take = [&](const SparseRow& row) {
+    least_impulse_[used] = -INFINITY;
+    rows_[used++] = row;
+  };
   const auto each_pressed = [&](auto take) {
     for (int k = 0; k < system_.contacts(); ++k) {
       const auto& c = contacts_[k];
@@ -289,12 +293,13 @@ bool MoreauStepper::meet_rates() {
   const auto look_along = [&](int k) { system_.friction(k, q_.data(), v_.data(), end_, end_row_.tangent); };
   each_pressed([&](int k, bool stuck) {
     look(k);
+    least_impulse_[used] = -problem_.unknowns[contacts_[k].unknown].impulse_n;
     rows_[used++] = end_row_.normal;
-    if (stuck) rows_[used++] = end_row_.tangent;
+    if (stuck) take(end_row_.tangent);
   });
   each_preloaded([&](int k) {
     look_along(k);
-    rows_[used++] = end_row_.tangent;
+    take(end_row_.tangent);
   });
   if (m == 0 && used == 0) return true;
   ++work_.factorisations;
@@ -320,8 +325,11 @@ bool MoreauStepper::meet_rates() {
       const double rate = rows_[r].dot(v_.data()), d = rows_[r].dot(response(r));
       if (!(d > 0)) continue;
       most = std::max(most, std::abs(rate));
-      end_impulse_[r] -= rate / d;
-      for (int i = 0; i < n; ++i) v_[i] -= rate / d * response(r)[i];
+      // No more is taken back than the step has pressed: what still parts then, parts.
+      const double impulse = std::max(end_impulse_[r] - rate / d, least_impulse_[r]);
+      const double by = impulse - end_impulse_[r];
+      end_impulse_[r] = impulse;
+      for (int i = 0; i < n; ++i) v_[i] += by * response(r)[i];
     }
     first = std::max(first, most);
     if (!(most > 1e-6 * first)) break;
