@@ -17,6 +17,9 @@ constexpr Range count{
     [](double x) { return x >= 1 && x <= 1e6 && x == static_cast<double>(static_cast<int>(x)); },
     "a whole number from 1"};
 
+/// Of one study: what is kept in one database, and planned at once.
+constexpr double most_runs = 1e6;
+
 std::vector<std::string> formulations(Section& s, std::vector<std::string> fallback) {
   if (!s.has("formulations")) return fallback;
   auto list = s.names("formulations");
@@ -138,12 +141,46 @@ std::string settings_text(Study study) {
   return text;
 }
 
+SceneError in_study(const Study& study, const SceneError& error) {
+  const std::string option = "--set ", what = error.what(),
+                    tail = fmt::format(": {}: {}", error.key, error.message);
+  if (!what.starts_with(option) || !what.ends_with(tail)) return error;
+  const auto given = what.substr(option.size(), what.size() - option.size() - tail.size());
+  const auto sets = [&](const auto& x) { return std::ranges::find(x.overrides, given) != x.overrides.end(); };
+  const auto varies = [&](const auto& x) { return key_of(given) == x.key; };
+  std::vector<std::string> tables;  // to the one that sets it
+  const auto look = [&](const std::vector<std::string>& family, const auto& list, const auto& is_it) {
+    const auto it = std::ranges::find_if(list, is_it);
+    if (it == list.end() || !tables.empty()) return;
+    tables = family;
+    tables.push_back(it->name);
+  };
+  look({"axes"}, study.axes, varies);
+  look({"variants"}, study.variants, sets);
+  if (study.calibration) {
+    look({"calibrate", "unknowns"}, study.calibration->unknowns, varies);
+    look({"calibrate", "targets"}, study.calibration->targets, sets);
+  }
+  if (tables.empty()) return error;
+  const toml::table document = parse_toml(study.text, study.file.string());
+  const toml::table* table = &document;
+  for (const auto& name : tables)
+    if (table) table = table->get_as<toml::table>(name);
+  try {
+    SceneSource{.name = study.file.string()}.fail(table, fmt::format("{}", fmt::join(tables, ".")),
+                                                  fmt::format("{}: {}", error.key, error.message));
+  } catch (const SceneError& placed) {
+    return placed;
+  }
+}
+
 Study read_study(const std::filesystem::path& file) {
   Study study;
   study.file = file;
   study.text = read_text(file);
-  const SceneSource source{file.string(), {}};
+  const SceneSource source{.name = file.string()};
   const toml::table document = parse_toml(study.text, file.string());
+  refuse_unknown_keys(document, "study", source);
   Section root(document, "", "study", source);
   study.title = root.text("title", "");
   const auto folder = file.parent_path();
@@ -181,6 +218,13 @@ Study read_study(const std::filesystem::path& file) {
     study.variants.push_back({"given", "as given", study.scene, {}, both, study.starts, study.revolutions});
   if (root.has("calibrate")) study.calibration = read_calibration(root.child("calibrate"), folder);
   root.done("a study");
+  double runs = 0;
+  for (const auto& v : study.variants) runs += v.starts * static_cast<double>(v.formulations.size());
+  for (const auto& axis : study.axes) runs *= static_cast<double>(axis.values.size());
+  if (runs > most_runs)
+    throw SceneError(fmt::format(
+        "{}: asks for {:.3g} runs, more than {:.0f}: give its axes fewer values, or make several studies of it",
+        file.string(), runs, most_runs));
   return study;
 }
 
