@@ -204,9 +204,10 @@ std::string_view what_is(std::string_view table) {
 
 std::string nearest_word(std::string_view word, const std::vector<std::string>& words) {
   std::string best;
-  int least = static_cast<int>(word.size()) / 2 + 1;
+  int least = 1000;
   for (const auto& candidate : words)
-    if (const int d = edit_distance(word, candidate); d < least) {
+    if (const int d = edit_distance(word, candidate);
+        d < least && d <= static_cast<int>(std::max(word.size(), candidate.size())) / 2) {
       least = d;
       best = candidate;
     }

@@ -23,9 +23,11 @@ struct Place {
   }
 };
 
+/// Of the character that begins at `byte`.
 Place place_of(std::string_view text, std::size_t byte) {
   Place place;
-  for (std::size_t i = 0; i <= byte && i < text.size(); ++i) place.pass(text[i]);
+  for (const char c : text.substr(0, byte)) place.pass(c);
+  ++place.column;
   return place;
 }
 
@@ -53,7 +55,7 @@ void refuse_what_is_no_text(std::string_view text, const std::string& name) {
     const auto length = character_length(text.substr(i));
     if (length == 0 || text[i] == '\0') {
       const auto place = place_of(text, i);
-      refuse(name, place.line, std::max(place.column, 1),
+      refuse(name, place.line, place.column,
              length == 0 ? fmt::format("byte 0x{:02X} is no UTF-8; save the file as UTF-8",
                                        static_cast<unsigned char>(text[i]))
                          : "a NUL character stands here; is it a text?");
@@ -158,7 +160,7 @@ toml::table parse_toml(const std::string& whole, const std::string& name) {
     refuse(name, static_cast<int>(where.line), static_cast<int>(where.column), finding(e.description()));
   } catch (const BrokenAssumption&) {
     const auto place = breaking_place(text, name);
-    refuse(name, place.line, std::max(place.column, 1), "a value, name or bracket stands where none may");
+    refuse(name, place.line, place.column, "a value, name or bracket stands where none may");
   }
 }
 

@@ -46,7 +46,8 @@ std::string remedy(const Unknown& unknown) {
     return fmt::format("; did you mean {}?", near);
   const bool of_study = unknown.table.starts_with("study");
   for (const auto& key : schema())
-    if (key.path.ends_with("." + unknown.name) && key.path.starts_with("study.") == of_study)
+    if (!unknown.node->is_table() && key.path.ends_with("." + unknown.name) &&
+        key.path.starts_with("study.") == of_study)
       return fmt::format("; it is one of {}", key.path.substr(0, key.path.rfind('.')));
   return listed("there are", known);
 }

@@ -53,6 +53,14 @@ double size_of(const OpenJoint& open, double length) {
   return open.angular ? length * open.amount : open.amount;
 }
 
+/// rad, of the joint that a drive turns.
+double driven_angle(const Mechanism& mechanism, const std::string& drive, const std::vector<double>& q) {
+  const auto it = std::ranges::find_if(mechanism.drives, [&](const Drive& d) { return name_of(d) == drive; });
+  const auto pair = bodies_of(mechanism.joints[std::get<SpeedDrive>(*it).joint]);
+  const auto angle = [&](int body) { return body == ground ? 0 : planar::angle(q.data(), body); };
+  return angle(pair[1]) - angle(pair[0]);
+}
+
 /// Throws about what stays open in the best pose `q`.
 [[noreturn]] void refuse_open(const Mechanism& mechanism, const System& system, std::vector<double> q) {
   const double length = length_scale(system);
@@ -71,8 +79,8 @@ double size_of(const OpenJoint& open, double length) {
   const auto free = open_joints(system, q, length);
   std::string remedy = "check the lengths, or give bodies.*.position and .angle nearer to closure";
   if (!free.empty() && free.front().drive && (free.size() == 1 || size_of(free[1], length) < 1e-6 * length))
-    remedy = fmt::format("it closes with drives.{}.initial_angle changed by {:.4g} rad", free.front().name,
-                         free.front().amount);
+    remedy = fmt::format("it closes with drives.{}.initial_angle = {:.4f}", free.front().name,
+                         driven_angle(mechanism, free.front().name, q));
   throw ModelError(key_of(mechanism, open.front()), fmt::format("{}; {}", message, remedy));
 }
 

@@ -126,10 +126,13 @@ std::vector<OpenJoint> open_joints(const System& system, const std::vector<doubl
     if (const double inside = -system.gap(k, q.data(), e); inside > 0)
       list.push_back({system.contact_facts(k).name, inside, false, true, false});
   const auto size = [&](const OpenJoint& o) { return o.angular ? length * o.amount : o.amount; };
-  std::ranges::stable_sort(list, std::ranges::greater{}, size);
-  if (!list.empty())
-    std::erase_if(list,
-                  [&, least = size(list.front()) / 100](const OpenJoint& o) { return size(o) < least; });
+  double worst = 0;
+  for (const auto& o : list) worst = std::max(worst, size(o));
+  if (!(worst > 0) || !std::isfinite(worst)) return list;
+  std::erase_if(list, [&](const OpenJoint& o) { return size(o) < worst / 100; });
+  // Gaps that are equal but for rounding stand in the mechanism's order.
+  std::ranges::stable_sort(list, std::ranges::greater{},
+                           [&](const OpenJoint& o) { return std::round(1e4 * size(o) / worst); });
   return list;
 }
 

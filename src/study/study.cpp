@@ -142,24 +142,30 @@ std::string settings_text(Study study) {
 }
 
 SceneError in_study(const Study& study, const SceneError& error) {
-  const std::string option = "--set ", what = error.what(),
-                    tail = fmt::format(": {}: {}", error.key, error.message);
-  if (!what.starts_with(option) || !what.ends_with(tail)) return error;
-  const auto given = what.substr(option.size(), what.size() - option.size() - tail.size());
-  const auto sets = [&](const auto& x) { return std::ranges::find(x.overrides, given) != x.overrides.end(); };
-  const auto varies = [&](const auto& x) { return key_of(given) == x.key; };
+  const std::string what = error.what();
+  constexpr std::string_view option = "--set ";
+  if (!what.starts_with(option)) return error;
   std::vector<std::string> tables;  // to the one that sets it
-  const auto look = [&](const std::vector<std::string>& family, const auto& list, const auto& is_it) {
-    const auto it = std::ranges::find_if(list, is_it);
-    if (it == list.end() || !tables.empty()) return;
+  std::string message;
+  // `opening`: of the options that an element sets; behind it the value may stand, then what is wrong.
+  const auto look = [&](const std::vector<std::string>& family, const std::string& name,
+                        const std::string& opening) {
+    const auto end = what.find(": ", option.size() + opening.size() - 1);
+    if (!tables.empty() || !std::string_view(what).substr(option.size()).starts_with(opening) ||
+        end == what.npos)
+      return;
     tables = family;
-    tables.push_back(it->name);
+    tables.push_back(name);
+    message = what.substr(end + 2);
   };
-  look({"axes"}, study.axes, varies);
-  look({"variants"}, study.variants, sets);
+  const auto sets = [&](const std::vector<std::string>& family, const auto& x) {
+    for (const auto& set : x.overrides) look(family, x.name, printable(set) + ":");
+  };
+  for (const auto& axis : study.axes) look({"axes"}, axis.name, axis.key + "=");
+  for (const auto& variant : study.variants) sets({"variants"}, variant);
   if (study.calibration) {
-    look({"calibrate", "unknowns"}, study.calibration->unknowns, varies);
-    look({"calibrate", "targets"}, study.calibration->targets, sets);
+    for (const auto& x : study.calibration->unknowns) look({"calibrate", "unknowns"}, x.name, x.key + "=");
+    for (const auto& x : study.calibration->targets) sets({"calibrate", "targets"}, x);
   }
   if (tables.empty()) return error;
   const toml::table document = parse_toml(study.text, study.file.string());
@@ -167,8 +173,7 @@ SceneError in_study(const Study& study, const SceneError& error) {
   for (const auto& name : tables)
     if (table) table = table->get_as<toml::table>(name);
   try {
-    SceneSource{.name = study.file.string()}.fail(table, fmt::format("{}", fmt::join(tables, ".")),
-                                                  fmt::format("{}: {}", error.key, error.message));
+    SceneSource{.name = study.file.string()}.fail(table, fmt::format("{}", fmt::join(tables, ".")), message);
   } catch (const SceneError& placed) {
     return placed;
   }
