@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "facade/simulation.hpp"
 #include "io/output_file.hpp"
 #include "io/section.hpp"
 #include "io/toml_value.hpp"
@@ -265,6 +266,31 @@ duration = 1
   best_pose(system, 0.15, true, q);
   CHECK(worst_open_joint(system, q).amount < 1e-12);
   CHECK(open_joints(system, {0.15, 0.1, 0}, 0.15).size() == 2);
+}
+
+TEST_CASE("a snapshot changed in any of its bytes is taken or refused, and refused leaves what was",
+          "[snapshot][errors]") {
+  const auto scene = parse_scene(with(flores(), "revolutions = 12", "revolutions = 0.01"), "s.toml",
+                                 {"run.discard=0", "nonsmooth.scheme=event-driven"});
+  for (const auto* formulation : {"penalty", "nonsmooth"}) {
+    Simulation simulation(scene, formulation);
+    simulation.run({.until = 1e-4});
+    const auto before = simulation.snapshot();
+    int refused = 0;
+    for (std::size_t i = 0; i < before.memory.size(); ++i) {
+      auto changed = before;
+      changed.memory[i] ^= std::byte{0x41};
+      try {
+        simulation.restore(changed);
+        simulation.restore(before);
+      } catch (const SnapshotError& e) {
+        ++refused;
+        REQUIRE_THAT(e.what(), StartsWith("the snapshot"));
+      }
+      REQUIRE(simulation.snapshot().memory == before.memory);
+    }
+    CHECK(refused > 100);  // of the lengths and the names of parts
+  }
 }
 
 namespace {
