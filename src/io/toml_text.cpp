@@ -148,18 +148,18 @@ std::string finding(std::string_view description) {
 
 }  // namespace
 
-toml::table parse_toml(const std::string& whole, const std::string& name) {
-  std::string_view text = whole;
-  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
-  refuse_what_is_no_text(text, name);
-  refuse_stray_characters(text, name);
+toml::table parse_toml(const std::string& text, const std::string& name) {
+  std::string_view body = text;
+  if (body.starts_with("\xEF\xBB\xBF")) body.remove_prefix(3);
+  refuse_what_is_no_text(body, name);
+  refuse_stray_characters(body, name);
   try {
-    return toml::parse(text, name);
+    return toml::parse(body, name);
   } catch (const toml::parse_error& e) {
     const auto where = e.source().begin;
     refuse(name, static_cast<int>(where.line), static_cast<int>(where.column), finding(e.description()));
   } catch (const BrokenAssumption&) {
-    const auto place = breaking_place(text, name);
+    const auto place = breaking_place(body, name);
     refuse(name, place.line, place.column, "a value, name or bracket stands where none may");
   }
 }
