@@ -4,6 +4,7 @@
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "formulations/make.hpp"
+#include "io/located.hpp"
 #include "io/schema.hpp"
 #include "model/assembly.hpp"
 #include "model/planar.hpp"
@@ -106,7 +107,7 @@ int check(const CheckRequest& request) {
   ask(scene);
   const System system(scene.mechanism);
   std::string assumed;
-  const State start = assemble(scene.mechanism, scene.run.start, &assumed);
+  const State start = located_in(scene, [&] { return assemble(scene.mechanism, scene.run.start, &assumed); });
   const auto redundant = redundant_rows(system, start.q);
   int tangents = 0;
   for (int k = 0; k < system.contacts(); ++k) tangents += system.has_friction(k);

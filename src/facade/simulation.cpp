@@ -144,23 +144,29 @@ struct Simulation::Implementation {
   std::vector<std::string> undetermined;
 };
 
+/// Into a formulation and sensors of their own, which take the place of the present ones once all is read.
 void Simulation::Implementation::load(const std::vector<std::byte>& memory) {
   MemoryReader m(memory);
   State begin = start;
   m(begin.t, begin.q, begin.v);
   if (begin.q.size() != start.q.size() || begin.v.size() != start.v.size())
     throw MemoryError("the snapshot is of another mechanism");
-  if (begin.t != start.t || begin.q != start.q || begin.v != start.v) {
-    start = begin;
-    layout = layout_of(scene, system, start);
-    form = begun(start);
+  const bool elsewhere = begin.t != start.t || begin.q != start.q || begin.v != start.v;
+  auto there = elsewhere ? layout_of(scene, system, begin) : layout;
+  auto loaded = begun(begin);
+  loaded->load(m);
+  m.part("sensors");
+  Sensors read = sensors;
+  m(read);
+  if (!m.at_end()) throw MemoryError("the snapshot is longer than what it should hold");
+  if (elsewhere) {
+    start = std::move(begin);
+    layout = std::move(there);
     searched = false;
     undetermined.clear();
   }
-  form->load(m);
-  m.part("sensors");
-  m(sensors);
-  if (!m.at_end()) throw MemoryError("the snapshot is longer than what it should hold");
+  form = std::move(loaded);
+  sensors = std::move(read);
 }
 
 Result Simulation::Implementation::summary(const Ending& ending) const {
@@ -278,12 +284,14 @@ void Simulation::restore(const Snapshot& s) {
   if (s.formulation != own.formulation)
     refuse("is of another formulation: " + first_difference(own.formulation, s.formulation));
   if (s.scene != own.scene) refuse("is of another scene: " + first_difference(own.scene, s.scene));
-  const auto before = snapshot();
   try {
     it_->load(s.memory);
-  } catch (const std::exception& e) {  // MemoryError, or what another start or an absurd size runs into
-    it_->load(before.memory);
+  } catch (const MemoryError& e) {
     throw SnapshotError(e.what());
+  } catch (const ModelError& e) {
+    refuse(fmt::format("is damaged: no run begins where it says: {}", e.what()));
+  } catch (const std::exception&) {
+    refuse("is damaged: it holds what no run remembers");  // an absurd size, or another start
   }
 }
 

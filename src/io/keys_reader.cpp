@@ -2,6 +2,8 @@
 
 #include <numbers>
 
+#include "io/toml_value.hpp"
+
 namespace freeplay {
 namespace {
 
@@ -12,14 +14,21 @@ int index_of(const Range& range, const std::string& name, Name name_of_item) {
 }
 const auto own_name = [](const auto& item) { return item.name; };
 
-template <class Range>
-std::string known(const Range& range) {
-  std::string list;
-  for (const auto& item : range) list += (list.empty() ? "" : ", ") + item.name;
-  return list.empty() ? "none" : list;
+/// "there is no WHAT "name"", and which there are.
+template <class Range, class Name>
+std::string unknown(const char* what, const std::string& name, const Range& range, Name name_of_item,
+                    std::vector<std::string> names = {}) {
+  for (const auto& item : range) names.push_back(name_of_item(item));
+  return fmt::format("there is no {} {}{}", what, toml_quoted(name), listed("there is:", names));
 }
 
 }  // namespace
+
+void KeysReader::one_of(const Key& a, const Key& b) const {
+  const auto wrong = fmt::format("needs exactly one of {} and {}", a.name, b.name);
+  if (!s_.has(a.name) && !s_.has(b.name)) s_.lacks("", wrong);
+  if (s_.has(a.name) && s_.has(b.name)) s_.fail("", wrong);
+}
 
 void KeysReader::table(const Key& constant, const Key& points, TorqueDrive::Table& table) {
   if (s_.has(constant.name)) return void(table.emplace_back(0.0, s_.number(constant.name, any_number)));
@@ -32,8 +41,7 @@ void KeysReader::table(const Key& constant, const Key& points, TorqueDrive::Tabl
 }
 
 void KeysReader::length(const Key& turns, const Key& seconds, double& duration) {
-  if (s_.has(turns.name) == s_.has(seconds.name))
-    s_.fail("", fmt::format("needs exactly one of {} and {}", turns.name, seconds.name));
+  one_of(turns, seconds);
   if (!s_.has(turns.name)) return void(duration = s_.number(seconds.name, positive));
   const auto* drive = main_drive(mechanism_);
   if (!drive || drive->speed == 0)
@@ -46,9 +54,7 @@ void KeysReader::length(const Key& turns, const Key& seconds, double& duration) 
 int KeysReader::body_index(std::string_view key, const std::string& name) const {
   if (name == "ground") return ground;
   const int i = index_of(mechanism_.bodies, name, own_name);
-  if (i < 0)
-    s_.fail(key,
-            fmt::format("there is no body \"{}\"; there is: ground, {}", name, known(mechanism_.bodies)));
+  if (i < 0) s_.fail(key, unknown("body", name, mechanism_.bodies, own_name, {"ground"}));
   return i;
 }
 
@@ -88,8 +94,7 @@ void KeysReader::body(const Key& key, int& body) {
 void KeysReader::surface(const Key& key, int& surface) {
   const auto name = s_.text(key.name);
   surface = index_of(mechanism_.surfaces, name, own_name);
-  if (surface < 0)
-    s_.fail(key.name, fmt::format("no surface \"{}\"; there is: {}", name, known(mechanism_.surfaces)));
+  if (surface < 0) s_.fail(key.name, unknown("surface", name, mechanism_.surfaces, own_name));
 }
 
 void KeysReader::lubricant(const Key& key, int& lubricant, double clearance,
@@ -97,8 +102,7 @@ void KeysReader::lubricant(const Key& key, int& lubricant, double clearance,
   if (!s_.has(key.name)) return;
   const auto name = s_.text(key.name);
   lubricant = index_of(mechanism_.lubricants, name, own_name);
-  if (lubricant < 0)
-    s_.fail(key.name, fmt::format("no lubricant \"{}\"; there is: {}", name, known(mechanism_.lubricants)));
+  if (lubricant < 0) s_.fail(key.name, unknown("lubricant", name, mechanism_.lubricants, own_name));
   if (!bearing_length) s_.fail("bearing_length", "is missing: the force of a lubricant's film needs it");
   const auto& oil = mechanism_.lubricants[static_cast<std::size_t>(lubricant)];
   if (oil.hand_over && *oil.hand_over >= clearance)
@@ -107,14 +111,16 @@ void KeysReader::lubricant(const Key& key, int& lubricant, double clearance,
 
 void KeysReader::drive(const Key& key, std::string& drive) {
   drive = s_.text(key.name);
-  if (index_of(mechanism_.drives, drive, [](const Drive& d) { return name_of(d); }) < 0)
-    s_.fail(key.name, fmt::format("there is no drive \"{}\"", drive));
+  const auto its_name = [](const Drive& d) { return name_of(d); };
+  if (index_of(mechanism_.drives, drive, its_name) < 0)
+    s_.fail(key.name, unknown("drive", drive, mechanism_.drives, its_name));
 }
 
 int KeysReader::joint_index(const Key& key) {
   const auto name = s_.text(key.name);
-  const int joint = index_of(mechanism_.joints, name, [](const Joint& j) { return name_of(j); });
-  if (joint < 0) s_.fail(key.name, fmt::format("there is no joint \"{}\"", name));
+  const auto its_name = [](const Joint& j) { return name_of(j); };
+  const int joint = index_of(mechanism_.joints, name, its_name);
+  if (joint < 0) s_.fail(key.name, unknown("joint", name, mechanism_.joints, its_name));
   return joint;
 }
 

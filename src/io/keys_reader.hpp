@@ -103,8 +103,7 @@ class KeysReader {
   template <class Number>
   void either(const Key& other, const Range& range, double (*convert)(double), const Key& own,
               const Range& own_range, Number& x) {
-    if (s_.has(other.name) == s_.has(own.name))
-      s_.fail("", fmt::format("needs exactly one of {} and {}", other.name, own.name));
+    one_of(other, own);
     x = s_.has(own.name) ? s_.number(own.name, own_range) : convert(s_.number(other.name, range));
   }
   void table(const Key& constant, const Key& points, TorqueDrive::Table& table);
@@ -137,6 +136,7 @@ class KeysReader {
  private:
   static std::string piece(double x) { return fmt::format("{:.6g}", x); }
   static std::string piece(const char* text) { return text; }
+  void one_of(const Key& a, const Key& b) const;
   int body_index(std::string_view key, const std::string& name) const;
   int joint_index(const Key& key);
 

@@ -16,9 +16,12 @@ SceneError located(const Scene& scene, const ModelError& error) {
   };
   if (scene.text.empty() || error.key.empty()) return plain();
   try {
-    SceneSource source{file, {}};
+    SceneSource source{.name = file};
     const auto document = parse_toml(scene.text, file);
-    for (const auto& given : scene.overrides) source.overridden[given.substr(0, given.find('='))] = given;
+    for (const auto& given : scene.overrides) {
+      source.order.push_back(given.substr(0, given.find('=')));
+      source.overridden[source.order.back()] = given;
+    }
     // The key itself, or the innermost table around it that the file has.
     const toml::node* node = nullptr;
     const toml::table* table = &document;

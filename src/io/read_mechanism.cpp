@@ -37,7 +37,8 @@ V read_chosen(const std::string& name, const Mechanism& mechanism, Section& s, s
     }
   };
   (look.template operator()<I>(), ...);
-  if (given != 1) s.fail("", fmt::format("needs exactly one of {}", all));
+  if (given == 0) s.lacks("", fmt::format("needs exactly one of {}", all));
+  if (given > 1) s.fail("", fmt::format("needs exactly one of {}", all));
   std::visit([&](auto& x) { read_keys(s, mechanism, x); }, element);
   return element;
 }

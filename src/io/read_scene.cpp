@@ -1,20 +1,50 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <sstream>
 
 #include "io/keys_reader.hpp"
 #include "io/open_scene.hpp"
 #include "io/read_mechanism.hpp"
+#include "io/toml_value.hpp"
 #include "model/instruments.hpp"
 #include "model/scene.hpp"
 
 namespace freeplay {
 namespace {
 
+/// Names in a table that the file itself has.
+std::vector<std::string> file_names(const toml::table& table, const std::string& path,
+                                    const SceneSource& source) {
+  std::vector<std::string> names;
+  for (const auto& [name, node] : table)
+    if (!source.made.contains(fmt::format("{}.{}", path, name.str()))) names.emplace_back(name.str());
+  return names;
+}
+
+/// Whether a text that stands anywhere in a table is `word`.
+bool names_it(const toml::table& table, const std::string& word) {
+  return std::ranges::any_of(table, [&](const auto& item) {
+    const auto& node = item.second;
+    if (const auto* below = node.as_table()) return names_it(*below, word);
+    return node.template value_exact<std::string>() == word;
+  });
+}
+
+/// Surfaces and lubricants that options made need nothing: unnamed they would be without effect.
+void refuse_made_in_vain(const toml::table& document, const SceneSource& source) {
+  for (const auto& [path, beside] : source.made)
+    if ((path.starts_with("surfaces.") || path.starts_with("lubricants.")) &&
+        !names_it(document, path.substr(path.find('.') + 1)))
+      source.refuse_made(path);
+}
+
 /// Sets one dotted key of the document; what does not parse as a TOML value is taken as a text.
 void apply_override(toml::table& root, SceneSource& source, const std::string& given) {
   const auto equals = given.find('=');
-  const auto bad = [&](const char* why) { throw SceneError(fmt::format("--set {}: {}", given, why)); };
+  const auto bad = [&](const std::string& why) {
+    throw SceneError(fmt::format("--set {}: {}", printable(given), why));
+  };
   if (equals == given.npos || equals == 0)
     bad("must be KEY=VALUE, for example joints.gudgeon.clearance=1e-3");
   const std::string key = given.substr(0, equals), value = given.substr(equals + 1);
@@ -33,12 +63,16 @@ void apply_override(toml::table& root, SceneSource& source, const std::string& g
   std::string segment;
   std::vector<std::string> names;
   while (std::getline(segments, segment, '.')) names.push_back(segment);
+  if (names.empty() || key.back() == '.' || std::ranges::any_of(names, &std::string::empty))
+    bad("has an empty name in its key");
   for (std::size_t i = 0; i + 1 < names.size(); ++i) {
-    if (!table->contains(names[i])) table->insert(names[i], toml::table{});
+    if (!table->contains(names[i])) {
+      if (i == 1) source.made.emplace(names[0] + "." + names[1], file_names(*table, names[0], source));
+      table->insert(names[i], toml::table{});
+    }
     table = table->get_as<toml::table>(names[i]);
-    if (!table) bad(fmt::format("{} is a value, not a table", names[i]).c_str());
+    if (!table) bad(fmt::format("{} is a value, not a table", names[i]));
   }
-  if (names.empty() || names.back().empty()) bad("has an empty key");
   table->insert_or_assign(names.back(), std::move(*parsed.get("value")));
   source.overridden[key] = given;
   source.order.push_back(key);
@@ -80,9 +114,12 @@ Scene parse_scene(const std::string& text, const std::string& name,
   scene.file = name;
   scene.text = text;
   scene.overrides = overrides;
-  SceneSource source{name, {}, {}};
+  SceneSource source{.name = name};
   toml::table document = parse_toml(text, name);
   for (const auto& o : overrides) apply_override(document, source, o);
+
+  refuse_unknown_keys(document, "", source);
+  refuse_made_in_vain(document, source);
 
   Section root(document, "", "", source);
   scene.format = read_format(root);

@@ -208,8 +208,8 @@ RecordedRun read_run(const std::filesystem::path& file) {
                          {p.at("scene_file").get<std::string>(), p.at("scene").get<std::string>(),
                           p.at("overrides").get<std::vector<std::string>>(), !p.contains("format_note")});
     return run;
-  } catch (const nlohmann::json::exception& e) {
-    throw bad(fmt::format("is damaged: {}", e.what()));
+  } catch (const nlohmann::json::exception&) {
+    throw bad("is damaged: what says how to repeat the run is missing, or is of another kind");
   } catch (const SceneError& e) {
     if (std::string_view(e.what()).starts_with(file.string() + ": ")) throw;
     throw bad(fmt::format("cannot be repeated: {}", e.what()));

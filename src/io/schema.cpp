@@ -139,6 +139,27 @@ const std::vector<SchemaKey>& keys() {
   return list;
 }
 
+/// What the tables of the schema describe.
+constexpr std::pair<std::string_view, std::string_view> tables[] = {
+    {"", "a scene"},
+    {"bodies.*", "a body"},
+    {"joints.*", "a joint"},
+    {"contacts.*", "a contact"},
+    {"lubricants.*", "a lubricant"},
+    {"surfaces.*", "a surface"},
+    {"drives.*", "a drive"},
+    {"loads.*", "a load"},
+    {"run", "[run]"},
+    {"penalty", "[penalty]"},
+    {"nonsmooth", "[nonsmooth]"},
+    {"instruments.*", "an instrument"},
+    {"study", "a study"},
+    {"study.axes.*", "an axis"},
+    {"study.variants.*", "a variant"},
+    {"study.calibrate", "[calibrate]"},
+    {"study.calibrate.unknowns.*", "an unknown"},
+    {"study.calibrate.targets.*", "a target"}};
+
 int edit_distance(std::string_view a, std::string_view b) {
   std::vector<int> row(b.size() + 1);
   std::iota(row.begin(), row.end(), 0);
@@ -163,22 +184,33 @@ const SchemaKey* find_key(std::string_view path) {
   return it == keys().end() ? nullptr : &*it;
 }
 
-std::string nearest_key(std::string_view path) {
-  const auto dot = path.rfind('.');
-  const std::string_view table = dot == path.npos ? "" : path.substr(0, dot + 1);
-  const std::string_view name = path.substr(table.size());
+std::vector<std::string> keys_of(std::string_view table) {
+  std::vector<std::string> names;
+  for (const auto& key : keys()) {
+    auto path = key.path;
+    const bool of_study = path.starts_with("study.");
+    if (table.empty() ? of_study : !path.starts_with(std::string(table) + ".")) continue;
+    if (!table.empty()) path.remove_prefix(table.size() + 1);
+    const std::string name(path.substr(0, path.find('.')));
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+  }
+  return names;
+}
+
+std::string_view what_is(std::string_view table) {
+  const auto it = std::ranges::find(tables, table, &std::pair<std::string_view, std::string_view>::first);
+  return it == std::end(tables) ? "a table" : it->second;
+}
+
+std::string nearest_word(std::string_view word, const std::vector<std::string>& words) {
   std::string best;
-  int least = static_cast<int>(name.size()) / 2 + 1;
-  for (const auto& k : keys()) {
-    if (!k.path.starts_with(table)) continue;
-    const auto candidate = k.path.substr(table.size());
-    if (candidate.find('.') != candidate.npos) continue;
-    const int d = edit_distance(name, candidate);
-    if (d < least) {
+  int least = 1000;
+  for (const auto& candidate : words)
+    if (const int d = edit_distance(word, candidate);
+        d < least && d <= static_cast<int>(std::max(word.size(), candidate.size())) / 2) {
       least = d;
       best = candidate;
     }
-  }
   return best;
 }
 

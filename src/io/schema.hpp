@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace freeplay {
 
@@ -21,7 +22,14 @@ std::span<const SchemaKey> schema();
 /// The row of a path such as joints.*.clearance, or nullptr.
 const SchemaKey* find_key(std::string_view path);
 
-/// The key of the same table nearest in spelling, or "" when none is near.
-std::string nearest_key(std::string_view path);
+/// Names of keys and tables that may stand in a table ("joints.*", "" for the root), in the order of the schema; "*"
+/// among them where the author chooses names.
+std::vector<std::string> keys_of(std::string_view table);
+
+/// What such a table describes, with its article: "a joint", "[run]".
+std::string_view what_is(std::string_view table);
+
+/// The word nearest in spelling, or "" when none is near.
+std::string nearest_word(std::string_view word, const std::vector<std::string>& words);
 
 }  // namespace freeplay

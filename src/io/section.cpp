@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "io/schema.hpp"
+#include "io/toml_value.hpp"
 
 namespace freeplay {
 namespace {
@@ -49,14 +50,45 @@ bool is_plain_name(std::string_view name) {
 void SceneSource::fail(const toml::node* node, const std::string& path, const std::string& message) const {
   for (std::string key = path;;) {
     if (const auto it = overridden.find(key); it != overridden.end())
-      throw SceneError(fmt::format("--set {}", it->second), path, message);
+      throw SceneError(fmt::format("--set {}", printable(it->second)), printable(path), message);
     const auto dot = key.rfind('.');
     if (dot == key.npos) break;
     key.resize(dot);
   }
+  const auto table_of = [](const std::string& key) {
+    const auto dot = key.rfind('.');
+    return dot == key.npos ? "" : key.substr(0, dot);
+  };
+  std::string options;  // that set a key beside this one, or of this table
+  for (const auto& key : order)
+    if (const auto table = table_of(key); !table.empty() && (table == path || table == table_of(path)))
+      options += fmt::format("{}--set {}", options.empty() ? " (with " : ", ", printable(overridden.at(key)));
+  if (!options.empty()) options += ")";
   const auto where = node ? node->source().begin : toml::source_position{};
-  throw SceneError(where.line == 0 ? name : fmt::format("{}:{}:{}", name, where.line, where.column), path,
-                   message);
+  throw SceneError(where.line == 0 ? name : fmt::format("{}:{}:{}", name, where.line, where.column),
+                   printable(path), message + options);
+}
+
+void SceneSource::refuse_made(const std::string& path) const {
+  const auto it = made.find(path);
+  if (it == made.end()) return;
+  const auto dot = path.find('.');
+  const auto family = path.substr(0, dot), element = path.substr(dot + 1);
+  const auto what = what_is(family + ".*");
+  const auto near = nearest_word(element, it->second);
+  const auto option =
+      std::ranges::find_if(order, [&](const auto& key) { return key.starts_with(path + "."); });
+  throw SceneError(
+      fmt::format("--set {}", printable(option == order.end() ? path : overridden.at(*option))),
+      printable(path),
+      fmt::format("there is no such {}{}", what.substr(what.find(' ') + 1),
+                  near.empty() ? listed("there is", it->second) : fmt::format("; did you mean {}?", near)));
+}
+
+std::string listed(std::string_view opening, const std::vector<std::string>& words) {
+  const auto list =
+      fmt::format("{} {}", opening, words.empty() ? "none" : fmt::format("{}", fmt::join(words, ", ")));
+  return (list.size() <= 80 ? "; " : "\n  ") + list;
 }
 
 Section::Section(const toml::table& table, std::string path, std::string pattern, const SceneSource& source)
@@ -64,6 +96,11 @@ Section::Section(const toml::table& table, std::string path, std::string pattern
 
 std::string Section::full(std::string_view key) const {
   return path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key);
+}
+
+void Section::lacks(std::string_view key, const std::string& message) const {
+  source_->refuse_made(path_);
+  fail(key, message);
 }
 
 void Section::fail(std::string_view key, const std::string& message) const {
@@ -82,7 +119,7 @@ const toml::node& Section::require(std::string_view key) {
   const auto* node = take(key);
   if (node) return *node;
   const auto* row = find_key(pattern_.empty() ? std::string(key) : fmt::format("{}.{}", pattern_, key));
-  source_->fail(&table_, full(key), fmt::format("is missing: {}", row ? row->meaning : "required"));
+  lacks(key, fmt::format("is missing: {}", row ? row->meaning : "required"));
 }
 
 double Section::to_number(const toml::node& node, std::string_view key, Range range) const {
@@ -112,7 +149,8 @@ std::optional<double> Section::number_or(std::string_view word, std::string_view
   if (!node) return std::nullopt;
   if (const auto text = node->value_exact<std::string>()) {
     if (*text == word) return std::nullopt;
-    source_->fail(node, full(key), fmt::format("must be a number or \"{}\", is \"{}\"", word, *text));
+    source_->fail(node, full(key),
+                  fmt::format("must be a number or \"{}\", is {}", word, toml_quoted(*text)));
   }
   return to_number(*node, key, range);
 }
@@ -189,8 +227,11 @@ std::vector<double> Section::numbers(std::string_view key) {
 int Section::to_choice(const std::string& value, std::string_view key,
                        const std::vector<std::string>& choices) const {
   const auto it = std::ranges::find(choices, value);
-  if (it == choices.end())
-    fail(key, fmt::format("\"{}\" is not known here; one of \"{}\"", value, fmt::join(choices, "\", \"")));
+  if (it == choices.end()) {
+    std::vector<std::string> words;
+    for (const auto& choice : choices) words.push_back(toml_quoted(choice));
+    fail(key, fmt::format("{} is not known here{}", toml_quoted(value), listed("one of", words)));
+  }
   return static_cast<int>(it - choices.begin());
 }
 
@@ -243,13 +284,7 @@ std::vector<std::pair<std::string, Section>> Section::children(std::string_view 
 void Section::done(const std::string& kind) const {
   for (const auto& [name, node] : table_) {
     if (read_.contains(name.str())) continue;
-    const auto pattern =
-        pattern_.empty() ? std::string(name.str()) : fmt::format("{}.{}", pattern_, name.str());
-    if (find_key(pattern)) fail(name.str(), fmt::format("does not apply to {}", kind));
-    const auto near = nearest_key(pattern);
-    fail(name.str(),
-         fmt::format("is not a key of {}{}", kind,
-                     near.empty() ? "; docs/scene.md lists all" : fmt::format("; did you mean {}?", near)));
+    fail(name.str(), fmt::format("does not apply to {}", kind));
   }
 }
 

@@ -2,21 +2,6 @@
 // is refused, and it knows where each stands, so that a message can say FILE:LINE:COL.
 #pragma once
 
-#include <stdexcept>
-
-// toml++ 3.3 states its assumptions as assertions that become undefined behaviour without them: some
-// malformed text breaks them (found by the fuzz target). Here they throw, in every build; parse_toml reports
-// it.
-#define TOML_ENABLE_FORMATTERS 0
-namespace freeplay {
-[[noreturn]] inline void broken_assumption(const char* what) { throw std::logic_error(what); }
-}  // namespace freeplay
-#define TOML_ASSERT(condition) ((condition) ? void() : freeplay::broken_assumption(#condition))
-#pragma push_macro("NDEBUG")
-#undef NDEBUG
-#include <toml++/toml.h>
-#pragma pop_macro("NDEBUG")
-
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -27,13 +12,14 @@ namespace freeplay {
 #include <utility>
 #include <vector>
 
+#include "io/toml.hpp"
 #include "model/error.hpp"
 #include "model/keys.hpp"
 #include "values/vec2.hpp"
 
 namespace freeplay {
 
-/// Throws SceneError FILE:LINE:COL for what is not TOML; `name` stands for the file.
+/// Throws SceneError FILE:LINE:COL for what is not TOML in UTF-8; `name` stands for the file. A byte-order mark is passed over.
 toml::table parse_toml(const std::string& text, const std::string& name);
 /// The whole of a file, or SceneError.
 std::string read_text(const std::filesystem::path& file);
@@ -41,13 +27,25 @@ std::string read_text(const std::filesystem::path& file);
 /// The parsed document: its name in messages and the values that came from the command line.
 struct SceneSource {
   std::string name;
-  std::map<std::string, std::string> overridden;  ///< dotted key → KEY=VALUE as given
-  std::vector<std::string> order = {};            ///< of these keys on the command line
-  mutable std::vector<std::string> idle = {};     ///< keys that have no effect, and why
+  std::map<std::string, std::string> overridden = {};  ///< dotted key → KEY=VALUE as given
+  std::vector<std::string> order = {};                 ///< of these keys on the command line
+  mutable std::vector<std::string> idle = {};          ///< keys that have no effect, and why
+  /// What only options made, by its path (joints.NAME), and the names that the file has beside it.
+  std::map<std::string, std::vector<std::string>> made = {};
 
-  /// Throws SceneError about `path`, placed at `node` (or at the override that set it).
+  /// Throws SceneError about `path`, placed at `node` or at the option that set it. Options that set other keys of the
+  /// same table are named with it: they may be the cause.
   [[noreturn]] void fail(const toml::node* node, const std::string& path, const std::string& message) const;
+  /// Throws where `path` is of something that only options made: they have misspelt the name of what they meant.
+  void refuse_made(const std::string& path) const;
 };
+
+/// Refuses the first key that no scene ("") or study ("study") has, before any is read: a misspelt key is told before
+/// what follows from it.
+void refuse_unknown_keys(const toml::table& document, std::string_view pattern, const SceneSource& source);
+
+/// "; OPENING a, b", or a line of its own where it is long.
+std::string listed(std::string_view opening, const std::vector<std::string>& words);
 
 class Section {
  public:
@@ -78,9 +76,11 @@ class Section {
   /// The table `key`, or an empty one.
   Section child(std::string_view key);
 
-  /// Throws about a key that nobody read. `kind` says whose keys they are ("a revolute joint").
+  /// Throws about a key that nobody read: it belongs to another kind. `kind` says whose keys they are ("a revolute joint").
   void done(const std::string& kind) const;
   [[noreturn]] void fail(std::string_view key, const std::string& message) const;
+  /// Throws about a key that is not there; "" for one of several.
+  [[noreturn]] void lacks(std::string_view key, const std::string& message) const;
   /// Notes a key that is read and has no effect here.
   void idle(std::string_view key, const std::string& why) const {
     source_->idle.push_back(full(key) + " " + why);

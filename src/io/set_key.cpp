@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/toml_value.hpp"
 #include "io/write_scene.hpp"
 #include "model/scene.hpp"
 
@@ -77,7 +78,7 @@ void Scene::set(const std::string& key, const std::string& value) try {
   }
   *this = std::move(changed);
 } catch (const SceneError& e) {
-  const auto given = fmt::format("--set {}={}", key, value), what = std::string(e.what());
+  const auto given = fmt::format("--set {}", printable(key + "=" + value)), what = std::string(e.what());
   if (what.starts_with(given + ":")) throw;
   throw SceneError(fmt::format("{}: {}", given, what));
 }

@@ -4,12 +4,10 @@
 
 namespace freeplay {
 
-std::string toml_quoted(std::string_view text) {
-  std::string out = "\"";
+std::string printable(std::string_view text) {
+  std::string out;
   for (const char c : text) {
-    if (c == '"' || c == '\\')
-      out += {'\\', c};
-    else if (c == '\n')
+    if (c == '\n')
       out += "\\n";
     else if (c == '\t')
       out += "\\t";
@@ -18,7 +16,16 @@ std::string toml_quoted(std::string_view text) {
     else
       out += c;
   }
-  return out + '"';
+  return out;
+}
+
+std::string toml_quoted(std::string_view text) {
+  std::string marked;
+  for (const char c : text) {
+    if (c == '"' || c == '\\') marked += '\\';
+    marked += c;
+  }
+  return '"' + printable(marked) + '"';
 }
 
 std::string toml_number(double x) {

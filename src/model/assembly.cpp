@@ -27,11 +27,6 @@ State given_state(const Mechanism& m) {
   return s;
 }
 
-std::string describe(const OpenJoint& open) {
-  return fmt::format("{} \"{}\" {} by {:.4g} {}", open.overlap ? "contact" : "joint", open.name,
-                     open.overlap ? "overlaps" : "stays open", open.amount, open.angular ? "rad" : "m");
-}
-
 /// Newton steps of least mass-weighted length onto Φ = 0, down to rounding.
 void close_exactly(const System& system, std::vector<double>& q, bool redundant) {
   auto e = system.make_evaluation();
@@ -54,29 +49,76 @@ double length_scale(const System& system) {
   return scale > 0 ? scale : 1;
 }
 
-void assemble_positions(const System& system, State& s) {
-  const double accepted = 1e-9 * length_scale(system);
-  const auto open = worst_open_joint(system, s.q);
-  if (open.amount > 1e-14 * length_scale(system)) {
-    const auto start = s.q;
-    // Rows that depend on others at the rough positions may not do so at the assembled ones: choose again
-    // once.
-    for (int attempt = 0; attempt < 2 && worst_open_joint(system, s.q).amount > accepted; ++attempt) {
-      const auto all = redundant_rows(system, s.q);
-      least_movement(system, start, all, s.q);
-      if (worst_open_joint(system, s.q).amount < 1e-3 * length_scale(system))
-        close_exactly(system, s.q, !redundant_rows(system, s.q).empty());
-    }
-  }
-  const auto left = worst_open_joint(system, s.q);
-  if (!(left.amount <= accepted))
-    throw ModelError("",
-                     fmt::format("the mechanism cannot be assembled from the positions given: {}; check the "
-                                 "lengths, or give bodies.*.position and .angle nearer to closure",
-                                 describe(left)));
+double size_of(const OpenJoint& open, double length) {
+  return open.angular ? length * open.amount : open.amount;
 }
 
-void assemble_velocities(const System& system, State& s) {
+/// rad, of the joint that a drive turns.
+double driven_angle(const Mechanism& mechanism, const std::string& drive, const std::vector<double>& q) {
+  const auto it = std::ranges::find_if(mechanism.drives, [&](const Drive& d) { return name_of(d) == drive; });
+  const auto pair = bodies_of(mechanism.joints[std::get<SpeedDrive>(*it).joint]);
+  const auto angle = [&](int body) { return body == ground ? 0 : planar::angle(q.data(), body); };
+  return angle(pair[1]) - angle(pair[0]);
+}
+
+/// Throws about what stays open in the best pose `q`.
+[[noreturn]] void refuse_open(const Mechanism& mechanism, const System& system, std::vector<double> q) {
+  const double length = length_scale(system);
+  const auto open = open_joints(system, q, length);
+  if (open.empty() || !std::isfinite(worst_open_joint(system, q).amount))
+    throw ModelError("",
+                     "the mechanism cannot be assembled: a position or length is beyond what numbers hold");
+  std::string message = "cannot be closed: in the best pose found it " + describe(open.front());
+  constexpr std::size_t shown = 4;
+  for (std::size_t i = 1; i < std::min(open.size(), shown); ++i)
+    message +=
+        fmt::format(", \"{}\" by {:.4g} {}", open[i].name, open[i].amount, open[i].angular ? "rad" : "m");
+  if (open.size() > shown) message += fmt::format(", and {} more", open.size() - shown);
+  // A drive may hold the mechanism where it has no position.
+  best_pose(system, length, false, q);
+  const auto free = open_joints(system, q, length);
+  std::string remedy = "check the lengths, or give bodies.*.position and .angle nearer to closure";
+  if (!free.empty() && free.front().drive && (free.size() == 1 || size_of(free[1], length) < 1e-6 * length))
+    remedy = fmt::format("it closes with drives.{}.initial_angle = {:.4f}", free.front().name,
+                         driven_angle(mechanism, free.front().name, q));
+  throw ModelError(key_of(mechanism, open.front()), fmt::format("{}; {}", message, remedy));
+}
+
+void assemble_positions(const Mechanism& mechanism, const System& system, State& s) {
+  const double length = length_scale(system), accepted = 1e-9 * length;
+  const auto open = [&](const std::vector<double>& q) { return worst_open_joint(system, q).amount; };
+  if (open(s.q) <= 1e-14 * length) return;
+  if (!std::isfinite(open(s.q))) refuse_open(mechanism, system, s.q);
+  const auto rough = s.q;
+  // Rows that depend on others at the rough positions may not do so at the assembled ones: choose again once.
+  const auto move = [&] {
+    for (int attempt = 0; attempt < 2 && !(open(s.q) <= accepted); ++attempt) {
+      least_movement(system, rough, redundant_rows(system, s.q), s.q);
+      if (open(s.q) < 1e-3 * length) close_exactly(system, s.q, !redundant_rows(system, s.q).empty());
+    }
+    return open(s.q) <= accepted;
+  };
+  if (move()) return;
+  // From the better of the best poses near the rough positions and near the last ones: where that closes, once more.
+  auto best = rough;
+  best_pose(system, length, true, best);
+  best_pose(system, length, true, s.q);
+  const auto worst = [&](const std::vector<double>& q) {
+    const auto list = open_joints(system, q, length);
+    return list.empty() ? 0 : size_of(list.front(), length);
+  };
+  if (worst(s.q) <= worst(best)) best = s.q;
+  s.q = best;
+  if (!(worst(best) < 1e-6 * length && move())) refuse_open(mechanism, system, best);
+}
+
+/// The joint or drive of a row.
+std::string key_of_row(const Mechanism& mechanism, const System& system, int row) {
+  return key_of(mechanism,
+                {.name = system.row_name(row), .drive = row >= system.rows() - system.drive_rows()});
+}
+
+void assemble_velocities(const Mechanism& mechanism, const System& system, State& s) {
   auto e = system.make_evaluation();
   system.place(0, s.q.data(), e);
   SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic,
@@ -105,7 +147,10 @@ void assemble_velocities(const System& system, State& s) {
     terms = std::max(terms, sum);
   }
   if (!saddle.factor(e.G.data()))
-    throw ModelError("", "the mechanism's velocities cannot be made consistent");
+    throw ModelError(
+        "",
+        "the mechanism's velocities cannot be made consistent: some mass, length or speed is beyond "
+        "what numbers hold");
   for (int i = 0; i < 2; ++i) {  // the second pass removes the rounding of the first
     residual();
     saddle.solve(nullptr, r.data(), dv.data(), lambda.data());
@@ -114,9 +159,10 @@ void assemble_velocities(const System& system, State& s) {
   const auto [worst, row] = residual();
   if (worst > 1e-9 * terms)
     throw ModelError(
-        "", fmt::format("no velocities satisfy all constraints: \"{}\" is left violated at {:.3g} (m/s or "
-                        "rad/s); the drives contradict each other, or the start is a locked position",
-                        system.row_name(row), worst));
+        key_of_row(mechanism, system, row),
+        fmt::format("no velocities satisfy all constraints: this one is left violated by {:.3g} {}; "
+                    "the drives contradict each other, or the start is a locked position",
+                    worst, system.is_angle_row(row) ? "rad/s" : "m/s"));
 }
 
 }  // namespace
@@ -128,13 +174,14 @@ OpenJoint worst_open_joint(const System& system, const std::vector<double>& q, d
   for (int k = 0; k < system.rows(); ++k) {
     const double phi = std::abs(e.phi[k]);
     if (phi > worst.amount || !std::isfinite(phi))
-      worst = {system.row_name(k), phi, system.is_angle_row(k), false};
+      worst = {system.row_name(k), phi, system.is_angle_row(k), false,
+               k >= system.rows() - system.drive_rows()};
   }
   for (int k = 0; k < system.contacts(); ++k) {
     const auto& facts = system.contact_facts(k);
     const double inside = -system.gap(k, q.data(), e);
     if (inside > worst.amount && inside > allowed_penetration * facts.measure())
-      worst = {facts.name, inside, false, true};
+      worst = {facts.name, inside, false, true, false};
   }
   return worst;
 }
@@ -166,8 +213,8 @@ bool move_ideally(const Mechanism& loose, State& s) {
   const System ideal(idealised(loose));
   State nearest = s;
   try {
-    assemble_positions(ideal, nearest);
-    assemble_velocities(ideal, nearest);
+    assemble_positions(loose, ideal, nearest);
+    assemble_velocities(loose, ideal, nearest);
   } catch (const ModelError&) {
     return false;
   }
@@ -186,8 +233,9 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
     // run's own results would be doubtful (facade/judge.cpp).
     const auto open = worst_open_joint(system, s.q, 0.1);
     if (open.amount > 1e-6 * length_scale(system))
-      throw ModelError("run.start", fmt::format("\"given\": {}; correct the positions or use \"assembled\"",
-                                                describe(open)));
+      throw ModelError("run.start",
+                       fmt::format("\"given\": {} {}; correct the positions or use \"assembled\"",
+                                   key_of(mechanism, open), describe(open)));
     auto e = system.make_evaluation();
     system.place(0, s.q.data(), e);
     double speed = 0;
@@ -196,13 +244,14 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
       const double r = row_dot(system.pattern(), e.G.data(), k, s.v.data()) + e.phi_t[k];
       if (std::abs(r) > 1e-6 * std::max(speed, std::abs(e.phi_t[k])))
         throw ModelError("run.start",
-                         fmt::format("\"given\": the velocities violate \"{}\" by {:.4g}; correct them or "
+                         fmt::format("\"given\": the velocities violate {} by {:.4g} {}; correct them or "
                                      "use \"assembled\"",
-                                     system.row_name(k), std::abs(r)));
+                                     key_of_row(mechanism, system, k), std::abs(r),
+                                     system.is_angle_row(k) ? "rad/s" : "m/s"));
     }
     close_exactly(system, s.q, !redundant_rows(system, s.q).empty());
   } else {
-    assemble_positions(system, s);
+    assemble_positions(mechanism, system, s);
   }
   // Where no joint is loose the rows alone say how it moves.
   if (start == RunOptions::Start::assembled && leaves_velocities_open(mechanism) &&
@@ -213,7 +262,7 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
                        : "no body gives a velocity, and with ideal joints the mechanism cannot move: what no "
                          "drive turns starts at rest";
   }
-  assemble_velocities(system, s);
+  assemble_velocities(mechanism, system, s);
   s.z.assign(system.states(), 0);
   return s;
 }

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "model/closure.hpp"
 #include "model/options.hpp"
 #include "values/state.hpp"
 
@@ -18,7 +19,7 @@ namespace freeplay {
 struct Mechanism;
 class System;
 
-/// Throws ModelError that names the joint which stays open and by how much. A start that may be made consistent
+/// Throws ModelError that names the joint which stays open in the best pose found (closure.hpp) and by how much. A start that may be made consistent
 /// ("assembled") and gives no body a velocity, though a drive turns, takes the velocities of the ideal mechanism at its
 /// nearest position: the least change from standing still would leave loose parts at rest and a kick at the first
 /// touch. `assumed` is then told so in one line, else left empty.
@@ -27,14 +28,7 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
 /// Gives the bodies the places and rates of a state to start from.
 void start_from(Mechanism& mechanism, const State& state);
 
-/// The joint or drive whose constraint is worst violated, or the contact that overlaps most, and by how much (m or
-/// rad). Contacts that overlap by up to allowed_penetration of ContactFacts::measure() do not count.
-struct OpenJoint {
-  std::string name;
-  double amount = 0;
-  bool angular = false;
-  bool overlap = false;  ///< a contact whose surfaces lie in each other
-};
+/// The worst single row. Contacts that overlap by up to allowed_penetration of ContactFacts::measure() do not count.
 OpenJoint worst_open_joint(const System& system, const std::vector<double>& q,
                            double allowed_penetration = 0);
 

@@ -109,7 +109,7 @@ std::vector<Case> cases(const Study& study) {
 namespace {
 
 /// The scene of a case, as long as the study asks, at the start that the scene gives.
-Scene unmoved(const Study& study, const Case& one) {
+Scene unmoved(const Study& study, const Case& one) try {
   auto scene = read_scene(one.scene, one.overrides);
   const auto* drive = main_drive(scene.mechanism);
   if (!drive || drive->speed == 0)
@@ -119,6 +119,8 @@ Scene unmoved(const Study& study, const Case& one) {
   scene.run.discard = study.discard * turn;
   scene.run.duration = (study.discard + one.revolutions) * turn;
   return scene;
+} catch (const SceneError& e) {
+  throw in_study(study, e);
 }
 
 }  // namespace

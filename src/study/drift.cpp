@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "facade/simulation.hpp"
+#include "io/located.hpp"
 #include "io/output_file.hpp"
 #include "io/run_json.hpp"
 #include "model/assembly.hpp"
@@ -19,7 +20,7 @@ std::vector<DriftRun> measure_drift(const Scene& scene, const StopToken& stop,
                                     const std::filesystem::path& folder,
                                     const std::function<void(const std::string&, double)>& on_progress) {
   constexpr int points = 200;
-  const State start = assemble(scene.mechanism, scene.run.start);
+  const State start = located_in(scene, [&] { return assemble(scene.mechanism, scene.run.start); });
   const System system(scene.mechanism);
   std::vector<DriftRun> runs;
   std::string rows = "stabilisation,t,length,angle,closure\n";

@@ -163,7 +163,9 @@ Fit fit(const std::vector<ResponseSurface>& surfaces, const std::vector<double>&
       best.xi = program->xi;
     }
   }
-  if (!std::isfinite(best.objective)) throw std::runtime_error("calibration: Ipopt found no minimum");
+  if (!std::isfinite(best.objective))
+    throw std::runtime_error(
+        "calibration: the fit found no minimum; widen the ranges of the unknowns, or give more points");
 
   const Eigen::MatrixXd covariance = (0.5 * objective.hessian(best.xi, true)).inverse();
   for (int j = 0; j < n; ++j) {

@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "facade/simulation.hpp"
+#include "io/located.hpp"
 #include "model/assembly.hpp"
 #include "model/scene.hpp"
 
@@ -54,9 +55,11 @@ Scene perturbed(const Scene& scene, const StopToken& stop, std::uint64_t seed, i
   const double turned = how.turn * uniform(engine);
   offset(ideal.mechanism, scene.mechanism, engine, how.play);
 
-  State state =
-      assemble(ideal.mechanism, scene.run.start == RunOptions::Start::ideal ? RunOptions::Start::ideal
-                                                                            : RunOptions::Start::assembled);
+  State state = located_in(scene, [&] {
+    return assemble(ideal.mechanism, scene.run.start == RunOptions::Start::ideal
+                                         ? RunOptions::Start::ideal
+                                         : RunOptions::Start::assembled);
+  });
   double time = 0;
   if (const auto* drive = main_drive(scene.mechanism); drive && drive->speed != 0 && turned > 0) {
     time = turned * 2 * std::numbers::pi / std::abs(drive->speed);

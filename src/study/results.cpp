@@ -14,13 +14,42 @@ namespace {
 /// had an identity; 1: the digest of the identity.
 constexpr int kind_of_keys = 1;
 
+/// Why the database does not do what it is asked, and what would help.
+std::string reason(int code) {
+  switch (code & 0xff) {
+    case SQLITE_NOTADB:
+      return "it is no database of results; move it away, or give another folder with -o";
+    case SQLITE_CORRUPT:
+    case SQLITE_ERROR:
+    case SQLITE_MISMATCH:
+    case SQLITE_SCHEMA:
+      return "it is damaged, or another program's; restore it, or give another folder with -o";
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      return "another program has held it for a minute; try again when that has ended";
+    case SQLITE_FULL:
+      return "the disk is full";
+    case SQLITE_READONLY:
+    case SQLITE_PERM:
+    case SQLITE_AUTH:
+      return "it may not be written here";
+    case SQLITE_CANTOPEN:
+      return "the file or its folder cannot be opened";
+    case SQLITE_NOMEM:
+      return "out of memory";
+    default:
+      return fmt::format("the disk refused (code {})", code);
+  }
+}
+
 }  // namespace
 
 /// A prepared statement: bind in order, step through rows.
 class Results::Statement {
  public:
   Statement(const Results& owner, const std::string& sql) : owner_(owner) {
-    if (sqlite3_prepare_v2(owner.db_, sql.c_str(), -1, &statement_, nullptr) != SQLITE_OK) owner.fail(sql);
+    if (sqlite3_prepare_v2(owner.db_, sql.c_str(), -1, &statement_, nullptr) != SQLITE_OK)
+      owner.fail("cannot be read");
   }
   ~Statement() { sqlite3_finalize(statement_); }
   Statement(const Statement&) = delete;
@@ -65,11 +94,11 @@ class Results::Statement {
 };
 
 void Results::fail(const std::string& what) const {
-  throw OutputError(fmt::format("{}: {}: {}", file_.string(), what, sqlite3_errmsg(db_)));
+  throw OutputError(fmt::format("{}: {}: {}", file_.string(), what, reason(sqlite3_errcode(db_))));
 }
 
 void Results::execute(const std::string& sql) const {
-  if (sqlite3_exec(db_, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) fail(sql);
+  if (sqlite3_exec(db_, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) fail("cannot be written");
 }
 
 Results::Results(const std::filesystem::path& file, const Study& study)

@@ -17,6 +17,9 @@ constexpr Range count{
     [](double x) { return x >= 1 && x <= 1e6 && x == static_cast<double>(static_cast<int>(x)); },
     "a whole number from 1"};
 
+/// Of one study: what is kept in one database, and planned at once.
+constexpr double most_runs = 1e6;
+
 std::vector<std::string> formulations(Section& s, std::vector<std::string> fallback) {
   if (!s.has("formulations")) return fallback;
   auto list = s.names("formulations");
@@ -138,12 +141,51 @@ std::string settings_text(Study study) {
   return text;
 }
 
+SceneError in_study(const Study& study, const SceneError& error) {
+  const std::string what = error.what();
+  constexpr std::string_view option = "--set ";
+  if (!what.starts_with(option)) return error;
+  std::vector<std::string> tables;  // to the one that sets it
+  std::string message;
+  // `opening`: of the options that an element sets; behind it the value may stand, then what is wrong.
+  const auto look = [&](const std::vector<std::string>& family, const std::string& name,
+                        const std::string& opening) {
+    const auto end = what.find(": ", option.size() + opening.size() - 1);
+    if (!tables.empty() || !std::string_view(what).substr(option.size()).starts_with(opening) ||
+        end == what.npos)
+      return;
+    tables = family;
+    tables.push_back(name);
+    message = what.substr(end + 2);
+  };
+  const auto sets = [&](const std::vector<std::string>& family, const auto& x) {
+    for (const auto& set : x.overrides) look(family, x.name, printable(set) + ":");
+  };
+  for (const auto& axis : study.axes) look({"axes"}, axis.name, axis.key + "=");
+  for (const auto& variant : study.variants) sets({"variants"}, variant);
+  if (study.calibration) {
+    for (const auto& x : study.calibration->unknowns) look({"calibrate", "unknowns"}, x.name, x.key + "=");
+    for (const auto& x : study.calibration->targets) sets({"calibrate", "targets"}, x);
+  }
+  if (tables.empty()) return error;
+  const toml::table document = parse_toml(study.text, study.file.string());
+  const toml::table* table = &document;
+  for (const auto& name : tables)
+    if (table) table = table->get_as<toml::table>(name);
+  try {
+    SceneSource{.name = study.file.string()}.fail(table, fmt::format("{}", fmt::join(tables, ".")), message);
+  } catch (const SceneError& placed) {
+    return placed;
+  }
+}
+
 Study read_study(const std::filesystem::path& file) {
   Study study;
   study.file = file;
   study.text = read_text(file);
-  const SceneSource source{file.string(), {}};
+  const SceneSource source{.name = file.string()};
   const toml::table document = parse_toml(study.text, file.string());
+  refuse_unknown_keys(document, "study", source);
   Section root(document, "", "study", source);
   study.title = root.text("title", "");
   const auto folder = file.parent_path();
@@ -181,6 +223,13 @@ Study read_study(const std::filesystem::path& file) {
     study.variants.push_back({"given", "as given", study.scene, {}, both, study.starts, study.revolutions});
   if (root.has("calibrate")) study.calibration = read_calibration(root.child("calibrate"), folder);
   root.done("a study");
+  double runs = 0;
+  for (const auto& v : study.variants) runs += v.starts * static_cast<double>(v.formulations.size());
+  for (const auto& axis : study.axes) runs *= static_cast<double>(axis.values.size());
+  if (runs > most_runs)
+    throw SceneError(fmt::format(
+        "{}: asks for {:.3g} runs, more than {:.0f}: give its axes fewer values, or make several studies of it",
+        file.string(), runs, most_runs));
   return study;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "model/error.hpp"
 #include "study/perturb.hpp"
 
 namespace freeplay {
@@ -77,6 +78,9 @@ struct Study {
 
 /// The settings that every run of the study depends on, with the value in force, a line KEY = VALUE each.
 std::string settings_text(Study study);
+
+/// An error of a key of the scene that the study itself sets, at the place in the study that sets it; others as they are.
+SceneError in_study(const Study& study, const SceneError& error);
 
 /// Throws SceneError.
 Study read_study(const std::filesystem::path& file);

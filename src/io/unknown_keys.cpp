@@ -1,0 +1,63 @@
+// A document against the schema, before any of it is read.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "io/schema.hpp"
+#include "io/section.hpp"
+
+namespace freeplay {
+namespace {
+
+/// A key that the schema does not have.
+struct Unknown {
+  const toml::node* node;
+  std::string path, table, name;
+};
+
+/// Options come before the file: they are what the user has just typed.
+bool before(const Unknown& a, const Unknown& b) { return a.node->source().begin < b.node->source().begin; }
+
+/// The unknown key that stands first in `table` and below; `path` is the table's dotted key.
+std::optional<Unknown> first_unknown(const toml::table& table, const std::string& path,
+                                     std::string_view pattern) {
+  const auto known = keys_of(pattern);
+  const bool names = std::ranges::find(known, "*") != known.end();
+  std::optional<Unknown> first;
+  for (const auto& [key, node] : table) {
+    const std::string name(key.str());
+    const auto own = path.empty() ? name : fmt::format("{}.{}", path, name);
+    const auto below = pattern.empty() ? name : fmt::format("{}.{}", pattern, names ? "*" : name);
+    std::optional<Unknown> found;
+    if (!names && std::ranges::find(known, name) == known.end())
+      found = Unknown{&node, own, std::string(pattern), name};
+    else if (const auto* sub = node.as_table(); sub && !find_key(below))
+      found = first_unknown(*sub, own, below);
+    if (found && (!first || before(*found, *first))) first = std::move(found);
+  }
+  return first;
+}
+
+/// What was meant: a name of this table that is near, else the table whose key it is, else what there is.
+std::string remedy(const Unknown& unknown) {
+  const auto known = keys_of(unknown.table);
+  if (const auto near = nearest_word(unknown.name, known); !near.empty())
+    return fmt::format("; did you mean {}?", near);
+  const bool of_study = unknown.table.starts_with("study");
+  for (const auto& key : schema())
+    if (!unknown.node->is_table() && key.path.ends_with("." + unknown.name) &&
+        key.path.starts_with("study.") == of_study)
+      return fmt::format("; it is one of {}", key.path.substr(0, key.path.rfind('.')));
+  return listed("there are", known);
+}
+
+}  // namespace
+
+void refuse_unknown_keys(const toml::table& document, std::string_view pattern, const SceneSource& source) {
+  if (const auto unknown = first_unknown(document, "", pattern))
+    source.fail(unknown->node, unknown->path,
+                fmt::format("is not a key of {}{}", what_is(unknown->table), remedy(*unknown)));
+}
+
+}  // namespace freeplay

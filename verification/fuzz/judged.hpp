@@ -1,0 +1,54 @@
+// What every target asks of what a reader throws: that it is a message, of no library's.
+#pragma once
+
+#include <unistd.h>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+
+namespace freeplay::fuzz {
+
+/// Ends the target on a message that is not fit to be read. What the input itself says may be quoted. Control characters
+/// are shown, not sent, where messages are printed.
+inline void judge(const std::exception& e, std::string_view input) {
+  const std::string what = e.what();
+  bool foreign = what.empty();
+  for (const char* word : {"std::", "json.exception", "basic_string", "vector::", "_M_", "toml::"})
+    foreign = foreign || (what.find(word) != what.npos && input.find(word) == input.npos);
+  if (!foreign) return;
+  std::fprintf(stderr, "a message that is none: %s\n", what.c_str());
+  std::abort();
+}
+
+inline std::string_view text_of(const std::uint8_t* data, std::size_t size) {
+  return {reinterpret_cast<const char*>(data), size};
+}
+
+/// A file of these bytes, for readers that take a path; in memory where there is such a place.
+inline std::filesystem::path file_of(const std::uint8_t* data, std::size_t size, const char* name) {
+  static const auto folder = [] {
+    const std::filesystem::path memory = "/dev/shm";
+    const auto at = (std::filesystem::exists(memory) ? memory : std::filesystem::temp_directory_path()) /
+                    ("freeplay-fuzz-" + std::to_string(::getpid()));
+    std::filesystem::create_directories(at);
+    std::atexit([] {
+      std::error_code ignored;
+      for (const auto* base : {"/dev/shm", "/tmp"})
+        std::filesystem::remove_all(
+            std::filesystem::path(base) / ("freeplay-fuzz-" + std::to_string(::getpid())), ignored);
+    });
+    return at;
+  }();
+  const auto file = folder / name;
+  std::ofstream(file, std::ios::binary)
+      .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
+  return file;
+}
+
+}  // namespace freeplay::fuzz

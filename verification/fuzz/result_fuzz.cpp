@@ -1,0 +1,27 @@
+// A fuzz target for result files: run.json says how to repeat its run or is refused; tables of numbers are read or refused.
+#include "io/output_file.hpp"
+#include "io/recorded_run.hpp"
+#include "model/error.hpp"
+#include "plots/force_run.hpp"
+#include "verification/fuzz/judged.hpp"
+
+using namespace freeplay;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const bool document = size > 0 && data[0] == '{';
+  try {
+    const auto file = fuzz::file_of(data, size, document ? "run.json" : "forces.csv");
+    if (document) {
+      read_run(file);
+    } else {
+      auto run = plots::read_force_run(file, "run", 1);
+      plots::keep_last_turn(run, nullptr);
+      plots::merge(run, 10);
+    }
+  } catch (const SceneError& e) {
+    fuzz::judge(e, fuzz::text_of(data, size));
+  } catch (const OutputError& e) {
+    fuzz::judge(e, fuzz::text_of(data, size));
+  }
+  return 0;
+}

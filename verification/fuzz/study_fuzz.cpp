@@ -1,0 +1,22 @@
+// A fuzz target for studies: any bytes are read or refused with one SceneError.
+#include "study/case_run.hpp"
+#include "study/study.hpp"
+#include "verification/fuzz/judged.hpp"
+
+using namespace freeplay;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  try {
+    const auto study = read_study(fuzz::file_of(data, size, "study.toml"));
+    settings_text(study);
+    if (study.axes.size() < 4) cases(study);
+    // Whatever option fails, the study finds its place for it or leaves it as it is.
+    for (const auto& v : study.variants)
+      for (const auto& set : v.overrides)
+        fuzz::judge(in_study(study, SceneError("--set " + set, "key", "is wrong")),
+                    fuzz::text_of(data, size));
+  } catch (const SceneError& e) {
+    fuzz::judge(e, fuzz::text_of(data, size));
+  }
+  return 0;
+}

@@ -1,0 +1,490 @@
+// What a user reads when something is wrong: in the program's own words, in its place, in few lines.
+#include <fmt/format.h>
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "facade/simulation.hpp"
+#include "io/output_file.hpp"
+#include "io/section.hpp"
+#include "io/toml_value.hpp"
+#include "model/assembly.hpp"
+#include "model/closure.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
+#include "study/case_run.hpp"
+#include "study/study.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
+
+namespace {
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  REQUIRE(in);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::string said(const std::string& text, const std::vector<std::string>& overrides = {}) {
+  try {
+    const auto scene = parse_scene(text, "s.toml", overrides);
+  } catch (const SceneError& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+/// `scene` with its first `from` replaced.
+std::string with(std::string scene, const std::string& from, const std::string& to) {
+  const auto at = scene.find(from);
+  REQUIRE(at != std::string::npos);
+  return scene.replace(at, from.size(), to);
+}
+
+std::string flores() { return text_of(test::flores()); }
+
+/// U+`code` in UTF-8.
+std::string utf8(unsigned code) {
+  const auto byte = [](unsigned x) { return static_cast<char>(x); };
+  if (code < 0x80) return {byte(code)};
+  if (code < 0x800) return {byte(0xC0 | code >> 6), byte(0x80 | (code & 0x3F))};
+  if (code < 0x10000)
+    return {byte(0xE0 | code >> 12), byte(0x80 | (code >> 6 & 0x3F)), byte(0x80 | (code & 0x3F))};
+  return {byte(0xF0 | code >> 18), byte(0x80 | (code >> 12 & 0x3F)), byte(0x80 | (code >> 6 & 0x3F)),
+          byte(0x80 | (code & 0x3F))};
+}
+
+/// A rod between two pins of the ground that are `apart` from each other.
+std::string rod(double length, double apart) {
+  return fmt::format(R"([bodies.rod]
+mass = 1
+inertia = 0.01
+position = [0.1, 0.02]
+[joints.left]
+type = "revolute"
+between = ["ground", "rod"]
+at = [[0, 0], [{0}, 0]]
+[joints.right]
+type = "revolute"
+between = ["ground", "rod"]
+at = [[{1}, 0], [{2}, 0]]
+[run]
+duration = 1
+)",
+                     -length / 2, apart, length / 2);
+}
+
+std::string not_assembled(const std::string& text) {
+  const auto scene = parse_scene(text, "s.toml");
+  try {
+    assemble(scene.mechanism, RunOptions::Start::assembled);
+  } catch (const ModelError& e) {
+    return e.what();
+  }
+  return "assembled";
+}
+
+}  // namespace
+
+TEST_CASE("a text that is no TOML in UTF-8 is refused in its place, and one with a mark is read",
+          "[scene][errors]") {
+  CHECK_THAT(said("mass = 1.0\"é\"\n"), StartsWith("s.toml:1:11: not TOML: "));
+  CHECK(said("\xEF\xBB\xBF" + flores()) == "accepted");
+  CHECK_THAT(said("\xEF\xBB\xBFmass = = 1\n"), StartsWith("s.toml:1:8: not TOML: "));
+  CHECK_THAT(said("\xFF\xFE[\0b\0"), StartsWith("s.toml:1:1: not TOML: byte 0xFF is no UTF-8"));
+  CHECK_THAT(said(std::string("title = \"ä\"\nx = \"a\0b\"\n", 23)),
+             StartsWith("s.toml:2:7: not TOML: a NUL character"));
+  // Columns count characters.
+  CHECK_THAT(said("title = \"äöü\" x\n"), StartsWith("s.toml:1:15: "));
+  // Cut short, overlong, a surrogate, beyond the last.
+  for (const char* bytes : {"\xC3", "\x80", "\xC0\xAF", "\xE0\x80\xAF", "\xED\xA0\x80", "\xF4\x90\x80\x80",
+                            "\xF5", "\xE2\x82", "\xF0\x9F\x92"}) {
+    const auto message = said("# ok\ntitle = \"a" + std::string(bytes) + "\"\n");
+    CAPTURE(message);
+    CHECK_THAT(message, StartsWith("s.toml:2:11: not TOML: byte 0x") && Contains("is no UTF-8"));
+  }
+  // What breaks the parser's own assumptions has a place too.
+  CHECK_THAT(said("a = 1\n[b]\nc = [1,,\n"), StartsWith("s.toml:3:"));
+}
+
+TEST_CASE("any character may stand in a text, and none outside does harm", "[scene][errors]") {
+  // Every range that the parser's own test for spaces distinguishes, at its ends and within.
+  int refused = 0;
+  for (unsigned code = 0x80; code < 0x110000; code += code < 0x4000 ? 1 : 97) {
+    if (code >= 0xD800 && code <= 0xDFFF) continue;
+    const auto c = utf8(code);
+    const auto inside = parse_toml("t = \"\"\"a\\\n  " + c + "b\"\"\"\nu = '" + c + "' # " + c + "\n", "t");
+    REQUIRE(inside["u"].value<std::string>() == c);
+    for (const auto* value : {"1.0", "1", "true", "\"x\"", "[1]", "2026-01-01", "0x1", "inf"}) {
+      try {
+        parse_toml(fmt::format("m = {}\"{}\"\n", value, c), "t");
+      } catch (const SceneError&) {
+        ++refused;
+      }
+    }
+  }
+  CHECK(refused > 8 * 16000);
+}
+
+TEST_CASE("a misspelt key is told before what follows from it", "[scene][errors]") {
+  // Without its clearance the gudgeon's bearing_radius would not apply.
+  CHECK_THAT(said(with(flores(), "clearance =", "clearence =")),
+             Contains("joints.gudgeon.clearence: is not a key of a joint; did you mean clearance?"));
+  CHECK_THAT(said(with(flores(), "speed_rpm", "sped_rpm")), Contains("did you mean speed_rpm?"));
+  CHECK_THAT(said(with(flores(), "[joints.main]", "[joint.main]")),
+             Contains("joint: is not a key of a scene; did you mean joints?"));
+  // The first in the file, and what is a key elsewhere.
+  const auto two = with(with(flores(), "mass =", "mas ="), "poisson =", "poison =");
+  CHECK_THAT(said(two), Contains(".mas: is not a key of a body; did you mean mass?"));
+  CHECK_THAT(said(with(flores(), "surface =", "friction = 0.1\nsurface =")),
+             Contains("joints.gudgeon.friction: is not a key of a joint; it is one of surfaces.*"));
+  CHECK_THAT(said(with(flores(), "[run]", "[run]\nqqqqqqqqq = 1")),
+             Contains("is not a key of [run]\n  there are duration,") ||
+                 Contains("is not a key of [run]; there are"));
+}
+
+TEST_CASE("an option is named as it was typed", "[scene][errors]") {
+  const auto scene = flores();
+  CHECK_THAT(
+      said(scene, {"joints.gudgen.clearance=1e-3"}),
+      StartsWith(
+          "--set joints.gudgen.clearance=1e-3: joints.gudgen: there is no such joint; did you mean gudgeon?"));
+  CHECK_THAT(said(scene, {"drives.q.crank=true"}),
+             StartsWith("--set drives.q.crank=true: drives.q: there is no such drive; there is "));
+  CHECK_THAT(said(scene, {"bodies.crnk.mass=2"}), Contains("there is no such body; did you mean crank?"));
+  // A surface needs nothing: one that nothing names would be without effect.
+  CHECK_THAT(said(scene, {"surfaces.stel.friction=0.1"}),
+             Contains("there is no such surface; did you mean steel?"));
+  CHECK(said(scene, {"surfaces.brass.friction=0.1", "joints.gudgeon.surface=brass"}) == "accepted");
+  CHECK(said(scene, {"loads.push.type=force", "loads.push.body=slider", "loads.push.force=[1, 0]"}) ==
+        "accepted");
+  CHECK_THAT(
+      said(scene, {"joints.gudgeon.clearence=1"}),
+      StartsWith(
+          "--set joints.gudgeon.clearence=1: joints.gudgeon.clearence: is not a key of a joint; did you"));
+  // The file's key is where it is seen, the option what made it wrong.
+  CHECK_THAT(said(scene, {"joints.gudgeon.clearance=1"}),
+             StartsWith("s.toml:") && Contains("bearing_radius: must be greater than the clearance") &&
+                 Contains("(with --set joints.gudgeon.clearance=1)"));
+  for (const auto* broken : {"=1", "a", "a=", "bodies..mass=1", "bodies.crank.=1", "title.x=1", ".a=1"})
+    CHECK_THAT(said(scene, {broken}), StartsWith(fmt::format("--set {}: ", broken)));
+  CHECK_THAT(said(scene, {"title=1\nmass = 2"}), StartsWith("--set title=1\\nmass = 2: "));
+}
+
+TEST_CASE("what a study sets wrongly is told at its place in the study", "[study][errors]") {
+  test::TemporaryFolder folder;
+  const auto refused = [&](const std::string& rest) {
+    write_file(
+        folder.path() / "study.toml",
+        fmt::format("scene = \"{}\"\njoint = \"gudgeon\"\naccelerometer = \"accelerometer\"\n{}",
+                    (test::source_folder() / "cases/flores2011-experiment/guide.toml").string(), rest));
+    try {
+      const auto study = read_study(folder.path() / "study.toml");
+      for (const auto& one : cases(study)) identity(study, one, {});
+    } catch (const SceneError& e) {
+      const std::string what = e.what();
+      return what.substr(what.find("study.toml"));
+    }
+    return std::string("accepted");
+  };
+  CHECK_THAT(
+      refused("[axes.c]\nkey = \"joints.gudgen.clearance\"\nvalues = [1e-3]\n"),
+      StartsWith("study.toml:4:1: axes.c: joints.gudgen: there is no such joint; did you mean gudgeon?"));
+  CHECK_THAT(refused("[axes.c]\nkey = \"joints.gudgeon.clearance\"\nvalues = [1e-3, -1.0]\n"),
+             StartsWith("study.toml:4:1: axes.c: joints.gudgeon.clearance: must be greater than 0, is -1"));
+  CHECK_THAT(
+      refused("[variants.v]\nset = [\"joints.gudgeon.clearence=1\"]\n"),
+      StartsWith("study.toml:4:1: variants.v: joints.gudgeon.clearence: is not a key of a joint; did you"));
+  CHECK_THAT(refused("[axis.c]\nkey = \"x\"\n"),
+             StartsWith("study.toml:4:1: axis: is not a key of a study; did you mean axes?"));
+  // A hundred million runs are a slip, not a study.
+  std::string many, values = "1";
+  for (int i = 2; i <= 100; ++i) values += fmt::format(", {}", i);
+  for (const char* name : {"a", "b", "c", "d"})
+    many += fmt::format("[axes.{0}]\nkey = \"bodies.{0}.mass\"\nvalues = [{1}]\n", name, values);
+  CHECK_THAT(refused(many), Contains("asks for 1.6e+09 runs"));
+}
+
+TEST_CASE("what cannot be closed is told by the joint and the distance of the best pose",
+          "[assembly][errors]") {
+  // A rod of 0.3 m between pins 1 m apart: least squares share the missing 0.7 m.
+  CHECK_THAT(
+      not_assembled(rod(0.3, 1)),
+      Contains(
+          "joints.left: cannot be closed: in the best pose found it stays open by 0.35 m, \"right\" by 0.35 m") ||
+          Contains(
+              "joints.right: cannot be closed: in the best pose found it stays open by 0.35 m, \"left\" by 0.35 m"));
+  // A crank that its drive holds where the rod does not reach: the joints are named, and what the drive would have to do.
+  const auto driven = [](double angle) {
+    return fmt::format(R"([bodies.crank]
+mass = 1
+inertia = 0.01
+[bodies.rod]
+mass = 1
+inertia = 0.01
+position = [0.5, 0.1]
+[joints.axle]
+type = "revolute"
+between = ["ground", "crank"]
+at = [[0, 0], [-0.5, 0]]
+[joints.pin]
+type = "revolute"
+between = ["crank", "rod"]
+at = [[0.5, 0], [-0.5, 0]]
+[joints.anchor]
+type = "revolute"
+between = ["ground", "rod"]
+at = [[1.5, 0], [0.5, 0]]
+[drives.motor]
+joint = "axle"
+speed = 0
+initial_angle = {}
+[run]
+duration = 1
+)",
+                       angle);
+  };
+  // The pin is 1 m from the anchor where (1.5 − cos θ)² + sin² θ = 1, at cos θ = 3/4.
+  CHECK(not_assembled(driven(std::acos(0.75))) == "assembled");
+  // At a right angle it is √(1.5² + 1) = 1.8028 m away: 0.8028 m too far, in three joints.
+  const auto message = not_assembled(driven(std::acos(0.0)));
+  CAPTURE(message);
+  CHECK_THAT(message,
+             StartsWith("joints.") && Contains("it stays open by 0.2676 m, ") && !Contains("\"motor\""));
+  for (const char* name : {"axle", "pin", "anchor"}) CHECK_THAT(message, Contains(name));
+  CHECK_THAT(message, Contains("it closes with drives.motor.initial_angle = 0.7227"));
+  // What can be closed is, from anywhere near.
+  const auto scene = parse_scene(rod(0.3, 0.3), "s.toml");
+  const System system(scene.mechanism);
+  std::vector<double> q{0.3, -0.2, 1};
+  best_pose(system, 0.15, true, q);
+  CHECK(worst_open_joint(system, q).amount < 1e-12);
+  CHECK(open_joints(system, {0.15, 0.1, 0}, 0.15).size() == 2);
+}
+
+TEST_CASE("a snapshot changed in any of its bytes is taken or refused, and refused leaves what was",
+          "[snapshot][errors]") {
+  const auto scene = parse_scene(with(flores(), "revolutions = 12", "revolutions = 0.01"), "s.toml",
+                                 {"run.discard=0", "nonsmooth.scheme=event-driven"});
+  for (const auto* formulation : {"penalty", "nonsmooth"}) {
+    Simulation simulation(scene, formulation);
+    simulation.run({.until = 1e-4});
+    const auto before = simulation.snapshot();
+    int refused = 0;
+    for (std::size_t i = 0; i < before.memory.size(); ++i) {
+      auto changed = before;
+      changed.memory[i] ^= std::byte{0x41};
+      try {
+        simulation.restore(changed);
+        simulation.restore(before);
+      } catch (const SnapshotError& e) {
+        ++refused;
+        REQUIRE_THAT(e.what(), StartsWith("the snapshot"));
+      }
+      REQUIRE(simulation.snapshot().memory == before.memory);
+    }
+    CHECK(refused > 100);  // of the lengths and the names of parts
+  }
+}
+
+namespace {
+
+/// What is wrong with a message, or nothing: one line, or three where it lists; no library's words.
+std::string fault(const std::string& message) {
+  const auto lines = std::ranges::count(message, '\n');
+  if (message.empty() || message.back() != '\n') return "does not end with its line";
+  if (lines > 3) return "is of many lines";
+  if (lines > 1 && message.find("\n  ") == message.npos && message.find("--help") == message.npos)
+    return "goes on without a list";
+  for (const char* foreign :
+       {"std::", "SQL", "sql", "toml::", "toml++", "json.exception", "nlohmann", "PRAGMA", "boost", "Boost",
+        "Ipopt", "KLU", "filesystem error", "what()", "terminate", "parse error", "Error while"})
+    if (message.find(foreign) != message.npos) return fmt::format("says \"{}\"", foreign);
+  if (std::ranges::any_of(message, [](char c) { return (c >= 0 && c < 0x20 && c != '\n') || c == 0x7F; }))
+    return "has control characters";
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("a hundred errors are told in a line of the program's own words", "[program][errors]") {
+  test::TemporaryFolder folder;
+  const auto place = folder.path().string() + "/";
+  const auto file = [&](const std::string& name, const std::string& text) {
+    write_file(folder.path() / name, text);
+    return place + name;
+  };
+  struct Try {
+    std::string arguments, expected;
+  };
+  std::vector<Try> all;
+  const auto scene = flores();
+  int number = 0;
+  const auto changed = [&](const std::string& from, const std::string& to, const std::string& expected) {
+    const auto name = fmt::format("s{}.toml", ++number);
+    all.push_back({"check " + file(name, with(scene, from, to)),
+                   expected.starts_with(":") ? name + expected : expected});
+  };
+  // The file: what is no TOML, unknown keys, wrong kinds, values out of range, names of nothing.
+  for (const char* text : {"mass = = 1\n",
+                           "mass = 1.0\"é\"\n",
+                           "[bodies\n",
+                           "[#a]\n",
+                           "title = \"x\n",
+                           "a = [1, 2\n",
+                           "a = {x = 1\n",
+                           "title = \"\\q\"\n",
+                           "a = 1\na = 2\n",
+                           "[a]\n[a]\n",
+                           "a.b = 1\na = 2\n",
+                           "x = 0x\n",
+                           "x = 1__0\n",
+                           "x = 99999999999999999999\n",
+                           "x = 2026-13-01\n",
+                           "é = 1\n",
+                           "title = \"\xFF\"\n",
+                           "title = '''a\n",
+                           "= 1\n",
+                           "a = [1,,2]\n",
+                           "[[a]]\n[a]\n",
+                           "\"a\\nb\" = 1\n",
+                           "a = [}\n",
+                           "[a]]\n",
+                           "key\n"}) {
+    const auto name = fmt::format("t{}.toml", ++number);
+    all.push_back({"check " + file(name, text), name + ":"});
+  }
+  changed("clearance =", "clearence =", "did you mean clearance?");
+  changed("[bodies.crank]", "[body.crank]", "did you mean bodies?");
+  changed("mass = 17.9", "mass = -1", "must be greater than 0, is -1");
+  changed("mass = 17.9", "mass = nan", "must be finite");
+  changed("mass = 17.9", "mass = \"heavy\"", "must be a number, is a text");
+  changed("mass = 17.9", "mass = [1]", "must be a number, is a list");
+  changed("mass = 17.9", "mass = true", "must be a number, is true or false");
+  changed("mass = 17.9", "mass = 2026-01-01", "must be a number, is a date");
+  changed("mass = 17.9", "mass = {a = 1}", "must be a number, is a table");
+  changed("mass = 17.9", "", "bodies.crank.mass: is missing");
+  changed("[bodies.crank]", "[bodies.\"a\\nb\"]", "a name must be made of letters");
+  changed("[bodies.crank]", "[bodies.ground]", "is the fixed frame");
+  changed("type = \"revolute\"", "type = \"hinge\"", "\"hinge\" is not known here; one of \"revolute\"");
+  changed("type = \"revolute\"", "type = \"a\\nb\"", "\"a\\nb\" is not known here");
+  changed("[\"ground\", \"crank\"]", "[\"ground\", \"z\"]", "there is no body \"z\"");
+  changed("[\"ground\", \"crank\"]", "[\"ground\"]", "must name two bodies");
+  changed("[\"ground\", \"crank\"]", "[\"crank\", \"crank\"]", "to itself");
+  changed("[\"ground\", \"crank\"]", "7", "must be a list of names");
+  changed("surface = \"steel\"", "surface = \"wood\"", "there is no surface \"wood\"");
+  changed("surface = \"steel\"\n", "", "surface: is missing");
+  changed("joint = \"main\"", "joint = \"mein\"", "there is no joint \"mein\"");
+  changed("joint = \"main\"", "joint = \"guide\"", "must be a revolute joint");
+  changed("axis = [1.0, 0.0]", "axis = [0, 0]", "must not be zero");
+  changed("axis = [1.0, 0.0]", "axis = [0, 0, 1]", "must be a pair");
+  changed("poisson = 0.3", "poisson = 0.6", "must be between 0 and 0.5");
+  changed("restitution = 0.46", "restitution = 2", "must be between 0 and 1");
+  changed("[run]", "[run]\nduration = 1", "needs exactly one of");
+  changed("start = \"ideal\"", "start = \"rest\"", "\"rest\" is not known here");
+  changed("[penalty]", "[penalty]\nintegrator = \"euler\"", "\"euler\" is not known here");
+  changed("[nonsmooth]", "[nonsmooth]\nsolver = \"guess\"", "\"guess\" is not known here");
+  all.push_back({"check " + file("empty.toml", ""), "a scene needs at least one body"});
+  all.push_back({"check " + place + "none.toml", "no such file"});
+  all.push_back({"check " + place, "is not a file"});
+  all.push_back({"check /dev/null", "is not a file"});
+  all.push_back({"check " + file("open.toml", rod(0.3, 1)), "open.toml:5:1: joints.left: cannot be closed"});
+  // Options.
+  const auto flores_file = test::flores().string(),
+             run = "run " + flores_file + " --formulation nonsmooth -o " + place + "r ";
+  for (const auto& [option, expected] : std::vector<std::pair<std::string, std::string>>{
+           {"joints.gudgen.clearance=1e-3", "did you mean gudgeon?"},
+           {"joints.gudgeon.clearence=1e-3", "did you mean clearance?"},
+           {"joints.gudgeon.clearance=-1", "must be greater than 0, is -1"},
+           {"joints.gudgeon.clearance=abc", "must be a number, is a text"},
+           {"joints.gudgeon.clearance=1", "(with --set joints.gudgeon.clearance=1)"},
+           {"joints.gudgeon.clearance", "must be KEY=VALUE"},
+           {"joints.gudgeon.clearance=", "has no value"},
+           {"title.x=1", "is a value, not a table"},
+           {"run.duration=1", "needs exactly one of"},
+           {"surfaces.stel.friction=1", "did you mean steel?"},
+           {"bodies.x.mass=1", "there is no such body"}})
+    all.push_back({run + "--set " + option, expected});
+  all.push_back({"run " + flores_file + " --formulation magic", "magic"});
+  all.push_back({"run " + flores_file, "--formulation is required"});
+  all.push_back({"run " + flores_file + " --formulation penalty --nope", "--nope"});
+  all.push_back({"dance", "dance"});
+  all.push_back({"run " + flores_file + " --formulation penalty -o " + flores_file + "/x", "scene.toml"});
+  // Studies.
+  const auto study = [&](const std::string& text, const std::string& expected,
+                         const std::string& verb = "sweep ") {
+    const auto name = fmt::format("study{}.toml", ++number);
+    all.push_back({verb + file(name, text) + " -o " + place + "out" + std::to_string(number), expected});
+  };
+  const auto head =
+      fmt::format("scene = \"{}\"\njoint = \"gudgeon\"\naccelerometer = \"accelerometer\"\nrevolutions = 1\n",
+                  (test::source_folder() / "cases/flores2011-experiment/guide.toml").string());
+  study("", "scene: is missing");
+  study(head + "jiont = 1\n", "jiont: is not a key of a study; did you mean joint?");
+  study(head + "[axes.c]\nkey = \"joints.gudgen.clearance\"\nvalues = [1e-3]\n",
+        "axes.c: joints.gudgen: there is no such joint");
+  study(head + "[axes.c]\nkey = \"joints.gudgeon.clearance\"\nvalues = []\n",
+        "must be a list of numbers, is an empty one");
+  study(head + "[axes.c]\nkey = \"joints.gudgeon.clearance\"\nvalues = [\"a\"]\n",
+        "must be a number, is a text");
+  study(head + "[axes.start]\nkey = \"x\"\nvalues = [1]\n", "is a column of the results");
+  study(head + "[axes.c]\nkey = \"joints.gudgeon.clearance\"\nvalues = [-1]\n",
+        "axes.c: joints.gudgeon.clearance: must be");
+  study(head + "[variants.v]\nset = [\"a\"]\n", "variants.v");
+  study(head + "[variants.v]\nset = [1]\n", "must be a list of names");
+  study(head + "formulations = [\"magic\"]\n", "magic");
+  study(head + "starts = 0\n", "a whole number from 1");
+  study(with(head, "\"accelerometer\"", "\"nope\""), "nope");
+  study(with(head, "guide.toml", "none.toml"), "no such file");
+  study(head, "has no [calibrate]", "calibrate ");
+  study("scene = = 1\n", "not TOML");
+  // Measurements.
+  const auto data = [&](const std::string& text, const std::string& expected) {
+    const auto name = fmt::format("d{}.csv", ++number);
+    all.push_back(
+        {"validate " + flores_file + " --data " + file(name, text) + " -o " + place + "v", expected});
+  };
+  data("", "is empty");
+  data("x,y\n1,2\n", "the header must name acceleration");
+  data("t,acceleration\n0,a\n", ":2: acceleration: \"a\" is not a finite number");
+  data("t,acceleration\n0,1\n0,1\n", ":3: t must increase");
+  data("t,acceleration\n0,1,2\n", ":2: has 3 fields, the header 2");
+  data("t,acceleration\n0,1\n", "has 1 samples");
+  all.push_back({"validate " + flores_file + " --data " + place + "none.csv -o " + place + "v", "none.csv"});
+  // Results.
+  for (const char* text :
+       {"{", "[]", "3", "{\"provenance\": 3}", "{\"provenance\": {\"identity\": 7}}",
+        "{\"provenance\": {\"identity\": {\"scene\": [1]}}}", "{\"provenance\": {}}", "\xFF\xFE"}) {
+    const auto name = fmt::format("run{}.json", ++number);
+    all.push_back({"run --from " + file(name, text) + " -o " + place + "again", name});
+  }
+  all.push_back({"run --resume " + place + "nowhere", "nowhere"});
+  make_folder(folder.path() / "cut");
+  file("cut/run.checkpoint", "freeplay checkpoint 3 10 0\n");
+  all.push_back({"run --resume " + place + "cut", "is damaged"});
+  make_folder(folder.path() / "none");
+  file("none/run.checkpoint", "nothing of the kind");
+  all.push_back({"run --resume " + place + "none", "is no checkpoint"});
+  // A database of results that is none, or is cut short.
+  make_folder(folder.path() / "db");
+  file("db/sweep.db", std::string(2000, 'x'));
+  all.push_back({"sweep " + file("good.toml", head) + " -o " + place + "db", "it is no database of results"});
+
+  CHECK(all.size() > 100);
+  for (const auto& one : all) {
+    const auto o = test::freeplay(one.arguments);
+    CAPTURE(one.arguments, o.err);
+    CHECK((o.status == 1 || o.status == 2));
+    CHECK(fault(o.err) == "");
+    CHECK_THAT(o.err, Contains(one.expected));
+  }
+  // Nothing of a refused run is left.
+  CHECK_FALSE(std::filesystem::exists(folder.path() / "r/run.json"));
+  CHECK_FALSE(std::filesystem::exists(folder.path() / "again/run.json"));
+}
