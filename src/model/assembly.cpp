@@ -54,7 +54,7 @@ double length_scale(const System& system) {
   return scale > 0 ? scale : 1;
 }
 
-void assemble_positions(const System& system, State& s) {
+void assemble_positions(const System& system, State& s, const StopToken& stop) {
   const double accepted = 1e-9 * length_scale(system);
   const auto open = worst_open_joint(system, s.q);
   if (open.amount > 1e-14 * length_scale(system)) {
@@ -63,7 +63,7 @@ void assemble_positions(const System& system, State& s) {
     // once.
     for (int attempt = 0; attempt < 2 && worst_open_joint(system, s.q).amount > accepted; ++attempt) {
       const auto all = redundant_rows(system, s.q);
-      least_movement(system, start, all, s.q);
+      least_movement(system, start, all, s.q, stop);
       if (worst_open_joint(system, s.q).amount < 1e-3 * length_scale(system))
         close_exactly(system, s.q, !redundant_rows(system, s.q).empty());
     }
@@ -162,11 +162,11 @@ bool leaves_velocities_open(const Mechanism& m) {
 }
 
 /// Velocities of the ideal mechanism at the position nearest to s, which stands in a loose one; false: there is none.
-bool move_ideally(const Mechanism& loose, State& s) {
+bool move_ideally(const Mechanism& loose, State& s, const StopToken& stop) {
   const System ideal(idealised(loose));
   State nearest = s;
   try {
-    assemble_positions(ideal, nearest);
+    assemble_positions(ideal, nearest, stop);
     assemble_velocities(ideal, nearest);
   } catch (const ModelError&) {
     return false;
@@ -177,7 +177,8 @@ bool move_ideally(const Mechanism& loose, State& s) {
 
 }  // namespace
 
-State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed) {
+State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed,
+               const StopToken& stop) {
   if (assumed) assumed->clear();
   const System system(start == RunOptions::Start::ideal ? idealised(mechanism) : mechanism);
   State s = given_state(mechanism);
@@ -202,17 +203,18 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
     }
     close_exactly(system, s.q, !redundant_rows(system, s.q).empty());
   } else {
-    assemble_positions(system, s);
+    assemble_positions(system, s, stop);
   }
   // Where no joint is loose the rows alone say how it moves.
   if (start == RunOptions::Start::assembled && leaves_velocities_open(mechanism) &&
       System(idealised(mechanism)).rows() > system.rows()) {
-    const bool moves = move_ideally(mechanism, s);
+    const bool moves = move_ideally(mechanism, s, stop);
     if (assumed)
       *assumed = moves ? "no body gives a velocity: all start as the ideal mechanism moves"
                        : "no body gives a velocity, and with ideal joints the mechanism cannot move: what no "
                          "drive turns starts at rest";
   }
+  if (stop()) throw Interrupted();
   assemble_velocities(system, s);
   s.z.assign(system.states(), 0);
   return s;
