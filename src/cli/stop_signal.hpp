@@ -7,7 +7,7 @@
 
 namespace freeplay::cli {
 
-inline constexpr double patience = 0.75;  ///< s, for somebody to hear
+inline constexpr double patience = 0.5;  ///< s, for somebody to hear
 inline constexpr double grace = 10;       ///< s, for those who heard to end
 
 /// Installs the handlers; the token of all work of this process. A child's end, a closed pipe and a file grown too
