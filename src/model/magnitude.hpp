@@ -38,7 +38,7 @@ inline constexpr std::array magnitudes{
     Magnitude{"N/m or N m/rad", 0, 1e18, "1e15 N over 1 mm"},
     Magnitude{"N s/m", 0, 1e18, "1e15 N at 1 mm/s"},
     Magnitude{"N s/m or N m s/rad", 0, 1e18, "1e15 N at 1 mm/s"},
-    Magnitude{"Pa", 1e-6, 1e15, "diamond has 1.2e12 Pa"},
+    Magnitude{"Pa", 1e-9, 1e21, "diamond has 1.2e12 Pa; a surface 1e9 times as stiff is no surface"},
     Magnitude{"Pa s", 1e-9, 1e15, "the greatest is stiffer than glass"},
     Magnitude{"s/m", 0, 1e12, "friction that changes within 1e-12 m/s"},
     Magnitude{"1/m", 0, 1e15, "bristles shorter than an atom's nucleus"},

@@ -142,9 +142,9 @@ TEST_CASE("what cannot be printed or written ends with status 1 and one line", "
   const std::string quick = " --set run.revolutions=0.02 --set run.discard=0 --set nonsmooth.step=1e-4";
   const auto run = "$F run " + scene + " --formulation nonsmooth" + quick;
   REQUIRE(shell("$F laws " + scene + " -o " + at + "/laws >" + at + "/said").first == 0);
-  for (const auto& verb : {std::string("--help"), std::string("--version"), std::string("check --keys"),
-                           std::string("laws"), "check " + scene, "verify closed-forms -o " + at + "/verify",
-                           "figures " + at + "/laws"})
+  for (const auto& verb :
+       {std::string("--help"), std::string("--version"), std::string("check --keys"), std::string("laws"),
+        "check " + scene, "verify closed-forms -o " + at + "/verify", "figures " + at + "/laws"})
     refused("$F " + verb + " >/dev/full", "standard output: cannot be written: No space left on device");
   refused(run + " -o " + at + "/full >/dev/full", "No space left on device");
   CHECK(std::filesystem::exists(at + "/full/run.json"));  // its files are whole all the same
