@@ -5,8 +5,10 @@
 #include "cli/wrapped.hpp"
 #include "formulations/make.hpp"
 #include "io/located.hpp"
+#include "io/output_estimate.hpp"
 #include "io/schema.hpp"
 #include "model/assembly.hpp"
+#include "model/magnitude.hpp"
 #include "model/planar.hpp"
 #include "model/scene.hpp"
 #include "model/system.hpp"
@@ -42,6 +44,12 @@ void burdens(const System& system) {
 int list_keys() {
   for (const auto& k : schema())
     fmt::print("| `{}` | {} | {} | {} | {} |\n", k.path, k.type, k.unit, k.fallback, k.meaning);
+  return 0;
+}
+
+/// What numbers of each unit may amount to, likewise.
+int list_bounds() {
+  for (const auto& m : magnitudes) fmt::print("{}", row_of(m));
   return 0;
 }
 
@@ -96,12 +104,14 @@ void economies(const Scene& scene, const System& system, const SaddlePoint& sadd
 struct CheckRequest : Request {
   std::string scene;
   std::vector<std::string> overrides;
-  bool why = false;   ///< reasons of what is left out
-  bool keys = false;  ///< list the keys of all scenes instead
+  bool why = false;     ///< reasons of what is left out
+  bool keys = false;    ///< list the keys of all scenes instead
+  bool bounds = false;  ///< list the bounds of their numbers instead
 };
 
 int check(const CheckRequest& request) {
   if (request.keys) return list_keys();
+  if (request.bounds) return list_bounds();
   if (request.scene.empty()) throw SceneError("scene is required");
   const Scene scene = read_scene(request.scene, request.overrides);
   ask(scene);
@@ -134,6 +144,11 @@ int check(const CheckRequest& request) {
   line("duration",
        fmt::format("{:.6g} s, first {:.6g} s left out of statistics", scene.run.duration, scene.run.discard));
 
+  const auto output = estimate_output(scene, start);
+  line("a run writes about", output.text());
+  if (output.event_bytes > 0)
+    line("", fmt::format("and events.csv, {:.0f} bytes an event; how many is not known before",
+                         output.event_bytes));
   if (!assumed.empty()) line("start", assumed);
 
   for (int k = 0; k < system.contacts(); ++k) {
@@ -177,6 +192,7 @@ void check_verb(Program& program) {
   options.flag("--why", request.why,
                "say what each element costs, and why things are eliminated or left out");
   options.flag("--keys", request.keys, "list every key that a scene may hold instead");
+  options.flag("--bounds", request.bounds, "list what a number of each unit may amount to instead");
 }
 
 }  // namespace freeplay::cli

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <sstream>
 
 #include "cli/verb.hpp"
 #include "study/settings.hpp"
@@ -94,6 +95,12 @@ Option Options::threads(int& count) {
   return add("--threads", count, "how many runs at a time; default one for each core").between(1, 1024);
 }
 
+Option Options::limit_output(double& gigabytes) {
+  return add("--limit-output", gigabytes, "GB that may be written; what is estimated to be more is not begun")
+      .number([](double x) { return x > 0; }, "must be a number of GB greater than 0")
+      .shows_default();
+}
+
 Program::Program(StopToken stop)
     : stop_(stop),
       app_(std::make_unique<CLI::App>(
@@ -117,7 +124,11 @@ int Program::run(int argc, char** argv) {
   try {
     app_->parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return app_->exit(e) == 0 ? 0 : 2;
+    std::ostringstream out, err;
+    const int status = app_->exit(e, out, err) == 0 ? 0 : 2;
+    fmt::print("{}", out.str());
+    fmt::print(stderr, "{}", err.str());
+    return status;
   }
   if (chosen_) return chosen_();
   fmt::print(stderr, "{}", app_->help());

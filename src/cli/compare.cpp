@@ -24,6 +24,7 @@ struct CompareRequest : Request {
   bool forces = false;    ///< forces.csv too
   std::string accuracy;   ///< fast, balanced or reference; empty: the scene's own settings
   std::string output;     ///< result folder
+  double most_output = default_output_limit / 1e9;  ///< GB
 };
 
 int compare(const CompareRequest& request) {
@@ -36,6 +37,7 @@ int compare(const CompareRequest& request) {
   CompareSetup setup;
   setup.matched = !request.as_given;
   setup.stop = request.stop;
+  setup.most_output = 1e9 * request.most_output;
   setup.on_progress = [&](const std::string& which, double done) { progress.show(which, done); };
   const auto comparison = freeplay::compare(*scene, setup, folder);
   progress.clear();
@@ -64,6 +66,7 @@ void compare_verb(Program& program) {
   options.flag("--forces", request.forces, "write forces.csv too, and draw its figures");
   options.accuracy(request.accuracy);
   options.output(request.output, "result folder; default out/NAME");
+  options.limit_output(request.most_output);
 }
 
 }  // namespace freeplay::cli

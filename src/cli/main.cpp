@@ -1,10 +1,13 @@
 // The program: signals, the command line, and how a failure is told.
 #include <fmt/format.h>
 
-#include <atomic>
-#include <csignal>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <new>
+#include <system_error>
 
+#include "cli/stop_signal.hpp"
 #include "cli/verb.hpp"
 #include "io/output_file.hpp"
 #include "model/error.hpp"
@@ -14,38 +17,50 @@ using namespace freeplay;
 
 namespace {
 
-/// Set by a signal: runs end after their present step, with whole files. The program's own; the library has none.
-std::atomic<bool> stop_requested{false};
+/// Says on stderr why it ended; the exit status.
+int told(const char* what, int status, const char* who = "") {
+  std::fputs(fmt::format("{}{}\n", who, what).c_str(),
+             stderr);  // a closed stderr is no reason to fail otherwise
+  return status;
+}
+
+/// What was printed may still lie in a buffer, and a full disk or a closed pipe shows when it leaves. `refused`: why
+/// some of it could not be printed before.
+int with_whole_output(int status, int refused) {
+  errno = refused;
+  if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return status;
+  const auto why = fmt::format("standard output: cannot be written: {}",
+                               errno != 0 ? std::strerror(errno) : "some of it was lost");
+  return told(why.c_str(), status == 0 ? 1 : status);
+}
+
+int run(int argc, char** argv, int& refused) {
+  cli::Program program{cli::listen_for_signals()};
+  try {
+    return program.run(argc, argv);
+  } catch (const ModelError& e) {
+    return told(e.what(), 2);
+  } catch (const SnapshotError& e) {
+    return told(e.what(), 2);
+  } catch (const OutputError& e) {
+    return told(e.what(), 1);
+  } catch (const Interrupted& e) {
+    return told(e.what(), 1, "freeplay: ");
+  } catch (const std::bad_alloc&) {
+    return told("out of memory", 1);
+  } catch (const std::system_error& e) {
+    if (!std::ferror(stdout)) return told(e.what(), 1, "freeplay: ");
+    refused = e.code().value();
+    return 1;
+  } catch (const std::exception& e) {
+    return told(e.what(), 1, "freeplay: ");
+  }
+}
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  // The first signal asks to stop; a second one ends the program.
-  const auto stop = [](int signal) {
-    stop_requested = true;
-    std::signal(signal, SIG_DFL);
-  };
-  std::signal(SIGINT, stop);
-  std::signal(SIGTERM, stop);
-  std::signal(SIGPIPE, SIG_IGN);
-
-  cli::Program program{StopToken(stop_requested)};
-  try {
-    return program.run(argc, argv);
-  } catch (const ModelError& e) {
-    fmt::print(stderr, "{}\n", e.what());
-    return 2;
-  } catch (const SnapshotError& e) {
-    fmt::print(stderr, "{}\n", e.what());
-    return 2;
-  } catch (const OutputError& e) {
-    fmt::print(stderr, "{}\n", e.what());
-    return 1;
-  } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "out of memory\n");
-    return 1;
-  } catch (const std::exception& e) {
-    fmt::print(stderr, "freeplay: {}\n", e.what());
-    return 1;
-  }
+  int refused = 0;
+  const int status = run(argc, argv, refused);
+  return with_whole_output(status, refused);
 }

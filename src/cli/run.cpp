@@ -31,6 +31,7 @@ struct RunRequest : Request {
   std::string resume;      ///< folder of an interrupted run
   std::string from;        ///< run.json of a run to repeat
   double checkpoint = 30;  ///< s of wall time between checkpoints
+  double most_output = default_output_limit / 1e9;  ///< GB
 };
 
 /// Which of the three ways to give a run; throws SceneError for none, or two.
@@ -85,6 +86,7 @@ int run(const RunRequest& request) {
   plan.stop = request.stop;
   plan.checkpoint = request.checkpoint;
   plan.companion = true;
+  plan.most_output = 1e9 * request.most_output;
   Progress progress;
   Result summary;
   if (!request.resume.empty()) {
@@ -147,6 +149,7 @@ void run_verb(Program& program) {
            "seconds between checkpoints, from which --resume goes on; 0 for none")
       .number([](double x) { return x >= 0; }, "must be a number of seconds, 0 or more")
       .shows_default();
+  options.limit_output(request.most_output);
 }
 
 }  // namespace freeplay::cli

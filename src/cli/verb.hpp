@@ -64,6 +64,8 @@ class Options {
   Option output(std::string& folder, const char* what);
   Option accuracy(std::string& level);
   Option threads(int& count);
+  /// What may be written.
+  Option limit_output(double& gigabytes);
 
  private:
   CLI::App* app_;

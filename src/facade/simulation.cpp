@@ -63,7 +63,7 @@ Scene checked(Scene scene) {
 
 State start_of(const Scene& scene, const System& system, const SimulationOptions& options,
                std::string& assumed) {
-  if (!options.start) return assemble(scene.mechanism, scene.run.start, &assumed);
+  if (!options.start) return assemble(scene.mechanism, scene.run.start, &assumed, options.stop);
   const auto n = static_cast<std::size_t>(system.n()), states = static_cast<std::size_t>(system.states());
   if (options.start->q.size() != n || options.start->v.size() != n)
     throw ModelError("start", fmt::format("must have {} coordinates and as many rates, has {} and {}", n,

@@ -25,6 +25,8 @@ struct SimulationOptions {
   /// Where to start from in place of what the scene's run.start asks for; must satisfy the constraints.
   /// Without z, first-order states begin at 0.
   std::optional<State> start = {};
+  /// Asked to while the start is assembled: the constructor throws Interrupted. A run has its own (RunRequest::stop).
+  StopToken stop = {};
 };
 
 struct RunRequest {

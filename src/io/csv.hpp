@@ -93,11 +93,13 @@ class ForcesCsv final : public FileObserver {
   void save(MemoryWriter& m) override;
   void load(MemoryReader& m) override;
 
- private:
-  struct Columns {  // of one element: at an instant, and of means
+  /// Of one element: at an instant, and of means.
+  struct Columns {
     std::vector<std::pair<const char*, double ElementForce::*>> now, mean;
   };
   static Columns columns(ForceElement::Kind kind);
+
+ private:
   void row(double t, const Forces& now, const Forces& sum, double share);
   std::vector<Columns> columns_;
   Grid grid_;

@@ -93,7 +93,10 @@ void take_old_defaults(int format, bool step_given, NonsmoothOptions& o) {
   if (!step_given) o.step = 1e-5;
 }
 
-Instrument read_instrument(const Mechanism& mechanism, const std::string& name, Section& s) {
+/// Samples that a channel may take in a run: 60 GB of signals.csv, and still far from where rounding makes two of them one.
+constexpr double most_samples = 1e9;
+
+Instrument read_instrument(const Mechanism& mechanism, double duration, const std::string& name, Section& s) {
   Instrument i;
   i.name = name;
   i.kind = static_cast<Instrument::Kind>(
@@ -101,6 +104,8 @@ Instrument read_instrument(const Mechanism& mechanism, const std::string& name, 
   with_kind(i.kind, [&](auto kind) {
     KeysReader reader(s, mechanism);
     kind.keys(reader, i);
+    reader.check(i.sampling * duration <= most_samples, "sampling", "must be at most ",
+                 most_samples / duration, " Hz, for a run of ", duration, " s: ", most_samples, " samples");
     s.done(std::string(kind.what));
   });
   return i;
@@ -134,7 +139,7 @@ Scene parse_scene(const std::string& text, const std::string& name,
   options("nonsmooth", scene.nonsmooth);
   take_old_defaults(scene.format.value_or(newest_format), step_given, scene.nonsmooth);
   for (auto& [key, s] : root.children("instruments"))
-    scene.instruments.push_back(read_instrument(scene.mechanism, key, s));
+    scene.instruments.push_back(read_instrument(scene.mechanism, scene.run.duration, key, s));
   root.done("a scene");
   scene.idle = source.idle;
   return scene;

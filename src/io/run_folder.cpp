@@ -222,7 +222,8 @@ Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) 
 
 Result run_scene(const Scene& scene, const RunPlan& plan) {
   try {
-    Simulation simulation(scene, plan.formulation, {.matched = plan.matched, .start = plan.start});
+    Simulation simulation(scene, plan.formulation,
+                          {.matched = plan.matched, .start = plan.start, .stop = plan.stop});
     if (!plan.folder) {
       ContactStatistics statistics(scene.run.discard);
       Progress progress(plan.on_progress, scene.run.duration);
@@ -235,6 +236,8 @@ Result run_scene(const Scene& scene, const RunPlan& plan) {
       return result;
     }
     if (scene.run.forces) refuse_shared_names(simulation.layout());
+    require_room(scene, estimate_output(scene, simulation.state()), plan.runs_alike, *plan.folder,
+                 plan.most_output);
     make_folder(*plan.folder);
     const FolderLock lock(*plan.folder);
     // What an earlier run left here and this one will not write would be taken for its own.
@@ -292,7 +295,8 @@ Result resume_run(const std::filesystem::path& folder, const RunPlan& asked) {
     plan.formulation = setup.formulation;
     plan.matched = setup.matched;
     plan.start = setup.start;
-    Simulation simulation(setup.scene, plan.formulation, {.matched = plan.matched, .start = plan.start});
+    Simulation simulation(setup.scene, plan.formulation,
+                          {.matched = plan.matched, .start = plan.start, .stop = plan.stop});
     simulation.restore(snapshot);
     Recorders recorders(simulation, folder, true);
     MemoryReader of_recorders(c.recorders);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "io/output_estimate.hpp"
 #include "sim/stop.hpp"
 #include "values/result.hpp"
 #include "values/state.hpp"
@@ -31,6 +32,9 @@ struct RunPlan {
   /// (facade/companion.hpp). Not of interrupted runs.
   bool companion = false;
   std::size_t most_events = 4096;  ///< kept in Result::events
+  /// bytes: a run whose files are estimated to be greater is not begun (io/output_estimate.hpp).
+  double most_output = default_output_limit;
+  int runs_alike = 1;  ///< to be written there, this one counted
 };
 
 /// One run from start to end. Throws SceneError or OutputError; a numerical failure is in the result's ending.

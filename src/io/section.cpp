@@ -9,6 +9,7 @@
 
 #include "io/schema.hpp"
 #include "io/toml_value.hpp"
+#include "model/magnitude.hpp"
 
 namespace freeplay {
 namespace {
@@ -129,7 +130,22 @@ double Section::to_number(const toml::node& node, std::string_view key, Range ra
   if (!std::isfinite(*value)) source_->fail(&node, full(key), fmt::format("must be finite, is {}", *value));
   if (!range.holds(*value))
     source_->fail(&node, full(key), fmt::format("must be {}, is {}", range.text, *value));
+  require_sense(node, key, *value, !range.holds(0));
   return *value;
+}
+
+/// Refuses a number beyond what its unit may amount to.
+void Section::require_sense(const toml::node& node, std::string_view key, double x,
+                            bool greater_than_zero) const {
+  const auto* row = find_key(pattern_.empty() ? std::string(key) : fmt::format("{}.{}", pattern_, key));
+  const auto* bounds = row ? magnitude_of(row->unit) : nullptr;
+  if (!bounds) return;
+  const bool small = greater_than_zero && x < bounds->least;
+  if (!small && std::abs(x) <= bounds->greatest) return;
+  source_->fail(&node, full(key),
+                fmt::format("must be at {} {:.9g}{}{}, is {} ({})", small ? "least" : "most",
+                            small ? bounds->least : bounds->greatest, bounds->unit.empty() ? "" : " ",
+                            bounds->unit, x, bounds->why));
 }
 
 double Section::number(std::string_view key, Range range) { return to_number(require(key), key, range); }

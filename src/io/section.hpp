@@ -91,6 +91,7 @@ class Section {
   const toml::node* take(std::string_view key);
   const toml::node& require(std::string_view key);
   double to_number(const toml::node& node, std::string_view key, Range range) const;
+  void require_sense(const toml::node& node, std::string_view key, double x, bool greater_than_zero) const;
   Vec2 to_point(const toml::node& node, std::string_view key) const;
   int to_choice(const std::string& value, std::string_view key,
                 const std::vector<std::string>& choices) const;

@@ -84,7 +84,7 @@ double driven_angle(const Mechanism& mechanism, const std::string& drive, const 
   throw ModelError(key_of(mechanism, open.front()), fmt::format("{}; {}", message, remedy));
 }
 
-void assemble_positions(const Mechanism& mechanism, const System& system, State& s) {
+void assemble_positions(const Mechanism& mechanism, const System& system, State& s, const StopToken& stop) {
   const double length = length_scale(system), accepted = 1e-9 * length;
   const auto open = [&](const std::vector<double>& q) { return worst_open_joint(system, q).amount; };
   if (open(s.q) <= 1e-14 * length) return;
@@ -93,7 +93,7 @@ void assemble_positions(const Mechanism& mechanism, const System& system, State&
   // Rows that depend on others at the rough positions may not do so at the assembled ones: choose again once.
   const auto move = [&] {
     for (int attempt = 0; attempt < 2 && !(open(s.q) <= accepted); ++attempt) {
-      least_movement(system, rough, redundant_rows(system, s.q), s.q);
+      least_movement(system, rough, redundant_rows(system, s.q), s.q, stop);
       if (open(s.q) < 1e-3 * length) close_exactly(system, s.q, !redundant_rows(system, s.q).empty());
     }
     return open(s.q) <= accepted;
@@ -209,11 +209,11 @@ bool leaves_velocities_open(const Mechanism& m) {
 }
 
 /// Velocities of the ideal mechanism at the position nearest to s, which stands in a loose one; false: there is none.
-bool move_ideally(const Mechanism& loose, State& s) {
+bool move_ideally(const Mechanism& loose, State& s, const StopToken& stop) {
   const System ideal(idealised(loose));
   State nearest = s;
   try {
-    assemble_positions(loose, ideal, nearest);
+    assemble_positions(loose, ideal, nearest, stop);
     assemble_velocities(loose, ideal, nearest);
   } catch (const ModelError&) {
     return false;
@@ -224,7 +224,8 @@ bool move_ideally(const Mechanism& loose, State& s) {
 
 }  // namespace
 
-State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed) {
+State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed,
+               const StopToken& stop) {
   if (assumed) assumed->clear();
   const System system(start == RunOptions::Start::ideal ? idealised(mechanism) : mechanism);
   State s = given_state(mechanism);
@@ -251,17 +252,18 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
     }
     close_exactly(system, s.q, !redundant_rows(system, s.q).empty());
   } else {
-    assemble_positions(mechanism, system, s);
+    assemble_positions(mechanism, system, s, stop);
   }
   // Where no joint is loose the rows alone say how it moves.
   if (start == RunOptions::Start::assembled && leaves_velocities_open(mechanism) &&
       System(idealised(mechanism)).rows() > system.rows()) {
-    const bool moves = move_ideally(mechanism, s);
+    const bool moves = move_ideally(mechanism, s, stop);
     if (assumed)
       *assumed = moves ? "no body gives a velocity: all start as the ideal mechanism moves"
                        : "no body gives a velocity, and with ideal joints the mechanism cannot move: what no "
                          "drive turns starts at rest";
   }
+  if (stop()) throw Interrupted();
   assemble_velocities(mechanism, system, s);
   s.z.assign(system.states(), 0);
   return s;

@@ -12,6 +12,7 @@
 
 #include "model/closure.hpp"
 #include "model/options.hpp"
+#include "sim/stop.hpp"
 #include "values/state.hpp"
 
 namespace freeplay {
@@ -22,8 +23,9 @@ class System;
 /// Throws ModelError that names the joint which stays open in the best pose found (closure.hpp) and by how much. A start that may be made consistent
 /// ("assembled") and gives no body a velocity, though a drive turns, takes the velocities of the ideal mechanism at its
 /// nearest position: the least change from standing still would leave loose parts at rest and a kick at the first
-/// touch. `assumed` is then told so in one line, else left empty.
-State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed = nullptr);
+/// touch. `assumed` is then told so in one line, else left empty. Throws Interrupted when `stop` asks.
+State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed = nullptr,
+               const StopToken& stop = {});
 
 /// Gives the bodies the places and rates of a state to start from.
 void start_from(Mechanism& mechanism, const State& state);

@@ -19,8 +19,13 @@ class Assembly : public Ipopt::TNLP {
   using Number = Ipopt::Number;
 
   Assembly(const System& system, const std::vector<double>& start, const std::vector<int>& left_out,
-           std::vector<double>& q)
-      : system_(system), start_(start), q_(q), e_(system.make_evaluation()), zero_(start.size(), 0.0) {
+           std::vector<double>& q, const StopToken& stop)
+      : system_(system),
+        start_(start),
+        q_(q),
+        stop_(stop),
+        e_(system.make_evaluation()),
+        zero_(start.size(), 0.0) {
     for (int k = 0; k < system.rows(); ++k)
       if (!std::ranges::binary_search(left_out, k)) rows_.push_back(k);
     heaviest_ = *std::ranges::max_element(system.mass());
@@ -111,6 +116,11 @@ class Assembly : public Ipopt::TNLP {
                          Ipopt::IpoptCalculatedQuantities*) override {
     q_.assign(x, x + n);
   }
+  bool intermediate_callback(Ipopt::AlgorithmMode, Index, Number, Number, Number, Number, Number, Number,
+                             Number, Number, Index, const Ipopt::IpoptData*,
+                             Ipopt::IpoptCalculatedQuantities*) override {
+    return !stop_();
+  }
 
  private:
   static double square(double x) { return x * x; }
@@ -120,6 +130,7 @@ class Assembly : public Ipopt::TNLP {
   const System& system_;
   const std::vector<double>& start_;
   std::vector<double>& q_;
+  const StopToken& stop_;
   Evaluation e_;
   std::vector<double> zero_;
   std::vector<int> rows_;
@@ -130,10 +141,10 @@ class Assembly : public Ipopt::TNLP {
 }  // namespace
 
 void least_movement(const System& system, const std::vector<double>& start, const std::vector<int>& left_out,
-                    std::vector<double>& q) {
+                    std::vector<double>& q, const StopToken& stop) {
   static std::mutex one_at_a_time;  // MUMPS, the linear solver of Debian's Ipopt, has global state
   const std::lock_guard lock(one_at_a_time);
-  Ipopt::SmartPtr<Ipopt::TNLP> problem = new Assembly(system, start, left_out, q);
+  Ipopt::SmartPtr<Ipopt::TNLP> problem = new Assembly(system, start, left_out, q, stop);
   Ipopt::SmartPtr<Ipopt::IpoptApplication> ipopt = IpoptApplicationFactory();
   ipopt->Options()->SetIntegerValue("print_level", 0);
   ipopt->Options()->SetStringValue("sb", "yes");
@@ -144,6 +155,7 @@ void least_movement(const System& system, const std::vector<double>& start, cons
   ipopt->Options()->SetStringValue("fixed_variable_treatment", "make_parameter");
   if (ipopt->Initialize("") != Ipopt::Solve_Succeeded) return;
   ipopt->OptimizeTNLP(problem);
+  if (stop()) throw Interrupted();
 }
 
 }  // namespace freeplay

@@ -155,13 +155,16 @@ Comparison compare(const Scene& scene, const CompareSetup& setup, const std::fil
       if (setup.on_progress) setup.on_progress(which, done);
     };
   };
+  int left = 3;
   const auto run = [&](const Scene& one, const char* formulation, const char* name) {
     return run_scene(one, {.formulation = formulation,
                            .matched = setup.matched,
                            .folder = folder / name,
                            .on_progress = progress(name),
                            .stop = setup.stop,
-                           .companion = true});
+                           .companion = true,
+                           .most_output = setup.most_output,
+                           .runs_alike = left--});
   };
   c.penalty = run(scene, "penalty", "penalty");
   if (c.penalty.ending.status == Ending::Status::interrupted) return c;

@@ -20,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include "io/output_estimate.hpp"
 #include "sim/stop.hpp"
 #include "values/result.hpp"
 
@@ -57,6 +58,7 @@ struct Comparison {
 struct CompareSetup {
   bool matched = true;  ///< the impact law takes the delivered values
   StopToken stop = {};
+  double most_output = default_output_limit;  ///< bytes, of all runs together, as RunPlan::most_output
   std::function<void(const std::string&, double)> on_progress = {};  ///< (which run, fraction done)
 };
 

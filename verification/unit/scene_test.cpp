@@ -10,6 +10,7 @@
 
 #include "io/schema.hpp"
 #include "io/write_scene.hpp"
+#include "model/magnitude.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
@@ -282,6 +283,33 @@ TEST_CASE(
     ++listed;
   }
   REQUIRE(listed == schema().size());
+}
+
+TEST_CASE("every unit of a key has bounds, docs/scene.md lists them, and what lies beyond is refused",
+          "[scene][docs][bounded]") {
+  std::ifstream in(test::source_folder() / "docs/scene.md");
+  const std::string page{std::istreambuf_iterator<char>(in), {}};
+  for (const auto& m : magnitudes) CHECK_THAT(page, Contains(row_of(m)));
+  for (const auto& key : schema()) {
+    CAPTURE(key.path);
+    CHECK(magnitude_of(key.unit));
+  }
+  const auto refused = [](const std::string& set, const char* what) {
+    CAPTURE(set);
+    CHECK_THROWS_WITH(read_scene(test::flores(), {set}), Contains(set) && Contains(what));
+    CHECK_THROWS_AS(read_scene(test::flores(), {set}), SceneError);
+  };
+  refused("joints.gudgeon.bearing_radius=1e300", "must be at most 1e+09 m, is 1e+300");
+  refused("joints.gudgeon.bearing_radius=inf", "must be finite");
+  refused("joints.gudgeon.clearance=1e-300", "must be at least 1e-15 m");
+  refused("bodies.slider.velocity=[0.0, 1e9]", "must be at most 299792458 m/s");
+  refused("drives.motor.speed_rpm=-1e30", "must be at most 1e+10 rpm");
+  refused("instruments.accelerometer.sampling=1e15", "must be at most 1e+09 Hz");
+  refused("instruments.accelerometer.sampling=9e8", "1e+09 samples");  // 3.6 s of them
+  refused("nonsmooth.step=1e-300", "must be at least 1e-15 s");
+  refused("bodies.slider.mass=1e300", "must be at most 1e+30 kg");
+  refused("gravity=[1e300, 0]", "must be at most 1e+13 m/s²");
+  CHECK_NOTHROW(read_scene(test::flores(), {"joints.gudgeon.bearing_radius=1e9"}));
 }
 
 TEST_CASE("every key of the schema is read by some scene", "[scene][docs]") {

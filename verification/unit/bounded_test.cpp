@@ -1,0 +1,251 @@
+// What a run costs is bounded and known: bytes before they are written, the time until Ctrl-C is heard, memory, and
+// what is said when nothing more can be written.
+#include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "facade/simulation.hpp"
+#include "io/child.hpp"
+#include "io/output_estimate.hpp"
+#include "io/output_file.hpp"
+#include "io/run_folder.hpp"
+#include "model/assembly.hpp"
+#include "model/error.hpp"
+#include "model/scene.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+const std::string program = std::string(FREEPLAY_BINARY_DIR) + "/freeplay";
+
+/// What the shell makes of a line in which $F is the program: exit status and standard error.
+std::pair<int, std::string> shell(const std::string& line) {
+  test::TemporaryFolder folder;
+  const auto err = folder.path() / "err";
+  const auto whole = "F=" + program + "; { " + line + "; } 2>" + err.string() + " </dev/null";
+  const int status = std::system(("bash -c '" + whole + "'").c_str());
+  std::ifstream in(err);
+  return {WEXITSTATUS(status), std::string{std::istreambuf_iterator<char>(in), {}}};
+}
+
+/// A process of the program's own, to be sent signals.
+pid_t start(std::vector<std::string> words) {
+  words.insert(words.begin(), program);
+  std::vector<char*> command;
+  for (auto& w : words) command.push_back(w.data());
+  command.push_back(nullptr);
+  const pid_t id = fork();
+  if (id == 0) {
+    for (const int stream : {1, 2})
+      if (!std::freopen("/dev/null", "w", stream == 1 ? stdout : stderr)) _exit(126);
+    execv(command[0], command.data());
+    _exit(127);
+  }
+  return id;
+}
+
+}  // namespace
+
+TEST_CASE("what a run writes is estimated before it starts", "[bounded][files]") {
+  // Ten mechanisms, each in the formulation that it is at home in. Beyond 20 % nobody could plan with it.
+  struct Row {
+    const char* scene;
+    Family family;
+    std::vector<std::string> set;
+  };
+  const Row rows[] = {
+      {"gudgeon", Family::nonsmooth, {"run.forces=true"}},
+      {"gudgeon_mu03", Family::penalty, {}},
+      {"big_end", Family::nonsmooth, {}},
+      {"four_bar", Family::nonsmooth, {"run.forces=true"}},
+      {"four_bar_two", Family::nonsmooth, {}},
+      {"four_bar_row", Family::penalty, {"run.forces=true"}},
+      {"seven_body", Family::nonsmooth, {"run.forces=true"}},
+      {"double_pendulum", Family::penalty, {"run.forces=true"}},
+      {"long_chain", Family::nonsmooth, {}},
+      {"gudgeon_1mm_250rpm", Family::nonsmooth, {}},
+  };
+  for (const auto& row : rows) {
+    CAPTURE(row.scene);
+    auto scene = read_scene(test::scene_file(row.scene), row.set);
+    scene.run.duration = std::min(scene.run.duration, 0.2);
+    scene.run.discard = 0;
+    scene.run.output_step = scene.run.duration / 2000;
+    const auto estimate = estimate_output(scene, assemble(scene.mechanism, scene.run.start));
+    test::TemporaryFolder folder;
+    run_scene(scene, {.formulation = name_of(row.family), .folder = folder.path()});
+    double written = 0, told = 0;
+    for (const auto& file : estimate.files) {
+      if (file.name.find(".csv") == file.name.npos) continue;  // the rest is small here
+      written += static_cast<double>(std::filesystem::file_size(folder.path() / file.name));
+      told += file.bytes;
+    }
+    UNSCOPED_INFO(
+        fmt::format("{}: {} bytes told, {} written: {:.2f}", row.scene, told, written, told / written));
+    if (std::getenv("FREEPLAY_SHOW"))
+      fmt::print("{} {:.0f} {:.0f} {:.3f}\n", row.scene, told, written, told / written);
+    CHECK(told / written == Approx(1).margin(0.2));
+  }
+}
+
+TEST_CASE("what is estimated to be too much is not begun", "[bounded][files][program]") {
+  test::TemporaryFolder folder;
+  const auto out = (folder.path() / "out").string();
+  const auto run = "run " + test::flores().string() + " --formulation nonsmooth -o " + out;
+  auto o = test::freeplay(run + " --set instruments.accelerometer.sampling=2.5e8");
+  CHECK(o.status == 2);
+  CHECK_THAT(o.err, Contains("would write about") && Contains("signals.csv") &&
+                        Contains("10 GB is allowed") && Contains("--limit-output"));
+  CHECK(std::ranges::count(o.err, '\n') == 1);
+  o = test::freeplay(run + " --limit-output 0.001");
+  CHECK(o.status == 2);
+  CHECK_THAT(o.err, Contains("1 MB is allowed"));
+  o = test::freeplay("compare " + test::flores().string() + " --limit-output 0.001 -o " + out);
+  CHECK(o.status == 2);
+  CHECK_THAT(o.err, Contains("3 times"));
+  CHECK_FALSE(std::filesystem::exists(out));
+  o = test::freeplay("check " + test::flores().string());
+  CHECK(o.status == 0);
+  CHECK_THAT(o.out, Contains("a run writes about") && Contains("trajectory.csv"));
+  const auto scene = read_scene(test::flores());
+  CHECK_THROWS_WITH(require_room(scene, {{{"a", 1e24}}}, 1, folder.path() / "none/yet", 1e30),
+                    Contains("is free there"));
+  CHECK_THROWS_AS(require_room(scene, {{{"a", 1e24}}}, 1, folder.path(), 1e30), OutputError);
+  CHECK_NOTHROW(require_room(scene, {{{"a", 1e3}}}, 1, folder.path() / "none/yet", 1e9));
+}
+
+TEST_CASE("what cannot be printed or written ends with status 1 and one line", "[bounded][program]") {
+  test::TemporaryFolder folder;
+  const auto at = folder.path().string(), scene = test::flores().string();
+  const auto refused = [](const std::string& line, const char* why) {
+    CAPTURE(line);
+    const auto [status, err] = shell(line);
+    CHECK(status == 1);
+    CHECK(std::ranges::count(err, '\n') == 1);
+    CHECK_THAT(err, Contains(why));
+  };
+  const std::string quick = " --set run.revolutions=0.02 --set run.discard=0 --set nonsmooth.step=1e-4";
+  const auto run = "$F run " + scene + " --formulation nonsmooth" + quick;
+  REQUIRE(shell("$F laws " + scene + " -o " + at + "/laws >" + at + "/said").first == 0);
+  for (const auto& verb :
+       {std::string("--help"), std::string("--version"), std::string("check --keys"), std::string("laws"),
+        "check " + scene, "verify closed-forms -o " + at + "/verify", "figures " + at + "/laws"})
+    refused("$F " + verb + " >/dev/full", "standard output: cannot be written: No space left on device");
+  refused(run + " -o " + at + "/full >/dev/full", "No space left on device");
+  CHECK(std::filesystem::exists(at + "/full/run.json"));  // its files are whole all the same
+  refused(run + " -o " + at + "/pipe | true; (exit ${PIPESTATUS[0]})", "Broken pipe");
+  refused(run + " -o " + at + "/closed >&-", "standard output");
+  refused(run + " -o /proc/none", "/proc/none: cannot make this folder");
+  refused("ulimit -f 8; " + run + " -o " + at + "/large", "File too large");
+  CHECK_FALSE(std::filesystem::exists(at + "/large/run.json"));
+}
+
+TEST_CASE("Ctrl-C is heard in every phase, and what is whole stays whole", "[bounded][program]") {
+  test::TemporaryFolder folder;
+  const auto out = (folder.path() / "out").string();
+  const std::string scene = test::flores().string();
+  const std::vector<std::vector<std::string>> verbs{
+      {"run", scene, "--formulation", "penalty", "-o", out + "/run"},
+      {"run", scene, "--formulation", "nonsmooth", "-o", out + "/run"},
+      {"compare", scene, "-o", out + "/compare"},
+      {"verify", "-o", out + "/verify"},
+      {"advise", scene},
+  };
+  double worst = 0;
+  for (const auto& verb : verbs)
+    for (const auto& [signal, wait] : {std::pair{SIGINT, 10}, {SIGTERM, 300}}) {
+      CAPTURE(verb, wait);
+      const pid_t id = start(verb);
+      std::this_thread::sleep_for(std::chrono::milliseconds(wait));
+      const auto asked = Clock::now();
+      kill(id, signal);
+      int status = 0;
+      REQUIRE(waitpid(id, &status, 0) == id);
+      worst = std::max(worst, since(asked));
+      // A signal before the program has begun to listen ends it as signals do.
+      CHECK((WIFSIGNALED(status) ? WTERMSIG(status) == signal : WEXITSTATUS(status) == 1));
+    }
+  CHECK(worst < 2);  // 0.75 s are given to hear it (cli/stop_signal.hpp); the rest is the machine's
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(out))
+    if (entry.path().filename() == "run.json") {
+      std::ifstream in(entry.path());
+      CHECK_FALSE(nlohmann::json::parse(in, nullptr, false).is_discarded());
+    }
+}
+
+TEST_CASE("an assembly is asked to stop", "[bounded]") {
+  const std::atomic<bool> requested{true};
+  std::atomic<bool> heard{false};
+  const auto scene = read_scene(test::scene_file("four_bar"));
+  CHECK_THROWS_AS(
+      assemble(scene.mechanism, RunOptions::Start::assembled, nullptr, StopToken(requested, heard)),
+      Interrupted);
+  CHECK(heard);
+  CHECK_THROWS_AS(Simulation(scene, "nonsmooth", {.stop = StopToken(requested)}), Interrupted);
+}
+
+TEST_CASE("a child process ends in its time", "[bounded]") {
+  const auto quiet = run_child({.command = {"cat"}, .input = std::string(1 << 20, 'x')});
+  CHECK(quiet.status == 0);
+  CHECK_FALSE(quiet.late);
+  const auto said = run_child({.command = {"sh"}, .folder = "/", .input = "pwd >&2; exit 3"});
+  CHECK(said.status == 3);
+  CHECK(said.errors == "/\n");
+  CHECK(run_child({.command = {"a-program-that-is-not-there"}}).status == 127);
+
+  auto begun = Clock::now();
+  const auto late =
+      run_child({.command = {"sh", "-c", "trap '' TERM INT; while :; do sleep 100; done"}, .seconds = 0.2});
+  CHECK(late.late);
+  CHECK(late.status == 128 + SIGKILL);
+  CHECK(since(begun) < 5);
+
+  std::atomic<bool> requested{false};
+  std::thread impatient([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    requested = true;
+  });
+  begun = Clock::now();
+  CHECK_THROWS_AS(run_child({.command = {"sleep", "100"}, .stop = StopToken(requested)}), Interrupted);
+  CHECK(since(begun) < 5);
+  impatient.join();
+}
+
+TEST_CASE("a run's memory does not grow with its length", "[bounded][program]") {
+  for (const char* formulation : {"penalty", "nonsmooth"}) {
+    long kib[2] = {0, 0};
+    for (const int i : {0, 1}) {
+      test::TemporaryFolder folder;
+      const auto o = test::freeplay(
+          fmt::format("run {} --formulation {} -o {} --set run.revolutions={} --set run.discard=0 --set "
+                      "run.output_step=1e-4 --set nonsmooth.step=5e-5 --set penalty.tolerance=1e-6",
+                      test::flores().string(), formulation, folder.path().string(), i == 0 ? 0.5 : 10.0));
+      CAPTURE(o.err);
+      REQUIRE(o.status == 0);
+      std::ifstream in(folder.path() / "run.json");
+      kib[i] = nlohmann::json::parse(in).at("cost").at("peak_memory_KiB").get<long>();
+    }
+    CAPTURE(formulation, kib[0], kib[1]);
+    CHECK(kib[1] < kib[0] + 2048);  // its longer files alone have 25 MB
+  }
+}
+
+TEST_CASE("the program starts in little memory", "[bounded][program]") {
+  // A BLAS that makes threads when it is loaded would spin here.
+  CHECK(shell("ulimit -v 150000; timeout -k 1 20 $F --version >/dev/null").first == 0);
+}
