@@ -63,15 +63,15 @@ nlohmann::json to_json(const Study& study, const CalibrationResult& r) {
 namespace {
 
 struct CalibrateRequest : Request {
-  std::string scene;   ///< the study's file
+  std::string scene;  ///< the study's file
+  Reach reach = Reach::beside;
   std::string output;  ///< result folder
   int threads = 0;     ///< 0 for all cores
 };
 
 int calibrate(const CalibrateRequest& request) {
-  const auto study = read_study(request.scene);
-  const std::filesystem::path folder =
-      request.output.empty() ? default_folder(study.file, "") : std::filesystem::path(request.output);
+  const auto study = read_study(request.scene, request.reach);
+  const auto folder = result_folder(request.output, default_folder(study.file, ""));
   make_folder(folder);
   Progress progress;
   const auto r =
@@ -132,6 +132,7 @@ void calibrate_verb(Program& program) {
       program.verb("calibrate", "fit a study's unknowns to measured statistics", calibrate);
   options.add("study", request.scene, "study file with [calibrate]").required();
   options.output(request.output, "result folder; default out/NAME");
+  options.allow_outside(request.reach);
   options.threads(request.threads);
 }
 

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <sstream>
 
 #include "cli/verb.hpp"
 #include "study/settings.hpp"
@@ -90,6 +91,11 @@ Option Options::accuracy(std::string& level) {
   for (const auto& a : accuracies) levels.emplace_back(a.text);
   return add("--accuracy", level, "settings by docs/tradeoff.md instead of the scene's").one_of(levels);
 }
+Option Options::allow_outside(Reach& reach) {
+  return Option(app_->add_flag_callback(
+      "--allow-outside", [&reach] { reach = Reach::anywhere; },
+      "let the study name files that do not lie beside it or below"));
+}
 Option Options::threads(int& count) {
   return add("--threads", count, "how many runs at a time; default one for each core").between(1, 1024);
 }
@@ -117,7 +123,11 @@ int Program::run(int argc, char** argv) {
   try {
     app_->parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return app_->exit(e) == 0 ? 0 : 2;
+    std::ostringstream out, err;
+    const int status = app_->exit(e, out, err) == 0 ? 0 : 2;
+    fmt::print("{}", out.str());
+    fmt::print(stderr, "{}", err.str());
+    return status;
   }
   if (chosen_) return chosen_();
   fmt::print(stderr, "{}", app_->help());

@@ -5,6 +5,7 @@
 #include <csignal>
 #include <new>
 
+#include "cli/terminal.hpp"
 #include "cli/verb.hpp"
 #include "io/output_file.hpp"
 #include "model/error.hpp"
@@ -29,6 +30,7 @@ int main(int argc, char** argv) {
   std::signal(SIGTERM, stop);
   std::signal(SIGPIPE, SIG_IGN);
 
+  cli::guard_terminal();
   cli::Program program{StopToken(stop_requested)};
   try {
     return program.run(argc, argv);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "io/named_file.hpp"
 #include "study/perturb.hpp"
 
 namespace freeplay {
@@ -58,6 +59,7 @@ struct Calibration {
 
 struct Study {
   std::filesystem::path file;
+  Reach reach = Reach::anywhere;  ///< what it may name
   std::string text, title;
   std::filesystem::path scene;
   std::filesystem::path fit;  ///< study whose calibration adds the variant "calibrated"; may be empty
@@ -78,7 +80,7 @@ struct Study {
 /// The settings that every run of the study depends on, with the value in force, a line KEY = VALUE each.
 std::string settings_text(Study study);
 
-/// Throws SceneError.
-Study read_study(const std::filesystem::path& file);
+/// Throws SceneError, also for a file that it names beyond its `reach`.
+Study read_study(const std::filesystem::path& file, Reach reach = Reach::anywhere);
 
 }  // namespace freeplay
