@@ -14,6 +14,7 @@
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "io/output_file.hpp"
+#include "io/run_json.hpp"
 #include "study/provenance.hpp"
 
 namespace freeplay::cli {
@@ -116,7 +117,7 @@ int calibrate(const CalibrateRequest& request) {
   };
   fit(r.all, "Fitted to all");
   for (std::size_t i = 0; i < r.left_out.size(); ++i) fit(r.left_out[i], "Without " + c.targets[i].name);
-  write_file(folder / "calibration.json", to_json(study, r).dump(1) + "\n");
+  write_json(folder / "calibration.json", to_json(study, r));
   fmt::print("\nresults in {}\n", folder.string());
   if (std::ranges::none_of(r.all.contradicted, std::identity{})) return 0;
   fmt::print(stderr, "{}",

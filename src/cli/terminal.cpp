@@ -31,7 +31,7 @@ ssize_t write_guarded(void* guard, const char* text, std::size_t size) {
   return write_all(g.descriptor, g.visible.pass({text, size})) ? static_cast<ssize_t>(size) : 0;
 }
 
-/// The stream lives as long as the program; null where there is no memory for one.
+/// Null where there is no memory for one.
 std::FILE* guarded(Guard& guard, int buffering) {
   std::FILE* stream = fopencookie(&guard, "w", {nullptr, write_guarded, nullptr, nullptr});
   if (stream) std::setvbuf(stream, nullptr, buffering, BUFSIZ);
@@ -41,7 +41,9 @@ std::FILE* guarded(Guard& guard, int buffering) {
 }  // namespace
 
 void guard_terminal() {
-  static Guard out{1}, err{2};
+  // Never destroyed: streams are flushed behind all destructors.
+  static auto& out = *new Guard{1};
+  static auto& err = *new Guard{2};
   std::fflush(stdout);
   if (auto* stream = guarded(out, isatty(1) ? _IOLBF : _IOFBF)) stdout = stream;
   if (auto* stream = guarded(err, _IOLBF)) stderr = stream;

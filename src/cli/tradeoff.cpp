@@ -14,6 +14,7 @@
 #include "facade/simulation.hpp"
 #include "io/open_scene.hpp"
 #include "io/output_file.hpp"
+#include "io/run_json.hpp"
 #include "plots/figure.hpp"
 #include "study/provenance.hpp"
 
@@ -120,7 +121,7 @@ int tradeoff(const TradeoffRequest& request) {
             m.setting.fineness, t.reference(m.setting.family).touches.empty() ? NAN : m.errors.events,
             m.errors.state, m.errors.energy, m.statistics, m.work.rhs, m.cpu, m.cpu_low, m.cpu_high);
   }
-  write_file(folder / "tradeoff.json", document.dump(1) + "\n");
+  write_json(folder / "tradeoff.json", document);
   write_file(folder / "tradeoff.csv", csv);
   const auto figures = plots::all(folder);
   if (!request.document.empty()) {

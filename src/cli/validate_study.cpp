@@ -9,6 +9,7 @@
 #include "cli/progress.hpp"
 #include "cli/validate.hpp"
 #include "io/output_file.hpp"
+#include "io/run_json.hpp"
 #include "model/error.hpp"
 #include "plots/figure.hpp"
 #include "study/provenance.hpp"
@@ -65,7 +66,7 @@ int validate_study(const ValidateRequest& request) {
       return 1;
     }
     study.variants.push_back(calibrated_variant(study, *fitted, fit->all));
-    write_file(folder / "calibration.json", to_json(*fitted, *fit).dump(1) + "\n");
+    write_json(folder / "calibration.json", to_json(*fitted, *fit));
   }
   Results results(folder / "sweep.db", study);
   const auto summary = sweep(study, request.conduct(), results, all_cores, show("matrix"));
@@ -98,7 +99,7 @@ int validate_study(const ValidateRequest& request) {
       }
       fmt::print("\n");
     }
-  write_file(folder / "experiment.json", document.dump(1) + "\n");
+  write_json(folder / "experiment.json", document);
   write_tables(study, results, request.conduct(), folder);
   const auto text =
       verification::experiment_document(study, results, fitted ? &*fitted : nullptr, fit ? &*fit : nullptr,

@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 #include <random>
+#include <set>
 #include <sstream>
 
 #include "io/input_file.hpp"
@@ -36,10 +37,10 @@ std::vector<std::string> random_texts(const test::Bait& bait, int count) {
   return list;
 }
 
+/// As gnuplot writes it into an SVG.
 std::string as_xml(const std::string& text) {
   std::string out;
-  for (const char c : text)
-    out += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : std::string(1, c);
+  for (const char c : text) out += c == '&' ? "&amp;" : c == '<' ? "&lt;" : std::string(1, c);
   return out;
 }
 
@@ -95,7 +96,8 @@ TEST_CASE("no text is markup or a format where a figure shows it", "[security][f
     std::size_t count = 0;
     for (std::size_t at = 0; (at = drawn.find(">" + shown + "<", at)) != drawn.npos; ++at) ++count;
     CAPTURE(shown);
-    CHECK(count >= 2);  // as a label and as a tic
+    // As a label and as a tic; a tic with a % in it is cut at 50 bytes.
+    CHECK(count >= (text.find('%') == text.npos ? 2u : 1u));
   }
   CHECK(bait.untouched());
 }
