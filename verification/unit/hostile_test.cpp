@@ -104,8 +104,9 @@ TEST_CASE("hostile studies and measurements over every verb that reads one", "[s
   Corpus corpus;
   const auto& texts = corpus.texts();
   corpus.add("scene.toml", test::rig("\"rig\""));
-  const std::string head = "scene = \"scene.toml\"\njoint = \"gudgeon\"\naccelerometer = \"accelerometer\"\n"
-                           "revolutions = 1\ndiscard = 0\nstarts = 1\nformulations = [\"nonsmooth\"]\n";
+  const std::string head =
+      "scene = \"scene.toml\"\njoint = \"gudgeon\"\naccelerometer = \"accelerometer\"\n"
+      "revolutions = 1\ndiscard = 0\nstarts = 1\nformulations = [\"nonsmooth\"]\n";
   for (std::size_t i = 0; i < texts.size(); ++i) {
     const auto quoted = test::in_toml(texts[i]);
     const auto name = fmt::format("study{}.toml", i), data = fmt::format("data{}.csv", i);
@@ -119,7 +120,8 @@ TEST_CASE("hostile studies and measurements over every verb that reads one", "[s
         head + "fit = " + quoted + "\nclaims = \"flores2011\"\n"};
     corpus.add(name, parts[i % std::size(parts)]);
     for (const char* verb : {"sweep", "calibrate", "validate"}) corpus.run({verb, name, "-o", "out"});
-    if (i % std::size(parts) < 2) corpus.run({"tradeoff", name, "-o", "out"});  // others may be whole, and take long
+    if (i % std::size(parts) < 2)
+      corpus.run({"tradeoff", name, "-o", "out"});  // others may be whole, and take long
     std::string measured = i % 2 ? "t,acceleration\n" : texts[i] + ",t,acceleration\n";
     for (int k = 0; k < 20; ++k)
       measured += i % 2 ? fmt::format("{},{}\n", 0.001 * k, texts[i]) : fmt::format("0,{},1\n", 0.001 * k);
@@ -136,7 +138,7 @@ TEST_CASE("hostile result folders over the verbs that read one", "[security][hos
     const auto& text = texts[i];
     const auto place = fmt::format("r{}", i);
     const auto file = [&](const char* name) { return place + "/" + name; };
-    switch (i % 5) {
+    switch (i % 7) {
       case 0:
         corpus.add(file("drift.json"), raw({{"provenance", origin(text)}}));
         corpus.add(file("drift.csv"),
