@@ -235,7 +235,7 @@ TEST_CASE("measured files: what is read, and what is refused", "[study]") {
   CHECK(angles.sampling == Approx(100));
   CHECK(angles.start_angle == Approx(40));
 
-  CHECK_THAT(says(folder.path() / "none.csv"), Contains("cannot be read"));
+  CHECK_THAT(says(folder.path() / "none.csv"), Contains("no such file"));
   CHECK_THAT(says(file("acceleration", [](int) { return "1"; })),
              Contains("data.csv:1: the header must name"));
   CHECK_THAT(says(file("t,acceleration", [](int i) { return fmt::format("{}", i); })),
