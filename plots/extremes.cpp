@@ -6,19 +6,23 @@
 #include <cmath>
 #include <numeric>
 
+#include "model/error.hpp"
 #include "plots/figure.hpp"
+#include "plots/table.hpp"
 
 namespace freeplay::plots {
 namespace {
 
 struct Kind {
-  const char *name, *look;
+  const char* name;
+  Word look;
 };
 constexpr Kind kinds[] = {{"right", "pt 7 lc rgb '#1a7f37'"},
                           {"degraded", "pt 9 lc rgb '#d29922'"},
                           {"refused", "pt 4 lc rgb '#555555'"},
                           {"defect", "pt 2 lw 2 lc rgb '#cf222e'"}};
-constexpr const char* limit_look = "lw 2 dt 1 lc rgb '#0b3c8c'";
+constexpr Word limit_look = "lw 2 dt 1 lc rgb '#0b3c8c'";
+constexpr std::size_t most_panels = 100;
 
 struct Mark {
   std::size_t x, y;
@@ -40,21 +44,15 @@ std::size_t place(std::vector<std::string>& list, const std::string& name) {
   return list.size() - 1;
 }
 
-/// For gnuplot's single quotes.
-std::string quoted(std::string text) {
-  for (std::size_t at = 0; (at = text.find('\'', at)) != text.npos; at += 2) text.insert(at, 1, '\'');
-  return "'" + text + "'";
-}
-
-std::string tics(const std::vector<std::string>& names) {
-  std::string list;
+Script tics(const std::vector<std::string>& names) {
+  Script list;
   for (std::size_t i = 0; i < names.size(); ++i) {
     auto name = names[i];
     for (const auto& [longer, shorter] : {std::pair{"e+0", "e"}, {"e-0", "e-"}})  // 1e+05 as 1e5: room
       if (const auto at = name.find(longer); at != name.npos) name.replace(at, 3, shorter);
-    list += fmt::format("{}{} {}", i ? ", " : "", quoted(name), i);
+    list.add("{}", i ? Word(", ") : Word("(")).add_tic(name, i);
   }
-  return "(" + list + ")";
+  return list.add(")");
 }
 
 /// Where a value lies among the columns, by logarithms between positive ones; NaN beyond them.
@@ -68,15 +66,19 @@ double between(const std::vector<double>& values, double x) {
 }
 
 std::vector<Panel> read(const std::filesystem::path& folder) {
-  const Csv csv(folder / "extremes.csv"), limits(folder / "limits.csv");
+  const Table csv(folder / "extremes.csv", {"formulation", "outcome"}, {"value"}, {"axis", "label"});
+  const Table limits(folder / "limits.csv", {"formulation"}, {"value"}, {"axis"});
   const auto &axis = csv.text("axis"), &label = csv.text("label"), &formulation = csv.text("formulation"),
              &outcome = csv.text("outcome");
-  const auto value = csv.column("value");
+  const auto& value = csv.column("value");
   std::vector<std::string> names;
   std::vector<Panel> panels;
   for (std::size_t i = 0; i < csv.rows(); ++i) {
     const auto at = place(names, axis[i]);
     if (at == panels.size()) panels.push_back({axis[i], {}, {}, {}, {}, {}});
+    if (panels.size() > most_panels)
+      throw SceneError(
+          fmt::format("{}: names more than {} axes", (folder / "extremes.csv").string(), most_panels));
     auto& p = panels[at];
     const bool scene = axis[i] == "scene";
     const auto x = place(p.columns, scene ? formulation[i] : label[i]),
@@ -86,7 +88,7 @@ std::vector<Panel> read(const std::filesystem::path& folder) {
     while (kind < 3 && outcome[i] != kinds[kind].name) ++kind;
     p.marks.push_back({x, y, kind});
   }
-  const auto limit = limits.column("value");
+  const auto& limit = limits.column("value");
   for (std::size_t i = 0; i < limits.rows(); ++i)
     for (auto& p : panels) {
       const double x = p.name == limits.text("axis")[i] ? between(p.values, limit[i]) : NAN;
@@ -108,50 +110,48 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
     column.push_back(!column.empty() && (column.back() == 1 || filled[0] + height(p) / 2 > total / 2));
     filled[column.back()] += height(p);
   }
-  Figure f;
-  f.name = "extremes";
-  f.source = "extremes.json";
-  f.width_cm = 20;
+  if (panels.empty()) return {};
+  Figure f{.name = "extremes", .width_cm = 20, .source = "extremes.json"};
   const double top = 1.1, bottom = 0.5;  // cm, for the key and the origin
   f.height_cm = std::max(filled[0], filled[1]) + top + bottom;
-  f.script =
+  f.script.add(
       "set multiplot\nset key at screen 0.5, screen 0.99 center top vertical maxrows 1\nset tics scale 0 "
-      "font ',7'\n";
+      "font ',7'\n");
   double down[2] = {top, top};
   for (std::size_t i = 0; i < panels.size(); ++i) {
     const auto& p = panels[i];
     double& y = down[column[i]];
     const double from = 1 - (y + 0.45) / f.height_cm, to = 1 - (y + height(p) - 0.6) / f.height_cm;
     y += height(p);
-    f.script += fmt::format(
+    f.script.add(
         "set lmargin at screen {}\nset rmargin at screen {}\nset tmargin at screen {:.5f}\nset bmargin at "
         "screen {:.5f}\n",
         column[i] ? 0.70 : 0.11, column[i] ? 0.985 : 0.44, from, to);
-    f.script += fmt::format(
+    f.script.add(
         "set label 1 {} at graph 0, graph 1 left offset 0,0.6 font ',7' noenhanced\nset xrange "
         "[-0.5:{}]\nset yrange [{}:-0.5] noreverse\nset xtics {} noenhanced\nset ytics {} noenhanced\nunset "
         "arrow\n",
-        quoted(p.name == "scene" ? "scenes" : p.name), static_cast<double>(p.columns.size()) - 0.5,
+        p.name == "scene" ? std::string("scenes") : p.name, static_cast<double>(p.columns.size()) - 0.5,
         static_cast<double>(p.rows.size()) - 0.5, tics(p.columns), tics(p.rows));
     for (const auto& [x, row] : p.limits)
-      f.script += fmt::format("set arrow from first {0:.4f},{1} to first {0:.4f},{2} nohead {3}\n", x,
-                              static_cast<double>(row) - 0.5, static_cast<double>(row) + 0.5, limit_look);
-    std::string plot;
-    const auto add = [&](const std::string& what) { plot += (plot.empty() ? "plot " : ", ") + what; };
+      f.script.add("set arrow from first {0:.4f},{1} to first {0:.4f},{2} nohead {3}\n", x,
+                   static_cast<double>(row) - 0.5, static_cast<double>(row) + 0.5, limit_look);
+    Script plot;
+    const auto next = [&] { return plot.empty() ? Word("plot ") : Word(", "); };
     for (int k = 0; k < 4; ++k) {
-      std::string block;
+      Block block(fmt::format("{}, {}: column, row", p.name, kinds[k].name));
       for (const auto& m : p.marks)
-        if (m.kind == k) block += fmt::format("{} {}\n", m.x, m.y);
-      if (i == 0) add(fmt::format("NaN with points {} ps 1.1 title '{}'", kinds[k].look, kinds[k].name));
+        if (m.kind == k) block.row({static_cast<double>(m.x), static_cast<double>(m.y)});
+      if (i == 0) plot.add("{}NaN with points {} ps 1.1 title {}", next(), kinds[k].look, kinds[k].name);
       if (block.empty()) continue;
-      f.blocks.push_back(fmt::format("# {}, {}: column, row\n", p.name, kinds[k].name) + block);
-      add(fmt::format("'DATA' index {} using 1:2 with points {} ps 1.1 notitle", f.blocks.size() - 1,
-                      kinds[k].look));
+      plot.add("{}DATA index {} using 1:2 with points {} ps 1.1 notitle", next(), f.blocks.size(),
+               kinds[k].look);
+      f.blocks.push_back(block);
     }
-    if (i == 0) add(fmt::format("NaN with lines {} title 'predicted limit'", limit_look));
-    f.script += plot + "\nunset label 100\n";  // the origin stands once
+    if (i == 0) plot.add("{}NaN with lines {} title 'predicted limit'", next(), limit_look);
+    f.script.add("{}\nunset label 100\n", plot);  // the origin stands once
   }
-  f.script += "unset multiplot\n";
+  f.script.add("unset multiplot\n");
   return {draw(f, folder)};
 }
 

@@ -1,49 +1,49 @@
 // A figure of a result folder. It reads result files only, and leaves its data (NAME.dat), the script that
 // redraws it (NAME.gp: run gnuplot on it in its own folder), a PDF for papers and a PNG to look at.
+//
+// The script holds what this program wrote and no more (plots/script.hpp); numbers go to gnuplot in the data file. It is
+// drawn in a folder of its own, figures/NAME.partial, by gnuplot without start-up files, and put in its place when it is
+// whole.
 #pragma once
 
 #include <filesystem>
+#include <initializer_list>
 #include <string>
+#include <string_view>
 #include <vector>
+
+#include "plots/script.hpp"
 
 namespace freeplay::plots {
 
-/// Numbers of a CSV file by the names in its header.
-class Csv {
+/// Numbers of a data file that gnuplot finds by their index: rows behind a comment that names their columns.
+class Block {
  public:
-  /// Throws OutputError when the file cannot be read or a line has too few fields.
-  explicit Csv(const std::filesystem::path& file);
-  bool has(const std::string& name) const;
-  /// Column as text; throws when there is none of that name.
-  const std::vector<std::string>& text(const std::string& name) const;
-  std::vector<double> column(const std::string& name) const;
-  std::size_t rows() const { return columns_.empty() ? 0 : columns_.front().size(); }
-  const std::vector<std::string>& names() const { return names_; }
+  explicit Block(std::string_view heading);
+  Block& row(std::initializer_list<double> values) { return row(std::vector<double>(values)); }
+  Block& row(const std::vector<double>& values);
+  /// A blank line: where a curve is broken, or one of a surface's ends.
+  Block& gap();
+  bool empty() const { return !filled_; }  ///< has no rows
+  const std::string& text() const { return text_; }
 
  private:
-  std::string file_;
-  std::vector<std::string> names_;
-  std::vector<std::vector<std::string>> columns_;
+  std::string text_;
+  bool filled_ = false;
 };
 
 struct Figure {
-  std::string name;
+  std::string name;  ///< of its files, as file_name() makes it
   double width_cm = 16, height_cm = 9;
-  /// Blocks of the data file, separated for gnuplot's `index`; each starts with a comment that names its
-  /// columns.
-  std::vector<std::string> blocks;
-  /// Commands after the style; 'DATA' stands for the data file.
-  std::string script;
-  std::string source;      ///< the folder's JSON file whose provenance it names
-  std::string scene_file;  ///< of the case, where a folder has several; else the one of the source
+  std::vector<Block> blocks = {};
+  Script script = {};           ///< commands after the style; DATA is the data file
+  std::string source = {};      ///< the folder's JSON file whose provenance it names
+  std::string scene_file = {};  ///< of the case, where a folder has several; else the one of the source
 };
 
-/// Line styles that differ in dash and width as well as in colour: 1 penalty, 2 nonsmooth, 3 ideal, 4 help
-/// lines.
-std::string style();
-
-/// A text within gnuplot's single quotes.
-std::string escaped(const std::string& text);
+/// The name of a figure's files: `kind`, and what it is of. Letters, digits, _ - and . alone and of bounded length, other
+/// for every other text.
+std::string file_name(std::string_view kind, std::string_view of);
 
 /// Writes and draws the figure into folder/figures; returns the PDF's path. Throws OutputError when gnuplot
 /// fails.

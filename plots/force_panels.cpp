@@ -26,27 +26,28 @@ std::string note(const ForceRange& range, const std::vector<ForceRun>& runs) {
 }
 
 /// A run's block of the data file: x and the panels' quantities, a gap where the angle begins anew.
-std::string block(const ForceTable& table, std::size_t r, const std::vector<ForcePanel>& panels) {
+Block block_of(const ForceTable& table, std::size_t r, const std::vector<ForcePanel>& panels) {
   const auto& run = table.runs()[r];
-  std::string text = fmt::format("# {}: {}", run.title, table.turns() ? "angle (degrees)" : "t (s)");
-  for (const auto& p : panels) text += ", " + (p.name.empty() ? "" : p.name + " ") + p.quantity;
-  text += "\n";
+  std::string heading = fmt::format("{}: {}", run.title, table.turns() ? "angle (degrees)" : "t (s)");
+  for (const auto& p : panels) heading += ", " + (p.name.empty() ? "" : p.name + " ") + p.quantity.text();
+  Block block(heading);
   for (std::size_t i = 0; i < run.x.size(); ++i) {
-    if (table.turns() && i > 0 && std::abs(run.x[i] - run.x[i - 1]) > 180) text += "\n";
-    text += fmt::format("{}", run.x[i]);
+    if (table.turns() && i > 0 && std::abs(run.x[i] - run.x[i - 1]) > 180) block.gap();
+    std::vector<double> row{run.x[i]};
     for (const auto& p : panels)
-      text += fmt::format(" {}", p.runs[r].empty() ? std::numeric_limits<double>::quiet_NaN() : p.runs[r][i]);
-    text += "\n";
+      row.push_back(p.runs[r].empty() ? std::numeric_limits<double>::quiet_NaN() : p.runs[r][i]);
+    block.row(row);
   }
-  return text;
+  return block;
 }
 
 /// Commands for the range of angle or time.
-std::string across(const ForceTable& table) {
-  if (table.turns()) return "set xrange [0:360]\nset xtics 45\n";
+Script across(const ForceTable& table) {
+  Script script;
+  if (table.turns()) return script.add("set xrange [0:360]\nset xtics 45\n");
   double end = 0;
   for (const auto& run : table.runs()) end = std::max(end, run.t.back());
-  return fmt::format("set xrange [0:{:.6g}]\n", end);
+  return script.add("set xrange [0:{:.6g}]\n", end);
 }
 
 }  // namespace
@@ -103,43 +104,41 @@ std::filesystem::path stack(const ForceTable& table, const std::filesystem::path
   });
   if (panels.empty()) return {};
   const auto& runs = table.runs();
-  Figure f;
-  f.name = name;
-  f.source = table.source();
+  Figure f{.name = name, .source = table.source()};
   const double each = panels.size() == 1 ? 6.5 : panels.size() < 5 ? 3.1 : 2.6;
   const double gap = 0.55, top = 1.1, bottom = 1.35;
   const double count = static_cast<double>(panels.size());
   f.height_cm = top + bottom + count * each + (count - 1) * gap;
-  for (std::size_t r = 0; r < runs.size(); ++r) f.blocks.push_back(block(table, r, panels));
-  f.script = fmt::format(
+  for (std::size_t r = 0; r < runs.size(); ++r) f.blocks.push_back(block_of(table, r, panels));
+  f.script.add(
       "set multiplot layout {},1 margins 0.1,0.975,{:.4f},{:.4f} spacing 0,{:.4f}\n"
       "set key at screen 0.975,{:.4f} right top horizontal\n"
-      "set label 1 '{}' at screen 0.1,{:.4f} noenhanced\nset format x ''\n{}",
+      "set label 1 {} at screen 0.1,{:.4f} noenhanced\nset format x ''\n{}",
       panels.size(), bottom / f.height_cm, 1 - top / f.height_cm, gap / f.height_cm, 1 - 0.15 / f.height_cm,
-      escaped(heading), 1 - 0.32 / f.height_cm, across(table));
+      heading, 1 - 0.32 / f.height_cm, across(table));
   for (std::size_t k = 0; k < panels.size(); ++k) {
     const auto& p = panels[k];
     auto range = range_of(p.runs);
     widen(range, least);
     if (p.from_zero) range.low = 0;
     if (k + 1 == panels.size())
-      f.script += fmt::format("set format x\nset xlabel '{}' offset 0,0.3\n", table.abscissa());
-    f.script += fmt::format(
+      f.script.add("set format x\nset xlabel {} offset 0,0.3 noenhanced\n", table.abscissa());
+    f.script.add(
         "set ylabel '{}'\nset yrange [{:.5g}:{:.5g}]\n"
-        "set label 2 '{}' at graph 0, graph 1 offset 0,0.5 font ',7' noenhanced\n"
-        "set label 3 '{}' at graph 1, graph 1 offset 0,0.5 right font ',6.5' tc rgb '#555555'\n",
-        p.quantity, range.low, range.high, escaped(p.name), note(range, runs));
-    std::string plot;
+        "set label 2 {} at graph 0, graph 1 offset 0,0.5 font ',7' noenhanced\n"
+        "set label 3 {} at graph 1, graph 1 offset 0,0.5 right font ',6.5' tc rgb '#555555' noenhanced\n",
+        p.quantity, range.low, range.high, p.name, note(range, runs));
+    Script plot;
     for (int style : {1, 2, 3})
       for (std::size_t r = 0; r < runs.size(); ++r)
         if (runs[r].style == style && !p.runs[r].empty())
-          plot += fmt::format("{}'DATA' index {} using 1:{} with lines ls {}{} title '{}'",
-                              plot.empty() ? "plot " : ", ", r, k + 2, style,
-                              style == 3 ? " lw 1.4" : " lw 1.1", runs[r].title);
-    f.script += plot + "\n";
-    if (k == 0) f.script += "unset key\nunset label 1\nunset label 100\n";
+          plot.add("{}DATA index {} using 1:{} with lines ls {}{} title {}",
+                   plot.empty() ? Word("plot ") : Word(", "), r, k + 2, style,
+                   style == 3 ? Word(" lw 1.4") : Word(" lw 1.1"), runs[r].title);
+    f.script.add("{}\n", plot);
+    if (k == 0) f.script.add("unset key\nunset label 1\nunset label 100\n");
   }
-  f.script += "unset multiplot\n";
+  f.script.add("unset multiplot\n");
   return draw(f, folder);
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "plots/force_table.hpp"
+#include "plots/script.hpp"
 
 namespace freeplay::plots {
 
@@ -25,8 +26,9 @@ void widen(ForceRange& range, double least);
 double greatest(const std::vector<Values>& runs);
 
 struct ForcePanel {
-  std::string quantity, name;  ///< with its unit, left of the panel; what stands above it
-  std::vector<Values> runs;    ///< of each run of the table; empty where one has none of it
+  Word quantity;             ///< with its unit, left of the panel
+  std::string name;          ///< what stands above it
+  std::vector<Values> runs;  ///< of each run of the table; empty where one has none of it
   bool from_zero = false;
 };
 

@@ -1,54 +1,30 @@
 // Reads forces.csv, finds the last turn in it and merges its rows.
 #include "plots/force_run.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
-#include <limits>
 #include <numbers>
 
-#include "io/output_file.hpp"
 #include "model/elements/speed_drive.hpp"
+#include "plots/table.hpp"
 
 namespace freeplay::plots {
 
 ForceRun read_force_run(const std::filesystem::path& file, const char* title, int style) {
-  std::ifstream in(file);
-  std::string line;
-  if (!in || !std::getline(in, line)) throw OutputError(file.string() + ": cannot be read");
+  Rows rows(file);
   ForceRun run{title, style, {}, {}, {}, {}};
-  std::vector<Values*> place;
-  const auto fields = [&](const auto& take) {
-    std::size_t count = 0;
-    for (std::size_t from = 0; from <= line.size(); ++count) {
-      const auto to = line.find(',', from);
-      if (to != line.npos) line[to] = '\0';
-      take(count, line.c_str() + from);
-      from = to == line.npos ? line.size() + 1 : to + 1;
-    }
-    return count;
-  };
-  fields([&](std::size_t, const char* field) {
-    const std::string name = field;
-    place.push_back(name == "t" ? &run.t : nullptr);
-    if (!name.ends_with("_mean")) return;
+  const auto t = rows.place("t");
+  std::vector<std::pair<std::size_t, Values*>> means;
+  for (std::size_t i = 0; i < rows.names().size(); ++i) {
+    const auto& name = rows.names()[i];
+    if (!name.ends_with("_mean")) continue;
     run.names.push_back(name.substr(0, name.size() - 5));
-    place.back() = &run.mean[run.names.back()];
-  });
-  for (std::size_t row = 2; std::getline(in, line); ++row) {
-    const auto count = fields([&](std::size_t i, const char* field) {
-      if (i >= place.size() || !place[i]) return;
-      char* end = nullptr;
-      const double x = std::strtod(field, &end);
-      if (row > 2 || place[i] == &run.t)
-        place[i]->push_back(end == field ? std::numeric_limits<double>::quiet_NaN() : x);
-    });
-    if (count != place.size())
-      throw OutputError(
-          fmt::format("{}: line {} has {} fields, its header {}", file.string(), row, count, place.size()));
+    means.emplace_back(i, &run.mean[run.names.back()]);
+  }
+  while (rows.next()) {
+    run.t.push_back(rows.number(t));
+    if (run.t.size() == 1) continue;  // the mean of no time
+    for (const auto& [place, values] : means) values->push_back(rows.maybe_number(place));
   }
   return run;
 }

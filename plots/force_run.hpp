@@ -35,8 +35,8 @@ struct ForceRun {
   }
 };
 
-/// Reads t and the columns of means alone: a file has several others per joint. Throws OutputError when it
-/// cannot be read or a line has not as many fields as the header.
+/// Reads t and the columns of means alone: a file has several others per joint. Throws SceneError when it
+/// cannot be read or a field is no number.
 ForceRun read_force_run(const std::filesystem::path& file, const char* title, int style);
 
 /// Places each mean in the middle of its interval: in degrees of the drive's angle, of which the last whole

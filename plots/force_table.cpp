@@ -6,9 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <fstream>
-#include <nlohmann/json.hpp>
 
+#include "io/input_file.hpp"
 #include "model/scene.hpp"
 #include "values/family.hpp"
 
@@ -19,20 +18,12 @@ constexpr std::size_t most_points = 2000;  ///< of a curve; more rows are merged
 constexpr std::size_t most_joints = 12;
 constexpr std::size_t most_drives = 6;
 
-nlohmann::json run_json(const std::filesystem::path& run) {
-  std::ifstream in(run / "run.json");
-  return nlohmann::json::parse(in, nullptr, false);
-}
-
 /// The scene that a run's run.json carries, when this program can read it.
-std::shared_ptr<const Scene> scene_of(const std::filesystem::path& run) {
-  const auto document = run_json(run);
-  if (document.is_discarded() || !document.contains("provenance")) return {};
-  const auto& p = document["provenance"];
+std::shared_ptr<const Scene> scene_of(const JsonFile& run) {
   try {
-    return std::make_shared<const Scene>(parse_scene(p.value("scene", ""), p.value("scene_file", ""),
-                                                     p.value("overrides", std::vector<std::string>{})));
-  } catch (const std::exception&) {
+    return std::make_shared<const Scene>(parse_scene(
+        run.text("provenance.scene"), run.text("provenance.scene_file"), run.texts("provenance.overrides")));
+  } catch (const SceneError&) {
     return {};
   }
 }
@@ -46,9 +37,8 @@ ForceTable::ForceTable(const std::filesystem::path& folder) {
     add(folder / "nonsmooth", "nonsmooth", 2);
     add(folder / "ideal", "ideal joint", 3);
   } else if (std::filesystem::exists(folder / "run.json")) {
-    const auto document = run_json(folder);
-    const auto family = family_named(document.is_discarded() ? "" : document.value("formulation", ""))
-                            .value_or(Family::penalty);
+    const auto family =
+        family_named(JsonFile(folder / "run.json").text("formulation")).value_or(Family::penalty);
     add(folder, name_of(family), family == Family::penalty ? 1 : 2);
   }
   if (scene_)
@@ -66,11 +56,10 @@ ForceTable::ForceTable(const std::filesystem::path& folder) {
 
 void ForceTable::add(const std::filesystem::path& folder, const char* title, int style) {
   if (!std::filesystem::exists(folder / "forces.csv")) return;
-  if (!scene_) scene_ = scene_of(folder);
-  if (const auto document = run_json(folder);
-      document.is_object() && document.contains("undetermined_reactions"))
-    for (const auto& name : document["undetermined_reactions"])
-      if (name.is_string()) undetermined_.insert(name.get<std::string>());
+  const JsonFile json(folder / "run.json");
+  if (!scene_) scene_ = scene_of(json);
+  if (json.find("undetermined_reactions"))
+    for (const auto& name : json.texts("undetermined_reactions")) undetermined_.insert(name);
   auto run = read_force_run(folder / "forces.csv", title, style);
   if (run.t.size() > 2) runs_.push_back(std::move(run));
 }

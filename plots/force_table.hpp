@@ -24,7 +24,7 @@ inline constexpr const char* guide_corners[] = {"rear_lower", "rear_upper", "fro
 class ForceTable {
  public:
   /// Of a compared scene both formulations and the ideal mechanism, else the folder's own run; those that
-  /// have a forces.csv. Throws OutputError when such a file cannot be read.
+  /// have a forces.csv. Throws SceneError when such a file cannot be read.
   explicit ForceTable(const std::filesystem::path& folder);
 
   /// The folder's JSON file: of a comparison or of the run.

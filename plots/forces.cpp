@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <optional>
 
 #include "plots/figure.hpp"
@@ -13,13 +12,6 @@
 
 namespace freeplay::plots {
 namespace {
-
-std::string file_name(const std::string& joint) {
-  std::string out = joint;
-  for (char& c : out)
-    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '.' && c != '-') c = '_';
-  return out;
-}
 
 /// |F| and its components; of a loose guide |F| of all corners and of each.
 std::filesystem::path reaction(const ForceTable& table, const std::filesystem::path& folder,
@@ -40,12 +32,11 @@ std::filesystem::path reaction(const ForceTable& table, const std::filesystem::p
     // A component that is nothing but rounding, such as a revolute joint's moment, has no panel; a moment's
     // arm is of the order of a metre or less.
     for (const auto& [quantity, suffix] :
-         {std::pair{"F_x (N)", ".fx"}, std::pair{"F_y (N)", ".fy"}, std::pair{"M (N m)", ".m"}})
+         {std::pair{Word("F_x (N)"), ".fx"}, {Word("F_y (N)"), ".fy"}, {Word("M (N m)"), ".m"}})
       if (auto v = table.columns(name, suffix); greatest(v) > rounding)
         panels.push_back({quantity, "", std::move(v), false});
   }
-  return stack(table, folder, "reaction_" + file_name(name), table.heading(name), std::move(panels),
-               rounding);
+  return stack(table, folder, file_name("reaction", name), table.heading(name), std::move(panels), rounding);
 }
 
 std::filesystem::path drive_torque(const ForceTable& table, const std::filesystem::path& folder) {
@@ -74,18 +65,13 @@ std::filesystem::path bearing_load(const ForceTable& table, const std::filesyste
   widen(across, span);
   widen(up, span);
 
-  Figure f;
-  f.name = "bearing_load_" + file_name(name);
-  f.source = table.source();
+  Figure f{.name = file_name("bearing_load", name), .height_cm = 9, .source = table.source()};
   std::vector<std::size_t> panels;
   std::optional<std::size_t> ideal;
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    std::string block = fmt::format("# {}: F_x, F_y (N)\n", runs[r].title);
-    for (std::size_t i = 0; i < std::min(x[r].size(), y[r].size()); ++i)
-      block += fmt::format("{} {}\n", x[r][i], y[r][i]);
-    const bool none = x[r].empty() || y[r].empty();
-    f.blocks.push_back(none ? block + "NaN NaN\n" : block);  // gnuplot does not count a block without rows
-    if (none) continue;
+    auto& block = f.blocks.emplace_back(fmt::format("{}: F_x, F_y (N)", runs[r].title));
+    for (std::size_t i = 0; i < std::min(x[r].size(), y[r].size()); ++i) block.row({x[r][i], y[r][i]});
+    if (x[r].empty() || y[r].empty()) continue;
     if (runs[r].style == 3)
       ideal = r;
     else
@@ -93,35 +79,31 @@ std::filesystem::path bearing_load(const ForceTable& table, const std::filesyste
   }
   if (panels.empty()) return {};
   f.width_cm = panels.size() == 1 ? 9 : 16;
-  f.height_cm = 9;
-  f.script = fmt::format(
+  f.script.add(
       "set multiplot layout 1,{} margins {},0.98,0.135,0.835 spacing 0.11,0\nset size ratio -1\n"
       "set xrange [{:.5g}:{:.5g}]\nset yrange [{:.5g}:{:.5g}]\nset xlabel 'F_x (N)' offset 0,0.4\n"
       "set ylabel 'F_y (N)' offset 0.8\nset xzeroaxis ls 4\nset yzeroaxis ls 4\n"
-      "set label 1 '{}' at screen 0.02,0.965 noenhanced\nset key at screen 0.98,0.99 right top\n"
+      "set label 1 {} at screen 0.02,0.965 noenhanced\nset key at screen 0.98,0.99 right top\n"
       "set title offset 0,-0.6\n"
-      "set label 2 '{}' at screen 0.02,0.922 font ',6.5' tc rgb '#555555'\n",
+      "set label 2 {} at screen 0.02,0.922 font ',6.5' tc rgb '#555555' noenhanced\n",
       panels.size(), panels.size() == 1 ? 0.15 : 0.09, across.low, across.high, up.low, up.high,
-      escaped(table.heading(name)), table.extent());
+      table.heading(name), table.extent());
   for (std::size_t k = 0; k < panels.size(); ++k) {
     const auto r = panels[k];
     std::size_t outside = 0;
     for (std::size_t i = 0; i < x[r].size(); ++i)
       outside += x[r][i] < across.low || x[r][i] > across.high || y[r][i] < up.low || y[r][i] > up.high;
-    f.script += fmt::format(
-        "set title \"{}{}\"\nplot 'DATA' index {} using 1:2 with lines ls {} lw 0.8 dt 1 notitle",
-        runs[r].title,
-        outside == 0
-            ? ""
-            : fmt::format("\\n{{/*0.8 outside the range (99 % quantile): {} of {}}}", outside, x[r].size()),
-        r, runs[r].style);
+    f.script.add("set title {}", runs[r].title);
+    if (outside > 0)
+      f.script.add(".\"\\n{{/*0.8 outside the range (99 % quantile): {} of {}}}\"", outside, x[r].size());
+    f.script.add("\nplot DATA index {} using 1:2 with lines ls {} lw 0.8 dt 1 notitle", r, runs[r].style);
     if (ideal)
-      f.script += fmt::format(", 'DATA' index {} using 1:2 with lines ls 3 lw 1.4 {}", *ideal,
-                              k == 0 ? "title 'ideal joint'" : "notitle");
-    f.script += "\n";
-    if (k == 0) f.script += "unset label 1\nunset label 2\nunset label 100\n";
+      f.script.add(", DATA index {} using 1:2 with lines ls 3 lw 1.4 {}", *ideal,
+                   k == 0 ? Word("title 'ideal joint'") : Word("notitle"));
+    f.script.add("\n");
+    if (k == 0) f.script.add("unset label 1\nunset label 2\nunset label 100\n");
   }
-  f.script += "unset multiplot\n";
+  f.script.add("unset multiplot\n");
   return draw(f, folder);
 }
 

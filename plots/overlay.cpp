@@ -2,27 +2,26 @@
 #include <fmt/format.h>
 
 #include "plots/figure.hpp"
+#include "plots/table.hpp"
 
 namespace freeplay::plots {
 namespace {
 
 std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
-  const Csv csv(folder / "overlay.csv");
-  const auto angle = csv.column("crank_angle");
-  Figure f;
-  f.name = "overlay";
-  f.source = "validation.json";
-  for (const char* name : {"measured", "penalty", "nonsmooth"}) {
-    const auto y = csv.column(name);
-    std::string block = fmt::format("# crank angle (deg), {} (m/s^2)\n", name);
-    for (std::size_t i = 0; i < y.size(); ++i) block += fmt::format("{} {}\n", angle[i], y[i]);
-    f.blocks.push_back(block);
+  const std::vector<std::string> curves{"measured", "penalty", "nonsmooth"};
+  const Table table(folder / "overlay.csv", {}, {"crank_angle", "measured", "penalty", "nonsmooth"});
+  if (table.rows() == 0) return {};
+  const auto& angle = table.column("crank_angle");
+  Figure f{.name = "overlay", .source = "validation.json"};
+  for (const auto& name : curves) {
+    auto& block = f.blocks.emplace_back(fmt::format("crank angle (deg), {} (m/s^2)", name));
+    for (std::size_t i = 0; i < table.rows(); ++i) block.row({angle[i], table.column(name)[i]});
   }
-  f.script =
+  f.script.add(
       "set xlabel 'Crank angle (°)'\nset xrange [0:360]\nset xtics 45\nset ylabel 'Acceleration, mean turn "
-      "(m/s²)'\nset key outside top center horizontal\nplot 'DATA' index 0 using 1:2 with lines lc rgb "
-      "'#888888' lw 4 title 'measured', 'DATA' index 1 using 1:2 with lines ls 1 title 'penalty', 'DATA' "
-      "index 2 using 1:2 with lines ls 2 title 'nonsmooth'\n";
+      "(m/s²)'\nset key outside top center horizontal\nplot DATA index 0 using 1:2 with lines lc rgb "
+      "'#888888' lw 4 title 'measured', DATA index 1 using 1:2 with lines ls 1 title 'penalty', DATA "
+      "index 2 using 1:2 with lines ls 2 title 'nonsmooth'\n");
   return {draw(f, folder)};
 }
 

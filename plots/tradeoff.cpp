@@ -4,99 +4,118 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "io/input_file.hpp"
+#include "model/error.hpp"
 #include "plots/figure.hpp"
+#include "plots/table.hpp"
 #include "values/family.hpp"
 
 namespace freeplay::plots {
 
 namespace {
 
-constexpr const char* colours[] = {"#0b3c8c", "#1a7f37", "#3d9be0", "#b8860b", "#c8500a",
-                                   "#7b3fa0", "#cf222e", "#000000", "#8a6d3b"};
+constexpr Word colours[] = {"#0b3c8c", "#1a7f37", "#3d9be0", "#b8860b", "#c8500a",
+                            "#7b3fa0", "#cf222e", "#000000", "#8a6d3b"};
+constexpr std::size_t most_scenes = 64;  ///< a figure each
 
-/// What tradeoff.json says of a scene; empty where it says nothing.
-nlohmann::json about(const std::filesystem::path& folder, const std::string& scene) {
-  std::ifstream in(folder / "tradeoff.json");
-  const auto document = nlohmann::json::parse(in, nullptr, false);
-  if (document.is_discarded()) return nlohmann::json::object();
-  return document.value("scenes", nlohmann::json::object()).value(scene, nlohmann::json::object());
+/// Rows of a trade-off, and what its figures share.
+struct Tradeoff {
+  explicit Tradeoff(const std::filesystem::path& folder)
+      : table(folder / "tradeoff.csv", {"scene", "method", "formulation"},
+              {"events", "state", "rhs", "cpu_s"}),
+        document(folder / "tradeoff.json") {
+    const auto collect = [&](const char* column, std::vector<std::string>& list) {
+      for (const auto& name : table.text(column))
+        if (std::ranges::find(list, name) == list.end()) list.push_back(name);
+    };
+    collect("scene", scenes);
+    collect("method", methods);
+    if (scenes.size() > most_scenes)
+      throw SceneError(fmt::format("{}: names {} scenes; figures are drawn of at most {}",
+                                   (folder / "tradeoff.csv").string(), scenes.size(), most_scenes));
+  }
+  Table table;
+  JsonFile document;
+  std::vector<std::string> scenes, methods;
+};
+
+/// Which formulation of a scene is left out of its figure, and why; empty: none is.
+std::string left_out(const Tradeoff& t, const std::string& name) {
+  // Without judged touches a formulation's `events` is NaN throughout (an infinity is a touch missed).
+  std::vector<std::string> all, judged;
+  for (std::size_t i = 0; i < t.table.rows(); ++i) {
+    if (t.table.text("scene")[i] != name) continue;
+    all.push_back(t.table.text("formulation")[i]);
+    if (!std::isnan(t.table.column("events")[i])) judged.push_back(all.back());
+  }
+  for (const auto& one : family_names())
+    if (!judged.empty() && std::ranges::find(all, one) != all.end() &&
+        std::ranges::find(judged, one) == judged.end())
+      return fmt::format("{}: no touch to judge by, left out", one);
+  return "";
+}
+
+/// Adds the panel over CPU time, or over right-hand sides; false when there is nothing to show.
+bool add_panel(const Tradeoff& t, const std::string& name, bool touches, bool time, double model_error,
+               const std::string& omitted, Figure& f) {
+  const auto& error = t.table.column(touches ? "events" : "state");
+  const auto& cost = t.table.column(time ? "cpu_s" : "rhs");
+  Script plot;
+  for (std::size_t k = 0; k < t.methods.size(); ++k) {
+    Block block(t.methods[k]);
+    for (std::size_t i = 0; i < t.table.rows(); ++i)
+      if (t.table.text("scene")[i] == name && t.table.text("method")[i] == t.methods[k] &&
+          std::isfinite(error[i]))
+        block.row({time ? 1e3 * cost[i] : cost[i], error[i]});
+    if (block.empty()) continue;
+    plot.add(
+        "{}DATA index {} using 1:($2 > 1e-16 ? $2 : 1e-16) with linespoints lw 1.2 dt {} pt {} lc rgb '{}' ",
+        plot.empty() ? Word("plot ") : Word(", "), f.blocks.size(), 1 + k % 4, 1 + k,
+        colours[k % std::size(colours)]);
+    if (time)
+      plot.add("notitle");
+    else
+      plot.add("title {} noenhanced", t.methods[k]);
+    f.blocks.push_back(block);
+  }
+  if (plot.empty()) return false;
+  f.script.add("unset label 1\nunset label 2\n");
+  if (model_error > 0) {
+    plot.add(", {} with lines lw 1.4 dt (8,5) lc rgb '#555555' notitle", model_error);
+    f.script.add(
+        "set label 1 'model error of penalty (finite stiffness)' at graph 0.02, first {} left offset "
+        "0,0.5 font ',6' tc rgb '#555555'\n",
+        model_error);
+  }
+  if (!omitted.empty())
+    f.script.add("set label 2 {} at graph 0, graph 1.02 font ',6' tc rgb '#555555' noenhanced\n", omitted);
+  f.script.add("set xlabel {}\n{}\nunset ylabel\n", time ? "CPU (ms)" : "Right-hand sides", plot);
+  return true;
 }
 
 std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
-  const Csv csv(folder / "tradeoff.csv");
-  const auto &scene = csv.text("scene"), &method = csv.text("method"), &formulation = csv.text("formulation");
-  const auto events = csv.column("events"), state = csv.column("state"), rhs = csv.column("rhs"),
-             cpu = csv.column("cpu_s");
-  std::vector<std::string> scenes, methods;
-  for (std::size_t i = 0; i < csv.rows(); ++i) {
-    if (std::ranges::find(scenes, scene[i]) == scenes.end()) scenes.push_back(scene[i]);
-    if (std::ranges::find(methods, method[i]) == methods.end()) methods.push_back(method[i]);
-  }
+  const Tradeoff t(folder);
   std::vector<std::filesystem::path> made;
-  for (const auto& name : scenes) {
-    Figure f;
-    f.name = "tradeoff_" + name;
-    f.source = "tradeoff.json";
-    f.height_cm = 10;
-    const auto facts = about(folder, name);
-    f.scene_file = facts.value("scene_file", "");
-    // Without judged touches a formulation's `events` is NaN throughout (an infinity is a touch missed).
-    std::vector<std::string> all, judged;
-    for (std::size_t i = 0; i < csv.rows(); ++i) {
-      if (scene[i] != name) continue;
-      all.push_back(formulation[i]);
-      if (!std::isnan(events[i])) judged.push_back(formulation[i]);
-    }
-    const bool touches = !judged.empty();
-    std::string left_out;
-    for (const auto& one : family_names())
-      if (touches && std::ranges::find(all, one) != all.end() &&
-          std::ranges::find(judged, one) == judged.end())
-        left_out = fmt::format("{}: no touch to judge by, left out", one);
-    const auto model = facts.find("model_error_of_penalty");
-    const double model_error =
-        touches && model != facts.end() && model->is_number() ? model->get<double>() : std::nan("");
-    f.script = fmt::format(
+  for (const auto& name : t.scenes) {
+    Figure f{.name = file_name("tradeoff", name), .height_cm = 10, .source = "tradeoff.json"};
+    if (t.document.find("scenes." + name + ".scene_file"))
+      f.scene_file = t.document.text("scenes." + name + ".scene_file");
+    bool touches = false;
+    for (std::size_t i = 0; i < t.table.rows(); ++i)
+      touches = touches || (t.table.text("scene")[i] == name && !std::isnan(t.table.column("events")[i]));
+    const auto* model = t.document.find("scenes." + name + ".model_error_of_penalty");
+    const double model_error = touches && model && model->is_number() ? model->get<double>() : 0;
+    f.script.add(
         "set multiplot layout 1,2 margins 0.1,0.98,0.24,0.96 spacing 0.1,0\nset logscale xy\nset format "
         "'10^{{%T}}'\nset key at "
-        "screen 0.5,0.035 center bottom vertical maxrows 3 font ',7'\nset ylabel '{}'\n",
+        "screen 0.5,0.035 center bottom vertical maxrows 3 font ',7'\nset ylabel {}\n",
         touches ? "Error of touches (relative)" : "Error of velocities (relative)");
-    for (const bool time : {false, true}) {
-      std::string plot;
-      for (std::size_t k = 0; k < methods.size(); ++k) {
-        std::string block;
-        for (std::size_t i = 0; i < csv.rows(); ++i) {
-          const double error = touches ? events[i] : state[i];
-          if (scene[i] == name && method[i] == methods[k] && std::isfinite(error))
-            block += fmt::format("{} {}\n", time ? 1e3 * cpu[i] : rhs[i], error);
-        }
-        if (block.empty()) continue;
-        f.blocks.push_back("# " + methods[k] + "\n" + block);
-        plot += fmt::format(
-            "{}'DATA' index {} using 1:($2 > 1e-16 ? $2 : 1e-16) with linespoints lw 1.2 dt {} pt {} lc rgb '{}' {}",
-            plot.empty() ? "plot " : ", ", f.blocks.size() - 1, 1 + k % 4, 1 + k,
-            colours[k % std::size(colours)],
-            time ? "notitle" : fmt::format("title '{}' noenhanced", methods[k]));
-      }
-      if (plot.empty()) break;
-      f.script += "unset label 1\nunset label 2\n";
-      if (model_error > 0) {
-        plot += fmt::format(", {} with lines lw 1.4 dt (8,5) lc rgb '#555555' notitle", model_error);
-        f.script += fmt::format(
-            "set label 1 'model error of penalty (finite stiffness)' at graph 0.02, first {} left offset "
-            "0,0.5 font ',6' tc rgb '#555555'\n",
-            model_error);
-      }
-      if (!left_out.empty())
-        f.script +=
-            fmt::format("set label 2 '{}' at graph 0, graph 1.02 font ',6' tc rgb '#555555'\n", left_out);
-      f.script +=
-          fmt::format("set xlabel '{}'\n{}\nunset ylabel\n", time ? "CPU (ms)" : "Right-hand sides", plot);
-    }
-    f.script += "unset multiplot\n";
+    const auto omitted = left_out(t, name);
+    for (const bool time : {false, true})
+      if (!add_panel(t, name, touches, time, model_error, omitted, f)) break;
+    f.script.add("unset multiplot\n");
     if (!f.blocks.empty()) made.push_back(draw(f, folder));
   }
   return made;

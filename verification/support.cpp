@@ -69,7 +69,7 @@ double observed_order(const std::vector<double>& x, const std::vector<double>& y
 TemporaryFolder::TemporaryFolder() {
   // Inside the build folder: tests write nothing outside the checkout.
   std::string pattern = std::string(FREEPLAY_BINARY_DIR) + "/test-XXXXXX";
-  path_ = mkdtemp(pattern.data());
+  path_ = std::filesystem::canonical(mkdtemp(pattern.data()));
 }
 TemporaryFolder::~TemporaryFolder() {
   std::error_code ignored;

@@ -14,6 +14,7 @@
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "io/output_file.hpp"
+#include "io/run_json.hpp"
 #include "study/provenance.hpp"
 
 namespace freeplay::cli {
@@ -63,15 +64,15 @@ nlohmann::json to_json(const Study& study, const CalibrationResult& r) {
 namespace {
 
 struct CalibrateRequest : Request {
-  std::string scene;   ///< the study's file
+  std::string scene;  ///< the study's file
+  Reach reach = Reach::beside;
   std::string output;  ///< result folder
   int threads = 0;     ///< 0 for all cores
 };
 
 int calibrate(const CalibrateRequest& request) {
-  const auto study = read_study(request.scene);
-  const std::filesystem::path folder =
-      request.output.empty() ? default_folder(study.file, "") : std::filesystem::path(request.output);
+  const auto study = read_study(request.scene, request.reach);
+  const auto folder = result_folder(request.output, default_folder(study.file, ""));
   make_folder(folder);
   Progress progress;
   const auto r =
@@ -116,7 +117,7 @@ int calibrate(const CalibrateRequest& request) {
   };
   fit(r.all, "Fitted to all");
   for (std::size_t i = 0; i < r.left_out.size(); ++i) fit(r.left_out[i], "Without " + c.targets[i].name);
-  write_file(folder / "calibration.json", to_json(study, r).dump(1) + "\n");
+  write_json(folder / "calibration.json", to_json(study, r));
   fmt::print("\nresults in {}\n", folder.string());
   if (std::ranges::none_of(r.all.contradicted, std::identity{})) return 0;
   fmt::print(stderr, "{}",
@@ -132,6 +133,7 @@ void calibrate_verb(Program& program) {
       program.verb("calibrate", "fit a study's unknowns to measured statistics", calibrate);
   options.add("study", request.scene, "study file with [calibrate]").required();
   options.output(request.output, "result folder; default out/NAME");
+  options.allow_outside(request.reach);
   options.threads(request.threads);
 }
 

@@ -91,6 +91,11 @@ Option Options::accuracy(std::string& level) {
   for (const auto& a : accuracies) levels.emplace_back(a.text);
   return add("--accuracy", level, "settings by docs/tradeoff.md instead of the scene's").one_of(levels);
 }
+Option Options::allow_outside(Reach& reach) {
+  return Option(app_->add_flag_callback(
+      "--allow-outside", [&reach] { reach = Reach::anywhere; },
+      "let the study name files that do not lie beside it or below"));
+}
 Option Options::threads(int& count) {
   return add("--threads", count, "how many runs at a time; default one for each core").between(1, 1024);
 }

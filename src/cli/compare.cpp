@@ -31,8 +31,7 @@ int compare(const CompareRequest& request) {
   auto overrides = with_accuracy(request.accuracy, {Family::penalty, Family::nonsmooth}, request.overrides);
   if (request.forces) overrides.push_back("run.forces=true");
   const auto scene = open_scene(request.scene, overrides);
-  const std::filesystem::path folder =
-      request.output.empty() ? default_folder(request.scene, "") : std::filesystem::path(request.output);
+  const auto folder = result_folder(request.output, default_folder(request.scene, ""));
   Progress progress;
   CompareSetup setup;
   setup.matched = !request.as_given;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "io/input_file.hpp"
 #include "io/output_file.hpp"
 
 namespace freeplay::cli {
@@ -16,8 +17,7 @@ inline std::vector<std::string> copy_figures(const std::vector<std::filesystem::
   std::vector<std::string> names;
   for (auto figure : figures) {
     figure.replace_extension(".png");
-    std::filesystem::copy_file(figure, place / "figures" / figure.filename(),
-                               std::filesystem::copy_options::overwrite_existing);
+    write_file(place / "figures" / figure.filename(), read_file(figure, most_of_a_result));
     names.push_back(figure.filename().string());
   }
   return names;

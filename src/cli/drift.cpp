@@ -22,8 +22,7 @@ struct DriftRequest : Request {
 
 int drift(const DriftRequest& request) {
   const auto scene = open_scene(request.scene, request.overrides);
-  const auto folder = request.output.empty() ? default_folder(request.scene, "-drift")
-                                             : std::filesystem::path(request.output);
+  const auto folder = result_folder(request.output, default_folder(request.scene, "-drift"));
   Progress progress;
   const auto runs = measure_drift(*scene, request.stop, folder,
                                   [&](const std::string& which, double done) { progress.show(which, done); });

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "cli/default_folder.hpp"
 #include "cli/document.hpp"
 #include "cli/progress.hpp"
 #include "cli/strangers.hpp"
@@ -31,13 +32,13 @@ int extremes(const ExtremesRequest& request) {
   if (request.strangers.count > 0) {
     auto asked = request.strangers;
     asked.document = request.document;
-    return strangers(asked, request.output.empty() ? "out/strangers" : request.output);
+    return strangers(asked, result_folder(request.output, "out/strangers"));
   }
   test::source_folder();  // throws before anything is judged or written
   auto cells = rig_cells();
   for (auto more : {baumgarte_cells(), special_cells()})
     for (auto& c : more) cells.push_back(std::move(c));
-  const std::filesystem::path folder = request.output.empty() ? "out/extremes" : request.output;
+  const auto folder = result_folder(request.output, "out/extremes");
   make_folder(folder);
   Progress progress;
   std::string csv = "axis,label,value,formulation,outcome,detail\n", axis;
@@ -112,7 +113,7 @@ int extremes(const ExtremesRequest& request) {
         cells.size(), counts[0], counts[1], counts[2], defects);
     for (const auto& l : predicted_limits())
       text += fmt::format("- {}, {}: {:.3g} ({}).\n", l.axis, l.formulation, l.value, l.source);
-    const std::filesystem::path place = request.document;
+    const auto place = real_folder(request.document);
     copy_figures(figures, place);
     write_file(place / "extremes.md", text);
   }

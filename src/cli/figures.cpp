@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "cli/verb.hpp"
+#include "io/output_file.hpp"
 #include "model/error.hpp"
 #include "plots/figure.hpp"
 
@@ -15,7 +16,8 @@ struct FiguresRequest : Request {
 };
 
 int figures(const FiguresRequest& request) {
-  const std::filesystem::path folder = request.folder;
+  const auto folder = real_folder(request.folder);
+  if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": no such folder");
   const auto made = plots::all(folder);
   if (made.empty())
     throw SceneError(request.folder +

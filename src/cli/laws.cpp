@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "cli/default_folder.hpp"
 #include "cli/verb.hpp"
 #include "formulations/laws/contact_law.hpp"
 #include "formulations/laws/law_curves.hpp"
@@ -56,13 +57,12 @@ void write_curves(const Scene& scene, const ImpactSetting& setting, const std::f
                                    {"approach_m_per_s", setting.speed},
                                    {"restitution_asked", curves.restitution},
                                    {"provenance", provenance(scene)}};
-  write_file(folder / "laws.json", document.dump(2) + "\n");
+  write_json(folder / "laws.json", document);
 }
 
 int print_curves(const LawsRequest& request) {
   const auto scene = open_scene(request.scene, request.overrides);
-  const auto folder =
-      request.output.empty() ? std::filesystem::path("out/laws") : std::filesystem::path(request.output);
+  const auto folder = result_folder(request.output, "out/laws");
   if (!(request.mass > 0) || !(request.speed > 0))
     throw SceneError("--mass and --speed must be greater than 0");
   write_curves(*scene, {request.mass, request.speed}, folder);

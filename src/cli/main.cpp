@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "cli/stop_signal.hpp"
+#include "cli/terminal.hpp"
 #include "cli/verb.hpp"
 #include "io/output_file.hpp"
 #include "model/error.hpp"
@@ -60,6 +61,7 @@ int run(int argc, char** argv, int& refused) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  cli::guard_terminal();
   int refused = 0;
   const int status = run(argc, argv, refused);
   return with_whole_output(status, refused);

@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <cstdio>
 #include <string>
+
+#include "cli/terminal.hpp"
+#include "io/visible.hpp"
 
 namespace freeplay::cli {
 
@@ -16,11 +18,10 @@ class Progress {
     if (!terminal_ || (what == what_ && percent == percent_)) return;
     what_ = what;
     percent_ = percent;
-    fmt::print(stderr, "\r{:<12} {:>3} %", what, percent);
-    std::fflush(stderr);
+    redraw(fmt::format("\r{:<12} {:>3} %", visible(what), percent));
   }
   void clear() {
-    if (terminal_) fmt::print(stderr, "\r{:60}\r", "");
+    if (terminal_) redraw(fmt::format("\r{:60}\r", ""));
   }
 
  private:

@@ -13,6 +13,7 @@
 #include "cli/wrapped.hpp"
 #include "facade/simulation.hpp"
 #include "io/identity.hpp"
+#include "io/input_file.hpp"
 #include "io/recorded_run.hpp"
 #include "io/run_folder.hpp"
 #include "io/run_json.hpp"
@@ -60,10 +61,10 @@ RecordedRun recorded(const RunRequest& request, RunPlan& plan) {
   plan.matched = run.setup.matched;
   plan.start = run.setup.start;
   // The same files: a run that ended without a companion is repeated without one.
-  const auto text = read_text(file);
+  const auto text = read_file(file, most_of_a_result);
   plan.companion = text.find("\"first_touches_may_be_off_by\"") != text.npos ||
                    text.find("\"status\": \"finished\"") == text.npos;
-  plan.folder = request.output.empty() ? beside.string() + "-again" : request.output;
+  plan.folder = result_folder(request.output, beside.string() + "-again");
   std::error_code none;
   if (std::filesystem::equivalent(*plan.folder, beside, none))
     throw SceneError(fmt::format("{}: is the run that is to be repeated; give another folder with -o",
@@ -90,9 +91,9 @@ int run(const RunRequest& request) {
   Progress progress;
   Result summary;
   if (!request.resume.empty()) {
-    plan.folder = request.resume;
+    plan.folder = real_folder(request.resume);
     plan.on_progress = [&](double done) { progress.show("resumed", done); };
-    summary = resume_run(request.resume, plan);
+    summary = resume_run(*plan.folder, plan);
   } else if (!request.from.empty()) {
     const auto run = recorded(request, plan);
     plan.on_progress = [&](double done) { progress.show(plan.formulation, done); };
@@ -105,8 +106,7 @@ int run(const RunRequest& request) {
     const Scene scene = read_scene(request.scene, overrides);
     ask(scene);
     plan.formulation = request.formulation;
-    plan.folder = request.output.empty() ? default_folder(scene.file, "-" + request.formulation)
-                                         : std::filesystem::path(request.output);
+    plan.folder = result_folder(request.output, default_folder(scene.file, "-" + request.formulation));
     plan.on_progress = [&](double done) { progress.show(request.formulation, done); };
     summary = run_scene(scene, plan);
   }

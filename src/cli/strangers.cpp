@@ -52,9 +52,9 @@ int strangers(const StrangersRequest& request, const std::filesystem::path& fold
     fmt::print("{} strangers of seed {}, {} runs judged in {:.0f} s: {} defects\nresults in {}\n",
                request.count, seed, rows.size(), seconds, defects, folder.string());
     if (!request.document.empty()) {
-      make_folder(request.document);
-      write_file(std::filesystem::path(request.document) / "strangers.md",
-                 page_of(rows, seed, request.count, seconds));
+      const auto place = real_folder(request.document);
+      make_folder(place);
+      write_file(place / "strangers.md", page_of(rows, seed, request.count, seconds));
     }
   }
   return defects == 0 ? 0 : 1;

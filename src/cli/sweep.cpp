@@ -23,15 +23,15 @@ std::string left(double seconds) {
 }
 
 struct SweepRequest : Request {
-  std::string scene;   ///< the study's file
+  std::string scene;  ///< the study's file
+  Reach reach = Reach::beside;
   std::string output;  ///< result folder
   int threads = 0;     ///< 0 for all cores
 };
 
 int sweep(const SweepRequest& request) {
-  const auto study = read_study(request.scene);
-  const std::filesystem::path folder =
-      request.output.empty() ? default_folder(study.file, "") : std::filesystem::path(request.output);
+  const auto study = read_study(request.scene, request.reach);
+  const auto folder = result_folder(request.output, default_folder(study.file, ""));
   make_folder(folder);
   Results results(folder / "sweep.db", study);
   Progress progress;
@@ -66,6 +66,7 @@ void sweep_verb(Program& program) {
   auto [options, request] = program.verb("sweep", "run what is missing of a study, on all cores", sweep);
   options.add("study", request.scene, "study file").required();
   options.output(request.output, "result folder; default out/NAME");
+  options.allow_outside(request.reach);
   options.threads(request.threads);
 }
 

@@ -14,6 +14,7 @@
 #include "facade/simulation.hpp"
 #include "io/open_scene.hpp"
 #include "io/output_file.hpp"
+#include "io/run_json.hpp"
 #include "plots/figure.hpp"
 #include "study/provenance.hpp"
 
@@ -59,23 +60,23 @@ std::string heading(const TradeoffScene& t) {
 }
 
 struct TradeoffRequest : Request {
-  std::string scene;     ///< the study's file
+  std::string scene;  ///< the study's file
+  Reach reach = Reach::beside;
   int repeats = 3;       ///< runs of each setting
   std::string output;    ///< result folder
   std::string document;  ///< folder for tradeoff.md and its figures
 };
 
 int tradeoff(const TradeoffRequest& request) {
-  const auto study = read_study(request.scene);
-  const std::filesystem::path folder =
-      request.output.empty() ? default_folder(study.file, "") : std::filesystem::path(request.output);
+  const auto study = read_study(request.scene, request.reach);
+  const auto folder = result_folder(request.output, default_folder(study.file, ""));
   make_folder(folder);
   std::string csv =
       "scene,formulation,method,fineness,events,state,energy,statistics,rhs,cpu_s,cpu_least_s,cpu_greatest_"
       "s\n";
   nlohmann::json document;
   std::string text = fmt::format(
-      "# Speed against accuracy\n\nWritten by `freeplay tradeoff {} --document docs`. Errors: *events*, the "
+      "# Speed against accuracy\n\nWritten by `freeplay tradeoff {}{} --document docs`. Errors: *events*, the "
       "greatest relative error of the\ntouches' times (over the time since the last), approach speeds and "
       "impulses up to the horizon; *state*, of\nvelocities midway in the flight before the last judged "
       "touch (with fewer than two: before the first, or at the end); *energy*, what the balance leaves open "
@@ -84,7 +85,7 @@ int tradeoff(const TradeoffRequest& request) {
       "over other starts: 3.0 is Welch's bound at 1 % for eight starts each, so one setting in fifty passes "
       "it by chance. Counts do not depend on\nthe machine; CPU is the median (least..greatest) of {} "
       "interleaved runs.\n",
-      request.scene, request.repeats);
+      request.scene, request.reach == Reach::anywhere ? " --allow-outside" : "", request.repeats);
   text += "\n`--accuracy` takes, each a row of these tables:";
   for (const auto& [family, formulation] : families)
     text += fmt::format(
@@ -120,11 +121,11 @@ int tradeoff(const TradeoffRequest& request) {
             m.setting.fineness, t.reference(m.setting.family).touches.empty() ? NAN : m.errors.events,
             m.errors.state, m.errors.energy, m.statistics, m.work.rhs, m.cpu, m.cpu_low, m.cpu_high);
   }
-  write_file(folder / "tradeoff.json", document.dump(1) + "\n");
+  write_json(folder / "tradeoff.json", document);
   write_file(folder / "tradeoff.csv", csv);
   const auto figures = plots::all(folder);
   if (!request.document.empty()) {
-    const std::filesystem::path place = request.document;
+    const auto place = real_folder(request.document);
     for (const auto& figure : copy_figures(figures, place))
       text += fmt::format("\n![{0}](figures/{0})\n", figure);
     write_file(place / "tradeoff.md", text);
@@ -141,6 +142,7 @@ void tradeoff_verb(Program& program) {
   options.add("study", request.scene, "study file").required();
   options.add("--repeats", request.repeats, "runs of each setting, interleaved").between(1, 1000);
   options.output(request.output, "result folder; default out/NAME");
+  options.allow_outside(request.reach);
   options.add("--document", request.document, "write tradeoff.md and its figures into this folder");
 }
 

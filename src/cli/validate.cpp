@@ -63,8 +63,7 @@ std::string verdicts(const Validation& v) {
 }
 
 int validate_data(const ValidateRequest& request) {
-  const std::filesystem::path folder = request.output.empty() ? default_folder(request.scene, "-validation")
-                                                              : std::filesystem::path(request.output);
+  const auto folder = result_folder(request.output, default_folder(request.scene, "-validation"));
   auto with = request.conduct();
   if (request.as_given) with.matched = false;
   const auto v = freeplay::validate(request.scene, request.overrides, request.data, with);
@@ -86,7 +85,7 @@ int validate_data(const ValidateRequest& request) {
   document["provenance"] = provenance(*open_scene(request.scene, request.overrides));
   document["data"] = request.data;
   document["restitution"] = request.as_given ? "as-given" : "delivered";
-  write_file(folder / "validation.json", document.dump(1) + "\n");
+  write_json(folder / "validation.json", document);
   std::string csv = "crank_angle,measured,penalty,nonsmooth\n";
   if (status == 0)
     for (int i = 0; i < mean_bins; ++i)
@@ -115,6 +114,7 @@ void validate_verb(Program& program) {
   options.output(request.output, "result folder; default out/NAME-validation, of a study out/NAME");
   options.flag("--as-given", request.as_given, "leave the impact law at the restitution asked for, unmatched")
       .needs(data);
+  options.allow_outside(request.reach).excludes(data);
   options
       .add("--document", request.document, "write a study's experiment.md and its figures into this folder")
       .excludes(data);

@@ -7,6 +7,7 @@ namespace freeplay::cli {
 
 struct ValidateRequest : Request {
   std::string scene;                   ///< scene's or study's file
+  Reach reach = Reach::beside;         ///< of a study
   std::string data;                    ///< measured file; none: a study against published findings
   std::vector<std::string> overrides;  ///< of a scene
   std::string output;                  ///< result folder

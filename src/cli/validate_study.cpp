@@ -9,6 +9,7 @@
 #include "cli/progress.hpp"
 #include "cli/validate.hpp"
 #include "io/output_file.hpp"
+#include "io/run_json.hpp"
 #include "model/error.hpp"
 #include "plots/figure.hpp"
 #include "study/provenance.hpp"
@@ -36,15 +37,14 @@ Variant calibrated_variant(const Study& study, const Study& fitted, const Fit& f
 }  // namespace
 
 int validate_study(const ValidateRequest& request) {
-  auto study = read_study(request.scene);
+  auto study = read_study(request.scene, request.reach);
   if (study.claims != "flores2011")
     throw SceneError(
         fmt::format("{}: claims must be \"flores2011\" to be judged; for a measured file use "
                     "`freeplay validate SCENE --data FILE`",
                     request.scene));
   if (!request.overrides.empty()) throw SceneError("validate: --set belongs to a scene with --data");
-  const std::filesystem::path folder =
-      request.output.empty() ? default_folder(study.file, "") : std::filesystem::path(request.output);
+  const auto folder = result_folder(request.output, default_folder(study.file, ""));
   make_folder(folder);
   nlohmann::json document;
   document["provenance"] = provenance(study);
@@ -58,7 +58,7 @@ int validate_study(const ValidateRequest& request) {
   std::optional<Study> fitted;
   std::optional<CalibrationResult> fit;
   if (!study.fit.empty()) {
-    fitted = read_study(study.fit);
+    fitted = read_study(study.fit, request.reach);
     fit = calibrate(*fitted, request.conduct(), folder, all_cores, show("calibration"));
     progress.clear();
     if (fit->sweep.interrupted) {
@@ -66,7 +66,7 @@ int validate_study(const ValidateRequest& request) {
       return 1;
     }
     study.variants.push_back(calibrated_variant(study, *fitted, fit->all));
-    write_file(folder / "calibration.json", to_json(*fitted, *fit).dump(1) + "\n");
+    write_json(folder / "calibration.json", to_json(*fitted, *fit));
   }
   Results results(folder / "sweep.db", study);
   const auto summary = sweep(study, request.conduct(), results, all_cores, show("matrix"));
@@ -99,13 +99,12 @@ int validate_study(const ValidateRequest& request) {
       }
       fmt::print("\n");
     }
-  write_file(folder / "experiment.json", document.dump(1) + "\n");
+  write_json(folder / "experiment.json", document);
   write_tables(study, results, request.conduct(), folder);
   const auto text =
       verification::experiment_document(study, results, fitted ? &*fitted : nullptr, fit ? &*fit : nullptr,
                                         fmt::format("{} ({})", version, commit));
-  const std::filesystem::path place =
-      request.document.empty() ? folder : std::filesystem::path(request.document);
+  const auto place = request.document.empty() ? folder : real_folder(request.document);
   make_folder(place);
   write_file(place / "experiment.md", text);
   const auto figures = plots::all(folder);

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/named_file.hpp"
 #include "study/case_run.hpp"
 
 namespace CLI {
@@ -63,6 +64,8 @@ class Options {
              const char* what = "override a key, KEY=VALUE; may be repeated");
   Option output(std::string& folder, const char* what);
   Option accuracy(std::string& level);
+  /// Of verbs that read a study.
+  Option allow_outside(Reach& reach);
   Option threads(int& count);
   /// What may be written.
   Option limit_output(double& gigabytes);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "cli/default_folder.hpp"
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
 #include "io/output_file.hpp"
@@ -28,27 +29,23 @@ void draw_curves(const std::vector<Verdict>& verdicts, const std::filesystem::pa
   std::vector<std::string> names;
   for (const auto& c : curves)
     if (std::ranges::find(names, c.figure) == names.end()) names.push_back(c.figure);
-  const char* colours[] = {"#0b3c8c", "#c8500a", "#000000", "#2a7a3a", "#8a2a8a", "#777777"};
+  constexpr plots::Word colours[] = {"#0b3c8c", "#c8500a", "#000000", "#2a7a3a", "#8a2a8a", "#777777"};
   for (const auto& name : names) {
-    plots::Figure figure;
-    figure.name = name;
-    figure.source = "verification.json";
-    figure.height_cm = 12;
-    std::string plot = "plot ";
+    plots::Figure figure{.name = name, .height_cm = 12, .source = "verification.json"};
+    plots::Script plot;
     for (const auto& c : curves) {
       if (c.figure != name) continue;
-      figure.script =
-          fmt::format("set logscale xy\nset format '10^{{%T}}'\nset xlabel \"{}\"\nset ylabel \"{}\"\n",
-                      c.x_label, c.y_label);
       const auto index = figure.blocks.size();
-      auto block = "# " + c.title + "\n";
-      for (std::size_t i = 0; i < c.x.size(); ++i) block += fmt::format("{} {}\n", c.x[i], c.y[i]);
-      figure.blocks.push_back(block);
-      plot += fmt::format(
-          "{}'DATA' index {} using 1:2 with linespoints lw 1.4 dt {} pt {} lc rgb '{}' title \"{}\"",
-          index ? ", " : "", index, 1 + index % 3, 4 + index, colours[index % 6], c.title);
+      if (index == 0)
+        figure.script.add("set logscale xy\nset format '10^{{%T}}'\nset xlabel {}\nset ylabel {}\n",
+                          c.x_label, c.y_label);
+      auto& block = figure.blocks.emplace_back(c.title);
+      for (std::size_t i = 0; i < c.x.size(); ++i) block.row({c.x[i], c.y[i]});
+      plot.add("{}DATA index {} using 1:2 with linespoints lw 1.4 dt {} pt {} lc rgb '{}' title {}",
+               index ? plots::Word(", ") : plots::Word("plot "), index, 1 + index % 3, 4 + index,
+               colours[index % std::size(colours)], c.title);
     }
-    figure.script += "set key outside top center horizontal\n" + plot + "\n";
+    figure.script.add("set key outside top center horizontal\n{}\n", plot);
     plots::draw(figure, folder);
   }
 }
@@ -89,9 +86,8 @@ int verify(const VerifyRequest& request) {
   const bool all = std::ranges::all_of(verdicts, &Verdict::holds);
   fmt::print("\n{} of {} claims hold{}\n", holding, claims, all ? "" : "; those that fail say why above");
 
-  const std::filesystem::path folder = !request.document.empty() ? request.document
-                                       : request.output.empty()  ? "out/verification"
-                                                                 : request.output;
+  const auto folder =
+      result_folder(!request.document.empty() ? request.document : request.output, "out/verification");
   make_folder(folder);
   auto origin = provenance();
   origin["scene_file"] = "verification";

@@ -34,7 +34,8 @@ void Snapshot::write(const std::filesystem::path& file) const {
   auto copy = *this;
   fields(m, copy);
   try {
-    write_sealed(file, "snapshot", format_version, bytes);
+    write_sealed(real_folder(std::filesystem::absolute(file).parent_path()) / file.filename(), "snapshot",
+                 format_version, bytes);
   } catch (const OutputError& e) {
     throw SnapshotError(e.what());
   }

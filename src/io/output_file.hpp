@@ -1,15 +1,20 @@
 // A file that is written whole or not at all: it grows beside its place as NAME.partial and is renamed when
 // it is complete. A file that is never committed leaves nothing behind.
+//
+// Nothing is written through a symbolic link, whoever planted it: the folder of a file is opened from its first
+// component on and none of them may be a link; a link in the place of the file itself is replaced, not followed. The
+// folder that the user names may be reached by links: real_folder() follows them, once, before anything is written.
 #pragma once
-
-#include <fmt/format.h>
 
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 #include <vector>
+
+#include "io/descriptor.hpp"
 
 namespace freeplay {
 
@@ -18,8 +23,22 @@ struct OutputError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Makes a folder and its parents, or throws OutputError.
+/// Where a folder that the user names really is, links on the way to it followed; it need not exist. Below the working
+/// folder it is told from there.
+std::filesystem::path real_folder(const std::filesystem::path& named);
+
+/// Makes a folder and its parents, none of which may be a symbolic link, or throws OutputError.
 void make_folder(const std::filesystem::path& folder);
+
+/// Removes a file (a link, not what it points at), where there is one.
+void remove_file(const std::filesystem::path& path);
+
+/// Throws OutputError unless there is nothing of that name, or a regular file that has no other name: what a library that
+/// opens files by itself may write.
+void require_own(const std::filesystem::path& path);
+
+/// Moves a finished file into another folder, in the place of one of that name.
+void move_file(const std::filesystem::path& from, const std::filesystem::path& to, const std::string& name);
 
 class OutputFile {
  public:
@@ -48,10 +67,13 @@ class OutputFile {
 
  private:
   void flush();
+  void open_partial(int flags);
   [[noreturn]] void fail(const char* what) const;
   [[noreturn]] void refuse(double x);
 
-  std::filesystem::path path_, partial_;
+  std::filesystem::path path_;
+  Descriptor folder_;
+  std::string name_, partial_;  // in the folder
   std::FILE* file_ = nullptr;
   std::vector<char> buffer_;
   std::size_t used_ = 0;

@@ -258,6 +258,7 @@ Result run_scene(const Scene& scene, const RunPlan& plan) {
 
 void remove_figures_of_forces(const std::filesystem::path& folder) {
   std::error_code ignored;
+  if (std::filesystem::is_symlink(std::filesystem::symlink_status(folder / "figures", ignored))) return;
   std::vector<std::filesystem::path> stale;
   for (const auto& entry : std::filesystem::directory_iterator(folder / "figures", ignored)) {
     const auto name = entry.path().filename().string();

@@ -6,6 +6,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "io/input_file.hpp"
+#include "io/output_file.hpp"
 #include "io/recorded_run.hpp"
 #include "io/section.hpp"
 #include "io/write_scene.hpp"
@@ -35,9 +37,9 @@ nlohmann::json lines(const std::string& text) {
 }
 
 /// And back.
-std::string text(const nlohmann::json& lines) {
+std::string joined(const std::vector<std::string>& lines) {
   std::string all;
-  for (const auto& line : lines) all += line.get<std::string>() + '\n';
+  for (const auto& line : lines) all += line + '\n';
   return all;
 }
 
@@ -191,29 +193,29 @@ RecordedRun read_run(const std::filesystem::path& file) {
   const auto bad = [&](const std::string& why) {
     return SceneError(fmt::format("{}: {}", file.string(), why));
   };
-  const auto document = nlohmann::json::parse(read_text(file), nullptr, false);
-  if (document.is_discarded()) throw bad("is damaged: it is no JSON");
+  const JsonFile json(file);
+  if (json.find("provenance") && !json.find("provenance.identity"))
+    throw bad("does not hold the identity of a run: an earlier freeplay made it; run its scene anew");
+  const auto part = [&](const char* name) {
+    return joined(json.texts(fmt::format("provenance.identity.{}", name)));
+  };
+  RecordedRun run;
+  run.identity = {part("scene"), part("formulation"), part("given"), part("program")};
+  if (run.identity.digest() != json.text("provenance.identity.digest"))
+    throw bad("is damaged: its identity and the hash of it do not fit");
+  if (run.identity.formulation.empty()) throw bad("is not of a single run; give the run.json of one");
+  const Origin origin{json.text("provenance.scene_file"), json.text("provenance.scene"),
+                      json.texts("provenance.overrides"), !json.find("provenance.format_note")};
   try {
-    const auto& p = document.at("provenance");
-    if (!p.contains("identity"))
-      throw bad("does not hold the identity of a run: an earlier freeplay made it; run its scene anew");
-    const auto& i = p.at("identity");
-    RecordedRun run;
-    run.identity = {text(i.at("scene")), text(i.at("formulation")), text(i.at("given")),
-                    text(i.at("program"))};
-    if (run.identity.digest() != i.at("digest").get<std::string>())
-      throw bad("is damaged: its identity and the hash of it do not fit");
-    if (run.identity.formulation.empty()) throw bad("is not of a single run; give the run.json of one");
-    run.setup = setup_of(run.identity,
-                         {p.at("scene_file").get<std::string>(), p.at("scene").get<std::string>(),
-                          p.at("overrides").get<std::vector<std::string>>(), !p.contains("format_note")});
-    return run;
-  } catch (const nlohmann::json::exception&) {
-    throw bad("is damaged: what says how to repeat the run is missing, or is of another kind");
+    run.setup = setup_of(run.identity, origin);
   } catch (const SceneError& e) {
-    if (std::string_view(e.what()).starts_with(file.string() + ": ")) throw;
     throw bad(fmt::format("cannot be repeated: {}", e.what()));
   }
+  return run;
+}
+
+void write_json(const std::filesystem::path& path, const nlohmann::json& document) {
+  write_file(path, document.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace freeplay

@@ -1,6 +1,7 @@
 // run.json: what a run amounts to, and where it came from.
 #pragma once
 
+#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
@@ -24,5 +25,8 @@ nlohmann::json provenance();
 
 /// What a scene that states no format is told; "" of one that does.
 std::string format_note(const Scene& scene);
+
+/// Writes a document as a file; in texts, bytes that are no UTF-8 are replaced.
+void write_json(const std::filesystem::path& path, const nlohmann::json& document);
 
 }  // namespace freeplay

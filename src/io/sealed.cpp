@@ -4,12 +4,12 @@
 
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <string_view>
 
 #include "io/digest.hpp"
+#include "io/input_file.hpp"
 #include "io/output_file.hpp"
+#include "model/error.hpp"
 #include "values/snapshot.hpp"
 
 namespace freeplay {
@@ -34,11 +34,12 @@ std::vector<std::byte> read_sealed(const std::filesystem::path& file, const std:
   const auto refuse = [&](const std::string& why) {
     throw SnapshotError(fmt::format("{}: {}", file.string(), why));
   };
-  std::error_code error;
-  if (!std::filesystem::exists(file, error)) refuse("no such file");
-  if (!std::filesystem::is_regular_file(file, error)) refuse(fmt::format("is no {} of freeplay", kind));
-  std::ifstream in(file, std::ios::binary);
-  const std::string all{std::istreambuf_iterator<char>(in), {}};
+  std::string all;
+  try {
+    all = read_file(file, most_of_a_result);
+  } catch (const SceneError& e) {
+    throw SnapshotError(e.what());
+  }
   const auto end = all.find('\n');
   const auto head = fmt::format("freeplay {} ", kind);
   if (end == all.npos || !all.starts_with(head)) refuse(fmt::format("is no {} of freeplay", kind));

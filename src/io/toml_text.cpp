@@ -3,10 +3,9 @@
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
-#include <iterator>
 #include <string_view>
 
+#include "io/input_file.hpp"
 #include "io/section.hpp"
 
 namespace freeplay {
@@ -164,15 +163,6 @@ toml::table parse_toml(const std::string& text, const std::string& name) {
   }
 }
 
-std::string read_text(const std::filesystem::path& file) {
-  std::error_code error;
-  if (!std::filesystem::exists(file, error)) throw SceneError(fmt::format("{}: no such file", file.string()));
-  if (!std::filesystem::is_regular_file(file, error))
-    throw SceneError(fmt::format("{}: is not a file", file.string()));
-  std::ifstream in(file, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (!in) throw SceneError(fmt::format("{}: cannot be read", file.string()));
-  return text;
-}
+std::string read_text(const std::filesystem::path& file) { return read_file(file, most_of_a_text); }
 
 }  // namespace freeplay

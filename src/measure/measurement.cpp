@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <numbers>
 #include <sstream>
 #include <string>
 
 #include "measure/turns.hpp"
+#include "io/input_file.hpp"
 #include "model/error.hpp"
 
 namespace freeplay {
@@ -52,12 +52,9 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
     throw SceneError(line > 0 ? fmt::format("{}:{}: {}", file.string(), line, what)
                               : fmt::format("{}: {}", file.string(), what));
   };
-  std::ifstream in(file);
-  if (!in) fail(0, "cannot be read");
+  LineReader in(file);
   std::string line;
-  long number = 1;
-  if (!std::getline(in, line))
-    fail(0, "is empty; a header with t or crank_angle, and acceleration, was expected");
+  if (!in.next(line)) fail(0, "is empty; a header with t or crank_angle, and acceleration, was expected");
   const auto names = fields(line);
   const auto place = [&](const char* name) {
     const auto it = std::ranges::find(names, name);
@@ -75,8 +72,8 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
   std::vector<long> lines;
   double squares = 0, wraps = 0, last = 0, digit = INFINITY;
   int sense = 0;  // of angles: whether they grow or fall from line to line
-  while (std::getline(in, line)) {
-    ++number;
+  while (in.next(line)) {
+    const long number = in.number();
     if (trimmed(line).empty() || line[0] == '#') continue;
     const auto list = fields(line);
     if (list.size() != names.size())

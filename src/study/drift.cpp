@@ -64,8 +64,7 @@ std::vector<DriftRun> measure_drift(const Scene& scene, const StopToken& stop,
   }
   make_folder(folder);
   write_file(folder / "drift.csv", rows);
-  write_file(folder / "drift.json",
-             nlohmann::json{{"runs", summary}, {"provenance", provenance(scene)}}.dump(2) + "\n");
+  write_json(folder / "drift.json", {{"runs", summary}, {"provenance", provenance(scene)}});
   return runs;
 }
 

@@ -45,7 +45,7 @@ std::string study_text(const Study& study) {
   std::map<std::filesystem::path, std::string> files;
   files[study.scene] = digest(to_toml(*open_scene(study.scene)));
   for (const auto& v : study.variants) files[v.scene] = digest(to_toml(*open_scene(v.scene)));
-  if (!study.fit.empty()) files[study.fit] = digest(study_text(read_study(study.fit)));
+  if (!study.fit.empty()) files[study.fit] = digest(study_text(read_study(study.fit, study.reach)));
   if (study.calibration)
     for (const auto& t : study.calibration->targets)
       if (!t.data.empty()) files[t.data] = digest(read_text(t.data));

@@ -103,6 +103,7 @@ void Results::execute(const std::string& sql) const {
 
 Results::Results(const std::filesystem::path& file, const Study& study)
     : file_(file), axes_(study.axes.size()) {
+  for (const char* part : {"", "-wal", "-shm", "-journal"}) require_own(file.string() + part);
   if (sqlite3_open(file.c_str(), &db_) != SQLITE_OK) fail("cannot be opened");
   sqlite3_busy_timeout(db_, 60000);
   // A user's query, however long, does not hold up the runs; a stop at any moment loses unstored runs only.

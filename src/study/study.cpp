@@ -50,7 +50,19 @@ Axis read_axis(const std::string& name, Section& s) {
   return a;
 }
 
-Calibration read_calibration(Section s, const std::filesystem::path& folder) {
+/// The file that a key names from the study's folder.
+std::filesystem::path named_file(Section& s, const char* key, const Study& study) {
+  const auto folder = study.file.parent_path();
+  const auto name = s.text(key);
+  const auto file = folder / name;
+  if (study.reach == Reach::beside && !lies_below(file, folder))
+    s.fail(key, fmt::format(
+                    "\"{}\" does not lie beside the study or below; move it there, or pass --allow-outside",
+                    name));
+  return file;
+}
+
+Calibration read_calibration(Section s, const Study& study) {
   Calibration c;
   c.formulation = families[s.choice("formulation", family_names(), 1)].text;
   c.points = static_cast<int>(s.number("points", count, c.points));
@@ -83,7 +95,7 @@ Calibration read_calibration(Section s, const std::filesystem::path& folder) {
     if (t.has("value"))
       x.value = t.number("value", any_number);
     else
-      x.data = folder / t.text("data");
+      x.data = named_file(t, "data", study);
     x.tolerance = t.number("tolerance", positive, 0.1);
     t.done("a target");
     c.targets.push_back(x);
@@ -179,8 +191,9 @@ SceneError in_study(const Study& study, const SceneError& error) {
   }
 }
 
-Study read_study(const std::filesystem::path& file) {
+Study read_study(const std::filesystem::path& file, Reach reach) {
   Study study;
+  study.reach = reach;
   study.file = file;
   study.text = read_text(file);
   const SceneSource source{.name = file.string()};
@@ -188,10 +201,9 @@ Study read_study(const std::filesystem::path& file) {
   refuse_unknown_keys(document, "study", source);
   Section root(document, "", "study", source);
   study.title = root.text("title", "");
-  const auto folder = file.parent_path();
-  study.scene = folder / root.text("scene");
+  study.scene = named_file(root, "scene", study);
   study.claims = root.text("claims", "");
-  if (root.has("fit")) study.fit = folder / root.text("fit");
+  if (root.has("fit")) study.fit = named_file(root, "fit", study);
   const auto both = formulations(root, family_names());
   study.revolutions = root.number("revolutions", one_or_more, 50);
   study.starts = static_cast<int>(root.number("starts", count, 8));
@@ -207,7 +219,7 @@ Study read_study(const std::filesystem::path& file) {
   for (auto& [name, s] : root.children("variants")) {
     Variant v{name,         s.text("title", name), study.scene, {}, formulations(s, both),
               study.starts, study.revolutions};
-    if (s.has("scene")) v.scene = folder / s.text("scene");
+    if (s.has("scene")) v.scene = named_file(s, "scene", study);
     if (s.has("set")) v.overrides = s.names("set");
     v.starts = static_cast<int>(s.number("starts", count, v.starts));
     v.revolutions = s.number("revolutions", one_or_more, v.revolutions);
@@ -221,7 +233,7 @@ Study read_study(const std::filesystem::path& file) {
   }
   if (study.variants.empty())
     study.variants.push_back({"given", "as given", study.scene, {}, both, study.starts, study.revolutions});
-  if (root.has("calibrate")) study.calibration = read_calibration(root.child("calibrate"), folder);
+  if (root.has("calibrate")) study.calibration = read_calibration(root.child("calibrate"), study);
   root.done("a study");
   double runs = 0;
   for (const auto& v : study.variants) runs += v.starts * static_cast<double>(v.formulations.size());

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "model/error.hpp"
+#include "io/named_file.hpp"
 #include "study/perturb.hpp"
 
 namespace freeplay {
@@ -59,6 +60,7 @@ struct Calibration {
 
 struct Study {
   std::filesystem::path file;
+  Reach reach = Reach::anywhere;  ///< what it may name
   std::string text, title;
   std::filesystem::path scene;
   std::filesystem::path fit;  ///< study whose calibration adds the variant "calibrated"; may be empty
@@ -82,7 +84,7 @@ std::string settings_text(Study study);
 /// An error of a key of the scene that the study itself sets, at the place in the study that sets it; others as they are.
 SceneError in_study(const Study& study, const SceneError& error);
 
-/// Throws SceneError.
-Study read_study(const std::filesystem::path& file);
+/// Throws SceneError, also for a file that it names beyond its `reach`.
+Study read_study(const std::filesystem::path& file, Reach reach = Reach::anywhere);
 
 }  // namespace freeplay

@@ -770,7 +770,7 @@ TEST_CASE("snapshots: what does not belong is refused, and nothing is touched", 
                "is a snapshot of version 2; this program reads version 1");
   read_refused("freeplay checkpoint 1 " + whole.substr(version.size()), "is no snapshot of freeplay");
   read_refused("t,x,y\n0,0,0\n", "is no snapshot of freeplay");
-  CHECK_THROWS_WITH(Snapshot::read(folder.path()), Contains("is no snapshot of freeplay"));
+  CHECK_THROWS_WITH(Snapshot::read(folder.path()), Contains("is a folder, not a file"));
   CHECK_THROWS_WITH(Snapshot::read(folder.path() / "none"), Contains("none"));
 
   CHECK((bits_of(simulation.run()) == rest));

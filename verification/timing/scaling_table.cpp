@@ -20,9 +20,9 @@ int main(int count, char** arguments) {
   const std::pair<LcpSolver, const char*> solvers[] = {{LcpSolver::gauss_seidel, "gauss-seidel"},
                                                        {LcpSolver::lemke, "lemke"},
                                                        {LcpSolver::automatic, "automatic"}};
-  std::string blocks[3];
-  for (int s = 0; s < 3; ++s)
-    blocks[s] = fmt::format("# {}: loose joints, microseconds per step\n", solvers[s].second);
+  std::vector<plots::Block> blocks;
+  for (const auto& solver : solvers)
+    blocks.emplace_back(fmt::format("{}: loose joints, microseconds per step", solver.second));
   for (int joints = 1; joints <= 64; joints *= 2)
     for (int s = 0; s < 3; ++s) {
       auto scene = test::row_of_four_bars(joints, 1e-3);
@@ -43,20 +43,17 @@ int main(int count, char** arguments) {
                       double(run.work.pivots) / double(std::max(1L, run.work.lcp_solves)), lasting);
       csv << line << "\n";
       fmt::print("{}  {}\n", line, run.ending.reason);
-      blocks[s] += fmt::format("{} {}\n", joints, us);
+      blocks[s].row({static_cast<double>(joints), us});
     }
   csv.close();
   auto origin = provenance(test::row_of_four_bars(1, 1e-3));
   origin["scene_file"] = "row of four-bars (A02)";
   std::ofstream(folder / "scaling.json") << nlohmann::json{{"provenance", origin}};
-  plots::Figure f;
-  f.name = "scaling";
-  f.source = "scaling.json";
-  for (const auto& b : blocks) f.blocks.push_back(b);
-  f.script =
+  plots::Figure f{.name = "scaling", .blocks = blocks, .source = "scaling.json"};
+  f.script.add(
       "set logscale xy\nset xlabel 'Loose joints'\nset ylabel 'CPU time per step (µs)'\nset key top left\n"
-      "plot 'DATA' index 0 using 1:2 with linespoints ls 1 title 'Gauss-Seidel', '' index 1 using 1:2 with "
+      "plot DATA index 0 using 1:2 with linespoints ls 1 title 'Gauss-Seidel', '' index 1 using 1:2 with "
       "linespoints ls 2 title 'Lemke', '' index 2 using 1:2 with linespoints ls 3 title 'automatic', "
-      "[1:64] 4*x with lines ls 4 title 'linear'\n";
+      "[1:64] 4*x with lines ls 4 title 'linear'\n");
   fmt::print("{}\n", plots::draw(f, folder).string());
 }

@@ -109,7 +109,7 @@ TEST_CASE("tradeoff: finer settings cost more and miss less, statistics have the
                          "[variants.loose]\nset = [\"run.revolutions=0.04\", \"run.discard=0\", "
                          "\"penalty.contact=exact\"]\n",
                          test::source_folder().string()));
-  const auto o = test::freeplay("tradeoff " + place + "/study.toml --repeats 1 -o " + place +
+  const auto o = test::freeplay("tradeoff " + place + "/study.toml --allow-outside --repeats 1 -o " + place +
                                 "/out --document " + place + "/doc");
   CAPTURE(o.err);
   REQUIRE(o.status == 0);
@@ -174,7 +174,8 @@ TEST_CASE("validate a study: calibration, matrix, verdicts, figures, and again w
                              {"points = 80", "points = 20"},
                              {"starts = 8", "starts = 2"},
                              {"starts = 3", "starts = 1"}});
-  const auto command = "validate " + place + "/study.toml -o " + place + "/out --document " + place + "/doc";
+  const auto command =
+      "validate " + place + "/study.toml --allow-outside -o " + place + "/out --document " + place + "/doc";
   const auto o = test::freeplay(command);
   CAPTURE(o.err);
   REQUIRE(o.status <= 1);  // two turns need not bear out any finding
@@ -191,7 +192,8 @@ TEST_CASE("validate a study: calibration, matrix, verdicts, figures, and again w
   REQUIRE(test::freeplay(command).status == o.status);
   CHECK(json_of(folder.path() / "out/experiment.json")["verdicts"] == first["verdicts"]);
   // Of two turns runs may well contradict a fit: then the command says so, and ends accordingly.
-  const auto again = test::freeplay("calibrate " + place + "/calibrate.toml -o " + place + "/out");
+  const auto again =
+      test::freeplay("calibrate " + place + "/calibrate.toml --allow-outside -o " + place + "/out");
   bool contradicted = false;
   for (const auto& target : json_of(folder.path() / "out/calibration.json")["fitted_to_all"]["fitted"])
     contradicted = contradicted || target["contradicted_by_runs"].get<bool>();

@@ -1,0 +1,57 @@
+#include "cli/terminal.hpp"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+
+#include "io/visible.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+/// What a stream of the C library writes through.
+struct Guard {
+  int descriptor;
+  VisibleStream visible{"\n\t"};
+};
+
+bool write_all(int descriptor, const std::string& text) {
+  for (std::size_t done = 0; done < text.size();) {
+    const auto count = write(descriptor, text.data() + done, text.size() - done);
+    if (count < 0 && errno != EINTR) return false;
+    if (count > 0) done += static_cast<std::size_t>(count);
+  }
+  return true;
+}
+
+/// All of it or, by the rule of such functions, 0.
+ssize_t write_guarded(void* guard, const char* text, std::size_t size) {
+  auto& g = *static_cast<Guard*>(guard);
+  return write_all(g.descriptor, g.visible.pass({text, size})) ? static_cast<ssize_t>(size) : 0;
+}
+
+/// Null where there is no memory for one.
+std::FILE* guarded(Guard& guard, int buffering) {
+  std::FILE* stream = fopencookie(&guard, "w", {nullptr, write_guarded, nullptr, nullptr});
+  if (stream) std::setvbuf(stream, nullptr, buffering, BUFSIZ);
+  return stream;
+}
+
+}  // namespace
+
+void guard_terminal() {
+  // Never destroyed: streams are flushed behind all destructors.
+  static auto& out = *new Guard{1};
+  static auto& err = *new Guard{2};
+  std::fflush(stdout);
+  if (auto* stream = guarded(out, isatty(1) ? _IOLBF : _IOFBF)) stdout = stream;
+  if (auto* stream = guarded(err, _IOLBF)) stderr = stream;
+}
+
+void redraw(const std::string& text) {
+  std::fflush(stderr);
+  write_all(2, text);
+}
+
+}  // namespace freeplay::cli
