@@ -12,6 +12,7 @@
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "io/open_scene.hpp"
+#include "io/result_set.hpp"
 #include "plots/figure.hpp"
 
 namespace freeplay::cli {
@@ -32,16 +33,18 @@ int compare(const CompareRequest& request) {
   const auto scene = open_scene(request.scene, overrides);
   const std::filesystem::path folder =
       request.output.empty() ? default_folder(request.scene, "") : std::filesystem::path(request.output);
+  ResultSet set(folder, "compare");
   Progress progress;
   CompareSetup setup;
   setup.matched = !request.as_given;
   setup.stop = request.stop;
   setup.on_progress = [&](const std::string& which, double done) { progress.show(which, done); };
-  const auto comparison = freeplay::compare(*scene, setup, folder);
+  const auto comparison = freeplay::compare(*scene, setup, set.place());
   progress.clear();
   int status = report(comparison.penalty);
   if (comparison.penalty.ending.status != Ending::Status::interrupted) status |= report(comparison.nonsmooth);
   if (request.stop()) return 1;
+  set.commit();
 
   if (const auto& assumed = comparison.penalty.assumed; !assumed.empty())
     fmt::print("{}", wrapped("start: " + assumed + "\n", 7));
