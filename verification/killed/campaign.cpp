@@ -199,7 +199,9 @@ set = ["run.revolutions=0.02", "run.discard=0"]
            "",
            false,
            false},
-          {"figures", {"figures"}, set(compare, "0.05"), "", false, true}};
+          {"figures", {"figures"}, set(compare, "0.05"), "", false, true},
+          {"laws", {"laws", rig}, {"laws", rig, "--mass", "2"}, "", false, false},
+          {"drift", set({"drift", rig}, "0.02"), set({"drift", rig}, "0.01"), "", false, false}};
 }
 
 }  // namespace freeplay::killed
