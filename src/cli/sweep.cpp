@@ -32,9 +32,10 @@ struct SweepRequest : Request {
 };
 
 /// Says which runs the study does not name, and removes them.
-int prune(const Study& study, const std::vector<PlannedRun>& planned, const std::filesystem::path& folder) {
+int prune(const Study& study, const std::vector<PlannedRun>& planned, const std::filesystem::path& folder,
+          const SweepRequest& request) {
   const FolderLock lock(folder, "sweep --prune");
-  Results results(folder / "sweep.db", study);
+  Results results(folder / "sweep.db", study, request.stop);
   std::vector<std::string> keys;
   for (const auto& run : planned) keys.push_back(run.key);
   const WorkList work(results.database(), lock, keys, WorkList::Earlier::kept);
@@ -61,10 +62,10 @@ int sweep(const SweepRequest& request) {
   }
   if (request.prune && !std::filesystem::exists(folder / "sweep.db"))
     throw SceneError(fmt::format("{}: has no sweep.db to remove runs from", folder.string()));
-  if (request.prune) return prune(study, planned, folder);
+  if (request.prune) return prune(study, planned, folder, request);
   make_folder(folder);
   const FolderLock lock(folder, "sweep", FolderLock::Use::together);
-  Results results(folder / "sweep.db", study);
+  Results results(folder / "sweep.db", study, request.stop);
   Progress progress;
   const auto summary = freeplay::sweep(
       study, planned, request.conduct(), results, lock, request.threads, [&](const SweepProgress& p) {

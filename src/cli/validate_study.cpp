@@ -85,7 +85,7 @@ int validate_study(const ValidateRequest& request) {
     planned = plan(study, request.conduct());
     write_file(set.place() / "calibration.json", to_json(*fitted, *fit, origin_of_fit).dump(1) + "\n");
   }
-  Results results(folder / "sweep.db", study);
+  Results results(folder / "sweep.db", study, request.stop);
   const auto summary =
       sweep(study, planned, request.conduct(), results, set.lock(), all_cores, show("matrix"));
   progress.clear();

@@ -95,8 +95,8 @@ void RunSet::summarise(std::string_view text) {
 void RunSet::remove_older() { remove_run(folder_); }
 
 void RunSet::commit(bool later) {
+  if (!later) remove_checkpoint(folder_);  // before run.json: what has ended leaves none
   summary_.commit();
-  if (!later) remove_checkpoint(folder_);
 }
 
 void settle_run(const Path& folder) {
@@ -105,8 +105,8 @@ void settle_run(const Path& folder) {
   if (is_file(half(folder, file_names.front()))) remove_run(folder);
   for (const auto* name : file_names)
     if (is_file(half(folder, name))) put_in_place(folder, name);
-  put_in_place(folder, summary_name);
   if (*status != "interrupted") remove_checkpoint(folder);
+  put_in_place(folder, summary_name);
 }
 
 bool holds_finished_run(const Path& folder) {

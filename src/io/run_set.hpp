@@ -28,7 +28,7 @@ class RunSet {
   /// Writes run.json beside its place; the others have been handed over whole.
   void summarise(std::string_view text);
   void remove_older();
-  /// Puts run.json in its place, and removes the checkpoint unless the run goes on `later`.
+  /// Removes the checkpoint unless the run goes on `later`, and puts run.json in its place.
   void commit(bool later);
 
  private:

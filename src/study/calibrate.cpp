@@ -160,7 +160,7 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
   CalibrationResult result;
   result.measured = planned.measured;
   result.questions = planned.questions;
-  Results results(lock.folder() / "calibrate.db", study);
+  Results results(lock.folder() / "calibrate.db", study, conduct.stop);
   result.sweep = sweep(study, planned.runs, conduct, results, lock, threads, on_progress);
   if (result.sweep.interrupted) return result;
 

@@ -12,14 +12,14 @@
 namespace freeplay {
 namespace {
 
-constexpr int patience_ms =
-    60000;  // a transaction takes milliseconds; eight processes queue for less than a second
+// A transaction takes milliseconds; eight processes queue for less than a second.
+constexpr std::chrono::milliseconds between_tries(10), patience(60000);
 
 std::string reason(int code) {
   switch (code) {
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-      return fmt::format("another program has held it for {} s", patience_ms / 1000);
+      return "another program holds it";
     case SQLITE_FULL:
       return "the disk is full";
     case SQLITE_READONLY:
@@ -49,17 +49,21 @@ void Database::execute(const std::string& sql) const {
   if (sqlite3_exec(db_, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) fail();
 }
 
-Database::Database(const std::filesystem::path& file) : file_(file) {
+int Database::wait(void* self, int tries) {
+  if (static_cast<Database*>(self)->stop_() || tries * between_tries > patience) return 0;
+  std::this_thread::sleep_for(between_tries);
+  return 1;
+}
+
+Database::Database(const std::filesystem::path& file, StopToken stop) : file_(file), stop_(stop) {
   try {
     if (sqlite3_open(file.c_str(), &db_) != SQLITE_OK) fail();
-    sqlite3_busy_timeout(db_, patience_ms);
+    sqlite3_busy_handler(db_, wait, this);
     // A user's query, however long, does not hold up the runs; a stop at any moment loses unstored runs only. SQLite does
     // not wait by itself for another process that is just doing the same.
-    const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(patience_ms);
-    while (sqlite3_exec(db_, "PRAGMA journal_mode = WAL", nullptr, nullptr, nullptr) != SQLITE_OK) {
-      if (sqlite3_errcode(db_) != SQLITE_BUSY || std::chrono::steady_clock::now() > until) fail();
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+    for (int tries = 0;
+         sqlite3_exec(db_, "PRAGMA journal_mode = WAL", nullptr, nullptr, nullptr) != SQLITE_OK;)
+      if (sqlite3_errcode(db_) != SQLITE_BUSY || !wait(this, tries++)) fail();
     execute("PRAGMA foreign_keys = ON");
   } catch (...) {
     sqlite3_close(db_);

@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <string>
 
+#include "sim/stop.hpp"
+
 struct sqlite3;
 struct sqlite3_stmt;
 
@@ -11,8 +13,9 @@ namespace freeplay {
 
 class Database {
  public:
-  /// Opens or makes it; several processes may, at a time. Throws OutputError.
-  explicit Database(const std::filesystem::path& file);
+  /// Opens or makes it; several processes may, at a time. Where another program holds the file it is waited for, a minute at
+  /// most, or until `stop`. Throws OutputError.
+  explicit Database(const std::filesystem::path& file, StopToken stop = {});
   ~Database();
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
@@ -61,7 +64,11 @@ class Database {
  private:
   [[noreturn]] void fail() const;
 
+  /// SQLite asks it whether to try again, after `tries` of them.
+  static int wait(void* self, int tries);
+
   std::filesystem::path file_;
+  StopToken stop_;
   sqlite3* db_ = nullptr;
 };
 

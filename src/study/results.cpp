@@ -18,8 +18,8 @@ using Statement = Database::Statement;
 
 }  // namespace
 
-Results::Results(const std::filesystem::path& file, const Study& study)
-    : database_(file), axes_(study.axes.size()) {
+Results::Results(const std::filesystem::path& file, const Study& study, StopToken stop)
+    : database_(file, stop), axes_(study.axes.size()) {
   Database::Transaction whole(database_);  // two processes may open a new file at a time
   require_own_tables(study);
   WorkList::make_table(database_);

@@ -28,7 +28,7 @@ class Results {
  public:
   /// Opens or makes the file; `axes` are the names of its columns. Throws OutputError, also when the file
   /// holds another study's axes, or keys of another kind than run_key().
-  Results(const std::filesystem::path& file, const Study& study);
+  Results(const std::filesystem::path& file, const Study& study, StopToken stop = {});
 
   const Database& database() const { return database_; }
   /// Keys of the runs that are there.

@@ -41,7 +41,7 @@ TEST_CASE("killed while results are replaced, the older or the new ones are ther
   test::TemporaryFolder place;
   const auto list = verbs(place.path());
   // The last changes of names are those by which the new results take the place of the older.
-  for (const auto& [name, every] : {std::pair("run", 5), std::pair("compare", 17)}) {
+  for (const auto& [name, every] : {std::pair("run", 2), std::pair("compare", 29)}) {
     INFO(name);
     Campaign campaign(verb_called(list, name), place.path() / name);
     campaign.at_changes(3, every);
@@ -53,8 +53,9 @@ TEST_CASE("killed while results are replaced, the older or the new ones are ther
 // scripts/kill-test: as many as it is asked for.
 TEST_CASE("the campaign of kills", "[.campaign]") {
   const char* asked = std::getenv("FREEPLAY_KILLS");
+  if (!asked) return;  // tests that are left out by name take hidden ones in
   const char* seed = std::getenv("FREEPLAY_SEED");
-  const int kills = asked ? std::atoi(asked) : 300;
+  const int kills = std::atoi(asked);
   test::TemporaryFolder place;
   const auto list = verbs(place.path());
   fmt::print(

@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <thread>
@@ -177,6 +179,7 @@ TEST_CASE("sweeps share a study: each run once, and the same as by one", "[study
 
 // scripts/kill-test
 TEST_CASE("eight sweeps share a study of 64 runs", "[.campaign]") {
+  if (!std::getenv("FREEPLAY_KILLS")) return;
   Desk desk;
   desk.study_text =
       replaced(replaced(desk.study_text, "[0.5e-3]", "[0.25e-3, 0.5e-3]"), "starts = 2", "starts = 16");
@@ -222,6 +225,8 @@ TEST_CASE("one writer in a folder: the others are told who it is", "[program][fo
                                           "laws " + test::flores().string(),
                                           "sweep " + desk.study.string(),
                                           "validate " + desk.study.string(),
+                                          "tradeoff " + desk.study.string(),
+                                          "validate " + test::flores().string() + " --data none.csv",
                                           "extremes"};
   {
     const FolderLock lock(desk.out, "compare");
@@ -273,6 +278,25 @@ TEST_CASE("an interrupted run leaves the finished one that stands there, and can
           Ending::Status::finished);
   CHECK(killed::results_in(out) == killed::results_in(whole));
   CHECK(killed::leftovers_in(out).empty());
+}
+
+TEST_CASE("a database that another program holds is waited for until a stop", "[study][folders]") {
+  Desk desk;
+  const auto study = read_study(desk.study);
+  const auto file = desk.folder.path() / "sweep.db";
+  const Results holder(file, study);
+  const Database::Transaction held(holder.database());
+  std::atomic<bool> requested{false};
+  std::thread stop([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    requested = true;
+  });
+  const auto began = std::chrono::steady_clock::now();
+  CHECK_THROWS_WITH(Results(file, study, StopToken(requested)), Contains("another program holds it"));
+  const auto waited = std::chrono::steady_clock::now() - began;
+  stop.join();
+  CHECK(waited > std::chrono::milliseconds(150));
+  CHECK(waited < std::chrono::seconds(20));
 }
 
 TEST_CASE("a lock that is planted leads nowhere", "[folders]") {
