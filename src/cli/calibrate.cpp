@@ -14,6 +14,7 @@
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "io/output_file.hpp"
+#include "io/result_set.hpp"
 #include "io/run_json.hpp"
 #include "study/provenance.hpp"
 
@@ -46,10 +47,10 @@ nlohmann::json json_of(const Study& study, const Fit& f) {
 
 }  // namespace
 
-nlohmann::json to_json(const Study& study, const CalibrationResult& r) {
+nlohmann::json to_json(const Study& study, const CalibrationResult& r, const nlohmann::json& origin) {
   nlohmann::json j;
   const auto& c = *study.calibration;
-  j["provenance"] = provenance(study);
+  j["provenance"] = origin;
   for (std::size_t i = 0; i < c.targets.size(); ++i)
     j["targets"][c.targets[i].name] = {
         {"statistic", c.targets[i].statistic},        {"measured", r.measured[i]},
@@ -73,10 +74,18 @@ struct CalibrateRequest : Request {
 int calibrate(const CalibrateRequest& request) {
   const auto study = read_study(request.scene, request.reach);
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
+  const auto origin = provenance(study);  // reads every file that it names
+  auto plan = plan_calibration(study, request.conduct());
+  if (request.stop()) {
+    fmt::print("interrupted before anything was run\n");
+    return 1;
+  }
   make_folder(folder);
+  const FolderLock lock(folder, "calibrate");
+  settle_result_sets(folder);
   Progress progress;
-  const auto r =
-      freeplay::calibrate(study, request.conduct(), folder, request.threads, [&](const SweepProgress& p) {
+  const auto r = freeplay::calibrate(
+      std::move(plan), request.conduct(), lock, request.threads, [&](const SweepProgress& p) {
         progress.show(fmt::format("{} of {} runs, {:.0f} s left", p.done, p.total, p.seconds_left),
                       static_cast<double>(p.done) / static_cast<double>(p.total));
       });
@@ -117,7 +126,7 @@ int calibrate(const CalibrateRequest& request) {
   };
   fit(r.all, "Fitted to all");
   for (std::size_t i = 0; i < r.left_out.size(); ++i) fit(r.left_out[i], "Without " + c.targets[i].name);
-  write_json(folder / "calibration.json", to_json(study, r));
+  write_json(folder / "calibration.json", to_json(study, r, origin));
   fmt::print("\nresults in {}\n", folder.string());
   if (std::ranges::none_of(r.all.contradicted, std::identity{})) return 0;
   fmt::print(stderr, "{}",

@@ -10,6 +10,7 @@ struct CalibrationResult;
 
 namespace freeplay::cli {
 
-nlohmann::json to_json(const Study& study, const CalibrationResult& result);
+/// `origin`: provenance of the study.
+nlohmann::json to_json(const Study& study, const CalibrationResult& result, const nlohmann::json& origin);
 
 }  // namespace freeplay::cli

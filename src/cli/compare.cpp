@@ -12,6 +12,7 @@
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "io/open_scene.hpp"
+#include "io/result_set.hpp"
 #include "plots/figure.hpp"
 
 namespace freeplay::cli {
@@ -32,17 +33,19 @@ int compare(const CompareRequest& request) {
   if (request.forces) overrides.push_back("run.forces=true");
   const auto scene = open_scene(request.scene, overrides);
   const auto folder = result_folder(request.output, default_folder(request.scene, ""));
+  ResultSet set(folder, "compare");
   Progress progress;
   CompareSetup setup;
   setup.matched = !request.as_given;
   setup.stop = request.stop;
   setup.most_output = 1e9 * request.most_output;
   setup.on_progress = [&](const std::string& which, double done) { progress.show(which, done); };
-  const auto comparison = freeplay::compare(*scene, setup, folder);
+  const auto comparison = freeplay::compare(*scene, setup, set.place());
   progress.clear();
   int status = report(comparison.penalty);
   if (comparison.penalty.ending.status != Ending::Status::interrupted) status |= report(comparison.nonsmooth);
   if (request.stop()) return 1;
+  set.commit();
 
   if (const auto& assumed = comparison.penalty.assumed; !assumed.empty())
     fmt::print("{}", wrapped("start: " + assumed + "\n", 7));

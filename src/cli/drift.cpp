@@ -9,6 +9,7 @@
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
 #include "io/open_scene.hpp"
+#include "io/result_set.hpp"
 #include "plots/figure.hpp"
 
 namespace freeplay::cli {
@@ -23,11 +24,13 @@ struct DriftRequest : Request {
 int drift(const DriftRequest& request) {
   const auto scene = open_scene(request.scene, request.overrides);
   const auto folder = result_folder(request.output, default_folder(request.scene, "-drift"));
+  ResultSet set(folder, "drift");
   Progress progress;
-  const auto runs = measure_drift(*scene, request.stop, folder,
+  const auto runs = measure_drift(*scene, request.stop, set.place(),
                                   [&](const std::string& which, double done) { progress.show(which, done); });
   progress.clear();
   if (request.stop()) return 1;
+  set.commit();
   fmt::print("{:<12}{:>14}{:>14}{:>14}{:>12}{:>10}\n", "", "greatest m", "greatest rad", "closure J", "rhs",
              "CPU s");
   int status = 0;

@@ -11,6 +11,7 @@
 #include "cli/verb.hpp"
 #include "facade/simulation.hpp"
 #include "io/output_file.hpp"
+#include "io/result_set.hpp"
 #include "io/run_folder.hpp"
 #include "io/run_json.hpp"
 #include "plots/figure.hpp"
@@ -39,7 +40,7 @@ int extremes(const ExtremesRequest& request) {
   for (auto more : {baumgarte_cells(), special_cells()})
     for (auto& c : more) cells.push_back(std::move(c));
   const auto folder = result_folder(request.output, "out/extremes");
-  make_folder(folder);
+  ResultSet set(folder, "extremes");
   Progress progress;
   std::string csv = "axis,label,value,formulation,outcome,detail\n", axis;
   nlohmann::json list = nlohmann::json::array();
@@ -96,12 +97,13 @@ int extremes(const ExtremesRequest& request) {
   }
   auto origin = provenance();
   origin["scene_file"] = "extremes";
-  write_file(folder / "extremes.json",
+  write_file(set.place() / "extremes.json",
              nlohmann::json{{"provenance", origin}, {"cells", list}, {"limits", limits}}.dump(
                  1, ' ', false, nlohmann::json::error_handler_t::replace) +
                  "\n");
-  write_file(folder / "extremes.csv", csv);
-  write_file(folder / "limits.csv", limit_csv);
+  write_file(set.place() / "extremes.csv", csv);
+  write_file(set.place() / "limits.csv", limit_csv);
+  set.commit();
   fmt::print("\n{} cells: {} right, {} degraded and said so, {} refused; {} defects\nresults in {}\n",
              cells.size(), counts[0], counts[1], counts[2], defects, folder.string());
   const auto figures = plots::all(folder);
@@ -114,6 +116,7 @@ int extremes(const ExtremesRequest& request) {
     for (const auto& l : predicted_limits())
       text += fmt::format("- {}, {}: {:.3g} ({}).\n", l.axis, l.formulation, l.value, l.source);
     const auto place = real_folder(request.document);
+    const auto lock = lock_document(place, folder, "extremes");
     copy_figures(figures, place);
     write_file(place / "extremes.md", text);
   }

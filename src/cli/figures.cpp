@@ -5,6 +5,8 @@
 
 #include "cli/verb.hpp"
 #include "io/output_file.hpp"
+#include "io/result_set.hpp"
+#include "io/run_set.hpp"
 #include "model/error.hpp"
 #include "plots/figure.hpp"
 
@@ -17,7 +19,10 @@ struct FiguresRequest : Request {
 
 int figures(const FiguresRequest& request) {
   const auto folder = real_folder(request.folder);
-  if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": no such folder");
+  if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": is no folder");
+  const FolderLock lock(folder, "figures");
+  settle_result_sets(folder);
+  settle_run(folder);
   const auto made = plots::all(folder);
   if (made.empty())
     throw SceneError(request.folder +

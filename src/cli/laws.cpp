@@ -10,6 +10,7 @@
 #include "formulations/make.hpp"
 #include "io/open_scene.hpp"
 #include "io/output_file.hpp"
+#include "io/result_set.hpp"
 #include "io/run_json.hpp"
 #include "model/error.hpp"
 #include "model/laws.hpp"
@@ -48,7 +49,6 @@ std::string csv(const char* header, const std::vector<LawCurve>& curves) {
 /// laws.json (setting and provenance).
 void write_curves(const Scene& scene, const ImpactSetting& setting, const std::filesystem::path& folder) {
   const auto curves = law_curves(scene, setting);
-  make_folder(folder);
   write_file(folder / "impact_loops.csv", csv("law,delta,force\n", curves.impacts));
   write_file(folder / "delivered.csv", csv("law,requested,delivered\n", curves.delivered));
   write_file(folder / "friction.csv", csv("law,speed,coefficient\n", curves.friction));
@@ -65,7 +65,9 @@ int print_curves(const LawsRequest& request) {
   const auto folder = result_folder(request.output, "out/laws");
   if (!(request.mass > 0) || !(request.speed > 0))
     throw SceneError("--mass and --speed must be greater than 0");
-  write_curves(*scene, {request.mass, request.speed}, folder);
+  ResultSet set(folder, "laws");
+  write_curves(*scene, {request.mass, request.speed}, set.place());
+  set.commit();
   fmt::print("curves in {}\nfigures:\n", folder.string());
   for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
   return 0;

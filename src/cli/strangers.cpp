@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <chrono>
 
+#include "cli/document.hpp"
 #include "cli/progress.hpp"
+#include "io/folder_lock.hpp"
 #include "io/output_file.hpp"
 #include "verification/strangers/strangers.hpp"
 
@@ -16,6 +18,7 @@ int strangers(const StrangersRequest& request, const std::filesystem::path& fold
   using namespace verification::strangers;
   const auto seed = static_cast<std::uint64_t>(request.seed);
   make_folder(folder);
+  const FolderLock lock(folder, "extremes");
   const auto began = std::chrono::steady_clock::now();
   std::vector<Row> rows;
   if (request.only >= 0) {
@@ -53,7 +56,7 @@ int strangers(const StrangersRequest& request, const std::filesystem::path& fold
                request.count, seed, rows.size(), seconds, defects, folder.string());
     if (!request.document.empty()) {
       const auto place = real_folder(request.document);
-      make_folder(place);
+      const auto document = lock_document(place, folder, "extremes");
       write_file(place / "strangers.md", page_of(rows, seed, request.count, seconds));
     }
   }

@@ -10,7 +10,9 @@
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
+#include "io/folder_lock.hpp"
 #include "io/output_file.hpp"
+#include "model/error.hpp"
 #include "study/intervals.hpp"
 #include "study/sweep.hpp"
 
@@ -27,25 +29,59 @@ struct SweepRequest : Request {
   Reach reach = Reach::beside;
   std::string output;  ///< result folder
   int threads = 0;     ///< 0 for all cores
+  bool prune = false;  ///< remove what the study does not name, and run nothing
 };
+
+/// Says which runs the study does not name, and removes them.
+int prune(const Study& study, const std::vector<PlannedRun>& planned, const std::filesystem::path& folder,
+          const SweepRequest& request) {
+  const FolderLock lock(folder, "sweep --prune");
+  Results results(folder / "sweep.db", study, request.stop);
+  std::vector<std::string> keys;
+  for (const auto& run : planned) keys.push_back(run.key);
+  const WorkList work(results.database(), lock, keys, WorkList::Earlier::kept);
+  std::size_t all = 0;
+  for (const auto& [variant, formulation, count] : results.kept()) {
+    fmt::print("{}, {}: {} runs that the study does not name\n", variant, formulation, count);
+    all += count;
+  }
+  std::fflush(stdout);
+  results.prune();
+  fmt::print("{} removed from {}; {} of the study's {} are there\n", all, (folder / "sweep.db").string(),
+             work.found(), planned.size());
+  return 0;
+}
 
 int sweep(const SweepRequest& request) {
   const auto study = read_study(request.scene, request.reach);
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
+  const auto planned = plan(study, request.conduct());
+  if (request.stop()) {
+    fmt::print("interrupted before anything was run\n");
+    return 1;
+  }
+  if (request.prune && !std::filesystem::exists(folder / "sweep.db"))
+    throw SceneError(fmt::format("{}: has no sweep.db to remove runs from", folder.string()));
+  if (request.prune) return prune(study, planned, folder, request);
   make_folder(folder);
-  Results results(folder / "sweep.db", study);
+  const FolderLock lock(folder, "sweep", FolderLock::Use::together);
+  Results results(folder / "sweep.db", study, request.stop);
   Progress progress;
-  const auto summary =
-      freeplay::sweep(study, request.conduct(), results, request.threads, [&](const SweepProgress& p) {
+  const auto summary = freeplay::sweep(
+      study, planned, request.conduct(), results, lock, request.threads, [&](const SweepProgress& p) {
         progress.show(fmt::format("{} of {} runs, {} left", p.done, p.total, left(p.seconds_left)),
                       static_cast<double>(p.done) / static_cast<double>(p.total));
       });
   progress.clear();
-  fmt::print("{} runs: {} were there, {} made in {}, {} of them failed\n\n", summary.total, summary.found,
+  fmt::print("{} runs: {} were there, {} made in {}, {} of them failed\n", summary.total, summary.found,
              summary.ran, left(summary.wall_seconds), summary.failed);
-  if (summary.dropped > 0)
-    fmt::print("{} dropped: of an earlier form of the study, or made by another program\n\n",
-               summary.dropped);
+  if (summary.elsewhere > 0) fmt::print("{} made by other processes meanwhile\n", summary.elsewhere);
+  if (summary.kept > 0)
+    fmt::print("{}",
+               wrapped(fmt::format("{} more are kept: of an earlier form of the study, or made by another "
+                                   "program; with --prune they are removed\n",
+                                   summary.kept)));
+  fmt::print("\n");
   const auto runs = results.runs();
   if (!summary.interrupted) fmt::print("{}", sweep_table(study, runs));
   const auto doubtful = [](const RunRow& r) { return !r.doubt.empty(); };
@@ -68,6 +104,8 @@ void sweep_verb(Program& program) {
   options.output(request.output, "result folder; default out/NAME");
   options.allow_outside(request.reach);
   options.threads(request.threads);
+  options.flag("--prune", request.prune,
+               "say which runs are there that the study does not name, and remove them; run nothing");
 }
 
 }  // namespace freeplay::cli

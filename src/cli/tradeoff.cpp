@@ -14,6 +14,7 @@
 #include "facade/simulation.hpp"
 #include "io/open_scene.hpp"
 #include "io/output_file.hpp"
+#include "io/result_set.hpp"
 #include "io/run_json.hpp"
 #include "plots/figure.hpp"
 #include "study/provenance.hpp"
@@ -70,11 +71,15 @@ struct TradeoffRequest : Request {
 int tradeoff(const TradeoffRequest& request) {
   const auto study = read_study(request.scene, request.reach);
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
-  make_folder(folder);
+  std::vector<std::shared_ptr<const Scene>> scenes;  // all are read before anything is run
+  for (const auto& v : study.variants) scenes.push_back(open_scene(v.scene, v.overrides));
+  nlohmann::json document;
+  document["provenance"] = provenance(study);
+  document["provenance"]["scene_file"] = study.file.string();
+  ResultSet set(folder, "tradeoff");
   std::string csv =
       "scene,formulation,method,fineness,events,state,energy,statistics,rhs,cpu_s,cpu_least_s,cpu_greatest_"
       "s\n";
-  nlohmann::json document;
   std::string text = fmt::format(
       "# Speed against accuracy\n\nWritten by `freeplay tradeoff {}{} --document docs`. Errors: *events*, the "
       "greatest relative error of the\ntouches' times (over the time since the last), approach speeds and "
@@ -98,13 +103,11 @@ int tradeoff(const TradeoffRequest& request) {
       "sides on the paper's rig once touches are met at all, from the coarsest\ntolerance that meets them. "
       "Nonsmooth takes the automatic scheme: event-driven where events can be told one by one, which costs "
       "least for any error,\nand time stepping with chosen steps where they cannot, which does not stop.\n";
-  document["provenance"] = provenance(study);
-  document["provenance"]["scene_file"] = study.file.string();
   Progress progress;
-  for (const auto& v : study.variants) {
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    const auto& v = study.variants[i];
     const Sampling sampling{v.starts, v.revolutions, study.seed, study.perturbation};
-    const auto scene = open_scene(v.scene, v.overrides);
-    auto t = trade_off(*scene, request.conduct(), request.repeats, sampling,
+    auto t = trade_off(*scenes[i], request.conduct(), request.repeats, sampling,
                        [&](double done) { progress.show(v.name, done); });
     progress.clear();
     if (request.stop()) return 1;
@@ -121,11 +124,13 @@ int tradeoff(const TradeoffRequest& request) {
             m.setting.fineness, t.reference(m.setting.family).touches.empty() ? NAN : m.errors.events,
             m.errors.state, m.errors.energy, m.statistics, m.work.rhs, m.cpu, m.cpu_low, m.cpu_high);
   }
-  write_json(folder / "tradeoff.json", document);
-  write_file(folder / "tradeoff.csv", csv);
+  write_json(set.place() / "tradeoff.json", document);
+  write_file(set.place() / "tradeoff.csv", csv);
+  set.commit();
   const auto figures = plots::all(folder);
   if (!request.document.empty()) {
     const auto place = real_folder(request.document);
+    const auto lock = lock_document(place, folder, "tradeoff");
     for (const auto& figure : copy_figures(figures, place))
       text += fmt::format("\n![{0}](figures/{0})\n", figure);
     write_file(place / "tradeoff.md", text);

@@ -11,6 +11,7 @@
 #include "cli/wrapped.hpp"
 #include "io/open_scene.hpp"
 #include "io/output_file.hpp"
+#include "io/result_set.hpp"
 #include "io/run_json.hpp"
 #include "io/section.hpp"
 #include "plots/figure.hpp"
@@ -66,8 +67,8 @@ int validate_data(const ValidateRequest& request) {
   const auto folder = result_folder(request.output, default_folder(request.scene, "-validation"));
   auto with = request.conduct();
   if (request.as_given) with.matched = false;
+  ResultSet set(folder, "validate");
   const auto v = freeplay::validate(request.scene, request.overrides, request.data, with);
-  make_folder(folder);
   if (!v.question.empty()) fmt::print(stderr, "{}", wrapped("question: " + v.question + "\n", 10));
   fmt::print("{} turns of {} at {:.4g} Hz; ideal greatest {:.4g} m/s²\n{}\n\n{}", v.measured.peaks.size(),
              request.data, v.sampling, v.ideal_maximum,
@@ -85,13 +86,14 @@ int validate_data(const ValidateRequest& request) {
   document["provenance"] = provenance(*open_scene(request.scene, request.overrides));
   document["data"] = request.data;
   document["restitution"] = request.as_given ? "as-given" : "delivered";
-  write_json(folder / "validation.json", document);
+  write_json(set.place() / "validation.json", document);
   std::string csv = "crank_angle,measured,penalty,nonsmooth\n";
   if (status == 0)
     for (int i = 0; i < mean_bins; ++i)
       csv += fmt::format("{},{},{},{}\n", (i + 0.5) * 360 / mean_bins, v.measured.mean_turn[i],
                          v.models[0].mean_turn[i], v.models[1].mean_turn[i]);
-  write_file(folder / "overlay.csv", csv);
+  write_file(set.place() / "overlay.csv", csv);
+  set.commit();
   fmt::print("\nresults in {}\n", folder.string());
   if (status == 0) fmt::print("figures:\n  {}\n", plots::overlay.draw(folder).front().string());
   return status;

@@ -9,6 +9,7 @@
 #include "cli/progress.hpp"
 #include "cli/validate.hpp"
 #include "io/output_file.hpp"
+#include "io/result_set.hpp"
 #include "io/run_json.hpp"
 #include "model/error.hpp"
 #include "plots/figure.hpp"
@@ -43,11 +44,28 @@ int validate_study(const ValidateRequest& request) {
         fmt::format("{}: claims must be \"flores2011\" to be judged; for a measured file use "
                     "`freeplay validate SCENE --data FILE`",
                     request.scene));
+  if (study.axes.size() != 2)
+    throw SceneError(fmt::format(
+        "{}: axes: claims = \"flores2011\" are judged over two, of clearance and of speed", request.scene));
   if (!request.overrides.empty()) throw SceneError("validate: --set belongs to a scene with --data");
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
-  make_folder(folder);
+  // All that both studies ask for is known to be possible before anything is run or replaced.
+  auto planned = plan(study, request.conduct());
   nlohmann::json document;
   document["provenance"] = provenance(study);
+  std::optional<Study> fitted;
+  std::optional<CalibrationPlan> planned_fit;
+  nlohmann::json origin_of_fit;
+  if (!study.fit.empty()) {
+    fitted = read_study(study.fit, request.reach);
+    origin_of_fit = provenance(*fitted);
+    planned_fit = plan_calibration(*fitted, request.conduct());
+  }
+  if (request.stop()) {
+    fmt::print("interrupted before anything was run\n");
+    return 1;
+  }
+  ResultSet set(folder, "validate-study");
   Progress progress;
   const auto show = [&](const char* what) {
     return [&progress, what](const SweepProgress& p) {
@@ -55,21 +73,21 @@ int validate_study(const ValidateRequest& request) {
                     static_cast<double>(p.done) / static_cast<double>(p.total));
     };
   };
-  std::optional<Study> fitted;
   std::optional<CalibrationResult> fit;
-  if (!study.fit.empty()) {
-    fitted = read_study(study.fit, request.reach);
-    fit = calibrate(*fitted, request.conduct(), folder, all_cores, show("calibration"));
+  if (planned_fit) {
+    fit = calibrate(std::move(*planned_fit), request.conduct(), set.lock(), all_cores, show("calibration"));
     progress.clear();
     if (fit->sweep.interrupted) {
       fmt::print("interrupted; the same command carries on\n");
       return 1;
     }
     study.variants.push_back(calibrated_variant(study, *fitted, fit->all));
-    write_json(folder / "calibration.json", to_json(*fitted, *fit));
+    planned = plan(study, request.conduct());
+    write_json(set.place() / "calibration.json", to_json(*fitted, *fit, origin_of_fit));
   }
-  Results results(folder / "sweep.db", study);
-  const auto summary = sweep(study, request.conduct(), results, all_cores, show("matrix"));
+  Results results(folder / "sweep.db", study, request.stop);
+  const auto summary =
+      sweep(study, planned, request.conduct(), results, set.lock(), all_cores, show("matrix"));
   progress.clear();
   if (summary.interrupted) {
     fmt::print("interrupted; the same command carries on\n");
@@ -99,16 +117,21 @@ int validate_study(const ValidateRequest& request) {
       }
       fmt::print("\n");
     }
-  write_json(folder / "experiment.json", document);
-  write_tables(study, results, request.conduct(), folder);
+  write_json(set.place() / "experiment.json", document);
+  write_tables(study, results, request.conduct(), set.place());
   const auto text =
       verification::experiment_document(study, results, fitted ? &*fitted : nullptr, fit ? &*fit : nullptr,
                                         fmt::format("{} ({})", version, commit));
-  const auto place = request.document.empty() ? folder : real_folder(request.document);
-  make_folder(place);
-  write_file(place / "experiment.md", text);
+  const auto place = request.document.empty() ? std::filesystem::path() : real_folder(request.document);
+  if (place.empty()) write_file(set.place() / "experiment.md", text);
+  if (request.stop()) return 1;
+  set.commit();
   const auto figures = plots::all(folder);
-  if (place != folder) copy_figures(figures, place);
+  if (!place.empty()) {
+    const auto lock = lock_document(place, folder, "validate");
+    write_file(place / "experiment.md", text);
+    copy_figures(figures, place);
+  }
   fmt::print("{} runs, {} made in {:.0f} s; results in {}\n", summary.total, summary.ran,
              summary.wall_seconds, folder.string());
   return all ? 0 : 1;

@@ -21,6 +21,9 @@ class FileObserver : public Observer {
   void go_on() { file_.go_on_at(from_); }
   /// A checkpoint knows how to go on with it.
   void keep() { file_.keep(); }
+  std::string name() const { return file_.path().filename().string(); }
+  /// Hands all of it to the operating system.
+  void settle() { file_.settle(); }
   /// Puts the file in its place.
   void commit() { file_.commit(); }
   void save(MemoryWriter& m) override;

@@ -123,7 +123,8 @@ OutputEstimate estimate_output(const Scene& scene, const State& start) {
   if (!scene.instruments.empty()) estimate.files.push_back({"signals.csv", signals(scene)});
   // Batches of each contact's impacts, and the scene's own text.
   estimate.files.push_back(
-      {"run.json and run.checkpoint", row_of_run_json + 2 * scene.text.size() + 40e3 * system.contacts()});
+      {"run.json and run.checkpoint",
+       row_of_run_json + 2.0 * static_cast<double>(scene.text.size()) + 40e3 * system.contacts()});
   if (system.contacts() > 0) estimate.event_bytes = event_width;
   return estimate;
 }

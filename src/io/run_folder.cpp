@@ -1,13 +1,8 @@
 #include "io/run_folder.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-
 #include <array>
 #include <chrono>
 #include <nlohmann/json.hpp>
@@ -16,9 +11,11 @@
 #include "facade/companion.hpp"
 #include "facade/simulation.hpp"
 #include "io/csv.hpp"
+#include "io/folder_lock.hpp"
 #include "io/located.hpp"
 #include "io/recorded_run.hpp"
 #include "io/run_json.hpp"
+#include "io/run_set.hpp"
 #include "io/sealed.hpp"
 #include "sim/statistics.hpp"
 #include "sim/windows.hpp"
@@ -28,12 +25,7 @@
 namespace freeplay {
 namespace {
 
-constexpr const char* checkpoint_name = "run.checkpoint";
 constexpr int checkpoint_version = 3;
-/// What a run may leave in its folder.
-constexpr std::array file_names{"run.json",    "trajectory.csv", "events.csv",
-                                "signals.csv", "forces.csv",     checkpoint_name};
-
 class Progress final : public Observer {
  public:
   Progress(std::function<void(double)> show, double duration) : show_(std::move(show)), duration_(duration) {}
@@ -46,26 +38,6 @@ class Progress final : public Observer {
  private:
   std::function<void(double)> show_;
   double duration_, next_ = 0;
-};
-
-/// The right to write into a folder, which ends with the process. Nothing is left behind: the lock is the folder's.
-class FolderLock {
- public:
-  explicit FolderLock(const std::filesystem::path& folder)
-      : descriptor_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    if (descriptor_ >= 0 && flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-      close(descriptor_);
-      throw OutputError(fmt::format("{}: another freeplay is writing into this folder", folder.string()));
-    }
-  }
-  ~FolderLock() {
-    if (descriptor_ >= 0) close(descriptor_);
-  }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-
- private:
-  int descriptor_;
 };
 
 /// Columns of forces.csv are found by their names.
@@ -101,6 +73,11 @@ struct Recorders {
     if (events) list.push_back(&*events);
     if (signals) list.push_back(&*signals);
     if (forces) list.push_back(&*forces);
+    return list;
+  }
+  std::vector<std::string> names() {
+    std::vector<std::string> list;
+    for (auto* file : files()) list.push_back(file->name());
     return list;
   }
   template <class M>
@@ -206,15 +183,20 @@ Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) 
   const bool later =
       (plan.checkpoint > 0 || has_checkpoint(folder)) && result.ending.status == Ending::Status::interrupted;
   if (later && !checkpoints.cut()) write_checkpoint(simulation, plan, recorders);
-  for (auto* file : recorders.files()) file->commit();
+  if (result.ending.status == Ending::Status::interrupted && holds_finished_run(folder)) {
+    result.notes.emplace_back("interrupted: the finished run that stands in the folder stays there");
+    return result;  // what is to be gone on with stays beside it
+  }
+  for (auto* file : recorders.files()) file->settle();
   add_companion(simulation, plan, result);
   auto document = to_json(result);
   document["provenance"] = provenance(simulation.scene(), simulation.identity());
-  write_file(folder / "run.json",
-             document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
-  if (!later) std::filesystem::remove(folder / checkpoint_name);
-  // What was killed while it wrote has left its halves.
-  for (const auto* name : file_names) std::filesystem::remove(folder / (std::string(name) + ".partial"));
+  RunSet set(folder, recorders.names());
+  set.summarise(document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  for (auto* file : recorders.files()) file->keep();  // from here on the new run is what the folder holds
+  set.remove_older();
+  for (auto* file : recorders.files()) file->commit();
+  set.commit(later);
   return result;
 }
 
@@ -239,10 +221,9 @@ Result run_scene(const Scene& scene, const RunPlan& plan) {
     require_room(scene, estimate_output(scene, simulation.state()), plan.runs_alike, *plan.folder,
                  plan.most_output);
     make_folder(*plan.folder);
-    const FolderLock lock(*plan.folder);
-    // What an earlier run left here and this one will not write would be taken for its own.
-    for (const auto* name : file_names) std::filesystem::remove(*plan.folder / name);
-    remove_figures_of_forces(*plan.folder);
+    const FolderLock lock(*plan.folder, "run");
+    settle_run(*plan.folder);
+    std::filesystem::remove(*plan.folder / checkpoint_name);  // of a run that this one replaces
     Recorders recorders(simulation, *plan.folder, false);
     if (plan.checkpoint > 0) {
       for (auto* file : recorders.files()) file->begin(simulation.layout(), simulation.state());
@@ -256,30 +237,22 @@ Result run_scene(const Scene& scene, const RunPlan& plan) {
   }
 }
 
-void remove_figures_of_forces(const std::filesystem::path& folder) {
-  std::error_code ignored;
-  if (std::filesystem::is_symlink(std::filesystem::symlink_status(folder / "figures", ignored))) return;
-  std::vector<std::filesystem::path> stale;
-  for (const auto& entry : std::filesystem::directory_iterator(folder / "figures", ignored)) {
-    const auto name = entry.path().filename().string();
-    for (const auto* kind : {"reaction_", "bearing_load_", "drive_torque"})
-      if (name.starts_with(kind)) stale.push_back(entry.path());
-  }
-  for (const auto& path : stale) std::filesystem::remove(path, ignored);
-}
-
 bool has_checkpoint(const std::filesystem::path& folder) {
   std::error_code ignored;
   return std::filesystem::exists(folder / checkpoint_name, ignored);
 }
 
 Result resume_run(const std::filesystem::path& folder, const RunPlan& asked) {
+  if (!std::filesystem::is_directory(folder))
+    throw SnapshotError(
+        fmt::format("{}: has no {} to go on from; it is no folder", folder.string(), checkpoint_name));
+  const FolderLock lock(folder, "run --resume");
+  settle_run(folder);
   if (!has_checkpoint(folder))
     throw SnapshotError(fmt::format("{}: has no {} to go on from; {}", folder.string(), checkpoint_name,
                                     std::filesystem::exists(folder / "run.json")
                                         ? "its run has ended"
                                         : "give the folder of an interrupted run"));
-  const FolderLock lock(folder);
   const auto bytes = read_sealed(folder / checkpoint_name, "checkpoint", checkpoint_version);
   Checkpoint c;
   auto plan = asked;
@@ -302,8 +275,10 @@ Result resume_run(const std::filesystem::path& folder, const RunPlan& asked) {
     Recorders recorders(simulation, folder, true);
     MemoryReader of_recorders(c.recorders);
     of_recorders(recorders);
-    for (auto* file : recorders.files())
-      file->go_on();  // nothing is touched before all of it is known to fit
+    // Nothing is touched before all of it is known to fit. Without a half beside it a file in its place would be gone on
+    // with: that is right where this run was interrupted, and would spoil another that has ended.
+    if (holds_finished_run(folder)) require_halves(folder, recorders.names());
+    for (auto* file : recorders.files()) file->go_on();
     return drive(simulation, plan, recorders);
   } catch (const MemoryError& e) {
     throw refuse(e);

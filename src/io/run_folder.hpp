@@ -37,11 +37,9 @@ struct RunPlan {
   int runs_alike = 1;  ///< to be written there, this one counted
 };
 
-/// One run from start to end. Throws SceneError or OutputError; a numerical failure is in the result's ending.
+/// One run from start to end. A finished run that stands in the folder is replaced as a whole when this one has ended, and
+/// stays when this one is interrupted or killed. Throws SceneError or OutputError; a numerical failure is in the result's ending.
 Result run_scene(const Scene& scene, const RunPlan& plan);
-
-/// Removes what an earlier run or comparison drew of its forces.
-void remove_figures_of_forces(const std::filesystem::path& folder);
 
 /// Whether a folder holds the checkpoint of a run that has not ended.
 bool has_checkpoint(const std::filesystem::path& folder);

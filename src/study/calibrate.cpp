@@ -122,37 +122,46 @@ bool contradicts(const std::vector<double>& outcomes, double measured, double to
   return std::abs(std::log(measured) - mean) > std::hypot(normal * tolerance, one);
 }
 
-CalibrationResult calibrate(const Study& study, const Conduct& conduct, const std::filesystem::path& folder,
-                            int threads, const std::function<void(const SweepProgress&)>& on_progress) {
+CalibrationPlan plan_calibration(const Study& study, const Conduct& conduct) {
   if (!study.calibration) throw SceneError(fmt::format("{}: has no [calibrate]", study.file.string()));
-  auto c = *study.calibration;
+  const auto& c = *study.calibration;
   const auto n = static_cast<int>(c.unknowns.size());
   if (c.points < ResponseSurface::coefficients(n) + 2)
     throw SceneError(fmt::format("{}: calibrate.points must be at least {} for {} unknowns, is {}",
                                  study.file.string(), ResponseSurface::coefficients(n) + 2, n, c.points));
-  CalibrationResult result;
-  for (auto& target : c.targets) {
+  CalibrationPlan p{study, c.targets, {}, {}, space_filling(n, c.points), {}};
+  for (auto& target : p.targets) {
     const double value =
-        target.data.empty() ? target.value : measured_statistic(study, target, conduct, result.questions);
+        target.data.empty() ? target.value : measured_statistic(study, target, conduct, p.questions);
     if (!(value > 0))
       throw SceneError(
           fmt::format("{}: calibrate.targets.{}.value must be greater than 0: its logarithm is fitted",
                       study.file.string(), target.name));
-    result.measured.push_back(value);
+    p.measured.push_back(value);
   }
-
   // The space-filling set, run like any study.
-  const auto points = space_filling(n, c.points);
-  Study runs = study;
-  runs.axes.clear();
-  runs.variants.clear();
-  for (int p = 0; p < c.points; ++p)
-    for (const auto& target : c.targets)
-      runs.variants.push_back(variant_at(study, fmt::format("point {:03}", p), points.row(p).transpose(),
-                                         target, c.starts, c.revolutions));
-  Results results(folder / "calibrate.db", runs);
-  // Fits of an earlier run stay until they are asked for again: their runs are kept by name.
-  result.sweep = sweep(runs, conduct, results, threads, on_progress, true);
+  p.study.axes.clear();
+  p.study.variants.clear();
+  for (int k = 0; k < c.points; ++k)
+    for (const auto& target : p.targets)
+      p.study.variants.push_back(variant_at(study, fmt::format("point {:03}", k), p.points.row(k).transpose(),
+                                            target, c.starts, c.revolutions));
+  p.runs = plan(p.study, conduct);
+  return p;
+}
+
+CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, const FolderLock& lock,
+                            int threads, const std::function<void(const SweepProgress&)>& on_progress) {
+  auto& study = planned.study;
+  auto c = *study.calibration;
+  c.targets = planned.targets;
+  const auto& points = planned.points;
+  const auto n = static_cast<int>(c.unknowns.size());
+  CalibrationResult result;
+  result.measured = planned.measured;
+  result.questions = planned.questions;
+  Results results(lock.folder() / "calibrate.db", study, conduct.stop);
+  result.sweep = sweep(study, planned.runs, conduct, results, lock, threads, on_progress);
   if (result.sweep.interrupted) return result;
 
   std::vector<ResponseSurface> surfaces;
@@ -215,15 +224,16 @@ CalibrationResult calibrate(const Study& study, const Conduct& conduct, const st
   for (std::size_t i = 0; i < result.left_out.size(); ++i)
     fits.emplace_back(&result.left_out[i], "without " + c.targets[i].name);
   const auto draw_name = [](const std::string& fit, int k) { return fmt::format("{} draw {:02}", fit, k); };
-  runs.variants.clear();
+  study.variants.clear();
   for (const auto& [f, name] : fits)
     for (const auto& target : c.targets) {
-      runs.variants.push_back(variant_at(study, name, f->xi, target, study.starts, study.revolutions));
+      study.variants.push_back(variant_at(study, name, f->xi, target, study.starts, study.revolutions));
       for (int k = 0; k < draws; ++k)
-        runs.variants.push_back(
+        study.variants.push_back(
             variant_at(study, draw_name(name, k), f->draws.row(k).transpose(), target, 1, study.revolutions));
     }
-  const auto again = sweep(runs, conduct, results, threads, on_progress, true);
+  const auto again = sweep(study, plan(study, conduct), conduct, results, lock, threads, on_progress,
+                           WorkList::Earlier::named);
   result.sweep.interrupted = again.interrupted;
   result.sweep.ran += again.ran;
   result.sweep.failed += again.failed;

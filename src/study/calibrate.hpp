@@ -61,10 +61,23 @@ struct CalibrationResult {
   std::vector<std::string> questions;  ///< about the units of measured files
 };
 
-/// Runs what is missing into folder/calibrate.db and fits. Throws SceneError where a statistic is not positive within the
-/// ranges.
-CalibrationResult calibrate(const Study& study, const Conduct& conduct, const std::filesystem::path& folder,
-                            int threads, const std::function<void(const SweepProgress&)>& on_progress);
+/// A calibration that has been checked: nothing has been run or written for it.
+struct CalibrationPlan {
+  Study study;                   ///< its axes and variants are those of the space-filling set
+  std::vector<Target> targets;   ///< with the sampling of their files
+  std::vector<double> measured;  ///< of the targets
+  std::vector<std::string> questions;
+  Eigen::MatrixXd points;  ///< ξ of the set, a row each
+  std::vector<PlannedRun> runs;
+};
+
+/// Throws SceneError for a study that cannot be calibrated, from its file or from any scene that it makes.
+CalibrationPlan plan_calibration(const Study& study, const Conduct& conduct);
+
+/// Runs what is missing into calibrate.db of the locked folder and fits. Throws SceneError where a statistic is not positive
+/// within the ranges.
+CalibrationResult calibrate(CalibrationPlan plan, const Conduct& conduct, const FolderLock& lock, int threads,
+                            const std::function<void(const SweepProgress&)>& on_progress);
 
 /// Minimises f on the surfaces of the used targets. Exposed for tests.
 Fit fit(const std::vector<ResponseSurface>& surfaces, const std::vector<double>& log_measured,

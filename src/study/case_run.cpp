@@ -1,6 +1,7 @@
 #include "study/case_run.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,23 +17,39 @@
 namespace freeplay {
 namespace {
 
-int instrument(const Scene& scene, const std::string& name, Instrument::Kind kind, const char* key) {
+int instrument(const Study& study, const Scene& scene, const std::string& name, Instrument::Kind kind,
+               const char* key) {
   for (std::size_t i = 0; i < scene.instruments.size(); ++i)
     if (scene.instruments[i].name == name && scene.instruments[i].kind == kind) return static_cast<int>(i);
-  throw SceneError(fmt::format("{}: the study's {} = \"{}\" is no such instrument of the scene",
-                               scene.file.string(), key, name));
+  std::vector<std::string> names;
+  for (const auto& i : scene.instruments)
+    if (i.kind == kind) names.push_back(i.name);
+  throw SceneError(fmt::format(
+      "{}: the study's {} = \"{}\" is no such instrument of {}; {}", study.file.string(), key, name,
+      scene.file.string(), names.empty() ? "it has none" : fmt::format("it has {}", fmt::join(names, ", "))));
 }
 
 /// The study's accelerometer and LVDT (−1: none) among the scene's instruments; sets the rules' sampling.
 std::pair<int, int> channels(const Study& study, const Scene& scene, TurnRules& rules) {
-  const int a = instrument(scene, study.accelerometer, Instrument::Kind::accelerometer, "accelerometer");
-  const int x =
-      study.position.empty() ? -1 : instrument(scene, study.position, Instrument::Kind::lvdt, "position");
+  const int a =
+      instrument(study, scene, study.accelerometer, Instrument::Kind::accelerometer, "accelerometer");
+  const int x = study.position.empty()
+                    ? -1
+                    : instrument(study, scene, study.position, Instrument::Kind::lvdt, "position");
   rules.sampling = scene.instruments[a].sampling;
   if (x >= 0 && scene.instruments[x].sampling != rules.sampling)
     throw SceneError(
         fmt::format("{}: accelerometer and position must have the same sampling", scene.file.string()));
   return {a, x};
+}
+
+/// The study's joint among those with clearance.
+int contact(const Study& study, const Scene& scene, const std::vector<std::string>& names) {
+  const auto found = std::ranges::find(names, study.joint);
+  if (found != names.end()) return static_cast<int>(found - names.begin());
+  throw SceneError(fmt::format(
+      "{}: the study's joint = \"{}\" has no clearance in {}; {}", study.file.string(), study.joint,
+      scene.file.string(), names.empty() ? "no joint has" : fmt::format("{} have", fmt::join(names, ", "))));
 }
 
 /// Gives a meter the samples of two channels, of the accelerometer each `every`-th, and events.
@@ -126,13 +143,28 @@ Scene unmoved(const Study& study, const Case& one) try {
 }  // namespace
 
 Identity identity(const Study& study, const Case& one, const Conduct& conduct) {
-  const auto scene = unmoved(study, one);
+  auto scene = unmoved(study, one);
+  scene.mechanism.title.clear();  // says nothing that a run depends on
   try {
     auto found = identify(scene, one.formulation, study.matched && conduct.matched);
     found.given = settings_text(study) + fmt::format("variant = {}\nvalues = {}\n", toml_quoted(one.variant),
                                                      toml_numbers(one.values));
     if (one.sampling > 0) found.given += fmt::format("sampling = {}\n", toml_number(one.sampling));
     return found;
+  } catch (const SceneError&) {
+    throw;
+  } catch (const ModelError& e) {
+    throw located(scene, e);
+  }
+}
+
+void require_runnable(const Study& study, const Case& one, const Conduct& conduct) {
+  const auto scene = unmoved(study, one);
+  TurnRules rules;
+  channels(study, scene, rules);
+  try {
+    const Simulation simulation(scene, one.formulation, {.matched = study.matched && conduct.matched});
+    contact(study, scene, simulation.layout().contacts);
   } catch (const SceneError&) {
     throw;
   } catch (const ModelError& e) {
@@ -198,14 +230,8 @@ CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct)
     rules.sampling = own;
     if (lvdt >= 0) scene.instruments[lvdt].sampling = own;
   }
-  rules.joint = -1;
   Simulation simulation(scene, one.formulation, {.matched = study.matched && conduct.matched});
-  const auto& names = simulation.layout().contacts;
-  for (std::size_t k = 0; k < names.size(); ++k)
-    if (names[k] == study.joint) rules.joint = static_cast<int>(k);
-  if (rules.joint < 0)
-    throw SceneError(
-        fmt::format("{}: the study's joint = \"{}\" has no clearance", scene.file.string(), study.joint));
+  rules.joint = contact(study, scene, simulation.layout().contacts);
   rules.ideal_maximum = ideal_maximum(study, scene, one.formulation, conduct);
 
   TurnMeter meter(rules);

@@ -54,6 +54,9 @@ TurnMetrics ideal_turn(const Study& study, const Scene& scene, const std::string
 double ideal_maximum(const Study& study, const Scene& scene, const std::string& formulation,
                      const Conduct& conduct);
 
+/// Throws SceneError when a case cannot be run: its scene is refused, cannot be assembled by its formulation, or has not
+/// what the study names.
+void require_runnable(const Study& study, const Case& one, const Conduct& conduct);
 /// Runs it. Throws SceneError; a numerical failure is in the ending.
 CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct);
 

@@ -149,7 +149,6 @@ void find_not_matched(const Scene& scene, Comparison& c) {
 Comparison compare(const Scene& scene, const CompareSetup& setup, const std::filesystem::path& folder) {
   Comparison c;
   c.matched = setup.matched;
-  remove_figures_of_forces(folder);
   const auto progress = [&](const char* which) {
     return [&setup, which](double done) {
       if (setup.on_progress) setup.on_progress(which, done);

@@ -5,8 +5,7 @@
 #include <set>
 
 #include "study/case_run.hpp"
-
-struct sqlite3;
+#include "study/database.hpp"
 
 namespace freeplay {
 
@@ -19,24 +18,30 @@ struct RunRow {
   std::string doubt;  ///< what the run says of itself that makes it DOUBTFUL; or ""
 };
 
+/// Runs that are there though the study does not name them.
+struct KeptRuns {
+  std::string variant, formulation;
+  std::size_t count = 0;
+};
+
 class Results {
  public:
   /// Opens or makes the file; `axes` are the names of its columns. Throws OutputError, also when the file
   /// holds another study's axes, or keys of another kind than run_key().
-  Results(const std::filesystem::path& file, const Study& study);
-  ~Results();
-  Results(const Results&) = delete;
-  Results& operator=(const Results&) = delete;
+  Results(const std::filesystem::path& file, const Study& study, StopToken stop = {});
 
+  const Database& database() const { return database_; }
   /// Keys of the runs that are there.
   std::set<std::string> keys() const;
   void store(const std::string& key, const Case& one, const CaseResult& result);
-  /// Removes runs that are not among `keep`: of an earlier form of the study.
-  void retain(const std::set<std::string>& keep);
-  /// Finished runs by variant, formulation, axes and start; of these keys, or with none given all.
+  /// Finished runs by variant, formulation, axes and start; of these keys, or with none given all that the study names.
   std::vector<RunRow> runs(const std::set<std::string>& keys = {}) const;
-  /// Runs that failed: key, variant, formulation, reason.
+  /// Runs that failed, of those that the study names: variant, formulation, reason.
   std::vector<std::array<std::string, 3>> failures() const;
+  /// Runs of an earlier form of the study, or of another program (study/work_list.hpp).
+  std::vector<KeptRuns> kept() const;
+  /// Removes these, and no other.
+  void prune();
   std::vector<Flight> flights(const std::string& key) const;
   std::vector<CountedImpact> impacts(const std::string& key) const;
   std::vector<double> spectrum(const std::string& key) const;
@@ -44,12 +49,9 @@ class Results {
   double cpu_seconds() const;
 
  private:
-  class Statement;
-  void execute(const std::string& sql) const;
-  [[noreturn]] void fail(const std::string& what) const;
+  void require_own_tables(const Study& study);
 
-  std::filesystem::path file_;
-  sqlite3* db_ = nullptr;
+  Database database_;
   std::size_t axes_ = 0;
 };
 

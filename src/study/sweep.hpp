@@ -1,31 +1,36 @@
-// Runs what is missing of a study on all cores and stores it. Results do not depend on the number of threads:
-// every run is a function of its case alone.
+// Runs what is missing of a study on all cores and stores it. Results do not depend on the number of threads, nor on that
+// of the processes that share the work: every run is a function of its case alone.
 #pragma once
 
 #include <functional>
 #include <set>
 
+#include "study/plan.hpp"
 #include "study/results.hpp"
+#include "study/work_list.hpp"
 
 namespace freeplay {
 
 struct SweepProgress {
-  std::size_t done = 0, total = 0;  ///< runs, those found included
+  std::size_t done = 0, total = 0;  ///< runs, those found and those of others included
   double seconds_left = 0;          ///< by the mean of this session
 };
 
 struct SweepSummary {
-  std::size_t total = 0, found = 0, ran = 0, failed = 0;
-  std::size_t dropped = 0;  ///< of an earlier form of the study, or made by another program
+  std::size_t total = 0, found = 0, ran = 0, failed = 0;  ///< `ran` and `failed` by this process
+  std::size_t elsewhere = 0;  ///< made meanwhile by other processes that share the study
+  std::size_t kept = 0;       ///< of an earlier form of the study, or made by another program
   bool interrupted = false;
   double wall_seconds = 0;
   std::set<std::string> keys;  ///< of all its runs
 };
 
-/// `threads` 0: all cores. Runs of an earlier form of the study or of another program are
-/// removed, or with `keep_others` stay. Throws what a case throws (bad scenes), after the runs under way are
-/// stored.
-SweepSummary sweep(const Study& study, const Conduct& conduct, Results& results, int threads,
-                   const std::function<void(const SweepProgress&)>& on_progress, bool keep_others = false);
+/// Makes what is missing of `runs`, which is plan(study, conduct), and ends when all are there: those that other processes
+/// are making are waited for. `lock` holds the folder of `results`. `threads` 0: all cores. Runs that the study does not
+/// name stay, marked as kept, or named as before. Throws what a case throws, after the runs under way are stored.
+SweepSummary sweep(const Study& study, const std::vector<PlannedRun>& runs, const Conduct& conduct,
+                   Results& results, const FolderLock& lock, int threads,
+                   const std::function<void(const SweepProgress&)>& on_progress,
+                   WorkList::Earlier earlier = WorkList::Earlier::kept);
 
 }  // namespace freeplay

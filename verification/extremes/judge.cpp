@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 #include <poll.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -43,6 +44,7 @@ Judged judge_apart(const Cell& cell, double seconds) {
   if (child < 0) throw std::runtime_error("extremes: no process");
   if (child == 0) {
     close(ends[0]);
+    prctl(PR_SET_PDEATHSIG, SIGKILL);  // what it inherits, a folder's lock too, ends with the program
     // A crash here is the parent's to report: no handler inherited from a test runner speaks for it.
     for (const int s : {SIGABRT, SIGSEGV, SIGFPE, SIGILL, SIGBUS, SIGTERM}) std::signal(s, SIG_DFL);
     Judged j;

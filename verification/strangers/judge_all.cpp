@@ -1,5 +1,6 @@
 // Many strangers, each by each way in a process of its own, on all cores.
 #include <fmt/format.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -85,6 +86,7 @@ std::vector<Row> judge_all(std::uint64_t seed, int count, const std::function<vo
     if (child < 0) throw std::runtime_error("strangers: no process");
     if (child == 0) {
       close(ends[0]);
+      prctl(PR_SET_PDEATHSIG, SIGKILL);  // what it inherits, a folder's lock too, ends with the program
       for (int i = w; i < count; i += workers)
         for (const auto& row : judge_one(draw(seed, i))) {
           const auto line = line_of(row);

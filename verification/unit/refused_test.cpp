@@ -91,7 +91,7 @@ TEST_CASE("studies that no calibration can be made of are refused, and why", "[s
                study_head + "[calibrate]\n" + options + "\n" + unknowns + targets);
     try {
       const auto study = read_study(folder.path() / "study.toml");
-      calibrate(study, Conduct{}, folder.path(), 1, {});
+      plan_calibration(study, Conduct{});
     } catch (const SceneError& e) {
       return std::string(e.what());
     }
@@ -127,7 +127,7 @@ TEST_CASE("studies that no calibration can be made of are refused, and why", "[s
   CHECK_THAT(says(unknown, good + "tolerence = 1\n"),
              Contains("tolerence: is not a key of a target; did you mean tolerance?"));
   write_file(folder.path() / "plain.toml", study_head);
-  CHECK_THROWS_WITH(calibrate(read_study(folder.path() / "plain.toml"), Conduct{}, folder.path(), 1, {}),
+  CHECK_THROWS_WITH(plan_calibration(read_study(folder.path() / "plain.toml"), Conduct{}),
                     Contains("has no [calibrate]"));
 }
 

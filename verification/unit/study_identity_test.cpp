@@ -64,8 +64,9 @@ TEST_CASE("a sweep runs again what decides a digit, and nothing else", "[study][
   Desk desk;
   const auto run = [&] {
     const auto study = read_study(desk.study);
+    const FolderLock lock(desk.folder.path(), "test");
     Results results(desk.folder.path() / "sweep.db", study);
-    return sweep(study, Conduct{}, results, 0, {});
+    return sweep(study, plan(study, {}), Conduct{}, results, lock, 0, {});
   };
   auto summary = run();
   REQUIRE(summary.ran == 4);
@@ -75,7 +76,7 @@ TEST_CASE("a sweep runs again what decides a digit, and nothing else", "[study][
     summary = run();
     CHECK(summary.ran == 0);
     CHECK(summary.found == 4);
-    CHECK(summary.dropped == 0);
+    CHECK(summary.kept == 0);
   };
   same("nothing");
   write_file(desk.scene, "# A remark.\n\n" + desk.scene_text + "\n# And one more.\n");
@@ -92,11 +93,16 @@ TEST_CASE("a sweep runs again what decides a digit, and nothing else", "[study][
   write_file(desk.study, desk.study_text + "[variants.given]\nset = [\"nonsmooth.step=2e-5\"]\n");
   summary = run();
   CHECK(summary.ran == 4);
-  CHECK(summary.dropped == 4);
+  CHECK(summary.kept == 4);
   write_file(desk.study, desk.study_text + "[variants.given]\nset = [\"nonsmooth.step=2e-5\"]\nstarts = 1\n");
   summary = run();
   CHECK(summary.ran == 0);
-  CHECK(summary.dropped == 2);
+  CHECK(summary.kept == 6);
+  write_file(desk.study, desk.study_text);  // as it was: its runs are there
+  summary = run();
+  CHECK(summary.found == 4);
+  CHECK(summary.ran == 0);
+  CHECK(summary.kept == 4);
 }
 
 TEST_CASE("every setting of a study that decides a run is in its key", "[study][repeat]") {

@@ -66,8 +66,9 @@ TEST_CASE("a sweep's results do not depend on threads, and it carries on", "[stu
   const auto study = read_study(write(folder, "study.toml", two_by_two));
   REQUIRE(cases(study).size() == 16);
   const auto all = [&](const std::string& name, int threads) {
+    const FolderLock lock(folder.path(), "test");
     Results results(folder.path() / name, study);
-    const auto summary = sweep(study, Conduct{}, results, threads, {});
+    const auto summary = sweep(study, plan(study, {}), Conduct{}, results, lock, threads, {});
     CHECK(summary.ran == 16);
     CHECK(summary.failed == 0);
     return results.runs();
@@ -85,13 +86,21 @@ TEST_CASE("a sweep's results do not depend on threads, and it carries on", "[stu
   // Starts differ, formulations start alike.
   CHECK(one[0].metric[TurnMetrics::peak_max] != one[1].metric[TurnMetrics::peak_max]);
 
-  // Half of it is removed: only that half runs again.
+  // Half of it is asked for no more, and removed: when it is asked for again, only that half is run.
+  const FolderLock lock(folder.path(), "test");
   Results results(folder.path() / "one.db", study);
-  auto keep = results.keys();
-  for (int i = 0; i < 8; ++i) keep.erase(keep.begin());
-  results.retain(keep);
+  const auto runs = plan(study, {});
+  const std::vector<PlannedRun> half(runs.begin(), runs.begin() + 8);
+  const auto fewer = sweep(study, half, Conduct{}, results, lock, 2, {});
+  CHECK(fewer.found == 8);
+  CHECK(fewer.kept == 8);
+  CHECK(results.runs().size() == 8);
+  CHECK(results.keys().size() == 16);
+  results.prune();
+  CHECK(results.keys().size() == 8);
   int reported = 0;
-  const auto again = sweep(study, Conduct{}, results, 2, [&](const SweepProgress&) { ++reported; });
+  const auto again =
+      sweep(study, runs, Conduct{}, results, lock, 2, [&](const SweepProgress&) { ++reported; });
   CHECK(again.found == 8);
   CHECK(again.ran == 8);
   CHECK(reported == 8);
@@ -326,7 +335,7 @@ TEST_CASE("known parameters are recovered from a synthetic measurement, through 
           target("a", "0.25e-3", "peak_median", "small.csv") +
           target("b", "1e-3", "peak_median", "large.csv") + target("c", "1e-3", "rms", "large.csv") +
           target("d", "0.25e-3", "rms", "small.csv")));
-  const auto r = calibrate(study, Conduct{}, folder.path(), 0, {});
+  const auto r = calibrate(plan_calibration(study, {}), Conduct{}, FolderLock(folder.path(), "test"), 0, {});
   REQUIRE(r.sweep.failed == 0);
   const double truth[] = {band, friction};
   for (int j : {0, 1}) {
@@ -357,10 +366,11 @@ TEST_CASE("a statistic that is nothing within the ranges is no target", "[study]
   };
   // No line reaches a million times the ideal: all five outcomes are 0. They were left out in silence.
   const auto study = read_study(write(folder, "study.toml", text("lines")));
-  CHECK_THROWS_WITH(calibrate(study, Conduct{}, folder.path(), 0, {}),
-                    Contains("study.toml: calibrate.targets.t: at 5 of 5 points (first: "
-                             "joints.gudgeon.clearance = ") &&
-                        Contains("no positive lines"));
+  CHECK_THROWS_WITH(
+      calibrate(plan_calibration(study, {}), Conduct{}, FolderLock(folder.path(), "test"), 0, {}),
+      Contains("study.toml: calibrate.targets.t: at 5 of 5 points (first: "
+               "joints.gudgeon.clearance = ") &&
+          Contains("no positive lines"));
   CHECK_THAT(refusal(write(folder, "study.toml", text("loss_angle"))),
              Contains("statistic: \"loss_angle\" is a direction on the circle"));
 }

@@ -1,0 +1,207 @@
+#include "verification/killed/campaign.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <thread>
+
+#include "io/output_file.hpp"
+#include "verification/support.hpp"
+
+namespace freeplay::killed {
+namespace {
+
+Words with_folder(Words words, const Verb& verb, const Path& folder) {
+  if (!verb.in_folder) words.emplace_back("-o");
+  words.push_back(folder.string());
+  return words;
+}
+
+/// What differs first, for a finding.
+std::string difference(const Contents& found, const Contents& expected) {
+  for (const auto& [name, text] : expected) {
+    if (!found.contains(name)) return name + " is missing";
+    if (found.at(name) != text) return name + " differs";
+  }
+  for (const auto& [name, text] : found)
+    if (!expected.contains(name)) return name + " is too much";
+  return "";
+}
+
+/// Whether a killed call has left its new results complete, to be put in their places by the next.
+bool complete_beside(const Path& folder, const std::string& verb) {
+  if (std::filesystem::exists(folder / fmt::format(".{}.complete", verb)) ||
+      std::filesystem::exists(folder / fmt::format(".{}.moving", verb)))
+    return true;
+  std::ifstream in(folder / "run.json.partial");
+  return in && nlohmann::json::accept(in);
+}
+
+}  // namespace
+
+Campaign::Campaign(const Verb& verb, const Path& folder)
+    : verb_(verb), whole_(folder / "whole"), older_(folder / "older"), shot_(folder / "shot") {
+  const auto must = [&](const Words& words) {
+    const auto end = let_end(words);
+    if (end.status != 0)
+      throw std::runtime_error(fmt::format("{} ends with {} undisturbed", verb.name, end.status));
+    return end.seconds;
+  };
+  if (!verb_.older.empty()) must(with_folder(verb_.older, {}, older_));
+  if (!verb_.older.empty()) std::filesystem::copy(older_, whole_, std::filesystem::copy_options::recursive);
+  seconds_ = must(with_folder(verb_.words, verb_, whole_));
+  expected_ = results_in(whole_);
+  before_ = results_in(older_);
+  if (!verb_.database.empty()) expected_runs_ = runs_in(whole_ / verb_.database);
+  prepare();
+}
+
+void Campaign::prepare() {
+  std::filesystem::remove_all(shot_);
+  if (std::filesystem::exists(older_))
+    std::filesystem::copy(older_, shot_, std::filesystem::copy_options::recursive);
+  stored_.clear();
+}
+
+Words Campaign::words() const {
+  if (verb_.resumes && std::filesystem::exists(shot_ / "run.checkpoint"))
+    return {"run", "--resume", shot_.string(), "--checkpoint", "0.05"};
+  return with_folder(verb_.words, verb_, shot_);
+}
+
+void Campaign::wrong(int& count, const std::string& what) {
+  ++count;
+  tally_.findings.push_back(fmt::format("{}: {}", verb_.name, what));
+}
+
+void Campaign::judge(const std::string& when) {
+  const auto found = results_in(shot_);
+  if (found != expected_ && found != before_ && !complete_beside(shot_, verb_.name))
+    wrong(tally_.lost, fmt::format("{}: neither the older results nor the new ones are there: {}; {}", when,
+                                   difference(found, before_), difference(found, expected_)));
+  if (verb_.database.empty()) return;
+  const auto runs = runs_in(shot_ / verb_.database);
+  for (const auto& [key, text] : stored_)
+    if (!runs.contains(key)) wrong(tally_.lost, fmt::format("{}: the stored run {} is gone", when, key));
+  for (const auto& [key, text] : runs)
+    if (!expected_runs_.contains(key) || expected_runs_.at(key) != text)
+      wrong(tally_.other, fmt::format("{}: the run {} is stored otherwise", when, key));
+  stored_ = runs;
+}
+
+void Campaign::finish() {
+  // A run that had ended is put in its place by --resume, which then has nothing to go on with.
+  const bool ended = verb_.resumes && complete_beside(shot_, verb_.name);
+  const auto end = let_end(words());
+  ++tally_.calls;
+  if (end.status != 0 && !(ended && end.status == 2))
+    wrong(tally_.stuck, fmt::format("the next call ends with {}", end.status));
+  if (const auto what = difference(results_in(shot_), expected_); !what.empty())
+    wrong(tally_.other, "the results are others in the end: " + what);
+  if (std::filesystem::exists(whole_ / "figures"))
+    for (const auto& figure : std::filesystem::directory_iterator(whole_ / "figures"))
+      if (const auto name = figure.path().filename(); !std::filesystem::exists(shot_ / "figures" / name))
+        wrong(tally_.other, fmt::format("{} is not drawn", name.string()));
+  if (!verb_.database.empty())
+    if (const auto what = difference(runs_in(shot_ / verb_.database), expected_runs_); !what.empty())
+      wrong(tally_.other, "the stored runs are others in the end: " + what);
+  if (const auto names = leftovers_in(shot_); !names.empty()) wrong(tally_.left_over, "left over: " + names);
+  prepare();
+}
+
+void Campaign::at_random(int kills, unsigned seed) {
+  std::mt19937 engine(seed);
+  int in_a_row = 0;
+  for (int missed = 0; kills > 0 && missed < 100;) {
+    const double share = static_cast<double>(engine() % 10000) / 10000;
+    const auto end = kill_after(words(), share * seconds_);
+    ++tally_.calls;
+    if (!end.killed) {  // too late: it is judged as any other call that ends
+      ++missed;
+      finish();
+      in_a_row = 0;
+      continue;
+    }
+    ++tally_.kills;
+    --kills;
+    judge(fmt::format("killed after {:.3f} s", share * seconds_));
+    if (++in_a_row == 6 || kills == 0) {  // what never gets further in its time is let end now and then
+      finish();
+      in_a_row = 0;
+    }
+  }
+}
+
+void Campaign::at_changes(int first, int every) {
+  for (int n = first;; n += every) {
+    const auto end = kill_before(words(), n);
+    ++tally_.calls;
+    if (!end.killed) break;
+    ++tally_.kills;
+    judge(fmt::format("killed before its change {}", n));
+    finish();
+  }
+}
+
+std::vector<Verb> verbs(const Path& folder) {
+  const auto source = test::source_folder();
+  const auto rig = (source / "cases/flores2011/scene.toml").string();
+  const auto study = [&](const char* name, const std::string& text) {
+    write_file(folder / name, text);
+    return (folder / name).string();
+  };
+  const std::string head = fmt::format(
+      "scene = \"{}\"\njoint = \"gudgeon\"\naccelerometer = \"accelerometer\"\nrevolutions = 1\ndiscard = 0.5\n",
+      (source / "cases/flores2011-experiment/guide.toml").string());
+  const auto set = [](Words words, const std::string& revolutions) {
+    for (const auto& key : {"run.revolutions=" + revolutions, std::string("run.discard=0")}) {
+      words.emplace_back("--set");
+      words.push_back(key);
+    }
+    return words;
+  };
+  const Words run{"run", rig, "--formulation", "nonsmooth", "--forces", "--checkpoint", "0.05"},
+      compare{"compare", rig};
+  const auto sweep = study("sweep.toml", head + "starts = 6\n");
+  const auto calibrate = study("calibrate.toml", head + R"(starts = 1
+[calibrate]
+points = 5
+starts = 1
+revolutions = 1
+[calibrate.unknowns.c]
+key = "joints.gudgeon.clearance"
+low = 0.2e-3
+high = 1e-3
+[calibrate.targets.t]
+statistic = "rms"
+value = 20.0
+)");
+  const auto tradeoff =
+      study("tradeoff.toml", fmt::format(R"(scene = "{0}"
+starts = 1
+revolutions = 1
+[variants.ideal]
+scene = "{1}"
+set = ["run.revolutions=0.02", "run.discard=0"]
+)",
+                                         rig, (source / "cases/tradeoff/ideal.toml").string()));
+  return {{"run", set(run, "0.4"), set({"run", rig, "--formulation", "penalty"}, "0.05"), "", true, false},
+          {"compare", set(compare, "0.1"), set(compare, "0.05"), "", false, false},
+          {"sweep", {"sweep", sweep}, {}, "sweep.db", false, false},
+          {"calibrate", {"calibrate", calibrate}, {}, "calibrate.db", false, false},
+          {"tradeoff",
+           {"tradeoff", tradeoff, "--repeats", "1"},
+           {"tradeoff", tradeoff, "--repeats", "1"},
+           "",
+           false,
+           false},
+          {"figures", {"figures"}, set(compare, "0.05"), "", false, true},
+          {"laws", {"laws", rig}, {"laws", rig, "--mass", "2"}, "", false, false},
+          {"drift", set({"drift", rig}, "0.02"), set({"drift", rig}, "0.01"), "", false, false}};
+}
+
+}  // namespace freeplay::killed

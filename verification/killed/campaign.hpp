@@ -1,0 +1,64 @@
+// Verbs under fire: each is killed at random instants, or before each change of a disk, and called again as a user would.
+// After every kill and in the end it is judged:
+//
+//     nothing finished is lost   what a verb replaces is there whole, the older or the new; stored runs stay as they are
+//     it goes on                 the next call ends in order
+//     it is the same             its results are those of a call that nobody disturbed
+//     nothing is left over       no half of a file, no lock, no checkpoint of what has ended
+#pragma once
+
+#include <functional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "verification/killed/contents.hpp"
+#include "verification/killed/process.hpp"
+
+namespace freeplay::killed {
+
+/// A verb as it is called here.
+struct Verb {
+  std::string name;
+  Words words;             ///< all but the folder
+  Words older;             ///< another call, whose finished results stand there when it begins; may be empty
+  std::string database;    ///< in the folder, whose runs it adds to
+  bool resumes = false;    ///< goes on with `run --resume` where there is a checkpoint
+  bool in_folder = false;  ///< takes the folder as its last word, not by -o
+};
+
+/// What was seen of a verb.
+struct Tally {
+  int kills = 0, calls = 0, lost = 0, stuck = 0, other = 0, left_over = 0;
+  std::vector<std::string> findings;  ///< what was wrong, a line each
+};
+
+class Campaign {
+ public:
+  /// Results of the undisturbed verb and of the older call are made in this folder first.
+  Campaign(const Verb& verb, const Path& folder);
+  /// At random instants of its time, until so many kills have met it.
+  void at_random(int kills, unsigned seed);
+  /// Before each `every`-th change of names in a folder, from the first on, until it ends.
+  void at_changes(int first, int every);
+  const Tally& tally() const { return tally_; }
+
+ private:
+  Words words() const;
+  void prepare();
+  void finish();
+  /// Of the folder as a kill has left it.
+  void judge(const std::string& when);
+  void wrong(int& count, const std::string& what);
+
+  Verb verb_;
+  Path whole_, older_, shot_;
+  Contents expected_, before_, expected_runs_, stored_;
+  double seconds_ = 0;
+  Tally tally_;
+};
+
+/// The verbs of the campaign, small ones. `folder`: for their studies.
+std::vector<Verb> verbs(const Path& folder);
+
+}  // namespace freeplay::killed
