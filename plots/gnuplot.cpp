@@ -1,12 +1,13 @@
 #include "plots/gnuplot.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <gnuplot-iostream.h>
 #include <cerrno>
-#include <cstdlib>
+#include <cstdio>
 #include <cstring>
-#include <memory>
 
 #include "io/child.hpp"
 #include "io/descriptor.hpp"
@@ -17,18 +18,23 @@ namespace {
 
 constexpr double longest = 60;  // s
 
-/// What gnuplot is told on its standard input.
+/// What gnuplot is told on its standard input: a line, which the pipe that gnuplot-iostream writes to can hold.
 std::string commands(const std::string& script) {
-  char* text = nullptr;
-  std::size_t size = 0;
-  std::FILE* const memory = open_memstream(&text, &size);
-  if (!memory) throw OutputError(fmt::format("gnuplot: cannot be told anything: {}", std::strerror(errno)));
-  {
-    Gnuplot gnuplot(memory);  // closes it
+  int ends[2];
+  if (pipe2(ends, O_CLOEXEC) != 0)
+    throw OutputError(fmt::format("gnuplot: no pipe to it: {}", std::strerror(errno)));
+  const Descriptor read_end(ends[0]);
+  Descriptor write_end(ends[1]);
+  if (std::FILE* file = fdopen(write_end.number(), "w")) {
+    write_end.release();
+    Gnuplot gnuplot(file);  // closes it
     gnuplot << "load '" << script << "'\n";
   }
-  const std::unique_ptr<char, decltype(&std::free)> owned(text, &std::free);
-  return {text, size};
+  write_end = Descriptor();
+  std::string told(4096, ' ');
+  const auto count = read(read_end.number(), told.data(), told.size());
+  told.resize(count > 0 ? static_cast<std::size_t>(count) : 0);
+  return told;
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "io/open_scene.hpp"
 #include "io/read_mechanism.hpp"
 #include "io/toml_value.hpp"
+#include "io/visible.hpp"
 #include "model/instruments.hpp"
 #include "model/scene.hpp"
 
@@ -43,7 +44,7 @@ void refuse_made_in_vain(const toml::table& document, const SceneSource& source)
 void apply_override(toml::table& root, SceneSource& source, const std::string& given) {
   const auto equals = given.find('=');
   const auto bad = [&](const std::string& why) {
-    throw SceneError(fmt::format("--set {}: {}", printable(given), why));
+    throw SceneError(fmt::format("--set {}: {}", visible(given), why));
   };
   if (equals == given.npos || equals == 0)
     bad("must be KEY=VALUE, for example joints.gudgeon.clearance=1e-3");

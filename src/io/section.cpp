@@ -9,6 +9,7 @@
 
 #include "io/schema.hpp"
 #include "io/toml_value.hpp"
+#include "io/visible.hpp"
 #include "model/magnitude.hpp"
 
 namespace freeplay {
@@ -51,7 +52,7 @@ bool is_plain_name(std::string_view name) {
 void SceneSource::fail(const toml::node* node, const std::string& path, const std::string& message) const {
   for (std::string key = path;;) {
     if (const auto it = overridden.find(key); it != overridden.end())
-      throw SceneError(fmt::format("--set {}", printable(it->second)), printable(path), message);
+      throw SceneError(fmt::format("--set {}", visible(it->second)), visible(path), message);
     const auto dot = key.rfind('.');
     if (dot == key.npos) break;
     key.resize(dot);
@@ -63,11 +64,11 @@ void SceneSource::fail(const toml::node* node, const std::string& path, const st
   std::string options;  // that set a key beside this one, or of this table
   for (const auto& key : order)
     if (const auto table = table_of(key); !table.empty() && (table == path || table == table_of(path)))
-      options += fmt::format("{}--set {}", options.empty() ? " (with " : ", ", printable(overridden.at(key)));
+      options += fmt::format("{}--set {}", options.empty() ? " (with " : ", ", visible(overridden.at(key)));
   if (!options.empty()) options += ")";
   const auto where = node ? node->source().begin : toml::source_position{};
   throw SceneError(where.line == 0 ? name : fmt::format("{}:{}:{}", name, where.line, where.column),
-                   printable(path), message + options);
+                   visible(path), message + options);
 }
 
 void SceneSource::refuse_made(const std::string& path) const {
@@ -80,8 +81,7 @@ void SceneSource::refuse_made(const std::string& path) const {
   const auto option =
       std::ranges::find_if(order, [&](const auto& key) { return key.starts_with(path + "."); });
   throw SceneError(
-      fmt::format("--set {}", printable(option == order.end() ? path : overridden.at(*option))),
-      printable(path),
+      fmt::format("--set {}", visible(option == order.end() ? path : overridden.at(*option))), visible(path),
       fmt::format("there is no such {}{}", what.substr(what.find(' ') + 1),
                   near.empty() ? listed("there is", it->second) : fmt::format("; did you mean {}?", near)));
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "io/toml_value.hpp"
+#include "io/visible.hpp"
 #include "io/write_scene.hpp"
 #include "model/scene.hpp"
 
@@ -78,7 +79,7 @@ void Scene::set(const std::string& key, const std::string& value) try {
   }
   *this = std::move(changed);
 } catch (const SceneError& e) {
-  const auto given = fmt::format("--set {}", printable(key + "=" + value)), what = std::string(e.what());
+  const auto given = fmt::format("--set {}", visible(key + "=" + value)), what = std::string(e.what());
   if (what.starts_with(given + ":")) throw;
   throw SceneError(fmt::format("{}: {}", given, what));
 }

@@ -4,28 +4,22 @@
 
 namespace freeplay {
 
-std::string printable(std::string_view text) {
+std::string toml_quoted(std::string_view text) {
   std::string out;
   for (const char c : text) {
-    if (c == '\n')
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\')
+      out += {'\\', c};
+    else if (c == '\n')
       out += "\\n";
     else if (c == '\t')
       out += "\\t";
-    else if (const auto byte = static_cast<unsigned char>(c); byte < 0x20 || byte == 0x7f)
+    else if (byte < 0x20 || byte == 0x7f)
       out += fmt::format("\\u{:04X}", byte);
     else
       out += c;
   }
-  return out;
-}
-
-std::string toml_quoted(std::string_view text) {
-  std::string marked;
-  for (const char c : text) {
-    if (c == '"' || c == '\\') marked += '\\';
-    marked += c;
-  }
-  return '"' + printable(marked) + '"';
+  return '"' + out + '"';
 }
 
 std::string toml_number(double x) {

@@ -9,8 +9,6 @@ namespace freeplay {
 
 /// A text in double quotes. Bytes beyond ASCII stand as they are: TOML is UTF-8.
 std::string toml_quoted(std::string_view text);
-/// A text as a message shows it: control characters are spelt, so that it stays in its line.
-std::string printable(std::string_view text);
 /// The fewest digits that read back as the same number; never an integer of TOML, which has no −0.
 std::string toml_number(double x);
 /// [a, b, ...]

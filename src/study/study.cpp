@@ -6,6 +6,7 @@
 
 #include "io/section.hpp"
 #include "io/toml_value.hpp"
+#include "io/visible.hpp"
 #include "measure/turns.hpp"
 #include "values/family.hpp"
 
@@ -171,7 +172,7 @@ SceneError in_study(const Study& study, const SceneError& error) {
     message = what.substr(end + 2);
   };
   const auto sets = [&](const std::vector<std::string>& family, const auto& x) {
-    for (const auto& set : x.overrides) look(family, x.name, printable(set) + ":");
+    for (const auto& set : x.overrides) look(family, x.name, visible(set) + ":");
   };
   for (const auto& axis : study.axes) look({"axes"}, axis.name, axis.key + "=");
   for (const auto& variant : study.variants) sets({"variants"}, variant);

@@ -153,7 +153,7 @@ TEST_CASE("a body may start where its soft contact bears it", "[penalty][start]"
   CHECK(0.1 - run.final_state.q[1] == Approx(depth).epsilon(1e-6).margin(1e-16 * 100));
   CHECK(run.contacts[0].penetration == Approx(depth).epsilon(1e-6));
   CHECK_THROWS_WITH(test::simulate(scene(0.011), Family::penalty),
-                    Contains("contact \"floor\" overlaps by 0.011 m"));
+                    Contains("contacts.floor overlaps by 0.011 m"));
 }
 
 TEST_CASE("a contact that rests does not part in a short last step", "[nonsmooth]") {

@@ -23,11 +23,8 @@ TEST_CASE("an explicit integrator does not creep along a stiff lasting contact f
 }
 
 TEST_CASE("a run beyond the range of numbers is refused", "[run]") {
-  const auto scene = open_scene(test::scene_file("ring"), {"bodies.journal.angular_velocity=1e200"});
-  CHECK(test::simulate(*scene, Family::penalty).ending.status == Ending::Status::failed);  // by its steps
-  const auto run = test::simulate(*scene, Family::nonsmooth);
-  CHECK(run.ending.status == Ending::Status::failed);
-  CHECK_THAT(run.ending.reason, Contains("not finite"));
+  CHECK_THROWS_WITH(open_scene(test::scene_file("ring"), {"bodies.journal.angular_velocity=1e200"}),
+                    Contains("must be at most 1e+09 rad/s"));
 }
 
 TEST_CASE("time steps that are too long for the flights are named", "[nonsmooth]") {

@@ -160,9 +160,9 @@ TEST_CASE("Ctrl-C is heard in every phase, and what is whole stays whole", "[bou
   const auto out = (folder.path() / "out").string();
   const std::string scene = test::flores().string();
   const std::vector<std::vector<std::string>> verbs{
-      {"run", scene, "--formulation", "penalty", "-o", out + "/run"},
-      {"run", scene, "--formulation", "nonsmooth", "-o", out + "/run"},
-      {"compare", scene, "-o", out + "/compare"},
+      {"run", scene, "--formulation", "penalty", "--set", "run.revolutions=2000", "-o", out + "/run"},
+      {"run", scene, "--formulation", "nonsmooth", "--set", "run.revolutions=2000", "-o", out + "/run"},
+      {"compare", scene, "--set", "run.revolutions=2000", "-o", out + "/compare"},
       {"verify", "-o", out + "/verify"},
       {"advise", scene},
   };

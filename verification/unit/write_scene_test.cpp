@@ -17,6 +17,7 @@
 #include <set>
 
 #include "io/schema.hpp"
+#include "io/visible.hpp"
 #include "io/toml_value.hpp"
 #include "model/scene.hpp"
 #include "verification/support.hpp"
@@ -354,7 +355,7 @@ TEST_CASE("what set refuses leaves the scene as it was", "[scene]") {
     for (const auto& [key, value, why] : bad) {
       CAPTURE(key, value);
       const auto message = refusal(scene, key, value);
-      CHECK_THAT(message, StartsWith("--set " + printable(key + "=" + value) + ": "));
+      CHECK_THAT(message, StartsWith("--set " + visible(key + "=" + value) + ": "));
       CHECK_THAT(message, Contains(why));
       REQUIRE(same_facts(scene, original));
       REQUIRE(scene.text == original.text);
