@@ -8,7 +8,7 @@
 namespace freeplay::cli {
 
 inline constexpr double patience = 0.5;  ///< s, for somebody to hear
-inline constexpr double grace = 10;       ///< s, for those who heard to end
+inline constexpr double grace = 10;      ///< s, for those who heard to end
 
 /// Installs the handlers; the token of all work of this process. A child's end, a closed pipe and a file grown too
 /// large are told by the calls that meet them, not by signals.

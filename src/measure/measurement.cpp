@@ -9,8 +9,8 @@
 #include <sstream>
 #include <string>
 
-#include "measure/turns.hpp"
 #include "io/input_file.hpp"
+#include "measure/turns.hpp"
 #include "model/error.hpp"
 
 namespace freeplay {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "model/error.hpp"
 #include "io/named_file.hpp"
+#include "model/error.hpp"
 #include "study/perturb.hpp"
 
 namespace freeplay {

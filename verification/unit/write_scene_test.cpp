@@ -17,8 +17,8 @@
 #include <set>
 
 #include "io/schema.hpp"
-#include "io/visible.hpp"
 #include "io/toml_value.hpp"
+#include "io/visible.hpp"
 #include "model/scene.hpp"
 #include "verification/support.hpp"
 
