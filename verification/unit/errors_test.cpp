@@ -418,7 +418,7 @@ TEST_CASE("a hundred errors are told in a line of the program's own words", "[pr
   all.push_back({"run " + flores_file + " --formulation penalty -o " + flores_file + "/x", "scene.toml"});
   // Studies.
   const auto study = [&](const std::string& text, const std::string& expected,
-                         const std::string& verb = "sweep ") {
+                         const std::string& verb = "sweep --allow-outside ") {
     const auto name = fmt::format("study{}.toml", ++number);
     all.push_back({verb + file(name, text) + " -o " + place + "out" + std::to_string(number), expected});
   };
@@ -442,7 +442,7 @@ TEST_CASE("a hundred errors are told in a line of the program's own words", "[pr
   study(head + "starts = 0\n", "a whole number from 1");
   study(with(head, "\"accelerometer\"", "\"nope\""), "nope");
   study(with(head, "guide.toml", "none.toml"), "no such file");
-  study(head, "has no [calibrate]", "calibrate ");
+  study(head, "has no [calibrate]", "calibrate --allow-outside ");
   study("scene = = 1\n", "not TOML");
   // Measurements.
   const auto data = [&](const std::string& text, const std::string& expected) {
@@ -474,7 +474,8 @@ TEST_CASE("a hundred errors are told in a line of the program's own words", "[pr
   // A database of results that is none, or is cut short.
   make_folder(folder.path() / "db");
   file("db/sweep.db", std::string(2000, 'x'));
-  all.push_back({"sweep " + file("good.toml", head) + " -o " + place + "db", "it is no database of results"});
+  all.push_back({"sweep --allow-outside " + file("good.toml", head) + " -o " + place + "db",
+                 "it is no database of results"});
 
   CHECK(all.size() > 100);
   for (const auto& one : all) {
