@@ -45,8 +45,8 @@ Result run_scene(const Scene& scene, const RunPlan& plan);
 bool has_checkpoint(const std::filesystem::path& folder);
 
 /// Goes on with the run that was interrupted or killed in this folder: the same files as if it had not been, but for
-/// times and memory in run.json. Of `plan` progress, stop, checkpoint and companion are taken. Throws SnapshotError when there
+/// times and memory in run.json. Of `asked` progress, stop, checkpoint and companion are taken. Throws SnapshotError when there
 /// is nothing to go on with, or this program cannot.
-Result resume_run(const std::filesystem::path& folder, const RunPlan& plan);
+Result resume_run(const std::filesystem::path& folder, const RunPlan& asked);
 
 }  // namespace freeplay

@@ -27,7 +27,7 @@ std::string reason(int code) {
       return "it is damaged, or another program's; restore it, or give another folder with -o";
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-      return "another program has held it for a minute; try again when that has ended";
+      return "another program holds it; try again when that has ended";
     case SQLITE_FULL:
       return "the disk is full";
     case SQLITE_READONLY:

@@ -64,7 +64,7 @@ struct Validation {
 };
 
 /// Throws SceneError for a scene without accelerometer, drive or clearance, and for a bad file.
-Validation validate(const std::filesystem::path& scene, const std::vector<std::string>& overrides,
+Validation validate(const std::filesystem::path& file, const std::vector<std::string>& overrides,
                     const std::filesystem::path& data, const Conduct& conduct);
 
 nlohmann::json to_json(const Validation& v);

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 #include <random>
 #include <set>
 #include <sstream>
@@ -56,7 +57,7 @@ TEST_CASE("gnuplot takes every text for that text and executes none", "[security
   for (std::size_t i = 0; i < texts.size(); ++i)
     script.add("print {}, '|', {}\n", texts[i], texts[(i + 1) % texts.size()]);
   write_file(bait.folder / "script.gp", script.text());
-  REQUIRE(plots::run_gnuplot(bait.folder, "script.gp") == "");
+  REQUIRE(plots::run_gnuplot(bait.folder, "script.gp").empty());
   LineReader printed(bait.folder / "printed");
   std::string line;
   std::size_t wrong = 0;
@@ -89,7 +90,7 @@ TEST_CASE("no text is markup or a format where a figure shows it", "[security][f
       "set xrange [0:200]\nset xtics ({}) noenhanced\nset title {} noenhanced\nplot 1 title {} noenhanced\nunset output\n",
       tics, texts[0], texts[1]);
   write_file(bait.folder / "script.gp", script.text());
-  REQUIRE(plots::run_gnuplot(bait.folder, "script.gp") == "");
+  REQUIRE(plots::run_gnuplot(bait.folder, "script.gp").empty());
   const auto drawn = read_file(bait.folder / "drawn.svg", most_of_a_result);
   for (const auto& text : texts) {
     const auto shown = as_xml(visible_brief(text, 200));

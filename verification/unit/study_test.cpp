@@ -110,8 +110,8 @@ TEST_CASE("a sweep's results do not depend on threads, and it carries on", "[stu
 TEST_CASE("a sweep that is killed leaves whole runs", "[study][program]") {
   test::TemporaryFolder folder;
   const auto file = write(folder, "study.toml", two_by_two + "\n");
-  const auto program = std::string(FREEPLAY_BINARY_DIR) + "/freeplay sweep " + file.string() + " -o " +
-                       (folder.path() / "out").string();
+  const auto program = std::string(FREEPLAY_BINARY_DIR) + "/freeplay sweep " + file.string() +
+                       " --allow-outside -o " + (folder.path() / "out").string();
   // Killed without warning as soon as it has stored a run, then left to end.
   const auto pid = (folder.path() / "pid").string();
   (void)!std::system(("(" + program + " --threads 1 >/dev/null 2>&1 & echo $! > " + pid + ")").c_str());
