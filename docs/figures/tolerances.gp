@@ -1,8 +1,8 @@
+# Draw again: run gnuplot on this file, in its own folder.
 reset session
 set terminal pdfcairo size 16cm,12cm font 'DejaVu Sans,8'
-set output 'tolerances.pdf'
-# freeplay 0.1.0 (d12061c692-dirty), verification
-# Draw again: gnuplot tolerances.gp
+set output "tolerances.pdf"
+DATA = "tolerances.dat"
 set encoding utf8
 set style line 1 lc rgb '#0b3c8c' lw 1.6 dt 1 pt 6 ps 1.1
 set style line 2 lc rgb '#c8500a' lw 1.3 dt (12,5) pt 2 ps 1.0
@@ -12,19 +12,18 @@ set border lw 0.8
 set tics nomirror scale 0.6
 set grid lc rgb '#cccccc' lw 0.6 dt 1
 set key top right samplen 3 spacing 1.1
-set label 100 'freeplay 0.1.0 (d12061c692-dirty), verification' at screen 0.995, screen 0.012 right font ',6' tc rgb '#888888' noenhanced
+set label 100 "freeplay 0.1.0 (5d7d466a99-dirty), verification" at screen 0.995, screen 0.012 right font ',6' tc rgb '#888888' noenhanced
 set logscale xy
 set format '10^{%T}'
 set xlabel "tolerance"
 set ylabel "error (rad)"
 set key outside top center horizontal
-plot 'tolerances.dat' index 0 using 1:2 with linespoints lw 1.4 dt 1 pt 4 lc rgb '#0b3c8c' title "dopri5", 'tolerances.dat' index 1 using 1:2 with linespoints lw 1.4 dt 2 pt 5 lc rgb '#c8500a' title "fehlberg78", 'tolerances.dat' index 2 using 1:2 with linespoints lw 1.4 dt 3 pt 6 lc rgb '#000000' title "Bulirsch–Stoer", 'tolerances.dat' index 3 using 1:2 with linespoints lw 1.4 dt 1 pt 7 lc rgb '#2a7a3a' title "Adams–Bashforth–Moulton", 'tolerances.dat' index 4 using 1:2 with linespoints lw 1.4 dt 2 pt 8 lc rgb '#8a2a8a' title "rosenbrock4", 'tolerances.dat' index 5 using 1:2 with linespoints lw 1.4 dt 3 pt 9 lc rgb '#777777' title "event-driven"
+plot DATA index 0 using 1:2 with linespoints lw 1.4 dt 1 pt 4 lc rgb '#0b3c8c' title "dopri5", DATA index 1 using 1:2 with linespoints lw 1.4 dt 2 pt 5 lc rgb '#c8500a' title "fehlberg78", DATA index 2 using 1:2 with linespoints lw 1.4 dt 3 pt 6 lc rgb '#000000' title "Bulirsch\342\200\223Stoer", DATA index 3 using 1:2 with linespoints lw 1.4 dt 1 pt 7 lc rgb '#2a7a3a' title "Adams\342\200\223Bashforth\342\200\223Moulton", DATA index 4 using 1:2 with linespoints lw 1.4 dt 2 pt 8 lc rgb '#8a2a8a' title "rosenbrock4", DATA index 5 using 1:2 with linespoints lw 1.4 dt 3 pt 9 lc rgb '#777777' title "event-driven"
 unset output
 reset session
 set terminal pngcairo size 1600,1200 font 'DejaVu Sans,8' fontscale 2.0 linewidth 2.0
-set output 'tolerances.png'
-# freeplay 0.1.0 (d12061c692-dirty), verification
-# Draw again: gnuplot tolerances.gp
+set output "tolerances.png"
+DATA = "tolerances.dat"
 set encoding utf8
 set style line 1 lc rgb '#0b3c8c' lw 1.6 dt 1 pt 6 ps 1.1
 set style line 2 lc rgb '#c8500a' lw 1.3 dt (12,5) pt 2 ps 1.0
@@ -34,11 +33,11 @@ set border lw 0.8
 set tics nomirror scale 0.6
 set grid lc rgb '#cccccc' lw 0.6 dt 1
 set key top right samplen 3 spacing 1.1
-set label 100 'freeplay 0.1.0 (d12061c692-dirty), verification' at screen 0.995, screen 0.012 right font ',6' tc rgb '#888888' noenhanced
+set label 100 "freeplay 0.1.0 (5d7d466a99-dirty), verification" at screen 0.995, screen 0.012 right font ',6' tc rgb '#888888' noenhanced
 set logscale xy
 set format '10^{%T}'
 set xlabel "tolerance"
 set ylabel "error (rad)"
 set key outside top center horizontal
-plot 'tolerances.dat' index 0 using 1:2 with linespoints lw 1.4 dt 1 pt 4 lc rgb '#0b3c8c' title "dopri5", 'tolerances.dat' index 1 using 1:2 with linespoints lw 1.4 dt 2 pt 5 lc rgb '#c8500a' title "fehlberg78", 'tolerances.dat' index 2 using 1:2 with linespoints lw 1.4 dt 3 pt 6 lc rgb '#000000' title "Bulirsch–Stoer", 'tolerances.dat' index 3 using 1:2 with linespoints lw 1.4 dt 1 pt 7 lc rgb '#2a7a3a' title "Adams–Bashforth–Moulton", 'tolerances.dat' index 4 using 1:2 with linespoints lw 1.4 dt 2 pt 8 lc rgb '#8a2a8a' title "rosenbrock4", 'tolerances.dat' index 5 using 1:2 with linespoints lw 1.4 dt 3 pt 9 lc rgb '#777777' title "event-driven"
+plot DATA index 0 using 1:2 with linespoints lw 1.4 dt 1 pt 4 lc rgb '#0b3c8c' title "dopri5", DATA index 1 using 1:2 with linespoints lw 1.4 dt 2 pt 5 lc rgb '#c8500a' title "fehlberg78", DATA index 2 using 1:2 with linespoints lw 1.4 dt 3 pt 6 lc rgb '#000000' title "Bulirsch\342\200\223Stoer", DATA index 3 using 1:2 with linespoints lw 1.4 dt 1 pt 7 lc rgb '#2a7a3a' title "Adams\342\200\223Bashforth\342\200\223Moulton", DATA index 4 using 1:2 with linespoints lw 1.4 dt 2 pt 8 lc rgb '#8a2a8a' title "rosenbrock4", DATA index 5 using 1:2 with linespoints lw 1.4 dt 3 pt 9 lc rgb '#777777' title "event-driven"
 unset output

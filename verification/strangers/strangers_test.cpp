@@ -45,7 +45,7 @@ TEST_CASE("seed and index alone decide a stranger, and every kind of scene and e
   std::set<std::string> seen;
   std::string all;
   double heaviest = 0;
-  for (int i = 0; i < 300; ++i) {
+  for (int i = 0; i < 3000; ++i) {
     const auto s = draw(1, i);
     seen.insert(s.kind);
     all += s.text;
