@@ -38,6 +38,8 @@ class Script {
   static constexpr bool counts =
       std::is_integral_v<I> && !std::is_same_v<I, char> && !std::is_same_v<I, bool>;
 
+ public:
+  /// What stands in a command's place for a value.
   static double place(double x) { return finite(x); }
   template <class I>
   requires counts<I>
@@ -46,8 +48,6 @@ class Script {
   static std::string_view place(const Script& script) { return script.text_; }
   static std::string place(const std::string& text) { return literal(text); }
   static std::string place(const char* text) { return literal(text); }
-
- public:
   template <class A>
   using Place = decltype(place(std::declval<const A&>()));
 

@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <bit>
 #include <chrono>
 #include <cstdint>
 #include <set>
@@ -113,13 +114,13 @@ End kill_before(const Words& words, int n) {
     const int signal = WSTOPSIG(status);
     if (signal == (SIGTRAP | 0x80)) {
       __ptrace_syscall_info call{};
-      ptrace(PTRACE_GET_SYSCALL_INFO, one, reinterpret_cast<void*>(sizeof call), &call);
+      ptrace(PTRACE_GET_SYSCALL_INFO, one, std::bit_cast<void*>(std::uintptr_t{sizeof call}), &call);
       if (call.op == PTRACE_SYSCALL_INFO_ENTRY && changes_names(call) && ++end.changes == n)
         ::kill(id, SIGKILL);
     } else if (signal != SIGTRAP && signal != SIGSTOP) {
       pass = signal;
     }
-    ptrace(PTRACE_SYSCALL, one, nullptr, reinterpret_cast<void*>(static_cast<std::intptr_t>(pass)));
+    ptrace(PTRACE_SYSCALL, one, nullptr, std::bit_cast<void*>(static_cast<std::intptr_t>(pass)));
   }
   end.seconds = since(began);
   return end;

@@ -229,7 +229,7 @@ TEST_CASE("terminal output keeps to 80 columns", "[program]") {
     std::istringstream lines(o.out);
     for (std::string line; std::getline(lines, line);) {
       CAPTURE(line);
-      if (line.find("/") == std::string::npos)  // a path may be as long as it is
+      if (line.find('/') == std::string::npos)  // a path may be as long as it is
         CHECK(std::ranges::count_if(line, [](char c) { return (c & 0xC0) != 0x80; }) <= 80);
     }
   }

@@ -10,7 +10,7 @@ namespace freeplay::test {
 
 /// A folder to work in, the file that must not appear whatever is read there, and one that must stay as it is.
 struct Bait {
-  explicit Bait(const std::filesystem::path& folder);
+  explicit Bait(const std::filesystem::path& place);
   std::filesystem::path folder, canary, victim;
   /// That nothing was executed and nothing overwritten.
   bool untouched() const;
