@@ -16,6 +16,9 @@ struct Magnitude {
   std::string_view why{};  ///< the reason of the bounds
 };
 
+/// Of what follows from masses, lengths and times, in whatever units those are thought of.
+inline constexpr std::string_view beyond = "products of a few numbers beyond leave the range of a double";
+
 inline constexpr std::array magnitudes{
     Magnitude{"", 0, 1e15, "the digits of a double end there"},
     Magnitude{
@@ -31,22 +34,21 @@ inline constexpr std::array magnitudes{
     Magnitude{"rad/s", 0, 1e12, "a point at 0.3 mm would pass light"},
     Magnitude{"rpm", 0, 1e13, "a point at 0.3 mm would pass light"},
     Magnitude{"m/s²", 0, 1e16, "a neutron star's gravity is 2e12 m/s²"},
-    Magnitude{"kg", 1e-30, 1e30, "an electron; half the sun"},
-    Magnitude{"kg m²", 1e-66, 1e48, "the least mass and length, and the greatest"},
-    Magnitude{"N", 0, 1e21, "the earth and the moon pull each other by 2e20 N"},
-    Magnitude{"N m", 0, 1e24, "the greatest force on an arm of 1 km"},
-    Magnitude{"N/m", 0, 1e30, "the greatest force over 1 nm"},
-    Magnitude{"N/m or N m/rad", 0, 1e30, "the greatest force over 1 nm"},
-    Magnitude{"N s/m", 0, 1e30, "the greatest force at 1 nm/s"},
-    Magnitude{"N s/m or N m s/rad", 0, 1e30, "the greatest force at 1 nm/s"},
-    Magnitude{"Pa", 1e-30, 1e30,
-              "diamond has 1.2e12 Pa; stiffer than 1e30 a contact is rigid to the digits of a double"},
-    Magnitude{"Pa s", 1e-30, 1e18, "air has 2e-5 Pa s; thicker than 1e18 is a solid"},
+    Magnitude{"kg", 1e-40, 1e40, beyond},
+    Magnitude{"kg m²", 1e-76, 1e58, "the least mass and length, and the greatest"},
+    Magnitude{"N", 0, 1e45, beyond},
+    Magnitude{"N m", 0, 1e45, beyond},
+    Magnitude{"N/m", 0, 1e45, beyond},
+    Magnitude{"N/m or N m/rad", 0, 1e45, beyond},
+    Magnitude{"N s/m", 0, 1e45, beyond},
+    Magnitude{"N s/m or N m s/rad", 0, 1e45, beyond},
+    Magnitude{"Pa", 1e-45, 1e45, beyond},
+    Magnitude{"Pa s", 1e-45, 1e45, beyond},
     Magnitude{"s/m", 0, 1e15, "friction that changes within 1e-15 m/s"},
     Magnitude{"1/m", 0, 1e18, "bristles shorter than a thousandth of an atom's nucleus"},
-    Magnitude{"s or rad, N m", 0, 1e24, "as torques"},
+    Magnitude{"s or rad, N m", 0, 1e45, "as torques"},
     Magnitude{"as the length", 0, 1e15, "as the length of the run"},
-    Magnitude{"of the channel", 0, 1e24, "beyond every quantity that a channel shows"},
+    Magnitude{"of the channel", 0, 1e45, beyond},
 };
 
 /// The row of a unit, or nullptr.
