@@ -18,7 +18,6 @@
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
-using Catch::Matchers::StartsWith;
 
 namespace {
 
