@@ -200,36 +200,12 @@ TEST_CASE("what a contact has stored is lost where damping holds its force at ze
 
 TEST_CASE("a torque on one body makes no contact of another slower than the floor of v0", "[penalty][blow]") {
   // Nothing sets a pace here but the torque: 1000 N m on a wheel. The ball beside it, of 1e-9 kg m², has nothing of that.
-  const auto scene = parse_scene(R"(
-[bodies.wheel]
-mass = 1.0
-inertia = 1.0
-[bodies.ball]
-mass = 1e-3
-inertia = 1e-9
-position = [3.0, 0.5]
-velocity = [0.0, -1.0]
-[joints.axle]
-type = "revolute"
-between = ["ground", "wheel"]
-[contacts.floor]
-type = "plane"
-between = ["ground", "ball"]
-axis = [1.0, 0.0]
-radius = 0.1
-surface = "steel"
-[surfaces.steel]
-young = 2e11
-poisson = 0.3
-restitution = 0.5
-[drives.motor]
-joint = "axle"
-torque = 1000.0
-[run]
-duration = 0.45
-start = "given"
-)",
-                                 "beside.toml", {});
+  const auto scene = read_scene(
+      test::scene_file("ball_on_plane"),
+      {"bodies.wheel.mass=1", "bodies.wheel.inertia=1", "bodies.ball.mass=1e-3", "bodies.ball.inertia=1e-9",
+       "bodies.ball.position=[3, 0.5]", "bodies.ball.velocity=[0, -1]", "surfaces.steel.restitution=0.5",
+       "joints.axle.type=revolute", "joints.axle.between=[\"ground\", \"wheel\"]", "drives.motor.joint=axle",
+       "drives.motor.torque=1000", "run.duration=0.45"});
   const auto run = test::simulate(scene, Family::penalty);
   REQUIRE(run.ending.status == Ending::Status::finished);
   REQUIRE_FALSE(run.events.empty());

@@ -1,0 +1,383 @@
+// What tests of snapshots share: all that anybody could see of a run, as bits; a check at random steps; and scenes.
+#pragma once
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <bitset>
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <set>
+#include "facade/simulation.hpp"
+#include "io/output_file.hpp"
+#include "model/scene.hpp"
+#include "sim/statistics.hpp"
+#include "sim/trajectory.hpp"
+#include "values/snapshot.hpp"
+#include "verification/piles.hpp"
+#include "verification/support.hpp"
+
+namespace freeplay::snapshots {
+
+using Bytes = std::vector<std::byte>;
+
+/// The bits of values: NaNs are equal to themselves, and zeros have signs.
+template <class... T>
+inline Bytes bits(T&... values) {
+  Bytes bytes;
+  MemoryWriter m(bytes);
+  m(values...);
+  return bytes;
+}
+
+/// Where the motion stands at the end of a step.
+enum Place { flight, contact, slide, stick, film, impact, before_knot, behind_knot, places };
+inline const char* name_of(Place p) {
+  return std::array{
+      "flight", "contact", "slide", "stick", "film", "impact", "before a knot", "behind a knot"}[p];
+}
+using Places = std::bitset<places>;
+
+/// All that an observer is shown, as bits.
+class Record final : public Observer {
+ public:
+  struct Moment {
+    Snapshot snapshot;
+    Bytes statistics;
+    std::size_t steps, events, samples;
+    double t;
+  };
+  Record(Simulation& simulation, bool forces)
+      : simulation_(simulation), forces_(forces), statistics(simulation.scene().run.discard) {
+    const auto& surfaces = simulation.scene().mechanism.surfaces;
+    if (!surfaces.empty()) mu_ = surfaces.front().friction.value_or(0);
+  }
+  Wants wants() const override { return {forces_, true}; }
+  void begin(const Layout& layout, const State& state) override {
+    statistics.begin(layout, state);
+    contacts_.resize(layout.contacts.size());
+    q_.resize(state.q.size());
+    v_.resize(state.v.size());
+    now_.elements.resize(layout.forces.size());
+    now_.acceleration.resize(state.v.size());
+    elements_.clear();
+    for (std::size_t e = 0; e < layout.forces.size(); ++e)
+      if (layout.forces[e].kind == ForceElement::Kind::contact && elements_.size() < contacts_.size())
+        elements_.push_back(e);
+  }
+  void event(const Event& e) override {
+    statistics.event(e);
+    auto copy = e;
+    events.push_back(bits(copy));
+  }
+  void sample(std::size_t channel, double t, double value) override {
+    samples.push_back(bits(channel, t, value));
+  }
+  void step(const Step& step) override {
+    double t0 = step.t0, t1 = step.t1;
+    step.state(0.5 * (t0 + t1), q_, v_);
+    auto seen = bits(t0, t1, q_, v_);
+    std::vector<double> lambda(step.multipliers().begin(), step.multipliers().end());
+    auto ledger = step.ledger();
+    step.state(t1, q_, v_);
+    step.contacts(t1, q_, contacts_);
+    const auto more = [&](const Bytes& b) { seen.insert(seen.end(), b.begin(), b.end()); };
+    more(bits(q_, v_, lambda, ledger));
+    if (forces_) {
+      step.forces(t1, now_);
+      auto before = step.before(), within = step.within();
+      more(bits(now_, before, within));
+    }
+    steps.push_back(seen);
+    where.push_back(forces_ ? place(step) : Places());
+    if (wanted.contains(steps.size())) {
+      Moment m{simulation_.snapshot(), {}, steps.size(), events.size(), samples.size(), t1};
+      MemoryWriter w(m.statistics);
+      statistics.save(w);
+      moments.push_back(m);
+    }
+  }
+  void end(const RunEnd& end) override { statistics.end(end); }
+
+  std::vector<Bytes> steps, events, samples;
+  std::vector<Places> where;     // at the end of each step
+  std::set<std::size_t> wanted;  // a snapshot after so many steps
+  std::vector<Moment> moments;
+  std::vector<double> knots;
+
+ private:
+  Places place(const Step& step) {
+    Places p;
+    bool touches = false;
+    for (std::size_t k = 0; k < elements_.size(); ++k) {
+      const auto &f = now_.elements[elements_[k]], &b = step.before().elements[elements_[k]],
+                 &w = step.within().elements[elements_[k]];
+      if (b.fn > 0 || w.fn > 0) p.set(impact);
+      if (f.fn == 0) continue;
+      touches = true;
+      if (contacts_[k].gap > 1e-7) {
+        p.set(film);
+        continue;
+      }
+      if (!(f.fn > 0)) continue;
+      p.set(contact);
+      if (mu_ > 0 && std::abs(f.ft) >= 0.999 * mu_ * f.fn) p.set(slide);
+      if (mu_ > 0 && std::abs(f.ft) < 0.9 * mu_ * f.fn) p.set(stick);
+    }
+    if (!touches && !elements_.empty() && !p[impact]) p.set(flight);
+    for (const double knot : knots) p.set(step.t1 < knot ? before_knot : behind_knot);
+    return p;
+  }
+  Simulation& simulation_;
+  const bool forces_;
+  double mu_ = 0;
+  std::vector<std::size_t> elements_;  // of the contacts
+  std::vector<ContactPlace> contacts_;
+  std::vector<double> q_, v_;
+  Forces now_;
+
+ public:
+  ContactStatistics statistics;
+};
+
+/// All of a result but what it cost; its events are those of the record.
+inline Bytes bits_of(Result r) {
+  auto& s = r.final_state;
+  auto all = bits(r.formulation, r.ending.status, r.ending.reason, r.t_end, r.observed, s.t, s.q, s.v, s.z,
+                  r.revolutions, r.ledger, r.work, r.extremes, r.notes, r.undetermined);
+  for (auto& c : r.contacts) {
+    auto& m = c.model;
+    const auto more = bits(c.name, m.restitution_asked, m.restitution_delivered, m.stiffness, m.exponent,
+                           m.chi, c.flight_fraction, c.impact_fraction, c.lasting_fraction, c.impacts,
+                           c.counted_impacts, c.impacts_per_revolution, c.fastest_approach, c.median_approach,
+                           c.median_impulse, c.greatest_impulse, c.penetration, c.penetration_ratio);
+    all.insert(all.end(), more.begin(), more.end());
+  }
+  return all;
+}
+
+/// Whether `rest` is the end of `all`, from there on.
+inline void require_rest(const char* what, const std::vector<Bytes>& rest, const std::vector<Bytes>& all,
+                         std::size_t from) {
+  INFO(what);
+  REQUIRE(rest.size() == all.size() - from);
+  const auto [a, b] = std::mismatch(rest.begin(), rest.end(), all.begin() + static_cast<long>(from));
+  (void)b;
+  INFO("the first " << a - rest.begin() << " of " << rest.size() << " are equal");
+  REQUIRE(a == rest.end());
+}
+
+struct Case {
+  std::string scene;  // text
+  std::string formulation;
+  std::vector<std::string> set = {};
+  std::vector<Place> in = {};  // places where some snapshots must fall
+  bool matched = false;
+  bool forces = true;
+  std::vector<double> knots = {};
+};
+
+inline std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+inline std::string text(const std::string& name) { return text_of(test::scene_file(name)); }
+
+inline void check(const Case& c) {
+  CAPTURE(c.formulation, c.set);
+  const auto scene = parse_scene(c.scene, "snapshot.toml", c.set);
+  const auto simulation = [&] { return Simulation(scene, c.formulation, {.matched = c.matched}); };
+  const auto run_on = [](Simulation& s, Record& record, Trajectory& path) {
+    auto result = s.run({.observers = {&path, &record}});
+    record.statistics.into(result);
+    return result;
+  };
+  std::mt19937 engine(20240611);
+  std::set<std::size_t> chosen;
+  std::vector<Places> where;
+  {  // Which steps there are.
+    auto s = simulation();
+    Record record(s, true);
+    record.knots = c.knots;
+    const auto result = s.run({.observers = {&record}});
+    INFO(result.ending.reason);
+    REQUIRE(result.ending.status == Ending::Status::finished);
+    where = record.where;
+    REQUIRE(where.size() > 5);
+    for (const auto place : c.in) {
+      std::vector<std::size_t> there;
+      for (std::size_t i = 0; i + 1 < where.size(); ++i)
+        if (where[i][place]) there.push_back(i + 1);
+      INFO("in " << name_of(place) << ": " << there.size() << " of " << where.size() << " steps");
+      REQUIRE(there.size() >= 2);
+      for (int i = 0; i < 3; ++i) chosen.insert(there[engine() % there.size()]);
+    }
+    while (chosen.size() < std::min<std::size_t>(20, where.size() - 1))
+      chosen.insert(1 + engine() % (where.size() - 1));
+  }
+  auto whole = simulation();
+  Record all(whole, c.forces);
+  all.wanted = chosen;
+  Trajectory path;
+  const auto result = run_on(whole, all, path);
+  const auto result_bits = bits_of(result);
+  REQUIRE(all.moments.size() == chosen.size());
+  REQUIRE(all.steps.size() == where.size());  // watched in another way, the run is the same
+
+  const auto go_on = [&](Simulation& s, const Record::Moment& m) {
+    INFO("after " << m.steps << " of " << all.steps.size() << " steps, t = " << m.t << ": "
+                  << where[m.steps - 1].to_string());
+    s.restore(m.snapshot);
+    REQUIRE(s.t() == m.t);
+    REQUIRE((s.snapshot().memory == m.snapshot.memory));
+    Record rest(s, c.forces);
+    MemoryReader r(m.statistics);
+    rest.statistics.load(r);
+    Trajectory rest_path;
+    const auto end = run_on(s, rest, rest_path);
+    require_rest("steps", rest.steps, all.steps, m.steps);
+    require_rest("events", rest.events, all.events, m.events);
+    require_rest("samples", rest.samples, all.samples, m.samples);
+    REQUIRE((bits_of(end) == result_bits));
+    REQUIRE(end.events.size() == rest.events.size());
+    std::size_t row = 0;
+    while (row < path.size() && path.t(row) <= m.t) ++row;
+    REQUIRE(rest_path.size() == path.size() - row + 1);  // its first row is where it began
+    bool equal = true;
+    for (std::size_t i = 1; i < rest_path.size(); ++i, ++row)
+      equal = equal && rest_path.t(i) == path.t(row) && std::ranges::equal(rest_path.q(i), path.q(row)) &&
+              std::ranges::equal(rest_path.v(i), path.v(row));
+    REQUIRE(equal);
+  };
+  for (const auto& m : all.moments) {
+    auto fresh = simulation();
+    go_on(fresh, m);
+  }
+  // Into one that has a past of its own.
+  go_on(whole, all.moments[engine() % all.moments.size()]);
+}
+
+/// The slider-crank with every kind of instrument on it.
+inline std::string rig(const std::string& more = "") {
+  return text("gudgeon") + R"(
+[instruments.accelerometer]
+type = "accelerometer"
+body = "slider"
+bandwidth = 2000.0
+sampling = 20000.0
+order = 3
+noise = 0.1
+seed = 7
+[instruments.lvdt]
+type = "lvdt"
+body = "slider"
+sampling = 7000.0
+resolution = 1e-7
+[instruments.encoder]
+type = "encoder"
+joint = "main"
+counts = 4096
+sampling = 5000.0
+[instruments.cell]
+type = "load-cell"
+joint = "gudgeon"
+axis = [0.6, 0.8]
+bandwidth = 3000.0
+sampling = 10000.0
+[instruments.shaft]
+type = "torque"
+drive = "motor"
+bandwidth = 1000.0
+sampling = 10000.0
+)" + more;
+}
+
+/// A cell on a pin of the long chain, whose forces come from sparse factors.
+inline std::string chain() {
+  return text("long_chain") + R"(
+[instruments.cell]
+type = "load-cell"
+joint = "pin1"
+axis = [1.0, 0.0]
+bandwidth = 500.0
+sampling = 2000.0
+)";
+}
+
+/// A block on a rail whose guide is preloaded, on a spring and a damper, knocking a stop; a flywheel on a
+/// torsional spring, driven by a table of torques.
+inline std::string loads() {
+  return R"(
+gravity = [0.0, -9.81]
+[bodies.block]
+mass = 1.0
+inertia = 0.01
+position = [0.0, 0.0]
+velocity = [0.5, 0.0]
+[bodies.wheel]
+mass = 1.0
+inertia = 0.01
+position = [3.0, 0.0]
+[joints.guide]
+type = "translational"
+between = ["ground", "block"]
+[joints.axle]
+type = "revolute"
+between = ["ground", "wheel"]
+at = [[3.0, 0.0], [0.0, 0.0]]
+[contacts.stop]
+type = "plane"
+between = ["ground", "block"]
+at = [[0.06, 0.0], [0.05, 0.0]]
+axis = [0.0, 1.0]
+surface = "rubber"
+[surfaces.rubber]
+restitution = 0.6
+friction = 0.2
+[drives.brake]
+joint = "axle"
+torque_table = [[0.0, 0.1], [0.02, 0.5], [0.05, -0.4], [0.07, 0.0]]
+[loads.spring]
+type = "spring-damper"
+between = ["ground", "block"]
+at = [[0.5, 0.0], [0.0, 0.0]]
+stiffness = 400.0
+damping = 3.0
+free_length = 0.4
+[loads.bar]
+type = "torsional-spring-damper"
+between = ["ground", "wheel"]
+stiffness = 2.0
+damping = 0.05
+[loads.push]
+type = "force"
+body = "wheel"
+at = [0.1, 0.0]
+force = [0.0, 0.3]
+[loads.rub]
+type = "joint-friction"
+joint = "guide"
+force = 2.0
+regularisation = 1e-3
+[run]
+duration = 0.3
+discard = 0.02
+output_step = 1e-3
+start = "given"
+[penalty]
+contact = "kelvin-voigt"
+kelvin_stiffness = 1e6
+kelvin_damping = 30.0
+tolerance = 1e-7
+[nonsmooth]
+step = 2e-4
+[instruments.shaft]
+type = "torque"
+drive = "brake"
+bandwidth = 200.0
+sampling = 1000.0
+)";
+}
+
+}  // namespace freeplay::snapshots
