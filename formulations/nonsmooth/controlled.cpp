@@ -315,9 +315,11 @@ bool ControlledMoreau::strike(double t_end) {
       ++ended_;
       if (c.t_left > -INFINITY) ended_time_ = std::max(ended_time_, moreau_.t() - c.t_left);
     }
+    // What was pressed without rebound stays: rates at the impact and at the step's end differ by how its row turns.
+    const bool stays = c.last_n > 0 && (c.soft || c.restitution == 0);
     c.soft = false;
-    c.closed =
-        std::abs(rate) <= none && c.gap <= 2 * near(k) + norm_.tolerance * system_.contact_facts(k).clearance;
+    c.closed = (stays || std::abs(rate) <= none) &&
+               c.gap <= 2 * near(k) + norm_.tolerance * system_.contact_facts(k).clearance;
     if (!c.closed) c.t_left = moreau_.t();
     calm_since_ = moreau_.t();
   }

@@ -198,6 +198,8 @@ class MoreauStepper {
   std::vector<SparseRow> slides_, rows_;
   ContactRow end_row_;                               // what meet_rates() looks at
   std::vector<double> end_impulse_, least_impulse_;  // N s, of its rows, and how far back they may go
+  std::vector<double> slope_;                        // friction's impulse over the normal one, along
+  std::vector<SparseRow> along_;
   std::vector<double> slide_gamma_, slide_last_;     // slide_last_: impulses of the last step
   std::vector<double> response_,
       reaction_;  // A W and its multipliers, one column for each row of the problem

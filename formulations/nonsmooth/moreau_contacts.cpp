@@ -263,7 +263,8 @@ bool MoreauStepper::bring_back(double t_new) {
 
 /// Rates at the middle of a step, continued by ±(h/2)γ, miss those at its end by an error of third order, by which what
 /// stays in contact on a turning normal would lift off: least mass-weighted change of v onto the rates at q⁺ of joints, of
-/// what is pressed and of what sticks.
+/// what is pressed and of what sticks. Of what slides the error is of second order, γ being that of v⁻: friction has its
+/// share of what brings its normal rate back, W_N + (P_T/P_N) W_T, or it would be of first order over a run.
 bool MoreauStepper::meet_rates() {
   const int n = system_.n(), m = system_.rows();
   const auto preloaded = problem_.unknowns.size() - slides_.size();
@@ -271,8 +272,9 @@ bool MoreauStepper::meet_rates() {
     return u.tangent >= 0 && std::abs(u.impulse_t) < bound * (1 - 1e-9);
   };
   int used = 0;
-  const auto take = [&](const SparseRow& row) {
-    least_impulse_[used] = -INFINITY;
+  const auto take = [&](const SparseRow& row, double least) {
+    least_impulse_[used] = least;
+    slope_[used] = 0;
     rows_[used++] = row;
   };
   const auto each_pressed = [&](auto take) {
@@ -293,13 +295,18 @@ bool MoreauStepper::meet_rates() {
   const auto look_along = [&](int k) { system_.friction(k, q_.data(), v_.data(), end_, end_row_.tangent); };
   each_pressed([&](int k, bool stuck) {
     look(k);
-    least_impulse_[used] = -problem_.unknowns[contacts_[k].unknown].impulse_n;
-    rows_[used++] = end_row_.normal;
-    if (stuck) take(end_row_.tangent);
+    const auto& u = problem_.unknowns[contacts_[k].unknown];
+    take(end_row_.normal, -u.impulse_n);
+    if (stuck) {
+      take(end_row_.tangent, -INFINITY);
+    } else if (u.tangent >= 0) {
+      slope_[used - 1] = u.impulse_t / u.impulse_n;
+      along_[used - 1] = end_row_.tangent;
+    }
   });
   each_preloaded([&](int k) {
     look_along(k);
-    take(end_row_.tangent);
+    take(end_row_.tangent, -INFINITY);
   });
   if (m == 0 && used == 0) return true;
   ++work_.factorisations;
@@ -313,7 +320,11 @@ bool MoreauStepper::meet_rates() {
     r_[k] = -end_.phi_t[k] - row_dot(system_.pattern(), end_.G.data(), k, v_.data());
   saddle_.solve(nullptr, r_.data(), dq_.data(), lambda_dq_.data());
   for (int r = 0; r < used; ++r) {
-    saddle_.respond(rows_[r], nullptr, 0, response(r), reaction(r));
+    saddle_.respond(rows_[r], &along_[r], slope_[r], response(r), reaction(r));
+    if (!(rows_[r].dot(response(r)) > 0)) {  // friction that draws in (Painlevé)
+      slope_[r] = 0;
+      saddle_.respond(rows_[r], nullptr, 0, response(r), reaction(r));
+    }
     end_impulse_[r] = 0;
   }
   for (int i = 0; i < n; ++i) v_[i] += dq_[i];
@@ -334,11 +345,16 @@ bool MoreauStepper::meet_rates() {
     first = std::max(first, most);
     if (!(most > 1e-6 * first)) break;
   }
-  integrals_.stabilisation += system_.kinetic(v_.data()) - before;
+  double rubbed = 0;
   each_pressed([&, r = 0](int k, bool stuck) mutable {
-    contacts_[k].impulse_n += end_impulse_[r++];
-    if (stuck) contacts_[k].impulse_t += end_impulse_[r++];
+    const double normal = end_impulse_[r], tangential = slope_[r] * normal;
+    if (slope_[r] != 0) rubbed += tangential * along_[r].dot(v_.data());
+    ++r;
+    contacts_[k].impulse_n += normal;
+    contacts_[k].impulse_t += stuck ? end_impulse_[r++] : tangential;
   });
+  integrals_.friction -= rubbed;
+  integrals_.stabilisation += system_.kinetic(v_.data()) - before - rubbed;
   if (!watching_) return true;
   for (int r = 0; r < used; ++r)
     for (int k = 0; k < m; ++k) lambda_dq_[k] += end_impulse_[r] * reaction(r)[k];
@@ -350,8 +366,10 @@ bool MoreauStepper::meet_rates() {
   int r = 0;
   each_pressed([&](int k, bool stuck) {
     look(k);
-    const double normal = end_impulse_[r++];
-    system_.report_contact(k, q_.data(), end_, end_row_, normal, stuck ? end_impulse_[r++] : 0, 1, smooth_);
+    const double normal = end_impulse_[r], tangential = slope_[r] * normal;
+    ++r;
+    system_.report_contact(k, q_.data(), end_, end_row_, normal, stuck ? end_impulse_[r++] : tangential, 1,
+                           smooth_);
   });
   each_preloaded([&](int k) {
     look_along(k);
