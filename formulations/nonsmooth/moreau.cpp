@@ -36,6 +36,7 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
   least_impulse_.resize(static_cast<std::size_t>(rows));
   slope_.resize(static_cast<std::size_t>(rows));
   along_.resize(static_cast<std::size_t>(rows));
+  held_.resize(static_cast<std::size_t>(rows));
   response_.resize(static_cast<std::size_t>(rows) * system.n());
   reaction_.resize(static_cast<std::size_t>(rows) * system.rows());
   for (auto* x : {&q_, &v_, &q_old_, &v_old_, &q_mid_, &v_mean_, &v_trial_, &v_free_, &force_, &dq_,

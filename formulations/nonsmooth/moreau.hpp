@@ -200,7 +200,8 @@ class MoreauStepper {
   std::vector<double> end_impulse_, least_impulse_;  // N s, of its rows, and how far back they may go
   std::vector<double> slope_;                        // friction's impulse over the normal one, along
   std::vector<SparseRow> along_;
-  std::vector<double> slide_gamma_, slide_last_;     // slide_last_: impulses of the last step
+  std::vector<int> held_;  // the unknown whose friction holds what slides along a row, −1: none
+  std::vector<double> slide_gamma_, slide_last_;  // slide_last_: impulses of the last step
   std::vector<double> response_,
       reaction_;  // A W and its multipliers, one column for each row of the problem
   std::vector<double> q_, v_, q_old_, v_old_, q_mid_, v_mean_, v_trial_, v_free_, lambda_free_, force_, r_,

@@ -275,6 +275,7 @@ bool MoreauStepper::meet_rates() {
   const auto take = [&](const SparseRow& row, double least) {
     least_impulse_[used] = least;
     slope_[used] = 0;
+    held_[used] = -1;
     rows_[used++] = row;
   };
   const auto each_pressed = [&](auto take) {
@@ -299,6 +300,7 @@ bool MoreauStepper::meet_rates() {
     take(end_row_.normal, -u.impulse_n);
     if (stuck) {
       take(end_row_.tangent, -INFINITY);
+      held_[used - 1] = contacts_[k].unknown;
     } else if (u.tangent >= 0) {
       slope_[used - 1] = u.impulse_t / u.impulse_n;
       along_[used - 1] = end_row_.tangent;
@@ -335,10 +337,15 @@ bool MoreauStepper::meet_rates() {
     for (int r = 0; r < used; ++r) {
       const double rate = rows_[r].dot(v_.data()), d = rows_[r].dot(response(r));
       if (!(d > 0)) continue;
-      most = std::max(most, std::abs(rate));
-      // No more is taken back than the step has pressed: what still parts then, parts.
-      const double impulse = std::max(end_impulse_[r] - rate / d, least_impulse_[r]);
+      // No more is taken back than the step has pressed: what still parts then, parts, and friction no longer holds it.
+      double impulse = std::max(end_impulse_[r] - rate / d, least_impulse_[r]);
+      if (held_[r] >= 0) {
+        const auto& u = problem_.unknowns[static_cast<std::size_t>(held_[r])];
+        const double bound = u.friction * std::max(0.0, u.impulse_n + end_impulse_[r - 1]);
+        impulse = std::clamp(impulse, -bound - u.impulse_t, bound - u.impulse_t);
+      }
       const double by = impulse - end_impulse_[r];
+      most = std::max(most, std::abs(by) * d);
       end_impulse_[r] = impulse;
       for (int i = 0; i < n; ++i) v_[i] += by * response(r)[i];
     }

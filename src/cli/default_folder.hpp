@@ -12,7 +12,7 @@ namespace freeplay::cli {
 inline std::filesystem::path default_folder(const std::filesystem::path& file, const std::string& suffix) {
   auto name = file.stem().string();
   if (name == "scene" || name == "study")
-    name = std::filesystem::absolute(file).parent_path().filename().string();
+    name = std::filesystem::absolute(file).lexically_normal().parent_path().filename().string();
   return std::filesystem::path("out") / (name + suffix);
 }
 

@@ -1,5 +1,7 @@
 // The program: signals, the command line, and how a failure is told.
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
@@ -35,6 +37,14 @@ int with_whole_output(int status, int refused) {
   return told(why.c_str(), status == 0 ? 1 : status);
 }
 
+/// Files that are opened later must not have the numbers of standard streams that are closed, or what is printed would go
+/// into them. Printing still fails.
+void hold_standard_streams() {
+  int number = 0;
+  while (number >= 0 && number <= 2) number = open("/dev/null", O_RDONLY);
+  if (number > 2) close(number);
+}
+
 int run(int argc, char** argv, int& refused) {
   cli::Program program{cli::listen_for_signals()};
   try {
@@ -61,6 +71,7 @@ int run(int argc, char** argv, int& refused) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  hold_standard_streams();
   cli::guard_terminal();
   int refused = 0;
   const int status = run(argc, argv, refused);

@@ -8,7 +8,9 @@
 #include "cli/default_folder.hpp"
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
+#include "io/folder_lock.hpp"
 #include "io/output_file.hpp"
+#include "io/result_set.hpp"
 #include "io/run_folder.hpp"
 #include "io/run_json.hpp"
 #include "model/error.hpp"
@@ -74,6 +76,7 @@ int verify(const VerifyRequest& request) {
   std::vector<Verdict> verdicts;
   std::size_t claims = 0, holding = 0;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
+    if (request.stop()) return 1;
     progress.show(chosen[i]->name, static_cast<double>(i) / static_cast<double>(chosen.size()));
     verdicts.push_back(judge(*chosen[i]));
     progress.clear();
@@ -89,6 +92,8 @@ int verify(const VerifyRequest& request) {
   const auto folder =
       result_folder(!request.document.empty() ? request.document : request.output, "out/verification");
   make_folder(folder);
+  const FolderLock lock(folder, "verify");
+  settle_result_sets(folder);
   auto origin = provenance();
   origin["scene_file"] = "verification";
   const nlohmann::json document{

@@ -42,6 +42,12 @@ const std::vector<Members>& all_members() {
   return list;
 }
 
+const Members& members_of(const std::string& verb) {
+  const auto members = std::ranges::find(all_members(), verb, &Members::verb);
+  if (members == all_members().end()) throw std::logic_error(verb + " has no list of its results");
+  return *members;
+}
+
 Path stage(const Path& folder, const std::string& verb, const char* name) {
   return folder / fmt::format(".{}.{}", verb, name);
 }
@@ -65,35 +71,61 @@ bool is_own_folder(const Path& path) {
   return std::filesystem::is_directory(status);
 }
 
-void remove_older(const Path& folder, const Members& members) {
+/// Nothing, or a folder of its own.
+void require_folder(const Path& path) {
+  std::error_code error;
+  if (!is_own_folder(path) && std::filesystem::exists(std::filesystem::symlink_status(path, error)))
+    throw OutputError(fmt::format("{}: is a file where a folder goes", path.string()));
+}
+
+/// Calls f with the folder of each pattern, where there is one, and every entry in it that the pattern names.
+void each_member(const Path& folder, const Members& members, auto f) {
   for (const Path pattern : members.patterns) {
     const auto place = (folder / pattern).parent_path();
     if (pattern.has_parent_path() && !is_own_folder(place)) continue;
-    std::vector<Path> found;
     std::error_code error;
     for (const auto& entry : std::filesystem::directory_iterator(place, error))
-      if (fnmatch(pattern.filename().c_str(), entry.path().filename().c_str(), 0) == 0)
-        found.push_back(entry.path());
-    for (const auto& path : found) {
-      if (std::filesystem::is_directory(std::filesystem::symlink_status(path, error)))
-        continue;  // none of ours
-      std::filesystem::remove(path, error);
-      if (error) fail(path, "cannot be replaced", error);
-    }
-    if (pattern.has_parent_path()) std::filesystem::remove(place, error);  // where nothing else is in it
+      if (fnmatch(pattern.filename().c_str(), entry.path().filename().c_str(), 0) == 0) f(pattern, entry);
   }
 }
 
-void move_in(const Path& from, const Path& folder) {
+/// Throws OutputError where the results could not be put, before any older one is gone: where a folder stands in the place of a
+/// file, a file or a link in that of a folder.
+void require_places(const Path& folder, const Members& members) {
+  for (const Path pattern : members.patterns)
+    if (pattern.has_parent_path()) require_folder(folder / pattern.parent_path());
+  for (const auto* name : {"complete", "moving"}) require_folder(stage(folder, members.verb, name));
+  each_member(folder, members, [](const Path&, const auto& entry) {
+    std::error_code error;
+    if (std::filesystem::is_directory(entry.symlink_status(error)))
+      throw OutputError(fmt::format("{}: is a folder where a result goes", entry.path().string()));
+  });
+}
+
+void remove_older(const Path& folder, const Members& members) {
+  std::vector<Path> found;
+  each_member(folder, members, [&](const Path&, const auto& entry) { found.push_back(entry.path()); });
+  for (const auto& path : found) remove_file(path);
+  std::error_code ignored;
+  for (const Path pattern : members.patterns)
+    if (pattern.has_parent_path())
+      std::filesystem::remove(folder / pattern.parent_path(), ignored);  // where nothing else is in it
+}
+
+/// Only what the verb makes, and no link: the folder may be somebody's who left more in it.
+void move_in(const Path& from, const Path& folder, const Members& members) {
   std::vector<Path> files;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(from))
-    if (entry.is_regular_file()) files.push_back(entry.path().lexically_relative(from));
+  each_member(from, members, [&](const Path& pattern, const auto& entry) {
+    std::error_code error;
+    if (std::filesystem::is_regular_file(entry.symlink_status(error)))
+      files.push_back(pattern.parent_path() / entry.path().filename());
+  });
   // Those in folders first: the file that says that they are results stands beside these.
   std::ranges::sort(files, {}, [](const Path& file) { return std::pair(!file.has_parent_path(), file); });
   for (const auto& file : files) {
-    if (file.has_parent_path() && !is_own_folder(folder / file.parent_path()))
-      make_folder(folder / file.parent_path());
-    move(from / file, folder / file);
+    const auto place = (folder / file).parent_path();
+    make_folder(place);
+    move_file((from / file).parent_path(), place, file.filename().string());
   }
   std::error_code error;
   std::filesystem::remove_all(from, error);
@@ -103,10 +135,11 @@ void settle(const Path& folder, const Members& members) {
   const auto complete = stage(folder, members.verb, "complete"),
              moving = stage(folder, members.verb, "moving");
   if (is_own_folder(complete)) {
+    require_places(folder, members);
     remove_older(folder, members);
     move(complete, moving);
   }
-  if (is_own_folder(moving)) move_in(moving, folder);
+  if (is_own_folder(moving)) move_in(moving, folder, members);
 }
 
 }  // namespace
@@ -129,6 +162,7 @@ ResultSet::Folder::~Folder() {
 
 ResultSet::ResultSet(const Path& folder, const std::string& verb)
     : folder_(folder), lock_(folder, verb), verb_(verb), place_(stage(folder, verb, "new")) {
+  require_places(folder, members_of(verb));
   settle_result_sets(folder);
   make_folder(place_);
 }
@@ -139,10 +173,10 @@ ResultSet::~ResultSet() {
 }
 
 void ResultSet::commit() {
-  const auto members = std::ranges::find(all_members(), verb_, &Members::verb);
-  if (members == all_members().end()) throw std::logic_error(verb_ + " has no list of its results");
+  const auto& members = members_of(verb_);
+  require_places(lock_.folder(), members);
   move(place_, stage(lock_.folder(), verb_, "complete"));
-  settle(lock_.folder(), *members);
+  settle(lock_.folder(), members);
 }
 
 }  // namespace freeplay

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <optional>
 
+#include "io/input_file.hpp"
+#include "model/error.hpp"
 #include "values/snapshot.hpp"
 
 namespace freeplay {
@@ -18,7 +18,6 @@ using Path = std::filesystem::path;
 constexpr const char* summary_name = "run.json";
 /// What a run may write beside run.json, in the order in which it is put in its place.
 constexpr std::array file_names{"trajectory.csv", "events.csv", "signals.csv", "forces.csv"};
-constexpr std::uintmax_t most_summary = 256u << 20;  // bytes; one of 4096 events has a thousandth
 
 Path half(const Path& folder, const std::string& name) { return folder / (name + ".partial"); }
 
@@ -29,14 +28,12 @@ bool is_file(const Path& path) {
 
 /// "finished", "failed" or "interrupted"; none where the file is missing or not whole.
 std::optional<std::string> status_in(const Path& file) {
-  std::error_code error;
-  if (!is_file(file) || std::filesystem::file_size(file, error) > most_summary || error) return std::nullopt;
-  std::ifstream in(file);
-  const auto document = nlohmann::json::parse(in, nullptr, false);
-  const nlohmann::json::json_pointer where("/ending/status");
-  if (!document.is_object() || !document.contains(where) || !document.at(where).is_string())
+  if (!is_file(file)) return std::nullopt;
+  try {
+    return JsonFile(file).text("ending.status");
+  } catch (const SceneError&) {
     return std::nullopt;
-  return document.at(where).get<std::string>();
+  }
 }
 
 [[noreturn]] void refuse(const Path& path, const std::error_code& error) {

@@ -112,7 +112,8 @@ long cost(const Work& w) { return w.rhs + 10 * w.jacobians; }
 
 Result whole_run(const Scene& scene, const Setting& setting, const Conduct& conduct,
                  const AdviceRules& rules) {
-  return Simulation(bare(scene, setting), name_of(setting.family), {.matched = conduct.matched})
+  return Simulation(bare(scene, setting), name_of(setting.family),
+                    {.matched = conduct.matched, .stop = conduct.stop})
       .run({.most_events = static_cast<std::size_t>(rules.most_events), .stop = conduct.stop});
 }
 
@@ -146,7 +147,8 @@ Measured tried(const Scene& scene, const Setting& setting, const Advice& advice,
   const double until =
       advice.by_events ? std::min(scene.run.duration, 1.25 * r.touches.back().t + 0.1 * scene.run.duration)
                        : r.state_time;
-  Simulation simulation(bare(scene, setting), name_of(setting.family), {.matched = conduct.matched});
+  Simulation simulation(bare(scene, setting), name_of(setting.family),
+                        {.matched = conduct.matched, .stop = conduct.stop});
   const auto run =
       simulation.run({.until = until, .observers = {&judge}, .keep_events = false, .stop = judge.token()});
   m.ending = run.ending;

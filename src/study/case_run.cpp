@@ -163,7 +163,8 @@ void require_runnable(const Study& study, const Case& one, const Conduct& conduc
   TurnRules rules;
   channels(study, scene, rules);
   try {
-    const Simulation simulation(scene, one.formulation, {.matched = study.matched && conduct.matched});
+    const Simulation simulation(scene, one.formulation,
+                                {.matched = study.matched && conduct.matched, .stop = conduct.stop});
     contact(study, scene, simulation.layout().contacts);
   } catch (const SceneError&) {
     throw;
@@ -197,10 +198,12 @@ TurnMetrics ideal_turn(const Study& study, const Scene& scene, const std::string
   ideal.run.discard = 0;
   ideal.run.start = RunOptions::Start::assembled;
   for (auto& i : ideal.instruments) i.noise.reset();
-  Simulation simulation(ideal, formulation, {.matched = study.matched && conduct.matched});
+  Simulation simulation(ideal, formulation,
+                        {.matched = study.matched && conduct.matched, .stop = conduct.stop});
   TurnMeter meter(rules);
   Feed feed(meter, channel, lvdt);
-  simulation.run({.observers = {&feed}, .keep_events = false, .stop = conduct.stop});
+  const auto run = simulation.run({.observers = {&feed}, .keep_events = false, .stop = conduct.stop});
+  if (run.ending.status == Ending::Status::interrupted) throw Interrupted();
   return meter.finish(simulation.t(), std::nan(""));  // of a run that stopped early: NaN
 }
 
@@ -230,7 +233,8 @@ CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct)
     rules.sampling = own;
     if (lvdt >= 0) scene.instruments[lvdt].sampling = own;
   }
-  Simulation simulation(scene, one.formulation, {.matched = study.matched && conduct.matched});
+  Simulation simulation(scene, one.formulation,
+                        {.matched = study.matched && conduct.matched, .stop = conduct.stop});
   rules.joint = contact(study, scene, simulation.layout().contacts);
   rules.ideal_maximum = ideal_maximum(study, scene, one.formulation, conduct);
 

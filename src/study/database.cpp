@@ -63,7 +63,8 @@ int Database::wait(void* self, int tries) {
 Database::Database(const std::filesystem::path& file, StopToken stop) : file_(file), stop_(stop) {
   for (const char* part : {"", "-wal", "-shm", "-journal"}) require_own(file.string() + part);
   try {
-    if (sqlite3_open(file.c_str(), &db_) != SQLITE_OK) fail();
+    // By its absolute name: one that begins with file: would be taken for a URI.
+    if (sqlite3_open(std::filesystem::absolute(file).c_str(), &db_) != SQLITE_OK) fail();
     sqlite3_busy_handler(db_, wait, this);
     // A user's query, however long, does not hold up the runs; a stop at any moment loses unstored runs only. SQLite does
     // not wait by itself for another process that is just doing the same.

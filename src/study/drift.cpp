@@ -20,7 +20,8 @@ std::vector<DriftRun> measure_drift(const Scene& scene, const StopToken& stop,
                                     const std::filesystem::path& folder,
                                     const std::function<void(const std::string&, double)>& on_progress) {
   constexpr int points = 200;
-  const State start = located_in(scene, [&] { return assemble(scene.mechanism, scene.run.start); });
+  const State start =
+      located_in(scene, [&] { return assemble(scene.mechanism, scene.run.start, nullptr, stop); });
   const System system(scene.mechanism);
   std::vector<DriftRun> runs;
   std::string rows = "stabilisation,t,length,angle,closure\n";

@@ -56,16 +56,18 @@ Scene perturbed(const Scene& scene, const StopToken& stop, std::uint64_t seed, i
   offset(ideal.mechanism, scene.mechanism, engine, how.play);
 
   State state = located_in(scene, [&] {
-    return assemble(ideal.mechanism, scene.run.start == RunOptions::Start::ideal
-                                         ? RunOptions::Start::ideal
-                                         : RunOptions::Start::assembled);
+    return assemble(
+        ideal.mechanism,
+        scene.run.start == RunOptions::Start::ideal ? RunOptions::Start::ideal : RunOptions::Start::assembled,
+        nullptr, stop);
   });
   double time = 0;
   if (const auto* drive = main_drive(scene.mechanism); drive && drive->speed != 0 && turned > 0) {
     time = turned * 2 * std::numbers::pi / std::abs(drive->speed);
     ideal.run.duration = time;
-    Simulation simulation(ideal, "penalty", {.start = state});
+    Simulation simulation(ideal, "penalty", {.start = state, .stop = stop});
     const auto ending = simulation.run({.until = time, .keep_events = false, .stop = stop}).ending;
+    if (ending.status == Ending::Status::interrupted) throw Interrupted();
     if (ending.status == Ending::Status::failed)
       throw SceneError(fmt::format("{}: the ideal mechanism cannot be turned to a start: {}",
                                    scene.file.string(), ending.reason));

@@ -68,6 +68,7 @@ class Sweep {
         if (result.ending.status == Ending::Status::interrupted) return;
         store(*key, one, result);
       }
+    } catch (const Interrupted&) {  // while a start was made: its run is none
     } catch (...) {
       failed_ = true;  // the others end the runs that they are at
       throw;

@@ -90,15 +90,18 @@ void sliding(Findings& f) {
     const auto run = finished(by(scene, Scheme::moreau_jean, tolerance));
     const auto& s = run.final_state;
     each.push_back(1.0 / static_cast<double>(run.work.rhs));
-    errors.push_back(greatest(std::abs(std::hypot(s.v[0], s.v[1]) - v) / v0,
-                              std::abs(std::remainder(std::atan2(s.q[1], s.q[0]) - angle, 2 * 3.141592653589793))));
+    errors.push_back(
+        greatest(std::abs(std::hypot(s.v[0], s.v[1]) - v) / v0,
+                 std::abs(std::remainder(std::atan2(s.q[1], s.q[0]) - angle, 2 * 3.141592653589793))));
   }
-  f.between("chosen steps: a journal sliding round its bearing, order of its error in the solves", "",
-            test::observed_order(each, errors), 2.5, 3.5, "v = v₀/(1 + μ v₀ t/c), φ = ln(1 + μ v₀ t/c)/μ",
-            "the friction of the last half step's turning is of third order: an error in proportion to what is accepted, "
-            "which falls with the cube of the steps");
+  f.between(
+      "chosen steps: a journal sliding round its bearing, order of its error in the solves", "",
+      test::observed_order(each, errors), 2.5, 3.5, "v = v₀/(1 + μ v₀ t/c), φ = ln(1 + μ v₀ t/c)/μ",
+      "the friction of the last half step's turning is of third order: an error in proportion to what is accepted, "
+      "which falls with the cube of the steps");
   f.at_most("the same at 1e-6: greatest error of speed and angle over tolerance", "", errors[1] / 1e-6, 30,
-            "the same", "some 160 steps that each miss by up to a tolerance, a third of it after extrapolation");
+            "the same",
+            "some 160 steps that each miss by up to a tolerance, a third of it after extrapolation");
 }
 
 void at_rest(Findings& f) {

@@ -13,6 +13,7 @@
 #include <iterator>
 #include <thread>
 
+#include "cli/default_folder.hpp"
 #include "io/open_scene.hpp"
 #include "io/output_file.hpp"
 #include "io/result_set.hpp"
@@ -340,4 +341,66 @@ TEST_CASE("results are replaced as a whole, and links lead nowhere", "[folders]"
   std::filesystem::create_directory_symlink(folder.path() / "elsewhere", out / "penalty");
   CHECK_THROWS_WITH(make("three", true), Contains("is a link"));
   CHECK(bytes_of(folder.path() / "elsewhere/run.json") == "kept");
+}
+
+TEST_CASE("a half-moved set that somebody planted moves what a verb makes, and through no link",
+          "[folders]") {
+  test::TemporaryFolder folder;
+  const auto out = folder.path() / "received", home = folder.path() / "home";
+  make_folder(out / ".laws.complete/a/keys");
+  make_folder(home / "keys");
+  write_file(home / "keys/one", "kept");
+  write_file(out / ".laws.complete/a/keys/one", "planted");
+  write_file(out / ".laws.complete/laws.json", "{}");
+  std::filesystem::create_directory_symlink(home, out / "a");
+  settle_result_sets(out);
+  CHECK(bytes_of(home / "keys/one") == "kept");
+  CHECK(bytes_of(out / "laws.json") == "{}");
+  CHECK_FALSE(std::filesystem::exists(out / ".laws.complete"));
+}
+
+TEST_CASE("what is in the way of results is told before any older one is gone", "[folders]") {
+  test::TemporaryFolder folder;
+  const auto out = folder.path() / "out";
+  make_folder(out);
+  write_file(out / "comparison.json", "older");
+  const auto refused = [&](const char* why) {
+    CHECK_THROWS_WITH(ResultSet(out, "compare"), Contains(why));
+    CHECK(bytes_of(out / "comparison.json") == "older");
+  };
+  write_file(out / "penalty", "a file");
+  refused("is a file where a folder goes");
+  std::filesystem::remove(out / "penalty");
+  write_file(out / ".compare.complete", "a file");
+  refused("is a file where a folder goes");
+  std::filesystem::remove(out / ".compare.complete");
+  make_folder(out / "comparison.md");
+  refused("is a folder where a result goes");
+  std::filesystem::remove(out / "comparison.md");
+  {
+    ResultSet set(out, "compare");
+    write_file(set.place() / "comparison.json", "newer");
+    make_folder(folder.path() / "elsewhere");
+    std::filesystem::create_directory_symlink(folder.path() / "elsewhere", out / "figures");  // meanwhile
+    CHECK_THROWS_WITH(set.commit(), Contains("is a link"));
+  }
+  CHECK(bytes_of(out / "comparison.json") == "older");
+}
+
+TEST_CASE("a database is the file of its name, whatever the name", "[study][folders]") {
+  Desk desk;
+  make_folder(desk.folder.path() / "file:x");
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(desk.folder.path());
+  const auto there = [&] {
+    const Results results("file:x/sweep.db", read_study(desk.study));
+    return std::filesystem::exists("file:x/sweep.db") && !std::filesystem::exists("x");
+  }();
+  std::filesystem::current_path(before);
+  CHECK(there);
+}
+
+TEST_CASE("a scene named by a way upwards has its results under its folder's name", "[folders]") {
+  CHECK(cli::default_folder("cases/ring/inner/../scene.toml", "") == "out/ring");
+  CHECK(cli::default_folder("cases/ring/./scene.toml", "-x") == "out/ring-x");
 }
