@@ -226,6 +226,7 @@ bool EventDynamics::solve_together(const Vector& x, double t) {
 }
 
 void EventDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
+  t = std::min(t, knot);
   const int n = system_.n(), m = system_.rows();
   const double* v = x.data() + n;
   if (!solve_mode(x, t)) {
@@ -240,7 +241,7 @@ void EventDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   integral[damping] = -e_.power.damping;
   integral[friction_loss] = 0;
   for (int k = 0; k < m; ++k) integral[drive] += lambda_[k] * e_.phi_t[k];
-  system_.flow(t, x.data(), x.data() + state_offset(), dxdt.data() + state_offset(),
+  system_.flow(t, x.data(), v, x.data() + state_offset(), dxdt.data() + state_offset(),
                {nullptr, phases.pieces()});
   double* impulse = dxdt.data() + impulse_offset();
   for (const auto& c : contacts_) {

@@ -153,6 +153,8 @@ class EventDynamics {
   void measure_speeds(const Vector& x);
 
   Phases phases;  ///< the pieces of torque tables that the present mode is held to
+  /// s: no stage sees a prescribed motion beyond it; its acceleration may jump at a knot, which the next step sees.
+  double knot = INFINITY;
   Work work;
   Extremes extremes;
   double contact_loss = 0, stabilisation = 0;  ///< J

@@ -39,7 +39,7 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
   for (auto* x : {&q_, &v_, &q_old_, &v_old_, &q_mid_, &v_mean_, &v_trial_, &v_free_, &force_, &dq_,
                   &struck_v_, &a_gamma_})
     x->resize(system.n());
-  for (auto* x : {&z_, &z_mid_, &flow_}) x->resize(system.states());
+  for (auto* x : {&z_, &z_old_, &z_mid_, &flow_}) x->resize(system.states());
   for (auto* x : {&r_, &lambda_, &lambda_free_, &lambda_dq_}) x->resize(system.rows());
   extremes_.penetration.assign(system.contacts(), 0);
 }
@@ -81,6 +81,7 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
   const int n = system_.n();
   for (int i = 0; i < n; ++i) q_mid_[i] = q_old_[i] + 0.5 * h * v_old_[i];
   system_.place(t_old_ + 0.5 * h, q_mid_.data(), e_);
+  if (system_.has_motions()) system_.step_motions(t_old_, t_, e_);
   system_.rate(q_mid_.data(), v_old_.data(), e_);
   for (int k = 0; k < system_.contacts(); ++k)
     system_.contact(k, q_mid_.data(), v_old_.data(), e_, contacts_[k].row);
@@ -94,7 +95,8 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
     return false;
   }
 
-  if (!advance_states(h) || !solve_velocities(h, v_old_.data())) return false;
+  if (system_.has_velocity_flows()) z_old_ = z_;
+  if (!advance_states(h, v_old_.data()) || !solve_velocities(h, v_old_.data())) return false;
   const bool sweeps = system_.phases() > 0;
   if (system_.has_velocity_forces() || sweeps) {
     // Damper forces, and what tables sweep over, belong to the mean velocity: iterate to it.
@@ -120,6 +122,10 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
         return false;
       }
       v_trial_ = v_;
+      if (system_.has_velocity_flows()) {
+        z_ = z_old_;
+        if (!advance_states(h, v_mean_.data())) return false;
+      }
       if (!solve_velocities(h, v_mean_.data())) return false;
     }
   }
@@ -140,13 +146,13 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
   return true;
 }
 
-/// z⁺ and its mean z_mid_, which do not depend on v⁺, by fixed-point iteration.
-bool MoreauStepper::advance_states(double h) {
+/// z⁺ and its mean z_mid_ at mean velocities v_mean, by fixed-point iteration.
+bool MoreauStepper::advance_states(double h, const double* v_mean) {
   if (z_.empty()) return true;
   z_mid_ = z_;
   for (int i = 0;; ++i) {
-    const Sweep sweep{h, v_old_.data(), v_old_.data()};
-    system_.flow(t_old_ + 0.5 * h, q_mid_.data(), z_mid_.data(), flow_.data(), {&sweep});
+    const Sweep sweep{h, v_old_.data(), v_mean};
+    system_.flow(t_old_ + 0.5 * h, q_mid_.data(), v_mean, z_mid_.data(), flow_.data(), {&sweep});
     double change = 0;
     for (std::size_t k = 0; k < z_.size(); ++k) {
       const double middle = z_[k] + 0.5 * h * flow_[k];
@@ -157,7 +163,7 @@ bool MoreauStepper::advance_states(double h) {
     if (i == 50 || !std::isfinite(change)) {
       failure_ = fmt::format(
           "t = {:.9g} s: the lagged torques do not converge within a step of {:.3g} s; take nonsmooth.step "
-          "shorter than their lag",
+          "shorter than their lag, or than a motor's inductance/resistance",
           t_old_, h);
       return false;
     }

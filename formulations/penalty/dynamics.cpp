@@ -65,7 +65,7 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
   system_.place(t, q, e);
   system_.rate(q, v, e);
   system_.forces(t, q, v, z, e, {nullptr, phases.pieces()});
-  system_.flow(t, q, z, terms.flow.data(), {nullptr, phases.pieces()});
+  system_.flow(t, q, v, z, terms.flow.data(), {nullptr, phases.pieces()});
   terms.contact_work = terms.friction_loss = terms.film_loss = 0;
 
   T* impulse = terms.impulse_rate.data();
@@ -208,7 +208,7 @@ void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfd
       integral[film_loss] = terms.film_loss.slope[s];
       integral[stabilisation] = 0;
       for (int k = 0; k < m; ++k) {
-        integral[drive] += d.lambda[k] * terms.e.phi_t[k].value;
+        integral[drive] += d.lambda[k] * terms.e.phi_t[k].value + lambda_[k] * terms.e.phi_t[k].slope[s];
         integral[stabilisation] -= d.lambda[k] * terms.rate[k].value + lambda_[k] * terms.rate[k].slope[s];
       }
     }

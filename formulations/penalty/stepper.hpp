@@ -106,6 +106,8 @@ class PenaltyStepper {
     const double run_end = t_end;
     // A table's knots are stops: no step crosses a kink of the torque, or misses a pulse.
     const double knot = f_.knot = f_.system().next_knot(method_.t);
+    // What a prescribed acceleration jumps to at the knot is the next step's.
+    if (f_.system().has_motions()) f_.knot = std::nextafter(knot, method_.t);
     if (restart_) method_.renew(f_);
     restart_ = false;
     const bool to_knot = knot < t_end;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "model/curve.hpp"
 #include "model/elements/torque_drive.hpp"
 #include "model/keys.hpp"
 #include "values/vec2.hpp"
@@ -88,6 +89,19 @@ class KeysList {
   void table(const Key& constant, const Key& points, TorqueDrive::Table&) {
     add(constant, "number", "–");
     add(points, "points", "–");
+  }
+  void samples(const Key& points, const Key& file, const Key& columns, Curve::Points&) {
+    add(points, "points", "–");
+    add(file, "text", "–");
+    add(columns, "names", "the first two");
+  }
+  void curve(const Key& key, int&, Curve::Use = Curve::Use::value) { add(key, "text", "required"); }
+  void maybe_curve(const Key& key, int&, Curve::Use = Curve::Use::value) { add(key, "text", "–"); }
+  void moving_joint(const Key& key, int&) { add(key, "text", "required"); }
+  void maybe_joint(const Key& key, int&) { add(key, "text", "–"); }
+  void joint_place(const Key& key, double&, int) { add(key, "number", std::string(key.fallback)); }
+  void number_or_curve(const Key& key, CurveOr&, const Range& = any_number) {
+    add(key, "number or text", "required");
   }
   void length(const Key& turns, const Key& seconds, double&) {
     add(turns, "number", "–");

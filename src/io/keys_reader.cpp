@@ -1,7 +1,9 @@
 #include "io/keys_reader.hpp"
 
+#include <cmath>
 #include <numbers>
 
+#include "io/points_file.hpp"
 #include "io/toml_value.hpp"
 
 namespace freeplay {
@@ -38,6 +40,39 @@ void KeysReader::table(const Key& constant, const Key& points, TorqueDrive::Tabl
               fmt::format("must increase in its first column; {} follows {}", p.x(), table.back().first));
     table.emplace_back(p.x(), p.y());
   }
+}
+
+void KeysReader::samples(const Key& points, const Key& file, const Key& columns, Curve::Points& list) {
+  one_of(points, file);
+  const auto& given = s_.has(points.name) ? points : file;
+  if (s_.has(points.name)) {
+    if (s_.has(columns.name)) s_.fail(columns.name, fmt::format("names columns of a {}", file.name));
+    for (const auto& p : s_.points(points.name)) list.emplace_back(p.x(), p.y());
+  } else {
+    const auto names = s_.has(columns.name) ? s_.names(columns.name) : std::vector<std::string>();
+    if (!names.empty() && names.size() != 2)
+      s_.fail(columns.name, fmt::format("must name two columns, those of x and y, names {}", names.size()));
+    list = read_points(s_.named_text(file.name), names,
+                       [&](const std::string& wrong) { s_.fail(file.name, wrong); });
+  }
+  if (list.size() < 2) s_.fail(given.name, fmt::format("must have at least two points, has {}", list.size()));
+  for (std::size_t i = 1; i < list.size(); ++i)
+    if (!(list[i].first > list[i - 1].first))
+      s_.fail(given.name, fmt::format("must increase in x; {:.9g} follows {:.9g}", list[i].first,
+                                      list[i - 1].first));
+}
+
+void KeysReader::curve(const Key& key, int& curve, Curve::Use use) {
+  const auto name = s_.text(key.name);
+  curve = index_of(mechanism_.curves, name, own_name);
+  if (curve < 0) s_.fail(key.name, unknown("curve", name, mechanism_.curves, own_name));
+  if (const auto why = mechanism_.curves[static_cast<std::size_t>(curve)].refusal(use); !why.empty())
+    s_.fail(key.name, fmt::format("the curve {} {}", toml_quoted(name), why));
+}
+
+void KeysReader::number_or_curve(const Key& key, CurveOr& x, const Range& range) {
+  if (!s_.has(key.name) || s_.is_text(key.name)) return curve(key, x.curve);
+  x.constant = s_.number(key.name, range);
 }
 
 void KeysReader::length(const Key& turns, const Key& seconds, double& duration) {
@@ -127,6 +162,34 @@ int KeysReader::joint_index(const Key& key) {
 void KeysReader::any_joint(const Key& key, int& joint, std::array<int, 2>& pair) {
   joint = joint_index(key);
   pair = bodies_of(mechanism_.joints[static_cast<std::size_t>(joint)]);
+}
+
+void KeysReader::moving_joint(const Key& key, int& joint) {
+  joint = joint_index(key);
+  const auto& found = mechanism_.joints[static_cast<std::size_t>(joint)];
+  if (std::holds_alternative<RigidJoint>(found))
+    s_.fail(key.name, fmt::format("must be a revolute or translational joint, {} is rigid",
+                                  toml_quoted(name_of(found))));
+}
+
+void KeysReader::joint_place(const Key& key, double& place, int joint) {
+  const auto* slider =
+      std::get_if<TranslationalJoint>(&mechanism_.joints[static_cast<std::size_t>(joint)]);
+  if (!slider) return joint_angle(key, place, joint);
+  const auto turned = [](const Vec2& s, double angle) {
+    const double c = std::cos(angle), n = std::sin(angle);
+    return Vec2{c * s.x() - n * s.y(), n * s.x() + c * s.y()};
+  };
+  const auto point = [&](int end) {
+    const int body = slider->between[static_cast<std::size_t>(end)];
+    const auto& own = slider->at[static_cast<std::size_t>(end)];
+    if (body == ground) return own;
+    const auto& b = mechanism_.bodies[static_cast<std::size_t>(body)];
+    return b.position + turned(own, b.angle);
+  };
+  const int first = slider->between[0];
+  const auto axis = turned(slider->axis, first == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(first)].angle);
+  place = s_.number(key.name, any_number, dot(axis, point(1) - point(0)));
 }
 
 void KeysReader::joint_angle(const Key& key, double& angle, int joint) {

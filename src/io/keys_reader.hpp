@@ -107,6 +107,15 @@ class KeysReader {
     x = s_.has(own.name) ? s_.number(own.name, own_range) : convert(s_.number(other.name, range));
   }
   void table(const Key& constant, const Key& points, TorqueDrive::Table& table);
+  /// Points of a curve: there, or in a file that the scene names.
+  void samples(const Key& points, const Key& file, const Key& columns, Curve::Points& list);
+  /// The curve of that name, if it can be used so.
+  void curve(const Key& key, int& curve, Curve::Use use = Curve::Use::value);
+  void maybe_curve(const Key& key, int& index, Curve::Use use = Curve::Use::value) {
+    if (s_.has(key.name)) curve(key, index, use);
+  }
+  /// A number, or the name of a curve.
+  void number_or_curve(const Key& key, CurveOr& x, const Range& range = any_number);
   void length(const Key& turns, const Key& seconds, double& duration);
   void part_of_length(const Key& key, double& x) { x = s_.number(key.name, non_negative, 0) * unit_; }
 
@@ -120,6 +129,14 @@ class KeysReader {
                  const std::optional<double>& bearing_length);
   void drive(const Key& key, std::string& drive);
   void any_joint(const Key& key, int& joint, std::array<int, 2>& pair);
+  /// One that moves in one way: revolute or translational.
+  void moving_joint(const Key& key, int& joint);
+  /// A revolute joint, if one is named.
+  void maybe_joint(const Key& key, int& index) {
+    if (s_.has(key.name)) joint<RevoluteJoint>(key, index);
+  }
+  /// The angle or the place along its axis that the bodies give a joint, unless it stands there.
+  void joint_place(const Key& key, double& place, int joint);
   /// A joint of kind J.
   template <class J>
   const J* joint(const Key& key, int& joint) {

@@ -6,6 +6,7 @@
 
 #include "io/keys_list.hpp"
 #include "model/body.hpp"
+#include "model/curve.hpp"
 #include "model/elements.hpp"
 #include "model/instruments.hpp"
 #include "model/options.hpp"
@@ -108,6 +109,7 @@ std::vector<KeysList::Row> scene_rows() {
   list_facts<Lubricant>(list, "lubricants.*");
   list_facts<Surface>(list, "surfaces.*");
   list_kinds<Drive>(list, "drives.*");
+  list_facts<Curve>(list, "curves.*");
   list_kinds<Load>(list, "loads.*");
   list_facts<RunOptions>(list, "run");
   list_facts<PenaltyOptions>(list, "penalty");
@@ -148,6 +150,7 @@ constexpr std::pair<std::string_view, std::string_view> tables[] = {
     {"lubricants.*", "a lubricant"},
     {"surfaces.*", "a surface"},
     {"drives.*", "a drive"},
+    {"curves.*", "a curve"},
     {"loads.*", "a load"},
     {"run", "[run]"},
     {"penalty", "[penalty]"},

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <tuple>
 
+#include "io/digest.hpp"
+#include "io/input_file.hpp"
 #include "io/schema.hpp"
 #include "io/toml_value.hpp"
 #include "io/visible.hpp"
@@ -257,6 +259,22 @@ int Section::choice(std::string_view key, const std::vector<std::string>& choice
 
 int Section::choice(std::string_view key, const std::vector<std::string>& choices, int fallback) {
   return has(key) ? choice(key, choices) : (take(key), fallback);
+}
+
+std::string Section::named_text(std::string_view key) {
+  const auto name = text(key);
+  const auto folder = std::filesystem::path(source_->name).parent_path();
+  const auto file = folder / name;
+  if (source_->reach == Reach::beside && !lies_below(file, folder))
+    fail(key, fmt::format("{} does not lie beside the scene or below; move it there, or pass --allow-outside",
+                          toml_quoted(name)));
+  try {
+    auto content = read_file(file, most_of_a_text);
+    source_->files.push_back({name, digest(content)});
+    return content;
+  } catch (const SceneError& e) {
+    fail(key, e.what());
+  }
 }
 
 Section Section::child(std::string_view key) {

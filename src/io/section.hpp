@@ -12,9 +12,11 @@
 #include <utility>
 #include <vector>
 
+#include "io/named_file.hpp"
 #include "io/toml.hpp"
 #include "model/error.hpp"
 #include "model/keys.hpp"
+#include "values/read_file.hpp"
 #include "values/vec2.hpp"
 
 namespace freeplay {
@@ -32,6 +34,8 @@ struct SceneSource {
   mutable std::vector<std::string> idle = {};          ///< keys that have no effect, and why
   /// What only options made, by its path (joints.NAME), and the names that the file has beside it.
   std::map<std::string, std::vector<std::string>> made = {};
+  Reach reach = Reach::beside;                ///< of files that it names
+  mutable std::vector<ReadFile> files = {};   ///< that were read
 
   /// Throws SceneError about `path`, placed at `node` or at the option that set it. Options that set other keys of the
   /// same table are named with it: they may be the cause.
@@ -53,6 +57,7 @@ class Section {
   Section(const toml::table& table, std::string path, std::string pattern, const SceneSource& source);
 
   bool has(std::string_view key) const { return table_.contains(key); }
+  bool is_text(std::string_view key) const { return table_.get(key) && table_.get(key)->is_string(); }
   double number(std::string_view key, Range range);
   double number(std::string_view key, Range range, double fallback);
   /// A number, or nothing for `word`.
@@ -86,6 +91,8 @@ class Section {
     source_->idle.push_back(full(key) + " " + why);
   }
   const std::string& path() const { return path_; }
+  /// The text of the file that a key names, from the scene's folder. A file elsewhere is refused, unless all are allowed.
+  std::string named_text(std::string_view key);
 
  private:
   const toml::node* take(std::string_view key);

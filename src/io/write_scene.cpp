@@ -94,6 +94,25 @@ class KeysWriter {
     for (const auto& [x, torque] : table) list += (list.empty() ? "" : ", ") + shown(Vec2{x, torque});
     raw(points.name, fmt::format("[{}]", list));
   }
+  void samples(const Key& points, const Key&, const Key&, const Curve::Points& list) {
+    std::string all;
+    for (const auto& [x, y] : list) all += (all.empty() ? "" : ", ") + shown(Vec2{x, y});
+    raw(points.name, fmt::format("[{}]", all));
+  }
+  void curve(const Key& key, int index, Curve::Use = Curve::Use::value) {
+    text(key.name, at(mechanism_.curves, index, key.name).name);
+  }
+  void maybe_curve(const Key& key, int index, Curve::Use = Curve::Use::value) {
+    if (index >= 0) curve(key, index);
+  }
+  void moving_joint(const Key& key, int index) { joint<RevoluteJoint>(key, index); }
+  void maybe_joint(const Key& key, int index) {
+    if (index >= 0) joint<RevoluteJoint>(key, index);
+  }
+  void joint_place(const Key& key, double place, int) { put(key.name, place); }
+  void number_or_curve(const Key& key, const CurveOr& x, const Range& = any_number) {
+    x.curve < 0 ? put(key.name, x.constant) : curve(key, x.curve);
+  }
   void length(const Key&, const Key& seconds, double x) { put(seconds.name, x); }
   void part_of_length(const Key& key, double x) { put(key.name, x); }
 
@@ -185,6 +204,7 @@ std::string to_toml(const Scene& scene) {
   facts("bodies", m.bodies);
   facts("surfaces", m.surfaces);
   facts("lubricants", m.lubricants);
+  facts("curves", m.curves);
   elements("joints", m.joints);
   elements("contacts", m.contacts);
   elements("drives", m.drives);

@@ -56,7 +56,8 @@ double size_of(const OpenJoint& open, double length) {
 /// rad, of the joint that a drive turns.
 double driven_angle(const Mechanism& mechanism, const std::string& drive, const std::vector<double>& q) {
   const auto it = std::ranges::find_if(mechanism.drives, [&](const Drive& d) { return name_of(d) == drive; });
-  const auto pair = bodies_of(mechanism.joints[std::get<SpeedDrive>(*it).joint]);
+  const int joint = std::visit([](const auto& d) { return d.joint; }, *it);
+  const auto pair = bodies_of(mechanism.joints[joint]);
   const auto angle = [&](int body) { return body == ground ? 0 : planar::angle(q.data(), body); };
   return angle(pair[1]) - angle(pair[0]);
 }
@@ -78,7 +79,12 @@ double driven_angle(const Mechanism& mechanism, const std::string& drive, const 
   best_pose(system, length, false, q);
   const auto free = open_joints(system, q, length);
   std::string remedy = "check the lengths, or give bodies.*.position and .angle nearer to closure";
-  if (!free.empty() && free.front().drive && (free.size() == 1 || size_of(free[1], length) < 1e-6 * length))
+  const auto has_angle = [&](const std::string& drive) {
+    return std::ranges::any_of(mechanism.drives, [&](const Drive& d) {
+      return name_of(d) == drive && std::holds_alternative<SpeedDrive>(d);
+    });
+  };
+  if (!free.empty() && free.front().drive && has_angle(free.front().name) && (free.size() == 1 || size_of(free[1], length) < 1e-6 * length))
     remedy = fmt::format("it closes with drives.{}.initial_angle = {:.4f}", free.front().name,
                          driven_angle(mechanism, free.front().name, q));
   throw ModelError(key_of(mechanism, open.front()), fmt::format("{}; {}", message, remedy));
@@ -201,7 +207,9 @@ namespace {
 /// Whether a drive turns that no body's velocity answers: all are zero, as those that a scene leaves out.
 bool leaves_velocities_open(const Mechanism& m) {
   const auto rests = [](const Body& b) { return b.velocity.is_zero() && b.angular_velocity == 0; };
-  const auto turns = [](const Drive& d) {
+  const auto turns = [&](const Drive& d) {
+    if (const auto* motion = std::get_if<MotionDrive>(&d))
+      return motion->of < 0 && motion->course(m.curves).jet(0.0).slope != 0;
     const auto* speed = std::get_if<SpeedDrive>(&d);
     return speed && speed->speed != 0;
   };

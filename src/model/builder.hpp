@@ -28,8 +28,9 @@ class Builder {
   void points(const Link& link, const std::string& name);
   void slide(const Link& link, const Vec2& axis, const std::string& name);
   void angle(const Link& link, double angle, const std::string& name);
-  /// `crank`: its angle is the crank's even if it is not the first.
-  void prescribed(const Link& link, double angle, double speed, bool crank, const std::string& name);
+  void prescribed(const Link& link, double angle, double speed, const std::string& name);
+  /// Of the angle, or of the place along an axis; against time, or the angle of joint `of` (−1: time).
+  void motion(const Link& link, const Piecewise& course, const Vec2* axis, int of, const std::string& name);
   ///@}
 
   /// @name Contacts

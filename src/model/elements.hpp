@@ -7,9 +7,14 @@
 #include <string_view>
 #include <variant>
 
+#include "model/elements/dc_motor.hpp"
 #include "model/elements/disc_contact.hpp"
+#include "model/elements/effort_drive.hpp"
 #include "model/elements/force_load.hpp"
+#include "model/elements/governor.hpp"
+#include "model/elements/induction_motor.hpp"
 #include "model/elements/joint_friction.hpp"
+#include "model/elements/motion_drive.hpp"
 #include "model/elements/plane_contact.hpp"
 #include "model/elements/revolute_joint.hpp"
 #include "model/elements/rigid_joint.hpp"
@@ -24,7 +29,8 @@ namespace freeplay {
 
 using Joint = std::variant<RevoluteJoint, TranslationalJoint, RigidJoint>;
 using Contact = std::variant<PlaneContact, DiscContact>;
-using Drive = std::variant<SpeedDrive, TorqueDrive>;
+using Drive = std::variant<SpeedDrive, TorqueDrive, MotionDrive, TorqueCurveDrive, ForceDrive, DcMotor,
+                           InductionMotor, Governor>;
 using Load = std::variant<ForceLoad, TorqueLoad, SpringDamper, TorsionalSpringDamper, JointFriction>;
 
 /// The word for a kind of element: its `type` in a scene, or for drives "speed drive".

@@ -22,6 +22,7 @@ template <class T>
 struct EvaluationOf {
   std::vector<T> cosine, sine;       ///< of each body's angle
   std::vector<T> phi, phi_t, gamma;  ///< one per constraint row
+  std::vector<T> bend;               ///< y″ of each prescribed motion
   std::vector<T> G;                  ///< values in the order of System::pattern()
   std::vector<T> force;              ///< n
   LoadPower<T> power;

@@ -12,6 +12,7 @@
 #include "model/pairs/line.hpp"
 #include "model/pairs/round.hpp"
 #include "model/rows/angle.hpp"
+#include "model/rows/motion.hpp"
 #include "model/rows/point.hpp"
 #include "model/rows/slide.hpp"
 #include "model/rows/sliding.hpp"
@@ -19,7 +20,8 @@
 namespace freeplay {
 
 using ConstraintRows =
-    std::tuple<std::vector<PointRows>, std::vector<SlideRow>, std::vector<AngleRow>, std::vector<SpeedRow>>;
+    std::tuple<std::vector<PointRows>, std::vector<SlideRow>, std::vector<AngleRow>, std::vector<SpeedRow>,
+               std::vector<MotionRow>>;
 using Pair = std::variant<RoundPair, LinePair>;
 
 /// A drive or load in place.

@@ -40,7 +40,16 @@ class System {
   /// Whether a constraint row is measured in rad (else in m).
   bool is_angle_row(int row) const { return angle_rows_[row]; }
   /// Number of rows that prescribe motion; they are the last ones.
-  int drive_rows() const { return static_cast<int>(std::get<std::vector<SpeedRow>>(constraints_).size()); }
+  int drive_rows() const {
+    return static_cast<int>(std::get<std::vector<SpeedRow>>(constraints_).size() +
+                            std::get<std::vector<MotionRow>>(constraints_).size());
+  }
+  /// Whether a joint's motion is prescribed along a curve: its acceleration may jump at next_knot().
+  bool has_motions() const { return !std::get<std::vector<MotionRow>>(constraints_).empty(); }
+  /// Prescribed motions over a time step, exact at its end: phi_t, and what rate() takes; between place() and rate().
+  void step_motions(double t0, double t1, Evaluation& e) const {
+    for (const auto& row : std::get<std::vector<MotionRow>>(constraints_)) row.step(t0, t1, e);
+  }
   bool has_friction(int contact) const { return contact_facts(contact).surface.friction.has_value(); }
   /// Whether a coordinate is an angle (rad, else m).
   bool is_angle(int coordinate) const { return coordinate % 3 == 2; }
@@ -69,7 +78,10 @@ class System {
   double state_scale(int k) const { return state_scales_[k]; }
   /// ż of the elements' first-order states.
   template <class T>
-  void flow(std::type_identity_t<T> t, const T* q, const T* z, T* dz, const Reading& reading = {}) const;
+  void flow(std::type_identity_t<T> t, const T* q, const T* v, const T* z, T* dz,
+            const Reading& reading = {}) const;
+  /// Whether any of it depends on the velocities (motors).
+  bool has_velocity_flows() const { return velocity_flows_; }
   /// Gravity and springs (J); constant forces and torques count as loads.
   double potential(const double* q) const;
   double kinetic(const double* v) const;
@@ -92,21 +104,25 @@ class System {
   template <class T>
   T friction(int k, const T* q, const T* v, const EvaluationOf<T>& e, SparseRowOf<T>& row) const;
 
-  /// The first knot of a torque table against time after t (s); infinite when there is none.
+  /// The first knot of a table or curve against time after t (s); infinite when there is none.
   double next_knot(double t) const;
   /// @name Angles whose torque tables have kinks (model/phase.hpp)
   ///@{
   int phases() const { return static_cast<int>(phases_.size()); }
   /// rad, rad/s
   Watched phase(int k, const double* q, const double* v) const {
-    const auto& link = phases_[k].link;
-    return {theta(q, link.j) - theta(q, link.i), omega(v, link.j) - omega(v, link.i)};
+    const auto [place, rate] = phases_[k].motion(q, v);
+    return {place, rate};
   }
   Piece piece(int k, double angle, bool above) const { return phases_[k].piece(angle, above); }
-  /// rad/s², bound on the angle's acceleration over a step.
+  /// rad/s² or m/s², bound on its acceleration over a step: of s = a·d, |s̈| ≤ |d̈| + 2 |ω_i| |ḋ| + (|α_i| + ω_i²) |d|.
   double phase_bend(int k, const MotionBounds& bounds) const {
     const auto& link = phases_[k].link;
-    return omega(bounds.acceleration.data(), link.i) + omega(bounds.acceleration.data(), link.j);
+    const double turning = omega(bounds.acceleration.data(), link.i);
+    if (!phases_[k].slides) return turning + omega(bounds.acceleration.data(), link.j);
+    const auto m = relative_motion(link, bounds);
+    const double w = omega(bounds.speed.data(), link.i);
+    return m.bend + 2 * w * m.speed + (turning + w * w) * (phases_[k].reach() + m.speed * bounds.duration);
   }
   ///@}
 
@@ -149,10 +165,9 @@ class System {
 
  private:
   friend class Builder;
-  struct Reaction {  // of an ideal joint or a prescribed speed: rows [begin, end)
+  struct Reaction {  // of an ideal joint or a prescribed motion: rows [begin, end)
     Link link;
     int begin, end, element;
-    double speed = 0;  // rad/s, of a drive
   };
 
   int add_element(const std::string& name, ForceElement::Kind kind, const std::array<int, 2>& bodies,
@@ -187,7 +202,7 @@ class System {
   std::vector<Carried> carried_;
   Vec2 gravity_{0, 0};
   Link crank_;
-  bool velocity_forces_ = false, loads_work_ = false;
+  bool velocity_forces_ = false, velocity_flows_ = false, loads_work_ = false;
   double longest_arm_ = 0;
 };
 

@@ -67,12 +67,54 @@ void Builder::angle(const Link& link, double angle, const std::string& name) {
   end_row(name, true);
 }
 
-void Builder::prescribed(const Link& link, double angle, double speed, bool crank, const std::string& name) {
+void Builder::prescribed(const Link& link, double angle, double speed, const std::string& name) {
   auto& drives = std::get<std::vector<SpeedRow>>(s_.constraints_);
-  if (drives.empty() || crank) s_.crank_ = link;
   drives.push_back({link, s_.G_.rows, angle, speed});
   turn_entries(link);
   end_row(name, true);
+}
+
+void Builder::motion(const Link& link, const Piecewise& course, const Vec2* axis, int of,
+                     const std::string& name) {
+  auto& motions = std::get<std::vector<MotionRow>>(s_.constraints_);
+  MotionRow m{link, s_.G_.rows, static_cast<int>(motions.size()), course};
+  const auto turn = [&](int body) {
+    const double none = 0;
+    if (body == ground) return -1;
+    if (body == link.i) {
+      if (m.of_i[2] < 0) m.of_i[2] = entry(3 * body + 2, none);
+      return m.of_i[2];
+    }
+    if (body == link.j) {
+      if (m.of_j[2] < 0) m.of_j[2] = entry(3 * body + 2, none);
+      return m.of_j[2];
+    }
+    return entry(3 * body + 2, none);
+  };
+  if (axis) {
+    m.slides = true;
+    m.axis = *axis;
+    // Between ground and a body the axis stands still: an entry that is zero stays so.
+    const bool still = link.i == ground;
+    for (const int c : {0, 1}) {
+      if (!still) m.of_i[c] = entry(3 * link.i + c, 0);
+      if (link.j != ground && (!still || (c == 0 ? axis->x() : axis->y()) != 0))
+        m.of_j[c] = entry(3 * link.j + c, 0);
+    }
+    if (!still) turn(link.i);
+    if (!still || !link.sj.is_zero()) turn(link.j);
+  } else {
+    turn(link.i);
+    turn(link.j);
+  }
+  if (of >= 0) {
+    m.follows = true;
+    m.other = joint_link(of);
+    m.other_i = turn(m.other.i);
+    m.other_j = turn(m.other.j);
+  }
+  motions.push_back(m);
+  end_row(name, !axis);
 }
 
 ContactFacts Builder::facts(const std::string& name, const std::array<int, 2>& between, int surface) const {
@@ -115,23 +157,29 @@ template <class Element>
 void System::place_load(Builder& builder, const Element& element) {
   if constexpr (requires { element.build(builder); }) {
     if constexpr (Element::reports == ForceElement::Kind::drive)
-      reactions_.push_back({element.link(builder), G_.rows, G_.rows + 1, -1, element.speed});
+      reactions_.push_back({element.link(builder), G_.rows, G_.rows + 1, -1});
   }
   add(builder, element, -1);
   if constexpr (Acts<Element>) {
     Placed<Element> placed{element, element.link(builder), -1, -1};
-    loads_work_ |= element.does_work();
-    if constexpr (requires { element.needs_velocity(); }) velocity_forces_ |= element.needs_velocity();
-    if constexpr (requires { element.has_state(); })
-      if (element.has_state()) {
+    auto& facts = placed.facts;
+    if constexpr (requires { facts.prepare(builder.mechanism()); }) facts.prepare(builder.mechanism());
+    loads_work_ |= facts.does_work();
+    if constexpr (requires { facts.needs_velocity(); }) velocity_forces_ |= facts.needs_velocity();
+    if constexpr (requires { facts.has_state(); })
+      if (facts.has_state()) {
         placed.state = states();
-        state_scales_.push_back(element.state_scale());
+        state_scales_.push_back(facts.state_scale());
+        if constexpr (requires { facts.needs_velocity(); }) velocity_flows_ = true;
       }
-    if constexpr (requires { element.angle_kinks(); })
-      if (auto kinks = element.angle_kinks(); !kinks.empty()) {
-        placed.phase = phases();
-        phases_.push_back({placed.link, std::move(kinks)});
-      }
+    const auto hold = [&](Phase phase) {
+      placed.phase = phases();
+      phases_.push_back(std::move(phase));
+    };
+    if constexpr (requires { facts.angle_kinks(); })
+      if (auto kinks = facts.angle_kinks(); !kinks.empty()) hold({placed.link, std::move(kinks)});
+    if constexpr (requires { facts.phase(placed.link); })
+      if (auto phase = facts.phase(placed.link)) hold(std::move(*phase));
     std::get<std::vector<Placed<Element>>>(placed_).push_back(placed);
   }
 }
@@ -152,9 +200,7 @@ System::System(const Mechanism& m) : gravity_(m.gravity) {
   each(m.contacts, [&](const auto& contact, int) { builder.link(contact.between, contact.at); });
   each(m.contacts, [&](const auto& contact, int) { add(builder, contact, -1); });
   each(m.drives, [&](const auto& drive, int) { place_load(builder, drive); });
-  // Without a prescribed speed the joint of the first torque is the crank.
-  if (!main_drive(m) && !m.drives.empty())
-    std::visit([&](const auto& drive) { crank_ = builder.joint_link(drive.joint); }, m.drives.front());
+  if (const int joint = crank_joint(m); joint >= 0) crank_ = builder.joint_link(joint);
   each(m.loads, [&](const auto& load, int) { place_load(builder, load); });
   list_elements(m);
 }
@@ -167,6 +213,7 @@ EvaluationOf<T> System::make_evaluation() const {
   e.phi.assign(rows(), 0);
   e.phi_t.assign(rows(), 0);
   e.gamma.assign(rows(), 0);
+  e.bend.assign(std::get<std::vector<MotionRow>>(constraints_).size(), 0);
   for (const auto& d : std::get<std::vector<SpeedRow>>(constraints_)) e.phi_t[d.row] = -d.speed;
   e.G.assign(constant_G_.begin(), constant_G_.end());
   e.force.assign(constant_force_.begin(), constant_force_.end());

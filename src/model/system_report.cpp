@@ -56,7 +56,9 @@ void System::list_elements(const Mechanism& m) {
     const auto link = facts.link(builder);
     int joint = -1;
     if constexpr (requires { facts.joint; }) joint = facts.joint;
-    const int element = add_element(facts.name, Facts::reports, {link.i, link.j}, joint);
+    auto kind = Facts::reports;
+    if constexpr (requires { facts.kind(m); }) kind = facts.kind(m);
+    const int element = add_element(facts.name, kind, {link.i, link.j}, joint);
     const auto is_new = [](const auto& x) { return x.element < 0; };
     if constexpr (Acts<Facts>)
       std::ranges::find_if(std::get<std::vector<Placed<Facts>>>(placed_), is_new)->element = element;
@@ -107,7 +109,7 @@ void System::report_rows(const double* q, const Evaluation& e, const double* lam
       along(q, e, r.link, G_.column.data() + first, e.G.data() + first, G_.begin[k + 1] - first,
             -weight * lambda[k], f);
     }
-    f.power -= weight * lambda[r.begin] * r.speed;
+    f.power += weight * lambda[r.begin] * e.phi_t[r.begin];
   }
 }
 
