@@ -51,10 +51,10 @@ double greatest_acceleration(const Mechanism& mechanism, const System& system, c
           if constexpr (requires { d.greatest_effort(mechanism); })
             for (const int body : bodies_of(mechanism.joints[d.joint]))
               if (body != ground)
-                most = std::max(most, d.greatest_effort(mechanism) /
-                                          (Kind::reports == ForceElement::Kind::push
-                                               ? mechanism.bodies[body].mass
-                                               : mechanism.bodies[body].inertia / arm));
+                most = std::max(most,
+                                d.greatest_effort(mechanism) / (Kind::reports == ForceElement::Kind::push
+                                                                    ? mechanism.bodies[body].mass
+                                                                    : mechanism.bodies[body].inertia / arm));
         },
         drive);
   return std::isfinite(most) ? most : 0;

@@ -104,6 +104,7 @@ void economies(const Scene& scene, const System& system, const SaddlePoint& sadd
 struct CheckRequest : Request {
   std::string scene;
   std::vector<std::string> overrides;
+  Reach reach = Reach::beside;
   bool why = false;     ///< reasons of what is left out
   bool keys = false;    ///< list the keys of all scenes instead
   bool bounds = false;  ///< list the bounds of their numbers instead
@@ -113,7 +114,7 @@ int check(const CheckRequest& request) {
   if (request.keys) return list_keys();
   if (request.bounds) return list_bounds();
   if (request.scene.empty()) throw SceneError("scene is required");
-  const Scene scene = read_scene(request.scene, request.overrides);
+  const Scene scene = read_scene(request.scene, request.overrides, request.reach == Reach::anywhere);
   ask(scene);
   const System system(scene.mechanism);
   std::string assumed;
@@ -189,6 +190,7 @@ void check_verb(Program& program) {
       program.verb("check", "read and validate a scene; print what it makes the solver carry", check);
   options.scene(request.scene);
   options.set(request.overrides);
+  options.allow_outside(request.reach);
   options.flag("--why", request.why,
                "say what each element costs, and why things are eliminated or left out");
   options.flag("--keys", request.keys, "list every key that a scene may hold instead");

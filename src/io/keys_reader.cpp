@@ -58,8 +58,8 @@ void KeysReader::samples(const Key& points, const Key& file, const Key& columns,
   if (list.size() < 2) s_.fail(given.name, fmt::format("must have at least two points, has {}", list.size()));
   for (std::size_t i = 1; i < list.size(); ++i)
     if (!(list[i].first > list[i - 1].first))
-      s_.fail(given.name, fmt::format("must increase in x; {:.9g} follows {:.9g}", list[i].first,
-                                      list[i - 1].first));
+      s_.fail(given.name,
+              fmt::format("must increase in x; {:.9g} follows {:.9g}", list[i].first, list[i - 1].first));
 }
 
 void KeysReader::curve(const Key& key, int& curve, Curve::Use use) {
@@ -173,8 +173,7 @@ void KeysReader::moving_joint(const Key& key, int& joint) {
 }
 
 void KeysReader::joint_place(const Key& key, double& place, int joint) {
-  const auto* slider =
-      std::get_if<TranslationalJoint>(&mechanism_.joints[static_cast<std::size_t>(joint)]);
+  const auto* slider = std::get_if<TranslationalJoint>(&mechanism_.joints[static_cast<std::size_t>(joint)]);
   if (!slider) return joint_angle(key, place, joint);
   const auto turned = [](const Vec2& s, double angle) {
     const double c = std::cos(angle), n = std::sin(angle);
@@ -188,7 +187,8 @@ void KeysReader::joint_place(const Key& key, double& place, int joint) {
     return b.position + turned(own, b.angle);
   };
   const int first = slider->between[0];
-  const auto axis = turned(slider->axis, first == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(first)].angle);
+  const auto axis =
+      turned(slider->axis, first == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(first)].angle);
   place = s_.number(key.name, any_number, dot(axis, point(1) - point(0)));
 }
 

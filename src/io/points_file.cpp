@@ -44,7 +44,8 @@ std::vector<std::pair<double, double>> read_points(const std::string& text,
     const auto list = fields(line);
     if (header.empty()) {
       header = list;
-      if (header.size() < 2) fail(fmt::format("line {}: a header of at least two columns was expected", number));
+      if (header.size() < 2)
+        fail(fmt::format("line {}: a header of at least two columns was expected", number));
       for (std::size_t i = 0; i < columns.size(); ++i) {
         const auto found = std::ranges::find(header, columns[i]);
         if (found == header.end()) {
@@ -64,7 +65,8 @@ std::vector<std::pair<double, double>> read_points(const std::string& text,
       const auto* end = field.data() + field.size();
       const auto [stop, error] = std::from_chars(field.data(), end, point[i]);
       if (error != std::errc() || stop != end || !std::isfinite(point[i]))
-        fail(fmt::format("line {}: {}: {} is not a finite number", number, header[place[i]], toml_quoted(field)));
+        fail(fmt::format("line {}: {}: {} is not a finite number", number, header[place[i]],
+                         toml_quoted(field)));
     }
     points.emplace_back(point[0], point[1]);
   }

@@ -153,8 +153,8 @@ Scene read_scene(const std::filesystem::path& file, const std::vector<std::strin
 }
 
 std::shared_ptr<const Scene> open_scene(const std::filesystem::path& file,
-                                        const std::vector<std::string>& overrides) {
-  return std::make_shared<const Scene>(read_scene(file, overrides));
+                                        const std::vector<std::string>& overrides, bool outside) {
+  return std::make_shared<const Scene>(read_scene(file, overrides, outside));
 }
 
 }  // namespace freeplay

@@ -185,6 +185,8 @@ nlohmann::json provenance(const Scene& scene, const Identity& identity) {
                                {"formulation", lines(identity.formulation)},
                                {"given", lines(identity.given)},
                                {"program", lines(identity.program)}}}};
+  for (const auto& file : scene.files)
+    document["files_read"].push_back({{"file", file.name}, {"digest", file.digest}});
   if (const auto note = format_note(scene); !note.empty()) document["format_note"] = note;
   return document;
 }

@@ -34,8 +34,8 @@ struct SceneSource {
   mutable std::vector<std::string> idle = {};          ///< keys that have no effect, and why
   /// What only options made, by its path (joints.NAME), and the names that the file has beside it.
   std::map<std::string, std::vector<std::string>> made = {};
-  Reach reach = Reach::beside;                ///< of files that it names
-  mutable std::vector<ReadFile> files = {};   ///< that were read
+  Reach reach = Reach::beside;               ///< of files that it names
+  mutable std::vector<ReadFile> files = {};  ///< that were read
 
   /// Throws SceneError about `path`, placed at `node` or at the option that set it. Options that set other keys of the
   /// same table are named with it: they may be the cause.

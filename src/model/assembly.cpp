@@ -84,7 +84,8 @@ double driven_angle(const Mechanism& mechanism, const std::string& drive, const 
       return name_of(d) == drive && std::holds_alternative<SpeedDrive>(d);
     });
   };
-  if (!free.empty() && free.front().drive && has_angle(free.front().name) && (free.size() == 1 || size_of(free[1], length) < 1e-6 * length))
+  if (!free.empty() && free.front().drive && has_angle(free.front().name) &&
+      (free.size() == 1 || size_of(free[1], length) < 1e-6 * length))
     remedy = fmt::format("it closes with drives.{}.initial_angle = {:.4f}", free.front().name,
                          driven_angle(mechanism, free.front().name, q));
   throw ModelError(key_of(mechanism, open.front()), fmt::format("{}; {}", message, remedy));

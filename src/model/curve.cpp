@@ -38,7 +38,7 @@ Piecewise tabulated(const Curve& c, Curve::Use use) {
   std::vector<Stretch> list;
   std::vector<double> slopes;
   if (c.between == Curve::Between::spline)
-    slopes = spline_slopes(p, c.repeats                     ? SplineEnds::periodic
+    slopes = spline_slopes(p, c.repeats                  ? SplineEnds::periodic
                               : use == Curve::Use::place ? SplineEnds::flat
                                                          : SplineEnds::natural);
   if (!c.repeats) list.push_back(level(p.front().first, p.front().second));

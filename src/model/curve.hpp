@@ -37,8 +37,8 @@ struct Curve {
   double dwell = 0, fall = 0, rest = 0;  ///< fall > 0
   Profile profile = Profile::polynomial;
   double mean = 0, amplitude = 0;
-  double period = 0;  ///< > 0
-  double phase = 0;   ///< rad
+  double period = 0;   ///< > 0
+  double phase = 0;    ///< rad
   Points points = {};  ///< x increasing, at least two
   Between between = Between::linear;
   bool repeats = false;
@@ -64,9 +64,9 @@ struct Curve {
     if (is(Shape::harmonic)) {
       k.take({"mean", "of y", "y in the middle"}, c.mean);
       k.need({"amplitude", "of y", "greatest departure from it"}, c.amplitude, any_number);
-      k.either({"frequency", "Hz", "of a curve against time; or period"}, positive,
-               [](double f) { return 1 / f; }, {"period", "of x", "length of one oscillation"}, positive,
-               c.period);
+      k.either(
+          {"frequency", "Hz", "of a curve against time; or period"}, positive, [](double f) { return 1 / f; },
+          {"period", "of x", "length of one oscillation"}, positive, c.period);
       k.take({"phase", "rad", "of the sine at x = 0"}, c.phase);
     }
     if (is(Shape::table)) {
@@ -86,15 +86,14 @@ struct Curve {
   std::string refusal(Use use) const;
 };
 
-inline constexpr auto curve_shapes = complete<Curve::Shape>({{Curve::Shape::constant, "constant"},
-                                                             {Curve::Shape::ramp, "ramp"},
-                                                             {Curve::Shape::rise_dwell_return,
-                                                              "rise-dwell-return"},
-                                                             {Curve::Shape::harmonic, "harmonic"},
-                                                             {Curve::Shape::table, "table"}});
-inline constexpr auto curve_profiles =
-    complete<Curve::Profile>({{Curve::Profile::polynomial, "polynomial", "3-4-5"},
-                              {Curve::Profile::cycloidal, "cycloidal"}});
+inline constexpr auto curve_shapes =
+    complete<Curve::Shape>({{Curve::Shape::constant, "constant"},
+                            {Curve::Shape::ramp, "ramp"},
+                            {Curve::Shape::rise_dwell_return, "rise-dwell-return"},
+                            {Curve::Shape::harmonic, "harmonic"},
+                            {Curve::Shape::table, "table"}});
+inline constexpr auto curve_profiles = complete<Curve::Profile>(
+    {{Curve::Profile::polynomial, "polynomial", "3-4-5"}, {Curve::Profile::cycloidal, "cycloidal"}});
 inline constexpr auto curve_betweens =
     complete<Curve::Between>({{Curve::Between::linear, "linear", "straight lines"},
                               {Curve::Between::spline, "spline", "cubic, second derivative continuous"}});
@@ -104,11 +103,16 @@ constexpr std::span<const Choice<Curve::Between>> choices(Curve::Between) { retu
 
 inline std::string_view Curve::what() const {
   switch (shape) {
-    case Shape::constant: return "a constant curve";
-    case Shape::ramp: return "a ramp";
-    case Shape::rise_dwell_return: return "a rise, dwell and return";
-    case Shape::harmonic: return "a harmonic curve";
-    case Shape::table: return "a table";
+    case Shape::constant:
+      return "a constant curve";
+    case Shape::ramp:
+      return "a ramp";
+    case Shape::rise_dwell_return:
+      return "a rise, dwell and return";
+    case Shape::harmonic:
+      return "a harmonic curve";
+    case Shape::table:
+      return "a table";
   }
   return "a curve";
 }

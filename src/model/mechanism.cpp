@@ -27,7 +27,9 @@ const SpeedDrive* main_drive(const Mechanism& mechanism) {
 
 int crank_joint(const Mechanism& mechanism) {
   if (const auto* speed = main_drive(mechanism)) return speed->joint;
-  const auto joint = [](const Drive& drive) { return std::visit([](const auto& d) { return d.joint; }, drive); };
+  const auto joint = [](const Drive& drive) {
+    return std::visit([](const auto& d) { return d.joint; }, drive);
+  };
   int motion = -1, turning = -1;
   for (const auto& drive : mechanism.drives) {
     if (!std::holds_alternative<RevoluteJoint>(mechanism.joints[joint(drive)])) continue;

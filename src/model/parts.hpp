@@ -19,9 +19,8 @@
 
 namespace freeplay {
 
-using ConstraintRows =
-    std::tuple<std::vector<PointRows>, std::vector<SlideRow>, std::vector<AngleRow>, std::vector<SpeedRow>,
-               std::vector<MotionRow>>;
+using ConstraintRows = std::tuple<std::vector<PointRows>, std::vector<SlideRow>, std::vector<AngleRow>,
+                                  std::vector<SpeedRow>, std::vector<MotionRow>>;
 using Pair = std::variant<RoundPair, LinePair>;
 
 /// A drive or load in place.

@@ -28,7 +28,9 @@ struct Phase {
     while (i < kinks.size() && kinks[i] <= x) ++i;
     // The kinks before and after x, over the ends of the period.
     const double low = i > 0 ? kinks[i - 1] : period > 0 ? kinks.back() - period : kinks.front() - far;
-    const double high = i < kinks.size() ? kinks[i] : period > 0 ? kinks.front() + period : kinks.back() + far;
+    const double high = i < kinks.size() ? kinks[i]
+                        : period > 0     ? kinks.front() + period
+                                         : kinks.back() + far;
     return {low + period * turns, high + period * turns};
   }
   /// The angle or place and its rate.

@@ -24,8 +24,7 @@ Piecewise Piecewise::antiderivative(double at, double value) const {
     list[k].c[0] += level(list[k - 1], list[k].begin) - level(list[k], list[k].begin);
   const auto& last = list.back();
   const double begin = list.front().begin;
-  Piecewise F(list, period_,
-              period_ > 0 ? level(last, begin + period_) - level(list.front(), begin) : 0);
+  Piecewise F(list, period_, period_ > 0 ? level(last, begin + period_) - level(list.front(), begin) : 0);
   const double lift = value - F.value(at);
   for (auto& s : F.stretches_) s.c[0] += lift;
   return F;

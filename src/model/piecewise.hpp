@@ -47,7 +47,9 @@ class Piecewise {
   /// @name At x; `within`: on the stretch that this place lies on, also beyond its ends
   ///@{
   template <class T>
-  T value(const T& x) const { return value(x, value_of(x)); }
+  T value(const T& x) const {
+    return value(x, value_of(x));
+  }
   template <class T>
   T value(const T& x, double within) const {
     using std::sin;
@@ -60,7 +62,9 @@ class Piecewise {
     return y + p.above;
   }
   template <class T>
-  Jet<T> jet(const T& x) const { return jet(x, value_of(x)); }
+  Jet<T> jet(const T& x) const {
+    return jet(x, value_of(x));
+  }
   template <class T>
   Jet<T> jet(const T& x, double within) const {
     using std::cos, std::sin;
@@ -89,17 +93,11 @@ class Piecewise {
   double integral(double a, double b) const {
     if (b < a) return -integral(b, a);
     if (period_ > 0 && b - a > period_) {
-      const double turns = std::floor((b - a) / period_), first = integral(a, a + period_);
+      const double turns = std::floor((b - a) / period_), first = by_stretches(a, a + period_);
       const double to = a + turns * period_;
-      return turns * first + gain_ * period_ * turns * (turns - 1) / 2 + integral(to, b);
+      return turns * first + gain_ * period_ * turns * (turns - 1) / 2 + by_stretches(to, b);
     }
-    double sum = 0, at = a;
-    while (at < b) {
-      const double next = std::min(next_knot(at), b), middle = at + 0.5 * (next - at);
-      sum += rising(next, middle) - rising(at, middle);
-      at = next;
-    }
-    return sum;
+    return by_stretches(a, b);
   }
   /// Its mean between a and b; its value where they are the same.
   double mean(double a, double b) const {
@@ -113,8 +111,7 @@ class Piecewise {
   /// Where stretches meet: all, or of one period, increasing.
   std::vector<double> knots() const {
     std::vector<double> list;
-    for (std::size_t k = period_ > 0 ? 0 : 1; k < stretches_.size(); ++k)
-      list.push_back(stretches_[k].begin);
+    for (std::size_t k = period_ > 0 ? 0 : 1; k < stretches_.size(); ++k) list.push_back(stretches_[k].begin);
     return list;
   }
   /// The first knot behind x; infinite where there is none.
@@ -124,9 +121,10 @@ class Piecewise {
       return next == stretches_.end() ? INFINITY : next->begin;
     }
     const double shift = period_ * std::floor((x - stretches_.front().begin) / period_);
-    for (const double more : {shift, shift + period_}) {
-      const auto next = std::upper_bound(stretches_.begin(), stretches_.end(), x - more, behind);
-      if (next != stretches_.end() && next->begin + more > x) return next->begin + more;
+    for (const double more : {shift, shift + period_, shift + 2 * period_}) {
+      auto next = std::upper_bound(stretches_.begin(), stretches_.end(), x - more, behind);
+      while (next != stretches_.end() && !(next->begin + more > x)) ++next;  // but for rounding
+      if (next != stretches_.end()) return next->begin + more;
     }
     return x + period_;
   }
@@ -151,6 +149,15 @@ class Piecewise {
     const double shift = turns * period_;
     const auto next = std::upper_bound(stretches_.begin() + 1, stretches_.end(), x - shift, behind);
     return {&*(next - 1), shift, turns * gain_};
+  }
+  double by_stretches(double a, double b) const {
+    double sum = 0, at = a;
+    while (at < b) {
+      const double next = std::min(next_knot(at), b), middle = at + 0.5 * (next - at);
+      sum += rising(next, middle) - rising(at, middle);
+      at = next;
+    }
+    return sum;
   }
   /// The integral of the stretch around `within`, from its origin to x.
   double rising(double x, double within) const {

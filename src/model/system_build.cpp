@@ -112,6 +112,9 @@ void Builder::motion(const Link& link, const Piecewise& course, const Vec2* axis
     m.other = joint_link(of);
     m.other_i = turn(m.other.i);
     m.other_j = turn(m.other.j);
+    // No step jumps over a knot: a narrow rise stands between two of them.
+    if (auto knots = course.knots(); !knots.empty())
+      s_.phases_.push_back({m.other, std::move(knots), course.period()});
   }
   motions.push_back(m);
   end_row(name, !axis);

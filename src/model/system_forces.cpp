@@ -89,7 +89,8 @@ template void System::forces(double, const double*, const double*, const double*
                              const Reading&) const;
 template void System::forces(Gradient, const Gradient*, const Gradient*, const Gradient*,
                              EvaluationOf<Gradient>&, const Reading&) const;
-template void System::flow(double, const double*, const double*, const double*, double*, const Reading&) const;
+template void System::flow(double, const double*, const double*, const double*, double*,
+                           const Reading&) const;
 template void System::flow(Gradient, const Gradient*, const Gradient*, const Gradient*, Gradient*,
                            const Reading&) const;
 

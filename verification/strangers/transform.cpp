@@ -1,6 +1,7 @@
 #include "verification/strangers/transform.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "verification/strangers/draft.hpp"
 
@@ -20,6 +21,26 @@ Overloaded(F...) -> Overloaded<F...>;
 
 void flip_ends(std::array<Vec2, 2>& at) {
   for (auto& p : at) p = flip(p);
+}
+
+/// The curve with x and y times these, as another of the mechanism's; its index.
+int scaled_curve(Mechanism& m, int curve, double x, double y) {
+  auto c = m.curves[static_cast<std::size_t>(curve)];
+  c.name += "_";
+  for (auto* value : {&c.value, &c.from, &c.to, &c.mean, &c.amplitude}) *value *= y;
+  for (auto* length : {&c.start, &c.rise, &c.dwell, &c.fall, &c.rest, &c.period}) *length *= x;
+  for (auto& [at, value] : c.points) at *= x, value *= y;
+  m.curves.push_back(c);
+  return static_cast<int>(m.curves.size()) - 1;
+}
+void scale(Mechanism& m, CurveOr& value, double x, double y) {
+  value.constant *= y;
+  if (value.curve >= 0) value.curve = scaled_curve(m, value.curve, x, y);
+}
+/// A drive's or load's curve against time alone.
+void need_time(Argument against) {
+  if (against != Argument::time)
+    throw std::logic_error("curves against angles and speeds are not transformed");
 }
 
 }  // namespace
@@ -55,12 +76,27 @@ Scene mirrored(Scene scene) {
                               if (by_angle) at = -at;
                             }
                             if (by_angle) std::ranges::reverse(d.table);
-                          }},
+                          },
+                          [&](MotionDrive& d) {
+                            if (d.slides(m)) return;
+                            if (d.velocity < 0) throw std::logic_error("positions are not transformed");
+                            d.velocity = scaled_curve(m, d.velocity, 1, -1);
+                            d.initial = -d.initial;
+                          },
+                          [&](TorqueCurveDrive& d) {
+                            need_time(d.against);
+                            d.curve = scaled_curve(m, d.curve, 1, -1);
+                          },
+                          [](ForceDrive& d) { need_time(d.against); },
+                          [&](DcMotor& d) { scale(m, d.voltage, 1, -1); },
+                          [](InductionMotor& d) { d.synchronous_speed = -d.synchronous_speed; },
+                          [&](Governor& d) { scale(m, d.target, 1, -1); }},
                drive);
   for (auto& load : m.loads)
     std::visit(
-        Overloaded{[](ForceLoad& l) { l.at = flip(l.at), l.force = flip(l.force); },
-                   [](TorqueLoad& l) { l.torque = -l.torque; }, [](SpringDamper& l) { flip_ends(l.at); },
+        Overloaded{[](ForceLoad& l) { need_time(l.against), l.at = flip(l.at), l.force = flip(l.force); },
+                   [](TorqueLoad& l) { need_time(l.against), l.torque = -l.torque; },
+                   [](SpringDamper& l) { flip_ends(l.at); },
                    [](TorsionalSpringDamper& l) { l.free_angle = -l.free_angle; }, [](JointFriction&) {}},
         load);
   return scene;
@@ -118,11 +154,46 @@ Scene rescaled(Scene scene, const Units& u) {
                               if (d.against == TorqueDrive::Against::time) at *= T;
                             }
                             maybe(d.lag, T);
+                          },
+                          [&](MotionDrive& d) {
+                            if (d.velocity < 0) throw std::logic_error("positions are not transformed");
+                            d.velocity = scaled_curve(m, d.velocity, T, d.slides(m) ? L / T : 1 / T);
+                            if (d.slides(m)) d.initial *= L;
+                          },
+                          [&](TorqueCurveDrive& d) {
+                            need_time(d.against);
+                            d.curve = scaled_curve(m, d.curve, T, torque);
+                          },
+                          [&](ForceDrive& d) {
+                            need_time(d.against);
+                            scale(m, d.force, T, force);
+                          },
+                          [&](DcMotor& d) {  // amperes stay
+                            scale(m, d.voltage, T, torque / T);
+                            d.resistance *= torque / T;
+                            d.torque_constant *= torque;
+                            maybe(d.emf_constant, torque);
+                            maybe(d.inductance, torque);
+                          },
+                          [&](InductionMotor& d) { d.breakdown_torque *= torque, d.synchronous_speed /= T; },
+                          [&](Governor& d) {
+                            scale(m, d.target, T, 1 / T);
+                            d.proportional *= torque * T;
+                            d.integral *= torque;
+                            maybe(d.limit, torque);
                           }},
                drive);
   for (auto& load : m.loads)
-    std::visit(Overloaded{[&](ForceLoad& l) { l.at = L * l.at, l.force = force * l.force; },
-                          [&](TorqueLoad& l) { l.torque *= torque; },
+    std::visit(Overloaded{[&](ForceLoad& l) {
+                            l.at = L * l.at, l.force = force * l.force;
+                            if (l.factor >= 0)
+                              need_time(l.against), l.factor = scaled_curve(m, l.factor, T, 1);
+                          },
+                          [&](TorqueLoad& l) {
+                            l.torque *= torque;
+                            if (l.factor >= 0)
+                              need_time(l.against), l.factor = scaled_curve(m, l.factor, T, 1);
+                          },
                           [&](SpringDamper& l) {
                             ends(l.at);
                             l.stiffness *= force / L;
@@ -154,7 +225,10 @@ Scene reordered(Scene scene) {
   std::ranges::reverse(m.bodies);
   for (auto& joint : m.joints) std::visit([&](auto& j) { both(j.between); }, joint);
   for (auto& contact : m.contacts) std::visit([&](auto& c) { both(c.between); }, contact);
-  for (auto& drive : m.drives) std::visit([&](auto& d) { joint_of(d.joint); }, drive);
+  for (auto& drive : m.drives) {
+    std::visit([&](auto& d) { joint_of(d.joint); }, drive);
+    if (auto* d = std::get_if<MotionDrive>(&drive); d && d->of >= 0) joint_of(d->of);
+  }
   for (auto& load : m.loads)
     std::visit(Overloaded{[&](ForceLoad& l) { body(l.body); }, [&](TorqueLoad& l) { body(l.body); },
                           [&](JointFriction& l) { joint_of(l.joint); }, [&](auto& l) { both(l.between); }},
@@ -170,8 +244,9 @@ Scene nudged(Scene scene, double share, int which) {
   Draw draw(20261121, static_cast<std::uint64_t>(which));
   const auto near = [&](double& x) { x *= 1 + share * draw.either_way(1); };
   auto& m = scene.mechanism;
-  const bool turns =
-      std::ranges::any_of(m.drives, [](const Drive& d) { return std::holds_alternative<SpeedDrive>(d); });
+  const bool turns = std::ranges::any_of(m.drives, [](const Drive& d) {
+    return std::holds_alternative<SpeedDrive>(d) || std::holds_alternative<MotionDrive>(d);
+  });
   // One factor for all velocities keeps them consistent where nothing is prescribed.
   const double faster = turns ? 1 : 1 + share * draw.either_way(1);
   for (auto& b : m.bodies) {

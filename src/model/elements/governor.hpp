@@ -23,11 +23,11 @@ struct Governor {
   static constexpr auto reports = ForceElement::Kind::drive;
   std::string name;
   int joint = -1;
-  CurveOr target = {};        ///< rad/s
-  double proportional = 0;    ///< N m s/rad, ≥ 0
-  double integral = 0;        ///< N m/rad, ≥ 0
+  CurveOr target = {};               ///< rad/s
+  double proportional = 0;           ///< N m s/rad, ≥ 0
+  double integral = 0;               ///< N m/rad, ≥ 0
   std::optional<double> limit = {};  ///< N m, > 0
-  Piecewise course = {};      ///< of prepare()
+  Piecewise course = {};             ///< of prepare()
 
   static void keys(auto& k, auto& d) {
     k.template joint<RevoluteJoint>({"joint", "", "the revolute joint that is driven"}, d.joint);

@@ -45,8 +45,8 @@ struct InductionMotor {
   void act(const auto& m, const auto& link, const T*, auto& out) const {
     const T speed = m.spin(link), slip = 1.0 - speed / synchronous_speed;
     const double sense = synchronous_speed > 0 ? 2 : -2;
-    const T torque = sense * breakdown_torque * breakdown_slip * slip /
-                     (slip * slip + breakdown_slip * breakdown_slip);
+    const T torque =
+        sense * breakdown_torque * breakdown_slip * slip / (slip * slip + breakdown_slip * breakdown_slip);
     out.couple(link, torque);
     out.power.drive += torque * speed;
   }

@@ -28,19 +28,21 @@ struct MotionDrive {
 
   static void keys(auto& k, auto& d) {
     k.moving_joint({"joint", "", "the revolute or translational joint that is driven"}, d.joint);
-    k.maybe_curve({"position", "",
-                   "curve of the joint's angle (rad) or place along its axis (m) against time (s) or the angle "
-                   "of another joint"},
-                  d.position, Curve::Use::place);
+    k.maybe_curve(
+        {"position", "",
+         "curve of the joint's angle (rad) or place along its axis (m) against time (s) or the angle "
+         "of another joint"},
+        d.position, Curve::Use::place);
     k.maybe_curve({"velocity", "", "curve of its rate (rad/s or m/s) against time (s)"}, d.velocity,
                   Curve::Use::rate);
     if (k.when(d.position >= 0, {"of"}, "goes with position"))
-      k.maybe_joint({"of", "", "revolute joint whose angle (rad) the position follows; left out: time"}, d.of);
+      k.maybe_joint({"of", "", "revolute joint whose angle (rad) the position follows; left out: time"},
+                    d.of);
     k.check(d.of < 0 || d.of != d.joint, "of", "is the driven joint itself");
     if (k.when(d.velocity >= 0, {"initial"}, "goes with velocity"))
-      k.joint_place({"initial", "rad or m", "angle or place at t = 0; default: that of the bodies",
-                     "from the bodies"},
-                    d.initial, d.joint);
+      k.joint_place(
+          {"initial", "rad or m", "angle or place at t = 0; default: that of the bodies", "from the bodies"},
+          d.initial, d.joint);
     k.take({"crank", "", "its joint's angle is the crank's even if it is not the first"}, d.crank);
   }
 

@@ -85,7 +85,8 @@ struct MotionRow {
 
  private:
   template <class T>
-  static void put(EvaluationOf<T>& e, const std::array<int, 3>& entry, const T& x, const T& y, const T& turn) {
+  static void put(EvaluationOf<T>& e, const std::array<int, 3>& entry, const T& x, const T& y,
+                  const T& turn) {
     if (entry[0] >= 0) e.G[entry[0]] = x;
     if (entry[1] >= 0) e.G[entry[1]] = y;
     if (entry[2] >= 0) e.G[entry[2]] = turn;
