@@ -261,11 +261,13 @@ void EventDynamics::take_mode(const EventDynamics& other) {
     contacts_[k].lambda_t = other.contacts_[k].lambda_t;
   }
   phases = other.phases;
+  knot = other.knot;
   together_ = other.together_;
   for (std::size_t k = 0; k < preloaded_.size(); ++k) preloaded_[k].slip = other.preloaded_[k].slip;
 }
 
 void EventDynamics::report(const Vector& x, double t, Forces& out) {
+  t = std::min(t, knot);
   const double *q = x.data(), *v = q + system_.n();
   out.clear();
   reporting_ = true;

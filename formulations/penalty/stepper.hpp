@@ -94,6 +94,7 @@ class PenaltyStepper {
       moving_ = method_.x;
     for (std::size_t k = 0; k < was_.size(); ++k) probe_->contacts()[k].mode() = was_[k];
     probe_->phases = was_phases_;
+    probe_->knot = f_.knot;
     probe_->report(moving_, t, slope_, out);
   }
   void add_impulse(double a, double b, Forces& sum) { integrate_forces(*this, a, b, at_, sum); }

@@ -56,6 +56,9 @@ void KeysReader::samples(const Key& points, const Key& file, const Key& columns,
                        [&](const std::string& wrong) { s_.fail(file.name, wrong); });
   }
   if (list.size() < 2) s_.fail(given.name, fmt::format("must have at least two points, has {}", list.size()));
+  constexpr std::size_t most = 100'000;  // what a canonical text can hold with room
+  if (list.size() > most)
+    s_.fail(given.name, fmt::format("must have at most {} points, has {}", most, list.size()));
   for (std::size_t i = 1; i < list.size(); ++i)
     if (!(list[i].first > list[i - 1].first))
       s_.fail(given.name,

@@ -23,7 +23,7 @@ constexpr std::span<const Choice<Argument>> choices(Argument) { return argument_
 
 /// y at the argument. `place`: angle or position now; `rate(v)`: its rate at these velocities.
 template <class T, class M, class Rate>
-T read(const Piecewise& y, Argument x, const M& m, const T& place, Rate rate) {
+T read_at(const Piecewise& y, Argument x, const M& m, const T& place, Rate rate) {
   if (y.is_constant()) return y.value(T(0));
   if (x == Argument::speed) return y.value(rate(m.v));
   if constexpr (std::is_same_v<T, double>)

@@ -62,6 +62,12 @@ Scene perturbed(const Scene& scene, const StopToken& stop, std::uint64_t seed, i
   });
   double time = 0;
   if (const auto* drive = main_drive(scene.mechanism); drive && drive->speed != 0 && turned > 0) {
+    for (const auto& other : scene.mechanism.drives)
+      if (const auto* motion = std::get_if<MotionDrive>(&other))
+        throw SceneError(fmt::format(
+            "{}: drives.{}: a motion along a curve begins at t = 0, and cannot start from other crank angles; take "
+            "study.turn = 0",
+            scene.file.string(), motion->name));
     time = turned * 2 * std::numbers::pi / std::abs(drive->speed);
     ideal.run.duration = time;
     Simulation simulation(ideal, "penalty", {.start = state});

@@ -44,8 +44,8 @@ struct TorqueCurveDrive {
 
   template <class T>
   void act(const auto& m, const auto& link, const T*, auto& out) const {
-    const T torque = read<T>(course, against, m, m.angle(link),
-                             [&](const T* v) { return omega(v, link.j) - omega(v, link.i); });
+    const T torque = read_at<T>(course, against, m, m.angle(link),
+                                [&](const T* v) { return omega(v, link.j) - omega(v, link.i); });
     out.couple(link, torque);
     out.power.drive += torque * m.spin(link);
   }
@@ -89,7 +89,7 @@ struct ForceDrive {
   template <class T>
   void act(const auto& m, const auto& link, const T*, auto& out) const {
     const AlongAxis<T> on(link, axis, m.q, m.e);
-    const T push = read<T>(course, against, m, on.place, [&](const T* v) { return on.rate(link, v); });
+    const T push = read_at<T>(course, against, m, on.place, [&](const T* v) { return on.rate(link, v); });
     out.pull(link, on.arms, Vec2Of<T>{push * on.axis.x(), push * on.axis.y()});
     out.power.drive += push * on.rate(link, m.v);
   }

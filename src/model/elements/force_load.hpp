@@ -70,8 +70,9 @@ struct ForceLoad {
   Vec2Of<T> scaled(const auto& m, const auto& link, const Arms<T>& a, const Vec2Of<T>& f) const {
     const auto turns = [&](const T* v) { return omega(v, link.j); };
     const auto moves = [&](const T* v) { return dot(f, relative_velocity(link, a, v)) / force.norm(); };
-    const T s = against == Argument::angle ? read<T>(course, against, m, m.angle(link), turns)
-                                           : read<T>(course, against, m, dot(f, a.d) / force.norm(), moves);
+    const T s = against == Argument::angle
+                    ? read_at<T>(course, against, m, m.angle(link), turns)
+                    : read_at<T>(course, against, m, dot(f, a.d) / force.norm(), moves);
     return {s * f.x(), s * f.y()};
   }
 };

@@ -48,7 +48,7 @@ struct TorqueLoad {
   void act(const auto& m, const auto& link, const T*, auto& out) const {
     T M = torque;
     if (factor >= 0)
-      M *= read<T>(course, against, m, m.angle(link), [&](const T* v) { return omega(v, link.j); });
+      M *= read_at<T>(course, against, m, m.angle(link), [&](const T* v) { return omega(v, link.j); });
     out.couple(link, M);
     out.power.load += M * m.spin(link);
   }
