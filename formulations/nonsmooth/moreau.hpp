@@ -203,8 +203,7 @@ class MoreauStepper {
       reaction_;  // A W and its multipliers, one column for each row of the problem
   std::vector<double> q_, v_, q_old_, v_old_, q_mid_, v_mean_, v_trial_, v_free_, lambda_free_, force_, r_,
       lambda_, dq_, lambda_dq_, a_gamma_;
-  std::vector<double> z_, z_old_, z_mid_,
-      flow_;  // first-order states of elements, and their rates at mid-step
+  std::vector<double> z_, z_mid_, flow_;  // first-order states of elements, and their rates at mid-step
   double t_ = 0, t_old_ = 0, t_start_ = 0;
   long index_ = 0;
   Reach reach_ = Reach::all;
@@ -227,6 +226,7 @@ class MoreauStepper {
   bool watching_ = false;
   Forces nothing_, smooth_, within_;  // impulses of the last step: without its impacts, and theirs
   std::vector<double> struck_lambda_, smooth_lambda_;
+  std::vector<double> z_old_;  // at the step's beginning, where flows depend on velocities
 };
 
 }  // namespace freeplay

@@ -63,6 +63,10 @@ class KeysList {
     add(key, "number or text", fmt::format("\"{}\"", word));
   }
   template <class E>
+  void choose_other(const Key& key, E& x) {
+    choose(key, x);
+  }
+  template <class E>
   void choose_listed(const Key& key, E& x) {
     add(key, "text", fmt::format("\"{}\"", text_of(x)));
   }

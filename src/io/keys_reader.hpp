@@ -52,6 +52,11 @@ class KeysReader {
   void number_or(std::string_view word, const Key& key, std::optional<double>& x, const Range& range) {
     x = s_.number_or(word, key.name, range);
   }
+  /// Written only where it is not the first word: older scenes keep their canonical text.
+  template <class E>
+  void choose_other(const Key& key, E& x) {
+    choose(key, x);
+  }
   template <class E>
   void choose_listed(const Key& key, E& x) {
     choose(key, x);

@@ -67,6 +67,10 @@ class KeysWriter {
     x ? put(key.name, *x) : text(key.name, word);
   }
   template <class E>
+  void choose_other(const Key& key, E x) {
+    if (static_cast<int>(x) != 0) choose(key, x);
+  }
+  template <class E>
   void choose_listed(const Key& key, E x) {
     choose(key, x);
   }

@@ -31,7 +31,7 @@ struct ForceLoad {
     k.body({"body", "", "the loaded body"}, l.body);
     k.take({"at", "m", "the loaded point in the body's frame"}, l.at);
     k.need({"force", "N", "the force, or what `factor` scales"}, l.force);
-    k.choose({"axes", "", "directions of the force: "}, l.axes);
+    k.choose_other({"axes", "", "directions of the force: "}, l.axes);
     k.maybe_curve({"factor", "", "name of a curve that scales it; left out: constant"}, l.factor);
     if (k.when(l.factor >= 0, {"against"}, "goes with factor"))
       k.choose({"against", "", "what the factor is read against: "}, l.against);
