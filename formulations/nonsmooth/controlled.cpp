@@ -182,12 +182,28 @@ double ControlledMoreau::unseen_by_halves() const {
   return missed / (norm_.tolerance * (scales_.speed + speed));
 }
 
+/// How long (s) angles stay within a knot or so of the curves that motions follow them by: an even turning tells nothing of
+/// a narrow rise ahead.
+static double within_knots(const System& system, const double* q, const double* v) {
+  double time = INFINITY;
+  if (!system.has_motions()) return time;
+  for (int k = 0; k < system.phases(); ++k) {
+    const auto now = system.phase(k, q, v);
+    if (now.rate == 0) continue;
+    const auto piece = system.piece(k, now.value, now.rate > 0);
+    const double rest = now.rate > 0 ? piece.high - now.value : now.value - piece.low;
+    time = std::min(time, std::max(1.001 * rest, 0.01 * (piece.high - piece.low)) / std::abs(now.rate));
+  }
+  return time;
+}
+
 bool ControlledMoreau::step(double t_end) {
   moreau_.keep(start_);
   if (striking_) return strike(t_end);
   // No step crosses a kink of a table's torque in time.
   const double end =
-      std::min({t_end, system_.next_knot(start_.t), start_.t + longest_step(system_, moreau_.v())});
+      std::min({t_end, system_.next_knot(start_.t), start_.t + longest_step(system_, moreau_.v()),
+                start_.t + within_knots(system_, start_.q.data(), start_.v.data())});
   double h = std::min(h_, end - start_.t);
   if (!(h > 1e-14 * first_step()) && end < t_end) {
     failure_ = fmt::format(
