@@ -201,8 +201,7 @@ bool EventDriven::change_mode() {
     for (int k = 0; k < d.system().frictions(); ++k) {
       auto& p = d.preloaded()[k];
       if (p.slip == 0)
-        p.forced = torn(p.lambda, d.system().friction_facts(k).bound,
-                        last_.kind == Event::Kind::slide_stick && last_.index == k);
+        p.forced = torn(p.lambda, p.bound, last_.kind == Event::Kind::slide_stick && last_.index == k);
     }
   }
 

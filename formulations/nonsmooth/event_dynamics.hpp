@@ -7,6 +7,9 @@
 // Which mode follows an event is a complementarity problem in accelerations (Glocker, Set-Valued Force
 // Laws, 2001):
 //     0 ≤ g̈ ⊥ λ_N ≥ 0,   −λ_T ∈ μ λ_N Sgn(u̇_T) where u_T = 0,   λ_T = −s μ λ_N where it is not.
+// Friction that its joint's reaction bounds (model/reaction_bound.hpp) is λ_T = −s μ(|u|) S(λ) where it slips, solved with
+// the reactions of the same instant (laws/coupled_friction.hpp), and in every other problem has bounds that are iterated
+// until they agree with its reactions (bound_iteration.hpp): forces where modes are chosen, impulses within impacts.
 // The integrated vector is [q, v, (P_N, P_T) of each contact, first-order states of elements, work
 // integrals].
 #pragma once
@@ -16,6 +19,8 @@
 #include <vector>
 
 #include "formulations/integrators/phases.hpp"
+#include "formulations/laws/coupled_friction.hpp"
+#include "formulations/nonsmooth/bound_iteration.hpp"
 #include "formulations/nonsmooth/contact_problem.hpp"
 #include "formulations/nonsmooth/impact.hpp"
 #include "model/system.hpp"
@@ -50,10 +55,13 @@ class EventDynamics {
     bool held = false;
     SparseRow row;
     double gamma = 0, rate = 0, lambda = 0;
+    double bound = 0;  ///< N, at the last evaluation
+    double share =
+        1;  ///< of a speed that is none: its sliding over the speed of the bodies that it stands for
     int unknown = -1;
     template <class M>
     void remember(M& m) {
-      m(slip, forced, held, row, gamma, rate, lambda, unknown);
+      m(slip, forced, held, row, gamma, rate, lambda, bound, unknown);
     }
   };
 
@@ -175,6 +183,16 @@ class EventDynamics {
   void place(const double* q, double t);
   void solve_active();
   void share_friction();
+  void solve_rows();
+  bool add_coupled();
+  void keep_bounds();
+  /// How the posed problem is solved: anew; for a mode, or for an evaluation, from the last forces where all that touches
+  /// is decided together.
+  enum class From { nothing, last_mode, last };
+  ContactSolution solve_posed(From from);
+  ContactSolution settle_bounds(const Vector& x, double t, const std::vector<int>& candidates, From from);
+  bool other_motion(const Vector& x, double t, const std::vector<int>& candidates);
+  std::string strike_bounded(const Vector& x, std::size_t contacts);
   bool solve_free(const Vector& x, double t);
   bool solve_mode(const Vector& x, double t);
   bool solve_together(const Vector& x, double t);
@@ -203,6 +221,9 @@ class EventDynamics {
   std::vector<SparseRow> rows_;
   std::vector<double> response_, reaction_;
   int used_ = 0;
+  CoupledFriction coupled_;
+  BoundIteration bounds_;
+  Eigen::VectorXd bound_image_;
   bool dependent_ = false;  // the active rows depend on each other
   bool together_ = false, jam_ = false, jam_proved_ = false;
   bool reporting_ = false;

@@ -19,6 +19,8 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
       position_problem_(LcpSolver::automatic, options.lcp_tolerance),
       contacts_(system.contacts()),
       slides_(system.frictions()),
+      coupled_(system),
+      redundant_(facts.redundant),
       slide_gamma_(system.frictions()),
       slide_last_(system.frictions()) {
   int rows = system.frictions();
@@ -37,10 +39,10 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
   response_.resize(static_cast<std::size_t>(rows) * system.n());
   reaction_.resize(static_cast<std::size_t>(rows) * system.rows());
   for (auto* x : {&q_, &v_, &q_old_, &v_old_, &q_mid_, &v_mean_, &v_trial_, &v_free_, &force_, &dq_,
-                  &struck_v_, &a_gamma_})
+                  &struck_v_, &a_gamma_, &q_end_, &v_end_})
     x->resize(system.n());
   for (auto* x : {&z_, &z_mid_, &flow_}) x->resize(system.states());
-  for (auto* x : {&r_, &lambda_, &lambda_free_, &lambda_dq_}) x->resize(system.rows());
+  for (auto* x : {&r_, &lambda_, &lambda_free_, &lambda_dq_, &taken_back_}) x->resize(system.rows());
   extremes_.penetration.assign(system.contacts(), 0);
 }
 
@@ -94,6 +96,12 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
     return false;
   }
 
+  if (coupled_.size() > 0 && saddle_.singular() && !redundant_) {
+    failure_ = fmt::format(
+        "t = {:.9g} s: constraint rows depend on each other there: the reactions that bound friction in joints are not unique",
+        t_old_);
+    return false;
+  }
   if (!advance_states(h) || !solve_velocities(h, v_old_.data())) return false;
   const bool sweeps = system_.phases() > 0;
   if (system_.has_velocity_forces() || sweeps) {

@@ -22,6 +22,9 @@ void MoreauStepper::each_kept(Self& s, P& p, Copy copy) {
   copy(s.undecided_, p.undecided);
   copy(s.unswept_, p.unswept);
   copy(s.inelastic_, p.inelastic);
+  copy(s.locked_, p.locked);
+  copy(s.locked_since_, p.locked_since);
+  copy(s.slide_scale_, p.slide_scale);
   copy(s.motions_, p.motions);
   copy(s.jam_, p.jam);
 }

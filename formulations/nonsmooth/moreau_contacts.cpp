@@ -16,19 +16,13 @@ bool MoreauStepper::solve_contacts() {
   }
   for (int r = 0; r < problem_.rows; ++r)
     for (int s = 0; s <= r; ++s) problem_.D(r, s) = problem_.D(s, r) = rows_[r].dot(response(s));
-  auto result = problem_.solve();
-  ++work_.lcp_solves;
-  if (!result.solved && strip_restitution()) {  // Newton's law may ask for rates that no impulse gives
-    result.count(work_, extremes_);
-    result = problem_.solve();
-    inelastic_ += result.solved;
-  }
-  result.count(work_, extremes_);
+  const auto result = coupled_.size() > 0 ? solve_bounds() : solve_laws();
   if (!result.solved) {
-    failure_ = fmt::format(
-        "t = {:.9g} s: the contact problem of {} contacts was not solved by any of {} solvers: residual "
-        "{:.2g} m/s",
-        t_old_, problem_.unknowns.size(), result.retries, result.residual_rate);
+    if (failure_.empty())
+      failure_ = fmt::format(
+          "t = {:.9g} s: the contact problem of {} contacts was not solved by any of {} solvers: residual "
+          "{:.2g} m/s",
+          t_old_, problem_.unknowns.size(), result.retries, result.residual_rate);
     return false;
   }
   if (problem_.doubtful()) tell_painleve(result);
@@ -42,6 +36,144 @@ bool MoreauStepper::solve_contacts() {
     apply(c.tangent, c.impulse_t);
   }
   return true;
+}
+
+ContactSolution MoreauStepper::solve_laws() {
+  auto result = problem_.solve();
+  ++work_.lcp_solves;
+  if (!result.solved && strip_restitution()) {  // Newton's law may ask for rates that no impulse gives
+    result.count(work_, extremes_);
+    result = problem_.solve();
+    inelastic_ += result.solved;
+  }
+  result.count(work_, extremes_);
+  return result;
+}
+
+/// A step of what is closed is followed by meet_rates(), whose impulses are of second order, but the joints' reactions as
+/// much as those of the step: without them the rows would know the speeds of its beginning alone. Looked at ahead.
+void MoreauStepper::look_at_end(double h) {
+  v_end_ = v_;
+  for (const auto& c : problem_.unknowns)
+    for (const auto& [row, impulse] : {std::pair{c.normal, c.impulse_n}, std::pair{c.tangent, c.impulse_t}})
+      if (row >= 0)
+        for (int i = 0; i < system_.n(); ++i) v_end_[i] += impulse * response(row)[i];
+  for (int i = 0; i < system_.n(); ++i) q_end_[i] = q_mid_[i] + 0.5 * h * v_end_[i];
+  system_.place(t_, q_end_.data(), end_);
+  for (int k = 0; k < system_.rows(); ++k)
+    r_[k] = -end_.phi_t[k] - row_dot(system_.pattern(), end_.G.data(), k, v_end_.data());
+  saddle_.solve(nullptr, r_.data(), dq_.data(), taken_back_.data());
+}
+
+/// A row that no force moves, of a joint whose motion is prescribed, is given a diagonal so small that friction there always
+/// has its bound, against the rate.
+void MoreauStepper::hold_driven() {
+  const auto preloaded = problem_.unknowns.size() - slides_.size();
+  for (std::size_t k = 0; k < slides_.size(); ++k) {
+    if (!driven_[k]) continue;
+    const auto& u = problem_.unknowns[preloaded + k];
+    const double d = u.bound > 0 ? 1e-9 * std::abs(problem_.b[u.tangent]) / u.bound : 0;
+    problem_.D(u.tangent, u.tangent) = d > 0 ? d : 1e-300;
+  }
+}
+
+/// The bounds that the present impulses give, in bound_image_.
+void MoreauStepper::follow_bounds() {
+  const auto preloaded = problem_.unknowns.size() - slides_.size();
+  const double h = t_ - t_old_;
+  if (reach_ == Reach::closed)
+    look_at_end(h);
+  else
+    std::ranges::fill(taken_back_, 0.0);
+  for (int i = 0; i < coupled_.size(); ++i) {
+    const int k = coupled_.friction(i);
+    const auto& bound = *system_.friction_facts(k).reaction;
+    double reactions[2] = {lambda_[bound.row] + taken_back_[bound.row],
+                           lambda_[bound.row + 1] + taken_back_[bound.row + 1]};
+    for (const auto& c : problem_.unknowns)
+      for (const auto& [row, impulse] : {std::pair{c.normal, c.impulse_n}, std::pair{c.tangent, c.impulse_t}})
+        for (const int which : {0, 1})
+          if (row >= 0) reactions[which] += impulse * reaction(row)[bound.row + which];
+    const auto& u = problem_.unknowns[preloaded + static_cast<std::size_t>(k)];
+    const double after = problem_.rate(u.tangent) + 0.5 * h * slide_gamma_[k],
+                 mean = 0.5 * (slides_[k].dot(v_old_.data()) + after);
+    bound_image_[i] = bound.coefficient(mean) * bound.support(reactions[0], reactions[1]);
+  }
+}
+
+/// The laws with bounds that begin with `first` and agree with the impulses in the end; else a failure.
+ContactSolution MoreauStepper::settle_bounds(const Eigen::VectorXd& first) {
+  const auto preloaded = problem_.unknowns.size() - slides_.size();
+  bounds_.start(first);
+  ContactSolution result;
+  do {
+    for (int i = 0; i < coupled_.size(); ++i)
+      problem_.unknowns[preloaded + static_cast<std::size_t>(coupled_.friction(i))].bound =
+          bounds_.bounds()[i];
+    hold_driven();
+    result = solve_laws();
+    if (!result.solved) return result;
+    follow_bounds();
+  } while (bounds_.refine(bound_image_));
+  result.solved = bounds_.met();
+  if (!result.solved)
+    failure_ =
+        fmt::format("t = {:.9g} s: {}; after {} tries bounds and reactions differ by {:.2g} of them", t_old_,
+                    words_of(CoupledFriction::Outcome::none), bounds_.count(), bounds_.residual());
+  return result;
+}
+
+/// The laws with friction that the reactions bound. Where these grow faster than it does, other motions are looked for.
+ContactSolution MoreauStepper::solve_bounds() {
+  const auto preloaded = problem_.unknowns.size() - slides_.size();
+  bound_image_.resize(coupled_.size());
+  driven_.assign(slides_.size(), 0);
+  for (std::size_t k = 0; k < slides_.size(); ++k) {
+    const int row = problem_.unknowns[preloaded + k].tangent;
+    const auto& slide = slides_[k];
+    double free = 0;  // its mobility without constraints
+    for (int i = 0; i < slide.size; ++i)
+      free += slide.value[i] * slide.value[i] / system_.mass()[slide.column[i]];
+    slide_scale_ = std::max({slide_scale_, std::abs(problem_.b[row]), std::abs(slide.dot(v_old_.data()))});
+    driven_[k] = std::abs(problem_.D(row, row)) <= 1e-12 * free;
+    if (!driven_[k]) continue;
+    for (int r = 0; r < problem_.rows; ++r) problem_.D(r, row) = problem_.D(row, r) = 0;
+  }
+  for (int i = 0; i < coupled_.size(); ++i) {
+    const auto k = static_cast<std::size_t>(coupled_.friction(i));
+    const auto& u = problem_.unknowns[preloaded + k];
+    coupled_.factor(i) = system_.friction_facts(static_cast<int>(k)).reaction->coefficient(0.0);
+    coupled_.column(i, reaction(u.tangent));
+    bound_image_[i] = std::abs(u.impulse_t);
+  }
+  auto result = settle_bounds(bound_image_);
+  if (!result.solved) return result;
+  extremes_.friction_residual = std::max(extremes_.friction_residual, bounds_.residual());
+  if (coupled_.gain() < 1) return result;
+  const auto found = problem_.unknowns;
+  double size = bounds_.bounds().maxCoeff();
+  for (std::size_t k = 0; k < slides_.size(); ++k)  // what would hold each alone
+    if (const int row = problem_.unknowns[preloaded + k].tangent; !driven_[k])
+      size = std::max(size, std::abs(problem_.b[row]) / problem_.D(row, row));
+  for (const double from : {0.0, 100.0}) {
+    auto other = settle_bounds(Eigen::VectorXd::Constant(coupled_.size(), from * size));
+    failure_.clear();
+    if (!other.solved) continue;
+    for (std::size_t k = 0; k < slides_.size(); ++k) {
+      const auto& was = found[preloaded + k];
+      const double other_by = std::abs(problem_.unknowns[preloaded + k].impulse_t - was.impulse_t);
+      // Beyond what moves the joint by rounding of its speeds.
+      if (driven_[k] || !(other_by > 1e-6 * size) ||
+          !(other_by * problem_.D(was.tangent, was.tangent) > 1e-9 * slide_scale_))
+        continue;
+      failure_ = fmt::format("t = {:.9g} s: {}", t_old_, words_of(CoupledFriction::Outcome::several));
+      result.solved = false;
+      return result;
+    }
+  }
+  problem_.unknowns = found;
+  if (locked_++ == 0) locked_since_ = t_old_;
+  return result;
 }
 
 /// Takes restitution out of the present problem; false where there was none.
@@ -93,6 +225,11 @@ void MoreauStepper::tell(std::vector<std::string>& notes) const {
     notes.push_back(fmt::format(
         "{} steps with several contacts were taken without restitution, for no solver found impulses with it",
         inelastic_));
+  if (locked_ > 0)
+    notes.push_back(fmt::format(
+        "friction in joints outgrows the reactions that bound it in {} problems, the first at t = {:.9g} s: the mechanism "
+        "is self-locking there, and what slides may be stopped at once, by impulses",
+        locked_, locked_since_));
   if (unswept_ > 0)
     notes.push_back(fmt::format(
         "DOUBTFUL: in {} steps the angle that a torque's table was swept over did not settle: the pulse turns the motion "

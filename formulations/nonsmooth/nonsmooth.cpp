@@ -8,6 +8,7 @@
 #include "formulations/marched.hpp"
 #include "formulations/nonsmooth/automatic.hpp"
 #include "model/assembly.hpp"
+#include "model/redundancy.hpp"
 #include "model/scene.hpp"
 
 namespace freeplay {
@@ -98,6 +99,13 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
     if (system.contact_facts(k).lubricant)
       throw ModelError(fmt::format("joints.{}.lubricant", system.contact_facts(k).name),
                        "the nonsmooth formulation has no film; leave it out, or use the penalty formulation");
+  refuse_undetermined_friction(system, state);
+  if (!system.reactive_frictions().empty() && system.contacts() > 0 &&
+      scene.nonsmooth.impact_law != ImpactLaw::newton)
+    throw ModelError(
+        "nonsmooth.impact_law",
+        "must be \"newton\" where joints have friction from their reactions: within an impact it is bounded "
+        "by their impulses, which the phases of the other laws do not have");
   std::vector<double> e = restitution;
   for (int k = static_cast<int>(e.size()); k < system.contacts(); ++k) {
     const auto& surface = system.contact_facts(k).surface;

@@ -10,6 +10,7 @@
 #include "formulations/marched.hpp"
 #include "formulations/penalty/stepper.hpp"
 #include "model/assembly.hpp"
+#include "model/redundancy.hpp"
 #include "model/scene.hpp"
 
 namespace freeplay {
@@ -156,6 +157,7 @@ double delivered_by(const Scene& scene, const ContactFacts& contact) {
 }
 
 std::unique_ptr<Formulation> make_penalty(const Scene& scene, const System& system, const State& state) {
+  refuse_undetermined_friction(system, state);
   const auto& options = scene.penalty;
   const auto scales = make_scales(scene.mechanism, system, state);
   const double floor = options.v0_floor.value_or(1e-3 * scales.speed);

@@ -155,6 +155,7 @@ class PenaltyStepper {
     }
     if (!std::isfinite(std::accumulate(method_.x.begin(), method_.x.end(), method_.t))) return lose();
     keep_residuals(f_.system(), f_.evaluation(), extremes_);
+    extremes_.friction_residual = f_.friction_residual();
     for (int k = 0; k < f_.system().contacts(); ++k) {
       const Sample before = mark_[k].at;
       mark_[k].at = end_[k] = cut ? sample(k, method_.x, method_.t) : end_[k];
@@ -186,6 +187,7 @@ class PenaltyStepper {
       return fmt::format(
           "t = {:.9g} s: the state is no longer finite; take a finer penalty.tolerance or penalty.step",
           t_old());
+    if (f_.trouble()) return fmt::format("t = {:.9g} s: {}", t_old(), f_.trouble());
     if (creeps_)
       return fmt::format(
           "t = {:.9g} s: steps have shrunk to {:.2g} s, the motion is too stiff for this integrator; use "

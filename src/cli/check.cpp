@@ -133,7 +133,7 @@ int check(const CheckRequest& request) {
   line("degrees of freedom",
        fmt::format("{}", system.n() - system.rows() + static_cast<int>(redundant.size())));
   line("contacts", fmt::format("{}", system.contacts()));
-  line("friction rows", fmt::format("{} of contacts, {} of preloaded joints", tangents, system.frictions()));
+  line("friction rows", fmt::format("{} of contacts, {} of joints", tangents, system.frictions()));
   line("instruments", fmt::format("{}", scene.instruments.size()));
   const SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic,
                            {!redundant.empty(), scene.run.eliminate});

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "model/elements/torque_drive.hpp"
+#include "model/elements.hpp"
 #include "model/keys.hpp"
 #include "values/vec2.hpp"
 
@@ -108,6 +108,11 @@ class KeysList {
   void drive(const Key& key, std::string&) { add(key, "text", "required"); }
   template <class J>
   const J* joint(const Key& key, int&) {
+    add(key, "text", "required");
+    return nullptr;
+  }
+  template <class... Kinds>
+  const Joint* joint_of(const Key& key, int&) {
     add(key, "text", "required");
     return nullptr;
   }

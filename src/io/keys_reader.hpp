@@ -130,6 +130,18 @@ class KeysReader {
                                     name_of(mechanism_.joints[static_cast<std::size_t>(joint)])));
     return found;
   }
+  /// A joint of one of these kinds.
+  template <class... Kinds>
+  const Joint* joint_of(const Key& key, int& joint) {
+    joint = joint_index(key);
+    const auto* found = &mechanism_.joints[static_cast<std::size_t>(joint)];
+    if (!(std::holds_alternative<Kinds>(*found) || ...)) {
+      std::string list;
+      ((list += fmt::format("{}{}", list.empty() ? "" : " or ", Kinds::type)), ...);
+      s_.fail(key.name, fmt::format("must be a {} joint, \"{}\" is not", list, name_of(*found)));
+    }
+    return found;
+  }
   /// The angle that the bodies' own angles give a joint, unless it stands there.
   void joint_angle(const Key& key, double& angle, int joint);
 

@@ -158,6 +158,8 @@ nlohmann::json to_json(const Result& s) {
                                                {"companion_step_s", d.companion_step},
                                                {"factor", d.factor}};
   }
+  if (s.extremes.friction_residual > 0)
+    document["greatest_joint_friction_residual"] = s.extremes.friction_residual;
   if (!s.undetermined.empty()) document["undetermined_reactions"] = s.undetermined;
   return document;
 }

@@ -119,6 +119,12 @@ class KeysWriter {
     text(key.name, name_of(at(mechanism_.joints, index, key.name)));
     return nullptr;
   }
+  template <class... Kinds>
+  const Joint* joint_of(const Key& key, int index) {
+    const auto& joint = at(mechanism_.joints, index, key.name);
+    text(key.name, name_of(joint));
+    return &joint;
+  }
   /// By its index, or by its bodies where code gave only those.
   void any_joint(const Key& key, int index, const std::array<int, 2>& pair) {
     const auto& joints = mechanism_.joints;

@@ -48,6 +48,13 @@ class Builder {
   /// Coulomb friction of a fixed bound along an axis of the first body.
   void sliding(const Link& link, const Vec2& axis, const std::string& name, double bound,
                const std::optional<double>& regularisation);
+  /// The same, and along the surface of a pin, of a bound from the joint's reaction.
+  void sliding(const Link& link, const Vec2& axis, const std::string& name, const ReactionBound& bound,
+               const std::optional<double>& regularisation);
+  void spinning(const Link& link, double radius, const std::string& name, const ReactionBound& bound,
+                const std::optional<double>& regularisation);
+  /// With the rows of an ideal joint's reaction.
+  ReactionBound reaction_bound(int joint) const;
 
  private:
   void pair(const Pair& pair, const ContactFacts& facts);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "model/body.hpp"
+#include "model/reaction_bound.hpp"
 #include "model/surface.hpp"
 #include "numerics/sparse.hpp"
 
@@ -49,11 +50,18 @@ struct ContactRowOf {
 };
 using ContactRow = ContactRowOf<double>;
 
-/// Coulomb friction of a preloaded joint as the formulations see it.
+/// Coulomb friction of an ideal joint as the formulations see it: of a fixed bound (preloaded), or of one from the
+/// joint's reaction.
 struct FrictionFacts {
   std::string name;
-  double bound = 0;                      ///< N
+  double bound = 0;                      ///< N, without `reaction`
   std::optional<double> regularisation;  ///< m/s
+  std::optional<ReactionBound> reaction = {};
+
+  /// At the sliding speed u (m/s) and multipliers λ of all constraint rows; of an impulse, where λ are.
+  double limit(double u, const double* lambda) const {
+    return reaction->coefficient(u) * reaction->support(lambda);
+  }
 };
 
 }  // namespace freeplay

@@ -15,12 +15,14 @@
 #include "model/rows/point.hpp"
 #include "model/rows/slide.hpp"
 #include "model/rows/sliding.hpp"
+#include "model/rows/spin.hpp"
 
 namespace freeplay {
 
 using ConstraintRows =
     std::tuple<std::vector<PointRows>, std::vector<SlideRow>, std::vector<AngleRow>, std::vector<SpeedRow>>;
 using Pair = std::variant<RoundPair, LinePair>;
+using FrictionRow = std::variant<SlidingRow, SpinRow>;
 
 /// A drive or load in place.
 template <class Facts>

@@ -35,6 +35,8 @@ class System {
   const std::vector<double>& mass() const { return mass_; }
   const ContactFacts& contact_facts(int k) const { return contact_facts_[k]; }
   const FrictionFacts& friction_facts(int k) const { return friction_facts_[k]; }
+  /// Those whose bound follows from their joint's reaction, in order.
+  const std::vector<int>& reactive_frictions() const { return reactive_; }
   /// Name of the joint or drive that a constraint row belongs to.
   const std::string& row_name(int row) const { return row_names_[row]; }
   /// Whether a constraint row is measured in rad (else in m).
@@ -88,9 +90,12 @@ class System {
   /// From the first body's point of contact k to the second's, in the world (m): a journal's eccentricity.
   /// Needs place().
   Vec2 eccentricity(int k, const double* q, const Evaluation& e) const;
-  /// Sliding row of a preloaded joint, u = row·v; returns γ in u̇ = row·a − γ. Needs place().
+  /// Sliding row of a joint with friction, u = row·v; returns γ in u̇ = row·a − γ. Needs place().
   template <class T>
   T friction(int k, const T* q, const T* v, const EvaluationOf<T>& e, SparseRowOf<T>& row) const;
+
+  /// Sliding speed of joint k over that of its bodies' masses with the same energy, at most 1: of a thin pin far less.
+  double slide_share(int k) const;
 
   /// The first knot of a torque table against time after t (s); infinite when there is none.
   double next_knot(double t) const;
@@ -134,7 +139,7 @@ class System {
   /// A film in contact k: along its normal and film rows, and a couple along spin.
   void report_film(int k, const double* q, const Evaluation& e, const ContactRow& row, double fn, double ft,
                    double torque, double weight, Forces& out) const;
-  /// Coulomb friction of preloaded joint k along its sliding row.
+  /// Coulomb friction of joint k along its sliding row.
   void report_friction(int k, const double* q, const double* v, const Evaluation& e, const SparseRow& row,
                        double force, double weight, Forces& out) const;
   /// Torque drives and loads at a state.
@@ -176,8 +181,9 @@ class System {
   std::vector<Pair> pairs_;
   std::vector<ContactFacts> contact_facts_;
   std::vector<int> contact_joints_;  // −1: of no joint
-  std::vector<SlidingRow> slidings_;
+  std::vector<FrictionRow> slidings_;
   std::vector<FrictionFacts> friction_facts_;
+  std::vector<int> reactive_;
   PlacedElements placed_;
   std::vector<Phase> phases_;
   std::vector<double> state_scales_;

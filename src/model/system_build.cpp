@@ -90,8 +90,31 @@ void Builder::pair(const Pair& pair, const ContactFacts& facts) {
 
 void Builder::sliding(const Link& link, const Vec2& axis, const std::string& name, double bound,
                       const std::optional<double>& regularisation) {
-  s_.slidings_.push_back({link, axis});
+  s_.slidings_.push_back(SlidingRow{link, axis});
   s_.friction_facts_.push_back({name, bound, regularisation});
+}
+
+void Builder::sliding(const Link& link, const Vec2& axis, const std::string& name, const ReactionBound& bound,
+                      const std::optional<double>& regularisation) {
+  s_.reactive_.push_back(s_.frictions());
+  sliding(link, axis, name, 0.0, regularisation);
+  s_.friction_facts_.back().reaction = bound;
+}
+
+void Builder::spinning(const Link& link, double radius, const std::string& name, const ReactionBound& bound,
+                       const std::optional<double>& regularisation) {
+  s_.reactive_.push_back(s_.frictions());
+  s_.slidings_.push_back(SpinRow{link, radius});
+  s_.friction_facts_.push_back({name, 0, regularisation, bound});
+}
+
+ReactionBound Builder::reaction_bound(int joint) const {
+  ReactionBound bound;
+  for (const auto& r : s_.reactions_)
+    if (r.element == joint) bound.row = r.begin;
+  bound.element = joint;
+  bound.pin = std::holds_alternative<RevoluteJoint>(mechanism_.joints[joint]);
+  return bound;
 }
 
 /// A joint, contact, drive or load: its rows, and what it makes the solver carry.

@@ -1,4 +1,5 @@
 // Constraint rows and contact pairs at one state: every kind of rows/ and pairs/ in turn.
+#include <algorithm>
 #include <cmath>
 
 #include "model/system.hpp"
@@ -52,7 +53,19 @@ void System::contact(int k, const T* q, const T* v, const EvaluationOf<T>& e, Co
 
 template <class T>
 T System::friction(int k, const T* q, const T* v, const EvaluationOf<T>& e, SparseRowOf<T>& row) const {
-  return slidings_[k].rows(q, v, e, row);
+  return std::visit([&](const auto& sliding) { return sliding.rows(q, v, e, row); }, slidings_[k]);
+}
+
+double System::slide_share(int k) const {
+  const auto* pin = std::get_if<SpinRow>(&slidings_[k]);
+  if (!pin) return 1;
+  double mass = 0, inertia = 0;  // inverse
+  for (const int body : {pin->link.i, pin->link.j})
+    if (body != ground) {
+      mass += 1 / mass_[3 * body];
+      inertia += 1 / mass_[3 * body + 2];
+    }
+  return std::min(1.0, pin->radius * std::sqrt(inertia / mass));
 }
 
 double System::crank_angle(const double* q) const { return theta(q, crank_.j) - theta(q, crank_.i); }

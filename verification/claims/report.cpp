@@ -19,6 +19,7 @@ constexpr ClaimSet sets[] = {
     {"unseen", "What no integrator sees by itself", unseen},
     {"chosen", "Steps that choose their length, and hand-overs to them", chosen},
     {"promises", "What runs and comparisons promise", promises},
+    {"joint-friction", "Friction in joints from their reactions", joint_friction},
     {"orders", "Orders of convergence", orders},
     {"invariants", "Invariants over long runs", invariants},
     {"stiff-limit", "One formulation against the other: the stiff limit", stiff_limit},

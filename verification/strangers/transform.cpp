@@ -130,7 +130,12 @@ Scene rescaled(Scene scene, const Units& u) {
                             l.free_length *= L;
                           },
                           [&](TorsionalSpringDamper& l) { l.stiffness *= torque, l.damping *= torque * T; },
-                          [&](JointFriction& l) { l.force *= force, maybe(l.regularisation, L / T); }},
+                          [&](JointFriction& l) {
+                            maybe(l.force, force), maybe(l.regularisation, L / T);
+                            if (!l.reaction) return;
+                            l.reaction->pin_radius *= L;
+                            maybe(l.reaction->slider_length, L), maybe(l.reaction->stribeck_speed, L / T);
+                          }},
                load);
   scene.run.duration *= T;
   scene.run.discard *= T;
@@ -205,7 +210,8 @@ Scene nudged(Scene scene, double share, int which) {
       for (auto& point : d->table) near(point.second);
   for (auto& load : m.loads)
     std::visit(Overloaded{[&](ForceLoad& l) { l.force = (1 + share * draw.either_way(1)) * l.force; },
-                          [&](TorqueLoad& l) { near(l.torque); }, [&](JointFriction& l) { near(l.force); },
+                          [&](TorqueLoad& l) { near(l.torque); },
+                          [&](JointFriction& l) { near(l.reaction ? l.reaction->friction : *l.force); },
                           [&](auto& l) { near(l.stiffness), near(l.damping); }},
                load);
   return scene;
