@@ -92,7 +92,23 @@ std::string EventDynamics::strike_bounded(const Vector& x, std::size_t contacts)
   const double* v = x.data() + system_.n();
   bound_image_.setZero();
   bounds_.start(bound_image_);
+  std::vector<double> driven(static_cast<std::size_t>(coupled_.size()));  // as in pose()
+  for (std::size_t i = 0; i < driven.size(); ++i) {
+    const int own = struck_[contacts + i].tangent;
+    const auto& row = rows_[own];
+    double free = 0;
+    for (int c = 0; c < row.size; ++c) free += row.value[c] * row.value[c] / system_.mass()[row.column[c]];
+    if (std::abs(K_(own, own)) > 1e-12 * free) continue;
+    driven[i] = free;
+    for (int r = 0; r < used_; ++r) K_(r, own) = K_(own, r) = 0;
+  }
   do {
+    for (std::size_t i = 0; i < driven.size(); ++i) {
+      if (driven[i] == 0) continue;
+      const int own = struck_[contacts + i].tangent;
+      const double bound = bounds_.bounds()[static_cast<Eigen::Index>(i)], rate = std::abs(rhs_[own]);
+      K_(own, own) = rate > 0 && bound > 0 ? 0.5 * rate / bound : driven[i];
+    }
     for (int i = 0; i < coupled_.size(); ++i) struck_[contacts + i].bound = bounds_.bounds()[i];
     if (auto reason = impact_.solve(K_, rhs_, used_, struck_); !reason.empty()) return reason;
     for (int i = 0; i < coupled_.size(); ++i) {
@@ -103,7 +119,7 @@ std::string EventDynamics::strike_bounded(const Vector& x, std::size_t contacts)
         for (const auto& [row, impulse] :
              {std::pair{c.normal, c.impulse_n}, std::pair{c.tangent, c.impulse_t}}) {
           if (row < 0) continue;
-          mean += 0.5 * K_(own, row) * impulse;
+          if (row != own || driven[static_cast<std::size_t>(i)] == 0) mean += 0.5 * K_(own, row) * impulse;
           for (const int which : {0, 1}) l[which] += impulse * reaction(row)[bound.row + which];
         }
       bound_image_[i] = bound.coefficient(mean) * bound.support(l[0], l[1]);
@@ -184,8 +200,8 @@ void EventDynamics::pose(const Vector& x, const std::vector<int>& candidates) {
     for (int c = 0; c < row.size; ++c) free += row.value[c] * row.value[c] / system_.mass()[row.column[c]];
     if (std::abs(status_.D(u.tangent, u.tangent)) > 1e-12 * free) continue;
     for (int r = 0; r < used_; ++r) status_.D(r, u.tangent) = status_.D(u.tangent, r) = 0;
-    const double d = u.bound > 0 ? 1e-9 * std::abs(status_.b[u.tangent]) / u.bound : 0;
-    status_.D(u.tangent, u.tangent) = d > 0 ? d : 1e-300;
+    const double rate = std::abs(status_.b[u.tangent]);
+    status_.D(u.tangent, u.tangent) = rate > 0 && u.bound > 0 ? 0.5 * rate / u.bound : free;
   }
 }
 

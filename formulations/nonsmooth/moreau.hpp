@@ -212,8 +212,8 @@ class MoreauStepper {
   CoupledFriction coupled_;  // friction that its joint's reaction bounds: how far that feeds on itself
   BoundIteration bounds_;
   std::vector<double> q_end_, v_end_,
-      taken_back_;            // what meet_rates() will do, and where it finds the step's end
-  std::vector<char> driven_;  // whether no force moves a friction's row: its rate is prescribed
+      taken_back_;              // what meet_rates() will do, and where it finds the step's end
+  std::vector<double> driven_;  // of each friction's row: > 0, no force moves it, for its rate is prescribed
   Eigen::VectorXd bound_image_;
   bool redundant_;                                   // rows depend on each other from the start on
   ContactRow end_row_;                               // what meet_rates() looks at

@@ -66,14 +66,14 @@ void MoreauStepper::look_at_end(double h) {
 }
 
 /// A row that no force moves, of a joint whose motion is prescribed, is given a diagonal so small that friction there always
-/// has its bound, against the rate.
+/// has its bound, against the rate: twice the bound would not stop it.
 void MoreauStepper::hold_driven() {
   const auto preloaded = problem_.unknowns.size() - slides_.size();
   for (std::size_t k = 0; k < slides_.size(); ++k) {
-    if (!driven_[k]) continue;
+    if (!(driven_[k] > 0)) continue;
     const auto& u = problem_.unknowns[preloaded + k];
-    const double d = u.bound > 0 ? 1e-9 * std::abs(problem_.b[u.tangent]) / u.bound : 0;
-    problem_.D(u.tangent, u.tangent) = d > 0 ? d : 1e-300;
+    const double rate = std::abs(problem_.b[u.tangent]);
+    problem_.D(u.tangent, u.tangent) = rate > 0 && u.bound > 0 ? 0.5 * rate / u.bound : driven_[k];
   }
 }
 
@@ -95,7 +95,9 @@ void MoreauStepper::follow_bounds() {
         for (const int which : {0, 1})
           if (row >= 0) reactions[which] += impulse * reaction(row)[bound.row + which];
     const auto& u = problem_.unknowns[preloaded + static_cast<std::size_t>(k)];
-    const double after = problem_.rate(u.tangent) + 0.5 * h * slide_gamma_[k],
+    const double own = driven_[static_cast<std::size_t>(k)] > 0 ? problem_.b[u.tangent]
+                                                                : problem_.rate(u.tangent),
+                 after = own + 0.5 * h * slide_gamma_[k],
                  mean = 0.5 * (slides_[k].dot(v_old_.data()) + after);
     bound_image_[i] = bound.coefficient(mean) * bound.support(reactions[0], reactions[1]);
   }
@@ -127,7 +129,7 @@ ContactSolution MoreauStepper::settle_bounds(const Eigen::VectorXd& first) {
 ContactSolution MoreauStepper::solve_bounds() {
   const auto preloaded = problem_.unknowns.size() - slides_.size();
   bound_image_.resize(coupled_.size());
-  driven_.assign(slides_.size(), 0);
+  driven_.assign(slides_.size(), 0.0);
   for (std::size_t k = 0; k < slides_.size(); ++k) {
     const int row = problem_.unknowns[preloaded + k].tangent;
     const auto& slide = slides_[k];
@@ -135,8 +137,8 @@ ContactSolution MoreauStepper::solve_bounds() {
     for (int i = 0; i < slide.size; ++i)
       free += slide.value[i] * slide.value[i] / system_.mass()[slide.column[i]];
     slide_scale_ = std::max({slide_scale_, std::abs(problem_.b[row]), std::abs(slide.dot(v_old_.data()))});
-    driven_[k] = std::abs(problem_.D(row, row)) <= 1e-12 * free;
-    if (!driven_[k]) continue;
+    driven_[k] = std::abs(problem_.D(row, row)) <= 1e-12 * free ? free : 0;
+    if (driven_[k] == 0) continue;
     for (int r = 0; r < problem_.rows; ++r) problem_.D(r, row) = problem_.D(row, r) = 0;
   }
   for (int i = 0; i < coupled_.size(); ++i) {
@@ -153,7 +155,7 @@ ContactSolution MoreauStepper::solve_bounds() {
   const auto found = problem_.unknowns;
   double size = bounds_.bounds().maxCoeff();
   for (std::size_t k = 0; k < slides_.size(); ++k)  // what would hold each alone
-    if (const int row = problem_.unknowns[preloaded + k].tangent; !driven_[k])
+    if (const int row = problem_.unknowns[preloaded + k].tangent; driven_[k] == 0)
       size = std::max(size, std::abs(problem_.b[row]) / problem_.D(row, row));
   for (const double from : {0.0, 100.0}) {
     auto other = settle_bounds(Eigen::VectorXd::Constant(coupled_.size(), from * size));
@@ -163,7 +165,7 @@ ContactSolution MoreauStepper::solve_bounds() {
       const auto& was = found[preloaded + k];
       const double other_by = std::abs(problem_.unknowns[preloaded + k].impulse_t - was.impulse_t);
       // Beyond what moves the joint by rounding of its speeds.
-      if (driven_[k] || !(other_by > 1e-6 * size) ||
+      if (driven_[k] > 0 || !(other_by > 1e-6 * size) ||
           !(other_by * problem_.D(was.tangent, was.tangent) > 1e-9 * slide_scale_))
         continue;
       failure_ = fmt::format("t = {:.9g} s: {}", t_old_, words_of(CoupledFriction::Outcome::several));
@@ -423,7 +425,7 @@ bool MoreauStepper::meet_rates() {
   const auto each_preloaded = [&](auto take) {
     for (int k = 0; k < system_.frictions(); ++k) {
       const auto& u = problem_.unknowns[preloaded + static_cast<std::size_t>(k)];
-      if (sticks(u, u.bound)) take(k);
+      if (sticks(u, u.bound) && (driven_.empty() || driven_[static_cast<std::size_t>(k)] == 0)) take(k);
     }
   };
   const auto look = [&](int k) { system_.contact(k, q_.data(), v_.data(), end_, end_row_); };
