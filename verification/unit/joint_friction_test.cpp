@@ -87,7 +87,7 @@ TEST_CASE("keys of friction in joints that are refused", "[joint-friction]") {
   };
   const std::string pin = "friction = 0.2\npin_radius = 0.01\n";
   for (const auto& [text, expected] :
-       {Bad{rotor("force = 1\n"), "s.toml:16:9: loads.rub.joint: must be a translational joint"},
+       {Bad{rotor("force = 1\n"), "s.toml:14:9: loads.rub.joint: must be a translational joint"},
         Bad{rotor("friction = 0.2\n"), "loads.rub.pin_radius: is missing"},
         Bad{rotor("friction = -0.2\npin_radius = 0.01\n"), "loads.rub.friction: must be 0 or greater"},
         Bad{rotor("friction = 0.2\npin_radius = 0\n"), "loads.rub.pin_radius: must be greater than 0"},
