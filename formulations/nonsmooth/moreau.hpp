@@ -175,6 +175,7 @@ class MoreauStepper {
   ContactSolution solve_bounds();
   ContactSolution settle_bounds(const Eigen::VectorXd& first);
   void follow_bounds();
+  bool laws_hold(double share) const;
   void look_at_end(double h);
   void hold_driven();
   bool strip_restitution();

@@ -103,6 +103,21 @@ void MoreauStepper::follow_bounds() {
   }
 }
 
+/// Whether the present impulses obey the laws with the bounds that they give: what sticks lies within its own, whatever it was
+/// given (of joints that stick together the impulses are not unique, and the bounds need not settle); what slides has it.
+bool MoreauStepper::laws_hold(double share) const {
+  const auto preloaded = problem_.unknowns.size() - slides_.size();
+  const double size = bound_image_.maxCoeff();
+  for (int i = 0; i < coupled_.size(); ++i) {
+    const auto& u = problem_.unknowns[preloaded + static_cast<std::size_t>(coupled_.friction(i))];
+    const double impulse = std::abs(u.impulse_t);
+    const bool sticks = impulse < u.bound * (1 - 1e-9);
+    if (sticks ? impulse > bound_image_[i] : !(std::abs(bound_image_[i] - u.bound) <= share * size))
+      return false;
+  }
+  return true;
+}
+
 /// The laws with bounds that begin with `first` and agree with the impulses in the end; else a failure.
 ContactSolution MoreauStepper::settle_bounds(const Eigen::VectorXd& first) {
   const auto preloaded = problem_.unknowns.size() - slides_.size();
@@ -116,6 +131,7 @@ ContactSolution MoreauStepper::settle_bounds(const Eigen::VectorXd& first) {
     result = solve_laws();
     if (!result.solved) return result;
     follow_bounds();
+    if (laws_hold(bounds_.count() > 15 ? BoundIteration::accepted : 1e-14)) return result;
   } while (bounds_.refine(bound_image_));
   result.solved = bounds_.met();
   if (!result.solved)
@@ -150,7 +166,8 @@ ContactSolution MoreauStepper::solve_bounds() {
   }
   auto result = settle_bounds(bound_image_);
   if (!result.solved) return result;
-  extremes_.friction_residual = std::max(extremes_.friction_residual, bounds_.residual());
+  if (std::isfinite(bounds_.residual()) && !laws_hold(1e-14))
+    extremes_.friction_residual = std::max(extremes_.friction_residual, bounds_.residual());
   if (coupled_.gain() < 1) return result;
   const auto found = problem_.unknowns;
   double size = bounds_.bounds().maxCoeff();

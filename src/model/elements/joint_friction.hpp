@@ -53,7 +53,8 @@ struct JointFriction {
           {"friction", "", "μ of sliding: the bound is μ times the joint's own reaction; instead of force"},
           f->friction, non_negative);
       if (k.when(!on || pin, {"pin_radius"}, "belongs to revolute joints"))
-        k.need({"pin_radius", "m", "radius r of a revolute joint's pin: the couple is at most μ r |F|"},
+        k.need({"pin_radius", "m",
+                "radius r of a revolute joint's pin: the couple is at most μ r F, F its reaction"},
                f->pin_radius, positive);
       if (k.when(!pin, {"slider_length"}, "belongs to translational joints"))
         k.take({"slider_length", "m",
