@@ -9,7 +9,7 @@
 
 namespace freeplay {
 
-EventDriven::EventDriven(EventDynamics dynamics, Dopri5 method, Dopri5 coarse, double time_scale,
+EventDriven::EventDriven(EventDynamics dynamics, Method method, Method coarse, double time_scale,
                          double position_error)
     : dynamics_(std::move(dynamics)),
       method_(std::move(method)),
@@ -475,6 +475,7 @@ EnergyLedger EventDriven::integrals() const {
   l.load = w[EventDynamics::load];
   l.damping = w[EventDynamics::damping];
   l.friction = w[EventDynamics::friction_loss];
+  if (dynamics_.has_films()) l.film = w[EventDynamics::film_loss];
   l.contact = dynamics_.contact_loss;
   l.stabilisation = dynamics_.stabilisation;
   return l;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "formulations/laws/film_force.hpp"
 #include "sim/residuals.hpp"
 
 namespace freeplay {
@@ -23,7 +24,10 @@ EventDynamics::EventDynamics(const System& system, const NonsmoothOptions& optio
       preloaded_(system.frictions()),
       impact_(options.impact_law, options.solver, options.lcp_tolerance),
       status_(options.solver, options.lcp_tolerance) {
-  for (int k = 0; k < system.contacts(); ++k) contacts_[k].restitution = restitution[k];
+  for (int k = 0; k < system.contacts(); ++k) {
+    contacts_[k].restitution = restitution[k];
+    if (const auto film = make_film(system.contact_facts(k))) films_.push_back({k, *film});
+  }
   const int most = 2 * system.contacts() + system.frictions();
   rows_.resize(most);
   response_.resize(static_cast<std::size_t>(most) * system.n());
@@ -68,9 +72,23 @@ bool EventDynamics::solve_free(const Vector& x, double t) {
     p.lambda = -p.slip * system_.friction_facts(k).bound;
     if (p.slip != 0) p.row.add_to(e_.force.data(), p.lambda);
   }
+  if (has_films()) add_films(q, v);
   if (!saddle_.factor(e_.G.data())) return false;
   saddle_.solve(e_.force.data(), e_.gamma.data(), a_.data(), lambda_.data());
   return true;
+}
+
+void EventDynamics::add_films(const double* q, const double* v) {
+  film_loss_ = 0;
+  for (const auto& f : films_) {
+    system_.contact(f.contact, q, v, e_, film_row_);
+    const auto film = film_action(f.law, v, film_row_);
+    if (!film) continue;
+    film_row_.normal.add_to(e_.force.data(), film->normal);
+    film_row_.film.add_to(e_.force.data(), film->tangential);
+    film_row_.spin.add_to(e_.force.data(), film->torque);
+    film_loss_ += film->loss;
+  }
 }
 
 /// Accelerations and multipliers of the mode at a state, in a_, lambda_ and the elements.
@@ -239,6 +257,7 @@ void EventDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   integral[load] = e_.power.load;
   integral[damping] = -e_.power.damping;
   integral[friction_loss] = 0;
+  if (has_films()) integral[film_loss] = film_loss_;
   for (int k = 0; k < m; ++k) integral[drive] += lambda_[k] * e_.phi_t[k];
   system_.flow(t, x.data(), x.data() + state_offset(), dxdt.data() + state_offset(),
                {nullptr, phases.pieces()});
@@ -276,6 +295,11 @@ void EventDynamics::report(const Vector& x, double t, Forces& out) {
   for (int k = 0; k < system_.contacts(); ++k) {
     const auto& c = contacts_[k];
     if (c.closed) system_.report_contact(k, q, e_, c.row, c.lambda_n, c.lambda_t, 1, out);
+  }
+  for (const auto& f : films_) {
+    system_.contact(f.contact, q, v, e_, film_row_);
+    if (const auto film = film_action(f.law, v, film_row_))
+      system_.report_film(f.contact, q, e_, film_row_, film->normal, film->tangential, film->torque, 1, out);
   }
   for (int k = 0; k < system_.frictions(); ++k)
     system_.report_friction(k, q, v, e_, preloaded_[k].row, preloaded_[k].lambda, 1, out);

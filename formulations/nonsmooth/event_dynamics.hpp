@@ -7,6 +7,7 @@
 // Which mode follows an event is a complementarity problem in accelerations (Glocker, Set-Valued Force
 // Laws, 2001):
 //     0 ≤ g̈ ⊥ λ_N ≥ 0,   −λ_T ∈ μ λ_N Sgn(u̇_T) where u_T = 0,   λ_T = −s μ λ_N where it is not.
+// Films of lubricated joints are forces in f; a mode of a scene that has any may be integrated implicitly, with jacobian().
 // The integrated vector is [q, v, (P_N, P_T) of each contact, first-order states of elements, work
 // integrals].
 #pragma once
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include "formulations/integrators/phases.hpp"
+#include "formulations/laws/film.hpp"
 #include "formulations/nonsmooth/contact_problem.hpp"
 #include "formulations/nonsmooth/impact.hpp"
 #include "model/system.hpp"
@@ -27,7 +29,8 @@ namespace freeplay {
 class EventDynamics {
  public:
   using Vector = std::vector<double>;
-  enum Integral { drive, load, damping, friction_loss, integrals };
+  /// film_loss: only where there are films.
+  enum Integral { drive, load, damping, friction_loss, integrals, film_loss = integrals };
   struct Contact {
     bool closed = false;
     int slip = 0;    ///< of a closed one with friction: 0 sticks, ±1 the sign of u_T
@@ -71,6 +74,11 @@ class EventDynamics {
 
   /// dx/dt of the present mode.
   void operator()(const Vector& x, Vector& dxdt, double t);
+  /// ∂(dx/dt)/∂x of the present mode (column-major, size() × size()) and ∂(dx/dt)/∂t; not for together() (event_jacobian.cpp).
+  void jacobian(const Vector& x, double t, double* J, double* dfdt);
+  /// Makes what jacobian() works in, which it else makes when first called.
+  void reserve_jacobian();
+  bool has_films() const { return !films_.empty(); }
 
   /// Impulses of all contacts in `struck` (gap closed), added to v and to the impulses and works in x. An
   /// empty text, or why there are none. Contacts in `soft` take e = 0 and e_T = 0. `jammed`: an impact without
@@ -132,7 +140,7 @@ class EventDynamics {
   const ContactRow& look(int k, const Vector& x, double t);
   double slide_rate(int k, const Vector& x, double t);
 
-  int size() const { return integral_offset() + integrals; }
+  int size() const { return integral_offset() + integrals + has_films(); }
   int impulse_offset() const { return 2 * system_.n(); }
   int state_offset() const { return impulse_offset() + 2 * system_.contacts(); }
   int integral_offset() const { return state_offset() + system_.states(); }
@@ -173,6 +181,7 @@ class EventDynamics {
   /// Greatest of rates or accelerations of all coordinates, those of angles at the longest arm.
   double greatest(const double* rates) const;
   void place(const double* q, double t);
+  void add_films(const double* q, const double* v);
   void solve_active();
   void share_friction();
   bool solve_free(const Vector& x, double t);
@@ -197,6 +206,15 @@ class EventDynamics {
   double placed_t_ = __builtin_nan("");
   std::vector<Contact> contacts_;
   std::vector<Preloaded> preloaded_;
+  struct JointFilm {
+    int contact;
+    Film law;
+  };
+  std::vector<JointFilm> films_;
+  ContactRow film_row_;
+  double film_loss_ = 0;  // W, at the last evaluation
+  struct Tangent;         // of jacobian()
+  std::shared_ptr<Tangent> tangent_;
   ImpactProblem impact_;
   ContactProblem status_;
   std::vector<ImpactContact> struck_;

@@ -18,6 +18,7 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
       problem_(options.solver, options.lcp_tolerance),
       position_problem_(LcpSolver::automatic, options.lcp_tolerance),
       contacts_(system.contacts()),
+      films_(system),
       slides_(system.frictions()),
       slide_gamma_(system.frictions()),
       slide_last_(system.frictions()) {
@@ -93,16 +94,23 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
         fmt::format("t = {:.9g} s: the constraint equations are not finite or cannot be factorised", t_old_);
     return false;
   }
+  if (films_.any()) {
+    for (int i = 0; i < films_.size(); ++i)
+      films_.take(i, contacts_[films_.contact(i)].row, contacts_[films_.contact(i)].gap);
+    films_.begin(h, saddle_, v_old_.data());
+    films_.linearise(v_old_.data());
+  }
 
   if (!advance_states(h) || !solve_velocities(h, v_old_.data())) return false;
   const bool sweeps = system_.phases() > 0;
-  if (system_.has_velocity_forces() || sweeps) {
-    // Damper forces, and what tables sweep over, belong to the mean velocity: iterate to it.
+  if (system_.has_velocity_forces() || sweeps || films_.any()) {
+    // Damper forces, and what tables sweep over, belong to the mean velocity: iterate to it. Films by Newton's method.
     for (int i = 0;; ++i) {
       double change = 0, size = 0;
       for (int c = 0; c < n; ++c) {
         double mean = 0.5 * (v_old_[c] + v_[c]);
-        if (i >= 10 && sweeps) mean = 0.5 * (mean + v_mean_[c]);  // a pulse may throw it to and fro
+        if (i >= 10 && (sweeps || films_.any()))
+          mean = 0.5 * (mean + v_mean_[c]);  // a pulse may throw it to and fro
         change = std::max(change, std::abs(v_[c] - v_trial_[c]));
         size = std::max(size, std::abs(mean));
         v_mean_[c] = mean;
@@ -114,15 +122,21 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
       }
       if (i == (sweeps ? 101 : 50) || !std::isfinite(change)) {
         failure_ = fmt::format(
-            "t = {:.9g} s: the damper forces do not converge within a step of {:.3g} s; take nonsmooth.step "
-            "shorter than mass/damping",
-            t_old_, h);
+            "t = {:.9g} s: the forces of {} do not converge within a step of {:.3g} s; take nonsmooth.step "
+            "shorter{}",
+            t_old_, system_.has_velocity_forces() ? "dampers" : "films", h,
+            system_.has_velocity_forces() ? " than mass/damping" : "");
         return false;
       }
       v_trial_ = v_;
+      if (films_.any()) {
+        for (int c = 0; c < n; ++c) v_free_[c] = 2 * v_mean_[c] - v_old_[c];
+        films_.linearise(v_free_.data());
+      }
       if (!solve_velocities(h, v_mean_.data())) return false;
     }
   }
+  if (films_.any()) films_.finish(v_.data());
   for (int i = 0; i < n; ++i) q_[i] = q_mid_[i] + 0.5 * h * v_[i];
   log_contacts(h);
   if (struck_) keep_struck();
@@ -183,6 +197,7 @@ bool MoreauStepper::solve_velocities(double h, const double* v_force) {
     return false;
   }
 
+  if (films_.any()) films_.resist(v_.data(), lambda_.data());
   v_free_ = v_;
   lambda_free_ = lambda_;
   for (auto& c : contacts_) c.active = c.struck = false;

@@ -11,6 +11,7 @@
 // with a_γ the accelerations that the constraints' own γ asks for: M a_γ + GᵀΛ = 0, G a_γ = γ. Without them v is
 // not a motion of the middle of the step, and restitution is wrong by hω; with γ_c instead normals that turn would
 // be struck by (1 − e)(h/2)γ_c. Where the law takes in the contacts that the motion would close without them.
+// Films of lubricated joints are smooth forces, implicit in the velocities (film_step.hpp).
 // First-order states of elements take the same midpoint, z⁺ = z + h ż(t + h/2, q_m, (z + z⁺)/2).
 // Then positions are brought back: the least mass-weighted movement onto Φ = 0 and g ≥ 0, velocities
 // untouched.
@@ -22,6 +23,7 @@
 #include <vector>
 
 #include "formulations/nonsmooth/contact_problem.hpp"
+#include "formulations/nonsmooth/film_step.hpp"
 #include "model/options.hpp"
 #include "model/system.hpp"
 #include "numerics/saddle_point.hpp"
@@ -115,7 +117,7 @@ class MoreauStepper {
     for (auto& c : contacts_) m(c);
     m(saddle_, slide_last_, q_, v_, q_old_, v_old_, v_trial_, z_, t_, t_old_, t_start_, index_, integrals_,
       extremes_, work_, flights_, passage_, motions_, jam_, jams_, undecided_, unswept_, inelastic_,
-      problem_.modes_left, position_problem_.modes_left, slack_);
+      problem_.modes_left, position_problem_.modes_left, slack_, films_.leap);
   }
 
   double t() const { return t_; }
@@ -195,6 +197,7 @@ class MoreauStepper {
   Evaluation e_, end_;
   ContactProblem problem_, position_problem_;
   std::vector<Contact> contacts_;
+  FilmStep films_;
   std::vector<SparseRow> slides_, rows_;
   ContactRow end_row_;                               // what meet_rates() looks at
   std::vector<double> end_impulse_, least_impulse_;  // N s, of its rows, and how far back they may go

@@ -13,9 +13,13 @@ bool MoreauStepper::solve_contacts() {
   const int n = system_.n(), m = system_.rows();
   for (int r = 0; r < problem_.rows; ++r) {
     saddle_.respond(rows_[r], nullptr, 0, response(r), reaction(r));
+    if (films_.any()) films_.relax(response(r), reaction(r));
   }
   for (int r = 0; r < problem_.rows; ++r)
     for (int s = 0; s <= r; ++s) problem_.D(r, s) = problem_.D(s, r) = rows_[r].dot(response(s));
+  if (films_.any())  // cavitated, they answer one way otherwise than back
+    for (int r = 0; r < problem_.rows; ++r)
+      for (int s = r + 1; s < problem_.rows; ++s) problem_.D(r, s) = rows_[r].dot(response(s));
   auto result = problem_.solve();
   ++work_.lcp_solves;
   if (!result.solved && strip_restitution()) {  // Newton's law may ask for rates that no impulse gives
@@ -93,6 +97,11 @@ void MoreauStepper::tell(std::vector<std::string>& notes) const {
     notes.push_back(fmt::format(
         "{} steps with several contacts were taken without restitution, for no solver found impulses with it",
         inelastic_));
+  if (step_ > 0 && films_.leap.share > 0.3)
+    notes.push_back(fmt::format(
+        "DOUBTFUL: {} squeezed its film by {:.2g} of its thickness in one step, which takes the film as it was at the step's "
+        "middle; take a nonsmooth.step of {:.1g} times this one, or \"automatic\"",
+        system_.contact_facts(films_.leap.contact).name, films_.leap.share, 0.1 / films_.leap.share));
   if (unswept_ > 0)
     notes.push_back(fmt::format(
         "DOUBTFUL: in {} steps the angle that a torque's table was swept over did not settle: the pulse turns the motion "

@@ -3,28 +3,11 @@
 #include <algorithm>
 #include <tuple>
 
+#include "formulations/laws/film_force.hpp"
+
 namespace freeplay {
 
 namespace {
-
-/// What a film does: forces along the contact's normal and film rows, a couple along its spin, and the power that
-/// it dissipates (W).
-template <class T>
-struct FilmAction {
-  T normal, tangential, torque, loss;
-};
-
-template <class T>
-std::optional<FilmAction<T>> film_action(const Film& film, const T* v, const ContactRowOf<T>& row) {
-  const T share = film.share(row.gap);
-  if (share == 0) return std::nullopt;
-  const T w_r = -row.normal.dot(v), w_t = row.film.dot(v), spin = row.spin.dot(v),
-          ratio = film.ratio(row.gap);
-  const auto F = film.force(ratio, w_r, w_t);
-  const T torque = share * film.shear(ratio) * spin;
-  return FilmAction<T>{-share * F.radial, share * F.tangential, -torque,
-                       torque * spin - share * (F.radial * w_r + F.tangential * w_t)};
-}
 
 /// One place per contact, so that a bristle is found by its contact; contacts without friction leave theirs
 /// at zero.

@@ -7,6 +7,7 @@
 #include "formulations/integrators/relieved.hpp"
 #include "formulations/integrators/scaled_methods.hpp"
 #include "formulations/integrators/tolerance.hpp"
+#include "formulations/laws/film_force.hpp"
 #include "formulations/marched.hpp"
 #include "formulations/penalty/stepper.hpp"
 #include "model/assembly.hpp"
@@ -22,17 +23,7 @@ std::vector<PenaltyContact> make_contacts(const Scene& scene, const System& syst
     PenaltyContact c;
     c.law = make_contact_force(scene, facts);
     if (facts.surface.friction) c.friction = make_friction(scene.penalty, *facts.surface.friction);
-    if (facts.lubricant) {
-      const auto& oil = *facts.lubricant;
-      c.film = Film{
-          oil.film == Lubricant::Film::short_bearing ? Film::Kind::short_bearing : Film::Kind::long_bearing,
-          oil.cavitation == Lubricant::Cavitation::half_sommerfeld,
-          oil.viscosity,
-          *facts.bearing_length,
-          facts.radius_bearing,
-          facts.clearance,
-          oil.hand_over.value_or(0.01 * facts.clearance)};
-    }
+    c.film = make_film(facts);
     contacts.push_back(c);
   }
   for (int k = 0; k < system.frictions(); ++k)

@@ -42,9 +42,10 @@ struct ContactRowOf {
   /// spin·v = ω_j − ω_i.
   SparseRowOf<T> film, spin;
   T gamma_n = 0, gamma_t = 0;  ///< g̈ = normal·a − gamma_n, v̇_T = tangent·a − gamma_t
+  T gamma_film = 0, turn = 0;  ///< of a film: likewise, and how fast its normal turns (rad/s)
   template <class M>
   void remember(M& m) {
-    m(gap, normal, tangent, film, spin, gamma_n, gamma_t);
+    m(gap, normal, tangent, film, spin, gamma_n, gamma_t, gamma_film, turn);
   }
 };
 using ContactRow = ContactRowOf<double>;
