@@ -76,16 +76,14 @@ void FilmStep::begin(double h, SaddlePoint& saddle, const double* v_old) {
 void FilmStep::set_theta(Place& f) {
   const int r = f.first;
   const double share = f.law.share(f.row.gap);
-  const double z = h_ * resistance(f, f.row.gap) * std::max(D_(r, r), D_(r + 1, r + 1));
-  f.theta[0] = f.theta[1] = fitted(z);
+  f.theta[0] = f.theta[1] = fitted(h_ * resistance(f, f.row.gap) * std::max(D_(r, r), D_(r + 1, r + 1)));
   f.theta[2] = fitted(h_ * share * f.law.shear(f.law.ratio(f.row.gap)) * D_(r + 2, r + 2));
   // Polar rows that turn far within the step, as a journal passes the centre, are taken as they stand.
-  std::array<double, 3> gamma{f.row.gamma_n, f.row.gamma_film, 0};
+  f.gamma = {f.row.gamma_n, f.row.gamma_film, 0};
   if (std::abs(f.row.turn) * h_ > 0.3) {
-    gamma[0] -= f.row.turn * f.row.turn * (f.law.clearance - f.row.gap);
-    gamma[1] += f.row.turn * f.y_old[0];  // n·ė = −ġ
+    f.gamma[0] -= f.row.turn * f.row.turn * (f.law.clearance - f.row.gap);
+    f.gamma[1] += f.row.turn * f.y_old[0];  // n·ė = −ġ
   }
-  for (int a = 0; a < 3; ++a) f.shift[a] = (f.theta[a] - 0.5) * h_ * gamma[a];
 }
 
 void FilmStep::linearise(const double* v_new) {
@@ -142,11 +140,11 @@ void FilmStep::relax(double* own, double* own_reaction) const {
   apply(own, own_reaction);
 }
 
-void FilmStep::finish(const double* v_new) {
+void FilmStep::finish(const double* v_old, const double* v_new) {
   p_.resize(used_);
-  for (const auto& f : films_) {
+  for (auto& f : films_) {
     const double thickness = std::max(f.gap, f.law.hand_over);
-    const double moved = h_ * std::abs(f.row.normal.dot(v_new)) / thickness;
+    const double moved = 0.5 * h_ * std::abs(f.row.normal.dot(v_old) + f.row.normal.dot(v_new)) / thickness;
     if (moved > leap.share && f.gap > 0) {
       // Where a step is short against the film's own time little is lost by a film that it passed over.
       const double share = moved * std::min(1.0, h_ * resistance(f, f.gap) * f.mobility);
@@ -156,7 +154,28 @@ void FilmStep::finish(const double* v_new) {
       p_[f.first + a] = f.p[a];
       for (int b = 0; b < 3; ++b) p_[f.first + a] += f.J[a][b] * (mean_rate(f, b, v_new) - f.y[b]);
     }
+    if (f.first < 0) continue;
+    std::array<double, 2> change, force{}, back{};  // δ of the rates, J δ, D J δ
+    for (int b = 0; b < 2; ++b) change[b] = f.of(b).dot(v_new) - f.y_old[b] - h_ * f.gamma[b];
+    for (int a = 0; a < 2; ++a)
+      for (int b = 0; b < 2; ++b) force[a] += f.J[a][b] * change[b];
+    for (int a = 0; a < 2; ++a)
+      for (int b = 0; b < 2; ++b) back[a] += D_(f.first + a, f.first + b) * force[b];
+    const double size = change[0] * change[0] + change[1] * change[1],
+                 z = -(change[0] * back[0] + change[1] * back[1]);
+    const double part = z > 1e-6 * size ? h_ * (f.theta[0] - 0.5) * size / z : 0;
+    for (int a = 0; a < 2; ++a) f.beyond[a] = -part * force[a];
   }
+}
+
+double FilmStep::greatest_change() const {
+  double most = 0;
+  for (int i = 0; used_ > 0 && i < n_; ++i) {
+    double sum = 0;
+    for (int r = 0; r < used_; ++r) sum += std::abs(p_[r] * response(r)[i]);
+    most = std::max(most, sum);
+  }
+  return most;
 }
 
 double FilmStep::loss(const double* v_old, const double* v_new) const {

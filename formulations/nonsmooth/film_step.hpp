@@ -11,6 +11,8 @@
 //
 // is exact for one constant resistance: of second order where the step resolves the film, and without the ringing of θ = ½
 // (v⁺ = −v as z → ∞) where it does not (Liniger and Willoughby, SIAM J. Numer. Anal. 7 (1970) 47, exponential fitting).
+// What stops within a step goes the way of y_θ, not of the ends' mean: with δ = Rᵀ(v⁺ − v) − h γ the change of the rates,
+// positions are moved by h (θ − ½) δ along A R J δ.
 #pragma once
 
 #include <Eigen/Core>
@@ -42,8 +44,17 @@ class FilmStep {
   void resist(double* v, double* lambda);
   /// The response of a row's impulse, and its reactions, with the films' resistance.
   void relax(double* response, double* reaction) const;
+  /// Greatest change of a coordinate's rate that the last resist() made: what rounding is judged by.
+  double greatest_change() const;
   /// Impulses at the end of the step.
-  void finish(const double* v_new);
+  void finish(const double* v_old, const double* v_new);
+  /// Moves positions at the end of the step by what films stopped within it, but those of contacts that `pressed`.
+  template <class Pressed>
+  void displace(double* q, Pressed pressed) const {
+    for (const auto& f : films_)
+      for (int a = 0; f.first >= 0 && !pressed(f.contact) && a < 2; ++a)
+        for (int i = 0; i < n_; ++i) q[i] += f.beyond[a] * response(f.first + a)[i];
+  }
   /// What they took (J).
   double loss(const double* v_old, const double* v_new) const;
   /// Adds their impulses; of those the share that a change `struck` of the velocities made goes to `within`.
@@ -69,7 +80,8 @@ class FilmStep {
     double gap = 0;                      // m, at the beginning of the step
     double mobility = 0;                 // 1/kg, of its normal row
     int first = -1;                      // of its three rows here, −1: dry in this step
-    std::array<double, 3> y_old, shift;  // Rᵀv, and (θ − ½) h γ
+    std::array<double, 3> y_old, gamma;  // Rᵀv, γ
+    std::array<double, 2> beyond;        // kg m, see displace()
     std::array<double, 3> theta, y, p;   // y_θ of the linearisation, and its impulses
     std::array<std::array<double, 3>, 3> J;
     const SparseRow& of(int a) const { return a == 0 ? row.normal : a == 1 ? row.film : row.spin; }
@@ -79,7 +91,8 @@ class FilmStep {
   double* reaction(int r) { return reaction_.data() + static_cast<long>(r) * m_; }
   const double* reaction(int r) const { return reaction_.data() + static_cast<long>(r) * m_; }
   double mean_rate(const Place& f, int a, const double* v_new) const {
-    return (1 - f.theta[a]) * f.y_old[a] + f.theta[a] * f.of(a).dot(v_new) - f.shift[a];
+    return (1 - f.theta[a]) * f.y_old[a] + f.theta[a] * f.of(a).dot(v_new) -
+           (f.theta[a] - 0.5) * h_ * f.gamma[a];
   }
   void set_theta(Place& f);
   double resistance(const Place& f, double gap) const;

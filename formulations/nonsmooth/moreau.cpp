@@ -115,6 +115,7 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
         size = std::max(size, std::abs(mean));
         v_mean_[c] = mean;
       }
+      if (films_.any()) size += films_.greatest_change();
       if (i > 0 && change <= 1e-12 * size) break;
       if (i == 100 && sweeps && std::isfinite(change)) {
         ++unswept_;
@@ -136,7 +137,7 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
       if (!solve_velocities(h, v_mean_.data())) return false;
     }
   }
-  if (films_.any()) films_.finish(v_.data());
+  if (films_.any()) films_.finish(v_old_.data(), v_.data());
   for (int i = 0; i < n; ++i) q_[i] = q_mid_[i] + 0.5 * h * v_[i];
   log_contacts(h);
   if (struck_) keep_struck();

@@ -214,8 +214,9 @@ void MoreauStepper::draw_closed(double t_new) {
 /// negative are opened to zero along A W_N, which leaves Φ alone to first order.
 bool MoreauStepper::bring_back(double t_new) {
   const int n = system_.n(), m = system_.rows();
-  system_.place(t_new, q_.data(), end_);
   const double potential = system_.potential(q_.data());
+  if (films_.any()) films_.displace(q_.data(), [&](int k) { return contacts_[k].unknown >= 0; });
+  system_.place(t_new, q_.data(), end_);
   const auto move = [&](const double* dq) {
     for (int i = 0; i < n; ++i) q_[i] += dq[i];
   };

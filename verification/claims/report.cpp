@@ -18,6 +18,7 @@ constexpr ClaimSet sets[] = {
     {"forces", "Forces that come out", forces},
     {"unseen", "What no integrator sees by itself", unseen},
     {"chosen", "Steps that choose their length, and hand-overs to them", chosen},
+    {"films", "Lubricated joints by every scheme", films},
     {"promises", "What runs and comparisons promise", promises},
     {"orders", "Orders of convergence", orders},
     {"invariants", "Invariants over long runs", invariants},
