@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "formulations/integrators/crossing.hpp"
+#include "model/planar.hpp"
 
 namespace freeplay {
 
@@ -35,6 +36,7 @@ double ControlledMoreau::raised() const { return least_floor_ > 0 ? floor_ / lea
 void ControlledMoreau::find_pace() {
   const double longer = raised();
   pace_ = fastest_ > 0 ? scales_.length / fastest_ : 0;
+  if (film_pace_ > 0) pace_ = pace_ > 0 ? std::min(pace_, film_pace_) : film_pace_;
   least_floor_ = norm_.tolerance * pace_;
   floor_ = longer * least_floor_;
 }
@@ -49,6 +51,13 @@ void ControlledMoreau::start(const State& state, ContactLog& log) {
   moreau_.start(state, log);
   start_.t = state.t;
   fastest_ = std::max(fastest_, greatest_speed(system_, state.v.data()));
+  // A film that nothing loads goes round with the journal's spin, slow as its centre may be.
+  film_pace_ = 0;
+  for (int k = 0; scales_.guessed && k < system_.contacts(); ++k)
+    for (const int body : system_.contact_facts(k).bodies)
+      if (system_.contact_facts(k).lubricant && body != ground)
+        film_pace_ = std::max(film_pace_, std::abs(planar::rate(state.v.data(), body)));
+  if (film_pace_ > 0) film_pace_ = 1 / film_pace_;
   find_pace();
   paced_since_ = calm_since_ = state.t;
   system_.place(state.t, state.q.data(), e_);

@@ -34,7 +34,6 @@ bool has(const List& list) {
 
 /// The way that knows the scene best: whose single touches the others must meet.
 const Way& best(const Scene& scene, const Way& way, bool touching) {
-  if (lubricates(scene)) return penalty;
   // A contact that rests, or friction of fixed bound, is regularised in penalty: another motion within its own bounds.
   if (way.family == Family::penalty && (touching || has<JointFriction>(scene.mechanism.loads)))
     return penalty;
@@ -61,7 +60,7 @@ Verdict amounts(const Sight& sight, const Check* missed, const std::string& what
 std::span<const Way> ways() { return all_ways; }
 
 bool has_model(const Scene& scene, const Way& way) {
-  if (way.family == Family::nonsmooth) return !lubricates(scene);
+  if (way.family == Family::nonsmooth) return true;
   return std::ranges::all_of(scene.mechanism.surfaces,
                              [](const Surface& s) { return s.restitution.value_or(1) > 0; });
 }
