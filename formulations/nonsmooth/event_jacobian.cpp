@@ -143,6 +143,8 @@ void EventDynamics::jacobian(const Vector& x, double t, double* J, double* dfdt)
         column[impulse_offset() + 2 * k + 1] = tangential;
         if (tangential != 0) integral[friction_loss] -= tangential * c.row.tangent.dot(x.data() + n);
       }
+      for (const auto& p : preloaded_)
+        if (p.unknown >= 0) integral[friction_loss] -= solution_[p.unknown] * p.rate;
       for (int k = 0; k < states; ++k) column[state_offset() + k] = d.flow[k].slope[s];
       integral[drive] = e.power.drive.slope[s];
       integral[load] = e.power.load.slope[s];

@@ -76,7 +76,9 @@ TEST_CASE("where the film is too thin to carry, dry contact takes over at gap 0"
     auto scene = pin({"lubricants.oil.viscosity=1e-4", "run.revolutions=0.25"}, way);
     const auto run = finished(scene, way);
     CAPTURE(way.name);
-    CHECK(run.contacts[0].impacts > 0);
+    // The impact law makes hops of a touch that the load's own depth holds to the wall in penalty.
+    CHECK((run.contacts[0].impacts > 0 || way.family == Family::penalty));
+    CHECK(run.contacts[0].lasting_fraction > 0);
     CHECK(run.ledger.film > 0);
     CHECK(run.ledger.contact > 0);
     if (way.family == Family::nonsmooth) CHECK(run.contacts[0].penetration_ratio < 1e-3);
