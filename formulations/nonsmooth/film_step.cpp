@@ -37,11 +37,12 @@ void FilmStep::take(int film, const ContactRow& row, double gap) {
   f.gap = gap;
 }
 
-/// N s/m, against squeezing out of a full film.
-double FilmStep::resistance(const Place& f, double gap) const {
+/// N s/m, of a full film against squeezing and against sideways motion.
+std::array<double, 2> FilmStep::resistance(const Place& f, double gap) {
   Film full = f.law;
   full.cavitated = false;
-  return -full.share(gap) * full.force(full.ratio(gap), 1.0, 0.0).radial;
+  const double share = full.share(gap), ratio = full.ratio(gap);
+  return {-share * full.force(ratio, 1.0, 0.0).radial, -share * full.force(ratio, 0.0, 1.0).tangential};
 }
 
 void FilmStep::begin(double h, SaddlePoint& saddle, const double* v_old) {
@@ -76,7 +77,8 @@ void FilmStep::begin(double h, SaddlePoint& saddle, const double* v_old) {
 void FilmStep::set_theta(Place& f) {
   const int r = f.first;
   const double share = f.law.share(f.row.gap);
-  f.theta[0] = f.theta[1] = fitted(h_ * resistance(f, f.row.gap) * std::max(D_(r, r), D_(r + 1, r + 1)));
+  const auto resisted = resistance(f, f.row.gap);
+  for (int a = 0; a < 2; ++a) f.theta[a] = fitted(h_ * resisted[a] * D_(r + a, r + a));
   f.theta[2] = fitted(h_ * share * f.law.shear(f.law.ratio(f.row.gap)) * D_(r + 2, r + 2));
   // Polar rows that turn far within the step, as a journal passes the centre, are taken as they stand.
   f.gamma = {f.row.gamma_n, f.row.gamma_film, 0};
@@ -142,12 +144,13 @@ void FilmStep::relax(double* own, double* own_reaction) const {
 
 void FilmStep::finish(const double* v_old, const double* v_new) {
   p_.resize(used_);
-  for (auto& f : films_) {
+  way_.resize(used_);
+  for (const auto& f : films_) {
     const double thickness = std::max(f.gap, f.law.hand_over);
     const double moved = 0.5 * h_ * std::abs(f.row.normal.dot(v_old) + f.row.normal.dot(v_new)) / thickness;
     if (moved > leap.share && f.gap > 0) {
       // Where a step is short against the film's own time little is lost by a film that it passed over.
-      const double share = moved * std::min(1.0, h_ * resistance(f, f.gap) * f.mobility);
+      const double share = moved * std::min(1.0, h_ * resistance(f, f.gap)[0] * f.mobility);
       if (share > leap.share) leap = {share, f.contact};
     }
     for (int a = 0; f.first >= 0 && a < 3; ++a) {
@@ -155,17 +158,25 @@ void FilmStep::finish(const double* v_old, const double* v_new) {
       for (int b = 0; b < 3; ++b) p_[f.first + a] += f.J[a][b] * (mean_rate(f, b, v_new) - f.y[b]);
     }
     if (f.first < 0) continue;
-    std::array<double, 2> change, force{}, back{};  // δ of the rates, J δ, D J δ
-    for (int b = 0; b < 2; ++b) change[b] = f.of(b).dot(v_new) - f.y_old[b] - h_ * f.gamma[b];
-    for (int a = 0; a < 2; ++a)
-      for (int b = 0; b < 2; ++b) force[a] += f.J[a][b] * change[b];
-    for (int a = 0; a < 2; ++a)
-      for (int b = 0; b < 2; ++b) back[a] += D_(f.first + a, f.first + b) * force[b];
-    const double size = change[0] * change[0] + change[1] * change[1],
-                 z = -(change[0] * back[0] + change[1] * back[1]);
-    const double part = z > 1e-6 * size ? h_ * (f.theta[0] - 0.5) * size / z : 0;
-    for (int a = 0; a < 2; ++a) f.beyond[a] = -part * force[a];
+    for (int b = 0; b < 2; ++b) {
+      const double change = f.of(b).dot(v_new) - f.y_old[b] - h_ * f.gamma[b];
+      way_[2 * f.first / 3 + b] = h_ * (f.theta[b] - 0.5) * change;
+    }
   }
+  if (used_ == 0) return;
+  // D of normal and film rows; where bodies cannot move against each other along one it is singular, and nothing is asked there.
+  const int size = 2 * used_ / 3;
+  const auto row = [](int i) { return 3 * (i / 2) + i % 2; };
+  E_.resize(size, size);
+  double greatest = 0;
+  for (int i = 0; i < size; ++i)
+    for (int j = 0; j < size; ++j) {
+      E_(i, j) = D_(row(i), row(j));
+      greatest = std::max(greatest, E_(i, j));
+    }
+  E_.diagonal().array() += 1e-12 * greatest;
+  E_lu_.compute(E_);
+  beyond_ = E_lu_.solve(way_.head(size));
 }
 
 double FilmStep::greatest_change() const {

@@ -4,15 +4,15 @@
 //     p = h F(y_θ),     y_θ = (1 − θ) Rᵀv + θ Rᵀv⁺ − (θ − ½) h γ,     v⁺ = v_free + A R p,
 //
 // by Newton's method: p = p₀ + J (y_θ − y₀), J = h ∂F/∂y, so that (1 − θJD) p = p₀ + J (y_θ,free − y₀). What presses beside
-// it meets the film's resistance: its response A W becomes A W + A R (1 − θJD)⁻¹ θJ RᵀA W. With z = h C D, C the film's
-// greatest resistance,
+// it meets the film's resistance: its response A W becomes A W + A R (1 − θJD)⁻¹ θJ RᵀA W. With z = h C D of either
+// row, C the full film's resistance along it,
 //
 //     θ = 1/(1 − e^(−z)) − 1/z = ½ + z/12 − …
 //
 // is exact for one constant resistance: of second order where the step resolves the film, and without the ringing of θ = ½
 // (v⁺ = −v as z → ∞) where it does not (Liniger and Willoughby, SIAM J. Numer. Anal. 7 (1970) 47, exponential fitting).
 // What stops within a step goes the way of y_θ, not of the ends' mean: with δ = Rᵀ(v⁺ − v) − h γ the change of the rates,
-// positions are moved by h (θ − ½) δ along A R J δ.
+// positions are moved along A R by what gives the rows h (θ − ½) δ.
 #pragma once
 
 #include <Eigen/Core>
@@ -43,7 +43,7 @@ class FilmStep {
   /// Adds the films to a motion without them.
   void resist(double* v, double* lambda);
   /// The response of a row's impulse, and its reactions, with the films' resistance.
-  void relax(double* response, double* reaction) const;
+  void relax(double* own, double* own_reaction) const;
   /// Greatest change of a coordinate's rate that the last resist() made: what rounding is judged by.
   double greatest_change() const;
   /// Impulses at the end of the step.
@@ -53,7 +53,7 @@ class FilmStep {
   void displace(double* q, Pressed pressed) const {
     for (const auto& f : films_)
       for (int a = 0; f.first >= 0 && !pressed(f.contact) && a < 2; ++a)
-        for (int i = 0; i < n_; ++i) q[i] += f.beyond[a] * response(f.first + a)[i];
+        for (int i = 0; i < n_; ++i) q[i] += beyond_[2 * f.first / 3 + a] * response(f.first + a)[i];
   }
   /// What they took (J).
   double loss(const double* v_old, const double* v_new) const;
@@ -81,7 +81,6 @@ class FilmStep {
     double mobility = 0;                 // 1/kg, of its normal row
     int first = -1;                      // of its three rows here, −1: dry in this step
     std::array<double, 3> y_old, gamma;  // Rᵀv, γ
-    std::array<double, 2> beyond;        // kg m, see displace()
     std::array<double, 3> theta, y, p;   // y_θ of the linearisation, and its impulses
     std::array<std::array<double, 3>, 3> J;
     const SparseRow& of(int a) const { return a == 0 ? row.normal : a == 1 ? row.film : row.spin; }
@@ -95,15 +94,17 @@ class FilmStep {
            (f.theta[a] - 0.5) * h_ * f.gamma[a];
   }
   void set_theta(Place& f);
-  double resistance(const Place& f, double gap) const;
+  static std::array<double, 2> resistance(const Place& f, double gap);
   void apply(double* v, double* lambda) const;
 
   std::vector<Place> films_;
   int n_, m_, used_ = 0;
   double h_ = 0;
   std::vector<double> response_, reaction_;  // A R and its multipliers, a column for each row
-  Eigen::MatrixXd D_, K_;
-  Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
+  Eigen::MatrixXd D_, K_, E_;
+  Eigen::PartialPivLU<Eigen::MatrixXd> lu_, E_lu_;
+  Eigen::VectorXd way_,
+      beyond_;  // m of normal and film rows, and the movement along A R (kg m) that makes them
   mutable Eigen::VectorXd rhs_, p_;
 };
 

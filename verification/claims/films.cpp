@@ -131,6 +131,16 @@ void squeezes(Findings& f) {
           "momentum: K (f − f₀) = W t − m v, inertia included",
           "chosen steps to 1e-6 of the clearance, times d ln f/dε = 6; fixed ones of 2e-5 of the time");
     }
+    std::vector<double> steps{4e-3, 2e-3, 1e-3, 5e-4}, errors;
+    for (const double h : steps) {
+      const auto s =
+          by(journal(b, m, 0.5, 0, g, T, {0, -0.1 * c}), {"", Family::nonsmooth, Scheme::moreau_jean, h})
+              .final_state;
+      errors.push_back(std::abs(b.K() * (b.f(-s.q[1] / c) - b.f(0.1)) - W * T - m * s.v[1]));
+    }
+    f.between(fmt::format("order of Moreau–Jean, squeezed {} that its steps do not resolve", name_of(b)), "",
+              test::observed_order(steps, errors), 1.8, 2.2,
+              "theory: 2, places go the way of the middle's rates", "asymptotic regime; hC/m is 25 and more");
   }
 }
 
