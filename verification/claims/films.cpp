@@ -246,6 +246,20 @@ void pin(Findings& f) {
               std::abs(run.ledger.closure()) / run.ledger.scale(), 1e-9, "",
               "what the film took is what it did");
   }
+  auto quarter = read_scene(test::source_folder() / "cases/lubricated-pin/scene.toml",
+                            {"run.revolutions=0.25", "run.discard=0"});
+  quarter.nonsmooth.tolerance = 1e-12;
+  const auto end = by(quarter, ways[3]).final_state;
+  std::vector<double> steps{2e-4, 1e-4, 5e-5, 2.5e-5}, errors;
+  for (const double h : steps) {
+    const auto s = by(quarter, {"", Family::nonsmooth, Scheme::moreau_jean, h}).final_state;
+    errors.push_back(std::hypot(s.q[6] - end.q[6], s.q[4] - end.q[4]) / clearance);
+  }
+  f.between("order of Moreau–Jean, lubricated gudgeon pin, a quarter turn", "",
+            test::observed_order(steps, errors), 1.9, 2.1, "theory: 2; apart from event-driven at 1e-12",
+            "asymptotic regime");
+  f.curves.push_back(
+      {"orders", "Moreau–Jean, lubricated pin", "step (s)", "error over clearance", steps, errors});
 }
 
 }  // namespace
