@@ -117,6 +117,13 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
       }
       if (films_.any()) size += films_.greatest_change();
       if (i > 0 && change <= 1e-12 * size) break;
+      if (films_.any() && i >= 10) {
+        if (change <= 1e-9 * size) break;  // contact problems are solved to no more
+        if (i == 50 && step_ > 0 && std::isfinite(change)) {
+          ++unsettled_;
+          break;
+        }
+      }
       if (i == 100 && sweeps && std::isfinite(change)) {
         ++unswept_;
         break;

@@ -117,7 +117,7 @@ class MoreauStepper {
     for (auto& c : contacts_) m(c);
     m(saddle_, slide_last_, q_, v_, q_old_, v_old_, v_trial_, z_, t_, t_old_, t_start_, index_, integrals_,
       extremes_, work_, flights_, passage_, motions_, jam_, jams_, undecided_, unswept_, inelastic_,
-      problem_.modes_left, position_problem_.modes_left, slack_, films_.leap);
+      problem_.modes_left, position_problem_.modes_left, slack_, films_.leap, unsettled_);
   }
 
   double t() const { return t_; }
@@ -224,6 +224,7 @@ class MoreauStepper {
   std::string failure_;
   std::string motions_, jam_;  // of the first problem with more motions than one, and of the first jam
   long jams_ = 0, undecided_ = 0;
+  long unsettled_ = 0;  // fixed steps whose films were not met
   long unswept_ = 0;    // steps over a table whose sweep did not settle
   long inelastic_ = 0;  // steps whose impacts were taken without restitution
   bool watching_ = false;

@@ -97,6 +97,11 @@ void MoreauStepper::tell(std::vector<std::string>& notes) const {
     notes.push_back(fmt::format(
         "{} steps with several contacts were taken without restitution, for no solver found impulses with it",
         inelastic_));
+  if (unsettled_ > 0)
+    notes.push_back(fmt::format(
+        "DOUBTFUL: in {} steps contact came and went with the film's force, and none was found that fits both; take a shorter "
+        "nonsmooth.step, or \"automatic\"",
+        unsettled_));
   if (step_ > 0 && films_.leap.share > 0.3)
     notes.push_back(fmt::format(
         "DOUBTFUL: {} squeezed its film by {:.2g} of its thickness in one step, which takes the film as it was at the step's "
