@@ -155,7 +155,9 @@ int check(const CheckRequest& request) {
     const auto& facts = system.contact_facts(k);
     fmt::print("\n  contact {}: ", facts.name);
     if (facts.has_clearance) fmt::print("clearance {:.4g} mm, ", 1e3 * facts.clearance);
-    if (facts.radius > 0)
+    if (facts.stiffness)
+      fmt::print("stiffness {:.5g} N/m\n", *facts.stiffness);
+    else if (facts.radius > 0)
       fmt::print("radius of curvature {:.5g} mm\n", 1e3 * facts.radius);
     else
       fmt::print("a sharp corner\n");

@@ -9,6 +9,7 @@
 
 #include "model/elements/torque_drive.hpp"
 #include "model/keys.hpp"
+#include "model/surface.hpp"
 #include "values/vec2.hpp"
 
 namespace freeplay {
@@ -103,13 +104,24 @@ class KeysList {
   void axis(std::string_view meaning, Vec2&) { add({"axis", "", meaning}, "point", "[1, 0]"); }
   void radii(const Key& key, std::array<double, 2>&) { add(key, "point", "required"); }
   void body(const Key& key, int&) { add(key, "text", "required"); }
-  void surface(const Key& key, int&) { add(key, "text", "required"); }
+  const Surface* surface(const Key& key, int&) {
+    add(key, "text", "required");
+    return nullptr;
+  }
   void lubricant(const Key& key, int&, double, const std::optional<double>&) { add(key, "text", "–"); }
   void drive(const Key& key, std::string&) { add(key, "text", "required"); }
   template <class J>
   const J* joint(const Key& key, int&) {
     add(key, "text", "required");
     return nullptr;
+  }
+  template <class... J>
+  void joint_of(const Key& key, int&) {
+    add(key, "text", "required");
+  }
+  template <class Of>
+  void from_bodies(const Key& key, double&, const std::array<int, 2>&, const char*, Of) {
+    add(key, "number", std::string(key.fallback));
   }
   void any_joint(const Key& key, int&, std::array<int, 2>&) { add(key, "text", "required"); }
   void joint_angle(const Key& key, double&, int) { add(key, "number", std::string(key.fallback)); }
@@ -122,12 +134,14 @@ class KeysList {
 
   static std::string type_of(double) { return "number"; }
   static std::string type_of(const std::optional<double>&) { return "number"; }
+  static std::string type_of(const std::optional<Vec2>&) { return "point"; }
   static std::string type_of(unsigned) { return "number"; }
   static std::string type_of(int) { return "number"; }
   static std::string type_of(bool) { return "true or false"; }
   static std::string type_of(const Vec2&) { return "point"; }
   static std::string shown(double x);
   static std::string shown(const std::optional<double>&) { return "–"; }
+  static std::string shown(const std::optional<Vec2>&) { return "–"; }
   static std::string shown(unsigned x) { return fmt::format("{}", x); }
   static std::string shown(int x) { return fmt::format("{}", x); }
   static std::string shown(bool x) { return x ? "true" : "false"; }

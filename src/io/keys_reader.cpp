@@ -91,10 +91,11 @@ void KeysReader::body(const Key& key, int& body) {
   if (body == ground) s_.fail(key.name, "must be a moving body, is the ground");
 }
 
-void KeysReader::surface(const Key& key, int& surface) {
+const Surface* KeysReader::surface(const Key& key, int& surface) {
   const auto name = s_.text(key.name);
   surface = index_of(mechanism_.surfaces, name, own_name);
   if (surface < 0) s_.fail(key.name, unknown("surface", name, mechanism_.surfaces, own_name));
+  return &mechanism_.surfaces[static_cast<std::size_t>(surface)];
 }
 
 void KeysReader::lubricant(const Key& key, int& lubricant, double clearance,

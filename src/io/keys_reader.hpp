@@ -32,6 +32,9 @@ class KeysReader {
     x = s_.maybe_number(key.name, range);
   }
   void take(const Key& key, Vec2& x) { x = s_.point(key.name, x); }
+  void take(const Key& key, std::optional<Vec2>& x) {
+    if (s_.has(key.name)) x = s_.point(key.name);
+  }
   void take(const Key& key, bool& x) { x = s_.flag(key.name, x); }
   void take(const Key& key, std::string& x) { x = s_.text(key.name, x); }
   template <class Whole>
@@ -115,7 +118,7 @@ class KeysReader {
   void axis(std::string_view meaning, Vec2& axis);
   void radii(const Key& key, std::array<double, 2>& radii);
   void body(const Key& key, int& body);
-  void surface(const Key& key, int& surface);
+  const Surface* surface(const Key& key, int& surface);
   void lubricant(const Key& key, int& lubricant, double clearance,
                  const std::optional<double>& bearing_length);
   void drive(const Key& key, std::string& drive);
@@ -129,6 +132,25 @@ class KeysReader {
       s_.fail(key.name, fmt::format("must be a {} joint, \"{}\" is not", J::type,
                                     name_of(mechanism_.joints[static_cast<std::size_t>(joint)])));
     return found;
+  }
+  /// A joint of one of the kinds J.
+  template <class... J>
+  void joint_of(const Key& key, int& joint) {
+    joint = joint_index(key);
+    const auto& found = mechanism_.joints[static_cast<std::size_t>(joint)];
+    std::string kinds;
+    ((kinds += fmt::format("{}{}", kinds.empty() ? "" : " or ", J::type)), ...);
+    if (!(std::holds_alternative<J>(found) || ...))
+      s_.fail(key.name, fmt::format("must be a {} joint, \"{}\" is not", kinds, name_of(found)));
+  }
+  /// What `of` makes of two bodies at the start, unless it stands there; `without`: what is wrong where that is nothing.
+  template <class Of>
+  void from_bodies(const Key& key, double& x, const std::array<int, 2>& pair, const char* without, Of of) {
+    const auto body = [&](int b) { return b == ground ? Body{} : mechanism_.bodies[static_cast<std::size_t>(b)]; };
+    if (s_.has(key.name)) return void(x = s_.number(key.name, any_number));
+    const std::optional<double> found = of(body(pair[0]), body(pair[1]));
+    if (!found) s_.lacks("", fmt::format("{} {}", key.name, without));
+    x = *found;
   }
   /// The angle that the bodies' own angles give a joint, unless it stands there.
   void joint_angle(const Key& key, double& angle, int joint);

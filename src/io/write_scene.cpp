@@ -107,8 +107,9 @@ class KeysWriter {
   void axis(std::string_view, const Vec2& axis) { put("axis", axis); }
   void radii(const Key& key, const std::array<double, 2>& radii) { put(key.name, Vec2{radii[0], radii[1]}); }
   void body(const Key& key, int index) { text(key.name, body_name(index, key.name)); }
-  void surface(const Key& key, int index) {
+  const Surface* surface(const Key& key, int index) {
     if (index >= 0) text(key.name, at(mechanism_.surfaces, index, key.name).name);
+    return nullptr;
   }
   void lubricant(const Key& key, int index, double, const std::optional<double>&) {
     if (index >= 0) text(key.name, at(mechanism_.lubricants, index, key.name).name);
@@ -118,6 +119,14 @@ class KeysWriter {
   const J* joint(const Key& key, int index) {
     text(key.name, name_of(at(mechanism_.joints, index, key.name)));
     return nullptr;
+  }
+  template <class... J>
+  void joint_of(const Key& key, int index) {
+    text(key.name, name_of(at(mechanism_.joints, index, key.name)));
+  }
+  template <class Of>
+  void from_bodies(const Key& key, double x, const std::array<int, 2>&, const char*, Of) {
+    put(key.name, x);
   }
   /// By its index, or by its bodies where code gave only those.
   void any_joint(const Key& key, int index, const std::array<int, 2>& pair) {

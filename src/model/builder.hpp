@@ -2,6 +2,7 @@
 // System::longest_arm(), free links do not.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 
@@ -22,12 +23,23 @@ class Builder {
   /// The bodies of a joint, at their centres of mass.
   Link joint_link(int joint) const { return free_link(bodies_of(mechanism_.joints[joint]), {}); }
   double longest_arm() const { return s_.longest_arm_; }
+  /// A length that counts as an arm does (m).
+  void reach(double length) { s_.longest_arm_ = std::max(s_.longest_arm_, length); }
 
   /// @name Constraint rows
   ///@{
   void points(const Link& link, const std::string& name);
   void slide(const Link& link, const Vec2& axis, const std::string& name);
   void angle(const Link& link, double angle, const std::string& name);
+  template <class Mesh>
+  void mesh(const Link& link, const Mesh& mesh, const std::string& name) {
+    const int first = static_cast<int>(s_.constant_G_.size());
+    std::get<std::vector<MeshRow<Mesh>>>(s_.constraints_).push_back({link, mesh, s_.G_.rows, first});
+    for (const int body : {link.i, link.j})
+      if (body != ground)
+        for (const int axis : {0, 1, 2}) entry(3 * body + axis, 0);
+    end_row(name, false);
+  }
   /// `crank`: its angle is the crank's even if it is not the first.
   void prescribed(const Link& link, double angle, double speed, bool crank, const std::string& name);
   ///@}
@@ -43,6 +55,11 @@ class Builder {
             const ContactFacts& facts) {
     pair(LinePair{link, side, axis, rest, radius}, facts);
   }
+  template <class Mesh>
+  void flank(const Link& link, const Mesh& mesh, const ContactFacts& facts) {
+    pair(FlankPair<Mesh>{link, mesh}, facts);
+  }
+  void angle_stop(const AngleStopPair& stop, const ContactFacts& facts) { pair(stop, facts); }
   ///@}
 
   /// Coulomb friction of a fixed bound along an axis of the first body.

@@ -26,6 +26,7 @@ struct ContactFacts {
   double radius = 0;
   bool ring = false;                              ///< a journal inside a bearing
   double radius_bearing = 0, radius_journal = 0;  ///< m, of a ring
+  std::optional<double> stiffness;                ///< N/m, where it is stated; else of the curvature
   Surface surface;
   std::optional<double> bearing_length;  ///< m
   std::optional<Lubricant> lubricant;

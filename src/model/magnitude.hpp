@@ -25,6 +25,7 @@ inline constexpr std::array magnitudes{
         "m", 1e-18, 1e9,
         "a thousandth of an atom's nucleus; at 1e9 m a coordinate is rounded to 1e-7 m, which no clearance bears"},
     Magnitude{"rad", 0, 1e9, "there an angle is rounded to 1e-7 rad"},
+    Magnitude{"m or rad", 0, 1e9, "as lengths and angles"},
     Magnitude{"degrees", 0, 1e9, "as angles in rad"},
     Magnitude{"s", 1e-18, 1e9,
               "light crosses less than 1e-9 m in 1e-18 s; in 1e9 s, 30 years, time is rounded to 1e-7 s"},

@@ -9,9 +9,12 @@
 #include <vector>
 
 #include "model/elements.hpp"
+#include "model/pairs/angle_stop.hpp"
+#include "model/pairs/flank.hpp"
 #include "model/pairs/line.hpp"
 #include "model/pairs/round.hpp"
 #include "model/rows/angle.hpp"
+#include "model/rows/mesh.hpp"
 #include "model/rows/point.hpp"
 #include "model/rows/slide.hpp"
 #include "model/rows/sliding.hpp"
@@ -19,8 +22,9 @@
 namespace freeplay {
 
 using ConstraintRows =
-    std::tuple<std::vector<PointRows>, std::vector<SlideRow>, std::vector<AngleRow>, std::vector<SpeedRow>>;
-using Pair = std::variant<RoundPair, LinePair>;
+    std::tuple<std::vector<PointRows>, std::vector<SlideRow>, std::vector<AngleRow>, std::vector<SpeedRow>,
+               std::vector<MeshRow<InvoluteMesh>>, std::vector<MeshRow<RackMesh>>>;
+using Pair = std::variant<RoundPair, LinePair, FlankPair<InvoluteMesh>, FlankPair<RackMesh>, AngleStopPair>;
 
 /// A drive or load in place.
 template <class Facts>

@@ -149,7 +149,10 @@ System::System(const Mechanism& m) : gravity_(m.gravity) {
   };
   each(m.joints, [&](const auto& joint, int j) { add(builder, joint, j); });
   // All arms are known before a wall takes its scale from them, so that the contacts' order does not matter.
-  each(m.contacts, [&](const auto& contact, int) { builder.link(contact.between, contact.at); });
+  each(m.contacts, [&](const auto& contact, int) {
+    if constexpr (requires { contact.at; }) builder.link(contact.between, contact.at);
+    if constexpr (requires { contact.reserve(builder); }) contact.reserve(builder);
+  });
   each(m.contacts, [&](const auto& contact, int) { add(builder, contact, -1); });
   each(m.drives, [&](const auto& drive, int) { place_load(builder, drive); });
   // Without a prescribed speed the joint of the first torque is the crank.

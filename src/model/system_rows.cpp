@@ -31,7 +31,15 @@ Vec2 System::eccentricity(int k, const double* q, const Evaluation& e) const {
 }
 
 double System::gap(int k, const double* q, const Evaluation& e) const {
-  return std::visit([&](const auto& pair) { return pair.gap(arms(pair.link, q, e).d, e); }, pairs_[k]);
+  return std::visit(
+      [&](const auto& pair) {
+        const auto d = arms(pair.link, q, e).d;
+        if constexpr (requires { pair.gap(q, d, e); })  // angles beside directions
+          return pair.gap(q, d, e);
+        else
+          return pair.gap(d, e);
+      },
+      pairs_[k]);
 }
 
 GapMotion System::gap_motion(int k, const MotionBounds& bounds, const double* q, const Evaluation& e) const {
@@ -46,8 +54,15 @@ void System::contact(int k, const T* q, const T* v, const EvaluationOf<T>& e, Co
   row.film.clear();
   row.spin.clear();
   row.gamma_n = row.gamma_t = 0;
-  std::visit([&](const auto& pair) { pair.rows(contact_facts_[k], arms(pair.link, q, e), v, e, row); },
-             pairs_[k]);
+  std::visit(
+      [&](const auto& pair) {
+        const auto a = arms(pair.link, q, e);
+        if constexpr (requires { pair.rows(a, q, v, e, row); })
+          pair.rows(a, q, v, e, row);
+        else
+          pair.rows(contact_facts_[k], a, v, e, row);
+      },
+      pairs_[k]);
 }
 
 template <class T>

@@ -30,6 +30,14 @@ Vec2 play(const TranslationalJoint& joint, std::mt19937_64& engine, double share
   const double across = share * joint.clearance->half_play * (2 * uniform(engine) - 1);
   return across * Vec2(-joint.axis.y(), joint.axis.x());
 }
+Vec2 play(const SlotJoint& joint, std::mt19937_64& engine, double share) {
+  if (!joint.clearance) return {};
+  const double across = share * joint.clearance->half_play * (2 * uniform(engine) - 1);
+  return across * perp(joint.axis);
+}
+/// Teeth start amid their gaps: their play is not between the centres.
+Vec2 play(const GearJoint&, std::mt19937_64&, double) { return {}; }
+Vec2 play(const RackJoint&, std::mt19937_64&, double) { return {}; }
 Vec2 play(const RigidJoint&, std::mt19937_64&, double) { return {}; }
 
 /// Moves the points of the ideal mechanism's joints where the given one has play.

@@ -100,6 +100,7 @@ std::string document(const std::vector<Verdict>& verdicts);    ///< docs/verific
 Findings closed_forms();
 Findings restitution();
 Findings mechanisms();
+Findings gears();
 Findings orders();
 Findings invariants();
 Findings stiff_limit();

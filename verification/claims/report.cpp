@@ -14,6 +14,7 @@ constexpr ClaimSet sets[] = {
     {"impact-laws", "Impact laws", impact_laws},
     {"complementarity", "Solvers of the contact problem", complementarity},
     {"mechanisms", "Published mechanisms", mechanisms},
+    {"gears", "Gears, racks, pins in slots, end stops", gears},
     {"oracle", "The paper's scene against a derivation that shares no code", oracle},
     {"forces", "Forces that come out", forces},
     {"unseen", "What no integrator sees by itself", unseen},

@@ -105,6 +105,11 @@ class Draft {
         "type = \"discs\"\nbetween = [\"{}\", \"{}\"]\nat = [{}, {}]\nradii = [{}, {}]\nsurface = \"s\"\n", i,
         j, point(ci), point(cj), number(Ri), number(Rj));
   }
+  /// An end stop of the last joint.
+  void stop(const char* type, const std::string& lines) {
+    table("contacts", fmt::format("c{}", contacts_++));
+    text += fmt::format("type = \"{}\"\njoint = \"{}\"\n{}", type, last_joint(), lines);
+  }
   void load(const char* type, const std::string& lines) {
     table("loads", fmt::format("l{}", loads_++));
     text += fmt::format("type = \"{}\"\n{}", type, lines);
@@ -115,7 +120,7 @@ class Draft {
   }
   /// The one surface of a scene. Its modulus is such that a mass m (kg) at a speed v (m/s) goes `depth` (m) deep into
   /// a contact of radius R (m): 5/4 m v² = K depth^(5/2), K = (4/3) E* √R.
-  void surface(Draw& draw, double m, double v, double R, double depth);
+  void surface(Draw& draw, double m, double v, double R, double depth, bool smooth = false);
   /// Whether the surface that was drawn is elastic and without friction.
   bool elastic() const { return elastic_; }
   void run(Draw& draw);
@@ -148,6 +153,8 @@ void loop(Draw& draw, Draft& out);       ///< closed chains, driven, one to thre
 void guide(Draw& draw, Draft& out);      ///< sliders loose in guides
 void pulse(Draw& draw, Draft& out);      ///< rotors under pulses and tables, a loose link hung on
 void film(Draw& draw, Draft& out);       ///< lubricated journals
+void toothed(Draw& draw, Draft& out);    ///< gears outside and inside each other and racks, loose, now and then on loose bearings
+void stopped(Draw& draw, Draft& out);    ///< levers, sliders and pins in slots between end stops
 void preloaded(Draw& draw, Draft& out);  ///< sliders with friction of fixed bound that run against stops
 ///@}
 

@@ -1,6 +1,9 @@
 #include "verification/strangers/transform.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
 
 #include "verification/strangers/draft.hpp"
 
@@ -18,6 +21,12 @@ struct Overloaded : F... {
 template <class... F>
 Overloaded(F...) -> Overloaded<F...>;
 
+void swap_flank(Flank& flank) { flank = flank == Flank::forward ? Flank::backward : Flank::forward; }
+void turn_limits(auto& limits) {
+  std::swap(limits.lower, limits.upper);
+  for (auto* x : {&limits.lower, &limits.upper})
+    if (*x) **x = -**x;
+}
 void flip_ends(std::array<Vec2, 2>& at) {
   for (auto& p : at) p = flip(p);
 }
@@ -40,11 +49,29 @@ Scene mirrored(Scene scene) {
                             flip_ends(j.at);
                             j.axis = flip(j.axis);
                             j.angle = -j.angle;
-                          }},
+                          },
+                          [](GearJoint& j) {  // mirrored, the centres lie along −x at angle 0
+                            flip_ends(j.at);
+                            if (!j.clearance) swap_flank(j.flank);
+                            j.phase = -j.phase;
+                            const auto mesh = j.mesh(1, 0);
+                            j.phase -= mesh.sum() / mesh.Rj * std::numbers::pi;
+                          },
+                          [](RackJoint& j) {
+                            flip_ends(j.at);
+                            if (!j.clearance) swap_flank(j.flank);
+                            j.axis = flip_wall(j.axis);
+                            j.phase = -j.phase;
+                          },
+                          [](SlotJoint& j) { flip_ends(j.at), j.axis = flip(j.axis); }},
                joint);
   for (auto& contact : m.contacts)
     std::visit(Overloaded{[](PlaneContact& c) { flip_ends(c.at), c.axis = flip_wall(c.axis); },
-                          [](DiscContact& c) { flip_ends(c.at); }},
+                          [](DiscContact& c) { flip_ends(c.at); }, [](TravelStop&) {},
+                          [](AngleStop& c) {
+                            if (c.direction) c.direction = std::numbers::pi - *c.direction;
+                            turn_limits(c.stop);
+                          }},
                contact);
   for (auto& drive : m.drives)
     std::visit(Overloaded{[](SpeedDrive& d) { d.speed = -d.speed, d.initial_angle = -d.initial_angle; },
@@ -61,7 +88,9 @@ Scene mirrored(Scene scene) {
     std::visit(
         Overloaded{[](ForceLoad& l) { l.at = flip(l.at), l.force = flip(l.force); },
                    [](TorqueLoad& l) { l.torque = -l.torque; }, [](SpringDamper& l) { flip_ends(l.at); },
-                   [](TorsionalSpringDamper& l) { l.free_angle = -l.free_angle; }, [](JointFriction&) {}},
+                   [](TorsionalSpringDamper& l) { l.free_angle = -l.free_angle; }, [](JointFriction&) {},
+                   [](BumpStop& l) { flip_ends(l.at), l.axis = flip(l.axis); },
+                   [](TorsionalBumpStop& l) { turn_limits(l.bump); }},
         load);
   return scene;
 }
@@ -75,6 +104,10 @@ Scene rescaled(Scene scene, const Units& u) {
   const auto maybe = [](std::optional<double>& x, double factor) {
     if (x) *x *= factor;
   };
+  const auto backlash = [&](std::optional<Backlash>& b) {
+    if (b) b->normal *= L, maybe(b->stiffness, force / L);
+  };
+  const auto stop = [&](StopFacts& s) { maybe(s.stiffness, force / L), maybe(s.curvature_radius, L); };
   m.gravity = (L / (T * T)) * m.gravity;
   for (auto& b : m.bodies) {
     b.mass *= M;
@@ -99,6 +132,21 @@ Scene rescaled(Scene scene, const Units& u) {
                             j.clearance->length *= L;
                             j.clearance->height *= L;
                             maybe(j.clearance->corner_radius, L);
+                          },
+                          [&](GearJoint& j) {
+                            ends(j.at), maybe(j.tooth_module, L);
+                            if (j.pitch_radii) *j.pitch_radii = L * *j.pitch_radii;
+                            backlash(j.clearance);
+                          },
+                          [&](RackJoint& j) {
+                            ends(j.at), maybe(j.tooth_module, L), j.pitch_radius *= L;
+                            backlash(j.clearance);
+                          },
+                          [&](SlotJoint& j) {
+                            ends(j.at);
+                            if (!j.clearance) return;
+                            j.clearance->half_play *= L;
+                            j.clearance->pin_radius *= L;
                           }},
                joint);
   for (auto& contact : m.contacts)
@@ -106,7 +154,12 @@ Scene rescaled(Scene scene, const Units& u) {
                           [&](DiscContact& c) {
                             ends(c.at);
                             for (auto& R : c.radii) R *= L;
-                          }},
+                          },
+                          [&](TravelStop& c) {
+                            stop(c.stop);
+                            maybe(c.stop.lower, L), maybe(c.stop.upper, L);
+                          },
+                          [&](AngleStop& c) { stop(c.stop), c.radius *= L; }},
                contact);
   for (auto& s : m.surfaces) maybe(s.young, force / (L * L));
   for (auto& l : m.lubricants) l.viscosity *= force * T / (L * L), maybe(l.hand_over, L);
@@ -130,7 +183,12 @@ Scene rescaled(Scene scene, const Units& u) {
                             l.free_length *= L;
                           },
                           [&](TorsionalSpringDamper& l) { l.stiffness *= torque, l.damping *= torque * T; },
-                          [&](JointFriction& l) { l.force *= force, maybe(l.regularisation, L / T); }},
+                          [&](JointFriction& l) { l.force *= force, maybe(l.regularisation, L / T); },
+                          [&](BumpStop& l) {
+                            ends(l.at), maybe(l.bump.lower, L), maybe(l.bump.upper, L);
+                            l.bump.stiffness *= force / L, l.bump.damping *= force / L * T;
+                          },
+                          [&](TorsionalBumpStop& l) { l.bump.stiffness *= torque, l.bump.damping *= torque * T; }},
                load);
   scene.run.duration *= T;
   scene.run.discard *= T;
@@ -153,7 +211,10 @@ Scene reordered(Scene scene) {
   const auto joint_of = [&](int& i) { i = joints - 1 - i; };
   std::ranges::reverse(m.bodies);
   for (auto& joint : m.joints) std::visit([&](auto& j) { both(j.between); }, joint);
-  for (auto& contact : m.contacts) std::visit([&](auto& c) { both(c.between); }, contact);
+  for (auto& contact : m.contacts)
+    std::visit(Overloaded{[&](TravelStop& c) { joint_of(c.joint); }, [&](AngleStop& c) { joint_of(c.joint); },
+                          [&](auto& c) { both(c.between); }},
+               contact);
   for (auto& drive : m.drives) std::visit([&](auto& d) { joint_of(d.joint); }, drive);
   for (auto& load : m.loads)
     std::visit(Overloaded{[&](ForceLoad& l) { body(l.body); }, [&](TorqueLoad& l) { body(l.body); },
@@ -187,6 +248,12 @@ Scene nudged(Scene scene, double share, int which) {
                           [](RigidJoint&) {},
                           [&](TranslationalJoint& j) {
                             if (j.clearance) near(j.clearance->half_play);
+                          },
+                          [&](SlotJoint& j) {
+                            if (j.clearance) near(j.clearance->half_play);
+                          },
+                          [&](auto& j) {  // teeth
+                            if (j.clearance) near(j.clearance->normal);
                           }},
                joint);
   // Discs and walls move away from each other, never into: a start that touches stays one that can be run.
@@ -194,7 +261,8 @@ Scene nudged(Scene scene, double share, int which) {
     std::visit(Overloaded{[&](PlaneContact& c) { c.radius *= 1 - share * draw(); },
                           [&](DiscContact& c) {
                             for (auto& R : c.radii) R *= 1 - share * draw();
-                          }},
+                          },
+                          [](auto&) {}},
                contact);
   for (auto& s : m.surfaces) {
     if (s.restitution && *s.restitution < 1) near(*s.restitution);
@@ -206,6 +274,8 @@ Scene nudged(Scene scene, double share, int which) {
   for (auto& load : m.loads)
     std::visit(Overloaded{[&](ForceLoad& l) { l.force = (1 + share * draw.either_way(1)) * l.force; },
                           [&](TorqueLoad& l) { near(l.torque); }, [&](JointFriction& l) { near(l.force); },
+                          [&](BumpStop& l) { near(l.bump.stiffness), near(l.bump.damping); },
+                          [&](TorsionalBumpStop& l) { near(l.bump.stiffness), near(l.bump.damping); },
                           [&](auto& l) { near(l.stiffness), near(l.damping); }},
                load);
   return scene;
