@@ -35,7 +35,7 @@ class Phases {
                  const MotionBounds& bounds, double before, double& unseen, At at) const {
     Crossing found{-1, false, before};
     for (int k = 0; k < static_cast<int>(pieces_.size()); ++k) {
-      const GapMotion motion{GapMotion::Shape::straight, 0, system.phase_bend(k, bounds), 0};
+      const GapMotion motion{GapMotion::Shape::straight, 0, system.phase_bend(k, bounds, x1.data()), 0};
       for (const bool up : {false, true}) {
         const auto left = [&](const State& x) { return rest(system, k, up, x); };
         const auto t = first_loss([&](double s) { return left(at(s)); }, t0, t1, left(x0), left(x1), motion,

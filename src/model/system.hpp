@@ -94,19 +94,15 @@ class System {
 
   /// The first knot of a torque table against time after t (s); infinite when there is none.
   double next_knot(double t) const;
-  /// @name Angles whose torque tables have kinks (model/phase.hpp)
+  /// @name Angles and travels against which forces have kinks (model/phase.hpp)
   ///@{
   int phases() const { return static_cast<int>(phases_.size()); }
-  /// rad, rad/s
-  Watched phase(int k, const double* q, const double* v) const {
-    const auto& link = phases_[k].link;
-    return {theta(q, link.j) - theta(q, link.i), omega(v, link.j) - omega(v, link.i)};
-  }
+  /// rad, rad/s or m, m/s
+  Watched phase(int k, const double* q, const double* v) const { return phases_[k].at(q, v); }
   Piece piece(int k, double angle, bool above) const { return phases_[k].piece(angle, above); }
-  /// rad/s², bound on the angle's acceleration over a step.
-  double phase_bend(int k, const MotionBounds& bounds) const {
-    const auto& link = phases_[k].link;
-    return omega(bounds.acceleration.data(), link.i) + omega(bounds.acceleration.data(), link.j);
+  /// rad/s² or m/s², bound on its acceleration over a step that ends at q.
+  double phase_bend(int k, const MotionBounds& bounds, const double* q) const {
+    return phases_[k].bend(bounds, q);
   }
   ///@}
 

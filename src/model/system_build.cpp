@@ -132,6 +132,14 @@ void System::place_load(Builder& builder, const Element& element) {
         placed.phase = phases();
         phases_.push_back({placed.link, std::move(kinks)});
       }
+    if constexpr (requires { element.bump; }) {
+      Phase phase{placed.link, {}, false};
+      for (const auto& limit : {element.bump.lower, element.bump.upper})
+        if (limit) phase.kinks.push_back(*limit);
+      if constexpr (requires { element.axis; }) phase.axis = element.axis;
+      placed.phase = phases();
+      phases_.push_back(std::move(phase));
+    }
     std::get<std::vector<Placed<Element>>>(placed_).push_back(placed);
   }
 }

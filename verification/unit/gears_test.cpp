@@ -9,6 +9,7 @@
 #include "model/error.hpp"
 #include "model/scene.hpp"
 #include "model/system.hpp"
+#include "verification/references/gears.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -37,7 +38,7 @@ phase = 0.3
 )" + play + R"([joints.inner]
 type = "gear"
 between = ["a", "b"]
-at = [[0.1, -0.05], [0.02, 0.03]]
+at = [[0.03, -0.02], [0.02, 0.01]]
 pitch_radii = [0.32, 0.13]
 pressure_angle = 0.4
 internal = true
@@ -272,9 +273,12 @@ TEST_CASE("teeth that are seen again after many turns have the same gap", "[gear
     CHECK(gap(k, 0, 0) == Approx(gap(k, 41, 0)).margin(1e-12));
     CHECK(gap(k, 0, 0) == Approx(gap(k, -3, 170)).margin(1e-12));
   }
-  // Both flanks together are the play, whatever the phase: b + 2 S (inv α − inv α₀).
-  CHECK(gap(forward, 0, 0) + gap(backward, 0, 0) ==
-        Approx(gap(forward, 0, 0.37) + gap(backward, 0, 0.37)).margin(1e-13));
+  // Both flanks together are the play: b + 2 S (inv α − inv α₀), wherever the wheels stand.
+  system.place(0, m.q.data(), e);
+  const long double S = 0.255L * std::cos(20 * M_PIl / 180);
+  const double play = double(1e-3L + 2 * (reference::involute(S, system.eccentricity(forward, m.q.data(), e).norm()) -
+                                          reference::involute(S, 0.255L)));
+  CHECK(gap(forward, 0, 0) + gap(backward, 0, 0) == Approx(play).margin(1e-13));
 }
 
 TEST_CASE("what gears, slots and stops cannot be is refused", "[gears][scene]") {
@@ -325,8 +329,8 @@ TEST_CASE("what gears, slots and stops cannot be is refused", "[gears][scene]") 
 TEST_CASE("the phase of teeth that a scene leaves out is that of its bodies, and stays written", "[gears][scene]") {
   auto text = scene_text(loose);
   for (const char* phase : {"phase = 0.3\n", "phase = 1.1\n", "phase = -0.2\n"}) text.erase(text.find(phase), std::string(phase).size());
-  // Far enough apart to mesh: 0.51/2 m for the outer pair; the ring's pair at 0.2 m.
-  text.replace(text.find("[0.32, 0.05]"), 12, "[0.33, -0.05]");
+  // Where the outer pair meshes, 5 mm beyond its standard distance.
+  text.replace(text.find("[0.32, 0.05]"), 12, "[0.30, 0.00]");
   text.replace(text.find("axis = [0.6, 0.8]"), 17, "axis = [0.0, 1.0]");
   for (const auto& play : {std::string(loose), std::string()}) {
     auto own = text;
