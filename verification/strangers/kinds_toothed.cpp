@@ -17,7 +17,8 @@ void toothed(Draw& draw, Draft& out) {
   DraftBody one{"one", s.mass, 0.5 * s.mass * r1 * r1, {0, 0}, draw.angle(), {0, 0}, w1};
   DraftBody two{"two", s.mass * mass_factor(draw), 1, {inner ? r1 - r2 : r1 + r2, 0}, draw.angle(), {0, 0}, 0};
   two.inertia = 0.5 * two.mass * r2 * r2;
-  const double closing = pace * draw.sign();
+  const double closing = pace * draw.sign(), phase = draw.whole(-3000, 3000) / 1024.0;
+  if (!rack) two.angle = phase - (inner ? -1 : 1) * r1 / r2 * one.angle;  // amid the gaps
   if (rack) {
     two.at = {0, -r1};
     two.angle = 0;
@@ -47,7 +48,7 @@ void toothed(Draw& draw, Draft& out) {
     out.joint("gear", "one", "two", {0, 0}, {0, 0},
               (draw.chance(0.5) ? fmt::format("teeth = [{}, {}]\nmodule = {}\n", z1, z2, Draft::number(module))
                                 : fmt::format("pitch_radii = [{}, {}]\n", Draft::number(r1), Draft::number(r2))) +
-                  (inner ? "internal = true\n" : "") + teeth);
+                  (inner ? "internal = true\n" : "") + fmt::format("phase = {}\n", Draft::number(phase)) + teeth);
   const double push = std::min(s.mass, two.mass) * pace * pace / play;
   if (draw.chance(0.4))
     out.load("torque", fmt::format("body = \"one\"\ntorque = {}\n", Draft::number(push * r1 * draw.either_way(1))));
@@ -90,7 +91,7 @@ void stopped(Draw& draw, Draft& out) {
     const double turn = draw.between(0.3, 4);
     out.stop("angle-stop",
              fmt::format("radius = {}\n", Draft::number(s.length * draw.between(0.1, 2))) +
-                 (draw.chance(0.6) ? fmt::format("direction = {}\n", Draft::number(draw.angle())) : "") +
+                 (draw.chance(0.6) ? fmt::format("direction = {}\n", Draft::number(draw.whole(-3000, 3000) / 1024.0)) : "") +
                  limits(-turn * below / width, turn * (1 - below / width)));
   } else if (kind == 1) {  // a slider
     b.angle = slope;

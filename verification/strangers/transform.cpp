@@ -14,6 +14,9 @@ Vec2 flip(Vec2 p) { return {-p.x(), p.y()}; }
 /// Of a wall, whose free space lies on its left.
 Vec2 flip_wall(Vec2 axis) { return {axis.x(), -axis.y()}; }
 
+/// To 1e-12, so that what is drawn in 1024ths is itself again when it is mirrored twice.
+double on_grid(double x) { return std::round(x * 0x1p40) * 0x1p-40; }
+
 template <class... F>
 struct Overloaded : F... {
   using F::operator()...;
@@ -55,7 +58,7 @@ Scene mirrored(Scene scene) {
                             if (!j.clearance) swap_flank(j.flank);
                             j.phase = -j.phase;
                             const auto mesh = j.mesh(1, 0);
-                            j.phase -= mesh.sum() / mesh.Rj * std::numbers::pi;
+                            j.phase -= on_grid(mesh.sum() / mesh.Rj * std::numbers::pi);
                           },
                           [](RackJoint& j) {
                             flip_ends(j.at);
@@ -69,7 +72,7 @@ Scene mirrored(Scene scene) {
     std::visit(Overloaded{[](PlaneContact& c) { flip_ends(c.at), c.axis = flip_wall(c.axis); },
                           [](DiscContact& c) { flip_ends(c.at); }, [](TravelStop&) {},
                           [](AngleStop& c) {
-                            if (c.direction) c.direction = std::numbers::pi - *c.direction;
+                            if (c.direction) c.direction = on_grid(std::numbers::pi) - *c.direction;
                             turn_limits(c.stop);
                           }},
                contact);
