@@ -43,7 +43,8 @@ std::vector<std::string> joints_of(const std::filesystem::path& file) {
     }
   std::vector<std::string> joints;
   for (const auto& c : all)
-    if (seen > 1 && c.most - c.least <= 1e-9 * c.most && joints.size() < most_joints) joints.push_back(c.name);
+    if (seen > 1 && c.most - c.least <= 1e-9 * c.most && joints.size() < most_joints)
+      joints.push_back(c.name);
   return joints;
 }
 

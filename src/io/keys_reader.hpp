@@ -146,7 +146,9 @@ class KeysReader {
   /// What `of` makes of two bodies at the start, unless it stands there; `without`: what is wrong where that is nothing.
   template <class Of>
   void from_bodies(const Key& key, double& x, const std::array<int, 2>& pair, const char* without, Of of) {
-    const auto body = [&](int b) { return b == ground ? Body{} : mechanism_.bodies[static_cast<std::size_t>(b)]; };
+    const auto body = [&](int b) {
+      return b == ground ? Body{} : mechanism_.bodies[static_cast<std::size_t>(b)];
+    };
     if (s_.has(key.name)) return void(x = s_.number(key.name, any_number));
     const std::optional<double> found = of(body(pair[0]), body(pair[1]));
     if (!found) s_.lacks("", fmt::format("{} {}", key.name, without));

@@ -30,7 +30,8 @@ const std::array<Way, 4> ways{
         "\"exact\" delivers e whatever the stiffness; tolerance 1e-10 in the some ten steps of a contact"},
     Way{"Moreau–Jean at 1e-6 s", Family::nonsmooth, Scheme::moreau_jean, 1e-6, 1e-11,
         "no force between blows: rounding"},
-    Way{"event-driven", Family::nonsmooth, Scheme::event_driven, 0, 1e-11, "no force between blows: rounding"},
+    Way{"event-driven", Family::nonsmooth, Scheme::event_driven, 0, 1e-11,
+        "no force between blows: rounding"},
     Way{"automatic", Family::nonsmooth, Scheme::automatic, 0, 1e-11, "no force between blows: rounding"}};
 
 Scene scene_by(const std::string& text, const Way& way) {
@@ -65,9 +66,10 @@ void blows(Findings& f, const std::string& what, const Way& way, const Result& r
                         exact.size()),
             "", off, way.speeds, "Newton's impact law", way.reason);
   if (way.family == Family::nonsmooth)
-    f.at_most("their times, error over what is told", "", late, 1, "flights at constant speed",
-              "what is told of each (Moreau–Jean: a step), a blow late by δ shifts the next by δ/e and itself; rounding of "
-              "lengths below 1 m, 1e-15 m over the slowest speed");
+    f.at_most(
+        "their times, error over what is told", "", late, 1, "flights at constant speed",
+        "what is told of each (Moreau–Jean: a step), a blow late by δ shifts the next by δ/e and itself; rounding of "
+        "lengths below 1 m, 1e-15 m over the slowest speed");
 }
 
 std::string pair_of_gears(const std::string& mesh, const std::string& more) {
@@ -91,7 +93,8 @@ type = "gear"
 between = ["pinion", "wheel"]
 teeth = [20, 40]
 module = 5e-3
-)" + mesh + R"([surfaces.steel]
+)" + mesh +
+         R"([surfaces.steel]
 restitution = 0.6
 )" + more;
 }
@@ -146,10 +149,11 @@ void reactions(Findings& f) {
     const double F = side * (r1 * M1 / 0.001 + r2 * M2 / 0.004) / (r1 * r1 / 0.001 + r2 * r2 / 0.004);
     for (const auto& way : ways) {
       auto scene = scene_by(
-          pair_of_gears(side > 0 ? "" : "flank = \"backward\"\n",
-                        fmt::format("[loads.a]\ntype = \"torque\"\nbody = \"pinion\"\ntorque = {}\n[loads.b]\ntype = "
-                                    "\"torque\"\nbody = \"wheel\"\ntorque = {}\n[run]\nduration = 0.01\n",
-                                    M1, M2)),
+          pair_of_gears(
+              side > 0 ? "" : "flank = \"backward\"\n",
+              fmt::format("[loads.a]\ntype = \"torque\"\nbody = \"pinion\"\ntorque = {}\n[loads.b]\ntype = "
+                          "\"torque\"\nbody = \"wheel\"\ntorque = {}\n[run]\nduration = 0.01\n",
+                          M1, M2)),
           way);
       const auto at = force_of(scene, way.family, "front"), mesh = force_of(scene, way.family, "mesh");
       const double bound = way.step > 0 ? 1e-7 : 1e-9;
@@ -158,12 +162,13 @@ void reactions(Findings& f) {
       const auto off = [&](const ElementForce& e, double fx, double fy) {
         return std::hypot(e.fx - fx, e.fy - fy) / F;
       };
-      const std::string name = fmt::format("ideal gears under torques, {} flank, {}", side > 0 ? "forward" : "backward",
-                                           way.name);
+      const std::string name =
+          fmt::format("ideal gears under torques, {} flank, {}", side > 0 ? "forward" : "backward", way.name);
       f.at_most(name + ": force of the mesh on the wheel, error over it", "",
-                off(mesh, F * std::sin(alpha), side * F * std::cos(alpha)), bound, "Newton and Euler by hand, F along u",
-                why);
-      f.at_most("the pinion's bearing, likewise", "", off(at, F * std::sin(alpha), side * F * std::cos(alpha)), bound,
+                off(mesh, F * std::sin(alpha), side * F * std::cos(alpha)), bound,
+                "Newton and Euler by hand, F along u", why);
+      f.at_most("the pinion's bearing, likewise", "",
+                off(at, F * std::sin(alpha), side * F * std::cos(alpha)), bound,
                 "it stands still: what the mesh does to it, opposite", why);
     }
   }
@@ -228,8 +233,8 @@ start = "assembled"
     const double bound = way.family == Family::penalty ? 1e-7 : 1e-10;
     const char* why = way.family == Family::penalty ? "drift at α = β = 5, 1e-8 m over 0.05 m at most"
                                                     : "positions brought back to rounding each step";
-    f.within(fmt::format("planetary gear, ring fixed, ten turns of the sun and more, {}: carrier", way.name), "rad",
-             end.q[5], carrier, bound, "Willis: ω_c = ω_s z_s/(z_s + z_r)", why);
+    f.within(fmt::format("planetary gear, ring fixed, ten turns of the sun and more, {}: carrier", way.name),
+             "rad", end.q[5], carrier, bound, "Willis: ω_c = ω_s z_s/(z_s + z_r)", why);
     f.within("its planet", "rad", end.q[8], -2 * carrier, bound, "ω_p = ω_c (1 − z_r/z_p)", why);
   }
   for (const auto& way : ways) {
@@ -238,8 +243,8 @@ start = "assembled"
     scene.run.duration = 1;
     const auto end = finished(scene, way).final_state;
     // Mid-play at the start; each mesh gives half its backlash, and a hair of penetration.
-    f.within(fmt::format("with backlash, five turns of the sun, {}: carrier", way.name), "rad", end.q[5], carrier / 3,
-             (1e-4 + 1e-6) / (4 * 0.05 * std::cos(alpha)), "Willis",
+    f.within(fmt::format("with backlash, five turns of the sun, {}: carrier", way.name), "rad", end.q[5],
+             carrier / 3, (1e-4 + 1e-6) / (4 * 0.05 * std::cos(alpha)), "Willis",
              "both meshes within half their backlash: 2 (b/2)/(r_b (z_s + z_r)/z_s), and a hundredth");
   }
 }
@@ -299,20 +304,23 @@ start = "assembled"
       const long double a = q[6];
       least = std::min(least, q[6]), most = std::max(most, q[6]);
       const long double turned = S / 3 * q[2] + 2 * S / 3 * q[8];
-      worst = greatest(worst, double(std::abs(turned - reference::involute(S, a) + reference::involute(S, 0.151L))));
+      worst = greatest(worst,
+                       double(std::abs(turned - reference::involute(S, a) + reference::involute(S, 0.151L))));
     };
     Simulation simulation(scene, test::name_of(way.family));
     const auto run = simulation.run({.observers = {&listener}});
     if (run.ending.status != Ending::Status::finished) throw std::runtime_error(run.ending.reason);
     const std::string name = fmt::format("gears whose distance swings, {}", way.name);
-    f.at_most(name + ": S inv α = r₁ θ₁ + r₂ θ₂, greatest error", "m", worst, way.family == Family::penalty ? 1e-9 : 1e-12,
-              "the involute function",
-              way.family == Family::penalty ? "drift at α = β = 5, as of all joints" : "positions are brought back");
+    f.at_most(name + ": S inv α = r₁ θ₁ + r₂ θ₂, greatest error", "m", worst,
+              way.family == Family::penalty ? 1e-9 : 1e-12, "the involute function",
+              way.family == Family::penalty ? "drift at α = β = 5, as of all joints"
+                                            : "positions are brought back");
     f.between("the same: how far the distance swings", "m", most - least, 5e-4, 0.01, "",
               "it does move: 0.05 m/s against 100 rad/s");
     const auto& l = run.ledger;
-    f.at_most("the same: change of the energy over it", "", std::abs((l.kinetic + l.potential) / l.initial - 1),
-              way.step > 0 ? 2e-4 : 1e-7, "no force does work",
+    f.at_most("the same: change of the energy over it", "",
+              std::abs((l.kinetic + l.potential) / l.initial - 1), way.step > 0 ? 2e-4 : 1e-7,
+              "no force does work",
               way.step > 0 ? "the midpoint rule's energy swings by (ω h)² with the spring, and room of two"
                            : "tolerance in each of some thousand steps");
   }
@@ -339,7 +347,8 @@ type = "rack"
 between = ["pinion", "bar"]
 pitch_radius = 0.05
 module = 5e-3
-)" + mesh + R"([surfaces.steel]
+)" + mesh +
+         R"([surfaces.steel]
 restitution = 0.6
 )" + more;
 }
@@ -354,19 +363,24 @@ void racks(Findings& f) {
     auto scene = scene_by(rack(loose_teeth, "[run]\nduration = 1\nstart = \"given\"\n"), way);
     scene.run.duration = exact.back().t + 0.5 * flight;
     blows(f, "gear and rack rattle", way, finished(scene, way), exact, e);
-    scene = scene_by(rack("", fmt::format("[loads.a]\ntype = \"torque\"\nbody = \"pinion\"\ntorque = {}\n[run]\nduration = 0.1\n",
-                                          M)),
-                     way);
+    scene = scene_by(
+        rack("",
+             fmt::format(
+                 "[loads.a]\ntype = \"torque\"\nbody = \"pinion\"\ntorque = {}\n[run]\nduration = 0.1\n", M)),
+        way);
     if (way.step > 0) scene.nonsmooth.step = 1e-5;
     const auto end = finished(scene, way).final_state;
     const double bound = way.family == Family::penalty ? 1e-8 : 1e-11;
-    f.within(fmt::format("ideal rack under a torque, {}: its speed", way.name), "m/s", end.v[3], r * end.v[2], bound,
-             "v = r ω", way.family == Family::penalty ? "drift of the rates at α = β = 5" : "rows hold at every step's end");
+    f.within(
+        fmt::format("ideal rack under a torque, {}: its speed", way.name), "m/s", end.v[3], r * end.v[2],
+        bound, "v = r ω",
+        way.family == Family::penalty ? "drift of the rates at α = β = 5" : "rows hold at every step's end");
     scene.run.duration = 0.001;
     const auto at = force_of(scene, way.family, "front");
     f.at_most("the same: the gear's bearing, error over the force", "",
-              std::hypot(at.fx - 2 * a, at.fy + 2 * a * std::tan(alpha)) / (2 * a), way.step > 0 ? 1e-7 : 1e-9,
-              "m a along the rack and m a tan α across it", "constant forces: rounding, and room");
+              std::hypot(at.fx - 2 * a, at.fy + 2 * a * std::tan(alpha)) / (2 * a),
+              way.step > 0 ? 1e-7 : 1e-9, "m a along the rack and m a tan α across it",
+              "constant forces: rounding, and room");
   }
 }
 
@@ -417,13 +431,22 @@ start = "given"
     const auto touch = test::touch(finished(scene, way), 0);
     const bool stepped = way.step > 0, chosen = way.scheme == Scheme::automatic;
     f.within(fmt::format("Scotch yoke with a loose pin, {}: its first flight", way.name), "s", touch.t, t,
-             stepped ? way.step : chosen ? touch.t_uncertainty + 1e-9 : 1e-9, "r cos φ against uniform motion",
-             stepped ? "a step" : chosen ? "what is told" : "tolerance 1e-10 in each of some tens of steps");
+             stepped  ? way.step
+             : chosen ? touch.t_uncertainty + 1e-9
+                      : 1e-9,
+             "r cos φ against uniform motion",
+             stepped  ? "a step"
+             : chosen ? "what is told"
+                      : "tolerance 1e-10 in each of some tens of steps");
     f.relative("the same: approach", "m/s", -touch.v_n_minus, approach, stepped || chosen ? 1e-4 : 1e-7,
-               "r ω |sin(φ + ω t) − sin φ|", stepped ? "r ω² times a step" : chosen ? "r ω² times what is told" : "tolerance");
+               "r ω |sin(φ + ω t) − sin φ|",
+               stepped  ? "r ω² times a step"
+               : chosen ? "r ω² times what is told"
+                        : "tolerance");
     if (way.family == Family::nonsmooth)
-      f.relative("the same: impulse", "N s", touch.impulse_n, 1.6 * 2.0 * -touch.v_n_minus, stepped || chosen ? 1e-4 : 1e-9,
-                 "(1 + e) m u: the crank is driven", stepped || chosen ? "a step's own force" : "rounding");
+      f.relative("the same: impulse", "N s", touch.impulse_n, 1.6 * 2.0 * -touch.v_n_minus,
+                 stepped || chosen ? 1e-4 : 1e-9, "(1 + e) m u: the crank is driven",
+                 stepped || chosen ? "a step's own force" : "rounding");
     scene = scene_by(with(""), way);
     if (way.step > 0) scene.nonsmooth.step = 1e-5;
     const auto end = finished(scene, way).final_state;
@@ -516,7 +539,9 @@ start = "given"
       const std::string name = fmt::format("rod on a pin against a stop at {:.3g} m, {}", radius, way.name);
       const double bound = way.family == Family::penalty ? 1e-6 : way.step > 0 ? 1e-6 : 1e-9;
       f.relative(name + ": speed after it", "rad/s", run.final_state.v[2], -er * w, bound, "−e ω",
-                 way.family == Family::penalty ? "\"exact\" delivers e; drift" : way.step > 0 ? "rates at a step's end: (ω h)² and room" : "tolerance");
+                 way.family == Family::penalty ? "\"exact\" delivers e; drift"
+                 : way.step > 0                ? "rates at a step's end: (ω h)² and room"
+                                               : "tolerance");
       f.within("the same: time of it", "s", touch.t, limit / w, way.step > 0 ? 1e-5 : 1e-8, "constant speed",
                way.step > 0 ? "a step" : "tolerance");
       // Momentum of the rod less what the stop did; the stop's impulse acts along −perp c.
@@ -524,8 +549,12 @@ start = "given"
       const double px = l * (er * w * std::sin(end)), py = l * (-er * w * std::cos(end) - w);
       const double bx = px - P * std::sin(limit), by = py + P * std::cos(limit);
       const double scale = l * w * (1 + er);
-      f.at_most("the same: impulse of the pin, error over m l Δω", "", std::hypot(pin.fx - bx, pin.fy - by) / scale,
-                way.family == Family::penalty ? 2e-3 : way.step > 0 ? 2e-3 : 1e-8, "momentum of the rod by hand",
+      f.at_most("the same: impulse of the pin, error over m l Δω", "",
+                std::hypot(pin.fx - bx, pin.fy - by) / scale,
+                way.family == Family::penalty ? 2e-3
+                : way.step > 0                ? 2e-3
+                                              : 1e-8,
+                "momentum of the rod by hand",
                 way.family == Family::nonsmooth && way.step == 0
                     ? "tolerance"
                     : "a step's turn, or a contact's, 1e-5 s × 10 rad/s, times P over the scale, 10");
@@ -536,7 +565,8 @@ start = "given"
 /// A block against a damped spring that cannot pull, and a lever likewise: m ÿ + c ẏ + k y = 0 until the force is zero.
 void bumps(Findings& f) {
   const double k = 2e4, m = 2.0, zeta = 0.3, w0 = std::sqrt(k / m), s = std::sqrt(1 - zeta * zeta), v = 1.5;
-  const double lasts = std::atan2(2 * zeta * s, 2 * zeta * zeta - 1) / (s * w0), rebound = v * std::exp(-zeta * w0 * lasts);
+  const double lasts = std::atan2(2 * zeta * s, 2 * zeta * zeta - 1) / (s * w0),
+               rebound = v * std::exp(-zeta * w0 * lasts);
   const std::string text = fmt::format(R"([bodies.block]
 mass = 2.0
 inertia = 2.0
@@ -565,16 +595,21 @@ start = "given"
     const auto& end = run.final_state;
     const bool stepped = way.step > 0, chosen = way.scheme == Scheme::automatic;
     const double bound = stepped ? 1e-4 : chosen ? 1e-4 : 1e-7;
-    const char* why = stepped  ? "the force begins within a step: ζ ω₀ h, 3e-5, and room"
-                      : chosen ? "steps chosen at 1e-6, of which a jump takes some tens"
-                               : "tolerance 1e-10 in a step, of which the jump of the force takes some hundred";
+    const char* why = stepped ? "the force begins within a step: ζ ω₀ h, 3e-5, and room"
+                      : chosen
+                          ? "steps chosen at 1e-6, of which a jump takes some tens"
+                          : "tolerance 1e-10 in a step, of which the jump of the force takes some hundred";
     const std::string name = fmt::format("bump stop, ζ = 0.3, {}: ", way.name);
-    f.relative(name + "speed after it", "m/s", end.v[0], -rebound, bound, "v exp(−ζ ω₀ t), t where the force is zero", why);
+    f.relative(name + "speed after it", "m/s", end.v[0], -rebound, bound,
+               "v exp(−ζ ω₀ t), t where the force is zero", why);
     f.relative("a torsional one, likewise", "rad/s", end.v[2], -rebound, bound, "the same", why);
-    f.within("the same: place after it", "m", end.q[0], 0.02 - v * std::exp(-zeta * w0 * lasts) * std::sin(s * w0 * lasts) / (s * w0) * -1 -
-             rebound * (0.1 - 0.02 / v - lasts), 0.1 * bound, "y(t) = (v/ω_d) e^{−ζω₀t} sin ω_d t, then free", why);
-    f.at_most("the same: energy not accounted for, over the start's", "", std::abs(run.ledger.closure()) / run.ledger.initial,
-              bound, "½ k y² and what the damper takes", why);
+    f.within("the same: place after it", "m", end.q[0],
+             0.02 - v * std::exp(-zeta * w0 * lasts) * std::sin(s * w0 * lasts) / (s * w0) * -1 -
+                 rebound * (0.1 - 0.02 / v - lasts),
+             0.1 * bound, "y(t) = (v/ω_d) e^{−ζω₀t} sin ω_d t, then free", why);
+    f.at_most("the same: energy not accounted for, over the start's", "",
+              std::abs(run.ledger.closure()) / run.ledger.initial, bound, "½ k y² and what the damper takes",
+              why);
   }
 }
 

@@ -141,19 +141,21 @@ double mass_factor(Draw& draw);
 
 /// @name The kinds, each the text of one scene
 ///@{
-void thrown(Draw& draw, Draft& out);     ///< bodies past or against discs and walls, grazing among them
-void cluster(Draw& draw, Draft& out);    ///< free discs against each other, nothing else in the world
-void box(Draw& draw, Draft& out);        ///< discs between four walls
-void pile(Draw& draw, Draft& out);       ///< discs that fall into a box
-void sliding(Draw& draw, Draft& out);    ///< starts that touch: rolling, sliding, resting on feet
-void springs(Draw& draw, Draft& out);    ///< masses on springs and dampers between stops
-void bump(Draw& draw, Draft& out);       ///< a spinning rotor's bump against pegs, levers, free discs
-void chain(Draw& draw, Draft& out);      ///< one to six links, pinned or floating, joints loose
-void loop(Draw& draw, Draft& out);       ///< closed chains, driven, one to three joints loose
-void guide(Draw& draw, Draft& out);      ///< sliders loose in guides
-void pulse(Draw& draw, Draft& out);      ///< rotors under pulses and tables, a loose link hung on
-void film(Draw& draw, Draft& out);       ///< lubricated journals
-void toothed(Draw& draw, Draft& out);    ///< gears outside and inside each other and racks, loose, now and then on loose bearings
+void thrown(Draw& draw, Draft& out);   ///< bodies past or against discs and walls, grazing among them
+void cluster(Draw& draw, Draft& out);  ///< free discs against each other, nothing else in the world
+void box(Draw& draw, Draft& out);      ///< discs between four walls
+void pile(Draw& draw, Draft& out);     ///< discs that fall into a box
+void sliding(Draw& draw, Draft& out);  ///< starts that touch: rolling, sliding, resting on feet
+void springs(Draw& draw, Draft& out);  ///< masses on springs and dampers between stops
+void bump(Draw& draw, Draft& out);     ///< a spinning rotor's bump against pegs, levers, free discs
+void chain(Draw& draw, Draft& out);    ///< one to six links, pinned or floating, joints loose
+void loop(Draw& draw, Draft& out);     ///< closed chains, driven, one to three joints loose
+void guide(Draw& draw, Draft& out);    ///< sliders loose in guides
+void pulse(Draw& draw, Draft& out);    ///< rotors under pulses and tables, a loose link hung on
+void film(Draw& draw, Draft& out);     ///< lubricated journals
+void toothed(
+    Draw& draw,
+    Draft& out);  ///< gears outside and inside each other and racks, loose, now and then on loose bearings
 void stopped(Draw& draw, Draft& out);    ///< levers, sliders and pins in slots between end stops
 void preloaded(Draw& draw, Draft& out);  ///< sliders with friction of fixed bound that run against stops
 ///@}

@@ -15,7 +15,8 @@ void toothed(Draw& draw, Draft& out) {
   const double play = module * draw.decades(-2.5, -0.7), pace = s.speed * draw.decades(-2, 0);
   const double w1 = s.speed / r1 * draw.sign(), alpha = 20 * std::numbers::pi / 180;
   DraftBody one{"one", s.mass, 0.5 * s.mass * r1 * r1, {0, 0}, draw.angle(), {0, 0}, w1};
-  DraftBody two{"two", s.mass * mass_factor(draw), 1, {inner ? r1 - r2 : r1 + r2, 0}, draw.angle(), {0, 0}, 0};
+  DraftBody two{"two", s.mass * mass_factor(draw), 1, {inner ? r1 - r2 : r1 + r2, 0}, draw.angle(), {0, 0},
+                0};
   two.inertia = 0.5 * two.mass * r2 * r2;
   const double closing = pace * draw.sign(), phase = draw.whole(-3000, 3000) / 1024.0;
   if (!rack) two.angle = phase - (inner ? -1 : 1) * r1 / r2 * one.angle;  // amid the gaps
@@ -41,17 +42,20 @@ void toothed(Draw& draw, Draft& out) {
                     : "");
   const auto teeth = fmt::format("backlash = {}\nsurface = \"s\"\n", Draft::number(play));
   if (rack)
-    out.joint("rack", "one", "two", {0, 0}, {0, 0},
-              fmt::format("pitch_radius = {}\n{}{}", Draft::number(r1),
-                          draw.chance(0.5) ? fmt::format("module = {}\n", Draft::number(module)) : "", teeth));
+    out.joint(
+        "rack", "one", "two", {0, 0}, {0, 0},
+        fmt::format("pitch_radius = {}\n{}{}", Draft::number(r1),
+                    draw.chance(0.5) ? fmt::format("module = {}\n", Draft::number(module)) : "", teeth));
   else
-    out.joint("gear", "one", "two", {0, 0}, {0, 0},
-              (draw.chance(0.5) ? fmt::format("teeth = [{}, {}]\nmodule = {}\n", z1, z2, Draft::number(module))
-                                : fmt::format("pitch_radii = [{}, {}]\n", Draft::number(r1), Draft::number(r2))) +
-                  (inner ? "internal = true\n" : "") + fmt::format("phase = {}\n", Draft::number(phase)) + teeth);
+    out.joint(
+        "gear", "one", "two", {0, 0}, {0, 0},
+        (draw.chance(0.5) ? fmt::format("teeth = [{}, {}]\nmodule = {}\n", z1, z2, Draft::number(module))
+                          : fmt::format("pitch_radii = [{}, {}]\n", Draft::number(r1), Draft::number(r2))) +
+            (inner ? "internal = true\n" : "") + fmt::format("phase = {}\n", Draft::number(phase)) + teeth);
   const double push = std::min(s.mass, two.mass) * pace * pace / play;
   if (draw.chance(0.4))
-    out.load("torque", fmt::format("body = \"one\"\ntorque = {}\n", Draft::number(push * r1 * draw.either_way(1))));
+    out.load("torque",
+             fmt::format("body = \"one\"\ntorque = {}\n", Draft::number(push * r1 * draw.either_way(1))));
   if (draw.chance(0.3))
     out.load("torsional-spring-damper",
              fmt::format("between = [\"ground\", \"one\"]\nstiffness = {}\nfree_angle = {}\n",
@@ -70,7 +74,8 @@ void stopped(Draw& draw, Draft& out) {
   const int kind = draw.whole(0, 2);
   const double R = s.length * draw.decades(-2, 0);
   DraftBody b{"mover", s.mass, s.mass * s.length * s.length * draw.between(0.1, 1), {0, 0}, 0, {0, 0}, 0};
-  const double slope = draw.angle(), width = s.length * draw.between(0.3, 3), below = width * draw.between(0.05, 0.95);
+  const double slope = draw.angle(), width = s.length * draw.between(0.3, 3),
+               below = width * draw.between(0.05, 0.95);
   const Vec2 axis{std::cos(slope), std::sin(slope)};
   std::string play;
   double c = R;
@@ -91,7 +96,9 @@ void stopped(Draw& draw, Draft& out) {
     const double turn = draw.between(0.3, 4);
     out.stop("angle-stop",
              fmt::format("radius = {}\n", Draft::number(s.length * draw.between(0.1, 2))) +
-                 (draw.chance(0.6) ? fmt::format("direction = {}\n", Draft::number(draw.whole(-3000, 3000) / 1024.0)) : "") +
+                 (draw.chance(0.6)
+                      ? fmt::format("direction = {}\n", Draft::number(draw.whole(-3000, 3000) / 1024.0))
+                      : "") +
                  limits(-turn * below / width, turn * (1 - below / width)));
   } else if (kind == 1) {  // a slider
     b.angle = slope;

@@ -177,22 +177,23 @@ Scene rescaled(Scene scene, const Units& u) {
                           }},
                drive);
   for (auto& load : m.loads)
-    std::visit(Overloaded{[&](ForceLoad& l) { l.at = L * l.at, l.force = force * l.force; },
-                          [&](TorqueLoad& l) { l.torque *= torque; },
-                          [&](SpringDamper& l) {
-                            ends(l.at);
-                            l.stiffness *= force / L;
-                            l.damping *= force / L * T;
-                            l.free_length *= L;
-                          },
-                          [&](TorsionalSpringDamper& l) { l.stiffness *= torque, l.damping *= torque * T; },
-                          [&](JointFriction& l) { l.force *= force, maybe(l.regularisation, L / T); },
-                          [&](BumpStop& l) {
-                            ends(l.at), maybe(l.bump.lower, L), maybe(l.bump.upper, L);
-                            l.bump.stiffness *= force / L, l.bump.damping *= force / L * T;
-                          },
-                          [&](TorsionalBumpStop& l) { l.bump.stiffness *= torque, l.bump.damping *= torque * T; }},
-               load);
+    std::visit(
+        Overloaded{[&](ForceLoad& l) { l.at = L * l.at, l.force = force * l.force; },
+                   [&](TorqueLoad& l) { l.torque *= torque; },
+                   [&](SpringDamper& l) {
+                     ends(l.at);
+                     l.stiffness *= force / L;
+                     l.damping *= force / L * T;
+                     l.free_length *= L;
+                   },
+                   [&](TorsionalSpringDamper& l) { l.stiffness *= torque, l.damping *= torque * T; },
+                   [&](JointFriction& l) { l.force *= force, maybe(l.regularisation, L / T); },
+                   [&](BumpStop& l) {
+                     ends(l.at), maybe(l.bump.lower, L), maybe(l.bump.upper, L);
+                     l.bump.stiffness *= force / L, l.bump.damping *= force / L * T;
+                   },
+                   [&](TorsionalBumpStop& l) { l.bump.stiffness *= torque, l.bump.damping *= torque * T; }},
+        load);
   scene.run.duration *= T;
   scene.run.discard *= T;
   if (scene.nonsmooth.step) *scene.nonsmooth.step *= T;

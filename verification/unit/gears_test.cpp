@@ -35,7 +35,8 @@ at = [[0.01, 0.02], [-0.03, 0.01]]
 teeth = [20, 31]
 module = 0.01
 phase = 0.3
-)" + play + R"([joints.inner]
+)" + play +
+         R"([joints.inner]
 type = "gear"
 between = ["a", "b"]
 at = [[0.03, -0.02], [0.02, 0.01]]
@@ -43,14 +44,16 @@ pitch_radii = [0.32, 0.13]
 pressure_angle = 0.4
 internal = true
 phase = 1.1
-)" + play + R"([joints.rack]
+)" + play +
+         R"([joints.rack]
 type = "rack"
 between = ["a", "b"]
 at = [[0.01, 0.0], [-0.02, 0.04]]
 axis = [0.6, 0.8]
 pitch_radius = 0.2
 phase = -0.2
-)" + play + R"([joints.slot]
+)" + play +
+         R"([joints.slot]
 type = "slot"
 between = ["a", "b"]
 at = [[0.1, 0.0], [-0.02, 0.01]]
@@ -99,7 +102,8 @@ struct Motion6 {
   explicit Motion6(std::mt19937& engine) : q(6), v(6), a(6) {
     std::uniform_real_distribution<double> u(-1, 1);
     for (int i = 0; i < 6; ++i) v[i] = u(engine), a[i] = 3 * u(engine);
-    q = {0.02 * u(engine), 0.02 * u(engine), 4 * u(engine), 0.32 + 0.02 * u(engine), 0.05 * u(engine), 4 * u(engine)};
+    q = {0.02 * u(engine),        0.02 * u(engine), 4 * u(engine),
+         0.32 + 0.02 * u(engine), 0.05 * u(engine), 4 * u(engine)};
   }
   std::vector<double> at(double t) const {
     auto x = q;
@@ -276,8 +280,9 @@ TEST_CASE("teeth that are seen again after many turns have the same gap", "[gear
   // Both flanks together are the play: b + 2 S (inv α − inv α₀), wherever the wheels stand.
   system.place(0, m.q.data(), e);
   const long double S = 0.255L * std::cos(20 * M_PIl / 180);
-  const double play = double(1e-3L + 2 * (reference::involute(S, system.eccentricity(forward, m.q.data(), e).norm()) -
-                                          reference::involute(S, 0.255L)));
+  const double play =
+      double(1e-3L + 2 * (reference::involute(S, system.eccentricity(forward, m.q.data(), e).norm()) -
+                          reference::involute(S, 0.255L)));
   CHECK(gap(forward, 0, 0) + gap(backward, 0, 0) == Approx(play).margin(1e-13));
 }
 
@@ -288,11 +293,14 @@ TEST_CASE("what gears, slots and stops cannot be is refused", "[gears][scene]") 
   const Edit edits[] = {
       {"module = 0.01\n", "", "joints.outer.teeth: teeth and module go together"},
       {"teeth = [20, 31]\n", "teeth = [20, 30.5]\n", "joints.outer.teeth: must be two whole numbers from 1"},
-      {"teeth = [20, 31]\nmodule = 0.01\n", "", "joints.outer: needs exactly one of teeth (with module) and pitch_radii"},
+      {"teeth = [20, 31]\nmodule = 0.01\n", "",
+       "joints.outer: needs exactly one of teeth (with module) and pitch_radii"},
       {"pitch_radii = [0.32, 0.13]", "pitch_radii = [0.12, 0.13]",
        "joints.inner.internal: makes the first gear the ring, which must be the larger one"},
-      {"pitch_radii = [0.32, 0.13]", "pitch_radii = [-0.32, 0.13]", "joints.inner.pitch_radii: must be two positive"},
-      {"pressure_angle = 0.4", "pressure_angle = 20.0", "joints.inner.pressure_angle: must be between 0 and 1.5708 rad"},
+      {"pitch_radii = [0.32, 0.13]", "pitch_radii = [-0.32, 0.13]",
+       "joints.inner.pitch_radii: must be two positive"},
+      {"pressure_angle = 0.4", "pressure_angle = 20.0",
+       "joints.inner.pressure_angle: must be between 0 and 1.5708 rad"},
       {"backlash = 1e-3", "backlash = 0.0", "joints.outer.backlash: must be greater than 0"},
       {"backlash = 1e-3", "flank = \"backward\"\nbacklash = 1e-3",
        "joints.outer.flank: is of a pair without play; with backlash either flank carries"},
@@ -300,10 +308,12 @@ TEST_CASE("what gears, slots and stops cannot be is refused", "[gears][scene]") 
        "joints.outer.surface: must be one without friction"},
       {"module = 0.01\nphase = 0.3\n", "module = 0.1\n",
        "joints.outer: phase follows from the bodies' positions, and there the centres are too close"},
+      {"phase = 0.3\n", "", "there the centres are too close for these gears, or too far apart"},
       {"joint = \"slot\"", "joint = \"pin\"", "contacts.travel.joint: must be a translational or slot joint"},
       {"joint = \"pin\"", "joint = \"slot\"", "contacts.turn.joint: must be a revolute joint"},
       {"lower = -0.1\nupper = 0.4\n", "", "contacts.travel: needs lower or upper, or both"},
-      {"lower = -0.1\nupper = 0.4\n", "lower = 0.4\nupper = 0.4\n", "contacts.travel.upper: must be greater than lower"},
+      {"lower = -0.1\nupper = 0.4\n", "lower = 0.4\nupper = 0.4\n",
+       "contacts.travel.upper: must be greater than lower"},
       {"radius = 0.05\n", "", "contacts.turn.radius: is missing"},
       {"pin_radius = 0.01\n", "", "joints.slot.pin_radius: is missing"},
       {"lower = -0.1\n", "lower = -0.1\nstiffness = 1e5\ncurvature_radius = 0.1\n",
@@ -326,15 +336,18 @@ TEST_CASE("what gears, slots and stops cannot be is refused", "[gears][scene]") 
   }
 }
 
-TEST_CASE("the phase of teeth that a scene leaves out is that of its bodies, and stays written", "[gears][scene]") {
+TEST_CASE("the phase of teeth that a scene leaves out is that of its bodies, and stays written",
+          "[gears][scene]") {
   auto text = scene_text(loose);
-  for (const char* phase : {"phase = 0.3\n", "phase = 1.1\n", "phase = -0.2\n"}) text.erase(text.find(phase), std::string(phase).size());
+  for (const char* phase : {"phase = 0.3\n", "phase = 1.1\n", "phase = -0.2\n"})
+    text.erase(text.find(phase), std::string(phase).size());
   // Where the outer pair meshes, 5 mm beyond its standard distance.
   text.replace(text.find("[0.32, 0.05]"), 12, "[0.30, 0.00]");
   text.replace(text.find("axis = [0.6, 0.8]"), 17, "axis = [0.0, 1.0]");
   for (const auto& play : {std::string(loose), std::string()}) {
     auto own = text;
-    for (auto at = own.find(loose); play.empty() && at != own.npos; at = own.find(loose)) own.erase(at, std::string(loose).size());
+    for (auto at = own.find(loose); play.empty() && at != own.npos; at = own.find(loose))
+      own.erase(at, std::string(loose).size());
     CAPTURE(own);
     const auto scene = scene_of(own);
     const System system(scene.mechanism);

@@ -17,21 +17,24 @@ struct AngleStop {
   static constexpr std::string_view type = "angle-stop", what = "an angle stop";
   std::string name;
   int joint = -1;
-  double radius = 0;                      ///< m, > 0: of the stop from the joint
-  std::optional<double> direction = {};   ///< rad, of the stop from the joint in the first body's frame; absent: a couple
-  StopFacts stop;                         ///< limits in rad
+  double radius = 0;  ///< m, > 0: of the stop from the joint
+  std::optional<double> direction =
+      {};          ///< rad, of the stop from the joint in the first body's frame; absent: a couple
+  StopFacts stop;  ///< limits in rad
 
   static void keys(auto& k, auto& c) {
     const auto* on =
         k.template joint<RevoluteJoint>({"joint", "", "the revolute joint whose angle is limited"}, c.joint);
     k.need({"radius", "m", "of the stop from the joint"}, c.radius, positive);
-    k.take({"direction", "rad",
-            "of the stop from the joint in the first body's frame; left out: stops face to face, a couple without force on "
-            "the joint"},
-           c.direction, any_number);
+    k.take(
+        {"direction", "rad",
+         "of the stop from the joint in the first body's frame; left out: stops face to face, a couple without force on "
+         "the joint"},
+        c.direction, any_number);
     const auto* s = StopFacts::keys(k, c.stop, "rad");
-    k.check(!on || !on->clearance || !s || !s->friction, "surface",
-            "must be one without friction where the joint is loose: how a lever slides on its stop is not modelled");
+    k.check(
+        !on || !on->clearance || !s || !s->friction, "surface",
+        "must be one without friction where the joint is loose: how a lever slides on its stop is not modelled");
   }
 
   void reserve(auto& b) const { b.reach(radius); }
@@ -43,7 +46,8 @@ struct AngleStop {
       auto facts = stop.contact(b, name, on.between, side > 0, radius);
       // What would rub there an ideal joint holds.
       facts.surface.friction.reset();
-      const Vec2 normal = direction ? Vec2{side * std::sin(*direction), -side * std::cos(*direction)} : Vec2{};
+      const Vec2 normal =
+          direction ? Vec2{side * std::sin(*direction), -side * std::cos(*direction)} : Vec2{};
       b.angle_stop({b.link(on.between, on.at), double(side), *limit, radius, normal}, facts);
     }
   }

@@ -85,7 +85,8 @@ struct BumpStop {
 
   double potential(const auto& at_rest, const auto& link) const {
     const Vec2 from = at_rest.point(link.i, link.si);
-    return bump.energy(dot(at_rest.point(link.i, link.si + axis) - from, at_rest.point(link.j, link.sj) - from));
+    return bump.energy(
+        dot(at_rest.point(link.i, link.si + axis) - from, at_rest.point(link.j, link.sj) - from));
   }
 };
 

@@ -18,9 +18,9 @@ namespace freeplay {
 
 /// Which flank an ideal pair of teeth carries by.
 enum class Flank { forward, backward };
-inline constexpr auto flank_names = complete<Flank>(
-    {{Flank::forward, "forward", "the first turning counter-clockwise pushes the second"},
-     {Flank::backward, "backward", "turning clockwise"}});
+inline constexpr auto flank_names =
+    complete<Flank>({{Flank::forward, "forward", "the first turning counter-clockwise pushes the second"},
+                     {Flank::backward, "backward", "turning clockwise"}});
 constexpr std::span<const Choice<Flank>> choices(Flank) { return flank_names; }
 constexpr double side_of(Flank flank) { return flank == Flank::forward ? 1 : -1; }
 
@@ -34,10 +34,11 @@ struct Backlash {
     k.need({"backlash", "m",
             "play of the teeth along the line of action, at the standard distance; left out: ideal"},
            b.normal, positive);
-    k.take({"mesh_stiffness", "N/m",
-            "of the teeth along the line of action, for penalty contacts (ISO 6336-1: about 2e10 N/m² times the "
-            "face width); left out: Hertz's point contact of the flanks' curvature at the pitch point"},
-           b.stiffness, positive);
+    k.take(
+        {"mesh_stiffness", "N/m",
+         "of the teeth along the line of action, for penalty contacts (ISO 6336-1: about 2e10 N/m² times the "
+         "face width); left out: Hertz's point contact of the flanks' curvature at the pitch point"},
+        b.stiffness, positive);
     const auto* s = k.surface({"surface", "", "the surface of its contacts"}, b.surface);
     k.check(!s || !s->friction, "surface",
             "must be one without friction: how teeth slide on each other is not modelled");
@@ -55,7 +56,7 @@ struct GearJoint {
   std::array<int, 2> between{ground, ground};
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< centres
   std::optional<Vec2> teeth = {};                  ///< numbers of teeth; goes with module
-  std::optional<double> tooth_module = {};               ///< m
+  std::optional<double> tooth_module = {};         ///< m
   std::optional<Vec2> pitch_radii = {};            ///< m, in place of both
   double pressure_angle = pressure_angle_20;       ///< rad, at the standard distance
   bool internal = false;                           ///< the first is a ring with its teeth inside
@@ -86,19 +87,19 @@ struct GearJoint {
     k.check(!j.internal || j.pitch(0) > j.pitch(1), "internal",
             "makes the first gear the ring, which must be the larger one");
     k.choose({"flank", "", "of a pair without play, the flank that carries: "}, j.flank);
-    k.from_bodies({"phase", "rad",
-                   "angle of the second body at which, the first at angle 0 and the second centre in the direction of "
-                   "x from the first's, its teeth stand amid the gaps",
-                   "from the bodies"},
-                  j.phase, j.between,
-                  "follows from the bodies' positions, and there the centres are too close for these gears; give the "
-                  "bodies' position, or phase",
-                  [&](const Body& one, const Body& two) {
-                    return j.phase_of(one, two, !k.when_given("backlash"));
-                  });
+    k.from_bodies(
+        {"phase", "rad",
+         "angle of the second body at which, the first at angle 0 and the second centre in the direction of "
+         "x from the first's, its teeth stand amid the gaps",
+         "from the bodies"},
+        j.phase, j.between,
+        "follows from the bodies' positions, and there the centres are too close for these gears, or too far "
+        "apart; give the bodies' position, or phase",
+        [&](const Body& one, const Body& two) { return j.phase_of(one, two, !k.when_given("backlash")); });
     if (auto* c = k.group("backlash", j.clearance)) {
       Backlash::keys(k, *c);
-      k.check(j.flank == Flank::forward, "flank", "is of a pair without play; with backlash either flank carries");
+      k.check(j.flank == Flank::forward, "flank",
+              "is of a pair without play; with backlash either flank carries");
     }
   }
 
@@ -120,7 +121,9 @@ struct GearJoint {
   std::optional<double> phase_of(const Body& one, const Body& two, bool ideal) const {
     const auto m = mesh(side_of(flank), 0);
     const Vec2 d = placed(two, at[1]) - placed(one, at[0]);
-    if (!(d.norm() > m.sum())) return {};
+    // Teeth are a module high beyond their pitch circles.
+    const double far = std::abs(d.norm() - m.sum() / std::cos(pressure_angle));
+    if (!(d.norm() > m.sum()) || (tooth_module && far > 2 * *tooth_module)) return {};
     double middle = m.sum() * std::atan2(d.y(), d.x()) - m.Ri * one.angle - m.Rj * two.angle;
     if (ideal) middle += m.side * m.kind * (m.involute(d.norm()) + m.kind * m.rest);
     return -middle / m.Rj;

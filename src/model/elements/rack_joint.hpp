@@ -15,12 +15,14 @@ struct RackJoint {
   std::string name;
   std::array<int, 2> between{ground, ground};
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< the gear's centre, a point of the rack's pitch line
-  Vec2 axis{1, 0};                         ///< unit vector along the rack in the second body's frame; the gear lies on its left
-  double pitch_radius = 0;                 ///< m, of the gear
-  std::optional<double> tooth_module = {};       ///< m: the teeth's distance along the rack by π; absent: not known
+  Vec2 axis{1, 0};  ///< unit vector along the rack in the second body's frame; the gear lies on its left
+  double pitch_radius = 0;  ///< m, of the gear
+  std::optional<double> tooth_module =
+      {};  ///< m: the teeth's distance along the rack by π; absent: not known
   double pressure_angle = pressure_angle_20;  ///< rad
   Flank flank = Flank::forward;               ///< of an ideal pair
-  double phase = 0;  ///< rad: angle of the gear less the rack's at which a tooth stands amid a gap at the rack's point
+  double phase =
+      0;  ///< rad: angle of the gear less the rack's at which a tooth stands amid a gap at the rack's point
   std::optional<Backlash> clearance = {};  ///< absent: an ideal joint
 
   std::string_view what() const { return clearance ? "a rack" : "a rack without backlash"; }
@@ -34,19 +36,19 @@ struct RackJoint {
     k.take({"pressure_angle", "rad", "of the teeth at the standard distance; left out: 20 degrees"},
            j.pressure_angle, acute);
     k.choose({"flank", "", "of a pair without play, the flank that carries: "}, j.flank);
-    k.from_bodies({"phase", "rad",
-                   "angle of the gear less that of the rack at which, opposite the rack's point, its teeth stand amid "
-                   "the gaps",
-                   "from the bodies"},
-                  j.phase, j.between,
-                  "follows from the bodies' positions, and there the gear does not lie on the left of the rack's axis; "
-                  "give the bodies' position, or phase",
-                  [&](const Body& one, const Body& two) {
-                    return j.phase_of(one, two, !k.when_given("backlash"));
-                  });
+    k.from_bodies(
+        {"phase", "rad",
+         "angle of the gear less that of the rack at which, opposite the rack's point, its teeth stand amid "
+         "the gaps",
+         "from the bodies"},
+        j.phase, j.between,
+        "follows from the bodies' positions, and there the gear does not lie on the left of the rack's axis; "
+        "give the bodies' position, or phase",
+        [&](const Body& one, const Body& two) { return j.phase_of(one, two, !k.when_given("backlash")); });
     if (auto* c = k.group("backlash", j.clearance)) {
       Backlash::keys(k, *c);
-      k.check(j.flank == Flank::forward, "flank", "is of a pair without play; with backlash either flank carries");
+      k.check(j.flank == Flank::forward, "flank",
+              "is of a pair without play; with backlash either flank carries");
     }
   }
 

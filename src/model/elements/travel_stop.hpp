@@ -30,15 +30,18 @@ struct StopFacts {
     k.take({"upper", unit, "greatest travel or angle; left out: no stop there"}, s.upper, any_number);
     k.check(s.lower || s.upper, "", "needs lower or upper, or both");
     k.check(!(s.lower && s.upper) || *s.lower < *s.upper, "upper", "must be greater than lower");
-    k.take({"stiffness", "N/m", "of the stop where it is touched, for penalty contacts"}, s.stiffness, positive);
-    k.take({"curvature_radius", "m", "at the stop's contact: Hertz's stiffness follows from it and the surface"},
-           s.curvature_radius, positive);
+    k.take({"stiffness", "N/m", "of the stop where it is touched, for penalty contacts"}, s.stiffness,
+           positive);
+    k.take(
+        {"curvature_radius", "m", "at the stop's contact: Hertz's stiffness follows from it and the surface"},
+        s.curvature_radius, positive);
     k.check(!(s.stiffness && s.curvature_radius), "curvature_radius",
             "is for the stiffness, which is given; one of them");
     return k.surface({"surface", "", "the surface of its contacts"}, s.surface);
   }
   /// Facts of the contact at one end; `size`: m, what the stop is measured by.
-  auto contact(auto& b, const std::string& name, const std::array<int, 2>& between, bool top, double size) const {
+  auto contact(auto& b, const std::string& name, const std::array<int, 2>& between, bool top,
+               double size) const {
     auto facts = b.facts(name + (top ? ".upper" : ".lower"), between, surface);
     facts.stiffness = stiffness;
     facts.radius = curvature_radius.value_or(0);

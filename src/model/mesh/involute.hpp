@@ -10,7 +10,7 @@
 //
 // for S d(inv α) = sin α da and S ψ̇ = cos α (t·ḋ). L is the distance between the points where the line of action touches
 // the base circles. The tooth that is in mesh is the one of the least |S ψ − …|, so that no angle need be unwound.
-// (Involute function, base pitch, normal backlash b: ISO 21771-1:2007.) Closer than S there is no mesh: α stays 0.
+// (Involute function, base pitch, normal backlash b: ISO 21771-1:2007.) Closer than S there is no mesh: inv α stays 0.
 #pragma once
 
 #include <algorithm>
@@ -24,8 +24,8 @@ namespace freeplay {
 /// A flank at one state.
 template <class T>
 struct FlankOf {
-  T gap;                  ///< m
-  Vec2Of<T> along;        ///< u, direction of the force on the second body
+  T gap;                     ///< m
+  Vec2Of<T> along;           ///< u, direction of the force on the second body
   T turn_i = 0, turn_j = 0;  ///< m, of ġ with ω_i and ω_j where ḋ is zero
 };
 
@@ -60,11 +60,12 @@ struct InvoluteMesh {
     }
     const Vec2Of<T> t = perp(n);
     f.gap = rest + side * along;
-    f.along = {side * t.x(), side * t.y()};
+    const T turning = a > 1e-9 * S ? T(side * S / a) : T(side);
+    f.along = {turning * t.x(), turning * t.y()};
     if (a > S) {
-      const T L = sqrt(a * a - S * S), tangential = side * S / a, radial = kind * L / a;
+      const T L = sqrt(a * a - S * S), radial = kind * L / a;
       f.gap += kind * (L - S * atan2(L, T(S)));
-      f.along = {tangential * t.x() + radial * n.x(), tangential * t.y() + radial * n.y()};
+      f.along = {f.along.x() + radial * n.x(), f.along.y() + radial * n.y()};
     }
     f.turn_i = -side * Ri;
     f.turn_j = -side * Rj;
@@ -83,8 +84,7 @@ struct InvoluteMesh {
   GapMotion motion(const Link& link, const MotionBounds& bounds, const Vec2& d) const {
     auto m = relative_motion(link, bounds);
     const double S = sum(), near = d.norm() - m.speed * bounds.duration;
-    if (m.speed > 0)
-      m.bend += near > S ? m.speed * m.speed / std::sqrt(near * near - S * S) : INFINITY;
+    if (m.speed > 0) m.bend += near > S ? m.speed * m.speed / std::sqrt(near * near - S * S) : INFINITY;
     for (const auto& [body, R] : {std::pair{link.i, Ri}, std::pair{link.j, Rj}})
       if (body != ground) m.bend += std::abs(R) * bounds.acceleration[planar::first(body) + 2];
     return m;

@@ -50,8 +50,8 @@ struct RackMesh {
     if (link.j != ground) {
       const int c = planar::first(link.j) + 2;
       const double turn = bounds.speed[c], reach = d.norm() + m.speed * bounds.duration;
-      m.bend += base * bounds.acceleration[c] + 2 * turn * m.speed +
-                (turn * turn + bounds.acceleration[c]) * reach;
+      m.bend +=
+          base * bounds.acceleration[c] + 2 * turn * m.speed + (turn * turn + bounds.acceleration[c]) * reach;
     }
     return m;
   }
