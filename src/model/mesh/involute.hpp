@@ -29,6 +29,14 @@ struct FlankOf {
   T turn_i = 0, turn_j = 0;  ///< m, of ġ with ω_i and ω_j where ḋ is zero
 };
 
+/// Where a step is long enough for another tooth to come (speed: bound on |ġ|, m/s), the gap jumps by a period P unseen. From
+/// play to play that is a way of P/2 at least, so pieces of dt = P/(4 speed) hold no jump: a bend of 64 speed²/P lets no longer
+/// one be decided, for it takes P/2, all there is, off the chord, and changes a rate by 16 speed.
+inline void heed_teeth(GapMotion& m, double period, double speed, double h) {
+  if (std::isfinite(period) && speed * h > 0.25 * period)
+    m.bend = std::max(m.bend, 64 * speed * speed / period);
+}
+
 struct InvoluteMesh {
   double side = 1;           ///< σ
   double kind = 1;           ///< κ
@@ -85,8 +93,13 @@ struct InvoluteMesh {
     auto m = relative_motion(link, bounds);
     const double S = sum(), near = d.norm() - m.speed * bounds.duration;
     if (m.speed > 0) m.bend += near > S ? m.speed * m.speed / std::sqrt(near * near - S * S) : INFINITY;
+    double speed = m.speed;
     for (const auto& [body, R] : {std::pair{link.i, Ri}, std::pair{link.j, Rj}})
-      if (body != ground) m.bend += std::abs(R) * bounds.acceleration[planar::first(body) + 2];
+      if (body != ground) {
+        m.bend += std::abs(R) * bounds.acceleration[planar::first(body) + 2];
+        speed += std::abs(R) * bounds.speed[planar::first(body) + 2];
+      }
+    heed_teeth(m, period, speed, bounds.duration);
     return m;
   }
 };

@@ -46,13 +46,19 @@ struct RackMesh {
   /// How the gap may bend within a step; d at its end. A rack that does not turn counts along its flank's normal alone.
   GapMotion motion(const Link& link, const MotionBounds& bounds, const Vec2& d) const {
     auto m = relative_motion(link, bounds);
-    if (link.i != ground) m.bend += base * bounds.acceleration[planar::first(link.i) + 2];
+    double speed = m.speed;
+    if (link.i != ground) {
+      m.bend += base * bounds.acceleration[planar::first(link.i) + 2];
+      speed += base * bounds.speed[planar::first(link.i) + 2];
+    }
     if (link.j != ground) {
       const int c = planar::first(link.j) + 2;
       const double turn = bounds.speed[c], reach = d.norm() + m.speed * bounds.duration;
       m.bend +=
           base * bounds.acceleration[c] + 2 * turn * m.speed + (turn * turn + bounds.acceleration[c]) * reach;
+      speed += (base + reach) * turn;
     }
+    heed_teeth(m, period, speed, bounds.duration);
     return m;
   }
 };
