@@ -5,6 +5,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "facade/simulation.hpp"
 #include "io/write_scene.hpp"
 #include "model/error.hpp"
 #include "model/scene.hpp"
@@ -364,5 +365,52 @@ TEST_CASE("the phase of teeth that a scene leaves out is that of its bodies, and
     }
     const auto again = parse_scene(to_toml(scene), "again");
     CHECK(to_toml(again) == to_toml(scene));
+  }
+}
+
+TEST_CASE("no tooth is passed in a long step", "[gears][unseen]") {
+  // Constant forces, so that nothing but the teeth bounds a step; between touches the gear gains more than a tooth.
+  const auto text = R"(format = 2
+[bodies.pinion]
+mass = 1.0
+inertia = 0.001
+[bodies.bar]
+mass = 2.0
+inertia = 0.004
+position = [0.0, -0.05]
+[joints.front]
+type = "revolute"
+between = ["ground", "pinion"]
+[joints.guide]
+type = "translational"
+between = ["ground", "bar"]
+at = [[0.0, -0.05], [0.0, 0.0]]
+[joints.mesh]
+type = "rack"
+between = ["pinion", "bar"]
+pitch_radius = 0.05
+module = 5e-3
+backlash = 1e-4
+mesh_stiffness = 2e8
+surface = "steel"
+[surfaces.steel]
+restitution = 0.6
+[loads.engine]
+type = "torque"
+body = "pinion"
+torque = 1.0
+[run]
+duration = 0.1
+start = "given"
+)";
+  for (const auto* scheme : {"event-driven", "automatic"}) {
+    const auto scene = parse_scene(text, "teeth", {std::string("nonsmooth.scheme=\"") + scheme + "\""});
+    Simulation simulation(scene, "nonsmooth");
+    const auto run = simulation.run({});
+    CAPTURE(scheme);
+    REQUIRE(run.ending.status == Ending::Status::finished);
+    CHECK(run.extremes.penetration[0] < 1e-6 * 5e-5);
+    // Pressed together at last: a = (M/r)/(m + J/r²), from the first touch on within the play.
+    CHECK(run.final_state.q[3] == Approx(0.5 * 20 / 2.4 * 0.01).margin(1e-4));
   }
 }
