@@ -247,6 +247,13 @@ bool ControlledMoreau::step(double t_end) {
       moreau_.contacts()[touch->contact].soft =
           start_.contacts[static_cast<std::size_t>(touch->contact)].soft;
       striking_ = true;
+    } else if (system_.has_spring_kinks() && landings < 8) {
+      // A step ends where a spring begins to act or changes its slope: what acts for a short while is not jumped over.
+      if (const auto t = first_kink(); t && *t - start_.t > floor && *t < start_.t + (1 - 1e-3) * h) {
+        refuse(*t - start_.t);
+        ++landings;
+        continue;
+      }
     }
     if (error > 1) {
       ++floored_;
@@ -354,25 +361,65 @@ std::optional<ControlledMoreau::Touch> ControlledMoreau::first_touch() {
   };
   const auto half = [&](double a, double b, const double* qa, const double* va, const double* qb,
                         const double* vb) {
-    const double h = b - a;
-    const auto n = static_cast<std::size_t>(system_.n());
     bool enclosed = false;
     for (int k = 0; k < system_.contacts(); ++k) {
       if (moreau_.contacts()[k].closed) continue;
-      if (!enclosed) {  // of Hermite's cubic, whose accelerations are linear
-        bounds_.duration = h;
-        bounds_.speed.resize(n);
-        bounds_.acceleration.resize(n);
-        for (std::size_t i = 0; i < n; ++i) {
-          const double mean = (qb[i] - qa[i]) / h, a0 = (6 * mean - 4 * va[i] - 2 * vb[i]) / h,
-                       a1 = (2 * va[i] + 4 * vb[i] - 6 * mean) / h;
-          const auto of = cubic_bounds(h, qa[i], va[i], a0, qb[i], vb[i], a1);
-          bounds_.speed[i] = of.speed;
-          bounds_.acceleration[i] = of.acceleration;
-        }
-        enclosed = true;
-      }
+      if (!enclosed) enclose(b - a, qa, va, qb, vb);
+      enclosed = true;
       take(touch_in(k, a, b, qa, va, qb, vb));
+    }
+  };
+  half(start_.t, middle_t_, start_.q.data(), start_.v.data(), middle_q_.data(), middle_v_.data());
+  if (!first) half(middle_t_, moreau_.t(), middle_q_.data(), middle_v_.data(), moreau_.q(), moreau_.v());
+  return first;
+}
+
+/// Of Hermite's cubic, whose accelerations are linear.
+void ControlledMoreau::enclose(double h, const double* qa, const double* va, const double* qb,
+                               const double* vb) {
+  const auto n = static_cast<std::size_t>(system_.n());
+  bounds_.duration = h;
+  bounds_.speed.resize(n);
+  bounds_.acceleration.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double mean = (qb[i] - qa[i]) / h, a0 = (6 * mean - 4 * va[i] - 2 * vb[i]) / h,
+                 a1 = (2 * va[i] + 4 * vb[i] - 6 * mean) / h;
+    const auto of = cubic_bounds(h, qa[i], va[i], a0, qb[i], vb[i], a1);
+    bounds_.speed[i] = of.speed;
+    bounds_.acceleration[i] = of.acceleration;
+  }
+}
+
+/// The first time in the step at which a spring's length or angle leaves the piece that it began on. Where it began within the
+/// tolerance of a kink, that is the piece that it goes to.
+std::optional<double> ControlledMoreau::first_kink() {
+  std::optional<double> first;
+  const double near = 10 * norm_.tolerance * scales_.length;
+  const auto half = [&](double a, double b, const double* qa, const double* va, const double* qb,
+                        const double* vb) {
+    enclose(b - a, qa, va, qb, vb);
+    for (int k = 0; k < system_.phases(); ++k) {
+      const auto& phase = system_.phase(k);
+      if (phase.of == Phase::Of::turn) continue;
+      const double rounding = phase.of == Phase::Of::angle ? 10 * norm_.tolerance : near;
+      const auto now = phase.at(start_.q.data(), start_.v.data());
+      const auto piece = phase.piece(now.value, now.rate >= 0, rounding);
+      for (const bool up : {false, true}) {
+        const double end = up ? piece.high : piece.low;
+        if (!std::isfinite(end)) continue;
+        const auto left = [&](const double* q, const double* v) {
+          const auto x = phase.at(q, v);
+          return up ? Watched{end - x.value, -x.rate} : Watched{x.value - end, x.rate};
+        };
+        double unseen = 0;
+        const auto t = first_loss(
+            [&](double s) {
+              interpolate(s, look_q_.data(), look_v_.data());
+              return left(look_q_.data(), look_v_.data());
+            },
+            a, b, left(qa, va), left(qb, vb), phase.motion(bounds_, piece, up), rounding, unseen);
+        if (t && (!first || *t < *first)) first = t;
+      }
     }
   };
   half(start_.t, middle_t_, start_.q.data(), start_.v.data(), middle_q_.data(), middle_v_.data());

@@ -92,6 +92,8 @@ class ControlledMoreau {
   std::optional<Touch> first_touch();
   std::optional<Touch> touch_in(int k, double a, double b, const double* qa, const double* va,
                                 const double* qb, const double* vb);
+  void enclose(double h, const double* qa, const double* va, const double* qb, const double* vb);
+  std::optional<double> first_kink();
   bool hop_over(const Touch& touch) const;
   bool strike(double t_end);
   void settle();

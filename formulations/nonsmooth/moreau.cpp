@@ -95,7 +95,7 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
   }
 
   if (!advance_states(h) || !solve_velocities(h, v_old_.data())) return false;
-  const bool sweeps = system_.phases() > 0;
+  const bool sweeps = system_.sweeps();
   if (system_.has_velocity_forces() || sweeps) {
     // Damper forces, and what tables sweep over, belong to the mean velocity: iterate to it.
     for (int i = 0;; ++i) {

@@ -197,7 +197,7 @@ class PenaltyStepper {
           "t = {:.9g} s: {} without time passing; a shorter penalty.step or a finer penalty.tolerance may resolve it",
           t(),
           f_.system().contacts() > 0 ? "a contact opens and closes"
-                                     : "an angle crosses a kink of its torque table");
+                                     : "an angle or a length crosses a kink of its table");
     return fmt::format(
         "t = {:.9g} s: no step is accepted any more, however small; the motion may be singular there (as at "
         "a four-bar's change point), or penalty.tolerance beyond rounding",

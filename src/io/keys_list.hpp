@@ -89,6 +89,7 @@ class KeysList {
     add(constant, "number", "–");
     add(points, "points", "–");
   }
+  void pairs(const Key& key, TorqueDrive::Table&) { add(key, "points", "–"); }
   void length(const Key& turns, const Key& seconds, double&) {
     add(turns, "number", "–");
     add(seconds, "number", "–");

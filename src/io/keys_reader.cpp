@@ -32,9 +32,14 @@ void KeysReader::one_of(const Key& a, const Key& b) const {
 
 void KeysReader::table(const Key& constant, const Key& points, TorqueDrive::Table& table) {
   if (s_.has(constant.name)) return void(table.emplace_back(0.0, s_.number(constant.name, any_number)));
-  for (const auto& p : s_.points(points.name)) {
+  pairs(points, table);
+}
+
+void KeysReader::pairs(const Key& key, TorqueDrive::Table& table) {
+  if (!s_.has(key.name)) return;
+  for (const auto& p : s_.points(key.name)) {
     if (!table.empty() && p.x() <= table.back().first)
-      s_.fail(points.name,
+      s_.fail(key.name,
               fmt::format("must increase in its first column; {} follows {}", p.x(), table.back().first));
     table.emplace_back(p.x(), p.y());
   }

@@ -107,6 +107,8 @@ class KeysReader {
     x = s_.has(own.name) ? s_.number(own.name, own_range) : convert(s_.number(other.name, range));
   }
   void table(const Key& constant, const Key& points, TorqueDrive::Table& table);
+  /// A list of points whose first column increases, or none.
+  void pairs(const Key& key, TorqueDrive::Table& table);
   void length(const Key& turns, const Key& seconds, double& duration);
   void part_of_length(const Key& key, double& x) { x = s_.number(key.name, non_negative, 0) * unit_; }
 

@@ -89,10 +89,12 @@ class KeysWriter {
   void either(const Key&, const Range&, double (*)(double), const Key& own, const Range&, const Number& x) {
     put(own.name, x);
   }
-  void table(const Key&, const Key& points, const TorqueDrive::Table& table) {
+  void table(const Key&, const Key& points, const TorqueDrive::Table& table) { pairs(points, table); }
+  void pairs(const Key& key, const TorqueDrive::Table& table) {
+    if (table.empty()) return;
     std::string list;
-    for (const auto& [x, torque] : table) list += (list.empty() ? "" : ", ") + shown(Vec2{x, torque});
-    raw(points.name, fmt::format("[{}]", list));
+    for (const auto& [x, y] : table) list += (list.empty() ? "" : ", ") + shown(Vec2{x, y});
+    raw(key.name, fmt::format("[{}]", list));
   }
   void length(const Key&, const Key& seconds, double x) { put(seconds.name, x); }
   void part_of_length(const Key& key, double x) { put(key.name, x); }

@@ -2,6 +2,7 @@
 // System::longest_arm(), free links do not.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 
@@ -22,6 +23,8 @@ class Builder {
   /// The bodies of a joint, at their centres of mass.
   Link joint_link(int joint) const { return free_link(bodies_of(mechanism_.joints[joint]), {}); }
   double longest_arm() const { return s_.longest_arm_; }
+  /// No body may turn further than this in a step (rad).
+  void limit_turn(double angle) { s_.longest_turn_ = std::min(s_.longest_turn_, angle); }
 
   /// @name Constraint rows
   ///@{
@@ -49,8 +52,10 @@ class Builder {
   void sliding(const Link& link, const Vec2& axis, const std::string& name, double bound,
                const std::optional<double>& regularisation);
 
- private:
+  /// Any kind of pair.
   void pair(const Pair& pair, const ContactFacts& facts);
+
+ private:
   int entry(int column, double constant);
   void end_row(const std::string& name, bool angle);
   void turn_entries(const Link& link);

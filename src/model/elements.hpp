@@ -7,6 +7,8 @@
 #include <string_view>
 #include <variant>
 
+#include "model/elements/bushing.hpp"
+#include "model/elements/cam_contact.hpp"
 #include "model/elements/disc_contact.hpp"
 #include "model/elements/force_load.hpp"
 #include "model/elements/joint_friction.hpp"
@@ -23,9 +25,9 @@
 namespace freeplay {
 
 using Joint = std::variant<RevoluteJoint, TranslationalJoint, RigidJoint>;
-using Contact = std::variant<PlaneContact, DiscContact>;
+using Contact = std::variant<PlaneContact, DiscContact, CamContact>;
 using Drive = std::variant<SpeedDrive, TorqueDrive>;
-using Load = std::variant<ForceLoad, TorqueLoad, SpringDamper, TorsionalSpringDamper, JointFriction>;
+using Load = std::variant<ForceLoad, TorqueLoad, SpringDamper, TorsionalSpringDamper, JointFriction, Bushing>;
 
 /// The word for a kind of element: its `type` in a scene, or for drives "speed drive".
 template <class Kind>

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "model/elements.hpp"
+#include "model/pairs/cam_flat.hpp"
+#include "model/pairs/cam_roller.hpp"
 #include "model/pairs/line.hpp"
 #include "model/pairs/round.hpp"
 #include "model/rows/angle.hpp"
@@ -20,7 +22,7 @@ namespace freeplay {
 
 using ConstraintRows =
     std::tuple<std::vector<PointRows>, std::vector<SlideRow>, std::vector<AngleRow>, std::vector<SpeedRow>>;
-using Pair = std::variant<RoundPair, LinePair>;
+using Pair = std::variant<RoundPair, LinePair, CamFlatPair, CamRollerPair>;
 
 /// A drive or load in place.
 template <class Facts>

@@ -94,21 +94,17 @@ class System {
 
   /// The first knot of a torque table against time after t (s); infinite when there is none.
   double next_knot(double t) const;
-  /// @name Angles whose torque tables have kinks (model/phase.hpp)
+  /// @name Angles and distances at which tables and one-way forces have kinks (model/phase.hpp)
   ///@{
   int phases() const { return static_cast<int>(phases_.size()); }
-  /// rad, rad/s
-  Watched phase(int k, const double* q, const double* v) const {
-    const auto& link = phases_[k].link;
-    return {theta(q, link.j) - theta(q, link.i), omega(v, link.j) - omega(v, link.i)};
-  }
-  Piece piece(int k, double angle, bool above) const { return phases_[k].piece(angle, above); }
-  /// rad/s², bound on the angle's acceleration over a step.
-  double phase_bend(int k, const MotionBounds& bounds) const {
-    const auto& link = phases_[k].link;
-    return omega(bounds.acceleration.data(), link.i) + omega(bounds.acceleration.data(), link.j);
-  }
+  const Phase& phase(int k) const { return phases_[k]; }
+  /// Whether any is a table's that acts by its mean over what a time step sweeps.
+  bool sweeps() const { return sweeps_; }
+  /// Whether any is of a force that springs exert, which has kinks and no pulses.
+  bool has_spring_kinks() const { return spring_kinks_; }
   ///@}
+  /// rad: no body may turn further in a step than this, so that no feature of a profile is jumped over.
+  double longest_turn() const { return longest_turn_; }
 
   /// @name Forces that come out (values/forces.hpp). Each adds `weight` times what it is given; e from place().
   ///@{
@@ -187,8 +183,8 @@ class System {
   std::vector<Carried> carried_;
   Vec2 gravity_{0, 0};
   Link crank_;
-  bool velocity_forces_ = false, loads_work_ = false;
-  double longest_arm_ = 0;
+  bool velocity_forces_ = false, loads_work_ = false, sweeps_ = false, spring_kinks_ = false;
+  double longest_arm_ = 0, longest_turn_ = 0.3;
 };
 
 }  // namespace freeplay

@@ -131,6 +131,13 @@ void System::place_load(Builder& builder, const Element& element) {
       if (auto kinks = element.angle_kinks(); !kinks.empty()) {
         placed.phase = phases();
         phases_.push_back({placed.link, std::move(kinks)});
+        sweeps_ = true;
+      }
+    if constexpr (requires { element.kinks(); })
+      if (auto kinks = element.kinks(); !kinks.empty()) {
+        placed.phase = phases();
+        phases_.push_back({placed.link, std::move(kinks), Element::kinks_of});
+        spring_kinks_ = true;
       }
     std::get<std::vector<Placed<Element>>>(placed_).push_back(placed);
   }

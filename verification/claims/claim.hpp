@@ -111,5 +111,7 @@ Findings forces();
 Findings unseen();
 Findings chosen();
 Findings promises();
+Findings springs();
+Findings cams();
 
 }  // namespace freeplay::verification

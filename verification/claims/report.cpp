@@ -18,6 +18,8 @@ constexpr ClaimSet sets[] = {
     {"forces", "Forces that come out", forces},
     {"unseen", "What no integrator sees by itself", unseen},
     {"chosen", "Steps that choose their length, and hand-overs to them", chosen},
+    {"springs", "Springs beyond a constant rate, and bushings", springs},
+    {"cams", "Cams and followers", cams},
     {"promises", "What runs and comparisons promise", promises},
     {"orders", "Orders of convergence", orders},
     {"invariants", "Invariants over long runs", invariants},

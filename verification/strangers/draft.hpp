@@ -149,6 +149,8 @@ void guide(Draw& draw, Draft& out);      ///< sliders loose in guides
 void pulse(Draw& draw, Draft& out);      ///< rotors under pulses and tables, a loose link hung on
 void film(Draw& draw, Draft& out);       ///< lubricated journals
 void preloaded(Draw& draw, Draft& out);  ///< sliders with friction of fixed bound that run against stops
+void compliant(Draw& draw, Draft& out);  ///< masses on springs that are no straight lines, and on bushings
+void cams(Draw& draw, Draft& out);       ///< cams, driven or free, under faces and rollers
 ///@}
 
 }  // namespace freeplay::verification::strangers

@@ -86,8 +86,9 @@ bool Subject::conservative() const {
       has<JointFriction>(m.loads))
     return false;
   for (const auto& l : m.loads) {
-    if (const auto* s = std::get_if<SpringDamper>(&l); s && s->damping > 0) return false;
-    if (const auto* s = std::get_if<TorsionalSpringDamper>(&l); s && s->damping > 0) return false;
+    if (const auto* s = std::get_if<SpringDamper>(&l); s && s->does_work()) return false;
+    if (const auto* s = std::get_if<TorsionalSpringDamper>(&l); s && s->does_work()) return false;
+    if (const auto* s = std::get_if<Bushing>(&l); s && s->does_work()) return false;
   }
   return std::ranges::all_of(m.surfaces,
                              [](const Surface& s) { return s.restitution.value_or(1) == 1 && !s.friction; });

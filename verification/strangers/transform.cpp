@@ -1,6 +1,7 @@
 #include "verification/strangers/transform.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "verification/strangers/draft.hpp"
 
@@ -20,6 +21,35 @@ Overloaded(F...) -> Overloaded<F...>;
 
 void flip_ends(std::array<Vec2, 2>& at) {
   for (auto& p : at) p = flip(p);
+}
+
+void turn_table(SpringTable& table) {
+  for (auto& [at, force] : table) at = -at, force = -force;
+  std::ranges::reverse(table);
+}
+/// Of a spring against an angle, which counts the other way.
+void flip(SpringLaw& law) {
+  if (law.preload) law.preload = -*law.preload;
+  if (law.one_way) law.one_way = *law.one_way == OneWay::pull ? OneWay::push : OneWay::pull;
+  turn_table(law.table), turn_table(law.damping_table);
+}
+/// Angles on a cam, φ' = π − φ.
+void flip(CamContact& c) {
+  flip_ends(c.at);
+  c.axis = flip_wall(c.axis);
+  c.start = M_PI - (c.start + c.rise + c.dwell + c.fall);
+  std::swap(c.rise, c.fall);
+  for (auto& point : c.table) point.first = M_PI - point.first;
+  std::ranges::reverse(c.table);
+}
+void stretch(SpringTable& table, double along, double force) {
+  for (auto& [at, value] : table) at *= along, value *= force;
+}
+/// A law against a coordinate that is measured in `unit`.
+void rescale(SpringLaw& law, double unit, double force, double time) {
+  if (law.cubic) *law.cubic *= force / (unit * unit * unit);
+  if (law.preload) *law.preload *= force;
+  stretch(law.table, unit, force), stretch(law.damping_table, unit / time, force);
 }
 
 }  // namespace
@@ -44,7 +74,7 @@ Scene mirrored(Scene scene) {
                joint);
   for (auto& contact : m.contacts)
     std::visit(Overloaded{[](PlaneContact& c) { flip_ends(c.at), c.axis = flip_wall(c.axis); },
-                          [](DiscContact& c) { flip_ends(c.at); }},
+                          [](DiscContact& c) { flip_ends(c.at); }, [](CamContact& c) { flip(c); }},
                contact);
   for (auto& drive : m.drives)
     std::visit(Overloaded{[](SpeedDrive& d) { d.speed = -d.speed, d.initial_angle = -d.initial_angle; },
@@ -61,7 +91,12 @@ Scene mirrored(Scene scene) {
     std::visit(
         Overloaded{[](ForceLoad& l) { l.at = flip(l.at), l.force = flip(l.force); },
                    [](TorqueLoad& l) { l.torque = -l.torque; }, [](SpringDamper& l) { flip_ends(l.at); },
-                   [](TorsionalSpringDamper& l) { l.free_angle = -l.free_angle; }, [](JointFriction&) {}},
+                   [](TorsionalSpringDamper& l) { l.free_angle = -l.free_angle, flip(l.law); },
+                   [](JointFriction&) {},
+                   [](Bushing& l) {
+                     flip_ends(l.at);
+                     l.axis = flip(l.axis), l.free_angle = -l.free_angle;
+                   }},
         load);
   return scene;
 }
@@ -106,6 +141,11 @@ Scene rescaled(Scene scene, const Units& u) {
                           [&](DiscContact& c) {
                             ends(c.at);
                             for (auto& R : c.radii) R *= L;
+                          },
+                          [&](CamContact& c) {
+                            ends(c.at);
+                            c.roller_radius *= L, c.base_radius *= L, c.lift *= L;
+                            stretch(c.table, 1, L);
                           }},
                contact);
   for (auto& s : m.surfaces) maybe(s.young, force / (L * L));
@@ -128,8 +168,18 @@ Scene rescaled(Scene scene, const Units& u) {
                             l.stiffness *= force / L;
                             l.damping *= force / L * T;
                             l.free_length *= L;
+                            rescale(l.law, L, force, T);
                           },
-                          [&](TorsionalSpringDamper& l) { l.stiffness *= torque, l.damping *= torque * T; },
+                          [&](TorsionalSpringDamper& l) {
+                            l.stiffness *= torque, l.damping *= torque * T;
+                            rescale(l.law, 1, torque, T);
+                          },
+                          [&](Bushing& l) {
+                            ends(l.at);
+                            l.stiffness = (force / L) * l.stiffness, l.damping = (force / L * T) * l.damping;
+                            l.turn_stiffness *= torque, l.turn_damping *= torque * T;
+                            rescale(l.radial, L, force, T);
+                          },
                           [&](JointFriction& l) { l.force *= force, maybe(l.regularisation, L / T); }},
                load);
   scene.run.duration *= T;
@@ -194,7 +244,8 @@ Scene nudged(Scene scene, double share, int which) {
     std::visit(Overloaded{[&](PlaneContact& c) { c.radius *= 1 - share * draw(); },
                           [&](DiscContact& c) {
                             for (auto& R : c.radii) R *= 1 - share * draw();
-                          }},
+                          },
+                          [&](CamContact& c) { c.base_radius *= 1 - share * draw(); }},
                contact);
   for (auto& s : m.surfaces) {
     if (s.restitution && *s.restitution < 1) near(*s.restitution);
@@ -206,6 +257,7 @@ Scene nudged(Scene scene, double share, int which) {
   for (auto& load : m.loads)
     std::visit(Overloaded{[&](ForceLoad& l) { l.force = (1 + share * draw.either_way(1)) * l.force; },
                           [&](TorqueLoad& l) { near(l.torque); }, [&](JointFriction& l) { near(l.force); },
+                          [&](Bushing& l) { near(l.turn_stiffness), near(l.turn_damping); },
                           [&](auto& l) { near(l.stiffness), near(l.damping); }},
                load);
   return scene;
