@@ -266,6 +266,13 @@ start = "given"
   }
 }
 
+/// Of the bushing of a press on its die (m): k x + m g = K δ^(3/2), x + δ = s, with Hertz's K of a ball on a plane.
+double pressed(double k, double weight, double K, double s) {
+  double x = s;
+  for (int i = 0; i < 50; ++i) x = s - std::pow((k * x + weight) / K, 2.0 / 3);
+  return x;
+}
+
 /// cases/press, ten times slower: the ram lies on its die, and the bushing gives by what the die stands too high.
 void press(Findings& f) {
   auto scene = read_scene(test::source_folder() / "cases/press/scene.toml",
@@ -278,9 +285,15 @@ void press(Findings& f) {
     const auto run = test::simulate(scene, way.family);
     if (run.ending.status != Ending::Status::finished) throw std::runtime_error(run.ending.reason);
     const auto& q = run.final_state.q;
-    f.within(fmt::format("press at 6 rpm, compression of its bushing at the lower dead centre, {}", way.name), "m",
-             q[7] - (q[4] + 0.125 * std::sin(q[5])), 3e-4, 3e-6, "the die stands 0.3 mm above the punch's lowest place",
-             "1500 N dent the die by some 2e-6 m; what bounced has decayed by e^−16");
+    // Two surfaces of one steel: 1/E* = 2 (1 − ν²)/E.
+    const double K = 2.0 / 3 * 2.07e11 / (1 - 0.3 * 0.3) * std::sqrt(0.02);
+    const bool soft = way.family == Family::penalty;
+    f.within(fmt::format("press at 6 rpm, compression of its bushing at the lower dead centre, {}", way.name),
+             "m", q[7] - (q[4] + 0.125 * std::sin(q[5])), soft ? pressed(5e6, 20 * 9.81, K, 3e-4) : 3e-4,
+             1e-7,
+             soft ? "0.3 mm of overlap, less the dent that bushing and weight make by Hertz"
+                  : "the die stands 0.3 mm above the punch's lowest place",
+             "the ram swings at 500/s: what bounced, 1e-5 m, has decayed by e^−16");
   }
 }
 
