@@ -118,7 +118,7 @@ struct SpringLaw {
       }
     std::ranges::sort(list);
     const auto same = [](double a, double b) { return b - a <= 1e-12 * std::max(std::abs(a), std::abs(b)); };
-    list.erase(std::ranges::unique(list, same).begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end(), same), list.end());
     return list;
   }
 
