@@ -155,6 +155,17 @@ double delivered_by(const Scene& scene, const ContactFacts& contact) {
   return delivered_restitution(make_contact_force(scene, contact).chi);
 }
 
+Compliances penalty_compliances(const Scene& scene, const System& system) {
+  Compliances list;
+  for (int k = 0; k < system.contacts(); ++k) {
+    const auto law = make_contact_force(scene, system.contact_facts(k)).elastic;
+    list.push_back({[law](double depth) { return law.force(depth); },
+                    [law](double depth) { return law.slope(depth); },
+                    [law](double depth) { return law.energy(depth); }});
+  }
+  return list;
+}
+
 std::unique_ptr<Formulation> make_penalty(const Scene& scene, const System& system, const State& state) {
   const auto& options = scene.penalty;
   const auto scales = make_scales(scene.mechanism, system, state);

@@ -31,6 +31,7 @@ const std::vector<Members>& all_members() {
       {"laws",
        {"laws.json", "impact_loops.csv", "delivered.csv", "friction.csv", "figures/impact_loops.*",
         "figures/delivered_restitution.*", "figures/friction_laws.*"}},
+      {"modes", {"modes.json", "modes.csv", "equilibrium.csv", "static_forces.csv"}},
       {"drift", {"drift.json", "drift.csv", "figures/drift.*"}},
       {"validate", {"validation.json", "overlay.csv", "figures/overlay.*"}},
       {"validate-study",

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "model/assembly_ipopt.hpp"
+#include "model/equilibrium.hpp"
 #include "model/error.hpp"
 #include "model/mechanism.hpp"
 #include "model/planar.hpp"
@@ -208,6 +209,25 @@ bool leaves_velocities_open(const Mechanism& m) {
   return std::ranges::all_of(m.bodies, rests) && std::ranges::any_of(m.drives, turns);
 }
 
+/// To the equilibrium that descent from s comes to, at rest.
+void settle(const Mechanism& m, const System& system, const Compliances& elastic, State& s,
+            std::string* assumed, const StopToken& stop) {
+  for (const auto& b : m.bodies)
+    if (!b.velocity.is_zero() || b.angular_velocity != 0)
+      throw ModelError("bodies." + b.name + (b.velocity.is_zero() ? ".angular_velocity" : ".velocity"),
+                       "run.start = \"equilibrium\" begins at rest; leave it out, or use \"assembled\"");
+  const auto found = find_equilibrium(m, system, s.q, elastic, stop);
+  s = found.state;
+  const bool turns = leaves_velocities_open(m);
+  if (assumed)
+    *assumed = fmt::format(
+        "equilibrium, {}{}{}", describe(found),
+        system.contacts() > 0
+            ? fmt::format("; {} of {} contacts bear a force", found.pressed.size(), system.contacts())
+            : "",
+        turns ? "; found with all drives held at their initial angles, from which they turn" : "");
+}
+
 /// Velocities of the ideal mechanism at the position nearest to s, which stands in a loose one; false: there is none.
 bool move_ideally(const Mechanism& loose, State& s, const StopToken& stop) {
   const System ideal(idealised(loose));
@@ -226,6 +246,11 @@ bool move_ideally(const Mechanism& loose, State& s, const StopToken& stop) {
 
 State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed,
                const StopToken& stop) {
+  return assemble(mechanism, start, assumed, stop, {});
+}
+
+State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed,
+               const StopToken& stop, const Compliances& elastic) {
   if (assumed) assumed->clear();
   const System system(start == RunOptions::Start::ideal ? idealised(mechanism) : mechanism);
   State s = given_state(mechanism);
@@ -255,17 +280,19 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
     assemble_positions(mechanism, system, s, stop);
   }
   // Where no joint is loose the rows alone say how it moves.
-  if (start == RunOptions::Start::assembled && leaves_velocities_open(mechanism) &&
+  const bool rests = start == RunOptions::Start::equilibrium;
+  if (rests) settle(mechanism, system, elastic, s, assumed, stop);
+  if ((start == RunOptions::Start::assembled || rests) && leaves_velocities_open(mechanism) &&
       System(idealised(mechanism)).rows() > system.rows()) {
     const bool moves = move_ideally(mechanism, s, stop);
-    if (assumed)
+    if (assumed && !rests)
       *assumed = moves ? "no body gives a velocity: all start as the ideal mechanism moves"
                        : "no body gives a velocity, and with ideal joints the mechanism cannot move: what no "
                          "drive turns starts at rest";
   }
   if (stop()) throw Interrupted();
   assemble_velocities(mechanism, system, s);
-  s.z.assign(system.states(), 0);
+  if (!rests) s.z.assign(system.states(), 0);
   return s;
 }
 

@@ -41,7 +41,10 @@ struct SpringDamper {
     using std::sqrt;
     const auto a = m.arms(link);
     const T length = sqrt(dot(a.d, a.d));
-    if (!(length > 0)) return;
+    if (!(length > 0)) {  // no direction; a spring without free length needs none, and its derivative stays
+      if (free_length == 0) out.pull(link, a, Vec2Of<T>{-stiffness * a.d.x(), -stiffness * a.d.y()});
+      return;
+    }
     const Vec2Of<T> along{a.d.x() / length, a.d.y() / length};
     const T speed = dot(along, m.relative_velocity(link, a));
     const T force = stiffness * (length - free_length) + damping * speed;
