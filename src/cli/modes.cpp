@@ -103,8 +103,14 @@ void print_mode(const Scene& scene, std::size_t number, const Mode& m, double le
 }
 
 /// What the linearised motion leaves out of this scene.
-std::vector<std::string> left_out(const Scene& scene, const System& system) {
+std::vector<std::string> left_out(const Scene& scene, const System& system, const Equilibrium& at) {
   std::vector<std::string> list;
+  for (int k = 0; k < system.phases(); ++k) {
+    const double angle = system.phase(k, at.state.q.data(), at.state.v.data()).value;
+    if (system.piece(k, angle, true).low != system.piece(k, angle, false).low)
+      list.emplace_back(
+          "a torque table's other side: its angle stands at a kink, where the stiffness differs");
+  }
   bool friction = system.frictions() > 0, film = false, turns = false;
   for (int k = 0; k < system.contacts(); ++k) {
     friction |= system.has_friction(k);
@@ -139,7 +145,7 @@ void print(const Scene& scene, const System& system, const ModesRequest& request
                        request.formulation, found.modes.length)));
   for (std::size_t i = 0; i < found.modes.modes.size(); ++i)
     print_mode(scene, i + 1, found.modes.modes[i], found.modes.length);
-  const auto out = left_out(scene, system);
+  const auto out = left_out(scene, system, found.at);
   if (!out.empty()) fmt::print("\nleft out:\n");
   for (const auto& what : out) fmt::print("{}", wrapped("  " + what + "\n", 4));
 }

@@ -40,8 +40,8 @@ class Descent {
     root_ = weights_.cwiseSqrt();
   }
 
-  /// Down to where nothing is left; `radius` of the first step (m).
-  Place settle(VectorXd q, double radius);
+  /// Down to where nothing is left but `share` of the forces; `radius` of the first step (m).
+  Place settle(VectorXd q, double radius, double share = 1e-12);
   int steps = 0;
 
  private:
@@ -128,7 +128,7 @@ void Descent::refuse_stuck(const Place& p, const Linearised& l) const {
                      s_.system().is_angle(static_cast<int>(worst)) ? "N m" : "N"));
 }
 
-Place Descent::settle(VectorXd q, double radius) {
+Place Descent::settle(VectorXd q, double radius, double share) {
   constexpr int most = 12000;
   if (auto closed = close(q)) q = *closed;
   Place now = place(q);
@@ -139,12 +139,12 @@ Place Descent::settle(VectorXd q, double radius) {
     const MatrixXd K = l.settled();
     const MatrixXd Z = null_space(now.at.C, weights_);
     if (Z.cols() == 0) return now;
-    const auto h = curvatures(0.5 * (K + K.transpose()), Z);
+    const auto h = curvatures(0.5 * (K + K.transpose()), Z, weights_);
     // What pushes along each direction, and what of it may be rounding: of forces, and of places under stiff springs.
     const VectorXd push = h.direction.transpose() * now.left.cwiseProduct(root_);
     const VectorXd sizes = s_.sizes(now.at, now.mu);
     const VectorXd rounding = h.direction.cwiseAbs().transpose() *
-                              (1e-12 * sizes + 1e-15 * (sizes.cwiseQuotient(root_).sum() * root_ +
+                              (share * sizes + 1e-15 * (sizes.cwiseQuotient(root_).sum() * root_ +
                                                         K.cwiseAbs() * now.at.q.cwiseAbs()));
     VectorXd whole(push.size());  // the Newton step, negative curvatures turned
     bool arrived = true;
@@ -156,7 +156,7 @@ Place Descent::settle(VectorXd q, double radius) {
     }
     if (arrived || whole.norm() < 1e-15 * reach_) {
       // To rounding: Newton's steps where there is curvature, as long as they bring less.
-      if (polished++ >= 3) return now;
+      if (share > 1e-9 || polished++ >= 3) return now;
       VectorXd step = VectorXd::Zero(q.size());
       for (int d = 0; d < push.size(); ++d)
         if (h.value[d] > h.doubt[d]) step += push[d] / h.value[d] * h.direction.col(d);
@@ -183,9 +183,9 @@ Place Descent::settle(VectorXd q, double radius) {
         s[d] = whole[d] == 0 ? 0 : push[d] / (std::abs(h.value[d]) + high);
     }
     VectorXd step = h.direction * s;
-    const double share = allowed(step);
-    step *= share;
-    s *= share;
+    const double whole_way = allowed(step);
+    step *= whole_way;
+    s *= whole_way;
     const double length = s.norm();
     const double promised = push.dot(s) - 0.5 * s.cwiseAbs2().dot(h.value);
     const auto closed = close(now.at.q + step);
@@ -214,14 +214,18 @@ Place Descent::settle(VectorXd q, double radius) {
   refuse_stuck(now, s_.linearise(now.at, now.mu));
 }
 
-/// What makes a rigid contact yield by a thousandth of its clearance under all forces together.
-Compliances soft(const System& system, const VectorXd& sizes) {
+/// What makes rigid contacts yield by `depth` of their clearance under all forces together.
+Compliances soft(const System& system, const VectorXd& sizes, double depth) {
   double all = 0;
   for (int i = 0; i < sizes.size(); ++i)
     if (!system.is_angle(i)) all += sizes[i];
   Compliances list(system.contacts());
   for (int k = 0; k < system.contacts(); ++k) {
-    const double stiffness = (all > 0 ? all : 1) / (1e-3 * system.contact_facts(k).clearance);
+    // Walls and discs have a scale of a thousandth of their size for a clearance.
+    const auto& facts = system.contact_facts(k);
+    const double give =
+        std::min(depth, 0.3) * facts.clearance * (facts.has_clearance ? 1 : std::max(1.0, depth));
+    const double stiffness = (all > 0 ? all : 1) / give;
     list[k] = {[stiffness](double d) { return stiffness * d; }, [stiffness](double) { return stiffness; },
                [stiffness](double d) { return 0.5 * stiffness * d * d; }};
   }
@@ -233,7 +237,17 @@ Place settle_rigid(const Mechanism& mechanism, Statics& s, const VectorXd& q, co
                    int& steps) {
   const auto& system = s.system();
   Descent descent(mechanism, s, q, stop);
-  Place now = descent.settle(q, 0.1 * s.length());
+  AtRest at;
+  s.look(q, at);
+  const VectorXd sizes = s.sizes(at, VectorXd::Zero(at.C.rows()));
+  VectorXd from = q;
+  if (system.contacts() > 0)
+    for (const double depth : {100.0, 10.0, 1.0, 0.1, 0.01}) {
+      s.yield_by(soft(system, sizes, depth));
+      from = descent.settle(from, 0.1 * s.length(), 1e-6).at.q;
+    }
+  s.yield_by(soft(system, sizes, 1e-3));
+  Place now = descent.settle(from, 0.1 * s.length());
   const auto close = [&](int k) { s.closed.insert(std::ranges::lower_bound(s.closed, k), k); };
   for (int k = 0; k < system.contacts(); ++k)
     if (now.at.elastic[k] > 0) close(k);
@@ -242,8 +256,7 @@ Place settle_rigid(const Mechanism& mechanism, Statics& s, const VectorXd& q, co
     now = descent.settle(now.at.q, 0.01 * s.length());
     // The one that pulls most lets go; whatever lies in another is held.
     int pulls = -1;
-    const VectorXd sizes = s.sizes(now.at, now.mu);
-    double most = 1e-11 * sizes.maxCoeff();
+    double most = 1e-11 * s.sizes(now.at, now.mu).maxCoeff();
     for (std::size_t i = 0; i < s.closed.size(); ++i)
       if (now.mu[system.rows() + static_cast<int>(i)] > most) {
         pulls = static_cast<int>(i);
@@ -279,12 +292,13 @@ MatrixXd null_space(const MatrixXd& C, const VectorXd& weights) {
   return back.asDiagonal() * Q.rightCols(Q.cols() - qr.rank());
 }
 
-Curvatures curvatures(const MatrixXd& K, const MatrixXd& Z) {
+Curvatures curvatures(const MatrixXd& K, const MatrixXd& Z, const VectorXd& weights) {
   const MatrixXd H = Z.transpose() * K * Z;
   const Eigen::SelfAdjointEigenSolver<MatrixXd> apart(0.5 * (H + H.transpose()));
   Curvatures c{apart.eigenvalues(), {}, Z * apart.eigenvectors()};
-  const double all = c.value.size() > 0 ? c.value.cwiseAbs().maxCoeff() : 0;
   const MatrixXd size = K.cwiseAbs();
+  const VectorXd back = weights.cwiseSqrt().cwiseInverse();
+  const double all = K.size() > 0 ? (back.asDiagonal() * size * back.asDiagonal()).maxCoeff() : 0;
   c.doubt.resize(c.value.size());
   for (int d = 0; d < c.value.size(); ++d) {
     const VectorXd x = c.direction.col(d).cwiseAbs();
@@ -298,10 +312,7 @@ Equilibrium find_equilibrium(const Mechanism& mechanism, const System& system, c
   const VectorXd start = Eigen::Map<const VectorXd>(q.data(), static_cast<Eigen::Index>(q.size()));
   Equilibrium found;
   // Rigid first; elastic contacts go on from there, so that both find the same place.
-  Statics bare(system);
-  AtRest at;
-  bare.look(start, at);
-  Statics guarded(system, soft(system, bare.sizes(at, VectorXd::Zero(at.C.rows()))));
+  Statics guarded(system);
   Place place = settle_rigid(mechanism, guarded, start, stop, found.steps);
   Statics yielding(system, elastic);
   Statics* s = &guarded;
@@ -329,7 +340,7 @@ Equilibrium find_equilibrium(const Mechanism& mechanism, const System& system, c
     if (system.is_angle(i)) weights[i] = s->length() * s->length();
   const MatrixXd K = s->linearise(place.at, place.mu).settled(), Z = null_space(place.at.C, weights);
   const MatrixXd H = Z.transpose() * K * Z;
-  const auto h = curvatures(0.5 * (K + K.transpose()), Z);
+  const auto h = curvatures(0.5 * (K + K.transpose()), Z, weights);
   if (H.size() > 0 && (H - H.transpose()).cwiseAbs().maxCoeff() > 1e-6 * h.value.cwiseAbs().maxCoeff())
     refuse(
         "the forces have no potential there, their work depends on the way: descent does not say where it rests");

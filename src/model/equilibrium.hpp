@@ -7,8 +7,9 @@
 // the null space, its negative curvatures turned (s = −(|H| + μ)⁻¹ Zᵀ∇U), within a trust region (Conn, Gould and Toint,
 // Trust-Region Methods, 2000, ch. 7). U itself is never asked for: a step climbs by −∫ f·dq along its chord, which new
 // elements need no potential for and which loses nothing to cancellation.
-// Rigid contacts yield first, by a thousandth of their clearance under all forces together; those that press are then
-// held closed, those that would pull let go, until none does (an active set).
+// Rigid contacts yield first, less and less: a step that meets a wall which is not there yet would else be cut to nothing.
+// Those that press in the end, where all forces together push them in by a thousandth of their clearance, are then held
+// closed, those that would pull let go, until none does (an active set).
 //
 // Stable: H is positive definite (Lagrange and Dirichlet). Friction is left out: the place is one that normal forces alone
 // hold. Prescribed angles stand at their initial values.
@@ -55,11 +56,11 @@ std::string describe(const Equilibrium& at);
 /// The null space of rows C in the metric Σ w_i dq_i²: a basis with ZᵀWZ = 1.
 Eigen::MatrixXd null_space(const Eigen::MatrixXd& C, const Eigen::VectorXd& weights);
 
-/// H = ZᵀKZ apart into its values, with what each may be off by rounding and cancellation.
+/// H = ZᵀKZ apart into its values, with what each may be off by rounding and cancellation; `weights` as in null_space().
 struct Curvatures {
   Eigen::VectorXd value, doubt;
   Eigen::MatrixXd direction;  ///< columns, in coordinates
 };
-Curvatures curvatures(const Eigen::MatrixXd& K, const Eigen::MatrixXd& Z);
+Curvatures curvatures(const Eigen::MatrixXd& K, const Eigen::MatrixXd& Z, const Eigen::VectorXd& weights);
 
 }  // namespace freeplay

@@ -69,7 +69,7 @@ Modes find_modes(const System& system, const Equilibrium& e, const Compliances& 
   const bool symmetric =
       n == 0 || (K - K.transpose()).cwiseAbs().maxCoeff() <= 1e-9 * K.cwiseAbs().maxCoeff();
   if (states == 0 && symmetric && (n == 0 || D.isZero(0))) {
-    const auto h = curvatures(0.5 * (l.K + l.K.transpose()), Z);
+    const auto h = curvatures(0.5 * (l.K + l.K.transpose()), Z, masses(system));
     for (int d = 0; d < n; ++d) {
       const bool nothing = std::abs(h.value[d]) <= h.doubt[d];
       const double size = std::sqrt(std::abs(h.value[d]));

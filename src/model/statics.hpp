@@ -47,6 +47,9 @@ class Statics {
   /// Contacts that are held closed, ascending.
   std::vector<int> closed;
 
+  /// Contacts yield otherwise from now on.
+  void yield_by(Compliances elastic) { elastic_ = std::move(elastic); }
+
   /// Throws ModelError where a first-order state has no stationary value.
   void look(const Eigen::VectorXd& q, AtRest& at);
   Linearised linearise(const AtRest& at, const Eigen::VectorXd& mu);
