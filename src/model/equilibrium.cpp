@@ -293,6 +293,7 @@ MatrixXd null_space(const MatrixXd& C, const VectorXd& weights) {
 }
 
 Curvatures curvatures(const MatrixXd& K, const MatrixXd& Z, const VectorXd& weights) {
+  if (Z.cols() == 0) return {VectorXd(0), VectorXd(0), Z};
   const MatrixXd H = Z.transpose() * K * Z;
   const Eigen::SelfAdjointEigenSolver<MatrixXd> apart(0.5 * (H + H.transpose()));
   Curvatures c{apart.eigenvalues(), {}, Z * apart.eigenvectors()};
@@ -372,14 +373,16 @@ Forces static_forces(const System& system, const Equilibrium& at) {
 }
 
 std::string describe(const Equilibrium& at) {
-  const auto motions = [](int n) { return fmt::format("{} motion{}", n, n == 1 ? "" : "s"); };
+  const auto motions = [&](int n) {
+    return fmt::format("{} of {} motion{}", n, at.freedoms, at.freedoms == 1 ? "" : "s");
+  };
   switch (at.kind) {
     case Equilibrium::Kind::stable:
       return at.freedoms == 0 ? "stable: nothing can move" : "stable";
     case Equilibrium::Kind::marginal:
-      return fmt::format("marginal: {} of {} meet no stiffness", motions(at.indifferent), at.freedoms);
+      return fmt::format("marginal: {} without stiffness", motions(at.indifferent));
     default:
-      return fmt::format("unstable: {} of {} run away", motions(at.runaway), at.freedoms);
+      return fmt::format("unstable: {} without return", motions(at.runaway));
   }
 }
 
