@@ -1,8 +1,8 @@
 // Places of rest at the edges: what is refused and with which words, mirrored and tiny scenes, held drives, the verb.
 #include <catch2/catch.hpp>
 
-#include <cmath>
 #include <fmt/format.h>
+#include <cmath>
 #include <fstream>
 
 #include "facade/simulation.hpp"
@@ -30,11 +30,12 @@ State begin(const std::string& text, std::string* assumed = nullptr) {
 /// Disc in a ring on a spring, all lengths by `length`, mirrored at the vertical by `side`.
 Modes ring(double length, int side, Family family) {
   const auto scene = parse_scene(
-      fmt::format("gravity = [{}, {}]\n[bodies.a]\nmass = 1e-3\ninertia = {}\n[joints.pin]\ntype = \"revolute\"\n"
-                  "between = [\"ground\", \"a\"]\nat = [[0, 0], [{}, {}]]\nclearance = {}\nbearing_radius = {}\n"
-                  "surface = \"s\"\n[surfaces.s]\nyoung = 2e11\npoisson = 0.3\nrestitution = 0.5\n{}",
-                  side * 2 * length, -10 * length, 1e-3 * length * length, -side * 0.8 * length, 0.6 * length,
-                  0.01 * length, 0.2 * length, run),
+      fmt::format(
+          "gravity = [{}, {}]\n[bodies.a]\nmass = 1e-3\ninertia = {}\n[joints.pin]\ntype = \"revolute\"\n"
+          "between = [\"ground\", \"a\"]\nat = [[0, 0], [{}, {}]]\nclearance = {}\nbearing_radius = {}\n"
+          "surface = \"s\"\n[surfaces.s]\nyoung = 2e11\npoisson = 0.3\nrestitution = 0.5\n{}",
+          side * 2 * length, -10 * length, 1e-3 * length * length, -side * 0.8 * length, 0.6 * length,
+          0.01 * length, 0.2 * length, run),
       "test");
   const System system(scene.mechanism);
   const auto elastic = compliances(family, scene, system);
@@ -70,9 +71,10 @@ TEST_CASE("a drive holds its joint at the initial angle and turns from there", "
 }
 
 TEST_CASE("a spring without free length holds at length zero too", "[equilibrium]") {
-  const auto scene = parse_scene(std::string(body) + "position = [0.4, 0]\n[loads.s]\ntype = \"spring-damper\"\n" +
-                                     "between = [\"ground\", \"a\"]\nstiffness = 8\n" + run,
-                                 "test");
+  const auto scene =
+      parse_scene(std::string(body) + "position = [0.4, 0]\n[loads.s]\ntype = \"spring-damper\"\n" +
+                      "between = [\"ground\", \"a\"]\nstiffness = 8\n" + run,
+                  "test");
   const System system(scene.mechanism);
   const auto from = assemble(scene.mechanism, RunOptions::Start::assembled);
   const auto at = find_equilibrium(scene.mechanism, system, from.q, {});
@@ -84,7 +86,8 @@ TEST_CASE("a spring without free length holds at length zero too", "[equilibrium
   CHECK(std::abs(modes[2].s) == Approx(2));
 }
 
-TEST_CASE("small motions are those of the mirrored scene, and of one of a millionth's size", "[equilibrium]") {
+TEST_CASE("small motions are those of the mirrored scene, and of one of a millionth's size",
+          "[equilibrium]") {
   const auto plain = ring(1, 1, Family::nonsmooth).modes;
   REQUIRE(plain.size() == 2);
   for (const auto& other : {ring(1, -1, Family::nonsmooth).modes, ring(1e-6, 1, Family::nonsmooth).modes}) {
@@ -100,8 +103,10 @@ TEST_CASE("small motions are those of the mirrored scene, and of one of a millio
 TEST_CASE("the verb prints within 80 columns and writes what it found", "[equilibrium]") {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "scene.toml";
-  std::ofstream(file) << "gravity = [0, -9.81]\n" << body << "position = [0.3, 0]\n"
-                      << pivot << "at = [[0, 0], [-0.3, 0]]\n" << run;
+  std::ofstream(file) << "gravity = [0, -9.81]\n"
+                      << body << "position = [0.3, 0]\n"
+                      << pivot << "at = [[0, 0], [-0.3, 0]]\n"
+                      << run;
   const auto out = test::freeplay("modes " + file.string() + " -o " + (folder.path() / "o").string());
   CHECK(out.status == 0);
   CHECK_THAT(out.out, Contains("equilibrium, stable"));
