@@ -104,7 +104,8 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
         double mean = 0.5 * (v_old_[c] + v_[c]);
         if (i >= 10 && sweeps) mean = 0.5 * (mean + v_mean_[c]);  // a pulse may throw it to and fro
         change = std::max(change, std::abs(v_[c] - v_trial_[c]));
-        size = std::max(size, std::abs(mean));
+        // At rest rates are the rounding of forces that balance.
+        size = std::max({size, std::abs(mean), 0.01 * h * std::abs(e_.force[c]) / system_.mass()[c]});
         v_mean_[c] = mean;
       }
       if (i > 0 && change <= 1e-12 * size) break;
