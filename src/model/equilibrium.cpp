@@ -108,7 +108,7 @@ void Descent::refuse_endless(const VectorXd& q) const {
   const VectorXd gone = q - from_;
   for (int i = 0; i < gone.size(); ++i) {
     const bool angle = s_.system().is_angle(i);
-    if (std::abs(gone[i]) < (angle ? 1e4 : 1e5 * reach_)) continue;
+    if (std::abs(gone[i]) < (angle ? 1e3 : 1e5 * reach_)) continue;
     const auto& body = mechanism_.bodies[planar::body_of(i)].name;
     refuse(fmt::format("bodies.{} {} for ever ({} {}{:.3g} {} so far); nothing holds it", body,
                        angle ? "turns" : "moves", planar::name(i), gone[i] < 0 ? "" : "+", gone[i],
@@ -120,6 +120,12 @@ void Descent::refuse_stuck(const Place& p, const Linearised& l) const {
   const MatrixXd Z = null_space(p.at.C, weights_), H = Z.transpose() * l.settled() * Z;
   if ((H - H.transpose()).norm() > 1e-6 * H.norm())
     refuse("the forces have no potential, their work depends on the way");
+  const VectorXd gone = p.at.q - from_;
+  for (int i = 0; i < gone.size(); ++i)
+    if (s_.system().is_angle(i) && std::abs(gone[i]) > 100)
+      refuse(fmt::format(
+          "after {} steps bodies.{} still turns (theta {:+.3g} rad so far); something drives it round", steps,
+          mechanism_.bodies[planar::body_of(i)].name, gone[i]));
   Eigen::Index worst = 0;
   p.left.cwiseAbs().maxCoeff(&worst);
   refuse(fmt::format("none found in {} steps: bodies.{} is still pushed along {} by {:.3g} {}", steps,
@@ -129,7 +135,7 @@ void Descent::refuse_stuck(const Place& p, const Linearised& l) const {
 }
 
 Place Descent::settle(VectorXd q, double radius, double share) {
-  constexpr int most = 12000;
+  constexpr int most = 4000;
   if (auto closed = close(q)) q = *closed;
   Place now = place(q);
   int polished = 0;

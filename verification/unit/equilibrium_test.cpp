@@ -11,6 +11,7 @@
 #include "model/modes.hpp"
 #include "model/scene.hpp"
 #include "model/system.hpp"
+#include "verification/strangers/strangers.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
@@ -114,4 +115,67 @@ TEST_CASE("the verb prints within 80 columns and writes what it found", "[equili
     CHECK(std::filesystem::exists(folder.path() / "o" / name));
   CHECK(test::freeplay("modes " + file.string() + " --about nothing").status == 2);
   CHECK(test::freeplay("modes " + file.string() + " --set gravity=[0,0] --about start").status == 0);
+}
+
+TEST_CASE("scenes that nobody designed rest in balance or are refused in words", "[equilibrium]") {
+  int rest = 0;
+  for (int index = 0; index < 60; ++index) {
+    const auto stranger = verification::strangers::draw(11, index);
+    auto scene = parse_scene(stranger.text, "stranger");
+    scene.run.start = RunOptions::Start::equilibrium;
+    for (auto& b : scene.mechanism.bodies) {
+      b.velocity = {0, 0};
+      b.angular_velocity = 0;
+    }
+    const System system(scene.mechanism);
+    if (system.n() > 40 || system.drive_rows() > 0) continue;
+    INFO(stranger.text);
+    for (const auto family : {Family::nonsmooth, Family::penalty}) {
+      Equilibrium at;
+      try {
+        const auto elastic = compliances(family, scene, system);
+        const auto from = assemble(scene.mechanism, RunOptions::Start::assembled);
+        at = find_equilibrium(scene.mechanism, system, from.q, elastic);
+      } catch (const ModelError& e) {
+        CHECK(!e.message.empty());
+        continue;
+      }
+      ++rest;
+      // Newton's law of every body, from the elements' forces alone.
+      const auto forces = static_forces(system, at);
+      std::vector<double> sum(system.n()), size(system.n());
+      for (int i = 0; i < system.n(); ++i)
+        if (i % 3 < 2) {
+          const auto& g = scene.mechanism.gravity;
+          sum[i] = size[i] = system.mass()[i] * (i % 3 == 0 ? g.x() : g.y());
+          size[i] = std::abs(size[i]);
+        }
+      double all = 0;
+      for (std::size_t e = 0; e < forces.elements.size(); ++e)
+        for (const int end : {0, 1}) {
+          const int b = system.force_elements()[e].bodies[end];
+          if (b == ground) continue;
+          const auto& f = forces.elements[e];
+          const double sign = end == 0 ? -1 : 1;
+          sum[3 * b] += sign * f.fx;
+          sum[3 * b + 1] += sign * f.fy;
+          size[3 * b] += std::abs(f.fx);
+          size[3 * b + 1] += std::abs(f.fy);
+        }
+      for (const double x : size) all = std::max(all, x);
+      // Where all springs are slack and all torques nought: what the rounding of a place is to the stiffest.
+      double far = 0, stiffest = 0;
+      for (const double x : at.state.q) far = std::max(far, std::abs(x));
+      for (const auto& load : scene.mechanism.loads)
+        if (const auto* spring = std::get_if<SpringDamper>(&load))
+          stiffest = std::max(stiffest, spring->stiffness);
+      for (const auto& drive : scene.mechanism.drives)
+        if (const auto* torque = std::get_if<TorqueDrive>(&drive))
+          for (const auto& point : torque->table) stiffest = std::max(stiffest, std::abs(point.second));
+      for (int i = 0; i < system.n(); ++i)
+        if (i % 3 < 2) CHECK(std::abs(sum[i]) <= 1e-7 * all + 1e-13 * stiffest * far);
+      for (int k = 0; k < system.contacts(); ++k) CHECK(at.normal[k] >= 0);
+    }
+  }
+  CHECK(rest > 10);
 }
