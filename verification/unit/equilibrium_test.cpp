@@ -19,9 +19,9 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-constexpr const char* run = "[run]\nduration = 0.1\nstart = \"equilibrium\"\n";
-constexpr const char* body = "[bodies.a]\nmass = 2\ninertia = 0.5\n";
-constexpr const char* pivot = "[joints.pivot]\ntype = \"revolute\"\nbetween = [\"ground\", \"a\"]\n";
+const std::string run = "[run]\nduration = 0.1\nstart = \"equilibrium\"\n";
+const std::string body = "[bodies.a]\nmass = 2\ninertia = 0.5\n";
+const std::string pivot = "[joints.pivot]\ntype = \"revolute\"\nbetween = [\"ground\", \"a\"]\n";
 
 State begin(const std::string& text, std::string* assumed = nullptr) {
   const auto scene = parse_scene(text + run, "test");
@@ -49,21 +49,21 @@ Modes ring(double length, int side, Family family) {
 TEST_CASE("where there is no place of rest it is said why", "[equilibrium]") {
   const std::string weight = "gravity = [0, -9.81]\n";
   CHECK_THROWS_WITH(begin(weight + body), Contains("no equilibrium") && Contains("bodies.a moves for ever"));
-  CHECK_THROWS_WITH(begin(std::string(body) + pivot + "[drives.m]\njoint = \"pivot\"\ntorque = 1\n"),
+  CHECK_THROWS_WITH(begin(body + pivot + "[drives.m]\njoint = \"pivot\"\ntorque = 1\n"),
                     Contains("bodies.a turns for ever"));
-  CHECK_THROWS_WITH(begin(std::string(body) + "velocity = [1, 0]\n" + pivot), Contains("begins at rest"));
+  CHECK_THROWS_WITH(begin(body + "velocity = [1, 0]\n" + pivot), Contains("begins at rest"));
 }
 
 TEST_CASE("what nothing holds rests where it stands and is called marginal", "[equilibrium]") {
   std::string assumed;
-  const auto s = begin(std::string(body) + "position = [3, 4]\nangle = 0.5\n", &assumed);
+  const auto s = begin(body + "position = [3, 4]\nangle = 0.5\n", &assumed);
   CHECK(s.q == std::vector<double>{3, 4, 0.5});
   CHECK_THAT(assumed, Contains("marginal: 3 of 3 motions without stiffness"));
 }
 
 TEST_CASE("a drive holds its joint at the initial angle and turns from there", "[equilibrium]") {
   std::string assumed;
-  const auto s = begin("gravity = [0, -9.81]\n" + std::string(body) + "angle = 0.7\n" + pivot +
+  const auto s = begin("gravity = [0, -9.81]\n" + body + "angle = 0.7\n" + pivot +
                            "[drives.m]\njoint = \"pivot\"\nspeed = 5\n",
                        &assumed);
   CHECK(s.q[2] == Approx(0.7));
@@ -72,10 +72,9 @@ TEST_CASE("a drive holds its joint at the initial angle and turns from there", "
 }
 
 TEST_CASE("a spring without free length holds at length zero too", "[equilibrium]") {
-  const auto scene =
-      parse_scene(std::string(body) + "position = [0.4, 0]\n[loads.s]\ntype = \"spring-damper\"\n" +
-                      "between = [\"ground\", \"a\"]\nstiffness = 8\n" + run,
-                  "test");
+  const auto scene = parse_scene(body + "position = [0.4, 0]\n[loads.s]\ntype = \"spring-damper\"\n" +
+                                     "between = [\"ground\", \"a\"]\nstiffness = 8\n" + run,
+                                 "test");
   const System system(scene.mechanism);
   const auto from = assemble(scene.mechanism, RunOptions::Start::assembled);
   const auto at = find_equilibrium(scene.mechanism, system, from.q, {});
