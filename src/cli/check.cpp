@@ -1,11 +1,16 @@
 #include <fmt/format.h>
 
+#include "cli/assembly_report.hpp"
+#include "cli/default_folder.hpp"
 #include "cli/questions.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "formulations/make.hpp"
 #include "io/located.hpp"
 #include "io/output_estimate.hpp"
+#include "io/pose_file.hpp"
+#include "io/quantity.hpp"
+#include "io/result_set.hpp"
 #include "io/schema.hpp"
 #include "model/assembly.hpp"
 #include "model/magnitude.hpp"
@@ -13,6 +18,7 @@
 #include "model/scene.hpp"
 #include "model/system.hpp"
 #include "numerics/saddle_point.hpp"
+#include "plots/figure.hpp"
 
 namespace freeplay::cli {
 
@@ -107,11 +113,29 @@ struct CheckRequest : Request {
   bool why = false;     ///< reasons of what is left out
   bool keys = false;    ///< list the keys of all scenes instead
   bool bounds = false;  ///< list the bounds of their numbers instead
+  bool units = false;   ///< list the units that they may be given with instead
+  std::string output;   ///< folder for the figure of the pose
 };
+
+/// Every unit that a number may be given with, likewise.
+int list_units() {
+  for (const auto& u : named_units()) fmt::print("{}", row_of(u));
+  return 0;
+}
+
+void draw_pose(const Scene& scene, const State& start, const std::string& output) {
+  const auto folder = result_folder(output, output);
+  ResultSet set(folder, "check");
+  write_pose(scene, start, set.place());
+  set.commit();
+  fmt::print("\nfigures:\n");
+  for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
+}
 
 int check(const CheckRequest& request) {
   if (request.keys) return list_keys();
   if (request.bounds) return list_bounds();
+  if (request.units) return list_units();
   if (request.scene.empty()) throw SceneError("scene is required");
   const Scene scene = read_scene(request.scene, request.overrides);
   ask(scene);
@@ -150,6 +174,7 @@ int check(const CheckRequest& request) {
     line("", fmt::format("and events.csv, {:.0f} bytes an event; how many is not known before",
                          output.event_bytes));
   if (!assumed.empty()) line("start", assumed);
+  for (const auto& [what, said] : assembly_report(scene.mechanism, start)) line(what.c_str(), said);
 
   for (int k = 0; k < system.contacts(); ++k) {
     const auto& facts = system.contact_facts(k);
@@ -179,6 +204,7 @@ int check(const CheckRequest& request) {
       fmt::print("{}", wrapped(fmt::format("  {:<10} not available: {}\n", name, e.what()), 13));
     }
   }
+  if (!request.output.empty()) draw_pose(scene, start, request.output);
   return available > 0 ? 0 : 1;
 }
 
@@ -193,6 +219,8 @@ void check_verb(Program& program) {
                "say what each element costs, and why things are eliminated or left out");
   options.flag("--keys", request.keys, "list every key that a scene may hold instead");
   options.flag("--bounds", request.bounds, "list what a number of each unit may amount to instead");
+  options.flag("--units", request.units, "list every unit that a number may be given with instead");
+  options.output(request.output, "folder for a figure of the assembled pose; default: none is drawn");
 }
 
 }  // namespace freeplay::cli

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "model/body.hpp"
+#include "model/configuration.hpp"
 #include "model/elements/torque_drive.hpp"
 #include "model/keys.hpp"
 #include "values/vec2.hpp"
@@ -98,8 +100,11 @@ class KeysList {
     add({"between", "", meaning}, "names", "required");
   }
   void ends(std::string_view meaning, std::array<Vec2, 2>&) {
-    add({"at", "m", meaning}, "points", "[[0, 0], [0, 0]]");
+    add({"at", "m", meaning}, "points or names", "[[0, 0], [0, 0]]");
   }
+  void points(const Key& key, std::string_view, std::vector<NamedPoint>&) { add(key, "table", "–"); }
+  void point_of(const Key& key, int, Vec2& at) { add(key, "point or name", shown(at)); }
+  void angles(const Key& key, std::vector<JointAngle>&) { add(key, "names", "–"); }
   void axis(std::string_view meaning, Vec2&) { add({"axis", "", meaning}, "point", "[1, 0]"); }
   void radii(const Key& key, std::array<double, 2>&) { add(key, "point", "required"); }
   void body(const Key& key, int&) { add(key, "text", "required"); }

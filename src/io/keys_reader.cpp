@@ -16,7 +16,7 @@ const auto own_name = [](const auto& item) { return item.name; };
 
 /// "there is no WHAT "name"", and which there are.
 template <class Range, class Name>
-std::string unknown(const char* what, const std::string& name, const Range& range, Name name_of_item,
+std::string unknown(const std::string& what, const std::string& name, const Range& range, Name name_of_item,
                     std::vector<std::string> names = {}) {
   for (const auto& item : range) names.push_back(name_of_item(item));
   return fmt::format("there is no {} {}{}", what, toml_quoted(name), listed("there is:", names));
@@ -31,8 +31,8 @@ void KeysReader::one_of(const Key& a, const Key& b) const {
 }
 
 void KeysReader::table(const Key& constant, const Key& points, TorqueDrive::Table& table) {
-  if (s_.has(constant.name)) return void(table.emplace_back(0.0, s_.number(constant.name, any_number)));
-  for (const auto& p : s_.points(points.name)) {
+  if (s_.has(constant.name)) return void(table.emplace_back(0.0, s_.number(constant, any_number)));
+  for (const auto& p : s_.points(points)) {
     if (!table.empty() && p.x() <= table.back().first)
       s_.fail(points.name,
               fmt::format("must increase in its first column; {} follows {}", p.x(), table.back().first));
@@ -40,15 +40,21 @@ void KeysReader::table(const Key& constant, const Key& points, TorqueDrive::Tabl
   }
 }
 
+/// In turns, where the length is; with a unit of its own always a time.
+void KeysReader::part_of_length(const Key& key, double& x) {
+  x = s_.is_text(key.name) ? s_.number(Key{key.name, "s", key.meaning}, non_negative)
+                           : s_.number(key, non_negative, 0) * unit_;
+}
+
 void KeysReader::length(const Key& turns, const Key& seconds, double& duration) {
   one_of(turns, seconds);
-  if (!s_.has(turns.name)) return void(duration = s_.number(seconds.name, positive));
+  if (!s_.has(turns.name)) return void(duration = s_.number(seconds, positive));
   const auto* drive = main_drive(mechanism_);
   if (!drive || drive->speed == 0)
     s_.fail(turns.name,
             fmt::format("needs a drive that turns at a prescribed speed; give {} (s) instead", seconds.name));
   unit_ = 2 * std::numbers::pi / std::abs(drive->speed);
-  duration = s_.number(turns.name, positive) * unit_;
+  duration = s_.number(turns, positive) * unit_;
 }
 
 int KeysReader::body_index(std::string_view key, const std::string& name) const {
@@ -63,14 +69,72 @@ void KeysReader::between(std::string_view, std::array<int, 2>& pair) {
   if (names.size() != 2) s_.fail("between", fmt::format("must name two bodies, names {}", names.size()));
   pair = {body_index("between", names[0]), body_index("between", names[1])};
   if (pair[0] == pair[1]) s_.fail("between", fmt::format("joins \"{}\" to itself", names[0]));
+  pair_ = pair;
+}
+
+Vec2 KeysReader::named_point(std::string_view key, int body, const std::string& name) const {
+  if (body == ground)
+    s_.fail(key, fmt::format("{}: the ground has no named points; give its coordinates [x, y]",
+                             toml_quoted(name)));
+  const auto& b = mechanism_.bodies[static_cast<std::size_t>(body)];
+  const auto found = std::ranges::find(b.points, name, &NamedPoint::name);
+  if (found == b.points.end())
+    s_.fail(key, unknown(fmt::format("point of bodies.{}", b.name), name, b.points, own_name));
+  return found->at;
+}
+
+void KeysReader::point_of(const Key& key, int body, Vec2& at) {
+  at = s_.is_text(key.name) ? named_point(key.name, body, s_.text(key.name)) : s_.point(key, at);
+}
+
+void KeysReader::points(const Key& key, std::string_view centre, std::vector<NamedPoint>& list) {
+  if (!s_.has(key.name)) return;
+  Vec2 mass_centre{0, 0};
+  for (const auto& [name, at] : s_.named_points(key)) {
+    if (name == centre)
+      mass_centre = at;
+    else
+      list.push_back({name, at});
+  }
+  for (auto& point : list) point.at = point.at - mass_centre;
 }
 
 void KeysReader::ends(std::string_view, std::array<Vec2, 2>& at) {
   if (!s_.has("at")) return;
-  const auto points = s_.points("at");
+  const auto points = s_.points(Key{"at", "m", {}}, [&](std::size_t end, const std::string& name) {
+    return named_point("at", end < 2 ? pair_[end] : ground, name);
+  });
   if (points.size() != 2)
     s_.fail("at", fmt::format("must be two points, one in each body, is {}", points.size()));
   at = {points[0], points[1]};
+}
+
+void KeysReader::angles(const Key& key, std::vector<JointAngle>& list) {
+  if (!s_.has(key.name)) return;
+  const auto its_name = [](const Joint& j) { return name_of(j); };
+  const auto joint = [&](const std::string& name) { return index_of(mechanism_.joints, name, its_name); };
+  for (const auto& text : s_.names(key.name)) {
+    // Names may hold a - themselves: every way to cut the text into three is tried.
+    std::vector<JointAngle> found;
+    for (auto a = text.find('-'); a != text.npos; a = text.find('-', a + 1))
+      for (auto b = text.find('-', a + 1); b != text.npos; b = text.find('-', b + 1)) {
+        const JointAngle angle{
+            {joint(text.substr(0, a)), joint(text.substr(a + 1, b - a - 1)), joint(text.substr(b + 1))}};
+        const auto [A, B, C] = angle.joints;
+        if (A >= 0 && B >= 0 && C >= 0 && A != B && B != C) found.push_back(angle);
+      }
+    if (found.size() == 1) {
+      list.push_back(found.front());
+      continue;
+    }
+    std::vector<std::string> names;
+    for (const auto& j : mechanism_.joints) names.push_back(name_of(j));
+    s_.fail(key.name, found.empty()
+                          ? fmt::format("{} is no angle A-B-C at joint B between joints A and C{}",
+                                        toml_quoted(text), listed("joints are", names))
+                          : fmt::format("{} may be read in {} ways; give the joints names without -",
+                                        toml_quoted(text), found.size()));
+  }
 }
 
 void KeysReader::axis(std::string_view, Vec2& axis) {
@@ -81,7 +145,7 @@ void KeysReader::axis(std::string_view, Vec2& axis) {
 }
 
 void KeysReader::radii(const Key& key, std::array<double, 2>& radii) {
-  const Vec2 both = s_.point(key.name);
+  const Vec2 both = s_.point(key);
   if (!(both.x() > 0 && both.y() > 0)) s_.fail(key.name, "must be two positive lengths");
   radii = {both.x(), both.y()};
 }
@@ -134,7 +198,7 @@ void KeysReader::joint_angle(const Key& key, double& angle, int joint) {
   const auto of = [&](int b) {
     return b == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(b)].angle;
   };
-  angle = s_.number(key.name, any_number, of(pair[1]) - of(pair[0]));
+  angle = s_.number(key, any_number, of(pair[1]) - of(pair[0]));
 }
 
 }  // namespace freeplay

@@ -25,19 +25,19 @@ class KeysReader {
  public:
   KeysReader(Section& section, const Mechanism& mechanism) : s_(section), mechanism_(mechanism) {}
 
-  void need(const Key& key, double& x, const Range& range) { x = s_.number(key.name, range); }
-  void need(const Key& key, Vec2& x) { x = s_.point(key.name); }
-  void take(const Key& key, double& x, const Range& range = any_number) { x = s_.number(key.name, range, x); }
+  void need(const Key& key, double& x, const Range& range) { x = s_.number(key, range); }
+  void need(const Key& key, Vec2& x) { x = s_.point(key); }
+  void take(const Key& key, double& x, const Range& range = any_number) { x = s_.number(key, range, x); }
   void take(const Key& key, std::optional<double>& x, const Range& range) {
-    x = s_.maybe_number(key.name, range);
+    x = s_.maybe_number(key, range);
   }
-  void take(const Key& key, Vec2& x) { x = s_.point(key.name, x); }
+  void take(const Key& key, Vec2& x) { x = s_.point(key, x); }
   void take(const Key& key, bool& x) { x = s_.flag(key.name, x); }
   void take(const Key& key, std::string& x) { x = s_.text(key.name, x); }
   template <class Whole>
   requires std::is_integral_v<Whole>
   void take(const Key& key, Whole& x, const Range& range) {
-    x = static_cast<Whole>(s_.number(key.name, range, static_cast<double>(x)));
+    x = static_cast<Whole>(s_.number(key, range, static_cast<double>(x)));
   }
 
   template <class E>
@@ -50,7 +50,7 @@ class KeysReader {
   }
   /// A number, or a word for none.
   void number_or(std::string_view word, const Key& key, std::optional<double>& x, const Range& range) {
-    x = s_.number_or(word, key.name, range);
+    x = s_.number_or(word, key, range);
   }
   template <class E>
   void choose_listed(const Key& key, E& x) {
@@ -104,14 +104,20 @@ class KeysReader {
   void either(const Key& other, const Range& range, double (*convert)(double), const Key& own,
               const Range& own_range, Number& x) {
     one_of(other, own);
-    x = s_.has(own.name) ? s_.number(own.name, own_range) : convert(s_.number(other.name, range));
+    x = s_.has(own.name) ? s_.number(own, own_range) : convert(s_.number(other, range));
   }
   void table(const Key& constant, const Key& points, TorqueDrive::Table& table);
   void length(const Key& turns, const Key& seconds, double& duration);
-  void part_of_length(const Key& key, double& x) { x = s_.number(key.name, non_negative, 0) * unit_; }
+  void part_of_length(const Key& key, double& x);
 
   void between(std::string_view meaning, std::array<int, 2>& pair);
   void ends(std::string_view meaning, std::array<Vec2, 2>& at);
+  /// Points of a body by name, in a frame of the user's choice in which `centre` names the centre of mass: here from it.
+  void points(const Key& key, std::string_view centre, std::vector<NamedPoint>& list);
+  /// A point of a body, by name or by coordinates.
+  void point_of(const Key& key, int body, Vec2& at);
+  /// Angles by the names of three joints, "A-B-C".
+  void angles(const Key& key, std::vector<JointAngle>& list);
   void axis(std::string_view meaning, Vec2& axis);
   void radii(const Key& key, std::array<double, 2>& radii);
   void body(const Key& key, int& body);
@@ -139,10 +145,12 @@ class KeysReader {
   void one_of(const Key& a, const Key& b) const;
   int body_index(std::string_view key, const std::string& name) const;
   int joint_index(const Key& key);
+  Vec2 named_point(std::string_view key, int body, const std::string& name) const;
 
   Section& s_;
   const Mechanism& mechanism_;
   double unit_ = 1;  // s, of what is counted in turns
+  std::array<int, 2> pair_{ground, ground};  // of the element's ends
 };
 
 /// Reads all keys of x and refuses any other.

@@ -90,6 +90,8 @@ Mechanism read_mechanism(Section& root) {
     crank = &name;
   }
   elements("loads", m.loads);
+  auto assembly = root.child("assembly");
+  read_keys(assembly, m, m.assembly);
   return m;
 }
 

@@ -32,6 +32,7 @@ const std::vector<Members>& all_members() {
        {"laws.json", "impact_loops.csv", "delivered.csv", "friction.csv", "figures/impact_loops.*",
         "figures/delivered_restitution.*", "figures/friction_laws.*"}},
       {"drift", {"drift.json", "drift.csv", "figures/drift.*"}},
+      {"check", {"pose.json", "pose.csv", "figures/pose.*"}},
       {"validate", {"validation.json", "overlay.csv", "figures/overlay.*"}},
       {"validate-study",
        {"experiment.json", "experiment.md", "calibration.json", "cells.csv", "traces.csv", "spectra.csv",

@@ -109,6 +109,7 @@ std::vector<KeysList::Row> scene_rows() {
   list_facts<Surface>(list, "surfaces.*");
   list_kinds<Drive>(list, "drives.*");
   list_kinds<Load>(list, "loads.*");
+  list_facts<Configuration>(list, "assembly");
   list_facts<RunOptions>(list, "run");
   list_facts<PenaltyOptions>(list, "penalty");
   list_facts<NonsmoothOptions>(list, "nonsmooth");
@@ -149,6 +150,7 @@ constexpr std::pair<std::string_view, std::string_view> tables[] = {
     {"surfaces.*", "a surface"},
     {"drives.*", "a drive"},
     {"loads.*", "a load"},
+    {"assembly", "[assembly]"},
     {"run", "[run]"},
     {"penalty", "[penalty]"},
     {"nonsmooth", "[nonsmooth]"},
@@ -182,6 +184,12 @@ std::span<const SchemaKey> schema() { return keys(); }
 const SchemaKey* find_key(std::string_view path) {
   const auto it = std::ranges::find(keys(), path, &SchemaKey::path);
   return it == keys().end() ? nullptr : &*it;
+}
+
+std::string_view unit_of(const std::string& key) {
+  const auto first = key.find('.'), last = key.rfind('.');
+  const auto* row = find_key(first == last ? key : key.substr(0, first) + ".*" + key.substr(last));
+  return row ? row->unit : "";
 }
 
 std::vector<std::string> keys_of(std::string_view table) {

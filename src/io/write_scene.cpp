@@ -104,6 +104,19 @@ class KeysWriter {
   void ends(std::string_view, const std::array<Vec2, 2>& points) {
     raw("at", fmt::format("[{}, {}]", shown(points[0]), shown(points[1])));
   }
+  void points(const Key&, std::string_view, const std::vector<NamedPoint>&) const {
+  }  // stand where they are used
+  void point_of(const Key& key, int, const Vec2& at) { put(key.name, at); }
+  void angles(const Key& key, const std::vector<JointAngle>& list) {
+    std::string names;
+    for (const auto& angle : list) {
+      std::string name;
+      for (const int j : angle.joints)
+        name += (name.empty() ? "" : "-") + name_of(at(mechanism_.joints, j, key.name));
+      names += (names.empty() ? "" : ", ") + toml_quoted(name);
+    }
+    if (!list.empty()) raw(key.name, fmt::format("[{}]", names));
+  }
   void axis(std::string_view, const Vec2& axis) { put("axis", axis); }
   void radii(const Key& key, const std::array<double, 2>& radii) { put(key.name, Vec2{radii[0], radii[1]}); }
   void body(const Key& key, int index) { text(key.name, body_name(index, key.name)); }
@@ -189,6 +202,7 @@ std::string to_toml(const Scene& scene) {
   elements("contacts", m.contacts);
   elements("drives", m.drives);
   elements("loads", m.loads);
+  if (m.assembly.asks()) options("assembly", m.assembly);
   options("run", scene.run);
   options("penalty", scene.penalty);
   auto nonsmooth = scene.nonsmooth;  // a scheme that would be chosen anyway is not named: one run, one text

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "model/body.hpp"
+#include "model/configuration.hpp"
 #include "model/elements.hpp"
 #include "model/surface.hpp"
 #include "values/vec2.hpp"
@@ -22,6 +23,7 @@ struct Mechanism {
   std::vector<Lubricant> lubricants;
   std::vector<Drive> drives;
   std::vector<Load> loads;
+  Configuration assembly;  ///< which pose it starts in, where that is asked for
 };
 
 /// The same mechanism with every clearance closed, and without contacts between bodies.

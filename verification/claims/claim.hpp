@@ -111,5 +111,6 @@ Findings forces();
 Findings unseen();
 Findings chosen();
 Findings promises();
+Findings assembly();
 
 }  // namespace freeplay::verification

@@ -19,6 +19,7 @@ constexpr ClaimSet sets[] = {
     {"unseen", "What no integrator sees by itself", unseen},
     {"chosen", "Steps that choose their length, and hand-overs to them", chosen},
     {"promises", "What runs and comparisons promise", promises},
+    {"assembly", "How a mechanism goes together", assembly},
     {"orders", "Orders of convergence", orders},
     {"invariants", "Invariants over long runs", invariants},
     {"stiff-limit", "One formulation against the other: the stiff limit", stiff_limit},

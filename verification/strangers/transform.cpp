@@ -1,6 +1,7 @@
 #include "verification/strangers/transform.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "verification/strangers/draft.hpp"
 
@@ -27,6 +28,7 @@ void flip_ends(std::array<Vec2, 2>& at) {
 Scene mirrored(Scene scene) {
   auto& m = scene.mechanism;
   m.gravity = flip(m.gravity);
+  std::swap(m.assembly.positive, m.assembly.negative);
   for (auto& b : m.bodies) {
     b.position = flip(b.position);
     b.velocity = flip(b.velocity);

@@ -113,10 +113,11 @@ TEST_CASE("a canonical text names every key of the schema", "[scene]") {
   scene.penalty.contact = ContactLaw::kelvin_voigt;
   scene.penalty.kelvin_stiffness = scene.penalty.kelvin_damping = 1;
   scene.penalty.integrator = Integrator::rk4;
+  scene.mechanism.assembly = {Configuration::Branch::open, {{{0, 1, 2}}}, {{{2, 1, 0}}}};
   scene.nonsmooth.scheme = Scheme::event_driven;  // the file's is the one that its step would choose anyway
   write(scene);
   const std::set<std::string> other_spellings = {"drives.*.speed_rpm", "drives.*.torque", "run.revolutions",
-                                                 "instruments.*.counts"};
+                                                 "instruments.*.counts", "bodies.*.points"};
   for (const auto& key : schema()) {
     if (key.path.starts_with("study.")) continue;
     CAPTURE(key.path);

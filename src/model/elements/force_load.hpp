@@ -18,7 +18,7 @@ struct ForceLoad {
 
   static void keys(auto& k, auto& l) {
     k.body({"body", "", "the loaded body"}, l.body);
-    k.take({"at", "m", "the loaded point in the body's frame"}, l.at);
+    k.point_of({"at", "m", "the loaded point in the body's frame"}, l.body, l.at);
     k.need({"force", "N", "constant force in the world's directions"}, l.force);
   }
 
