@@ -48,7 +48,7 @@ Frame frame_of(const std::vector<Shape>& shapes) {
     if (s.kind == "spring") f.hold(s.a, s.b, 0);
   }
   if (!(f.right > f.left || f.high > f.low)) f.hold(f.left, f.low, 1);  // one body at a point
-  f.hold(0.5 * (f.left + f.right), 0.5 * (f.low + f.high), 0.08 * f.size());
+  f.hold(0.5 * (f.left + f.right), 0.5 * (f.low + f.high), 0.2 * f.size());
   return f;
 }
 
@@ -73,7 +73,7 @@ Script with(Word style) { return Script().add("{}", style); }
 
 /// Strokes behind a line from (x, y) on along (cx, cy): what stands still.
 void hatch(Block& block, double x, double y, double cx, double cy, double length, double stroke) {
-  constexpr int strokes = 8;
+  const int strokes = std::clamp(static_cast<int>(2 * length / stroke), 8, 60);
   for (int i = 0; i <= strokes; ++i) {
     const double s = length * (static_cast<double>(i) / strokes - 0.5);
     const double px = x + s * cx, py = y + s * cy;
@@ -186,7 +186,7 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
   const double wide = frame.right - frame.left + 6 * u, tall = frame.high - frame.low + 6 * u;
   f.height_cm = std::clamp(2.6 + 13.5 * tall / wide, 6.0, 18.0);
   f.script.add(
-      "set size ratio -1\nset xrange [{}:{}]\nset yrange [{}:{}]\nset xlabel 'x (m)'\nset ylabel 'y (m)'\n"
+      "set size ratio -1\nset clip two\nset xrange [{}:{}]\nset yrange [{}:{}]\nset xlabel 'x (m)'\nset ylabel 'y (m)'\n"
       "set title {} noenhanced\nunset key\n",
       frame.left - 3 * u, frame.right + 3 * u, frame.low - 3 * u, frame.high + 3 * u,
       JsonFile(folder / "pose.json").text("title"));
@@ -204,11 +204,11 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
   sheet.curve(points(shapes, "joint"), with("with points pt 9 ps 0.9 lc rgb '#000000'"));
   sheet.curve(points(shapes, "pin"), with("with points pt 7 ps 0.9 lc rgb '#ffffff'"));
   sheet.curve(points(shapes, "pin"), with("with points pt 6 ps 0.9 lw 1.5 lc rgb '#000000'"));
-  sheet.curve(points(shapes, "mass"), with("with points pt 1 ps 0.8 lw 1 lc rgb '#000000'"));
+  sheet.curve(points(shapes, "mass"), with("with points pt 1 ps 1.2 lw 1.2 lc rgb '#000000'"));
   std::size_t named = 0;
   for (const auto& s : shapes)
     if (s.kind == "mass" && named++ < most_names)
-      f.script.add("set label {} at {},{} offset 0.6,0.7 font ',7' tc rgb '{}' noenhanced front\n", s.name,
+      f.script.add("set label {} at {},{} offset 0.9,0.9 font ',7' tc rgb '{}' noenhanced front\n", s.name,
                    s.x, s.y, colours[colour[s.name] % std::size(colours)]);
   sheet.finish();
   return {draw(f, folder)};

@@ -35,10 +35,11 @@ void mobility(const Mechanism& mechanism, const State& start, Lines& lines) {
   ideal.drives.clear();
   const auto joints = rank_of(ideal, start);
   const int n = planar::first(static_cast<int>(mechanism.bodies.size()));
-  std::string said = fmt::format("{} = 3n - rank G with ideal joints: n = {}, {} rows of rank {}", n - joints.rank,
-                                 mechanism.bodies.size(), joints.rows, joints.rank);
+  std::string said = fmt::format("{} = 3n - rank G with ideal joints: n = {}, {} rows of rank {}",
+                                 n - joints.rank, mechanism.bodies.size(), joints.rows, joints.rank);
   if (driven.rows > joints.rows)
-    said += fmt::format("; {} with the drives' rows, {} of rank {}", n - driven.rank, driven.rows, driven.rank);
+    said +=
+        fmt::format("; {} with the drives' rows, {} of rank {}", n - driven.rank, driven.rows, driven.rank);
   lines.emplace_back("mobility", said);
 }
 
@@ -85,8 +86,8 @@ void pose(const Mechanism& mechanism, const State& start, Lines& lines) {
     const auto p = planar::position(start.q.data(), b);
     lines.emplace_back("  " + mechanism.bodies[b].name,
                        fmt::format("{:>12.6g} {:>12.6g} {:>12.6g}", p.x(), p.y(),
-                                   std::remainder(planar::angle(start.q.data(), b), 2 * std::numbers::pi) * 180 /
-                                       std::numbers::pi));
+                                   std::remainder(planar::angle(start.q.data(), b), 2 * std::numbers::pi) *
+                                       180 / std::numbers::pi));
   }
   if (mechanism.bodies.size() > most_bodies)
     lines.emplace_back("", fmt::format("and {} bodies more", mechanism.bodies.size() - most_bodies));

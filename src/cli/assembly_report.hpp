@@ -15,6 +15,7 @@ namespace freeplay::cli {
 
 /// Lines of a table: what it is, and what it says. Mobility (3n − rank G, with and without drives), four-bar loops with
 /// Grashof's condition and branch, the angles that [assembly] names, and the pose.
-std::vector<std::pair<std::string, std::string>> assembly_report(const Mechanism& mechanism, const State& start);
+std::vector<std::pair<std::string, std::string>> assembly_report(const Mechanism& mechanism,
+                                                                 const State& start);
 
 }  // namespace freeplay::cli

@@ -102,7 +102,8 @@ void KeysReader::points(const Key& key, std::string_view centre, std::vector<Nam
 void KeysReader::ends(std::string_view, std::array<Vec2, 2>& at) {
   if (!s_.has("at")) return;
   const auto points = s_.points(Key{"at", "m", {}}, [&](std::size_t end, const std::string& name) {
-    return named_point("at", end < 2 ? pair_[end] : ground, name);
+    if (end > 1) s_.fail("at", "must be two points, one in each body, are more");
+    return named_point("at", pair_[end], name);
   });
   if (points.size() != 2)
     s_.fail("at", fmt::format("must be two points, one in each body, is {}", points.size()));

@@ -28,9 +28,7 @@ class KeysReader {
   void need(const Key& key, double& x, const Range& range) { x = s_.number(key, range); }
   void need(const Key& key, Vec2& x) { x = s_.point(key); }
   void take(const Key& key, double& x, const Range& range = any_number) { x = s_.number(key, range, x); }
-  void take(const Key& key, std::optional<double>& x, const Range& range) {
-    x = s_.maybe_number(key, range);
-  }
+  void take(const Key& key, std::optional<double>& x, const Range& range) { x = s_.maybe_number(key, range); }
   void take(const Key& key, Vec2& x) { x = s_.point(key, x); }
   void take(const Key& key, bool& x) { x = s_.flag(key.name, x); }
   void take(const Key& key, std::string& x) { x = s_.text(key.name, x); }
@@ -149,7 +147,7 @@ class KeysReader {
 
   Section& s_;
   const Mechanism& mechanism_;
-  double unit_ = 1;  // s, of what is counted in turns
+  double unit_ = 1;                          // s, of what is counted in turns
   std::array<int, 2> pair_{ground, ground};  // of the element's ends
 };
 

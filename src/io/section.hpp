@@ -52,8 +52,9 @@ std::string listed(std::string_view opening, const std::vector<std::string>& wor
 struct Asked {
   std::string_view name;
   std::optional<std::string_view> unit = {};
-  Asked(std::string_view key) : name(key) {}  // NOLINT(google-explicit-constructor): most keys are only a name
-  Asked(const char* key) : name(key) {}       // NOLINT(google-explicit-constructor)
+  Asked(std::string_view key)
+      : name(key) {}                     // NOLINT(google-explicit-constructor): most keys are only a name
+  Asked(const char* key) : name(key) {}  // NOLINT(google-explicit-constructor)
   Asked(const Key& key) : name(key.name), unit(key.unit) {}  // NOLINT(google-explicit-constructor)
 };
 
@@ -77,7 +78,8 @@ class Section {
   /// A list of [x, y] pairs.
   std::vector<Vec2> points(const Asked& key);
   /// The same of pairs or names: a text is what `named` makes of it, its place in the list given.
-  std::vector<Vec2> points(const Asked& key, const std::function<Vec2(std::size_t, const std::string&)>& named);
+  std::vector<Vec2> points(const Asked& key,
+                           const std::function<Vec2(std::size_t, const std::string&)>& named);
   std::vector<std::string> names(std::string_view key);
   std::vector<double> numbers(const Asked& key);
   /// A table of points by name.

@@ -22,17 +22,18 @@ struct JointAngle {
 struct Configuration {
   enum class Branch { open, crossed };
   static constexpr std::string_view what = "[assembly]";
-  std::optional<Branch> branch = {};               ///< of the only four-bar loop
+  std::optional<Branch> branch = {};                     ///< of the only four-bar loop
   std::vector<JointAngle> positive = {}, negative = {};  ///< angles of these signs
 
   bool asks() const { return branch || !positive.empty() || !negative.empty(); }
 
   static void keys(auto& k, auto& c) {
     k.choose({"branch", "", "pose of the mechanism's only four-bar loop: "}, c.branch);
-    k.angles({"positive", "",
-              "list of angles \"A-B-C\" at joint B, from joint A to joint C counterclockwise, that are positive in the "
-              "pose asked for"},
-             c.positive);
+    k.angles(
+        {"positive", "",
+         "list of angles \"A-B-C\" at joint B, from joint A to joint C counterclockwise, that are positive in the "
+         "pose asked for"},
+        c.positive);
     k.angles({"negative", "", "angles that are negative in it, likewise"}, c.negative);
   }
 };
@@ -41,7 +42,9 @@ inline constexpr auto branch_names = complete<Configuration::Branch>(
     {{Configuration::Branch::open, "open",
       "the first pivot and the coupler's far joint on either side of the line between the other two"},
      {Configuration::Branch::crossed, "crossed", "on the same side"}});
-constexpr std::span<const Choice<Configuration::Branch>> choices(Configuration::Branch) { return branch_names; }
+constexpr std::span<const Choice<Configuration::Branch>> choices(Configuration::Branch) {
+  return branch_names;
+}
 
 /// sin of a named angle in a pose, 0 where two of its joints coincide.
 double sine_of(const Mechanism& mechanism, const JointAngle& angle, const std::vector<double>& q);

@@ -24,8 +24,8 @@ struct Mechanism;
 enum class Grashof { crank_rocker, double_crank, double_rocker, change_point, triple_rocker, unclosable };
 
 struct FourBar {
-  std::array<int, 4> joints{};     ///< A, B, C, D: indices into Mechanism::joints
-  std::array<int, 4> bodies{};     ///< fixed, input, coupler, output
+  std::array<int, 4> joints{};      ///< A, B, C, D: indices into Mechanism::joints
+  std::array<int, 4> bodies{};      ///< fixed, input, coupler, output
   std::array<double, 4> lengths{};  ///< m, of these: AD, AB, BC, CD
 
   double shortest_and_longest() const;  ///< s + l, m

@@ -101,7 +101,8 @@ std::vector<double> hang_all(const Mechanism& m, std::vector<double> q, const au
             (hung_on == ground ? 0 : planar::angle(q.data(), hung_on)) + (end == 1 ? relative : -relative);
       hang(q, body, joint, end_place(joint, 1 - end, q), angle);
       const Vec2 slide = slide_of(joint, q);
-      if (!slide.is_zero()) hang(q, body, joint, end_place(joint, 1 - end, q) + slide_by(body) * slide, angle);
+      if (!slide.is_zero())
+        hang(q, body, joint, end_place(joint, 1 - end, q) + slide_by(body) * slide, angle);
       now[static_cast<std::size_t>(body)] = 1;
       more = true;
     }

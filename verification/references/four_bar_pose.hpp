@@ -25,7 +25,8 @@ inline FourBarPose four_bar_pose(double d, double a, double b, double c, double 
                C = K1 - (K2 + 1) * std::cos(crank) + K3;
   const double root = std::sqrt(B * B - 4 * A * C);
   const double rocker = 2 * std::atan2(-B + (open ? -root : root), 2 * A);
-  const double x = d + c * std::cos(rocker) - a * std::cos(crank), y = c * std::sin(rocker) - a * std::sin(crank);
+  const double x = d + c * std::cos(rocker) - a * std::cos(crank),
+               y = c * std::sin(rocker) - a * std::sin(crank);
   return {std::atan2(y, x), rocker};
 }
 

@@ -196,7 +196,8 @@ TEST_CASE("a start that leads nowhere is left for another, which is named, and t
           "[assembly]") {
   // The pose given closes, but is not the one that is asked for.
   std::string said, again;
-  auto scene = parse_scene(four_bar(0.4, 0.1, 0.35, 0.3, drive(1) + "[assembly]\nbranch = \"open\"\n"), "s.toml");
+  auto scene =
+      parse_scene(four_bar(0.4, 0.1, 0.35, 0.3, drive(1) + "[assembly]\nbranch = \"open\"\n"), "s.toml");
   start_from(scene.mechanism, assemble(scene.mechanism, scene.run.start));
   scene.mechanism.assembly.branch = Configuration::Branch::crossed;
   const auto s = assemble(scene.mechanism, scene.run.start, &said);

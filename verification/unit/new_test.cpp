@@ -39,7 +39,8 @@ TEST_CASE("every new scene is commented and runs in both formulations", "[new]")
     REQUIRE(made.status == 0);
     CHECK(text_of(file) == text_of(test::source_folder() / "src/cli/templates" / (kind + ".toml")));
     CHECK_THAT(text_of(file), Contains("# "));
-    const auto scene = read_scene(file, {"run.duration=0.02"});
+    auto scene = read_scene(file);
+    scene.run.duration = 0.02;
     CHECK(scene.idle.empty());
     for (const auto family : {Family::penalty, Family::nonsmooth}) {
       const auto run = test::simulate(scene, family);
