@@ -232,3 +232,42 @@ TEST_CASE("mechanisms of several loops go together with all bodies at the origin
     CHECK(worst_open_joint(System(idealised(scene.mechanism)), s.q).amount < 1e-9);
   }
 }
+
+TEST_CASE("angles without positions are kept: each body hangs on the one before it", "[assembly]") {
+  // Two bars, at -30 and -110 degrees; nothing but the angles is stated.
+  const auto text = [](double first, double second) {
+    return fmt::format(R"([bodies.upper]
+mass = 1
+inertia = 0.1
+angle = {}
+[bodies.lower]
+mass = 2
+inertia = 0.1
+angle = {}
+[joints.pivot]
+type = "revolute"
+between = ["ground", "upper"]
+at = [[1, 2], [-0.15, 0]]
+[joints.elbow]
+type = "revolute"
+between = ["lower", "upper"]
+at = [[-0.125, 0.01], [0.15, 0]]
+[run]
+duration = 1
+)",
+                       first, second);
+  };
+  const double a = -M_PI / 6, b = -110 * M_PI / 180;
+  const auto scene = parse_scene(text(a, b), "s.toml");
+  const auto s = assemble(scene.mechanism, scene.run.start);
+  CHECK(s.q[2] == a);
+  CHECK(s.q[5] == b);
+  CHECK(s.q[0] == Approx(1 + 0.15 * std::cos(a)).epsilon(1e-15));
+  CHECK(s.q[3] == Approx(1 + 0.3 * std::cos(a) + 0.125 * std::cos(b) + 0.01 * std::sin(b)).epsilon(1e-14));
+  // Turns that are stated are kept too: a torsional spring would feel them.
+  const auto wound = parse_scene(text(a + 4 * M_PI, b), "s.toml");
+  CHECK(assemble(wound.mechanism, wound.run.start).q[2] == Approx(a + 4 * M_PI).epsilon(1e-14));
+  // Where a position is stated, the least movement decides as ever.
+  const auto placed = parse_scene(text(a, b), "s.toml", {"bodies.upper.position=[1.1, 2]"});
+  CHECK(std::abs(assemble(placed.mechanism, placed.run.start).q[5] - b) > 1e-3);
+}
