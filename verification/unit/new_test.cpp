@@ -21,7 +21,7 @@ std::string text_of(const std::filesystem::path& file) {
 std::vector<std::string> kinds() {
   std::vector<std::string> names;
   for (const auto& file : std::filesystem::directory_iterator(test::source_folder() / "src/cli/templates"))
-    names.push_back(file.path().stem().string());
+    if (file.path().extension() == ".toml") names.push_back(file.path().stem().string());
   std::ranges::sort(names);
   return names;
 }
