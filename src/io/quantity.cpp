@@ -261,7 +261,7 @@ Quantity read_quantity(std::string_view text, std::string_view unit) {
   const auto quoted = toml_quoted(visible_brief(text, 60));
   const auto wanted = parse(unit, unknown);
   if (!wanted)
-    return {0, fmt::format("{}: a number without a unit is wanted here, it counts {}", quoted, unit)};
+    return {0, fmt::format("{}: a number without a unit is wanted here (its unit: {})", quoted, unit)};
   const auto want = fmt::format("{} is wanted{}", name_of(*wanted),
                                 unit.empty() ? "" : fmt::format(" (a number without a unit is in {})", unit));
   if (own.empty() && !unit.empty())

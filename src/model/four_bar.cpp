@@ -23,7 +23,7 @@ std::vector<std::vector<Side>> sides_of(const Mechanism& m) {
     if (std::holds_alternative<RevoluteJoint>(m.joints[k])) {
       const auto pair = bodies_of(m.joints[k]);
       for (const int end : {0, 1})
-        sides[static_cast<std::size_t>(pair[end] + 1)].push_back({static_cast<int>(k), pair[1 - end], end});
+        sides[static_cast<std::size_t>(pair[end]) + 1].push_back({static_cast<int>(k), pair[1 - end], end});
     }
   return sides;
 }
@@ -92,7 +92,7 @@ std::vector<FourBar> four_bars(const Mechanism& m) {
   const auto sides = sides_of(m);
   std::vector<FourBar> loops;
   const auto at = [&](int body) -> const std::vector<Side>& {
-    return sides[static_cast<std::size_t>(body + 1)];
+    return sides[static_cast<std::size_t>(body) + 1];
   };
   for (int fixed = ground; fixed < static_cast<int>(m.bodies.size()); ++fixed)
     for (const auto& A : at(fixed))
