@@ -22,6 +22,10 @@ std::unique_ptr<Formulation> make(Family family, const Scene& scene, const Syste
   throw std::logic_error("no such family of formulations");
 }
 
+Compliances compliances(Family family, const Scene& scene, const System& system) {
+  return family == Family::penalty ? penalty_compliances(scene, system) : Compliances{};
+}
+
 std::vector<double> delivered_restitutions(const Scene& scene, const System& system) {
   std::vector<double> e;
   const auto& law = facts_of(scene.penalty.contact);

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "model/compliance.hpp"
 #include "sim/formulation.hpp"
 #include "values/family.hpp"
 #include "values/state.hpp"
@@ -21,5 +22,8 @@ std::unique_ptr<Formulation> make(Family family, const Scene& scene, const Syste
 
 /// The restitution that each contact delivers in a free impact under the scene's penalty law.
 std::vector<double> delivered_restitutions(const Scene& scene, const System& system);
+
+/// How contacts yield to a lasting load under a formulation; empty: they do not. Throws ModelError as make().
+Compliances compliances(Family family, const Scene& scene, const System& system);
 
 }  // namespace freeplay

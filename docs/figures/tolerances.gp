@@ -12,7 +12,7 @@ set border lw 0.8
 set tics nomirror scale 0.6
 set grid lc rgb '#cccccc' lw 0.6 dt 1
 set key top right samplen 3 spacing 1.1
-set label 100 "freeplay 0.1.0 (5d7d466a99-dirty), verification" at screen 0.995, screen 0.012 right font ',6' tc rgb '#888888' noenhanced
+set label 100 "freeplay 0.1.0 (a89c2df11c), verification" at screen 0.995, screen 0.012 right font ',6' tc rgb '#888888' noenhanced
 set logscale xy
 set format '10^{%T}'
 set xlabel "tolerance"
@@ -33,7 +33,7 @@ set border lw 0.8
 set tics nomirror scale 0.6
 set grid lc rgb '#cccccc' lw 0.6 dt 1
 set key top right samplen 3 spacing 1.1
-set label 100 "freeplay 0.1.0 (5d7d466a99-dirty), verification" at screen 0.995, screen 0.012 right font ',6' tc rgb '#888888' noenhanced
+set label 100 "freeplay 0.1.0 (a89c2df11c), verification" at screen 0.995, screen 0.012 right font ',6' tc rgb '#888888' noenhanced
 set logscale xy
 set format '10^{%T}'
 set xlabel "tolerance"

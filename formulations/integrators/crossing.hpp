@@ -19,7 +19,7 @@ inline double longest_step(const System& system, const double* v) {
   double omega = 0;
   if (system.contacts() == 0) return INFINITY;
   for (int b = 0; b < system.bodies(); ++b) omega = std::max(omega, std::abs(planar::rate(v, b)));
-  return omega > 0 ? 0.3 / omega : INFINITY;
+  return omega > 0 ? system.longest_turn() / omega : INFINITY;
 }
 
 /// Of f between a and b, where it has the opposite signs fa and fb; b where rounding leaves nothing between.

@@ -1,4 +1,4 @@
-// Angles whose torque tables have kinks: which piece of its table each angle is on, and where in a step it first
+// Angles and distances at which tables and one-way forces have kinks: which piece each is on, and where in a step it first
 // leaves that. A table that is only sampled by a method's stages may be jumped over, pulses and all: so each is held to
 // its piece, on which it is a line, and every kink is an event, found like a contact's touch.
 #pragma once
@@ -22,8 +22,9 @@ class Phases {
   void start(const System& system, const double* q, const double* v) {
     pieces_.resize(static_cast<std::size_t>(system.phases()));
     for (std::size_t k = 0; k < pieces_.size(); ++k) {
-      const auto now = system.phase(static_cast<int>(k), q, v);
-      pieces_[k] = system.piece(static_cast<int>(k), now.value, now.rate >= 0);
+      const auto& phase = system.phase(static_cast<int>(k));
+      const auto now = phase.at(q, v);
+      pieces_[k] = phase.piece(now.value, now.rate >= 0);
     }
   }
   bool any() const { return !pieces_.empty(); }
@@ -35,8 +36,10 @@ class Phases {
                  const MotionBounds& bounds, double before, double& unseen, At at) const {
     Crossing found{-1, false, before};
     for (int k = 0; k < static_cast<int>(pieces_.size()); ++k) {
-      const GapMotion motion{GapMotion::Shape::straight, 0, system.phase_bend(k, bounds), 0};
+      const auto& piece = pieces_[static_cast<std::size_t>(k)];
       for (const bool up : {false, true}) {
+        if (!std::isfinite(up ? piece.high : piece.low)) continue;
+        const auto motion = system.phase(k).motion(bounds, piece, up, x1.data());
         const auto left = [&](const State& x) { return rest(system, k, up, x); };
         const auto t = first_loss([&](double s) { return left(at(s)); }, t0, t1, left(x0), left(x1), motion,
                                   rounding(k), unseen);
@@ -55,14 +58,14 @@ class Phases {
   /// What is left of phase k's piece at a state, upwards or downwards, and its rate (rad, rad/s).
   template <class State>
   Watched rest(const System& system, int k, bool up, const State& x) const {
-    const auto now = system.phase(k, x.data(), x.data() + system.n());
+    const auto now = system.phase(k).at(x.data(), x.data() + system.n());
     const auto& piece = pieces_[static_cast<std::size_t>(k)];
     return up ? Watched{piece.high - now.value, -now.rate} : Watched{now.value - piece.low, now.rate};
   }
   double rounding(int k) const { return rounding(pieces_[static_cast<std::size_t>(k)]); }
   void cross(const System& system, const Crossing& c) {
     auto& piece = pieces_[static_cast<std::size_t>(c.phase)];
-    piece = system.piece(c.phase, c.up ? piece.high : piece.low, c.up);
+    piece = system.phase(c.phase).piece(c.up ? piece.high : piece.low, c.up);
   }
 
   template <class M>
@@ -75,7 +78,8 @@ class Phases {
 
  private:
   static double rounding(const Piece& piece) {
-    return 1e-15 * std::max({1.0, std::abs(piece.low), std::abs(piece.high)});
+    const auto size = [](double x) { return std::isfinite(x) ? std::abs(x) : 0; };
+    return 1e-15 * std::max({1.0, size(piece.low), size(piece.high)});
   }
   std::vector<Piece> pieces_;
 };

@@ -13,8 +13,12 @@ namespace freeplay {
 template <class Method>
 class Relieved : public Method {
  public:
-  Relieved(Method method, const ErrorNorm& norm, double first_step)
-      : Method(std::move(method)), implicit_(norm, first_step) {}
+  /// `first_probe`: steps in one mode before an implicit one is tried; 0: the explicit method stays alone.
+  Relieved(Method method, const ErrorNorm& norm, double first_step, long first_probe = 2000)
+      : Method(std::move(method)),
+        implicit_(norm, first_step),
+        affordable_(first_probe > 0),
+        first_probe_(first_probe) {}
 
   template <class F>
   void start(F& f, double at, const Vector& state) {
@@ -99,14 +103,13 @@ class Relieved : public Method {
     Method::remember(m);
     m(stiff_, steps_, counted_, probe_at_, since_, reliefs_, limit_);
     if constexpr (M::reading) {
-      affordable_ = this->x.size() <= most_unknowns;
+      affordable_ = first_probe_ > 0 && this->x.size() <= most_unknowns;
       if (affordable_) implicit_.make_room(this->x.size());
     }
     implicit_.remember(m);
   }
 
  private:
-  static constexpr long first_probe = 2000;
   static constexpr double stiff_steps = 20;
   /// Dense solves of more cost more than an explicit method's short steps.
   static constexpr std::size_t most_unknowns = 400;
@@ -114,7 +117,7 @@ class Relieved : public Method {
   /// Before the first step, so that none allocates.
   template <class F>
   void make_room(F& f, std::size_t n) {
-    affordable_ = n <= most_unknowns;
+    affordable_ = first_probe_ > 0 && n <= most_unknowns;
     if (!affordable_) return;
     implicit_.make_room(n);
     f.reserve_jacobian();
@@ -126,14 +129,15 @@ class Relieved : public Method {
   void forget() {
     stiff_ = false;
     steps_ = counted_ = 0;
-    probe_at_ = first_probe;
+    probe_at_ = first_probe_;
     since_ = this->t;
   }
   RosenbrockStep implicit_;
-  bool stiff_ = false, affordable_ = true;
-  long steps_ = 0, counted_ = 0, probe_at_ = first_probe;  // in this mode
-  double limit_ = INFINITY;                                // s, asked of the next step
-  double since_ = 0;                                       // s, of the last probe or the mode's beginning
+  bool stiff_ = false, affordable_;
+  long first_probe_;
+  long steps_ = 0, counted_ = 0, probe_at_ = first_probe_;  // in this mode
+  double limit_ = INFINITY;                                 // s, asked of the next step
+  double since_ = 0;                                        // s, of the last probe or the mode's beginning
   long reliefs_ = 0;
 };
 

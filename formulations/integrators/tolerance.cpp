@@ -45,6 +45,18 @@ double greatest_acceleration(const Mechanism& mechanism, const System& system, c
       for (const int body : bodies_of(mechanism.joints[d->joint]))
         for (const auto& [x, torque] : d->table)
           if (body != ground) most = std::max(most, std::abs(torque) / mechanism.bodies[body].inertia * arm);
+  for (const auto& drive : mechanism.drives)
+    std::visit(
+        [&]<class Kind>(const Kind& d) {
+          if constexpr (requires { d.greatest_effort(mechanism); })
+            for (const int body : bodies_of(mechanism.joints[d.joint]))
+              if (body != ground)
+                most = std::max(most,
+                                d.greatest_effort(mechanism) / (Kind::reports == ForceElement::Kind::push
+                                                                    ? mechanism.bodies[body].mass
+                                                                    : mechanism.bodies[body].inertia / arm));
+        },
+        drive);
   return std::isfinite(most) ? most : 0;
 }
 
@@ -59,6 +71,16 @@ Scales make_scales(const Mechanism& mechanism, const System& system, const State
   double omega = 0;
   for (const auto& drive : mechanism.drives)
     if (const auto* d = std::get_if<SpeedDrive>(&drive)) omega = std::max(omega, std::abs(d->speed));
+  double along = 0;  // m/s, of prescribed sliding
+  for (const auto& drive : mechanism.drives)
+    std::visit(
+        [&](const auto& d) {
+          if constexpr (requires { d.pace(mechanism); }) omega = std::max(omega, d.pace(mechanism));
+          if constexpr (requires { d.slide_pace(mechanism); })
+            along = std::max(along, d.slide_pace(mechanism));
+        },
+        drive);
+  omega = std::max(omega, along / arm);
   s.speed = std::max({s.length * omega, std::sqrt(mechanism.gravity.norm() * s.length), 1e-3 * s.length});
   if (omega == 0 && mechanism.gravity.is_zero()) {
     s.guessed = true;

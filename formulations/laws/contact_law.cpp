@@ -42,11 +42,21 @@ std::string surface_key(const ContactFacts& contact, const char* name) {
   return fmt::format("surfaces.{}.{}", contact.surface.name, name);
 }
 
+/// Of a contact that states its stiffness: teeth and end stops bend.
+ElasticLaw linear_elastic(double stiffness) {
+  ElasticLaw elastic;
+  elastic.kind = ElasticLaw::Kind::linear;
+  elastic.stiffness = stiffness;
+  elastic.exponent = 1;
+  return elastic;
+}
+
 ElasticLaw point_elastic(const ContactFacts& contact) {
+  if (contact.stiffness) return linear_elastic(*contact.stiffness);
   const auto& surface = contact.surface;
   if (!surface.young) missing(surface_key(contact, "young"), "a penalty contact takes its stiffness from it");
   if (!(contact.radius > 0))
-    missing(fmt::format("{} (radius or corner_radius)", contact.name),
+    missing(fmt::format("{} (radius, corner_radius or curvature_radius)", contact.name),
             "a penalty contact of a sharp corner has no stiffness");
   ElasticLaw elastic;
   elastic.stiffness = hertz_stiffness(*surface.young, *surface.poisson, contact.radius);
@@ -54,6 +64,7 @@ ElasticLaw point_elastic(const ContactFacts& contact) {
 }
 
 ElasticLaw line_elastic(ContactLaw law, const ContactFacts& contact) {
+  if (contact.stiffness) return linear_elastic(*contact.stiffness);
   const auto& surface = contact.surface;
   if (!surface.young) missing(surface_key(contact, "young"), "a penalty contact takes its stiffness from it");
   if (!contact.ring)

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "formulations/integrators/crossing.hpp"
+#include "model/planar.hpp"
 
 namespace freeplay {
 
@@ -35,6 +36,7 @@ double ControlledMoreau::raised() const { return least_floor_ > 0 ? floor_ / lea
 void ControlledMoreau::find_pace() {
   const double longer = raised();
   pace_ = fastest_ > 0 ? scales_.length / fastest_ : 0;
+  if (film_pace_ > 0) pace_ = pace_ > 0 ? std::min(pace_, film_pace_) : film_pace_;
   least_floor_ = norm_.tolerance * pace_;
   floor_ = longer * least_floor_;
 }
@@ -49,6 +51,13 @@ void ControlledMoreau::start(const State& state, ContactLog& log) {
   moreau_.start(state, log);
   start_.t = state.t;
   fastest_ = std::max(fastest_, greatest_speed(system_, state.v.data()));
+  // A film that nothing loads goes round with the journal's spin, slow as its centre may be.
+  film_pace_ = 0;
+  for (int k = 0; scales_.guessed && k < system_.contacts(); ++k)
+    for (const int body : system_.contact_facts(k).bodies)
+      if (system_.contact_facts(k).lubricant && body != ground)
+        film_pace_ = std::max(film_pace_, std::abs(planar::rate(state.v.data(), body)));
+  if (film_pace_ > 0) film_pace_ = 1 / film_pace_;
   find_pace();
   paced_since_ = calm_since_ = state.t;
   system_.place(state.t, state.q.data(), e_);
@@ -182,12 +191,31 @@ double ControlledMoreau::unseen_by_halves() const {
   return missed / (norm_.tolerance * (scales_.speed + speed));
 }
 
+/// How long (s) angles stay within a knot or so of the curves that motions follow them by: an even turning tells nothing of
+/// a narrow rise ahead.
+static double within_knots(const System& system, const double* q, const double* v) {
+  double time = INFINITY;
+  if (!system.has_motions()) return time;
+  for (int k = 0; k < system.phases(); ++k) {
+    const auto& phase = system.phase(k);
+    const auto now = phase.at(q, v);
+    if (!phase.swept || now.rate == 0) continue;
+    const auto piece = phase.piece(now.value, now.rate > 0);
+    const double rest = now.rate > 0 ? piece.high - now.value : now.value - piece.low,
+                 width = piece.high - piece.low;
+    time =
+        std::min(time, std::max(1.001 * rest, std::isfinite(width) ? 0.01 * width : 0) / std::abs(now.rate));
+  }
+  return time;
+}
+
 bool ControlledMoreau::step(double t_end) {
   moreau_.keep(start_);
   if (striking_) return strike(t_end);
   // No step crosses a kink of a table's torque in time.
   const double end =
-      std::min({t_end, system_.next_knot(start_.t), start_.t + longest_step(system_, moreau_.v())});
+      std::min({t_end, system_.next_knot(start_.t), start_.t + longest_step(system_, moreau_.v()),
+                start_.t + within_knots(system_, start_.q.data(), start_.v.data())});
   double h = std::min(h_, end - start_.t);
   if (!(h > 1e-14 * first_step()) && end < t_end) {
     failure_ = fmt::format(
@@ -247,6 +275,13 @@ bool ControlledMoreau::step(double t_end) {
       moreau_.contacts()[touch->contact].soft =
           start_.contacts[static_cast<std::size_t>(touch->contact)].soft;
       striking_ = true;
+    } else if (system_.has_spring_kinks() && landings < 8) {
+      // A step ends where a spring begins to act or changes its slope: what acts for a short while is not jumped over.
+      if (const auto t = first_kink(); t && *t - start_.t > floor && *t < start_.t + (1 - 1e-3) * h) {
+        refuse(*t - start_.t);
+        ++landings;
+        continue;
+      }
     }
     if (error > 1) {
       ++floored_;
@@ -356,25 +391,65 @@ std::optional<ControlledMoreau::Touch> ControlledMoreau::first_touch() {
   };
   const auto half = [&](double a, double b, const double* qa, const double* va, const double* qb,
                         const double* vb) {
-    const double h = b - a;
-    const auto n = static_cast<std::size_t>(system_.n());
     bool enclosed = false;
     for (int k = 0; k < system_.contacts(); ++k) {
       if (moreau_.contacts()[k].closed) continue;
-      if (!enclosed) {  // of Hermite's cubic, whose accelerations are linear
-        bounds_.duration = h;
-        bounds_.speed.resize(n);
-        bounds_.acceleration.resize(n);
-        for (std::size_t i = 0; i < n; ++i) {
-          const double mean = (qb[i] - qa[i]) / h, a0 = (6 * mean - 4 * va[i] - 2 * vb[i]) / h,
-                       a1 = (2 * va[i] + 4 * vb[i] - 6 * mean) / h;
-          const auto of = cubic_bounds(h, qa[i], va[i], a0, qb[i], vb[i], a1);
-          bounds_.speed[i] = of.speed;
-          bounds_.acceleration[i] = of.acceleration;
-        }
-        enclosed = true;
-      }
+      if (!enclosed) enclose(b - a, qa, va, qb, vb);
+      enclosed = true;
       take(touch_in(k, a, b, qa, va, qb, vb));
+    }
+  };
+  half(start_.t, middle_t_, start_.q.data(), start_.v.data(), middle_q_.data(), middle_v_.data());
+  if (!first) half(middle_t_, moreau_.t(), middle_q_.data(), middle_v_.data(), moreau_.q(), moreau_.v());
+  return first;
+}
+
+/// Of Hermite's cubic, whose accelerations are linear.
+void ControlledMoreau::enclose(double h, const double* qa, const double* va, const double* qb,
+                               const double* vb) {
+  const auto n = static_cast<std::size_t>(system_.n());
+  bounds_.duration = h;
+  bounds_.speed.resize(n);
+  bounds_.acceleration.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double mean = (qb[i] - qa[i]) / h, a0 = (6 * mean - 4 * va[i] - 2 * vb[i]) / h,
+                 a1 = (2 * va[i] + 4 * vb[i] - 6 * mean) / h;
+    const auto of = cubic_bounds(h, qa[i], va[i], a0, qb[i], vb[i], a1);
+    bounds_.speed[i] = of.speed;
+    bounds_.acceleration[i] = of.acceleration;
+  }
+}
+
+/// The first time in the step at which a spring's length or angle leaves the piece that it began on. Where it began within the
+/// tolerance of a kink, that is the piece that it goes to.
+std::optional<double> ControlledMoreau::first_kink() {
+  std::optional<double> first;
+  const double near = 10 * norm_.tolerance * scales_.length;
+  const auto half = [&](double a, double b, const double* qa, const double* va, const double* qb,
+                        const double* vb) {
+    enclose(b - a, qa, va, qb, vb);
+    for (int k = 0; k < system_.phases(); ++k) {
+      const auto& phase = system_.phase(k);
+      if (phase.swept) continue;
+      const double rounding = phase.of == Phase::Of::angle ? 10 * norm_.tolerance : near;
+      const auto now = phase.at(start_.q.data(), start_.v.data());
+      const auto piece = phase.piece(now.value, now.rate >= 0, rounding);
+      for (const bool up : {false, true}) {
+        const double end = up ? piece.high : piece.low;
+        if (!std::isfinite(end)) continue;
+        const auto left = [&](const double* q, const double* v) {
+          const auto x = phase.at(q, v);
+          return up ? Watched{end - x.value, -x.rate} : Watched{x.value - end, x.rate};
+        };
+        double unseen = 0;
+        const auto t = first_loss(
+            [&](double s) {
+              interpolate(s, look_q_.data(), look_v_.data());
+              return left(look_q_.data(), look_v_.data());
+            },
+            a, b, left(qa, va), left(qb, vb), phase.motion(bounds_, piece, up, qb), rounding, unseen);
+        if (t && (!first || *t < *first)) first = t;
+      }
     }
   };
   half(start_.t, middle_t_, start_.q.data(), start_.v.data(), middle_q_.data(), middle_v_.data());

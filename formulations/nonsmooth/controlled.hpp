@@ -44,7 +44,7 @@ class ControlledMoreau {
     m.part("controlled");
     m(moreau_, start_.t, start_.q, start_.v, middle_q_, middle_v_, middle_t_, h_, floor_, least_floor_,
       fastest_, pace_, striking_, smooth_step_, unseen_, steps_, paced_, paced_since_, calm_since_, floored_,
-      most_floored_, longest_floor_, ended_, ended_time_, smooth_, within_);
+      most_floored_, longest_floor_, ended_, ended_time_, smooth_, within_, film_pace_);
   }
 
   double t() const { return moreau_.t(); }
@@ -92,6 +92,8 @@ class ControlledMoreau {
   std::optional<Touch> first_touch();
   std::optional<Touch> touch_in(int k, double a, double b, const double* qa, const double* va,
                                 const double* qb, const double* vb);
+  void enclose(double h, const double* qa, const double* va, const double* qb, const double* vb);
+  std::optional<double> first_kink();
   bool hop_over(const Touch& touch) const;
   bool strike(double t_end);
   void settle();
@@ -114,6 +116,7 @@ class ControlledMoreau {
   std::vector<signed char> modes_whole_, modes_first_, modes_second_;
   MotionBounds bounds_;
   double fastest_ = 0, pace_ = 0;      // m/s; s, in which that crosses the least clearance
+  double film_pace_ = 0;               // s, of a film that turns with its journal
   double turned_ = 0;                  // m/s, in the last pair
   std::vector<double> pressed_first_;  // N s, of the contacts in the first half step
   double lifted_ = 0;                  // m/s, of the two half steps

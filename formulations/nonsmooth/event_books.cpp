@@ -128,6 +128,7 @@ void EventDriven::take_over(const Handover& from) {
   w[EventDynamics::load] = from.integrals.load;
   w[EventDynamics::damping] = from.integrals.damping;
   w[EventDynamics::friction_loss] = from.integrals.friction;
+  if (dynamics_.has_films()) w[EventDynamics::film_loss] = from.integrals.film;
   dynamics_.contact_loss = from.integrals.contact;
   dynamics_.stabilisation = from.integrals.stabilisation;
   dynamics_.extremes = from.extremes;

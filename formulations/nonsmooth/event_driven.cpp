@@ -9,7 +9,7 @@
 
 namespace freeplay {
 
-EventDriven::EventDriven(EventDynamics dynamics, Dopri5 method, Dopri5 coarse, double time_scale,
+EventDriven::EventDriven(EventDynamics dynamics, Method method, Method coarse, double time_scale,
                          double position_error)
     : dynamics_(std::move(dynamics)),
       method_(std::move(method)),
@@ -91,6 +91,9 @@ bool EventDriven::step(double t_end) {
     before_step_.clear();
     within_.clear();
   }
+  const double knot = dynamics_.system().next_knot(method_.t);
+  const bool jumps = dynamics_.system().has_motions();
+  if (jumps) dynamics_.knot = std::nextafter(knot, method_.t);
   if (pending_) {
     if (gives_way_) keep_mode();
     if (!change_mode()) {
@@ -99,8 +102,7 @@ bool EventDriven::step(double t_end) {
     }
   }
   // No step crosses a kink of a table's torque, or misses a pulse.
-  t_end = std::min(
-      {t_end, dynamics_.system().next_knot(method_.t), method_.t + longest_step(dynamics_.system(), v())});
+  t_end = std::min({t_end, knot, method_.t + longest_step(dynamics_.system(), v())});
   watch(method_.x, before_);
   bool stepped = method_.step(dynamics_, t_end);
   if (!stepped && dynamics_.jammed() && last_jam_ < method_.t) {  // sliding jams just ahead
@@ -145,6 +147,11 @@ bool EventDriven::step(double t_end) {
   }
   mark_gaps();
   dynamics_.keep_extremes(method_.x, method_.t);
+  if (!pending_ && jumps && method_.t >= knot) {  // the mode is chosen anew
+    last_ = {};
+    pending_ = true;
+    return true;
+  }
   return !pending_ || paced();
 }
 
@@ -201,8 +208,7 @@ bool EventDriven::change_mode() {
     for (int k = 0; k < d.system().frictions(); ++k) {
       auto& p = d.preloaded()[k];
       if (p.slip == 0)
-        p.forced = torn(p.lambda, d.system().friction_facts(k).bound,
-                        last_.kind == Event::Kind::slide_stick && last_.index == k);
+        p.forced = torn(p.lambda, p.bound, last_.kind == Event::Kind::slide_stick && last_.index == k);
     }
   }
 
@@ -475,6 +481,7 @@ EnergyLedger EventDriven::integrals() const {
   l.load = w[EventDynamics::load];
   l.damping = w[EventDynamics::damping];
   l.friction = w[EventDynamics::friction_loss];
+  if (dynamics_.has_films()) l.film = w[EventDynamics::film_loss];
   l.contact = dynamics_.contact_loss;
   l.stabilisation = dynamics_.stabilisation;
   return l;

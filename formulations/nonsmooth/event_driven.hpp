@@ -1,6 +1,7 @@
 // Event-driven integration of the set-valued laws: smooth motion by Dormand and Prince's pair with dense
 // output; impacts, losses of contact, and changes between stick and slip located on it and landed on by a
-// step of their own, and the motion begun anew in the mode that the accelerations choose.
+// step of their own, and the motion begun anew in the mode that the accelerations choose. Where films of lubricated
+// joints hold it to steps of their own decay time, Rosenbrock's implicit method of fourth order goes on (relieved.hpp).
 //
 // A contact that bounces ever faster would take infinitely many impacts to come to rest. With u⁺ its rate
 // after an impact, e = u⁺/|u⁻| and g̈ < 0 what presses it, the rest of the sequence lasts
@@ -23,7 +24,7 @@
 #include <vector>
 
 #include "formulations/integrators/crossing.hpp"
-#include "formulations/integrators/methods.hpp"
+#include "formulations/integrators/relieved.hpp"
 #include "formulations/nonsmooth/event_dynamics.hpp"
 #include "formulations/nonsmooth/handover.hpp"
 #include "formulations/probe.hpp"
@@ -33,9 +34,11 @@ namespace freeplay {
 
 class EventDriven {
  public:
+  /// Explicit; where films make it creep, Rosenbrock's implicit method goes on.
+  using Method = Relieved<Dopri5>;
   /// `coarse`: the method once modes are decided together; `time_scale`: s, in which something happens;
   /// `position_error`: m, accepted in a step.
-  EventDriven(EventDynamics dynamics, Dopri5 method, Dopri5 coarse, double time_scale, double position_error);
+  EventDriven(EventDynamics dynamics, Method method, Method coarse, double time_scale, double position_error);
 
   void start(const State& state, ContactLog& log);
   bool step(double t_end);
@@ -157,7 +160,7 @@ class EventDriven {
   bool fail_mode(const std::string& what);
 
   EventDynamics dynamics_;
-  Dopri5 method_, fine_, coarse_;
+  Method method_, fine_, coarse_;
   MotionBounds bounds_;  // of the last step
   double unseen_ = 0;    // greatest, over the clearance
   /// Contacts closed before their hops were low, where impacts follow each other too fast.

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "formulations/laws/film_force.hpp"
 #include "sim/residuals.hpp"
 
 namespace freeplay {
@@ -22,8 +23,17 @@ EventDynamics::EventDynamics(const System& system, const NonsmoothOptions& optio
       contacts_(system.contacts()),
       preloaded_(system.frictions()),
       impact_(options.impact_law, options.solver, options.lcp_tolerance),
-      status_(options.solver, options.lcp_tolerance) {
-  for (int k = 0; k < system.contacts(); ++k) contacts_[k].restitution = restitution[k];
+      status_(options.solver, options.lcp_tolerance),
+      coupled_(system) {
+  for (int k = 0; k < system.contacts(); ++k) {
+    contacts_[k].restitution = restitution[k];
+    if (const auto film = make_film(system.contact_facts(k))) films_.push_back({k, *film});
+  }
+  for (int k = 0; k < system.frictions(); ++k) {
+    preloaded_[k].bound = system.friction_facts(k).bound;
+    preloaded_[k].share = system.slide_share(k);
+  }
+  bound_image_.setZero(coupled_.size());
   const int most = 2 * system.contacts() + system.frictions();
   rows_.resize(most);
   response_.resize(static_cast<std::size_t>(most) * system.n());
@@ -65,12 +75,31 @@ bool EventDynamics::solve_free(const Vector& x, double t) {
     auto& p = preloaded_[k];
     p.gamma = system_.friction(k, q, v, e_, p.row);
     p.rate = p.row.dot(v);
-    p.lambda = -p.slip * system_.friction_facts(k).bound;
+    p.lambda = -p.slip * p.bound;
     if (p.slip != 0) p.row.add_to(e_.force.data(), p.lambda);
   }
+  if (has_films()) add_films(q, v);
   if (!saddle_.factor(e_.G.data())) return false;
   saddle_.solve(e_.force.data(), e_.gamma.data(), a_.data(), lambda_.data());
+  if (coupled_.size() > 0 && saddle_.singular() && !facts_.redundant) {
+    trouble_ =
+        "constraint rows depend on each other there: the reactions that bound friction in joints are not unique";
+    return false;
+  }
   return true;
+}
+
+void EventDynamics::add_films(const double* q, const double* v) {
+  film_loss_ = 0;
+  for (const auto& f : films_) {
+    system_.contact(f.contact, q, v, e_, film_row_);
+    const auto film = film_action(f.law, v, film_row_);
+    if (!film) continue;
+    film_row_.normal.add_to(e_.force.data(), film->normal);
+    film_row_.film.add_to(e_.force.data(), film->tangential);
+    film_row_.spin.add_to(e_.force.data(), film->torque);
+    film_loss_ += film->loss;
+  }
 }
 
 /// Accelerations and multipliers of the mode at a state, in a_, lambda_ and the elements.
@@ -78,6 +107,12 @@ bool EventDynamics::solve_mode(const Vector& x, double t) {
   const double *q = x.data(), *v = q + system_.n();
   const int n = system_.n(), m = system_.rows();
   if (together_) return solve_together(x, t);
+  if (coupled_.size() > 0) {
+    if (!std::ranges::all_of(x, [](double y) { return std::isfinite(y); }))
+      return false;  // a stage after one that failed
+    trouble_.clear();
+    for (int k = 0; k < coupled_.size(); ++k) preloaded_[coupled_.friction(k)].bound = 0;
+  }
   if (!solve_free(x, t)) return false;
   used_ = 0;
   const auto want = [&](const SparseRow& row, double gamma, const SparseRow* beside, double factor) {
@@ -100,15 +135,14 @@ bool EventDynamics::solve_mode(const Vector& x, double t) {
     p.unknown = -1;
     if (p.slip == 0) p.unknown = want(p.row, p.gamma, nullptr, 0);
   }
-  if (used_ == 0) return true;
-  for (int r = 0; r < used_; ++r)
-    for (int s = 0; s < used_; ++s) K_(r, s) = rows_[r].dot(response(s));
-  solve_active();
-  if (dependent_) share_friction();
+  if (used_ == 0 && coupled_.size() == 0) return true;
+  solve_rows();
+  if (coupled_.size() > 0 && !add_coupled()) return false;
   for (int r = 0; r < used_; ++r) {
     for (int i = 0; i < n; ++i) a_[i] += solution_[r] * response(r)[i];
     for (int k = 0; k < m; ++k) lambda_[k] += solution_[r] * reaction(r)[k];
   }
+  keep_bounds();
   for (int k = 0; k < system_.contacts(); ++k) {
     auto& c = contacts_[k];
     if (c.unknown < 0) continue;
@@ -121,6 +155,91 @@ bool EventDynamics::solve_mode(const Vector& x, double t) {
   for (auto& p : preloaded_)
     if (p.unknown >= 0) p.lambda = solution_[p.unknown];
   return true;
+}
+
+/// The rows that hold, from what is wanted of them.
+void EventDynamics::solve_rows() {
+  if (used_ == 0) return;
+  for (int r = 0; r < used_; ++r)
+    for (int s = 0; s < used_; ++s) K_(r, s) = rows_[r].dot(response(s));
+  solve_active();
+  if (!dependent_) return;
+  // Weighed by bounds: those of reactions are known with the forces only, and looked at once before.
+  for (int i = 0; i < coupled_.size(); ++i) {
+    auto& p = preloaded_[coupled_.friction(i)];
+    if (p.slip != 0) return;  // its force would not agree with another choice
+    const auto& bound = *system_.friction_facts(coupled_.friction(i)).reaction;
+    double l[2] = {lambda_[bound.row], lambda_[bound.row + 1]};
+    for (int r = 0; r < used_; ++r)
+      for (const int which : {0, 1}) l[which] += solution_[r] * reaction(r)[bound.row + which];
+    p.bound = bound.coefficient(0.0) * bound.support(l[0], l[1]);
+  }
+  share_friction();
+}
+
+/// What slips and is bounded by reactions: a unit of each, with what then holds the rows that hold, added to a_ and
+/// lambda_, and to the rows' forces.
+bool EventDynamics::add_coupled() {
+  const int n = system_.n(), m = system_.rows(), held = used_;
+  const auto total = [&](const double* own, auto part, const Eigen::VectorXd& forces, int k) {
+    double sum = own[k];
+    for (int r = 0; r < held; ++r) sum += forces[r] * part(r)[k];
+    return sum;
+  };
+  const Eigen::VectorXd base = held > 0 ? solution_ : Eigen::VectorXd();
+  std::vector<double> reactions(static_cast<std::size_t>(m));
+  for (int k = 0; k < m; ++k)
+    reactions[k] = total(
+        lambda_.data(), [&](int r) { return reaction(r); }, base, k);
+  coupled_.base(reactions.data());
+  std::vector<Eigen::VectorXd> answers(static_cast<std::size_t>(coupled_.size()));
+  int own = held;  // the next slot behind the rows that hold
+  for (int i = 0; i < coupled_.size(); ++i) {
+    const int f = coupled_.friction(i);
+    const auto& p = preloaded_[f];
+    coupled_.factor(i) = p.slip * system_.friction_facts(f).reaction->coefficient(p.rate);
+    if (p.slip == 0) continue;
+    rows_[own] = p.row;
+    saddle_.respond(p.row, nullptr, 0, response(own), reaction(own));
+    auto& answer = answers[i];
+    if (held > 0) {
+      for (int r = 0; r < held; ++r) rhs_[r] = -rows_[r].dot(response(own));
+      solve_active();
+      answer = solution_;
+    }
+    for (int k = 0; k < m; ++k)
+      reactions[k] = total(
+          reaction(own), [&](int r) { return reaction(r); }, answer, k);
+    coupled_.column(i, reactions.data());
+    ++own;
+  }
+  if (held > 0) solution_ = base;
+  if (own == held) return true;
+  if (const auto outcome = coupled_.solve(); outcome != CoupledFriction::Outcome::solved) {
+    trouble_ = words_of(outcome);
+    return false;
+  }
+  extremes.friction_residual = std::max(extremes.friction_residual, coupled_.residual());
+  own = held;
+  for (int i = 0; i < coupled_.size(); ++i) {
+    auto& p = preloaded_[coupled_.friction(i)];
+    if (p.slip == 0) continue;
+    p.lambda = coupled_.force(i);
+    for (int k = 0; k < n; ++k) a_[k] += p.lambda * response(own)[k];
+    for (int k = 0; k < m; ++k) lambda_[k] += p.lambda * reaction(own)[k];
+    ++own;
+    if (held > 0) solution_ += p.lambda * answers[i];
+  }
+  return true;
+}
+
+/// Bounds that the reactions in lambda_ give.
+void EventDynamics::keep_bounds() {
+  for (int i = 0; i < coupled_.size(); ++i) {
+    const int k = coupled_.friction(i);
+    auto& p = preloaded_[k];
+    p.bound = system_.friction_facts(k).limit(p.slip != 0 ? p.rate : 0, lambda_.data());
+  }
 }
 
 /// K x = rhs of the active rows; of several solutions (sticking feet of one body share a row) the least.
@@ -151,7 +270,7 @@ void EventDynamics::share_friction() {
     share[c.tangent_unknown] = std::max(bound, 0.0);
   }
   for (int k = 0; k < system_.frictions(); ++k)
-    if (preloaded_[k].unknown >= 0) share[preloaded_[k].unknown] = system_.friction_facts(k).bound;
+    if (preloaded_[k].unknown >= 0) share[preloaded_[k].unknown] = preloaded_[k].bound;
   share = (share / share.maxCoeff())
               .cwiseMax(1e-6)
               .cwiseSqrt();  // least Σ λ²/bound: λ in proportion to the bound
@@ -177,7 +296,6 @@ bool EventDynamics::solve_together(const Vector& x, double t) {
   if (!std::ranges::all_of(x, [](double y) { return std::isfinite(y); }))
     return false;  // a stage after one that failed
   trouble_.clear();
-  if (!solve_free(x, t)) return false;
   posed_.clear();
   for (int k = 0; k < system_.contacts(); ++k) {
     auto& c = contacts_[k];
@@ -187,11 +305,8 @@ bool EventDynamics::solve_together(const Vector& x, double t) {
     else
       c.lambda_n = c.lambda_t = 0;
   }
-  pose(x, std::vector<int>(posed_));
-  guess_last();
-  auto solution = status_.solve_near();
-  work.pivots += solution.pivots;
-  if (!solution.solved && reporting_) solution = status_.solve();
+  const auto solution = settle_bounds(x, t, std::vector<int>(posed_), From::last);
+  if (!trouble_.empty()) return false;
   jam_ = !solution.solved;
   jam_proved_ = solution.impossible;
   if (!solution.solved) {
@@ -222,10 +337,12 @@ bool EventDynamics::solve_together(const Vector& x, double t) {
     p.lambda = u.impulse_t;
     p.held = std::abs(p.lambda) < u.bound * (1 - 1e-9);
   }
+  keep_bounds();
   return true;
 }
 
 void EventDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
+  t = std::min(t, knot);
   const int n = system_.n(), m = system_.rows();
   const double* v = x.data() + n;
   if (!solve_mode(x, t)) {
@@ -239,8 +356,9 @@ void EventDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   integral[load] = e_.power.load;
   integral[damping] = -e_.power.damping;
   integral[friction_loss] = 0;
+  if (has_films()) integral[film_loss] = film_loss_;
   for (int k = 0; k < m; ++k) integral[drive] += lambda_[k] * e_.phi_t[k];
-  system_.flow(t, x.data(), x.data() + state_offset(), dxdt.data() + state_offset(),
+  system_.flow(t, x.data(), v, x.data() + state_offset(), dxdt.data() + state_offset(),
                {nullptr, phases.pieces()});
   double* impulse = dxdt.data() + impulse_offset();
   for (const auto& c : contacts_) {
@@ -260,11 +378,13 @@ void EventDynamics::take_mode(const EventDynamics& other) {
     contacts_[k].lambda_t = other.contacts_[k].lambda_t;
   }
   phases = other.phases;
+  knot = other.knot;
   together_ = other.together_;
   for (std::size_t k = 0; k < preloaded_.size(); ++k) preloaded_[k].slip = other.preloaded_[k].slip;
 }
 
 void EventDynamics::report(const Vector& x, double t, Forces& out) {
+  t = std::min(t, knot);
   const double *q = x.data(), *v = q + system_.n();
   out.clear();
   reporting_ = true;
@@ -276,6 +396,11 @@ void EventDynamics::report(const Vector& x, double t, Forces& out) {
   for (int k = 0; k < system_.contacts(); ++k) {
     const auto& c = contacts_[k];
     if (c.closed) system_.report_contact(k, q, e_, c.row, c.lambda_n, c.lambda_t, 1, out);
+  }
+  for (const auto& f : films_) {
+    system_.contact(f.contact, q, v, e_, film_row_);
+    if (const auto film = film_action(f.law, v, film_row_))
+      system_.report_film(f.contact, q, e_, film_row_, film->normal, film->tangential, film->torque, 1, out);
   }
   for (int k = 0; k < system_.frictions(); ++k)
     system_.report_friction(k, q, v, e_, preloaded_[k].row, preloaded_[k].lambda, 1, out);

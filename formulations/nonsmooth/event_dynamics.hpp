@@ -7,6 +7,10 @@
 // Which mode follows an event is a complementarity problem in accelerations (Glocker, Set-Valued Force
 // Laws, 2001):
 //     0 ≤ g̈ ⊥ λ_N ≥ 0,   −λ_T ∈ μ λ_N Sgn(u̇_T) where u_T = 0,   λ_T = −s μ λ_N where it is not.
+// Films of lubricated joints are forces in f; a mode of a scene that has any may be integrated implicitly, with jacobian().
+// Friction that its joint's reaction bounds (model/reaction_bound.hpp) is λ_T = −s μ(|u|) S(λ) where it slips, solved with
+// the reactions of the same instant (laws/coupled_friction.hpp), and in every other problem has bounds that are iterated
+// until they agree with its reactions (bound_iteration.hpp): forces where modes are chosen, impulses within impacts.
 // The integrated vector is [q, v, (P_N, P_T) of each contact, first-order states of elements, work
 // integrals].
 #pragma once
@@ -16,6 +20,9 @@
 #include <vector>
 
 #include "formulations/integrators/phases.hpp"
+#include "formulations/laws/coupled_friction.hpp"
+#include "formulations/laws/film.hpp"
+#include "formulations/nonsmooth/bound_iteration.hpp"
 #include "formulations/nonsmooth/contact_problem.hpp"
 #include "formulations/nonsmooth/impact.hpp"
 #include "model/system.hpp"
@@ -27,7 +34,8 @@ namespace freeplay {
 class EventDynamics {
  public:
   using Vector = std::vector<double>;
-  enum Integral { drive, load, damping, friction_loss, integrals };
+  /// film_loss: only where there are films.
+  enum Integral { drive, load, damping, friction_loss, integrals, film_loss = integrals };
   struct Contact {
     bool closed = false;
     int slip = 0;    ///< of a closed one with friction: 0 sticks, ±1 the sign of u_T
@@ -50,10 +58,13 @@ class EventDynamics {
     bool held = false;
     SparseRow row;
     double gamma = 0, rate = 0, lambda = 0;
+    double bound = 0;  ///< N, at the last evaluation
+    double share =
+        1;  ///< of a speed that is none: its sliding over the speed of the bodies that it stands for
     int unknown = -1;
     template <class M>
     void remember(M& m) {
-      m(slip, forced, held, row, gamma, rate, lambda, unknown);
+      m(slip, forced, held, row, gamma, rate, lambda, bound, unknown);
     }
   };
 
@@ -71,6 +82,11 @@ class EventDynamics {
 
   /// dx/dt of the present mode.
   void operator()(const Vector& x, Vector& dxdt, double t);
+  /// ∂(dx/dt)/∂x of the present mode (column-major, size() × size()) and ∂(dx/dt)/∂t; not for together() (event_jacobian.cpp).
+  void jacobian(const Vector& x, double t, double* J, double* dfdt);
+  /// Makes what jacobian() works in, which it else makes when first called.
+  void reserve_jacobian();
+  bool has_films() const { return !films_.empty(); }
 
   /// Impulses of all contacts in `struck` (gap closed), added to v and to the impulses and works in x. An
   /// empty text, or why there are none. Contacts in `soft` take e = 0 and e_T = 0. `jammed`: an impact without
@@ -132,7 +148,7 @@ class EventDynamics {
   const ContactRow& look(int k, const Vector& x, double t);
   double slide_rate(int k, const Vector& x, double t);
 
-  int size() const { return integral_offset() + integrals; }
+  int size() const { return integral_offset() + integrals + has_films(); }
   int impulse_offset() const { return 2 * system_.n(); }
   int state_offset() const { return impulse_offset() + 2 * system_.contacts(); }
   int integral_offset() const { return state_offset() + system_.states(); }
@@ -153,6 +169,8 @@ class EventDynamics {
   void measure_speeds(const Vector& x);
 
   Phases phases;  ///< the pieces of torque tables that the present mode is held to
+  /// s: no stage sees a prescribed motion beyond it; its acceleration may jump at a knot, which the next step sees.
+  double knot = INFINITY;
   Work work;
   Extremes extremes;
   double contact_loss = 0, stabilisation = 0;  ///< J
@@ -173,8 +191,19 @@ class EventDynamics {
   /// Greatest of rates or accelerations of all coordinates, those of angles at the longest arm.
   double greatest(const double* rates) const;
   void place(const double* q, double t);
+  void add_films(const double* q, const double* v);
   void solve_active();
   void share_friction();
+  void solve_rows();
+  bool add_coupled();
+  void keep_bounds();
+  /// How the posed problem is solved: anew; for a mode, or for an evaluation, from the last forces where all that touches
+  /// is decided together.
+  enum class From { nothing, last_mode, last };
+  ContactSolution solve_posed(From from);
+  ContactSolution settle_bounds(const Vector& x, double t, const std::vector<int>& candidates, From from);
+  bool other_motion(const Vector& x, double t, const std::vector<int>& candidates);
+  std::string strike_bounded(const Vector& x, std::size_t contacts);
   bool solve_free(const Vector& x, double t);
   bool solve_mode(const Vector& x, double t);
   bool solve_together(const Vector& x, double t);
@@ -197,12 +226,24 @@ class EventDynamics {
   double placed_t_ = __builtin_nan("");
   std::vector<Contact> contacts_;
   std::vector<Preloaded> preloaded_;
+  struct JointFilm {
+    int contact;
+    Film law;
+  };
+  std::vector<JointFilm> films_;
+  ContactRow film_row_;
+  double film_loss_ = 0;  // W, at the last evaluation
+  struct Tangent;         // of jacobian()
+  std::shared_ptr<Tangent> tangent_;
   ImpactProblem impact_;
   ContactProblem status_;
   std::vector<ImpactContact> struck_;
   std::vector<SparseRow> rows_;
   std::vector<double> response_, reaction_;
   int used_ = 0;
+  CoupledFriction coupled_;
+  BoundIteration bounds_;
+  Eigen::VectorXd bound_image_;
   bool dependent_ = false;  // the active rows depend on each other
   bool together_ = false, jam_ = false, jam_proved_ = false;
   bool reporting_ = false;

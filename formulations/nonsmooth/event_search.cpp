@@ -130,9 +130,9 @@ void EventDriven::watch(const std::vector<double>& x, std::vector<double>& value
   for (int k = 0; k < dynamics_.system().frictions(); ++k) {
     const auto& p = dynamics_.preloaded()[k];
     if (p.slip == 0 && dynamics_.together())
-      put(Event::Kind::slide_stick, k, 2 * dynamics_.rest_speed() - std::abs(p.rate));
+      put(Event::Kind::slide_stick, k, 2 * p.share * dynamics_.rest_speed() - std::abs(p.rate));
     else if (p.slip == 0)
-      put(Event::Kind::slide_stick, k, dynamics_.system().friction_facts(k).bound - std::abs(p.lambda));
+      put(Event::Kind::slide_stick, k, p.bound - std::abs(p.lambda));
     else
       put(Event::Kind::slide_slip, k, p.slip * p.rate);
   }
@@ -194,8 +194,12 @@ void EventDriven::find_mode_events(Event& first) {
   for (std::size_t i = 0; i < watched_.size(); ++i) {
     const bool speed = watched_[i].kind == Event::Kind::slip || watched_[i].kind == Event::Kind::slide_slip;
     // A surface that has just begun to slide, or is held still at its bound, is at rest within the tolerance.
-    const bool fresh = speed && before_[i] <= dynamics_.slide_tolerance();
-    const double shift = fresh ? dynamics_.slide_tolerance() : 0;
+    const double tolerance = watched_[i].kind == Event::Kind::slide_slip
+                                 ? dynamics_.preloaded()[static_cast<std::size_t>(watched_[i].index)].share *
+                                       dynamics_.slide_tolerance()
+                                 : dynamics_.slide_tolerance();
+    const bool fresh = speed && before_[i] <= tolerance;
+    const double shift = fresh ? tolerance : 0;
     const double start = (fresh ? std::max(before_[i], 0.0) : before_[i]) + shift;
     if (middle_[i] + shift < 0)
       take(i, t0, tm, start, middle_[i] + shift, shift);

@@ -17,6 +17,7 @@ void ImpactProblem::prepare(const std::vector<ImpactContact>& contacts) {
     x.normal = c.normal;
     x.tangent = c.tangent;
     x.friction = c.friction;
+    x.bound = c.bound;
     problem_.unknowns.push_back(x);
   }
 }
@@ -24,7 +25,7 @@ void ImpactProblem::prepare(const std::vector<ImpactContact>& contacts) {
 /// Adds what an impulse does to the rates.
 void ImpactProblem::act(Eigen::VectorXd& rates, const ImpactContact& by) const {
   const int m = problem_.rows;
-  rates.head(m) += by.impulse_n * problem_.D.col(by.normal).head(m);
+  if (by.normal >= 0) rates.head(m) += by.impulse_n * problem_.D.col(by.normal).head(m);
   if (by.tangent >= 0) rates.head(m) += by.impulse_t * problem_.D.col(by.tangent).head(m);
 }
 
@@ -32,7 +33,7 @@ void ImpactProblem::act(Eigen::VectorXd& rates, const ImpactContact& by) const {
 void ImpactProblem::book(const Eigen::VectorXd& from, const Eigen::VectorXd& to,
                          const std::vector<ImpactContact>& phase) {
   for (const auto& c : phase) {
-    normal_work_ += 0.5 * c.impulse_n * (from[c.normal] + to[c.normal]);
+    if (c.normal >= 0) normal_work_ += 0.5 * c.impulse_n * (from[c.normal] + to[c.normal]);
     if (c.tangent >= 0) tangential_work_ += 0.5 * c.impulse_t * (from[c.tangent] + to[c.tangent]);
   }
 }
@@ -57,7 +58,7 @@ bool ImpactProblem::newton(std::vector<ImpactContact>& contacts) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     auto& x = problem_.unknowns[i];
     const auto& c = contacts[i];
-    if (before_[c.normal] >= 0) continue;
+    if (c.normal < 0 || before_[c.normal] >= 0) continue;
     x.target_n = -c.restitution * before_[c.normal];
     if (c.tangent >= 0) x.target_t = -c.tangential_restitution * before_[c.tangent];
   }

@@ -29,9 +29,11 @@ namespace freeplay {
 
 /// A contact that takes part: rows of D and u, its coefficients, and its impulses.
 struct ImpactContact {
-  int normal = -1, tangent = -1;  ///< tangent −1: frictionless
+  int normal = -1,
+      tangent = -1;  ///< tangent −1: frictionless; normal −1: friction of a joint, Newton's law alone
   double restitution = 0, tangential_restitution = 0, friction = 0;
   double impulse_n = 0, impulse_t = 0;  ///< N s
+  double bound = 0;                     ///< N s, of friction beside μ times the normal impulse
 };
 
 /// An impact starts from no guess and fills what it reads: nothing passes from one to the next but the modes left to

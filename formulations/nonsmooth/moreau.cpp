@@ -18,7 +18,10 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
       problem_(options.solver, options.lcp_tolerance),
       position_problem_(LcpSolver::automatic, options.lcp_tolerance),
       contacts_(system.contacts()),
+      films_(system),
       slides_(system.frictions()),
+      coupled_(system),
+      redundant_(facts.redundant),
       slide_gamma_(system.frictions()),
       slide_last_(system.frictions()) {
   int rows = system.frictions();
@@ -40,10 +43,10 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
   response_.resize(static_cast<std::size_t>(rows) * system.n());
   reaction_.resize(static_cast<std::size_t>(rows) * system.rows());
   for (auto* x : {&q_, &v_, &q_old_, &v_old_, &q_mid_, &v_mean_, &v_trial_, &v_free_, &force_, &dq_,
-                  &struck_v_, &a_gamma_})
+                  &struck_v_, &a_gamma_, &q_end_, &v_end_})
     x->resize(system.n());
-  for (auto* x : {&z_, &z_mid_, &flow_}) x->resize(system.states());
-  for (auto* x : {&r_, &lambda_, &lambda_free_, &lambda_dq_}) x->resize(system.rows());
+  for (auto* x : {&z_, &z_old_, &z_mid_, &flow_}) x->resize(system.states());
+  for (auto* x : {&r_, &lambda_, &lambda_free_, &lambda_dq_, &taken_back_}) x->resize(system.rows());
   extremes_.penetration.assign(system.contacts(), 0);
 }
 
@@ -84,6 +87,7 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
   const int n = system_.n();
   for (int i = 0; i < n; ++i) q_mid_[i] = q_old_[i] + 0.5 * h * v_old_[i];
   system_.place(t_old_ + 0.5 * h, q_mid_.data(), e_);
+  if (system_.has_motions()) system_.step_motions(t_old_, t_, e_);
   system_.rate(q_mid_.data(), v_old_.data(), e_);
   for (int k = 0; k < system_.contacts(); ++k)
     system_.contact(k, q_mid_.data(), v_old_.data(), e_, contacts_[k].row);
@@ -96,36 +100,69 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
         fmt::format("t = {:.9g} s: the constraint equations are not finite or cannot be factorised", t_old_);
     return false;
   }
+  if (films_.any()) {
+    for (int i = 0; i < films_.size(); ++i)
+      films_.take(i, contacts_[films_.contact(i)].row, contacts_[films_.contact(i)].gap);
+    films_.begin(h, saddle_, v_old_.data());
+    films_.linearise(v_old_.data());
+  }
 
-  if (!advance_states(h) || !solve_velocities(h, v_old_.data())) return false;
-  const bool sweeps = system_.phases() > 0;
-  if (system_.has_velocity_forces() || sweeps) {
-    // Damper forces, and what tables sweep over, belong to the mean velocity: iterate to it.
+  if (coupled_.size() > 0 && saddle_.singular() && !redundant_) {
+    failure_ = fmt::format(
+        "t = {:.9g} s: constraint rows depend on each other there: the reactions that bound friction in joints are not unique",
+        t_old_);
+    return false;
+  }
+  if (system_.has_velocity_flows()) z_old_ = z_;
+  if (!advance_states(h, v_old_.data()) || !solve_velocities(h, v_old_.data())) return false;
+  const bool sweeps = system_.sweeps();
+  if (system_.has_velocity_forces() || sweeps || films_.any()) {
+    // Damper forces, and what tables sweep over, belong to the mean velocity: iterate to it. Films by Newton's method.
     for (int i = 0;; ++i) {
       double change = 0, size = 0;
       for (int c = 0; c < n; ++c) {
         double mean = 0.5 * (v_old_[c] + v_[c]);
-        if (i >= 10 && sweeps) mean = 0.5 * (mean + v_mean_[c]);  // a pulse may throw it to and fro
+        if (i >= 10 && (sweeps || films_.any()))
+          mean = 0.5 * (mean + v_mean_[c]);  // a pulse may throw it to and fro
         change = std::max(change, std::abs(v_[c] - v_trial_[c]));
-        size = std::max(size, std::abs(mean));
+        // At rest rates are the rounding of forces that balance.
+        size = std::max({size, std::abs(mean), 0.01 * h * std::abs(e_.force[c]) / system_.mass()[c]});
         v_mean_[c] = mean;
       }
+      if (films_.any()) size += films_.greatest_change();
       if (i > 0 && change <= 1e-12 * size) break;
+      if (films_.any() && i >= 10) {
+        if (change <= 1e-9 * size) break;  // contact problems are solved to no more
+        if (i == 50 && step_ > 0 && std::isfinite(change)) {
+          ++unsettled_;
+          break;
+        }
+      }
       if (i == 100 && sweeps && std::isfinite(change)) {
         ++unswept_;
         break;
       }
       if (i == (sweeps ? 101 : 50) || !std::isfinite(change)) {
         failure_ = fmt::format(
-            "t = {:.9g} s: the damper forces do not converge within a step of {:.3g} s; take nonsmooth.step "
-            "shorter than mass/damping",
-            t_old_, h);
+            "t = {:.9g} s: the forces of {} do not converge within a step of {:.3g} s; take nonsmooth.step "
+            "shorter{}",
+            t_old_, system_.has_velocity_forces() ? "dampers" : "films", h,
+            system_.has_velocity_forces() ? " than mass/damping" : "");
         return false;
       }
       v_trial_ = v_;
+      if (system_.has_velocity_flows()) {
+        z_ = z_old_;
+        if (!advance_states(h, v_mean_.data())) return false;
+      }
+      if (films_.any()) {
+        for (int c = 0; c < n; ++c) v_free_[c] = 2 * v_mean_[c] - v_old_[c];
+        films_.linearise(v_free_.data());
+      }
       if (!solve_velocities(h, v_mean_.data())) return false;
     }
   }
+  if (films_.any()) films_.finish(v_old_.data(), v_.data());
   for (int i = 0; i < n; ++i) q_[i] = q_mid_[i] + 0.5 * h * v_[i];
   log_contacts(h);
   if (struck_) keep_struck();
@@ -143,13 +180,13 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
   return true;
 }
 
-/// z⁺ and its mean z_mid_, which do not depend on v⁺, by fixed-point iteration.
-bool MoreauStepper::advance_states(double h) {
+/// z⁺ and its mean z_mid_ at mean velocities v_mean, by fixed-point iteration.
+bool MoreauStepper::advance_states(double h, const double* v_mean) {
   if (z_.empty()) return true;
   z_mid_ = z_;
   for (int i = 0;; ++i) {
-    const Sweep sweep{h, v_old_.data(), v_old_.data()};
-    system_.flow(t_old_ + 0.5 * h, q_mid_.data(), z_mid_.data(), flow_.data(), {&sweep});
+    const Sweep sweep{h, v_old_.data(), v_mean};
+    system_.flow(t_old_ + 0.5 * h, q_mid_.data(), v_mean, z_mid_.data(), flow_.data(), {&sweep});
     double change = 0;
     for (std::size_t k = 0; k < z_.size(); ++k) {
       const double middle = z_[k] + 0.5 * h * flow_[k];
@@ -160,7 +197,7 @@ bool MoreauStepper::advance_states(double h) {
     if (i == 50 || !std::isfinite(change)) {
       failure_ = fmt::format(
           "t = {:.9g} s: the lagged torques do not converge within a step of {:.3g} s; take nonsmooth.step "
-          "shorter than their lag",
+          "shorter than their lag, or than a motor's inductance/resistance",
           t_old_, h);
       return false;
     }
@@ -186,6 +223,7 @@ bool MoreauStepper::solve_velocities(double h, const double* v_force) {
     return false;
   }
 
+  if (films_.any()) films_.resist(v_.data(), lambda_.data());
   v_free_ = v_;
   lambda_free_ = lambda_;
   for (auto& c : contacts_) c.active = c.struck = false;

@@ -8,9 +8,14 @@
 //     0 ≤ u_N⁺ + e u_N⁻ ⊥ P_N ≥ 0,   −P_T ∈ μ P_N Sgn(u_T⁺)
 //     q⁺ = q_m + (h/2) v⁺
 //
+// Friction that its joint's reaction bounds, −P_T ∈ μ S(Λ) Sgn(u_T⁺) (model/reaction_bound.hpp), has the bound that the
+// impulses Λ of this very step give, those of impacts among them: bounds and impulses are iterated until they agree
+// (bound_iteration.hpp). μ is that of the mean of the sliding speeds at the step's ends.
+//
 // with a_γ the accelerations that the constraints' own γ asks for: M a_γ + GᵀΛ = 0, G a_γ = γ. Without them v is
 // not a motion of the middle of the step, and restitution is wrong by hω; with γ_c instead normals that turn would
 // be struck by (1 − e)(h/2)γ_c. Where the law takes in the contacts that the motion would close without them.
+// Films of lubricated joints are smooth forces, implicit in the velocities (film_step.hpp).
 // First-order states of elements take the same midpoint, z⁺ = z + h ż(t + h/2, q_m, (z + z⁺)/2).
 // Then positions are brought back: the least mass-weighted movement onto Φ = 0 and g ≥ 0, velocities
 // untouched.
@@ -21,7 +26,10 @@
 #include <string>
 #include <vector>
 
+#include "formulations/laws/coupled_friction.hpp"
+#include "formulations/nonsmooth/bound_iteration.hpp"
 #include "formulations/nonsmooth/contact_problem.hpp"
+#include "formulations/nonsmooth/film_step.hpp"
 #include "model/options.hpp"
 #include "model/system.hpp"
 #include "numerics/saddle_point.hpp"
@@ -78,7 +86,8 @@ class MoreauStepper {
     EnergyLedger integrals;
     Extremes extremes;
     double t = 0;
-    long events = 0, jams = 0, undecided = 0, unswept = 0, inelastic = 0;
+    long events = 0, jams = 0, undecided = 0, unswept = 0, inelastic = 0, locked = 0;
+    double locked_since = 0, slide_scale = 0;
     std::string motions, jam;
   };
   void keep(Place& place) const;
@@ -114,8 +123,8 @@ class MoreauStepper {
     m.part("moreau-jean");
     for (auto& c : contacts_) m(c);
     m(saddle_, slide_last_, q_, v_, q_old_, v_old_, v_trial_, z_, t_, t_old_, t_start_, index_, integrals_,
-      extremes_, work_, flights_, passage_, motions_, jam_, jams_, undecided_, unswept_, inelastic_,
-      problem_.modes_left, position_problem_.modes_left, slack_);
+      extremes_, work_, flights_, passage_, motions_, jam_, jams_, undecided_, unswept_, inelastic_, locked_,
+      locked_since_, problem_.modes_left, position_problem_.modes_left, slack_, films_.leap, unsettled_);
   }
 
   double t() const { return t_; }
@@ -161,9 +170,16 @@ class MoreauStepper {
   double nearest_singular() const { return saddle_.nearest_singular(); }
 
  private:
-  bool advance_states(double h);
+  bool advance_states(double h, const double* v_mean);
   bool solve_velocities(double h, const double* v_force);
   bool solve_contacts();
+  ContactSolution solve_laws();
+  ContactSolution solve_bounds();
+  ContactSolution settle_bounds(const Eigen::VectorXd& first);
+  void follow_bounds();
+  bool laws_hold(double share) const;
+  void look_at_end(double h);
+  void hold_driven();
   bool strip_restitution();
   void tell_painleve(const ContactSolution& result);
   bool activate(double h);
@@ -195,7 +211,15 @@ class MoreauStepper {
   Evaluation e_, end_;
   ContactProblem problem_, position_problem_;
   std::vector<Contact> contacts_;
+  FilmStep films_;
   std::vector<SparseRow> slides_, rows_;
+  CoupledFriction coupled_;  // friction that its joint's reaction bounds: how far that feeds on itself
+  BoundIteration bounds_;
+  std::vector<double> q_end_, v_end_,
+      taken_back_;              // what meet_rates() will do, and where it finds the step's end
+  std::vector<double> driven_;  // of each friction's row: > 0, no force moves it, for its rate is prescribed
+  Eigen::VectorXd bound_image_;
+  bool redundant_;                                   // rows depend on each other from the start on
   ContactRow end_row_;                               // what meet_rates() looks at
   std::vector<double> end_impulse_, least_impulse_;  // N s, of its rows, and how far back they may go
   std::vector<double> slope_;                        // friction's impulse over the normal one, along
@@ -224,11 +248,16 @@ class MoreauStepper {
   std::string failure_;
   std::string motions_, jam_;  // of the first problem with more motions than one, and of the first jam
   long jams_ = 0, undecided_ = 0;
-  long unswept_ = 0;    // steps over a table whose sweep did not settle
-  long inelastic_ = 0;  // steps whose impacts were taken without restitution
+  long unsettled_ = 0;       // fixed steps whose films were not met
+  long unswept_ = 0;         // steps over a table whose sweep did not settle
+  long inelastic_ = 0;       // steps whose impacts were taken without restitution
+  long locked_ = 0;          // problems in which friction in joints outgrows the reactions that bound it
+  double slide_scale_ = 0;   // m/s, the fastest that joints with friction have slid
+  double locked_since_ = 0;  // s, the first of them
   bool watching_ = false;
   Forces nothing_, smooth_, within_;  // impulses of the last step: without its impacts, and theirs
   std::vector<double> struck_lambda_, smooth_lambda_;
+  std::vector<double> z_old_;  // at the step's beginning, where flows depend on velocities
 };
 
 }  // namespace freeplay

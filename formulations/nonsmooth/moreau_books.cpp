@@ -22,6 +22,9 @@ void MoreauStepper::each_kept(Self& s, P& p, Copy copy) {
   copy(s.undecided_, p.undecided);
   copy(s.unswept_, p.unswept);
   copy(s.inelastic_, p.inelastic);
+  copy(s.locked_, p.locked);
+  copy(s.locked_since_, p.locked_since);
+  copy(s.slide_scale_, p.slide_scale);
   copy(s.motions_, p.motions);
   copy(s.jam_, p.jam);
 }
@@ -42,8 +45,9 @@ void MoreauStepper::extrapolate(const Place& whole) {
     beyond(v_[i], whole.v[i]);
   }
   for (std::size_t k = 0; k < z_.size(); ++k) beyond(z_[k], whole.z[k]);
-  for (const auto term : {&EnergyLedger::drive, &EnergyLedger::load, &EnergyLedger::damping,
-                          &EnergyLedger::contact, &EnergyLedger::friction, &EnergyLedger::stabilisation})
+  for (const auto term :
+       {&EnergyLedger::drive, &EnergyLedger::load, &EnergyLedger::damping, &EnergyLedger::contact,
+        &EnergyLedger::friction, &EnergyLedger::film, &EnergyLedger::stabilisation})
     beyond(integrals_.*term, whole.integrals.*term);
   system_.place(t_, q_.data(), end_);
   for (int k = 0; k < system_.contacts(); ++k) contacts_[k].gap = system_.gap(k, q_.data(), end_);
@@ -116,6 +120,7 @@ void MoreauStepper::account(double h) {
                         e_.phi_t[k];
     integrals_.stabilisation -= lambda_[k] * rate;
   }
+  if (films_.any()) integrals_.film += films_.loss(v_old_.data(), v_.data());
   double gain = 0, approach = 0;  // approach: Σ P_N |u_N⁻|
   for (const auto& c : contacts_)
     if (c.unknown >= 0) approach += problem_.unknowns[c.unknown].impulse_n * std::max(0.0, -c.u_n_minus);
@@ -281,6 +286,7 @@ void MoreauStepper::book(double h) {
     }
     system_.report_contact(k, q, e_, c.row, u.impulse_n, u.impulse_t, 1, struck ? within_ : smooth_);
   }
+  if (films_.any()) films_.report(system_, q, e_, within_.acceleration.data(), smooth_, within_);
   for (int k = 0; k < m; ++k) smooth_lambda_[k] = lambda_[k] - struck_lambda_[k];
   system_.report_rows(q, e_, smooth_lambda_.data(), 1, smooth_);
   system_.report_rows(q, e_, struck_lambda_.data(), 1, within_);

@@ -8,6 +8,7 @@
 #include "formulations/marched.hpp"
 #include "formulations/nonsmooth/automatic.hpp"
 #include "model/assembly.hpp"
+#include "model/redundancy.hpp"
 #include "model/scene.hpp"
 
 namespace freeplay {
@@ -83,8 +84,15 @@ EventDriven make_event_driven(const Scene& scene, const System& system,
   // have kinks inside a step: errors of a hundredth of that are none.
   auto coarse = norm;
   coarse.tolerance = std::max(norm.tolerance, 1e-7);
-  EventDriven scheme(EventDynamics(system, scene.nonsmooth, restitution, facts, scales.speed),
-                     Dopri5(norm, 1e-3 * scales.time), Dopri5(coarse, 1e-3 * scales.time), scales.time,
+  EventDynamics dynamics(system, scene.nonsmooth, restitution, facts, scales.speed);
+  const double first = 1e-3 * scales.time;
+  const auto method = [&](const ErrorNorm& accepted, long first_probe) {
+    return EventDriven::Method(Dopri5(accepted, first), accepted, first, first_probe);
+  };
+  // Films are stiff from the beginning of every mode. What is decided together has no derivative, nor has friction that
+  // reactions bound.
+  const long first_probe = dynamics.has_films() && system.reactive_frictions().empty() ? 100 : 0;
+  EventDriven scheme(std::move(dynamics), method(norm, first_probe), method(coarse, 0), scales.time,
                      scene.nonsmooth.tolerance * scales.length);
   if (scales.guessed) scheme.find_pace(scales.length);
   return scheme;
@@ -94,10 +102,13 @@ EventDriven make_event_driven(const Scene& scene, const System& system,
 
 std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& system, const State& state,
                                             const std::vector<double>& restitution) {
-  for (int k = 0; k < system.contacts(); ++k)
-    if (system.contact_facts(k).lubricant)
-      throw ModelError(fmt::format("joints.{}.lubricant", system.contact_facts(k).name),
-                       "the nonsmooth formulation has no film; leave it out, or use the penalty formulation");
+  refuse_undetermined_friction(system, state);
+  if (!system.reactive_frictions().empty() && system.contacts() > 0 &&
+      scene.nonsmooth.impact_law != ImpactLaw::newton)
+    throw ModelError(
+        "nonsmooth.impact_law",
+        "must be \"newton\" where joints have friction from their reactions: within an impact it is bounded "
+        "by their impulses, which the phases of the other laws do not have");
   std::vector<double> e = restitution;
   for (int k = static_cast<int>(e.size()); k < system.contacts(); ++k) {
     const auto& surface = system.contact_facts(k).surface;

@@ -3,28 +3,11 @@
 #include <algorithm>
 #include <tuple>
 
+#include "formulations/laws/film_force.hpp"
+
 namespace freeplay {
 
 namespace {
-
-/// What a film does: forces along the contact's normal and film rows, a couple along its spin, and the power that
-/// it dissipates (W).
-template <class T>
-struct FilmAction {
-  T normal, tangential, torque, loss;
-};
-
-template <class T>
-std::optional<FilmAction<T>> film_action(const Film& film, const T* v, const ContactRowOf<T>& row) {
-  const T share = film.share(row.gap);
-  if (share == 0) return std::nullopt;
-  const T w_r = -row.normal.dot(v), w_t = row.film.dot(v), spin = row.spin.dot(v),
-          ratio = film.ratio(row.gap);
-  const auto F = film.force(ratio, w_r, w_t);
-  const T torque = share * film.shear(ratio) * spin;
-  return FilmAction<T>{-share * F.radial, share * F.tangential, -torque,
-                       torque * spin - share * (F.radial * w_r + F.tangential * w_t)};
-}
 
 /// One place per contact, so that a bristle is found by its contact; contacts without friction leave theirs
 /// at zero.
@@ -50,7 +33,10 @@ PenaltyDynamics::PenaltyDynamics(const System& system, const PenaltyOptions& opt
       lambda_(system.rows()),
       r_(system.rows()),
       scratch_(system.n()),
-      impulse_(system.rows()) {
+      impulse_(system.rows()),
+      coupled_(system),
+      coupled_a_(terms_.coupled.size() * static_cast<std::size_t>(system.n())),
+      coupled_lambda_(terms_.coupled.size() * static_cast<std::size_t>(system.rows())) {
   if (options.stabilisation == Stabilisation::baumgarte) {
     two_alpha_ = 2 * options.alpha;
     beta_squared_ = options.beta * options.beta;
@@ -65,7 +51,7 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
   system_.place(t, q, e);
   system_.rate(q, v, e);
   system_.forces(t, q, v, z, e, {nullptr, phases.pieces()});
-  system_.flow(t, q, z, terms.flow.data(), {nullptr, phases.pieces()});
+  system_.flow(t, q, v, z, terms.flow.data(), {nullptr, phases.pieces()});
   terms.contact_work = terms.friction_loss = terms.film_loss = 0;
 
   T* impulse = terms.impulse_rate.data();
@@ -98,8 +84,15 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
     impulse[1] = tangential;
     terms.friction_loss -= tangential * v_t;
   }
-  for (int k = 0; k < system_.frictions(); ++k) {
+  for (int k = 0, reactive = 0; k < system_.frictions(); ++k) {
     const auto& facts = system_.friction_facts(k);
+    if (facts.reaction) {  // behind the reactions
+      auto& c = terms.coupled[static_cast<std::size_t>(reactive++)];
+      system_.friction(k, q, v, e, c.row);
+      c.u = c.row.dot(v);
+      c.factor = -preloaded_friction(1, *facts.regularisation, c.u) * facts.reaction->coefficient(c.u);
+      continue;
+    }
     system_.friction(k, q, v, e, terms.slide);
     const T u = terms.slide.dot(v), force = preloaded_friction(facts.bound, *facts.regularisation, u);
     terms.slide.add_to(e.force.data(), force);
@@ -126,6 +119,7 @@ void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
     std::fill(a, a + n, __builtin_nan(""));  // refused by the step control
   if (!saddle_.converged()) std::fill(a, a + n, __builtin_nan(""));
   singular_ = singular_ || saddle_.singular();
+  if (coupled_.size() > 0 && !add_coupled(a)) std::fill(a, a + n, __builtin_nan(""));
 
   std::copy(v, v + n, dxdt.data());
   std::ranges::copy(terms_.impulse_rate, dxdt.begin() + impulse_offset());
@@ -145,13 +139,45 @@ void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   }
 }
 
+/// Friction that the reactions bound: added to a, λ and the loss. False where there is none, or several.
+bool PenaltyDynamics::add_coupled(double* a) {
+  if (!std::isfinite(a[0])) return true;  // a stage after one that failed
+  trouble_ = nullptr;
+  if (saddle_.singular() && !facts_.redundant) {
+    trouble_ =
+        "constraint rows depend on each other there: the reactions that bound friction in joints are not unique";
+    return false;
+  }
+  const int n = system_.n(), m = system_.rows();
+  coupled_.base(lambda_.data());
+  for (int k = 0; k < coupled_.size(); ++k) {
+    const auto& c = terms_.coupled[static_cast<std::size_t>(k)];
+    saddle_.respond(c.row, nullptr, 0, response(k), reaction(k));
+    coupled_.factor(k) = c.factor;
+    coupled_.column(k, reaction(k));
+  }
+  if (const auto outcome = coupled_.solve(); outcome != CoupledFriction::Outcome::solved) {
+    trouble_ = words_of(outcome);
+    return false;
+  }
+  friction_residual_ = std::max(friction_residual_, coupled_.residual());
+  for (int k = 0; k < coupled_.size(); ++k) {
+    const double f = coupled_.force(k);
+    for (int i = 0; i < n; ++i) a[i] += f * response(k)[i];
+    for (int i = 0; i < m; ++i) lambda_[i] += f * reaction(k)[i];
+    terms_.friction_loss -= f * terms_.coupled[static_cast<std::size_t>(k)].u;
+  }
+  return true;
+}
+
 void PenaltyDynamics::reserve_jacobian() {
   const int n = system_.n(), m = system_.rows(), N = size();
   if (!tangent_)
     tangent_ = std::make_unique<Tangent>(Tangent{PenaltyTerms<Gradient>(system_, bristles_),
                                                  std::vector<Gradient>(2 * n + bristles_ + system_.states()),
                                                  std::vector<Gradient>(std::max(n, m)), Vector(N), Vector(n),
-                                                 Vector(m), Vector(n), Vector(m), Vector(n)});
+                                                 Vector(m), Vector(n), Vector(m), Vector(n),
+                                                 Vector(static_cast<std::size_t>(coupled_.size()))});
 }
 
 void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfdt) {
@@ -164,6 +190,7 @@ void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfd
   const auto& a = d.acceleration;
   std::copy_n(d.slope.begin() + n, n, d.acceleration.begin());
   std::fill(J, J + static_cast<long>(N) * N, 0.0);
+  if (coupled_.size() > 0) coupled_.prepare_follow();
   const auto place_of = [&](int input) { return input < 2 * n ? input : bristle_offset() + input - 2 * n; };
 
   const int inputs = 2 * n + bristles_ + system_.states();  // then time
@@ -179,6 +206,13 @@ void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfd
     evaluate(d.state.data(), d.state.data() + n, d.state.data() + 2 * n, d.state.data() + 2 * n + bristles_,
              time, terms);
 
+    // Friction that the reactions bound, at fixed S: what follows S is added to each direction below.
+    for (int k = 0; k < coupled_.size(); ++k) {
+      auto& c = terms.coupled[static_cast<std::size_t>(k)];
+      c.factor = -coupled_.support(k) * c.factor;  // now the force
+      c.row.add_to(terms.e.force.data(), c.factor);
+    }
+
     // What the slopes leave of M a + Gᵀλ = F and G a = r.
     for (int i = 0; i < n; ++i) d.reaction[i] = 0;
     add_transposed(system_.pattern(), terms.e.G.data(), lambda_.data(), d.reaction.data());
@@ -191,6 +225,15 @@ void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfd
       for (int i = 0; i < n; ++i) d.force[i] = d.reaction[i].slope[s];
       for (int k = 0; k < m; ++k) d.r[k] = terms.r[k].slope[s];
       saddle_.solve(d.force.data(), d.r.data(), d.a.data(), d.lambda.data());
+      double loss = terms.friction_loss.slope[s];
+      if (coupled_.size() > 0) coupled_.follow(d.lambda.data(), d.friction.data());
+      for (int k = 0; k < coupled_.size(); ++k) {
+        const auto& c = terms.coupled[static_cast<std::size_t>(k)];
+        const double df = d.friction[k];
+        for (int i = 0; i < n; ++i) d.a[i] += df * response(k)[i];
+        for (int i = 0; i < m; ++i) d.lambda[i] += df * reaction(k)[i];
+        loss -= (c.factor.slope[s] + df) * c.u.value + c.factor.value * c.u.slope[s];
+      }
       const int input = first + s;
       double* column = input == inputs ? dfdt : J + static_cast<long>(N) * place_of(input);
       for (int i = 0; i < n; ++i) column[i] = input == n + i ? 1 : 0;
@@ -204,11 +247,11 @@ void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfd
       integral[load] = terms.e.power.load.slope[s];
       integral[damping] = -terms.e.power.damping.slope[s];
       integral[contact_work] = terms.contact_work.slope[s];
-      integral[friction_loss] = terms.friction_loss.slope[s];
+      integral[friction_loss] = loss;
       integral[film_loss] = terms.film_loss.slope[s];
       integral[stabilisation] = 0;
       for (int k = 0; k < m; ++k) {
-        integral[drive] += d.lambda[k] * terms.e.phi_t[k].value;
+        integral[drive] += d.lambda[k] * terms.e.phi_t[k].value + lambda_[k] * terms.e.phi_t[k].slope[s];
         integral[stabilisation] -= d.lambda[k] * terms.rate[k].value + lambda_[k] * terms.rate[k].slope[s];
       }
     }
@@ -234,8 +277,13 @@ void PenaltyDynamics::report(const Vector& x, double t, Vector& dxdt, Forces& ou
       system_.report_contact(k, q, e, row_, terms_.impulse_rate[2 * k], terms_.impulse_rate[2 * k + 1], 1,
                              out);
   }
-  for (int k = 0; k < system_.frictions(); ++k) {
+  for (int k = 0, reactive = 0; k < system_.frictions(); ++k) {
     const auto& facts = system_.friction_facts(k);
+    if (facts.reaction) {
+      const auto& c = terms_.coupled[static_cast<std::size_t>(reactive)];
+      system_.report_friction(k, q, v, e, c.row, coupled_.force(reactive++), 1, out);
+      continue;
+    }
     system_.friction(k, q, v, e, terms_.slide);
     const double force = preloaded_friction(facts.bound, *facts.regularisation, terms_.slide.dot(v));
     system_.report_friction(k, q, v, e, terms_.slide, force, 1, out);

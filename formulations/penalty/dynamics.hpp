@@ -14,6 +14,7 @@
 
 #include "formulations/integrators/phases.hpp"
 #include "formulations/laws/contact_law.hpp"
+#include "formulations/laws/coupled_friction.hpp"
 #include "formulations/laws/film.hpp"
 #include "formulations/laws/friction_law.hpp"
 #include "model/options.hpp"
@@ -34,6 +35,12 @@ struct PenaltyTerms {
   std::vector<T> bristle_rate, flow;
   std::vector<T> rate, r;  ///< G v + Φ_t and the right-hand side of G v̇ = r
   T contact_work = 0, friction_loss = 0, film_loss = 0;
+  /// Of friction that its joint's reaction bounds, f = −factor·S(λ): its row, factor and sliding speed.
+  struct Coupled {
+    SparseRowOf<T> row;
+    T factor = 0, u = 0;
+  };
+  std::vector<Coupled> coupled;
 
   PenaltyTerms(const System& system, int bristles)
       : e(system.make_evaluation<T>()),
@@ -41,7 +48,8 @@ struct PenaltyTerms {
         bristle_rate(bristles),
         flow(system.states()),
         rate(system.rows()),
-        r(system.rows()) {}
+        r(system.rows()),
+        coupled(system.reactive_frictions().size()) {}
 };
 
 /// What a contact's forces depend on beside the state.
@@ -141,6 +149,10 @@ class PenaltyDynamics {
   const std::vector<PenaltyContact>& contacts() const { return contacts_; }
   const Evaluation& evaluation() const { return terms_.e; }
   bool singular() const { return singular_; }
+  /// Why friction that reactions bound has no force at the last evaluation; nullptr where it has.
+  const char* trouble() const { return trouble_; }
+  /// Greatest residual of its equations in the run, over the greatest bound.
+  double friction_residual() const { return friction_residual_; }
   /// 1/s, the fastest of Baumgarte's terms.
   double pull() const { return std::max(two_alpha_, std::sqrt(beta_squared_)); }
   double nearest_singular() const { return saddle_.nearest_singular(); }
@@ -155,7 +167,7 @@ class PenaltyDynamics {
     m.part("penalty dynamics");
     for (auto& c : contacts_) m(c.mode());
     m(phases);
-    m(saddle_, singular_, work);
+    m(saddle_, singular_, work, friction_residual_);
   }
 
  private:
@@ -175,10 +187,18 @@ class PenaltyDynamics {
   struct Tangent {               // of jacobian()
     PenaltyTerms<Gradient> terms;
     std::vector<Gradient> state, reaction;
-    std::vector<double> slope, force, r, a, lambda, acceleration;
+    std::vector<double> slope, force, r, a, lambda, acceleration, friction;
   };
   std::unique_ptr<Tangent> tangent_;  // made when first asked for
   bool singular_ = false;
+  CoupledFriction coupled_;
+  Vector coupled_a_, coupled_lambda_;  // responses to a unit of each friction, one after the other
+  const char* trouble_ = nullptr;
+  double friction_residual_ = 0;
+
+  bool add_coupled(double* a);
+  double* response(int k) { return coupled_a_.data() + static_cast<long>(k) * system_.n(); }
+  double* reaction(int k) { return coupled_lambda_.data() + static_cast<long>(k) * system_.rows(); }
 
   template <class T>
   void evaluate(const T* q, const T* v, const T* bristle, const T* z, const T& t,

@@ -7,9 +7,11 @@
 #include "formulations/integrators/relieved.hpp"
 #include "formulations/integrators/scaled_methods.hpp"
 #include "formulations/integrators/tolerance.hpp"
+#include "formulations/laws/film_force.hpp"
 #include "formulations/marched.hpp"
 #include "formulations/penalty/stepper.hpp"
 #include "model/assembly.hpp"
+#include "model/redundancy.hpp"
 #include "model/scene.hpp"
 
 namespace freeplay {
@@ -22,17 +24,7 @@ std::vector<PenaltyContact> make_contacts(const Scene& scene, const System& syst
     PenaltyContact c;
     c.law = make_contact_force(scene, facts);
     if (facts.surface.friction) c.friction = make_friction(scene.penalty, *facts.surface.friction);
-    if (facts.lubricant) {
-      const auto& oil = *facts.lubricant;
-      c.film = Film{
-          oil.film == Lubricant::Film::short_bearing ? Film::Kind::short_bearing : Film::Kind::long_bearing,
-          oil.cavitation == Lubricant::Cavitation::half_sommerfeld,
-          oil.viscosity,
-          *facts.bearing_length,
-          facts.radius_bearing,
-          facts.clearance,
-          oil.hand_over.value_or(0.01 * facts.clearance)};
-    }
+    c.film = make_film(facts);
     contacts.push_back(c);
   }
   for (int k = 0; k < system.frictions(); ++k)
@@ -131,8 +123,27 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
   const Scene& scene_;
 };
 
-/// Scales of the integrated vector; impulses and work integrals have none and are carried along.
-ErrorNorm make_norm(const System& system, const Scales& s, const PenaltyOptions& options) {
+/// Whether a drive or load follows a curve, a motor or a governor. A method of high order may meet such a motion in steps
+/// that are far too long for its work.
+bool follows_curves(const Mechanism& m) {
+  const auto plain = [](const Drive& d) {
+    return std::holds_alternative<SpeedDrive>(d) || std::holds_alternative<TorqueDrive>(d);
+  };
+  const auto scaled = [](const Load& load) {
+    return std::visit(
+        [](const auto& l) {
+          if constexpr (requires { l.factor; }) return l.factor >= 0;
+          return false;
+        },
+        load);
+  };
+  return !std::ranges::all_of(m.drives, plain) || std::ranges::any_of(m.loads, scaled);
+}
+
+/// Scales of the integrated vector; impulses and work integrals have none and are carried along, but for the works of
+/// drives and loads where curves say what they do: those by the kinetic energy at the scale of speed, and themselves.
+ErrorNorm make_norm(const System& system, const Scales& s, const PenaltyOptions& options,
+                    const Mechanism& mechanism) {
   ErrorNorm norm = motion_norm(system, s, options.tolerance);
   const int n = system.n();
   // Places for bristles are there when some contact has them, as count_bristles() has it.
@@ -145,7 +156,17 @@ ErrorNorm make_norm(const System& system, const Scales& s, const PenaltyOptions&
     norm.absolute.resize(norm.absolute.size() + system.contacts(), 1 / options.bristle_stiffness);
     norm.relative.resize(norm.absolute.size(), 0);
   }
-  if (system.states() > 0) add_states(norm, system, 2 * n + (bristles ? 3 : 2) * system.contacts());
+  const int states = 2 * n + (bristles ? 3 : 2) * system.contacts();
+  if (system.states() > 0) add_states(norm, system, states);
+  if (follows_curves(mechanism)) {
+    double energy = 0;
+    for (int i = 0; i < n; ++i)
+      energy += 0.5 * system.mass()[i] * std::pow(system.is_angle(i) ? s.angular_speed : s.speed, 2);
+    norm.absolute.resize(states + system.states(), INFINITY);
+    norm.absolute.resize(norm.absolute.size() + 2, energy);
+    norm.relative.resize(states + system.states(), 0);
+    norm.relative.resize(norm.absolute.size(), 1);
+  }
   return norm;
 }
 
@@ -155,14 +176,26 @@ double delivered_by(const Scene& scene, const ContactFacts& contact) {
   return delivered_restitution(make_contact_force(scene, contact).chi);
 }
 
+Compliances penalty_compliances(const Scene& scene, const System& system) {
+  Compliances list;
+  for (int k = 0; k < system.contacts(); ++k) {
+    const auto law = make_contact_force(scene, system.contact_facts(k)).elastic;
+    list.push_back({[law](double depth) { return law.force(depth); },
+                    [law](double depth) { return law.slope(depth); },
+                    [law](double depth) { return law.energy(depth); }});
+  }
+  return list;
+}
+
 std::unique_ptr<Formulation> make_penalty(const Scene& scene, const System& system, const State& state) {
+  refuse_undetermined_friction(system, state);
   const auto& options = scene.penalty;
   const auto scales = make_scales(scene.mechanism, system, state);
   const double floor = options.v0_floor.value_or(1e-3 * scales.speed);
   const auto with = [&](auto method) -> std::unique_ptr<Formulation> {
     return std::make_unique<Penalty<decltype(method)>>(scene, system, state, std::move(method), floor);
   };
-  const auto norm = make_norm(system, scales, options);
+  const auto norm = make_norm(system, scales, options, scene.mechanism);
   const double first = 1e-3 * scales.time;
   const auto relieved = [&](auto method) {
     return with(Relieved<decltype(method)>(std::move(method), norm, first));

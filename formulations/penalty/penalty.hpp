@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "model/compliance.hpp"
 #include "sim/formulation.hpp"
 
 namespace freeplay {
@@ -17,5 +18,8 @@ std::unique_ptr<Formulation> make_penalty(const Scene& scene, const System& syst
 /// The restitution that the scene's contact law delivers at a contact in a free impact; not for Kelvin–Voigt,
 /// where it depends on the mass.
 double delivered_by(const Scene& scene, const ContactFacts& contact);
+
+/// The elastic parts of its contacts' laws.
+Compliances penalty_compliances(const Scene& scene, const System& system);
 
 }  // namespace freeplay

@@ -94,6 +94,7 @@ class PenaltyStepper {
       moving_ = method_.x;
     for (std::size_t k = 0; k < was_.size(); ++k) probe_->contacts()[k].mode() = was_[k];
     probe_->phases = was_phases_;
+    probe_->knot = f_.knot;
     probe_->report(moving_, t, slope_, out);
   }
   void add_impulse(double a, double b, Forces& sum) { integrate_forces(*this, a, b, at_, sum); }
@@ -106,6 +107,8 @@ class PenaltyStepper {
     const double run_end = t_end;
     // A table's knots are stops: no step crosses a kink of the torque, or misses a pulse.
     const double knot = f_.knot = f_.system().next_knot(method_.t);
+    // What a prescribed acceleration jumps to at the knot is the next step's.
+    if (f_.system().has_motions()) f_.knot = std::nextafter(knot, method_.t);
     if (restart_) method_.renew(f_);
     restart_ = false;
     const bool to_knot = knot < t_end;
@@ -155,6 +158,7 @@ class PenaltyStepper {
     }
     if (!std::isfinite(std::accumulate(method_.x.begin(), method_.x.end(), method_.t))) return lose();
     keep_residuals(f_.system(), f_.evaluation(), extremes_);
+    extremes_.friction_residual = f_.friction_residual();
     for (int k = 0; k < f_.system().contacts(); ++k) {
       const Sample before = mark_[k].at;
       mark_[k].at = end_[k] = cut ? sample(k, method_.x, method_.t) : end_[k];
@@ -186,6 +190,7 @@ class PenaltyStepper {
       return fmt::format(
           "t = {:.9g} s: the state is no longer finite; take a finer penalty.tolerance or penalty.step",
           t_old());
+    if (f_.trouble()) return fmt::format("t = {:.9g} s: {}", t_old(), f_.trouble());
     if (creeps_)
       return fmt::format(
           "t = {:.9g} s: steps have shrunk to {:.2g} s, the motion is too stiff for this integrator; use "
@@ -197,7 +202,7 @@ class PenaltyStepper {
           "t = {:.9g} s: {} without time passing; a shorter penalty.step or a finer penalty.tolerance may resolve it",
           t(),
           f_.system().contacts() > 0 ? "a contact opens and closes"
-                                     : "an angle crosses a kink of its torque table");
+                                     : "an angle or a length crosses a kink of its table");
     return fmt::format(
         "t = {:.9g} s: no step is accepted any more, however small; the motion may be singular there (as at "
         "a four-bar's change point), or penalty.tolerance beyond rounding",

@@ -124,7 +124,7 @@ void PenaltyStepper<Method>::keep_kick() {
   const auto& system = f_.system();
   const auto n = static_cast<std::size_t>(system.n());
   for (int k = 0; k < system.phases(); ++k) {
-    const auto rate = [&](const Vector& x, const double* v) { return system.phase(k, x.data(), v).rate; };
+    const auto rate = [&](const Vector& x, const double* v) { return system.phase(k).at(x.data(), v).rate; };
     const double a0 = rate(method_.x_old, method_.dxdt_old.data() + n),
                  a1 = rate(method_.x, method_.dxdt.data() + n);
     const double w0 = rate(method_.x_old, method_.x_old.data() + n),

@@ -1,11 +1,16 @@
 #include <fmt/format.h>
 
+#include "cli/assembly_report.hpp"
+#include "cli/default_folder.hpp"
 #include "cli/questions.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "formulations/make.hpp"
 #include "io/located.hpp"
 #include "io/output_estimate.hpp"
+#include "io/pose_file.hpp"
+#include "io/quantity.hpp"
+#include "io/result_set.hpp"
 #include "io/schema.hpp"
 #include "model/assembly.hpp"
 #include "model/magnitude.hpp"
@@ -13,6 +18,7 @@
 #include "model/scene.hpp"
 #include "model/system.hpp"
 #include "numerics/saddle_point.hpp"
+#include "plots/figure.hpp"
 
 namespace freeplay::cli {
 
@@ -104,16 +110,35 @@ void economies(const Scene& scene, const System& system, const SaddlePoint& sadd
 struct CheckRequest : Request {
   std::string scene;
   std::vector<std::string> overrides;
+  Reach reach = Reach::beside;
   bool why = false;     ///< reasons of what is left out
   bool keys = false;    ///< list the keys of all scenes instead
   bool bounds = false;  ///< list the bounds of their numbers instead
+  bool units = false;   ///< list the units that they may be given with instead
+  std::string output;   ///< folder for the figure of the pose
 };
+
+/// Every unit that a number may be given with, likewise.
+int list_units() {
+  for (const auto& u : named_units()) fmt::print("{}", row_of(u));
+  return 0;
+}
+
+void draw_pose(const Scene& scene, const State& start, const std::string& output) {
+  const auto folder = result_folder(output, output);
+  ResultSet set(folder, "check");
+  write_pose(scene, start, set.place());
+  set.commit();
+  fmt::print("\nfigures:\n");
+  for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
+}
 
 int check(const CheckRequest& request) {
   if (request.keys) return list_keys();
   if (request.bounds) return list_bounds();
+  if (request.units) return list_units();
   if (request.scene.empty()) throw SceneError("scene is required");
-  const Scene scene = read_scene(request.scene, request.overrides);
+  const Scene scene = read_scene(request.scene, request.overrides, request.reach == Reach::anywhere);
   ask(scene);
   const System system(scene.mechanism);
   std::string assumed;
@@ -133,7 +158,7 @@ int check(const CheckRequest& request) {
   line("degrees of freedom",
        fmt::format("{}", system.n() - system.rows() + static_cast<int>(redundant.size())));
   line("contacts", fmt::format("{}", system.contacts()));
-  line("friction rows", fmt::format("{} of contacts, {} of preloaded joints", tangents, system.frictions()));
+  line("friction rows", fmt::format("{} of contacts, {} of joints", tangents, system.frictions()));
   line("instruments", fmt::format("{}", scene.instruments.size()));
   const SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic,
                            {!redundant.empty(), scene.run.eliminate});
@@ -150,12 +175,15 @@ int check(const CheckRequest& request) {
     line("", fmt::format("and events.csv, {:.0f} bytes an event; how many is not known before",
                          output.event_bytes));
   if (!assumed.empty()) line("start", assumed);
+  for (const auto& [what, said] : assembly_report(scene.mechanism, start)) line(what.c_str(), said);
 
   for (int k = 0; k < system.contacts(); ++k) {
     const auto& facts = system.contact_facts(k);
     fmt::print("\n  contact {}: ", facts.name);
     if (facts.has_clearance) fmt::print("clearance {:.4g} mm, ", 1e3 * facts.clearance);
-    if (facts.radius > 0)
+    if (facts.stiffness)
+      fmt::print("stiffness {:.5g} N/m\n", *facts.stiffness);
+    else if (facts.radius > 0)
       fmt::print("radius of curvature {:.5g} mm\n", 1e3 * facts.radius);
     else
       fmt::print("a sharp corner\n");
@@ -179,6 +207,7 @@ int check(const CheckRequest& request) {
       fmt::print("{}", wrapped(fmt::format("  {:<10} not available: {}\n", name, e.what()), 13));
     }
   }
+  if (!request.output.empty()) draw_pose(scene, start, request.output);
   return available > 0 ? 0 : 1;
 }
 
@@ -189,10 +218,13 @@ void check_verb(Program& program) {
       program.verb("check", "read and validate a scene; print what it makes the solver carry", check);
   options.scene(request.scene);
   options.set(request.overrides);
+  options.allow_outside(request.reach);
   options.flag("--why", request.why,
                "say what each element costs, and why things are eliminated or left out");
   options.flag("--keys", request.keys, "list every key that a scene may hold instead");
   options.flag("--bounds", request.bounds, "list what a number of each unit may amount to instead");
+  options.flag("--units", request.units, "list every unit that a number may be given with instead");
+  options.output(request.output, "folder for a figure of the assembled pose; default: none is drawn");
 }
 
 }  // namespace freeplay::cli

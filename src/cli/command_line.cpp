@@ -94,7 +94,7 @@ Option Options::accuracy(std::string& level) {
 Option Options::allow_outside(Reach& reach) {
   return Option(app_->add_flag_callback(
       "--allow-outside", [&reach] { reach = Reach::anywhere; },
-      "let the study name files that do not lie beside it or below"));
+      "let the scene or study name files that do not lie beside it or below"));
 }
 Option Options::threads(int& count) {
   return add("--threads", count, "how many runs at a time; default one for each core").between(1, 1024);

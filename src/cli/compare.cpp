@@ -19,6 +19,7 @@ namespace freeplay::cli {
 namespace {
 
 struct CompareRequest : Request {
+  Reach reach = Reach::beside;  ///< of files that the scene names
   std::string scene;
   std::vector<std::string> overrides;
   bool as_given = false;  ///< the impact law at the restitution asked for
@@ -31,7 +32,7 @@ struct CompareRequest : Request {
 int compare(const CompareRequest& request) {
   auto overrides = with_accuracy(request.accuracy, {Family::penalty, Family::nonsmooth}, request.overrides);
   if (request.forces) overrides.push_back("run.forces=true");
-  const auto scene = open_scene(request.scene, overrides);
+  const auto scene = open_scene(request.scene, overrides, request.reach == Reach::anywhere);
   const auto folder = result_folder(request.output, default_folder(request.scene, ""));
   ResultSet set(folder, "compare");
   Progress progress;
@@ -63,6 +64,7 @@ void compare_verb(Program& program) {
       program.verb("compare", "solve a scene in both formulations and compare them", compare);
   options.scene(request.scene).required();
   options.set(request.overrides);
+  options.allow_outside(request.reach);
   options.flag("--as-given", request.as_given,
                "leave the impact law at the restitution asked for, unmatched");
   options.flag("--forces", request.forces, "write forces.csv too, and draw its figures");

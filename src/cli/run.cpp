@@ -23,6 +23,7 @@ namespace freeplay::cli {
 namespace {
 
 struct RunRequest : Request {
+  Reach reach = Reach::beside;  ///< of files that the scene names
   std::string scene;
   std::vector<std::string> overrides;
   std::string formulation;
@@ -103,7 +104,7 @@ int run(const RunRequest& request) {
     auto overrides =
         with_accuracy(request.accuracy, {family_named(request.formulation).value()}, request.overrides);
     if (request.forces) overrides.push_back("run.forces=true");
-    const Scene scene = read_scene(request.scene, overrides);
+    const Scene scene = read_scene(request.scene, overrides, request.reach == Reach::anywhere);
     ask(scene);
     plan.formulation = request.formulation;
     plan.folder = result_folder(request.output, default_folder(scene.file, "-" + request.formulation));
@@ -138,6 +139,7 @@ void run_verb(Program& program) {
   auto [options, request] = program.verb("run", "solve a scene in one formulation", run);
   options.scene(request.scene);
   options.set(request.overrides);
+  options.allow_outside(request.reach);
   options.add("--formulation", request.formulation, "penalty or nonsmooth").one_of(family_names());
   options.accuracy(request.accuracy);
   options.output(request.output, "result folder; default out/NAME-FORMULATION");

@@ -61,9 +61,14 @@ Scene checked(Scene scene) {
   return scene;
 }
 
-State start_of(const Scene& scene, const System& system, const SimulationOptions& options,
+State start_of(const Scene& scene, Family family, const System& system, const SimulationOptions& options,
                std::string& assumed) {
-  if (!options.start) return assemble(scene.mechanism, scene.run.start, &assumed, options.stop);
+  if (!options.start) {
+    // Only at rest does it matter how contacts yield: elsewhere they begin without load.
+    const bool rests = scene.run.start == RunOptions::Start::equilibrium;
+    return assemble(scene.mechanism, scene.run.start, &assumed, options.stop,
+                    rests ? compliances(family, scene, system) : Compliances{});
+  }
   const auto n = static_cast<std::size_t>(system.n()), states = static_cast<std::size_t>(system.states());
   if (options.start->q.size() != n || options.start->v.size() != n)
     throw ModelError("start", fmt::format("must have {} coordinates and as many rates, has {} and {}", n,
@@ -90,7 +95,7 @@ struct Simulation::Implementation {
         family(family_of(formulation)),
         given_start(options.start),
         system(scene.mechanism),
-        start(start_of(scene, system, options, assumed)),
+        start(start_of(scene, family, system, options, assumed)),
         restitution(matched_restitution(family, options.matched, scene, system)),
         layout(layout_of(scene, system, start)),
         form(begun(start)),

@@ -110,6 +110,8 @@ ForcesCsv::Columns ForcesCsv::columns(ForceElement::Kind kind) {
               {{"fx", &F::fx}, {"fy", &F::fy}, {"m", &F::m}}};
     case ForceElement::Kind::force:
       return {{{"fx", &F::fx}, {"fy", &F::fy}}, {{"fx", &F::fx}, {"fy", &F::fy}}};
+    case ForceElement::Kind::push:
+      return {{{"fx", &F::fx}, {"fy", &F::fy}, {"power", &F::power}}, {{"fx", &F::fx}, {"fy", &F::fy}}};
     case ForceElement::Kind::drive:
     case ForceElement::Kind::torque:
       return {{{"torque", &F::m}, {"power", &F::power}}, {{"torque", &F::m}}};

@@ -7,8 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "model/elements/torque_drive.hpp"
+#include "model/body.hpp"
+#include "model/configuration.hpp"
+#include "model/curve.hpp"
+#include "model/elements.hpp"
 #include "model/keys.hpp"
+#include "model/surface.hpp"
 #include "values/vec2.hpp"
 
 namespace freeplay {
@@ -62,6 +66,10 @@ class KeysList {
     add(key, "number or text", fmt::format("\"{}\"", word));
   }
   template <class E>
+  void choose_other(const Key& key, E& x) {
+    choose(key, x);
+  }
+  template <class E>
   void choose_listed(const Key& key, E& x) {
     add(key, "text", fmt::format("\"{}\"", text_of(x)));
   }
@@ -89,6 +97,20 @@ class KeysList {
     add(constant, "number", "–");
     add(points, "points", "–");
   }
+  void samples(const Key& points, const Key& file, const Key& columns, Curve::Points&) {
+    add(points, "points", "–");
+    add(file, "text", "–");
+    add(columns, "names", "the first two");
+  }
+  void curve(const Key& key, int&, Curve::Use = Curve::Use::value) { add(key, "text", "required"); }
+  void maybe_curve(const Key& key, int&, Curve::Use = Curve::Use::value) { add(key, "text", "–"); }
+  void moving_joint(const Key& key, int&) { add(key, "text", "required"); }
+  void maybe_joint(const Key& key, int&) { add(key, "text", "–"); }
+  void joint_place(const Key& key, double&, int) { add(key, "number", std::string(key.fallback)); }
+  void number_or_curve(const Key& key, CurveOr&, const Range& = any_number) {
+    add(key, "number or text", "required");
+  }
+  void pairs(const Key& key, TorqueDrive::Table&) { add(key, "points", "–"); }
   void length(const Key& turns, const Key& seconds, double&) {
     add(turns, "number", "–");
     add(seconds, "number", "–");
@@ -98,18 +120,33 @@ class KeysList {
     add({"between", "", meaning}, "names", "required");
   }
   void ends(std::string_view meaning, std::array<Vec2, 2>&) {
-    add({"at", "m", meaning}, "points", "[[0, 0], [0, 0]]");
+    add({"at", "m", meaning}, "points or names", "[[0, 0], [0, 0]]");
   }
+  void points(const Key& key, std::string_view, std::vector<NamedPoint>&) { add(key, "table", "–"); }
+  void point_of(const Key& key, int, Vec2& at) { add(key, "point or name", shown(at)); }
+  void angles(const Key& key, std::vector<JointAngle>&) { add(key, "names", "–"); }
   void axis(std::string_view meaning, Vec2&) { add({"axis", "", meaning}, "point", "[1, 0]"); }
   void radii(const Key& key, std::array<double, 2>&) { add(key, "point", "required"); }
   void body(const Key& key, int&) { add(key, "text", "required"); }
-  void surface(const Key& key, int&) { add(key, "text", "required"); }
+  const Surface* surface(const Key& key, int&) {
+    add(key, "text", "required");
+    return nullptr;
+  }
   void lubricant(const Key& key, int&, double, const std::optional<double>&) { add(key, "text", "–"); }
   void drive(const Key& key, std::string&) { add(key, "text", "required"); }
   template <class J>
   const J* joint(const Key& key, int&) {
     add(key, "text", "required");
     return nullptr;
+  }
+  template <class... Kinds>
+  const Joint* joint_of(const Key& key, int&) {
+    add(key, "text", "required");
+    return nullptr;
+  }
+  template <class Of>
+  void from_bodies(const Key& key, double&, const std::array<int, 2>&, const char*, Of) {
+    add(key, "number", std::string(key.fallback));
   }
   void any_joint(const Key& key, int&, std::array<int, 2>&) { add(key, "text", "required"); }
   void joint_angle(const Key& key, double&, int) { add(key, "number", std::string(key.fallback)); }
@@ -122,12 +159,14 @@ class KeysList {
 
   static std::string type_of(double) { return "number"; }
   static std::string type_of(const std::optional<double>&) { return "number"; }
+  static std::string type_of(const std::optional<Vec2>&) { return "point"; }
   static std::string type_of(unsigned) { return "number"; }
   static std::string type_of(int) { return "number"; }
   static std::string type_of(bool) { return "true or false"; }
   static std::string type_of(const Vec2&) { return "point"; }
   static std::string shown(double x);
   static std::string shown(const std::optional<double>&) { return "–"; }
+  static std::string shown(const std::optional<Vec2>&) { return "–"; }
   static std::string shown(unsigned x) { return fmt::format("{}", x); }
   static std::string shown(int x) { return fmt::format("{}", x); }
   static std::string shown(bool x) { return x ? "true" : "false"; }

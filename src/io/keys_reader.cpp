@@ -1,7 +1,9 @@
 #include "io/keys_reader.hpp"
 
+#include <cmath>
 #include <numbers>
 
+#include "io/points_file.hpp"
 #include "io/toml_value.hpp"
 
 namespace freeplay {
@@ -16,7 +18,7 @@ const auto own_name = [](const auto& item) { return item.name; };
 
 /// "there is no WHAT "name"", and which there are.
 template <class Range, class Name>
-std::string unknown(const char* what, const std::string& name, const Range& range, Name name_of_item,
+std::string unknown(const std::string& what, const std::string& name, const Range& range, Name name_of_item,
                     std::vector<std::string> names = {}) {
   for (const auto& item : range) names.push_back(name_of_item(item));
   return fmt::format("there is no {} {}{}", what, toml_quoted(name), listed("there is:", names));
@@ -31,24 +33,73 @@ void KeysReader::one_of(const Key& a, const Key& b) const {
 }
 
 void KeysReader::table(const Key& constant, const Key& points, TorqueDrive::Table& table) {
-  if (s_.has(constant.name)) return void(table.emplace_back(0.0, s_.number(constant.name, any_number)));
-  for (const auto& p : s_.points(points.name)) {
+  if (s_.has(constant.name)) return void(table.emplace_back(0.0, s_.number(constant, any_number)));
+  pairs(points, table);
+}
+
+void KeysReader::pairs(const Key& key, TorqueDrive::Table& table) {
+  if (!s_.has(key.name)) return;
+  for (const auto& p : s_.points(key)) {
     if (!table.empty() && p.x() <= table.back().first)
-      s_.fail(points.name,
+      s_.fail(key.name,
               fmt::format("must increase in its first column; {} follows {}", p.x(), table.back().first));
     table.emplace_back(p.x(), p.y());
   }
 }
 
+void KeysReader::samples(const Key& points, const Key& file, const Key& columns, Curve::Points& list) {
+  one_of(points, file);
+  const auto& given = s_.has(points.name) ? points : file;
+  if (s_.has(points.name)) {
+    if (s_.has(columns.name)) s_.fail(columns.name, fmt::format("names columns of a {}", file.name));
+    for (const auto& p : s_.points(points.name)) list.emplace_back(p.x(), p.y());
+  } else {
+    const auto names = s_.has(columns.name) ? s_.names(columns.name) : std::vector<std::string>();
+    if (!names.empty() && names.size() != 2)
+      s_.fail(columns.name, fmt::format("must name two columns, those of x and y, names {}", names.size()));
+    list = read_points(s_.named_text(file.name), names,
+                       [&](const std::string& wrong) { s_.fail(file.name, wrong); });
+  }
+  if (list.size() < 2) s_.fail(given.name, fmt::format("must have at least two points, has {}", list.size()));
+  constexpr std::size_t most = 100'000;  // what a canonical text can hold with room
+  if (list.size() > most)
+    s_.fail(given.name, fmt::format("must have at most {} points, has {}", most, list.size()));
+  for (std::size_t i = 1; i < list.size(); ++i)
+    if (!(list[i].first > list[i - 1].first))
+      s_.fail(given.name,
+              fmt::format("must increase in x; {:.9g} follows {:.9g}", list[i].first, list[i - 1].first));
+}
+
+void KeysReader::curve(const Key& key, int& curve, Curve::Use use) {
+  const auto name = s_.text(key.name);
+  curve = index_of(mechanism_.curves, name, own_name);
+  if (curve < 0) s_.fail(key.name, unknown("curve", name, mechanism_.curves, own_name));
+  if (const auto why = mechanism_.curves[static_cast<std::size_t>(curve)].refusal(use); !why.empty())
+    s_.fail(key.name, fmt::format("the curve {} {}", toml_quoted(name), why));
+}
+
+/// A text is a curve's name, or a number with its unit, which no name is: there is a blank in it.
+void KeysReader::number_or_curve(const Key& key, CurveOr& x, const Range& range) {
+  if (!s_.has(key.name) || (s_.is_text(key.name) && s_.text(key.name).find(' ') == std::string::npos))
+    return curve(key, x.curve);
+  x.constant = s_.number(key, range);
+}
+
+/// In turns, where the length is; with a unit of its own always a time.
+void KeysReader::part_of_length(const Key& key, double& x) {
+  x = s_.is_text(key.name) ? s_.number(Key{key.name, "s", key.meaning}, non_negative)
+                           : s_.number(key, non_negative, 0) * unit_;
+}
+
 void KeysReader::length(const Key& turns, const Key& seconds, double& duration) {
   one_of(turns, seconds);
-  if (!s_.has(turns.name)) return void(duration = s_.number(seconds.name, positive));
+  if (!s_.has(turns.name)) return void(duration = s_.number(seconds, positive));
   const auto* drive = main_drive(mechanism_);
   if (!drive || drive->speed == 0)
     s_.fail(turns.name,
             fmt::format("needs a drive that turns at a prescribed speed; give {} (s) instead", seconds.name));
   unit_ = 2 * std::numbers::pi / std::abs(drive->speed);
-  duration = s_.number(turns.name, positive) * unit_;
+  duration = s_.number(turns, positive) * unit_;
 }
 
 int KeysReader::body_index(std::string_view key, const std::string& name) const {
@@ -63,14 +114,73 @@ void KeysReader::between(std::string_view, std::array<int, 2>& pair) {
   if (names.size() != 2) s_.fail("between", fmt::format("must name two bodies, names {}", names.size()));
   pair = {body_index("between", names[0]), body_index("between", names[1])};
   if (pair[0] == pair[1]) s_.fail("between", fmt::format("joins \"{}\" to itself", names[0]));
+  pair_ = pair;
+}
+
+Vec2 KeysReader::named_point(std::string_view key, int body, const std::string& name) const {
+  if (body == ground)
+    s_.fail(key, fmt::format("{}: the ground has no named points; give its coordinates [x, y]",
+                             toml_quoted(name)));
+  const auto& b = mechanism_.bodies[static_cast<std::size_t>(body)];
+  const auto found = std::ranges::find(b.points, name, &NamedPoint::name);
+  if (found == b.points.end())
+    s_.fail(key, unknown(fmt::format("point of bodies.{}", b.name), name, b.points, own_name));
+  return found->at;
+}
+
+void KeysReader::point_of(const Key& key, int body, Vec2& at) {
+  at = s_.is_text(key.name) ? named_point(key.name, body, s_.text(key.name)) : s_.point(key, at);
+}
+
+void KeysReader::points(const Key& key, std::string_view centre, std::vector<NamedPoint>& list) {
+  if (!s_.has(key.name)) return;
+  Vec2 mass_centre{0, 0};
+  for (const auto& [name, at] : s_.named_points(key)) {
+    if (name == centre)
+      mass_centre = at;
+    else
+      list.push_back({name, at});
+  }
+  for (auto& point : list) point.at = point.at - mass_centre;
 }
 
 void KeysReader::ends(std::string_view, std::array<Vec2, 2>& at) {
   if (!s_.has("at")) return;
-  const auto points = s_.points("at");
+  const auto points = s_.points(Key{"at", "m", {}}, [&](std::size_t end, const std::string& name) {
+    if (end > 1) s_.fail("at", "must be two points, one in each body, are more");
+    return named_point("at", pair_[end], name);
+  });
   if (points.size() != 2)
     s_.fail("at", fmt::format("must be two points, one in each body, is {}", points.size()));
   at = {points[0], points[1]};
+}
+
+void KeysReader::angles(const Key& key, std::vector<JointAngle>& list) {
+  if (!s_.has(key.name)) return;
+  const auto its_name = [](const Joint& j) { return name_of(j); };
+  const auto joint = [&](const std::string& name) { return index_of(mechanism_.joints, name, its_name); };
+  for (const auto& text : s_.names(key.name)) {
+    // Names may hold a - themselves: every way to cut the text into three is tried.
+    std::vector<JointAngle> found;
+    for (auto a = text.find('-'); a != text.npos; a = text.find('-', a + 1))
+      for (auto b = text.find('-', a + 1); b != text.npos; b = text.find('-', b + 1)) {
+        const JointAngle angle{
+            {joint(text.substr(0, a)), joint(text.substr(a + 1, b - a - 1)), joint(text.substr(b + 1))}};
+        const auto [A, B, C] = angle.joints;
+        if (A >= 0 && B >= 0 && C >= 0 && A != B && B != C) found.push_back(angle);
+      }
+    if (found.size() == 1) {
+      list.push_back(found.front());
+      continue;
+    }
+    std::vector<std::string> names;
+    for (const auto& j : mechanism_.joints) names.push_back(name_of(j));
+    s_.fail(key.name, found.empty()
+                          ? fmt::format("{} is no angle A-B-C at joint B between joints A and C{}",
+                                        toml_quoted(text), listed("joints are", names))
+                          : fmt::format("{} may be read in {} ways; give the joints names without -",
+                                        toml_quoted(text), found.size()));
+  }
 }
 
 void KeysReader::axis(std::string_view, Vec2& axis) {
@@ -81,7 +191,7 @@ void KeysReader::axis(std::string_view, Vec2& axis) {
 }
 
 void KeysReader::radii(const Key& key, std::array<double, 2>& radii) {
-  const Vec2 both = s_.point(key.name);
+  const Vec2 both = s_.point(key);
   if (!(both.x() > 0 && both.y() > 0)) s_.fail(key.name, "must be two positive lengths");
   radii = {both.x(), both.y()};
 }
@@ -91,10 +201,11 @@ void KeysReader::body(const Key& key, int& body) {
   if (body == ground) s_.fail(key.name, "must be a moving body, is the ground");
 }
 
-void KeysReader::surface(const Key& key, int& surface) {
+const Surface* KeysReader::surface(const Key& key, int& surface) {
   const auto name = s_.text(key.name);
   surface = index_of(mechanism_.surfaces, name, own_name);
   if (surface < 0) s_.fail(key.name, unknown("surface", name, mechanism_.surfaces, own_name));
+  return &mechanism_.surfaces[static_cast<std::size_t>(surface)];
 }
 
 void KeysReader::lubricant(const Key& key, int& lubricant, double clearance,
@@ -129,12 +240,40 @@ void KeysReader::any_joint(const Key& key, int& joint, std::array<int, 2>& pair)
   pair = bodies_of(mechanism_.joints[static_cast<std::size_t>(joint)]);
 }
 
+void KeysReader::moving_joint(const Key& key, int& joint) {
+  joint = joint_index(key);
+  const auto& found = mechanism_.joints[static_cast<std::size_t>(joint)];
+  if (std::holds_alternative<RigidJoint>(found))
+    s_.fail(key.name, fmt::format("must be a revolute or translational joint, {} is rigid",
+                                  toml_quoted(name_of(found))));
+}
+
+void KeysReader::joint_place(const Key& key, double& place, int joint) {
+  const auto* slider = std::get_if<TranslationalJoint>(&mechanism_.joints[static_cast<std::size_t>(joint)]);
+  if (!slider) return joint_angle(key, place, joint);
+  const auto turned = [](const Vec2& s, double angle) {
+    const double c = std::cos(angle), n = std::sin(angle);
+    return Vec2{c * s.x() - n * s.y(), n * s.x() + c * s.y()};
+  };
+  const auto point = [&](int end) {
+    const int body = slider->between[static_cast<std::size_t>(end)];
+    const auto& own = slider->at[static_cast<std::size_t>(end)];
+    if (body == ground) return own;
+    const auto& b = mechanism_.bodies[static_cast<std::size_t>(body)];
+    return b.position + turned(own, b.angle);
+  };
+  const int first = slider->between[0];
+  const auto axis =
+      turned(slider->axis, first == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(first)].angle);
+  place = s_.number(key, any_number, dot(axis, point(1) - point(0)));
+}
+
 void KeysReader::joint_angle(const Key& key, double& angle, int joint) {
   const auto& pair = bodies_of(mechanism_.joints[static_cast<std::size_t>(joint)]);
   const auto of = [&](int b) {
     return b == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(b)].angle;
   };
-  angle = s_.number(key.name, any_number, of(pair[1]) - of(pair[0]));
+  angle = s_.number(key, any_number, of(pair[1]) - of(pair[0]));
 }
 
 }  // namespace freeplay

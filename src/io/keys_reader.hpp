@@ -25,19 +25,20 @@ class KeysReader {
  public:
   KeysReader(Section& section, const Mechanism& mechanism) : s_(section), mechanism_(mechanism) {}
 
-  void need(const Key& key, double& x, const Range& range) { x = s_.number(key.name, range); }
-  void need(const Key& key, Vec2& x) { x = s_.point(key.name); }
-  void take(const Key& key, double& x, const Range& range = any_number) { x = s_.number(key.name, range, x); }
-  void take(const Key& key, std::optional<double>& x, const Range& range) {
-    x = s_.maybe_number(key.name, range);
+  void need(const Key& key, double& x, const Range& range) { x = s_.number(key, range); }
+  void need(const Key& key, Vec2& x) { x = s_.point(key); }
+  void take(const Key& key, double& x, const Range& range = any_number) { x = s_.number(key, range, x); }
+  void take(const Key& key, std::optional<double>& x, const Range& range) { x = s_.maybe_number(key, range); }
+  void take(const Key& key, Vec2& x) { x = s_.point(key, x); }
+  void take(const Key& key, std::optional<Vec2>& x) {
+    if (s_.has(key.name)) x = s_.point(key);
   }
-  void take(const Key& key, Vec2& x) { x = s_.point(key.name, x); }
   void take(const Key& key, bool& x) { x = s_.flag(key.name, x); }
   void take(const Key& key, std::string& x) { x = s_.text(key.name, x); }
   template <class Whole>
   requires std::is_integral_v<Whole>
   void take(const Key& key, Whole& x, const Range& range) {
-    x = static_cast<Whole>(s_.number(key.name, range, static_cast<double>(x)));
+    x = static_cast<Whole>(s_.number(key, range, static_cast<double>(x)));
   }
 
   template <class E>
@@ -50,7 +51,12 @@ class KeysReader {
   }
   /// A number, or a word for none.
   void number_or(std::string_view word, const Key& key, std::optional<double>& x, const Range& range) {
-    x = s_.number_or(word, key.name, range);
+    x = s_.number_or(word, key, range);
+  }
+  /// Written only where it is not the first word: older scenes keep their canonical text.
+  template <class E>
+  void choose_other(const Key& key, E& x) {
+    choose(key, x);
   }
   template <class E>
   void choose_listed(const Key& key, E& x) {
@@ -104,22 +110,47 @@ class KeysReader {
   void either(const Key& other, const Range& range, double (*convert)(double), const Key& own,
               const Range& own_range, Number& x) {
     one_of(other, own);
-    x = s_.has(own.name) ? s_.number(own.name, own_range) : convert(s_.number(other.name, range));
+    x = s_.has(own.name) ? s_.number(own, own_range) : convert(s_.number(other, range));
   }
   void table(const Key& constant, const Key& points, TorqueDrive::Table& table);
+  /// Points of a curve: there, or in a file that the scene names.
+  void samples(const Key& points, const Key& file, const Key& columns, Curve::Points& list);
+  /// The curve of that name, if it can be used so.
+  void curve(const Key& key, int& curve, Curve::Use use = Curve::Use::value);
+  void maybe_curve(const Key& key, int& index, Curve::Use use = Curve::Use::value) {
+    if (s_.has(key.name)) curve(key, index, use);
+  }
+  /// A number, or the name of a curve.
+  void number_or_curve(const Key& key, CurveOr& x, const Range& range = any_number);
+  /// A list of points whose first column increases, or none.
+  void pairs(const Key& key, TorqueDrive::Table& table);
   void length(const Key& turns, const Key& seconds, double& duration);
-  void part_of_length(const Key& key, double& x) { x = s_.number(key.name, non_negative, 0) * unit_; }
+  void part_of_length(const Key& key, double& x);
 
   void between(std::string_view meaning, std::array<int, 2>& pair);
   void ends(std::string_view meaning, std::array<Vec2, 2>& at);
+  /// Points of a body by name, in a frame of the user's choice in which `centre` names the centre of mass: here from it.
+  void points(const Key& key, std::string_view centre, std::vector<NamedPoint>& list);
+  /// A point of a body, by name or by coordinates.
+  void point_of(const Key& key, int body, Vec2& at);
+  /// Angles by the names of three joints, "A-B-C".
+  void angles(const Key& key, std::vector<JointAngle>& list);
   void axis(std::string_view meaning, Vec2& axis);
   void radii(const Key& key, std::array<double, 2>& radii);
   void body(const Key& key, int& body);
-  void surface(const Key& key, int& surface);
+  const Surface* surface(const Key& key, int& surface);
   void lubricant(const Key& key, int& lubricant, double clearance,
                  const std::optional<double>& bearing_length);
   void drive(const Key& key, std::string& drive);
   void any_joint(const Key& key, int& joint, std::array<int, 2>& pair);
+  /// One that moves in one way: revolute or translational.
+  void moving_joint(const Key& key, int& joint);
+  /// A revolute joint, if one is named.
+  void maybe_joint(const Key& key, int& index) {
+    if (s_.has(key.name)) joint<RevoluteJoint>(key, index);
+  }
+  /// The angle or the place along its axis that the bodies give a joint, unless it stands there.
+  void joint_place(const Key& key, double& place, int joint);
   /// A joint of kind J.
   template <class J>
   const J* joint(const Key& key, int& joint) {
@@ -130,6 +161,29 @@ class KeysReader {
                                     name_of(mechanism_.joints[static_cast<std::size_t>(joint)])));
     return found;
   }
+  /// A joint of one of these kinds.
+  template <class... Kinds>
+  const Joint* joint_of(const Key& key, int& joint) {
+    joint = joint_index(key);
+    const auto* found = &mechanism_.joints[static_cast<std::size_t>(joint)];
+    if (!(std::holds_alternative<Kinds>(*found) || ...)) {
+      std::string list;
+      ((list += fmt::format("{}{}", list.empty() ? "" : " or ", Kinds::type)), ...);
+      s_.fail(key.name, fmt::format("must be a {} joint, \"{}\" is not", list, name_of(*found)));
+    }
+    return found;
+  }
+  /// What `of` makes of two bodies at the start, unless it stands there; `without`: what is wrong where that is nothing.
+  template <class Of>
+  void from_bodies(const Key& key, double& x, const std::array<int, 2>& pair, const char* without, Of of) {
+    const auto body = [&](int b) {
+      return b == ground ? Body{} : mechanism_.bodies[static_cast<std::size_t>(b)];
+    };
+    if (s_.has(key.name)) return void(x = s_.number(key.name, any_number));
+    const std::optional<double> found = of(body(pair[0]), body(pair[1]));
+    if (!found) s_.lacks("", fmt::format("{} {}", key.name, without));
+    x = *found;
+  }
   /// The angle that the bodies' own angles give a joint, unless it stands there.
   void joint_angle(const Key& key, double& angle, int joint);
 
@@ -139,10 +193,12 @@ class KeysReader {
   void one_of(const Key& a, const Key& b) const;
   int body_index(std::string_view key, const std::string& name) const;
   int joint_index(const Key& key);
+  Vec2 named_point(std::string_view key, int body, const std::string& name) const;
 
   Section& s_;
   const Mechanism& mechanism_;
-  double unit_ = 1;  // s, of what is counted in turns
+  double unit_ = 1;                          // s, of what is counted in turns
+  std::array<int, 2> pair_{ground, ground};  // of the element's ends
 };
 
 /// Reads all keys of x and refuses any other.

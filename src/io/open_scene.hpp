@@ -12,6 +12,6 @@ struct Scene;
 
 /// What read_scene() reads. Throws SceneError.
 std::shared_ptr<const Scene> open_scene(const std::filesystem::path& file,
-                                        const std::vector<std::string>& overrides = {});
+                                        const std::vector<std::string>& overrides = {}, bool outside = false);
 
 }  // namespace freeplay

@@ -74,6 +74,7 @@ Mechanism read_mechanism(Section& root) {
     root.fail("bodies", "a scene needs at least one body: [bodies.NAME] with mass and inertia");
   facts("surfaces", m.surfaces);
   facts("lubricants", m.lubricants);
+  facts("curves", m.curves);
   elements("joints", m.joints);
   for (auto& [name, s] : root.children("contacts")) {
     for (const auto& joint : m.joints)
@@ -84,12 +85,19 @@ Mechanism read_mechanism(Section& root) {
   const std::string* crank = nullptr;
   for (auto& [name, s] : root.children("drives")) {
     m.drives.push_back(read_element<Drive>(name, m, s));
-    const auto* speed = std::get_if<SpeedDrive>(&m.drives.back());
-    if (!speed || !speed->crank) continue;
+    const bool counts = std::visit(
+        [](const auto& d) {
+          if constexpr (requires { d.crank; }) return d.crank;
+          return false;
+        },
+        m.drives.back());
+    if (!counts) continue;
     if (crank) s.fail("crank", fmt::format("drives.{} counts the turns already; one drive may", *crank));
     crank = &name;
   }
   elements("loads", m.loads);
+  auto assembly = root.child("assembly");
+  read_keys(assembly, m, m.assembly);
   return m;
 }
 

@@ -114,13 +114,14 @@ Instrument read_instrument(const Mechanism& mechanism, double duration, const st
 
 }  // namespace
 
-Scene parse_scene(const std::string& text, const std::string& name,
-                  const std::vector<std::string>& overrides) {
+Scene parse_scene(const std::string& text, const std::string& name, const std::vector<std::string>& overrides,
+                  bool outside) {
   Scene scene;
   scene.file = name;
   scene.text = text;
   scene.overrides = overrides;
-  SceneSource source{.name = name};
+  scene.outside = outside;
+  SceneSource source{.name = name, .reach = outside ? Reach::anywhere : Reach::beside};
   toml::table document = parse_toml(text, name);
   for (const auto& o : overrides) apply_override(document, source, o);
 
@@ -143,16 +144,17 @@ Scene parse_scene(const std::string& text, const std::string& name,
     scene.instruments.push_back(read_instrument(scene.mechanism, scene.run.duration, key, s));
   root.done("a scene");
   scene.idle = source.idle;
+  scene.files = source.files;
   return scene;
 }
 
-Scene read_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-  return parse_scene(read_text(file), file.string(), overrides);
+Scene read_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides, bool outside) {
+  return parse_scene(read_text(file), file.string(), overrides, outside);
 }
 
 std::shared_ptr<const Scene> open_scene(const std::filesystem::path& file,
-                                        const std::vector<std::string>& overrides) {
-  return std::make_shared<const Scene>(read_scene(file, overrides));
+                                        const std::vector<std::string>& overrides, bool outside) {
+  return std::make_shared<const Scene>(read_scene(file, overrides, outside));
 }
 
 }  // namespace freeplay

@@ -31,7 +31,9 @@ const std::vector<Members>& all_members() {
       {"laws",
        {"laws.json", "impact_loops.csv", "delivered.csv", "friction.csv", "figures/impact_loops.*",
         "figures/delivered_restitution.*", "figures/friction_laws.*"}},
+      {"modes", {"modes.json", "modes.csv", "equilibrium.csv", "static_forces.csv"}},
       {"drift", {"drift.json", "drift.csv", "figures/drift.*"}},
+      {"check", {"pose.json", "pose.csv", "figures/pose.*"}},
       {"validate", {"validation.json", "overlay.csv", "figures/overlay.*"}},
       {"validate-study",
        {"experiment.json", "experiment.md", "calibration.json", "cells.csv", "traces.csv", "spectra.csv",
@@ -71,6 +73,11 @@ bool is_own_folder(const Path& path) {
   return std::filesystem::is_directory(status);
 }
 
+bool is_folder(const std::filesystem::directory_entry& entry) {
+  std::error_code error;
+  return std::filesystem::is_directory(entry.symlink_status(error));
+}
+
 /// Nothing, or a folder of its own.
 void require_folder(const Path& path) {
   std::error_code error;
@@ -95,16 +102,18 @@ void require_places(const Path& folder, const Members& members) {
   for (const Path pattern : members.patterns)
     if (pattern.has_parent_path()) require_folder(folder / pattern.parent_path());
   for (const auto* name : {"complete", "moving"}) require_folder(stage(folder, members.verb, name));
-  each_member(folder, members, [](const Path&, const auto& entry) {
-    std::error_code error;
-    if (std::filesystem::is_directory(entry.symlink_status(error)))
+  each_member(folder, members, [](const Path& pattern, const auto& entry) {
+    // A drawing that was killed leaves figures/NAME.partial, a folder, which is none of the results.
+    if (is_folder(entry) && pattern.native().find('*') == std::string::npos)
       throw OutputError(fmt::format("{}: is a folder where a result goes", entry.path().string()));
   });
 }
 
 void remove_older(const Path& folder, const Members& members) {
   std::vector<Path> found;
-  each_member(folder, members, [&](const Path&, const auto& entry) { found.push_back(entry.path()); });
+  each_member(folder, members, [&](const Path&, const auto& entry) {
+    if (!is_folder(entry)) found.push_back(entry.path());
+  });
   for (const auto& path : found) remove_file(path);
   std::error_code ignored;
   for (const Path pattern : members.patterns)

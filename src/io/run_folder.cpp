@@ -45,7 +45,7 @@ void refuse_shared_names(const Layout& layout) {
   for (auto a = layout.forces.begin(); a != layout.forces.end(); ++a)
     if (std::ranges::find(layout.forces.begin(), a, a->name, &ForceElement::name) != a) {
       const bool load = a->kind == ForceElement::Kind::force || a->kind == ForceElement::Kind::torque;
-      const bool drive = a->kind == ForceElement::Kind::drive;
+      const bool drive = a->kind == ForceElement::Kind::drive || a->kind == ForceElement::Kind::push;
       throw ModelError(fmt::format("{}.{}",
                                    load    ? "loads"
                                    : drive ? "drives"

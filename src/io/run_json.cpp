@@ -158,6 +158,8 @@ nlohmann::json to_json(const Result& s) {
                                                {"companion_step_s", d.companion_step},
                                                {"factor", d.factor}};
   }
+  if (s.extremes.friction_residual > 0)
+    document["greatest_joint_friction_residual"] = s.extremes.friction_residual;
   if (!s.undetermined.empty()) document["undetermined_reactions"] = s.undetermined;
   return document;
 }
@@ -185,6 +187,8 @@ nlohmann::json provenance(const Scene& scene, const Identity& identity) {
                                {"formulation", lines(identity.formulation)},
                                {"given", lines(identity.given)},
                                {"program", lines(identity.program)}}}};
+  for (const auto& file : scene.files)
+    document["files_read"].push_back({{"file", file.name}, {"digest", file.digest}});
   if (const auto note = format_note(scene); !note.empty()) document["format_note"] = note;
   return document;
 }

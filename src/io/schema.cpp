@@ -6,6 +6,7 @@
 
 #include "io/keys_list.hpp"
 #include "model/body.hpp"
+#include "model/curve.hpp"
 #include "model/elements.hpp"
 #include "model/instruments.hpp"
 #include "model/options.hpp"
@@ -108,7 +109,9 @@ std::vector<KeysList::Row> scene_rows() {
   list_facts<Lubricant>(list, "lubricants.*");
   list_facts<Surface>(list, "surfaces.*");
   list_kinds<Drive>(list, "drives.*");
+  list_facts<Curve>(list, "curves.*");
   list_kinds<Load>(list, "loads.*");
+  list_facts<Configuration>(list, "assembly");
   list_facts<RunOptions>(list, "run");
   list_facts<PenaltyOptions>(list, "penalty");
   list_facts<NonsmoothOptions>(list, "nonsmooth");
@@ -148,7 +151,9 @@ constexpr std::pair<std::string_view, std::string_view> tables[] = {
     {"lubricants.*", "a lubricant"},
     {"surfaces.*", "a surface"},
     {"drives.*", "a drive"},
+    {"curves.*", "a curve"},
     {"loads.*", "a load"},
+    {"assembly", "[assembly]"},
     {"run", "[run]"},
     {"penalty", "[penalty]"},
     {"nonsmooth", "[nonsmooth]"},
@@ -182,6 +187,12 @@ std::span<const SchemaKey> schema() { return keys(); }
 const SchemaKey* find_key(std::string_view path) {
   const auto it = std::ranges::find(keys(), path, &SchemaKey::path);
   return it == keys().end() ? nullptr : &*it;
+}
+
+std::string_view unit_of(const std::string& key) {
+  const auto first = key.find('.'), last = key.rfind('.');
+  const auto* row = find_key(first == last ? key : key.substr(0, first) + ".*" + key.substr(last));
+  return row ? row->unit : "";
 }
 
 std::vector<std::string> keys_of(std::string_view table) {

@@ -22,6 +22,9 @@ std::span<const SchemaKey> schema();
 /// The row of a path such as joints.*.clearance, or nullptr.
 const SchemaKey* find_key(std::string_view path);
 
+/// The unit of a scene's key as it is set, joints.gudgeon.clearance; "" for what is no key.
+std::string_view unit_of(const std::string& key);
+
 /// Names of keys and tables that may stand in a table ("joints.*", "" for the root), in the order of the schema; "*"
 /// among them where the author chooses names.
 std::vector<std::string> keys_of(std::string_view table);

@@ -7,6 +7,9 @@
 #include <cmath>
 #include <tuple>
 
+#include "io/digest.hpp"
+#include "io/input_file.hpp"
+#include "io/quantity.hpp"
 #include "io/schema.hpp"
 #include "io/toml_value.hpp"
 #include "io/visible.hpp"
@@ -123,50 +126,64 @@ const toml::node& Section::require(std::string_view key) {
   lacks(key, fmt::format("is missing: {}", row ? row->meaning : "required"));
 }
 
-double Section::to_number(const toml::node& node, std::string_view key, Range range) const {
-  const auto value = node.value<double>();
-  if (!node.is_number() || !value)
-    source_->fail(&node, full(key), fmt::format("must be a number, is {}", kind_of(node)));
-  if (!std::isfinite(*value)) source_->fail(&node, full(key), fmt::format("must be finite, is {}", *value));
+double Section::to_number(const toml::node& node, const Asked& key, Range range, int column) const {
+  auto value = node.value<double>();
+  const auto text = node.value_exact<std::string>();
+  if (text && begins_with_number(*text)) {
+    const auto* row =
+        find_key(pattern_.empty() ? std::string(key.name) : fmt::format("{}.{}", pattern_, key.name));
+    std::string_view unit = key.unit ? *key.unit : row ? row->unit : "";
+    if (const auto comma = unit.find(", "); comma != unit.npos)
+      unit = column == 0 ? unit.substr(0, comma) : unit.substr(comma + 2);
+    const auto quantity = read_quantity(*text, unit);
+    if (!quantity.wrong.empty()) source_->fail(&node, full(key.name), quantity.wrong);
+    value = quantity.value;
+  } else if (!node.is_number() || !value) {
+    source_->fail(&node, full(key.name), fmt::format("must be a number, is {}", kind_of(node)));
+  }
+  if (!std::isfinite(*value))
+    source_->fail(&node, full(key.name), fmt::format("must be finite, is {}", *value));
   if (!range.holds(*value))
-    source_->fail(&node, full(key), fmt::format("must be {}, is {}", range.text, *value));
+    source_->fail(&node, full(key.name), fmt::format("must be {}, is {}", range.text, *value));
   require_sense(node, key, *value, !range.holds(0));
   return *value;
 }
 
 /// Refuses a number beyond what its unit may amount to.
-void Section::require_sense(const toml::node& node, std::string_view key, double x,
+void Section::require_sense(const toml::node& node, const Asked& key, double x,
                             bool greater_than_zero) const {
-  const auto* row = find_key(pattern_.empty() ? std::string(key) : fmt::format("{}.{}", pattern_, key));
-  const auto* bounds = row ? magnitude_of(row->unit) : nullptr;
+  const auto* row =
+      find_key(pattern_.empty() ? std::string(key.name) : fmt::format("{}.{}", pattern_, key.name));
+  const auto* bounds = row ? magnitude_of(row->unit) : key.unit ? magnitude_of(*key.unit) : nullptr;
   if (!bounds) return;
   const bool small = greater_than_zero && x < bounds->least;
   if (!small && std::abs(x) <= bounds->greatest) return;
-  source_->fail(&node, full(key),
+  source_->fail(&node, full(key.name),
                 fmt::format("must be at {} {:.9g}{}{}, is {} ({})", small ? "least" : "most",
                             small ? bounds->least : bounds->greatest, bounds->unit.empty() ? "" : " ",
                             bounds->unit, x, bounds->why));
 }
 
-double Section::number(std::string_view key, Range range) { return to_number(require(key), key, range); }
+double Section::number(const Asked& key, Range range) { return to_number(require(key.name), key, range); }
 
-double Section::number(std::string_view key, Range range, double fallback) {
+double Section::number(const Asked& key, Range range, double fallback) {
   return maybe_number(key, range).value_or(fallback);
 }
 
-std::optional<double> Section::maybe_number(std::string_view key, Range range) {
-  const auto* node = take(key);
+std::optional<double> Section::maybe_number(const Asked& key, Range range) {
+  const auto* node = take(key.name);
   if (!node) return std::nullopt;
   return to_number(*node, key, range);
 }
 
-std::optional<double> Section::number_or(std::string_view word, std::string_view key, Range range) {
-  const auto* node = take(key);
+std::optional<double> Section::number_or(std::string_view word, const Asked& key, Range range) {
+  const auto* node = take(key.name);
   if (!node) return std::nullopt;
   if (const auto text = node->value_exact<std::string>()) {
     if (*text == word) return std::nullopt;
-    source_->fail(node, full(key),
-                  fmt::format("must be a number or \"{}\", is {}", word, toml_quoted(*text)));
+    if (!begins_with_number(*text))
+      source_->fail(node, full(key.name),
+                    fmt::format("must be a number or \"{}\", is {}", word, toml_quoted(*text)));
   }
   return to_number(*node, key, range);
 }
@@ -190,30 +207,37 @@ std::string Section::text(std::string_view key, const std::string& fallback) {
   return has(key) ? text(key) : (take(key), fallback);
 }
 
-Vec2 Section::to_point(const toml::node& node, std::string_view key) const {
+Vec2 Section::to_point(const toml::node& node, const Asked& key) const {
   const auto* list = node.as_array();
   if (!list || list->size() != 2)
-    source_->fail(&node, full(key),
+    source_->fail(&node, full(key.name),
                   fmt::format("must be a pair [x, y], is {}",
                               list ? fmt::format("a list of {}", list->size()) : std::string(kind_of(node))));
-  return {to_number((*list)[0], key, any_number), to_number((*list)[1], key, any_number)};
+  return {to_number((*list)[0], key, any_number, 0), to_number((*list)[1], key, any_number, 1)};
 }
 
-Vec2 Section::point(std::string_view key) { return to_point(require(key), key); }
+Vec2 Section::point(const Asked& key) { return to_point(require(key.name), key); }
 
-Vec2 Section::point(std::string_view key, Vec2 fallback) {
-  const auto* node = take(key);
+Vec2 Section::point(const Asked& key, Vec2 fallback) {
+  const auto* node = take(key.name);
   return node ? to_point(*node, key) : fallback;
 }
 
-std::vector<Vec2> Section::points(std::string_view key) {
-  const auto& node = require(key);
+std::vector<Vec2> Section::points(const Asked& key) { return points(key, nullptr); }
+
+std::vector<Vec2> Section::points(const Asked& key,
+                                  const std::function<Vec2(std::size_t, const std::string&)>& named) {
+  const auto& node = require(key.name);
   const auto* list = node.as_array();
   if (!list || list->empty())
-    source_->fail(&node, full(key),
+    source_->fail(&node, full(key.name),
                   fmt::format("must be a list of pairs [[a, b], ...], is {}", kind_of(node)));
   std::vector<Vec2> result;
-  for (const auto& item : *list) result.push_back(to_point(item, key));
+  for (const auto& item : *list)
+    if (const auto name = item.value_exact<std::string>(); named && name)
+      result.push_back(named(result.size(), *name));
+    else
+      result.push_back(to_point(item, key));
   return result;
 }
 
@@ -229,11 +253,34 @@ std::vector<std::string> Section::names(std::string_view key) {
   return result;
 }
 
-std::vector<double> Section::numbers(std::string_view key) {
-  const auto& node = require(key);
+bool Section::is_text(std::string_view key) const {
+  const auto* node = table_.get(key);
+  return node && node->is_string();
+}
+
+std::vector<std::pair<std::string, Vec2>> Section::named_points(const Asked& key) {
+  const auto& node = require(key.name);
+  const auto* table = node.as_table();
+  if (!table)
+    source_->fail(&node, full(key.name),
+                  fmt::format("must be a table of points, {{ A = [x, y], ... }}, is {}", kind_of(node)));
+  std::vector<std::pair<std::string, Vec2>> result;
+  for (const auto& [name, point] : *table) {
+    const auto own = fmt::format("{}.{}", key.name, name.str());
+    if (!is_plain_name(name.str()))
+      source_->fail(&point, full(own), "a name must be made of letters, digits, _ and -");
+    Asked one(own);
+    one.unit = key.unit;
+    result.emplace_back(name.str(), to_point(point, one));
+  }
+  return result;
+}
+
+std::vector<double> Section::numbers(const Asked& key) {
+  const auto& node = require(key.name);
   const auto* list = node.as_array();
   if (!list || list->empty())
-    source_->fail(&node, full(key),
+    source_->fail(&node, full(key.name),
                   fmt::format("must be a list of numbers, is {}", list ? "an empty one" : kind_of(node)));
   std::vector<double> result;
   for (const auto& item : *list) result.push_back(to_number(item, key, any_number));
@@ -257,6 +304,22 @@ int Section::choice(std::string_view key, const std::vector<std::string>& choice
 
 int Section::choice(std::string_view key, const std::vector<std::string>& choices, int fallback) {
   return has(key) ? choice(key, choices) : (take(key), fallback);
+}
+
+std::string Section::named_text(std::string_view key) {
+  const auto name = text(key);
+  const auto folder = std::filesystem::path(source_->name).parent_path();
+  const auto file = folder / name;
+  if (source_->reach == Reach::beside && !lies_below(file, folder))
+    fail(key, fmt::format("{} does not lie beside the scene or below; move it there, or pass --allow-outside",
+                          toml_quoted(name)));
+  try {
+    auto content = read_file(file, most_of_a_text);
+    source_->files.push_back({name, digest(content)});
+    return content;
+  } catch (const SceneError& e) {
+    fail(key, e.what());
+  }
 }
 
 Section Section::child(std::string_view key) {

@@ -12,9 +12,11 @@
 #include <utility>
 #include <vector>
 
+#include "io/named_file.hpp"
 #include "io/toml.hpp"
 #include "model/error.hpp"
 #include "model/keys.hpp"
+#include "values/read_file.hpp"
 #include "values/vec2.hpp"
 
 namespace freeplay {
@@ -32,6 +34,8 @@ struct SceneSource {
   mutable std::vector<std::string> idle = {};          ///< keys that have no effect, and why
   /// What only options made, by its path (joints.NAME), and the names that the file has beside it.
   std::map<std::string, std::vector<std::string>> made = {};
+  Reach reach = Reach::beside;               ///< of files that it names
+  mutable std::vector<ReadFile> files = {};  ///< that were read
 
   /// Throws SceneError about `path`, placed at `node` or at the option that set it. Options that set other keys of the
   /// same table are named with it: they may be the cause.
@@ -47,26 +51,43 @@ void refuse_unknown_keys(const toml::table& document, std::string_view pattern, 
 /// "; OPENING a, b", or a line of its own where it is long.
 std::string listed(std::string_view opening, const std::vector<std::string>& words);
 
+/// A key that is read, with the unit that a number beside a unit is converted to: the key's own, or else that of the
+/// schema's row.
+struct Asked {
+  std::string_view name;
+  std::optional<std::string_view> unit = {};
+  Asked(std::string_view key)
+      : name(key) {}                     // NOLINT(google-explicit-constructor): most keys are only a name
+  Asked(const char* key) : name(key) {}  // NOLINT(google-explicit-constructor)
+  Asked(const Key& key) : name(key.name), unit(key.unit) {}  // NOLINT(google-explicit-constructor)
+};
+
 class Section {
  public:
   /// `path` is the dotted key of the table ("" for the root), `pattern` the same with * for chosen names.
   Section(const toml::table& table, std::string path, std::string pattern, const SceneSource& source);
 
   bool has(std::string_view key) const { return table_.contains(key); }
-  double number(std::string_view key, Range range);
-  double number(std::string_view key, Range range, double fallback);
+  bool is_text(std::string_view key) const;
+  double number(const Asked& key, Range range);
+  double number(const Asked& key, Range range, double fallback);
   /// A number, or nothing for `word`.
-  std::optional<double> number_or(std::string_view word, std::string_view key, Range range);
-  std::optional<double> maybe_number(std::string_view key, Range range);
+  std::optional<double> number_or(std::string_view word, const Asked& key, Range range);
+  std::optional<double> maybe_number(const Asked& key, Range range);
   std::string text(std::string_view key);
   std::string text(std::string_view key, const std::string& fallback);
   bool flag(std::string_view key, bool fallback);
-  Vec2 point(std::string_view key, Vec2 fallback);
-  Vec2 point(std::string_view key);
+  Vec2 point(const Asked& key, Vec2 fallback);
+  Vec2 point(const Asked& key);
   /// A list of [x, y] pairs.
-  std::vector<Vec2> points(std::string_view key);
+  std::vector<Vec2> points(const Asked& key);
+  /// The same of pairs or names: a text is what `named` makes of it, its place in the list given.
+  std::vector<Vec2> points(const Asked& key,
+                           const std::function<Vec2(std::size_t, const std::string&)>& named);
   std::vector<std::string> names(std::string_view key);
-  std::vector<double> numbers(std::string_view key);
+  std::vector<double> numbers(const Asked& key);
+  /// A table of points by name.
+  std::vector<std::pair<std::string, Vec2>> named_points(const Asked& key);
   /// The value of `key` as an index into `choices`; a message lists them.
   int choice(std::string_view key, const std::vector<std::string>& choices, int fallback);
   int choice(std::string_view key, const std::vector<std::string>& choices);
@@ -86,13 +107,16 @@ class Section {
     source_->idle.push_back(full(key) + " " + why);
   }
   const std::string& path() const { return path_; }
+  /// The text of the file that a key names, from the scene's folder. A file elsewhere is refused, unless all are allowed.
+  std::string named_text(std::string_view key);
 
  private:
   const toml::node* take(std::string_view key);
   const toml::node& require(std::string_view key);
-  double to_number(const toml::node& node, std::string_view key, Range range) const;
-  void require_sense(const toml::node& node, std::string_view key, double x, bool greater_than_zero) const;
-  Vec2 to_point(const toml::node& node, std::string_view key) const;
+  /// `column`: which of a point's units, "s, N m".
+  double to_number(const toml::node& node, const Asked& key, Range range, int column = 0) const;
+  void require_sense(const toml::node& node, const Asked& key, double x, bool greater_than_zero) const;
+  Vec2 to_point(const toml::node& node, const Asked& key) const;
   int to_choice(const std::string& value, std::string_view key,
                 const std::vector<std::string>& choices) const;
   std::string full(std::string_view key) const;

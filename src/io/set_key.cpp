@@ -19,6 +19,9 @@ constexpr std::pair<std::string_view, std::string_view> spellings[] = {
     {"drives.*.speed", "drives.*.speed_rpm"},
     {"drives.*.torque_table", "drives.*.torque"},
     {"drives.*.against", "drives.*.torque"},
+    {"drives.*.synchronous_speed", "drives.*.synchronous_speed_rpm"},
+    {"curves.*.period", "curves.*.frequency"},
+    {"curves.*.points", "curves.*.file"},
     {"run.duration", "run.revolutions"},
     {"instruments.*.resolution", "instruments.*.counts"}};
 
@@ -46,7 +49,7 @@ std::string make_way(const std::string& text, const std::string& set, std::strin
 bool stands_as_read(const Scene& scene, const std::string& facts) {
   if (scene.text.empty() || scene.text == facts) return false;
   try {
-    return to_toml(parse_scene(scene.text, scene.file.string(), scene.overrides)) == facts;
+    return to_toml(parse_scene(scene.text, scene.file.string(), scene.overrides, scene.outside)) == facts;
   } catch (const SceneError&) {
     return false;
   }
@@ -62,7 +65,7 @@ void Scene::set(const std::string& key, const std::string& value) try {
   if (stands_as_read(*this, facts)) {
     auto more = overrides;
     more.push_back(given);
-    changed = parse_scene(text, file.string(), more);
+    changed = parse_scene(text, file.string(), more, outside);
   } else {
     // Beside `revolutions`, `discard` would count revolutions; here it stays the seconds it is.
     const bool in_revolutions = key == "run.revolutions";
@@ -74,6 +77,7 @@ void Scene::set(const std::string& key, const std::string& value) try {
         throw SceneError("run.discard: must be less than the length of the run");
     }
     changed.file = file;
+    changed.outside = outside;
     changed.text = to_toml(changed);
     changed.overrides.clear();
   }

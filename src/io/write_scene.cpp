@@ -67,6 +67,10 @@ class KeysWriter {
     x ? put(key.name, *x) : text(key.name, word);
   }
   template <class E>
+  void choose_other(const Key& key, E x) {
+    if (static_cast<int>(x) != 0) choose(key, x);
+  }
+  template <class E>
   void choose_listed(const Key& key, E x) {
     choose(key, x);
   }
@@ -89,10 +93,31 @@ class KeysWriter {
   void either(const Key&, const Range&, double (*)(double), const Key& own, const Range&, const Number& x) {
     put(own.name, x);
   }
-  void table(const Key&, const Key& points, const TorqueDrive::Table& table) {
+  void table(const Key&, const Key& points, const TorqueDrive::Table& table) { pairs(points, table); }
+  void pairs(const Key& key, const TorqueDrive::Table& table) {
+    if (table.empty()) return;
     std::string list;
-    for (const auto& [x, torque] : table) list += (list.empty() ? "" : ", ") + shown(Vec2{x, torque});
-    raw(points.name, fmt::format("[{}]", list));
+    for (const auto& [x, y] : table) list += (list.empty() ? "" : ", ") + shown(Vec2{x, y});
+    raw(key.name, fmt::format("[{}]", list));
+  }
+  void samples(const Key& points, const Key&, const Key&, const Curve::Points& list) {
+    std::string all;
+    for (const auto& [x, y] : list) all += (all.empty() ? "" : ", ") + shown(Vec2{x, y});
+    raw(points.name, fmt::format("[{}]", all));
+  }
+  void curve(const Key& key, int index, Curve::Use = Curve::Use::value) {
+    text(key.name, at(mechanism_.curves, index, key.name).name);
+  }
+  void maybe_curve(const Key& key, int index, Curve::Use = Curve::Use::value) {
+    if (index >= 0) curve(key, index);
+  }
+  void moving_joint(const Key& key, int index) { joint<RevoluteJoint>(key, index); }
+  void maybe_joint(const Key& key, int index) {
+    if (index >= 0) joint<RevoluteJoint>(key, index);
+  }
+  void joint_place(const Key& key, double place, int) { put(key.name, place); }
+  void number_or_curve(const Key& key, const CurveOr& x, const Range& = any_number) {
+    x.curve < 0 ? put(key.name, x.constant) : curve(key, x.curve);
   }
   void length(const Key&, const Key& seconds, double x) { put(seconds.name, x); }
   void part_of_length(const Key& key, double x) { put(key.name, x); }
@@ -104,11 +129,25 @@ class KeysWriter {
   void ends(std::string_view, const std::array<Vec2, 2>& points) {
     raw("at", fmt::format("[{}, {}]", shown(points[0]), shown(points[1])));
   }
+  void points(const Key&, std::string_view, const std::vector<NamedPoint>&) const {
+  }  // stand where they are used
+  void point_of(const Key& key, int, const Vec2& at) { put(key.name, at); }
+  void angles(const Key& key, const std::vector<JointAngle>& list) {
+    std::string names;
+    for (const auto& angle : list) {
+      std::string name;
+      for (const int j : angle.joints)
+        name += (name.empty() ? "" : "-") + name_of(at(mechanism_.joints, j, key.name));
+      names += (names.empty() ? "" : ", ") + toml_quoted(name);
+    }
+    if (!list.empty()) raw(key.name, fmt::format("[{}]", names));
+  }
   void axis(std::string_view, const Vec2& axis) { put("axis", axis); }
   void radii(const Key& key, const std::array<double, 2>& radii) { put(key.name, Vec2{radii[0], radii[1]}); }
   void body(const Key& key, int index) { text(key.name, body_name(index, key.name)); }
-  void surface(const Key& key, int index) {
+  const Surface* surface(const Key& key, int index) {
     if (index >= 0) text(key.name, at(mechanism_.surfaces, index, key.name).name);
+    return nullptr;
   }
   void lubricant(const Key& key, int index, double, const std::optional<double>&) {
     if (index >= 0) text(key.name, at(mechanism_.lubricants, index, key.name).name);
@@ -118,6 +157,16 @@ class KeysWriter {
   const J* joint(const Key& key, int index) {
     text(key.name, name_of(at(mechanism_.joints, index, key.name)));
     return nullptr;
+  }
+  template <class... Kinds>
+  const Joint* joint_of(const Key& key, int index) {
+    const auto& joint = at(mechanism_.joints, index, key.name);
+    text(key.name, name_of(joint));
+    return &joint;
+  }
+  template <class Of>
+  void from_bodies(const Key& key, double x, const std::array<int, 2>&, const char*, Of) {
+    put(key.name, x);
   }
   /// By its index, or by its bodies where code gave only those.
   void any_joint(const Key& key, int index, const std::array<int, 2>& pair) {
@@ -185,10 +234,12 @@ std::string to_toml(const Scene& scene) {
   facts("bodies", m.bodies);
   facts("surfaces", m.surfaces);
   facts("lubricants", m.lubricants);
+  facts("curves", m.curves);
   elements("joints", m.joints);
   elements("contacts", m.contacts);
   elements("drives", m.drives);
   elements("loads", m.loads);
+  if (m.assembly.asks()) options("assembly", m.assembly);
   options("run", scene.run);
   options("penalty", scene.penalty);
   auto nonsmooth = scene.nonsmooth;  // a scheme that would be chosen anyway is not named: one run, one text

@@ -8,8 +8,11 @@
 #include <vector>
 
 #include "model/assembly_ipopt.hpp"
+#include "model/equilibrium.hpp"
 #include "model/error.hpp"
+#include "model/four_bar.hpp"
 #include "model/mechanism.hpp"
+#include "model/other_starts.hpp"
 #include "model/planar.hpp"
 #include "model/system.hpp"
 #include "numerics/rank.hpp"
@@ -56,13 +59,15 @@ double size_of(const OpenJoint& open, double length) {
 /// rad, of the joint that a drive turns.
 double driven_angle(const Mechanism& mechanism, const std::string& drive, const std::vector<double>& q) {
   const auto it = std::ranges::find_if(mechanism.drives, [&](const Drive& d) { return name_of(d) == drive; });
-  const auto pair = bodies_of(mechanism.joints[std::get<SpeedDrive>(*it).joint]);
+  const int joint = std::visit([](const auto& d) { return d.joint; }, *it);
+  const auto pair = bodies_of(mechanism.joints[joint]);
   const auto angle = [&](int body) { return body == ground ? 0 : planar::angle(q.data(), body); };
   return angle(pair[1]) - angle(pair[0]);
 }
 
 /// Throws about what stays open in the best pose `q`.
-[[noreturn]] void refuse_open(const Mechanism& mechanism, const System& system, std::vector<double> q) {
+[[noreturn]] void refuse_open(const Mechanism& mechanism, const System& system, std::vector<double> q,
+                              int others) {
   const double length = length_scale(system);
   const auto open = open_joints(system, q, length);
   if (open.empty() || !std::isfinite(worst_open_joint(system, q).amount))
@@ -78,38 +83,112 @@ double driven_angle(const Mechanism& mechanism, const std::string& drive, const 
   best_pose(system, length, false, q);
   const auto free = open_joints(system, q, length);
   std::string remedy = "check the lengths, or give bodies.*.position and .angle nearer to closure";
-  if (!free.empty() && free.front().drive && (free.size() == 1 || size_of(free[1], length) < 1e-6 * length))
+  const auto has_angle = [&](const std::string& drive) {
+    return std::ranges::any_of(mechanism.drives, [&](const Drive& d) {
+      return name_of(d) == drive && std::holds_alternative<SpeedDrive>(d);
+    });
+  };
+  if (!free.empty() && free.front().drive && has_angle(free.front().name) &&
+      (free.size() == 1 || size_of(free[1], length) < 1e-6 * length))
     remedy = fmt::format("it closes with drives.{}.initial_angle = {:.4f}", free.front().name,
                          driven_angle(mechanism, free.front().name, q));
+  for (const auto& loop : four_bars(mechanism))
+    if (const auto why = too_long(mechanism, loop); !why.empty()) remedy = why;
+  if (others > 0) message += fmt::format("; nor does it close from {} other starts", others);
   throw ModelError(key_of(mechanism, open.front()), fmt::format("{}; {}", message, remedy));
 }
 
-void assemble_positions(const Mechanism& mechanism, const System& system, State& s, const StopToken& stop) {
-  const double length = length_scale(system), accepted = 1e-9 * length;
-  const auto open = [&](const std::vector<double>& q) { return worst_open_joint(system, q).amount; };
-  if (open(s.q) <= 1e-14 * length) return;
-  if (!std::isfinite(open(s.q))) refuse_open(mechanism, system, s.q);
-  const auto rough = s.q;
-  // Rows that depend on others at the rough positions may not do so at the assembled ones: choose again once.
-  const auto move = [&] {
-    for (int attempt = 0; attempt < 2 && !(open(s.q) <= accepted); ++attempt) {
-      least_movement(system, rough, redundant_rows(system, s.q), s.q, stop);
-      if (open(s.q) < 1e-3 * length) close_exactly(system, s.q, !redundant_rows(system, s.q).empty());
+/// Puts a mechanism together: from one start, and from another where that does not close or the pose is not as asked for.
+class Closing {
+ public:
+  Closing(const Mechanism& mechanism, const System& system, const StopToken& stop)
+      : mechanism_(mechanism),
+        system_(system),
+        stop_(stop),
+        length_(length_scale(system)),
+        accepted_(1e-9 * length_) {}
+
+  /// The pose nearest to q; false: none was found, and `best` is the best of those that do not close.
+  bool close(std::vector<double>& q, std::vector<double>& best) const {
+    if (open(q) <= 1e-14 * length_) return true;
+    if (!std::isfinite(open(q))) refuse_open(mechanism_, system_, q, 0);
+    const auto rough = q;
+    if (move(rough, q)) return true;
+    // From the better of the best poses near the rough positions and near the last ones: where that closes, once more.
+    best = rough;
+    best_pose(system_, length_, true, best);
+    best_pose(system_, length_, true, q);
+    if (worst(q) <= worst(best)) best = q;
+    q = best;
+    return worst(best) < 1e-6 * length_ && move(rough, q);
+  }
+  /// The same from a start that is only a guess: there nothing is nearest.
+  bool close_from(std::vector<double>& q) const {
+    best_pose(system_, length_, true, q);
+    if (!(worst(q) < 1e-6 * length_)) return false;
+    const auto start = q;
+    return open(q) <= 1e-14 * length_ || move(start, q);
+  }
+  double length() const { return length_; }
+  /// Without the whole turns that a search wound up.
+  void unwind_to(const std::vector<double>& given, std::vector<double>& q) const {
+    const auto before = q;
+    unwind(mechanism_, given, q);
+    if (q != before) close_exactly(system_, q, !redundant_rows(system_, q).empty());
+  }
+
+ private:
+  double open(const std::vector<double>& q) const { return worst_open_joint(system_, q).amount; }
+  double worst(const std::vector<double>& q) const {
+    const auto list = open_joints(system_, q, length_);
+    return list.empty() ? 0 : size_of(list.front(), length_);
+  }
+  /// Rows that depend on others at the rough positions may not do so at the assembled ones: they are chosen again once.
+  bool move(const std::vector<double>& rough, std::vector<double>& q) const {
+    for (int attempt = 0; attempt < 2 && !(open(q) <= accepted_); ++attempt) {
+      least_movement(system_, rough, redundant_rows(system_, q), q, stop_);
+      if (open(q) < 1e-3 * length_) close_exactly(system_, q, !redundant_rows(system_, q).empty());
     }
-    return open(s.q) <= accepted;
-  };
-  if (move()) return;
-  // From the better of the best poses near the rough positions and near the last ones: where that closes, once more.
-  auto best = rough;
-  best_pose(system, length, true, best);
-  best_pose(system, length, true, s.q);
-  const auto worst = [&](const std::vector<double>& q) {
-    const auto list = open_joints(system, q, length);
-    return list.empty() ? 0 : size_of(list.front(), length);
-  };
-  if (worst(s.q) <= worst(best)) best = s.q;
-  s.q = best;
-  if (!(worst(best) < 1e-6 * length && move())) refuse_open(mechanism, system, best);
+    return open(q) <= accepted_;
+  }
+
+  const Mechanism& mechanism_;
+  const System& system_;
+  const StopToken& stop_;
+  double length_, accepted_;
+};
+
+/// `from`: where it began, if not at the positions given; nullptr: it begins there alone and takes what pose it finds.
+void assemble_positions(const Mechanism& mechanism, const System& system, State& s, std::string* from,
+                        const StopToken& stop) {
+  const Closing closing(mechanism, system, stop);
+  std::vector<double> best;
+  const auto given = s.q;
+  if (states_no_place(mechanism)) s.q = hung(mechanism, s.q);
+  const bool closed = closing.close(s.q, best);
+  if (closed) closing.unwind_to(given, s.q);
+  if (!from) {
+    if (!closed) refuse_open(mechanism, system, best, 0);
+    return;
+  }
+  const auto wrong = closed ? mismatch(mechanism, s.q) : Mismatch{};
+  if (closed && wrong.key.empty()) return;
+  const OtherStarts others(mechanism, closed ? s.q : best, closing.length());
+  for (int n = 0; n < others.count(); ++n) {
+    if (stop()) throw Interrupted();
+    auto q = others.pose(n);
+    if (!closing.close_from(q) || !mismatch(mechanism, q).key.empty()) continue;
+    s.q = q;
+    closing.unwind_to(given, s.q);
+    *from = fmt::format("{}; assembled from start {} of {}: {}",
+                        closed ? fmt::format("from the positions given {}", wrong.what)
+                               : "the positions given do not lead to a closed pose",
+                        n + 1, others.count(), others.what(n));
+    return;
+  }
+  if (!closed) refuse_open(mechanism, system, best, others.count());
+  throw ModelError(wrong.key, fmt::format("{}, and none of {} other starts leads to the pose asked for",
+                                          wrong.what, others.count()));
 }
 
 /// The joint or drive of a row.
@@ -201,11 +280,32 @@ namespace {
 /// Whether a drive turns that no body's velocity answers: all are zero, as those that a scene leaves out.
 bool leaves_velocities_open(const Mechanism& m) {
   const auto rests = [](const Body& b) { return b.velocity.is_zero() && b.angular_velocity == 0; };
-  const auto turns = [](const Drive& d) {
+  const auto turns = [&](const Drive& d) {
+    if (const auto* motion = std::get_if<MotionDrive>(&d))
+      return motion->of < 0 && motion->course(m.curves).jet(0.0).slope != 0;
     const auto* speed = std::get_if<SpeedDrive>(&d);
     return speed && speed->speed != 0;
   };
   return std::ranges::all_of(m.bodies, rests) && std::ranges::any_of(m.drives, turns);
+}
+
+/// To the equilibrium that descent from s comes to, at rest.
+void settle(const Mechanism& m, const System& system, const Compliances& elastic, State& s,
+            std::string* assumed, const StopToken& stop) {
+  for (const auto& b : m.bodies)
+    if (!b.velocity.is_zero() || b.angular_velocity != 0)
+      throw ModelError("bodies." + b.name + (b.velocity.is_zero() ? ".angular_velocity" : ".velocity"),
+                       "run.start = \"equilibrium\" begins at rest; leave it out, or use \"assembled\"");
+  const auto found = find_equilibrium(m, system, s.q, elastic, stop);
+  s = found.state;
+  const bool turns = leaves_velocities_open(m);
+  if (assumed)
+    *assumed = fmt::format(
+        "equilibrium, {}{}{}", describe(found),
+        system.contacts() > 0
+            ? fmt::format("; {} of {} contacts bear a force", found.pressed.size(), system.contacts())
+            : "",
+        turns ? "; found with all drives held at their initial angles, from which they turn" : "");
 }
 
 /// Velocities of the ideal mechanism at the position nearest to s, which stands in a loose one; false: there is none.
@@ -213,7 +313,7 @@ bool move_ideally(const Mechanism& loose, State& s, const StopToken& stop) {
   const System ideal(idealised(loose));
   State nearest = s;
   try {
-    assemble_positions(loose, ideal, nearest, stop);
+    assemble_positions(loose, ideal, nearest, nullptr, stop);
     assemble_velocities(loose, ideal, nearest);
   } catch (const ModelError&) {
     return false;
@@ -226,9 +326,15 @@ bool move_ideally(const Mechanism& loose, State& s, const StopToken& stop) {
 
 State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed,
                const StopToken& stop) {
+  return assemble(mechanism, start, assumed, stop, {});
+}
+
+State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed,
+               const StopToken& stop, const Compliances& elastic) {
   if (assumed) assumed->clear();
   const System system(start == RunOptions::Start::ideal ? idealised(mechanism) : mechanism);
   State s = given_state(mechanism);
+  std::string from;
   if (start == RunOptions::Start::given) {
     // A loaded contact is compressed: by up to a tenth of the clearance, or of a disc's radius of curvature, beyond which a
     // run's own results would be doubtful (facade/judge.cpp).
@@ -251,21 +357,26 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
                                      system.is_angle_row(k) ? "rad/s" : "m/s"));
     }
     close_exactly(system, s.q, !redundant_rows(system, s.q).empty());
+    if (const auto wrong = mismatch(mechanism, s.q); !wrong.key.empty())
+      throw ModelError(wrong.key, wrong.what + "; correct the positions or use run.start = \"assembled\"");
   } else {
-    assemble_positions(mechanism, system, s, stop);
+    assemble_positions(mechanism, system, s, &from, stop);
   }
   // Where no joint is loose the rows alone say how it moves.
-  if (start == RunOptions::Start::assembled && leaves_velocities_open(mechanism) &&
+  const bool rests = start == RunOptions::Start::equilibrium;
+  if (rests) settle(mechanism, system, elastic, s, assumed, stop);
+  if ((start == RunOptions::Start::assembled || rests) && leaves_velocities_open(mechanism) &&
       System(idealised(mechanism)).rows() > system.rows()) {
     const bool moves = move_ideally(mechanism, s, stop);
-    if (assumed)
+    if (assumed && !rests)
       *assumed = moves ? "no body gives a velocity: all start as the ideal mechanism moves"
                        : "no body gives a velocity, and with ideal joints the mechanism cannot move: what no "
                          "drive turns starts at rest";
   }
+  if (assumed && !from.empty()) *assumed = assumed->empty() ? from : from + "; " + *assumed;
   if (stop()) throw Interrupted();
   assemble_velocities(mechanism, system, s);
-  s.z.assign(system.states(), 0);
+  if (!rests) s.z.assign(system.states(), 0);
   return s;
 }
 

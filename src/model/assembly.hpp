@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "model/closure.hpp"
+#include "model/compliance.hpp"
 #include "model/options.hpp"
 #include "sim/stop.hpp"
 #include "values/state.hpp"
@@ -23,9 +24,16 @@ class System;
 /// Throws ModelError that names the joint which stays open in the best pose found (closure.hpp) and by how much. A start that may be made consistent
 /// ("assembled") and gives no body a velocity, though a drive turns, takes the velocities of the ideal mechanism at its
 /// nearest position: the least change from standing still would leave loose parts at rest and a kick at the first
-/// touch. `assumed` is then told so in one line, else left empty. Throws Interrupted when `stop` asks.
+/// touch. `assumed` is then told so in one line, else left empty. Where the positions given lead to no closed pose, or to another
+/// than mechanism.assembly asks for, other starts are tried (other_starts.hpp) and `assumed` is told which one led there. Throws
+/// Interrupted when `stop` asks.
+/// "equilibrium" descends from the assembled place (equilibrium.hpp) with rigid contacts, and says in `assumed` what it
+/// came to; what a drive turns then moves, all else rests.
 State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed = nullptr,
                const StopToken& stop = {});
+/// The same with contacts that yield as `elastic` says.
+State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed,
+               const StopToken& stop, const Compliances& elastic);
 
 /// Gives the bodies the places and rates of a state to start from.
 void start_from(Mechanism& mechanism, const State& state);

@@ -2,6 +2,7 @@
 // System::longest_arm(), free links do not.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 
@@ -22,14 +23,28 @@ class Builder {
   /// The bodies of a joint, at their centres of mass.
   Link joint_link(int joint) const { return free_link(bodies_of(mechanism_.joints[joint]), {}); }
   double longest_arm() const { return s_.longest_arm_; }
+  /// No body may turn further than this in a step (rad).
+  void limit_turn(double angle) { s_.longest_turn_ = std::min(s_.longest_turn_, angle); }
+  /// A length that counts as an arm does (m).
+  void reach(double length) { s_.longest_arm_ = std::max(s_.longest_arm_, length); }
 
   /// @name Constraint rows
   ///@{
   void points(const Link& link, const std::string& name);
   void slide(const Link& link, const Vec2& axis, const std::string& name);
   void angle(const Link& link, double angle, const std::string& name);
-  /// `crank`: its angle is the crank's even if it is not the first.
-  void prescribed(const Link& link, double angle, double speed, bool crank, const std::string& name);
+  void prescribed(const Link& link, double angle, double speed, const std::string& name);
+  /// Of the angle, or of the place along an axis; against time, or the angle of joint `of` (−1: time).
+  void motion(const Link& link, const Piecewise& course, const Vec2* axis, int of, const std::string& name);
+  template <class Mesh>
+  void mesh(const Link& link, const Mesh& mesh, const std::string& name) {
+    const int first = static_cast<int>(s_.constant_G_.size());
+    std::get<std::vector<MeshRow<Mesh>>>(s_.constraints_).push_back({link, mesh, s_.G_.rows, first});
+    for (const int body : {link.i, link.j})
+      if (body != ground)
+        for (const int axis : {0, 1, 2}) entry(3 * body + axis, 0);
+    end_row(name, false);
+  }
   ///@}
 
   /// @name Contacts
@@ -43,14 +58,28 @@ class Builder {
             const ContactFacts& facts) {
     pair(LinePair{link, side, axis, rest, radius}, facts);
   }
+  template <class Mesh>
+  void flank(const Link& link, const Mesh& mesh, const ContactFacts& facts) {
+    pair(FlankPair<Mesh>{link, mesh}, facts);
+  }
+  void angle_stop(const AngleStopPair& stop, const ContactFacts& facts) { pair(stop, facts); }
   ///@}
 
   /// Coulomb friction of a fixed bound along an axis of the first body.
   void sliding(const Link& link, const Vec2& axis, const std::string& name, double bound,
                const std::optional<double>& regularisation);
+  /// The same, and along the surface of a pin, of a bound from the joint's reaction.
+  void sliding(const Link& link, const Vec2& axis, const std::string& name, const ReactionBound& bound,
+               const std::optional<double>& regularisation);
+  void spinning(const Link& link, double radius, const std::string& name, const ReactionBound& bound,
+                const std::optional<double>& regularisation);
+  /// With the rows of an ideal joint's reaction.
+  ReactionBound reaction_bound(int joint) const;
+
+  /// Any kind of pair.
+  void pair(const Pair& pair, const ContactFacts& facts);
 
  private:
-  void pair(const Pair& pair, const ContactFacts& facts);
   int entry(int column, double constant);
   void end_row(const std::string& name, bool angle);
   void turn_entries(const Link& link);

@@ -7,25 +7,40 @@
 #include <string_view>
 #include <variant>
 
+#include "model/elements/angle_stop.hpp"
+#include "model/elements/bump_stop.hpp"
+#include "model/elements/bushing.hpp"
+#include "model/elements/cam_contact.hpp"
+#include "model/elements/dc_motor.hpp"
 #include "model/elements/disc_contact.hpp"
+#include "model/elements/effort_drive.hpp"
 #include "model/elements/force_load.hpp"
+#include "model/elements/gear_joint.hpp"
+#include "model/elements/governor.hpp"
+#include "model/elements/induction_motor.hpp"
 #include "model/elements/joint_friction.hpp"
+#include "model/elements/motion_drive.hpp"
 #include "model/elements/plane_contact.hpp"
+#include "model/elements/rack_joint.hpp"
 #include "model/elements/revolute_joint.hpp"
 #include "model/elements/rigid_joint.hpp"
+#include "model/elements/slot_joint.hpp"
 #include "model/elements/speed_drive.hpp"
 #include "model/elements/spring_damper.hpp"
 #include "model/elements/torque_drive.hpp"
 #include "model/elements/torque_load.hpp"
 #include "model/elements/torsional_spring_damper.hpp"
 #include "model/elements/translational_joint.hpp"
+#include "model/elements/travel_stop.hpp"
 
 namespace freeplay {
 
-using Joint = std::variant<RevoluteJoint, TranslationalJoint, RigidJoint>;
-using Contact = std::variant<PlaneContact, DiscContact>;
-using Drive = std::variant<SpeedDrive, TorqueDrive>;
-using Load = std::variant<ForceLoad, TorqueLoad, SpringDamper, TorsionalSpringDamper, JointFriction>;
+using Joint = std::variant<RevoluteJoint, TranslationalJoint, RigidJoint, GearJoint, RackJoint, SlotJoint>;
+using Contact = std::variant<PlaneContact, DiscContact, CamContact, TravelStop, AngleStop>;
+using Drive = std::variant<SpeedDrive, TorqueDrive, MotionDrive, TorqueCurveDrive, ForceDrive, DcMotor,
+                           InductionMotor, Governor>;
+using Load = std::variant<ForceLoad, TorqueLoad, SpringDamper, TorsionalSpringDamper, JointFriction, Bushing,
+                          BumpStop, TorsionalBumpStop>;
 
 /// The word for a kind of element: its `type` in a scene, or for drives "speed drive".
 template <class Kind>

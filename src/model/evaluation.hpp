@@ -6,6 +6,7 @@
 #include <string>
 
 #include "model/body.hpp"
+#include "model/reaction_bound.hpp"
 #include "model/surface.hpp"
 #include "numerics/sparse.hpp"
 
@@ -26,6 +27,7 @@ struct ContactFacts {
   double radius = 0;
   bool ring = false;                              ///< a journal inside a bearing
   double radius_bearing = 0, radius_journal = 0;  ///< m, of a ring
+  std::optional<double> stiffness;                ///< N/m, where it is stated; else of the curvature
   Surface surface;
   std::optional<double> bearing_length;  ///< m
   std::optional<Lubricant> lubricant;
@@ -42,18 +44,26 @@ struct ContactRowOf {
   /// spin·v = ω_j − ω_i.
   SparseRowOf<T> film, spin;
   T gamma_n = 0, gamma_t = 0;  ///< g̈ = normal·a − gamma_n, v̇_T = tangent·a − gamma_t
+  T gamma_film = 0, turn = 0;  ///< of a film: likewise, and how fast its normal turns (rad/s)
   template <class M>
   void remember(M& m) {
-    m(gap, normal, tangent, film, spin, gamma_n, gamma_t);
+    m(gap, normal, tangent, film, spin, gamma_n, gamma_t, gamma_film, turn);
   }
 };
 using ContactRow = ContactRowOf<double>;
 
-/// Coulomb friction of a preloaded joint as the formulations see it.
+/// Coulomb friction of an ideal joint as the formulations see it: of a fixed bound (preloaded), or of one from the
+/// joint's reaction.
 struct FrictionFacts {
   std::string name;
-  double bound = 0;                      ///< N
+  double bound = 0;                      ///< N, without `reaction`
   std::optional<double> regularisation;  ///< m/s
+  std::optional<ReactionBound> reaction = {};
+
+  /// At the sliding speed u (m/s) and multipliers λ of all constraint rows; of an impulse, where λ are.
+  double limit(double u, const double* lambda) const {
+    return reaction->coefficient(u) * reaction->support(lambda);
+  }
 };
 
 }  // namespace freeplay

@@ -2,6 +2,7 @@
 // body has three coordinates x, y, θ is known to src/model alone.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "model/body.hpp"
@@ -22,6 +23,7 @@ template <class T>
 struct EvaluationOf {
   std::vector<T> cosine, sine;       ///< of each body's angle
   std::vector<T> phi, phi_t, gamma;  ///< one per constraint row
+  std::vector<T> bend;               ///< y″ of each prescribed motion
   std::vector<T> G;                  ///< values in the order of System::pattern()
   std::vector<T> force;              ///< n
   LoadPower<T> power;
@@ -95,9 +97,15 @@ struct Sweep {
   const double* mean = nullptr;  ///< mean rates of the step, as far as they are known
 };
 
-/// What lies between two kinks of a table against an angle (rad, of the angle as it is, turns included).
+/// What lies between two kinks of a table against an angle (rad, of the angle as it is, turns included), or of a force
+/// against a distance (m); infinite where there is no further one.
 struct Piece {
   double low = 0, high = 0;
+  /// Some place within.
+  double inside() const {
+    if (low > -INFINITY && high < INFINITY) return 0.5 * (low + high);
+    return low > -INFINITY ? low + 1 : high < INFINITY ? high - 1 : 0;
+  }
   template <class M>
   void remember(M& m) {
     m(low, high);

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "model/body.hpp"
+#include "model/configuration.hpp"
+#include "model/curve.hpp"
 #include "model/elements.hpp"
 #include "model/surface.hpp"
 #include "values/vec2.hpp"
@@ -22,13 +24,19 @@ struct Mechanism {
   std::vector<Lubricant> lubricants;
   std::vector<Drive> drives;
   std::vector<Load> loads;
+  std::vector<Curve> curves;
+  Configuration assembly;  ///< which pose it starts in, where that is asked for
 };
 
 /// The same mechanism with every clearance closed, and without contacts between bodies.
 Mechanism idealised(Mechanism mechanism);
 
-/// The drive whose joint angle counts revolutions and is reported as the crank angle, if there is one: the one that says
-/// so, else the first.
+/// The drive of constant speed whose turns are counted, if there is one: the one that says so, else the first; none where
+/// another motion says so.
 const SpeedDrive* main_drive(const Mechanism& mechanism);
+
+/// The revolute joint whose angle is reported as the crank angle, −1: none. That of the main drive, else of the first
+/// prescribed motion, else of the first drive.
+int crank_joint(const Mechanism& mechanism);
 
 }  // namespace freeplay

@@ -18,7 +18,8 @@ struct RunOptions {
   enum class Start {
     assembled,  ///< rough positions made consistent, journals inside their bearings
     ideal,      ///< the ideal joints' positions and velocities: journals concentric
-    given       ///< positions and velocities as they stand; refused if they are not consistent
+    given,      ///< positions and velocities as they stand; refused if they are not consistent
+    equilibrium  ///< at rest where the forces balance, the place that descent from the rough positions comes to
   };
   double duration = 0;  ///< s, > 0
   double discard = 0;   ///< s left out of the statistics, 0 ≤ discard < duration
@@ -246,7 +247,8 @@ struct NonsmoothOptions {
 inline constexpr auto start_names = complete<RunOptions::Start>(
     {{RunOptions::Start::assembled, "assembled", "rough positions made consistent"},
      {RunOptions::Start::ideal, "ideal", "the ideal joints' configuration and velocities"},
-     {RunOptions::Start::given, "given", "as they stand"}});
+     {RunOptions::Start::given, "given", "as they stand"},
+     {RunOptions::Start::equilibrium, "equilibrium", "at rest where the forces balance"}});
 inline constexpr auto integrator_names = complete<Integrator>(
     {{Integrator::rk4, "rk4", "fixed step; the others are adaptive", {.adaptive = false}},
      {Integrator::dopri5, "dopri5"},

@@ -9,18 +9,28 @@
 #include <vector>
 
 #include "model/elements.hpp"
+#include "model/pairs/angle_stop.hpp"
+#include "model/pairs/cam_flat.hpp"
+#include "model/pairs/cam_roller.hpp"
+#include "model/pairs/flank.hpp"
 #include "model/pairs/line.hpp"
 #include "model/pairs/round.hpp"
 #include "model/rows/angle.hpp"
+#include "model/rows/mesh.hpp"
+#include "model/rows/motion.hpp"
 #include "model/rows/point.hpp"
 #include "model/rows/slide.hpp"
 #include "model/rows/sliding.hpp"
+#include "model/rows/spin.hpp"
 
 namespace freeplay {
 
 using ConstraintRows =
-    std::tuple<std::vector<PointRows>, std::vector<SlideRow>, std::vector<AngleRow>, std::vector<SpeedRow>>;
-using Pair = std::variant<RoundPair, LinePair>;
+    std::tuple<std::vector<PointRows>, std::vector<SlideRow>, std::vector<AngleRow>, std::vector<SpeedRow>,
+               std::vector<MotionRow>, std::vector<MeshRow<InvoluteMesh>>, std::vector<MeshRow<RackMesh>>>;
+using Pair = std::variant<RoundPair, LinePair, CamFlatPair, CamRollerPair, FlankPair<InvoluteMesh>,
+                          FlankPair<RackMesh>, AngleStopPair>;
+using FrictionRow = std::variant<SlidingRow, SpinRow>;
 
 /// A drive or load in place.
 template <class Facts>

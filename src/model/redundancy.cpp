@@ -1,9 +1,12 @@
 #include "model/redundancy.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Dense>
 #include <cmath>
 
 #include "model/assembly.hpp"
+#include "model/error.hpp"
 #include "model/system.hpp"
 
 namespace freeplay {
@@ -27,6 +30,22 @@ std::vector<int> undetermined_elements(const System& system, const State& state)
   for (const auto& [element, begin, end] : system.reaction_rows())
     if (kernel.middleRows(begin, end - begin).cwiseAbs().maxCoeff() > 1e-9) found.push_back(element);
   return found;
+}
+
+void refuse_undetermined_friction(const System& system, const State& state) {
+  if (system.reactive_frictions().empty()) return;
+  for (const int element : undetermined_elements(system, state))
+    for (const int k : system.reactive_frictions()) {
+      const auto& facts = system.friction_facts(k);
+      const auto& joint = system.force_elements()[static_cast<std::size_t>(element)];
+      if (joint.kind == ForceElement::Kind::joint && joint.joint == facts.reaction->element)
+        throw ModelError(
+            fmt::format("loads.{}.joint", facts.name),
+            fmt::format(
+                "the reaction of {} bounds this friction, and mechanics does not determine it: constraint rows "
+                "depend on each other there; leave out what supports it twice, or give a fixed force",
+                joint.name));
+    }
 }
 
 }  // namespace freeplay

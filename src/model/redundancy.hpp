@@ -13,4 +13,7 @@ class System;
 /// combination z of rows has Gᵀz = 0 and acts on them, so that any multiple of it may be added to the multipliers.
 std::vector<int> undetermined_elements(const System& system, const State& state);
 
+/// Throws ModelError where friction is bounded by such a reaction.
+void refuse_undetermined_friction(const System& system, const State& state);
+
 }  // namespace freeplay

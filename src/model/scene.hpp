@@ -10,6 +10,7 @@
 #include "model/instrument.hpp"
 #include "model/mechanism.hpp"
 #include "model/options.hpp"
+#include "values/read_file.hpp"
 
 namespace freeplay {
 
@@ -22,6 +23,8 @@ struct Scene {
   std::string text;                    ///< as read, for the provenance of results
   std::vector<std::string> overrides;  ///< KEY=VALUE as given
   std::vector<std::string> idle;       ///< keys that were given and have no effect, and why
+  bool outside = false;                ///< files that it names may lie anywhere, not only beside it or below
+  std::vector<ReadFile> files;         ///< that its text names, as read
   Mechanism mechanism;
   RunOptions run;
   PenaltyOptions penalty;
@@ -37,10 +40,11 @@ struct Scene {
   void set(const std::string& key, double value);
 };
 
-/// Reads and validates a scene; each override is KEY=VALUE with a dotted key. Throws SceneError.
-Scene read_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
+/// Reads and validates a scene; each override is KEY=VALUE with a dotted key. `outside`: as in Scene. Throws SceneError.
+Scene read_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {},
+                 bool outside = false);
 /// The same from text; `name` stands for the file in messages.
 Scene parse_scene(const std::string& text, const std::string& name,
-                  const std::vector<std::string>& overrides = {});
+                  const std::vector<std::string>& overrides = {}, bool outside = false);
 
 }  // namespace freeplay

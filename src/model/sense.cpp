@@ -56,6 +56,7 @@ struct Looked {
         edge(body, radius);
       };
       if (const auto* p = std::get_if<PlaneContact>(&contact)) round(p->between[1], p->radius);
+      if (const auto* c = std::get_if<CamContact>(&contact)) edge(c->between[0], c->base_radius + c->lift);
       if (const auto* d = std::get_if<DiscContact>(&contact))
         for (const int end : {0, 1}) round(d->between[end], d->radii[end]);
     }

@@ -33,7 +33,7 @@ struct Surface {
   }
 };
 
-/// What fills a clearance. Only the penalty formulation has a model of it.
+/// What fills a clearance.
 struct Lubricant {
   enum class Film { short_bearing, long_bearing };
   enum class Cavitation { half_sommerfeld, none };

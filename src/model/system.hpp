@@ -35,12 +35,23 @@ class System {
   const std::vector<double>& mass() const { return mass_; }
   const ContactFacts& contact_facts(int k) const { return contact_facts_[k]; }
   const FrictionFacts& friction_facts(int k) const { return friction_facts_[k]; }
+  /// Those whose bound follows from their joint's reaction, in order.
+  const std::vector<int>& reactive_frictions() const { return reactive_; }
   /// Name of the joint or drive that a constraint row belongs to.
   const std::string& row_name(int row) const { return row_names_[row]; }
   /// Whether a constraint row is measured in rad (else in m).
   bool is_angle_row(int row) const { return angle_rows_[row]; }
   /// Number of rows that prescribe motion; they are the last ones.
-  int drive_rows() const { return static_cast<int>(std::get<std::vector<SpeedRow>>(constraints_).size()); }
+  int drive_rows() const {
+    return static_cast<int>(std::get<std::vector<SpeedRow>>(constraints_).size() +
+                            std::get<std::vector<MotionRow>>(constraints_).size());
+  }
+  /// Whether a joint's motion is prescribed along a curve: its acceleration may jump at next_knot().
+  bool has_motions() const { return !std::get<std::vector<MotionRow>>(constraints_).empty(); }
+  /// Prescribed motions over a time step, exact at its end: phi_t, and what rate() takes; between place() and rate().
+  void step_motions(double t0, double t1, Evaluation& e) const {
+    for (const auto& row : std::get<std::vector<MotionRow>>(constraints_)) row.step(t0, t1, e);
+  }
   bool has_friction(int contact) const { return contact_facts(contact).surface.friction.has_value(); }
   /// Whether a coordinate is an angle (rad, else m).
   bool is_angle(int coordinate) const { return coordinate % 3 == 2; }
@@ -69,7 +80,10 @@ class System {
   double state_scale(int k) const { return state_scales_[k]; }
   /// ż of the elements' first-order states.
   template <class T>
-  void flow(std::type_identity_t<T> t, const T* q, const T* z, T* dz, const Reading& reading = {}) const;
+  void flow(std::type_identity_t<T> t, const T* q, const T* v, const T* z, T* dz,
+            const Reading& reading = {}) const;
+  /// Whether any of it depends on the velocities (motors).
+  bool has_velocity_flows() const { return velocity_flows_; }
   /// Gravity and springs (J); constant forces and torques count as loads.
   double potential(const double* q) const;
   double kinetic(const double* v) const;
@@ -88,27 +102,26 @@ class System {
   /// From the first body's point of contact k to the second's, in the world (m): a journal's eccentricity.
   /// Needs place().
   Vec2 eccentricity(int k, const double* q, const Evaluation& e) const;
-  /// Sliding row of a preloaded joint, u = row·v; returns γ in u̇ = row·a − γ. Needs place().
+  /// Sliding row of a joint with friction, u = row·v; returns γ in u̇ = row·a − γ. Needs place().
   template <class T>
   T friction(int k, const T* q, const T* v, const EvaluationOf<T>& e, SparseRowOf<T>& row) const;
 
-  /// The first knot of a torque table against time after t (s); infinite when there is none.
+  /// Sliding speed of joint k over that of its bodies' masses with the same energy, at most 1: of a thin pin far less.
+  double slide_share(int k) const;
+
+  /// The first knot of a table or curve against time after t (s); infinite when there is none.
   double next_knot(double t) const;
-  /// @name Angles whose torque tables have kinks (model/phase.hpp)
+  /// @name Angles and distances at which tables and one-way forces have kinks (model/phase.hpp)
   ///@{
   int phases() const { return static_cast<int>(phases_.size()); }
-  /// rad, rad/s
-  Watched phase(int k, const double* q, const double* v) const {
-    const auto& link = phases_[k].link;
-    return {theta(q, link.j) - theta(q, link.i), omega(v, link.j) - omega(v, link.i)};
-  }
-  Piece piece(int k, double angle, bool above) const { return phases_[k].piece(angle, above); }
-  /// rad/s², bound on the angle's acceleration over a step.
-  double phase_bend(int k, const MotionBounds& bounds) const {
-    const auto& link = phases_[k].link;
-    return omega(bounds.acceleration.data(), link.i) + omega(bounds.acceleration.data(), link.j);
-  }
+  const Phase& phase(int k) const { return phases_[k]; }
+  /// Whether any is a table's that acts by its mean over what a time step sweeps.
+  bool sweeps() const { return sweeps_; }
+  /// Whether any is of a force that springs exert, which has kinks and no pulses.
+  bool has_spring_kinks() const { return spring_kinks_; }
   ///@}
+  /// rad: no body may turn further in a step than this, so that no feature of a profile is jumped over.
+  double longest_turn() const { return longest_turn_; }
 
   /// @name Forces that come out (values/forces.hpp). Each adds `weight` times what it is given; e from place().
   ///@{
@@ -134,7 +147,7 @@ class System {
   /// A film in contact k: along its normal and film rows, and a couple along spin.
   void report_film(int k, const double* q, const Evaluation& e, const ContactRow& row, double fn, double ft,
                    double torque, double weight, Forces& out) const;
-  /// Coulomb friction of preloaded joint k along its sliding row.
+  /// Coulomb friction of joint k along its sliding row.
   void report_friction(int k, const double* q, const double* v, const Evaluation& e, const SparseRow& row,
                        double force, double weight, Forces& out) const;
   /// Torque drives and loads at a state.
@@ -149,10 +162,9 @@ class System {
 
  private:
   friend class Builder;
-  struct Reaction {  // of an ideal joint or a prescribed speed: rows [begin, end)
+  struct Reaction {  // of an ideal joint or a prescribed motion: rows [begin, end)
     Link link;
     int begin, end, element;
-    double speed = 0;  // rad/s, of a drive
   };
 
   int add_element(const std::string& name, ForceElement::Kind kind, const std::array<int, 2>& bodies,
@@ -176,8 +188,9 @@ class System {
   std::vector<Pair> pairs_;
   std::vector<ContactFacts> contact_facts_;
   std::vector<int> contact_joints_;  // −1: of no joint
-  std::vector<SlidingRow> slidings_;
+  std::vector<FrictionRow> slidings_;
   std::vector<FrictionFacts> friction_facts_;
+  std::vector<int> reactive_;
   PlacedElements placed_;
   std::vector<Phase> phases_;
   std::vector<double> state_scales_;
@@ -187,8 +200,9 @@ class System {
   std::vector<Carried> carried_;
   Vec2 gravity_{0, 0};
   Link crank_;
-  bool velocity_forces_ = false, loads_work_ = false;
-  double longest_arm_ = 0;
+  bool velocity_forces_ = false, velocity_flows_ = false, loads_work_ = false, sweeps_ = false,
+       spring_kinks_ = false;
+  double longest_arm_ = 0, longest_turn_ = 0.3;
 };
 
 }  // namespace freeplay

@@ -67,12 +67,57 @@ void Builder::angle(const Link& link, double angle, const std::string& name) {
   end_row(name, true);
 }
 
-void Builder::prescribed(const Link& link, double angle, double speed, bool crank, const std::string& name) {
+void Builder::prescribed(const Link& link, double angle, double speed, const std::string& name) {
   auto& drives = std::get<std::vector<SpeedRow>>(s_.constraints_);
-  if (drives.empty() || crank) s_.crank_ = link;
   drives.push_back({link, s_.G_.rows, angle, speed});
   turn_entries(link);
   end_row(name, true);
+}
+
+void Builder::motion(const Link& link, const Piecewise& course, const Vec2* axis, int of,
+                     const std::string& name) {
+  auto& motions = std::get<std::vector<MotionRow>>(s_.constraints_);
+  MotionRow m{link, s_.G_.rows, static_cast<int>(motions.size()), course};
+  const auto turn = [&](int body) {
+    const double none = 0;
+    if (body == ground) return -1;
+    if (body == link.i) {
+      if (m.of_i[2] < 0) m.of_i[2] = entry(3 * body + 2, none);
+      return m.of_i[2];
+    }
+    if (body == link.j) {
+      if (m.of_j[2] < 0) m.of_j[2] = entry(3 * body + 2, none);
+      return m.of_j[2];
+    }
+    return entry(3 * body + 2, none);
+  };
+  if (axis) {
+    m.slides = true;
+    m.axis = *axis;
+    // Between ground and a body the axis stands still: an entry that is zero stays so.
+    const bool still = link.i == ground;
+    for (const int c : {0, 1}) {
+      if (!still) m.of_i[c] = entry(3 * link.i + c, 0);
+      if (link.j != ground && (!still || (c == 0 ? axis->x() : axis->y()) != 0))
+        m.of_j[c] = entry(3 * link.j + c, 0);
+    }
+    if (!still) turn(link.i);
+    if (!still || !link.sj.is_zero()) turn(link.j);
+  } else {
+    turn(link.i);
+    turn(link.j);
+  }
+  if (of >= 0) {
+    m.follows = true;
+    m.other = joint_link(of);
+    m.other_i = turn(m.other.i);
+    m.other_j = turn(m.other.j);
+    // No step jumps over a knot: a narrow rise stands between two of them.
+    if (auto knots = course.knots(); !knots.empty())
+      s_.phases_.push_back({m.other, std::move(knots), course.period()});
+  }
+  motions.push_back(m);
+  end_row(name, !axis);
 }
 
 ContactFacts Builder::facts(const std::string& name, const std::array<int, 2>& between, int surface) const {
@@ -90,8 +135,31 @@ void Builder::pair(const Pair& pair, const ContactFacts& facts) {
 
 void Builder::sliding(const Link& link, const Vec2& axis, const std::string& name, double bound,
                       const std::optional<double>& regularisation) {
-  s_.slidings_.push_back({link, axis});
+  s_.slidings_.push_back(SlidingRow{link, axis});
   s_.friction_facts_.push_back({name, bound, regularisation});
+}
+
+void Builder::sliding(const Link& link, const Vec2& axis, const std::string& name, const ReactionBound& bound,
+                      const std::optional<double>& regularisation) {
+  s_.reactive_.push_back(s_.frictions());
+  sliding(link, axis, name, 0.0, regularisation);
+  s_.friction_facts_.back().reaction = bound;
+}
+
+void Builder::spinning(const Link& link, double radius, const std::string& name, const ReactionBound& bound,
+                       const std::optional<double>& regularisation) {
+  s_.reactive_.push_back(s_.frictions());
+  s_.slidings_.push_back(SpinRow{link, radius});
+  s_.friction_facts_.push_back({name, 0, regularisation, bound});
+}
+
+ReactionBound Builder::reaction_bound(int joint) const {
+  ReactionBound bound;
+  for (const auto& r : s_.reactions_)
+    if (r.element == joint) bound.row = r.begin;
+  bound.element = joint;
+  bound.pin = std::holds_alternative<RevoluteJoint>(mechanism_.joints[joint]);
+  return bound;
 }
 
 /// A joint, contact, drive or load: its rows, and what it makes the solver carry.
@@ -115,23 +183,44 @@ template <class Element>
 void System::place_load(Builder& builder, const Element& element) {
   if constexpr (requires { element.build(builder); }) {
     if constexpr (Element::reports == ForceElement::Kind::drive)
-      reactions_.push_back({element.link(builder), G_.rows, G_.rows + 1, -1, element.speed});
+      reactions_.push_back({element.link(builder), G_.rows, G_.rows + 1, -1});
   }
   add(builder, element, -1);
   if constexpr (Acts<Element>) {
     Placed<Element> placed{element, element.link(builder), -1, -1};
-    loads_work_ |= element.does_work();
-    if constexpr (requires { element.needs_velocity(); }) velocity_forces_ |= element.needs_velocity();
-    if constexpr (requires { element.has_state(); })
-      if (element.has_state()) {
+    auto& facts = placed.facts;
+    if constexpr (requires { facts.prepare(builder.mechanism()); }) facts.prepare(builder.mechanism());
+    loads_work_ |= facts.does_work();
+    if constexpr (requires { facts.needs_velocity(); }) velocity_forces_ |= facts.needs_velocity();
+    if constexpr (requires { facts.has_state(); })
+      if (facts.has_state()) {
         placed.state = states();
-        state_scales_.push_back(element.state_scale());
+        state_scales_.push_back(facts.state_scale());
+        if constexpr (requires { facts.needs_velocity(); }) velocity_flows_ = true;
       }
-    if constexpr (requires { element.angle_kinks(); })
-      if (auto kinks = element.angle_kinks(); !kinks.empty()) {
-        placed.phase = phases();
-        phases_.push_back({placed.link, std::move(kinks)});
+    const auto hold = [&](Phase phase) {
+      placed.phase = phases();
+      (phase.swept ? sweeps_ : spring_kinks_) = true;
+      phases_.push_back(std::move(phase));
+    };
+    if constexpr (requires { facts.angle_kinks(); })
+      if (auto kinks = facts.angle_kinks(); !kinks.empty())
+        hold({placed.link, std::move(kinks), Phase::turn, Phase::Of::angle, {1, 0}, true});
+    if constexpr (requires { facts.kinks(); })
+      if (auto kinks = facts.kinks(); !kinks.empty())
+        hold({placed.link, std::move(kinks), 0, Element::kinks_of});
+    if constexpr (requires { facts.phase(placed.link); })
+      if (auto phase = facts.phase(placed.link)) hold(std::move(*phase));
+    if constexpr (requires { facts.bump; }) {
+      Phase phase{placed.link, {}};
+      for (const auto& limit : {facts.bump.lower, facts.bump.upper})
+        if (limit) phase.kinks.push_back(*limit);
+      if constexpr (requires { facts.axis; }) {
+        phase.of = Phase::Of::travel;
+        phase.axis = facts.axis;
       }
+      hold(std::move(phase));
+    }
     std::get<std::vector<Placed<Element>>>(placed_).push_back(placed);
   }
 }
@@ -149,12 +238,13 @@ System::System(const Mechanism& m) : gravity_(m.gravity) {
   };
   each(m.joints, [&](const auto& joint, int j) { add(builder, joint, j); });
   // All arms are known before a wall takes its scale from them, so that the contacts' order does not matter.
-  each(m.contacts, [&](const auto& contact, int) { builder.link(contact.between, contact.at); });
+  each(m.contacts, [&](const auto& contact, int) {
+    if constexpr (requires { contact.at; }) builder.link(contact.between, contact.at);
+    if constexpr (requires { contact.reserve(builder); }) contact.reserve(builder);
+  });
   each(m.contacts, [&](const auto& contact, int) { add(builder, contact, -1); });
   each(m.drives, [&](const auto& drive, int) { place_load(builder, drive); });
-  // Without a prescribed speed the joint of the first torque is the crank.
-  if (!main_drive(m) && !m.drives.empty())
-    std::visit([&](const auto& drive) { crank_ = builder.joint_link(drive.joint); }, m.drives.front());
+  if (const int joint = crank_joint(m); joint >= 0) crank_ = builder.joint_link(joint);
   each(m.loads, [&](const auto& load, int) { place_load(builder, load); });
   list_elements(m);
 }
@@ -167,6 +257,7 @@ EvaluationOf<T> System::make_evaluation() const {
   e.phi.assign(rows(), 0);
   e.phi_t.assign(rows(), 0);
   e.gamma.assign(rows(), 0);
+  e.bend.assign(std::get<std::vector<MotionRow>>(constraints_).size(), 0);
   for (const auto& d : std::get<std::vector<SpeedRow>>(constraints_)) e.phi_t[d.row] = -d.speed;
   e.G.assign(constant_G_.begin(), constant_G_.end());
   e.force.assign(constant_force_.begin(), constant_force_.end());

@@ -46,10 +46,11 @@ void System::forces(std::type_identity_t<T> t, const T* q, const T* v, const T* 
 }
 
 template <class T>
-void System::flow(std::type_identity_t<T> t, const T* q, const T* z, T* dz, const Reading& reading) const {
+void System::flow(std::type_identity_t<T> t, const T* q, const T* v, const T* z, T* dz,
+                  const Reading& reading) const {
   if (state_scales_.empty()) return;
   const EvaluationOf<T> none;
-  const Motion<T> motion{t, q, nullptr, none, reading};
+  const Motion<T> motion{t, q, v, none, reading};
   for_each_item(placed_, [&]<class Facts>(const Placed<Facts>& x) {
     if constexpr (requires { x.facts.has_state(); })
       if (x.state >= 0) dz[x.state] = x.facts.flow(motion.of(x.phase), x.link, z[x.state]);
@@ -61,6 +62,8 @@ double System::next_knot(double t) const {
   for_each_item(placed_, [&]<class Facts>(const Placed<Facts>& x) {
     if constexpr (requires { x.facts.next_knot(t); }) next = std::min(next, x.facts.next_knot(t));
   });
+  for (const auto& row : std::get<std::vector<MotionRow>>(constraints_))
+    if (!row.follows) next = std::min(next, row.course.next_knot(t));
   return next;
 }
 
@@ -86,7 +89,9 @@ template void System::forces(double, const double*, const double*, const double*
                              const Reading&) const;
 template void System::forces(Gradient, const Gradient*, const Gradient*, const Gradient*,
                              EvaluationOf<Gradient>&, const Reading&) const;
-template void System::flow(double, const double*, const double*, double*, const Reading&) const;
-template void System::flow(Gradient, const Gradient*, const Gradient*, Gradient*, const Reading&) const;
+template void System::flow(double, const double*, const double*, const double*, double*,
+                           const Reading&) const;
+template void System::flow(Gradient, const Gradient*, const Gradient*, const Gradient*, Gradient*,
+                           const Reading&) const;
 
 }  // namespace freeplay

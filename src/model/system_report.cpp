@@ -56,7 +56,10 @@ void System::list_elements(const Mechanism& m) {
     const auto link = facts.link(builder);
     int joint = -1;
     if constexpr (requires { facts.joint; }) joint = facts.joint;
-    const int element = add_element(facts.name, Facts::reports, {link.i, link.j}, joint);
+    auto kind = Facts::reports;
+    if constexpr (requires { facts.kind(m); }) kind = facts.kind(m);
+    if constexpr (requires { facts.reports_as(builder); }) kind = facts.reports_as(builder);
+    const int element = add_element(facts.name, kind, {link.i, link.j}, joint);
     const auto is_new = [](const auto& x) { return x.element < 0; };
     if constexpr (Acts<Facts>)
       std::ranges::find_if(std::get<std::vector<Placed<Facts>>>(placed_), is_new)->element = element;
@@ -107,7 +110,7 @@ void System::report_rows(const double* q, const Evaluation& e, const double* lam
       along(q, e, r.link, G_.column.data() + first, e.G.data() + first, G_.begin[k + 1] - first,
             -weight * lambda[k], f);
     }
-    f.power -= weight * lambda[r.begin] * r.speed;
+    f.power += weight * lambda[r.begin] * e.phi_t[r.begin];
   }
 }
 
@@ -135,7 +138,8 @@ void System::report_film(int k, const double* q, const Evaluation& e, const Cont
 void System::report_friction(int k, const double* q, const double* v, const Evaluation& e,
                              const SparseRow& row, double force, double weight, Forces& out) const {
   auto& f = out.elements[friction_elements_[k]];
-  along(q, e, slidings_[k].link, row.column.data(), row.value.data(), row.size, weight * force, f);
+  const auto& link = std::visit([](const auto& x) -> const Link& { return x.link; }, slidings_[k]);
+  along(q, e, link, row.column.data(), row.value.data(), row.size, weight * force, f);
   f.power += weight * force * row.dot(v);
 }
 

@@ -1,4 +1,5 @@
 // Constraint rows and contact pairs at one state: every kind of rows/ and pairs/ in turn.
+#include <algorithm>
 #include <cmath>
 
 #include "model/system.hpp"
@@ -31,7 +32,15 @@ Vec2 System::eccentricity(int k, const double* q, const Evaluation& e) const {
 }
 
 double System::gap(int k, const double* q, const Evaluation& e) const {
-  return std::visit([&](const auto& pair) { return pair.gap(arms(pair.link, q, e).d, e); }, pairs_[k]);
+  return std::visit(
+      [&](const auto& pair) {
+        const auto d = arms(pair.link, q, e).d;
+        if constexpr (requires { pair.gap(q, d, e); })  // angles beside directions
+          return pair.gap(q, d, e);
+        else
+          return pair.gap(d, e);
+      },
+      pairs_[k]);
 }
 
 GapMotion System::gap_motion(int k, const MotionBounds& bounds, const double* q, const Evaluation& e) const {
@@ -46,13 +55,32 @@ void System::contact(int k, const T* q, const T* v, const EvaluationOf<T>& e, Co
   row.film.clear();
   row.spin.clear();
   row.gamma_n = row.gamma_t = 0;
-  std::visit([&](const auto& pair) { pair.rows(contact_facts_[k], arms(pair.link, q, e), v, e, row); },
-             pairs_[k]);
+  std::visit(
+      [&](const auto& pair) {
+        const auto a = arms(pair.link, q, e);
+        if constexpr (requires { pair.rows(a, q, v, e, row); })
+          pair.rows(a, q, v, e, row);
+        else
+          pair.rows(contact_facts_[k], a, v, e, row);
+      },
+      pairs_[k]);
 }
 
 template <class T>
 T System::friction(int k, const T* q, const T* v, const EvaluationOf<T>& e, SparseRowOf<T>& row) const {
-  return slidings_[k].rows(q, v, e, row);
+  return std::visit([&](const auto& sliding) { return sliding.rows(q, v, e, row); }, slidings_[k]);
+}
+
+double System::slide_share(int k) const {
+  const auto* pin = std::get_if<SpinRow>(&slidings_[k]);
+  if (!pin) return 1;
+  double mass = 0, inertia = 0;  // inverse
+  for (const int body : {pin->link.i, pin->link.j})
+    if (body != ground) {
+      mass += 1 / mass_[3 * body];
+      inertia += 1 / mass_[3 * body + 2];
+    }
+  return std::min(1.0, pin->radius * std::sqrt(inertia / mass));
 }
 
 double System::crank_angle(const double* q) const { return theta(q, crank_.j) - theta(q, crank_.i); }

@@ -30,6 +30,9 @@ Rosenbrock4::Rosenbrock4(int size) : storage_(std::make_unique<Storage>()) {
   storage_->jacobian.resize(n * n);
 }
 Rosenbrock4::~Rosenbrock4() = default;
+Rosenbrock4::Rosenbrock4(const Rosenbrock4& other)
+    : Rosenbrock4(static_cast<int>(other.storage_->jacobian.empty() ? 0 : other.storage_->x.size())) {}
+Rosenbrock4& Rosenbrock4::operator=(const Rosenbrock4& other) { return *this = Rosenbrock4(other); }
 Rosenbrock4::Rosenbrock4(Rosenbrock4&&) noexcept = default;
 Rosenbrock4& Rosenbrock4::operator=(Rosenbrock4&&) noexcept = default;
 

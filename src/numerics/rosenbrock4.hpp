@@ -19,6 +19,8 @@ class Rosenbrock4 {
   };
   explicit Rosenbrock4(int size);
   ~Rosenbrock4();
+  Rosenbrock4(const Rosenbrock4& other);  ///< one of the same size: nothing passes from step to step
+  Rosenbrock4& operator=(const Rosenbrock4& other);
   Rosenbrock4(Rosenbrock4&&) noexcept;
   Rosenbrock4& operator=(Rosenbrock4&&) noexcept;
 

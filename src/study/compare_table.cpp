@@ -77,6 +77,14 @@ std::string about_window(const Result& r) {
          fmt::format(";\n±: standard error, from {} batches of {:.3g} s", r.window->batches, r.window->batch);
 }
 
+/// Whether there is a film where the contact is open.
+bool lubricated(const Mechanism& mechanism, const std::string& joint) {
+  return std::ranges::any_of(mechanism.joints, [&](const Joint& j) {
+    const auto* pin = std::get_if<RevoluteJoint>(&j);
+    return pin && pin->name == joint && pin->clearance && pin->clearance->lubricant >= 0;
+  });
+}
+
 }  // namespace
 
 std::string comparison_table(const Scene& scene, const Comparison& c, bool markdown) {
@@ -109,7 +117,7 @@ std::string comparison_table(const Scene& scene, const Comparison& c, bool markd
   for (std::size_t k = 0; k < c.joints.size(); ++k) {
     const auto of = [&](auto field) { return [&, field](const Result& r) { return field(r.contacts[k]); }; };
     const auto& name = c.joints[k];
-    line(name + ": free flight",
+    line(name + (lubricated(scene.mechanism, name) ? ": on its film" : ": free flight"),
          of([](const auto& x) { return percent(x.flight_fraction, x.flight_error); }));
     line(name + ": in impacts", of([](const auto& x) { return percent(x.impact_fraction, x.impact_error); }));
     line(name + ": lasting contact",

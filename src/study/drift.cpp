@@ -9,7 +9,6 @@
 #include "io/located.hpp"
 #include "io/output_file.hpp"
 #include "io/run_json.hpp"
-#include "model/assembly.hpp"
 #include "model/scene.hpp"
 #include "model/system.hpp"
 #include "sim/residuals.hpp"
@@ -20,8 +19,6 @@ std::vector<DriftRun> measure_drift(const Scene& scene, const StopToken& stop,
                                     const std::filesystem::path& folder,
                                     const std::function<void(const std::string&, double)>& on_progress) {
   constexpr int points = 200;
-  const State start =
-      located_in(scene, [&] { return assemble(scene.mechanism, scene.run.start, nullptr, stop); });
   const System system(scene.mechanism);
   std::vector<DriftRun> runs;
   std::string rows = "stabilisation,t,length,angle,closure\n";
@@ -31,7 +28,7 @@ std::vector<DriftRun> measure_drift(const Scene& scene, const StopToken& stop,
     Scene one = scene;
     one.penalty.stabilisation = kind.value;
     if (choice_of(one.penalty.integrator).traits.keeps_history) one.penalty.integrator = Integrator::dopri5;
-    Simulation simulation(one, "penalty", {.start = start});
+    auto simulation = located_in(scene, [&] { return Simulation(one, "penalty", {.stop = stop}); });
     Result made;
     auto e = system.make_evaluation();
     DriftRun run;

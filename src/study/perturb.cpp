@@ -30,6 +30,14 @@ Vec2 play(const TranslationalJoint& joint, std::mt19937_64& engine, double share
   const double across = share * joint.clearance->half_play * (2 * uniform(engine) - 1);
   return across * Vec2(-joint.axis.y(), joint.axis.x());
 }
+Vec2 play(const SlotJoint& joint, std::mt19937_64& engine, double share) {
+  if (!joint.clearance) return {};
+  const double across = share * joint.clearance->half_play * (2 * uniform(engine) - 1);
+  return across * perp(joint.axis);
+}
+/// Teeth start amid their gaps: their play is not between the centres.
+Vec2 play(const GearJoint&, std::mt19937_64&, double) { return {}; }
+Vec2 play(const RackJoint&, std::mt19937_64&, double) { return {}; }
 Vec2 play(const RigidJoint&, std::mt19937_64&, double) { return {}; }
 
 /// Moves the points of the ideal mechanism's joints where the given one has play.
@@ -63,6 +71,12 @@ Scene perturbed(const Scene& scene, const StopToken& stop, std::uint64_t seed, i
   });
   double time = 0;
   if (const auto* drive = main_drive(scene.mechanism); drive && drive->speed != 0 && turned > 0) {
+    for (const auto& other : scene.mechanism.drives)
+      if (const auto* motion = std::get_if<MotionDrive>(&other))
+        throw SceneError(fmt::format(
+            "{}: drives.{}: a motion along a curve begins at t = 0, and cannot start from other crank angles; take "
+            "study.turn = 0",
+            scene.file.string(), motion->name));
     time = turned * 2 * std::numbers::pi / std::abs(drive->speed);
     ideal.run.duration = time;
     Simulation simulation(ideal, "penalty", {.start = state, .stop = stop});

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "io/schema.hpp"
 #include "io/section.hpp"
 #include "io/toml_value.hpp"
 #include "io/visible.hpp"
@@ -44,7 +45,7 @@ Axis read_axis(const std::string& name, Section& s) {
   Axis a;
   a.name = name;
   a.key = s.text("key");
-  a.values = s.numbers("values");
+  a.values = s.numbers(Key{"values", unit_of(a.key), {}});
   a.unit = s.text("unit", "");
   a.scale = s.number("scale", positive, 1);
   s.done("an axis");
@@ -70,7 +71,9 @@ Calibration read_calibration(Section s, const Study& study) {
   c.starts = static_cast<int>(s.number("starts", count, c.starts));
   c.revolutions = s.number("revolutions", one_or_more, c.revolutions);
   for (auto& [name, u] : s.children("unknowns")) {
-    Unknown x{name, u.text("key"), "", u.number("low", any_number), u.number("high", any_number), false};
+    const auto key = u.text("key");
+    const auto bound = [&](const char* end) { return u.number(Key{end, unit_of(key), {}}, any_number); };
+    Unknown x{name, key, "", bound("low"), bound("high"), false};
     if (x.high <= x.low) u.fail("high", fmt::format("must be greater than low = {}, is {}", x.low, x.high));
     x.logarithmic = u.choice("scale", {"linear", "log"}, 0) == 1;
     if (x.logarithmic && x.low <= 0) u.fail("low", "must be greater than 0 on a log scale");

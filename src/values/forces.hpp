@@ -17,7 +17,8 @@
 namespace freeplay {
 
 struct ForceElement {
-  enum class Kind { joint, contact, drive, force, torque };  ///< force and torque: loads
+  /// drive: a torque, push: a drive's force along a translational joint; force and torque: loads
+  enum class Kind { joint, contact, drive, push, force, torque };
   std::string name;
   Kind kind = Kind::joint;
   std::array<int, 2> bodies{-1, -1};  ///< first and second; −1: ground

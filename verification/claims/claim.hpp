@@ -100,6 +100,7 @@ std::string document(const std::vector<Verdict>& verdicts);    ///< docs/verific
 Findings closed_forms();
 Findings restitution();
 Findings mechanisms();
+Findings gears();
 Findings orders();
 Findings invariants();
 Findings stiff_limit();
@@ -111,5 +112,12 @@ Findings forces();
 Findings unseen();
 Findings chosen();
 Findings promises();
+Findings films();
+Findings assembly();
+Findings driving();
+Findings equilibrium();
+Findings springs();
+Findings cams();
+Findings joint_friction();
 
 }  // namespace freeplay::verification

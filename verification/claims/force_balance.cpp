@@ -57,14 +57,19 @@ ForceBalance::ForceBalance(const Mechanism& mechanism, const Layout& layout)
     for (const auto& contact : mechanism.contacts)
       std::visit(
           [&](const auto& c) {
-            if (c.name != e.name) return;
-            at_[i] = c.at[1];
+            constexpr bool stop = requires { c.stop; };
+            if (c.name != e.name && !(stop && e.name.starts_with(c.name + "."))) return;
+            if constexpr (requires { c.at; })
+              at_[i] = c.at[1];
+            else  // a stop of a joint
+              at_[i] = std::visit([](const auto& j) { return j.at[1]; }, mechanism.joints[c.joint]);
             if constexpr (std::is_same_v<std::decay_t<decltype(c)>, DiscContact>) overlap_[i] = -1;
           },
           contact);
     for (const auto& load : mechanism.loads) {
       if (const auto* l = std::get_if<ForceLoad>(&load); l && l->name == e.name) at_[i] = l->at;
       if (const auto* l = std::get_if<SpringDamper>(&load); l && l->name == e.name) at_[i] = l->at[1];
+      if (const auto* l = std::get_if<BumpStop>(&load); l && l->name == e.name) at_[i] = l->at[1];
     }
   }
 }

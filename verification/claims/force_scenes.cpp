@@ -10,21 +10,11 @@
 #include "verification/claims/force_claims.hpp"
 
 namespace freeplay::verification::force_claims {
-namespace {
-
-/// The nonsmooth formulation has no film.
-Scene without_film(Scene scene) {
-  for (auto& joint : scene.mechanism.joints)
-    if (auto* pin = std::get_if<RevoluteJoint>(&joint); pin && pin->clearance) pin->clearance->lubricant = -1;
-  return scene;
-}
-
-}  // namespace
 
 Scene everything() { return read_scene(test::scene_file("forces")); }
 
 Scene nonsmooth(Scheme scheme) {
-  auto scene = without_film(everything());
+  auto scene = everything();
   scene.nonsmooth.scheme = scheme;
   scene.nonsmooth.step = 1e-5;
   return scene;

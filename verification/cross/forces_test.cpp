@@ -16,14 +16,10 @@ using namespace freeplay;
 
 namespace {
 
-Scene everything(Family family) {
+Scene everything() {
   auto scene = read_scene(test::scene_file("forces"));
   scene.nonsmooth.scheme = Scheme::event_driven;
   scene.run.duration = 6e-3;
-  if (family == Family::nonsmooth)
-    for (auto& joint : scene.mechanism.joints)
-      if (auto* pin = std::get_if<RevoluteJoint>(&joint); pin && pin->clearance)
-        pin->clearance->lubricant = -1;
   return scene;
 }
 
@@ -57,7 +53,7 @@ TEST_CASE("forces are the same whenever one begins to look at them", "[forces]")
   for (const auto family : {Family::penalty, Family::nonsmooth})
     for (const auto scheme : {Scheme::event_driven, Scheme::moreau_jean}) {
       if (family == Family::penalty && scheme == Scheme::moreau_jean) continue;
-      auto scene = everything(family);
+      auto scene = everything();
       scene.nonsmooth.scheme = scheme;
       const auto start = assemble(scene.mechanism, scene.run.start);
       const auto watched = [&](bool from_the_start) {
@@ -79,7 +75,7 @@ TEST_CASE("forces are the same whenever one begins to look at them", "[forces]")
 
 TEST_CASE("the step before a knot of a torque's table has a length, and rows within it are numbers",
           "[forces]") {
-  auto scene = everything(Family::nonsmooth);  // a knot at 4 ms
+  auto scene = everything();  // a knot at 4 ms
   scene.run.output_step = 1e-5;
   Simulation simulation(scene, "nonsmooth");
   Trajectory path;

@@ -101,7 +101,7 @@ duration = 1
   // The slope changes at −1 (from the way back), 1 and 2; at 0 it does not.
   const double turn = 2 * M_PI;
   const auto is = [&](double angle, bool above, double low, double high) {
-    const auto p = system.piece(0, angle, above);
+    const auto p = system.phase(0).piece(angle, above);
     CAPTURE(angle, above);
     CHECK(p.low == Approx(low).margin(1e-12));
     CHECK(p.high == Approx(high).margin(1e-12));

@@ -28,12 +28,19 @@ Energy energy_of(const Mechanism& m, const State& s) {
   }
   for (const auto& load : m.loads) {
     if (const auto* l = std::get_if<SpringDamper>(&load)) {
-      const double x =
-          (place(l->between[1], l->at[1]) - place(l->between[0], l->at[0])).norm() - l->free_length;
-      e.potential += 0.5 * l->stiffness * x * x;
+      const double length = (place(l->between[1], l->at[1]) - place(l->between[0], l->at[0])).norm();
+      e.potential += l->law.energy(l->stiffness, l->free_length, length);
     } else if (const auto* l = std::get_if<TorsionalSpringDamper>(&load)) {
-      const double x = angle(l->between[1]) - angle(l->between[0]) - l->free_angle;
-      e.potential += 0.5 * l->stiffness * x * x;
+      e.potential += l->law.energy(l->stiffness, l->free_angle, angle(l->between[1]) - angle(l->between[0]));
+    } else if (const auto* l = std::get_if<Bushing>(&load)) {
+      const int i = l->between[0];
+      const Vec2 d = place(l->between[1], l->at[1]) - place(i, l->at[0]),
+                 along = place(i, l->axis) - place(i, {0, 0});
+      const double x = dot(along, d), y = dot(perp(along), d),
+                   turn = angle(l->between[1]) - angle(i) - l->free_angle;
+      e.potential +=
+          0.5 * (l->stiffness.x() * x * x + l->stiffness.y() * y * y + l->turn_stiffness * turn * turn) +
+          l->radial.energy(0, 0, d.norm());
     }
   }
   return e;

@@ -6,7 +6,7 @@ Sizes sizes(Draw& draw) { return {draw.decades(-3, 1), draw.decades(-2.5, 2.5), 
 
 double mass_factor(Draw& draw) { return draw.chance(0.15) ? draw.decades(-3, 3) : draw.decades(-0.5, 0.5); }
 
-void Draft::surface(Draw& draw, double m, double v, double R, double depth) {
+void Draft::surface(Draw& draw, double m, double v, double R, double depth, bool smooth) {
   const double poisson = 0.3, K = 1.25 * m * v * v / std::pow(depth, 2.5);
   const double young = 2 * (1 - poisson * poisson) * 0.75 * K / std::sqrt(R);
   const double dice = draw();
@@ -15,7 +15,7 @@ void Draft::surface(Draw& draw, double m, double v, double R, double depth) {
   text += fmt::format("[surfaces.s]\nyoung = {}\npoisson = {}\nrestitution = {}\n", number(young),
                       number(poisson), number(e));
   // Elastic ones are without friction more often: those can be turned back in time.
-  const bool friction = rough > (e == 1 ? 0.7 : 0.35);
+  const bool friction = !smooth && rough > (e == 1 ? 0.7 : 0.35);
   if (friction)
     text += fmt::format("friction = {}\n",
                         number(draw.chance(0.5) ? draw.between(0, 0.3) : draw.between(0.3, 1.5)));

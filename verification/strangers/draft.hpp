@@ -89,6 +89,10 @@ class Draft {
     text += fmt::format("type = \"{}\"\nbetween = [\"{}\", \"{}\"]\nat = [{}, {}]\n{}", type, i, j, point(si),
                         point(sj), more);
   }
+  void curve(const std::string& name, const std::string& lines) {
+    table("curves", name);
+    text += lines;
+  }
   std::string last_joint() const { return fmt::format("j{}", joints_ - 1); }
   /// A wall through `at` of `i`, free space on the left of `axis`, against a disc of `j`.
   void wall(const std::string& i, const std::string& j, Vec2 at, Vec2 axis, double radius,
@@ -105,6 +109,11 @@ class Draft {
         "type = \"discs\"\nbetween = [\"{}\", \"{}\"]\nat = [{}, {}]\nradii = [{}, {}]\nsurface = \"s\"\n", i,
         j, point(ci), point(cj), number(Ri), number(Rj));
   }
+  /// An end stop of the last joint.
+  void stop(const char* type, const std::string& lines) {
+    table("contacts", fmt::format("c{}", contacts_++));
+    text += fmt::format("type = \"{}\"\njoint = \"{}\"\n{}", type, last_joint(), lines);
+  }
   void load(const char* type, const std::string& lines) {
     table("loads", fmt::format("l{}", loads_++));
     text += fmt::format("type = \"{}\"\n{}", type, lines);
@@ -115,7 +124,7 @@ class Draft {
   }
   /// The one surface of a scene. Its modulus is such that a mass m (kg) at a speed v (m/s) goes `depth` (m) deep into
   /// a contact of radius R (m): 5/4 m v² = K depth^(5/2), K = (4/3) E* √R.
-  void surface(Draw& draw, double m, double v, double R, double depth);
+  void surface(Draw& draw, double m, double v, double R, double depth, bool smooth = false);
   /// Whether the surface that was drawn is elastic and without friction.
   bool elastic() const { return elastic_; }
   void run(Draw& draw);
@@ -136,19 +145,27 @@ double mass_factor(Draw& draw);
 
 /// @name The kinds, each the text of one scene
 ///@{
-void thrown(Draw& draw, Draft& out);     ///< bodies past or against discs and walls, grazing among them
-void cluster(Draw& draw, Draft& out);    ///< free discs against each other, nothing else in the world
-void box(Draw& draw, Draft& out);        ///< discs between four walls
-void pile(Draw& draw, Draft& out);       ///< discs that fall into a box
-void sliding(Draw& draw, Draft& out);    ///< starts that touch: rolling, sliding, resting on feet
-void springs(Draw& draw, Draft& out);    ///< masses on springs and dampers between stops
-void bump(Draw& draw, Draft& out);       ///< a spinning rotor's bump against pegs, levers, free discs
-void chain(Draw& draw, Draft& out);      ///< one to six links, pinned or floating, joints loose
-void loop(Draw& draw, Draft& out);       ///< closed chains, driven, one to three joints loose
-void guide(Draw& draw, Draft& out);      ///< sliders loose in guides
-void pulse(Draw& draw, Draft& out);      ///< rotors under pulses and tables, a loose link hung on
-void film(Draw& draw, Draft& out);       ///< lubricated journals
+void thrown(Draw& draw, Draft& out);   ///< bodies past or against discs and walls, grazing among them
+void cluster(Draw& draw, Draft& out);  ///< free discs against each other, nothing else in the world
+void box(Draw& draw, Draft& out);      ///< discs between four walls
+void pile(Draw& draw, Draft& out);     ///< discs that fall into a box
+void sliding(Draw& draw, Draft& out);  ///< starts that touch: rolling, sliding, resting on feet
+void springs(Draw& draw, Draft& out);  ///< masses on springs and dampers between stops
+void bump(Draw& draw, Draft& out);     ///< a spinning rotor's bump against pegs, levers, free discs
+void chain(Draw& draw, Draft& out);    ///< one to six links, pinned or floating, joints loose
+void loop(Draw& draw, Draft& out);     ///< closed chains, driven, one to three joints loose
+void guide(Draw& draw, Draft& out);    ///< sliders loose in guides
+void pulse(Draw& draw, Draft& out);    ///< rotors under pulses and tables, a loose link hung on
+void motored(Draw& draw,
+             Draft& out);  ///< rotors by motors, governors and prescribed starts, a loose link hung on
+void film(Draw& draw, Draft& out);  ///< lubricated journals
+void toothed(
+    Draw& draw,
+    Draft& out);  ///< gears outside and inside each other and racks, loose, now and then on loose bearings
+void stopped(Draw& draw, Draft& out);    ///< levers, sliders and pins in slots between end stops
 void preloaded(Draw& draw, Draft& out);  ///< sliders with friction of fixed bound that run against stops
+void compliant(Draw& draw, Draft& out);  ///< masses on springs that are no straight lines, and on bushings
+void cams(Draw& draw, Draft& out);       ///< cams, driven or free, under faces and rollers
 ///@}
 
 }  // namespace freeplay::verification::strangers

@@ -10,11 +10,13 @@ struct Kind {
   void (*make)(Draw&, Draft&);
   int weight;  ///< how often, of the sum
 };
-constexpr Kind all_kinds[] = {{"thrown", thrown, 3},      {"cluster", cluster, 2}, {"box", box, 2},
-                              {"pile", pile, 2},          {"sliding", sliding, 2}, {"springs", springs, 2},
-                              {"bump", bump, 3},          {"chain", chain, 4},     {"loop", loop, 4},
-                              {"guide", guide, 2},        {"pulse", pulse, 3},     {"film", film, 1},
-                              {"preloaded", preloaded, 1}};
+constexpr Kind all_kinds[] = {
+    {"thrown", thrown, 3},   {"cluster", cluster, 2},     {"box", box, 2},
+    {"pile", pile, 2},       {"sliding", sliding, 2},     {"springs", springs, 2},
+    {"bump", bump, 3},       {"chain", chain, 4},         {"loop", loop, 4},
+    {"guide", guide, 2},     {"pulse", pulse, 3},         {"film", film, 1},
+    {"motored", motored, 2}, {"preloaded", preloaded, 1}, {"compliant", compliant, 2},
+    {"cams", cams, 2},       {"toothed", toothed, 3},     {"stopped", stopped, 2}};
 
 }  // namespace
 

@@ -34,7 +34,6 @@ bool has(const List& list) {
 
 /// The way that knows the scene best: whose single touches the others must meet.
 const Way& best(const Scene& scene, const Way& way, bool touching) {
-  if (lubricates(scene)) return penalty;
   // A contact that rests, or friction of fixed bound, is regularised in penalty: another motion within its own bounds.
   if (way.family == Family::penalty && (touching || has<JointFriction>(scene.mechanism.loads)))
     return penalty;
@@ -61,7 +60,7 @@ Verdict amounts(const Sight& sight, const Check* missed, const std::string& what
 std::span<const Way> ways() { return all_ways; }
 
 bool has_model(const Scene& scene, const Way& way) {
-  if (way.family == Family::nonsmooth) return !lubricates(scene);
+  if (way.family == Family::nonsmooth) return true;
   return std::ranges::all_of(scene.mechanism.surfaces,
                              [](const Surface& s) { return s.restitution.value_or(1) > 0; });
 }
@@ -86,8 +85,11 @@ bool Subject::conservative() const {
       has<JointFriction>(m.loads))
     return false;
   for (const auto& l : m.loads) {
-    if (const auto* s = std::get_if<SpringDamper>(&l); s && s->damping > 0) return false;
-    if (const auto* s = std::get_if<TorsionalSpringDamper>(&l); s && s->damping > 0) return false;
+    if (const auto* s = std::get_if<SpringDamper>(&l); s && s->does_work()) return false;
+    if (const auto* s = std::get_if<TorsionalSpringDamper>(&l); s && s->does_work()) return false;
+    if (const auto* s = std::get_if<Bushing>(&l); s && s->does_work()) return false;
+    if (const auto* s = std::get_if<BumpStop>(&l); s && s->bump.damping > 0) return false;
+    if (const auto* s = std::get_if<TorsionalBumpStop>(&l); s && s->bump.damping > 0) return false;
   }
   return std::ranges::all_of(m.surfaces,
                              [](const Surface& s) { return s.restitution.value_or(1) == 1 && !s.friction; });
@@ -95,8 +97,16 @@ bool Subject::conservative() const {
 
 bool Subject::alone() const {
   const auto& m = scene.mechanism;
-  const auto grounded = [](const auto& one) {
-    return std::visit([](const auto& e) { return e.between[0] == ground || e.between[1] == ground; }, one);
+  const auto grounded = [&m](const auto& one) {
+    return std::visit(
+        [&m](const auto& e) {
+          const auto on = [](const std::array<int, 2>& b) { return b[0] == ground || b[1] == ground; };
+          if constexpr (requires { e.between; })
+            return on(e.between);
+          else
+            return on(bodies_of(m.joints[e.joint]));
+        },
+        one);
   };
   return m.gravity.is_zero() && m.drives.empty() && std::ranges::none_of(m.joints, grounded) &&
          std::ranges::none_of(m.contacts, grounded) && std::ranges::all_of(m.loads, [](const Load& load) {

@@ -266,6 +266,61 @@ void bump(Draw& draw, Draft& out) {
   out.surface(draw, s.mass, s.speed, std::min(R, target_R), std::min(R, target_R) * draw.decades(-4, -2.5));
 }
 
+void motored(Draw& draw, Draft& out) {
+  const auto s = sizes(draw);
+  const double arm = s.length, omega = s.speed / arm * draw.sign(), c = arm * draw.decades(-4, -1.5),
+               bearing = c * draw.decades(0.7, 2);
+  // At first the rotor turns with half its speed, or is brought from it to the whole.
+  DraftBody rotor{"rotor", s.mass,     s.mass * arm * arm * draw.between(0.3, 1), {0, 0}, draw.angle(),
+                  {0, 0},  0.5 * omega};
+  auto link = bar(draw, "link", s.mass * mass_factor(draw), arm * draw.between(0.5, 1.5));
+  const Vec2 at{arm, 0};
+  const double pace = s.speed * std::sqrt(c / arm), torque = s.mass * arm * arm * omega * omega;
+  hang(draw, link, rotor.world(at), rotor.velocity_of(at), draw.along(0.9 * c * draw()),
+       draw.along(pace * draw()), rotor.spin);
+  out.body(rotor);
+  out.body(link.body);
+  out.joint("revolute", "ground", "rotor", {0, 0}, {0, 0});
+  const auto shaft = out.last_joint();
+  out.joint("revolute", "rotor", "link", at, link.rear(), play(c, bearing));
+  out.flight = std::sqrt(c / arm) / std::abs(omega);
+  out.duration = std::min(draw.between(5, 40) * out.flight, 20 / std::abs(omega));
+  const auto n = Draft::number;
+  const double fast = std::abs(omega);
+  switch (draw.whole(0, 3)) {
+    case 0:
+      out.curve("start", fmt::format("shape = \"ramp\"\nfrom = {}\nto = {}\nrise = {}\nprofile = \"{}\"\n",
+                                     n(rotor.spin), n(omega), n(out.duration * draw.between(0.1, 2)),
+                                     draw.chance(0.5) ? "polynomial" : "cycloidal"));
+      out.drive(shaft, fmt::format("velocity = \"start\"\ninitial = {}\n", n(rotor.angle)));
+      break;
+    case 1: {  // stall torque and no-load speed of the size of the rotor's own
+      const double k = torque / fast * draw.decades(-0.5, 0.5);
+      out.drive(shaft, fmt::format("voltage = {}\nresistance = {}\ntorque_constant = {}\n{}", n(omega * k),
+                                   n(k * k / (torque / fast)), n(k),
+                                   draw.chance(0.5) ? fmt::format("inductance = {}\n",
+                                                                  n(k * k / torque * draw.decades(-1, 0)))
+                                                    : ""));
+      break;
+    }
+    case 2:
+      out.drive(shaft, fmt::format("breakdown_torque = {}\nbreakdown_slip = {}\nsynchronous_speed = {}\n",
+                                   n(torque), n(draw.between(0.1, 0.8)), n(omega)));
+      break;
+    default:
+      out.drive(shaft, fmt::format("target_speed = {}\nproportional = {}\nintegral = {}\n", n(omega),
+                                   n(torque / fast), n(torque * draw.decades(-1, 0.5))));
+  }
+  if (draw.chance(0.4)) {
+    out.curve("swell", fmt::format("shape = \"harmonic\"\namplitude = 1.0\nperiod = {}\n",
+                                   n(out.duration * draw.between(0.2, 2))));
+    out.load("torque", fmt::format("body = \"link\"\ntorque = {}\nfactor = \"swell\"\n",
+                                   n(torque * draw.either_way(1))));
+  }
+  out.speed = pace;
+  out.surface(draw, s.mass, pace, conformal(c, bearing), c * draw.decades(-2.7, -1.5));
+}
+
 void pulse(Draw& draw, Draft& out) {
   const auto s = sizes(draw);
   const double arm = s.length, omega = s.speed / arm * draw.sign(), c = arm * draw.decades(-4, -1.5),

@@ -111,8 +111,7 @@ std::string page_of(const std::vector<Row>& rows, std::uint64_t seed, int count,
       "# Strangers' scenes\n\nWritten by `freeplay extremes --strangers {0} --seed {1} --document docs`. {0} scenes "
       "that nobody designed, drawn by a seed\n(verification/strangers/): {2}.\nLengths from a millimetre to ten "
       "metres, speeds over five decades, mass ratios to 1e6, friction to 1.5, restitution 0 to 1, starts that touch "
-      "or graze.\nEach is run by every way that has a model of it (no film without penalty, no restitution of 0 with "
-      "it), judged in a process of its own and without a\nreference of its own. *Right*: within every bound below. "
+      "or graze.\nEach is run by every way that has a model of it (no restitution of 0 with penalty), judged in a process of its own and without a\nreference of its own. *Right*: within every bound below. "
       "*Told*: outside one, and the run's notes say DOUBTFUL or name it. *Refused*: stopped with a\nreason, and right "
       "until then. *Silent*, *hung* (over {3:.0f} s of CPU) and *crashed* are defects. Wall time {4:.0f} s.\n\n",
       count, seed, fmt::format("{}", fmt::join(kinds(), ", ")), run_limit, seconds);

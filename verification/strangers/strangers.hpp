@@ -35,7 +35,7 @@ struct Way {
   bool means = false;    ///< forces are means over steps
 };
 std::span<const Way> ways();
-/// Whether the scene asks for what the way has a model of: no film without penalty, no restitution of 0 with it.
+/// Whether the scene asks for what the way has a model of: no restitution of 0 with penalty.
 bool has_model(const Scene& scene, const Way& way);
 
 /// A check, as it stands in docs/strangers.md.

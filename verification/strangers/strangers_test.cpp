@@ -58,6 +58,11 @@ TEST_CASE("seed and index alone decide a stranger, and every kind of scene and e
   CHECK(heaviest > 1e3);
   for (const char* word : {"\"revolute\"",
                            "\"translational\"",
+                           "\"gear\"",
+                           "\"rack\"",
+                           "\"slot\"",
+                           "\"travel-stop\"",
+                           "\"angle-stop\"",
                            "\"plane\"",
                            "\"discs\"",
                            "clearance",

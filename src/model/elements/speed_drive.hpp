@@ -39,7 +39,7 @@ struct SpeedDrive {
   }
 
   auto link(auto& b) const { return b.joint_link(joint); }
-  void build(auto& b) const { b.prescribed(link(b), initial_angle, speed, crank, name); }
+  void build(auto& b) const { b.prescribed(link(b), initial_angle, speed, name); }
 };
 
 }  // namespace freeplay

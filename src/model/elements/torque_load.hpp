@@ -1,9 +1,13 @@
-// Constant torque on a body.
+// Torque on a body; a curve may scale it: M(x) = torque·factor(x).
 #pragma once
 
+#include <cmath>
+#include <optional>
 #include <string>
 
+#include "model/argument.hpp"
 #include "model/body.hpp"
+#include "model/curve.hpp"
 #include "values/forces.hpp"
 
 namespace freeplay {
@@ -14,19 +18,39 @@ struct TorqueLoad {
   std::string name;
   int body = ground;
   double torque = 0;  ///< N m
+  int factor = -1;    ///< index into Mechanism::curves, −1: the torque is constant
+  Argument against = Argument::time;
+  Piecewise course = {};  ///< of prepare()
 
   static void keys(auto& k, auto& l) {
     k.body({"body", "", "the loaded body"}, l.body);
-    k.need({"torque", "N m", "constant torque"}, l.torque, any_number);
+    k.need({"torque", "N m", "the torque, or what `factor` scales"}, l.torque, any_number);
+    k.maybe_curve({"factor", "", "name of a curve that scales it; left out: constant"}, l.factor);
+    if (k.when(l.factor >= 0, {"against"}, "goes with factor"))
+      k.choose({"against", "", "what the factor is read against: "}, l.against);
+    k.check(l.against != Argument::position, "against", "a torque has an angle, no position");
   }
 
+  void prepare(const auto& mechanism) {
+    if (factor >= 0) course = mechanism.curves[factor].lay();
+  }
   auto link(auto& b) const { return b.free_link({ground, body}, {}); }
   bool does_work() const { return true; }
+  bool needs_velocity() const { return factor >= 0 && against != Argument::time; }
+  double next_knot(double t) const {
+    return factor >= 0 && against == Argument::time ? course.next_knot(t) : INFINITY;
+  }
+  std::optional<Phase> phase(const Link& link) const {
+    return factor < 0 ? std::nullopt : phase_of(course, against, link);
+  }
 
   template <class T>
   void act(const auto& m, const auto& link, const T*, auto& out) const {
-    out.couple(link, T(torque));
-    out.power.load += torque * m.spin(link);
+    T M = torque;
+    if (factor >= 0)
+      M *= read_at<T>(course, against, m, m.angle(link), [&](const T* v) { return omega(v, link.j); });
+    out.couple(link, M);
+    out.power.load += M * m.spin(link);
   }
 };
 

@@ -21,7 +21,8 @@ struct Sensor<Instrument::Kind::load_cell> {
     check_sampling(k, i);
   }
   static bool watches(const Instrument& i, const ForceElement& element) {
-    return element.kind != ForceElement::Kind::drive && element.joint == i.joint;
+    return element.kind != ForceElement::Kind::drive && element.kind != ForceElement::Kind::push &&
+           element.joint == i.joint;
   }
   static double measure(const Instrument& i, const ElementForce& f) {
     return i.axis.x() * f.fx + i.axis.y() * f.fy;

@@ -4,6 +4,7 @@
 //     g = s(R_i − R_j − |e|),    ġ = −s n·ė,         g̈ = −s[n·ë + (t·ė)²/|e|]
 //     v_T = t·ė + R_j ω_j − R_i ω_i   (velocity of the second surface relative to the first's)
 //     v̇_T = t·ë − (t·ė)(n·ė)/|e| + R_j α_j − R_i α_i
+//     w_t = t·ė − ½(ω_i + ω_j)|e|,   ẇ_t = t·ë − (t·ė)(n·ė)/|e| − ½(α_i + α_j)|e| − ½(ω_i + ω_j) n·ė   (films)
 #pragma once
 
 #include "model/pairs/pair.hpp"
@@ -56,6 +57,9 @@ struct RoundPair {
       push(row.film, j, t, T(cross(a.rj, t) - 0.5 * length));
       if (i != ground) row.spin.push(3 * i + 2, -1);
       if (j != ground) row.spin.push(3 * j + 2, 1);
+      row.gamma_film = 0.5 * (omega(v, i) + omega(v, j)) * dot(n, rate) - dot(t, still);
+      row.turn = concentric ? T(0) : T(swirl / length);
+      row.gamma_film += row.turn * dot(n, rate);
     }
     if (!facts.surface.friction) return;
     row.gamma_t = -dot(t, still);

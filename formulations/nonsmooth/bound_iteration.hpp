@@ -1,0 +1,81 @@
+// Bounds of friction that follow from what they lead to: B = Γ(B), Γ the problem with fixed bounds solved, then the bounds
+// that its reactions give (model/reaction_bound.hpp). Each B is followed by Γ(B) extrapolated over the last few
+// (D. G. Anderson, J. ACM 12 (1965) 547), which in a fixed mode is a secant method on all bounds at once; where that
+// leads nowhere, by Γ(B) itself, and by the middle of the two where nothing comes nearer for ten tries. Judged by max |Γ(B) − B| over max Γ(B).
+#pragma once
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+namespace freeplay {
+
+class BoundIteration {
+ public:
+  static constexpr int most = 200, depth = 5;
+  static constexpr double accepted = 1e-9;  ///< where rounding, or the solver's tolerance, leaves no less
+
+  void start(const Eigen::VectorXd& first) {
+    bounds_ = first;
+    kept_ = count_ = stalled_ = 0;
+    best_ = residual_ = INFINITY;
+  }
+  const Eigen::VectorXd& bounds() const { return bounds_; }
+  double residual() const { return residual_; }
+  bool met() const { return residual_ <= accepted; }
+  int count() const { return count_; }
+
+  /// Takes Γ of the present bounds. True when there are others to try; else the present ones stand.
+  bool refine(const Eigen::VectorXd& image) {
+    const Eigen::VectorXd r = image - bounds_;
+    const double size = std::max(image.cwiseAbs().maxCoeff(), bounds_.cwiseAbs().maxCoeff());
+    residual_ = size > 0 ? r.cwiseAbs().maxCoeff() / size : 0;
+    if (!(residual_ > 1e-14)) {
+      if (std::isnan(residual_)) residual_ = INFINITY;
+      return false;
+    }
+    stalled_ = residual_ < 0.5 * best_ ? 0 : stalled_ + 1;
+    if (++count_ >= most || (residual_ <= 1e-12 && stalled_ > 1) || (met() && stalled_ > 6)) return false;
+    best_ = std::min(best_, residual_);
+    if (stalled_ > 10 && !met()) {  // anew, halfway
+      kept_ = stalled_ = 0;
+      bounds_ = 0.5 * (bounds_ + image);
+      return true;
+    }
+    const auto n = image.size();
+    if (R_.rows() != n) {
+      R_.resize(n, depth + 1);
+      G_.resize(n, depth + 1);
+    }
+    if (kept_ == depth + 1) {
+      for (int i = 0; i < depth; ++i) {
+        R_.col(i) = R_.col(i + 1);
+        G_.col(i) = G_.col(i + 1);
+      }
+      --kept_;
+    }
+    R_.col(kept_) = r;
+    G_.col(kept_) = image;
+    ++kept_;
+    bounds_ = image;
+    if (kept_ > 1) {
+      const int m = std::min<int>(kept_ - 1, static_cast<int>(n));
+      Eigen::MatrixXd dR(n, m), dG(n, m);
+      for (int i = 0; i < m; ++i) {
+        dR.col(i) = R_.col(kept_ - 1 - i) - R_.col(kept_ - 2 - i);
+        dG.col(i) = G_.col(kept_ - 1 - i) - G_.col(kept_ - 2 - i);
+      }
+      const Eigen::VectorXd next = image - dG * dR.colPivHouseholderQr().solve(r);
+      if (next.allFinite() && next.minCoeff() >= 0 && next.maxCoeff() <= 1e3 * size) bounds_ = next;
+    }
+    return true;
+  }
+
+ private:
+  Eigen::VectorXd bounds_;
+  Eigen::MatrixXd R_, G_;  // residuals and images of the last few, the latest behind
+  int kept_ = 0, count_ = 0, stalled_ = 0;
+  double best_ = 0, residual_ = 0;
+};
+
+}  // namespace freeplay

@@ -1,0 +1,107 @@
+#include "cli/assembly_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "model/assembly.hpp"
+#include "model/four_bar.hpp"
+#include "model/mechanism.hpp"
+#include "model/planar.hpp"
+#include "model/system.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+constexpr std::size_t most_loops = 4, most_bodies = 20;
+using Lines = std::vector<std::pair<std::string, std::string>>;
+
+struct Rank {
+  int rows, rank;
+};
+
+Rank rank_of(const Mechanism& mechanism, const State& start) {
+  const System system(mechanism);
+  const auto redundant = redundant_rows(system, start.q);
+  return {system.rows(), system.rows() - static_cast<int>(redundant.size())};
+}
+
+void mobility(const Mechanism& mechanism, const State& start, Lines& lines) {
+  auto ideal = idealised(mechanism);
+  ideal.loads.clear();
+  const auto driven = rank_of(ideal, start);
+  ideal.drives.clear();
+  const auto joints = rank_of(ideal, start);
+  const int n = planar::first(static_cast<int>(mechanism.bodies.size()));
+  std::string said = fmt::format("{} = 3n - rank G with ideal joints: n = {}, {} rows of rank {}",
+                                 n - joints.rank, mechanism.bodies.size(), joints.rows, joints.rank);
+  if (driven.rows > joints.rows)
+    said +=
+        fmt::format("; {} with the drives' rows, {} of rank {}", n - driven.rank, driven.rows, driven.rank);
+  lines.emplace_back("mobility", said);
+}
+
+std::string lengths(const Mechanism& mechanism, const FourBar& loop) {
+  std::string list;
+  for (std::size_t i = 0; i < 4; ++i)
+    list += fmt::format(
+        "{}{} {:.6g}", list.empty() ? "" : ", ",
+        loop.bodies[i] == ground ? "ground" : mechanism.bodies[static_cast<std::size_t>(loop.bodies[i])].name,
+        loop.lengths[i]);
+  return list + " m";
+}
+
+void loops(const Mechanism& mechanism, const State& start, Lines& lines) {
+  const auto all = four_bars(mechanism);
+  for (std::size_t i = 0; i < std::min(all.size(), most_loops); ++i) {
+    const auto& loop = all[i];
+    const auto type = type_of(loop);
+    const double outer = loop.shortest_and_longest(), inner = loop.other_two();
+    lines.emplace_back("four-bar loop", lengths(mechanism, loop));
+    lines.emplace_back("  Grashof", fmt::format("s + l = {:.6g} m {} p + q = {:.6g} m; {}", outer,
+                                                type == Grashof::change_point ? "="
+                                                : outer < inner               ? "<"
+                                                                              : ">",
+                                                inner, describe(mechanism, loop, type)));
+    lines.emplace_back("  branch", openness(mechanism, loop, start.q) > 0 ? "open" : "crossed");
+  }
+  if (all.size() > most_loops)
+    lines.emplace_back("", fmt::format("and {} loops more", all.size() - most_loops));
+}
+
+void angles(const Mechanism& mechanism, const State& start, Lines& lines) {
+  for (const auto* list : {&mechanism.assembly.positive, &mechanism.assembly.negative})
+    for (const auto& angle : *list) {
+      const double a = angle_of(mechanism, angle, start.q);
+      lines.emplace_back("angle " + spelt(mechanism, angle),
+                         fmt::format("{:.6g} rad, {:.4g} deg", a, a * 180 / std::numbers::pi));
+    }
+}
+
+void pose(const Mechanism& mechanism, const State& start, Lines& lines) {
+  lines.emplace_back("assembled pose", fmt::format("{:>12} {:>12} {:>12}", "x (m)", "y (m)", "theta (deg)"));
+  for (std::size_t b = 0; b < std::min(mechanism.bodies.size(), most_bodies); ++b) {
+    const auto p = planar::position(start.q.data(), b);
+    lines.emplace_back("  " + mechanism.bodies[b].name,
+                       fmt::format("{:>12.6g} {:>12.6g} {:>12.6g}", p.x(), p.y(),
+                                   std::remainder(planar::angle(start.q.data(), b), 2 * std::numbers::pi) *
+                                       180 / std::numbers::pi));
+  }
+  if (mechanism.bodies.size() > most_bodies)
+    lines.emplace_back("", fmt::format("and {} bodies more", mechanism.bodies.size() - most_bodies));
+}
+
+}  // namespace
+
+Lines assembly_report(const Mechanism& mechanism, const State& start) {
+  Lines lines;
+  mobility(mechanism, start, lines);
+  loops(mechanism, start, lines);
+  angles(mechanism, start, lines);
+  pose(mechanism, start, lines);
+  return lines;
+}
+
+}  // namespace freeplay::cli

@@ -1,0 +1,21 @@
+// What putting a mechanism together came to, for `freeplay check`.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "values/state.hpp"
+
+namespace freeplay {
+struct Mechanism;
+}
+
+namespace freeplay::cli {
+
+/// Lines of a table: what it is, and what it says. Mobility (3n − rank G, with and without drives), four-bar loops with
+/// Grashof's condition and branch, the angles that [assembly] names, and the pose.
+std::vector<std::pair<std::string, std::string>> assembly_report(const Mechanism& mechanism,
+                                                                 const State& start);
+
+}  // namespace freeplay::cli

@@ -1,0 +1,230 @@
+// freeplay modes: where a mechanism rests, whether it stays there, and how it swings about it.
+#include "model/modes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "cli/questions.hpp"
+#include "cli/verb.hpp"
+#include "cli/wrapped.hpp"
+#include "formulations/make.hpp"
+#include "io/located.hpp"
+#include "io/output_file.hpp"
+#include "io/result_set.hpp"
+#include "io/run_json.hpp"
+#include "model/assembly.hpp"
+#include "model/planar.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+struct ModesRequest : Request {
+  std::string scene, formulation = "nonsmooth", about = "equilibrium";
+  std::vector<std::string> overrides;
+  std::string output;  ///< result folder; empty: no files
+};
+
+/// All that the verb finds.
+struct Found {
+  Equilibrium at;
+  Modes modes;
+  double left = 0;  ///< N, about the start: what nothing answers
+};
+
+Found find(const Scene& scene, const System& system, Family family, bool at_start, const StopToken& stop) {
+  using Start = RunOptions::Start;
+  const auto elastic = compliances(family, scene, system);
+  const bool rests = scene.run.start == Start::equilibrium;
+  const auto from = assemble(scene.mechanism, rests ? Start::assembled : scene.run.start, nullptr, stop);
+  Found found;
+  found.at = at_start ? as_it_stands(system, from, elastic, found.left)
+                      : find_equilibrium(scene.mechanism, system, from.q, elastic, stop);
+  found.modes = find_modes(system, found.at, elastic);
+  return found;
+}
+
+std::string coordinate(const Scene& scene, int i) {
+  return scene.mechanism.bodies[planar::body_of(i)].name + "." + planar::name(i % planar::coordinates);
+}
+
+const char* word(Mode::Kind kind) {
+  switch (kind) {
+    case Mode::Kind::swing:
+      return "swing";
+    case Mode::Kind::decay:
+      return "decay";
+    case Mode::Kind::growth:
+      return "growth";
+    default:
+      return "free";
+  }
+}
+
+/// The coordinates that move most, an angle counted by the mechanism's arm.
+std::string shape(const Scene& scene, const Mode& m, double length) {
+  const auto size = [&](int i) { return std::abs(m.shape[i]) * (i % planar::coordinates == 2 ? length : 1); };
+  std::vector<int> order(m.shape.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
+  std::ranges::stable_sort(order, [&](int a, int b) { return size(a) > size(b) * (1 + 1e-9); });
+  std::string text;
+  for (std::size_t i = 0; i < std::min<std::size_t>(4, order.size()) && size(order[i]) > 1e-3; ++i) {
+    const auto x = m.shape[order[i]];
+    const bool turned = std::abs(x.imag()) > 1e-6 * std::abs(x);
+    text += (i > 0 ? ", " : "") + coordinate(scene, order[i]) +
+            fmt::format(" {:.4g}", turned ? std::abs(x) : x.real());
+    if (turned) text += fmt::format(" at {:.0f}°", std::arg(x) * 180 / std::numbers::pi);
+  }
+  return text;
+}
+
+void print_mode(const Scene& scene, std::size_t number, const Mode& m, double length) {
+  std::string what;
+  switch (m.kind) {
+    case Mode::Kind::swing:
+      what = fmt::format("{:>14.7g} Hz   damping ratio {:.4g}", m.swinging(), m.damping());
+      break;
+    case Mode::Kind::decay:
+      what = fmt::format("{:>14} Hz   decays by {:.6g} 1/s", "-", -m.s.real());
+      break;
+    case Mode::Kind::growth:
+      what = fmt::format("{:>14.7g} Hz   UNSTABLE: grows by {:.6g} 1/s", m.swinging(), m.s.real());
+      break;
+    case Mode::Kind::free:
+      what = fmt::format("{:>14} Hz   free: meets no stiffness", 0);
+      break;
+  }
+  fmt::print("{:>4} {}\n{}", number, what, wrapped("       " + shape(scene, m, length) + "\n", 9));
+}
+
+/// What the linearised motion leaves out of this scene.
+std::vector<std::string> left_out(const Scene& scene, const System& system, const Equilibrium& at) {
+  std::vector<std::string> list;
+  for (int k = 0; k < system.phases(); ++k) {
+    const auto& phase = system.phase(k);
+    const double place = phase.at(at.state.q.data(), at.state.v.data()).value;
+    if (phase.piece(place, true).low != phase.piece(place, false).low)
+      list.emplace_back(
+          "the other side of a kink that a table or a one-way force stands at, where the stiffness differs");
+  }
+  bool friction = system.frictions() > 0, film = false, turns = false;
+  for (int k = 0; k < system.contacts(); ++k) {
+    friction |= system.has_friction(k);
+    film |= system.contact_facts(k).lubricant.has_value();
+  }
+  for (const auto& d : scene.mechanism.drives)
+    if (const auto* speed = std::get_if<SpeedDrive>(&d)) turns |= speed->speed != 0;
+  if (friction) list.emplace_back("friction: it would hold a range of places");
+  if (film) list.emplace_back("films: they bear nothing at rest");
+  if (system.contacts() > 0) list.emplace_back("what damps contacts: it depends on the speed of touch");
+  if (turns) list.emplace_back("the drives' speeds: their joints are held at the initial angles");
+  return list;
+}
+
+void print(const Scene& scene, const System& system, const ModesRequest& request, const Found& found) {
+  const auto& at = found.at;
+  fmt::print("{}\n\n", scene.mechanism.title.empty() ? scene.file.string() : scene.mechanism.title);
+  if (request.about == "equilibrium")
+    fmt::print("{}", wrapped(fmt::format("equilibrium, {}; reached by descent in {} steps\n", describe(at),
+                                         at.steps)));
+  else
+    fmt::print("{}",
+               wrapped(fmt::format("about the start as it stands; {:.3g} N remain that nothing answers\n",
+                                   found.left)));
+  for (int k = 0; k < system.contacts(); ++k)
+    fmt::print("  contact {}: {}\n", system.contact_facts(k).name,
+               at.normal[k] > 0 ? fmt::format("pressed by {:.6g} N", at.normal[k]) : "open");
+  fmt::print("{}", wrapped(fmt::format(
+                       "{} motion{} of small size, {} formulation; shapes scaled to 1 m, turns in rad "
+                       "counted by {:.4g} m\n\n",
+                       found.modes.modes.size(), found.modes.modes.size() == 1 ? "" : "s",
+                       request.formulation, found.modes.length)));
+  for (std::size_t i = 0; i < found.modes.modes.size(); ++i)
+    print_mode(scene, i + 1, found.modes.modes[i], found.modes.length);
+  const auto out = left_out(scene, system, found.at);
+  if (!out.empty()) fmt::print("\nleft out:\n");
+  for (const auto& what : out) fmt::print("{}", wrapped("  " + what + "\n", 4));
+}
+
+/// modes.csv, equilibrium.csv and modes.json.
+void write(const Scene& scene, const System& system, const ModesRequest& request, const Found& found,
+           const std::filesystem::path& folder) {
+  std::string text = "mode,kind,s_re,s_im,natural_hz,swing_hz,damping_ratio";
+  for (int i = 0; i < system.n(); ++i) {
+    const auto name = coordinate(scene, i);
+    text += "," + name + ".re," + name + ".im";
+  }
+  text += "\n";
+  for (std::size_t i = 0; i < found.modes.modes.size(); ++i) {
+    const auto& m = found.modes.modes[i];
+    text += fmt::format("{},{},{},{},{},{},{}", i + 1, word(m.kind), m.s.real(), m.s.imag(), m.natural(),
+                        m.swinging(), m.damping());
+    for (const auto& x : m.shape) text += fmt::format(",{},{}", x.real(), x.imag());
+    text += "\n";
+  }
+  write_file(folder / "modes.csv", text);
+
+  std::string place = "body,x,y,theta\n", forces = "element,fx,fy,m,fn\n";
+  for (std::size_t b = 0; b < scene.mechanism.bodies.size(); ++b) {
+    const double* q = found.at.state.q.data();
+    const auto at = planar::position(q, b);
+    place +=
+        fmt::format("{},{},{},{}\n", scene.mechanism.bodies[b].name, at.x(), at.y(), planar::angle(q, b));
+  }
+  write_file(folder / "equilibrium.csv", place);
+  const auto all = static_forces(system, found.at);
+  for (std::size_t i = 0; i < all.elements.size(); ++i) {
+    const auto& f = all.elements[i];
+    forces += fmt::format("{},{},{},{},{}\n", system.force_elements()[i].name, f.fx, f.fy, f.m, f.fn);
+  }
+  write_file(folder / "static_forces.csv", forces);
+  write_json(folder / "modes.json",
+             {{"formulation", request.formulation},
+              {"about", request.about},
+              {"stability", request.about == "equilibrium" ? describe(found.at) : "not judged"},
+              {"unanswered_N", found.left},
+              {"steps", found.at.steps},
+              {"arm_m", found.modes.length},
+              {"provenance", provenance(scene)}});
+}
+
+int modes(const ModesRequest& request) {
+  const Scene scene = read_scene(request.scene, request.overrides);
+  ask(scene);
+  const System system(scene.mechanism);
+  const auto family = family_named(request.formulation).value();
+  const auto found =
+      located_in(scene, [&] { return find(scene, system, family, request.about == "start", request.stop); });
+  print(scene, system, request, found);
+  if (!request.output.empty()) {
+    const auto folder = real_folder(request.output);
+    ResultSet set(folder, "modes");
+    write(scene, system, request, found, set.place());
+    set.commit();
+    fmt::print("\nresults in {}\n", folder.string());
+  }
+  return 0;
+}
+
+}  // namespace
+
+void modes_verb(Program& program) {
+  auto [options, request] = program.verb(
+      "modes", "where a scene rests, whether it stays there, and its natural frequencies", modes);
+  options.scene(request.scene).required();
+  options.set(request.overrides);
+  options.add("--formulation", request.formulation, "penalty: contacts yield; nonsmooth: they are rigid")
+      .one_of(family_names())
+      .shows_default();
+  options.add("--about", request.about, "equilibrium, or the start as it stands")
+      .one_of({"equilibrium", "start"})
+      .shows_default();
+  options.output(request.output, "result folder; left out, nothing is written");
+}
+
+}  // namespace freeplay::cli

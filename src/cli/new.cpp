@@ -1,0 +1,54 @@
+// `freeplay new KIND`: a commented scene to begin with, from src/cli/templates/KIND.toml.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "cli/verb.hpp"
+#include "io/output_file.hpp"
+#include "model/error.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+struct Template {
+  const char* kind;
+  const char* text;
+};
+constexpr Template templates[] = {
+#include "templates.inc"
+};
+
+struct NewRequest : Request {
+  std::string kind;
+  std::string output;  ///< file
+};
+
+int write_new(const NewRequest& request) {
+  const auto* chosen = std::ranges::find(templates, request.kind, &Template::kind);
+  const std::filesystem::path named = request.output.empty() ? request.kind + ".toml" : request.output;
+  if (std::filesystem::exists(std::filesystem::symlink_status(named)))
+    throw SceneError(
+        fmt::format("{}: is there already and is left as it is; name another file with -o", named.string()));
+  const auto folder = real_folder(named.has_parent_path() ? named.parent_path() : ".");
+  if (!std::filesystem::is_directory(folder))
+    throw SceneError(fmt::format("{}: is no folder", folder.string()));
+  const auto file = folder / named.filename();
+  write_file(file, chosen->text);
+  fmt::print("{}\nlook at it:  freeplay check {} -o out/pose\nrun it:      freeplay compare {}\n",
+             file.string(), file.string(), file.string());
+  return 0;
+}
+
+}  // namespace
+
+void new_verb(Program& program) {
+  auto [options, request] =
+      program.verb("new", "write a commented scene of a kind of mechanism, which runs as it is", write_new);
+  std::vector<std::string> kinds;
+  for (const auto& one : templates) kinds.emplace_back(one.kind);
+  options.add("kind", request.kind, "what mechanism").required().one_of(kinds);
+  options.add("-o,--output", request.output,
+              "file; default KIND.toml in the working folder; never one that is there");
+}
+
+}  // namespace freeplay::cli

@@ -1,0 +1,68 @@
+// What a drive's or a load's curve y(x) is read against: time, the angle or the place of what it acts on, or its speed.
+// A time step that sweeps over an interval of x is given the mean over it, so that no pulse falls between two steps.
+#pragma once
+
+#include <optional>
+#include <type_traits>
+#include <utility>
+
+#include "model/keys.hpp"
+#include "model/kinematics.hpp"
+#include "model/phase.hpp"
+#include "model/piecewise.hpp"
+
+namespace freeplay {
+
+enum class Argument { time, angle, position, speed };
+inline constexpr auto argument_names =
+    complete<Argument>({{Argument::time, "time", "s"},
+                        {Argument::angle, "angle", "rad, of what turns"},
+                        {Argument::position, "position", "m, of what slides"},
+                        {Argument::speed, "speed", "rad/s or m/s, of the same"}});
+constexpr std::span<const Choice<Argument>> choices(Argument) { return argument_names; }
+
+/// y at the argument. `place`: angle or position now; `rate(v)`: its rate at these velocities.
+template <class T, class M, class Rate>
+T read_at(const Piecewise& y, Argument x, const M& m, const T& place, Rate rate) {
+  if (y.is_constant()) return y.value(T(0));
+  if (x == Argument::speed) return y.value(rate(m.v));
+  if constexpr (std::is_same_v<T, double>)
+    if (const auto* s = m.reading.sweep) {
+      if (x == Argument::time) return y.mean(m.t - 0.5 * s->h, m.t + 0.5 * s->h);
+      const double from = place - 0.5 * s->h * rate(s->start);
+      return y.mean(from, from + s->h * rate(s->mean));
+    }
+  if (x == Argument::time) return y.value(m.t);
+  return m.piece ? y.value(place, m.piece->inside()) : y.value(place);
+}
+
+/// The kinks that integrators must not jump over, where there are any.
+inline std::optional<Phase> phase_of(const Piecewise& y, Argument x, const Link& link,
+                                     const Vec2* axis = nullptr) {
+  if (x != Argument::angle && x != Argument::position) return {};
+  auto knots = y.knots();
+  if (knots.empty()) return {};
+  Phase phase{link, std::move(knots), y.period()};
+  phase.swept = true;
+  if (axis) {
+    phase.of = Phase::Of::travel;
+    phase.axis = *axis;
+  }
+  return phase;
+}
+
+/// Forces along the axis of a sliding joint act on both bodies where the second one's point is.
+template <class T>
+struct AlongAxis {
+  Arms<T> arms;
+  Vec2Of<T> axis;
+  T place;
+
+  AlongAxis(const Link& link, const Vec2& own_axis, const T* q, const EvaluationOf<T>& e)
+      : arms(freeplay::arms(link, q, e)), axis(turned(link.i, own_axis, e)), place(dot(axis, arms.d)) {
+    arms.ri += arms.d;
+  }
+  T rate(const Link& link, const T* v) const { return dot(axis, relative_velocity(link, arms, v)); }
+};
+
+}  // namespace freeplay

@@ -1,0 +1,429 @@
+// What drives a mechanism: prescribed motions along curves, torques and forces read from curves, motors, a governor; each
+// against a closed form, in every way that a scene can be run.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "facade/simulation.hpp"
+#include "model/scene.hpp"
+#include "sim/observer.hpp"
+#include "verification/claims/claim.hpp"
+#include "verification/references/drives.hpp"
+
+namespace freeplay::verification {
+namespace {
+
+constexpr double h = 1e-4;  // s, of time stepping
+
+struct Way {
+  const char* name;
+  const char* formulation;
+  std::string scheme;
+  bool stepping;
+};
+const Way ways[] = {{"penalty", "penalty", "event-driven", false},
+                    {"Moreau–Jean", "nonsmooth", "moreau-jean", true},
+                    {"event-driven", "nonsmooth", "event-driven", false},
+                    {"automatic", "nonsmooth", "automatic", false}};
+
+/// What a run came to: its end, the greatest departure of what `off` looks at on the way, and its ledger.
+struct Outcome {
+  State end;
+  double worst = 0, closure = 0, energy = 0;
+};
+
+class Watch final : public Observer {
+ public:
+  using Off = double (*)(double t, const std::vector<double>& q, const std::vector<double>& v,
+                         const Forces& f);
+  Watch(Off off, bool stepping) : off_(off), stepping_(stepping) {}
+  Wants wants() const override { return {.forces = true}; }
+  void begin(const Layout& layout, const State& state) override {
+    q_ = state.q;
+    v_ = state.v;
+    forces_ = {std::vector<ElementForce>(layout.forces.size()), std::vector<double>(q_.size())};
+  }
+  void step(const Step& step) override {
+    // A time step's force is its mean, that of its middle; within a long step of an integrator the state is interpolated.
+    const double t = stepping_ ? 0.5 * (step.t0 + step.t1) : step.t1;
+    step.state(t, q_, v_);
+    forces_.clear();
+    step.forces(t, forces_);
+    worst = greatest(worst, off_(t, q_, v_, forces_));
+  }
+  double worst = 0;
+
+ private:
+  Off off_;
+  bool stepping_;
+  std::vector<double> q_, v_;
+  Forces forces_;
+};
+
+Outcome run(const std::string& text, double duration, const Way& way, Watch::Off off = nullptr) {
+  const auto scene = parse_scene(
+      text + fmt::format("[run]\nduration = {}\n[penalty]\ntolerance = 1e-10\n[nonsmooth]\nscheme = \"{}\"\n"
+                         "tolerance = 1e-10\n{}",
+                         duration, way.scheme,
+                         way.scheme == "moreau-jean" ? fmt::format("step = {}\n", h) : ""),
+      "driving");
+  Simulation simulation(scene, way.formulation);
+  Watch watch(off, way.stepping);
+  RunRequest request;
+  if (off) request.observers = {&watch};
+  const auto result = simulation.run(request);
+  if (result.ending.status != Ending::Status::finished) throw std::runtime_error(result.ending.reason);
+  const auto ledger = simulation.ledger();
+  return {simulation.state(), watch.worst, std::abs(ledger.closure()),
+          std::max({std::abs(ledger.drive), std::abs(ledger.load), ledger.kinetic})};
+}
+
+constexpr double inertia = 0.05;
+const std::string rotor = R"([bodies.rotor]
+mass = 2.0
+inertia = 0.05
+[joints.main]
+type = "revolute"
+between = ["ground", "rotor"]
+[drives.motor]
+joint = "main"
+)";
+const std::string slider = R"([bodies.block]
+mass = 2.0
+inertia = 0.05
+[joints.guide]
+type = "translational"
+between = ["ground", "block"]
+axis = [0.8, 0.6]
+[drives.motor]
+joint = "guide"
+)";
+
+const char* const tight = "tolerance 1e-10 in a step, room of a thousand";
+/// Greatest acceleration by which Baumgarte's method answers what a step leaves of a constraint (m/s² or rad/s²).
+constexpr double answer = 100 * 1e-10 * (2 * 5 * 10 + 5 * 5);
+const char* const stabilised =
+    "Baumgarte answers a hundred tolerances of a violation, and of its rate at 10 m/s or 10 rad/s, with β² and 2α times that, over the "
+    "greatest acceleration";
+bool penalised(const Way& way) { return way.formulation == std::string("penalty"); }
+
+const char* const second_order = "second order: (h/τ)² of the fastest time τ in play, and room of ten";
+
+void closure(Findings& f, const Way& way, const Outcome& o) {
+  f.at_most(fmt::format("{}: what the energy ledger leaves open over the greatest work", way.name), "",
+            o.closure / o.energy, 1e-6, "the law of energy",
+            "works are carried at the tolerance, by a thousand");
+}
+
+void dc_motors(Findings& f) {
+  for (const double L : {0.0, 0.01}) {
+    const reference::DcSpinUp motor{24, 1.5, 0.4, L, inertia};
+    const auto text = rotor + "voltage = 24\nresistance = 1.5\ntorque_constant = 0.4\n" +
+                      (L > 0 ? "inductance = 0.01\n" : "");
+    for (const auto& way : ways) {
+      const auto o = run(text, 0.5, way);
+      // τ = R J/k² = 0.47 s, L/R = 6.7e-3 s
+      f.relative(
+          fmt::format("DC motor {} inductance, {}: speed after 0.5 s", L > 0 ? "with" : "without", way.name),
+          "rad/s", o.end.v[2], motor.speed(0.5), way.stepping ? 10 * h * h / (L > 0 ? 4.4e-5 : 0.2) : 1e-7,
+          L > 0 ? "two exponentials" : "U/k (1 − exp(−t/τ))", way.stepping ? second_order : tight);
+      closure(f, way, o);
+    }
+  }
+  const auto text = rotor + R"(voltage = 24
+resistance = 1.5
+torque_constant = 0.4
+[drives.hold]
+joint = "main"
+speed = 0
+)";
+  for (const auto& way : ways)
+    f.at_most(fmt::format("DC motor held still, {}: departure of its torque from k U/R, and of the holder's",
+                          way.name),
+              "N m",
+              run(text, 0.1, way,
+                  [](double, const auto&, const auto&, const Forces& now) {
+                    return greatest(std::abs(now.elements[1].m - 6.4), std::abs(now.elements[2].m + 6.4));
+                  })
+                  .worst,
+              1e-12, "0.4·24/1.5 N m", "rounding");
+}
+
+void induction_motors(Findings& f) {
+  const double w = 2 * std::numbers::pi * 25, s = reference::kloss_slip(10, 0.2, 4);
+  const auto text = rotor + R"(breakdown_torque = 10
+breakdown_slip = 0.2
+synchronous_speed_rpm = 1500
+[loads.brake]
+type = "torque"
+body = "rotor"
+torque = -4
+)";
+  // Beside its breakdown the motor would run the other way: it starts beyond, and settles within J ω_s s_k²…/M_k ~ 0.1 s.
+  auto turning = text;
+  turning.insert(turning.find("inertia = 0.05\n"), "angular_velocity = 140\n");
+  for (const auto& way : ways)
+    f.relative(fmt::format("asynchronous motor against 4 N m, {}: speed after 4 s", way.name), "rad/s",
+               run(turning, 4, way).end.v[2], w * (1 - s), way.stepping ? 1e-7 : 1e-7,
+               "s = s_k (M_k/M − √((M_k/M)² − 1))",
+               "a stationary speed: what the scheme leaves is its tolerance");
+}
+
+void governors(Findings& f) {
+  const auto text = rotor + "target_speed = 30\nproportional = 0.2\nintegral = 1.0\n";
+  for (const auto& way : ways) {
+    const auto o = run(text, 1.0, way);
+    f.relative(fmt::format("governor, {}: speed after 1 s", way.name), "rad/s", o.end.v[2],
+               reference::governed_speed(30, 0.2, 1.0, inertia, 1.0), way.stepping ? 10 * h * h * 20 : 1e-7,
+               "PI loop on an inertia, second order", way.stepping ? second_order : tight);
+    closure(f, way, o);
+  }
+}
+
+void prescribed(Findings& f) {
+  for (const bool polynomial : {true, false}) {
+    const auto* name = polynomial ? "polynomial" : "cycloidal";
+    const auto text = rotor + fmt::format(
+                                  "velocity = \"up\"\n[curves.up]\nshape = \"ramp\"\nto = 20\nrise = 0.5\n"
+                                  "profile = \"{}\"\n",
+                                  name);
+    const auto p = polynomial ? reference::polynomial_rise(0.5) : reference::cycloidal_rise(0.5);
+    for (const auto& way : ways) {
+      const auto o = run(text, 0.25, way);
+      f.within(fmt::format("{} start-up, {}: angle half-way up", name, way.name), "rad", o.end.q[2],
+               20 * 0.5 * p.integral, penalised(way) ? 1e-8 : 1e-12, "the profile's integral",
+               "prescribed: rounding; penalty: 1e-10 a step in a radian, by a hundred");
+      closure(f, way, o);
+    }
+    for (const auto& way : ways)
+      f.at_most(fmt::format("{} start-up, {}: torque less J α over the greatest", name, way.name), "",
+                polynomial
+                    ? run(text, 0.6, way,
+                          [](double t, const auto&, const auto&, const Forces& now) {
+                            const double a = t < 0.5 ? 40 * reference::polynomial_rise(t / 0.5).slope : 0;
+                            return std::abs(now.elements[1].m - inertia * a) / (inertia * 75);
+                          })
+                          .worst
+                    : run(text, 0.6, way,
+                          [](double t, const auto&, const auto&, const Forces& now) {
+                            const double a = t < 0.5 ? 40 * reference::cycloidal_rise(t / 0.5).slope : 0;
+                            return std::abs(now.elements[1].m - inertia * a) / (inertia * 80);
+                          })
+                          .worst,
+                way.stepping     ? 1e-6
+                : penalised(way) ? answer / 75
+                                 : 1e-10,
+                "the profile's derivative",
+                way.stepping     ? "a step's mean against its middle: (h/0.5 s)² of a few tens"
+                : penalised(way) ? stabilised
+                                 : "prescribed: rounding");
+  }
+  const auto shaken =
+      slider +
+      "position = \"shake\"\n[curves.shake]\nshape = \"harmonic\"\namplitude = 0.05\nfrequency = 3\n";
+  constexpr double w = 6 * std::numbers::pi;
+  for (const auto& way : ways) {
+    const auto o = run(shaken, 0.7, way, [](double t, const auto&, const auto&, const Forces& now) {
+      const auto& e = now.elements[1];
+      const double force = -2.0 * 0.05 * w * w * std::sin(w * t);
+      return std::hypot(e.fx - 0.8 * force, e.fy - 0.6 * force) / (0.1 * w * w);
+    });
+    f.within(fmt::format("slider driven to and fro, {}: its place after 0.7 s", way.name), "m",
+             0.8 * o.end.q[0] + 0.6 * o.end.q[1], 0.05 * std::sin(0.7 * w), penalised(way) ? 1e-8 : 1e-12,
+             "A sin ωt", "as prescribed; penalty: its tolerance");
+    f.at_most(fmt::format("{}: force of its drive less m a, over the greatest", way.name), "", o.worst,
+              way.stepping     ? w * w * h * h
+              : penalised(way) ? answer / (0.05 * w * w)
+                               : 1e-10,
+              "−m A ω² sin ωt",
+              way.stepping     ? "a step's mean: (ω h)²"
+              : penalised(way) ? stabilised
+                               : "prescribed: rounding");
+  }
+}
+
+/// A ball rests on a plate that rises with 2 m/s² and then, from 0.5 s on, falls away with 14 m/s²: it leaves at that instant.
+void plates(Findings& f) {
+  const std::string text = R"(gravity = [0.0, -9.81]
+[bodies.plate]
+mass = 5.0
+inertia = 0.3
+[bodies.ball]
+mass = 1.0
+inertia = 0.004
+position = [0.0, 0.1]
+[surfaces.s]
+young = 2e9
+poisson = 0.3
+restitution = 0.5
+[joints.guide]
+type = "translational"
+between = ["ground", "plate"]
+axis = [0.0, 1.0]
+[contacts.c]
+type = "plane"
+between = ["plate", "ball"]
+axis = [1.0, 0.0]
+radius = 0.1
+surface = "s"
+[curves.v]
+shape = "table"
+points = [[0, 0], [0.5, 1], [1.0, -6]]
+[drives.lift]
+joint = "guide"
+velocity = "v"
+)";
+  for (const auto& way : ways) {
+    const auto o = run(text, 0.9, way);
+    // Penalty: K δ^1.5 = m (g + a) with K = 4/3 E/(1 − ν²) √R gives δ = 7e-6 m; released, it throws at ω δ < 5e-3 m/s.
+    f.within(fmt::format("ball on a plate that falls away, {}: its height after 0.9 s", way.name), "m",
+             o.end.q[4], 0.1 + 0.25 + 0.4 - 0.5 * 9.81 * 0.16,
+             penalised(way) ? 0.4 * 5e-3
+             : way.stepping ? 1.4 * h
+                            : 1e-9,
+             "a throw from 0.25 m at 1 m/s",
+             penalised(way) ? "what its compression throws it by"
+             : way.stepping ? "a step at 14 m/s² too late"
+                            : tight);
+    closure(f, way, o);
+  }
+}
+
+/// A follower on a cam's law, of the angle of another joint that turns at 10 rad/s.
+void followed(Findings& f) {
+  const std::string text = R"([bodies.cam]
+mass = 1.0
+inertia = 0.01
+[bodies.block]
+mass = 2.0
+inertia = 0.05
+[joints.main]
+type = "revolute"
+between = ["ground", "cam"]
+[joints.guide]
+type = "translational"
+between = ["ground", "block"]
+axis = [0.0, 1.0]
+[curves.lift]
+shape = "rise-dwell-return"
+to = 0.03
+rise = 2.0
+dwell = 1.0
+return = 2.0
+rest = 1.283185307179586
+repeat = true
+[drives.turn]
+joint = "main"
+speed = 10.0
+[drives.follower]
+joint = "guide"
+position = "lift"
+of = "main"
+)";
+  for (const auto& way : ways) {
+    const auto o = run(text, 1.0, way, [](double t, const auto&, const auto&, const Forces& now) {
+      const double turn = std::fmod(10 * t, 2 * std::numbers::pi);
+      double slope = 0, bend = 0;
+      if (turn < 2 || (turn > 3 && turn < 5)) {
+        const auto p = reference::polynomial_rise(turn < 2 ? turn / 2 : (turn - 3) / 2);
+        slope = (turn < 2 ? 0.015 : -0.015) * p.slope;
+        bend = (turn < 2 ? 0.0075 : -0.0075) * p.bend;
+      }
+      const double force = 2.0 * 100 * bend;  // m Ω² s″
+      return greatest(std::abs(now.elements[3].fy - force) / 8.66,
+                      std::abs(now.elements[2].m - force * slope) / 0.2);
+    });
+    const auto p = reference::polynomial_rise((10 - 2 * std::numbers::pi - 3) / 2);
+    f.within(fmt::format("follower of a cam's law, {}: lift after 1 s", way.name), "m", o.end.q[4],
+             0.03 * (1 - p.value), penalised(way) ? 1e-8 : 1e-10, "3-4-5 polynomial",
+             "as prescribed; penalty: its tolerance");
+    f.at_most(fmt::format("{}: forces of follower and crank, over the greatest", way.name), "", o.worst,
+              way.stepping     ? 0.01
+              : penalised(way) ? answer / 4.33
+                               : 1e-10,
+              "m Ω² s″, and M Ω = F ṡ",
+              way.stepping ? "a step over a knot, where s‴ jumps: h Ω p‴/(2 p″) = 5e-3, and room of two"
+              : penalised(way) ? stabilised
+                               : "prescribed: rounding");
+    closure(f, way, o);
+  }
+}
+
+void efforts(Findings& f) {
+  const auto falling = rotor +
+                       "torque_curve = \"line\"\nagainst = \"speed\"\n[curves.line]\nshape = \"table\"\n"
+                       "points = [[-100, 12], [100, -8]]\n";  // M = 2 − ω/10
+  const auto bump = rotor +
+                    "torque_curve = \"bump\"\n[curves.bump]\nshape = \"table\"\n"
+                    "points = [[0.1, 0], [0.2, 3], [0.3, 0]]\nbetween = \"spline\"\n";
+  const auto swing = rotor +
+                     "torque_curve = \"spring\"\nagainst = \"angle\"\n[curves.spring]\nshape = \"table\"\n"
+                     "points = [[-9, 18], [9, -18]]\n";  // M = −2 φ: J φ̈ = −2 φ
+  auto turning = swing;
+  turning.insert(turning.find("inertia = 0.05\n"), "angular_velocity = 5\n");
+  const auto pushed =
+      slider + "force = \"wave\"\n[curves.wave]\nshape = \"harmonic\"\namplitude = 4\nperiod = 0.8\n";
+  const auto spun = R"([bodies.disc]
+mass = 2.0
+inertia = 0.05
+angular_velocity = 3
+[curves.rise]
+shape = "table"
+points = [[0, 0], [1, 1]]
+[loads.jet]
+type = "force"
+body = "disc"
+force = [1.5, 0]
+axes = "body"
+factor = "rise"
+)";
+  for (const auto& way : ways) {
+    const auto claim = [&](const char* what, const char* unit, double measured, double expected, double bound,
+                           const char* source) {
+      f.relative(fmt::format("{}, {}", what, way.name), unit, measured, expected, way.stepping ? bound : 1e-7,
+                 source, way.stepping ? second_order : tight);
+    };
+    const auto slow = run(falling, 0.5, way);
+    claim("torque that falls with speed: speed after 0.5 s", "rad/s", slow.end.v[2],
+          -20 * std::expm1(-0.5 / 0.5), 10 * h * h / 0.25, "M₀/c (1 − exp(−c t/J))");
+    closure(f, way, slow);
+    const auto hit = run(bump, 0.5, way);
+    claim("torque of a spline against time: speed behind it", "rad/s", hit.end.v[2], 1.25 * 3 * 0.1 / inertia,
+          1e-9, "5/4 M a/J, the natural spline's integral");
+    const auto swung = run(turning, 0.3, way);
+    const double w = std::sqrt(2 / inertia);
+    claim("torque against the angle, a spring: angle after 0.3 s", "rad", swung.end.q[2],
+          5 / w * std::sin(0.3 * w), 10 * w * w * h * h, "(ω₀/w) sin wt");
+    closure(f, way, swung);
+    const auto slid = run(pushed, 0.4, way);
+    const double W = 2 * std::numbers::pi / 0.8;
+    claim("force along a guide against time: speed after half a period", "m/s",
+          0.8 * slid.end.v[0] + 0.6 * slid.end.v[1], 2 * 4 / (2.0 * W), 10 * W * W * h * h, "2 F/(m ω)");
+    const auto flown = run(spun, 1.0, way);
+    // ∫ t e^{iwt} dt = (e^{iwt}(1 − iwt) − 1)/w²
+    claim("force that turns with a body and grows: its speed across after 1 s", "m/s", flown.end.v[1],
+          1.5 / 2.0 * (std::sin(3.0) - 3 * std::cos(3.0)) / 9, 10 * 9 * h * h, "(F/m) ∫ t sin wt");
+    closure(f, way, flown);
+  }
+}
+
+}  // namespace
+
+Findings driving() {
+  Findings f;
+  dc_motors(f);
+  induction_motors(f);
+  governors(f);
+  prescribed(f);
+  followed(f);
+  plates(f);
+  efforts(f);
+  return f;
+}
+
+}  // namespace freeplay::verification

@@ -1,0 +1,311 @@
+// Springs whose force is no straight line through zero, one-way ones, and bushings: by every scheme against closed forms.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "io/open_scene.hpp"
+#include "model/scene.hpp"
+#include "verification/claims/claim.hpp"
+#include "verification/references/springs.hpp"
+#include "verification/support.hpp"
+
+namespace freeplay::verification {
+namespace {
+
+struct Way {
+  const char* name;
+  Family family = Family::nonsmooth;
+  std::optional<Scheme> scheme = {};
+  double step = 0;  ///< s, > 0: of fixed steps
+};
+constexpr double step = 1e-4;
+constexpr Way ways[] = {{"penalty", Family::penalty},
+                        {"event-driven", Family::nonsmooth, Scheme::event_driven},
+                        {"automatic", Family::nonsmooth, Scheme::automatic},
+                        {"Moreau–Jean, chosen steps", Family::nonsmooth, Scheme::moreau_jean},
+                        {"Moreau–Jean at 1e-4 s", Family::nonsmooth, Scheme::moreau_jean, step}};
+
+/// Final state. Throws when the run does not finish.
+State end_of(const std::string& text, const Way& way) {
+  auto scene = parse_scene(text, "spring");
+  scene.nonsmooth.scheme = way.scheme;
+  scene.nonsmooth.step_tolerance = 1e-9;
+  if (way.step > 0) scene.nonsmooth.step = way.step;
+  const auto run = test::simulate(scene, way.family);
+  if (run.ending.status != Ending::Status::finished) throw std::runtime_error(run.ending.reason);
+  return run.final_state;
+}
+
+/// A bound for each way: of integrators that control their error, of chosen time steps, of steps of 1e-4 s.
+struct Bounds {
+  double adaptive, chosen, fixed;
+  const char* reason;
+  double of(const Way& way) const {
+    if (way.step > 0) return fixed;
+    return way.family == Family::nonsmooth && *way.scheme == Scheme::moreau_jean ? chosen : adaptive;
+  }
+};
+constexpr const char* usual =
+    "tolerances of 1e-9 a step over some thousand steps; fixed steps: phase lags by (ωh)²/24 of ωt, twice that";
+
+/// One mass at (x, 0), velocity (v, 0), on a spring from the origin.
+std::string on_spring(double mass, double x, double v, double duration, const std::string& spring) {
+  return fmt::format(R"(
+[bodies.mass]
+mass = {}
+inertia = 1.0
+position = [{}, 0.0]
+velocity = [{}, 0.0]
+[loads.spring]
+type = "spring-damper"
+between = ["ground", "mass"]
+{}
+[run]
+duration = {}
+start = "given"
+)",
+                     mass, x, v, spring, duration);
+}
+
+void nonlinear(Findings& f) {
+  // ω = 28 rad/s at the greatest: (ωh)²/24 ωt A = 9e-8 m.
+  const double A = 0.1, k = 200, c = 4e4, m = 0.5, t = 1.3;
+  const Bounds bounds{1e-6, 1e-6, 1e-6, usual};
+  const auto cubic = on_spring(m, 0.5 + A, 0, t, "stiffness = 200\nfree_length = 0.5\ncubic = 4e4");
+  const auto torsional = fmt::format(R"(
+[bodies.rotor]
+mass = 1.0
+inertia = {}
+angle = {}
+[loads.spring]
+type = "torsional-spring-damper"
+between = ["ground", "rotor"]
+stiffness = {}
+cubic = {}
+[run]
+duration = {}
+start = "given"
+)",
+                                     m, A, k, c, t);
+  for (const auto& way : ways) {
+    f.within(fmt::format("hardening spring (Duffing), extension after 1.3 s, {}", way.name), "m",
+             end_of(cubic, way).q[0] - 0.5, reference::duffing(m, k, c, A, t), bounds.of(way),
+             "A cn(Ωt): references/springs", bounds.reason);
+    f.within(fmt::format("hardening torsional spring, angle after 1.3 s, {}", way.name), "rad",
+             end_of(torsional, way).q[2], reference::duffing(m, k, c, A, t), bounds.of(way), "the same",
+             bounds.reason);
+    const auto preloaded = on_spring(1, 0.5, 0, 1, "stiffness = 100\nfree_length = 0.5\npreload = 5");
+    f.within(fmt::format("preload of 5 N on 100 N/m, distance after 1 s, {}", way.name), "m",
+             end_of(preloaded, way).q[0], 0.45 + 0.05 * std::cos(10.0), bounds.of(way),
+             "oscillates about free_length − preload/stiffness", bounds.reason);
+    const auto table = on_spring(1, 0.55, 0, 1, "force_table = [[0.4, -10], [0.5, 0], [0.52, 2], [0.6, 10]]");
+    f.within(fmt::format("table on a straight line, distance after 1 s, {}", way.name), "m",
+             end_of(table, way).q[0], 0.5 + 0.05 * std::cos(10.0), bounds.of(way), "the spring of 100 N/m",
+             bounds.reason);
+    const auto damper = on_spring(
+        1, 0.55, 0, 1,
+        "stiffness = 100\nfree_length = 0.5\ndamping_table = [[-1, -2], [0, 0], [0.3, 0.6], [1, 2]]");
+    f.within(fmt::format("damper's table on a straight line, distance after 1 s, {}", way.name), "m",
+             end_of(damper, way).q[0], 0.5 + reference::damped(1, 100, 2, 0.05, 1), bounds.of(way),
+             "the damper of 2 N s/m: references/springs", bounds.reason);
+  }
+}
+
+void kinked(Findings& f) {
+  // Two rates: after two periods and a quarter of the stiffer oscillation it passes the knee at full speed.
+  const double t = 2 * (M_PI / 10 + M_PI / 30) + 0.5 * M_PI / 30;
+  const auto knee = on_spring(1, 0.55, 0, t, "force_table = [[0.0, -50], [0.5, 0], [1.0, 450]]");
+  for (const auto& way : ways) {
+    // A fixed step takes the knee's force from its own middle: up to k v h² of momentum each of five times.
+    const Bounds bounds{1e-7, 1e-6, 5e-6,
+                        "as for one rate; a fixed step knows each of 5 knees to (ωh)²/2 of the amplitude"};
+    f.within(fmt::format("two rates (100 and 900 N/m), at the knee after two periods, {}", way.name), "m",
+             end_of(knee, way).q[0], 0.5, bounds.of(way), "π/ω₁ + π/ω₂ a period", bounds.reason);
+  }
+  // A cable of 1e8 N/m at 1 kg is taut for 0.31 ms, once a second.
+  const double k = 1e8;
+  const auto cable = on_spring(1, 0, 2, 5, "stiffness = 1e8\nfree_length = 1\none_way = \"pull\"");
+  // Up 0.8 m under gravity, to a cable that just ends the throw.
+  const double u = 0.05, g = 9.81, up = std::sqrt(u * u + 2 * g * 0.8), rate = 1e4;
+  const double T = 2 * (up - u) / g + reference::taut_in_throw(u, rate, g);
+  const auto thrown = fmt::format(R"(
+gravity = [0.0, -9.81]
+[bodies.mass]
+mass = 1.0
+inertia = 1.0
+position = [0.0, 0.2]
+velocity = [0.0, {:.17g}]
+[loads.cable]
+type = "spring-damper"
+between = ["ground", "mass"]
+stiffness = 1e8
+free_length = 1.0
+one_way = "pull"
+[run]
+duration = {:.17g}
+start = "given"
+)",
+                                  up, T);
+  const Bounds bounds{
+      1e-6, 1e-5, 0,
+      "tolerance 1e-9 of a speed of 2 m/s, a hundred steps; a cable that is missed is 1 m off"};
+  for (const auto& way : ways) {
+    if (way.step > 0) continue;  // ωh = 1: too long a step for this cable
+    f.within(fmt::format("cable that is taut for 0.31 ms once a second, place after 5 s, {}", way.name), "m",
+             end_of(cable, way).q[0], reference::on_a_cable(1, k, 1, 2, 5), bounds.of(way),
+             "half a period taut, else flight: references/springs", bounds.reason);
+    const auto end = end_of(thrown, way);
+    f.within(fmt::format("throw that a cable ends at its top, height on return, {}", way.name), "m", end.q[1],
+             0.2, bounds.of(way), "ẍ = −g − ω² x while taut: references/springs",
+             "as above; without the cable it would be back 10 ms later, 4 cm off");
+  }
+  const auto soft = on_spring(1, 0, 2, 5, "stiffness = 1e4\nfree_length = 1\none_way = \"pull\"");
+  const auto torsional = fmt::format(R"(
+[bodies.rotor]
+mass = 1.0
+inertia = 1.0
+angle = 0.0
+angular_velocity = 2.0
+[loads.upper]
+type = "torsional-spring-damper"
+between = ["ground", "rotor"]
+stiffness = 1e4
+free_angle = 1.0
+one_way = "pull"
+[loads.lower]
+type = "torsional-spring-damper"
+between = ["ground", "rotor"]
+stiffness = 1e4
+free_angle = -1.0
+one_way = "push"
+[run]
+duration = 5.0
+start = "given"
+)");
+  for (const auto& way : ways) {
+    const Bounds softer{1e-6, 1e-5, 5e-4,
+                        "as above; a fixed step knows each of 10 kinks to (ωh)²/2 = 5e-5 of the speed"};
+    f.within(fmt::format("the same with 1e4 N/m, {}", way.name), "m", end_of(soft, way).q[0],
+             reference::on_a_cable(1, 1e4, 1, 2, 5), softer.of(way), "the same", softer.reason);
+    f.within(fmt::format("rotor between two one-way torsional springs, angle after 5 s, {}", way.name), "rad",
+             end_of(torsional, way).q[2], reference::on_a_cable(1, 1e4, 1, 2, 5), softer.of(way),
+             "the same motion", softer.reason);
+  }
+}
+
+void bushings(Findings& f) {
+  const double c = 0.8, s = 0.6, t = 1;  // of the axis
+  const auto text = fmt::format(R"(
+[bodies.block]
+mass = 2.0
+inertia = 0.1
+position = [{:.17g}, {:.17g}]
+angle = 0.3
+[loads.bushing]
+type = "bushing"
+between = ["ground", "block"]
+axis = [0.8, 0.6]
+stiffness = [200.0, 1800.0]
+damping = [4.0, 0.0]
+torsional_stiffness = 14.4
+free_angle = 0.1
+[run]
+duration = 1.0
+start = "given"
+)",
+                                c * 0.02 - s * 0.01, s * 0.02 + c * 0.01);
+  const double along = reference::damped(2, 200, 4, 0.02, t), across = 0.01 * std::cos(30 * t),
+               angle = 0.1 + 0.2 * std::cos(12 * t);
+  for (const auto& way : ways) {
+    const Bounds bounds{1e-7, 1e-6, 1e-6, usual};
+    const auto q = end_of(text, way).q;
+    f.within(fmt::format("bushing, along its axis after 1 s, √(k/m) = 10/s, damped, {}", way.name), "m",
+             c * q[0] + s * q[1], along, bounds.of(way), "one mass on one spring", bounds.reason);
+    f.within(fmt::format("across its axis, 30/s, {}", way.name), "m", c * q[1] - s * q[0], across,
+             bounds.of(way), "the same", bounds.reason);
+    f.within(fmt::format("its angle, √(k/J) = 12/s, {}", way.name), "rad", q[2], angle, bounds.of(way),
+             "the same", bounds.reason);
+  }
+  // Two free bodies: what acts on the first acts at the same place as on the second.
+  const std::string pair = R"(
+[bodies.a]
+mass = 1.0
+inertia = 0.02
+position = [0.0, 0.0]
+velocity = [0.3, -0.1]
+angular_velocity = 3.0
+[bodies.b]
+mass = 2.0
+inertia = 0.05
+position = [0.5, 0.03]
+velocity = [0.1, 0.4]
+angular_velocity = -2.0
+[loads.bushing]
+type = "bushing"
+between = ["a", "b"]
+at = [[0.2, 0.0], [-0.25, 0.01]]
+axis = [0.8, 0.6]
+stiffness = [300.0, 2000.0]
+damping = [1.0, 2.0]
+torsional_stiffness = 4.0
+torsional_damping = 0.01
+[run]
+duration = 2.0
+start = "given"
+)";
+  const auto momentum = [](const std::vector<double>& q, const std::vector<double>& v) {
+    return (q[0] * v[1] - q[1] * v[0]) + 0.02 * v[2] + 2 * (q[3] * v[4] - q[4] * v[3]) + 0.05 * v[5];
+  };
+  const double before = momentum({0, 0, 0, 0.5, 0.03, 0}, {0.3, -0.1, 3, 0.1, 0.4, -2});
+  for (const auto& way : ways) {
+    const auto end = end_of(pair, way);
+    f.within(
+        fmt::format("two free bodies on a bushing, moment of momentum after 2 s, {}", way.name), "kg m²/s",
+        momentum(end.q, end.v), before, way.step > 0 ? 1e-4 : 1e-6, "no moment from outside",
+        "tolerance 1e-9 a step; a fixed step takes forces at its middle, momentum between its ends: (ωh)²");
+  }
+}
+
+/// Of the bushing of a press on its die (m): k x + m g = K δ^(3/2), x + δ = s, with Hertz's K of a ball on a plane.
+double pressed(double k, double weight, double K, double s) {
+  double x = s;
+  for (int i = 0; i < 50; ++i) x = s - std::pow((k * x + weight) / K, 2.0 / 3);
+  return x;
+}
+
+/// cases/press, ten times slower: the ram lies on its die, and the bushing gives by what the die stands too high.
+void press(Findings& f) {
+  auto scene = read_scene(test::source_folder() / "cases/press/scene.toml",
+                          {"drives.motor.speed_rpm=6", "run.revolutions=0.5"});
+  for (auto& b : scene.mechanism.bodies) b.velocity = 0.1 * b.velocity, b.angular_velocity *= 0.1;
+  for (const auto& way : ways) {
+    if (way.scheme == Scheme::moreau_jean && way.step == 0) continue;  // as automatic
+    scene.nonsmooth.scheme = way.scheme;
+    if (way.step > 0) scene.nonsmooth.step = 0.2 * way.step;
+    const auto run = test::simulate(scene, way.family);
+    if (run.ending.status != Ending::Status::finished) throw std::runtime_error(run.ending.reason);
+    const auto& q = run.final_state.q;
+    // Two surfaces of one steel: 1/E* = 2 (1 − ν²)/E.
+    const double K = 2.0 / 3 * 2.07e11 / (1 - 0.3 * 0.3) * std::sqrt(0.02);
+    const bool soft = way.family == Family::penalty;
+    f.within(fmt::format("press at 6 rpm, compression of its bushing at the lower dead centre, {}", way.name),
+             "m", q[7] - (q[4] + 0.125 * std::sin(q[5])), soft ? pressed(5e6, 20 * 9.81, K, 3e-4) : 3e-4,
+             1e-7,
+             soft ? "0.3 mm of overlap, less the dent that bushing and weight make by Hertz"
+                  : "the die stands 0.3 mm above the punch's lowest place",
+             "the ram swings at 500/s: what bounced, 1e-5 m, has decayed by e^−16");
+  }
+}
+
+}  // namespace
+
+Findings springs() {
+  Findings f;
+  nonlinear(f);
+  kinked(f);
+  bushings(f);
+  press(f);
+  return f;
+}
+
+}  // namespace freeplay::verification

@@ -1,0 +1,273 @@
+// How a mechanism goes together: four-bar loops and Grashof's types, the branch that is asked for, starts that are no pose.
+#include <fmt/format.h>
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "io/write_scene.hpp"
+#include "model/assembly.hpp"
+#include "model/four_bar.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
+#include "verification/references/four_bar_pose.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// Links of these lengths, each body's middle its centre of mass; no positions.
+std::string four_bar(double d, double a, double b, double c, const std::string& more = "") {
+  const auto body = [](const char* name, double length) {
+    return fmt::format("[bodies.{0}]\nmass = 1\ninertia = {1}\npoints = {{ P = [{2}, 0], Q = [{3}, 0] }}\n",
+                       name, length * length / 12, -length / 2, length / 2);
+  };
+  const auto joint = [](const char* name, const char* i, const char* j, const std::string& p, const char* q) {
+    return fmt::format("[joints.{}]\ntype = \"revolute\"\nbetween = [\"{}\", \"{}\"]\nat = [{}, \"{}\"]\n",
+                       name, i, j, p, q);
+  };
+  return body("crank", a) + body("coupler", b) + body("rocker", c) +
+         joint("A", "ground", "crank", "[0, 0]", "P") + joint("B", "crank", "coupler", "\"Q\"", "P") +
+         joint("C", "coupler", "rocker", "\"Q\"", "Q") +
+         joint("D", "ground", "rocker", fmt::format("[{}, 0]", d), "P") + "[run]\nduration = 1\n" + more;
+}
+
+std::string drive(double angle) {
+  return fmt::format("[drives.motor]\njoint = \"A\"\nspeed = 1\ninitial_angle = {}\n", angle);
+}
+
+double from(double angle, double other) { return std::abs(std::remainder(angle - other, 2 * M_PI)); }
+
+std::string message(const std::string& text) {
+  try {
+    const auto scene = parse_scene(text, "s.toml");
+    assemble(scene.mechanism, scene.run.start);
+  } catch (const ModelError& e) {
+    return e.what();
+  }
+  return "assembled";
+}
+
+}  // namespace
+
+TEST_CASE("Grashof's types are what triangles say, for all links of whole lengths", "[assembly][grashof]") {
+  int types[6] = {};
+  for (int d = 1; d <= 7; ++d)
+    for (int a = 1; a <= 7; ++a)
+      for (int b = 1; b <= 7; ++b)
+        for (int c = 1; c <= 7; ++c) {
+          const FourBar loop{{}, {}, {double(d), double(a), double(b), double(c)}};
+          const auto type = type_of(loop);
+          ++types[static_cast<int>(type)];
+          CAPTURE(d, a, b, c, static_cast<int>(type));
+          const int longest = std::max({d, a, b, c}), sum = a + b + c + d;
+          REQUIRE((type == Grashof::unclosable) == (longest > sum - longest));
+          if (type == Grashof::unclosable || type == Grashof::change_point) continue;
+          const auto [crank, rocker, on_crank, on_rocker] = reference::turns_fully(d, a, b, c);
+          REQUIRE((type == Grashof::crank_rocker) == (crank != rocker));
+          REQUIRE((type == Grashof::double_crank) == (crank && rocker));
+          REQUIRE((type == Grashof::double_rocker) == (!crank && !rocker && on_crank && on_rocker));
+          REQUIRE((type == Grashof::triple_rocker) == (!crank && !rocker && !on_crank && !on_rocker));
+        }
+  for (const int count : types) CHECK(count > 0);
+}
+
+TEST_CASE("the inversions of one chain are the types that textbooks name", "[assembly][grashof]") {
+  // Links 20, 50, 60, 70 mm: 20 + 70 < 50 + 60.
+  const auto type = [](double d, double a, double b, double c) { return type_of({{}, {}, {d, a, b, c}}); };
+  CHECK(type(70, 20, 60, 50) == Grashof::crank_rocker);
+  CHECK(type(20, 50, 70, 60) == Grashof::double_crank);
+  CHECK(type(60, 50, 20, 70) == Grashof::double_rocker);
+  CHECK(type(40, 30, 70, 60) == Grashof::change_point);  // 30 + 70 = 40 + 60
+  CHECK(type(1, 1, 1, 1) == Grashof::change_point);
+  CHECK(type(50, 40, 90, 60) == Grashof::triple_rocker);
+  CHECK(type(10, 2, 3, 4) == Grashof::unclosable);
+  CHECK(type(0.1, 0.2, 0.3, 0.2 + 1e-12) == Grashof::change_point);
+}
+
+TEST_CASE("loops are found with the ground fixed and the driven link as input", "[assembly][grashof]") {
+  const auto loop = [](const std::string& more) {
+    const auto scene = parse_scene(four_bar(7, 2, 6, 5, more), "s.toml");
+    const auto all = four_bars(scene.mechanism);
+    REQUIRE(all.size() == 1);
+    return all[0];
+  };
+  CHECK(loop("").lengths == std::array<double, 4>{7, 2, 6, 5});
+  CHECK(loop("").joints == std::array{0, 1, 2, 3});
+  CHECK(loop("[drives.m]\njoint = \"D\"\nspeed = 1\n").lengths == std::array<double, 4>{7, 5, 6, 2});
+  CHECK(loop("[drives.m]\njoint = \"D\"\nspeed = 1\n").bodies == std::array{ground, 2, 1, 0});
+  // Two loops that share a rocker; a slider-crank has none.
+  CHECK(four_bars(test::row_of_four_bars(2, 0).mechanism).size() == 2);
+  CHECK(four_bars(read_scene(test::flores()).mechanism).empty());
+  CHECK(four_bars(read_scene(test::scene_file("seven_body")).mechanism).size() == 3);
+}
+
+TEST_CASE("both branches of a four-bar are those of the closed form, from no positions",
+          "[assembly][branch]") {
+  struct Links {
+    double d, a, b, c;
+  };
+  for (const auto& [d, a, b, c] :
+       {Links{0.4, 0.1, 0.35, 0.3}, {0.1, 0.3, 0.35, 0.3}, {7, 2, 6, 5}, {4e-6, 1e-6, 3.5e-6, 3e-6}})
+    for (const double angle : {0.2, 1.0, 1.5, 2.2, 3.0})
+      for (const bool open : {true, false}) {
+        CAPTURE(d, a, angle, open);
+        const auto scene = parse_scene(
+            four_bar(d, a, b, c,
+                     drive(angle) + fmt::format("[assembly]\nbranch = \"{}\"\n", open ? "open" : "crossed")),
+            "s.toml");
+        const auto s = assemble(scene.mechanism, scene.run.start);
+        const auto exact = reference::four_bar_pose(d, a, b, c, angle, open);
+        // Positions are closed to rounding; angles follow by at most 1/sin of the transmission angle, here below 20.
+        CHECK(from(s.q[2], angle) < 1e-12);
+        CHECK(from(s.q[5], exact.coupler) < 1e-9);
+        CHECK(from(s.q[8], exact.rocker) < 1e-9);
+        CHECK((openness(scene.mechanism, four_bars(scene.mechanism)[0], s.q) > 0) == open);
+      }
+}
+
+TEST_CASE("mirrored, a four-bar is as open as before", "[assembly][branch]") {
+  for (const bool open : {true, false}) {
+    const auto scene = parse_scene(
+        four_bar(0.4, 0.1, 0.35, 0.3,
+                 drive(-1.0) + fmt::format("[assembly]\nbranch = \"{}\"\n", open ? "open" : "crossed")),
+        "s.toml");
+    const auto s = assemble(scene.mechanism, scene.run.start);
+    CHECK(from(s.q[8], -reference::four_bar_pose(0.4, 0.1, 0.35, 0.3, 1.0, open).rocker) < 1e-9);
+  }
+}
+
+TEST_CASE("the sign of a named angle chooses a pose, of any mechanism", "[assembly][branch]") {
+  for (const bool positive : {true, false}) {
+    const auto ask = fmt::format("[assembly]\n{} = [\"B-C-D\"]\n", positive ? "positive" : "negative");
+    const auto scene = parse_scene(four_bar(0.4, 0.1, 0.35, 0.3, drive(1) + ask), "s.toml");
+    const auto s = assemble(scene.mechanism, scene.run.start);
+    CHECK((sine_of(scene.mechanism, {{1, 2, 3}}, s.q) > 0) == positive);
+    // It stands in the canonical text; nothing does where nothing is asked for.
+    CHECK_THAT(to_toml(scene), Contains(ask));
+    CHECK(same_facts(parse_scene(to_toml(scene), "again"), scene));
+    // A slider-crank: the slider to the right of the pin, or to the left.
+    const auto slider =
+        read_scene(test::flores(), {"drives.motor.initial_angle=90 deg", "run.start=ideal",
+                                    positive ? "assembly.negative=[\"main-big_end-gudgeon\"]"
+                                             : "assembly.positive=[\"main-big_end-gudgeon\"]"});
+    const auto placed = assemble(slider.mechanism, slider.run.start);
+    const double x = std::sqrt(0.3 * 0.3 - 0.05 * 0.05);
+    CHECK(placed.q[6] == Approx(positive ? -x : x).epsilon(1e-12));
+  }
+  CHECK_THAT(to_toml(parse_scene(four_bar(0.4, 0.1, 0.35, 0.3), "s.toml")), !Contains("[assembly]"));
+}
+
+TEST_CASE("a pose that is asked for and is none is refused by its key", "[assembly][errors]") {
+  const auto with = [](const std::string& ask, double d = 0.4) {
+    return message(four_bar(d, 0.1, 0.35, 0.3, drive(1) + "[assembly]\n" + ask));
+  };
+  CHECK(with("branch = \"open\"\n") == "assembled");
+  CHECK_THAT(with("positive = [\"B-C-D\"]\nnegative = [\"B-C-D\"]\n"),
+             Contains("assembly.") && Contains("angle B-C-D is") && Contains("other starts"));
+  CHECK_THAT(with("positive = [\"B-C-X\"]\n"), Contains("\"B-C-X\" is no angle A-B-C at joint B"));
+  CHECK_THAT(with("positive = [\"B-B-C\"]\n"), Contains("is no angle"));
+  CHECK_THAT(with("branch = \"wide\"\n"), Contains("assembly.branch: \"wide\" is not known here"));
+  CHECK_THAT(with("braanch = \"open\"\n"), Contains("is not a key of [assembly]; did you mean branch?"));
+  // No loop of four, and two of them.
+  const auto flores = [](const std::string& set) {
+    const auto scene = read_scene(test::flores(), {set});
+    return assemble(scene.mechanism, scene.run.start);
+  };
+  CHECK_THROWS_WITH(flores("assembly.branch=open"),
+                    Contains("the only four-bar loop") && Contains("there is none"));
+  auto row = test::row_of_four_bars(2, 0);
+  row.mechanism.assembly.branch = Configuration::Branch::open;
+  CHECK_THROWS_WITH(assemble(row.mechanism, RunOptions::Start::assembled), Contains("there are 2"));
+  // Names with a - in them are read where there is one way to.
+  auto text = four_bar(0.4, 0.1, 0.35, 0.3, drive(1) + "[assembly]\npositive = [\"B-C-C-D\"]\n");
+  CHECK_THAT(message(text), Contains("is no angle"));
+  for (auto at = text.find("[joints.C]"); at != text.npos; at = text.find("[joints.C]"))
+    text.replace(at, 10, "[joints.C-C]");
+  CHECK(message(text) == "assembled");
+  // Too long by how much.
+  CHECK_THAT(
+      message(four_bar(0.9, 0.1, 0.35, 0.3)),
+      Contains("cannot be closed") && Contains("link ground of 0.9 m is 0.15 m longer than the other three"));
+}
+
+TEST_CASE("a start that leads nowhere is left for another, which is named, and the same each time",
+          "[assembly]") {
+  // The pose given closes, but is not the one that is asked for.
+  std::string said, again;
+  auto scene =
+      parse_scene(four_bar(0.4, 0.1, 0.35, 0.3, drive(1) + "[assembly]\nbranch = \"open\"\n"), "s.toml");
+  start_from(scene.mechanism, assemble(scene.mechanism, scene.run.start));
+  scene.mechanism.assembly.branch = Configuration::Branch::crossed;
+  const auto s = assemble(scene.mechanism, scene.run.start, &said);
+  CHECK_THAT(said, Contains("\"crossed\" is asked for; the pose found is open") &&
+                       Contains("assembled from start 1 of") && Contains("coupler and rocker turned over"));
+  CHECK(assemble(scene.mechanism, scene.run.start, &again).q == s.q);
+  CHECK(again == said);
+  // Without a wish nothing is said, and the pose near the given one is kept.
+  auto plain = scene;
+  plain.mechanism.assembly = {};
+  assemble(plain.mechanism, plain.run.start, &said);
+  CHECK(said.empty());
+  // "given" is taken as it stands or refused.
+  auto given = scene;
+  start_from(given.mechanism, s);
+  given.mechanism.assembly.branch = Configuration::Branch::open;
+  CHECK_THROWS_WITH(assemble(given.mechanism, RunOptions::Start::given),
+                    Contains("assembly.branch: \"open\" is asked for; the pose found is crossed"));
+}
+
+TEST_CASE("mechanisms of several loops go together with all bodies at the origin", "[assembly]") {
+  for (const auto* file : {"seven_body", "four_bar_two"}) {
+    CAPTURE(file);
+    auto scene = read_scene(test::scene_file(file));
+    for (auto& body : scene.mechanism.bodies) {
+      body.position = {0, 0};
+      body.angle = 0;
+      body.velocity = {0, 0};
+      body.angular_velocity = 0;
+    }
+    const auto s = assemble(scene.mechanism, RunOptions::Start::ideal);
+    CHECK(worst_open_joint(System(idealised(scene.mechanism)), s.q).amount < 1e-9);
+  }
+}
+
+TEST_CASE("angles without positions are kept: each body hangs on the one before it", "[assembly]") {
+  // Two bars, at -30 and -110 degrees; nothing but the angles is stated.
+  const auto text = [](double first, double second) {
+    return fmt::format(R"([bodies.upper]
+mass = 1
+inertia = 0.1
+angle = {}
+[bodies.lower]
+mass = 2
+inertia = 0.1
+angle = {}
+[joints.pivot]
+type = "revolute"
+between = ["ground", "upper"]
+at = [[1, 2], [-0.15, 0]]
+[joints.elbow]
+type = "revolute"
+between = ["lower", "upper"]
+at = [[-0.125, 0.01], [0.15, 0]]
+[run]
+duration = 1
+)",
+                       first, second);
+  };
+  const double a = -M_PI / 6, b = -110 * M_PI / 180;
+  const auto scene = parse_scene(text(a, b), "s.toml");
+  const auto s = assemble(scene.mechanism, scene.run.start);
+  CHECK(s.q[2] == a);
+  CHECK(s.q[5] == b);
+  CHECK(s.q[0] == Approx(1 + 0.15 * std::cos(a)).epsilon(1e-15));
+  CHECK(s.q[3] == Approx(1 + 0.3 * std::cos(a) + 0.125 * std::cos(b) + 0.01 * std::sin(b)).epsilon(1e-14));
+  // Turns that are stated are kept too: a torsional spring would feel them.
+  const auto wound = parse_scene(text(a + 4 * M_PI, b), "s.toml");
+  CHECK(assemble(wound.mechanism, wound.run.start).q[2] == Approx(a + 4 * M_PI).epsilon(1e-14));
+  // Where a position is stated, the least movement decides as ever.
+  const auto placed = parse_scene(text(a, b), "s.toml", {"bodies.upper.position=[1.1, 2]"});
+  CHECK(std::abs(assemble(placed.mechanism, placed.run.start).q[5] - b) > 1e-3);
+}

@@ -1,0 +1,427 @@
+// Curves and what names them: splines and stretches against their definitions, files of points, what the reader refuses,
+// the exact Jacobian of what curves, motors and governors do.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <random>
+
+#include "facade/simulation.hpp"
+#include "formulations/penalty/dynamics.hpp"
+#include "io/write_scene.hpp"
+#include "model/curve.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
+#include "numerics/spline.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+Curve table(Curve::Points points, Curve::Between between, bool repeats = false) {
+  Curve c;
+  c.shape = Curve::Shape::table;
+  c.points = std::move(points);
+  c.between = between;
+  c.repeats = repeats;
+  return c;
+}
+
+const std::string rotor = R"([bodies.rotor]
+mass = 2.0
+inertia = 0.05
+[joints.main]
+type = "revolute"
+between = ["ground", "rotor"]
+)";
+const std::string length = "[run]\nduration = 0.5\n";
+
+std::string said(const std::string& text, const std::string& file = "s.toml") {
+  try {
+    parse_scene(text, file);
+  } catch (const SceneError& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+}  // namespace
+
+TEST_CASE("splines of each kind meet their definition", "[driving]") {
+  SECTION("a clamped cubic is met exactly where its ends are flat") {
+    // 3x² − 2x³ has slope 0 at 0 and 1.
+    std::vector<std::pair<double, double>> knots;
+    for (const double x : {0.0, 0.2, 0.3, 0.7, 1.0}) knots.emplace_back(x, x * x * (3 - 2 * x));
+    const auto m = spline_slopes(knots, SplineEnds::flat);
+    for (std::size_t i = 0; i < knots.size(); ++i)
+      CHECK(m[i] == Approx(6 * knots[i].first * (1 - knots[i].first)).margin(1e-13));
+  }
+  SECTION("second derivatives are continuous, and end as they should") {
+    const Curve::Points points{{0, 1}, {0.4, -2}, {0.5, 3}, {1.1, 0}, {2, 1}};
+    for (const bool repeats : {false, true}) {
+      const auto y = table(points, Curve::Between::spline, repeats).lay();
+      for (const double knot : y.knots()) {
+        const auto jump = y.jump(knot);
+        CHECK(jump.value < 1e-12);
+        if (!repeats && (knot == 0 || knot == 2)) continue;  // goes on without slope
+        CHECK(jump.slope < 1e-11);
+        CHECK(jump.bend < 1e-9);
+      }
+      if (!repeats) CHECK(std::abs(y.jet(0.0, 0.1).bend) < 1e-10);
+    }
+  }
+  SECTION("two and three points that repeat") {
+    for (const auto& points : {Curve::Points{{0, 1}, {2, 1}}, Curve::Points{{0, 0}, {1, 4}, {3, 0}}}) {
+      const auto y = table(points, Curve::Between::spline, true).lay();
+      for (const double knot : y.knots()) CHECK(y.jump(knot).bend < 1e-12);
+      for (const auto& [x, value] : points) CHECK(y.value(x + 30) == Approx(value).margin(1e-12));
+    }
+  }
+}
+
+TEST_CASE("derivatives, integrals and means of every shape agree", "[driving]") {
+  Curve ramp, cycle, wave;
+  ramp.shape = Curve::Shape::ramp;
+  ramp.from = 1, ramp.to = -3, ramp.start = 0.3, ramp.rise = 0.8;
+  cycle.shape = Curve::Shape::rise_dwell_return;
+  cycle.to = 2, cycle.start = -0.2, cycle.rise = 0.5, cycle.dwell = 0.2, cycle.fall = 0.7, cycle.rest = 0.3;
+  cycle.profile = Curve::Profile::cycloidal;
+  cycle.repeats = true;
+  wave.shape = Curve::Shape::harmonic;
+  wave.mean = 0.4, wave.amplitude = 2, wave.period = 0.9, wave.phase = 0.3;
+  const auto points = Curve::Points{{-0.4, 1}, {0.4, -2}, {0.5, 3}, {1.1, 1}};
+  for (const auto& curve :
+       {ramp, cycle, wave, table(points, Curve::Between::linear, true), table(points, Curve::Between::spline),
+        table(points, Curve::Between::spline, true)}) {
+    CAPTURE(curve.what());
+    const auto y = curve.lay();
+    const auto F = y.antiderivative(0.2, 7);
+    CHECK(F.value(0.2) == Approx(7));
+    for (const double x : {-3.3, -0.35, 0.1, 0.47, 0.9, 2.9, 12.6}) {
+      const double d = 1e-5;
+      const auto jet = y.jet(x);
+      CHECK(jet.value == Approx(y.value(x)).margin(1e-12));
+      CHECK(jet.slope == Approx((y.value(x + d) - y.value(x - d)) / (2 * d)).margin(1e-5));
+      CHECK(jet.bend == Approx((y.jet(x + d).slope - y.jet(x - d).slope) / (2 * d)).margin(1e-3));
+      CHECK(F.jet(x).slope == Approx(y.value(x)).margin(1e-10));
+      // Over several periods, and by the midpoint rule.
+      CHECK(y.integral(x, x + 4.7) == Approx(F.value(x + 4.7) - F.value(x)).margin(1e-9));
+      double sum = 0;
+      for (int i = 0; i < 20000; ++i) sum += y.value(x + (i + 0.5) * 1.3 / 20000);
+      CHECK(y.mean(x, x + 1.3) == Approx(sum / 20000).margin(1e-6));
+      const double knot = y.next_knot(x);
+      CHECK(knot > x);
+      CHECK((knot == INFINITY || y.next_knot(knot) > knot));
+    }
+  }
+}
+
+TEST_CASE("a pulse that no step samples is in the mean", "[driving]") {
+  const auto y =
+      table({{0, 0}, {0.5, 0}, {0.5 + 1e-6, 1e6}, {0.5 + 2e-6, 0}, {1, 0}}, Curve::Between::linear).lay();
+  CHECK(y.mean(0.4, 0.6) == Approx(5).epsilon(1e-6));
+  CHECK(y.greatest().value == Approx(1e6).epsilon(0.05));
+}
+
+TEST_CASE("points may stand in a file beside the scene", "[driving]") {
+  const test::TemporaryFolder folder;
+  const auto scene_file = folder.path() / "inner" / "s.toml";
+  std::filesystem::create_directory(folder.path() / "inner");
+  const auto write = [&](const std::filesystem::path& file, const std::string& text) {
+    std::ofstream(file) << text;
+  };
+  write(folder.path() / "inner" / "m.csv", "# measured\nt,skip,torque\n0,9,1\n0.2,9,3.5\n\n0.5,9,-1\n");
+  write(folder.path() / "m.csv", "t,torque\n0,1\n1,2\n");
+  const auto text = [](const std::string& lines) {
+    return rotor + "[curves.c]\nshape = \"table\"\n" + lines +
+           "[drives.d]\njoint = \"main\"\ntorque_curve = \"c\"\n" + length;
+  };
+  write(scene_file, text("file = \"m.csv\"\ncolumns = [\"t\", \"torque\"]\n"));
+  const auto scene = read_scene(scene_file);
+  REQUIRE(scene.mechanism.curves.size() == 1);
+  CHECK(scene.mechanism.curves[0].points == Curve::Points{{0, 1}, {0.2, 3.5}, {0.5, -1}});
+  REQUIRE(scene.files.size() == 1);
+  CHECK(scene.files[0].name == "m.csv");
+  // The canonical text needs no file.
+  const auto facts = to_toml(scene);
+  CHECK_THAT(facts, !Contains("m.csv"));
+  CHECK(to_toml(parse_scene(facts, "elsewhere/x.toml")) == facts);
+
+  const auto in = [&](const std::string& lines) { return said(text(lines), scene_file.string()); };
+  CHECK_THAT(in("file = \"../m.csv\"\n"), Contains("does not lie beside the scene or below"));
+  CHECK_NOTHROW(parse_scene(text("file = \"../m.csv\"\n"), scene_file.string(), {}, true));
+  CHECK_THAT(in("file = \"none.csv\"\n"), Contains("curves.c.file"));
+  CHECK_THAT(in("file = \"m.csv\"\ncolumns = [\"t\", \"force\"]\n"),
+             Contains("has no column \"force\"; there are: \"t\""));
+  CHECK_THAT(in("file = \"m.csv\"\ncolumns = [\"t\"]\n"), Contains("must name two columns"));
+  CHECK_THAT(in("file = \"m.csv\"\npoints = [[0, 1], [1, 2]]\n"), Contains("exactly one of points and file"));
+  CHECK_THAT(in("points = [[0, 1], [1, 2]]\ncolumns = [\"a\", \"b\"]\n"),
+             Contains("names columns of a file"));
+  write(folder.path() / "inner" / "bad.csv", "t,x\n0,1\n1,oh\n");
+  CHECK_THAT(in("file = \"bad.csv\"\n"), Contains("line 3: x: \"oh\" is not a finite number"));
+  write(folder.path() / "inner" / "short.csv", "t,x\n0,1\n1\n");
+  CHECK_THAT(in("file = \"short.csv\"\n"), Contains("line 3 has 1 fields, the header 2"));
+  write(folder.path() / "inner" / "back.csv", "t,x\n0,1\n0,2\n");
+  CHECK_THAT(in("file = \"back.csv\"\n"), Contains("must increase in x; 0 follows 0"));
+}
+
+TEST_CASE("what curves and drives cannot be is refused where it stands", "[driving]") {
+  const auto drive = [](const std::string& lines, const std::string& curve = "") {
+    return said(rotor + curve + "[drives.d]\njoint = \"main\"\n" + lines + length);
+  };
+  const std::string lines = "[curves.c]\nshape = \"table\"\npoints = [[0, 0], [1, 1], [2, 0]]\n";
+  CHECK(drive("velocity = \"c\"\n", lines) == "accepted");
+  CHECK_THAT(drive("velocity = \"c\"\n"), Contains("there is no curve \"c\""));
+  CHECK_THAT(drive("position = \"c\"\n", lines),
+             Contains("drives.d.position: the curve \"c\" changes its slope in a jump"));
+  CHECK(drive("position = \"c\"\n", lines + "between = \"spline\"\n") == "accepted");
+  CHECK(drive("position = \"c\"\n", lines + "between = \"spline\"\nrepeat = true\n") == "accepted");
+  CHECK_THAT(drive("torque_curve = \"c\"\n",
+                   "[curves.c]\nshape = \"table\"\npoints = [[0, 0], [1, 1]]\nrepeat = true\n"),
+             Contains("ends at 1 but begins at 0"));
+  CHECK_THAT(drive("velocity = \"c\"\nspeed = 3\n", lines), Contains("needs exactly one of"));
+  CHECK_THAT(drive("velocity = \"c\"\nof = \"main\"\n", lines), Contains("goes with position"));
+  CHECK_THAT(drive("position = \"c\"\nof = \"main\"\n", lines + "between = \"spline\"\n"),
+             Contains("is the driven joint itself"));
+  CHECK_THAT(drive("force = 3\n"), Contains("must be a translational joint"));
+  CHECK_THAT(drive("torque_curve = \"c\"\nagainst = \"position\"\n", lines),
+             Contains("has an angle, no position"));
+  CHECK_THAT(drive("voltage = 24\nresistance = 0\ntorque_constant = 1\n"), Contains("resistance"));
+  CHECK_THAT(drive("voltage = \"none\"\nresistance = 1\ntorque_constant = 1\n"),
+             Contains("there is no curve \"none\""));
+  CHECK_THAT(drive("target_speed = 3\n"), Contains("needs proportional or integral"));
+  CHECK_THAT(drive("breakdown_torque = 3\nbreakdown_slip = 0.2\nsynchronous_speed = 0\n"),
+             Contains("must not be 0"));
+  CHECK_THAT(drive("velocity = \"c\"\n", "[curves.c]\nshape = \"ramp\"\nto = 3\nrise = 0\n"),
+             Contains("greater than 0"));
+  CHECK_THAT(drive("velocity = \"c\"\n", "[curves.c]\nshape = \"ramp\"\nto = 3\nrise = 1\ndwell = 2\n"),
+             Contains("curves.c.dwell: does not apply to a ramp"));
+  const auto load = [](const std::string& more) {
+    return said(rotor +
+                "[curves.c]\nshape = \"constant\"\nvalue = 1\n[loads.l]\ntype = \"force\"\nbody = \"rotor\"\n"
+                "force = [1, 0]\n" +
+                more + length);
+  };
+  CHECK_THAT(load("against = \"angle\"\n"), Contains("goes with factor"));
+  CHECK_THAT(load("factor = \"c\"\nagainst = \"position\"\naxes = \"body\"\n"),
+             Contains("no direction in the world"));
+}
+
+TEST_CASE("the canonical text repeats every kind of drive", "[driving]") {
+  const auto scene = parse_scene(rotor + R"([bodies.block]
+mass = 1
+inertia = 1
+position = [0.4, 0.3]
+[joints.guide]
+type = "translational"
+between = ["ground", "block"]
+axis = [0.8, 0.6]
+[curves.up]
+shape = "ramp"
+to = 3
+rise = 0.2
+[curves.wave]
+shape = "harmonic"
+amplitude = 2
+frequency = 50
+[drives.a]
+joint = "main"
+voltage = "wave"
+resistance = 1
+torque_constant = 0.1
+[drives.b]
+joint = "main"
+target_speed = 3
+integral = 2
+torque_limit = 1
+[drives.c]
+joint = "guide"
+velocity = "up"
+[drives.d]
+joint = "guide"
+force = "wave"
+against = "speed"
+[drives.e]
+joint = "main"
+breakdown_torque = 3
+breakdown_slip = 0.2
+synchronous_speed_rpm = -1500
+[loads.l]
+type = "force"
+body = "rotor"
+force = [1, 0]
+axes = "body"
+factor = "up"
+)" + length,
+                                 "s");
+  const auto facts = to_toml(scene);
+  CHECK(to_toml(parse_scene(facts, "again")) == facts);
+  CHECK(std::get<MotionDrive>(scene.mechanism.drives[2]).initial == Approx(0.5));  // from the body's position
+  CHECK(scene.mechanism.curves[1].period == 0.02);
+}
+
+TEST_CASE("the exact Jacobian holds for curves, motors and governors", "[driving][jacobian]") {
+  const auto scene = parse_scene(R"([bodies.a]
+mass = 1.5
+inertia = 0.2
+[bodies.b]
+mass = 0.7
+inertia = 0.1
+[bodies.c]
+mass = 0.4
+inertia = 0.3
+[joints.pin]
+type = "revolute"
+between = ["ground", "a"]
+at = [[0.1, 0.2], [0.3, -0.1]]
+[joints.slide]
+type = "translational"
+between = ["a", "b"]
+at = [[0.02, 0.03], [-0.04, 0.05]]
+axis = [0.6, 0.8]
+[joints.free]
+type = "revolute"
+between = ["a", "c"]
+at = [[0.1, 0.0], [0.2, 0.1]]
+[curves.wave]
+shape = "harmonic"
+amplitude = 0.7
+period = 2.1
+[curves.bent]
+shape = "table"
+points = [[-9, 1], [-2, 0.3], [0.1, -0.4], [3, 0.5], [9, 2]]
+between = "spline"
+[drives.place]
+joint = "slide"
+position = "wave"
+of = "pin"
+[drives.turn]
+joint = "pin"
+velocity = "bent"
+[drives.motor]
+joint = "free"
+voltage = "wave"
+resistance = 0.7
+torque_constant = 0.3
+inductance = 0.4
+[drives.governor]
+joint = "free"
+target_speed = "bent"
+proportional = 0.4
+integral = 0.6
+[drives.mains]
+joint = "free"
+breakdown_torque = 0.8
+breakdown_slip = 0.6
+synchronous_speed = 2
+[drives.push]
+joint = "slide"
+force = "bent"
+against = "position"
+[drives.rub]
+joint = "slide"
+force = "bent"
+against = "speed"
+[drives.twist]
+joint = "free"
+torque_curve = "wave"
+against = "angle"
+[loads.jet]
+type = "force"
+body = "c"
+at = [0.1, 0.2]
+force = [0.4, 0.3]
+axes = "body"
+factor = "wave"
+against = "angle"
+[loads.wind]
+type = "force"
+body = "b"
+force = [0.4, 0.3]
+factor = "bent"
+against = "speed"
+[loads.drag]
+type = "torque"
+body = "c"
+torque = 0.3
+factor = "bent"
+against = "speed"
+)" + length,
+                                 "jacobian");
+  const System system(scene.mechanism);
+  PenaltyDynamics f(system, scene.penalty, {}, RowFacts{false});
+  std::mt19937 engine(7);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  PenaltyDynamics::Vector x(static_cast<std::size_t>(f.size()));
+  for (auto& y : x) y = uniform(engine);
+  const double t = 0.4;
+  f.phases.start(system, x.data(), x.data() + system.n());
+  const int N = f.size();
+  std::vector<double> J(static_cast<std::size_t>(N * N)), dfdt(static_cast<std::size_t>(N));
+  f.jacobian(x, t, J.data(), dfdt.data());
+  const auto difference = [&](int j, double s) {
+    PenaltyDynamics::Vector lo = x, hi = x, a(x.size()), b(x.size());
+    double ta = t, tb = t;
+    (j < N ? lo[static_cast<std::size_t>(j)] : ta) -= s;
+    (j < N ? hi[static_cast<std::size_t>(j)] : tb) += s;
+    f(lo, a, ta);
+    f(hi, b, tb);
+    for (std::size_t i = 0; i < a.size(); ++i) a[i] = (b[i] - a[i]) / (2 * s);
+    return a;
+  };
+  for (int j = 0; j <= N; ++j) {
+    auto coarse = difference(j, 2e-4);
+    const auto fine = difference(j, 1e-4);
+    for (int i = 0; i < N; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const double expected = (4 * fine[k] - coarse[k]) / 3;
+      CAPTURE(i, j);
+      CHECK((j < N ? J[static_cast<std::size_t>(j * N + i)] : dfdt[k]) ==
+            Approx(expected).epsilon(1e-6).margin(1e-6 * 100));
+    }
+  }
+}
+
+TEST_CASE("a run with motors goes on from a snapshot bit for bit", "[driving]") {
+  const auto scene = parse_scene(rotor + R"([curves.supply]
+shape = "ramp"
+to = 24
+rise = 0.2
+[drives.motor]
+joint = "main"
+voltage = "supply"
+resistance = 1.5
+torque_constant = 0.4
+inductance = 0.01
+[drives.governor]
+joint = "main"
+target_speed = 10
+proportional = 0.1
+integral = 1
+)" + length,
+                                 "s");
+  for (const auto* formulation : {"penalty", "nonsmooth"}) {
+    Simulation whole(scene, formulation), first(scene, formulation), second(scene, formulation);
+    REQUIRE(whole.run().ending.status == Ending::Status::finished);
+    first.run({.until = 0.21});
+    second.restore(first.snapshot());
+    first.run();
+    second.run();
+    CHECK(first.state().v == second.state().v);
+    CHECK(first.state().z == second.state().z);
+    CHECK(first.state().v[2] == Approx(whole.state().v[2]).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("a joint that is driven beyond its reach is told with the drive", "[driving]") {
+  const auto scene =
+      parse_scene(rotor +
+                      "[curves.c]\nshape = \"constant\"\nvalue = 0.7\n[drives.d]\njoint = \"main\"\n"
+                      "position = \"c\"\n[drives.e]\njoint = \"main\"\nspeed = 0\ninitial_angle = 0.2\n" +
+                      length,
+                  "s");
+  CHECK_THROWS_WITH(Simulation(scene, "penalty"), Contains("cannot be closed"));
+}

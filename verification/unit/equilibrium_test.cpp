@@ -1,0 +1,186 @@
+// Places of rest at the edges: what is refused and with which words, mirrored and tiny scenes, held drives, the verb.
+#include <catch2/catch.hpp>
+
+#include <fmt/format.h>
+#include <cmath>
+#include <fstream>
+
+#include "facade/simulation.hpp"
+#include "formulations/make.hpp"
+#include "model/assembly.hpp"
+#include "model/modes.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
+#include "verification/strangers/strangers.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+const std::string run = "[run]\nduration = 0.1\nstart = \"equilibrium\"\n";
+const std::string body = "[bodies.a]\nmass = 2\ninertia = 0.5\n";
+const std::string pivot = "[joints.pivot]\ntype = \"revolute\"\nbetween = [\"ground\", \"a\"]\n";
+
+State begin(const std::string& text, std::string* assumed = nullptr) {
+  const auto scene = parse_scene(text + run, "test");
+  return assemble(scene.mechanism, scene.run.start, assumed);
+}
+
+/// Disc in a ring on a spring, all lengths by `length`, mirrored at the vertical by `side`.
+Modes ring(double length, int side, Family family) {
+  const auto scene = parse_scene(
+      fmt::format(
+          "gravity = [{}, {}]\n[bodies.a]\nmass = 1e-3\ninertia = {}\n[joints.pin]\ntype = \"revolute\"\n"
+          "between = [\"ground\", \"a\"]\nat = [[0, 0], [{}, {}]]\nclearance = {}\nbearing_radius = {}\n"
+          "surface = \"s\"\n[surfaces.s]\nyoung = 2e11\npoisson = 0.3\nrestitution = 0.5\n{}",
+          side * 2 * length, -10 * length, 1e-3 * length * length, -side * 0.8 * length, 0.6 * length,
+          0.01 * length, 0.2 * length, run),
+      "test");
+  const System system(scene.mechanism);
+  const auto elastic = compliances(family, scene, system);
+  const auto from = assemble(scene.mechanism, RunOptions::Start::assembled);
+  return find_modes(system, find_equilibrium(scene.mechanism, system, from.q, elastic), elastic);
+}
+
+}  // namespace
+
+TEST_CASE("where there is no place of rest it is said why", "[equilibrium]") {
+  const std::string weight = "gravity = [0, -9.81]\n";
+  CHECK_THROWS_WITH(begin(weight + body), Contains("no equilibrium") && Contains("bodies.a moves for ever"));
+  CHECK_THROWS_WITH(begin(body + pivot + "[drives.m]\njoint = \"pivot\"\ntorque = 1\n"),
+                    Contains("bodies.a turns for ever"));
+  CHECK_THROWS_WITH(begin(body + "velocity = [1, 0]\n" + pivot), Contains("begins at rest"));
+}
+
+TEST_CASE("what nothing holds rests where it stands and is called marginal", "[equilibrium]") {
+  std::string assumed;
+  const auto s = begin(body + "position = [3, 4]\nangle = 0.5\n", &assumed);
+  CHECK(s.q == std::vector<double>{3, 4, 0.5});
+  CHECK_THAT(assumed, Contains("marginal: 3 of 3 motions without stiffness"));
+}
+
+TEST_CASE("a drive holds its joint at the initial angle and turns from there", "[equilibrium]") {
+  std::string assumed;
+  const auto s = begin("gravity = [0, -9.81]\n" + body + "angle = 0.7\n" + pivot +
+                           "[drives.m]\njoint = \"pivot\"\nspeed = 5\n",
+                       &assumed);
+  CHECK(s.q[2] == Approx(0.7));
+  CHECK(s.v[2] == Approx(5));
+  CHECK_THAT(assumed, Contains("drives held"));
+}
+
+TEST_CASE("a spring without free length holds at length zero too", "[equilibrium]") {
+  const auto scene = parse_scene(body + "position = [0.4, 0]\n[loads.s]\ntype = \"spring-damper\"\n" +
+                                     "between = [\"ground\", \"a\"]\nstiffness = 8\n" + run,
+                                 "test");
+  const System system(scene.mechanism);
+  const auto from = assemble(scene.mechanism, RunOptions::Start::assembled);
+  const auto at = find_equilibrium(scene.mechanism, system, from.q, {});
+  CHECK(std::abs(at.state.q[0]) < 1e-12);
+  const auto modes = find_modes(system, at, {}).modes;
+  REQUIRE(modes.size() == 3);
+  CHECK(modes[0].kind == Mode::Kind::free);
+  CHECK(std::abs(modes[1].s) == Approx(2));
+  CHECK(std::abs(modes[2].s) == Approx(2));
+}
+
+TEST_CASE("small motions are those of the mirrored scene, and of one of a millionth's size",
+          "[equilibrium]") {
+  const auto plain = ring(1, 1, Family::nonsmooth).modes;
+  REQUIRE(plain.size() == 2);
+  for (const auto& other : {ring(1, -1, Family::nonsmooth).modes, ring(1e-6, 1, Family::nonsmooth).modes}) {
+    REQUIRE(other.size() == plain.size());
+    for (std::size_t i = 0; i < plain.size(); ++i)
+      CHECK(std::abs(other[i].s) == Approx(std::abs(plain[i].s)).epsilon(1e-9));
+  }
+  const auto yields = ring(1, 1, Family::penalty).modes;
+  REQUIRE(yields.size() == 3);
+  CHECK(std::abs(yields[0].s) == Approx(std::abs(plain[0].s)).epsilon(1e-4));
+}
+
+TEST_CASE("the verb prints within 80 columns and writes what it found", "[equilibrium]") {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "scene.toml";
+  std::ofstream(file) << "gravity = [0, -9.81]\n"
+                      << body << "position = [0.3, 0]\n"
+                      << pivot << "at = [[0, 0], [-0.3, 0]]\n"
+                      << run;
+  const auto out = test::freeplay("modes " + file.string() + " -o " + (folder.path() / "o").string());
+  CHECK(out.status == 0);
+  CHECK_THAT(out.out, Contains("equilibrium, stable"));
+  for (const char* name : {"modes.csv", "modes.json", "equilibrium.csv", "static_forces.csv"})
+    CHECK(std::filesystem::exists(folder.path() / "o" / name));
+  CHECK(test::freeplay("modes " + file.string() + " --about nothing").status == 2);
+  CHECK(test::freeplay("modes " + file.string() + " --set gravity=[0,0] --about start").status == 0);
+}
+
+TEST_CASE("scenes that nobody designed rest in balance or are refused in words", "[equilibrium]") {
+  int rest = 0;
+  for (int index = 0; index < 60; ++index) {
+    const auto stranger = verification::strangers::draw(11, index);
+    auto scene = parse_scene(stranger.text, "stranger");
+    scene.run.start = RunOptions::Start::equilibrium;
+    for (auto& b : scene.mechanism.bodies) {
+      b.velocity = {0, 0};
+      b.angular_velocity = 0;
+    }
+    const System system(scene.mechanism);
+    if (system.n() > 40 || system.drive_rows() > 0) continue;
+    INFO(stranger.text);
+    for (const auto family : {Family::nonsmooth, Family::penalty}) {
+      Equilibrium at;
+      try {
+        const auto elastic = compliances(family, scene, system);
+        const auto from = assemble(scene.mechanism, RunOptions::Start::assembled);
+        at = find_equilibrium(scene.mechanism, system, from.q, elastic);
+      } catch (const ModelError& e) {
+        CHECK(!e.message.empty());
+        continue;
+      }
+      ++rest;
+      // Newton's law of every body, from the elements' forces alone.
+      const auto forces = static_forces(system, at);
+      std::vector<double> sum(system.n()), size(system.n());
+      for (int i = 0; i < system.n(); ++i)
+        if (i % 3 < 2) {
+          const auto& g = scene.mechanism.gravity;
+          sum[i] = size[i] = system.mass()[i] * (i % 3 == 0 ? g.x() : g.y());
+          size[i] = std::abs(size[i]);
+        }
+      double all = 0;
+      for (std::size_t e = 0; e < forces.elements.size(); ++e)
+        for (const int end : {0, 1}) {
+          const int b = system.force_elements()[e].bodies[end];
+          if (b == ground) continue;
+          const auto& f = forces.elements[e];
+          const double sign = end == 0 ? -1 : 1;
+          sum[3 * b] += sign * f.fx;
+          sum[3 * b + 1] += sign * f.fy;
+          size[3 * b] += std::abs(f.fx);
+          size[3 * b + 1] += std::abs(f.fy);
+        }
+      for (const double x : size) all = std::max(all, x);
+      // Couples are forces at the longest arm.
+      for (const auto& f : forces.elements)
+        if (system.longest_arm() > 0) all = std::max(all, std::abs(f.m) / system.longest_arm());
+      // Where all springs are slack and all torques nought: what the rounding of a place is to the stiffest.
+      double far = 0, stiffest = 0;
+      for (const double x : at.state.q) far = std::max(far, std::abs(x));
+      for (const auto& load : scene.mechanism.loads)
+        if (const auto* spring = std::get_if<SpringDamper>(&load))
+          stiffest = std::max(stiffest, spring->stiffness);
+        else if (const auto* rubber = std::get_if<Bushing>(&load))
+          stiffest =
+              std::max({stiffest, rubber->stiffness.x(), rubber->stiffness.y(), rubber->turn_stiffness});
+      for (const auto& drive : scene.mechanism.drives)
+        if (const auto* torque = std::get_if<TorqueDrive>(&drive))
+          for (const auto& point : torque->table) stiffest = std::max(stiffest, std::abs(point.second));
+      for (int i = 0; i < system.n(); ++i)
+        if (i % 3 < 2) CHECK(std::abs(sum[i]) <= 1e-7 * all + 1e-13 * stiffest * far);
+      for (int k = 0; k < system.contacts(); ++k) CHECK(at.normal[k] >= -1e-12 * all);
+    }
+  }
+  CHECK(rest > 10);
+}

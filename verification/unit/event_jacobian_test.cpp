@@ -1,0 +1,131 @@
+// The exact Jacobian of the event-driven scheme's modes against central differences of their right-hand side (Richardson's
+// form, as in jacobian_test.cpp): open, sticking and sliding either way, with every film and without one, on a mechanism with
+// drives, springs, dampers and a preloaded joint.
+#include <catch2/catch.hpp>
+
+#include <random>
+
+#include "facade/simulation.hpp"
+#include "formulations/nonsmooth/event_dynamics.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+Scene scene_with(const std::string& film) {
+  return parse_scene(
+      R"(
+gravity = [0.3, -9.81]
+[bodies.a]
+mass = 1.5
+inertia = 0.02
+[bodies.b]
+mass = 0.7
+inertia = 0.01
+[surfaces.steel]
+restitution = 0.6
+friction = 0.3
+[joints.pin]
+type = "revolute"
+between = ["ground", "a"]
+at = [[0.1, 0.2], [0.3, -0.1]]
+[joints.slide]
+type = "translational"
+between = ["a", "b"]
+at = [[0.02, 0.03], [-0.04, 0.05]]
+axis = [0.6, 0.8]
+angle = 0.2
+[joints.loose]
+type = "revolute"
+between = ["ground", "b"]
+at = [[0.0, 0.1], [0.2, 0.1]]
+clearance = 0.3
+bearing_radius = 0.6
+bearing_length = 0.2
+surface = "steel"
+)" +
+          (film.empty()
+               ? ""
+               : "lubricant = \"oil\"\n[lubricants.oil]\nviscosity = 0.1\nhand_over = 0.05\n" + film) +
+          R"([drives.motor]
+joint = "pin"
+torque_table = [[0.0, 0.2], [1.0, 1.4]]
+[loads.spring]
+type = "spring-damper"
+between = ["a", "b"]
+at = [[0.3, 0.1], [0.2, -0.3]]
+stiffness = 40
+damping = 3
+free_length = 0.2
+[loads.rub]
+type = "joint-friction"
+joint = "slide"
+force = 5
+[run]
+duration = 1
+)",
+      "jacobian");
+}
+
+}  // namespace
+
+TEST_CASE("the exact Jacobian of a mode equals differences of its right-hand side", "[films][jacobian]") {
+  const std::string film =
+      GENERATE(as<std::string>{}, "", "film = \"short\"\n", "film = \"long\"\n",
+               "film = \"short\"\ncavitation = \"none\"\n", "film = \"long\"\ncavitation = \"none\"\n");
+  const auto scene = scene_with(film);
+  const System system(scene.mechanism);
+  std::mt19937 engine(20261122);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  struct Mode {
+    bool closed;
+    int slip, rub;
+  };
+  for (const auto mode : {Mode{false, 0, 1}, Mode{false, 0, 0}, Mode{true, 1, -1}, Mode{true, -1, 0}}) {
+    EventDynamics f(system, scene.nonsmooth, {0.6}, RowFacts{false}, 1);
+    f.contacts()[0].closed = mode.closed;
+    f.contacts()[0].slip = mode.slip;
+    f.preloaded()[0].slip = mode.rub;
+    EventDynamics::Vector x(static_cast<std::size_t>(f.size()));
+    for (auto& y : x) y = uniform(engine);
+    // The journal of b at (0, 0.1) + e, in the film or within its hand-over.
+    const double angle = 3 * uniform(engine), theta = x[5], length = mode.rub == 0 ? 0.27 : 0.2;
+    x[3] = length * std::cos(angle) - (0.2 * std::cos(theta) - 0.1 * std::sin(theta));
+    x[4] = 0.1 + length * std::sin(angle) - (0.2 * std::sin(theta) + 0.1 * std::cos(theta));
+    const double t = 0.4;
+    const int N = f.size();
+    std::vector<double> J(static_cast<std::size_t>(N * N)), dfdt(static_cast<std::size_t>(N));
+    f.jacobian(x, t, J.data(), dfdt.data());
+    const auto difference = [&](int j, double s) {
+      EventDynamics::Vector lo = x, hi = x, a(x.size()), b(x.size());
+      double ta = t, tb = t;
+      (j < N ? lo[j] : ta) -= s;
+      (j < N ? hi[j] : tb) += s;
+      f(lo, a, ta);
+      f(hi, b, tb);
+      for (int i = 0; i < N; ++i) a[i] = (b[i] - a[i]) / (2 * s);
+      return a;
+    };
+    std::vector<std::vector<double>> columns;
+    std::vector<double> greatest(static_cast<std::size_t>(N), 1e-3);
+    for (int j = 0; j <= N; ++j) {
+      auto coarse = difference(j, 2e-4);
+      const auto fine = difference(j, 1e-4);
+      for (int i = 0; i < N; ++i) {
+        coarse[i] = (4 * fine[i] - coarse[i]) / 3;
+        greatest[i] = std::max(greatest[i], std::abs(coarse[i]));
+      }
+      columns.push_back(coarse);
+    }
+    double worst = 0;
+    for (int j = 0; j <= N; ++j)
+      for (int i = 0; i < N; ++i) {
+        const double exact = j < N ? J[static_cast<std::size_t>(j) * N + i] : dfdt[i];
+        worst = std::max(worst, std::abs(exact - columns[j][i]) / greatest[i]);
+      }
+    CAPTURE(film, mode.closed, mode.slip, mode.rub);
+    CHECK(worst < 1e-6);
+  }
+}

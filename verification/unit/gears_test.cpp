@@ -1,0 +1,416 @@
+// Gears, racks, slots and end stops: rows against differences of gaps, bounds against what gaps do, and what a reader refuses.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <random>
+#include <stdexcept>
+
+#include "facade/simulation.hpp"
+#include "io/write_scene.hpp"
+#include "model/error.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
+#include "verification/references/gears.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// Two bodies that move as they like, with every kind of this file between them; `play`: of the teeth.
+std::string scene_text(const std::string& play) {
+  return R"(format = 2
+[bodies.a]
+mass = 1.5
+inertia = 0.02
+[bodies.b]
+mass = 0.7
+inertia = 0.01
+position = [0.32, 0.05]
+[surfaces.hard]
+restitution = 0.5
+[joints.outer]
+type = "gear"
+between = ["a", "b"]
+at = [[0.01, 0.02], [-0.03, 0.01]]
+teeth = [20, 31]
+module = 0.01
+phase = 0.3
+)" + play +
+         R"([joints.inner]
+type = "gear"
+between = ["a", "b"]
+at = [[0.03, -0.02], [0.02, 0.01]]
+pitch_radii = [0.32, 0.13]
+pressure_angle = 0.4
+internal = true
+phase = 1.1
+)" + play +
+         R"([joints.rack]
+type = "rack"
+between = ["a", "b"]
+at = [[0.01, 0.0], [-0.02, 0.04]]
+axis = [0.6, 0.8]
+pitch_radius = 0.2
+phase = -0.2
+)" + play +
+         R"([joints.slot]
+type = "slot"
+between = ["a", "b"]
+at = [[0.1, 0.0], [-0.02, 0.01]]
+axis = [0.8, -0.6]
+clearance = 1e-3
+pin_radius = 0.01
+surface = "hard"
+[joints.pin]
+type = "revolute"
+between = ["a", "b"]
+at = [[0.1, 0.02], [-0.02, 0.01]]
+clearance = 1e-2
+bearing_radius = 0.03
+surface = "hard"
+[contacts.travel]
+type = "travel-stop"
+joint = "slot"
+lower = -0.1
+upper = 0.4
+surface = "hard"
+[contacts.turn]
+type = "angle-stop"
+joint = "pin"
+lower = -1.0
+upper = 2.0
+radius = 0.05
+direction = 0.7
+surface = "hard"
+[contacts.couple]
+type = "angle-stop"
+joint = "pin"
+upper = 2.0
+radius = 0.05
+surface = "hard"
+[run]
+duration = 1
+)";
+}
+const char* const loose = "backlash = 1e-3\nsurface = \"hard\"\n";
+
+Scene scene_of(const std::string& text) { return parse_scene(text, "gears"); }
+
+/// A state near the one of the scene, of any angles and velocities.
+struct Motion6 {
+  std::vector<double> q, v, a;
+  explicit Motion6(std::mt19937& engine) : q(6), v(6), a(6) {
+    std::uniform_real_distribution<double> u(-1, 1);
+    for (int i = 0; i < 6; ++i) v[i] = u(engine), a[i] = 3 * u(engine);
+    q = {0.02 * u(engine),        0.02 * u(engine), 4 * u(engine),
+         0.32 + 0.02 * u(engine), 0.05 * u(engine), 4 * u(engine)};
+  }
+  std::vector<double> at(double t) const {
+    auto x = q;
+    for (int i = 0; i < 6; ++i) x[i] += t * v[i] + 0.5 * t * t * a[i];
+    return x;
+  }
+  std::vector<double> rate(double t) const {
+    auto x = v;
+    for (int i = 0; i < 6; ++i) x[i] += t * a[i];
+    return x;
+  }
+};
+
+int find(const System& system, const std::string& name) {
+  for (int k = 0; k < system.contacts(); ++k)
+    if (system.contact_facts(k).name == name) return k;
+  throw std::runtime_error("no contact " + name);
+}
+
+double sum(const SparseRow& row, const std::vector<double>& x) { return row.dot(x.data()); }
+
+/// Of Richardson's form.
+template <class F>
+double slope(F f, double h) {
+  const double coarse = (f(h) - f(-h)) / (2 * h), fine = (f(0.5 * h) - f(-0.5 * h)) / h;
+  return (4 * fine - coarse) / 3;
+}
+
+/// Whether a gap is smooth there: teeth follow each other.
+bool jumps(double before, double after) { return std::abs(after - before) > 1e-3; }
+
+}  // namespace
+
+TEST_CASE("contacts of teeth, slots and stops have the derivatives of their gaps", "[gears]") {
+  const auto scene = scene_of(scene_text(loose));
+  const System system(scene.mechanism);
+  REQUIRE(system.contacts() == 14);
+  auto e = system.make_evaluation();
+  std::mt19937 engine(7);
+  const double h = 1e-4;
+  for (int trial = 0; trial < 50; ++trial) {
+    const Motion6 m(engine);
+    const auto gap = [&](int k, double t) {
+      const auto q = m.at(t);
+      system.place(0, q.data(), e);
+      return system.gap(k, q.data(), e);
+    };
+    ContactRow row;
+    const auto look = [&](int k, double t) {
+      const auto q = m.at(t), v = m.rate(t);
+      system.place(0, q.data(), e);
+      system.contact(k, q.data(), v.data(), e, row);
+      return sum(row.normal, v);
+    };
+    for (int k = 0; k < system.contacts(); ++k) {
+      CAPTURE(trial, system.contact_facts(k).name);
+      if (jumps(gap(k, -h), gap(k, h))) continue;
+      const double rate = look(k, 0), bend = sum(row.normal, m.a) - row.gamma_n;
+      CHECK(row.gap == gap(k, 0));
+      CHECK(row.normal.size == 6);
+      // Differences of fourth order in h = 1e-4 of functions that change in times of 0.1: 1e-9, and rounding 1e-15/h.
+      CHECK(rate == Approx(slope([&](double t) { return gap(k, t); }, h)).margin(1e-8));
+      CHECK(bend == Approx(slope([&](double t) { return look(k, t); }, h)).margin(1e-6));
+      // With derivatives carried along: those of the gap are the row itself.
+      auto exact = system.make_evaluation<Gradient>();
+      for (const int from : {0, 3}) {
+        std::vector<Gradient> q, v;
+        for (int i = 0; i < 6; ++i) {
+          Gradient x(m.q[i]);
+          if (i >= from && i < from + 3) x.slope[i - from] = 1;
+          q.push_back(x);
+          v.emplace_back(m.v[i]);
+        }
+        system.place<Gradient>(0, q.data(), exact);
+        ContactRowOf<Gradient> of;
+        system.contact<Gradient>(k, q.data(), v.data(), exact, of);
+        look(k, 0);
+        for (int i = 0; i < 3; ++i)
+          CHECK(of.gap.slope[i] == Approx(row.normal.value[from + i]).margin(1e-12));
+      }
+    }
+  }
+}
+
+TEST_CASE("rows of ideal teeth have the derivatives of what they hold", "[gears]") {
+  const auto scene = scene_of(scene_text(""));
+  const System system(scene.mechanism);
+  REQUIRE(system.rows() == 3);
+  auto e = system.make_evaluation();
+  std::mt19937 engine(8);
+  const double h = 1e-4;
+  for (int trial = 0; trial < 50; ++trial) {
+    const Motion6 m(engine);
+    for (int k = 0; k < system.rows(); ++k) {
+      CAPTURE(trial, system.row_name(k));
+      const auto phi = [&](double t) {
+        system.place(0, m.at(t).data(), e);
+        return e.phi[k];
+      };
+      const auto along = [&](const std::vector<double>& x) {
+        return row_dot(system.pattern(), e.G.data(), k, x.data());
+      };
+      const auto rate = [&](double t) {
+        system.place(0, m.at(t).data(), e);
+        return along(m.rate(t));
+      };
+      if (jumps(phi(-h), phi(h))) continue;
+      const double now = rate(0);
+      system.rate(m.q.data(), m.v.data(), e);
+      const double bend = along(m.a) - e.gamma[k];
+      CHECK(now == Approx(slope(phi, h)).margin(1e-8));
+      CHECK(bend == Approx(slope(rate, h)).margin(1e-6));
+    }
+  }
+}
+
+TEST_CASE("bounds of gaps of teeth and stops hold over a step", "[gears][unseen]") {
+  const auto scene = scene_of(scene_text(loose));
+  const System system(scene.mechanism);
+  auto e = system.make_evaluation();
+  std::mt19937 engine(9);
+  std::uniform_real_distribution<double> u(-3, -0.5);
+  int bounded = 0, tight = 0;
+  for (int trial = 0; trial < 400; ++trial) {
+    const Motion6 m(engine);
+    const double H = std::pow(10, u(engine));
+    const auto end = m.at(H), v1 = m.rate(H);
+    MotionBounds bounds;
+    bounds.enclose(H, 6, m.q.data(), m.v.data(), m.a.data(), end.data(), v1.data(), m.a.data());
+    for (int k = 0; k < system.contacts(); ++k) {
+      system.place(0, end.data(), e);
+      const auto motion = system.gap_motion(k, bounds, end.data(), e);
+      if (motion.shape != GapMotion::Shape::straight) continue;
+      CAPTURE(trial, system.contact_facts(k).name, H);
+      if (!std::isfinite(motion.bend)) continue;
+      double most = 0;
+      for (int i = 0; i <= 20; ++i) {
+        const double t = H * i / 20;
+        const auto q = m.at(t), v = m.rate(t);
+        ContactRow row;
+        system.place(0, q.data(), e);
+        system.contact(k, q.data(), v.data(), e, row);
+        most = std::max(most, std::abs(sum(row.normal, m.a) - row.gamma_n));
+      }
+      CHECK(most <= motion.bend * (1 + 1e-12));
+      ++bounded;
+      tight += most > 0.05 * motion.bend;
+    }
+  }
+  CHECK(bounded > 2000);  // few only come too near to have a bound
+  CHECK(tight > bounded / 4);
+}
+
+TEST_CASE("teeth that are seen again after many turns have the same gap", "[gears]") {
+  const auto scene = scene_of(scene_text(loose));
+  const System system(scene.mechanism);
+  auto e = system.make_evaluation();
+  std::mt19937 engine(10);
+  const Motion6 m(engine);
+  const double two_pi = 2 * M_PI;
+  const auto gap = [&](int k, double turns_a, double turns_b) {
+    auto q = m.q;
+    q[2] += two_pi * turns_a;
+    q[5] += two_pi * turns_b;
+    system.place(0, q.data(), e);
+    return system.gap(k, q.data(), e);
+  };
+  // Of the gears with teeth, whole turns of either change nothing; rounding of 1e3 rad over 0.3 m.
+  const int forward = find(system, "outer.forward"), backward = find(system, "outer.backward");
+  for (const int k : {forward, backward}) {
+    CHECK(gap(k, 0, 0) == Approx(gap(k, 41, 0)).margin(1e-12));
+    CHECK(gap(k, 0, 0) == Approx(gap(k, -3, 170)).margin(1e-12));
+  }
+  // Both flanks together are the play: b + 2 S (inv α − inv α₀), wherever the wheels stand.
+  system.place(0, m.q.data(), e);
+  const long double S = 0.255L * std::cos(20 * M_PIl / 180);
+  const double play =
+      double(1e-3L + 2 * (reference::involute(S, system.eccentricity(forward, m.q.data(), e).norm()) -
+                          reference::involute(S, 0.255L)));
+  CHECK(gap(forward, 0, 0) + gap(backward, 0, 0) == Approx(play).margin(1e-13));
+}
+
+TEST_CASE("what gears, slots and stops cannot be is refused", "[gears][scene]") {
+  struct Edit {
+    const char *from, *to, *message;
+  };
+  const Edit edits[] = {
+      {"module = 0.01\n", "", "joints.outer.teeth: teeth and module go together"},
+      {"teeth = [20, 31]\n", "teeth = [20, 30.5]\n", "joints.outer.teeth: must be two whole numbers from 1"},
+      {"teeth = [20, 31]\nmodule = 0.01\n", "",
+       "joints.outer: needs exactly one of teeth (with module) and pitch_radii"},
+      {"pitch_radii = [0.32, 0.13]", "pitch_radii = [0.12, 0.13]",
+       "joints.inner.internal: makes the first gear the ring, which must be the larger one"},
+      {"pitch_radii = [0.32, 0.13]", "pitch_radii = [-0.32, 0.13]",
+       "joints.inner.pitch_radii: must be two positive"},
+      {"pressure_angle = 0.4", "pressure_angle = 20.0",
+       "joints.inner.pressure_angle: must be between 0 and 1.5708 rad"},
+      {"backlash = 1e-3", "backlash = 0.0", "joints.outer.backlash: must be greater than 0"},
+      {"backlash = 1e-3", "flank = \"backward\"\nbacklash = 1e-3",
+       "joints.outer.flank: is of a pair without play; with backlash either flank carries"},
+      {"restitution = 0.5\n", "restitution = 0.5\nfriction = 0.1\n",
+       "joints.outer.surface: must be one without friction"},
+      {"module = 0.01\nphase = 0.3\n", "module = 0.1\n",
+       "joints.outer: phase follows from the bodies' positions, and there the centres are too close"},
+      {"phase = 0.3\n", "", "there the centres are too close for these gears, or too far apart"},
+      {"joint = \"slot\"", "joint = \"pin\"", "contacts.travel.joint: must be a translational or slot joint"},
+      {"joint = \"pin\"", "joint = \"slot\"", "contacts.turn.joint: must be a revolute joint"},
+      {"lower = -0.1\nupper = 0.4\n", "", "contacts.travel: needs lower or upper, or both"},
+      {"lower = -0.1\nupper = 0.4\n", "lower = 0.4\nupper = 0.4\n",
+       "contacts.travel.upper: must be greater than lower"},
+      {"radius = 0.05\n", "", "contacts.turn.radius: is missing"},
+      {"pin_radius = 0.01\n", "", "joints.slot.pin_radius: is missing"},
+      {"lower = -0.1\n", "lower = -0.1\nstiffness = 1e5\ncurvature_radius = 0.1\n",
+       "contacts.travel.curvature_radius: is for the stiffness"},
+  };
+  const std::string good = scene_text(loose);
+  REQUIRE_NOTHROW(scene_of(good));
+  for (const auto& edit : edits) {
+    auto bad = good;
+    const auto at = bad.find(edit.from);
+    REQUIRE(at != bad.npos);
+    bad.replace(at, std::string(edit.from).size(), edit.to);
+    CAPTURE(edit.from, edit.to);
+    try {
+      scene_of(bad);
+      FAIL_CHECK("nothing is wrong with it");
+    } catch (const SceneError& error) {
+      CHECK_THAT(error.what(), Contains(edit.message));
+    }
+  }
+}
+
+TEST_CASE("the phase of teeth that a scene leaves out is that of its bodies, and stays written",
+          "[gears][scene]") {
+  auto text = scene_text(loose);
+  for (const char* phase : {"phase = 0.3\n", "phase = 1.1\n", "phase = -0.2\n"})
+    text.erase(text.find(phase), std::string(phase).size());
+  // Where the outer pair meshes, 5 mm beyond its standard distance.
+  text.replace(text.find("[0.32, 0.05]"), 12, "[0.30, 0.00]");
+  text.replace(text.find("axis = [0.6, 0.8]"), 17, "axis = [0.0, 1.0]");
+  for (const auto& play : {std::string(loose), std::string()}) {
+    auto own = text;
+    for (auto at = own.find(loose); play.empty() && at != own.npos; at = own.find(loose))
+      own.erase(at, std::string(loose).size());
+    CAPTURE(own);
+    const auto scene = scene_of(own);
+    const System system(scene.mechanism);
+    auto e = system.make_evaluation();
+    std::vector<double> q;
+    for (const auto& b : scene.mechanism.bodies) q.insert(q.end(), {b.position.x(), b.position.y(), b.angle});
+    system.place(0, q.data(), e);
+    if (play.empty()) {
+      for (const double phi : e.phi) CHECK(std::abs(phi) < 1e-14);
+    } else {
+      for (const std::string joint : {"outer", "inner", "rack"})
+        CHECK(system.gap(find(system, joint + ".forward"), q.data(), e) ==
+              Approx(system.gap(find(system, joint + ".backward"), q.data(), e)).margin(1e-14));
+    }
+    const auto again = parse_scene(to_toml(scene), "again");
+    CHECK(to_toml(again) == to_toml(scene));
+  }
+}
+
+TEST_CASE("no tooth is passed in a long step", "[gears][unseen]") {
+  // Constant forces, so that nothing but the teeth bounds a step; between touches the gear gains more than a tooth.
+  const auto text = R"(format = 2
+[bodies.pinion]
+mass = 1.0
+inertia = 0.001
+[bodies.bar]
+mass = 2.0
+inertia = 0.004
+position = [0.0, -0.05]
+[joints.front]
+type = "revolute"
+between = ["ground", "pinion"]
+[joints.guide]
+type = "translational"
+between = ["ground", "bar"]
+at = [[0.0, -0.05], [0.0, 0.0]]
+[joints.mesh]
+type = "rack"
+between = ["pinion", "bar"]
+pitch_radius = 0.05
+module = 5e-3
+backlash = 1e-4
+mesh_stiffness = 2e8
+surface = "steel"
+[surfaces.steel]
+restitution = 0.6
+[loads.engine]
+type = "torque"
+body = "pinion"
+torque = 1.0
+[run]
+duration = 0.1
+start = "given"
+)";
+  for (const auto* scheme : {"event-driven", "automatic"}) {
+    const auto scene = parse_scene(text, "teeth", {std::string("nonsmooth.scheme=\"") + scheme + "\""});
+    Simulation simulation(scene, "nonsmooth");
+    const auto run = simulation.run({});
+    CAPTURE(scheme);
+    REQUIRE(run.ending.status == Ending::Status::finished);
+    CHECK(run.extremes.penetration[0] < 1e-6 * 5e-5);
+    // Pressed together at last: a = (M/r)/(m + J/r²), from the first touch on within the play.
+    CHECK(run.final_state.q[3] == Approx(0.5 * 20 / 2.4 * 0.01).margin(1e-4));
+  }
+}

@@ -1,0 +1,94 @@
+// Points of a body by name, in a frame of the author's choice.
+#include <catch2/catch.hpp>
+
+#include "io/write_scene.hpp"
+#include "model/scene.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+std::string scene(const std::string& points, const std::string& at, const std::string& load_at = "[0.2, 0]") {
+  return R"([bodies.rod]
+mass = 1
+inertia = 0.1
+)" + points +
+         R"(
+[bodies.mate]
+mass = 1
+inertia = 0.1
+points = { hole = [-0.25, 0.1] }
+[joints.pin]
+type = "revolute"
+between = ["rod", "mate"]
+at = )" + at +
+         R"(
+[loads.push]
+type = "force"
+body = "rod"
+at = )" + load_at +
+         R"(
+force = [1, 0]
+[run]
+duration = 1
+)";
+}
+const std::string named = "points = { A = [0, 0], B = [\"300 mm\", 0.05], mass_centre = [0.12, 0.01] }";
+
+std::string refused(const std::string& text, const std::vector<std::string>& set = {}) {
+  try {
+    parse_scene(text, "s.toml", set);
+  } catch (const SceneError& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+}  // namespace
+
+TEST_CASE("named points are the same scene as their coordinates, bit for bit", "[points][scene]") {
+  // 0.3 − 0.12 and the like are rounded as the reader rounds them.
+  const double x = 0.3 - 0.12, y = 0.05 - 0.01;
+  const auto by_name = parse_scene(scene(named, "[\"B\", \"hole\"]", "\"A\""), "s.toml");
+  auto by_numbers = parse_scene(scene("", "[[1, 2], [-0.25, 0.1]]"), "s.toml");
+  std::get<RevoluteJoint>(by_numbers.mechanism.joints[0]).at[0] = {x, y};
+  std::get<ForceLoad>(by_numbers.mechanism.loads[0]).at = {-0.12, -0.01};
+  CHECK(to_toml(by_name) == to_toml(by_numbers));
+  CHECK(to_toml(parse_scene(to_toml(by_name), "again")) == to_toml(by_name));
+  // Mixed, and one point moved on the command line.
+  const auto mixed = parse_scene(scene(named, "[\"B\", [-0.25, 0.1]]"), "s.toml");
+  CHECK(std::get<RevoluteJoint>(mixed.mechanism.joints[0]).at ==
+        std::get<RevoluteJoint>(by_name.mechanism.joints[0]).at);
+  const auto moved = parse_scene(scene(named, "[\"B\", \"hole\"]"), "s.toml", {"bodies.rod.points.B=[1, 0]"});
+  CHECK(std::get<RevoluteJoint>(moved.mechanism.joints[0]).at[0] == Vec2{1 - 0.12, 0 - 0.01});
+  // A table of its own, and without mass_centre: from the centre of mass.
+  const auto table =
+      parse_scene(scene("[bodies.rod.points]\nB = [0.18, 0.04]", "[\"B\", \"hole\"]"), "s.toml");
+  CHECK(std::get<RevoluteJoint>(table.mechanism.joints[0]).at[0] == Vec2{0.18, 0.04});
+}
+
+TEST_CASE("a point that is not there is refused with those that are", "[points][errors]") {
+  CHECK_THAT(refused(scene(named, "[\"C\", \"hole\"]")),
+             Contains("s.toml:12:6: joints.pin.at: there is no point of bodies.rod \"C\"; there is: A, B"));
+  CHECK_THAT(refused(scene(named, "[\"hole\", \"B\"]")),
+             Contains("there is no point of bodies.rod \"hole\""));
+  CHECK_THAT(refused(scene("", "[\"A\", \"hole\"]")), Contains("there is no point of bodies.rod \"A\""));
+  CHECK_THAT(refused(scene(named, "[\"B\", \"hole\", \"hole\"]")), Contains("must be two points"));
+  CHECK_THAT(refused(scene(named, "[\"B\", \"hole\"]", "\"D\"")),
+             Contains("loads.push.at: there is no point"));
+  CHECK_THAT(refused(scene("points = 3", "[\"B\", \"hole\"]")),
+             Contains("bodies.rod.points: must be a table of points"));
+  CHECK_THAT(refused(scene("points = { B = 3 }", "[\"B\", \"hole\"]")),
+             Contains("bodies.rod.points.B: must be a pair [x, y], is a number"));
+  CHECK_THAT(refused(scene("points = { B = [\"1 kg\", 0] }", "[\"B\", \"hole\"]")),
+             Contains("bodies.rod.points.B: \"1 kg\" is a mass, a length is wanted"));
+  CHECK_THAT(refused(scene("points = { B = [1e300, 0] }", "[\"B\", \"hole\"]")),
+             Contains("must be at most 1e+09 m"));
+  CHECK_THAT(refused(scene("points = { \"a b\" = [1, 0] }", "[\"B\", \"hole\"]")),
+             Contains("a name must be made of letters"));
+  const auto text = scene(named, "[\"B\", \"hole\"]");
+  CHECK_THAT(refused(text, {"joints.pin.between=[\"ground\", \"mate\"]"}),
+             Contains("the ground has no named points"));
+}

@@ -1,0 +1,94 @@
+// Scenes that `freeplay new` writes, and the figure of a pose.
+#include <catch2/catch.hpp>
+
+#include <fstream>
+#include <sstream>
+
+#include "facade/simulation.hpp"
+#include "model/scene.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::vector<std::string> kinds() {
+  std::vector<std::string> names;
+  for (const auto& file : std::filesystem::directory_iterator(test::source_folder() / "src/cli/templates"))
+    if (file.path().extension() == ".toml") names.push_back(file.path().stem().string());
+  std::ranges::sort(names);
+  return names;
+}
+
+}  // namespace
+
+TEST_CASE("every new scene is commented and runs in both formulations", "[new]") {
+  const test::TemporaryFolder folder;
+  REQUIRE(kinds().size() >= 5);
+  for (const auto& kind : kinds()) {
+    CAPTURE(kind);
+    const auto file = folder.path() / (kind + ".toml");
+    const auto made = test::freeplay("new " + kind + " -o " + file.string());
+    CAPTURE(made.err);
+    REQUIRE(made.status == 0);
+    CHECK(text_of(file) == text_of(test::source_folder() / "src/cli/templates" / (kind + ".toml")));
+    CHECK_THAT(text_of(file), Contains("# "));
+    auto scene = read_scene(file);
+    scene.run.duration = 0.02;
+    CHECK(scene.idle.empty());
+    for (const auto family : {Family::penalty, Family::nonsmooth}) {
+      const auto run = test::simulate(scene, family);
+      CAPTURE(run.ending.reason);
+      CHECK(run.t_end == Approx(0.02));
+    }
+  }
+}
+
+TEST_CASE("a new scene never takes the place of a file", "[new][errors]") {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "mine.toml";
+  std::ofstream(file) << "mine";
+  auto refused = test::freeplay("new pendulum -o " + file.string());
+  CHECK(refused.status == 2);
+  CHECK_THAT(refused.err, Contains("mine.toml: is there already and is left as it is"));
+  CHECK(text_of(file) == "mine");
+  std::filesystem::create_symlink(folder.path() / "nowhere.toml", folder.path() / "link.toml");
+  CHECK(test::freeplay("new pendulum -o " + (folder.path() / "link.toml").string()).status == 2);
+  CHECK(!std::filesystem::exists(folder.path() / "nowhere.toml"));
+  refused = test::freeplay("new pendulum -o " + (folder.path() / "no/where.toml").string());
+  CHECK(refused.status == 2);
+  CHECK_THAT(refused.err, Contains("is no folder"));
+  refused = test::freeplay("new perpetuum-mobile");
+  CHECK(refused.status == 2);
+  CHECK_THAT(refused.err, Contains("four-bar"));
+}
+
+TEST_CASE("check draws the assembled pose, whatever names and titles a scene has", "[pose][figures]") {
+  const test::TemporaryFolder folder;
+  const auto out = folder.path() / "out";
+  const auto check = [&](const std::string& arguments) {
+    const auto outcome = test::freeplay("check " + arguments + " -o " + out.string());
+    CAPTURE(arguments, outcome.err);
+    REQUIRE(outcome.status == 0);
+    for (const auto* suffix : {"pdf", "png", "gp", "dat"})
+      CHECK(std::filesystem::file_size(out / (std::string("figures/pose.") + suffix)) > 200);
+    return outcome.out;
+  };
+  const auto four_bar = check((test::source_folder() / "cases/four-bar/scene.toml").string());
+  CHECK_THAT(four_bar,
+             Contains("crank-rocker") && Contains("branch") && Contains("open") && Contains("mobility"));
+  CHECK_THAT(four_bar, Contains("s + l = 0.5 m < p + q = 0.65 m"));
+  check(test::flores().string());
+  check(test::scene_file("seven_body").string() +
+        " --set 'title=\"\"\"`touch x`; $(y) %s\n\"quoted\" '\"'\"'z'\"'\"'\"\"\"'");
+  check(test::scene_file("bouncing_ball").string());
+  check(test::scene_file("hanging_mass").string());
+  check(test::scene_file("cradle").string());
+  CHECK_THAT(text_of(out / "figures/pose.gp"), !Contains("system"));
+}

@@ -1,0 +1,183 @@
+// Numbers with a unit as text: every unit there and back, digits, dimensions, and where a scene takes them.
+#include "io/quantity.hpp"
+
+#include <fmt/format.h>
+#include <catch2/catch.hpp>
+
+#include <numbers>
+
+#include "io/write_scene.hpp"
+#include "model/scene.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+double read(std::string_view text, std::string_view unit) {
+  const auto q = read_quantity(text, unit);
+  CAPTURE(text, unit, q.wrong);
+  REQUIRE(q.wrong.empty());
+  return q.value;
+}
+std::string wrong(std::string_view text, std::string_view unit) { return read_quantity(text, unit).wrong; }
+
+std::string scene_text(const std::string& clearance) {
+  return R"([bodies.a]
+mass = "500 g"
+inertia = "5 kg cm2"
+[bodies.b]
+mass = 0.5
+inertia = 5e-4
+angle = "60 deg"
+[joints.pivot]
+type = "revolute"
+between = ["ground", "a"]
+[joints.loose]
+type = "revolute"
+between = ["a", "b"]
+at = [["50 mm", 0], [0, "-5 cm"]]
+clearance = )" +
+         clearance + R"(
+bearing_radius = "1 cm"
+surface = "steel"
+[surfaces.steel]
+young = "207 GPa"
+poisson = "30 %"
+[drives.motor]
+joint = "pivot"
+speed = "120 rpm"
+[run]
+duration = "200 ms"
+discard = "0.1 s"
+)";
+}
+
+std::string refused(const std::string& clearance) {
+  try {
+    parse_scene(scene_text(clearance), "s.toml");
+  } catch (const SceneError& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+}  // namespace
+
+TEST_CASE("every unit stands for itself, with every prefix and power, and turns back into itself",
+          "[units]") {
+  int read_back = 0;
+  for (const auto& u : named_units()) {
+    const std::string symbol(u.symbol);
+    CAPTURE(symbol);
+    // In itself a unit counts 1; squared and over, likewise.
+    CHECK(read("1 " + symbol, symbol) == 1);
+    CHECK(read("-2.5e3 " + symbol + "2", symbol + "^2") == -2500);
+    CHECK(read("3/" + symbol, "1/" + symbol) == 3);
+    CHECK(read("3 " + symbol + "^-1", "1/" + symbol) == 3);
+    if (u.prefixes)
+      for (const auto& [prefix, factor] :
+           {std::pair{"k", 7e3}, {"m", 7e-3}, {"µ", 7e-6}, {"M", 7e6}, {"n", 7e-9}}) {
+        CHECK(read(fmt::format("7 {}{}", prefix, symbol), symbol) == factor);
+        // There and back: 7 of the small ones, and as many as make 7 of the large ones.
+        const double there = read(fmt::format("7 {}", symbol), prefix + symbol);
+        CHECK(read(fmt::format("{} {}{}", there, prefix, symbol), symbol) == Approx(7).epsilon(1e-15));
+        ++read_back;
+      }
+    if (!u.means.empty()) {
+      const double there = read("1 " + symbol, u.means), back = read("1 " + std::string(u.means), symbol);
+      CHECK(there * back == Approx(1).epsilon(4e-16));
+      ++read_back;
+    }
+  }
+  CHECK(read_back > 50);
+}
+
+TEST_CASE("what units amount to is what standards say", "[units]") {
+  const double pi = std::numbers::pi;
+  CHECK(read("0.1 mm", "m") == 0.1e-3);  // to the last bit: the digits are shifted before they are read
+  CHECK(read("0.3 mm", "m") == 0.3e-3);
+  CHECK(read("207 GPa", "Pa") == 207e9);
+  CHECK(read("5 kg cm2", "kg m²") == 5e-4);
+  CHECK(read("5 kg·cm²", "kg m²") == 5e-4);
+  CHECK(read("5 kg*cm^2", "kg m²") == 5e-4);
+  CHECK(read("10 N/mm", "N/m") == 1e4);
+  CHECK(read("60 deg", "rad") == 60 * pi / 180);
+  CHECK(read("60°", "rad") == 60 * pi / 180);
+  CHECK(read("120 rpm", "rad/s") == 120 * 2 * pi / 60);
+  CHECK(read("20 rad/s", "rpm") == Approx(20 * 60 / (2 * pi)).epsilon(4e-16));
+  CHECK(read("9.81 m/s^2", "m/s²") == 9.81);
+  CHECK(read("981 cm s^-2", "m/s²") == 9.81);
+  CHECK(read("1 rev/s", "rad/s") == 2 * pi);
+  CHECK(read("2 deg", "degrees") == 2);
+  CHECK(read("30 cP", "Pa s") == 0.03);
+  CHECK(read("1 kN m/rad", "N m/rad") == 1000);
+  // NIST Special Publication 811, appendix B: exact but for psi.
+  CHECK(read("1 in", "m") == 0.0254);
+  CHECK(read("1 ft", "m") == 0.3048);
+  CHECK(read("1 lb", "kg") == 0.45359237);
+  CHECK(read("1 lbf", "N") == Approx(4.4482216152605).epsilon(1e-15));
+  CHECK(read("1 kgf", "N") == 9.80665);
+  CHECK(read("1 psi", "Pa") == Approx(6894.757).epsilon(1e-7));
+  CHECK(read("1 lbf/in", "N/m") == Approx(175.1268).epsilon(5e-7));  // seven digits
+  CHECK(read("2 min", "s") == 120);
+  CHECK(read("1 h", "s") == 3600);
+  CHECK(read("46 %", "") == 0.46);
+}
+
+TEST_CASE("a wrong dimension, an unknown unit and none are refused by name", "[units]") {
+  CHECK_THAT(wrong("0.1 kg", "m"), Contains("\"0.1 kg\" is a mass, a length is wanted"));
+  CHECK_THAT(wrong("50 Hz", "rad/s"), Contains("is a frequency, an angular velocity is wanted"));
+  CHECK_THAT(wrong("3 N m", "N m/rad"),
+             Contains("is a torque or an energy, a torsional stiffness is wanted"));
+  CHECK_THAT(wrong("1 kg m^-3", "m"), Contains("is a quantity in kg m^-3"));
+  CHECK_THAT(wrong("3 furlong", "m"),
+             Contains("\"furlong\" is no unit that is known here; a length is wanted"));
+  CHECK_THAT(wrong("0.1", "m"), Contains("must be a number, is a text") && Contains("names no unit"));
+  CHECK_THAT(wrong("1", ""), Contains("must be a number, is a text"));
+  for (const auto* bad : {"1 m/", "1 m//s", "1 m^", "1 m^-", "1 m^x", "1 mm m?", "1 1",
+                          "1 m2m2m2m2m2m2m2m2m2", "1 \x1b[31m", "1 m\n", "1 \xff", "1e3e3 m", "1 kkg"})
+    CHECK(!wrong(bad, "m").empty());
+  CHECK_THAT(wrong("3 s", "as the length"), Contains("a number without a unit is wanted here"));
+  CHECK(std::isinf(read("1e400 m", "m")));
+  CHECK(read("1e-99999999999999999999 m", "m") == 0);
+}
+
+TEST_CASE("a scene's numbers may have units, and its facts are the same bits in SI", "[units][scene]") {
+  auto scene = parse_scene(scene_text("\"0.1 mm\""), "s.toml");
+  const auto& m = scene.mechanism;
+  CHECK(m.bodies[0].mass == m.bodies[1].mass);
+  CHECK(m.bodies[0].inertia == m.bodies[1].inertia);
+  CHECK(m.bodies[1].angle == 60 * std::numbers::pi / 180);
+  const auto& loose = std::get<RevoluteJoint>(m.joints[1]);
+  CHECK(loose.at[0].x() == 0.05);
+  CHECK(loose.at[1].y() == -0.05);
+  CHECK(loose.clearance->radial == 1e-4);
+  CHECK(*m.surfaces[0].young == 207e9);
+  CHECK(*m.surfaces[0].poisson == 0.3);
+  CHECK(main_drive(m)->speed == SpeedDrive::from_rpm(120));
+  CHECK(scene.run.duration == 0.2);
+  CHECK(scene.run.discard == 0.1);
+  // The canonical text is in SI and without units.
+  const auto text = to_toml(scene);
+  CHECK_THAT(text, Contains("clearance = 0.0001\n") && Contains("at = [[0.05, 0.0], [0.0, -0.05]]"));
+  CHECK(same_facts(parse_scene(text, "again"), scene));
+  // On the command line, bare or as a point.
+  scene.set("joints.loose.clearance", "0.2 mm");
+  scene.set("joints.loose.at", "[[\"5 cm\", 0], [0, \"-50 mm\"]]");
+  CHECK(std::get<RevoluteJoint>(scene.mechanism.joints[1]).clearance->radial == 2e-4);
+  CHECK(std::get<RevoluteJoint>(scene.mechanism.joints[1]).at == loose.at);
+
+  CHECK_THAT(refused("\"0.1 kg\""),
+             Contains("s.toml:15:13: joints.loose.clearance: \"0.1 kg\" is a mass, a length is wanted"));
+  CHECK_THAT(refused("\"-0.1 mm\""), Contains("must be greater than 0, is -0.0001"));
+  CHECK_THAT(refused("\"1e30 km\""), Contains("must be at most 1e+09 m"));
+  CHECK_THAT(refused("\"small\""), Contains("must be a number, is a text"));
+}
+
+TEST_CASE("a part of the run in turns may be given as a time", "[units][scene]") {
+  const auto scene = read_scene(test::flores(), {"run.discard=100 ms"});
+  CHECK(scene.run.discard == 0.1);
+  CHECK(read_scene(test::flores()).run.discard == Approx(0.6));
+}

@@ -1,0 +1,163 @@
+// Springs beyond a constant rate and bushings: their forces are the gradient of what they store, dampers take energy, kinks
+// are where the force has them, and what is no spring is refused.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <random>
+
+#include "io/open_scene.hpp"
+#include "model/error.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+Scene two_on(const std::string& load) {
+  return parse_scene(R"(
+[bodies.a]
+mass = 1
+inertia = 1
+[bodies.b]
+mass = 1
+inertia = 1
+position = [1.0, 0.0]
+[loads.it]
+between = ["a", "b"]
+)" + load + R"(
+[run]
+duration = 1
+)",
+                     "load");
+}
+
+const std::string ends = "at = [[0.1, 0.2], [-0.3, 0.1]]\n";
+const std::string linear = "type = \"spring-damper\"\n" + ends,
+                  torsional = "type = \"torsional-spring-damper\"\n",
+                  bushing = "type = \"bushing\"\naxis = [0.6, 0.8]\n" + ends;
+
+}  // namespace
+
+TEST_CASE("springs and bushings are the gradient of what they store", "[springs]") {
+  for (const auto& load :
+       {linear + "stiffness = 3\ncubic = 2\npreload = -0.7\nfree_length = 0.9",
+        linear + "stiffness = 3\ncubic = 2\npreload = -0.7\nfree_length = 0.9\none_way = \"pull\"",
+        linear + "stiffness = 3\npreload = 0.5\nfree_length = 1.3\none_way = \"push\"",
+        linear + "cubic = 4\npreload = 0.2\nfree_length = 1.1\none_way = \"pull\"",
+        linear + "force_table = [[0.3, -1], [0.9, 0.4], [1.2, -0.2], [1.5, 2]]",
+        linear + "force_table = [[0.3, -1], [0.9, 0.4], [1.2, -0.2], [1.5, 2]]\none_way = \"pull\"",
+        linear + "force_table = [[0.3, -1], [0.9, 0.4], [1.2, -0.2], [1.5, 2]]\none_way = \"push\"",
+        torsional + "stiffness = 2\ncubic = 0.5\npreload = 0.4\nfree_angle = 0.2\none_way = \"push\"",
+        torsional + "torque_table = [[-1, -0.5], [0.1, 0.2], [1, 3]]",
+        bushing + "stiffness = [3.0, 7.0]\ntorsional_stiffness = 2\nfree_angle = 0.3",
+        bushing + "radial_table = [[0, 0], [0.5, 1], [1.5, 5]]\ntorsional_stiffness = 1"}) {
+    CAPTURE(load);
+    const System system(two_on(load).mechanism);
+    CHECK_FALSE(system.has_loads());
+    auto e = system.make_evaluation();
+    std::mt19937 engine(5);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    const std::vector<double> v(6), z;
+    for (int trial = 0; trial < 40; ++trial) {
+      std::vector<double> q(6);
+      for (auto& x : q) x = uniform(engine);
+      q[3] += 1;
+      system.place(0, q.data(), e);
+      system.forces(0, q.data(), v.data(), z.data(), e);
+      const auto force = e.force;
+      double sums[3] = {0, 0, 0};
+      for (std::size_t i = 0; i < 6; ++i) {
+        // Central differences: a kink within 1e-6 errs by 1e-6 times the change of slope.
+        const double s = 1e-6;
+        auto lo = q, hi = q;
+        lo[i] -= s, hi[i] += s;
+        CHECK(force[i] ==
+              Approx(-(system.potential(hi.data()) - system.potential(lo.data())) / (2 * s)).margin(2e-5));
+        sums[i % 3] += force[i];
+      }
+      CHECK(sums[0] == Approx(0).margin(1e-12));
+      CHECK(sums[1] == Approx(0).margin(1e-12));
+      const double moment = q[0] * force[1] - q[1] * force[0] + q[3] * force[4] - q[4] * force[3] + sums[2];
+      CHECK(moment == Approx(0).margin(1e-11));
+    }
+  }
+}
+
+TEST_CASE("dampers take energy, by what the ledger is told", "[springs]") {
+  for (const auto& load :
+       {linear + "stiffness = 3\ndamping = 2\nfree_length = 1\none_way = \"pull\"",
+        linear + "stiffness = 3\ndamping = 9\nfree_length = 1\none_way = \"push\"",
+        linear + "stiffness = 3\ndamping_table = [[-1, -4], [0, 0], [1, 1], [2, 1]]",
+        torsional + "stiffness = 1\ndamping_table = [[-1, -4], [0, 0], [2, 1]]\none_way = \"pull\"",
+        bushing + "stiffness = [3.0, 7.0]\ndamping = [1.0, 0.5]\ntorsional_damping = 0.2"}) {
+    CAPTURE(load);
+    const System system(two_on(load).mechanism);
+    CHECK(system.has_loads());
+    CHECK(system.has_velocity_forces());
+    auto e = system.make_evaluation();
+    std::mt19937 engine(6);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    const std::vector<double> z;
+    for (int trial = 0; trial < 100; ++trial) {
+      std::vector<double> q(6), v(6);
+      for (auto& x : q) x = uniform(engine);
+      for (auto& x : v) x = uniform(engine);
+      q[3] += 1;
+      system.place(0, q.data(), e);
+      system.forces(0, q.data(), v.data(), z.data(), e);
+      CHECK(e.power.damping <= 1e-15);
+      // What the forces do is what the potential loses and the damper takes.
+      double power = 0;
+      const double s = 1e-6;
+      auto lo = q, hi = q;
+      for (std::size_t i = 0; i < 6; ++i) power += e.force[i] * v[i], lo[i] -= s * v[i], hi[i] += s * v[i];
+      const double stored = (system.potential(hi.data()) - system.potential(lo.data())) / (2 * s);
+      CHECK(power + stored == Approx(e.power.damping).margin(5e-5));
+    }
+  }
+}
+
+TEST_CASE("kinks are where a force changes its slope or begins to act", "[springs]") {
+  const auto kinks = [](const std::string& load) {
+    const System system(two_on(load).mechanism);
+    return system.phases() == 0 ? std::vector<double>{} : system.phase(0).kinks;
+  };
+  CHECK(kinks(linear + "stiffness = 3\ncubic = 2\nfree_length = 1").empty());
+  CHECK(kinks(linear + "stiffness = 4\npreload = 1\nfree_length = 1\none_way = \"pull\"") ==
+        std::vector<double>{0.75});
+  CHECK(kinks(linear + "stiffness = 4\npreload = 8\nfree_length = 1\none_way = \"pull\"")
+            .empty());  // taut everywhere
+  CHECK(kinks(linear + "force_table = [[0, -1], [1, 0], [2, 1]]").empty());
+  CHECK(kinks(linear + "force_table = [[0, -1], [1, 0], [2, 3], [3, 6]]") == std::vector<double>{1});
+  CHECK(kinks(linear + "force_table = [[1, 1], [2, 3]]\none_way = \"pull\"") == std::vector<double>{0.5});
+  CHECK(kinks(linear + "force_table = [[1, -3], [2, -1], [3, 5]]\none_way = \"pull\"").size() == 1);
+  const auto root = kinks(torsional + "stiffness = 2\ncubic = 3\npreload = 5\none_way = \"pull\"");
+  REQUIRE(root.size() == 1);
+  CHECK(5 + 2 * root[0] + 3 * std::pow(root[0], 3) == Approx(0).margin(1e-13));
+}
+
+TEST_CASE("what is no spring is refused", "[springs][scene]") {
+  const auto refused = [](const std::string& load, const std::string& why) {
+    CAPTURE(load);
+    try {
+      two_on(load);
+      FAIL("read");
+    } catch (const SceneError& e) {
+      CHECK_THAT(e.what(), Catch::Contains(why));
+    }
+  };
+  refused(linear + "force_table = [[1, 0]]", "two points");
+  refused(linear + "force_table = [[1, 0], [1, 2]]", "must increase");
+  refused(linear + "stiffness = 1\nforce_table = [[1, 0], [2, 2]]", "goes without force_table");
+  refused(linear + "preload = 1\nforce_table = [[1, 0], [2, 2]]", "goes without force_table");
+  refused(linear + "damping = 1\ndamping_table = [[0, 0], [2, 2]]", "goes without damping_table");
+  refused(linear + "stiffness = 1\ndamping_table = [[-1, 1], [0, 0], [2, 2]]", "must resist");
+  refused(linear + "stiffness = 1\ndamping_table = [[-1, -1], [2, 2]]", "[0, 0]");
+  refused(linear + "one_way = \"pull\"", "needs a stiffness");
+  refused(linear + "stiffness = 1\ncubic = -1\none_way = \"pull\"", "0 or greater");
+  refused(linear + "stiffness = 1\none_way = \"both\"", "one_way");
+  refused(bushing + "stiffness = [-1.0, 2.0]", "0 or greater");
+  refused(bushing + "radial_table = [[0.1, 0], [1, 2]]", "[0, 0]");
+  refused(bushing + "stiffness = [1.0, 1.0]\nradial_table = [[0, 0], [1, 2]]", "goes without radial_table");
+}
