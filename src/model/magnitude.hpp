@@ -48,7 +48,7 @@ inline constexpr std::array magnitudes{
     Magnitude{"s/m", 0, 1e15, "friction that changes within 1e-15 m/s"},
     Magnitude{"1/m", 0, 1e18, "bristles shorter than a thousandth of an atom's nucleus"},
     Magnitude{"s or rad, N m", 0, 1e45, "as torques"},
-    Magnitude{"V", 0, 1e15, "ten million times a lightning's"},
+    Magnitude{"V", 0, 1e45, beyond},
     Magnitude{"ohm", 1e-30, 1e30, beyond},
     Magnitude{"H", 1e-30, 1e30, beyond},
     Magnitude{"N m/A", 1e-30, 1e30, beyond},

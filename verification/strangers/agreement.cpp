@@ -214,7 +214,11 @@ std::optional<std::string> units(Subject& s) {
   if (chosen(s, 3) != 1) return {};
   Draw draw(s.stranger.seed, static_cast<std::uint64_t>(s.stranger.index) + 1000003);
   const auto power = [&] { return std::ldexp(1.0, draw.whole(-12, 12)); };
-  const Units u{power(), power(), power()};
+  Units u{power(), power(), power()};
+  // Numbers beyond the speed of light are refused in any unit.
+  double fastest = 0;
+  for (const auto& b : s.scene.mechanism.bodies) fastest = std::max(fastest, b.velocity.norm());
+  while (fastest * u.length / u.time > 1e8) u.time *= 2;
   return otherwise(s, rescaled(s.scene, u), u.time,
                    fmt::format("lengths × {}, masses × {}, times × {}", u.length, u.mass, u.time).c_str());
 }

@@ -44,7 +44,7 @@ TEST_CASE("every claim holds, and the page of claims shows it", "[claims]") {
     const auto verdict = judge(set);
     INFO(table(verdict));
     CHECK(verdict.failure.empty());
-    CHECK(verdict.findings.claims.size() > 0);
+    CHECK_FALSE(verdict.findings.claims.empty());
     check_page(page, to_json({verdict})[0]);
     for (const auto& c : verdict.findings.claims) {
       CAPTURE(c.quantity, c.measured, c.expected, c.bound);
