@@ -39,6 +39,7 @@ class Builder {
   template <class Mesh>
   void mesh(const Link& link, const Mesh& mesh, const std::string& name) {
     const int first = static_cast<int>(s_.constant_G_.size());
+    s_.rare_rows_ = true;
     std::get<std::vector<MeshRow<Mesh>>>(s_.constraints_).push_back({link, mesh, s_.G_.rows, first});
     for (const int body : {link.i, link.j})
       if (body != ground)

@@ -170,6 +170,21 @@ class System {
   int add_element(const std::string& name, ForceElement::Kind kind, const std::array<int, 2>& bodies,
                   int joint = -1);
   void list_elements(const Mechanism& mechanism);
+  /// Calls f with every constraint row; kinds that few mechanisms have are passed over together.
+  template <class F>
+  [[gnu::always_inline]] void each_row(F f) const {
+    const auto over = [&f](const auto& list) __attribute__((always_inline)) {
+      for (const auto& row : list) f(row);
+    };
+    over(std::get<std::vector<PointRows>>(constraints_));
+    over(std::get<std::vector<SlideRow>>(constraints_));
+    over(std::get<std::vector<AngleRow>>(constraints_));
+    over(std::get<std::vector<SpeedRow>>(constraints_));
+    if (!rare_rows_) return;
+    over(std::get<std::vector<MotionRow>>(constraints_));
+    over(std::get<std::vector<MeshRow<InvoluteMesh>>>(constraints_));
+    over(std::get<std::vector<MeshRow<RackMesh>>>(constraints_));
+  }
   template <class Element>
   void add(Builder& builder, const Element& element, int joint);
   template <class Element>
@@ -202,6 +217,7 @@ class System {
   Link crank_;
   bool velocity_forces_ = false, velocity_flows_ = false, loads_work_ = false, sweeps_ = false,
        spring_kinks_ = false;
+  bool rare_rows_ = false, acts_ = false;  // kinds of rows that few have; a drive or load that applies a force
   double longest_arm_ = 0, longest_turn_ = 0.3;
 };
 

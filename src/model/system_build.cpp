@@ -76,6 +76,7 @@ void Builder::prescribed(const Link& link, double angle, double speed, const std
 
 void Builder::motion(const Link& link, const Piecewise& course, const Vec2* axis, int of,
                      const std::string& name) {
+  s_.rare_rows_ = true;
   auto& motions = std::get<std::vector<MotionRow>>(s_.constraints_);
   MotionRow m{link, s_.G_.rows, static_cast<int>(motions.size()), course};
   const auto turn = [&](int body) {
@@ -190,6 +191,7 @@ void System::place_load(Builder& builder, const Element& element) {
     Placed<Element> placed{element, element.link(builder), -1, -1};
     auto& facts = placed.facts;
     if constexpr (requires { facts.prepare(builder.mechanism()); }) facts.prepare(builder.mechanism());
+    acts_ = true;
     loads_work_ |= facts.does_work();
     if constexpr (requires { facts.needs_velocity(); }) velocity_forces_ |= facts.needs_velocity();
     if constexpr (requires { facts.has_state(); })

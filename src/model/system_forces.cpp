@@ -37,6 +37,7 @@ void System::forces(std::type_identity_t<T> t, const T* q, const T* v, const T* 
                     const Reading& reading) const {
   std::ranges::copy(constant_force_, e.force.begin());
   e.power = {};
+  if (!acts_) return;
   const Motion<T> motion{t, q, v, e, reading};
   const Into<T> out{e.force, e.power};
   for_each_item(placed_, [&]<class Facts>(const Placed<Facts>& x) {
@@ -77,6 +78,7 @@ double System::potential(const double* q) const {
   double sum = 0;
   for (std::size_t b = 0; b < mass_.size(); b += 3)
     sum -= mass_[b] * (gravity_.x() * q[b] + gravity_.y() * q[b + 1]);
+  if (!acts_) return sum;
   const Placement placement{q};
   for_each_item(placed_, [&]<class Facts>(const Placed<Facts>& x) {
     if constexpr (requires { x.facts.potential(placement, x.link); })

@@ -13,12 +13,12 @@ void System::place(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e) co
     e.cosine[b] = cos(q[3 * b + 2]);
     e.sine[b] = sin(q[3 * b + 2]);
   }
-  for_each_item(constraints_, [&](const auto& row) { row.place(t, q, e); });
+  each_row([&](const auto& row) { row.place(t, q, e); });
 }
 
 template <class T>
 void System::rate(const T* q, const T* v, EvaluationOf<T>& e) const {
-  for_each_item(constraints_, [&](const auto& row) {
+  each_row([&](const auto& row) {
     if constexpr (requires { row.rate(q, v, e); }) row.rate(q, v, e);
   });
 }
