@@ -217,7 +217,8 @@ class System {
   Link crank_;
   bool velocity_forces_ = false, velocity_flows_ = false, loads_work_ = false, sweeps_ = false,
        spring_kinks_ = false;
-  bool rare_rows_ = false, acts_ = false;  // kinds of rows that few have; a drive or load that applies a force
+  bool rare_rows_ = false,
+       acts_ = false;  // kinds of rows that few have; a drive or load that applies a force
   double longest_arm_ = 0, longest_turn_ = 0.3;
 };
 
