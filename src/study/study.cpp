@@ -72,7 +72,7 @@ Calibration read_calibration(Section s, const Study& study) {
   c.revolutions = s.number("revolutions", one_or_more, c.revolutions);
   for (auto& [name, u] : s.children("unknowns")) {
     const auto key = u.text("key");
-    const auto bound = [&](const char* end) { return u.number(Key{end, unit_of(key), {}}, any_number); };
+    const auto bound = [&u = u, &key](const char* end) { return u.number(Key{end, unit_of(key), {}}, any_number); };
     Unknown x{name, key, "", bound("low"), bound("high"), false};
     if (x.high <= x.low) u.fail("high", fmt::format("must be greater than low = {}, is {}", x.low, x.high));
     x.logarithmic = u.choice("scale", {"linear", "log"}, 0) == 1;
