@@ -32,9 +32,10 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
     f.script.add("\n");
   };
   f.script.add(
-      "set multiplot layout 2,1 margins 0.12,0.97,0.09,0.94 spacing 0,0.12\nset logscale y\nset format y "
-      "'10^{{%T}}'\nset key center at graph 0.5, graph 1.07 horizontal\nset xlabel 'Time (s)' offset "
-      "0,0.4\nset ylabel 'Constraint error (m)'\n");
+      "set multiplot layout 2,1 margins X(1.9),1-X(0.4),Y(1.5),1-Y(0.9) spacing 0,Y(1.9)\nset logscale y\nset format y {}\n"
+      "set key center at graph 0.5, graph 1.08 horizontal maxrows 2 samplen 2 font SMALL\nset xlabel 'Time (s)'\nset ylabel "
+      "'Constraint error (m)'\n",
+      powers);
   curves(2);
   f.script.add("unset label 100\nset ylabel 'Energy balance, error (J)'\n");
   curves(3);

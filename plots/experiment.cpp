@@ -122,9 +122,9 @@ class Experiment {
     auto f = begin("motion", 12);
     const double c = paper_clearance(), n = paper_speed();
     f.script.add(
-        "set multiplot layout 2,1 margins 0.11,0.97,0.12,0.9 spacing 0.02,0.06\n{}set key at screen "
-        "0.97,0.985 horizontal\nset format x ''\nset ylabel 'Position (m)'\nset label 1 '{:.2f} mm, {:.0f} "
-        "rpm' at screen 0.11,0.96\n",
+        "set multiplot layout 2,1 margins X(1.9),1-X(0.5),Y(1.5),1-Y(1) spacing 0,Y(0.7)\n{}set key at screen "
+        "1-X(0.5),1-Y(0.15) horizontal\nset format x ''\nset ylabel 'Position (m)'\nset label 1 '{:.2f} mm, {:.0f} "
+        "rpm' at screen X(1.9),1-Y(0.45)\n",
         angles, 1e3 * c, n);
     add_curves(f, traces_, c, n, Script().add("1:3"), true);
     f.script.add(
@@ -137,13 +137,13 @@ class Experiment {
 
   std::filesystem::path panels(const char* what, bool along_clearance, bool spectrum) {
     auto f = begin(what, 13);
-    f.script.add("set multiplot layout 2,2 margins 0.1,0.98,0.11,0.9 spacing 0.1,0.13\n");
+    f.script.add("set multiplot layout 2,2 margins X(1.8),1-X(0.4),Y(1.5),1-Y(1.3) spacing X(1.7),Y(2)\n");
     if (spectrum)
       f.script.add(
-          "set logscale y\nset format y '%g'\nset xlabel 'Harmonic of the crank' offset 0,0.5\nset xrange "
+          "set logscale y\nset format y '%g'\nset xlabel 'Harmonic of the crank'\nset xrange "
           "[0:100]\n");
     else
-      f.script.add("{}set xlabel 'Crank angle (°)' offset 0,0.5\n", angles);
+      f.script.add("{}set xlabel 'Crank angle (°)'\n", angles);
     const auto& values = along_clearance ? clearances_ : speeds_;
     for (std::size_t i = 0; i < std::min<std::size_t>(values.size(), 4); ++i) {
       const double c = along_clearance ? values[i] : paper_clearance(),
@@ -153,7 +153,8 @@ class Experiment {
         f.script.add("set ylabel '{} (m/s²)'\n", spectrum ? Word("Amplitude") : Word("Acceleration"));
       else
         f.script.add("unset ylabel\n");
-      f.script.add("{}\n", i == 0 ? Word("set key at screen 0.98,0.985 horizontal") : Word("unset key"));
+      f.script.add("{}\n",
+                   i == 0 ? Word("set key at screen 1-X(0.4),1-Y(0.15) horizontal") : Word("unset key"));
       add_curves(f, spectrum ? spectra_ : traces_, c, n, Script().add("1:2"), i == 0);
     }
     f.script.add("unset multiplot\n");
@@ -163,7 +164,7 @@ class Experiment {
   std::filesystem::path velocities() {
     auto f = begin("velocity", 12);
     f.script.add(
-        "set multiplot layout 2,1 margins 0.11,0.97,0.12,0.9 spacing 0.02,0.08\n{}set format x ''\nset "
+        "set multiplot layout 2,1 margins X(1.9),1-X(0.5),Y(1.5),1-Y(1.3) spacing 0,Y(1)\n{}set format x ''\nset "
         "ylabel 'Velocity (m/s)'\n",
         angles);
     const double n = paper_speed();
@@ -175,7 +176,7 @@ class Experiment {
       f.script.add("x0 = 0; a0 = 1e9\nset title '{:.2f} mm, {:.0f} rpm' offset 0,-0.8\n",
                    1e3 * clearances_[i], n);
       f.script.add("{}\n", i + 1 == last ? Word("set format x\nset xlabel 'Crank angle (°)'\nunset key")
-                                         : Word("set key at screen 0.98,0.985 horizontal"));
+                                         : Word("set key at screen 1-X(0.4),1-Y(0.15) horizontal"));
       add_curves(f, traces_, clearances_[i], n, rate, i + 1 != last);
     }
     f.script.add("unset multiplot\n");
@@ -184,8 +185,8 @@ class Experiment {
 
   /// How the measured points are drawn, and whether they may surprise.
   Script measured(Figure& f, const Block& block) const {
-    return Script().add("{} using 1:2 with points pt 7 ps 1.4 lc rgb '#000000' title 'measured{}'\n",
-                        data(f, block), variant_ == "calibrated" ? Word(", and fitted to") : Word(""));
+    return Script().add("{} using 1:2 with points pt 7 ps 1.4 lc rgb C3 title 'measured{}'\n", data(f, block),
+                        variant_ == "calibrated" ? Word(", and fitted to") : Word(""));
   }
 
   std::filesystem::path peaks_by_clearance() {
@@ -243,9 +244,9 @@ class Experiment {
   std::filesystem::path surface() {
     auto f = begin("surface", 9);
     f.script.add(
-        "set multiplot layout 1,2\nunset key\nset xlabel 'Clearance (mm)' offset 0,-0.5\nset ylabel 'Speed "
-        "(rpm)' offset 0,-0.5\nset zlabel 'm/s²' rotate offset 1,0\nset view 62,320,1,0.9\nset ticslevel "
-        "0\nset ytics 100,50,200 offset 0,-0.2\nset xtics 0.25,0.25,1 offset 0,-0.2\n");
+        "unset bmargin\nset multiplot layout 1,2\nunset key\nset xlabel 'Clearance (mm)' offset 0,-0.5\nset ylabel 'Speed "
+        "(rpm)' offset -1,-0.7\nset view 62,320,1,0.9\nset ticslevel "
+        "0\nset ytics 100,50,250 offset -0.2,-0.6\nset xtics 0.25,0.25,1 offset 0,-0.2\n");
     double top = 0;
     for (const auto& [key, rows] : greatest_) top = std::max(top, rows[0][0]);
     f.script.add("set zrange [0:{}]\n", 1.1 * top);
@@ -256,7 +257,8 @@ class Experiment {
         for (double n : speeds_) add_point(greatest_, {formulation, c, n}, {1e3 * c, n}, block);
         if (c != clearances_.back()) block.gap();
       }
-      f.script.add("set title {}\nsplot {} using 1:2:3 with linespoints ls {}\n", formulation, data(f, block),
+      f.script.add("set title {}\nsplot {} using 1:2:3 with linespoints ls {}\n",
+                   fmt::format("{}: greatest acceleration (m/s²)", formulation), data(f, block),
                    family == Family::penalty ? 1 : 2);
     }
     f.script.add("unset multiplot\n");

@@ -17,11 +17,11 @@ struct Kind {
   const char* name;
   Word look;
 };
-constexpr Kind kinds[] = {{"right", "pt 7 lc rgb '#1a7f37'"},
-                          {"degraded", "pt 9 lc rgb '#d29922'"},
-                          {"refused", "pt 4 lc rgb '#555555'"},
-                          {"defect", "pt 2 lw 2 lc rgb '#cf222e'"}};
-constexpr Word limit_look = "lw 2 dt 1 lc rgb '#0b3c8c'";
+constexpr Kind kinds[] = {{"right", "pt 7 lc rgb 0x1a7f37"},
+                          {"degraded", "pt 9 lc rgb 0xd29922"},
+                          {"refused", "pt 4 lc rgb 0x555555"},
+                          {"defect", "pt 2 lw 2 lc rgb 0xcf222e"}};
+constexpr Word limit_look = "lw 2 dt 1 lc rgb C1";
 constexpr std::size_t most_panels = 100;
 
 struct Mark {
@@ -50,6 +50,7 @@ Script tics(const std::vector<std::string>& names) {
     auto name = names[i];
     for (const auto& [longer, shorter] : {std::pair{"e+0", "e"}, {"e-0", "e-"}})  // 1e+05 as 1e5: room
       if (const auto at = name.find(longer); at != name.npos) name.replace(at, 3, shorter);
+    if (name == "0.0001") name = "1e-4";
     list.add("{}", i ? Word(", ") : Word("(")).add_tic(name, i);
   }
   return list.add(")");
@@ -116,7 +117,7 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
   f.height_cm = std::max(filled[0], filled[1]) + top + bottom;
   f.script.add(
       "set multiplot\nset key at screen 0.5, screen 0.99 center top vertical maxrows 1\nset tics scale 0 "
-      "font ',7'\n");
+      "font SMALL\n");
   double down[2] = {top, top};
   for (std::size_t i = 0; i < panels.size(); ++i) {
     const auto& p = panels[i];
@@ -128,7 +129,7 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
         "screen {:.5f}\n",
         column[i] ? 0.70 : 0.11, column[i] ? 0.985 : 0.44, from, to);
     f.script.add(
-        "set label 1 {} at graph 0, graph 1 left offset 0,0.6 font ',7' noenhanced\nset xrange "
+        "set label 1 {} at graph 0, graph 1 left offset 0,0.6 font SMALL noenhanced\nset xrange "
         "[-0.5:{}]\nset yrange [{}:-0.5] noreverse\nset xtics {} noenhanced\nset ytics {} noenhanced\nunset "
         "arrow\n",
         p.name == "scene" ? std::string("scenes") : p.name, static_cast<double>(p.columns.size()) - 0.5,

@@ -22,7 +22,7 @@ std::string note(const ForceRange& range, const std::vector<ForceRun>& runs) {
     if (range.outside[r] > 0)
       list += fmt::format("{}{} {} of {}", list.empty() ? "" : ", ", runs[r].title, range.outside[r],
                           runs[r].x.size());
-  return list.empty() ? "" : "outside the range (99 % quantile): " + list;
+  return list.empty() ? "" : "outside: " + list;
 }
 
 /// A run's block of the data file: x and the panels' quantities, a gap where the angle begins anew.
@@ -106,27 +106,25 @@ std::filesystem::path stack(const ForceTable& table, const std::filesystem::path
   const auto& runs = table.runs();
   Figure f{.name = name, .source = table.source()};
   const double each = panels.size() == 1 ? 6.5 : panels.size() < 5 ? 3.1 : 2.6;
-  const double gap = 0.55, top = 1.1, bottom = 1.35;
+  const double gap = 0.55, top = 1.45, bottom = 1.35;
   const double count = static_cast<double>(panels.size());
   f.height_cm = top + bottom + count * each + (count - 1) * gap;
   for (std::size_t r = 0; r < runs.size(); ++r) f.blocks.push_back(block_of(table, r, panels));
   f.script.add(
-      "set multiplot layout {},1 margins 0.1,0.975,{:.4f},{:.4f} spacing 0,{:.4f}\n"
-      "set key at screen 0.975,{:.4f} right top horizontal\n"
-      "set label 1 {} at screen 0.1,{:.4f} noenhanced\nset format x ''\n{}",
-      panels.size(), bottom / f.height_cm, 1 - top / f.height_cm, gap / f.height_cm, 1 - 0.15 / f.height_cm,
-      heading, 1 - 0.32 / f.height_cm, across(table));
+      "set multiplot layout {},1 margins X(1.7),1-X(0.5),Y({}),1-Y({}) spacing 0,Y({})\n"
+      "set key at screen 1-X(0.5),1-Y(0.5) right top horizontal maxrows 1 samplen 2\n"
+      "set label 1 {} at screen X(1.7),1-Y(0.3) noenhanced\nset format x ''\n{}",
+      panels.size(), bottom, top, gap, heading, across(table));
   for (std::size_t k = 0; k < panels.size(); ++k) {
     const auto& p = panels[k];
     auto range = range_of(p.runs);
     widen(range, least);
     if (p.from_zero) range.low = 0;
-    if (k + 1 == panels.size())
-      f.script.add("set format x\nset xlabel {} offset 0,0.3 noenhanced\n", table.abscissa());
+    if (k + 1 == panels.size()) f.script.add("set format x\nset xlabel {} noenhanced\n", table.abscissa());
     f.script.add(
         "set ylabel '{}'\nset yrange [{:.5g}:{:.5g}]\n"
-        "set label 2 {} at graph 0, graph 1 offset 0,0.5 font ',7' noenhanced\n"
-        "set label 3 {} at graph 1, graph 1 offset 0,0.5 right font ',6.5' tc rgb '#555555' noenhanced\n",
+        "set label 2 {} at graph 0, graph 1 offset 0,0.5 font SMALL noenhanced\n"
+        "set label 3 {} at graph 1, graph 1 offset 0,0.5 right font TINY tc rgb 0x555555 noenhanced\n",
         p.quantity, range.low, range.high, p.name, note(range, runs));
     Script plot;
     for (int style : {1, 2, 3})

@@ -18,8 +18,9 @@ struct Scene;
 
 namespace freeplay::plots {
 
-/// Corners of a loose guide, as the columns of its forces end.
-inline constexpr const char* guide_corners[] = {"rear_lower", "rear_upper", "front_lower", "front_upper"};
+/// Corners of a loose guide and sides of a loose slot, as the columns of their forces end.
+inline constexpr const char* guide_corners[] = {"rear_lower",  "rear_upper", "front_lower",
+                                                "front_upper", "right",      "left"};
 
 class ForceTable {
  public:

@@ -13,14 +13,17 @@
 namespace freeplay::plots {
 namespace {
 
-/// |F| and its components; of a loose guide |F| of all corners and of each.
+constexpr Word force_x{"F_x (N)", "$F_x$ (N)"}, force_y{"F_y (N)", "$F_y$ (N)"};
+
+/// |F| and its components; of a loose guide |F| of all corners and of each, of a loose slot of its sides.
 std::filesystem::path reaction(const ForceTable& table, const std::filesystem::path& folder,
                                const std::string& name) {
   const auto size = table.magnitudes(name);
   const double rounding = std::max(1e-6 * greatest(size), 1e-9);
   std::vector<ForcePanel> panels;
-  const bool guide = table.any(name + "." + guide_corners[0] + ".fx");
-  panels.push_back({"|F| (N)", guide ? "all corners" : "", size, true});
+  const bool slot = table.any(name + ".right.fx"),
+             guide = slot || table.any(name + "." + guide_corners[0] + ".fx");
+  panels.push_back({"|F| (N)", slot ? "both sides" : guide ? "all corners" : "", size, true});
   if (guide) {
     for (const auto* corner : guide_corners)
       if (table.any(name + "." + corner + ".fx")) {
@@ -32,7 +35,7 @@ std::filesystem::path reaction(const ForceTable& table, const std::filesystem::p
     // A component that is nothing but rounding, such as a revolute joint's moment, has no panel; a moment's
     // arm is of the order of a metre or less.
     for (const auto& [quantity, suffix] :
-         {std::pair{Word("F_x (N)"), ".fx"}, {Word("F_y (N)"), ".fy"}, {Word("M (N m)"), ".m"}})
+         {std::pair{force_x, ".fx"}, {force_y, ".fy"}, {Word("M (N m)"), ".m"}})
       if (auto v = table.columns(name, suffix); greatest(v) > rounding)
         panels.push_back({quantity, "", std::move(v), false});
   }
@@ -78,24 +81,29 @@ std::filesystem::path bearing_load(const ForceTable& table, const std::filesyste
       panels.push_back(r);
   }
   if (panels.empty()) return {};
-  f.width_cm = panels.size() == 1 ? 9 : 16;
+  // Square panels, whatever the page.
+  const auto style = style_of(folder);
+  const double scale = style.font_size / Style::usual_font_size, count = static_cast<double>(panels.size());
+  f.width_cm = style.width ? 0.1 * *style.width : panels.size() == 1 ? 9 : 16;
+  const double side = (f.width_cm - scale * (1.6 + 0.4 + 1.8 * (count - 1))) / count;
+  f.height_cm = std::max(side, 1.0) + scale * (1.4 + 1.6);
+  f.sized = true;
   f.script.add(
-      "set multiplot layout 1,{} margins {},0.98,0.135,0.835 spacing 0.11,0\nset size ratio -1\n"
-      "set xrange [{:.5g}:{:.5g}]\nset yrange [{:.5g}:{:.5g}]\nset xlabel 'F_x (N)' offset 0,0.4\n"
-      "set ylabel 'F_y (N)' offset 0.8\nset xzeroaxis ls 4\nset yzeroaxis ls 4\n"
-      "set label 1 {} at screen 0.02,0.965 noenhanced\nset key at screen 0.98,0.99 right top\n"
+      "set multiplot layout 1,{} margins X(1.6),1-X(0.4),Y(1.4),1-Y(1.6) spacing X(1.8),0\nset size ratio -1\n"
+      "set xrange [{:.5g}:{:.5g}]\nset yrange [{:.5g}:{:.5g}]\nset xlabel '{}'\n"
+      "set xtics {:.6g}\nset ytics {:.6g}\nset ylabel '{}' offset 0.8\nset xzeroaxis ls 4\nset yzeroaxis ls 4\n"
+      "set label 1 {} at screen X(0.3),1-Y(0.3) noenhanced\nset key at screen 1-X(0.3),1-Y(0.12) right top\n"
       "set title offset 0,-0.6\n"
-      "set label 2 {} at screen 0.02,0.922 font ',6.5' tc rgb '#555555' noenhanced\n",
-      panels.size(), panels.size() == 1 ? 0.15 : 0.09, across.low, across.high, up.low, up.high,
-      table.heading(name), table.extent());
+      "set label 2 {} at screen X(0.3),1-Y(0.7) font TINY tc rgb 0x555555 noenhanced\n",
+      panels.size(), across.low, across.high, up.low, up.high, force_x, tic_step(span, side < 5 * scale),
+      tic_step(span), force_y, table.heading(name), table.extent());
   for (std::size_t k = 0; k < panels.size(); ++k) {
     const auto r = panels[k];
     std::size_t outside = 0;
     for (std::size_t i = 0; i < x[r].size(); ++i)
       outside += x[r][i] < across.low || x[r][i] > across.high || y[r][i] < up.low || y[r][i] > up.high;
     f.script.add("set title {}", runs[r].title);
-    if (outside > 0)
-      f.script.add(".\"\\n{{/*0.8 outside the range (99 % quantile): {} of {}}}\"", outside, x[r].size());
+    if (outside > 0) f.script.add(".{}", fmt::format(" (outside: {} of {})", outside, x[r].size()));
     f.script.add("\nplot DATA index {} using 1:2 with lines ls {} lw 0.8 dt 1 notitle", r, runs[r].style);
     if (ideal)
       f.script.add(", DATA index {} using 1:2 with lines ls 3 lw 1.4 {}", *ideal,

@@ -1,122 +1,204 @@
-// Orbit of the journal's centre inside the clearance circle, in units of the clearance, for both formulations
-// side by side: the last two revolutions (without a drive, the last tenth of the time).
+// The paths of loose joints within their play: journals in the circle of their clearance, sliders' ends and pins between
+// their walls (plots/loose_joints.hpp). A row for each joint: of a comparison both formulations, first turn and last two;
+// of a run its own. Rows that no page holds go to the next one.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "io/input_file.hpp"
 #include "plots/figure.hpp"
-#include "plots/table.hpp"
+#include "plots/loose_joints.hpp"
 
 namespace freeplay::plots {
 namespace {
 
 constexpr std::size_t most_joints = 12;
+constexpr double tallest = 23;      ///< cm, of a page with a caption on A4
+constexpr double least_cell = 2.9;  ///< cm
+// cm about the cells at the usual size of texts: page's edges, between cells, above and below a line of cells.
+constexpr double left = 1.35, right = 0.3, between = 0.3, above = 0.95, below = 1.05, head = 0.8, foot = 0.35;
 
-struct Span {
-  double from, to;
-  const char* name;
+struct Panel {
+  std::string title;
+  int style;
+  const PlayPath* path;
+};
+struct Row {
+  const LooseJoint* joint;
+  std::vector<Panel> panels;
 };
 
-/// The journals in bearings of a trajectory, the first of too many. Of these alone gap and eccentricity add up to the same
-/// in all rows; walls, teeth and stops have no circle to be drawn in.
-std::vector<std::string> joints_of(const std::filesystem::path& file) {
-  Rows rows(file);
-  struct Contact {
-    std::string name;
-    std::size_t x, y, gap;
-    double least = INFINITY, most = -INFINITY;
+/// What the axes of all rows are, in one sentence.
+std::string frame_of(const std::vector<Row>& rows) {
+  const auto any = [&](LooseJoint::Kind kind) {
+    return std::ranges::any_of(rows, [&](const Row& r) { return r.joint->kind == kind; });
   };
-  std::vector<Contact> all;
-  for (const auto& name : rows.names())
-    if (name.ends_with(".gap")) {
-      const auto joint = name.substr(0, name.size() - 4);
-      all.push_back({joint, rows.place(joint + ".ex"), rows.place(joint + ".ey"), rows.place(name)});
-    }
-  long seen = 0;
-  for (; !all.empty() && seen < 5000 && rows.next(); ++seen)
-    for (auto& c : all) {
-      const double sum = rows.number(c.gap) + std::hypot(rows.number(c.x), rows.number(c.y));
-      c.least = std::min(c.least, sum);
-      c.most = std::max(c.most, sum);
-    }
-  std::vector<std::string> joints;
-  for (const auto& c : all)
-    if (seen > 1 && c.most - c.least <= 1e-9 * c.most && joints.size() < most_joints)
-      joints.push_back(c.name);
-  return joints;
+  std::string said;
+  if (any(LooseJoint::Kind::journal))
+    said = "circles: the journal's centre from the bearing's, axes of the world";
+  if (any(LooseJoint::Kind::guide) || any(LooseJoint::Kind::slot))
+    said +=
+        fmt::format("{}walls: {}", said.empty() ? "" : "; ",
+                    any(LooseJoint::Kind::guide) ? "the slider's ends across the guide, in the guide's frame"
+                                                 : "the pin across the slot, in the slot's frame");
+  return said;
 }
 
-/// Of each joint its orbit in each span. The clearance is the gap plus the eccentricity, in any row.
-std::vector<Block> orbits(const std::filesystem::path& file, const std::vector<std::string>& joints,
-                          const Span (&spans)[2]) {
-  Rows rows(file);
-  const auto t = rows.place("t");
-  struct Place {
-    std::size_t x, y, gap;
-  };
-  std::vector<Place> places;
-  std::vector<Block> blocks;
-  for (const auto& joint : joints) {
-    places.push_back({rows.place(joint + ".ex"), rows.place(joint + ".ey"), rows.place(joint + ".gap")});
-    for (std::size_t k = 0; k < std::size(spans); ++k) blocks.emplace_back(joint + ": e_x/c, e_y/c");
+std::string shown(double clearance) {
+  return clearance < 1e-3 ? fmt::format("{:.4g} µm", 1e6 * clearance)
+                          : fmt::format("{:.4g} mm", 1e3 * clearance);
+}
+
+/// Axes, frame and walls of a row.
+Script axes_of(const Row& row) {
+  Script script;
+  const bool journal = row.joint->kind == LooseJoint::Kind::journal;
+  if (journal)
+    return script.add(
+        "set xrange [-1.2:1.2]\nset yrange [-1.2:1.2]\nset xtics 1\nset mxtics 2\nset grid xtics mxtics ytics mytics\n"
+        "set xlabel '{}' offset 0,0.6\nset parametric\nset trange [0:2*pi]\nset samples 200\n",
+        Word("e_x/c", "$e_x/c$"));
+  double low = INFINITY, high = -INFINITY;
+  for (const auto& p : row.panels) low = std::min(low, p.path->low), high = std::max(high, p.path->high);
+  const double margin = std::max(0.06 * (high - low), 1e-6 * std::max(std::abs(low), std::abs(high)) + 1e-12);
+  const bool placed = !row.joint->frame_name.empty();
+  return script.add(
+      "unset parametric\nset xrange [{0:.6g}:{1:.6g}]\nset yrange [-1.35:1.35]\nset xtics {2:.3g}\nunset mxtics\nset grid xtics nomxtics ytics nomytics\n"
+      "set xlabel '{3}' offset 0,0.6\n"
+      "set object 1 rectangle from graph 0, first 1 to graph 1, graph 1 fc rgb 0xdddddd fs solid 1 noborder behind\n"
+      "set object 2 rectangle from graph 0, graph 0 to graph 1, first -1 fc rgb 0xdddddd fs solid 1 noborder behind\n",
+      low - margin, high + margin, tic_step(high - low + 2 * margin),
+      placed ? Word("along (mm)") : Word("time (ms)"));
+}
+
+/// One panel; its blocks go to the figure.
+Script plot_of(const Row& row, const Panel& panel, Figure& f) {
+  Script plot;
+  const bool journal = row.joint->kind == LooseJoint::Kind::journal;
+  plot.add(
+      "plot {}",
+      journal
+          ? Word("cos(t),sin(t) with lines lc rgb 0x888888 lw 1.2 notitle")
+          : Word(
+                "1 with lines lc rgb 0x444444 lw 1.2 notitle, -1 with lines lc rgb 0x444444 lw 1.2 notitle"));
+  for (std::size_t i = 0; i < panel.path->blocks.size(); ++i) {
+    plot.add(", DATA index {} using 1:2 with lines lc rgb C{} lw {} dt {} notitle", f.blocks.size(),
+             panel.style, i == 0 ? 0.8 : 1.1, i == 0 ? Word("1") : Word("(6,4)"));
+    f.blocks.push_back(panel.path->blocks[i]);
   }
-  while (rows.next()) {
-    const double time = rows.number(t);
-    for (std::size_t j = 0; j < joints.size(); ++j) {
-      const double x = rows.number(places[j].x), y = rows.number(places[j].y);
-      const double c = rows.number(places[j].gap) + std::hypot(x, y);
-      for (std::size_t k = 0; k < std::size(spans); ++k)
-        if (time >= spans[k].from && time <= spans[k].to) blocks[2 * j + k].row({x / c, y / c});
+  return plot.add("\n");
+}
+
+/// A page of rows.
+std::filesystem::path page(const std::vector<Row>& rows, std::size_t first, std::size_t last,
+                           std::size_t across, double width, double scale, const std::string& name,
+                           const std::string& spans, const std::filesystem::path& folder,
+                           const char* source) {
+  const double cell = (width - scale * (left + right + between * static_cast<double>(across - 1))) /
+                      static_cast<double>(across);
+  const std::size_t lines_each = (rows[first].panels.size() + across - 1) / across;
+  const double line = cell + scale * (above + below);
+  const auto lines = static_cast<double>((last - first) * lines_each);
+  Figure f{.name = name,
+           .width_cm = width,
+           .height_cm = lines * line + scale * (head + foot),
+           .source = source,
+           .sized = true};
+  f.script.add(
+      "set multiplot\nunset key\nset tics font SMALL offset 0,0\nset ytics 1\nset mytics 2\n"
+      "set label 1 {} at screen X({}),1-Y(0.3) font SMALL noenhanced\nset label 2 {} at screen X({}),1-Y(0.7) font SMALL tc rgb "
+      "0x555555 noenhanced\n",
+      frame_of(rows), 0.25, spans, 0.25);
+  double down = scale * head;
+  for (std::size_t r = first; r < last; ++r)
+    for (std::size_t p = 0; p < rows[r].panels.size(); ++p) {
+      const auto& row = rows[r];
+      const std::size_t column = p % across;
+      const bool journal = row.joint->kind == LooseJoint::Kind::journal;
+      const double x = scale * left + static_cast<double>(column) * (cell + scale * between),
+                   y = down + scale * above;
+      f.script.add(
+          "unset object 1\nunset object 2\n{}set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\nset tmargin at screen "
+          "{:.5f}\nset bmargin at screen {:.5f}\n",
+          axes_of(row), x / width, (x + cell) / width, 1 - y / f.height_cm, 1 - (y + cell) / f.height_cm);
+      if (column == 0)
+        f.script.add("set format y '%g'\nset ylabel '{}' offset 1.2\n",
+                     journal ? Word("e_y/c", "$e_y/c$") : Word("across/c"));
+      else
+        f.script.add("set format y ''\nunset ylabel\n");
+      if (p == 0)
+        f.script.add(
+            "set label 3 {} at graph 0, graph 1 offset 0,1.55 noenhanced\n",
+            fmt::format(
+                "{}, c = {}{}", row.joint->name, shown(row.panels[0].path->clearance),
+                journal || row.joint->frame_name.empty() ? "" : ", walls on " + row.joint->frame_name));
+      f.script.add(
+          "set label 4 {} at graph 0, graph 1 offset 0,0.5 font SMALL tc rgb 0x555555 noenhanced\n{}unset label 3\n{}",
+          row.panels[p].title, plot_of(row, row.panels[p], f),
+          p == 0 && r == first ? Word("unset label 1\nunset label 2\nunset label 100\n") : Word(""));
+      if (column + 1 == across || p + 1 == row.panels.size()) down += line;
     }
-  }
-  return blocks;
+  f.script.add("unset multiplot\n");
+  return draw(f, folder);
 }
 
 std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
-  const auto trajectory = [&](const char* run) { return folder / run / "trajectory.csv"; };
-  const auto joints = joints_of(trajectory("penalty"));
+  auto runs = runs_in(folder);
+  const bool compared = std::filesystem::exists(folder / "comparison.json");
+  std::erase_if(runs, [](const RunFolder& run) { return run.style == 3; });
+  if (runs.empty()) return {};
+  const auto scene = scene_of_run(runs.front().folder);
+  auto joints = loose_joints(runs.front().folder, scene.get());
+  if (joints.size() > most_joints) joints.resize(most_joints);
   if (joints.empty()) return {};
 
-  const JsonFile comparison(folder / "comparison.json");
-  const double counted = comparison.number("penalty.revolutions_counted");
-  const double end = comparison.number("provenance.options.run.duration"),
-               discard = comparison.number("provenance.options.run.discard");
-  const double turn = counted > 0 ? (end - discard) / counted : 0.1 * end;
-  const Span spans[] = {{0, std::min(turn, end), counted > 0 ? "first revolution" : "first tenth"},
-                        {std::max(0.0, end - (counted > 0 ? 2 : 1) * turn), end,
-                         counted > 0 ? "last two revolutions" : "last tenth"}};
-  const char* const runs[] = {"penalty", "nonsmooth"};
-  const std::vector<Block> drawn[] = {orbits(trajectory(runs[0]), joints, spans),
-                                      orbits(trajectory(runs[1]), joints, spans)};
+  const auto turn = turn_of(scene.get());
+  std::vector<std::vector<std::vector<PlayPath>>> paths;  // [run][joint][span]
+  std::vector<Span> spans;
+  for (const auto& run : runs) {
+    const double end = end_of(run.folder);
+    spans = {first_part(turn, end), last_part(turn, end, 2)};
+    paths.push_back(play_paths(run.folder, joints, spans));
+  }
+  std::vector<Row> rows;
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    auto& row = rows.emplace_back(Row{&joints[j], {}});
+    for (std::size_t k = 0; k < spans.size(); ++k)
+      for (std::size_t r = 0; r < runs.size(); ++r)
+        row.panels.push_back(
+            {fmt::format("{}, {}", runs[r].title, spans[k].name), runs[r].style, &paths[r][j][k]});
+  }
 
-  Figure f{.name = "journal_orbit", .width_cm = 16, .source = "comparison.json"};
-  const double rows = 2.0 * static_cast<double>(joints.size());
-  f.height_cm = 8.2 * rows;
-  f.script.add(
-      "set multiplot layout {},2 margins 0.08,0.98,{:.3f},{:.3f} spacing 0.1,{:.3f}\nset size ratio -1\nset "
-      "xrange [-1.15:1.15]\nset yrange [-1.15:1.15]\nset xtics 0.5\nset ytics 0.5\nset parametric\nset "
-      "trange [0:2*pi]\nset samples 400\nset xlabel 'e_x / c' offset 0,0.5\nset ylabel 'e_y / c' offset "
-      "1\nunset key\nset title offset 0,-0.5\n",
-      rows, 0.14 / rows, 1 - 0.07 / rows, 0.24 / rows);
-  for (std::size_t j = 0; j < joints.size(); ++j)
-    for (std::size_t k = 0; k < std::size(spans); ++k)
-      for (const std::size_t run : {0, 1}) {
-        const auto index = f.blocks.size();
-        f.blocks.push_back(drawn[run][2 * j + k]);
-        f.script.add(
-            "set title {} noenhanced\nplot cos(t),sin(t) with lines ls 4, DATA index {} using "
-            "1:2 with lines ls {} lw 0.8 dt 1\n{}",
-            fmt::format("{}, {}: {}", joints[j], runs[run], spans[k].name), index, run + 1,
-            index == 0 ? Word("unset label 100\n") : Word(""));
-      }
-  f.script.add("unset multiplot\n");
-  return {draw(f, folder)};
+  const auto style = style_of(folder);
+  const double scale = style.font_size / Style::usual_font_size;
+  const std::size_t panels = rows.front().panels.size();
+  const double width = style.width ? 0.1 * *style.width : panels > 2 ? 16 : 9;
+  std::size_t across = panels;
+  const auto cell = [&] {
+    const auto n = static_cast<double>(across);
+    return (width - scale * (left + right + between * (n - 1))) / n;
+  };
+  while (across > 1 && (cell() < least_cell || panels % across != 0)) --across;
+  const std::size_t lines = (panels + across - 1) / across;
+  const double line = (cell() + scale * (above + below)) * static_cast<double>(lines);
+  const auto each =
+      static_cast<std::size_t>(std::max(1.0, std::floor((tallest - scale * (head + foot)) / line)));
+  const auto said = fmt::format(
+      "{}: {:.4g} to {:.4g} s; {}: {:.4g} to {:.4g} s{}", spans[0].name, spans[0].from, spans[0].to,
+      spans[1].name, spans[1].from, spans[1].to,
+      std::ranges::any_of(joints, [](const LooseJoint& j) { return j.kind == LooseJoint::Kind::guide; })
+          ? "; rear end full, front end dashed"
+          : "");
+  std::vector<std::filesystem::path> made;
+  for (std::size_t from = 0; from < rows.size(); from += each)
+    made.push_back(page(rows, from, std::min(from + each, rows.size()), across, width, scale,
+                        from == 0 ? "journal_orbit" : fmt::format("journal_orbit_{}", 1 + from / each), said,
+                        folder, compared ? "comparison.json" : "run.json"));
+  return made;
 }
 
 }  // namespace
 
-const Drawing journal_orbit{{"comparison.json"}, draw_all};
+const Drawing journal_orbit{{"comparison.json", "run.json"}, draw_all};
 
 }  // namespace freeplay::plots

@@ -34,7 +34,7 @@ Curves read(const std::filesystem::path& file, const std::string& x, const std::
   return c;
 }
 
-constexpr Word colours[] = {"#0b3c8c", "#c8500a", "#1b7837", "#7b3294", "#000000", "#888888"};
+constexpr Word colours[] = {"C1", "C2", "C4", "C5", "C3", "0x888888", "C8"};
 constexpr Word dashes[] = {"1", "(14,5)", "(3,4)", "(14,4,3,4)"};
 
 /// Adds the plot command for all curves of one kind.
@@ -42,7 +42,7 @@ void plot(const Curves& c, bool (*chosen)(const std::string&), Script& script) {
   std::size_t style = 0;
   for (std::size_t i = 0; i < c.names.size(); ++i) {
     if (!chosen(c.names[i])) continue;
-    script.add("{}DATA index {} using 1:2 with lines lc rgb '{}' dt {} lw 1.4 title {} noenhanced",
+    script.add("{}DATA index {} using 1:2 with lines lc rgb {} dt {} lw 1.4 title {} noenhanced",
                style == 0 ? Word("plot ") : Word(", "), i, colours[style % std::size(colours)],
                dashes[style % std::size(dashes)], c.names[i]);
     ++style;
@@ -62,11 +62,11 @@ std::filesystem::path impact_loops(const std::filesystem::path& folder) {
   Figure f{
       .name = "impact_loops", .height_cm = lines ? 19.0 : 10.0, .blocks = c.blocks, .source = "laws.json"};
   f.script.add(
-      "set multiplot layout {},1 margins 0.09,0.72,{},0.95 spacing 0,0.12\nset key outside right top "
+      "set multiplot layout {},1 margins X(1.7),1-X(4.6),Y(1.5),1-Y(0.9) spacing 0,Y(2.4)\nset key outside right top "
       "vertical Left reverse\nset xlabel 'Penetration (µm)'\nset ylabel 'Normal force (kN)'\n"
       "set xrange [0:*]\nset yrange [0:*]\nset title 'Point contacts: {:.4g} kg at {:.4g} m/s, e = {:.3g} "
       "asked for'\n",
-      lines ? 2 : 1, lines ? 0.07 : 0.13, facts.number("mass_kg"), facts.number("approach_m_per_s"),
+      lines ? 2 : 1, facts.number("mass_kg"), facts.number("approach_m_per_s"),
       facts.number("restitution_asked"));
   plot(
       c, [](const std::string& n) { return !line_contact(n); }, f.script);
@@ -94,8 +94,9 @@ std::filesystem::path friction_laws(const std::filesystem::path& folder) {
   const auto c = read(folder / "friction.csv", "speed", "coefficient", 1e3, 1);
   Figure f{.name = "friction_laws", .blocks = c.blocks, .source = "laws.json"};
   f.script.add(
-      "set key bottom right Left reverse\nset xrange [-5:5]\nset xlabel 'Sliding speed (mm/s)'\nset ylabel "
-      "'Friction force / (µ F_N)'\n");
+      "set key bottom right Left reverse\nset xrange [-5:5]\nset yrange [-1.1:1.1]\nset xlabel 'Sliding speed (mm/s)'\nset ylabel "
+      "'{}'\n",
+      Word("Friction force / (µ F_N)", "Friction force / ($\\mu F_N$)"));
   plot(c, any, f.script);
   return draw(f, folder);
 }

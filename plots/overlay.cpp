@@ -20,7 +20,7 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
   f.script.add(
       "set xlabel 'Crank angle (°)'\nset xrange [0:360]\nset xtics 45\nset ylabel 'Acceleration, mean turn "
       "(m/s²)'\nset key outside top center horizontal\nplot DATA index 0 using 1:2 with lines lc rgb "
-      "'#888888' lw 4 title 'measured', DATA index 1 using 1:2 with lines ls 1 title 'penalty', DATA "
+      "0x888888 lw 4 title 'measured', DATA index 1 using 1:2 with lines ls 1 title 'penalty', DATA "
       "index 2 using 1:2 with lines ls 2 title 'nonsmooth'\n");
   return {draw(f, folder)};
 }

@@ -21,7 +21,7 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
   Figure f{.name = "paired_impacts", .height_cm = 12, .source = "comparison.json"};
   Block penalty("penalty: t (ms), approach speed (m/s)"), nonsmooth("nonsmooth: the same");
   Block difference("number, |difference| of time / interval, of approach speed, of impulse");
-  double before = 0, interval = NAN, least = INFINITY, most = 0;
+  double before = 0, interval = NAN, least = INFINITY, most = 0, least_share = INFINITY, most_share = 0;
   int number = 0;
   for (std::size_t i = 0; i < pairs->size(); ++i) {
     const auto get = [&](const char* run, const char* key) {
@@ -37,28 +37,38 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
     const auto share = [](double a, double b) { return a > 0 && b > 0 ? std::abs(a / b - 1) : NAN; };
     // Contacts that strike at once share the interval before them, as TouchComparison has it.
     if (tn - before > 1e-6 * tn) interval = tn - before;
-    difference.row(
-        {static_cast<double>(++number), std::abs(tp - tn) / interval, share(vp, vn), share(Pp, Pn)});
+    const double shown[] = {std::abs(tp - tn) / interval, share(vp, vn), share(Pp, Pn)};
+    for (const double x : shown)
+      if (x > 0) least_share = std::min(least_share, x), most_share = std::max(most_share, x);
+    difference.row({static_cast<double>(++number), shown[0], shown[1], shown[2]});
     before = tn;
   }
   f.blocks = {penalty, nonsmooth, difference};
-  // Of one pair gnuplot would find an empty range.
-  Script range;
-  if (least > 0)
-    range.add("[{:.4g}:{:.4g}]", 0.9 * least, 1.1 * most);
+  // Of one pair gnuplot would find an empty range; within a decade it would put no number on a logarithmic axis.
+  const bool wide = least > 0 && most > 10 * least;
+  Script range, shares;
+  if (wide)
+    range.add("[{:.4g}:{:.4g}]", 0.8 * least, 1.25 * most);
   else
-    range.add("[*:*]");
+    range.add("[0:{:.4g}]", most > 0 ? 1.15 * most : 1);
+  // Whole decades, with the points off the frame.
+  if (least_share < INFINITY)
+    shares.add("[{:.4g}:{:.4g}]", std::pow(10, std::floor(std::log10(0.8 * least_share))),
+               std::pow(10, std::ceil(std::log10(1.25 * most_share))));
+  else
+    shares.add("[1e-16:1]");
   f.script.add(
-      "set multiplot layout 2,1 margins 0.1,0.97,0.1,0.95 spacing 0,0.19\nset key center at graph 0.5, "
-      "graph 1.09 horizontal\nset pointsize 1.1\nset xlabel 'Time (ms)' offset 0,0.4\nset ylabel 'Approach "
-      "speed (m/s)'\nset logscale y\nset format y '%g'\nset yrange {}\nset xrange [0:{:.4g}]\nplot DATA index 0 using "
+      "set multiplot layout 2,1 margins X(1.9),1-X(0.5),Y(1.5),1-Y(0.9) spacing 0,Y(2)\nset key center at graph 0.5, "
+      "graph 1.08 horizontal maxrows 1 samplen 1\nset pointsize 1.1\nset xlabel 'Time (ms)'\nset ylabel 'Approach "
+      "speed (m/s)'\n{}set format y '%g'\nset yrange {}\nset xrange [0:{:.4g}]\nplot DATA index 0 using "
       "1:2 with points ls 1 title 'penalty', DATA index 1 using 1:2 with points ls 2 title "
-      "'nonsmooth'\nunset label 100\nset xlabel 'Number of the impact' offset 0,0.4\nset ylabel 'Difference "
-      "(share)'\nset format y '10^{{%T}}'\nset yrange [*:*]\nset xrange [0.5:{}]\nset xtics {}\nplot DATA index 2 using 1:2 "
-      "with points pt 4 lc rgb '#000000' title 'time / interval before it', '' index 2 using 1:3 with "
-      "points pt 8 lc rgb '#0b3c8c' title 'approach speed', '' index 2 using 1:4 with points pt 2 lc rgb "
-      "'#c8500a' title 'impulse'\nunset multiplot\n",
-      range, 1.05e3 * comparison.number("pairing.horizon_s"), number + 0.5, number > 20 ? number / 10 : 1);
+      "'nonsmooth'\nunset label 100\nset xlabel 'Number of the impact'\nset ylabel 'Difference "
+      "(share)'\nset logscale y\nset format y {}\nset yrange {}\nset xrange [0.5:{}]\nset xtics {}\nplot DATA index 2 using 1:2 "
+      "with points pt 4 lc rgb C3 title 'time', '' index 2 using 1:3 with "
+      "points pt 8 lc rgb C1 title 'speed', '' index 2 using 1:4 with points pt 2 lc rgb "
+      "C2 title 'impulse'\nunset multiplot\n",
+      wide ? Word("set logscale y\n") : Word(""), range, 1.05e3 * comparison.number("pairing.horizon_s"),
+      powers, shares, number + 0.5, number > 20 ? number / 10 : 1);
   return {draw(f, folder)};
 }
 

@@ -227,7 +227,7 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
   std::size_t named = 0;
   for (const auto& s : shapes)
     if (s.kind == "mass" && named++ < most_names)
-      f.script.add("set label {} at {},{} offset 0.9,0.9 font ',7' tc rgb '{}' noenhanced front\n", s.name,
+      f.script.add("set label {} at {},{} offset 0.9,0.9 font SMALL tc rgb '{}' noenhanced front\n", s.name,
                    s.x, s.y, colours[colour[s.name] % std::size(colours)]);
   sheet.finish();
   return {draw(f, folder)};

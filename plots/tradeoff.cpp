@@ -16,8 +16,7 @@ namespace freeplay::plots {
 
 namespace {
 
-constexpr Word colours[] = {"#0b3c8c", "#1a7f37", "#3d9be0", "#b8860b", "#c8500a",
-                            "#7b3fa0", "#cf222e", "#000000", "#8a6d3b"};
+constexpr Word colours[] = {"C1", "C4", "C9", "C6", "C2", "C5", "C8", "C3", "C7"};
 constexpr std::size_t most_scenes = 64;  ///< a figure each
 
 /// Rows of a trade-off, and what its figures share.
@@ -71,7 +70,7 @@ bool add_panel(const Tradeoff& t, const std::string& name, bool touches, bool ti
         block.row({time ? 1e3 * cost[i] : cost[i], error[i]});
     if (block.empty()) continue;
     plot.add(
-        "{}DATA index {} using 1:($2 > 1e-16 ? $2 : 1e-16) with linespoints lw 1.2 dt {} pt {} lc rgb '{}' ",
+        "{}DATA index {} using 1:($2 > 1e-16 ? $2 : 1e-16) with linespoints lw 1.2 dt {} pt {} lc rgb {} ",
         plot.empty() ? Word("plot ") : Word(", "), f.blocks.size(), 1 + k % 4, 1 + k,
         colours[k % std::size(colours)]);
     if (time)
@@ -81,16 +80,12 @@ bool add_panel(const Tradeoff& t, const std::string& name, bool touches, bool ti
     f.blocks.push_back(block);
   }
   if (plot.empty()) return false;
-  f.script.add("unset label 1\nunset label 2\n");
-  if (model_error > 0) {
-    plot.add(", {} with lines lw 1.4 dt (8,5) lc rgb '#555555' notitle", model_error);
-    f.script.add(
-        "set label 1 'model error of penalty (finite stiffness)' at graph 0.02, first {} left offset "
-        "0,0.5 font ',6' tc rgb '#555555'\n",
-        model_error);
-  }
+  f.script.add("unset label 2\n");
+  if (model_error > 0)  // of its finite stiffness; named in the key, where no curve lies over it
+    plot.add(", {} with lines lw 1.4 dt (8,5) lc rgb 0x555555 {}", model_error,
+             time ? Word("notitle") : Word("title 'penalty: model error'"));
   if (!omitted.empty())
-    f.script.add("set label 2 {} at graph 0, graph 1.02 font ',6' tc rgb '#555555' noenhanced\n", omitted);
+    f.script.add("set label 2 {} at graph 0, graph 1.02 font TINY tc rgb 0x555555 noenhanced\n", omitted);
   f.script.add("set xlabel {}\n{}\nunset ylabel\n", time ? "CPU (ms)" : "Right-hand sides", plot);
   return true;
 }
@@ -108,10 +103,10 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
     const auto* model = t.document.find("scenes." + name + ".model_error_of_penalty");
     const double model_error = touches && model && model->is_number() ? model->get<double>() : 0;
     f.script.add(
-        "set multiplot layout 1,2 margins 0.1,0.98,0.24,0.96 spacing 0.1,0\nset logscale xy\nset format "
-        "'10^{{%T}}'\nset key at "
-        "screen 0.5,0.035 center bottom vertical maxrows 3 font ',7'\nset ylabel {}\n",
-        touches ? "Error of touches (relative)" : "Error of velocities (relative)");
+        "set multiplot layout 1,2 margins X(1.8),1-X(0.4),Y(2.7),1-Y(0.5) spacing X(1.6),0\nset logscale xy\nset format "
+        "{}\nset key at "
+        "screen 0.5,Y(0.35) center bottom vertical maxrows 3 font SMALL\nset ylabel {}\n",
+        powers, touches ? "Error of touches (relative)" : "Error of velocities (relative)");
     const auto omitted = left_out(t, name);
     for (const bool time : {false, true})
       if (!add_panel(t, name, touches, time, model_error, omitted, f)) break;

@@ -11,18 +11,18 @@ set key top right
 set xrange [40:3e4]
 set yrange [1e-14:1e-2]
 $fixed << EOD
-1182 2.6e-5
-11821 6.6e-6
+1183 3.0e-6
+11824 1.5e-6
 EOD
 $chosen << EOD
-60 8.7e-6
-72 8.6e-7
-105 8.4e-8
-177 8.3e-9
-333 8.5e-10
-675 8.4e-11
+60 2.6e-6
+72 2.4e-7
+105 2.3e-8
+177 2.3e-9
+333 2.4e-10
+675 2.4e-11
 EOD
 $auto << EOD
-222 8.1e-14
+228 6.5e-14
 EOD
 plot $chosen w lp lw 2 pt 7 lc rgb "#0060ad" t "Moreau–Jean, chosen steps (tolerance 10^{-4} … 10^{-9})", $fixed w lp lw 2 pt 5 lc rgb "#b03030" t "Moreau–Jean, fixed steps (10^{-5}, 10^{-6} s; five touches only at 10^{-4})", $auto w p pt 9 ps 2 lc rgb "#208040" t "automatic (here event-driven, 10^{-10})"

@@ -1,18 +1,34 @@
 # Draw again: run gnuplot on this file, in its own folder.
-reset session
-set terminal pdfcairo size 16cm,12cm font 'DejaVu Sans,8'
-set output "stiff_limit.pdf"
+if (!exists("PASS")) PASS = 1
+reset
+if (PASS == 1) set terminal pdfcairo size 16cm,12cm font "DejaVu Sans,7" fontscale 0.75 linewidth 1; set output "stiff_limit.pdf"
+if (PASS == 2) set terminal pngcairo size 1600,1200 font "DejaVu Sans,7" fontscale 2.64583 linewidth 2; set output "stiff_limit.png"
 DATA = "stiff_limit.dat"
 set encoding utf8
-set style line 1 lc rgb '#0b3c8c' lw 1.6 dt 1 pt 6 ps 1.1
-set style line 2 lc rgb '#c8500a' lw 1.3 dt (12,5) pt 2 ps 1.0
-set style line 3 lc rgb '#000000' lw 2.2 dt (2,4)
-set style line 4 lc rgb '#888888' lw 1.0 dt 1
+WIDTH = 16; HEIGHT = 12  # cm
+SIZE = 7  # pt
+X(cm) = cm*SIZE/7.0/WIDTH; Y(cm) = cm*SIZE/7.0/HEIGHT
+SMALL = sprintf(',%g', 0.88*SIZE); TINY = sprintf(',%g', 0.8*SIZE)
+C1 = 0x0b3c8c
+C2 = 0xc8500a
+C3 = 0x000000
+C4 = 0x1b7837
+C5 = 0x7b3294
+C6 = 0x8c510a
+C7 = 0x01665e
+C8 = 0xb2182b
+C9 = 0x3d9be0
+set style line 1 lc rgb C1 lw 1.6 dt 1 pt 6 ps 1.1
+set style line 2 lc rgb C2 lw 1.3 dt (12,5) pt 2 ps 1.0
+set style line 3 lc rgb C3 lw 2.2 dt (2,4)
+set style line 4 lc rgb 0x888888 lw 1.0 dt 1
 set border lw 0.8
 set tics nomirror scale 0.6
-set grid lc rgb '#cccccc' lw 0.6 dt 1
+set grid lt 1 lc rgb 0xd4d4d4 lw 0.7
 set key top right samplen 3 spacing 1.1
-set label 100 "freeplay 0.1.0 (a89c2df11c), verification" at screen 0.995, screen 0.012 right font ',6' tc rgb '#888888' noenhanced
+set pointsize 1
+set bmargin at screen Y(1.5)
+set label 100 "freeplay 0.1.0 (6bf76cafaa), verification" at screen 1-X(0.1), screen Y(0.12) right font TINY tc rgb 0x888888 noenhanced
 set logscale xy
 set format '10^{%T}'
 set xlabel "stiffness over the scene\047s"
@@ -20,24 +36,5 @@ set ylabel "difference (s, m/s, N s)"
 set key outside top center horizontal
 plot DATA index 0 using 1:2 with linespoints lw 1.4 dt 1 pt 4 lc rgb '#0b3c8c' title "the paper\047s rig, time", DATA index 1 using 1:2 with linespoints lw 1.4 dt 2 pt 5 lc rgb '#c8500a' title "the paper\047s rig, approach speed", DATA index 2 using 1:2 with linespoints lw 1.4 dt 3 pt 6 lc rgb '#000000' title "the paper\047s rig, impulse", DATA index 3 using 1:2 with linespoints lw 1.4 dt 1 pt 7 lc rgb '#2a7a3a' title "four-bar with two loose pins, time", DATA index 4 using 1:2 with linespoints lw 1.4 dt 2 pt 8 lc rgb '#8a2a8a' title "four-bar with two loose pins, approach speed", DATA index 5 using 1:2 with linespoints lw 1.4 dt 3 pt 9 lc rgb '#777777' title "four-bar with two loose pins, impulse", DATA index 6 using 1:2 with linespoints lw 1.4 dt 1 pt 10 lc rgb '#0b3c8c' title "slider loose in its guide, time", DATA index 7 using 1:2 with linespoints lw 1.4 dt 2 pt 11 lc rgb '#c8500a' title "slider loose in its guide, approach speed", DATA index 8 using 1:2 with linespoints lw 1.4 dt 3 pt 12 lc rgb '#000000' title "slider loose in its guide, impulse"
 unset output
-reset session
-set terminal pngcairo size 1600,1200 font 'DejaVu Sans,8' fontscale 2.0 linewidth 2.0
-set output "stiff_limit.png"
-DATA = "stiff_limit.dat"
-set encoding utf8
-set style line 1 lc rgb '#0b3c8c' lw 1.6 dt 1 pt 6 ps 1.1
-set style line 2 lc rgb '#c8500a' lw 1.3 dt (12,5) pt 2 ps 1.0
-set style line 3 lc rgb '#000000' lw 2.2 dt (2,4)
-set style line 4 lc rgb '#888888' lw 1.0 dt 1
-set border lw 0.8
-set tics nomirror scale 0.6
-set grid lc rgb '#cccccc' lw 0.6 dt 1
-set key top right samplen 3 spacing 1.1
-set label 100 "freeplay 0.1.0 (a89c2df11c), verification" at screen 0.995, screen 0.012 right font ',6' tc rgb '#888888' noenhanced
-set logscale xy
-set format '10^{%T}'
-set xlabel "stiffness over the scene\047s"
-set ylabel "difference (s, m/s, N s)"
-set key outside top center horizontal
-plot DATA index 0 using 1:2 with linespoints lw 1.4 dt 1 pt 4 lc rgb '#0b3c8c' title "the paper\047s rig, time", DATA index 1 using 1:2 with linespoints lw 1.4 dt 2 pt 5 lc rgb '#c8500a' title "the paper\047s rig, approach speed", DATA index 2 using 1:2 with linespoints lw 1.4 dt 3 pt 6 lc rgb '#000000' title "the paper\047s rig, impulse", DATA index 3 using 1:2 with linespoints lw 1.4 dt 1 pt 7 lc rgb '#2a7a3a' title "four-bar with two loose pins, time", DATA index 4 using 1:2 with linespoints lw 1.4 dt 2 pt 8 lc rgb '#8a2a8a' title "four-bar with two loose pins, approach speed", DATA index 5 using 1:2 with linespoints lw 1.4 dt 3 pt 9 lc rgb '#777777' title "four-bar with two loose pins, impulse", DATA index 6 using 1:2 with linespoints lw 1.4 dt 1 pt 10 lc rgb '#0b3c8c' title "slider loose in its guide, time", DATA index 7 using 1:2 with linespoints lw 1.4 dt 2 pt 11 lc rgb '#c8500a' title "slider loose in its guide, approach speed", DATA index 8 using 1:2 with linespoints lw 1.4 dt 3 pt 12 lc rgb '#000000' title "slider loose in its guide, impulse"
-unset output
+PASS = PASS + 1
+if (PASS <= 2) load "stiff_limit.gp"

@@ -51,13 +51,25 @@ ElasticLaw linear_elastic(double stiffness) {
   return elastic;
 }
 
-ElasticLaw point_elastic(const ContactFacts& contact) {
+/// The key that a contact without stiffness could take one from. Its name is that of a joint or a contact, and which part of it
+/// behind a dot.
+std::string curvature_key(const Scene& scene, const std::string& contact) {
+  const auto name = contact.substr(0, contact.find('.'));
+  for (const auto& joint : scene.mechanism.joints)
+    if (name_of(joint) == name) return fmt::format("joints.{}.corner_radius", name);
+  for (const auto& c : scene.mechanism.contacts)
+    if (name_of(c) == name)
+      return fmt::format("contacts.{}.{}", name,
+                         std::holds_alternative<PlaneContact>(c) ? "radius" : "stiffness");
+  return contact;
+}
+
+ElasticLaw point_elastic(const Scene& scene, const ContactFacts& contact) {
   if (contact.stiffness) return linear_elastic(*contact.stiffness);
   const auto& surface = contact.surface;
   if (!surface.young) missing(surface_key(contact, "young"), "a penalty contact takes its stiffness from it");
   if (!(contact.radius > 0))
-    missing(fmt::format("{} (radius, corner_radius or curvature_radius)", contact.name),
-            "a penalty contact of a sharp corner has no stiffness");
+    missing(curvature_key(scene, contact.name), "a penalty contact of a sharp corner has no stiffness");
   ElasticLaw elastic;
   elastic.stiffness = hertz_stiffness(*surface.young, *surface.poisson, contact.radius);
   return elastic;
@@ -111,7 +123,7 @@ ContactForce make_contact_force(const Scene& scene, const ContactFacts& contact)
     case ContactKind::spring_damper:
       return spring_damper(o, contact);
     case ContactKind::point:
-      law.elastic = point_elastic(contact);
+      law.elastic = point_elastic(scene, contact);
       break;
     case ContactKind::line:
       law.elastic = line_elastic(o.contact, contact);

@@ -8,7 +8,7 @@ namespace freeplay {
 CoupledFriction::CoupledFriction(const System& system) : which_(system.reactive_frictions()) {
   for (const int k : which_) bounds_.push_back(*system.friction_facts(k).reaction);
   const auto n = static_cast<Eigen::Index>(which_.size());
-  for (auto* x : {&factor_, &force_, &other_, &trial_, &F_, &step_, &weight_, &image_}) x->setZero(n);
+  for (auto* x : {&factor_, &force_, &other_, &trial_, &F_, &step_, &far_, &weight_, &image_}) x->setZero(n);
   base_.setZero(2 * n);
   R_.setZero(2 * n, n);
   slope_.setIdentity(n, n);
@@ -110,13 +110,12 @@ CoupledFriction::Outcome CoupledFriction::solve() {
   }
   // From far off, where S is all but linear.
   const double far = std::max(1e3 * other_.cwiseAbs().maxCoeff(), 1e-300);
-  Eigen::VectorXd far_off(n);
   for (const double by : {1.0, 1e-2}) {
-    for (int k = 0; k < n; ++k) far_off[k] = -std::copysign(factor_[k] != 0 ? by * far : 0, factor_[k]);
-    if (!newton(far_off)) continue;
-    if (found && (far_off - other_).cwiseAbs().maxCoeff() > 1e-6 * far_off.cwiseAbs().maxCoeff())
+    for (int k = 0; k < n; ++k) far_[k] = -std::copysign(factor_[k] != 0 ? by * far : 0, factor_[k]);
+    if (!newton(far_)) continue;
+    if (found && (far_ - other_).cwiseAbs().maxCoeff() > 1e-6 * far_.cwiseAbs().maxCoeff())
       return Outcome::several;
-    other_ = far_off;
+    other_ = far_;
     found = true;
   }
   if (!found) return Outcome::none;

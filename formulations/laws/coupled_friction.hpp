@@ -56,7 +56,7 @@ class CoupledFriction {
 
   std::vector<int> which_;
   std::vector<ReactionBound> bounds_;
-  Eigen::VectorXd factor_, base_, force_, other_, trial_, F_, step_;
+  Eigen::VectorXd factor_, base_, force_, other_, trial_, F_, step_, far_;
   Eigen::MatrixXd R_, slope_;
   mutable Eigen::VectorXd weight_, image_;
   Eigen::PartialPivLU<Eigen::MatrixXd> lu_;

@@ -6,8 +6,8 @@
 
 namespace freeplay {
 
-AutomaticStepper::AutomaticStepper(EventDriven events, ControlledMoreau stepping)
-    : events_(std::move(events)), stepping_(std::move(stepping)) {
+AutomaticStepper::AutomaticStepper(EventDriven events, ControlledMoreau stepping, double after)
+    : events_(std::move(events)), stepping_(std::move(stepping)), after_(after) {
   events_.give_way();
   wait_ = 0.1 * events_.time_scale();
 }
@@ -73,10 +73,11 @@ void AutomaticStepper::pass_on(const std::string& why) {
   // A mode that did not last: wait longer before the next.
   wait_ = since_ - returned_ < wait_ && told_.count > 1 ? std::min(2 * wait_, 1e3 * events_.time_scale())
                                                         : 0.1 * events_.time_scale();
-  if (told_.reasons.empty()) {
-    const auto colon = why.find("s: ");
-    told_.reasons = colon == std::string::npos ? why : why.substr(colon + 3);
-  }
+  const auto colon = why.find("s: ");
+  const auto reason = colon == std::string::npos ? why : why.substr(colon + 3);
+  constexpr std::size_t most = 400;  // characters of them all
+  if (told_.reasons.find(reason) == std::string::npos && told_.reasons.size() + reason.size() < most)
+    told_.reasons += (told_.reasons.empty() ? "" : "; ") + reason;
 }
 
 bool AutomaticStepper::calm() const {
@@ -99,6 +100,9 @@ void AutomaticStepper::tell(std::vector<std::string>& notes) const {
   notes.push_back(fmt::format(
       "time stepping with controlled steps took over {} times, for {:.3g} s in all ({:.3g} s at most): {}",
       told_.count, work().stepped, std::max(told_.longest, open), told_.reasons));
+  if (told_.longest > 0)
+    notes.push_back(fmt::format(
+        "from its first return to events on these are integrated at a tolerance of {:.2g}", after_));
 }
 
 }  // namespace freeplay

@@ -1,6 +1,6 @@
 // The default: event-driven where it can tell events one by one, time stepping with controlled steps through what it
 // cannot (hops without number, modes of many contacts that change again and again, Painlevé's configurations), and back
-// when nothing has been struck for a while.
+// when nothing has been struck for a while, at a tenth of the tolerance that the steps had: finer than that the state is not known.
 //
 // Both share the log of contacts. State, energies, extremes, counts of work and open touches are handed over whole, so that
 // nothing is lost but what either scheme's own tolerance is; a step that the event-driven scheme could not make is made by
@@ -18,7 +18,8 @@ namespace freeplay {
 
 class AutomaticStepper {
  public:
-  AutomaticStepper(EventDriven events, ControlledMoreau stepping);
+  /// `after`: what steps of `events` are held to once `stepping` had the state.
+  AutomaticStepper(EventDriven events, ControlledMoreau stepping, double after);
 
   void start(const State& state, ContactLog& log);
   bool step(double t_end);
@@ -85,6 +86,7 @@ class AutomaticStepper {
     double longest = 0;  // s
     std::string reasons;
   } told_;
+  double after_;
   bool watching_ = false;
   Forces struck_;  // by the event-driven scheme before it gave up
   std::string failure_;

@@ -13,10 +13,17 @@ namespace freeplay {
 class BoundIteration {
  public:
   static constexpr int most = 200, depth = 5;
+  static constexpr int without_heap = 64;   ///< bounds; more are extrapolated with memory of their own
   static constexpr double accepted = 1e-9;  ///< where rounding, or the solver's tolerance, leaves no less
 
   void start(const Eigen::VectorXd& first) {
     bounds_ = first;
+    if (const auto n = first.size(); R_.rows() != n) {
+      R_.resize(n, depth + 1);
+      G_.resize(n, depth + 1);
+      r_.resize(n);
+      next_.resize(n);
+    }
     kept_ = count_ = stalled_ = 0;
     best_ = residual_ = INFINITY;
   }
@@ -27,9 +34,9 @@ class BoundIteration {
 
   /// Takes Γ of the present bounds. True when there are others to try; else the present ones stand.
   bool refine(const Eigen::VectorXd& image) {
-    const Eigen::VectorXd r = image - bounds_;
+    r_ = image - bounds_;
     const double size = std::max(image.cwiseAbs().maxCoeff(), bounds_.cwiseAbs().maxCoeff());
-    residual_ = size > 0 ? r.cwiseAbs().maxCoeff() / size : 0;
+    residual_ = size > 0 ? r_.cwiseAbs().maxCoeff() / size : 0;
     if (!(residual_ > 1e-14)) {
       if (std::isnan(residual_)) residual_ = INFINITY;
       return false;
@@ -42,11 +49,6 @@ class BoundIteration {
       bounds_ = 0.5 * (bounds_ + image);
       return true;
     }
-    const auto n = image.size();
-    if (R_.rows() != n) {
-      R_.resize(n, depth + 1);
-      G_.resize(n, depth + 1);
-    }
     if (kept_ == depth + 1) {
       for (int i = 0; i < depth; ++i) {
         R_.col(i) = R_.col(i + 1);
@@ -54,25 +56,41 @@ class BoundIteration {
       }
       --kept_;
     }
-    R_.col(kept_) = r;
+    R_.col(kept_) = r_;
     G_.col(kept_) = image;
     ++kept_;
     bounds_ = image;
     if (kept_ > 1) {
-      const int m = std::min<int>(kept_ - 1, static_cast<int>(n));
-      Eigen::MatrixXd dR(n, m), dG(n, m);
-      for (int i = 0; i < m; ++i) {
-        dR.col(i) = R_.col(kept_ - 1 - i) - R_.col(kept_ - 2 - i);
-        dG.col(i) = G_.col(kept_ - 1 - i) - G_.col(kept_ - 2 - i);
-      }
-      const Eigen::VectorXd next = image - dG * dR.colPivHouseholderQr().solve(r);
-      if (next.allFinite() && next.minCoeff() >= 0 && next.maxCoeff() <= 1e3 * size) bounds_ = next;
+      if (image.size() <= without_heap)
+        extrapolate<without_heap, depth>(image);
+      else
+        extrapolate<Eigen::Dynamic, Eigen::Dynamic>(image);
+      if (next_.allFinite() && next_.minCoeff() >= 0 && next_.maxCoeff() <= 1e3 * size) bounds_ = next_;
     }
     return true;
   }
 
  private:
-  Eigen::VectorXd bounds_;
+  /// next_, for at most so many bounds and differences.
+  template <int rows, int columns>
+  void extrapolate(const Eigen::VectorXd& image) {
+    using Differences = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, rows, columns>;
+    using Bounds = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, rows, 1>;
+    using Shares = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, columns, 1>;
+    const auto n = image.size();
+    const auto m = std::min<Eigen::Index>(kept_ - 1, n);
+    Differences dR(n, m), dG(n, m);
+    for (int i = 0; i < m; ++i) {
+      dR.col(i) = R_.col(kept_ - 1 - i) - R_.col(kept_ - 2 - i);
+      dG.col(i) = G_.col(kept_ - 1 - i) - G_.col(kept_ - 2 - i);
+    }
+    const Bounds r = r_;
+    const Shares shares = dR.colPivHouseholderQr().solve(r);
+    const Bounds by = dG * shares;
+    next_ = image - by;
+  }
+
+  Eigen::VectorXd bounds_, r_, next_;
   Eigen::MatrixXd R_, G_;  // residuals and images of the last few, the latest behind
   int kept_ = 0, count_ = 0, stalled_ = 0;
   double best_ = 0, residual_ = 0;

@@ -29,6 +29,11 @@ void ContactProblem::reserve(int size) {
   factor_.setZero(size, size);
 }
 
+void ContactProblem::reserve_rates(int size) {
+  b.setZero(std::max<Eigen::Index>(size, b.size()));
+  unknowns.reserve(size);
+}
+
 std::array<ContactProblem::Way, 4> ContactProblem::order() const {
   using enum Way;
   const auto n = static_cast<int>(unknowns.size());
@@ -183,8 +188,8 @@ bool ContactProblem::attempt(Way way, double accepted, int& pivots) {
     case Way::closed_form: {
       auto& c = unknowns.front();
       const int n = c.normal, t = c.tangent;
-      return one(c, n >= 0 ? b[n] : 0, t >= 0 ? b[t] : 0, n >= 0 ? D(n, n) : 0,
-                 n >= 0 && t >= 0 ? D(n, t) : 0, t >= 0 ? D(t, t) : 0);
+      return solve_one(c, n >= 0 ? b[n] : 0, t >= 0 ? b[t] : 0, n >= 0 ? D(n, n) : 0,
+                       n >= 0 && t >= 0 ? D(n, t) : 0, t >= 0 ? D(t, t) : 0);
     }
     case Way::enumeration:
       return enumerate(accepted, pivots);
@@ -205,7 +210,7 @@ bool ContactProblem::attempt(Way way, double accepted, int& pivots) {
 
 /// One element alone, in closed form by its cases: separation, stick, then slip either way. False where none
 /// is consistent (Painlevé).
-bool ContactProblem::one(ContactUnknown& c, double bn, double bt, double Dnn, double Dnt, double Dtt) {
+bool ContactProblem::solve_one(ContactUnknown& c, double bn, double bt, double Dnn, double Dnt, double Dtt) {
   bt -= c.target_t;
   if (c.normal < 0) {
     c.impulse_n = 0;

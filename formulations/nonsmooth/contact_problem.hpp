@@ -83,8 +83,12 @@ class ContactProblem {
   explicit ContactProblem(LcpSolver solver = LcpSolver::automatic, double tolerance = 1e-10)
       : solver_(solver), tolerance_(tolerance), lemke_(0) {}
 
+  /// Residuals are judged by no less than this rate, where the problem is a part of a greater one.
+  void judge_by(double scale) { least_scale_ = scale; }
   /// Makes room for D of this many rows; grows, never shrinks.
   void reserve(int size);
+  /// The same for b alone, where D lives elsewhere (contact_islands.hpp).
+  void reserve_rates(int size);
   void clear() {
     unknowns.clear();
     rows = 0;
@@ -93,6 +97,8 @@ class ContactProblem {
   ContactSolution solve();
   /// The same where the impulses given are near the solution: Newton's method from them first.
   ContactSolution solve_near();
+  /// One unknown alone, b holding what the others do to it. False where friction admits no impulse.
+  static bool solve_one(ContactUnknown& c, double bn, double bt, double Dnn, double Dnt, double Dtt);
   /// What the present impulses leave of the laws, as rates: for each row the distance to the nearest of its
   /// cases.
   double residual() const;
@@ -135,7 +141,6 @@ class ContactProblem {
   std::array<Way, 4> order() const;
   bool attempt(Way way, double accepted, int& pivots);
 
-  static bool one(ContactUnknown& c, double bn, double bt, double Dnn, double Dnt, double Dtt);
   bool enumerate(double accepted, int& cases);
   bool gauss_seidel(double accepted, int& sweeps, int most = 2000);
   /// What rounding leaves of the laws' rates at the present impulses, at most.

@@ -107,7 +107,7 @@ bool ContactProblem::gauss_seidel(double accepted, int& sweeps, int most) {
                    Dnt = n >= 0 && t >= 0 ? D(n, t) : 0;
       const double bn = n >= 0 ? q_[n] - Dnn * Pn - Dnt * Pt : 0;
       const double bt = t >= 0 ? q_[t] - Dtt * Pt - Dnt * Pn : 0;
-      if (!one(c, bn, bt, Dnn, Dnt, Dtt)) return false;
+      if (!solve_one(c, bn, bt, Dnn, Dnt, Dtt)) return false;
       change(n, c.impulse_n - Pn);
       change(t, c.impulse_t - Pt);
       moved = std::max({moved, Dnn * std::abs(c.impulse_n - Pn), Dtt * std::abs(c.impulse_t - Pt)});

@@ -151,7 +151,8 @@ void EventDriven::take_over(const Handover& from) {
   }
   for (auto& p : dynamics_.preloaded()) p.slip = 1;
   dynamics_.phases.start(system, from.state.q.data(), from.state.v.data());
-  method_ = fine_;
+  method_ = coarse_;  // the state is known to time stepping's tolerance
+  is_coarse_ = true;
   method_.rejected = from.work.rejected;
   method_.start(dynamics_, from.state.t, x);
   last_ = {};

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -44,13 +45,9 @@ std::string EventDynamics::strike(Vector& x, double t, const std::vector<int>& s
     rhs_[pin.tangent] = p.row.dot(v);
     struck_.push_back(pin);
   }
-  if (jammed) {  // as slow as can be told from the sliding that is to end
-    jam_rate_ = std::max(speed_tolerance_, 1e-5 * rhs_.head(used_).cwiseAbs().maxCoeff());
-    for (const auto& i : struck_)
-      if (i.normal >= 0) rhs_[i.normal] = std::min(0.0, rhs_[i.normal]) - jam_rate_;
-  }
   for (int r = 0; r < used_; ++r)
     for (int s = 0; s <= r; ++s) K_(r, s) = K_(s, r) = rows_[r].dot(response(s));
+  if (jammed) press_jammed();
   const auto reason =
       coupled_.size() > 0 ? strike_bounded(x, struck.size()) : impact_.solve(K_, rhs_, used_, struck_);
   impact_.solution().count(work, extremes);
@@ -85,6 +82,24 @@ std::string EventDynamics::strike(Vector& x, double t, const std::vector<int>& s
   contact_loss -= impact_.normal_work();
   integral[friction_loss] -= impact_.tangential_work();
   return "";
+}
+
+/// Rates of an impact without collision: what touches approaches as slowly as can be told from the sliding that is to end; what
+/// leaves faster than that has its own rate. Where contacts share their freedoms they are the nearest that a motion has: of
+/// others the laws need have no solution (by_copositive_lemke).
+void EventDynamics::press_jammed() {
+  auto rates = rhs_.head(used_);
+  jam_rate_ = std::max(speed_tolerance_, 1e-5 * rates.cwiseAbs().maxCoeff());
+  Eigen::VectorXd pressed = rates;
+  for (const auto& i : struck_)
+    if (i.normal >= 0 && rates[i.normal] <= jam_rate_)
+      pressed[i.normal] = std::min(0.0, rates[i.normal]) - jam_rate_;
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
+  decomposition.setThreshold(1e-10);
+  const auto K = K_.topLeftCorner(used_, used_);
+  if (decomposition.compute(K); decomposition.rank() < used_)
+    pressed = rates + K * decomposition.solve(pressed - rates);
+  rates = pressed;
 }
 
 /// The impact with friction in joints whose bounds are those of its own reaction impulses.
@@ -325,6 +340,7 @@ bool EventDynamics::other_motion(const Vector& x, double t, const std::vector<in
 
 std::string EventDynamics::choose(const Vector& x, double t, const std::vector<int>& candidates) {
   jam_ = false;
+  orientation_ = 0;
   for (auto& c : contacts_) {
     c.closed = c.resting = false;
     c.slip = 0;

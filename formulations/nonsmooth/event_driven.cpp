@@ -13,7 +13,6 @@ EventDriven::EventDriven(EventDynamics dynamics, Method method, Method coarse, d
                          double position_error)
     : dynamics_(std::move(dynamics)),
       method_(std::move(method)),
-      fine_(method_),
       coarse_(std::move(coarse)),
       time_scale_(time_scale),
       span_(0.1 * time_scale),
@@ -252,13 +251,15 @@ bool EventDriven::change_mode() {
 bool EventDriven::decide_together() {
   if (dynamics_.together()) return true;
   if (gives_way_)
-    return fail("modes of contact change again and again, or contacts kick each other too fast");
+    return fail(hurried_ ? "contacts kick each other too fast to be told one by one"
+                         : "modes of contact change again and again");
   dynamics_.set_together(true);
   together_since_ = method_.t;
   const double t = method_.t;
   const std::vector<double> x = method_.x;
   const long rejected = method_.rejected;
   method_ = coarse_;
+  is_coarse_ = true;
   method_.rejected = rejected;
   method_.begin(t, x);
   return true;
@@ -441,8 +442,8 @@ bool EventDriven::ending_contacts(const std::vector<int>& struck, const std::vec
   auto& d = dynamics_;
   auto held = staying;
   decided_ = staying;
-  // What is held to stay may press others to stay: of three and more again, until none is added.
-  for (std::size_t round = 0; round < (struck.size() > 2 ? struck.size() : 1); ++round) {
+  // What is held to stay may press others to stay, as a peg presses a wall that alone carries nothing: until none is added.
+  for (std::size_t round = 0; round < struck.size(); ++round) {
     bool chosen = false, added = false;
     for (const int k : struck) {
       if (std::ranges::find(held, k) != held.end()) continue;

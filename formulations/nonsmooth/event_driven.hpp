@@ -36,7 +36,7 @@ class EventDriven {
  public:
   /// Explicit; where films make it creep, Rosenbrock's implicit method goes on.
   using Method = Relieved<Dopri5>;
-  /// `coarse`: the method once modes are decided together; `time_scale`: s, in which something happens;
+  /// `coarse`: the method once modes are decided together, or after another scheme's steps; `time_scale`: s, in which something happens;
   /// `position_error`: m, accepted in a step.
   EventDriven(EventDynamics dynamics, Method method, Method coarse, double time_scale, double position_error);
 
@@ -61,8 +61,9 @@ class EventDriven {
   void remember(M& m) {
     m.part("event-driven");
     m(dynamics_);
+    m(is_coarse_);
     if constexpr (M::reading)
-      if (dynamics_.together()) method_ = coarse_;
+      if (is_coarse_) method_ = coarse_;
     m(method_, unseen_, mark_, pending_, last_, recent_, recent_since_, window_since_, slow_windows_,
       changes_, changes_since_, block_, block_since_, struck_first_, several_, hurried_, together_since_,
       most_kinetic_, ended_, jams_, unsolved_, inelastic_, last_jam_, merged_, crowd_, last_impact_,
@@ -160,9 +161,10 @@ class EventDriven {
   bool fail_mode(const std::string& what);
 
   EventDynamics dynamics_;
-  Method method_, fine_, coarse_;
-  MotionBounds bounds_;  // of the last step
-  double unseen_ = 0;    // greatest, over the clearance
+  Method method_, coarse_;
+  bool is_coarse_ = false;  // method_ is that
+  MotionBounds bounds_;     // of the last step
+  double unseen_ = 0;       // greatest, over the clearance
   /// Contacts closed before their hops were low, where impacts follow each other too fast.
   struct Ended {
     long count = 0;

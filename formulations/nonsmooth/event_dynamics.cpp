@@ -6,6 +6,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "formulations/laws/film_force.hpp"
 #include "sim/residuals.hpp"
@@ -137,6 +138,7 @@ bool EventDynamics::solve_mode(const Vector& x, double t) {
   }
   if (used_ == 0 && coupled_.size() == 0) return true;
   solve_rows();
+  if (passes_pole()) return false;
   if (coupled_.size() > 0 && !add_coupled()) return false;
   for (int r = 0; r < used_; ++r) {
     for (int i = 0; i < n; ++i) a_[i] += solution_[r] * response(r)[i];
@@ -177,6 +179,25 @@ void EventDynamics::solve_rows() {
   share_friction();
 }
 
+/// Where D_NN − s μ D_NT (of several rows the determinant) of what slides comes to zero its forces grow beyond any bound, and
+/// behind it they pull: no step leads across, however well its stages agree (Painlevé).
+bool EventDynamics::passes_pole() {
+  const auto slides = [](const Contact& c) { return c.closed && c.slip != 0 && c.row.tangent.size > 0; };
+  if (used_ == 0 || dependent_ || std::ranges::none_of(contacts_, slides)) return false;
+  if (orientation_ == 0) orientation_ = turn_;
+  if (turn_ == orientation_ || reporting_) {
+    if (std::exchange(pole_, false)) {  // a shorter step ends before it
+      jam_ = false;
+      trouble_.clear();
+    }
+    return false;
+  }
+  pole_ = jam_ = jam_proved_ = true;
+  trouble_ =
+      "friction admits no finite force on what slides (Painlevé); time stepping gives a consistent impulse";
+  return true;
+}
+
 /// What slips and is bounded by reactions: a unit of each, with what then holds the rows that hold, added to a_ and
 /// lambda_, and to the rows' forces.
 bool EventDynamics::add_coupled() {
@@ -186,13 +207,14 @@ bool EventDynamics::add_coupled() {
     for (int r = 0; r < held; ++r) sum += forces[r] * part(r)[k];
     return sum;
   };
-  const Eigen::VectorXd base = held > 0 ? solution_ : Eigen::VectorXd();
-  std::vector<double> reactions(static_cast<std::size_t>(m));
+  if (held > 0) held_forces_ = solution_;
+  auto& reactions = held_reactions_;
+  reactions.resize(static_cast<std::size_t>(m));
   for (int k = 0; k < m; ++k)
     reactions[k] = total(
-        lambda_.data(), [&](int r) { return reaction(r); }, base, k);
+        lambda_.data(), [&](int r) { return reaction(r); }, held_forces_, k);
   coupled_.base(reactions.data());
-  std::vector<Eigen::VectorXd> answers(static_cast<std::size_t>(coupled_.size()));
+  answers_.resize(static_cast<std::size_t>(coupled_.size()));
   int own = held;  // the next slot behind the rows that hold
   for (int i = 0; i < coupled_.size(); ++i) {
     const int f = coupled_.friction(i);
@@ -201,7 +223,7 @@ bool EventDynamics::add_coupled() {
     if (p.slip == 0) continue;
     rows_[own] = p.row;
     saddle_.respond(p.row, nullptr, 0, response(own), reaction(own));
-    auto& answer = answers[i];
+    auto& answer = answers_[i];
     if (held > 0) {
       for (int r = 0; r < held; ++r) rhs_[r] = -rows_[r].dot(response(own));
       solve_active();
@@ -213,7 +235,7 @@ bool EventDynamics::add_coupled() {
     coupled_.column(i, reactions.data());
     ++own;
   }
-  if (held > 0) solution_ = base;
+  if (held > 0) solution_ = held_forces_;
   if (own == held) return true;
   if (const auto outcome = coupled_.solve(); outcome != CoupledFriction::Outcome::solved) {
     trouble_ = words_of(outcome);
@@ -228,7 +250,7 @@ bool EventDynamics::add_coupled() {
     for (int k = 0; k < n; ++k) a_[k] += p.lambda * response(own)[k];
     for (int k = 0; k < m; ++k) lambda_[k] += p.lambda * reaction(own)[k];
     ++own;
-    if (held > 0) solution_ += p.lambda * answers[i];
+    if (held > 0) solution_ += p.lambda * answers_[i];
   }
   return true;
 }
@@ -245,16 +267,18 @@ void EventDynamics::keep_bounds() {
 /// K x = rhs of the active rows; of several solutions (sticking feet of one body share a row) the least.
 void EventDynamics::solve_active() {
   const auto K = K_.topLeftCorner(used_, used_);
-  const auto lu = K.partialPivLu();
-  const auto pivots = lu.matrixLU().diagonal().cwiseAbs();
+  active_.compute(K);
+  const auto pivots = active_.matrixLU().diagonal().cwiseAbs();
   dependent_ = !(pivots.minCoeff() > 1e-11 * pivots.maxCoeff());
+  turn_ = active_.permutationP().determinant();
+  for (int r = 0; r < used_; ++r) turn_ *= active_.matrixLU()(r, r) < 0 ? -1 : 1;
   if (dependent_) {
     Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
     decomposition.setThreshold(1e-10);
     decomposition.compute(K);
     solution_ = decomposition.solve(rhs_.head(used_));
   } else {
-    solution_ = lu.solve(rhs_.head(used_));
+    solution_ = active_.solve(rhs_.head(used_));
   }
 }
 
@@ -377,6 +401,7 @@ void EventDynamics::take_mode(const EventDynamics& other) {
     contacts_[k].lambda_n = other.contacts_[k].lambda_n;
     contacts_[k].lambda_t = other.contacts_[k].lambda_t;
   }
+  orientation_ = 0;
   phases = other.phases;
   knot = other.knot;
   together_ = other.together_;

@@ -203,9 +203,11 @@ class EventDynamics {
   ContactSolution solve_posed(From from);
   ContactSolution settle_bounds(const Vector& x, double t, const std::vector<int>& candidates, From from);
   bool other_motion(const Vector& x, double t, const std::vector<int>& candidates);
+  void press_jammed();
   std::string strike_bounded(const Vector& x, std::size_t contacts);
   bool solve_free(const Vector& x, double t);
   bool solve_mode(const Vector& x, double t);
+  bool passes_pole();
   bool solve_together(const Vector& x, double t);
   std::string name_of_unknown(int i) const;
   std::string unsolved(const ContactSolution& solution) const;
@@ -248,10 +250,17 @@ class EventDynamics {
   bool together_ = false, jam_ = false, jam_proved_ = false;
   bool reporting_ = false;
   double jam_rate_ = 0;
+  int turn_ = 1, orientation_ = 0;  // signs of the determinant of what holds: now, and since the mode began
+  bool pole_ = false;               // the last evaluation lay behind a pole of its forces
   std::string trouble_;
   std::vector<int> posed_, posed_slips_, posed_resting_;  // contacts and preloaded joints of status_
   Eigen::MatrixXd K_;
   Eigen::VectorXd rhs_, solution_;
+  Eigen::PartialPivLU<Eigen::MatrixXd> active_;  // of the rows that hold
+  /// Of add_coupled(): the rows' forces without that friction and by a unit of each, and multipliers with them.
+  Eigen::VectorXd held_forces_;
+  std::vector<Eigen::VectorXd> answers_;
+  Vector held_reactions_;
   Vector a_, lambda_, r_;
   Vector change_;  // of positions or velocities by project()
   /// What a row of project() belongs to: contact and which of its rows, or a preloaded joint.

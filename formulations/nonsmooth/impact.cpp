@@ -153,9 +153,12 @@ bool ImpactProblem::by_law(std::vector<ImpactContact>& contacts) {
 /// Of contacts that D couples, with problem_.D and before_ theirs.
 std::string ImpactProblem::solve_island(std::vector<ImpactContact>& contacts) {
   const double normal = normal_work_, tangential = tangential_work_;
+  const double residual = solution_.residual, rate = solution_.residual_rate;
   if (by_law(contacts)) return "";
   normal_work_ = normal;
   tangential_work_ = tangential;
+  solution_.residual = residual;  // what is not taken leaves nothing
+  solution_.residual_rate = rate;
   // Without restitution there always is a solution (see by_copositive_lemke).
   auto soft = contacts;
   for (auto& c : soft) c.restitution = c.tangential_restitution = 0;

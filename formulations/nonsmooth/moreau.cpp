@@ -7,6 +7,12 @@
 #include <numeric>
 
 namespace freeplay {
+namespace {
+
+/// Rows of contacts and friction up to which one dense matrix is the faster way.
+constexpr int most_whole_rows = 24;
+
+}  // namespace
 
 MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& options, double step,
                              std::vector<double> restitution, RowFacts facts)
@@ -32,16 +38,22 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
     std::iota(any.begin(), any.end(), 1.0);
     if (system.passage(k, any.data(), 1) > 0) passing_.push_back(k);
   }
-  problem_.reserve(rows);
-  position_problem_.reserve(system.contacts());
+  if (rows > most_whole_rows && !films_.any() && coupled_.size() == 0) {
+    many_ = std::make_unique<Many>(saddle_, system, options, rows);
+    problem_.reserve_rates(rows);
+    position_problem_.reserve_rates(system.contacts());
+  } else {
+    problem_.reserve(rows);
+    position_problem_.reserve(system.contacts());
+    response_.resize(static_cast<std::size_t>(rows) * system.n());
+    reaction_.resize(static_cast<std::size_t>(rows) * system.rows());
+  }
   rows_.resize(rows);
   end_impulse_.resize(static_cast<std::size_t>(rows));
   least_impulse_.resize(static_cast<std::size_t>(rows));
   slope_.resize(static_cast<std::size_t>(rows));
   along_.resize(static_cast<std::size_t>(rows));
   held_.resize(static_cast<std::size_t>(rows));
-  response_.resize(static_cast<std::size_t>(rows) * system.n());
-  reaction_.resize(static_cast<std::size_t>(rows) * system.rows());
   for (auto* x : {&q_, &v_, &q_old_, &v_old_, &q_mid_, &v_mean_, &v_trial_, &v_free_, &force_, &dq_,
                   &struck_v_, &a_gamma_, &q_end_, &v_end_})
     x->resize(system.n());
@@ -95,6 +107,7 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
     slide_gamma_[k] = system_.friction(k, q_mid_.data(), v_old_.data(), e_, slides_[k]);
   ++work_.steps;
   ++work_.factorisations;
+  if (many_) many_->begin(saddle_);
   if (!saddle_.factor(e_.G.data())) {
     failure_ =
         fmt::format("t = {:.9g} s: the constraint equations are not finite or cannot be factorised", t_old_);
@@ -226,7 +239,11 @@ bool MoreauStepper::solve_velocities(double h, const double* v_force) {
   if (films_.any()) films_.resist(v_.data(), lambda_.data());
   v_free_ = v_;
   lambda_free_ = lambda_;
-  for (auto& c : contacts_) c.active = c.struck = false;
+  for (auto& c : contacts_) {
+    c.struck = false;
+    c.active = many_ && c.steps > 1 && c.last_n > 0 && c.row.normal.size > 0 && in_reach(c);  // it lasts
+  }
+  if (many_) many_->islands.clear();
   // Impulses of the other elements may close a gap that the free motion leaves open: look again with them.
   for (bool first = true; activate(h) || first; first = false) {
     v_ = v_free_;
@@ -235,6 +252,7 @@ bool MoreauStepper::solve_velocities(double h, const double* v_force) {
     if (problem_.unknowns.empty()) break;
     if (!solve_contacts()) return false;
   }
+  if (many_) react_to_all();
   return true;
 }
 

@@ -22,12 +22,14 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "formulations/laws/coupled_friction.hpp"
 #include "formulations/nonsmooth/bound_iteration.hpp"
+#include "formulations/nonsmooth/contact_islands.hpp"
 #include "formulations/nonsmooth/contact_problem.hpp"
 #include "formulations/nonsmooth/film_step.hpp"
 #include "model/options.hpp"
@@ -185,7 +187,20 @@ class MoreauStepper {
   bool activate(double h);
   void collect(double h);
   bool find_struck(double h);
-  int add_row(const SparseRow& row, double end_rate_bias);
+  int add_row(const SparseRow& row, double end_rate_bias, int place);
+  /// @name Rows and the responses to them, by their places in rows_
+  ///@{
+  int place_of(int row) const { return many_ ? many_->place[row] : row; }
+  const SparseRow& row_of(int row) const { return rows_[place_of(row)]; }
+  void respond(int place);
+  void respond(int place, const SparseRow* beside, double factor);
+  double along(const SparseRow& row, int place) const;
+  void push(int place, double by, double* x) const;
+  ///@}
+  double rate_of(int row) const { return many_ ? many_->islands.rate(row) : problem_.rate(row); }
+  double delassus(int r, int s) const { return many_ ? many_->islands.D(r, s) : problem_.D(r, s); }
+  ContactSolution solve_islands();
+  void react_to_all();
   bool bring_back(double t_new);
   void draw_closed(double t_new);
   bool meet_rates();
@@ -202,8 +217,21 @@ class MoreauStepper {
   void log_leave(int k);
   void keep_flight(double approach, double steps);
   void keep_passage(double h);
+  const double* response(int row) const { return response_.data() + static_cast<long>(row) * system_.n(); }
   double* response(int row) { return response_.data() + static_cast<long>(row) * system_.n(); }
   double* reaction(int row) { return reaction_.data() + static_cast<long>(row) * system_.rows(); }
+
+  /// What mechanisms of many contacts have in place of a dense D and whole responses. Each contact's rows have their own
+  /// places in rows_, so that what a step has computed of them serves all its contact problems.
+  struct Many {
+    Many(const SaddlePoint& saddle, const System& system, const NonsmoothOptions& options, int rows);
+    void begin(SaddlePoint& saddle);
+    Responses responses;
+    ContactIslands islands, positions;
+    std::vector<int> first;      // place of each contact's normal row; of friction elements after them
+    std::vector<int> place, id;  // of each row and unknown of the present problem
+    std::vector<char> taken;     // responses of this step
+  };
 
   const System& system_;
   double step_;  // s, fixed; 0: controlled from outside
@@ -213,12 +241,14 @@ class MoreauStepper {
   std::vector<Contact> contacts_;
   FilmStep films_;
   std::vector<SparseRow> slides_, rows_;
+  std::unique_ptr<Many> many_;
   CoupledFriction coupled_;  // friction that its joint's reaction bounds: how far that feeds on itself
   BoundIteration bounds_;
   std::vector<double> q_end_, v_end_,
       taken_back_;              // what meet_rates() will do, and where it finds the step's end
   std::vector<double> driven_;  // of each friction's row: > 0, no force moves it, for its rate is prescribed
-  Eigen::VectorXd bound_image_;
+  Eigen::VectorXd bound_image_, bound_start_;
+  std::vector<ContactUnknown> found_;                // one motion, while others are looked for
   bool redundant_;                                   // rows depend on each other from the start on
   ContactRow end_row_;                               // what meet_rates() looks at
   std::vector<double> end_impulse_, least_impulse_;  // N s, of its rows, and how far back they may go

@@ -78,9 +78,9 @@ double MoreauStepper::turned_round() const {
         rate = std::max(rate, std::abs(before));  // friction that drives what slid
       return;
     }
-    if (std::abs(problem_.rate(u.tangent)) > 1e-3 * std::abs(before)) return;  // hardly pressed, it slides on
+    if (std::abs(rate_of(u.tangent)) > 1e-3 * std::abs(before)) return;  // hardly pressed, it slides on
     // It was stopped. What holds it there, the impulse less what took its speed, may be more than friction bears.
-    const double d = problem_.D(u.tangent, u.tangent), held = std::abs(u.impulse_t + before / d);
+    const double d = delassus(u.tangent, u.tangent), held = std::abs(u.impulse_t + before / d);
     if (held > bound) rate = std::max(rate, (held - bound) * d);
   };
   for (const auto& c : contacts_)
@@ -106,7 +106,7 @@ double MoreauStepper::lifted(const std::vector<double>& first) const {
     const double early = 2 * first[k], late = 2 * u.impulse_n, slope = 2 * (late - early);
     const double least = std::min(early, late) - 0.25 * std::abs(slope);
     if (!(early > 0) || !(late > 0) || !(least < 0)) continue;
-    rate = std::max(rate, 0.5 * least * least / std::abs(slope) * problem_.D(u.normal, u.normal));
+    rate = std::max(rate, 0.5 * least * least / std::abs(slope) * delassus(u.normal, u.normal));
   }
   return rate;
 }
@@ -126,7 +126,7 @@ void MoreauStepper::account(double h) {
     if (c.unknown >= 0) approach += problem_.unknowns[c.unknown].impulse_n * std::max(0.0, -c.u_n_minus);
   for (const auto& c : problem_.unknowns) {
     const auto mean_rate = [&](int row) {
-      return 0.5 * (rows_[row].dot(v_old_.data()) + rows_[row].dot(v_.data()));
+      return 0.5 * (row_of(row).dot(v_old_.data()) + row_of(row).dot(v_.data()));
     };
     double work = 0;
     if (c.normal >= 0) {
@@ -232,7 +232,7 @@ void MoreauStepper::keep_struck() {
     sum += u.impulse_n;
     moment += u.impulse_n * (c.t_touch - t_old_);
     for (const auto& [row, impulse] : {std::pair{u.normal, u.impulse_n}, std::pair{u.tangent, u.impulse_t}})
-      for (int i = 0; row >= 0 && i < system_.n(); ++i) struck_v_[i] += impulse * response(row)[i];
+      if (row >= 0) push(place_of(row), impulse, struck_v_.data());
   }
   struck_t_ = sum > 0 ? std::clamp(t_old_ + moment / sum, t_old_, t_) : t_;
 }
@@ -270,10 +270,14 @@ void MoreauStepper::book(double h) {
   smooth_.clear();
   within_.clear();
   std::ranges::fill(struck_lambda_, 0.0);
+  if (many_) std::ranges::fill(force_, 0.0);
   const auto take = [&](int row, double impulse) {
     if (row < 0 || impulse == 0) return;
-    for (int k = 0; k < m; ++k) struck_lambda_[k] += impulse * reaction(row)[k];
-    for (int i = 0; i < n; ++i) within_.acceleration[i] += impulse * response(row)[i];
+    push(place_of(row), impulse, within_.acceleration.data());
+    if (many_)
+      row_of(row).add_to(force_.data(), impulse);
+    else
+      for (int k = 0; k < m; ++k) struck_lambda_[k] += impulse * reaction(row)[k];
   };
   for (int k = 0; k < system_.contacts(); ++k) {
     const auto& c = contacts_[k];
@@ -286,6 +290,7 @@ void MoreauStepper::book(double h) {
     }
     system_.report_contact(k, q, e_, c.row, u.impulse_n, u.impulse_t, 1, struck ? within_ : smooth_);
   }
+  if (many_ && struck_) saddle_.solve(force_.data(), nullptr, dq_.data(), struck_lambda_.data());
   if (films_.any()) films_.report(system_, q, e_, within_.acceleration.data(), smooth_, within_);
   for (int k = 0; k < m; ++k) smooth_lambda_[k] = lambda_[k] - struck_lambda_[k];
   system_.report_rows(q, e_, smooth_lambda_.data(), 1, smooth_);

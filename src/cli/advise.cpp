@@ -37,7 +37,7 @@ void judged_by(const Advice& advice, const char* formulation, double duration) {
 }
 
 void table(const Advice& advice) {
-  fmt::print("  {:<33}{:>9}{:>10}{:>11}{:>8}{:>9}\n", "setting", "error, %", "kept to, s", "rhs", "Jacob.",
+  fmt::print("  {:<32}{:>9}{:>12}{:>10}{:>8}{:>9}\n", "setting", "error, %", "kept to, s", "rhs", "Jacob.",
              "CPU ms");
   for (std::size_t i = 0; i < advice.tried.size(); ++i) {
     const auto& m = advice.tried[i];
@@ -45,7 +45,7 @@ void table(const Advice& advice) {
     const char* const why = m.dearer                                      ? "dearer"
                             : m.ending.status == Ending::Status::finished ? nullptr
                                                                           : "stopped";
-    fmt::print("{} {:<33}{:>9}{:>10}{:>11}{:>8}{:>9.3g}\n", static_cast<int>(i) == advice.chosen ? '>' : ' ',
+    fmt::print("{} {:<32}{:>9}{:>12}{:>10}{:>8}{:>9.3g}\n", static_cast<int>(i) == advice.chosen ? '>' : ' ',
                m.setting.label(), why ? why : shown(100 * error),
                advice.by_events && m.kept_to == m.kept_to ? fmt::format("{:.3g}", m.kept_to) : "-",
                m.work.rhs, m.work.jacobians, 1e3 * m.cpu);
@@ -55,11 +55,11 @@ void table(const Advice& advice) {
 /// What the chosen setting can be trusted with, and what not.
 void promise(const Advice& advice, double error) {
   std::string keys, text;
-  for (const auto& k : advice.tried[advice.chosen].setting.keys()) keys += " --set " + k;
+  for (const auto& k : advice.tried[advice.chosen].setting.keys()) keys += "\n  --set " + k;
   text = fmt::format(
       "the cheapest of those that keep {:.3g} % with a factor of two to spare, by right-hand sides and ten for "
       "each Jacobian; a setting is stopped at its first touch that is off or missing (-), or when it has cost "
-      "more than another that keeps it (dearer)\n {}\n",
+      "more than another that keeps it (dearer){}\n",
       100 * error, keys);
   if (advice.by_events)
     text += fmt::format("promised: each of the {} touches to t = {:.4g} s within {:.3g} %\n",
@@ -128,8 +128,9 @@ void advise_verb(Program& program) {
       program.verb("advise", "name the cheapest settings that keep an error, measured on this scene", advise);
   options.scene(request.scene).required();
   options.set(request.overrides);
-  options.add("--error", request.error, "greatest error, per cent (1% or 1)")
-      .percentage([](double x) { return x > 0; }, "must be greater than 0 per cent, as 1% or 1");
+  options.add("--error", request.error, "greatest error, 1% or 1 for one per cent")
+      .percentage([](double x) { return x > 0; }, "must be greater than 0 per cent, as 1% or 1")
+      .takes("PERCENT");
 }
 
 }  // namespace freeplay::cli

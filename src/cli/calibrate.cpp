@@ -73,6 +73,7 @@ struct CalibrateRequest : Request {
 
 int calibrate(const CalibrateRequest& request) {
   const auto study = read_study(request.scene, request.reach);
+  require_signal(study, "calibrate");
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
   const auto origin = provenance(study);  // reads every file that it names
   auto plan = plan_calibration(study, request.conduct());

@@ -1,13 +1,18 @@
-// The command line, by CLI11: what a verb declares becomes its options and its help.
+// The command line, by CLI11: what a verb declares becomes its options and its help (help.hpp).
 #include <CLI/CLI.hpp>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <sstream>
+#include <filesystem>
+#include <regex>
 
+#include "cli/help.hpp"
 #include "cli/verb.hpp"
+#include "io/spelling.hpp"
 #include "study/settings.hpp"
 #include "version.hpp"
 
@@ -27,6 +32,89 @@ CLI::Validator number_that(bool (*holds)(double), const char* must, bool percent
       "");
 }
 
+const CLI::App* chosen_verb(const CLI::App& program) {
+  const auto chosen = program.get_subcommands();
+  return chosen.empty() ? nullptr : chosen.front();
+}
+
+std::vector<std::string> names_of_verbs(const CLI::App& program) {
+  std::vector<std::string> names;
+  for (const auto* verb : program.get_subcommands(nullptr)) names.push_back(verb->get_name());
+  return names;
+}
+
+/// "needs --data", of each.
+std::string others(const char* what, const std::set<CLI::Option*>& options) {
+  std::vector<std::string> names;
+  for (const auto* option : options) names.push_back(option->get_name());
+  std::ranges::sort(names);
+  return names.empty() ? "" : fmt::format("; {} {}", what, fmt::join(names, ", "));
+}
+
+OptionHelp described(const CLI::Option& option) {
+  const bool positional = option.get_positional();
+  const auto takes = option.get_expected_max() == 0 ? "" : option.get_type_name();
+  OptionHelp help{option.get_name(false, true), positional ? "" : takes,
+                  option.get_description(),     positional,
+                  option.get_required(),        option.get_items_expected_max() > 1};
+  if (const auto fallback = option.get_default_str(); !fallback.empty())
+    help.what += fmt::format("; default {}", fallback);
+  help.what += others("needs", option.get_needs()) + others("not with", option.get_excludes());
+  if (positional && takes.find('|') != takes.npos)
+    help.what += ": " + std::regex_replace(takes, std::regex("\\|"), ", ");
+  return help;
+}
+
+VerbHelp described(const CLI::App& verb) {
+  VerbHelp help{verb.get_name(), verb.get_description(), {}};
+  for (const auto* option : verb.get_options(nullptr)) help.options.push_back(described(*option));
+  return help;
+}
+
+ProgramHelp overview(const CLI::App& program) {
+  ProgramHelp help{program.get_description(), {}};
+  for (const auto* verb : program.get_subcommands(nullptr))
+    help.verbs.push_back({verb->get_name(), verb->get_description(), {}});
+  return help;
+}
+
+/// The words of the command line that nothing took, or the first of them that looks like an option.
+std::string not_expected(const CLI::App& program) {
+  const auto words = program.remaining(true);
+  const auto option = std::ranges::find_if(words, [](const auto& word) { return word.starts_with('-'); });
+  return option != words.end() ? *option : words.empty() ? "" : words.front();
+}
+
+/// Why a word is refused, and what may have been meant.
+std::string stray(const CLI::App& program, const std::string& word) {
+  const auto* verb = chosen_verb(program);
+  if (!word.starts_with('-')) {
+    if (verb) return fmt::format("{}: is more than {} takes", word, verb->get_name());
+    if (std::filesystem::exists(word))
+      return fmt::format("{0}: a verb comes first, as in: freeplay check {0}", word);
+    return fmt::format("{}: there is no such verb{}", word,
+                       meant(word, names_of_verbs(program), "there are"));
+  }
+  const auto name = word.substr(0, word.find('='));
+  std::vector<std::string> known;
+  for (const auto* option : (verb ? *verb : program).get_options(nullptr))
+    for (const auto& one : option->get_lnames()) known.push_back("--" + one);
+  return fmt::format("{}: is no option of {}{}", name,
+                     verb ? verb->get_name() : "the program, or stands before the verb",
+                     meant(name, known, "there are"));
+}
+
+/// What is wrong with a command line, and where to read on.
+std::string refusal(const CLI::App& program, const CLI::ParseError& error) {
+  const auto* verb = chosen_verb(program);
+  const auto word = not_expected(program);
+  const bool is_stray =
+      error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) && !word.empty();
+  return fmt::format("freeplay{}{}: {}\n`freeplay help{}{}` says more\n", verb ? " " : "",
+                     verb ? verb->get_name() : "", is_stray ? stray(program, word) : error.what(),
+                     verb ? " " : "", verb ? verb->get_name() : "");
+}
+
 }  // namespace
 
 Option& Option::required() {
@@ -41,12 +129,28 @@ Option& Option::excludes(const Option& other) {
   option_->excludes(other.option_);
   return *this;
 }
+Option& Option::takes(const char* what) {
+  option_->type_name(what);
+  return *this;
+}
 Option& Option::one_of(const std::vector<std::string>& values) {
-  option_->check(CLI::IsMember(values));
+  option_->type_name(fmt::format("{}", fmt::join(values, "|")));
+  option_->check(CLI::Validator(
+      [values](std::string& word) {
+        if (std::ranges::find(values, word) != values.end()) return std::string();
+        return fmt::format("{} is not known here{}", word, meant(word, values, "one of", Beside::list));
+      },
+      ""));
   return *this;
 }
 Option& Option::between(int low, int high) {
-  option_->check(CLI::Range(low, high));
+  option_->check(CLI::Validator(
+      [=](std::string& text) {
+        const long long n = std::strtoll(text.c_str(), nullptr, 10);
+        return n >= low && n <= high ? std::string() : fmt::format("must be from {} to {}", low, high);
+      },
+      ""));
+  option_->description(fmt::format("{}; {} to {}", option_->get_description(), low, high));
   return *this;
 }
 Option& Option::number(bool (*holds)(double), const char* must) {
@@ -59,6 +163,11 @@ Option& Option::percentage(bool (*holds)(double), const char* must) {
 }
 Option& Option::shows_default() {
   option_->capture_default_str();
+  return *this;
+}
+
+Option& Option::one_each() {
+  option_->allow_extra_args(false);
   return *this;
 }
 
@@ -83,13 +192,16 @@ Option Options::flag(const char* names, bool& value, const char* what) {
 
 Option Options::scene(std::string& file) { return add("scene", file, "scene file"); }
 Option Options::set(std::vector<std::string>& overrides, const char* what) {
-  return Option(app_->add_option("--set", overrides, what)->allow_extra_args(false));
+  return Option(app_->add_option("--set", overrides, what)->allow_extra_args(false)->type_name("KEY=VALUE"));
 }
-Option Options::output(std::string& folder, const char* what) { return add("-o,--output", folder, what); }
+Option Options::output(std::string& folder, const char* what) {
+  return add("-o,--output", folder, what).takes("FOLDER");
+}
 Option Options::accuracy(std::string& level) {
   std::vector<std::string> levels;
   for (const auto& a : accuracies) levels.emplace_back(a.text);
-  return add("--accuracy", level, "settings by docs/tradeoff.md instead of the scene's").one_of(levels);
+  return add("--accuracy", level, "settings measured in docs/tradeoff.md instead of the scene's")
+      .one_of(levels);
 }
 Option Options::allow_outside(Reach& reach) {
   return Option(app_->add_flag_callback(
@@ -103,6 +215,7 @@ Option Options::threads(int& count) {
 Option Options::limit_output(double& gigabytes) {
   return add("--limit-output", gigabytes, "GB that may be written; what is estimated to be more is not begun")
       .number([](double x) { return x > 0; }, "must be a number of GB greater than 0")
+      .takes("GB")
       .shows_default();
 }
 
@@ -111,10 +224,12 @@ Program::Program(StopToken stop)
       app_(std::make_unique<CLI::App>(
           "Freeplay: dynamics of mechanisms with clearance joints in two formulations")) {
   app_->set_version_flag("--version", fmt::format("freeplay {} ({})", version, commit));
+  app_->set_help_flag("-h,--help", "print this");
   app_->require_subcommand(0, 1);  // so that a word that is no command is named
 #define VERB(name) name##_verb(*this);
 #include "cli/verbs.def"
 #undef VERB
+  add_help();
 }
 
 Program::~Program() = default;
@@ -125,18 +240,40 @@ Options Program::add(const char* name, const char* what, std::function<int()> ac
   return Options(verb);
 }
 
+void Program::add_help() {
+  const auto topic = std::make_shared<std::string>();
+  auto options = add("help", "say what a verb does and takes, or name them all", [this, topic] {
+    if (topic->empty()) {
+      fmt::print("{}", overview_page(overview(*app_)));
+      return 0;
+    }
+    const auto verbs = names_of_verbs(*app_);
+    if (std::ranges::find(verbs, *topic) == verbs.end()) {
+      fmt::print(stderr, "freeplay help: there is no verb {}{}\n", *topic, meant(*topic, verbs, "there are"));
+      return 2;
+    }
+    fmt::print("{}", verb_page(described(*app_->get_subcommand(*topic))));
+    return 0;
+  });
+  options.add("verb", *topic, "which; left out, all are named");
+}
+
 int Program::run(int argc, char** argv) {
   try {
     app_->parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    const auto* verb = chosen_verb(*app_);
+    fmt::print("{}", verb ? verb_page(described(*verb)) : overview_page(overview(*app_)));
+    return 0;
+  } catch (const CLI::CallForVersion& e) {
+    fmt::print("{}\n", e.what());
+    return 0;
   } catch (const CLI::ParseError& e) {
-    std::ostringstream out, err;
-    const int status = app_->exit(e, out, err) == 0 ? 0 : 2;
-    fmt::print("{}", out.str());
-    fmt::print(stderr, "{}", err.str());
-    return status;
+    fmt::print(stderr, "{}", refusal(*app_, e));
+    return 2;
   }
   if (chosen_) return chosen_();
-  fmt::print(stderr, "{}", app_->help());
+  fmt::print(stderr, "{}", overview_page(overview(*app_)));
   return 2;
 }
 

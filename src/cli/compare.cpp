@@ -52,8 +52,9 @@ int compare(const CompareRequest& request) {
     fmt::print("{}", wrapped("start: " + assumed + "\n", 7));
   fmt::print("{}\n", wrapped(comparison_table(*scene, comparison, false)));
   say_undetermined(comparison.penalty);
-  fmt::print("results in {}\nfigures:\n", folder.string());
-  for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
+  const auto figures = plots::all(folder);
+  fmt::print("results in {}\n{}", folder.string(), figures.empty() ? "" : "figures:\n");
+  for (const auto& path : figures) fmt::print("  {}\n", path.string());
   return status;
 }
 

@@ -129,8 +129,10 @@ void extremes_verb(Program& program) {
   auto [options, request] =
       program.verb("extremes", "the map of what holds at the edges; fails on a silent error", extremes);
   options.output(request.output, "result folder");
-  options.add("--document", request.document,
-              "write extremes.md and its figure, or strangers.md, into this folder");
+  options
+      .add("--document", request.document,
+           "write extremes.md and its figure, or strangers.md, into this folder")
+      .takes("FOLDER");
   const auto count = options
                          .add("--strangers", request.strangers.count,
                               "judge this many scenes that nobody designed, in place of the map")

@@ -27,7 +27,8 @@ namespace {
 struct ModesRequest : Request {
   std::string scene, formulation = "nonsmooth", about = "equilibrium";
   std::vector<std::string> overrides;
-  std::string output;  ///< result folder; empty: no files
+  Reach reach = Reach::beside;  ///< of files that the scene names
+  std::string output;           ///< result folder; empty: no files
 };
 
 /// All that the verb finds.
@@ -194,7 +195,7 @@ void write(const Scene& scene, const System& system, const ModesRequest& request
 }
 
 int modes(const ModesRequest& request) {
-  const Scene scene = read_scene(request.scene, request.overrides);
+  const Scene scene = read_scene(request.scene, request.overrides, request.reach == Reach::anywhere);
   ask(scene);
   const System system(scene.mechanism);
   const auto family = family_named(request.formulation).value();
@@ -218,6 +219,7 @@ void modes_verb(Program& program) {
       "modes", "where a scene rests, whether it stays there, and its natural frequencies", modes);
   options.scene(request.scene).required();
   options.set(request.overrides);
+  options.allow_outside(request.reach);
   options.add("--formulation", request.formulation, "penalty: contacts yield; nonsmooth: they are rigid")
       .one_of(family_names())
       .shows_default();

@@ -32,10 +32,9 @@ int write_new(const NewRequest& request) {
   const auto folder = real_folder(named.has_parent_path() ? named.parent_path() : ".");
   if (!std::filesystem::is_directory(folder))
     throw SceneError(fmt::format("{}: is no folder", folder.string()));
-  const auto file = folder / named.filename();
-  write_file(file, chosen->text);
+  write_file(folder / named.filename(), chosen->text);
   fmt::print("{}\nlook at it:  freeplay check {} -o out/pose\nrun it:      freeplay compare {}\n",
-             file.string(), file.string(), file.string());
+             named.string(), named.string(), named.string());
   return 0;
 }
 
@@ -47,8 +46,10 @@ void new_verb(Program& program) {
   std::vector<std::string> kinds;
   for (const auto& one : templates) kinds.emplace_back(one.kind);
   options.add("kind", request.kind, "what mechanism").required().one_of(kinds);
-  options.add("-o,--output", request.output,
-              "file; default KIND.toml in the working folder; never one that is there");
+  options
+      .add("-o,--output", request.output,
+           "file; default KIND.toml in the working folder; never one that is there")
+      .takes("FILE");
 }
 
 }  // namespace freeplay::cli

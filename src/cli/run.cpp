@@ -9,6 +9,7 @@
 #include "cli/ending.hpp"
 #include "cli/progress.hpp"
 #include "cli/questions.hpp"
+#include "cli/run_figures.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "facade/simulation.hpp"
@@ -34,6 +35,7 @@ struct RunRequest : Request {
   std::string from;        ///< run.json of a run to repeat
   double checkpoint = 30;  ///< s of wall time between checkpoints
   double most_output = default_output_limit / 1e9;  ///< GB
+  RunFigures figures;
 };
 
 /// Which of the three ways to give a run; throws SceneError for none, or two.
@@ -98,6 +100,7 @@ int run(const RunRequest& request) {
   } else if (!request.from.empty()) {
     const auto run = recorded(request, plan);
     plan.on_progress = [&](double done) { progress.show(plan.formulation, done); };
+    require_figures(request.figures, run.setup.scene, plan.formulation, *plan.folder);
     summary = run_scene(run.setup.scene, plan);
   } else {
     if (request.formulation.empty()) throw SceneError("--formulation is required: penalty or nonsmooth");
@@ -109,6 +112,7 @@ int run(const RunRequest& request) {
     plan.formulation = request.formulation;
     plan.folder = result_folder(request.output, default_folder(scene.file, "-" + request.formulation));
     plan.on_progress = [&](double done) { progress.show(request.formulation, done); };
+    require_figures(request.figures, scene, plan.formulation, *plan.folder);
     summary = run_scene(scene, plan);
   }
   progress.clear();
@@ -130,6 +134,8 @@ int run(const RunRequest& request) {
   fmt::print("results in {}\n", plan.folder->string());
   if (summary.ending.status == Ending::Status::interrupted && has_checkpoint(*plan.folder))
     fmt::print("go on with: freeplay run --resume {}\n", plan.folder->string());
+  if (summary.ending.status != Ending::Status::interrupted)
+    draw_run(request.figures, *plan.folder, request.stop);
   return report(summary);
 }
 
@@ -140,18 +146,26 @@ void run_verb(Program& program) {
   options.scene(request.scene);
   options.set(request.overrides);
   options.allow_outside(request.reach);
-  options.add("--formulation", request.formulation, "penalty or nonsmooth").one_of(family_names());
+  options.add("--formulation", request.formulation, "which; needed but with --resume and --from")
+      .one_of(family_names());
   options.accuracy(request.accuracy);
   options.output(request.output, "result folder; default out/NAME-FORMULATION");
   options.flag("--forces", request.forces, "write forces.csv too, as run.forces = true does");
-  options.add("--resume", request.resume, "go on with the interrupted run in this folder");
-  options.add("--from", request.from, "repeat the run of this run.json, by what it says alone");
+  options.add("--resume", request.resume, "go on with the interrupted run in this folder").takes("FOLDER");
+  options.add("--from", request.from, "repeat the run of this run.json, by what it says alone").takes("FILE");
   options
       .add("--checkpoint", request.checkpoint,
            "seconds between checkpoints, from which --resume goes on; 0 for none")
       .number([](double x) { return x >= 0; }, "must be a number of seconds, 0 or more")
+      .takes("SECONDS")
       .shows_default();
   options.limit_output(request.most_output);
+  options
+      .add("--plot", request.figures.plot,
+           "over time in a figure of its own; may be repeated; wrong names list all")
+      .takes("COLUMN[,COLUMN...]")
+      .one_each();
+  options.flag("--no-figures", request.figures.none, "draw none but those");
 }
 
 }  // namespace freeplay::cli

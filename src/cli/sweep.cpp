@@ -12,9 +12,11 @@
 #include "cli/wrapped.hpp"
 #include "io/folder_lock.hpp"
 #include "io/output_file.hpp"
+#include "io/visible.hpp"
 #include "model/error.hpp"
-#include "study/intervals.hpp"
+#include "study/design.hpp"
 #include "study/sweep.hpp"
+#include "study/sweep_table.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -29,6 +31,7 @@ struct SweepRequest : Request {
   Reach reach = Reach::beside;
   std::string output;  ///< result folder
   int threads = 0;     ///< 0 for all cores
+  std::string table;   ///< CSV file in the result folder, for all named runs; empty: none
   bool prune = false;  ///< remove what the study does not name, and run nothing
 };
 
@@ -52,7 +55,16 @@ int prune(const Study& study, const std::vector<PlannedRun>& planned, const std:
   return 0;
 }
 
+/// Results go below the result folder, whatever the option says.
+void require_plain(const std::string& file) {
+  const std::filesystem::path path(file);
+  if (path.has_parent_path() || path.extension() != ".csv" || path.stem().empty() || file.front() == '.')
+    throw SceneError(
+        fmt::format("--export {}: must be the name of a file in the result folder, NAME.csv", visible(file)));
+}
+
 int sweep(const SweepRequest& request) {
+  if (!request.table.empty()) require_plain(request.table);
   const auto study = read_study(request.scene, request.reach);
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
   const auto planned = plan(study, request.conduct());
@@ -75,6 +87,8 @@ int sweep(const SweepRequest& request) {
   progress.clear();
   fmt::print("{} runs: {} were there, {} made in {}, {} of them failed\n", summary.total, summary.found,
              summary.ran, left(summary.wall_seconds), summary.failed);
+  if (!study.where.empty())
+    fmt::print("where leaves {} of {} cells\n", cells(study).size(), unfiltered(study));
   if (summary.elsewhere > 0) fmt::print("{} made by other processes meanwhile\n", summary.elsewhere);
   if (summary.kept > 0)
     fmt::print("{}",
@@ -82,6 +96,7 @@ int sweep(const SweepRequest& request) {
                                    "program; with --prune they are removed\n",
                                    summary.kept)));
   fmt::print("\n");
+  results.derive(study);
   const auto runs = results.runs();
   if (!summary.interrupted) fmt::print("{}", sweep_table(study, runs));
   const auto doubtful = [](const RunRow& r) { return !r.doubt.empty(); };
@@ -92,6 +107,10 @@ int sweep(const SweepRequest& request) {
   for (const auto& [variant, formulation, reason] : results.failures())
     fmt::print(stderr, "{}, {}: {}\n", variant, formulation, reason);
   fmt::print("results in {}\n", (folder / "sweep.db").string());
+  if (!request.table.empty()) {
+    write_export(study, results, folder / request.table);
+    fmt::print("table in {}\n", (folder / request.table).string());
+  }
   if (summary.interrupted) fmt::print("interrupted; the same command carries on\n");
   return summary.interrupted || !results.failures().empty() ? 1 : 0;
 }
@@ -104,6 +123,10 @@ void sweep_verb(Program& program) {
   options.output(request.output, "result folder; default out/NAME");
   options.allow_outside(request.reach);
   options.threads(request.threads);
+  options
+      .add("--export", request.table,
+           "write the runs that the study names as a table into the result folder, NAME.csv")
+      .takes("NAME.csv");
   options.flag("--prune", request.prune,
                "say which runs are there that the study does not name, and remove them; run nothing");
 }

@@ -148,7 +148,8 @@ void tradeoff_verb(Program& program) {
   options.add("--repeats", request.repeats, "runs of each setting, interleaved").between(1, 1000);
   options.output(request.output, "result folder; default out/NAME");
   options.allow_outside(request.reach);
-  options.add("--document", request.document, "write tradeoff.md and its figures into this folder");
+  options.add("--document", request.document, "write tradeoff.md and its figures into this folder")
+      .takes("FOLDER");
 }
 
 }  // namespace freeplay::cli

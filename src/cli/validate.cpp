@@ -112,7 +112,8 @@ void validate_verb(Program& program) {
   auto [options, request] = program.verb(
       "validate", "a scene against a measured file, or a study against published findings", validate);
   options.add("scene", request.scene, "scene file, or study file with claims").required();
-  const auto data = options.add("--data", request.data, "CSV with t or crank_angle, and acceleration");
+  const auto data =
+      options.add("--data", request.data, "CSV with t or crank_angle, and acceleration").takes("FILE");
   options.set(request.overrides, "override a key of the scene, KEY=VALUE; may be repeated").needs(data);
   options.output(request.output, "result folder; default out/NAME-validation, of a study out/NAME");
   options.flag("--as-given", request.as_given, "leave the impact law at the restitution asked for, unmatched")
@@ -120,6 +121,7 @@ void validate_verb(Program& program) {
   options.allow_outside(request.reach).excludes(data);
   options
       .add("--document", request.document, "write a study's experiment.md and its figures into this folder")
+      .takes("FOLDER")
       .excludes(data);
 }
 

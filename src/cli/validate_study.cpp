@@ -39,6 +39,7 @@ Variant calibrated_variant(const Study& study, const Study& fitted, const Fit& f
 
 int validate_study(const ValidateRequest& request) {
   auto study = read_study(request.scene, request.reach);
+  require_signal(study, "validate");
   if (study.claims != "flores2011")
     throw SceneError(
         fmt::format("{}: claims must be \"flores2011\" to be judged; for a measured file use "

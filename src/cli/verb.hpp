@@ -33,6 +33,8 @@ class Option {
  public:
   explicit Option(CLI::Option* option) : option_(option) {}
   Option& required();
+  /// What the help shows in the place of its value: FOLDER, FILE, SECONDS.
+  Option& takes(const char* what);
   Option& needs(const Option& other);
   Option& excludes(const Option& other);
   Option& one_of(const std::vector<std::string>& values);
@@ -42,6 +44,8 @@ class Option {
   /// The same of a percentage, with or without its sign.
   Option& percentage(bool (*holds)(double), const char* must);
   Option& shows_default();
+  /// One value each time it is given; what follows may be something else.
+  Option& one_each();
 
  private:
   CLI::Option* option_;
@@ -94,6 +98,7 @@ class Program {
 
  private:
   Options add(const char* name, const char* what, std::function<int()> act);
+  void add_help();
 
   StopToken stop_;
   std::unique_ptr<CLI::App> app_;

@@ -13,6 +13,7 @@
 #include "io/result_set.hpp"
 #include "io/run_folder.hpp"
 #include "io/run_json.hpp"
+#include "io/spelling.hpp"
 #include "model/error.hpp"
 #include "plots/figure.hpp"
 #include "verification/claims/claim.hpp"
@@ -65,9 +66,10 @@ int verify(const VerifyRequest& request) {
       chosen.push_back(&set);
   for (const auto& name : request.names)
     if (std::ranges::none_of(claim_sets(), [&](const ClaimSet& s) { return name == s.name; })) {
-      std::string known;
-      for (const auto& s : claim_sets()) known += (known.empty() ? "" : ", ") + std::string(s.name);
-      throw SceneError(fmt::format("verify: there is no set of claims \"{}\"; there is: {}", name, known));
+      std::vector<std::string> known;
+      for (const auto& s : claim_sets()) known.emplace_back(s.name);
+      throw SceneError(
+          fmt::format("verify: there is no set of claims \"{}\"{}", name, meant(name, known, "there is:")));
     }
 
   test::source_folder();  // throws before anything is judged or written
@@ -116,7 +118,8 @@ void verify_verb(Program& program) {
       program.verb("verify", "judge every claim that the program makes of itself", verify);
   options.add("names", request.names, "sets of claims; default all");
   options.output(request.output, "result folder");
-  options.add("--document", request.document, "write verification.md and its figures into this folder");
+  options.add("--document", request.document, "write verification.md and its figures into this folder")
+      .takes("FOLDER");
 }
 
 }  // namespace freeplay::cli

@@ -1,9 +1,5 @@
 #include "io/csv.hpp"
 
-#include <fmt/format.h>
-
-#include <stdexcept>
-
 #include "model/planar.hpp"
 
 namespace freeplay {
@@ -24,12 +20,7 @@ void TrajectoryCsv::begin(const Layout& layout, const State& state) {
   v_.resize(n);
   contacts_.resize(layout.contacts.size());
   if (!fresh()) return grid_.go_on_to(layout.end);
-  std::string line = "t";
-  for (const auto& b : layout.bodies)
-    for (const auto& list : {planar::names, planar::rate_names})
-      for (const char* name : list) line += fmt::format(",{}.{}", b, name);
-  for (const auto& c : layout.contacts) line += fmt::format(",{0}.ex,{0}.ey,{0}.gap", c);
-  header(line + "\n");
+  header(header_of(trajectory_columns(layout)));
   grid_.begin(state.t, layout.output_step, layout.end, layout.duration);
   row(state.t, state.q, state.v, layout.start);
 }
@@ -100,37 +91,11 @@ void SignalsCsv::sample(std::size_t channel, double t, double value) {
   file_.write("\n");
 }
 
-ForcesCsv::Columns ForcesCsv::columns(ForceElement::Kind kind) {
-  using F = ElementForce;
-  switch (kind) {
-    case ForceElement::Kind::joint:
-      return {{{"fx", &F::fx}, {"fy", &F::fy}, {"m", &F::m}}, {{"fx", &F::fx}, {"fy", &F::fy}, {"m", &F::m}}};
-    case ForceElement::Kind::contact:
-      return {{{"fx", &F::fx}, {"fy", &F::fy}, {"fn", &F::fn}, {"ft", &F::ft}, {"m", &F::m}},
-              {{"fx", &F::fx}, {"fy", &F::fy}, {"m", &F::m}}};
-    case ForceElement::Kind::force:
-      return {{{"fx", &F::fx}, {"fy", &F::fy}}, {{"fx", &F::fx}, {"fy", &F::fy}}};
-    case ForceElement::Kind::push:
-      return {{{"fx", &F::fx}, {"fy", &F::fy}, {"power", &F::power}}, {{"fx", &F::fx}, {"fy", &F::fy}}};
-    case ForceElement::Kind::drive:
-    case ForceElement::Kind::torque:
-      return {{{"torque", &F::m}, {"power", &F::power}}, {{"torque", &F::m}}};
-  }
-  throw std::logic_error("no such kind of element");
-}
-
 void ForcesCsv::begin(const Layout& layout, const State& state) {
-  std::string line = "t";
   columns_.clear();
-  for (const auto& e : layout.forces) {
-    const auto& c = columns_.emplace_back(columns(e.kind));
-    for (const auto& [name, member] : c.now) line += fmt::format(",{}.{}", e.name, name);
-    for (const auto& [name, member] : c.mean) line += fmt::format(",{}.{}_mean", e.name, name);
-  }
-  for (const auto& b : layout.bodies)
-    for (const char* name : planar::acceleration_names) line += fmt::format(",{}.{}", b, name);
+  for (const auto& e : layout.forces) columns_.push_back(force_parts(e.kind));
   if (!fresh()) return grid_.go_on_to(layout.end);
-  header(line + "\n");
+  header(header_of(force_columns(layout)));
   now_.elements.resize(columns_.size());
   now_.acceleration.resize(state.v.size());
   sum_ = now_;

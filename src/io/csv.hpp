@@ -3,10 +3,10 @@
 #pragma once
 
 #include <filesystem>
-#include <utility>
 #include <vector>
 
 #include "io/output_file.hpp"
+#include "sim/columns.hpp"
 #include "sim/observer.hpp"
 #include "sim/trajectory.hpp"
 
@@ -96,15 +96,9 @@ class ForcesCsv final : public FileObserver {
   void save(MemoryWriter& m) override;
   void load(MemoryReader& m) override;
 
-  /// Of one element: at an instant, and of means.
-  struct Columns {
-    std::vector<std::pair<const char*, double ElementForce::*>> now, mean;
-  };
-  static Columns columns(ForceElement::Kind kind);
-
  private:
   void row(double t, const Forces& now, const Forces& sum, double share);
-  std::vector<Columns> columns_;
+  std::vector<ForceParts> columns_;
   Grid grid_;
   double since_ = 0;  // s, of the last row
   Forces now_, sum_;

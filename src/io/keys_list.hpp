@@ -95,7 +95,7 @@ class KeysList {
   }
   void table(const Key& constant, const Key& points, TorqueDrive::Table&) {
     add(constant, "number", "–");
-    add(points, "points", "–");
+    add(points, "points or file", "–");
   }
   void samples(const Key& points, const Key& file, const Key& columns, Curve::Points&) {
     add(points, "points", "–");
@@ -110,7 +110,7 @@ class KeysList {
   void number_or_curve(const Key& key, CurveOr&, const Range& = any_number) {
     add(key, "number or text", "required");
   }
-  void pairs(const Key& key, TorqueDrive::Table&) { add(key, "points", "–"); }
+  void pairs(const Key& key, TorqueDrive::Table&) { add(key, "points or file", "–"); }
   void length(const Key& turns, const Key& seconds, double&) {
     add(turns, "number", "–");
     add(seconds, "number", "–");

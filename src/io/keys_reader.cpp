@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "io/points_file.hpp"
+#include "io/spelling.hpp"
 #include "io/toml_value.hpp"
 
 namespace freeplay {
@@ -21,7 +22,8 @@ template <class Range, class Name>
 std::string unknown(const std::string& what, const std::string& name, const Range& range, Name name_of_item,
                     std::vector<std::string> names = {}) {
   for (const auto& item : range) names.push_back(name_of_item(item));
-  return fmt::format("there is no {} {}{}", what, toml_quoted(name), listed("there is:", names));
+  return fmt::format("there is no {} {}{}", what, toml_quoted(name),
+                     meant(name, names, "there is:", Beside::list));
 }
 
 }  // namespace
@@ -39,12 +41,23 @@ void KeysReader::table(const Key& constant, const Key& points, TorqueDrive::Tabl
 
 void KeysReader::pairs(const Key& key, TorqueDrive::Table& table) {
   if (!s_.has(key.name)) return;
-  for (const auto& p : s_.points(key)) {
-    if (!table.empty() && p.x() <= table.back().first)
-      s_.fail(key.name,
-              fmt::format("must increase in its first column; {} follows {}", p.x(), table.back().first));
-    table.emplace_back(p.x(), p.y());
+  if (s_.is_text(key.name)) {
+    table =
+        read_points(s_.named_text(key.name), {}, [&](const std::string& wrong) { s_.fail(key.name, wrong); });
+    if (table.empty()) s_.fail(key.name, "must have points below its header, has none");
+    bounded(key.name, table.size());
+  } else {
+    for (const auto& p : s_.points(key)) table.emplace_back(p.x(), p.y());
   }
+  for (std::size_t i = 1; i < table.size(); ++i)
+    if (!(table[i].first > table[i - 1].first))
+      s_.fail(key.name, fmt::format("must increase in its first column; {} follows {}", table[i].first,
+                                    table[i - 1].first));
+}
+
+void KeysReader::bounded(std::string_view key, std::size_t points) const {
+  constexpr std::size_t most = 100'000;  // what a canonical text can hold with room
+  if (points > most) s_.fail(key, fmt::format("must have at most {} points, has {}", most, points));
 }
 
 void KeysReader::samples(const Key& points, const Key& file, const Key& columns, Curve::Points& list) {
@@ -61,9 +74,7 @@ void KeysReader::samples(const Key& points, const Key& file, const Key& columns,
                        [&](const std::string& wrong) { s_.fail(file.name, wrong); });
   }
   if (list.size() < 2) s_.fail(given.name, fmt::format("must have at least two points, has {}", list.size()));
-  constexpr std::size_t most = 100'000;  // what a canonical text can hold with room
-  if (list.size() > most)
-    s_.fail(given.name, fmt::format("must have at most {} points, has {}", most, list.size()));
+  bounded(given.name, list.size());
   for (std::size_t i = 1; i < list.size(); ++i)
     if (!(list[i].first > list[i - 1].first))
       s_.fail(given.name,
@@ -133,15 +144,16 @@ void KeysReader::point_of(const Key& key, int body, Vec2& at) {
 }
 
 void KeysReader::points(const Key& key, std::string_view centre, std::vector<NamedPoint>& list) {
+  list.push_back({std::string(centre), {0, 0}});
   if (!s_.has(key.name)) return;
-  Vec2 mass_centre{0, 0};
   for (const auto& [name, at] : s_.named_points(key)) {
     if (name == centre)
-      mass_centre = at;
+      list.front().at = at;
     else
       list.push_back({name, at});
   }
-  for (auto& point : list) point.at = point.at - mass_centre;
+  const Vec2 from = list.front().at;
+  for (auto& point : list) point.at = point.at - from;
 }
 
 void KeysReader::ends(std::string_view, std::array<Vec2, 2>& at) {

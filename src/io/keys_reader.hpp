@@ -122,7 +122,7 @@ class KeysReader {
   }
   /// A number, or the name of a curve.
   void number_or_curve(const Key& key, CurveOr& x, const Range& range = any_number);
-  /// A list of points whose first column increases, or none.
+  /// A list of points whose first column increases, or none: there, or in a file whose name stands in its place.
   void pairs(const Key& key, TorqueDrive::Table& table);
   void length(const Key& turns, const Key& seconds, double& duration);
   void part_of_length(const Key& key, double& x);
@@ -191,6 +191,7 @@ class KeysReader {
   static std::string piece(double x) { return fmt::format("{:.6g}", x); }
   static std::string piece(const char* text) { return text; }
   void one_of(const Key& a, const Key& b) const;
+  void bounded(std::string_view key, std::size_t points) const;
   int body_index(std::string_view key, const std::string& name) const;
   int joint_index(const Key& key);
   Vec2 named_point(std::string_view key, int body, const std::string& name) const;

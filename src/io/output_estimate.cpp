@@ -67,7 +67,7 @@ double forces_row(const Scene& scene, const System& system, const State& start,
     const bool revolute = e.kind == ForceElement::Kind::joint && e.joint >= 0 &&
                           std::holds_alternative<RevoluteJoint>(scene.mechanism.joints[e.joint]);
     const bool open = e.kind == ForceElement::Kind::contact && !touches(system, contact++, start);
-    const auto columns = ForcesCsv::columns(e.kind);
+    const auto columns = force_parts(e.kind);
     for (const auto& list : {columns.now, columns.mean})
       for (const auto& column : list)
         bytes += open || (revolute && column.second == &ElementForce::m) ? zero_width : force_width;

@@ -6,6 +6,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <optional>
 #include <sstream>
 
 #include "io/toml_value.hpp"
@@ -27,6 +28,13 @@ std::vector<std::string> fields(const std::string& line) {
   return list;
 }
 
+std::optional<double> number_in(const std::string& field) {
+  double x = 0;
+  const auto* end = field.data() + field.size();
+  const auto [stop, error] = std::from_chars(field.data(), end, x);
+  return error == std::errc() && stop == end ? std::optional(x) : std::nullopt;
+}
+
 }  // namespace
 
 std::vector<std::pair<double, double>> read_points(const std::string& text,
@@ -46,6 +54,8 @@ std::vector<std::pair<double, double>> read_points(const std::string& text,
       header = list;
       if (header.size() < 2)
         fail(fmt::format("line {}: a header of at least two columns was expected", number));
+      if (std::ranges::all_of(header, [](const std::string& field) { return number_in(field).has_value(); }))
+        fail(fmt::format("line {}: a header that names the columns was expected, these are numbers", number));
       for (std::size_t i = 0; i < columns.size(); ++i) {
         const auto found = std::ranges::find(header, columns[i]);
         if (found == header.end()) {
@@ -62,11 +72,11 @@ std::vector<std::pair<double, double>> read_points(const std::string& text,
     std::array<double, 2> point{};
     for (std::size_t i = 0; i < 2; ++i) {
       const auto& field = list[place[i]];
-      const auto* end = field.data() + field.size();
-      const auto [stop, error] = std::from_chars(field.data(), end, point[i]);
-      if (error != std::errc() || stop != end || !std::isfinite(point[i]))
+      const auto x = number_in(field);
+      if (!x || !std::isfinite(*x))
         fail(fmt::format("line {}: {}: {} is not a finite number", number, header[place[i]],
                          toml_quoted(field)));
+      point[i] = *x;
     }
     points.emplace_back(point[0], point[1]);
   }

@@ -47,11 +47,13 @@ class PoseTable {
     if (std::ranges::none_of(list, near)) list.push_back(at);
   }
   /// An element's points are corners of its bodies. A slider's point in the body that it slides on is none, nor is a disc's
-  /// centre.
-  void ends(const auto& x, bool joint) {
+  /// centre; a bushing has an axis and does not slide.
+  template <class X>
+  void ends(const X& x, bool joint) {
     if constexpr (requires { x.between[0], x.at[0].x(); }) {
       if constexpr (requires { x.radii; }) return;
-      const bool slides = requires { x.axis; };
+      const bool slides = requires { x.axis; }
+      &&!std::is_same_v<X, Bushing>;
       if (!slides) corner(x.between[0], x.at[0]);
       if (joint || !slides) corner(x.between[1], x.at[1]);
     }
@@ -80,6 +82,14 @@ class PoseTable {
   void draw_joint(const RackJoint& j) {
     row("disc", j.name, place_of(q_, j.between[0], j.at[0]), {j.pitch_radius, 0});
     line(j.name, place_of(q_, j.between[1], j.at[1]), direction(j.between[1], j.axis), 2 * j.pitch_radius);
+  }
+  /// The slot as a line through its pin, as long as the pin is likely to go; a guide has a box, and both may stand at one place.
+  void draw_joint(const SlotJoint& j) {
+    const auto pin = place_of(q_, j.between[1], j.at[1]), along = direction(j.between[0], j.axis);
+    const auto middle = place_of(q_, j.between[0], j.at[0]);
+    const double reach = std::max(j.at[1].norm(), (pin - middle).norm());
+    line(j.name, middle, along, 1.25 * reach);
+    row(j.clearance ? "disc" : "pin", j.name, pin, {j.clearance ? j.clearance->pin_radius : 0, 0});
   }
   /// The cam's outline, its follower's face or roller.
   void draw_contact(const CamContact& c) {

@@ -1,7 +1,6 @@
 #include "io/schema.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <vector>
 
 #include "io/keys_list.hpp"
@@ -22,16 +21,22 @@ constexpr SchemaKey study_keys[] = {
     {"study.claims", "text", "", "–", "list of published findings to judge: \"flores2011\""},
     {"study.fit", "text", "", "–",
      "study whose calibration `validate` runs first; adds a variant \"calibrated\""},
-    {"study.joint", "text", "", "–", "contact that flights and impacts are taken from; sweeps need it"},
-    {"study.accelerometer", "text", "", "–", "instrument whose signal is judged; sweeps need it"},
+    {"study.joint", "text or names", "", "all",
+     "joints and contacts that flights and impacts are taken from; `validate` and `calibrate` need one"},
+    {"study.accelerometer", "text", "", "–",
+     "instrument whose signal is judged; `validate` and `calibrate` need it"},
     {"study.position", "text", "", "–", "LVDT of the same sampling"},
     {"study.formulations", "names", "", "both", "\"penalty\", \"nonsmooth\""},
     {"study.restitution", "text", "", "\"delivered\"",
      "the impact law's: \"delivered\" by the penalty law, or \"as-given\""},
-    {"study.revolutions", "number", "", "50", "counted in each run"},
-    {"study.discard", "number", "", "2", "revolutions before those"},
-    {"study.starts", "number", "", "8", "perturbed starts of each case"},
-    {"study.seed", "number", "", "1", "of the starts, a whole number"},
+    {"study.period", "number", "s", "the drive's",
+     "what counts as one revolution: a turn of the drive of prescribed speed, or the period of the curves"},
+    {"study.revolutions", "number", "", "50", "periods counted in each run"},
+    {"study.discard", "number", "", "2", "periods before those"},
+    {"study.duration", "number", "s", "–", "counted in each run, in place of revolutions and discard"},
+    {"study.discard_time", "number", "s", "0", "before that"},
+    {"study.starts", "number", "", "8", "perturbed starts of each case; 1 where a scene has none"},
+    {"study.seed", "number", "", "1", "of the starts, and of the points that are drawn; a whole number"},
     {"study.turn", "number", "", "1", "share of a turn that the crank's start angle is drawn from"},
     {"study.play", "number", "", "0.9", "share of the clearance that loose parts start within"},
     {"study.flight_angle", "number", "degrees", "2",
@@ -39,10 +44,31 @@ constexpr SchemaKey study_keys[] = {
     {"study.impact_speed", "number", "m/s", "0.01", "impacts count that approach at least this fast"},
     {"study.line_share", "number", "", "0.05",
      "a line of the spectrum is dominant from this share of the ideal greatest acceleration"},
-    {"study.axes.*.key", "text", "", "required", "scene key that varies"},
-    {"study.axes.*.values", "numbers", "", "required", "what it takes"},
+    {"study.sample", "text", "", "–",
+     "how the axes with low and high are drawn: \"random\", \"latin-hypercube\" or \"sobol\""},
+    {"study.samples", "number", "", "–", "how many points are drawn"},
+    {"study.where", "text", "", "–", "what a cell must satisfy to be run, an expression of the axes"},
+    {"study.axes.*.key", "text", "", "–", "scene key that varies; or keys"},
+    {"study.axes.*.keys", "names", "", "–", "several that vary together"},
+    {"study.axes.*.values", "numbers", "", "–",
+     "what it takes, with units where numbers are texts; of several keys also a list for each point, [[a, b], ...]"},
+    {"study.axes.*.range", "numbers", "", "–", "[low, high, n]: n values, evenly, in place of a list"},
+    {"study.axes.*.log_range", "numbers", "", "–", "[low, high, n]: n values in equal ratios"},
+    {"study.axes.*.low", "number", "", "–", "least value of an axis that is drawn"},
+    {"study.axes.*.high", "number", "", "–", "greatest value of an axis that is drawn"},
+    {"study.axes.*.spacing", "text", "", "\"linear\"", "of an axis that is drawn; or \"log\""},
     {"study.axes.*.unit", "text", "", "\"\"", "as shown"},
     {"study.axes.*.scale", "number", "", "1", "shown value over the key's"},
+    {"study.measure.*.column", "text", "", "required",
+     "column of trajectory.csv or forces.csv, an instrument, or a number of run.json"},
+    {"study.measure.*.reduce", "text", "", "required",
+     "\"mean\", \"rms\", \"min\", \"max\", \"peak\", \"first\", \"last\", \"std\", \"quantile\" or \"count\""},
+    {"study.measure.*.q", "number", "", "required", "of the quantile, from 0 to 1"},
+    {"study.measure.*.each", "text", "", "–", "\"period\": reduced over each period, then their mean"},
+    {"study.measure.*.at", "text", "", "–",
+     "section: only its points count; \"every period\", \"JOINT.angle crosses VALUE upwards\", \"each touch\""},
+    {"study.derived", "table", "", "–",
+     "NAME = \"expression of axes, statistics and measures\", for as many as there are"},
     {"study.variants.*.title", "text", "", "its name", "what it switches on"},
     {"study.variants.*.scene", "text", "", "the study's", "another scene file"},
     {"study.variants.*.set", "names", "", "[]", "keys of the scene, KEY=VALUE"},
@@ -65,6 +91,55 @@ constexpr SchemaKey study_keys[] = {
      "measured file that the statistic is computed from, instead"},
     {"study.calibrate.targets.*.tolerance", "number", "", "0.1",
      "relative standard uncertainty of the value"},
+    {"study.bifurcation.axis", "text", "", "the first", "axis of the study that is swept"},
+    {"study.bifurcation.direction", "text", "", "\"both\"",
+     "\"up\", \"down\" or \"both\": each value begins where its neighbour ended; \"none\""},
+    {"study.bifurcation.starts", "number", "", "0", "drawn starts of each value, besides"},
+    {"study.bifurcation.formulation", "text", "", "\"nonsmooth\"", "which runs"},
+    {"study.bifurcation.set", "names", "", "[]", "keys of the scene, KEY=VALUE"},
+    {"study.bifurcation.section", "text", "", "\"every period\"",
+     "instants that the motion is looked at: docs/attractors.md"},
+    {"study.bifurcation.period", "number", "s", "of the drive", "that discard and keep count"},
+    {"study.bifurcation.discard", "number", "", "200", "periods before the points that are kept"},
+    {"study.bifurcation.keep", "number", "", "60", "periods of those points"},
+    {"study.bifurcation.columns", "names", "", "of the section",
+     "of the points, by which attractors are told apart; the first is shown"},
+    {"study.bifurcation.tolerance", "number", "", "0.001",
+     "of a column's scale, within which two points are one"},
+    {"study.bifurcation.most_period", "number", "", "16", "the longest period that is looked for"},
+    {"study.basin.x", "text", "", "the first", "axis of the study across"},
+    {"study.basin.y", "text", "", "the second", "axis of the study upwards"},
+    {"study.basin.formulation", "text", "", "\"nonsmooth\"", "which runs"},
+    {"study.basin.set", "names", "", "[]", "keys of the scene, KEY=VALUE"},
+    {"study.basin.section", "text", "", "\"every period\"",
+     "instants that the motion is looked at: docs/attractors.md"},
+    {"study.basin.period", "number", "s", "of the drive", "that discard and keep count"},
+    {"study.basin.discard", "number", "", "200", "periods before the points that are kept"},
+    {"study.basin.keep", "number", "", "60", "periods of those points"},
+    {"study.basin.columns", "names", "", "of the section",
+     "of the points, by which attractors are told apart; the first is shown"},
+    {"study.basin.tolerance", "number", "", "0.001", "of a column's scale, within which two points are one"},
+    {"study.basin.most_period", "number", "", "16", "the longest period that is looked for"},
+};
+
+/// Keys of figures' style, which plots/style.cpp reads.
+constexpr SchemaKey style_keys[] = {
+    {"style.font", "text", "", "\"DejaVu Sans\"", "family of the texts, one that is installed"},
+    {"style.font_size", "number", "", "7", "size of the texts on paper, in points of 1/72 in, 4 to 40"},
+    {"style.line_width", "number", "", "1", "times as wide as lines are drawn otherwise, 0.2 to 10"},
+    {"style.colours", "text or names", "", "–",
+     "of penalty, nonsmooth, the ideal joint and further curves, taken in turn: \"#rrggbb\" or names; or "
+     "\"okabe-ito\""},
+    {"style.monochrome", "true or false", "", "false", "black lines, told apart by dashes and marks"},
+    {"style.size", "text", "", "–",
+     "width that a journal asks for: \"one-column\" (90 mm), \"one-and-a-half-column\" (140), \"two-column\" (190), "
+     "\"springer-one-column\" (84), \"springer-two-column\" (174), \"ieee-one-column\" (88.9), \"ieee-two-column\" "
+     "(181.9), \"slide\" (254)"},
+    {"style.width", "number", "", "each figure's own",
+     "width on paper in mm, or with its unit, \"9 cm\"; or size"},
+    {"style.height", "number", "", "each figure's own", "height on paper in mm, likewise"},
+    {"style.format", "text or names", "", "\"pdf\"",
+     "for papers: \"pdf\", \"svg\", \"eps\", \"cairolatex\"; \"png\" for no other. A PNG is drawn in any case"},
 };
 
 /// The rows of all kinds in V: of one table that `type` or a key of its own chooses from.
@@ -137,6 +212,7 @@ const std::vector<SchemaKey>& keys() {
     std::vector<SchemaKey> keys;
     for (const auto& r : rows) keys.push_back({r.path, r.type, r.unit, r.fallback, r.meaning});
     keys.insert(keys.end(), std::begin(study_keys), std::end(study_keys));
+    keys.insert(keys.end(), std::begin(style_keys), std::end(style_keys));
     return keys;
   }();
   return list;
@@ -160,29 +236,22 @@ constexpr std::pair<std::string_view, std::string_view> tables[] = {
     {"instruments.*", "an instrument"},
     {"study", "a study"},
     {"study.axes.*", "an axis"},
+    {"study.measure.*", "a measure"},
     {"study.variants.*", "a variant"},
     {"study.calibrate", "[calibrate]"},
     {"study.calibrate.unknowns.*", "an unknown"},
-    {"study.calibrate.targets.*", "a target"}};
-
-int edit_distance(std::string_view a, std::string_view b) {
-  std::vector<int> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), 0);
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    int diagonal = row[0];
-    row[0] = static_cast<int>(i);
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const int above = row[j];
-      row[j] = std::min({row[j - 1] + 1, above + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
-      diagonal = above;
-    }
-  }
-  return row[b.size()];
-}
+    {"study.calibrate.targets.*", "a target"},
+    {"study.bifurcation", "[bifurcation]"},
+    {"study.basin", "[basin]"},
+    {"style", "a style"}};
 
 }  // namespace
 
 std::span<const SchemaKey> schema() { return keys(); }
+
+bool of_scene(const SchemaKey& key) {
+  return !key.path.starts_with("study.") && !key.path.starts_with("style.");
+}
 
 const SchemaKey* find_key(std::string_view path) {
   const auto it = std::ranges::find(keys(), path, &SchemaKey::path);
@@ -199,8 +268,7 @@ std::vector<std::string> keys_of(std::string_view table) {
   std::vector<std::string> names;
   for (const auto& key : keys()) {
     auto path = key.path;
-    const bool of_study = path.starts_with("study.");
-    if (table.empty() ? of_study : !path.starts_with(std::string(table) + ".")) continue;
+    if (table.empty() ? !of_scene(key) : !path.starts_with(std::string(table) + ".")) continue;
     if (!table.empty()) path.remove_prefix(table.size() + 1);
     const std::string name(path.substr(0, path.find('.')));
     if (std::ranges::find(names, name) == names.end()) names.push_back(name);
@@ -211,18 +279,6 @@ std::vector<std::string> keys_of(std::string_view table) {
 std::string_view what_is(std::string_view table) {
   const auto it = std::ranges::find(tables, table, &std::pair<std::string_view, std::string_view>::first);
   return it == std::end(tables) ? "a table" : it->second;
-}
-
-std::string nearest_word(std::string_view word, const std::vector<std::string>& words) {
-  std::string best;
-  int least = 1000;
-  for (const auto& candidate : words)
-    if (const int d = edit_distance(word, candidate);
-        d < least && d <= static_cast<int>(std::max(word.size(), candidate.size())) / 2) {
-      least = d;
-      best = candidate;
-    }
-  return best;
 }
 
 }  // namespace freeplay

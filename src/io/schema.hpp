@@ -1,11 +1,13 @@
-// Every key that a scene may hold. The reader refuses what is not listed here and asserts that what it reads
-// is; docs/scene.md shows the same rows, and a test compares the two.
+// Every key that a scene, a study or a style of figures may hold. The reader refuses what is not listed here and asserts
+// that what it reads is; docs/scene.md, docs/study.md and docs/figures.md show the same rows, and a test compares them.
 #pragma once
 
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "io/spelling.hpp"  // IWYU pragma: export
 
 namespace freeplay {
 
@@ -19,6 +21,9 @@ struct SchemaKey {
 
 std::span<const SchemaKey> schema();
 
+/// Whether it is a scene's; else a study's or a style's, whose paths begin with that word.
+bool of_scene(const SchemaKey& key);
+
 /// The row of a path such as joints.*.clearance, or nullptr.
 const SchemaKey* find_key(std::string_view path);
 
@@ -31,8 +36,5 @@ std::vector<std::string> keys_of(std::string_view table);
 
 /// What such a table describes, with its article: "a joint", "[run]".
 std::string_view what_is(std::string_view table);
-
-/// The word nearest in spelling, or "" when none is near.
-std::string nearest_word(std::string_view word, const std::vector<std::string>& words);
 
 }  // namespace freeplay

@@ -11,6 +11,7 @@
 #include "io/input_file.hpp"
 #include "io/quantity.hpp"
 #include "io/schema.hpp"
+#include "io/spelling.hpp"
 #include "io/toml_value.hpp"
 #include "io/visible.hpp"
 #include "model/magnitude.hpp"
@@ -80,19 +81,12 @@ void SceneSource::refuse_made(const std::string& path) const {
   const auto dot = path.find('.');
   const auto family = path.substr(0, dot), element = path.substr(dot + 1);
   const auto what = what_is(family + ".*");
-  const auto near = nearest_word(element, it->second);
   const auto option =
       std::ranges::find_if(order, [&](const auto& key) { return key.starts_with(path + "."); });
-  throw SceneError(
-      fmt::format("--set {}", visible(option == order.end() ? path : overridden.at(*option))), visible(path),
-      fmt::format("there is no such {}{}", what.substr(what.find(' ') + 1),
-                  near.empty() ? listed("there is", it->second) : fmt::format("; did you mean {}?", near)));
-}
-
-std::string listed(std::string_view opening, const std::vector<std::string>& words) {
-  const auto list =
-      fmt::format("{} {}", opening, words.empty() ? "none" : fmt::format("{}", fmt::join(words, ", ")));
-  return (list.size() <= 80 ? "; " : "\n  ") + list;
+  throw SceneError(fmt::format("--set {}", visible(option == order.end() ? path : overridden.at(*option))),
+                   visible(path),
+                   fmt::format("there is no such {}{}", what.substr(what.find(' ') + 1),
+                               meant(element, it->second, "there is")));
 }
 
 Section::Section(const toml::table& table, std::string path, std::string pattern, const SceneSource& source)
@@ -230,8 +224,9 @@ std::vector<Vec2> Section::points(const Asked& key,
   const auto& node = require(key.name);
   const auto* list = node.as_array();
   if (!list || list->empty())
-    source_->fail(&node, full(key.name),
-                  fmt::format("must be a list of pairs [[a, b], ...], is {}", kind_of(node)));
+    source_->fail(
+        &node, full(key.name),
+        fmt::format("must be a list of pairs [[a, b], ...], is {}", list ? "an empty one" : kind_of(node)));
   std::vector<Vec2> result;
   for (const auto& item : *list)
     if (const auto name = item.value_exact<std::string>(); named && name)
@@ -256,6 +251,12 @@ std::vector<std::string> Section::names(std::string_view key) {
 bool Section::is_text(std::string_view key) const {
   const auto* node = table_.get(key);
   return node && node->is_string();
+}
+
+bool Section::is_list_of_lists(std::string_view key) const {
+  const auto* node = table_.get(key);
+  const auto* list = node ? node->as_array() : nullptr;
+  return list && !list->empty() && list->front().is_array();
 }
 
 std::vector<std::pair<std::string, Vec2>> Section::named_points(const Asked& key) {
@@ -287,13 +288,63 @@ std::vector<double> Section::numbers(const Asked& key) {
   return result;
 }
 
+std::vector<std::vector<double>> Section::rows(std::string_view key,
+                                               const std::vector<std::string_view>& units) {
+  const auto& node = require(key);
+  const auto* list = node.as_array();
+  if (!list || list->empty())
+    source_->fail(&node, full(key),
+                  fmt::format("must be a list of lists [[a, b], ...], is {}", kind_of(node)));
+  std::vector<std::vector<double>> result;
+  for (const auto& item : *list) {
+    const auto* row = item.as_array();
+    if (!row || row->size() != units.size())
+      source_->fail(&item, full(key),
+                    fmt::format("must be a list of {} numbers, is {}", units.size(),
+                                row ? fmt::format("one of {}", row->size()) : std::string(kind_of(item))));
+    auto& numbers = result.emplace_back();
+    for (std::size_t i = 0; i < units.size(); ++i) {
+      Asked one(key);
+      one.unit = units[i];
+      numbers.push_back(to_number((*row)[i], one, any_number));
+    }
+  }
+  return result;
+}
+
+std::vector<std::string> Section::name_or_names(std::string_view key) {
+  return is_text(key) ? std::vector{text(key)} : names(key);
+}
+
+std::vector<std::pair<std::string, std::string>> Section::texts(std::string_view key) {
+  const auto* node = take(key);
+  if (!node) return {};
+  const auto* table = node->as_table();
+  if (!table)
+    source_->fail(node, full(key),
+                  fmt::format("must be a table of texts, NAME = \"...\", is {}", kind_of(*node)));
+  std::vector<std::pair<toml::source_position, std::pair<std::string, std::string>>> placed;
+  for (const auto& [name, item] : *table) {
+    const auto own = fmt::format("{}.{}", key, name.str());
+    const auto value = item.value_exact<std::string>();
+    if (!value)
+      source_->fail(&item, full(own), fmt::format("must be a text in quotes, is {}", kind_of(item)));
+    placed.push_back({item.source().begin, {std::string(name.str()), *value}});
+  }
+  std::ranges::stable_sort(placed, [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::pair<std::string, std::string>> result;
+  for (auto& [where, pair] : placed) result.push_back(std::move(pair));
+  return result;
+}
+
 int Section::to_choice(const std::string& value, std::string_view key,
                        const std::vector<std::string>& choices) const {
   const auto it = std::ranges::find(choices, value);
   if (it == choices.end()) {
     std::vector<std::string> words;
     for (const auto& choice : choices) words.push_back(toml_quoted(choice));
-    fail(key, fmt::format("{} is not known here{}", toml_quoted(value), listed("one of", words)));
+    fail(key, fmt::format("{} is not known here{}", toml_quoted(value),
+                          meant(toml_quoted(value), words, "one of", Beside::list)));
   }
   return static_cast<int>(it - choices.begin());
 }

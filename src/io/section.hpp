@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "io/named_file.hpp"
+#include "io/spelling.hpp"  // IWYU pragma: export
 #include "io/toml.hpp"
 #include "model/error.hpp"
 #include "model/keys.hpp"
@@ -48,9 +49,6 @@ struct SceneSource {
 /// what follows from it.
 void refuse_unknown_keys(const toml::table& document, std::string_view pattern, const SceneSource& source);
 
-/// "; OPENING a, b", or a line of its own where it is long.
-std::string listed(std::string_view opening, const std::vector<std::string>& words);
-
 /// A key that is read, with the unit that a number beside a unit is converted to: the key's own, or else that of the
 /// schema's row.
 struct Asked {
@@ -69,6 +67,7 @@ class Section {
 
   bool has(std::string_view key) const { return table_.contains(key); }
   bool is_text(std::string_view key) const;
+  bool is_list_of_lists(std::string_view key) const;
   double number(const Asked& key, Range range);
   double number(const Asked& key, Range range, double fallback);
   /// A number, or nothing for `word`.
@@ -86,6 +85,12 @@ class Section {
                            const std::function<Vec2(std::size_t, const std::string&)>& named);
   std::vector<std::string> names(std::string_view key);
   std::vector<double> numbers(const Asked& key);
+  /// A list of lists of numbers, each of as many as there are units, which they are in.
+  std::vector<std::vector<double>> rows(std::string_view key, const std::vector<std::string_view>& units);
+  /// A name, or a list of them.
+  std::vector<std::string> name_or_names(std::string_view key);
+  /// A table of texts by name, in the order of the file.
+  std::vector<std::pair<std::string, std::string>> texts(std::string_view key);
   /// A table of points by name.
   std::vector<std::pair<std::string, Vec2>> named_points(const Asked& key);
   /// The value of `key` as an index into `choices`; a message lists them.

@@ -6,6 +6,7 @@
 
 #include "io/schema.hpp"
 #include "io/section.hpp"
+#include "io/spelling.hpp"
 
 namespace freeplay {
 namespace {
@@ -42,12 +43,17 @@ std::optional<Unknown> first_unknown(const toml::table& table, const std::string
 /// What was meant: a name of this table that is near, else the table whose key it is, else what there is.
 std::string remedy(const Unknown& unknown) {
   const auto known = keys_of(unknown.table);
+  if (unknown.table == "study" && unknown.name == "study")
+    return "; a study's keys stand at its root: [axes.NAME], without study";
   if (const auto near = nearest_word(unknown.name, known); !near.empty())
     return fmt::format("; did you mean {}?", near);
-  const bool of_study = unknown.table.starts_with("study");
+  const auto document =
+      unknown.table.substr(0, unknown.table.find('.'));  // "study" or "style", of a scene none
+  const auto same = [&](const SchemaKey& key) {
+    return document == "study" || document == "style" ? key.path.starts_with(document + ".") : of_scene(key);
+  };
   for (const auto& key : schema())
-    if (!unknown.node->is_table() && key.path.ends_with("." + unknown.name) &&
-        key.path.starts_with("study.") == of_study)
+    if (!unknown.node->is_table() && key.path.ends_with("." + unknown.name) && same(key))
       return fmt::format("; it is one of {}", key.path.substr(0, key.path.rfind('.')));
   return listed("there are", known);
 }

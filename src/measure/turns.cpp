@@ -67,31 +67,36 @@ double whole_circle(double degrees) {
 double half_circle(double degrees) { return whole_circle(degrees + 180) - 180; }
 
 double TurnMeter::degrees(double t) const {
+  if (rules_.speed == 0) return nan;
   return whole_circle((rules_.crank_start + rules_.speed * t) * 180 / pi);
 }
 
 double TurnMeter::turn() const { return 2 * pi / std::abs(rules_.speed); }
 
 /// The contact is closed from t to `until`; NaN: to its next loss.
-void TurnMeter::touch(double t, double until) {
-  if (!std::isnan(left_at_)) {
-    flown_ += std::max(0.0, t - std::max(left_at_, rules_.discard));
-    if (lost_ && t >= rules_.discard) flights_.emplace_back(left_at_, t);
+void TurnMeter::touch(Touching& one, int contact, double t, double until) {
+  if (!std::isnan(one.left_at)) {
+    flown_ += std::max(0.0, t - std::max(one.left_at, rules_.discard));
+    if (one.lost && t >= rules_.discard) flights_.push_back({one.left_at, t, contact});
   }
-  left_at_ = until;
-  lost_ = !std::isnan(until);
+  one.left_at = until;
+  one.lost = !std::isnan(until);
 }
 
 void TurnMeter::event(const ContactEvent& e) {
-  if (e.contact != rules_.joint) return;
+  std::size_t own = 0;
+  if (e.contact != rules_.joint) {
+    own = static_cast<std::size_t>(std::ranges::find(rules_.others, e.contact) - rules_.others.begin()) + 1;
+    if (own == touching_.size()) return;
+  }
+  auto& one = touching_[own];
   if (e.kind == EventKind::separation) {
-    left_at_ = e.t;
-    lost_ = true;
+    one = {e.t, true};
     return;
   }
-  touch(e.t, e.kind == EventKind::impact ? e.t + e.duration : nan);
+  touch(one, e.contact, e.t, e.kind == EventKind::impact ? e.t + e.duration : nan);
   if (e.t >= rules_.discard && -e.v_n_minus >= rules_.impact_speed)
-    impacts_.push_back({degrees(e.t), -e.v_n_minus, e.impulse_n});
+    impacts_.push_back({degrees(e.t), -e.v_n_minus, e.impulse_n, e.contact});
 }
 
 void TurnMeter::acceleration(double t, double value) {
@@ -113,8 +118,11 @@ std::size_t TurnMeter::first_of(int whole_turn) const {
   return static_cast<std::size_t>(std::ranges::lower_bound(times_, begin) - times_.begin());
 }
 
-void TurnMeter::flight(TurnMetrics& m, double from, double to) const {
-  Flight f{degrees(from), std::abs(rules_.speed) * (to - from) * 180 / pi, to - from, nan};
+void TurnMeter::flight(TurnMetrics& m, const Flown& flown) const {
+  const auto [from, to, contact] = flown;
+  const bool turns = rules_.speed != 0;
+  Flight f{degrees(from), turns ? std::abs(rules_.speed) * (to - from) * 180 / pi : nan, to - from, nan,
+           contact};
   if (f.angle < rules_.flight_angle) return;
   const long i = static_cast<long>(std::ceil(from * rules_.sampling)) - first_x_;
   const long j = static_cast<long>(std::floor(to * rules_.sampling)) - first_x_;
@@ -154,19 +162,24 @@ void TurnMeter::peaks(TurnMetrics& m, int turns) const {
 void TurnMeter::contacts(TurnMetrics& m, double end) const {
   auto& v = m.value;
   const double counted = end - rules_.discard, turns = counted / turn();
-  for (const auto& [from, to] : flights_) flight(m, from, to);
+  for (const auto& one : flights_) flight(m, one);
   m.impacts = impacts_;
   std::vector<double> losses, returns, durations, decelerations;
   for (const auto& f : m.flights) {
     durations.push_back(f.duration);
     if (std::isfinite(f.deceleration)) decelerations.push_back(f.deceleration);
+    if (rules_.speed == 0) continue;
     losses.push_back(f.loss);
     returns.push_back(f.loss + std::copysign(f.angle, rules_.speed));
   }
-  const double under_way = std::isnan(left_at_) ? 0 : std::max(0.0, end - std::max(left_at_, rules_.discard));
-  v[TurnMetrics::impacts_per_turn] = static_cast<double>(impacts_.size()) / turns;
-  v[TurnMetrics::flights_per_turn] = static_cast<double>(m.flights.size()) / turns;
-  v[TurnMetrics::flight_share] = (flown_ + under_way) / counted;
+  double flown = flown_;
+  for (const auto& one : touching_)
+    if (!std::isnan(one.left_at)) flown += std::max(0.0, end - std::max(one.left_at, rules_.discard));
+  if (rules_.speed != 0) {
+    v[TurnMetrics::impacts_per_turn] = static_cast<double>(impacts_.size()) / turns;
+    v[TurnMetrics::flights_per_turn] = static_cast<double>(m.flights.size()) / turns;
+  }
+  v[TurnMetrics::flight_share] = flown / (counted * static_cast<double>(touching_.size()));
   v[TurnMetrics::loss_angle] = mean_angle(losses);
   v[TurnMetrics::return_angle] = mean_angle(returns);
   v[TurnMetrics::flight_duration] = mean(durations);
@@ -205,7 +218,9 @@ void TurnMeter::harmonics(TurnMetrics& m, int turns) const {
   }
   m.mean_turn = bin_means(mean_of(m.turns), mean_bins);
   auto& v = m.value;
-  v[TurnMetrics::lines] = v[TurnMetrics::lines_total] = v[TurnMetrics::line_greatest] = 0;
+  const bool judged = !std::isnan(rules_.ideal_maximum);
+  v[TurnMetrics::lines] = v[TurnMetrics::lines_total] = judged ? 0 : nan;
+  v[TurnMetrics::line_greatest] = 0;
   for (std::size_t h = 0; h < m.spectrum.size(); ++h) {
     auto& line = m.spectrum[h];
     line = std::sqrt(line);
@@ -240,14 +255,31 @@ int whole_turns(std::size_t n, double span, double turn) {
   return static_cast<int>((samples + 1 - 1e-6) * span / (samples - 1) / turn);
 }
 
+/// All samples that count, where there are no turns.
+void TurnMeter::whole_window(TurnMetrics& m) const {
+  double squares = 0, peak = 0;
+  for (const double a : acceleration_) {
+    squares += a * a;
+    peak = std::max(peak, std::abs(a));
+  }
+  m.value[TurnMetrics::peak_max] = peak;
+  m.value[TurnMetrics::ratio_max] = peak / rules_.ideal_maximum;
+  m.value[TurnMetrics::rms] = std::sqrt(squares / static_cast<double>(acceleration_.size()));
+}
+
 TurnMetrics TurnMeter::finish(double end, double energy_lost) const {
   TurnMetrics m;
   m.value.fill(nan);
   if (end > rules_.discard) {
     if (rules_.joint >= 0) contacts(m, end);
-    m.value[TurnMetrics::energy_per_turn] = energy_lost * turn() / (end - rules_.discard);
+    if (rules_.speed != 0)
+      m.value[TurnMetrics::energy_per_turn] = energy_lost * turn() / (end - rules_.discard);
   }
   if (times_.size() < 2) return m;
+  if (rules_.speed == 0) {
+    whole_window(m);
+    return m;
+  }
   const int turns = whole_turns(times_.size(), times_.back() - times_.front(), turn());
   if (turns < 1) return m;
   peaks(m, turns);

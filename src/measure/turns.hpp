@@ -9,6 +9,10 @@
 // spectrum's line k is the root mean square over turns of the amplitude of the k-th harmonic of the turn, from
 // its own samples (harmonics.hpp), below 0.4 of the sampling; it is dominant when it reaches `line_share` of the
 // ideal mechanism's greatest acceleration. The mean turn is that of the same harmonics.
+//
+// Of several contacts flights and impacts are counted together, and the share of flights is the mean of theirs. A turn need not
+// be a crank's: with the speed 2π/T it is a period, and angles are phases of it. Without one (speed 0) there are no angles,
+// every flight counts, and of what samples give only the greatest and the root mean square are left, of all that count.
 #pragma once
 
 #include <array>
@@ -21,8 +25,8 @@
 namespace freeplay {
 
 struct TurnRules {
-  double discard = 0;          ///< s
-  double speed = 0;            ///< rad/s of the crank, ≠ 0; negative: it turns backwards through its angles
+  double discard = 0;  ///< s
+  double speed = 0;    ///< rad/s of the crank; negative: it turns backwards through its angles; 0: no turns
   double crank_start = 0;      ///< rad at t = 0
   double flight_angle = 2;     ///< degrees
   double impact_speed = 0.01;  ///< m/s
@@ -30,18 +34,21 @@ struct TurnRules {
   double sampling = 0;       ///< Hz, of the position sensor; the accelerometer's samples say when they are
   double ideal_maximum = 0;  ///< m/s², through the same instrument
   int joint = 0;  ///< contact that flights and impacts are taken from; −1: none is known, they are NaN
+  std::vector<int> others = {};  ///< contacts that they are taken from beside it
 };
 
 struct Flight {
   double loss = 0, angle = 0;  ///< degrees: where contact is lost, how far the crank turns until it returns
   double duration = 0;         ///< s
   double deceleration = 0;     ///< m/s², mean −d|v|/dt of the position's signal; NaN where too short
+  int contact = 0;             ///< whose it is
 };
 /// An impact that counts, as TurnRules have it.
 struct CountedImpact {
   double angle = 0;     ///< degrees
   double approach = 0;  ///< m/s
   double impulse = 0;   ///< N s
+  int contact = 0;      ///< whose it is
 };
 struct TracePoint {
   double angle = 0, acceleration = 0, position = 0;  ///< degrees, m/s², m
@@ -92,7 +99,7 @@ int whole_turns(std::size_t n, double span, double turn);
 
 class TurnMeter {
  public:
-  explicit TurnMeter(const TurnRules& rules) : rules_(rules) {}
+  explicit TurnMeter(const TurnRules& rules) : rules_(rules), touching_(1 + rules.others.size()) {}
   /// In the order of time. Before its first event a contact is taken to be open, unless that is its loss.
   void event(const ContactEvent& e);
   void acceleration(double t, double value);
@@ -104,8 +111,17 @@ class TurnMeter {
   double degrees(double t) const;
   double turn() const;                         // s
   std::size_t first_of(int whole_turn) const;  // sample
-  void touch(double t, double until);
-  void flight(TurnMetrics& m, double from, double to) const;
+  struct Touching {
+    double left_at = 0;  // s, of the present flight; NaN in contact
+    bool lost = false;   // the present flight's beginning was seen
+  };
+  struct Flown {
+    double from = 0, to = 0;  // s
+    int contact = 0;
+  };
+  void touch(Touching& one, int contact, double t, double until);
+  void flight(TurnMetrics& m, const Flown& flown) const;
+  void whole_window(TurnMetrics& m) const;
   void peaks(TurnMetrics& m, int turns) const;
   void contacts(TurnMetrics& m, double end) const;
   void harmonics(TurnMetrics& m, int turns) const;
@@ -115,11 +131,10 @@ class TurnMeter {
   std::vector<double> times_, acceleration_;  // s, m/s²
   std::vector<double> position_;              // at (first_x_ + i)/sampling
   long first_x_ = -1;
-  std::vector<std::pair<double, double>> flights_;  // s: loss, return
+  std::vector<Flown> flights_;
   std::vector<CountedImpact> impacts_;
-  double flown_ = 0;    // s, of the time that counts
-  double left_at_ = 0;  // s, of the present flight; NaN in contact
-  bool lost_ = false;   // the present flight's beginning was seen
+  double flown_ = 0;                // s, of the time that counts, of all contacts
+  std::vector<Touching> touching_;  // of `joint` and `others`
 };
 
 /// The p-quantile of a sorted list, linear between its members.

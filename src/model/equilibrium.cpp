@@ -4,221 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <optional>
 
-#include "model/error.hpp"
+#include "model/descent.hpp"
 #include "model/mechanism.hpp"
-#include "model/planar.hpp"
 
 namespace freeplay {
 namespace {
 
 using Eigen::MatrixXd, Eigen::VectorXd;
-
-[[noreturn]] void refuse(const std::string& why) { throw ModelError("run.start", "no equilibrium: " + why); }
-
-/// A place on the manifold with its reactions and what remains to move it.
-struct Place {
-  AtRest at;
-  VectorXd mu;
-  VectorXd left;  ///< R in unit weights: what no reaction answers
-};
-
-class Descent {
- public:
-  Descent(const Mechanism& mechanism, Statics& statics, const VectorXd& from, const StopToken& stop)
-      : mechanism_(mechanism), s_(statics), stop_(stop), from_(from), weights_(VectorXd::Ones(from.size())) {
-    reach_ = s_.length();
-    for (int i = 0; i < from.size(); ++i) {
-      if (s_.system().is_angle(i))
-        weights_[i] = s_.length() * s_.length();
-      else
-        for (int j = i % planar::coordinates; j < i; j += planar::coordinates)
-          reach_ = std::max(reach_, std::abs(from[i] - from[j]));
-    }
-    root_ = weights_.cwiseSqrt();
-  }
-
-  /// Down to where nothing is left but `share` of the forces; `radius` of the first step (m).
-  Place settle(VectorXd q, double radius, double share = 1e-12);
-  int steps = 0;
-
- private:
-  Place place(const VectorXd& q) {
-    Place p;
-    s_.look(q, p.at);
-    p.mu = VectorXd::Zero(p.at.C.rows());
-    const VectorXd R = p.at.force.cwiseQuotient(root_);
-    p.left = R;
-    if (p.at.C.rows() > 0) {
-      const MatrixXd B = (p.at.C * root_.cwiseInverse().asDiagonal()).transpose();
-      Eigen::CompleteOrthogonalDecomposition<MatrixXd> cod;
-      cod.setThreshold(1e-10);
-      cod.compute(B);
-      p.mu = cod.solve(R);
-      p.left -= B * p.mu;
-    }
-    return p;
-  }
-  /// Onto the manifold by steps of least length; nothing where they do not come down to rounding.
-  std::optional<VectorXd> close(VectorXd q);
-  /// How far a step may go: no angle more than a radian, no contact past what it could pass unseen.
-  double allowed(const VectorXd& step) const;
-  void refuse_endless(const VectorXd& q) const;
-  [[noreturn]] void refuse_stuck(const Place& p, const Linearised& l) const;
-
-  const Mechanism& mechanism_;
-  Statics& s_;
-  const StopToken& stop_;
-  VectorXd from_, weights_, root_;
-  double reach_ = 1;
-};
-
-std::optional<VectorXd> Descent::close(VectorXd q) {
-  AtRest at;
-  double before = std::numeric_limits<double>::infinity();
-  for (int pass = 0; pass < 12; ++pass) {
-    s_.look(q, at);
-    if (at.C.rows() == 0) return q;
-    const double open = at.c.cwiseAbs().maxCoeff();
-    if (!std::isfinite(open)) return std::nullopt;
-    if (open <= 1e-15 * reach_ || (open <= 1e-12 * reach_ && open >= 0.5 * before)) return q;
-    before = open;
-    const MatrixXd B = at.C * root_.cwiseInverse().asDiagonal();
-    Eigen::CompleteOrthogonalDecomposition<MatrixXd> cod;
-    cod.setThreshold(1e-10);
-    cod.compute(B);
-    const VectorXd step = cod.solve(-at.c);
-    q += step.cwiseQuotient(root_);
-  }
-  return before <= 1e-9 * s_.length() ? std::optional(q) : std::nullopt;
-}
-
-double Descent::allowed(const VectorXd& step) const {
-  double turn = 0, pass = 0;
-  for (int i = 0; i < step.size(); ++i)
-    if (s_.system().is_angle(i)) turn = std::max(turn, std::abs(step[i]));
-  for (int k = 0; k < s_.system().contacts(); ++k)
-    pass = std::max(pass, 2 * s_.system().passage(k, step.data(), 1));
-  return 1 / std::max({1.0, turn, pass});
-}
-
-void Descent::refuse_endless(const VectorXd& q) const {
-  const VectorXd gone = q - from_;
-  for (int i = 0; i < gone.size(); ++i) {
-    const bool angle = s_.system().is_angle(i);
-    if (std::abs(gone[i]) < (angle ? 1e3 : 1e5 * reach_)) continue;
-    const auto& body = mechanism_.bodies[planar::body_of(i)].name;
-    refuse(fmt::format("bodies.{} {} for ever ({} {}{:.3g} {} so far); nothing holds it", body,
-                       angle ? "turns" : "moves", planar::name(i), gone[i] < 0 ? "" : "+", gone[i],
-                       angle ? "rad" : "m"));
-  }
-}
-
-void Descent::refuse_stuck(const Place& p, const Linearised& l) const {
-  const MatrixXd Z = null_space(p.at.C, weights_), H = Z.transpose() * l.settled() * Z;
-  if ((H - H.transpose()).norm() > 1e-6 * H.norm())
-    refuse("the forces have no potential, their work depends on the way");
-  const VectorXd gone = p.at.q - from_;
-  for (int i = 0; i < gone.size(); ++i)
-    if (s_.system().is_angle(i) && std::abs(gone[i]) > 100)
-      refuse(fmt::format(
-          "after {} steps bodies.{} still turns (theta {:+.3g} rad so far); something drives it round", steps,
-          mechanism_.bodies[planar::body_of(i)].name, gone[i]));
-  Eigen::Index worst = 0;
-  p.left.cwiseAbs().maxCoeff(&worst);
-  refuse(fmt::format("none found in {} steps: bodies.{} is still pushed along {} by {:.3g} {}", steps,
-                     mechanism_.bodies[planar::body_of(worst)].name, planar::name(static_cast<int>(worst)),
-                     p.left[worst] * root_[worst],
-                     s_.system().is_angle(static_cast<int>(worst)) ? "N m" : "N"));
-}
-
-Place Descent::settle(VectorXd q, double radius, double share) {
-  constexpr int most = 4000;
-  if (auto closed = close(q)) q = *closed;
-  Place now = place(q);
-  int polished = 0;
-  for (int i = 0; i < most; ++i, ++steps) {
-    if (stop_()) throw Interrupted();
-    const auto l = s_.linearise(now.at, now.mu);
-    const MatrixXd K = l.settled();
-    const MatrixXd Z = null_space(now.at.C, weights_);
-    if (Z.cols() == 0) return now;
-    const auto h = curvatures(0.5 * (K + K.transpose()), Z, weights_);
-    // What pushes along each direction, and what of it may be rounding: of forces, and of places under stiff springs.
-    const VectorXd push = h.direction.transpose() * now.left.cwiseProduct(root_);
-    const VectorXd sizes = s_.sizes(now.at, now.mu);
-    const VectorXd rounding = h.direction.cwiseAbs().transpose() *
-                              (share * sizes + 1e-15 * (sizes.cwiseQuotient(root_).sum() * root_ +
-                                                        K.cwiseAbs() * now.at.q.cwiseAbs()));
-    VectorXd whole(push.size());  // the Newton step, negative curvatures turned
-    bool arrived = true;
-    for (int d = 0; d < push.size(); ++d) {
-      const bool pushed = std::abs(push[d]) > rounding[d];
-      const bool curved = std::abs(h.value[d]) > h.doubt[d];
-      whole[d] = !pushed ? 0 : curved ? push[d] / std::abs(h.value[d]) : std::copysign(INFINITY, push[d]);
-      arrived &= !pushed;
-    }
-    if (arrived || whole.norm() < 1e-15 * reach_) {
-      // To rounding: Newton's steps where there is curvature, as long as they bring less.
-      if (share > 1e-9 || polished++ >= 3) return now;
-      VectorXd step = VectorXd::Zero(q.size());
-      for (int d = 0; d < push.size(); ++d)
-        if (h.value[d] > h.doubt[d]) step += push[d] / h.value[d] * h.direction.col(d);
-      const auto next = close(now.at.q + step);
-      if (!next) return now;
-      Place better = place(*next);
-      if (!(better.left.norm() < now.left.norm())) return now;
-      now = std::move(better);
-      continue;
-    }
-    polished = 0;
-    // The shift that keeps the step within the radius, by bisection of its logarithm.
-    VectorXd s = whole;
-    if (!(whole.norm() <= radius)) {
-      double high = push.norm() / radius, low = 1e-18 * high;
-      while (high > 1.001 * low) {
-        const double shift = std::sqrt(low * high);
-        double length = 0;
-        for (int d = 0; d < push.size(); ++d)
-          if (whole[d] != 0) length = std::hypot(length, push[d] / (std::abs(h.value[d]) + shift));
-        (length > radius ? low : high) = shift;
-      }
-      for (int d = 0; d < push.size(); ++d)
-        s[d] = whole[d] == 0 ? 0 : push[d] / (std::abs(h.value[d]) + high);
-    }
-    VectorXd step = h.direction * s;
-    const double whole_way = allowed(step);
-    step *= whole_way;
-    s *= whole_way;
-    const double length = s.norm();
-    const double promised = push.dot(s) - 0.5 * s.cwiseAbs2().dot(h.value);
-    const auto closed = close(now.at.q + step);
-    bool accepted = false;
-    if (closed && (*closed - now.at.q).cwiseProduct(root_).norm() < 2 * length + 1e-12 * reach_) {
-      Place next = place(*closed);
-      const double fallen = -s_.climb(now.at, next.at);
-      const double ratio = fallen / promised;
-      // So near that the fall is lost in rounding what is left to push decides.
-      const VectorXd still = h.direction.transpose() * next.left.cwiseProduct(root_);
-      const auto excess = [&](const VectorXd& x) { return x.cwiseAbs().cwiseQuotient(rounding).maxCoeff(); };
-      const bool near = length < 1e-5 * s_.length() && excess(still) < 0.5 * excess(push);
-      accepted = ratio > 1e-3 || near;
-      if (ratio > 0.75 || near) radius = std::max(radius, 2 * length);
-      if (!(ratio >= 0.25) && !near) radius = 0.3 * length;
-      if (accepted) now = std::move(next);
-    } else {
-      radius = 0.25 * length;
-    }
-    if (accepted) refuse_endless(now.at.q);
-    if (!(radius > 1e-16 * s_.length())) {  // no step helps: rounding, or a kink that cannot be passed
-      if ((push.cwiseAbs() - 1e-8 * h.direction.cwiseAbs().transpose() * sizes).maxCoeff() <= 0) return now;
-      refuse_stuck(now, l);
-    }
-  }
-  refuse_stuck(now, s_.linearise(now.at, now.mu));
-}
 
 /// What makes rigid contacts yield by `depth` of their clearance under all forces together.
 Compliances soft(const System& system, const VectorXd& sizes, double depth) {
@@ -239,8 +32,8 @@ Compliances soft(const System& system, const VectorXd& sizes, double depth) {
 }
 
 /// The active set: `s` holds the contacts that press when it returns.
-Place settle_rigid(const Mechanism& mechanism, Statics& s, const VectorXd& q, const StopToken& stop,
-                   int& steps) {
+RestPlace settle_rigid(const Mechanism& mechanism, Statics& s, const VectorXd& q, const StopToken& stop,
+                       int& steps) {
   const auto& system = s.system();
   Descent descent(mechanism, s, q, stop);
   AtRest at;
@@ -253,7 +46,7 @@ Place settle_rigid(const Mechanism& mechanism, Statics& s, const VectorXd& q, co
       from = descent.settle(from, 0.1 * s.length(), 1e-6).at.q;
     }
   s.yield_by(soft(system, sizes, 1e-3));
-  Place now = descent.settle(from, 0.1 * s.length());
+  RestPlace now = descent.settle(from, 0.1 * s.length());
   const auto close = [&](int k) { s.closed.insert(std::ranges::lower_bound(s.closed, k), k); };
   for (int k = 0; k < system.contacts(); ++k)
     if (now.at.elastic[k] > 0) close(k);
@@ -283,36 +76,10 @@ Place settle_rigid(const Mechanism& mechanism, Statics& s, const VectorXd& q, co
   }
   steps = descent.steps;
   if (s.closed.empty()) return now;
-  refuse("which contacts close is not decided; they may open and close each other in turn");
+  no_equilibrium("which contacts close is not decided; they may open and close each other in turn");
 }
 
 }  // namespace
-
-MatrixXd null_space(const MatrixXd& C, const VectorXd& weights) {
-  const VectorXd back = weights.cwiseSqrt().cwiseInverse();
-  if (C.rows() == 0) return back.asDiagonal();
-  Eigen::ColPivHouseholderQR<MatrixXd> qr;
-  qr.setThreshold(1e-10);
-  qr.compute((C * back.asDiagonal()).transpose());
-  const MatrixXd Q = qr.householderQ();
-  return back.asDiagonal() * Q.rightCols(Q.cols() - qr.rank());
-}
-
-Curvatures curvatures(const MatrixXd& K, const MatrixXd& Z, const VectorXd& weights) {
-  if (Z.cols() == 0) return {VectorXd(0), VectorXd(0), Z};
-  const MatrixXd H = Z.transpose() * K * Z;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> apart(0.5 * (H + H.transpose()));
-  Curvatures c{apart.eigenvalues(), {}, Z * apart.eigenvectors()};
-  const MatrixXd size = K.cwiseAbs();
-  const VectorXd back = weights.cwiseSqrt().cwiseInverse();
-  const double all = K.size() > 0 ? (back.asDiagonal() * size * back.asDiagonal()).maxCoeff() : 0;
-  c.doubt.resize(c.value.size());
-  for (int d = 0; d < c.value.size(); ++d) {
-    const VectorXd x = c.direction.col(d).cwiseAbs();
-    c.doubt[d] = 1e-11 * x.dot(size * x) + 1e-14 * all;
-  }
-  return c;
-}
 
 Equilibrium find_equilibrium(const Mechanism& mechanism, const System& system, const std::vector<double>& q,
                              const Compliances& elastic, const StopToken& stop) {
@@ -320,7 +87,7 @@ Equilibrium find_equilibrium(const Mechanism& mechanism, const System& system, c
   Equilibrium found;
   // Rigid first; elastic contacts go on from there, so that both find the same place.
   Statics guarded(system);
-  Place place = settle_rigid(mechanism, guarded, start, stop, found.steps);
+  RestPlace place = settle_rigid(mechanism, guarded, start, stop, found.steps);
   Statics yielding(system, elastic);
   Statics* s = &guarded;
   if (!elastic.empty() && system.contacts() > 0) {
@@ -349,7 +116,7 @@ Equilibrium find_equilibrium(const Mechanism& mechanism, const System& system, c
   const MatrixXd H = Z.transpose() * K * Z;
   const auto h = curvatures(0.5 * (K + K.transpose()), Z, weights);
   if (H.size() > 0 && (H - H.transpose()).cwiseAbs().maxCoeff() > 1e-6 * h.value.cwiseAbs().maxCoeff())
-    refuse(
+    no_equilibrium(
         "the forces have no potential there, their work depends on the way: descent does not say where it rests");
   found.freedoms = static_cast<int>(Z.cols());
   for (int d = 0; d < h.value.size(); ++d) {

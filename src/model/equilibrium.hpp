@@ -18,6 +18,7 @@
 #include <string>
 #include <vector>
 
+#include "model/curvatures.hpp"
 #include "model/statics.hpp"
 #include "sim/stop.hpp"
 #include "values/state.hpp"
@@ -52,15 +53,5 @@ Forces static_forces(const System& system, const Equilibrium& at);
 
 /// "stable", or which motions are not.
 std::string describe(const Equilibrium& at);
-
-/// The null space of rows C in the metric Σ w_i dq_i²: a basis with ZᵀWZ = 1.
-Eigen::MatrixXd null_space(const Eigen::MatrixXd& C, const Eigen::VectorXd& weights);
-
-/// H = ZᵀKZ apart into its values, with what each may be off by rounding and cancellation; `weights` as in null_space().
-struct Curvatures {
-  Eigen::VectorXd value, doubt;
-  Eigen::MatrixXd direction;  ///< columns, in coordinates
-};
-Curvatures curvatures(const Eigen::MatrixXd& K, const Eigen::MatrixXd& Z, const Eigen::VectorXd& weights);
 
 }  // namespace freeplay

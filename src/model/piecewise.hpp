@@ -25,6 +25,7 @@ struct Jet {
 class Piecewise {
  public:
   static constexpr int terms = 7;
+  static_assert(terms % 2 == 1);
   struct Stretch {
     double begin = 0;  ///< the stretch before ends here; the first one's is not looked at unless it repeats
     std::array<double, terms> c{};
@@ -154,23 +155,28 @@ class Piecewise {
     double sum = 0, at = a;
     while (at < b) {
       const double next = std::min(next_knot(at), b), middle = at + 0.5 * (next - at);
-      sum += rising(next, middle) - rising(at, middle);
+      sum += (next - at) * level(middle, 0.5 * (next - at));
       at = next;
     }
     return sum;
   }
-  /// The integral of the stretch around `within`, from its origin to x.
-  double rising(double x, double within) const {
-    const auto p = find(within);
+  /// The mean of the stretch around `middle` from middle − d to middle + d, with its Taylor series there,
+  ///     Σ_k even f⁽ᵏ⁾ dᵏ/(k + 1)!    and    A sin(·) sin(ωd)/(ωd):
+  /// no difference of two integrals, of which little would be left over a short interval.
+  double level(double middle, double d) const {
+    const auto p = find(middle);
     const auto& s = *p.stretch;
-    const double u = x - (s.origin + p.shift);
+    const double u = middle - (s.origin + p.shift);
+    auto t = s.c;  // f⁽ᵏ⁾/k!, by Horner's scheme again and again
+    for (int k = 0; k < terms; ++k)
+      for (int n = terms - 2; n >= k; --n) t[n] += u * t[n + 1];
     double y = 0;
-    for (int n = terms - 1; n >= 0; --n) y = y * u + s.c[n] / (n + 1);
-    y = y * u + p.above * u;
-    if (s.amplitude != 0)
-      y -= s.rate != 0 ? s.amplitude / s.rate * (std::cos(s.rate * u + s.phase) - std::cos(s.phase))
-                       : -s.amplitude * std::sin(s.phase) * u;
-    return y;
+    for (int k = terms - 1; k >= 0; k -= 2) y = y * d * d + t[k] / (k + 1);
+    if (s.amplitude != 0) {
+      const double w = s.rate * d;
+      y += s.amplitude * std::sin(s.rate * u + s.phase) * (w != 0 ? std::sin(w) / w : 1);
+    }
+    return y + p.above;
   }
   /// A place on the stretch that ends at a knot.
   double before_knot(double knot) const {

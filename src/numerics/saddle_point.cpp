@@ -42,7 +42,10 @@ void SaddlePoint::find_fixed(std::span<const double> mass, const CsrPattern& G) 
 }
 
 SaddlePoint::SaddlePoint(std::span<const double> mass, const CsrPattern& G, SolvePath path, RowFacts facts)
-    : part_of_column_(G.columns, -1), whole_(G.columns, 0.0) {
+    : part_of_column_(G.columns, -1),
+      place_of_column_(G.columns, 0),
+      free_mobility_(G.columns, 0.0),
+      whole_(G.columns, 0.0) {
   if (facts.eliminate && !facts.redundant) find_fixed(mass, G);
   std::vector<bool> gone_row(G.rows, false), gone(G.columns, false);
   for (const auto& x : fixed_) gone_row[x.row] = gone[x.column] = true;
@@ -66,15 +69,18 @@ SaddlePoint::SaddlePoint(std::span<const double> mass, const CsrPattern& G, Solv
   for (int k = 0; k < G.rows; ++k)
     if (!gone_row[k]) rows_of[find(first[k])].push_back(k);
   std::size_t most_columns = 0, most_rows = 0, most_entries = 0;
+  std::map<int, std::vector<int>> columns_of_root;
+  for (int c = 0; c < G.columns; ++c)
+    if (!gone[c]) columns_of_root[find(c)].push_back(c);
+  std::vector<int> place(G.columns, -1);
   for (const auto& [origin, rows] : rows_of) {
     const int index = static_cast<int>(parts_.size());
-    std::vector<int> columns, entries, place(G.columns, -1);
-    for (int c = 0; c < G.columns; ++c)
-      if (!gone[c] && find(c) == origin) {
-        place[c] = static_cast<int>(columns.size());
-        part_of_column_[c] = index;
-        columns.push_back(c);
-      }
+    std::vector<int> entries;
+    const auto& columns = columns_of_root[origin];
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      place[columns[i]] = place_of_column_[columns[i]] = static_cast<int>(i);
+      part_of_column_[columns[i]] = index;
+    }
     CsrPattern pattern;
     pattern.columns = static_cast<int>(columns.size());
     for (const int k : rows) {
@@ -93,7 +99,10 @@ SaddlePoint::SaddlePoint(std::span<const double> mass, const CsrPattern& G, Solv
     parts_.push_back({columns, rows, entries, SaddleBlock(m, pattern, path, facts.redundant)});
   }
   for (int c = 0; c < G.columns; ++c)
-    if (part_of_column_[c] < 0 && !gone[c]) free_columns_.push_back(c);
+    if (part_of_column_[c] < 0 && !gone[c]) {
+      free_columns_.push_back(c);
+      free_mobility_[c] = inverse_mass_[c];
+    }
   largest_ = static_cast<int>(most_rows);
   values_.resize(most_entries);
   for (auto* x : {&f_, &a_}) x->resize(most_columns);
@@ -184,6 +193,16 @@ void SaddlePoint::respond(const SparseRow& row, const SparseRow* beside, double 
   for (int i = 0; i < row.size; ++i) whole_[row.column[i]] = 0;
   if (beside)
     for (int i = 0; i < beside->size; ++i) whole_[beside->column[i]] = 0;
+}
+
+void SaddlePoint::respond_in(int part, std::span<const int> columns, std::span<const double> load,
+                             double* a) {
+  auto& p = parts_[part];
+  std::fill_n(f_.begin(), p.columns.size(), 0.0);
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    if (part_of_column_[columns[i]] == part) f_[place_of_column_[columns[i]]] += load[i];
+  p.block.solve(f_.data(), nullptr, a, lambda_.data());
+  converged_ = converged_ && p.block.converged();
 }
 
 bool SaddlePoint::dense() const {

@@ -37,6 +37,20 @@ class SaddlePoint {
   /// The same with r = 0 and f = `row` + factor·`beside` (null: none).
   void respond(const SparseRow& row, const SparseRow* beside, double factor, double* a, double* lambda);
 
+  /// @name Responses of a part alone, for mechanisms of many parts
+  ///@{
+  /// The part of a coordinate; −1: no row touches it, or it was eliminated.
+  int part_of(int column) const { return part_of_column_[column]; }
+  /// Its place among the part's coordinates.
+  int place_of(int column) const { return place_of_column_[column]; }
+  int part_size(int part) const { return static_cast<int>(parts_[part].columns.size()); }
+  const std::vector<int>& columns_of(int part) const { return parts_[part].columns; }
+  /// Of a coordinate that no row touches 1/M, of others 0.
+  double free_mobility(int column) const { return free_mobility_[column]; }
+  /// What respond() gives in the part's coordinates: `load`, a few entries of f, of which those of other parts are left out.
+  void respond_in(int part, std::span<const int> columns, std::span<const double> load, double* a);
+  ///@}
+
   /// Coordinates (and as many rows) that were eliminated.
   const std::vector<int>& eliminated() const { return fixed_columns_; }
   int blocks() const { return static_cast<int>(parts_.size()); }
@@ -84,6 +98,8 @@ class SaddlePoint {
   std::vector<double> fixed_value_, coupling_value_, reduced_r_;
   std::vector<Part> parts_;
   std::vector<int> part_of_column_;  // −1: no row touches it
+  std::vector<int> place_of_column_;
+  std::vector<double> free_mobility_;
   std::vector<int> free_columns_;
   std::vector<double> inverse_mass_;
   std::vector<double> values_, f_, r_, a_, lambda_;  // of one block

@@ -10,9 +10,13 @@
 #include "facade/identify.hpp"
 #include "facade/simulation.hpp"
 #include "io/located.hpp"
+#include "io/open_scene.hpp"
+#include "io/read_section.hpp"
 #include "io/toml_value.hpp"
+#include "io/visible.hpp"
 #include "model/scene.hpp"
 #include "sim/clock.hpp"
+#include "study/design.hpp"
 
 namespace freeplay {
 namespace {
@@ -24,32 +28,60 @@ int instrument(const Study& study, const Scene& scene, const std::string& name, 
   std::vector<std::string> names;
   for (const auto& i : scene.instruments)
     if (i.kind == kind) names.push_back(i.name);
-  throw SceneError(fmt::format(
-      "{}: the study's {} = \"{}\" is no such instrument of {}; {}", study.file.string(), key, name,
-      scene.file.string(), names.empty() ? "it has none" : fmt::format("it has {}", fmt::join(names, ", "))));
+  throw error_at(
+      study, {key},
+      fmt::format("\"{}\" is no such instrument of {}; {}", visible(name), scene.file.string(),
+                  names.empty() ? "it has none" : fmt::format("it has {}", fmt::join(names, ", "))));
 }
 
 /// The study's accelerometer and LVDT (−1: none) among the scene's instruments; sets the rules' sampling.
 std::pair<int, int> channels(const Study& study, const Scene& scene, TurnRules& rules) {
-  const int a =
-      instrument(study, scene, study.accelerometer, Instrument::Kind::accelerometer, "accelerometer");
+  const int a = study.accelerometer.empty() ? -1
+                                            : instrument(study, scene, study.accelerometer,
+                                                         Instrument::Kind::accelerometer, "accelerometer");
   const int x = study.position.empty()
                     ? -1
                     : instrument(study, scene, study.position, Instrument::Kind::lvdt, "position");
-  rules.sampling = scene.instruments[a].sampling;
+  if (a >= 0 || x >= 0) rules.sampling = scene.instruments[a >= 0 ? a : x].sampling;
   if (x >= 0 && scene.instruments[x].sampling != rules.sampling)
     throw SceneError(
         fmt::format("{}: accelerometer and position must have the same sampling", scene.file.string()));
   return {a, x};
 }
 
-/// The study's joint among those with clearance.
-int contact(const Study& study, const Scene& scene, const std::vector<std::string>& names) {
-  const auto found = std::ranges::find(names, study.joint);
-  if (found != names.end()) return static_cast<int>(found - names.begin());
-  throw SceneError(fmt::format(
-      "{}: the study's joint = \"{}\" has no clearance in {}; {}", study.file.string(), study.joint,
-      scene.file.string(), names.empty() ? "no joint has" : fmt::format("{} have", fmt::join(names, ", "))));
+/// The study's contacts among the scene's, or all of them: the first and the others, −1: none.
+void set_contacts(const Study& study, const Scene& scene, const std::vector<std::string>& names,
+                  TurnRules& rules) {
+  std::vector<int> found;
+  for (std::size_t k = 0; k < names.size(); ++k)
+    if (study.joints.empty() || std::ranges::count(study.joints, names[k]) > 0)
+      found.push_back(static_cast<int>(k));
+  for (const auto& joint : study.joints)
+    if (std::ranges::count(names, joint) == 0)
+      throw error_at(
+          study, {"joint"},
+          fmt::format("\"{}\" has no clearance in {}; {}", visible(joint), scene.file.string(),
+                      names.empty() ? "no joint has" : fmt::format("{} have", fmt::join(names, ", "))));
+  rules.joint = found.empty() ? -1 : found.front();
+  rules.others.clear();
+  if (!found.empty()) rules.others.assign(found.begin() + 1, found.end());
+}
+
+/// A turn that the study counts by: of the period that it gives, or of what drives the scene; without one its speed is 0.
+void set_turn(const Study& study, const Scene& scene, TurnRules& rules) {
+  const auto* drive = main_drive(scene.mechanism);
+  rules.speed = rules.crank_start = 0;
+  if (!study.period && drive && drive->speed != 0) {
+    rules.speed = drive->speed;
+    rules.crank_start = drive->initial_angle;
+  } else if (const auto period = study.period ? study.period : drive_period(scene)) {
+    rules.speed = 2 * std::numbers::pi / *period;
+  }
+}
+
+bool turns_at_a_speed(const Scene& scene) {
+  const auto* drive = main_drive(scene.mechanism);
+  return drive && drive->speed != 0;
 }
 
 /// Gives a meter the samples of two channels, of the accelerometer each `every`-th, and events.
@@ -98,28 +130,19 @@ double settling(const Instrument& i) {
 
 std::vector<Case> cases(const Study& study) {
   std::vector<Case> all;
-  for (const auto& variant : study.variants) {
-    std::vector<std::size_t> at(study.axes.size(), 0);
-    for (bool more = true; more;) {
-      Case one{variant.name,    "", {}, 0, variant.revolutions, variant.scene, variant.overrides,
+  const auto list = cells(study);
+  for (const auto& variant : study.variants)
+    for (const auto& cell : list) {
+      Case one{variant.name,    "", cell.values, 0, variant.revolutions, variant.scene, variant.overrides,
                variant.sampling};
-      for (std::size_t a = 0; a < at.size(); ++a) {
-        one.values.push_back(study.axes[a].values[at[a]]);
-        one.overrides.push_back(fmt::format("{}={}", study.axes[a].key, one.values.back()));
-      }
+      one.overrides.insert(one.overrides.end(), cell.overrides.begin(), cell.overrides.end());
       for (const auto& formulation : variant.formulations)
         for (int start = 0; start < variant.starts; ++start) {
           one.formulation = formulation;
           one.start = start;
           all.push_back(one);
         }
-      more = false;
-      for (std::size_t a = 0; a < at.size() && !more; ++a) {
-        more = ++at[a] < study.axes[a].values.size();
-        if (!more) at[a] = 0;
-      }
     }
-  }
   return all;
 }
 
@@ -127,14 +150,22 @@ namespace {
 
 /// The scene of a case, as long as the study asks, at the start that the scene gives.
 Scene unmoved(const Study& study, const Case& one) try {
-  auto scene = read_scene(one.scene, one.overrides);
-  const auto* drive = main_drive(scene.mechanism);
-  if (!drive || drive->speed == 0)
-    throw SceneError(fmt::format("{}: a study needs a drive that turns at a prescribed speed, to count turns",
-                                 scene.file.string()));
-  const double turn = 2 * std::numbers::pi / std::abs(drive->speed);
-  scene.run.discard = study.discard * turn;
-  scene.run.duration = (study.discard + one.revolutions) * turn;
+  auto scene = read_scene(one.scene, one.overrides, study.reach == Reach::anywhere);
+  TurnRules rules;
+  set_turn(study, scene, rules);
+  if (study.duration) {
+    scene.run.discard = study.discard_time.value_or(0);
+    scene.run.duration = scene.run.discard + *study.duration;
+  } else if (rules.speed != 0) {
+    const double turn = 2 * std::numbers::pi / std::abs(rules.speed);
+    scene.run.discard = study.discard * turn;
+    scene.run.duration = (study.discard + one.revolutions) * turn;
+  } else if (study.in_periods) {
+    throw error_at(study, {},
+                   fmt::format("revolutions and discard count periods, and nothing drives {} with one: give "
+                               "period, or duration and discard_time (s)",
+                               scene.file.string()));
+  }
   return scene;
 } catch (const SceneError& e) {
   throw in_study(study, e);
@@ -163,14 +194,39 @@ void require_runnable(const Study& study, const Case& one, const Conduct& conduc
   TurnRules rules;
   channels(study, scene, rules);
   try {
-    const Simulation simulation(scene, one.formulation,
-                                {.matched = study.matched && conduct.matched, .stop = conduct.stop});
-    contact(study, scene, simulation.layout().contacts);
+    Simulation simulation(scene, one.formulation,
+                          {.matched = study.matched && conduct.matched, .stop = conduct.stop});
+    set_contacts(study, scene, simulation.layout().contacts, rules);
+    if (differ(scene, study.perturbation) && scene.run.start == RunOptions::Start::equilibrium)
+      (void)scene_of(study, one, conduct);  // refuses it
+    require_columns(study, scene, simulation, counted_time(study, scene));
   } catch (const SceneError&) {
     throw;
   } catch (const ModelError& e) {
     throw located(scene, e);
   }
+}
+
+CountedTime counted_time(const Study& study, const Scene& scene) {
+  TurnRules rules;
+  set_turn(study, scene, rules);
+  return {scene.run.discard, scene.run.duration,
+          rules.speed != 0 ? 2 * std::numbers::pi / std::abs(rules.speed) : 0};
+}
+
+bool has_starts(const Study& study, const Case& one) {
+  const auto scene = unmoved(study, one);
+  return differ(scene, study.perturbation);
+}
+
+void require_signal(const Study& study, const char* by) {
+  const auto lacks = [&](const char* key, const char* what) {
+    return error_at(study, {key}, fmt::format("{} needs {}", by, what));
+  };
+  if (study.accelerometer.empty()) throw lacks("accelerometer", "an accelerometer, whose signal it judges");
+  if (study.joints.size() != 1) throw lacks("joint", "one joint, whose flights and impacts it judges");
+  if (!turns_at_a_speed(*open_scene(study.scene, {}, study.reach == Reach::anywhere)))
+    throw lacks("scene", "a scene with a drive that turns at a prescribed speed, to count turns");
 }
 
 std::string run_key(Identity all_starts, int start) {
@@ -179,7 +235,14 @@ std::string run_key(Identity all_starts, int start) {
 }
 
 Scene scene_of(const Study& study, const Case& one, const Conduct& conduct) {
-  return perturbed(unmoved(study, one), conduct.stop, study.seed, one.start, study.perturbation);
+  auto scene = unmoved(study, one);
+  if (!differ(scene, study.perturbation)) return scene;
+  if (scene.run.start == RunOptions::Start::equilibrium)
+    throw SceneError(
+        fmt::format("{}: starts in equilibrium, from which its loose parts are not moved; take the study's "
+                    "play = 0",
+                    scene.file.string()));
+  return perturbed(scene, conduct.stop, study.seed, one.start, study.perturbation);
 }
 
 TurnMetrics ideal_turn(const Study& study, const Scene& scene, const std::string& formulation,
@@ -215,18 +278,16 @@ double ideal_maximum(const Study& study, const Scene& scene, const std::string& 
 CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct) {
   const double began = thread_seconds();
   Scene scene = scene_of(study, one, conduct);
-  const auto* drive = main_drive(scene.mechanism);
   TurnRules rules;
+  set_turn(study, scene, rules);
   rules.discard = scene.run.discard;
-  rules.speed = drive->speed;
-  rules.crank_start = drive->initial_angle;
   rules.flight_angle = study.flight_angle;
   rules.impact_speed = study.impact_speed;
   rules.line_share = study.line_share;
   const auto [channel, lvdt] = channels(study, scene, rules);
 
   int every = 1;
-  if (one.sampling > 0) {  // no coarser than the instrument's own, which its filter may need
+  if (one.sampling > 0 && channel >= 0) {  // no coarser than the instrument's own, which its filter may need
     auto& own = scene.instruments[channel].sampling;
     every = static_cast<int>(std::ceil(own / one.sampling * (1 - 1e-9)));
     own = every * one.sampling;
@@ -235,13 +296,18 @@ CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct)
   }
   Simulation simulation(scene, one.formulation,
                         {.matched = study.matched && conduct.matched, .stop = conduct.stop});
-  rules.joint = contact(study, scene, simulation.layout().contacts);
-  rules.ideal_maximum = ideal_maximum(study, scene, one.formulation, conduct);
+  set_contacts(study, scene, simulation.layout().contacts, rules);
+  // What compares with the ideal mechanism needs a motion that repeats whatever the play.
+  rules.ideal_maximum = channel >= 0 && turns_at_a_speed(scene)
+                            ? ideal_maximum(study, scene, one.formulation, conduct)
+                            : std::nan("");
 
   TurnMeter meter(rules);
   Feed feed(meter, channel, lvdt, every);
   RunRequest request{
       .until = rules.discard, .observers = {&feed}, .keep_events = false, .stop = conduct.stop};
+  const Measurer measurer(study, scene, simulation.layout(), counted_time(study, scene));
+  for (auto* observer : measurer.observers()) request.observers.push_back(observer);
   auto run = simulation.run(request);
   const auto lost = [&] {
     const auto l = simulation.ledger();
@@ -258,6 +324,8 @@ CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct)
   if (result.ending.status == Ending::Status::finished) {
     feed.finish();
     result.metrics = meter.finish(scene.run.duration, lost() - before);
+    result.contacts = simulation.layout().contacts;
+    result.measured = measurer.finish(run);
   }
   result.work = run.work;
   result.cpu_seconds = thread_seconds() - began;

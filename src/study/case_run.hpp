@@ -7,6 +7,7 @@
 
 #include "measure/turns.hpp"
 #include "sim/stop.hpp"
+#include "study/measurer.hpp"
 #include "study/study.hpp"
 #include "values/identity.hpp"
 #include "values/result.hpp"
@@ -29,6 +30,8 @@ struct Case {
 struct CaseResult {
   Ending ending;
   TurnMetrics metrics;
+  std::vector<std::string> contacts;   ///< names, of flights and impacts
+  std::vector<MeasureValue> measured;  ///< of the study's measures
   Work work;
   double cpu_seconds = 0;
   std::vector<std::string> notes;
@@ -40,7 +43,8 @@ struct Conduct {
   StopToken stop;
 };
 
-/// Every case of a study: variants × cells × formulations × starts.
+/// Every case of a study: variants × cells × formulations × starts. Where a scene has nothing that starts could differ in and
+/// the study does not ask for several, plan() takes the first alone.
 std::vector<Case> cases(const Study& study);
 
 /// The scene of a case, read and ready to run from its perturbed start.
@@ -53,6 +57,15 @@ TurnMetrics ideal_turn(const Study& study, const Scene& scene, const std::string
 /// Its greatest |a| (m/s²); NaN when the ideal mechanism cannot be run.
 double ideal_maximum(const Study& study, const Scene& scene, const std::string& formulation,
                      const Conduct& conduct);
+
+/// What is counted of a case's run of this scene, which is as long as the study asks.
+CountedTime counted_time(const Study& study, const Scene& scene);
+/// Whether starts of the case differ.
+bool has_starts(const Study& study, const Case& one);
+
+/// Throws SceneError where a study cannot be judged by a measured signal: it names no accelerometer or no single joint, or
+/// its scene has no drive of prescribed speed. `by`: what judges it.
+void require_signal(const Study& study, const char* by);
 
 /// Throws SceneError when a case cannot be run: its scene is refused, cannot be assembled by its formulation, or has not
 /// what the study names.

@@ -89,7 +89,7 @@ nlohmann::json to_json(const ContactEvent& e) {
 }  // namespace
 
 Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector<ContactEvent>& nonsmooth,
-                     int joints, double until, double turn) {
+                     int joints, double until, double turn, const std::vector<std::string>& names) {
   Pairing p;
   const auto a = touches(penalty, joints), b = touches(nonsmooth, joints);
   std::vector<std::size_t> next(joints);
@@ -112,8 +112,11 @@ Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector
       why = parted(a[first][i], b[first][i], spread, turn);
     if (!why.empty()) {
       end = t;
-      p.ended_by = fmt::format("touch {}{} has no partner: {}", i + 1,
-                               joints > 1 ? fmt::format(" of contact {}", first + 1) : "", why);
+      std::string whose;
+      if (joints > 1)
+        whose = names.empty() ? fmt::format(" of contact {}", first + 1)
+                              : " of " + names[static_cast<std::size_t>(first)];
+      p.ended_by = fmt::format("touch {}{} has no partner: {}", i + 1, whose, why);
       break;
     }
     spread.add(a[first][i], b[first][i]);
@@ -185,7 +188,8 @@ Comparison compare(const Scene& scene, const CompareSetup& setup, const std::fil
   c.pairing = pair_impacts({c.penalty.events.begin(), c.penalty.events.end()},
                            {c.nonsmooth.events.begin(), c.nonsmooth.events.end()},
                            static_cast<int>(c.joints.size()), std::min(known(c.penalty), known(c.nonsmooth)),
-                           c.penalty.revolutions > 0 ? c.penalty.observed / c.penalty.revolutions : INFINITY);
+                           c.penalty.revolutions > 0 ? c.penalty.observed / c.penalty.revolutions : INFINITY,
+                           c.joints);
   find_not_matched(scene, c);
 
   auto document = to_json(c);

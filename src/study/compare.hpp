@@ -41,8 +41,10 @@ struct Pairing {
 /// Pairs the touches (impacts and beginnings of lasting contact) of two runs.
 /// `until`: s, to which each list is known whole: a cut list is known to its last event.
 /// `turn`: s, period of the drive; infinite where nothing turns at a prescribed speed.
+/// `names`: of the contacts, to say which touch has no partner.
 Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector<ContactEvent>& nonsmooth,
-                     int joints, double until = INFINITY, double turn = INFINITY);
+                     int joints, double until = INFINITY, double turn = INFINITY,
+                     const std::vector<std::string>& names = {});
 
 struct Comparison {
   bool matched = true;  ///< the impact law took the delivered values

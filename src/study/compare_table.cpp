@@ -29,8 +29,7 @@ class Table {
       if (markdown_)
         text += " " + cells[i] + " |";
       else
-        text += i == 0 ? fmt::format("{:<{}}", cells[i], widths_[i])
-                       : fmt::format("{:>{}} ", cells[i], widths_[i] - 1);
+        text += i == 0 ? first(cells[i]) : fmt::format("{:>{}} ", cells[i], widths_[i] - 1);
     }
     while (!text.empty() && text.back() == ' ') text.pop_back();
     text += "\n";
@@ -38,16 +37,29 @@ class Table {
   std::string text;
 
  private:
+  /// A name that leaves no room for the others stands on a line of its own.
+  std::string first(const std::string& name) const {
+    const auto width = static_cast<std::size_t>(widths_.front());
+    return name.size() < width ? fmt::format("{:<{}}", name, width)
+                               : fmt::format("{}\n{:{}}", name, "", width);
+  }
   bool markdown_;
   std::vector<int> widths_;
 };
 
 std::string number(double x) { return fmt::format("{:.4g}", x); }
 
+/// Two digits, without a power of ten where a whole number says it: 100, 1200.
+std::string two_digits(double x) {
+  if (!(std::abs(x) >= 99.5 && std::abs(x) < 1e5)) return fmt::format("{:.2g}", x);
+  const double unit = std::pow(10, std::floor(std::log10(std::abs(x))) - 1);
+  return fmt::format("{:.0f}", std::round(x / unit) * unit);
+}
+
 /// A value with its standard error, both to the error's first digit (its second where the first is 1). Without an
 /// error two digits, which is what one window may show.
 std::string with_error(double value, double error, const char* unit = "") {
-  if (!std::isfinite(error) || !std::isfinite(value)) return fmt::format("{:.2g}{}", value, unit);
+  if (!std::isfinite(error) || !std::isfinite(value)) return two_digits(value) + unit;
   if (error <= 1e-12 * std::abs(value)) return fmt::format("{:.4g} ± 0{}", value, unit);
   int place = static_cast<int>(std::floor(std::log10(error)));
   if (error / std::pow(10, place) < 1.95) --place;
@@ -66,6 +78,22 @@ std::string percent(double value, double error) { return with_error(100 * value,
 std::string matching(const Comparison& c, std::size_t k) {
   if (c.not_matched.at(k).empty()) return "matched";
   return fmt::format("NOT matched: {}", fmt::join(c.not_matched[k], "; "));
+}
+
+/// What is said of restitutions, and the contacts of which it holds.
+std::vector<std::pair<std::string, std::vector<std::string>>> restitutions(const Comparison& c) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> list;
+  for (std::size_t k = 0; k < c.joints.size(); ++k) {
+    const auto& p = c.penalty.contacts[k].model;
+    const auto what =
+        fmt::format("asked {:.3g}; delivered by the contact law {:.4g},\nby the impact law {:.4g} ({})",
+                    p.restitution_asked, p.restitution_delivered,
+                    c.nonsmooth.contacts[k].model.restitution_delivered, matching(c, k));
+    auto same = std::ranges::find(list, what, [](const auto& item) { return item.first; });
+    if (same == list.end()) same = list.insert(list.end(), {what, {}});
+    same->second.push_back(c.joints[k]);
+  }
+  return list;
 }
 
 /// What statistics are over, and where their errors come from.
@@ -97,15 +125,8 @@ std::string comparison_table(const Scene& scene, const Comparison& c, bool markd
       out +=
           fmt::format("{} STOPPED at t = {:.6g} s: {}\n\n", run->formulation, run->t_end, run->ending.reason);
 
-  for (std::size_t k = 0; k < c.joints.size(); ++k) {
-    const double asked = p.contacts[k].model.restitution_asked,
-                 ep = p.contacts[k].model.restitution_delivered,
-                 en = n.contacts[k].model.restitution_delivered;
-    out += fmt::format(
-        "Restitution of {}: asked {:.3g}; delivered by the contact law {:.4g},\nby the impact law {:.4g} "
-        "({})\n",
-        c.joints[k], asked, ep, en, matching(c, k));
-  }
+  for (const auto& [what, names] : restitutions(c))
+    out += fmt::format("Restitution of {}: {}\n", fmt::join(names, ", "), what);
   if (std::ranges::any_of(c.frictional, std::identity{}))
     out += fmt::format("Friction: {} (regularised) in penalty, Coulomb's set-valued law in nonsmooth\n",
                        text_of(scene.penalty.friction));

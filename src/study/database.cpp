@@ -116,6 +116,14 @@ double Database::Statement::number(int column) const {
   return sqlite3_column_double(statement_, column);
 }
 long Database::Statement::whole(int column) const { return sqlite3_column_int64(statement_, column); }
+int Database::Statement::columns() const { return sqlite3_column_count(statement_); }
+std::string Database::Statement::name(int column) const { return sqlite3_column_name(statement_, column); }
+bool Database::Statement::absent(int column) const {
+  return sqlite3_column_type(statement_, column) == SQLITE_NULL;
+}
+bool Database::Statement::is_text(int column) const {
+  return sqlite3_column_type(statement_, column) == SQLITE_TEXT;
+}
 
 Database::Transaction::Transaction(const Database& owner) : owner_(owner) {
   owner.execute("BEGIN IMMEDIATE");

@@ -39,6 +39,10 @@ class Database {
     std::string text(int column) const;
     double number(int column) const;
     long whole(int column) const;
+    int columns() const;
+    std::string name(int column) const;
+    bool absent(int column) const;  ///< NULL
+    bool is_text(int column) const;
 
    private:
     const Database& owner_;

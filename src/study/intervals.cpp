@@ -1,7 +1,5 @@
 #include "study/intervals.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
@@ -74,41 +72,6 @@ Interval cell(const std::vector<RunRow>& runs, const std::string& variant, const
       list.push_back(r.metric[metric]);
   return TurnMetrics::kind(metric) == TurnMetrics::Kind::direction ? interval_of_directions(list)
                                                                    : interval(list);
-}
-
-std::string sweep_table(const Study& study, const std::vector<RunRow>& runs) {
-  std::string out;
-  const auto number = [](double x) { return std::isfinite(x) ? fmt::format("{:.3g}", x) : std::string("-"); };
-  for (const auto& variant : study.variants) {
-    out += fmt::format("{}\n", variant.title);
-    std::string head;
-    for (const auto& a : study.axes) head += fmt::format("{:>10}", a.name);
-    out += fmt::format("{}  {:<10}{:>17}{:>8}{:>8}{:>8}{:>6}\n", head, "", "peak/ideal (95%)", "95 %", "max",
-                       "impacts", "lines");
-    std::vector<std::pair<std::vector<double>, std::string>> seen;
-    for (const auto& r : runs) {
-      if (r.variant != variant.name ||
-          std::ranges::find(seen, std::pair(r.values, r.formulation)) != seen.end())
-        continue;
-      seen.emplace_back(r.values, r.formulation);
-    }
-    std::ranges::stable_sort(seen, {}, [](const auto& x) { return x.first; });
-    for (const auto& [values, formulation] : seen) {
-      std::string line;
-      for (std::size_t i = 0; i < values.size(); ++i)
-        line += fmt::format("{:>10}",
-                            fmt::format("{:.4g} {}", values[i] * study.axes[i].scale, study.axes[i].unit));
-      const auto of = [&](TurnMetrics::Name m) { return cell(runs, variant.name, formulation, values, m); };
-      const auto median = of(TurnMetrics::ratio_median);
-      out += fmt::format(
-          "{}  {:<10}{:>17}{:>8}{:>8}{:>8}{:>6}\n", line, formulation,
-          fmt::format("{} ({}..{})", number(median.mean), number(median.low), number(median.high)),
-          number(of(TurnMetrics::ratio_95).mean), number(of(TurnMetrics::ratio_max).greatest),
-          number(of(TurnMetrics::impacts_per_turn).mean), number(of(TurnMetrics::lines).mean));
-    }
-    out += "\n";
-  }
-  return out;
 }
 
 }  // namespace freeplay

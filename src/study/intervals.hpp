@@ -28,7 +28,4 @@ Interval within_range(Interval interval, TurnMetrics::Kind kind);
 Interval cell(const std::vector<RunRow>& runs, const std::string& variant, const std::string& formulation,
               const std::vector<double>& values, TurnMetrics::Name metric);
 
-/// Each variant and cell on a line, for a terminal of 80 columns.
-std::string sweep_table(const Study& study, const std::vector<RunRow>& runs);
-
 }  // namespace freeplay

@@ -52,6 +52,23 @@ void offset(Mechanism& ideal, const Mechanism& given, std::mt19937_64& engine, d
 
 }  // namespace
 
+bool differ(const Scene& scene, const Perturbation& how) {
+  const auto* drive = main_drive(scene.mechanism);
+  if (drive && drive->speed != 0) return true;
+  // Placed at random, a loose part is elsewhere than its joint's middle.
+  std::mt19937_64 engine;
+  Mechanism moved = scene.mechanism;
+  offset(moved, scene.mechanism, engine, how.play);
+  for (std::size_t i = 0; i < moved.joints.size(); ++i)
+    if (std::visit(
+            [&](const auto& joint) {
+              return joint.at[0] != std::get<std::decay_t<decltype(joint)>>(scene.mechanism.joints[i]).at[0];
+            },
+            moved.joints[i]))
+      return true;
+  return false;
+}
+
 Scene perturbed(const Scene& scene, const StopToken& stop, std::uint64_t seed, int start,
                 const Perturbation& how) {
   std::mt19937_64 engine(seed + 0x9e3779b97f4a7c15u * static_cast<std::uint64_t>(start));
@@ -63,12 +80,10 @@ Scene perturbed(const Scene& scene, const StopToken& stop, std::uint64_t seed, i
   const double turned = how.turn * uniform(engine);
   offset(ideal.mechanism, scene.mechanism, engine, how.play);
 
-  State state = located_in(scene, [&] {
-    return assemble(
-        ideal.mechanism,
-        scene.run.start == RunOptions::Start::ideal ? RunOptions::Start::ideal : RunOptions::Start::assembled,
-        nullptr, stop);
-  });
+  // Places that are given hold with the joints' own play, not with what it is drawn to.
+  const auto from =
+      scene.run.start == RunOptions::Start::given ? RunOptions::Start::assembled : scene.run.start;
+  State state = located_in(scene, [&] { return assemble(ideal.mechanism, from, nullptr, stop); });
   double time = 0;
   if (const auto* drive = main_drive(scene.mechanism); drive && drive->speed != 0 && turned > 0) {
     for (const auto& other : scene.mechanism.drives)

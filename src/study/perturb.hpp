@@ -16,6 +16,9 @@ struct Perturbation {
   double play = 0.9;  ///< share of the clearance that offsets are drawn from, < 1
 };
 
+/// Whether starts of a scene may differ: it has a drive of prescribed speed to turn, or loose parts to place.
+bool differ(const Scene& scene, const Perturbation& how);
+
 /// The scene at start number `start` (from 0) of `seed`: equal arguments give equal bits. The drive's angle
 /// at t = 0 moves along. A scene without a drive of prescribed speed keeps its angle. Throws SceneError when
 /// the ideal mechanism cannot be assembled or moved.

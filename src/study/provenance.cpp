@@ -43,8 +43,9 @@ std::string study_text(const Study& study) {
   std::string text = settings_text(study);
   state(parse_toml(study.text, study.file.string()), "", text);
   std::map<std::filesystem::path, std::string> files;
-  files[study.scene] = digest(to_toml(*open_scene(study.scene)));
-  for (const auto& v : study.variants) files[v.scene] = digest(to_toml(*open_scene(v.scene)));
+  const bool outside = study.reach == Reach::anywhere;
+  files[study.scene] = digest(to_toml(*open_scene(study.scene, {}, outside)));
+  for (const auto& v : study.variants) files[v.scene] = digest(to_toml(*open_scene(v.scene, {}, outside)));
   if (!study.fit.empty()) files[study.fit] = digest(study_text(read_study(study.fit, study.reach)));
   if (study.calibration)
     for (const auto& t : study.calibration->targets)
@@ -58,7 +59,7 @@ std::string study_text(const Study& study) {
 }  // namespace
 
 nlohmann::json provenance(const Study& study) {
-  const auto scene = open_scene(study.scene);
+  const auto scene = open_scene(study.scene, {}, study.reach == Reach::anywhere);
   auto document = provenance(*scene, {.scene = to_toml(*scene),
                                       .formulation = "",
                                       .given = study_text(study),

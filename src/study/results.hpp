@@ -6,6 +6,7 @@
 
 #include "study/case_run.hpp"
 #include "study/database.hpp"
+#include "study/expression.hpp"
 
 namespace freeplay {
 
@@ -15,13 +16,24 @@ struct RunRow {
   int start = 0;
   std::vector<double> values;  ///< of the axes
   std::array<double, TurnMetrics::count> metric{};
-  std::string doubt;  ///< what the run says of itself that makes it DOUBTFUL; or ""
+  std::vector<double> measures;  ///< of the study
+  std::string doubt;             ///< what the run says of itself that makes it DOUBTFUL; or ""
 };
 
 /// Runs that are there though the study does not name them.
 struct KeptRuns {
   std::string variant, formulation;
   std::size_t count = 0;
+};
+
+/// What a study derives from a run: each from axes, statistics, measures and what is derived before it; NaN: absent.
+class Deriver {
+ public:
+  explicit Deriver(const Study& study);
+  std::vector<double> operator()(const RunRow& row) const;
+
+ private:
+  std::vector<Expression> expressions_;
 };
 
 class Results {
@@ -47,12 +59,17 @@ class Results {
   std::vector<double> spectrum(const std::string& key) const;
   std::vector<TracePoint> trace(const std::string& key) const;
   double cpu_seconds() const;
+  /// Computes what the study derives, of every finished run, and shows it in the view `named`. A change of an expression runs
+  /// nothing again.
+  void derive(const Study& study);
 
  private:
-  void require_own_tables(const Study& study);
+  /// Whether they were made just now.
+  bool require_own_tables(const Study& study);
 
   Database database_;
   std::size_t axes_ = 0;
+  std::vector<std::string> measures_;  // names
 };
 
 }  // namespace freeplay

@@ -9,15 +9,14 @@
 #include "io/toml_value.hpp"
 #include "io/visible.hpp"
 #include "measure/turns.hpp"
+#include "study/study_parts.hpp"
 #include "values/family.hpp"
 
 namespace freeplay {
 namespace {
 
 constexpr Range below_one{[](double x) { return x >= 0 && x < 1; }, "at least 0 and below 1"};
-constexpr Range count{
-    [](double x) { return x >= 1 && x <= 1e6 && x == static_cast<double>(static_cast<int>(x)); },
-    "a whole number from 1"};
+constexpr auto count = study_count;
 
 /// Of one study: what is kept in one database, and planned at once.
 constexpr double most_runs = 1e6;
@@ -35,22 +34,6 @@ std::vector<std::string> formulations(Section& s, std::vector<std::string> fallb
 
 /// The key of KEY=VALUE.
 std::string key_of(const std::string& override) { return override.substr(0, override.find_first_of(" =")); }
-
-Axis read_axis(const std::string& name, Section& s) {
-  std::vector<std::string_view> columns(TurnMetrics::names().begin(), TurnMetrics::names().end());
-  for (const char* column : {"run", "variant", "formulation", "start", "status", "reason"})
-    columns.emplace_back(column);
-  if (std::ranges::find(columns, name) != columns.end())
-    s.fail("", fmt::format("\"{}\" is a column of the results; give the axis another name", name));
-  Axis a;
-  a.name = name;
-  a.key = s.text("key");
-  a.values = s.numbers(Key{"values", unit_of(a.key), {}});
-  a.unit = s.text("unit", "");
-  a.scale = s.number("scale", positive, 1);
-  s.done("an axis");
-  return a;
-}
 
 /// The file that a key names from the study's folder.
 std::filesystem::path named_file(Section& s, const char* key, const Study& study) {
@@ -70,9 +53,12 @@ Calibration read_calibration(Section s, const Study& study) {
   c.points = static_cast<int>(s.number("points", count, c.points));
   c.starts = static_cast<int>(s.number("starts", count, c.starts));
   c.revolutions = s.number("revolutions", one_or_more, c.revolutions);
-  for (auto& [name, u] : s.children("unknowns")) {
+  for (auto& [name, table] : s.children("unknowns")) {
+    auto& u = table;
     const auto key = u.text("key");
-    const auto bound = [&u = u, &key](const char* end) { return u.number(Key{end, unit_of(key), {}}, any_number); };
+    const auto bound = [&u = u, &key](const char* end) {
+      return u.number(Key{end, unit_of(key), {}}, any_number);
+    };
     Unknown x{name, key, "", bound("low"), bound("high"), false};
     if (x.high <= x.low) u.fail("high", fmt::format("must be greater than low = {}, is {}", x.low, x.high));
     x.logarithmic = u.choice("scale", {"linear", "log"}, 0) == 1;
@@ -114,7 +100,7 @@ Calibration read_calibration(Section s, const Study& study) {
 /// How many runs there are, and what is made of them, stands elsewhere.
 template <class Visit>
 void each_setting(Study& study, Visit&& visit) {
-  visit("joint", study.joint);
+  visit("joint", study.joints);
   visit("accelerometer", study.accelerometer);
   visit("position", study.position);
   visit("restitution", study.matched);
@@ -131,6 +117,9 @@ void each_setting(Study& study, Visit&& visit) {
 struct ReadSetting {
   Section& root;
   void operator()(const char* key, std::string& value) { value = root.text(key, value); }
+  void operator()(const char* key, std::vector<std::string>& value) {
+    if (root.has(key)) value = root.name_or_names(key);
+  }
   void operator()(const char* key, double& value, Range range) { value = root.number(key, range, value); }
   void operator()(const char* key, std::uint64_t& value) {
     value = static_cast<std::uint64_t>(root.number(key, whole, static_cast<double>(value)));
@@ -144,6 +133,11 @@ struct SaySetting {
   std::string& text;
   void say(const char* key, const std::string& value) { text += fmt::format("{} = {}\n", key, value); }
   void operator()(const char* key, const std::string& value) { say(key, toml_quoted(value)); }
+  void operator()(const char* key, const std::vector<std::string>& value) {
+    std::string list;
+    for (const auto& name : value) list += (list.empty() ? "" : ", ") + toml_quoted(name);
+    say(key, value.size() == 1 ? list : value.empty() ? "\"\"" : fmt::format("[{}]", list));
+  }
   void operator()(const char* key, double value, Range) { say(key, toml_number(value)); }
   void operator()(const char* key, std::uint64_t value) { say(key, fmt::format("{}", value)); }
   void operator()(const char* key, bool matched) { say(key, matched ? "\"delivered\"" : "\"as-given\""); }
@@ -154,7 +148,23 @@ struct SaySetting {
 std::string settings_text(Study study) {
   std::string text;
   each_setting(study, SaySetting{text});
+  if (study.period) text += fmt::format("period = {}\n", toml_number(*study.period));
+  for (const auto& measure : study.measures) text += said(measure);
   return text;
+}
+
+SceneError error_at(const Study& study, const std::vector<std::string>& path, const std::string& message) {
+  const toml::table document = parse_toml(study.text, study.file.string());
+  const toml::node* node = &document;
+  for (const auto& name : path) {
+    const auto* table = node->as_table();
+    if (const auto* inner = table ? table->get(name) : nullptr) node = inner;
+  }
+  try {
+    SceneSource{.name = study.file.string()}.fail(node, fmt::format("{}", fmt::join(path, ".")), message);
+  } catch (const SceneError& placed) {
+    return placed;
+  }
 }
 
 SceneError in_study(const Study& study, const SceneError& error) {
@@ -177,22 +187,23 @@ SceneError in_study(const Study& study, const SceneError& error) {
   const auto sets = [&](const std::vector<std::string>& family, const auto& x) {
     for (const auto& set : x.overrides) look(family, x.name, visible(set) + ":");
   };
-  for (const auto& axis : study.axes) look({"axes"}, axis.name, axis.key + "=");
+  for (const auto& axis : study.axes) {
+    look({"axes"}, axis.name, axis.key + "=");
+    for (const auto& key : axis.others) look({"axes"}, axis.name, key + "=");
+  }
   for (const auto& variant : study.variants) sets({"variants"}, variant);
+  const auto set_in = [&](const char* table, const auto& plan) {
+    if (!plan) return;
+    for (const auto& set : plan->overrides) look({}, table, visible(set) + ":");
+  };
+  set_in("bifurcation", study.bifurcation);
+  set_in("basin", study.basin);
   if (study.calibration) {
     for (const auto& x : study.calibration->unknowns) look({"calibrate", "unknowns"}, x.name, x.key + "=");
     for (const auto& x : study.calibration->targets) sets({"calibrate", "targets"}, x);
   }
   if (tables.empty()) return error;
-  const toml::table document = parse_toml(study.text, study.file.string());
-  const toml::table* table = &document;
-  for (const auto& name : tables)
-    if (table) table = table->get_as<toml::table>(name);
-  try {
-    SceneSource{.name = study.file.string()}.fail(table, fmt::format("{}", fmt::join(tables, ".")), message);
-  } catch (const SceneError& placed) {
-    return placed;
-  }
+  return error_at(study, tables, message);
 }
 
 Study read_study(const std::filesystem::path& file, Reach reach) {
@@ -210,16 +221,13 @@ Study read_study(const std::filesystem::path& file, Reach reach) {
   if (root.has("fit")) study.fit = named_file(root, "fit", study);
   const auto both = formulations(root, family_names());
   study.revolutions = root.number("revolutions", one_or_more, 50);
+  study.starts_given = root.has("starts");
   study.starts = static_cast<int>(root.number("starts", count, 8));
   study.discard = 2;
   each_setting(study, ReadSetting{root});
-  for (auto& [name, s] : root.children("axes")) {
-    auto axis = read_axis(name, s);
-    for (const auto& other : study.axes)
-      if (other.key == axis.key)
-        s.fail("key", fmt::format("{} varies already by axis {}", axis.key, other.name));
-    study.axes.push_back(std::move(axis));
-  }
+  read_windows(root, study);
+  read_axes(root, study);
+  read_measures(root, study);
   for (auto& [name, s] : root.children("variants")) {
     Variant v{name,         s.text("title", name), study.scene, {}, formulations(s, both),
               study.starts, study.revolutions};
@@ -227,21 +235,29 @@ Study read_study(const std::filesystem::path& file, Reach reach) {
     if (s.has("set")) v.overrides = s.names("set");
     v.starts = static_cast<int>(s.number("starts", count, v.starts));
     v.revolutions = s.number("revolutions", one_or_more, v.revolutions);
-    for (const auto& o : v.overrides) {
+    study.in_periods |= s.has("revolutions");
+    if (s.has("revolutions") && study.duration)
+      s.fail("revolutions", "counts periods, and the study's duration says seconds");
+    if (s.has("starts")) study.starts_given = true;
+    for (const auto& o : v.overrides)
       for (const auto& axis : study.axes)
-        if (key_of(o) == axis.key)
-          s.fail("set", fmt::format("{} is what axis {} varies", axis.key, axis.name));
-    }
+        if (key_of(o) == axis.key || std::ranges::count(axis.others, key_of(o)) > 0)
+          s.fail("set", fmt::format("{} is what axis {} varies", key_of(o), axis.name));
     s.done("a variant");
     study.variants.push_back(v);
   }
   if (study.variants.empty())
     study.variants.push_back({"given", "as given", study.scene, {}, both, study.starts, study.revolutions});
   if (root.has("calibrate")) study.calibration = read_calibration(root.child("calibrate"), study);
+  if (root.has("bifurcation")) study.bifurcation = read_bifurcation(root.child("bifurcation"), study.axes);
+  if (root.has("basin")) study.basin = read_basin(root.child("basin"), study.axes);
   root.done("a study");
+  require_expressions(study);
   double runs = 0;
   for (const auto& v : study.variants) runs += v.starts * static_cast<double>(v.formulations.size());
-  for (const auto& axis : study.axes) runs *= static_cast<double>(axis.values.size());
+  for (const auto& axis : study.axes)
+    if (!axis.drawn) runs *= static_cast<double>(axis.values.size());
+  if (study.sampling) runs *= study.samples;
   if (runs > most_runs)
     throw SceneError(fmt::format(
         "{}: asks for {:.3g} runs, more than {:.0f}: give its axes fewer values, or make several studies of it",

@@ -9,16 +9,38 @@
 
 #include "io/named_file.hpp"
 #include "model/error.hpp"
+#include "model/keys.hpp"
+#include "study/attractor_plan.hpp"
+#include "study/measure.hpp"
 #include "study/perturb.hpp"
 
 namespace freeplay {
 
-/// One scene key and the values it takes.
+/// A scene key, or several that vary together, and the values it takes.
 struct Axis {
   std::string name, key;
-  std::vector<double> values;
-  double scale = 1;  ///< shown value = value · scale
-  std::string unit;  ///< of the shown value
+  std::vector<double> values;  ///< none where they are drawn
+  double scale = 1;            ///< shown value = value · scale
+  std::string unit;            ///< of the shown value
+  /// Keys that vary with it, and each one's values at the same places.
+  std::vector<std::string> others = {};
+  std::vector<std::vector<double>> other_values = {};
+  /// Values are drawn from here (Study::sampling).
+  struct Drawn {
+    double low = 0, high = 0;
+    bool logarithmic = false;
+  };
+  std::optional<Drawn> drawn = {};
+};
+
+/// How the points of the axes that are drawn are chosen (study/design.hpp).
+enum class Draw { random, latin_hypercube, sobol };
+inline constexpr auto draw_names = complete<Draw>(
+    {{Draw::random, "random"}, {Draw::latin_hypercube, "latin-hypercube"}, {Draw::sobol, "sobol"}});
+
+/// A column of results that is computed from the others of a run and those derived before it.
+struct Derived {
+  std::string name, expression;
 };
 
 /// The scene with some keys set; it may be another scene file, and may run less than the whole study.
@@ -63,23 +85,41 @@ struct Study {
   Reach reach = Reach::anywhere;  ///< what it may name
   std::string text, title;
   std::filesystem::path scene;
-  std::filesystem::path fit;  ///< study whose calibration adds the variant "calibrated"; may be empty
-  std::string claims;         ///< name of a list of published findings to judge
-  std::string joint;          ///< contact that flights and impacts are taken from
-  std::string accelerometer, position;  ///< instruments; position may be empty
+  std::filesystem::path fit;        ///< study whose calibration adds the variant "calibrated"; may be empty
+  std::string claims;               ///< name of a list of published findings to judge
+  std::vector<std::string> joints;  ///< whose contacts flights and impacts are taken from; none: all
+  std::string accelerometer, position;  ///< instruments; may be empty
   bool matched = true;  ///< the impact law takes the restitution that the penalty law delivers
-  double revolutions = 0, discard = 0;
+  double revolutions = 0, discard = 0;  ///< periods
+  bool in_periods = false;              ///< the study states one of these two
+  std::optional<double> period;         ///< s, given in place of the drive's
+  std::optional<double> duration;       ///< s, counted in each run, in place of `revolutions`
+  std::optional<double> discard_time;   ///< s, in place of `discard`
   int starts = 1;
+  bool starts_given = false;
   std::uint64_t seed = 1;
   Perturbation perturbation;
   double flight_angle = 2, impact_speed = 0.01, line_share = 0.05;
   std::vector<Axis> axes;
+  std::optional<Draw> sampling;
+  int samples = 0;
+  std::string where;  ///< what a cell of the axes must satisfy; empty: nothing
+  std::vector<Measure> measures;
+  std::vector<Derived> derived;
   std::vector<Variant> variants;
   std::optional<Calibration> calibration;
+  std::optional<BifurcationPlan> bifurcation;
+  std::optional<BasinPlan> basin;
 };
 
 /// The settings that every run of the study depends on, with the value in force, a line KEY = VALUE each.
 std::string settings_text(Study study);
+
+/// What expressions of a study may speak of, in the order of a run's values: axes, and with `results` statistics and measures.
+std::vector<std::string> names_of(const Study& study, bool results);
+
+/// An error at a key of the study, `path` from its root: FILE:LINE:COL: path: message.
+SceneError error_at(const Study& study, const std::vector<std::string>& path, const std::string& message);
 
 /// An error of a key of the scene that the study itself sets, at the place in the study that sets it; others as they are.
 SceneError in_study(const Study& study, const SceneError& error);

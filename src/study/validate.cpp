@@ -32,7 +32,7 @@ Study study_of(const Scene& scene) {
   if (!drive || drive->speed == 0) fail("has no drive of prescribed speed, to count turns by");
   const auto contacts = contact_names(scene.mechanism);
   if (contacts.empty()) fail("has no joint with clearance");
-  study.joint = contacts.front();
+  study.joints = {contacts.front()};
   const double turn = 2 * std::numbers::pi / std::abs(drive->speed);
   study.discard = scene.run.discard / turn;
   study.revolutions = (scene.run.duration - scene.run.discard) / turn;

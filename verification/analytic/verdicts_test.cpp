@@ -125,7 +125,7 @@ TEST_CASE("peaks are compared at one sampling", "[chain][validate][slow]") {
     Study study;
     study.file = study.scene = file;
     study.accelerometer = "accelerometer";
-    study.joint = "gudgeon";
+    study.joints = {"gudgeon"};
     study.discard = 1;
     return run_case(study, Case{"", "nonsmooth", {}, 0, 4, file, short_run, every > 1 ? 10000.0 / every : 0},
                     {});
@@ -359,7 +359,7 @@ TEST_CASE("the ideal's greatest acceleration is that of a filter that has settle
   Study study;
   study.file = study.scene = file;
   study.accelerometer = "accelerometer";
-  study.joint = "gudgeon";
+  study.joints = {"gudgeon"};
   const auto ideal = ideal_turn(study, scene, "penalty", {});
   const double omega = 200 * 2 * pi / 60;
   constexpr int points = 3000;  // as many samples as the turn has, at 10 kHz

@@ -165,7 +165,7 @@ void handovers(Findings& f) {
            differ, 0, 0, "event-driven", "nothing is handed over there, and watching for it moves nothing");
   int unfinished = 0, unhanded = 0, turns = 0;
   double energy = 0, momentum = 0, impulses = 0;
-  const std::pair<std::string, double> all[] = {{corner, 3},
+  const std::pair<std::string, double> all[] = {{loop, 1.46593092926e-05},
                                                 {wedge, 1.5},
                                                 {test::random_pile(1), 0.6},
                                                 {test::random_pile(8), 0.3},
@@ -181,9 +181,9 @@ void handovers(Findings& f) {
     momentum = greatest(momentum, greatest(b.momentum, b.moment));
     impulses = greatest(impulses, b.impulses);
   }
-  const std::string which = "a ball between floor and wall, a jamming disc, three piles";
+  const std::string which = "a fast loose four-bar, a jamming disc, three piles";
   f.within("automatic: of " + which + ", runs that do not end or hand nothing over", "",
-           unfinished + unhanded, 0, 0, "", "event-driven alone does not finish the first two");
+           unfinished + unhanded, 0, 0, "", "event-driven alone does not finish the first");
   f.within("the same: touches and losses of a contact that do not take turns", "", turns, 0, 0, "",
            "no event is lost in a hand-over, none doubled");
   f.at_most(

@@ -1,5 +1,5 @@
-// One formulation against the other beyond the horizon: means of statistics over runs from perturbed starts,
-// by Welch's test. A third group with another restitution controls the test: it must be told apart.
+// One formulation against the other beyond the horizon, and the schemes of the nonsmooth one: means of statistics over runs
+// from perturbed starts, by Welch's test. A group with another restitution controls the test: it must be told apart.
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
 
@@ -128,14 +128,23 @@ struct Welch {
 }  // namespace
 
 Findings statistics() {
-  std::vector<Values> penalty(starts), nonsmooth(starts), control(starts);
-  oneapi::tbb::parallel_for(0, 3 * starts, [&](int job) {
-    const int i = job / 3;
+  std::vector<Values> penalty(starts), nonsmooth(starts), control(starts), chosen(starts), events(starts);
+  oneapi::tbb::parallel_for(0, 5 * starts, [&](int job) {
+    const int i = job / 5;
     auto scene = start(i);
-    if (job % 3 == 0) {
+    const auto by = [&](std::optional<Scheme> scheme) {
+      scene.nonsmooth.scheme = scheme;
+      scene.nonsmooth.step.reset();
+      return watch(scene, Family::nonsmooth);
+    };
+    if (job % 5 == 0) {
       penalty[i] = watch(scene, Family::penalty);
-    } else if (job % 3 == 1) {
+    } else if (job % 5 == 1) {
       nonsmooth[i] = watch(scene, Family::nonsmooth);
+    } else if (job % 5 == 2) {
+      chosen[i] = by(Scheme::moreau_jean);
+    } else if (job % 5 == 3) {
+      events[i] = by(Scheme::automatic);
     } else {
       scene.mechanism.surfaces[0].restitution = e_control;
       control[i] = watch(scene, Family::nonsmooth);
@@ -155,6 +164,19 @@ Findings statistics() {
     const Welch power(control, nonsmooth, q);
     told_apart += std::abs(power.difference) > power.allowed * power.error;
   }
+  const auto apart = [&](const std::vector<Values>& one, const std::vector<Values>& other) {
+    double most = 0;
+    for (int q = 0; q < count; ++q) {
+      const Welch welch(one, other, q);
+      most = greatest(most, std::abs(welch.difference) / (welch.allowed * welch.error));
+    }
+    return most;
+  };
+  const auto reason =
+      "1: the difference that Welch's test at 0.1 % allows, of its standard errors over 24 starts each";
+  f.at_most("fixed steps and the default: greatest difference of these means over what is allowed", "",
+            apart(nonsmooth, events), 1, "equality", reason);
+  f.at_most("chosen steps and the default: the same", "", apart(chosen, events), 1, "equality", reason);
   f.between(
       fmt::format("control: of these, told apart when restitution is {} instead of {}", e_control, e_paired),
       "", told_apart, 6, count, "by the same test",

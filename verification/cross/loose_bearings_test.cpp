@@ -9,7 +9,7 @@ using namespace freeplay;
 TEST_CASE("three loose joints, two of them by micrometres, event-driven", "[event-driven]") {
   Study study;
   study.scene = test::source_folder() / "cases/flores2011-experiment/scene.toml";
-  study.joint = "gudgeon";
+  study.joints = {"gudgeon"};
   study.accelerometer = "accelerometer";
   study.seed = 2011;
   study.discard = 0;

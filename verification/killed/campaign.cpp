@@ -69,7 +69,7 @@ void Campaign::prepare() {
 
 Words Campaign::words() const {
   if (verb_.resumes && std::filesystem::exists(shot_ / "run.checkpoint"))
-    return {"run", "--resume", shot_.string(), "--checkpoint", "0.05"};
+    return {"run", "--resume", shot_.string(), "--checkpoint", "0.05", "--no-figures"};
   return with_folder(verb_.words, verb_, shot_);
 }
 
@@ -164,7 +164,8 @@ std::vector<Verb> verbs(const Path& folder) {
     }
     return words;
   };
-  const Words run{"run", rig, "--formulation", "nonsmooth", "--forces", "--checkpoint", "0.05"},
+  const Words run{"run",          rig,    "--formulation", "nonsmooth", "--forces",
+                  "--checkpoint", "0.05", "--no-figures"},
       compare{"compare", rig};
   const auto sweep = study("sweep.toml", head + "starts = 6\n");
   const auto calibrate = study("calibrate.toml", head + R"(starts = 1
@@ -189,7 +190,8 @@ scene = "{1}"
 set = ["run.revolutions=0.02", "run.discard=0"]
 )",
                                          rig, (source / "cases/tradeoff/ideal.toml").string()));
-  return {{"run", set(run, "0.4"), set({"run", rig, "--formulation", "penalty"}, "0.05"), "", true, false},
+  return {{"run", set(run, "0.4"), set({"run", rig, "--formulation", "penalty", "--no-figures"}, "0.05"), "",
+           true, false},
           {"compare", set(compare, "0.1"), set(compare, "0.05"), "", false, false},
           {"sweep", {"sweep", sweep, "--allow-outside"}, {}, "sweep.db", false, false},
           {"calibrate", {"calibrate", calibrate, "--allow-outside"}, {}, "calibrate.db", false, false},

@@ -78,7 +78,7 @@ Contents runs_in(const Path& database) {
     return 0;
   };
   std::string all = "BEGIN; SELECT * FROM runs;";
-  for (const char* table : {"turns", "flights", "impacts", "spectra", "traces"})
+  for (const char* table : {"turns", "flights", "impacts", "measures", "spectra", "traces"})
     all += fmt::format("SELECT run, '{0}', * FROM {0} ORDER BY rowid;", table);
   all += "SELECT run, steps, right_hand_sides, pivots FROM costs; COMMIT";
   // A program that was killed as it made the file may not have got to its tables.

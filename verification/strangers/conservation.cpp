@@ -84,7 +84,7 @@ std::optional<std::string> momentum(Subject& s) {
   if (!s.alone()) return {};
   const auto& m = s.scene.mechanism;
   struct Sum {
-    double x = 0, y = 0, turn = 0, linear = 0, angular = 0;
+    double x = 0, y = 0, turn = 0, linear = 0, angular = 0, spin = 0;
   };
   const auto sum = [&](const State& at) {
     Sum p;
@@ -94,6 +94,7 @@ std::optional<std::string> momentum(Subject& s) {
       p.x += mass * v[0], p.y += mass * v[1];
       p.turn += mass * (q[0] * v[1] - q[1] * v[0]) + spin;
       p.linear += mass * speed;
+      p.spin = std::max(p.spin, std::abs(v[2]));
       p.angular += mass * speed * std::hypot(q[0], q[1]) + std::abs(spin);
     }
     return p;
@@ -108,6 +109,18 @@ std::optional<std::string> momentum(Subject& s) {
                 std::max({a.linear, b.linear, std::abs(e.impulse_t)});
   for (std::size_t k = 0; k < s.sight.depth.size(); ++k)
     for (const auto& e : s.sight.result.events) couple += 3 * s.sight.depth[k] * std::abs(e.impulse_t);
+  // A contact that lasts to the end has no such event. It turns its bodies' momentum, Σ m|v| once and again for every radian
+  // that they turn, and friction has μ of that.
+  for (std::size_t k = 0; k < s.sight.depth.size() && k < s.sight.contacts.size(); ++k) {
+    const auto& events = s.sight.result.events;
+    const auto last = std::find_if(events.rbegin(), events.rend(),
+                                   [&](const auto& e) { return e.joint == s.sight.contacts[k]; });
+    if (last == events.rend() || last->kind != EventKind::contact) continue;
+    double mu = 0;
+    for (const auto& surface : m.surfaces) mu = std::max(mu, surface.friction.value_or(0));
+    couple += 3 * s.sight.depth[k] * mu * std::max(a.linear, b.linear) *
+              (1 + std::max(a.spin, b.spin) * (s.sight.result.t_end - last->t));
+  }
   const double linear = std::hypot(a.x - b.x, a.y - b.y), turn = std::abs(a.turn - b.turn);
   if (!(linear <= 1e-6 * std::max(a.linear, b.linear)))
     return fmt::format("momentum changes by {:.2g} of {:.2g} N s", linear, a.linear);
@@ -174,7 +187,7 @@ std::span<const Check> conservation_checks() {
        losses,
        "raised the energy"},
       {{"momentum", "of mechanisms that nothing acts on from outside, linear and angular",
-        "1e-6 of Σ m|v|; for the angular one also depth times friction's impulse, Moreau–Jean h v_n Σ m|v| an impact",
+        "1e-6 of Σ m|v|; for the angular one also depth times friction's impulse (of a contact that lasts μ Σ m|v| (1 + ω t)), Moreau–Jean h v_n Σ m|v| an impact",
         "the integrators' error; friction acts on two surfaces that are a depth apart; a step's impulses act in its middle, "
         "where that is h v_n, and positions are brought back by as much"},
        momentum},

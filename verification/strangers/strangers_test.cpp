@@ -37,6 +37,29 @@ TEST_CASE("two hundred strangers are right, told or refused by every way", "[str
   CHECK(std::filesystem::exists(folder.path() / "doc/strangers.md"));
 }
 
+TEST_CASE("strangers that once were silently wrong, or refused for the program's own reasons, are right",
+          "[strangers][once]") {
+  // What was off: a sweep over rates that friction drove on; a couple of friction that lasts, and a film's own order, of which
+  // the judge knew nothing; impacts without collision whose rates no motion has; hops that a neighbour holds down.
+  const auto [seed, index, way] = GENERATE(table<std::uint64_t, int, std::string>({
+      {1, 213, "chosen steps"},
+      {1, 213, "automatic"},
+      {1, 1839, "penalty"},
+      {1, 2392, "moreau-jean"},
+      {1, 219, "event-driven"},
+      {1, 387, "event-driven"},
+      {1, 493, "event-driven"},
+      {1, 2170, "event-driven"},
+  }));
+  const auto stranger = draw(seed, index);
+  const auto all = ways();
+  const auto by = std::ranges::find(all, std::string_view(way), &Way::name);
+  REQUIRE(by != all.end());
+  const auto verdict = judge(stranger, *by);
+  INFO(index << " " << way << ": " << verdict.check << " " << verdict.detail);
+  CHECK(verdict.outcome == Outcome::right);
+}
+
 TEST_CASE("seed and index alone decide a stranger, and every kind of scene and element occurs",
           "[strangers]") {
   CHECK(draw(5, 3).text == draw(5, 3).text);

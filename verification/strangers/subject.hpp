@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "verification/strangers/sight.hpp"
 
@@ -44,6 +45,8 @@ struct Allowed {
   double late = 0;  ///< s
   double own = 0;   ///< of places and of 1 rad, what a tolerance lets pass however short the way
   bool speeds = true;
+  std::vector<double> halved =
+      {};  ///< by how much places differ from those of steps half as long, if looked at
 };
 std::optional<std::string> off_reference(const Sight& found, const Reference& reference,
                                          const Allowed& allowed, double until);

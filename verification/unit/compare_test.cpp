@@ -93,6 +93,8 @@ TEST_CASE("the first contact that parts ends the horizon of all", "[compare]") {
   const auto p = pair_impacts(a, b, 2);
   CHECK(p.pairs.size() == 1);
   CHECK_THAT(p.ended_by, Contains("touch 1 of contact 2"));
+  CHECK_THAT(pair_impacts(a, b, 2, INFINITY, INFINITY, {"pin", "guide"}).ended_by,
+             Contains("touch 1 of guide"));
 }
 
 TEST_CASE("matched is printed only where all that matters is", "[compare]") {

@@ -166,6 +166,64 @@ TEST_CASE("points may stand in a file beside the scene", "[driving]") {
   CHECK_THAT(in("file = \"short.csv\"\n"), Contains("line 3 has 1 fields, the header 2"));
   write(folder.path() / "inner" / "back.csv", "t,x\n0,1\n0,2\n");
   CHECK_THAT(in("file = \"back.csv\"\n"), Contains("must increase in x; 0 follows 0"));
+  // A file without a header would lose its first point.
+  write(folder.path() / "inner" / "bare.csv", "0,1\n1,2\n2,5\n");
+  CHECK_THAT(in("file = \"bare.csv\"\n"), Contains("curves.c.file: line 1: a header that names the columns"));
+  CHECK_THAT(in("points = []\n"), Contains("must be a list of pairs [[a, b], ...], is an empty one"));
+}
+
+TEST_CASE("tables of springs, torques and cams may stand in files likewise", "[driving][spring]") {
+  const test::TemporaryFolder folder;
+  const auto scene_file = folder.path() / "s.toml";
+  const auto write = [&](const char* name, const char* text) { std::ofstream(folder.path() / name) << text; };
+  write("pull.csv", "length,force\n0.1,-2\n0.3,0\n0.5,4\n");
+  write("lift.csv", "angle,lift\n0,0\n2,0.004\n4,0.001\n");
+  write("back.csv", "a,b\n0,1\n0,2\n");
+  write("none.csv", "a,b\n");
+  const auto text = [](const std::string& pull, const std::string& lift, const std::string& torque) {
+    return rotor +
+           "[surfaces.s]\nrestitution = 0.5\n[bodies.v]\nmass = 1\ninertia = 1\n[loads.k]\ntype = "
+           "\"spring-damper\"\nbetween = [\"ground\", \"v\"]\nforce_table = " +
+           pull + "\n[drives.d]\njoint = \"main\"\ntorque_table = " + torque +
+           "\n[contacts.c]\ntype = \"cam\"\nbetween = [\"ground\", \"v\"]\nbase_radius = 0.05\nsurface = "
+           "\"s\"\nlift_table = " +
+           lift + "\n" + length;
+  };
+  const auto by_file = parse_scene(text("\"pull.csv\"", "\"lift.csv\"", "\"pull.csv\""), scene_file.string());
+  const std::string pull = "[[0.1, -2], [0.3, 0], [0.5, 4]]";
+  const auto by_points =
+      parse_scene(text(pull, "[[0, 0], [2, 0.004], [4, 0.001]]", pull), scene_file.string());
+  CHECK(to_toml(by_file) == to_toml(by_points));
+  CHECK(by_file.files.size() == 3);
+  const auto in = [&](const char* name) {
+    return said(text(std::string("\"") + name + "\"", "[[0, 0], [2, 0.004], [4, 0.001]]", pull),
+                scene_file.string());
+  };
+  CHECK_THAT(in("back.csv"), Contains("loads.k.force_table: must increase in its first column; 0 follows 0"));
+  CHECK_THAT(in("none.csv"), Contains("loads.k.force_table: must have points below its header"));
+  CHECK_THAT(in("gone.csv"), Contains("loads.k.force_table"));
+  CHECK_THAT(in("../pull.csv"), Contains("does not lie beside the scene or below"));
+}
+
+TEST_CASE("a mean over a short interval loses nothing", "[driving]") {
+  // f and its mean over x ± d differ by f″d²/6 < 1e-15 here; a difference of two integrals had 1e-16/d of it.
+  Curve sine;
+  sine.shape = Curve::Shape::harmonic;
+  sine.amplitude = 2, sine.period = 0.7, sine.phase = 0.4, sine.mean = 0.3;
+  Curve hump;
+  hump.shape = Curve::Shape::rise_dwell_return;
+  hump.to = 3, hump.rise = 0.5, hump.fall = 0.6, hump.repeats = true;
+  const double d = 1e-9;
+  for (const auto& y : {sine.lay(), hump.lay(), table({{-1, -50}, {1, 50}}, Curve::Between::linear).lay()})
+    for (const double x : {0.03, 0.31, 0.77}) {
+      CHECK(y.mean(x - d, x + d) == Approx(y.value(x)).epsilon(1e-14));
+      CHECK(y.mean(x + d, x - d) == y.mean(x - d, x + d));
+    }
+  // Over longer ones it is the mean of two halves, across knots and periods too.
+  for (const auto& y : {sine.lay(), hump.lay()})
+    CHECK(y.mean(0.1, 5.1) == Approx(0.5 * (y.mean(0.1, 2.6) + y.mean(2.6, 5.1))).epsilon(1e-13));
+  // 3-4-5: ∫ over the whole rise is half of it.
+  CHECK(hump.lay().mean(0, 0.5) == Approx(1.5).epsilon(1e-14));
 }
 
 TEST_CASE("what curves and drives cannot be is refused where it stands", "[driving]") {

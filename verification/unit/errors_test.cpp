@@ -301,7 +301,7 @@ std::string fault(const std::string& message) {
   const auto lines = std::ranges::count(message, '\n');
   if (message.empty() || message.back() != '\n') return "does not end with its line";
   if (lines > 3) return "is of many lines";
-  if (lines > 1 && message.find("\n  ") == message.npos && message.find("--help") == message.npos)
+  if (lines > 1 && message.find("\n  ") == message.npos && message.find("`freeplay help") == message.npos)
     return "goes on without a list";
   for (const char* foreign :
        {"std::", "SQL", "sql", "toml::", "toml++", "json.exception", "nlohmann", "PRAGMA", "boost", "Boost",

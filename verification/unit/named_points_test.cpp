@@ -63,6 +63,11 @@ TEST_CASE("named points are the same scene as their coordinates, bit for bit", "
         std::get<RevoluteJoint>(by_name.mechanism.joints[0]).at);
   const auto moved = parse_scene(scene(named, "[\"B\", \"hole\"]"), "s.toml", {"bodies.rod.points.B=[1, 0]"});
   CHECK(std::get<RevoluteJoint>(moved.mechanism.joints[0]).at[0] == Vec2{1 - 0.12, 0 - 0.01});
+  // The centre of mass has its name, stated or not, and lies at the origin of what is kept.
+  for (const auto* points : {named.c_str(), "points = { B = [1, 2] }", ""}) {
+    const auto centred = parse_scene(scene(points, "[\"mass_centre\", \"mass_centre\"]"), "s.toml");
+    CHECK(std::get<RevoluteJoint>(centred.mechanism.joints[0]).at == std::array<Vec2, 2>{});
+  }
   // A table of its own, and without mass_centre: from the centre of mass.
   const auto table =
       parse_scene(scene("[bodies.rod.points]\nB = [0.18, 0.04]", "[\"B\", \"hole\"]"), "s.toml");
@@ -71,7 +76,8 @@ TEST_CASE("named points are the same scene as their coordinates, bit for bit", "
 
 TEST_CASE("a point that is not there is refused with those that are", "[points][errors]") {
   CHECK_THAT(refused(scene(named, "[\"C\", \"hole\"]")),
-             Contains("s.toml:12:6: joints.pin.at: there is no point of bodies.rod \"C\"; there is: A, B"));
+             Contains("s.toml:12:6: joints.pin.at: there is no point of bodies.rod \"C\"; there is: "
+                      "mass_centre, A, B"));
   CHECK_THAT(refused(scene(named, "[\"hole\", \"B\"]")),
              Contains("there is no point of bodies.rod \"hole\""));
   CHECK_THAT(refused(scene("", "[\"A\", \"hole\"]")), Contains("there is no point of bodies.rod \"A\""));

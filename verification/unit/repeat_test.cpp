@@ -36,7 +36,7 @@ nlohmann::json json_of(const Path& folder) { return nlohmann::json::parse(bytes_
 std::map<std::string, std::string> results_of(const Path& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder))
-    files[entry.path().filename().string()] = bytes_of(entry.path());
+    if (entry.is_regular_file()) files[entry.path().filename().string()] = bytes_of(entry.path());
   auto document = json_of(folder);
   document.erase("cost");
   files["run.json"] = document.dump(2);

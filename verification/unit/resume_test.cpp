@@ -40,7 +40,7 @@ std::string bytes_of(const Path& file) {
 std::map<std::string, std::string> files_of(const Path& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder))
-    if (entry.path().filename() != ".freeplay.lock")
+    if (entry.is_regular_file() && entry.path().filename() != ".freeplay.lock")
       files[entry.path().filename().string()] = bytes_of(entry.path());
   return files;
 }

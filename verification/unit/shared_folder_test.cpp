@@ -117,9 +117,9 @@ TEST_CASE("a study that is wrong touches none of the runs that are there", "[stu
     }
     write_file(desk.study, desk.study_text);
   };
-  refused("\"gudgeon\"", "\"gudgen\"", "study.toml: the study's joint = \"gudgen\" has no clearance");
-  refused("\"accelerometer\"", "\"lvdt\"", "accelerometer = \"lvdt\" is no such instrument");
-  refused("\"lvdt\"", "\"lvtd\"", "position = \"lvtd\" is no such instrument");
+  refused("\"gudgeon\"", "\"gudgen\"", ": joint: \"gudgen\" has no clearance");
+  refused("\"accelerometer\"", "\"lvdt\"", ": accelerometer: \"lvdt\" is no such instrument");
+  refused("\"lvdt\"", "\"lvtd\"", ": position: \"lvtd\" is no such instrument");
   refused("joints.gudgeon.clearance", "joints.gudgeon.clearanse", "clearanse");
   refused("[0.5e-3]", "[0.5e-3, -1.0]", "clearance");
   refused("[0.5e-3]", "\"wide\"", "values");

@@ -381,7 +381,7 @@ TEST_CASE("dampers' losses are not a study's energy per turn", "[study]") {
   Study study;
   study.file = study.scene = file;
   study.accelerometer = "accelerometer";
-  study.joint = "gudgeon";
+  study.joints = {"gudgeon"};
   study.discard = 1;
   const Case one{"", "nonsmooth", {}, 0, 1.9, file, {}};
   const auto run = run_case(study, one, {});

@@ -1,0 +1,93 @@
+// Steps of Moreau's where contacts are many: responses where they are not zero, contact problems in islands.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "formulations/nonsmooth/moreau.hpp"
+
+namespace freeplay {
+
+MoreauStepper::Many::Many(const SaddlePoint& saddle, const System& system, const NonsmoothOptions& options,
+                          int rows)
+    : responses(rows),
+      islands(saddle, system.n(), options.solver, options.lcp_tolerance),
+      positions(saddle, system.n(), LcpSolver::automatic, options.lcp_tolerance),
+      place(static_cast<std::size_t>(rows)),
+      taken(static_cast<std::size_t>(rows)) {
+  int next = 0;
+  for (int k = 0; k < system.contacts(); ++k) {
+    first.push_back(next);
+    next += system.has_friction(k) ? 2 : 1;
+  }
+  for (int k = 0; k < system.frictions(); ++k) first.push_back(next++);
+  id.reserve(first.size());
+}
+
+void MoreauStepper::Many::begin(SaddlePoint& saddle) {
+  responses.use(saddle);
+  islands.use(saddle);
+  positions.use(saddle);
+  std::ranges::fill(taken, 0);
+}
+
+/// The response to rows_[place]; with many contacts each is computed once a step.
+void MoreauStepper::respond(int place) {
+  if (!many_) {
+    saddle_.respond(rows_[place], nullptr, 0, response(place), reaction(place));
+  } else if (!many_->taken[place]) {
+    many_->responses.take(place, rows_[place]);
+    many_->taken[place] = 1;
+  }
+}
+
+void MoreauStepper::respond(int place, const SparseRow* beside, double factor) {
+  if (many_)
+    many_->responses.take(place, rows_[place], beside, factor);
+  else
+    saddle_.respond(rows_[place], beside, factor, response(place), reaction(place));
+}
+
+double MoreauStepper::along(const SparseRow& row, int place) const {
+  return many_ ? many_->responses.along(row, place) : row.dot(response(place));
+}
+
+void MoreauStepper::push(int place, double by, double* x) const {
+  if (many_) {
+    many_->responses.add(place, by, x);
+    return;
+  }
+  for (int i = 0; i < system_.n(); ++i) x[i] += by * response(place)[i];
+}
+
+/// Solves the collected problem in islands, and adds its impulses to v. Λ follows by react_to_all().
+ContactSolution MoreauStepper::solve_islands() {
+  for (int r = 0; r < problem_.rows; ++r) respond(many_->place[r]);
+  const auto solve = [&] {
+    ++work_.lcp_solves;
+    return many_->islands.solve(problem_, many_->place, many_->id, rows_, many_->responses);
+  };
+  auto result = solve();
+  if (!result.solved && strip_restitution()) {
+    result.count(work_, extremes_);
+    many_->islands.clear();
+    result = solve();
+    inelastic_ += result.solved;
+  }
+  result.count(work_, extremes_);
+  if (!result.solved) return result;
+  if (many_->islands.doubtful()) tell_painleve(result);
+  for (const auto& c : problem_.unknowns)
+    for (const auto& [row, impulse] : {std::pair{c.normal, c.impulse_n}, std::pair{c.tangent, c.impulse_t}})
+      if (row >= 0 && impulse != 0) push(place_of(row), impulse, v_.data());
+  return result;
+}
+
+/// The joints' impulses with all that contacts and friction give.
+void MoreauStepper::react_to_all() {
+  for (const auto& c : problem_.unknowns)
+    for (const auto& [row, impulse] : {std::pair{c.normal, c.impulse_n}, std::pair{c.tangent, c.impulse_t}})
+      if (row >= 0 && impulse != 0) row_of(row).add_to(force_.data(), impulse);
+  saddle_.solve(force_.data(), r_.data(), dq_.data(), lambda_.data());
+}
+
+}  // namespace freeplay

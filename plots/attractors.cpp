@@ -1,0 +1,118 @@
+// Where motions settle: section points over a parameter, one colour for each branch; and the attractor that each start of a
+// grid leads to.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "io/input_file.hpp"
+#include "plots/figure.hpp"
+#include "plots/table.hpp"
+
+namespace freeplay::plots {
+namespace {
+
+std::string with_unit(const std::string& name, const std::string& unit) {
+  return name + (unit.empty() ? "" : " (" + unit + ")");
+}
+std::string axis_label(const JsonFile& document, const std::string& path) {
+  return with_unit(document.text(path + ".name"), document.text(path + ".unit"));
+}
+
+/// Blue upwards, orange downwards; what began from drawn starts lies below both in grey.
+constexpr Word branch_colours[] = {"#9aa0a6", "#0b3c8c", "#c8500a"};
+int place_of(const std::string& branch) { return branch == "up" ? 1 : branch == "down" ? 2 : 0; }
+
+std::vector<std::filesystem::path> draw_bifurcation(const std::filesystem::path& folder) {
+  const JsonFile document(folder / "bifurcation.json");
+  const auto column = document.text("bifurcation.columns.0.name");
+  Rows rows(folder / "bifurcation.csv");
+  const auto branch = rows.place("branch"), value = rows.place("value"), at = rows.place(column);
+  Block blocks[] = {Block("from drawn starts"), Block("swept upwards"), Block("swept downwards")};
+  double least = INFINITY, most = -INFINITY;  // of all values, those without points among them
+  while (rows.next()) {
+    const double x = rows.number(value), y = rows.number(at);
+    if (std::isfinite(x)) {
+      least = std::min(least, x);
+      most = std::max(most, x);
+    }
+    if (std::isfinite(x) && std::isfinite(y))
+      blocks[static_cast<std::size_t>(place_of(rows.name(branch)))].row({x, y});
+  }
+  Figure f{.name = "bifurcation", .height_cm = 10, .source = "bifurcation.json"};
+  constexpr Word titles[] = {"from drawn starts", "swept upwards", "swept downwards"};
+  Script plot;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (blocks[k].empty()) continue;
+    plot.add("{}DATA index {} using 1:2 with points pt 7 ps {} lc rgb '{}' title '{}'",
+             plot.empty() ? Word("plot ") : Word(", "), f.blocks.size(), k == 2 ? 0.3 : 0.35,
+             branch_colours[k], titles[k]);
+    f.blocks.push_back(blocks[k]);
+  }
+  if (f.blocks.empty()) return {};
+  f.script.add(
+      "set xlabel {} noenhanced\nset ylabel {} noenhanced\nset key outside top center horizontal samplen 1\n"
+      "set xrange [{}:{}]\nset autoscale yfix\nset offsets 0, 0, graph 0.04, graph 0.04\n",
+      axis_label(document, "bifurcation.axis"),
+      with_unit(column, document.text("bifurcation.columns.0.unit")),
+      least - (most > least ? 0.01 * (most - least) : 1), most + (most > least ? 0.01 * (most - least) : 1));
+  if (column == "phase") f.script.add("set offsets 0, 0, 0, 0\nset yrange [0:1]\n");
+  f.script.add("{}\n", plot);
+  return {draw(f, folder)};
+}
+
+constexpr Word basin_colours[] = {"#0b3c8c", "#e0a458", "#1a7f37", "#cf222e",
+                                  "#7b3fa0", "#3d9be0", "#8a6d3b"};
+constexpr Word gave_up = "#d0d0d0";
+
+/// Half the way to the nearest neighbour, of the cells' edges.
+double half_step(std::vector<double> values) {
+  std::ranges::sort(values);
+  double least = INFINITY;
+  for (std::size_t i = 1; i < values.size(); ++i)
+    if (values[i] > values[i - 1]) least = std::min(least, values[i] - values[i - 1]);
+  return std::isfinite(least) ? 0.5 * least : 0.5;
+}
+
+std::vector<std::filesystem::path> draw_basin(const std::filesystem::path& folder) {
+  const JsonFile document(folder / "basin.json");
+  const Table table(folder / "basin.csv", {}, {"x", "y", "attractor"});
+  const auto &x = table.column("x"), &y = table.column("y"), &attractor = table.column("attractor");
+  if (table.rows() == 0) return {};
+  const double dx = half_step(x), dy = half_step(y);
+  std::map<int, Block> cells;
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    const int a = static_cast<int>(attractor[i]);
+    cells.try_emplace(a, Block("x, y, half a cell")).first->second.row({x[i], y[i], dx, dy});
+  }
+  Figure f{.name = "basin", .height_cm = 11, .source = "basin.json"};
+  Script plot;
+  for (const auto& [a, block] : cells) {
+    std::string title = "gave up";
+    if (a >= 0) {
+      const auto path = fmt::format("basin.attractors.{}.", a);
+      title = document.text(path + "kind");
+      if (const auto cycle = document.text(path + "cycle"); !cycle.empty() && cycle.size() < 60)
+        title += ": " + cycle;
+    }
+    plot.add(
+        "{}DATA index {} using 1:2:3:4 with boxxyerror fs solid noborder lc rgb '{}' title {} noenhanced",
+        plot.empty() ? Word("plot ") : Word(", "), f.blocks.size(),
+        a < 0 ? gave_up : basin_colours[static_cast<std::size_t>(a) % std::size(basin_colours)], title);
+    f.blocks.push_back(block);
+  }
+  f.script.add(
+      "set xlabel {} noenhanced\nset ylabel {} noenhanced\nset key outside top center vertical maxrows 4\n"
+      "set autoscale noextend\n{}\n",
+      axis_label(document, "basin.x"), axis_label(document, "basin.y"), plot);
+  return {draw(f, folder)};
+}
+
+}  // namespace
+
+const Drawing bifurcation{{"bifurcation.json"}, draw_bifurcation};
+const Drawing basin{{"basin.json"}, draw_basin};
+
+}  // namespace freeplay::plots

@@ -1,0 +1,42 @@
+// Points of a Poincaré section, in the plane of two columns.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "io/input_file.hpp"
+#include "plots/figure.hpp"
+#include "plots/table.hpp"
+
+namespace freeplay::plots {
+namespace {
+
+std::string axis(const JsonFile& document, const std::string& which) {
+  const auto unit = document.text("section." + which + "_unit");
+  return document.text("section." + which) + (unit.empty() ? "" : " (" + unit + ")");
+}
+
+std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+  const JsonFile document(folder / "section.json");
+  const auto x = document.text("section.x"), y = document.text("section.y");
+  Rows rows(folder / "section.csv");
+  const auto at_x = rows.place(x), at_y = rows.place(y);
+  Block points(x + ", " + y);
+  while (rows.next()) {
+    const double a = rows.number(at_x), b = rows.number(at_y);
+    if (std::isfinite(a) && std::isfinite(b)) points.row({a, b});
+  }
+  if (points.empty()) return {};
+  Figure f{.name = "poincare", .width_cm = 12, .height_cm = 10, .source = "section.json"};
+  f.blocks.push_back(points);
+  f.script.add(
+      "set xlabel {} noenhanced\nset ylabel {} noenhanced\nset offsets graph 0.05, graph 0.05, graph 0.05, graph 0.05\n",
+      axis(document, "x"), axis(document, "y"));
+  f.script.add("plot DATA index 0 using 1:2 with points pt 7 ps 0.35 lc rgb '#0b3c8c' notitle\n");
+  return {draw(f, folder)};
+}
+
+}  // namespace
+
+const Drawing poincare{{"section.json"}, draw_all};
+
+}  // namespace freeplay::plots

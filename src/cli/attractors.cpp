@@ -1,0 +1,116 @@
+// freeplay bifurcation and freeplay basin: where motions settle, over one parameter and from each start of a grid.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <nlohmann/json.hpp>
+
+#include "cli/default_folder.hpp"
+#include "cli/progress.hpp"
+#include "cli/verb.hpp"
+#include "cli/wrapped.hpp"
+#include "io/output_file.hpp"
+#include "io/result_set.hpp"
+#include "io/run_json.hpp"
+#include "plots/figure.hpp"
+#include "study/attractor_table.hpp"
+#include "study/provenance.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+struct AttractorsRequest : Request {
+  std::string study;  ///< its file
+  Reach reach = Reach::beside;
+  std::string output;  ///< result folder
+  int threads = 0;     ///< 0 for all cores
+};
+
+/// A verb's part: which chains are run, and what is made of them.
+struct Verb {
+  const char* name;  ///< also of its table in the study, and of its files
+  const AttractorPlan* (*plan)(const Study&);
+  std::vector<Chain> (*chains)(const Study&);
+  Told (*told)(const SettledRuns&);
+  std::string (*csv)(const Study&, const SettledRuns&, const Told&);
+  nlohmann::json (*json)(const Study&, const SettledRuns&, const Told&);
+  std::string (*text)(const Study&, const SettledRuns&, const Told&);
+};
+
+int attractors(const AttractorsRequest& request, const Verb& verb) {
+  const auto study = read_study(request.study, request.reach);
+  const auto* plan = verb.plan(study);
+  if (!plan)
+    throw SceneError(fmt::format("{}: has no table [{}]; docs/attractors.md", request.study, verb.name));
+  const auto folder =
+      result_folder(request.output, default_folder(study.file, fmt::format("-{}", verb.name)));
+  nlohmann::json document;  // before anything is run: it reads the scene as the study names it
+  document["provenance"] = provenance(study);
+  document["provenance"]["scene_file"] = study.scene.lexically_normal().string();
+  ResultSet set(folder, verb.name);
+  AttractorStore store(folder / fmt::format("{}.db", verb.name), request.stop);
+  Progress progress;
+  const auto runs = settle(study, *plan, verb.name, verb.chains(study), store, request.threads, request.stop,
+                           [&](const ChainProgress& p) {
+                             progress.show(fmt::format("{} of {} runs", p.done, p.total),
+                                           static_cast<double>(p.done) / static_cast<double>(p.total));
+                           });
+  progress.clear();
+  fmt::print("{} runs were there, {} made\n", runs.found, runs.made);
+  if (runs.interrupted) {
+    fmt::print("interrupted; the same command carries on\n");
+    return 1;
+  }
+  const auto told = verb.told(runs);
+  document[verb.name] = verb.json(study, runs, told);
+  write_json(set.place() / fmt::format("{}.json", verb.name), document);
+  write_file(set.place() / fmt::format("{}.csv", verb.name), verb.csv(study, runs, told));
+  set.commit();
+  fmt::print("{}results in {}\n", wrapped(verb.text(study, runs, told)), folder.string());
+  for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
+  int status = 0;
+  for (const auto& chain : runs.chains)
+    for (const auto& run : chain)
+      if (!run.finished()) {
+        fmt::print(stderr, "{} at {}: {}\n", run.branch, fmt::join(run.values, ", "), run.failure);
+        status = 1;
+      }
+  return status;
+}
+
+constexpr Verb bifurcation_parts{
+    "bifurcation",
+    [](const Study& s) -> const AttractorPlan* { return s.bifurcation ? &*s.bifurcation : nullptr; },
+    bifurcation_chains,
+    told_at_each_value,
+    bifurcation_csv,
+    bifurcation_json,
+    bifurcation_text};
+constexpr Verb basin_parts{
+    "basin",      [](const Study& s) -> const AttractorPlan* { return s.basin ? &*s.basin : nullptr; },
+    basin_chains, told_at_all,
+    basin_csv,    basin_json,
+    basin_text};
+
+int bifurcation(const AttractorsRequest& request) { return attractors(request, bifurcation_parts); }
+int basin(const AttractorsRequest& request) { return attractors(request, basin_parts); }
+
+void declare(Program& program, const Verb& verb, const char* what, int (*act)(const AttractorsRequest&)) {
+  auto [options, request] = program.verb(verb.name, what, act);
+  options.add("study", request.study, "study file").required();
+  options.output(request.output, "result folder; default out/NAME and the verb's name");
+  options.allow_outside(request.reach);
+  options.threads(request.threads);
+}
+
+}  // namespace
+
+void bifurcation_verb(Program& program) {
+  declare(program, bifurcation_parts, "where motions settle over one parameter, swept up and down",
+          bifurcation);
+}
+
+void basin_verb(Program& program) {
+  declare(program, basin_parts, "where motions settle from each start of a grid", basin);
+}
+
+}  // namespace freeplay::cli

@@ -1,0 +1,86 @@
+// freeplay plot: any columns of result folders over one another.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "cli/verb.hpp"
+#include "io/folder_lock.hpp"
+#include "io/output_file.hpp"
+#include "io/result_set.hpp"
+#include "io/run_set.hpp"
+#include "model/error.hpp"
+#include "plots/column_plot.hpp"
+#include "plots/figure.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+struct PlotRequest : Request {
+  std::vector<std::string> folders, y;
+  std::string x = "t", section, name, format;
+  std::optional<double> from, to;
+};
+
+/// Words between commas.
+std::vector<std::string> words(const std::string& text) {
+  std::vector<std::string> list;
+  for (std::size_t at = 0; at <= text.size();) {
+    const auto to = std::min(text.find(',', at), text.size());
+    if (to > at) list.push_back(text.substr(at, to - at));
+    at = to + 1;
+  }
+  return list;
+}
+
+int plot(const PlotRequest& request) {
+  plots::ColumnPlot what;
+  for (const auto& folder : request.folders) {
+    what.folders.push_back(real_folder(folder));
+    if (!std::filesystem::is_directory(what.folders.back())) throw SceneError(folder + ": is no folder");
+  }
+  what.x = request.x;
+  for (const auto& list : request.y) what.panels.push_back(words(list));
+  what.from = request.from;
+  what.to = request.to;
+  if (!request.section.empty()) what.section = plots::crossing_of(request.section);
+  if (!request.name.empty() && request.name != plots::safe_name(request.name))
+    throw SceneError(fmt::format(
+        "-o {}: must be a name for the figure's files, of letters, digits, _ - and .", request.name));
+  what.name = request.name;
+  what.formats = plots::formats_named(words(request.format));
+  const FolderLock lock(what.folders.front(), "plot");
+  settle_result_sets(what.folders.front());
+  settle_run(what.folders.front());
+  fmt::print("{}\n", plots::draw_columns(what).string());
+  return 0;
+}
+
+}  // namespace
+
+void plot_verb(Program& program) {
+  auto [options, request] = program.verb("plot", "draw columns of result folders over one another", plot);
+  options.add("folder", request.folders, "folders made by run or compare, laid over each other").required();
+  options.add("--x", request.x, "column along the abscissa").takes("COLUMN").shows_default();
+  options.add("--y", request.y, "those of one panel; each --y makes another; a wrong name lists all")
+      .takes("COLUMN[,COLUMN...]")
+      .required()
+      .one_each();
+  options.add("--from", request.from, "s, where it begins").takes("SECONDS");
+  options.add("--to", request.to, "s, where it ends").takes("SECONDS");
+  options
+      .add("--section", request.section,
+           "COLUMN=VALUE[:up|:down] or crank=DEGREES: points at these instants alone")
+      .takes("WHERE");
+  options
+      .add("-o,--output", request.name,
+           "name of the figure in the first folder's figures/; default by its columns")
+      .takes("NAME");
+  options
+      .add("--format", request.format,
+           "pdf, png, svg, eps, cairolatex, or several with commas; default by style.toml")
+      .takes("FORMAT");
+}
+
+}  // namespace freeplay::cli

@@ -1,0 +1,138 @@
+// freeplay poincare: the state of a scene at the instants of a section.
+#include <fmt/format.h>
+
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "cli/default_folder.hpp"
+#include "cli/progress.hpp"
+#include "cli/verb.hpp"
+#include "cli/wrapped.hpp"
+#include "io/result_set.hpp"
+#include "io/run_json.hpp"
+#include "model/scene.hpp"
+#include "plots/figure.hpp"
+#include "study/section_run.hpp"
+#include "values/family.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+struct PoincareRequest : Request {
+  std::string scene, formulation = "nonsmooth";
+  std::vector<std::string> overrides;
+  std::string section = "every period";
+  std::string x, y;  ///< columns of the figure
+  std::optional<double> periods, discard;
+  std::string output;  ///< result folder
+};
+
+/// The columns that a figure shows: of `asked` those given, else what the section suggests.
+std::array<std::size_t, 2> shown(const SectionRun& run, const PoincareRequest& request) {
+  std::array<std::size_t, 2> at{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto& asked = i == 0 ? request.x : request.y;
+    const auto& name = asked.empty() ? run.plan.shown[i] : asked;
+    for (std::size_t c = 0; c < run.plan.columns.size(); ++c)
+      if (run.plan.columns[c].name == name) at[i] = c;
+  }
+  return at;
+}
+
+std::string table(const SectionRun& run) {
+  std::string csv = "t";
+  for (const auto& c : run.plan.columns) csv += "," + c.name;
+  csv += "\n";
+  for (std::size_t i = 0; i < run.size(); ++i) {
+    csv += fmt::format("{}", run.t[i]);
+    for (std::size_t c = 0; c < run.plan.columns.size(); ++c) csv += fmt::format(",{}", run.at(i, c));
+    csv += "\n";
+  }
+  return csv;
+}
+
+int poincare(const PoincareRequest& request) {
+  const auto scene = read_scene(request.scene, request.overrides);
+  SectionRequest asked{.formulation = request.formulation,
+                       .section = request.section,
+                       .discard = request.discard,
+                       .keep = request.periods,
+                       .section_key = "--section",
+                       .periods_key = request.periods ? "--periods" : "--discard"};
+  if (request.discard && !request.periods)
+    throw SceneError(
+        "--discard counts periods that go before those of --periods: give both, or run.discard in s");
+  // Columns are told before anything is run.
+  SectionSimulation simulation(scene, asked, request.stop);
+  for (const auto* column : {&request.x, &request.y})
+    if (!column->empty()) {
+      auto one = asked;
+      one.columns = {*column};
+      one.column_key = column == &request.x ? "--x" : "--y";
+      const SectionSimulation refused(scene, one, request.stop);
+    }
+  const auto folder = result_folder(request.output, default_folder(scene.file, "-poincare"));
+  ResultSet set(folder, "poincare");
+  const auto identity = simulation.identity();
+  Progress progress;
+  progress.show(request.formulation, 0);
+  const auto run = simulation.run();
+  progress.clear();
+  if (run.ending.status == Ending::Status::interrupted) {
+    fmt::print("interrupted\n");
+    return 1;
+  }
+  const auto axes = shown(run, request);
+  nlohmann::json document;
+  document["section"] = {{"asked", request.section},
+                         {"formulation", request.formulation},
+                         {"points", run.size()},
+                         {"period_s", run.plan.period},
+                         {"from_s", run.plan.discard},
+                         {"to_s", run.plan.until},
+                         {"x", run.plan.columns[axes[0]].name},
+                         {"x_unit", run.plan.columns[axes[0]].unit},
+                         {"y", run.plan.columns[axes[1]].name},
+                         {"y_unit", run.plan.columns[axes[1]].unit},
+                         {"ending", run.ending.reason},
+                         {"notes", run.notes}};
+  document["provenance"] = provenance(scene, identity);
+  write_json(set.place() / "section.json", document);
+  write_file(set.place() / "section.csv", table(run));
+  set.commit();
+  fmt::print("{}: {} points of \"{}\" from {:.6g} s to {:.6g} s\n", request.formulation, run.size(),
+             request.section, run.plan.discard, run.plan.until);
+  for (const auto& note : run.notes) fmt::print("{}", wrapped("note: " + note + "\n"));
+  fmt::print("results in {}\n", folder.string());
+  for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
+  if (run.ending.status == Ending::Status::finished) return 0;
+  fmt::print(stderr, "{}: stopped: {}\n", request.formulation, run.ending.reason);
+  return 1;
+}
+
+}  // namespace
+
+void poincare_verb(Program& program) {
+  auto [options, request] =
+      program.verb("poincare", "the state of a scene at the instants of a Poincaré section", poincare);
+  options.scene(request.scene).required();
+  options.add("--formulation", request.formulation, "penalty or nonsmooth")
+      .one_of(family_names())
+      .shows_default();
+  options.set(request.overrides);
+  options
+      .add("--section", request.section,
+           "\"every period\", \"every 0.1 s\", \"pin.angle crosses 30 deg upwards\" or \"each touch of pin\"")
+      .shows_default();
+  options.add("--x", request.x, "column of the figure, for example ball.y, pin.angle or phase")
+      .takes("COLUMN");
+  options.add("--y", request.y, "the other").takes("COLUMN");
+  options
+      .add("--periods", request.periods, "periods of the drive that are kept; default the scene's duration")
+      .number([](double x) { return x > 0; }, "must be greater than 0");
+  options.add("--discard", request.discard, "periods before those")
+      .number([](double x) { return x >= 0; }, "must be 0 or greater");
+  options.output(request.output, "result folder; default out/NAME-poincare");
+}
+
+}  // namespace freeplay::cli

@@ -1,0 +1,88 @@
+#include "cli/run_figures.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "cli/wrapped.hpp"
+#include "facade/simulation.hpp"
+#include "io/folder_lock.hpp"
+#include "io/output_file.hpp"
+#include "model/error.hpp"
+#include "model/scene.hpp"
+#include "plots/column_plot.hpp"
+#include "plots/figure.hpp"
+#include "sim/columns.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+std::vector<std::string> words(const std::string& text) {
+  std::vector<std::string> list;
+  for (std::size_t at = 0; at <= text.size();) {
+    const auto to = std::min(text.find(',', at), text.size());
+    if (to > at) list.push_back(text.substr(at, to - at));
+    at = to + 1;
+  }
+  return list;
+}
+
+/// The columns that the run's files will have.
+std::vector<plots::Column> columns_to_be(const Scene& scene, const std::string& formulation) {
+  const Simulation simulation(scene, formulation, {});
+  const auto& layout = simulation.layout();
+  std::vector<plots::Column> list;
+  const auto add = [&](const std::string& name, const char* file) { list.push_back({name, file, "", ""}); };
+  for (const auto& c : trajectory_columns(layout))
+    if (c.of != Column::Of::time) add(c.name(), "trajectory.csv");
+  if (scene.run.forces)
+    for (const auto& c : force_columns(layout))
+      if (c.of != Column::Of::time) add(c.name(), "forces.csv");
+  for (const auto& c : layout.channels) add(c, "signals.csv");
+  return list;
+}
+
+void require_columns(const RunFigures& figures, const Scene& scene, const std::string& formulation) {
+  if (figures.plot.empty()) return;
+  const auto all = columns_to_be(scene, formulation);
+  for (const auto& list : figures.plot)
+    for (const auto& name : words(list)) {
+      if (std::ranges::find(all, name, &plots::Column::name) != all.end()) continue;
+      const bool of_events = name.find('.') == name.npos && !plots::unit_of_column(name).empty();
+      if (of_events && name != "t") continue;
+      throw SceneError(fmt::format("--plot: {}{}", plots::no_column(name, all),
+                                   scene.run.forces ? "" : "\n  and those of forces.csv with --forces"));
+    }
+}
+
+}  // namespace
+
+void require_figures(const RunFigures& figures, const Scene& scene, const std::string& formulation,
+                     const std::filesystem::path& folder) {
+  if (figures.none && figures.plot.empty()) return;
+  plots::style_of(folder);
+  require_columns(figures, scene, formulation);
+}
+
+void draw_run(const RunFigures& figures, const std::filesystem::path& folder, const StopToken& stop) {
+  const FolderLock lock(folder, "run");
+  plots::remove_of_run(folder);
+  std::vector<std::filesystem::path> made;
+  try {
+    if (!figures.none) made = plots::all(folder, stop);
+  } catch (const OutputError& e) {
+    fmt::print(stderr, "figures: {}\n", e.what());
+  }
+  for (const auto& list : figures.plot) {
+    plots::ColumnPlot what;
+    what.folders = {folder};
+    what.panels = {words(list)};
+    made.push_back(plots::draw_columns(what));
+  }
+  if (made.empty()) return;
+  std::string names;
+  for (const auto& path : made) names += (names.empty() ? "" : ", ") + path.filename().string();
+  fmt::print("{}", wrapped(fmt::format("figures in {}: {}\n", (folder / "figures").string(), names)));
+}
+
+}  // namespace freeplay::cli

@@ -1,0 +1,54 @@
+// What the parts of the claim set "equilibrium" share: a place of rest with its small motions, and scenes.
+#pragma once
+
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "model/modes.hpp"
+#include "model/scene.hpp"
+#include "model/system.hpp"
+#include "values/family.hpp"
+#include "verification/claims/claim.hpp"
+#include "verification/references/small_motions.hpp"
+
+namespace freeplay::verification::equilibrium_claims {
+
+// The parts, in the order of the set.
+void pendulums(Findings& f);
+void springs(Findings& f);
+void slider_crank(Findings& f);
+void lamp(Findings& f);
+void contacts(Findings& f);
+void stays(Findings& f);  ///< a run that begins at rest
+
+using std::sqrt;
+inline constexpr double pi = std::numbers::pi;
+inline constexpr const char* exact =
+    "derivatives are exact: rounding of the place and of the values, 1e-13, room of a thousand";
+inline constexpr const char* steel =
+    "[surfaces]\nsteel = {young = 207e9, poisson = 0.3, restitution = 0.5}\n[run]\nduration = 1\n"
+    "start = \"equilibrium\"\n";
+/// Hertz's K of steel on steel at a radius of curvature (m), from the formula.
+inline double hertz(double radius) { return 4.0 / 3 * 207e9 / (2 * (1 - 0.3 * 0.3)) * sqrt(radius); }
+
+struct Rest {
+  Equilibrium at;
+  std::vector<Mode> modes;
+  Forces forces;
+  /// rad/s of the i-th that swings.
+  double rate(std::size_t i) const {
+    for (const auto& m : modes)
+      if (m.kind == Mode::Kind::swing && i-- == 0) return std::abs(m.s);
+    return NAN;
+  }
+};
+
+Rest rest(const Scene& scene, Family family);
+Rest rest(const std::string& text, Family family = Family::nonsmooth);
+
+reference::SprungSliderCrank sprung();
+Scene sprung_scene(bool loose);
+
+}  // namespace freeplay::verification::equilibrium_claims

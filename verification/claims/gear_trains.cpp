@@ -1,0 +1,223 @@
+// Gears whose centres move, and racks: ratios, and what the involute keeps.
+#include "verification/claims/gear_claims.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace freeplay::verification::gear_claims {
+
+void planet(Findings& f) {
+  const std::string text = R"([bodies.sun]
+mass = 1.0
+inertia = 0.001
+angular_velocity = 30.0
+[bodies.carrier]
+mass = 1.0
+inertia = 0.01
+angular_velocity = 7.5
+[bodies.planet]
+mass = 0.5
+inertia = 0.0005
+position = [0.1, 0.0]
+velocity = [0.0, 0.75]
+angular_velocity = -15.0
+[joints.sun_pin]
+type = "revolute"
+between = ["ground", "sun"]
+[joints.carrier_pin]
+type = "revolute"
+between = ["ground", "carrier"]
+[joints.planet_pin]
+type = "revolute"
+between = ["carrier", "planet"]
+at = [[0.1, 0.0], [0.0, 0.0]]
+[joints.inner]
+type = "gear"
+between = ["sun", "planet"]
+teeth = [20, 20]
+module = 5e-3
+MORE[joints.outer]
+type = "gear"
+between = ["ground", "planet"]
+teeth = [60, 20]
+module = 5e-3
+internal = true
+MORE[surfaces.steel]
+restitution = 0.2
+[drives.motor]
+joint = "sun_pin"
+speed = 30.0
+[run]
+duration = 3.0
+start = "assembled"
+)";
+  const auto with = [&](const std::string& more) {
+    auto s = text;
+    for (auto at = s.find("MORE"); at != s.npos; at = s.find("MORE")) s.replace(at, 4, more);
+    return s;
+  };
+  const double carrier = 30.0 * 20 / 80 * 3;
+  for (const auto& way : ways) {
+    auto scene = scene_by(with(""), way);
+    if (way.step > 0) scene.nonsmooth.step = 1e-4;
+    const auto end = finished(scene, way).final_state;
+    const double bound = way.family == Family::penalty ? 1e-7 : 1e-10;
+    const char* why = way.family == Family::penalty ? "drift at α = β = 5, 1e-8 m over 0.05 m at most"
+                                                    : "positions brought back to rounding each step";
+    f.within(fmt::format("planetary gear, ring fixed, ten turns of the sun and more, {}: carrier", way.name),
+             "rad", end.q[5], carrier, bound, "Willis: ω_c = ω_s z_s/(z_s + z_r)", why);
+    f.within("its planet", "rad", end.q[8], -2 * carrier, bound, "ω_p = ω_c (1 − z_r/z_p)", why);
+  }
+  for (const auto& way : ways) {
+    auto scene = scene_by(with("backlash = 1e-4\nmesh_stiffness = 2e8\nsurface = \"steel\"\n"), way);
+    if (way.step > 0) scene.nonsmooth.step = 2e-5;
+    scene.run.duration = 1;
+    const auto end = finished(scene, way).final_state;
+    // Mid-play at the start; each mesh gives half its backlash, and a hair of penetration.
+    f.within(fmt::format("with backlash, five turns of the sun, {}: carrier", way.name), "rad", end.q[5],
+             carrier / 3, (1e-4 + 1e-6) / (4 * 0.05 * std::cos(alpha)), "Willis",
+             "both meshes within half their backlash: 2 (b/2)/(r_b (z_s + z_r)/z_s), and a hundredth");
+  }
+}
+
+void distance(Findings& f) {
+  const std::string text = R"([bodies.pinion]
+mass = 1.0
+inertia = 0.001
+angular_velocity = 30.0
+[bodies.hub]
+mass = 1.0
+inertia = 0.01
+position = [0.151, 0.0]
+velocity = [0.05, 0.0]
+[bodies.wheel]
+mass = 2.0
+inertia = 0.004
+position = [0.151, 0.0]
+velocity = [0.05, 0.0]
+angular_velocity = -15.0
+[joints.front]
+type = "revolute"
+between = ["ground", "pinion"]
+[joints.guide]
+type = "translational"
+between = ["ground", "hub"]
+[joints.rear]
+type = "revolute"
+between = ["hub", "wheel"]
+[joints.mesh]
+type = "gear"
+between = ["pinion", "wheel"]
+teeth = [20, 40]
+module = 5e-3
+[loads.spring]
+type = "spring-damper"
+between = ["ground", "hub"]
+at = [[0.35, 0.0], [0.0, 0.0]]
+stiffness = 30000.0
+free_length = 0.2
+[run]
+duration = 0.5
+start = "assembled"
+)";
+  const long double S = 0.15L * std::cos(20 * M_PIl / 180);
+  for (const auto& way : ways) {
+    auto scene = scene_by(text, way);
+    if (way.step > 0) scene.nonsmooth.step = 1e-4;
+    if (way.family == Family::penalty) scene.penalty.tolerance = 1e-12;
+    double worst = 0;
+    test::Listener listener;
+    std::vector<double> q(9), v(9);
+    double least = 1, most = 0;
+    listener.on_step = [&](const Step& step) {
+      step.state(step.t1, q, v);
+      const long double a = q[6];
+      least = std::min(least, q[6]), most = std::max(most, q[6]);
+      const long double turned = S / 3 * q[2] + 2 * S / 3 * q[8];
+      worst = greatest(worst,
+                       double(std::abs(turned - reference::involute(S, a) + reference::involute(S, 0.151L))));
+    };
+    Simulation simulation(scene, test::name_of(way.family));
+    const auto run = simulation.run({.observers = {&listener}});
+    if (run.ending.status != Ending::Status::finished) throw std::runtime_error(run.ending.reason);
+    const std::string name = fmt::format("gears whose distance swings, {}", way.name);
+    f.at_most(name + ": S inv α = r₁ θ₁ + r₂ θ₂, greatest error", "m", worst,
+              way.family == Family::penalty ? 1e-9 : 1e-12, "the involute function",
+              way.family == Family::penalty ? "drift at α = β = 5, as of all joints"
+                                            : "positions are brought back");
+    f.between("the same: how far the distance swings", "m", most - least, 5e-4, 0.01, "",
+              "it does move: 0.05 m/s against 100 rad/s");
+    const auto& l = run.ledger;
+    f.at_most("the same: change of the energy over it", "",
+              std::abs((l.kinetic + l.potential) / l.initial - 1), way.step > 0 ? 2e-4 : 1e-7,
+              "no force does work",
+              way.step > 0 ? "the midpoint rule's energy swings by (ω h)² with the spring, and room of two"
+                           : "tolerance in each of some thousand steps");
+  }
+}
+
+namespace {
+
+std::string rack(const std::string& mesh, const std::string& more) {
+  return R"([bodies.pinion]
+mass = 1.0
+inertia = 0.001
+angular_velocity = 10.0
+[bodies.bar]
+mass = 2.0
+inertia = 0.004
+position = [0.3, -0.05]
+[joints.front]
+type = "revolute"
+between = ["ground", "pinion"]
+[joints.guide]
+type = "translational"
+between = ["ground", "bar"]
+at = [[0.0, -0.05], [0.0, 0.0]]
+[joints.mesh]
+type = "rack"
+between = ["pinion", "bar"]
+pitch_radius = 0.05
+module = 5e-3
+)" + mesh +
+         R"([surfaces.steel]
+restitution = 0.6
+)" + more;
+}
+
+}  // namespace
+
+void racks(Findings& f) {
+  const double r = 0.05, base = r * std::cos(alpha), e = 0.6;
+  // Along the line of action a bar counts m/cos²α.
+  const double mass = 1 / (base * base / 0.001 + std::cos(alpha) * std::cos(alpha) / 2.0);
+  const auto exact = reference::bounces(0.5e-4, 1e-4, 10 * base, e, mass, 5);
+  const double flight = 1e-4 / (10 * base * std::pow(e, 5)), M = 2.0, a = M / r / (0.001 / (r * r) + 2.0);
+  for (const auto& way : ways) {
+    auto scene = scene_by(rack(loose_teeth, "[run]\nduration = 1\nstart = \"given\"\n"), way);
+    scene.run.duration = exact.back().t + 0.5 * flight;
+    blows(f, "gear and rack rattle", way, finished(scene, way), exact, e);
+    scene = scene_by(
+        rack("",
+             fmt::format(
+                 "[loads.a]\ntype = \"torque\"\nbody = \"pinion\"\ntorque = {}\n[run]\nduration = 0.1\n", M)),
+        way);
+    if (way.step > 0) scene.nonsmooth.step = 1e-5;
+    const auto end = finished(scene, way).final_state;
+    const double bound = way.family == Family::penalty ? 1e-8 : 1e-11;
+    f.within(
+        fmt::format("ideal rack under a torque, {}: its speed", way.name), "m/s", end.v[3], r * end.v[2],
+        bound, "v = r ω",
+        way.family == Family::penalty ? "drift of the rates at α = β = 5" : "rows hold at every step's end");
+    scene.run.duration = 0.001;
+    const auto at = force_of(scene, way.family, "front");
+    f.at_most("the same: the gear's bearing, error over the force", "",
+              std::hypot(at.fx - 2 * a, at.fy + 2 * a * std::tan(alpha)) / (2 * a),
+              way.step > 0 ? 1e-7 : 1e-9, "m a along the rack and m a tan α across it",
+              "constant forces: rounding, and room");
+  }
+}
+
+}  // namespace freeplay::verification::gear_claims

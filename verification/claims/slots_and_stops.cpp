@@ -1,0 +1,240 @@
+// Pins in slots, end stops and bump stops: flights, blows and what the joints feel of them.
+#include "verification/claims/gear_claims.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace freeplay::verification::gear_claims {
+
+void slots(Findings& f) {
+  const double r = 0.05, w = 20, phi = 0.7, c = 1e-4;
+  const std::string text = fmt::format(R"([bodies.crank]
+mass = 1.0
+inertia = 0.001
+angle = {0}
+angular_velocity = 20.0
+[bodies.yoke]
+mass = 2.0
+inertia = 0.004
+position = [{1}, 0.0]
+velocity = [{2}, 0.0]
+[joints.main]
+type = "revolute"
+between = ["ground", "crank"]
+[joints.guide]
+type = "translational"
+between = ["ground", "yoke"]
+[joints.pin]
+type = "slot"
+between = ["yoke", "crank"]
+at = [[0.0, 0.0], [0.05, 0.0]]
+axis = [0.0, 1.0]
+PLAY[surfaces.steel]
+young = 2e11
+poisson = 0.3
+restitution = 0.6
+[drives.motor]
+joint = "main"
+speed = 20.0
+[run]
+duration = 0.1
+start = "given"
+)",
+                                       phi, r * std::cos(phi), -r * w * std::sin(phi));
+  const auto with = [&](const char* play) {
+    auto s = text;
+    return s.replace(s.find("PLAY"), 4, play);
+  };
+  const double t = reference::pin_flight(r, w, phi, c, 0.04);
+  const double approach = r * w * std::abs(std::sin(phi + w * t) - std::sin(phi));
+  for (const auto& way : ways) {
+    auto scene = scene_by(with("clearance = 1e-4\npin_radius = 8e-3\nsurface = \"steel\"\n"), way);
+    scene.run.duration = t + 3e-3;  // the whole contact, under a contact law
+    const auto touch = test::touch(finished(scene, way), 0);
+    const bool stepped = way.step > 0, chosen = way.scheme == Scheme::automatic;
+    f.within(fmt::format("Scotch yoke with a loose pin, {}: its first flight", way.name), "s", touch.t, t,
+             stepped  ? way.step
+             : chosen ? touch.t_uncertainty + 1e-9
+                      : 1e-9,
+             "r cos φ against uniform motion",
+             stepped  ? "a step"
+             : chosen ? "what is told"
+                      : "tolerance 1e-10 in each of some tens of steps");
+    f.relative("the same: approach", "m/s", -touch.v_n_minus, approach, stepped || chosen ? 1e-4 : 1e-7,
+               "r ω |sin(φ + ω t) − sin φ|",
+               stepped  ? "r ω² times a step"
+               : chosen ? "r ω² times what is told"
+                        : "tolerance");
+    if (way.family == Family::nonsmooth)
+      f.relative("the same: impulse", "N s", touch.impulse_n, 1.6 * 2.0 * -touch.v_n_minus,
+                 stepped || chosen ? 1e-4 : 1e-9, "(1 + e) m u: the crank is driven",
+                 stepped || chosen ? "a step's own force" : "rounding");
+    scene = scene_by(with(""), way);
+    if (way.step > 0) scene.nonsmooth.step = 1e-5;
+    const auto end = finished(scene, way).final_state;
+    const double angle = phi + w * 0.1;
+    f.within(fmt::format("ideal Scotch yoke, {}: yoke", way.name), "m", end.q[3], r * std::cos(angle),
+             way.family == Family::penalty ? 1e-9 : 1e-11, "x = r cos φ",
+             way.family == Family::penalty ? "drift at α = β = 5" : "positions are brought back");
+  }
+}
+
+void stops(Findings& f) {
+  const std::string slide = R"([bodies.block]
+mass = 2.0
+inertia = 0.01
+velocity = [1.5, 0.0]
+[joints.guide]
+type = "translational"
+between = ["ground", "block"]
+[contacts.end]
+type = "travel-stop"
+joint = "guide"
+lower = -0.1
+upper = 0.2
+stiffness = 1e11
+surface = "rubber"
+[surfaces.rubber]
+restitution = 0.7
+[run]
+duration = 1
+start = "given"
+)";
+  const double e = 0.7;
+  const auto exact = reference::bounces(0.2, 0.3, 1.5, e, 2.0, 4);
+  for (const auto& way : ways) {
+    auto scene = scene_by(slide, way);
+    scene.run.duration = exact.back().t + 0.1;
+    if (way.step > 0) scene.nonsmooth.step = 1e-4;
+    auto by = way;
+    if (by.step > 0) by.step = 1e-4;
+    blows(f, "block between end stops", by, finished(scene, way), exact, e);
+  }
+  // A rod on a pin against a stop, at its centre of percussion and nearer: what the pin feels.
+  const double l = 0.1, Jc = 0.01, JO = Jc + l * l, w = 10, limit = 0.5, er = 0.6, T = 0.06;
+  for (const double radius : {JO / l, 0.05}) {
+    const auto text = fmt::format(R"([bodies.rod]
+mass = 1.0
+inertia = 0.01
+position = [0.1, 0.0]
+velocity = [0.0, 1.0]
+angular_velocity = 10.0
+[joints.pin]
+type = "revolute"
+between = ["ground", "rod"]
+at = [[0.0, 0.0], [-0.1, 0.0]]
+[contacts.stop]
+type = "angle-stop"
+joint = "pin"
+upper = 0.5
+radius = {}
+direction = 0.5
+stiffness = 1e12
+surface = "steel"
+[surfaces.steel]
+restitution = 0.6
+[run]
+duration = 0.06
+start = "given"
+)",
+                                  radius);
+    for (const auto& way : ways) {
+      auto scene = scene_by(text, way);
+      if (way.step > 0) scene.nonsmooth.step = 1e-5;
+      Simulation simulation(scene, test::name_of(way.family));
+      const auto& elements = simulation.layout().forces;
+      Forces sum;
+      sum.elements.resize(elements.size());
+      sum.acceleration.resize(3);
+      test::Listener listener;
+      listener.want.forces = true;
+      listener.on_step = [&](const Step& step) {
+        sum.add(1, step.before());
+        step.add_impulse(step.t0, step.t1, sum);
+        sum.add(1, step.within());
+      };
+      const auto run = simulation.run({.observers = {&listener}});
+      const auto touch = test::touch(run, 0);
+      ElementForce pin;
+      for (std::size_t k = 0; k < elements.size(); ++k)
+        if (elements[k].name == "pin") pin = sum.elements[k];
+      const std::string name = fmt::format("rod on a pin against a stop at {:.3g} m, {}", radius, way.name);
+      const double bound = way.family == Family::penalty ? 1e-6 : way.step > 0 ? 1e-6 : 1e-9;
+      f.relative(name + ": speed after it", "rad/s", run.final_state.v[2], -er * w, bound, "−e ω",
+                 way.family == Family::penalty ? "\"exact\" delivers e; drift"
+                 : way.step > 0                ? "rates at a step's end: (ω h)² and room"
+                                               : "tolerance");
+      f.within("the same: time of it", "s", touch.t, limit / w, way.step > 0 ? 1e-5 : 1e-8, "constant speed",
+               way.step > 0 ? "a step" : "tolerance");
+      // Momentum of the rod less what the stop did; the stop's impulse acts along −perp c.
+      const double P = JO * (1 + er) * w / radius, end = limit - er * (w * T - limit);
+      const double px = l * (er * w * std::sin(end)), py = l * (-er * w * std::cos(end) - w);
+      const double bx = px - P * std::sin(limit), by = py + P * std::cos(limit);
+      const double scale = l * w * (1 + er);
+      f.at_most("the same: impulse of the pin, error over m l Δω", "",
+                std::hypot(pin.fx - bx, pin.fy - by) / scale,
+                way.family == Family::penalty ? 2e-3
+                : way.step > 0                ? 2e-3
+                                              : 1e-8,
+                "momentum of the rod by hand",
+                way.family == Family::nonsmooth && way.step == 0
+                    ? "tolerance"
+                    : "a step's turn, or a contact's, 1e-5 s × 10 rad/s, times P over the scale, 10");
+    }
+  }
+}
+
+// m ÿ + c ẏ + k y = 0 until the force is zero.
+void bumps(Findings& f) {
+  const double k = 2e4, m = 2.0, zeta = 0.3, w0 = std::sqrt(k / m), s = std::sqrt(1 - zeta * zeta), v = 1.5;
+  const double lasts = std::atan2(2 * zeta * s, 2 * zeta * zeta - 1) / (s * w0),
+               rebound = v * std::exp(-zeta * w0 * lasts);
+  const std::string text = fmt::format(R"([bodies.block]
+mass = 2.0
+inertia = 2.0
+velocity = [1.5, 0.0]
+angular_velocity = 1.5
+[loads.buffer]
+type = "bump-stop"
+between = ["ground", "block"]
+upper = 0.02
+lower = -0.3
+stiffness = {0}
+damping = {1}
+[loads.catch]
+type = "torsional-bump-stop"
+between = ["ground", "block"]
+upper = 0.02
+stiffness = {0}
+damping = {1}
+[run]
+duration = 0.1
+start = "given"
+)",
+                                       k, 2 * zeta * w0 * m);
+  for (const auto& way : ways) {
+    const auto run = finished(scene_by(text, way), way);
+    const auto& end = run.final_state;
+    const bool stepped = way.step > 0, chosen = way.scheme == Scheme::automatic;
+    const double bound = stepped ? 1e-4 : chosen ? 1e-4 : 1e-7;
+    const char* why = stepped ? "the force begins within a step: ζ ω₀ h, 3e-5, and room"
+                      : chosen
+                          ? "steps chosen at 1e-6, of which a jump takes some tens"
+                          : "tolerance 1e-10 in a step, of which the jump of the force takes some hundred";
+    const std::string name = fmt::format("bump stop, ζ = 0.3, {}: ", way.name);
+    f.relative(name + "speed after it", "m/s", end.v[0], -rebound, bound,
+               "v exp(−ζ ω₀ t), t where the force is zero", why);
+    f.relative("a torsional one, likewise", "rad/s", end.v[2], -rebound, bound, "the same", why);
+    f.within("the same: place after it", "m", end.q[0],
+             0.02 - v * std::exp(-zeta * w0 * lasts) * std::sin(s * w0 * lasts) / (s * w0) * -1 -
+                 rebound * (0.1 - 0.02 / v - lasts),
+             0.1 * bound, "y(t) = (v/ω_d) e^{−ζω₀t} sin ω_d t, then free", why);
+    f.at_most("the same: energy not accounted for, over the start's", "",
+              std::abs(run.ledger.closure()) / run.ledger.initial, bound, "½ k y² and what the damper takes",
+              why);
+  }
+}
+
+}  // namespace freeplay::verification::gear_claims

@@ -1,0 +1,241 @@
+// Where motions settle: told apart by their section points, over a parameter and over starts, and after a stop.
+#include <catch2/catch.hpp>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <atomic>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <numbers>
+
+#include "study/attractor_table.hpp"
+#include "verification/references/bouncing_on_table.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// x' = r x (1 − x), from where it has settled.
+std::vector<double> logistic(double r, int count) {
+  double x = 0.3;
+  for (int i = 0; i < 20000; ++i) x = r * x * (1 - x);
+  std::vector<double> rows;
+  for (int i = 0; i < count; ++i) rows.push_back(x = r * x * (1 - x));
+  return rows;
+}
+
+Study study_of(const test::TemporaryFolder& folder, const std::string& text) {
+  std::ofstream(folder.path() / "study.toml") << text;
+  return read_study(folder.path() / "study.toml");
+}
+
+/// The orbit of one impact in a period at the strength Γ, half a period before an impact: the ball at its top.
+std::string at_top(const reference::ShakenBall& ball, double strength) {
+  const double phase = ball.phase(strength);
+  return fmt::format(
+      "\"curves.shake.phase={}\", \"bodies.ball.position=[0, {}]\", \"surfaces.hard.restitution={}\", "
+      "\"nonsmooth.scheme='event-driven'\"",
+      phase + pi, 0.01 + strength * 1e-3 * std::sin(phase) + ball.gravity * ball.period() * ball.period() / 8,
+      ball.restitution);
+}
+
+std::string ball_study(const std::string& set, const std::vector<double>& strengths,
+                       const std::string& more) {
+  std::vector<double> amplitudes;
+  for (const double s : strengths) amplitudes.push_back(s * 1e-3);
+  return fmt::format(
+      "scene = \"{}\"\n[axes.strength]\nkey = \"curves.shake.amplitude\"\nvalues = [{}]\nscale = 1000\n"
+      "[bifurcation]\nsection = \"each touch\"\ncolumns = [\"phase\", \"approach\"]\nset = [{}]\n{}",
+      (test::source_folder() / "cases/ball-on-table/scene.toml").string(), fmt::join(amplitudes, ", "), set,
+      more);
+}
+
+SettledRuns run_bifurcation(const Study& study, const std::filesystem::path& file) {
+  AttractorStore store(file, {});
+  return settle(study, *study.bifurcation, "bifurcation", bifurcation_chains(study), store, 2, {}, {});
+}
+
+/// All that a file holds, in an order of its own.
+std::vector<std::string> contents(const std::filesystem::path& file) {
+  const Database database(file);
+  std::vector<std::string> rows;
+  for (const char* query : {"SELECT run, branch, x, y, failure, doubt, t_end FROM runs ORDER BY run",
+                            "SELECT run, point, t, name, value FROM points ORDER BY run, point, name",
+                            "SELECT run, part, place, value FROM ends ORDER BY run, part, place"}) {
+    Database::Statement s(database, query);
+    while (s.step())
+      rows.push_back(fmt::format("{} {} {} {} {}", s.text(0), s.text(1), s.text(2), s.text(3), s.text(4)));
+  }
+  return rows;
+}
+
+}  // namespace
+
+TEST_CASE("periods of the logistic map are told", "[attractors]") {
+  const Likeness likeness{.circles = {0}, .tolerance = 1e-4, .most = 16};
+  // Known (May, Nature 261 (1976) 459): 1 below 3, 2 up to 1 + √6, 4 at 3.5, 3 from 1 + √8 on, chaos at 3.9.
+  const std::map<double, int> known = {{2.9, 1},  {3.2, 2},  {3.5, 4},
+                                       {3.55, 8}, {3.83, 3}, {3.9, Attractor::aperiodic}};
+  for (const auto& [r, period] : known) {
+    CAPTURE(r);
+    CHECK(attractor_of(logistic(r, 60), likeness).period == period);
+  }
+  // The two points of period 2, in closed form, whichever comes first.
+  const double r = 3.2, root = std::sqrt((r - 3) * (r + 1));
+  const Attractor two{2, {(r + 1 + root) / (2 * r), (r + 1 - root) / (2 * r)}, {1}};
+  for (const int count : {60, 61}) CHECK(same(attractor_of(logistic(r, count), likeness), two, likeness));
+  CHECK_FALSE(same(attractor_of(logistic(3.21, 60), likeness), two, likeness));
+  CHECK(attractor_of({}, likeness).period == Attractor::none);
+  // Fewer than three cycles are no proof of a period.
+  CHECK(attractor_of(logistic(3.2, 5), likeness).period == Attractor::aperiodic);
+  CHECK(attractor_of(logistic(3.2, 6), likeness).period == 2);
+}
+
+TEST_CASE("angles and phases are told apart on their circle", "[attractors]") {
+  const Likeness likeness{.circles = {1}, .tolerance = 1e-3, .most = 4};
+  const std::vector<double> around{0.0001, 0.9999, 0.0001, 0.9999, 0.0001, 0.9999};
+  CHECK(attractor_of(around, likeness).period == 1);
+  const Likeness line{.circles = {0}, .tolerance = 1e-3, .most = 4};
+  CHECK(attractor_of(around, line).period == 2);
+}
+
+TEST_CASE("a bouncing ball's period doubles at the strength of its closed form", "[attractors]") {
+  // Bracketed to half a hundredth on either side: there the eigenvalue is off −1 by some 0.05, of which 300 periods leave 1e-7.
+  for (const double e : {0.7, 0.8, 0.9}) {
+    CAPTURE(e);
+    const reference::ShakenBall ball{e, 9.81, std::sqrt(9810.0)};
+    const double doubling = ball.doubling();
+    const test::TemporaryFolder folder;
+    const auto study = study_of(folder, ball_study(at_top(ball, 0.98 * doubling),
+                                                   {0.98 * doubling, 0.99 * doubling, 0.995 * doubling,
+                                                    1.005 * doubling, 1.01 * doubling},
+                                                   "direction = \"up\"\ndiscard = 400\nkeep = 40\n"));
+    const auto runs = run_bifurcation(study, folder.path() / "a.db");
+    const int expected[] = {1, 1, 1, 2, 2};
+    for (std::size_t i = 0; i < 5; ++i) {
+      CAPTURE(i);
+      const auto& run = runs.chains[0][i];
+      REQUIRE(run.finished());
+      CHECK(run.attractor.period == expected[i]);
+      if (expected[i] == 1) CHECK(run.attractor.points[1] == Approx(ball.approach()).epsilon(1e-5));
+    }
+  }
+}
+
+TEST_CASE("a ball at rest and one that bounces are both found where both are", "[attractors]") {
+  // Rest while Γ < 1; the orbit of one impact in a period from π (1 − e)/(1 + e) on. Upwards from below that the ball rests;
+  // downwards from Γ = 0.96 it bounces until the orbit is no more.
+  const reference::ShakenBall ball{0.8, 9.81, std::sqrt(9810.0)};
+  REQUIRE(ball.birth() == Approx(0.349).margin(1e-3));
+  std::vector<double> strengths = {0.33, 0.34};
+  for (int i = 0; i <= 12; ++i) strengths.push_back(0.36 + 0.05 * i);
+  const test::TemporaryFolder folder;
+  const auto study = study_of(
+      folder, ball_study(at_top(ball, 0.96), strengths, "direction = \"both\"\ndiscard = 200\nkeep = 20\n"));
+  const auto runs = run_bifurcation(study, folder.path() / "a.db");
+  const auto told = told_at_each_value(runs);
+  const auto n = strengths.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    CAPTURE(strengths[i]);
+    const auto &up = runs.chains[0][i], &down = runs.chains[1][n - 1 - i];
+    REQUIRE(up.values[0] == down.values[0]);
+    CHECK(up.attractor.period == Attractor::none);
+    CHECK(down.attractor.period == (strengths[i] > ball.birth() ? 1 : Attractor::none));
+    CHECK(told.of[1][n - 1 - i] == (strengths[i] > ball.birth() ? 1 : 0));
+  }
+  const auto text = bifurcation_text(study, runs, told);
+  CHECK_THAT(text, Catch::Contains("several attractors at one value: 0.36 to 0.96"));
+}
+
+TEST_CASE("a bifurcation that is stopped and begun again holds the same", "[attractors]") {
+  const reference::ShakenBall ball{0.8, 9.81, std::sqrt(9810.0)};
+  const test::TemporaryFolder folder;
+  const auto study = study_of(folder, ball_study(at_top(ball, 0.9), {0.5, 0.6, 0.7, 0.8, 0.9},
+                                                 "discard = 20\nkeep = 10\nstarts = 1\n"));
+  const auto whole = run_bifurcation(study, folder.path() / "whole.db");
+  CHECK(whole.made == 15);
+  std::size_t found = 0;
+  for (int tries = 0; tries < 20 && found < 15; ++tries) {
+    std::atomic<bool> stop{false};
+    AttractorStore store(folder.path() / "parts.db", StopToken(stop));
+    const auto runs = settle(study, *study.bifurcation, "bifurcation", bifurcation_chains(study), store, 2,
+                             StopToken(stop), [&](const ChainProgress& p) { stop = p.done >= found + 3; });
+    found = runs.found + runs.made;
+  }
+  const auto again = run_bifurcation(study, folder.path() / "parts.db");
+  CHECK(again.made == 0);
+  CHECK(again.found == 15);
+  CHECK(contents(folder.path() / "parts.db") == contents(folder.path() / "whole.db"));
+  CHECK(bifurcation_csv(study, again, told_at_each_value(again)) ==
+        bifurcation_csv(study, whole, told_at_each_value(whole)));
+}
+
+TEST_CASE("basins of a rotor between two stops have the separatrix of its energy", "[attractors]") {
+  // ½ J ω² = m g l (1 − cos θ) leads to the top and stays there; below it the rotor falls back to its side, above it over the
+  // top. A stop leaves too little to come back: e² (E − m g l cos 1) < m g l (1 − cos 1) for all starts here.
+  const double mgl = 1, j = 0.01;
+  for (const char* formulation : {"nonsmooth", "penalty"}) {
+    CAPTURE(formulation);
+    const test::TemporaryFolder folder;
+    const auto study = study_of(
+        folder,
+        fmt::format(
+            "scene = \"{}\"\n[axes.angle]\nkey = \"bodies.rotor.angle\"\nvalues = [-0.9, -0.5, -0.2, 0.1, 0.4, 0.8]\n"
+            "[axes.speed]\nkey = \"bodies.rotor.angular_velocity\"\nvalues = [-6, -4, -2.1, -0.9, 0.5, 1.8, 3.9, 5.9]\n"
+            "[basin]\nsection = \"every 0.5 s\"\nperiod = 0.5\ndiscard = 8\nkeep = 4\ncolumns = [\"axle.angle\"]\n"
+            "formulation = \"{}\"\n",
+            (test::source_folder() / "cases/bistable-rotor/scene.toml").string(), formulation));
+    AttractorStore store(folder.path() / "a.db", {});
+    const auto runs = settle(study, *study.basin, "basin", basin_chains(study), store, 2, {}, {});
+    const auto told = told_at_all(runs);
+    REQUIRE(told.list.size() == 2);
+    for (const auto& chain : runs.chains) {
+      const auto& run = chain[0];
+      const double angle = run.values[0], speed = run.values[1];
+      CAPTURE(angle, speed);
+      const double above = 0.5 * j * speed * speed - mgl * (1 - std::cos(angle));
+      REQUIRE(std::abs(above) > 1e-4);  // none on the separatrix
+      const double side = above > 0 ? std::copysign(1.0, speed) : std::copysign(1.0, angle);
+      REQUIRE(run.attractor.period == 1);
+      // On the stop; penalty's yields by what 8.4 N presses, far below a thousandth.
+      CHECK(run.attractor.points[0] == Approx(side).epsilon(1e-3));
+    }
+  }
+}
+
+TEST_CASE("what a study asks wrongly of its attractors is refused at its place", "[attractors]") {
+  const test::TemporaryFolder folder;
+  const auto scene = (test::source_folder() / "cases/ball-on-table/scene.toml").string();
+  const std::string axes = "[axes.a]\nkey = \"curves.shake.amplitude\"\nvalues = [1e-4, 2e-4]\n";
+  const auto why = [&](const std::string& rest) -> std::string {
+    try {
+      const auto study = study_of(folder, "scene = \"" + scene + "\"\n" + axes + rest);
+      AttractorStore store(folder.path() / "a.db", {});
+      if (study.bifurcation)
+        settle(study, *study.bifurcation, "bifurcation", bifurcation_chains(study), store, 1, {}, {});
+    } catch (const ModelError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  using Catch::Contains;
+  CHECK_THAT(why("[bifurcation]\naxis = \"b\"\n"),
+             Contains("study.toml:6") && Contains("no axis of the study"));
+  CHECK_THAT(why("[bifurcation]\ndirection = \"sideways\"\n"), Contains("study.toml:6"));
+  CHECK_THAT(why("[bifurcation]\ndirection = \"none\"\n"), Contains("at least one start"));
+  CHECK_THAT(why("[bifurcation]\nstarts = 2\n"), Contains("study.toml:6") && Contains("begin alike"));
+  CHECK_THAT(why("[bifurcation]\nkeep = 2.5\n"), Contains("a whole number"));
+  CHECK_THAT(why("[bifurcation]\nstep = 2\n"), Contains("study.toml:6"));
+  CHECK_THAT(why("[bifurcation]\nset = [\"surfaces.hard.restitutio=0.5\"]\n"),
+             Contains("study.toml:5") && Contains("did you mean"));
+  CHECK_THAT(why("[bifurcation]\nsection = \"each touch of nothing\"\n"),
+             Contains("study.toml:6") && Contains("bifurcation.section: "));
+  CHECK_THAT(why("[bifurcation]\ncolumns = [\"ball.z\"]\n"),
+             Contains("study.toml:6:") && Contains("columns: "));
+  CHECK_THAT(why("[basin]\n"), Contains("study.toml:5") && Contains("y"));
+}

@@ -1,0 +1,220 @@
+// How a study's points are chosen: strata, Sobol's first points against their direction numbers, ranges, keys that vary together, and
+// filters.
+#include <fmt/format.h>
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "io/output_file.hpp"
+#include "model/error.hpp"
+#include "study/design.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+struct Desk {
+  test::TemporaryFolder folder;
+  Study study(const std::string& text) const {
+    write_file(folder.path() / "study.toml", "scene = \"scene.toml\"\n" + text);
+    return read_study(folder.path() / "study.toml");
+  }
+  std::string refusal(const std::string& text) const {
+    try {
+      (void)cells(study(text));
+    } catch (const SceneError& e) {
+      return e.what();
+    }
+    return "accepted";
+  }
+};
+
+/// Sobol's points in Gray's order from the direction numbers of Joe and Kuo (new-joe-kuo-6.21201, the first lines: s, a, m_i),
+/// by their recurrence m_k = 2a₁m_{k−1} ⊕ … ⊕ 2^s m_{k−s} ⊕ m_{k−s}, with v_k = m_k/2^k.
+std::vector<std::vector<double>> joe_kuo(int count) {
+  struct Line {
+    unsigned s, a;
+    std::vector<unsigned> m;
+  };
+  const std::vector<Line> table{
+      {1, 0, {1}}, {2, 1, {1, 3}}, {3, 1, {1, 3, 1}}, {3, 2, {1, 1, 1}}, {4, 1, {1, 1, 3, 3}}};
+  constexpr unsigned bits = 20;
+  std::vector<std::vector<unsigned>> v(1, std::vector<unsigned>(bits));
+  for (unsigned k = 0; k < bits; ++k) v[0][k] = 1u << (bits - 1 - k);
+  for (const auto& [s, a, given] : table) {
+    auto m = given;
+    for (unsigned k = s; k < bits; ++k) {
+      unsigned x = m[k - s] ^ (m[k - s] << s);
+      for (unsigned i = 1; i < s; ++i)
+        if ((a >> (s - 1 - i)) & 1u) x ^= m[k - i] << i;
+      m.push_back(x);
+    }
+    auto& row = v.emplace_back();
+    for (unsigned k = 0; k < bits; ++k) row.push_back(m[k] << (bits - 1 - k));
+  }
+  std::vector<std::vector<double>> points;
+  std::vector<unsigned> x(v.size(), 0);
+  for (int n = 1; n <= count; ++n) {
+    unsigned c = 0;  // the lowest 0 of n − 1
+    for (auto i = static_cast<unsigned>(n - 1); i & 1u; i >>= 1u) ++c;
+    auto& p = points.emplace_back();
+    for (std::size_t d = 0; d < v.size(); ++d)
+      p.push_back(std::ldexp(x[d] ^= v[d][c], -static_cast<int>(bits)));
+  }
+  return points;
+}
+
+}  // namespace
+
+TEST_CASE("Sobol's first points are those of Joe and Kuo", "[design]") {
+  const auto points = unit_points(Draw::sobol, 6, 500, 1);
+  // As printed beside their generator, behind the origin: the first coordinates of the first points.
+  const std::vector<std::vector<double>> printed{
+      {0.5, 0.5, 0.5},       {0.75, 0.25, 0.25},    {0.25, 0.75, 0.75},   {0.375, 0.375, 0.625},
+      {0.875, 0.875, 0.125}, {0.625, 0.125, 0.875}, {0.125, 0.625, 0.375}};
+  for (std::size_t i = 0; i < printed.size(); ++i)
+    CHECK(std::vector(points[i].begin(), points[i].begin() + 3) == printed[i]);
+  CHECK(points == joe_kuo(500));
+  CHECK(points == unit_points(Draw::sobol, 6, 500, 2));  // nothing is drawn
+}
+
+TEST_CASE("a Latin hypercube hits each stratum of each coordinate once", "[design]") {
+  for (const int n : {1, 2, 7, 100}) {
+    const auto points = unit_points(Draw::latin_hypercube, 3, n, 5);
+    for (std::size_t d = 0; d < 3; ++d) {
+      std::set<int> strata;
+      for (const auto& p : points) strata.insert(static_cast<int>(p[d] * n));
+      CHECK(strata.size() == static_cast<std::size_t>(n));
+      CHECK(*strata.begin() == 0);
+      CHECK(*strata.rbegin() == n - 1);
+    }
+  }
+  const auto points = unit_points(Draw::latin_hypercube, 2, 100, 5);
+  CHECK(points == unit_points(Draw::latin_hypercube, 2, 100, 5));
+  CHECK(points != unit_points(Draw::latin_hypercube, 2, 100, 6));
+  // Not along a diagonal: the strata of two coordinates are permuted against each other. Of two independent permutations of 100
+  // the correlation has the standard deviation 1/√99.
+  double sum = 0;
+  for (const auto& p : points) sum += (p[0] - 0.5) * (p[1] - 0.5) * 12 / 100;
+  CHECK(std::abs(sum) < 5 / std::sqrt(99.0));
+}
+
+TEST_CASE("random points are uniform and independent", "[design]") {
+  const auto points = unit_points(Draw::random, 2, 10000, 3);
+  double mean = 0, square = 0, product = 0;
+  for (const auto& p : points) {
+    CHECK((p[0] >= 0 && p[0] < 1));
+    mean += p[0] / 10000;
+    square += p[0] * p[0] / 10000;
+    product += p[0] * p[1] / 10000;
+  }
+  CHECK(std::abs(mean - 0.5) < 5 * std::sqrt(1 / 12.0 / 10000));
+  CHECK(std::abs(square - 1 / 3.0) < 5 * std::sqrt(4 / 45.0 / 10000));
+  CHECK(std::abs(product - 0.25) < 5 * std::sqrt(7 / 144.0 / 10000));
+  CHECK(points == unit_points(Draw::random, 2, 10000, 3));
+  CHECK(points != unit_points(Draw::random, 2, 10000, 4));
+}
+
+TEST_CASE("axes: lists, ranges, units, keys together", "[design][study]") {
+  const Desk desk;
+  const auto values = [&](const std::string& axis) {
+    return desk.study("[axes.a]\n" + axis).axes.at(0).values;
+  };
+  const std::string clearance = "key = \"joints.gudgeon.clearance\"\n";
+  CHECK(values(clearance + "values = [\"0.1 mm\", 2e-4]") == std::vector{1e-4, 2e-4});
+  CHECK(values(clearance + "range = [\"1 mm\", \"2 mm\", 3]") == std::vector{1e-3, 1.5e-3, 2e-3});
+  const auto ratios = values("key = \"surfaces.a.restitution\"\nlog_range = [0.125, 1, 4]");
+  REQUIRE(ratios.size() == 4);
+  CHECK(ratios.front() == 0.125);
+  CHECK(ratios[1] == Approx(0.25));
+  CHECK(ratios[2] == Approx(0.5));
+  CHECK(ratios.back() == 1);
+
+  const auto one_value =
+      cells(desk.study("[axes.a]\nkeys = [\"joints.a.clearance\", \"joints.b.clearance\"]\n"
+                       "values = [\"0.1 mm\", \"0.2 mm\"]"));
+  REQUIRE(one_value.size() == 2);
+  CHECK(one_value[1].overrides ==
+        std::vector<std::string>{"joints.a.clearance=0.0002", "joints.b.clearance=0.0002"});
+  const auto own =
+      cells(desk.study("[axes.a]\nkeys = [\"joints.a.clearance\", \"surfaces.s.restitution\"]\n"
+                       "values = [[\"0.1 mm\", 0.5], [\"0.2 mm\", 0.25]]"));
+  REQUIRE(own.size() == 2);
+  CHECK(own[0].values == std::vector{1e-4});
+  CHECK(own[1].overrides ==
+        std::vector<std::string>{"joints.a.clearance=0.0002", "surfaces.s.restitution=0.25"});
+
+  const auto says = [&](const std::string& axis, const std::string& what) {
+    CAPTURE(axis);
+    CHECK_THAT(desk.refusal("[axes.a]\n" + axis), Contains("study.toml:") && Contains(what));
+  };
+  says(clearance, "axes.a.values: is missing: what it takes; or range, log_range, or low and high");
+  says(clearance + "values = [1]\nrange = [1, 2, 3]",
+       "takes one of values, range, log_range, and low with high");
+  says(clearance + "range = [1, 2]", "must be [low, high, n], has 2 numbers");
+  says(clearance + "range = [2, 1, 3]", "high must be greater than low");
+  says(clearance + "range = [1, 2, 2.5]", "n must be a whole number from 2, is 2.5");
+  says(clearance + "log_range = [0, 1, 3]", "low must be greater than 0 for equal ratios");
+  says(clearance + "values = [\"1 kg\"]", "is a mass, a length is wanted");
+  says(clearance + "low = 1\nhigh = 2", "sample is missing");
+  says("keys = [\"joints.a.clearance\", \"surfaces.s.restitution\"]\nvalues = [1]",
+       "one value cannot be both");
+  says("keys = [\"joints.a.clearance\", \"joints.b.clearance\"]\nvalues = [[1, 2], [1, 3]]",
+       "1 stands twice");
+  says("keys = [\"joints.a.clearance\", \"joints.b.clearance\"]\nvalues = [[1, 2], [1]]",
+       "must be a list of 2 numbers");
+  says("keys = [\"joints.a.clearance\"]\nkey = \"x\"\nvalues = [1]", "stands beside key");
+  says(
+      clearance +
+          "values = [1]\n[axes.b]\nkeys = [\"joints.x.clearance\", \"joints.gudgeon.clearance\"]\nvalues = [1]",
+      "joints.gudgeon.clearance varies already by axis a");
+  says(clearance + "values = [1]\nspacing = \"log\"", "does not apply to an axis that is not drawn");
+}
+
+TEST_CASE("axes that are drawn, with others, and filtered", "[design][study]") {
+  const Desk desk;
+  const std::string axes = R"([axes.clearance]
+key = "joints.gudgeon.clearance"
+low = "0.1 mm"
+high = "1.6 mm"
+spacing = "log"
+[axes.speed]
+key = "drives.motor.speed_rpm"
+low = 100
+high = 300
+)";
+  const auto list = cells(desk.study("sample = \"sobol\"\nsamples = 3\n" + axes));
+  REQUIRE(list.size() == 3);
+  // (0.5, 0.5), (0.75, 0.25), (0.25, 0.75): 0.1·16^u mm and 100 + 200u.
+  CHECK(list[0].values[0] == Approx(0.4e-3));
+  CHECK(list[0].values[1] == 200);
+  CHECK(list[1].values[0] == Approx(0.8e-3));
+  CHECK(list[1].values[1] == 150);
+  CHECK(list[2].values[0] == Approx(0.2e-3));
+  CHECK(list[2].values[1] == 250);
+  CHECK(cells(desk.study("sample = \"sobol\"\nsamples = 3\nwhere = \"clearance*speed > 0.1\"\n" + axes))
+            .size() == 1);
+  CHECK(cells(desk.study("sample = \"latin-hypercube\"\nsamples = 4\n" + axes +
+                         "[axes.e]\nkey = \"surfaces.s.restitution\"\nvalues = [0.1, 0.2]"))
+            .size() == 8);
+  const auto says = [&](const std::string& text, const std::string& what) {
+    CAPTURE(text);
+    CHECK_THAT(desk.refusal(text), Contains("study.toml:") && Contains(what));
+  };
+  says("sample = \"sobol\"\n" + axes, "samples: is missing");
+  says("samples = 4\n[axes.e]\nkey = \"surfaces.s.restitution\"\nvalues = [0.1, 0.2]",
+       "samples: needs sample");
+  says("sample = \"sobol\"\nsamples = 4\n[axes.e]\nkey = \"surfaces.s.restitution\"\nvalues = [0.1]",
+       "has no axis to draw");
+  says("sample = \"halton\"\nsamples = 4\n" + axes, "\"halton\" is not known here");
+  says("sample = \"random\"\nsamples = 1000000\n" + axes, "more than 1000000");
+  says("sample = \"sobol\"\nsamples = 4\nwhere = \"clearance + 1\"\n" + axes,
+       "study.toml:4:9: where: column 1: is a number");
+  says("sample = \"sobol\"\nsamples = 4\nwhere = \"clearence > 1\"\n" + axes, "did you mean clearance?");
+  says("sample = \"sobol\"\nsamples = 4\nwhere = \"peak_max > 1\"\n" + axes, "\"peak_max\" is no name here");
+  says("sample = \"sobol\"\nsamples = 4\nwhere = \"clearance > 1\"\n" + axes, "leaves no cell of the axes");
+}

@@ -1,0 +1,597 @@
+// Studies of anything: without a drive of prescribed speed, without an accelerometer, of every column of the result files, with what is
+// derived from it, in the database and out of it.
+#include <fmt/format.h>
+#include <sqlite3.h>
+#include <boost/math/special_functions/ellint_1.hpp>
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <numbers>
+#include <set>
+#include <sstream>
+
+#include "io/output_file.hpp"
+#include "model/error.hpp"
+#include "study/sweep.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+using Path = std::filesystem::path;
+using Rows = std::vector<std::vector<std::string>>;
+
+std::string bytes_of(const Path& file) {
+  std::ifstream in(file, std::ios::binary);
+  REQUIRE(in);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+Rows read_csv(const Path& file) {
+  Rows rows(1, {""});
+  bool quoted = false;
+  for (const char c : bytes_of(file)) {
+    if (c == '"') quoted = !quoted;
+    if (c == ',' && !quoted)
+      rows.back().emplace_back();
+    else if (c == '\n' && !quoted)
+      rows.push_back({""});
+    else
+      rows.back().back() += c;
+  }
+  rows.pop_back();
+  return rows;
+}
+
+/// A case's scene in a folder, and studies of it.
+struct Desk {
+  explicit Desk(const std::string& name) {
+    write_file(folder.path() / "scene.toml", bytes_of(test::source_folder() / "cases" / name / "scene.toml"));
+  }
+  test::Outcome sweep(const std::string& text, const std::string& options = "") const {
+    write_file(folder.path() / "study.toml", text);
+    return test::freeplay(fmt::format("sweep {} -o {} {}", (folder.path() / "study.toml").string(),
+                                      (folder.path() / "out").string(), options));
+  }
+  /// What the study says of its runs, a map of names to values each; what is absent is not in it.
+  std::vector<std::map<std::string, std::string>> table(const std::string& text) const {
+    const auto o = sweep(text, "--export table.csv");
+    CAPTURE(o.out, o.err);
+    REQUIRE(o.status == 0);
+    const auto rows = read_csv(folder.path() / "out/table.csv");
+    std::vector<std::map<std::string, std::string>> all;
+    for (std::size_t i = 1; i < rows.size(); ++i) {
+      REQUIRE(rows[i].size() == rows[0].size());
+      auto& run = all.emplace_back();
+      for (std::size_t c = 0; c < rows[i].size(); ++c)
+        if (!rows[i][c].empty()) run[rows[0][c]] = rows[i][c];
+    }
+    return all;
+  }
+  /// Rows of a query.
+  Rows ask(const std::string& sql) const {
+    sqlite3* db = nullptr;
+    REQUIRE(sqlite3_open_v2((folder.path() / "out/sweep.db").c_str(), &db, SQLITE_OPEN_READONLY, nullptr) ==
+            SQLITE_OK);
+    Rows rows;
+    const auto row = [](void* to, int n, char** values, char**) {
+      auto& list = static_cast<Rows*>(to)->emplace_back();
+      for (int i = 0; i < n; ++i) list.emplace_back(values[i] ? values[i] : "NULL");
+      return 0;
+    };
+    REQUIRE(sqlite3_exec(db, sql.c_str(), row, &rows, nullptr) == SQLITE_OK);
+    sqlite3_close(db);
+    return rows;
+  }
+  test::TemporaryFolder folder;
+};
+
+double of(const std::map<std::string, std::string>& run, const std::string& name) {
+  CAPTURE(name);
+  REQUIRE(run.contains(name));
+  return std::stod(run.at(name));
+}
+
+/// The example of docs/study.md.
+std::string example() {
+  const auto page = bytes_of(test::source_folder() / "docs/study.md");
+  const auto begin = page.find("```toml\n");
+  REQUIRE(begin != page.npos);
+  return page.substr(begin + 8, page.find("```", begin + 8) - begin - 8);
+}
+
+}  // namespace
+
+TEST_CASE("the study that docs/study.md shows: a ball rebounds to e²h", "[studies][program]") {
+  // v₋ = √(2gh) at the first touch, e v₋ behind it, and (e v₋)²/(2g) = e²h up: rows and ends of steps are at most
+  // Δt = duration/20000 apart, so the highest is missed by g Δt²/8 = 3e-10 m at most; locating the touch errs by less.
+  const Desk desk("bouncing-ball");
+  const auto runs = desk.table(example());
+  REQUIRE(runs.size() >= 5);
+  std::set<double> restitutions;
+  for (const auto& run : runs) {
+    const double e = of(run, "e");
+    restitutions.insert(e);
+    CHECK(std::abs(of(run, "rise") - e * e * 0.5) < 1e-8);
+    CHECK(std::abs(of(run, "share") - e * e) < 3e-8);
+    // No instrument, no drive: what needs one is absent, not zero.
+    for (const char* name :
+         {"peak_max", "rms", "ratio_max", "lines", "impacts_per_turn", "energy_per_turn", "loss_angle"})
+      CHECK_FALSE(run.contains(name));
+    // It rests after ever smaller rebounds, from t₁(1 + e)/(1 − e) on, t₁ = √(2h/g): the rest of the window it does not fly.
+    const double rest = std::sqrt(1 / 9.81) * (1 + e) / (1 - e);
+    CHECK(of(run, "flight_share") == Approx(std::min(1.0, (rest - 0.33) / 0.3)).margin(1e-4));
+  }
+  CHECK(restitutions.size() == runs.size());
+}
+
+TEST_CASE("a pendulum's period over its amplitude is the elliptic integral", "[studies][program]") {
+  const Desk desk("pendulum");
+  // A bar of its own, at an angle and nowhere: it hangs where the pin is.
+  auto scene = bytes_of(desk.folder.path() / "scene.toml");
+  const std::string at = "position = [\"0.3 m\", 0]\n";
+  REQUIRE(scene.find(at) != scene.npos);
+  scene.replace(scene.find(at), at.size(), "angle = 0.1\n");
+  write_file(desk.folder.path() / "scene.toml", scene);
+  const auto runs = desk.table(R"(scene = "scene.toml"
+duration = 3
+[axes.angle]
+key = "bodies.bar.angle"
+values = ["-60 deg", 0, "60 deg", "80 deg"]
+[measure.quarter]
+column = "t"
+at = "pivot.angle crosses -90 deg downwards"
+reduce = "first"
+[measure.crossings]
+column = "t"
+at = "pivot.angle crosses -90 deg either"
+reduce = "count"
+[derived]
+period = "4*quarter"
+amplitude = "angle + pi/2"
+)");
+  REQUIRE(runs.size() == 8);
+  for (const auto& run : runs) {
+    // k = sin(α/2) of the amplitude α from the vertical; ω₀² = m g a/(J + m a²) = 9.81·0.3/(0.03 + 0.09).
+    const double amplitude = of(run, "angle") + std::numbers::pi / 2;
+    const double period = 4 * boost::math::ellint_1(std::sin(amplitude / 2)) / std::sqrt(24.525);
+    CAPTURE(amplitude, run.at("formulation"));
+    CHECK(of(run, "amplitude") == Approx(amplitude));
+    CHECK(of(run, "period") == Approx(period).epsilon(1e-5));
+    CHECK(of(run, "crossings") == std::floor(3 / (period / 2) + 0.5));
+    CHECK_FALSE(run.contains("flight_share"));
+  }
+}
+
+TEST_CASE("every column of trajectory.csv, forces.csv and signals.csv is measured as it is written",
+          "[studies][program]") {
+  const Desk desk("motor-startup");
+  const auto out = desk.folder.path() / "run";
+  const auto o =
+      test::freeplay(fmt::format("run {} --formulation nonsmooth --forces --set run.duration=0.08 --set "
+                                 "run.output_step=1e-4 -o {}",
+                                 (desk.folder.path() / "scene.toml").string(), out.string()));
+  REQUIRE(o.status == 0);
+  // The rows between 0.02 s and 0.06 s, both included, of every table.
+  std::map<std::string, std::vector<double>> written;
+  for (const char* file : {"trajectory.csv", "forces.csv"}) {
+    const auto rows = read_csv(out / file);
+    for (std::size_t c = 0; c < rows[0].size(); ++c) {
+      auto& list = written[rows[0][c]];
+      list.clear();
+      for (std::size_t i = 1; i < rows.size(); ++i)
+        if (const double t = std::stod(rows[i][0]); t > 0.02 - 1e-9 && t < 0.06 + 1e-9)
+          list.push_back(std::stod(rows[i][c]));
+      REQUIRE(list.size() == 401);
+    }
+  }
+  std::vector<double> samples;
+  for (const auto& row : read_csv(out / "signals.csv"))
+    if (row[0] == "accelerometer" && std::stod(row[1]) >= 0.02 && std::stod(row[1]) <= 0.06)
+      samples.push_back(std::stod(row[3]));
+  REQUIRE(samples.size() >= 400);
+
+  std::string text =
+      "scene = \"scene.toml\"\nformulations = [\"nonsmooth\"]\nrestitution = \"as-given\"\nplay = 0\n"
+      "discard_time = 0.02\nduration = 0.04\n[variants.given]\nset = [\"run.output_step=1e-4\"]\n";
+  std::vector<std::string> columns;
+  for (const auto& [column, list] : written) {
+    for (const char* reduce : {"last", "mean", "max"})
+      text += fmt::format("[measure.m{}_{}]\ncolumn = \"{}\"\nreduce = \"{}\"\n", columns.size(), reduce,
+                          column, reduce);
+    columns.push_back(column);
+  }
+  REQUIRE(columns.size() >= 60);
+  text +=
+      "[measure.signal_mean]\ncolumn = \"accelerometer\"\nreduce = \"mean\"\n"
+      "[measure.signal_peak]\ncolumn = \"accelerometer\"\nreduce = \"peak\"\n"
+      "[measure.gap_median]\ncolumn = \"gudgeon.gap\"\nreduce = \"quantile\"\nq = 0.5\n"
+      "[measure.gap_rms]\ncolumn = \"gudgeon.gap\"\nreduce = \"rms\"\n"
+      "[measure.gap_std]\ncolumn = \"gudgeon.gap\"\nreduce = \"std\"\n"
+      "[measure.gap_count]\ncolumn = \"gudgeon.gap\"\nreduce = \"count\"\n"
+      "[measure.impacts]\ncolumn = \"gudgeon.impacts\"\nreduce = \"last\"\n";
+  const auto runs = desk.table(text);
+  REQUIRE(runs.size() == 1);
+  const auto& run = runs[0];
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const auto& list = written[columns[i]];
+    const bool mean = columns[i].ends_with("_mean");
+    double integral = 0, greatest = mean ? -INFINITY : list.front();
+    for (std::size_t k = 1; k < list.size(); ++k) {
+      integral += 1e-4 * (mean ? list[k] : 0.5 * (list[k - 1] + list[k]));
+      greatest = std::max(greatest, list[k]);
+    }
+    double size = 0;
+    for (const double x : list) size = std::max(size, std::abs(x));
+    CAPTURE(columns[i]);
+    CHECK(of(run, fmt::format("m{}_last", i)) == Approx(list.back()).margin(1e-12 * size));
+    CHECK(of(run, fmt::format("m{}_mean", i)) == Approx(integral / 0.04).margin(1e-9 * size));
+    // Ends of steps between the rows count too. The study's run ends a step where its window begins, and differs by that.
+    CHECK(of(run, fmt::format("m{}_max", i)) >= greatest - 1e-7 * size);
+  }
+  double sum = 0, peak = 0;
+  for (const double a : samples) {
+    sum += a;
+    peak = std::max(peak, std::abs(a));
+  }
+  CHECK(of(run, "signal_mean") == Approx(sum / static_cast<double>(samples.size())));
+  CHECK(of(run, "signal_peak") == Approx(peak));
+  auto gaps = written["gudgeon.gap"];
+  double squares = 0, integral = 0;
+  for (std::size_t k = 1; k < gaps.size(); ++k) {
+    integral += 0.5e-4 * (gaps[k - 1] + gaps[k]) / 0.04;
+    squares += 0.5e-4 * (gaps[k - 1] * gaps[k - 1] + gaps[k] * gaps[k]) / 0.04;
+  }
+  CHECK(of(run, "gap_rms") == Approx(std::sqrt(squares)));
+  CHECK(of(run, "gap_std") == Approx(std::sqrt(squares - integral * integral)).epsilon(1e-6));
+  std::ranges::sort(gaps);
+  CHECK(of(run, "gap_median") == Approx(gaps[200]));
+  CHECK(of(run, "gap_count") == 401);
+  CHECK(of(run, "impacts") >= 1);
+}
+
+TEST_CASE("a measure of each period, and at each", "[studies][program]") {
+  // Swings of 60° about the bottom, of the period T: the angle's greatest in each period is the start's, and so it is at every
+  // period's end; the mean of a whole period is the bottom.
+  const Desk desk("pendulum");
+  auto scene = bytes_of(desk.folder.path() / "scene.toml");
+  const std::string at = "position = [\"0.3 m\", 0]\n";
+  scene.replace(scene.find(at), at.size(), "angle = \"-30 deg\"\n");
+  write_file(desk.folder.path() / "scene.toml", scene);
+  const double period = 4 * boost::math::ellint_1(0.5) / std::sqrt(24.525), start = -std::numbers::pi / 6;
+  const auto runs = desk.table(fmt::format(R"(scene = "scene.toml"
+formulations = ["penalty"]
+period = {}
+revolutions = 4
+discard = 1
+[measure.highest]
+column = "bar.theta"
+reduce = "max"
+each = "period"
+[measure.middle]
+column = "bar.theta"
+reduce = "mean"
+each = "period"
+[measure.begun]
+column = "bar.theta"
+reduce = "mean"
+at = "every period"
+[measure.spread]
+column = "bar.theta"
+reduce = "std"
+at = "every period"
+)",
+                                           period));
+  REQUIRE(runs.size() == 1);
+  CHECK(of(runs[0], "highest") == Approx(start).margin(1e-5));
+  CHECK(of(runs[0], "middle") == Approx(-std::numbers::pi / 2).margin(1e-5));
+  CHECK(of(runs[0], "begun") == Approx(start).margin(1e-5));
+  CHECK(of(runs[0], "spread") == Approx(0).margin(1e-5));
+  const auto parts =
+      desk.ask("select number, t, value from measures where measure = 'highest' order by number");
+  REQUIRE(parts.size() == 4);
+  for (std::size_t k = 0; k < 4; ++k) {
+    CHECK(parts[k][0] == std::to_string(k + 1));
+    CHECK(std::stod(parts[k][1]) == Approx(static_cast<double>(k + 1) * period));
+    CHECK(std::stod(parts[k][2]) == Approx(start).margin(1e-5));
+  }
+  CHECK(desk.ask("select count(*) from measures where measure = 'begun'")[0][0] ==
+        "5");  // from discard to end
+}
+
+TEST_CASE(
+    "a rotor driven by a torque that repeats: the period is found, and means are those of whole periods",
+    "[studies][program]") {
+  // J ω' = M sin(2πt/T) from rest: ω = (M/(Jw))(1 − cos wt), w = 2π/T. Over a period the mean is M/(Jw), the standard deviation
+  // 1/√2 of it, the greatest twice it, and the torque's mean power nothing.
+  const Desk desk("pendulum");
+  write_file(desk.folder.path() / "scene.toml", R"(format = 2
+[bodies.rotor]
+mass = 1
+inertia = 0.02
+[joints.pin]
+type = "revolute"
+between = ["ground", "rotor"]
+[curves.pull]
+shape = "harmonic"
+amplitude = 0.1
+frequency = 5
+[drives.motor]
+joint = "pin"
+torque_curve = "pull"
+[run]
+duration = 1
+)");
+  const std::string study = R"(scene = "scene.toml"
+revolutions = 3
+discard = 1
+[axes.torque]
+key = "curves.pull.amplitude"
+values = [0.1, 0.3]
+[measure.mean]
+column = "rotor.omega"
+reduce = "mean"
+each = "period"
+[measure.all]
+column = "rotor.omega"
+reduce = "mean"
+[measure.spread]
+column = "rotor.omega"
+reduce = "std"
+[measure.fastest]
+column = "rotor.omega"
+reduce = "peak"
+[measure.power]
+column = "motor.power"
+reduce = "mean"
+[measure.torque_mean]
+column = "motor.torque_mean"
+reduce = "mean"
+)";
+  const auto runs = desk.table(study);
+  REQUIRE(runs.size() == 4);
+  for (const auto& run : runs) {
+    const double rate = of(run, "torque") / (0.02 * 10 * std::numbers::pi);
+    CAPTURE(run.at("formulation"), rate);
+    CHECK(of(run, "mean") == Approx(rate).epsilon(1e-5));
+    CHECK(of(run, "all") == Approx(rate).epsilon(1e-5));
+    CHECK(of(run, "spread") == Approx(rate / std::sqrt(2)).epsilon(1e-5));
+    CHECK(of(run, "fastest") == Approx(2 * rate).epsilon(1e-5));
+    CHECK(std::abs(of(run, "power")) < 1e-5 * rate * of(run, "torque"));
+    CHECK(std::abs(of(run, "torque_mean")) < 1e-5 * of(run, "torque"));
+    CHECK_FALSE(run.contains("impacts_per_turn"));  // no contacts
+    CHECK(of(run, "energy_per_turn") == 0);
+  }
+  CHECK(desk.ask("select count(*), min(t), max(t) from measures")[0] ==
+        std::vector<std::string>{"12", "0.2", "0.6"});
+  const auto page = desk.sweep(study);
+  std::istringstream lines(page.out);
+  for (std::string line; std::getline(lines, line);) {
+    CAPTURE(line);
+    CHECK((line.size() <= 80 || line.starts_with("results in")));
+  }
+}
+
+TEST_CASE("an accelerometer on what nothing drives: what it shows of the whole window, and nothing of turns",
+          "[studies][program]") {
+  const Desk desk("bouncing-ball");
+  write_file(desk.folder.path() / "scene.toml", bytes_of(desk.folder.path() / "scene.toml") + R"(
+[instruments.falling]
+body = "ball"
+axis = [0.0, 1.0]
+bandwidth = 1000.0
+sampling = 10000.0
+)");
+  const auto runs = desk.table(
+      "scene = \"scene.toml\"\naccelerometer = \"falling\"\njoint = \"table\"\n"
+      "discard_time = 0.05\nduration = 0.25\n");
+  REQUIRE(runs.size() == 2);
+  for (const auto& run : runs) {  // in free fall, the filter settled
+    CHECK(of(run, "peak_max") == Approx(9.81).epsilon(1e-6));
+    CHECK(of(run, "rms") == Approx(9.81).epsilon(1e-6));
+    CHECK(of(run, "flight_share") == 1);
+    for (const char* name :
+         {"peak_median", "ratio_median", "ratio_max", "lines", "line_greatest", "impacts_per_turn"})
+      CHECK_FALSE(run.contains(name));
+  }
+}
+
+TEST_CASE("a measure at each touch", "[studies][program]") {
+  // A ball that falls h = 0.5 m touches after t₁ = √(2h/g) with √(2gh), then after flights of 2e t₁, 2e² t₁ with e and e² of it:
+  // to t₁(1 + 2e + 2e²) = 0.798 s three times, and the fourth is beyond 0.85 s with e = 1/2 (0.878 s).
+  const Desk desk("bouncing-ball");
+  const auto runs = desk.table(R"(scene = "scene.toml"
+formulations = ["nonsmooth"]
+restitution = "as-given"
+duration = 0.85
+[measure.touches]
+column = "t"
+at = "each touch of table"
+reduce = "count"
+[measure.first]
+column = "t"
+at = "each touch of table"
+reduce = "first"
+[measure.second]
+column = "approach"
+at = "each touch"
+reduce = "quantile"
+q = 0.5
+[derived]
+bounced = "second/9.81^0.5"              # √(2gh) = √g of half a metre
+)");
+  REQUIRE(runs.size() == 1);
+  CHECK(of(runs[0], "touches") == 3);
+  CHECK(of(runs[0], "first") == Approx(std::sqrt(1 / 9.81)).epsilon(1e-9));
+  CHECK(of(runs[0], "bounced") == Approx(0.5).epsilon(1e-9));
+  CHECK(desk.ask("select count(*) from measures where measure = 'second'")[0][0] == "3");
+}
+
+TEST_CASE("what is derived changes without a run, and what has no value is NULL", "[studies][program]") {
+  const Desk desk("bouncing-ball");
+  const std::string study = R"(scene = "scene.toml"
+formulations = ["nonsmooth"]
+duration = 0.1
+[axes.e]
+key = "surfaces.hard.restitution"
+values = [0.5, 1]
+[measure.low]
+column = "ball.y"
+reduce = "min"
+)";
+  REQUIRE(desk.table(study + "[derived]\na = \"low/(1 - e)\"\n").size() == 2);
+  CHECK(desk.ask("select e, a is null from named order by e") == Rows{{"0.5", "0"}, {"1.0", "1"}});
+  const auto o = desk.sweep(study + "[derived]\nb = \"sqrt(e - 0.75)\"\nc = \"e > 0.75\"\n");
+  CHECK_THAT(o.out, Contains("2 runs: 2 were there, 0 made"));
+  CHECK(desk.ask("select b is null, c from named order by e") == Rows{{"1", "0.0"}, {"0", "1.0"}});
+  // Without any, the view is that of the runs.
+  CHECK(desk.sweep(study).status == 0);
+  CHECK(desk.ask("select count(*) from pragma_table_info('named') where name in ('a', 'b', 'c')")[0][0] ==
+        "0");
+  // Another measure is another study's file.
+  const auto other = desk.sweep(study + "[measure.high]\ncolumn = \"ball.y\"\nreduce = \"max\"\n");
+  CHECK(other.status == 1);
+  CHECK_THAT(other.err, Contains("holds another study"));
+}
+
+TEST_CASE("a bad measure or window is refused before anything is touched", "[studies][program]") {
+  const Desk desk("motor-startup");
+  const auto says = [&](const std::string& text, const std::string& what) {
+    const auto o = desk.sweep("scene = \"scene.toml\"\nformulations = [\"nonsmooth\"]\n" + text);
+    CAPTURE(text, o.out, o.err);
+    CHECK(o.status == 2);
+    CHECK_THAT(o.err, Contains("study.toml:") && Contains(what));
+    CHECK_FALSE(std::filesystem::exists(desk.folder.path() / "out"));
+    return o.err;
+  };
+  const auto err = says(
+      "duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.gapp\"\nreduce = \"max\"\n",
+      "study.toml:5:10: measure.m.column: \"gudgeon.gapp\" is no column, did you mean gudgeon.gap? There are\n");
+  CHECK(std::ranges::count(err, '\n') == 4);  // what is wrong, and three lines of what there is
+  CHECK_THAT(err, Contains("\n  trajectory: ") && Contains("\n  forces: ") &&
+                      Contains("\n  instruments and run.json: ") && Contains("gudgeon .ex .ey .gap"));
+  says("duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.gap\"\nreduce = \"median\"\n",
+       "\"median\" is not known here");
+  says("duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.gap\"\nreduce = \"quantile\"\n", "q: is missing");
+  says("duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.gap\"\nreduce = \"max\"\nq = 0.5\n",
+       "is of reduce = \"quantile\" alone");
+  says("duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.gap\"\nreduce = \"max\"\neach = \"period\"\n",
+       "nothing drives the scene with one period; give study.period (s)");
+  says("duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.impacts\"\nreduce = \"max\"\n",
+       "take reduce = \"last\"");
+  says("duration = 0.1\n[measure.peak_max]\ncolumn = \"gudgeon.gap\"\nreduce = \"max\"\n",
+       "is a column of the results");
+  says("duration = 0.1\n[measure.Peak_Max]\ncolumn = \"gudgeon.gap\"\nreduce = \"max\"\n",
+       "is a column of the results");
+  says("duration = 0.1\n[measure.a-b]\ncolumn = \"gudgeon.gap\"\nreduce = \"max\"\n",
+       "expressions could not speak of this measure");
+  says("duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.gap\"\nreduce = \"max\"\nat = \"now and then\"\n",
+       "is no section");
+  says("duration = 0.1\n[derived]\nd = \"peek_max*2\"\n",
+       "study.toml:5:5: derived.d: column 1: \"peek_max\" is no name here");
+  says("duration = 0.1\nrevolutions = 3\n", "revolutions: counts periods, and duration says seconds");
+  says("discard_time = 0.1\n", "discard_time: stands before duration, which is missing");
+  says("revolutions = 3\n", "nothing drives");
+  says("duration = 0.1\njoint = [\"gudgeon\", \"main\"]\n",
+       "study.toml:4:9: joint: \"main\" has no clearance");
+  says("[study.axes.a]\n", "a study's keys stand at its root: [axes.NAME], without study");
+  CHECK_THAT(test::freeplay("calibrate " + (desk.folder.path() / "study.toml").string()).err,
+             !Contains("nan"));
+  for (const char* name : {"../x.csv", "/tmp/x.csv", "x.db", ".csv", "a/b.csv"}) {
+    const auto o = desk.sweep("scene = \"scene.toml\"\nduration = 0.1\n", fmt::format("--export {}", name));
+    CAPTURE(name, o.err);
+    CHECK(o.status == 2);
+    CHECK_THAT(o.err, Contains("must be the name of a file in the result folder"));
+  }
+  const auto alike = Desk("bouncing-ball").sweep("scene = \"scene.toml\"\nduration = 0.1\nstarts = 3\n");
+  CHECK(alike.status == 2);
+  CHECK_THAT(alike.err, Contains("are all alike"));
+}
+
+TEST_CASE("flights and impacts of several contacts are counted together", "[studies]") {
+  // Two balls in anti-phase, each half its time in flight: as many impacts as both have, and the mean share.
+  TurnRules rules;
+  rules.speed = 2 * std::numbers::pi;
+  rules.sampling = 1000;
+  rules.joint = 2;
+  rules.others = {5};
+  rules.impact_speed = 0.1;
+  TurnMeter meter(rules);
+  const auto event = [&](double t, int contact, EventKind kind, double approach) {
+    ContactEvent e;
+    e.t = t;
+    e.contact = contact;
+    e.kind = kind;
+    e.v_n_minus = -approach;
+    meter.event(e);
+  };
+  for (int k = 0; k < 4; ++k) {
+    event(k, 2, EventKind::contact, 1);
+    event(k + 0.25, 5, EventKind::separation, 0);
+    event(k + 0.5, 2, EventKind::separation, 0);
+    event(k + 0.6, 7, EventKind::contact, 1);  // nobody's
+    event(k + 0.5 + 0.25, 5, EventKind::contact, 1);
+  }
+  const auto m = meter.finish(4, 0);
+  CHECK(m.value[TurnMetrics::impacts_per_turn] == 2);
+  CHECK(m.flights.size() == 7);  // the first of contact 5 began where it was lost, that of contact 2 before
+  CHECK(m.value[TurnMetrics::flight_share] == Approx(0.5));
+  CHECK(std::ranges::count(m.flights, 5, &Flight::contact) == 4);
+}
+
+TEST_CASE("the studies of cases/ can be run", "[studies]") {
+  for (const char* name : {"pendulum", "motor-startup", "flores2011"}) {
+    CAPTURE(name);
+    const auto study = read_study(test::source_folder() / "cases" / name / "study.toml", Reach::beside);
+    CHECK(plan(study, {}).size() >= 6);
+    CHECK_FALSE(study.derived.empty());
+  }
+}
+
+TEST_CASE("docs/study.md lists every table and column of the database", "[studies][docs][program]") {
+  const Desk desk("bouncing-ball");
+  REQUIRE(desk.sweep(example()).status == 0);
+  const auto study = read_study(desk.folder.path() / "study.toml");
+  std::map<std::string, std::vector<std::string>> stated, there;
+  std::istringstream page(bytes_of(test::source_folder() / "docs/study.md"));
+  bool within = false;
+  for (std::string line; std::getline(page, line);) {
+    if (line.starts_with("| table |")) within = true;
+    if (within && !line.starts_with("|")) break;
+    if (!within || line.starts_with("| table |") || line.starts_with("| ---")) continue;
+    std::istringstream cells(line.substr(2));
+    std::string table, columns;
+    std::getline(cells, table, '|');
+    std::getline(cells, columns, '|');
+    table.erase(table.find_last_not_of(' ') + 1);
+    auto& list = stated[table];
+    std::istringstream words(columns);
+    for (std::string word; std::getline(words, word, ',');) {
+      word.erase(0, word.find_first_not_of(' '));
+      word.erase(word.find_last_not_of(' ') + 1);
+      if (word == "*axes*")
+        for (const auto& a : study.axes) list.push_back(a.name);
+      else if (word == "*statistics*")
+        list.insert(list.end(), TurnMetrics::names().begin(), TurnMetrics::names().end());
+      else if (word == "*measures*")
+        for (const auto& m : study.measures) list.push_back(m.name);
+      else if (word == "*derived*")
+        for (const auto& d : study.derived) list.push_back(d.name);
+      else if (word == "*those of runs*")
+        list.insert(list.end(), stated["runs"].begin(), stated["runs"].end());
+      else
+        list.push_back(word);
+    }
+  }
+  for (const auto& table : desk.ask(
+           "select name from sqlite_master where type in ('table', 'view') and name not like 'sqlite_%'"))
+    for (const auto& column : desk.ask(fmt::format("select name from pragma_table_info('{}')", table[0])))
+      there[table[0]].push_back(column[0]);
+  REQUIRE(there.size() > 8);
+  CHECK(stated == there);
+}

@@ -1,0 +1,102 @@
+// What the program says of itself: every verb's help within 80 columns, the page made of it, and what it asks back when a
+// word is misspelt.
+#include <fmt/format.h>
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <sstream>
+
+#include "io/section.hpp"
+#include "io/spelling.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+std::vector<std::string> verbs() {
+  std::vector<std::string> list;
+#define VERB(name) list.emplace_back(#name);
+#include "cli/verbs.def"
+#undef VERB
+  return list;
+}
+
+/// Columns of a line: bytes that begin a character.
+std::ptrdiff_t columns(const std::string& line) {
+  return std::ranges::count_if(line, [](char c) { return (c & 0xC0) != 0x80; });
+}
+
+}  // namespace
+
+TEST_CASE("every verb's help fits a terminal of 80 columns, and says what it leaves behind", "[help]") {
+  for (auto verb : verbs()) {
+    CAPTURE(verb);
+    const auto page = test::freeplay("help " + verb);
+    CHECK(page.status == 0);
+    CHECK_THAT(page.out, Contains("usage: freeplay " + verb));
+    CHECK_THAT(page.out, Contains("\nexample"));
+    CHECK(page.out == test::freeplay(verb + " --help").out);
+    std::istringstream lines(page.out);
+    for (std::string line; std::getline(lines, line);) {
+      CAPTURE(line);
+      CHECK(columns(line) <= 80);
+    }
+  }
+}
+
+TEST_CASE("docs/verbs.md shows each verb's help", "[help][pages]") {
+  const auto page = read_text(test::source_folder() / "docs/verbs.md");
+  std::string expected =
+      "# The verbs\n\nWhat `freeplay help` and `freeplay help VERB` print; `scripts/verbs-page` writes this "
+      "page.\n";
+  const auto show = [&](const std::string& verb) {
+    expected += fmt::format("\n```text\n{}```\n", test::freeplay("help " + verb).out);
+  };
+  show("");
+  for (const auto& verb : verbs()) {
+    expected += fmt::format("\n## {}\n", verb);
+    show(verb);
+  }
+  INFO("make it anew: scripts/verbs-page");
+  CHECK(page == expected);
+}
+
+TEST_CASE("the distance of two words counts letters put in, left out, changed and exchanged", "[help]") {
+  // By hand, from the definition.
+  CHECK(edit_distance("", "abc") == 3);
+  CHECK(edit_distance("run", "run") == 0);
+  CHECK(edit_distance("rum", "run") == 1);
+  CHECK(edit_distance("rnu", "run") == 1);
+  CHECK(edit_distance("clearence", "clearance") == 1);
+  CHECK(edit_distance("kitten", "sitting") == 3);
+  CHECK(edit_distance("ca", "abc") == 3);  // no letter moves twice: unrestricted it would be 2
+  CHECK(nearest_word("fourbar", {"cam", "four-bar", "pendulum"}) == "four-bar");
+  CHECK(nearest_word("wheel", {"cam", "pendulum"}).empty());
+}
+
+TEST_CASE("a misspelt verb, option, word or name is answered with the one that is near", "[help][errors]") {
+  const auto rig = test::flores().string();
+  const std::vector<std::pair<std::string, std::string>> asked = {
+      {"rum", "rum: there is no such verb; did you mean run?"},
+      {rig, "a verb comes first, as in: freeplay check "},
+      {"help cmopare", "there is no verb cmopare; did you mean compare?"},
+      {"run --formulaton=penalty " + rig, "--formulaton: is no option of run; did you mean --formulation?"},
+      {"check " + rig + " two", "two: is more than check takes"},
+      {"new fourbar", "fourbar is not known here; did you mean four-bar?\n  one of "},
+      {"verify cmas", "there is no set of claims \"cmas\"; did you mean cams?"},
+      {"check --set penalty.contact=florse " + rig,
+       "penalty.contact: \"florse\" is not known here; did you mean \"flores\"?\n  one of \"hertz\""},
+      {"check --set joints.gudgeon.clearence=1 " + rig,
+       "joints.gudgeon.clearence: is not a key of a joint; did you mean clearance?"},
+      {"check --set drives.motor.joint=mian " + rig,
+       "there is no joint \"mian\"; did you mean main?\n  there is: main, big_end, gudgeon, guide"}};
+  for (const auto& [arguments, answer] : asked) {
+    CAPTURE(arguments);
+    const auto told = test::freeplay(arguments);
+    CHECK(told.status == 2);
+    CHECK(told.out.empty());
+    CHECK_THAT(told.err, Contains(answer));
+  }
+}

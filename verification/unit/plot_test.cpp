@@ -1,0 +1,356 @@
+// Columns of result folders as figures: which rows, which names, which units; and the figures of loose joints.
+#include <fmt/format.h>
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <sstream>
+
+#include "io/csv.hpp"
+#include "io/output_file.hpp"
+#include "model/error.hpp"
+#include "model/planar.hpp"
+#include "sim/columns.hpp"
+#include "plots/column_plot.hpp"
+#include "plots/loose_joints.hpp"
+#include "plots/spectrum.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void write_run(const std::filesystem::path& folder, const std::string& scene, double duration) {
+  make_folder(folder);
+  write_file(folder / "run.json",
+             nlohmann::json{{"formulation", "penalty"},
+                            {"provenance",
+                             {{"version", "0"},
+                              {"commit", "none"},
+                              {"scene_file", "scene.toml"},
+                              {"scene", scene},
+                              {"overrides", nlohmann::json::array()},
+                              {"options", {{"run", {{"duration", duration}, {"discard", 0.0}}}}}}}}
+                 .dump());
+}
+
+/// The blocks of a figure's data: rows of numbers.
+std::vector<std::vector<std::vector<double>>> data_of(const std::filesystem::path& file) {
+  std::istringstream in(text_of(file));
+  std::vector<std::vector<std::vector<double>>> blocks;
+  std::string line;
+  while (std::getline(in, line)) {
+    if (line.starts_with("#")) blocks.emplace_back();
+    if (line.empty() || line.starts_with("#")) continue;
+    std::istringstream numbers(line);
+    auto& row = blocks.back().emplace_back();
+    for (double x; numbers >> x;) row.push_back(x);
+  }
+  return blocks;
+}
+
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t n = 0;
+  for (std::size_t at = 0; (at = text.find(part, at)) != text.npos; ++at) ++n;
+  return n;
+}
+
+constexpr const char* crank_scene = R"(
+[bodies.b]
+mass = 1.0
+inertia = 1.0
+[joints.p]
+type = "revolute"
+between = ["ground", "b"]
+[drives.m]
+joint = "p"
+speed = 3.14159265358979
+[run]
+duration = 4.0
+)";
+
+/// b.x = t, b.y = t² at every quarter of a second, forces b.ax = 10 t at every half.
+void write_known(const std::filesystem::path& folder) {
+  write_run(folder, crank_scene, 4);
+  std::string trajectory = "t,b.x,b.y,b.theta,b.vx,b.vy,b.omega\n", forces = "t,p.fx,p.fx_mean,b.ax\n";
+  for (int i = 0; i <= 16; ++i) {
+    const double t = 0.25 * i;
+    trajectory += fmt::format("{},{},{},0,0,0,0\n", t, t, t * t);
+    if (i % 2 == 0) forces += fmt::format("{},1,{},{}\n", t, i == 0 ? "" : "2", 10 * t);
+  }
+  write_file(folder / "trajectory.csv", trajectory);
+  write_file(folder / "forces.csv", forces);
+  write_file(
+      folder / "events.csv",
+      "t,joint,kind,crank_angle,v_n_minus,v_n_plus,v_t_minus,v_t_plus,impulse_n,impulse_t,duration,t_uncertainty\n"
+      "0.1,p,impact,0.3,-1,0.5,0,0,3,0,0,0\n0.1,q,impact,0.3,-2,0.5,0,0,4,0,0,0\n0.7,p,impact,2.2,-1,0,0,0,5,0,0,0\n");
+}
+
+}  // namespace
+
+TEST_CASE("columns are chosen by name, joined by their time, and cut", "[figures][plot]") {
+  test::TemporaryFolder folder;
+  const auto& place = folder.path();
+  write_known(place);
+  const plots::RunColumns columns(place);
+  const auto read = [&](const char* x, const char* y, double from, double to,
+                        std::optional<plots::Crossing> section = {}) {
+    REQUIRE(columns.find(x));
+    REQUIRE(columns.find(y));
+    return columns.read(*columns.find(x), *columns.find(y), from, to, section);
+  };
+  const auto parabola = read("b.x", "b.y", 0.5, 2);
+  REQUIRE(parabola.x == std::vector{0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0});
+  for (std::size_t i = 0; i < parabola.x.size(); ++i) CHECK(parabola.y[i] == parabola.x[i] * parabola.x[i]);
+  // Of two files the rows at the same time: every half second.
+  const auto both = read("b.y", "b.ax", -INFINITY, INFINITY);
+  REQUIRE(both.x.size() == 9);
+  CHECK(both.x[3] == 2.25);
+  CHECK(both.y[3] == 15);
+  CHECK(read("t", "p.fx_mean", -INFINITY, INFINITY).x.size() == 8);  // the first row's mean is over no time
+  // Two events at one instant, neither lost nor crossed with the other.
+  const auto events = read("v_n_minus", "impulse_n", -INFINITY, INFINITY);
+  CHECK(events.x == std::vector{-1.0, -2.0, -1.0});
+  CHECK(events.y == std::vector{3.0, 4.0, 5.0});
+  CHECK(read("crank_angle", "impulse_n", -INFINITY, INFINITY).x[2] == Approx(0.7 * std::numbers::pi));
+  // x passes 1.1 between 1 and 1.25: on the straight line between 1 and 1.5625 at 0.4 of it.
+  const auto section = read("b.x", "b.y", -INFINITY, INFINITY, plots::crossing_of("b.x=1.1:up"));
+  REQUIRE(section.x.size() == 1);
+  CHECK(section.x[0] == Approx(1.1));
+  CHECK(section.y[0] == Approx(1 + 0.4 * 0.5625));
+  CHECK(read("b.x", "b.y", -INFINITY, INFINITY, plots::crossing_of("b.x=1.1:down")).x.empty());
+  // Half a turn a second: at 90° after half a second, and then every two.
+  const auto crank = read("t", "b.y", -INFINITY, INFINITY, plots::crossing_of("crank=90"));
+  REQUIRE(crank.x.size() == 2);
+  CHECK(crank.x[0] == Approx(0.5).epsilon(1e-9));
+  CHECK(crank.x[1] == Approx(2.5).epsilon(1e-9));
+
+  CHECK_THROWS_WITH(read("v_n_minus", "b.x", -INFINITY, INFINITY), Contains("no rows in common"));
+  CHECK_THROWS_WITH(plots::crossing_of("b.x"), Contains("must be COLUMN=VALUE"));
+  CHECK_THROWS_WITH(plots::crossing_of("b.x=nan"), Contains("must be COLUMN=VALUE"));
+  CHECK_THROWS_WITH(read("t", "b.y", 0, 1, plots::crossing_of("b.z=1")), Contains("there is no column b.z"));
+}
+
+TEST_CASE("freeplay plot draws what is asked for and lists what there is", "[figures][plot]") {
+  test::TemporaryFolder folder;
+  const auto one = folder.path() / "one", two = folder.path() / "two";
+  write_known(one);
+  write_known(two);
+  const auto run = [](const std::string& words) { return test::freeplay("plot " + words); };
+  const auto o = run(
+      fmt::format("{} {} --x b.x --y b.y,b.ax --y p.fx --from 1 --to 3 -o mine", one.string(), two.string()));
+  INFO(o.err);
+  REQUIRE(o.status == 0);
+  CHECK_THAT(o.out, Contains("one/figures/mine.pdf"));
+  // b.y (m) and b.ax (m/s²) apart, p.fx by itself: three panels of two runs.
+  const auto script = text_of(one / "figures/mine.gp");
+  CHECK(count(script, "\nplot ") == 3);
+  CHECK_THAT(script, Contains("set xlabel \"b.x (m)\"") && Contains("set ylabel \"b.y (m)\"") &&
+                         Contains("set ylabel \"p.fx (N)\"") && Contains("title \"one\"") &&
+                         Contains("title \"two\""));
+  const auto data = data_of(one / "figures/mine.dat");
+  REQUIRE(data.size() == 6);
+  REQUIRE(data[0].size() == 9);
+  CHECK(data[0][1] == std::vector{1.25, 1.5625});
+  CHECK(data[0] == data[1]);
+  REQUIRE(data[4].size() == 5);
+  CHECK(data[4][0] == std::vector{1.0, 1.0});
+  CHECK_FALSE(std::filesystem::exists(two / "figures"));
+
+  const auto refused = [&](const std::string& words, const char* what) {
+    const auto end = run(one.string() + " " + words);
+    CAPTURE(words, end.err);
+    CHECK(end.status == 2);
+    CHECK_THAT(end.err, Contains(what));
+    std::istringstream lines(end.err);
+    for (std::string line; std::getline(lines, line);)
+      CHECK(line.size() <= 80 + folder.path().string().size());
+  };
+  refused("--y b.z", "there is no column b.z; did you mean b.x?");
+  refused("--y b.z", "events.csv: v_n_minus v_n_plus");
+  refused("--x ta --y b.x", "there is no column ta; did you mean t?");
+  refused("--y b.x --from 3 --to 1", "--from 3 must be less than --to 1");
+  refused("--y b.x --from 100", "no row lies within that time");
+  refused("--y b.x --format jpg", "\"jpg\" is no format");
+  refused("--y b.x -o ../mine", "must be a name for the figure's files");
+  refused("--y b.x --section b.x=9", "no row passes the section");
+  refused("--y b.x --y b.y --y p.fx --y b.theta --y b.vx --y b.omega --y b.ax", "at most 6");
+  CHECK(run(folder.path().string() + " --y b.x").status == 2);
+}
+
+TEST_CASE("every column that a run writes has a unit", "[figures][plot]") {
+  const auto units = [](const std::string& name) {
+    CAPTURE(name);
+    CHECK_FALSE(plots::unit_of_column(name).empty());
+  };
+  for (const auto& list : {planar::names, planar::rate_names, planar::acceleration_names})
+    for (const char* name : list) units("body." + std::string(name));
+  using Kind = ForceElement::Kind;
+  for (const auto kind : {Kind::joint, Kind::contact, Kind::force, Kind::push, Kind::drive, Kind::torque}) {
+    const auto columns = force_parts(kind);
+    for (const auto& [name, member] : columns.now) units("e." + std::string(name));
+    for (const auto& [name, member] : columns.mean) units(fmt::format("e.{}_mean", name));
+  }
+  for (const char* name :
+       {"c.ex", "c.ey", "c.gap", "t", "crank_angle", "v_n_minus", "impulse_t", "duration", "t_uncertainty"})
+    units(name);
+  CHECK(plots::unit_of_column("accelerometer").empty());
+  CHECK(plots::unit_of_column("pin.m_mean") == "N m");
+}
+
+TEST_CASE("a thinned curve keeps its extremes", "[figures][plot]") {
+  plots::Points p;
+  for (int i = 0; i < 100'000; ++i) {
+    p.x.push_back(i);
+    p.y.push_back(i == 31'416 ? 50 : i == 77'777 ? -70 : std::sin(0.1 * i));
+  }
+  const auto few = plots::thinned(p, 1000);
+  CHECK(few.x.size() <= 1000);
+  CHECK(std::ranges::max(few.y) == 50);
+  CHECK(std::ranges::min(few.y) == -70);
+  CHECK(few.x.front() == 0);
+  CHECK(few.x.back() == 99'999);
+  CHECK(std::ranges::is_sorted(few.x));
+  CHECK(plots::thinned(few, 1000).x == few.x);
+}
+
+TEST_CASE("the spectrum of a sine has its amplitude at its frequency", "[figures][plot]") {
+  // 3 sin + 0.5 cos at the 40th and the 300th of 1000 multiples of 2 Hz, over a mean.
+  std::vector<double> s;
+  for (int i = 0; i < 1000; ++i)
+    s.push_back(7 + 3 * std::sin(2 * std::numbers::pi * 40 * i / 1000) +
+                0.5 * std::cos(2 * std::numbers::pi * 300 * i / 1000));
+  const auto spectrum = plots::spectrum_of(s, 2000);
+  REQUIRE(spectrum.amplitude.size() == 501);
+  CHECK(spectrum.frequency[40] == Approx(80));
+  CHECK(spectrum.frequency.back() == Approx(1000));
+  for (std::size_t k = 0; k < spectrum.amplitude.size(); ++k) {
+    const double expected = k == 40                ? 3
+                            : k == 39 || k == 41   ? 1.5
+                            : k == 300             ? 0.5
+                            : k == 299 || k == 301 ? 0.25
+                                                   : 0;
+    CAPTURE(k);
+    CHECK(std::abs(spectrum.amplitude[k] - expected) < 1e-12);
+  }
+  s.resize(997);  // a prime: 972 = 4 · 243 of them are taken
+  CHECK(plots::spectrum_of(s, 2000).amplitude.size() == 487);
+  s.resize(15);
+  CHECK(plots::spectrum_of(s, 2000).amplitude.empty());
+}
+
+TEST_CASE("loose joints stand within their play, so many to a page", "[figures][orbits]") {
+  test::TemporaryFolder folder;
+  const auto& place = folder.path();
+  // A guide along (3, 4)/5 and eleven journals; the scene says what they are.
+  std::string scene =
+      "[bodies.b]\nmass = 1.0\ninertia = 1.0\n[surfaces.s]\nyoung = 2e11\npoisson = 0.3\nrestitution = 0.5\n"
+      "[joints.g]\ntype = \"translational\"\nbetween = [\"ground\", \"b\"]\naxis = [0.6, 0.8]\nclearance = 1e-3\n"
+      "slider_length = 0.1\nslider_height = 0.05\nsurface = \"s\"\n";
+  std::string header = "t,b.x,b.y,b.theta,b.vx,b.vy,b.omega";
+  for (const char* corner : {"rear_lower", "rear_upper", "front_lower", "front_upper"})
+    header += fmt::format(",g.{0}.ex,g.{0}.ey,g.{0}.gap", corner);
+  for (int j = 0; j < 11; ++j) {
+    scene += fmt::format(
+        "[joints.j{}]\ntype = \"revolute\"\nbetween = [\"ground\", \"b\"]\nclearance = 2e-4\n"
+        "bearing_radius = 0.01\nsurface = \"s\"\n",
+        j);
+    header += fmt::format(",j{0}.ex,j{0}.ey,j{0}.gap", j);
+  }
+  scene += "[run]\nduration = 1.0\n";
+  std::string rows = header + "\n";
+  for (int i = 0; i <= 100; ++i) {
+    const double t = 0.01 * i, s = 0.2 * t, rear = 0.5e-3 * t, front = -0.25e-3;
+    rows += fmt::format("{},0,0,0,0,0,0", t);
+    for (const double gap : {1e-3 + rear, 1e-3 - rear, 1e-3 + front, 1e-3 - front})
+      rows += fmt::format(",{},{},{}", 0.6 * s, 0.8 * s, gap);
+    for (int j = 0; j < 11; ++j)
+      rows += fmt::format(",{},{},{}", 1e-4 * std::cos(t), 1e-4 * std::sin(t), 1e-4);
+    rows += "\n";
+  }
+  write_run(place, scene, 1);
+  write_file(place / "trajectory.csv", rows);
+  REQUIRE(test::freeplay("figures " + place.string()).status == 0);
+
+  const auto known = plots::loose_joints(place, plots::scene_of_run(place).get());
+  REQUIRE(known.size() == 12);
+  CHECK(known[0].kind == plots::LooseJoint::Kind::guide);
+  CHECK(known[0].frame_name == "the ground");
+  const auto paths = plots::play_paths(place, known, {{0, 0.505, "half"}});
+  CHECK(paths[0][0].clearance == Approx(1e-3));
+  CHECK(paths[1][0].clearance == Approx(2e-4));
+  CHECK(paths[0][0].high == Approx(100));  // mm: 0.2 m/s for 0.5 s
+
+  std::size_t panels = 0, pages = 0;
+  for (int page = 1; page < 10; ++page) {
+    const auto name = page == 1 ? std::string("journal_orbit") : fmt::format("journal_orbit_{}", page);
+    const auto file = place / "figures" / (name + ".gp");
+    if (!std::filesystem::exists(file)) break;
+    ++pages;
+    panels += count(text_of(file), "\nplot ");
+    const auto png = text_of(place / "figures" / (name + ".png"));
+    const auto height = 256 * static_cast<unsigned char>(png[22]) + static_cast<unsigned char>(png[23]);
+    CHECK(height <= 2300);  // 23 cm at 100 dots each
+    CHECK(height > 400);
+  }
+  CHECK(panels == 24);  // first and last tenth of each
+  CHECK(pages == 4);    // three rows of (9 − 1.95)/2 + 2 cm on each
+  // The guide's rear end goes from the middle to a twentieth of the way to the upper wall, its front end stays a quarter below.
+  const auto data = data_of(place / "figures/journal_orbit.dat");
+  REQUIRE(data.size() > 4);
+  REQUIRE(data[0].size() == 11);
+  CHECK(data[0].back()[0] == Approx(20));
+  CHECK(data[0].back()[1] == Approx(0.05));
+  CHECK(data[1].back()[1] == Approx(-0.25));
+  CHECK(data[4][0][0] == Approx(0.5));  // the first journal, half way to its bearing
+  CHECK(data[4][0][1] == 0);
+}
+
+TEST_CASE("a run draws its figures, and drawing changes nothing", "[figures][plot]") {
+  test::TemporaryFolder folder;
+  const auto out = (folder.path() / "out").string();
+  const auto line = "run " + test::flores().string() +
+                    " --formulation nonsmooth --set run.revolutions=0.05 --set run.discard=0 -o " + out;
+  const std::filesystem::path figures = out + "/figures";
+  REQUIRE(test::freeplay(line + " --no-figures").status == 0);
+  CHECK_FALSE(std::filesystem::exists(figures));
+  const auto bytes = [&](const char* file) { return text_of(std::filesystem::path(out) / file); };
+  const std::string before[] = {bytes("trajectory.csv"), bytes("events.csv"), bytes("signals.csv")};
+
+  const auto drawn = test::freeplay(line + " --plot gudgeon.gap,slider.vx");
+  INFO(drawn.err);
+  REQUIRE(drawn.status == 0);
+  for (const char* name :
+       {"motion", "phase_portrait", "signals", "journal_orbit", "plot_gudgeon.gap-slider.vx"}) {
+    CAPTURE(name);
+    CHECK_THAT(drawn.out, Contains(name));
+    for (const char* suffix : {".pdf", ".png", ".gp", ".dat"})
+      CHECK(std::filesystem::exists(figures / (std::string(name) + suffix)));
+  }
+  CHECK(bytes("trajectory.csv") == before[0]);
+  CHECK(bytes("events.csv") == before[1]);
+  CHECK(bytes("signals.csv") == before[2]);
+
+  // Refused before anything is made: the older run and its figures stay.
+  const auto wrong = test::freeplay(line + " --plot gudgeon.gaps");
+  CHECK(wrong.status == 2);
+  CHECK_THAT(wrong.err, Contains("there is no column gudgeon.gaps; did you mean gudgeon.gap?"));
+  CHECK(test::freeplay(line + " --plot gudgeon.fx").status == 2);
+  write_file(figures / "style.toml", "fnt = 1\n");
+  CHECK(test::freeplay(line).status == 2);
+  CHECK(std::filesystem::exists(figures / "motion.png"));
+  // Without figures those of the run before go; the user's stay.
+  REQUIRE(test::freeplay(line + " --no-figures").status == 0);
+  CHECK_FALSE(std::filesystem::exists(figures / "motion.png"));
+  CHECK_FALSE(std::filesystem::exists(figures / "journal_orbit.gp"));
+  CHECK(std::filesystem::exists(figures / "plot_gudgeon.gap-slider.vx.pdf"));
+  CHECK(bytes("figures/style.toml") == "fnt = 1\n");
+}

@@ -1,0 +1,349 @@
+// Poincaré sections: where their points are, that they lie within steps, and that a run does not care.
+#include <catch2/catch.hpp>
+
+#include <fmt/format.h>
+#include <boost/math/special_functions/ellint_1.hpp>
+
+#include <cmath>
+#include <numbers>
+
+#include "facade/simulation.hpp"
+#include "model/scene.hpp"
+#include "study/section_run.hpp"
+#include "verification/references/bouncing_on_table.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+struct Way {
+  const char *formulation, *set;
+  double accuracy;  ///< of a smooth motion over seconds, relative
+};
+/// Penalty and event-driven runs keep their tolerances of 1e-9 and better over the runs here; Moreau–Jean is of second
+/// order, (ωh)²/24 of a period and as much again in the state.
+const Way ways[] = {{"penalty", "penalty.tolerance=1e-10", 1e-6},
+                    {"nonsmooth", "nonsmooth.scheme=\"automatic\"", 1e-6},
+                    {"nonsmooth", "nonsmooth.scheme=\"event-driven\"", 1e-6},
+                    {"nonsmooth", "nonsmooth.scheme=\"moreau-jean\"", 1e-5}};
+
+const char* oscillator = R"(
+[bodies.mass]
+mass = 2.0
+inertia = 1.0
+position = [0.3, 0.0]
+[joints.guide]
+type = "translational"
+between = ["ground", "mass"]
+axis = [1, 0]
+[loads.spring]
+type = "spring-damper"
+between = ["ground", "mass"]
+at = [[-1, 0], [0, 0]]
+stiffness = 50.0
+free_length = 1.0
+damping = 4.0
+[loads.push]
+type = "force"
+body = "mass"
+force = [3.0, 0.0]
+factor = "wave"
+[curves.wave]
+shape = "harmonic"
+amplitude = 1.0
+period = 2.0
+[run]
+duration = 40
+discard = 30
+start = "given"
+)";
+
+const char* swing = R"(
+gravity = [0, -9.81]
+[bodies.bar]
+mass = 1.0
+inertia = 0.03
+position = [0.3, 0.0]
+[joints.pivot]
+type = "revolute"
+between = ["ground", "bar"]
+at = [[0, 0], [-0.3, 0]]
+[run]
+duration = 10
+start = "given"
+)";
+
+SectionRun section_of(const Scene& scene, const char* formulation, const std::string& section,
+                      std::vector<std::string> columns) {
+  return SectionSimulation(
+             scene, {.formulation = formulation, .section = section, .columns = std::move(columns)}, {})
+      .run();
+}
+
+}  // namespace
+
+TEST_CASE("a driven oscillator comes to one point of its section", "[section]") {
+  // m x'' + c x' + k x = F sin ωt: x = X sin(ωt − φ), X = F/√((k − mω²)² + (cω)²), tan φ = cω/(k − mω²). The rest of the
+  // start dies as e^{−t}: 1e-13 of it is left after the 30 s that are discarded.
+  const double omega = pi, m = 2, c = 4, k = 50, f = 3;
+  const double x = f / std::hypot(k - m * omega * omega, c * omega);
+  const double phi = std::atan2(c * omega, k - m * omega * omega);
+  for (const auto& way : ways) {
+    CAPTURE(way.formulation, way.set);
+    std::vector<std::string> set{way.set};
+    if (std::string(way.set).find("moreau") != std::string::npos) set.emplace_back("nonsmooth.step=1e-3");
+    const auto scene = parse_scene(oscillator, "oscillator", set);
+    const auto run = section_of(scene, way.formulation, "every period", {"mass.x", "mass.vx", "phase"});
+    REQUIRE(run.size() == 6);  // 30, 32, … 40 s
+    for (std::size_t i = 0; i < run.size(); ++i) {
+      CHECK(run.t[i] == 30 + 2.0 * static_cast<double>(i));
+      CHECK(run.at(i, 0) == Approx(-x * std::sin(phi)).margin(way.accuracy * x));
+      CHECK(run.at(i, 1) == Approx(x * omega * std::cos(phi)).margin(way.accuracy * x * omega));
+      CHECK(run.at(i, 2) == 0);
+    }
+  }
+}
+
+TEST_CASE("a prescribed crank crosses an angle once in every turn, where it must", "[section]") {
+  // 200 rpm from 0: 30° at (30/360 + k) · 0.3 s, to the rounding of a root of a line.
+  for (const auto& way : ways) {
+    CAPTURE(way.formulation, way.set);
+    auto scene = read_scene(test::flores(), {way.set, "run.revolutions=3", "run.discard=0"});
+    const auto run =
+        section_of(scene, way.formulation, "main.angle crosses 30 deg upwards", {"main.angle", "main.rate"});
+    REQUIRE(run.size() == 3);
+    for (std::size_t i = 0; i < run.size(); ++i) {
+      // Baumgarte lets a driven angle be off by what its tolerance allows.
+      CHECK(run.t[i] == Approx((1.0 / 12 + static_cast<double>(i)) * 0.3).margin(1e-8));
+      CHECK(run.at(i, 0) == Approx(pi / 6).margin(1e-12));
+      CHECK(run.at(i, 1) == Approx(2 * pi / 0.3).epsilon(1e-7));
+    }
+    CHECK(section_of(scene, way.formulation, "main.angle crosses 30 deg downwards", {"phase"}).size() == 0);
+    CHECK(section_of(scene, way.formulation, "main.angle crosses 30 deg", {"phase"}).size() == 3);
+  }
+}
+
+TEST_CASE("a pendulum's section lies on its energy curve", "[section]") {
+  // Let go level: at the angle φ below it, ½ J θ'² = m g l sin φ; hanging, θ' = ±√(2 m g l/J). From one crossing upwards to the
+  // next is the period 4 K(sin(90°/2)) √(J/(m g l)).
+  const double mgl = 9.81 * 0.3, j = 0.03 + 0.09;
+  const double period = 4 * boost::math::ellint_1(std::sin(pi / 4)) * std::sqrt(j / mgl);
+  for (const auto& way : ways) {
+    CAPTURE(way.formulation, way.set);
+    std::vector<std::string> set{way.set};
+    if (std::string(way.set).find("moreau") != std::string::npos) set.emplace_back("nonsmooth.step=1e-4");
+    const auto scene = parse_scene(swing, "swing", set);
+    const auto low =
+        section_of(scene, way.formulation, "pivot.angle crosses -90 deg", {"pivot.angle", "pivot.rate"});
+    REQUIRE(low.size() >= 12);
+    const double after =
+        100 * way.accuracy;  // what an error of the period comes to over the run, and no more
+    for (std::size_t i = 0; i < low.size(); ++i) {
+      CHECK(low.at(i, 0) == Approx(-pi / 2).margin(1e-12));
+      CHECK(low.at(i, 1) == Approx((i % 2 ? 1 : -1) * std::sqrt(2 * mgl / j)).epsilon(way.accuracy));
+      CHECK(low.t[i] == Approx((0.25 + 0.5 * static_cast<double>(i)) * period).margin(after * period));
+    }
+    const auto up = section_of(scene, way.formulation, "pivot.angle crosses -30 deg upwards", {"pivot.rate"});
+    REQUIRE(up.size() >= 6);
+    for (std::size_t i = 0; i < up.size(); ++i)
+      CHECK(up.at(i, 0) == Approx(std::sqrt(2 * mgl * 0.5 / j)).epsilon(2 * way.accuracy));
+  }
+}
+
+TEST_CASE("what turns round within a step crosses twice or not at all", "[section]") {
+  // An undamped oscillator reaches X = 0.3 m at whole periods: it is above X(1 − 1e-6) for 2√(2e-6)/ω = 5.7e-4 s around them, far
+  // within a step of the integrator. Its error over 10 s, of some thousand steps of 1e-10 each, moves that by a twentieth.
+  const std::vector<std::string> set = {"loads.spring.damping=0",  "loads.push.force=[0,0]",
+                                        "run.discard=0",           "run.duration=10",
+                                        "penalty.tolerance=1e-10", "nonsmooth.tolerance=1e-10"};
+  std::string text = oscillator;
+  for (const char* gone :
+       {"factor = \"wave\"\n", "[curves.wave]\nshape = \"harmonic\"\namplitude = 1.0\nperiod = 2.0\n"})
+    text.erase(text.find(gone), std::string(gone).size());
+  const double omega = 5, inside = std::sqrt(2e-6) / omega;
+  for (const char* formulation : {"penalty", "nonsmooth"}) {
+    CAPTURE(formulation);
+    const auto scene = parse_scene(text, "oscillator", set);
+    const auto run = section_of(scene, formulation, "mass.x crosses 0.2999997 m", {"mass.vx"});
+    CHECK(run.work.steps < 5000);
+    REQUIRE(run.size() == 15);  // once after the start, twice in each of seven periods of 1.2566 s
+    CHECK(run.t[0] == Approx(inside).epsilon(0.05));
+    for (std::size_t i = 1; i < run.size(); ++i) {
+      const double whole = static_cast<double>((i + 1) / 2) * 2 * pi / omega;
+      CHECK(run.t[i] - whole == Approx(i % 2 ? -inside : inside).epsilon(0.2));
+    }
+    CHECK(section_of(scene, formulation, "mass.x crosses 0.3000003 m", {"mass.vx"}).size() == 0);
+  }
+}
+
+TEST_CASE("a ball on a shaking table is struck at the phase of its closed form", "[section]") {
+  const double gravity = 9.81, omega = std::sqrt(9810.0);
+  for (const double e : {0.5, 0.8}) {
+    const reference::ShakenBall ball{e, gravity, omega};
+    const double strength = 0.5 * (ball.birth() + ball.doubling()), phase = ball.phase(strength);
+    // The table is at the phase of an impact half a period before the start, at which the ball is at its top, moved by a
+    // hundredth: the orbit is stable and the rest of that dies.
+    const double top =
+        0.01 + strength * 1e-3 * std::sin(phase) + gravity * ball.period() * ball.period() / 8 * 1.01;
+    for (const char* scheme : {"event-driven", "automatic", "moreau-jean"}) {
+      CAPTURE(e, scheme);
+      const auto scene = read_scene(test::source_folder() / "cases/ball-on-table/scene.toml",
+                                    {"curves.shake.amplitude=" + std::to_string(strength * 1e-3),
+                                     "curves.shake.phase=" + std::to_string(phase + pi),
+                                     "surfaces.hard.restitution=" + std::to_string(e), "run.duration=13",
+                                     "run.discard=12", "bodies.ball.position=[0," + std::to_string(top) + "]",
+                                     std::string("nonsmooth.scheme=\"") + scheme + "\"",
+                                     scheme[0] == 'm' ? "nonsmooth.step=1e-5" : "run.duration=13"});
+      const auto run =
+          section_of(scene, "nonsmooth", "each touch of top", {"phase", "approach", "ball.vy", "table.vy"});
+      // One in every period, within a second.
+      REQUIRE(run.size() >= 15);
+      REQUIRE(run.size() <= 16);
+      // std::to_string keeps six decimals: of the amplitude 1e-6/4e-4, an error of 2e-3; the orbit is that of what was set.
+      const double set = std::stod(std::to_string(strength * 1e-3)) * 1e3, at = ball.phase(set);
+      const double started = std::stod(std::to_string(phase + pi));
+      const double accuracy =
+          scheme[0] == 'm' ? 2e-3 : 1e-6;  // a step of time stepping is 1e-5 · ω = 1e-3 of phase
+      for (std::size_t i = 0; i < run.size(); ++i) {
+        const double share = std::remainder(2 * pi * run.at(i, 0) + started - at, 2 * pi);
+        CHECK(share == Approx(0).margin(accuracy));
+        CHECK(run.at(i, 1) == Approx(ball.approach()).epsilon(accuracy));
+        // Before the impact: the table rises at V, the ball falls at g T/2.
+        CHECK(run.at(i, 2) == Approx(-gravity * ball.period() / 2).epsilon(accuracy));
+        CHECK(run.at(i, 3) == Approx(gravity * ball.period() / 2 * (1 - e) / (1 + e)).epsilon(5 * accuracy));
+      }
+    }
+  }
+}
+
+TEST_CASE("a touch's state is that at first touch, also where contact takes time", "[section]") {
+  // The gap is zero there: what is told later, when the impact is over, is looked up.
+  auto scene = read_scene(test::flores(), {"run.revolutions=1", "run.discard=0"});
+  const auto run = section_of(scene, "penalty", "each touch of gudgeon", {"gudgeon.gap", "approach"});
+  const auto whole = Simulation(scene, "penalty").run();
+  const auto touches = test::touches(whole);
+  REQUIRE(run.size() == touches.size());
+  REQUIRE(run.size() > 5);
+  for (std::size_t i = 0; i < run.size(); ++i) {
+    CHECK(run.t[i] == touches[i].t);
+    CHECK(run.at(i, 0) == Approx(0).margin(1e-12));
+    CHECK(run.at(i, 1) == -touches[i].v_n_minus);
+  }
+}
+
+TEST_CASE("a run that a section watches is the same to the last digit", "[section]") {
+  for (const auto& way : ways)
+    for (const char* section : {"every period", "every 7.3 ms", "main.angle crosses 1 rad", "each touch"}) {
+      CAPTURE(way.formulation, way.set, section);
+      const auto scene = read_scene(test::flores(), {way.set, "run.revolutions=1", "run.discard=0"});
+      const auto alone = Simulation(scene, way.formulation).run({.keep_events = false});
+      const auto run = section_of(scene, way.formulation, section, {});
+      CHECK(run.size() > 0);
+      CHECK(run.end.q == alone.final_state.q);
+      CHECK(run.end.v == alone.final_state.v);
+      CHECK(run.work.rhs == alone.work.rhs);
+    }
+}
+
+TEST_CASE("what is no section is refused with what would be one", "[section]") {
+  const auto scene = read_scene(test::flores());
+  const auto pendulum = parse_scene(swing, "swing");
+  const auto why = [](const Scene& s, const std::string& section,
+                      const std::string& column = "phase") -> std::string {
+    try {
+      section_of(s, "nonsmooth", section, {column});
+    } catch (const ModelError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  using Catch::Contains;
+  CHECK_THAT(why(scene, "now and then"), Contains("is no section"));
+  CHECK_THAT(why(scene, "every 3 kg"), Contains("a time is wanted"));
+  CHECK_THAT(why(scene, "every 0 s"), Contains("greater than 0"));
+  CHECK_THAT(why(scene, "main.angl crosses 1"), Contains("did you mean main.angle"));
+  CHECK_THAT(why(scene, "slider.vx crosses 0"), Contains("no coordinate that crosses"));
+  CHECK_THAT(why(scene, "main.angle crosses upwards"), Contains("crosses which value"));
+  CHECK_THAT(why(scene, "each touch of main"), Contains("gudgeon"));
+  CHECK_THAT(why(scene, "every period", "slider.z"), Contains("no column"));
+  CHECK_THAT(why(scene, "every period", "approach"), Contains("only touches"));
+  CHECK_THAT(why(pendulum, "every period"), Contains("say which"));
+  CHECK_THAT(why(pendulum, "each touch"), Contains("no contacts"));
+}
+
+namespace {
+
+/// The paper's rig for `turns` turns at a speed: where the journal stands over the clearance at top dead centre, and the slider's
+/// speed over rω.
+std::vector<double> rig_section(double rpm, const char* scheme, double step, int turns,
+                                const char* formulation = "nonsmooth") {
+  const auto scene =
+      read_scene(test::flores(),
+                 {fmt::format("drives.motor.speed_rpm={}", rpm), fmt::format("run.revolutions={}", turns),
+                  "run.discard=0", fmt::format("nonsmooth.scheme=\"{}\"", scheme),
+                  step > 0 ? fmt::format("nonsmooth.step={}", step) : "run.discard=0"});
+  const auto run =
+      section_of(scene, formulation, "every period", {"gudgeon.ex_c", "gudgeon.ey_c", "slider.vx"});
+  std::vector<double> points;
+  for (std::size_t i = 0; i < run.size(); ++i) {
+    points.push_back(run.at(i, 0));
+    points.push_back(run.at(i, 1));
+    points.push_back(run.at(i, 2) / (0.05 * rpm * 2 * pi / 60));
+  }
+  return points;
+}
+
+double greatest_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  REQUIRE(a.size() == b.size());
+  double worst = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) worst = std::max(worst, std::abs(a[i] - b[i]));
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("the rig with an impact law only rescales with speed", "[section]") {
+  // Nothing of it has a time of its own: no gravity, no spring, no film; M a + Gᵀλ = 0 is homogeneous of degree 2 in the rates,
+  // Newton's restitution and Coulomb's friction relate velocities to velocities and impulses to impulses. So with q(t) at ω,
+  // q(st) is the motion at sω, from a start whose rates are s times as great ("ideal": they are those of the crank's turning), and
+  // points at the same crank angle are the same in units of c and rω: for ever, though the motion is chaotic.
+  // In floating point s = 2 changes exponents alone: every bit of the points is the same, if no scheme has a time or a speed of
+  // its own either. With s = 3 roundings differ, and impacts amplify them: over the first turn's impacts by some 1e5.
+  const struct {
+    const char* scheme;
+    double step;  ///< s, at 100 rpm
+  } ways_here[] = {{"event-driven", 0}, {"automatic", 0}, {"moreau-jean", 2e-5}};
+  for (const auto& [scheme, step] : ways_here) {
+    CAPTURE(scheme);
+    const auto slow = rig_section(100, scheme, step, 8);
+    REQUIRE(slow.size() == 24);
+    const double doubled = greatest_difference(slow, rig_section(200, scheme, step / 2, 8));
+    CAPTURE(doubled);
+    CHECK(doubled == 0);
+    const double tripled =
+        greatest_difference({slow.begin(), slow.begin() + 3}, rig_section(300, scheme, step / 3, 1));
+    CHECK(tripled < 1e-9);
+  }
+  // A contact force has a time of its own, that of an impact: there twice the speed is another motion.
+  CHECK(greatest_difference(rig_section(100, "automatic", 0, 8, "penalty"),
+                            rig_section(200, "automatic", 0, 8, "penalty")) > 1e-3);
+}
+
+TEST_CASE("poincare writes its points, its provenance and a figure, or nothing", "[section][figures]") {
+  const test::TemporaryFolder folder;
+  const auto out = folder.path() / "out";
+  const auto scene = (test::source_folder() / "cases/ball-on-table/scene.toml").string();
+  const auto bad = test::freeplay("poincare " + scene + " --section 'each tuch' -o " + out.string());
+  CHECK(bad.status == 2);
+  CHECK_THAT(bad.err, Catch::Contains("--section: ") && Catch::Contains("is no section"));
+  CHECK_FALSE(std::filesystem::exists(out));
+  const auto good = test::freeplay("poincare " + scene +
+                                   " --section 'each touch' --periods 5 --discard 10 -o " + out.string());
+  CHECK(good.status == 0);
+  CHECK_THAT(good.out, Catch::Contains("5 points of \"each touch\""));
+  for (const char* file : {"section.csv", "section.json", "figures/poincare.pdf", "figures/poincare.png"})
+    CHECK(std::filesystem::exists(out / file));
+}

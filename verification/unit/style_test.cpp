@@ -1,0 +1,186 @@
+// style.toml: what is read of it, what is refused, that nothing in it is executed, and that it survives.
+#include <fmt/format.h>
+#include <catch2/catch.hpp>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "io/output_file.hpp"
+#include "model/error.hpp"
+#include "plots/figure.hpp"
+#include "plots/style.hpp"
+#include "verification/support.hpp"
+#include "verification/unit/hostile.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void write_style(const std::filesystem::path& folder, const std::string& text) {
+  make_folder(folder / "figures");
+  write_file(folder / "figures/style.toml", text);
+}
+
+/// A folder with one small figure to draw.
+void write_drift(const std::filesystem::path& folder) {
+  make_folder(folder);
+  write_file(
+      folder / "drift.json",
+      nlohmann::json{{"provenance", {{"version", "0"}, {"commit", "none"}, {"scene_file", "s"}}}}.dump());
+  write_file(folder / "drift.csv", "stabilisation,t,length,closure\nnone,0,1e-9,1e-3\nnone,1,2e-9,2e-3\n");
+}
+
+/// Width and height of a PNG, from its header.
+std::pair<int, int> pixels(const std::filesystem::path& png) {
+  const auto bytes = text_of(png);
+  REQUIRE(bytes.size() > 24);
+  const auto number = [&](std::size_t at) {
+    int n = 0;
+    for (std::size_t i = 0; i < 4; ++i) n = 256 * n + static_cast<unsigned char>(bytes[at + i]);
+    return n;
+  };
+  return {number(16), number(20)};
+}
+
+}  // namespace
+
+TEST_CASE("a style is read by type; what is wrong in it is told by its line", "[figures][style]") {
+  test::TemporaryFolder folder;
+  const auto& place = folder.path();
+  CHECK(plots::style_of(place).font_size == 7);
+  CHECK_FALSE(plots::style_of(place).width);
+  write_style(place, R"(font = "DejaVu Serif"
+font_size = 9
+line_width = 1.5
+colours = ["#102030", "orange"]
+monochrome = true
+width = "9 cm"
+height = 60
+format = ["svg", "cairolatex", "svg"]
+)");
+  const auto style = plots::style_of(place);
+  CHECK(style.font == "DejaVu Serif");
+  CHECK(style.font_size == 9);
+  CHECK(style.line_width == 1.5);
+  CHECK(style.colours == std::vector<unsigned>{0x102030, 0xffa500});
+  CHECK(style.monochrome);
+  CHECK(*style.width == Approx(90));
+  CHECK(*style.height == 60);
+  CHECK(style.formats == std::vector{plots::Format::svg, plots::Format::cairolatex});
+  for (const auto& size : plots::page_sizes()) {
+    write_style(place, fmt::format("size = \"{}\"\n", size.name));
+    CHECK(*plots::style_of(place).width == size.width);
+  }
+  const std::pair<const char*, const char*> wrong[] = {
+      {"fnt = 3", "style.toml:1:7: fnt: is not a key of a style; did you mean font?"},
+      {"\nfont_size = \"large\"", "style.toml:2:13: font_size: must be a number"},
+      {"font_size = 100", "font_size: must be between 4 and 40"},
+      {"font_size = inf", "font_size: must be finite"},
+      {"line_width = 0", "line_width: must be between 0.2 and 10"},
+      {"font = \"No Such Family\"", "font: \"No Such Family\" is not installed here"},
+      {"font = \"Sans,20' tc\"", "font: must be the name of a font's family"},
+      {"colours = [\"#12345\"]", "\"#12345\" is no colour"},
+      {"colours = [\"#12345g\"]", "is no colour"},
+      {"colours = [\"ornge\"]", "did you mean orange?"},
+      {"colours = \"rainbow\"", "one of \"okabe-ito\""},
+      {"colours = []", "must be 1 to 16 colours"},
+      {"monochrome = \"yes\"", "monochrome: must be true or false"},
+      {"size = \"three-column\"", "size: \"three-column\" is not known here"},
+      {"size = \"slide\"\nwidth = 90", "style.toml:2:9: width: is given by size already"},
+      {"width = \"3 kg\"", "width: \"3 kg\" is a mass"},
+      {"width = 1e9", "width: must be between 30 and 1000"},
+      {"format = \"jpg\"", "format: \"jpg\" is no format of figures"},
+      {"format = []", "format: must name at least one"},
+      {"font_size = ", "style.toml:1:"},
+  };
+  for (const auto& [text, what] : wrong) {
+    CAPTURE(text);
+    write_style(place, std::string(text) + "\n");
+    CHECK_THROWS_AS(plots::style_of(place), SceneError);
+    CHECK_THROWS_WITH(plots::style_of(place), Contains(what));
+  }
+}
+
+TEST_CASE("a style gives sizes on paper, in every format, and survives", "[figures][style]") {
+  test::TemporaryFolder folder;
+  const auto& place = folder.path();
+  write_drift(place);
+  const std::string style =
+      "# mine\nwidth = 90\nheight = 60\nfont_size = 9\nformat = [\"pdf\", \"svg\", \"eps\", \"cairolatex\"]\n";
+  write_style(place, style);
+  for (int i = 0; i < 2; ++i) {
+    REQUIRE(test::freeplay("figures " + place.string()).status == 0);
+    CHECK(text_of(place / "figures/style.toml") == style);
+  }
+  const auto figure = [&](const char* suffix) { return place / "figures" / (std::string("drift") + suffix); };
+  // 90 mm by 60 mm: 100 dots a cm, 96 units an inch, 72 points an inch.
+  CHECK(pixels(figure(".png")) == std::pair{900, 600});
+  CHECK_THAT(text_of(figure(".svg")), Contains("viewBox=\"0 0 340 227\""));
+  CHECK_THAT(text_of(figure(".eps")), Contains("%%BoundingBox: 0 0 255 170"));
+  CHECK_THAT(text_of(figure(".svg")), Contains("font-size=\"12.00\""));  // 9 pt are 9 · 96/72 units
+  CHECK_THAT(text_of(figure("_latex.tex")), Contains("\\includegraphics") && Contains("drift_latex"));
+  CHECK(text_of(figure(".pdf")).starts_with("%PDF"));
+  // Each terminal is set once, by the one script that draws them all.
+  const auto script = text_of(figure(".gp"));
+  for (const char* terminal : {"pdfcairo", "pngcairo", "epscairo", "set terminal svg"}) {
+    CAPTURE(terminal);
+    const auto first = script.find(terminal);
+    CHECK(first != script.npos);
+    CHECK(script.find(terminal, first + 1) == script.npos);
+  }
+  // Without it the figure has its own size again.
+  remove_file(place / "figures/style.toml");
+  REQUIRE(test::freeplay("figures " + place.string()).status == 0);
+  CHECK(pixels(figure(".png")) == std::pair{1600, 1300});
+  CHECK_THAT(text_of(figure(".gp")), Contains("SIZE = 7 "));
+}
+
+TEST_CASE("hostile styles are refused or drawn, and executed never", "[security][hostile][style]") {
+  test::TemporaryFolder folder;
+  const test::Bait bait(folder.path());
+  const auto& place = bait.folder;
+  write_drift(place / "d");
+  const auto texts = test::hostile_texts(bait);
+  int refused = 0;
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    const auto quoted = test::in_toml(texts[i]);
+    const std::string parts[] = {
+        "font = " + quoted,      "colours = [" + quoted + "]",         "size = " + quoted,
+        "format = " + quoted,    "format = [\"pdf\", " + quoted + "]", quoted + " = 1",
+        "font_size = " + quoted, "font = \"" + texts[i] + "\"",        texts[i]};
+    for (std::size_t k = i % 3; k < std::size(parts); k += 3) {
+      write_style(place / "d", parts[k] + "\n");
+      const auto told = test::run_program(bait, {"figures", "d"});
+      CAPTURE(parts[k].substr(0, 200), told.err.substr(0, 500));
+      CHECK(told.decent());
+      CHECK(bait.untouched());
+      // A comment, an empty line and what is none of TOML's business are no key of a style.
+      CHECK((told.status == 2 || (told.status == 0 && k == 8)));
+      refused += told.status == 2;
+    }
+  }
+  CHECK(refused > 100);
+  // A style that a link leads to is read where it is, and stays.
+  write_file(bait.victim, "mine\n");
+  remove_file(place / "d/figures/style.toml");
+  std::filesystem::create_symlink(bait.victim, place / "d/figures/style.toml");
+  CHECK(test::run_program(bait, {"figures", "d"}).status == 2);
+  CHECK(bait.untouched());
+}
+
+TEST_CASE("no text means anything to TeX", "[security][figures]") {
+  CHECK(plots::in_tex("a_b 5 % $x$ #1 & {c} ~ ^^5c \\input{f} \"q\" <|>") ==
+        "a\\_b 5 \\% \\$x\\$ \\#1 \\& \\{c\\} \\textasciitilde{} \\textasciicircum{}\\textasciicircum{}5c "
+        "\\textbackslash{}input\\{f\\} \\char34{}q\\char34{} \\textless{}\\textbar{}\\textgreater{}");
+  plots::Script script;
+  script.add("set label {} noenhanced\nset ylabel '{}'\n", std::string("\\input{x}_1"),
+             plots::Word("F_x", "$F_x$"));
+  CHECK_THAT(script.tex(), Contains("'$F_x$'") && !Contains("\\input") && !Contains("{x}"));
+  CHECK_THAT(script.text(), Contains("'F_x'"));
+}
