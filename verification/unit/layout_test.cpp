@@ -91,6 +91,11 @@ TEST_CASE("the table of a comparison fills 80 columns at most, each number under
       for (const char ch : line)
         if ((ch & 0xC0) != 0x80) plain += ch;
       CAPTURE(line);
+      if (plain.size() > ends[0] &&
+          plain.size() < ends[1]) {  // a name without room beside it: its cells follow
+        REQUIRE(lines.at(row + 1).starts_with(std::string(ends[0], ' ')));
+        continue;
+      }
       for (std::size_t k = 1; k < ends.size(); ++k) {
         REQUIRE(plain.size() > ends[k]);
         CHECK(plain[ends[k]] != ' ');

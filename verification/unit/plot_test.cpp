@@ -12,10 +12,10 @@
 #include "io/output_file.hpp"
 #include "model/error.hpp"
 #include "model/planar.hpp"
-#include "sim/columns.hpp"
 #include "plots/column_plot.hpp"
 #include "plots/loose_joints.hpp"
 #include "plots/spectrum.hpp"
+#include "sim/columns.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
