@@ -252,7 +252,8 @@ void TurnMeter::last_turn(TurnMetrics& m) const {
 
 int whole_turns(std::size_t n, double span, double turn) {
   const auto samples = static_cast<double>(n);
-  return static_cast<int>((samples + 1 - 1e-6) * span / (samples - 1) / turn);
+  // A turn without a sample of its own is none that anything could be said of.
+  return static_cast<int>(std::clamp((samples + 1 - 1e-6) * span / (samples - 1) / turn, 0.0, samples));
 }
 
 /// All samples that count, where there are no turns.

@@ -82,4 +82,12 @@ std::size_t ContactLog::settled() const {
   return n;
 }
 
+void ContactLog::require(std::size_t contacts) const {
+  const auto known = [&](const ContactEvent& e) { return static_cast<std::size_t>(e.contact) < contacts; };
+  const bool events = std::ranges::all_of(pending_, known) &&
+                      std::ranges::all_of(open_, [&](const Episode& e) { return !e.open || known(e.first); });
+  if (open_.size() != contacts || !events)
+    throw MemoryError("the snapshot's events are of another mechanism");
+}
+
 }  // namespace freeplay

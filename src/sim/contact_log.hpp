@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "values/event.hpp"
+#include "values/memory.hpp"
 
 namespace freeplay {
 
@@ -42,7 +43,9 @@ class ContactLog {
 
   template <class M>
   void remember(M& m) {
+    const auto contacts = open_.size();
     m(open_count_, open_, pending_);
+    if constexpr (M::reading) require(contacts);
   }
 
  private:
@@ -56,6 +59,8 @@ class ContactLog {
     }
   };
   void push(const ContactEvent& event);
+  /// Throws MemoryError where what was read is of other contacts than these.
+  void require(std::size_t contacts) const;
   std::size_t settled() const;
 
   int open_count_ = 0;

@@ -12,6 +12,8 @@
 #include <string>
 #include <string_view>
 
+#include "io/visible.hpp"
+
 namespace freeplay::fuzz {
 
 /// Ends the target on a message that is not fit to be read. What the input itself says may be quoted. Control characters
@@ -20,7 +22,8 @@ inline void judge(const std::exception& e, std::string_view input) {
   const std::string what = e.what();
   bool foreign = what.empty();
   for (const char* word : {"std::", "json.exception", "basic_string", "vector::", "_M_", "toml::"})
-    foreign = foreign || (what.find(word) != what.npos && input.find(word) == input.npos);
+    foreign = foreign || (what.find(word) != what.npos && input.find(word) == input.npos &&
+                          visible(input).find(word) == input.npos);
   if (!foreign) return;
   std::fprintf(stderr, "a message that is none: %s\n", what.c_str());
   std::abort();
