@@ -8,7 +8,7 @@ namespace freeplay {
 
 ContactIslands::ContactIslands(const SaddlePoint& saddle, int columns, LcpSolver solver, double tolerance)
     : saddle_(&saddle), solver_(solver), tolerance_(tolerance), small_(solver, tolerance) {
-  const auto clusters = static_cast<std::size_t>(saddle.blocks() + columns);
+  const auto clusters = static_cast<std::size_t>(saddle.blocks()) + static_cast<std::size_t>(columns);
   root_.assign(clusters, -1);
   island_of_cluster_.assign(clusters, -1);
   head_.assign(clusters, -1);
