@@ -68,7 +68,7 @@ double observed_order(const std::vector<double>& x, const std::vector<double>& y
 
 TemporaryFolder::TemporaryFolder() {
   // Inside the build folder: tests write nothing outside the checkout.
-  std::string pattern = std::string(FREEPLAY_BINARY_DIR) + "/test-XXXXXX";
+  std::string pattern = FREEPLAY_BINARY_DIR "/test-XXXXXX";
   path_ = std::filesystem::canonical(mkdtemp(pattern.data()));
 }
 TemporaryFolder::~TemporaryFolder() {
@@ -79,8 +79,8 @@ TemporaryFolder::~TemporaryFolder() {
 Outcome freeplay(const std::string& arguments) {
   TemporaryFolder folder;
   const auto out = folder.path() / "out", err = folder.path() / "err";
-  const std::string command = std::string(FREEPLAY_BINARY_DIR) + "/freeplay " + arguments + " >" +
-                              out.string() + " 2>" + err.string() + " </dev/null";
+  const auto command = fmt::format("{}/freeplay {} >{} 2>{} </dev/null", FREEPLAY_BINARY_DIR, arguments,
+                                   out.string(), err.string());
   const int status = std::system(command.c_str());
   const auto read = [](const std::filesystem::path& p) {
     std::ifstream in(p);

@@ -270,7 +270,7 @@ void EventDynamics::solve_active() {
   active_.compute(K);
   const auto pivots = active_.matrixLU().diagonal().cwiseAbs();
   dependent_ = !(pivots.minCoeff() > 1e-11 * pivots.maxCoeff());
-  turn_ = active_.permutationP().determinant();
+  turn_ = static_cast<int>(active_.permutationP().determinant());
   for (int r = 0; r < used_; ++r) turn_ *= active_.matrixLU()(r, r) < 0 ? -1 : 1;
   if (dependent_) {
     Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;

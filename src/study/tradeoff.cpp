@@ -67,6 +67,31 @@ TradeoffScene trade_off(const Scene& scene, const Conduct& conduct, int repeats,
   return t;
 }
 
+std::vector<std::pair<std::string, double>> orders_in_work(const TradeoffScene& t) {
+  struct Points {
+    std::string method;
+    std::vector<std::pair<double, double>> at;  // log work, log error
+  };
+  std::vector<Points> methods;
+  for (const auto& m : t.measured) {
+    const auto& reference = t.reference(m.setting.family);
+    const double error = reference.touches.empty() ? m.errors.state : m.errors.events;
+    if (methods.empty() || methods.back().method != m.setting.method())
+      methods.push_back({m.setting.method(), {}});
+    if (m.ending.status == Ending::Status::finished && error < 0.5 && error > 2 * reference.accuracy)
+      methods.back().at.emplace_back(std::log(static_cast<double>(m.work.rhs)), std::log(error));
+  }
+  std::vector<std::pair<std::string, double>> orders;
+  for (const auto& [method, at] : methods) {
+    if (at.size() < 3) continue;
+    double x = 0, y = 0, xx = 0, xy = 0;
+    for (const auto& [work, error] : at) x += work, y += error, xx += work * work, xy += work * error;
+    const auto n = static_cast<double>(at.size());
+    orders.emplace_back(method, (x * y - n * xy) / (n * xx - x * x));
+  }
+  return orders;
+}
+
 nlohmann::json to_json(const TradeoffScene& t) {
   const auto reference = [](const Reference& r) {
     return nlohmann::json{{"touches", r.touches.size()},

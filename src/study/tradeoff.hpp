@@ -25,6 +25,11 @@ struct TradeoffScene {
 TradeoffScene trade_off(const Scene& scene, const Conduct& conduct, int repeats, const Sampling& sampling,
                         const std::function<void(double)>& on_progress);
 
+/// A method of the scene and its order in work: the slope of −log error over log right-hand sides, least squares over its
+/// settings whose error lies between twice what the reference is known to and 0.5. The error is that of events, or of the
+/// state where there are no touches to judge by. Methods with fewer than three such settings are left out.
+std::vector<std::pair<std::string, double>> orders_in_work(const TradeoffScene& scene);
+
 nlohmann::json to_json(const TradeoffScene& scene);
 
 }  // namespace freeplay

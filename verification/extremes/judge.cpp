@@ -1,16 +1,11 @@
 #include <fmt/format.h>
-#include <poll.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <chrono>
-#include <csignal>
 #include <stdexcept>
 
 #include "io/run_folder.hpp"
 #include "io/run_json.hpp"
 #include "model/error.hpp"
+#include "verification/apart.hpp"
 #include "verification/extremes/extremes.hpp"
 #include "verification/support.hpp"
 
@@ -38,15 +33,7 @@ Judged within(const Result& run, double error, double bound, const std::string& 
 }
 
 Judged judge_apart(const Cell& cell, double seconds) {
-  int ends[2];
-  if (pipe(ends) != 0) throw std::runtime_error("extremes: no pipe");
-  const pid_t child = fork();
-  if (child < 0) throw std::runtime_error("extremes: no process");
-  if (child == 0) {
-    close(ends[0]);
-    prctl(PR_SET_PDEATHSIG, SIGKILL);  // what it inherits, a folder's lock too, ends with the program
-    // A crash here is the parent's to report: no handler inherited from a test runner speaks for it.
-    for (const int s : {SIGABRT, SIGSEGV, SIGFPE, SIGILL, SIGBUS, SIGTERM}) std::signal(s, SIG_DFL);
+  const auto work = [&cell] {
     Judged j;
     try {
       j = cell.judge();
@@ -57,36 +44,13 @@ Judged judge_apart(const Cell& cell, double seconds) {
     } catch (const std::exception& e) {
       j = {Outcome::crashed, e.what()};
     }
-    const std::string text = static_cast<char>('0' + static_cast<int>(j.outcome)) + j.detail;
-    (void)!::write(ends[1], text.data(), text.size());
-    _exit(0);
-  }
-  close(ends[1]);
-  std::string text;
-  const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
-  bool late = false;
-  for (;;) {
-    const auto left =
-        std::chrono::duration_cast<std::chrono::milliseconds>(until - std::chrono::steady_clock::now());
-    pollfd wait{ends[0], POLLIN, 0};
-    const int ready = poll(&wait, 1, static_cast<int>(std::max<long>(left.count(), 0)));
-    if (ready == 0) {
-      late = true;
-      kill(child, SIGKILL);
-      break;
-    }
-    char buffer[4096];
-    const auto n = read(ends[0], buffer, sizeof buffer);
-    if (n <= 0) break;
-    text.append(buffer, static_cast<std::size_t>(n));
-  }
-  close(ends[0]);
-  int status = 0;
-  waitpid(child, &status, 0);
-  if (late) return {Outcome::hung, "no end within its time"};
-  if (!WIFEXITED(status) || text.empty())
-    return {Outcome::crashed, "signal " + std::to_string(WTERMSIG(status))};
-  return {static_cast<Outcome>(text[0] - '0'), text.substr(1)};
+    return static_cast<char>('0' + static_cast<int>(j.outcome)) + j.detail;
+  };
+  const auto apart = run_apart(work, seconds);
+  if (apart.late) return {Outcome::hung, "no end within its time"};
+  if (apart.signal != 0 || apart.said.empty())
+    return {Outcome::crashed, "signal " + std::to_string(apart.signal)};
+  return {static_cast<Outcome>(apart.said[0] - '0'), apart.said.substr(1)};
 }
 
 }  // namespace freeplay::verification

@@ -1,4 +1,5 @@
 // Expressions of a study: what they come to, what has no value, and what is refused with its place.
+#include <fmt/format.h>
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -107,8 +108,8 @@ TEST_CASE("what is no expression is refused at its column", "[expression]") {
   says("\"a\"", "column 1: \"\"\" stands where a number");
   says("x \xc3\xa9", "column 3:");
   says(std::string(1001, '1'), "column 1001: goes on; 1000 characters are the most");
-  says(std::string(100, '(') + "1" + std::string(100, ')'), "deep; that is the most");
-  says(std::string(500, '-') + "1", "deep; that is the most");
+  says(fmt::format("{:(>100}1{:)>100}", "", ""), "deep; that is the most");
+  says(fmt::format("{:->500}1", ""), "deep; that is the most");
   says(
       "not not not not not not not not not not not not not not not not not not not not x > 1 or not not not not not "
       "not not not not not not not not not not not not not not not not not not not not not not not not not not x > 1",

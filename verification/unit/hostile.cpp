@@ -58,7 +58,8 @@ std::vector<std::string> hostile_texts(const Bait& bait) {
       "#;,=[]{}<>|&~^_@!?*",
       "{/=50 big}_{low}^{high} &{space} @x ~a{b}",
       "\x1b[2J\x1b]0;title\x07\x1b[31mred",
-      "back\b\b\bspace \x7f \x9b"s + "1A",
+      "back\b\b\bspace \x7f \x9b"
+      "1A",
       "\xe2\x80\xae"s + "gnp.elbmif\xe2\x80\xac \xe2\x81\xa6",
       "\xef\xbb\xbf"s + "bom",
       "\xff\xfe\xc0\xaf\xed\xa0\x80\xf5",
@@ -98,7 +99,7 @@ Told run_program(const Bait& bait, const std::vector<std::string>& arguments) {
   posix_spawn_file_actions_addopen(&actions, 1, out.c_str(), O_WRONLY | O_CREAT, 0600);
   posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), O_WRONLY | O_CREAT, 0600);
   posix_spawn_file_actions_addchdir_np(&actions, bait.folder.c_str());
-  const std::string program = std::string(FREEPLAY_BINARY_DIR) + "/freeplay";
+  const std::string program = FREEPLAY_BINARY_DIR "/freeplay";
   std::vector<char*> argv{const_cast<char*>(program.c_str())};
   for (const auto& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
   argv.push_back(nullptr);

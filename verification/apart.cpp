@@ -1,0 +1,71 @@
+#include "verification/apart.hpp"
+
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <stdexcept>
+
+namespace freeplay::verification {
+
+namespace {
+
+/// Writes all of it, as far as there is someone to read.
+void tell(int end, const std::string& text) {
+  for (std::size_t i = 0; i < text.size();) {
+    const auto n = ::write(end, text.data() + i, text.size() - i);
+    if (n <= 0) return;
+    i += static_cast<std::size_t>(n);
+  }
+}
+
+}  // namespace
+
+Apart run_apart(const std::function<std::string()>& work, double seconds) {
+  int ends[2];
+  if (pipe(ends) != 0) throw std::runtime_error("no pipe to a process of its own");
+  const pid_t child = fork();
+  if (child < 0) throw std::runtime_error("no process of its own");
+  if (child == 0) {
+    close(ends[0]);
+    prctl(PR_SET_PDEATHSIG, SIGKILL);  // what it inherits, a folder's lock too, ends with the program
+    // A crash here is the parent's to report: no handler inherited from a test runner speaks for it.
+    for (const int s : {SIGABRT, SIGSEGV, SIGFPE, SIGILL, SIGBUS, SIGTERM}) std::signal(s, SIG_DFL);
+    try {
+      tell(ends[1], work());
+    } catch (...) {  // it was to be told; nothing of this copy may go on beyond here
+      _exit(1);
+    }
+    _exit(0);
+  }
+  close(ends[1]);
+  Apart result;
+  const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  for (;;) {
+    const auto left =
+        std::chrono::duration_cast<std::chrono::milliseconds>(until - std::chrono::steady_clock::now());
+    pollfd wait{ends[0], POLLIN, 0};
+    if (poll(&wait, 1, static_cast<int>(std::max<long>(left.count(), 0))) == 0) {
+      result.late = true;
+      kill(child, SIGKILL);
+      break;
+    }
+    char buffer[4096];
+    const auto n = read(ends[0], buffer, sizeof buffer);
+    if (n <= 0) break;
+    result.said.append(buffer, static_cast<std::size_t>(n));
+  }
+  close(ends[0]);
+  int status = 0;
+  rusage used{};
+  wait4(child, &status, 0, &used);
+  if (!result.late && WIFSIGNALED(status)) result.signal = WTERMSIG(status);
+  result.megabytes = static_cast<double>(used.ru_maxrss) / 1024;
+  return result;
+}
+
+}  // namespace freeplay::verification
