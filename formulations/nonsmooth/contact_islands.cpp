@@ -78,6 +78,45 @@ bool ContactIslands::same(const Island& island, std::span<const int> id,
          std::ranges::equal(island.ids, members, {}, {}, [&](int member) { return id[member]; });
 }
 
+void ContactIslands::take(Island& x, const ContactProblem& whole, std::span<const int> slot,
+                          const std::vector<int>& members, const std::vector<SparseRow>& rows,
+                          const Responses& responses) {
+  x.members = members;
+  x.slots.clear();
+  x.unknowns.clear();
+  x.b.clear();
+  for (const int m : members) {
+    auto u = whole.unknowns[m];
+    for (int* row : {&u.normal, &u.tangent})
+      if (*row >= 0) {
+        x.slots.push_back(slot[*row]);
+        x.b.push_back(whole.b[*row]);
+        *row = static_cast<int>(x.slots.size()) - 1;
+      }
+    x.unknowns.push_back(u);
+  }
+  couple(x, rows, responses);
+}
+
+bool ContactIslands::hold(ContactProblem& whole, std::span<const int> slot,
+                          const std::vector<SparseRow>& rows, const Responses& responses) {
+  clear();
+  const int islands = group(whole, slot, rows);
+  if (islands_.empty()) islands_.resize(1);
+  for (int k = 0; k < islands; ++k) {
+    auto& x = islands_.front();
+    take(x, whole, slot, members_[k], rows, responses);
+    if (!hold(x)) return false;
+    for (std::size_t i = 0; i < x.members.size(); ++i) {
+      auto& u = whole.unknowns[x.members[i]];
+      const auto& own = x.unknowns[i];
+      if (own.normal >= 0) u.impulse_n = x.impulse[own.normal];
+      if (own.tangent >= 0) u.impulse_t = x.impulse[own.tangent];
+    }
+  }
+  return true;
+}
+
 ContactSolution ContactIslands::solve(ContactProblem& whole, std::span<const int> slot,
                                       std::span<const int> id, const std::vector<SparseRow>& rows,
                                       const Responses& responses) {
@@ -101,23 +140,9 @@ ContactSolution ContactIslands::solve(ContactProblem& whole, std::span<const int
       std::swap(x, before_[old]);
       x.members = members;
     } else {
-      x.members = members;
+      take(x, whole, slot, members, rows, responses);
       x.ids.clear();
-      x.slots.clear();
-      x.unknowns.clear();
-      x.b.clear();
-      for (const int m : members) {
-        auto u = whole.unknowns[m];
-        for (int* row : {&u.normal, &u.tangent})
-          if (*row >= 0) {
-            x.slots.push_back(slot[*row]);
-            x.b.push_back(whole.b[*row]);
-            *row = static_cast<int>(x.slots.size()) - 1;
-          }
-        x.ids.push_back(id[m]);
-        x.unknowns.push_back(u);
-      }
-      couple(x, rows, responses);
+      for (const int m : members) x.ids.push_back(id[m]);
       if (static_cast<int>(members.size()) <= most_dense)
         solve_small(x, whole);
       else

@@ -22,7 +22,7 @@ namespace freeplay {
 
 class ContactIslands {
  public:
-  static constexpr int most_dense = 16, most_whole = 400;
+  static constexpr int most_dense = 8, most_whole = 400;
 
   ContactIslands(const SaddlePoint& saddle, int columns, LcpSolver solver, double tolerance);
   /// The saddle point that all calls until the next use() belong to; it stays where it is so long.
@@ -34,6 +34,11 @@ class ContactIslands {
   /// is `id[i]`. An island of the same ids as in the last call since clear() keeps its impulses.
   ContactSolution solve(ContactProblem& whole, std::span<const int> slot, std::span<const int> id,
                         const std::vector<SparseRow>& rows, const Responses& responses);
+
+  /// The impulses, of either sign, by which every row's rate vanishes; where rows depend on each other the least. False where
+  /// an island's band is wide.
+  [[nodiscard]] bool hold(ContactProblem& whole, std::span<const int> slot,
+                          const std::vector<SparseRow>& rows, const Responses& responses);
 
   /// Of the last solve's rows. D is 0 between islands.
   double rate(int row) const;
@@ -56,6 +61,9 @@ class ContactIslands {
     ContactSolution found;
     bool doubtful = false;
   };
+  /// Takes the unknowns `members` of the whole, with D and b.
+  void take(Island& x, const ContactProblem& whole, std::span<const int> slot,
+            const std::vector<int>& members, const std::vector<SparseRow>& rows, const Responses& responses);
   int group(const ContactProblem& whole, std::span<const int> slot, const std::vector<SparseRow>& rows);
   bool same(const Island& island, std::span<const int> id, const std::vector<int>& members) const;
   void couple(Island& x, const std::vector<SparseRow>& rows, const Responses& responses);
@@ -63,6 +71,7 @@ class ContactIslands {
   void solve_long(Island& x, ContactProblem& whole);
   bool newton(Island& x, double accepted, int most);
   bool gauss_seidel(Island& x, double accepted, int most);
+  bool hold(Island& x);
   int order_rows(const Island& x);
   template <class Visit>
   void each_cluster(const SparseRow& row, Visit visit) const;

@@ -143,6 +143,28 @@ bool ContactIslands::newton(Island& x, double accepted, int most) {
   return residual(x) <= std::max(accepted, attainable(x));
 }
 
+bool ContactIslands::hold(Island& x) {
+  const int rows = static_cast<int>(x.slots.size()), width = order_rows(x);
+  if (static_cast<double>(rows) * width * width > most_operations) return false;
+  step_.resize(x.slots.size());
+  for (const double proximal : {0.0, 1e-9, 1e-6}) {
+    band_.begin(rows, width);
+    for (int r = 0; r < rows; ++r) {
+      const double d = entry(x, r, r), rho = d > 0 ? 1 / d : 0;
+      for (int e = x.begin[r]; e < x.begin[r + 1]; ++e)
+        band_.at(place_[r], place_[x.column[e]]) = rho * x.value[e];
+      band_.at(place_[r], place_[r]) += d > 0 ? proximal : 1;
+      step_[place_[r]] = -rho * x.b[r];
+    }
+    if (!band_.factor(1e-11)) continue;
+    band_.solve(step_.data());
+    x.impulse.resize(x.slots.size());
+    for (int r = 0; r < rows; ++r) x.impulse[r] = step_[place_[r]];
+    return std::ranges::all_of(x.impulse, [](double impulse) { return std::isfinite(impulse); });
+  }
+  return false;
+}
+
 bool ContactIslands::gauss_seidel(Island& x, double accepted, int most) {
   u_.resize(x.slots.size());
   for (std::size_t r = 0; r < u_.size(); ++r) u_[r] = rate_of(x, static_cast<int>(r));

@@ -63,6 +63,7 @@ class MoreauStepper {
     bool active = false;  // in this step
     bool closed = false;  // Reach::closed knows it
     bool struck = false;  // in this step: open before, and approaching
+    bool held = false;    // in this step: brought back to its gap's zero from either side
     bool soft = false;    // struck next without restitution: its hops are over
     ContactRow row;
     double gap = 0;  // at the end of the last step
@@ -76,7 +77,7 @@ class MoreauStepper {
     int unknown = -1;               // in the step's contact problem
     template <class M>
     void remember(M& m) {
-      m(active, closed, struck, soft, row, gap, u_n_minus, u_t_minus, u_n_plus, u_t_plus, impulse_n,
+      m(active, closed, struck, held, soft, row, gap, u_n_minus, u_t_minus, u_n_plus, u_t_plus, impulse_n,
         impulse_t, last_n, last_t, t_touch, t_left, t_pressed, steps, bias_n, bias_t, unknown);
     }
   };
@@ -202,6 +203,7 @@ class MoreauStepper {
   ContactSolution solve_islands();
   void react_to_all();
   bool bring_back(double t_new);
+  bool hold_lasting();
   void draw_closed(double t_new);
   bool meet_rates();
   /// Everything that a Place holds, named once.

@@ -48,12 +48,16 @@ bool MoreauStepper::bring_back(double t_new) {
     move(dq_.data());
     system_.place(t_new, q_.data(), end_);
   }
-  bool moved = false;
-  for (auto& c : contacts_) {
-    const int k = static_cast<int>(&c - contacts_.data());
-    c.gap = system_.gap(k, q_.data(), end_);
-    moved |= c.gap < 0 && in_reach(c);
+  const auto look = [&] {
+    for (int k = 0; k < system_.contacts(); ++k) contacts_[k].gap = system_.gap(k, q_.data(), end_);
+  };
+  look();
+  if (many_ && hold_lasting()) {
+    system_.place(t_new, q_.data(), end_);
+    look();
   }
+  bool moved = false;
+  for (const auto& c : contacts_) moved |= c.gap < 0 && in_reach(c) && !(many_ && c.held);
   if (moved) {
     position_problem_.clear();
     if (many_) many_->id.clear();

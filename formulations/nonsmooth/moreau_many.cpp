@@ -82,6 +82,34 @@ ContactSolution MoreauStepper::solve_islands() {
   return result;
 }
 
+/// Brings what lasts back to its gap's zero, from either side, as joints are: its status is known, and one linear problem
+/// finds what a search for it would a contact at a time. True where something has moved.
+bool MoreauStepper::hold_lasting() {
+  auto& p = position_problem_;
+  p.clear();
+  for (std::size_t k = 0; k < contacts_.size(); ++k) {
+    auto& c = contacts_[k];
+    c.held = c.active && c.unknown >= 0 && problem_.unknowns[c.unknown].impulse_n > 0 &&
+             c.row.normal.size > 0 && in_reach(c);
+    if (!c.held) continue;
+    const int place = many_->first[k];
+    many_->place[p.rows] = place;
+    rows_[place] = c.row.normal;
+    respond(place);
+    ContactUnknown u;
+    u.normal = p.rows;
+    p.b[p.rows++] = c.gap;
+    p.unknowns.push_back(u);
+  }
+  if (p.rows == 0) return false;
+  if (!many_->positions.hold(p, many_->place, rows_, many_->responses)) {
+    for (auto& c : contacts_) c.held = false;
+    return false;
+  }
+  for (const auto& u : p.unknowns) push(place_of(u.normal), u.impulse_n, q_.data());
+  return true;
+}
+
 /// The joints' impulses with all that contacts and friction give.
 void MoreauStepper::react_to_all() {
   for (const auto& c : problem_.unknowns)

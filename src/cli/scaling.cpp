@@ -40,8 +40,9 @@ std::string table(const Growth& g, const std::vector<Cost>& costs, bool markdown
   line(g.counted, "bodies", fmt::format("µs"), "µs each", "set-up s", "MB", "problems", "pivots");
   if (markdown) line("---", "---", "---", "---", "---", "---", "---", "---");
   for (const auto& c : costs)
-    line(c.count, c.bodies, fmt::format("{:.4g}", c.microseconds), fmt::format("{:.3g}", c.microseconds / c.count),
-         fmt::format("{:.2g}", c.setup_s), fmt::format("{:.0f}", c.megabytes), fmt::format("{:.3g}", c.solves),
+    line(c.count, c.bodies, fmt::format("{:.4g}", c.microseconds),
+         fmt::format("{:.3g}", c.microseconds / c.count), fmt::format("{:.2g}", c.setup_s),
+         fmt::format("{:.0f}", c.megabytes), fmt::format("{:.3g}", c.solves),
          fmt::format("{:.3g}", c.pivots));
   return out;
 }
@@ -50,8 +51,8 @@ std::string conclusion(const Growth& g, const std::vector<Cost>& costs) {
   const double found = verification::exponent(g, costs);
   std::string text = std::isnan(found)
                          ? fmt::format("No exponent: it is taken from {} {} on.\n", g.fit_from, g.counted)
-                         : fmt::format("Exponent from {} {} on: {:.2f}; predicted {:g}, for {}.\n", g.fit_from, g.counted,
-                                       found, g.predicted, g.reason);
+                         : fmt::format("Exponent from {} {} on: {:.2f}; predicted {:g}, for {}.\n",
+                                       g.fit_from, g.counted, found, g.predicted, g.reason);
   for (const auto& c : costs)
     if (!c.ending.empty()) text += fmt::format("The run of {} stopped: {}\n", c.count, c.ending);
   return text;
@@ -69,7 +70,8 @@ int scaling(const ScalingRequest& request) {
   const auto folder = result_folder(request.output, "out/scaling");
   ResultSet set(folder, "scaling");
   Progress progress;
-  std::string csv = "scene,count,bodies,microseconds,predicted,setup_s,megabytes,units,solves,pivots,lasting\n";
+  std::string csv =
+      "scene,count,bodies,microseconds,predicted,setup_s,megabytes,units,solves,pivots,lasting\n";
   std::string text = fmt::format(
       "# Cost against size\n\nWritten by `freeplay scaling --document docs`, at the least of {} runs, each in a process of its "
       "own, one thread. *µs*: processor time of a step, or of a right-hand side; *each*: over the number of what "
@@ -84,17 +86,18 @@ int scaling(const ScalingRequest& request) {
     for (const int count : g.counts) {
       if (count > request.most) break;
       if (request.stop()) return 1;
-      progress.show(fmt::format("{}, {} {}", g.name, count, g.counted), double(costs.size()) / double(g.counts.size()));
+      progress.show(fmt::format("{}, {} {}", g.name, count, g.counted),
+                    double(costs.size()) / double(g.counts.size()));
       costs.push_back(verification::measure(g, count, request.repetitions));
       progress.clear();
     }
     fmt::print("{}{}\n", table(g, costs, false), conclusion(g, costs));
-    text += fmt::format("\n## {}\n\n{}, {}; µs a {}.\n\n{}\n{}", g.name, g.what, name_of(g.family), unit_of(g),
-                        table(g, costs, true), conclusion(g, costs));
+    text += fmt::format("\n## {}\n\n{}, {}; µs a {}.\n\n{}\n{}", g.name, g.what, name_of(g.family),
+                        unit_of(g), table(g, costs, true), conclusion(g, costs));
     for (const auto& c : costs)
-      csv += fmt::format("{},{},{},{:.6g},{},{:.6g},{:.1f},{},{:.6g},{:.6g},{:.6g}\n", g.name, c.count, c.bodies,
-                         c.microseconds, predicted(g, costs, c), c.setup_s, c.megabytes, c.units, c.solves, c.pivots,
-                         c.lasting);
+      csv += fmt::format("{},{},{},{:.6g},{},{:.6g},{:.1f},{},{:.6g},{:.6g},{:.6g}\n", g.name, c.count,
+                         c.bodies, c.microseconds, predicted(g, costs, c), c.setup_s, c.megabytes, c.units,
+                         c.solves, c.pivots, c.lasting);
     const double found = verification::exponent(g, costs);
     list.push_back({{"scene", g.name},
                     {"what", g.what},
@@ -106,7 +109,8 @@ int scaling(const ScalingRequest& request) {
   }
   auto origin = provenance();
   origin["scene_file"] = "scaling";
-  write_file(set.place() / "scaling.json", nlohmann::json{{"provenance", origin}, {"scenes", list}}.dump(1) + "\n");
+  write_file(set.place() / "scaling.json",
+             nlohmann::json{{"provenance", origin}, {"scenes", list}}.dump(1) + "\n");
   write_file(set.place() / "scaling.csv", csv);
   set.commit();
   fmt::print("results in {}\n", folder.string());
@@ -124,11 +128,17 @@ int scaling(const ScalingRequest& request) {
 }  // namespace
 
 void scaling_verb(Program& program) {
-  auto [options, request] = program.verb("scaling", "what a step costs against the size of a mechanism", scaling);
+  auto [options, request] =
+      program.verb("scaling", "what a step costs against the size of a mechanism", scaling);
   options.output(request.output, "result folder");
-  options.add("--document", request.document, "write scaling.md and its figure into this folder").takes("FOLDER");
-  options.add("--most", request.most, "no more than this many joints, links or bodies").between(1, 1000000).shows_default();
-  options.add("--repeat", request.repetitions, "runs of each size, of which the least counts").between(1, 100).shows_default();
+  options.add("--document", request.document, "write scaling.md and its figure into this folder")
+      .takes("FOLDER");
+  options.add("--most", request.most, "no more than this many joints, links or bodies")
+      .between(1, 1000000)
+      .shows_default();
+  options.add("--repeat", request.repetitions, "runs of each size, of which the least counts")
+      .between(1, 100)
+      .shows_default();
 }
 
 }  // namespace freeplay::cli

@@ -65,8 +65,13 @@ Scene loose_chain(int links) {
   m.surfaces.back().friction = 0.05;
   for (int k = 0; k < links; ++k) {
     const double down = (k + 0.5) * length + (k + 1) * play;
-    m.bodies.push_back({fmt::format("link{}", k + 1), mass, mass * length * length / 12, {0, -down}, -M_PI / 2,
-                        {rate * down, 0}, rate});
+    m.bodies.push_back({fmt::format("link{}", k + 1),
+                        mass,
+                        mass * length * length / 12,
+                        {0, -down},
+                        -M_PI / 2,
+                        {rate * down, 0},
+                        rate});
     RevoluteJoint pin{fmt::format("pin{}", k + 1),
                       {k == 0 ? ground : k - 1, k},
                       {k == 0 ? Vec2{0, 0} : Vec2{length / 2, 0}, {-length / 2, 0}},
@@ -85,10 +90,11 @@ std::vector<Growth> growths() {
       {"row", "a row of four-bars that share their uprights, one loose joint each, 0.05 s at steps of 1e-4 s",
        "loose joints", Family::nonsmooth, doubled(1, 4096), row, 64, 1,
        "each four-bar knows its neighbours alone, and contacts on different couplers do not know each other"},
-      {"chain", "a chain of links in loose pins that hangs and swings, 0.05 s at steps of 1e-4 s",
-       "links", Family::nonsmooth, doubled(4, 256), loose_chain, 16, 1,
+      {"chain", "a chain of links in loose pins that hangs and swings, 0.05 s at steps of 1e-4 s", "links",
+       Family::nonsmooth, doubled(4, 256), loose_chain, 16, 1,
        "every contact lasts and knows its neighbours: one problem with a band matrix"},
-      {"row-penalty", "the same row in the penalty formulation", "loose joints", Family::penalty, doubled(1, 256),
+      {"row-penalty", "the same row in the penalty formulation", "loose joints", Family::penalty,
+       doubled(1, 256),
        [](int count) {
          auto scene = row(count);
          scene.run.duration = 0.01;
@@ -104,9 +110,10 @@ Cost measure(const Growth& growth, int count, int repetitions) {
     const auto apart = run_apart([&] { return run_once(growth, count); }, 3600);
     std::istringstream in(apart.said);
     double setup, microseconds;
-    if (apart.signal != 0 || !(in >> cost.bodies >> setup >> microseconds >> cost.units >> cost.solves >> cost.pivots >>
-                               cost.lasting))
-      throw std::runtime_error(fmt::format("{} of {}: no result (signal {})", growth.name, count, apart.signal));
+    if (apart.signal != 0 || !(in >> cost.bodies >> setup >> microseconds >> cost.units >> cost.solves >>
+                               cost.pivots >> cost.lasting))
+      throw std::runtime_error(
+          fmt::format("{} of {}: no result (signal {})", growth.name, count, apart.signal));
     std::getline(in >> std::ws, cost.ending);
     cost.setup_s = i == 0 ? setup : std::min(cost.setup_s, setup);
     cost.microseconds = std::min(cost.microseconds, microseconds);
