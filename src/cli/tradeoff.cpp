@@ -98,7 +98,7 @@ int tradeoff(const TradeoffRequest& request) {
       "share of flight (the worse of the two) over perturbed starts differs from that of a fine\nsetting "
       "over other starts: 3.0 is Welch's bound at 1 % for eight starts each, so one setting in fifty passes "
       "it by chance. *Orders in work*: how an error falls with right-hand sides, by least\nsquares over at least three settings with "
-      "errors between twice what the reference is known to and 0.5; of events, without touches of the state.\nCounts do not depend on "
+      "errors between twice what the reference is known to and 0.5; of events, without touches of the state; where these lie along a line.\nCounts do not depend on "
       "the machine; CPU is the median (least..greatest) of {} "
       "interleaved runs.\n",
       request.scene, request.reach == Reach::anywhere ? " --allow-outside" : "", request.repeats);

@@ -84,10 +84,12 @@ std::vector<std::pair<std::string, double>> orders_in_work(const TradeoffScene& 
   std::vector<std::pair<std::string, double>> orders;
   for (const auto& [method, at] : methods) {
     if (at.size() < 3) continue;
-    double x = 0, y = 0, xx = 0, xy = 0;
-    for (const auto& [work, error] : at) x += work, y += error, xx += work * work, xy += work * error;
+    double x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+    for (const auto& [work, error] : at)
+      x += work, y += error, xx += work * work, xy += work * error, yy += error * error;
     const auto n = static_cast<double>(at.size());
-    orders.emplace_back(method, (x * y - n * xy) / (n * xx - x * x));
+    const double along = x * y - n * xy, work = n * xx - x * x, error = n * yy - y * y;
+    if (along > 0.9 * std::sqrt(work * error)) orders.emplace_back(method, along / work);
   }
   return orders;
 }
