@@ -94,7 +94,7 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
   const Tradeoff t(folder);
   std::vector<std::filesystem::path> made;
   for (const auto& name : t.scenes) {
-    Figure f{.name = file_name("tradeoff", name), .height_cm = 10, .source = "tradeoff.json"};
+    Figure f{.name = file_name("tradeoff", name), .height_cm = 10.4, .source = "tradeoff.json"};
     if (t.document.find("scenes." + name + ".scene_file"))
       f.scene_file = t.document.text("scenes." + name + ".scene_file");
     bool touches = false;
@@ -103,9 +103,9 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
     const auto* model = t.document.find("scenes." + name + ".model_error_of_penalty");
     const double model_error = touches && model && model->is_number() ? model->get<double>() : 0;
     f.script.add(
-        "set multiplot layout 1,2 margins X(1.8),1-X(0.4),Y(2.7),1-Y(0.5) spacing X(1.6),0\nset logscale xy\nset format "
+        "set multiplot layout 1,2 margins X(1.8),1-X(0.4),Y(3.1),1-Y(0.5) spacing X(1.6),0\nset logscale xy\nset format "
         "{}\nset key at "
-        "screen 0.5,Y(0.35) center bottom vertical maxrows 3 font SMALL\nset ylabel {}\n",
+        "screen 0.5,Y(0.35) center bottom vertical maxrows 4 font SMALL\nset ylabel {}\n",
         powers, touches ? "Error of touches (relative)" : "Error of velocities (relative)");
     const auto omitted = left_out(t, name);
     for (const bool time : {false, true})
