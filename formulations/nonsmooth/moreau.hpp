@@ -203,6 +203,7 @@ class MoreauStepper {
   void react_to_all();
   bool bring_back(double t_new);
   void draw_closed(double t_new);
+  void book_leads();
   bool meet_rates();
   /// Everything that a Place holds, named once.
   template <class Self, class P, class Copy>
