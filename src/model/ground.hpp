@@ -14,10 +14,11 @@ struct Ground {
   std::vector<NamedPoint> points = {};  ///< m, world coordinates
 
   static void keys(auto& k, auto& g) {
-    k.points({"points", "m",
-              "points by name, { A = [x, y], ... }, in world coordinates, that `at` may name where the ground's point "
-              "stands"},
-             "", g.points);
+    k.points(
+        {"points", "m",
+         "points by name, { A = [x, y], ... }, in world coordinates, that `at` may name where the ground's point "
+         "stands"},
+        "", g.points);
   }
 };
 

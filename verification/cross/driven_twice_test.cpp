@@ -58,28 +58,33 @@ const std::string slider =
 
 }  // namespace
 
-TEST_CASE("two drives that agree over ideal gears turn, loaded or not, and the rest is told", "[twice][drives]") {
+TEST_CASE("two drives that agree over ideal gears turn, loaded or not, and the rest is told",
+          "[twice][drives]") {
   const auto by = every_way();
   const bool loaded = GENERATE(false, true);
   CAPTURE(by.name, loaded);
-  const auto run =
-      finished(two_motors(-5, loaded ? "[loads.brake]\ntype = \"torque\"\nbody = \"b\"\ntorque = 3\n" : ""), by);
+  const auto run = finished(
+      two_motors(-5, loaded ? "[loads.brake]\ntype = \"torque\"\nbody = \"b\"\ntorque = 3\n" : ""), by);
   // θ = ω t to a thousand roundings of 10 rad; nothing accelerates, so both drives together do what the brake takes.
   CHECK(run.final_state.q[2] == Approx(10).epsilon(1e-12));
   CHECK(run.final_state.q[5] == Approx(-5).epsilon(1e-12));
   CHECK(run.ledger.drive == Approx(loaded ? 15 : 0).margin(1e-9));
-  CHECK(std::ranges::any_of(run.notes, [](const auto& n) { return n.find("depend on each other") != n.npos; }));
+  CHECK(
+      std::ranges::any_of(run.notes, [](const auto& n) { return n.find("depend on each other") != n.npos; }));
   CHECK_FALSE(doubtful(run));
 }
 
-TEST_CASE("two drives that contradict each other over gears are refused where they are read", "[twice][errors]") {
+TEST_CASE("two drives that contradict each other over gears are refused where they are read",
+          "[twice][errors]") {
   const auto by = every_way();
   CHECK_THROWS_WITH(test::simulate(parse_scene(two_motors(-6), "s.toml", by.options), by.family),
                     Contains("no velocities satisfy all constraints"));
 }
 
 TEST_CASE("chosen steps book what a drive does as its work", "[chosen][drives]") {
-  const By by{"chosen steps", Family::nonsmooth, {"nonsmooth.scheme=\"moreau-jean\"", "nonsmooth.step=\"automatic\""}};
+  const By by{"chosen steps",
+              Family::nonsmooth,
+              {"nonsmooth.scheme=\"moreau-jean\"", "nonsmooth.step=\"automatic\""}};
   SECTION("a body lifted along a curve: work is the change of energy, whatever the step") {
     // m g s with s = 0.05 m amid the dwell of the third period; its speed is 0 there. To rounding: steps are exact.
     const auto run = finished(
@@ -94,7 +99,9 @@ TEST_CASE("chosen steps book what a drive does as its work", "[chosen][drives]")
     CHECK_FALSE(doubtful(run));
   }
   SECTION("a body that comes back to rest where it began: nothing is left to be doubtful of") {
-    for (const auto& way : {By{"penalty", Family::penalty, {}}, By{"event-driven", Family::nonsmooth, {"nonsmooth.scheme=\"event-driven\""}}, by}) {
+    for (const auto& way :
+         {By{"penalty", Family::penalty, {}},
+          By{"event-driven", Family::nonsmooth, {"nonsmooth.scheme=\"event-driven\""}}, by}) {
       CAPTURE(way.name);
       CHECK_FALSE(doubtful(finished(
           "format = 2\n[bodies.b]\nmass = 2\ninertia = 0.01\n"
@@ -117,7 +124,8 @@ TEST_CASE("chosen steps book what a drive does as its work", "[chosen][drives]")
     const auto energy = [](double angle) {
       const double w = 50, sine = -0.25 * std::sin(angle), cosine = std::sqrt(1 - sine * sine);
       const double turning = -0.25 * w * std::cos(angle) / cosine;
-      const double x = -0.1 * w * std::sin(angle) - 0.2 * turning * sine, y = 0.1 * w * std::cos(angle) + 0.2 * turning * cosine;
+      const double x = -0.1 * w * std::sin(angle) - 0.2 * turning * sine,
+                   y = 0.1 * w * std::cos(angle) + 0.2 * turning * cosine;
       const double slide = -0.1 * w * std::sin(angle) - 0.4 * turning * sine;
       return 0.5 * (0.01 * w * w + x * x + y * y + 0.03 * turning * turning + 2 * slide * slide);
     };
@@ -137,19 +145,22 @@ TEST_CASE("a spring that a free slider takes through zero length turns round the
   const double t1 = (std::acos(-1) / 2 + std::asin(L / A)) / w;
   CAPTURE(by.name, L);
   const auto at = [&](double t) {
-    return finished(slider +
-                        "[loads.spring]\ntype = \"spring-damper\"\nbetween = [\"ground\", \"b\"]\nstiffness = 50\n"
-                        "free_length = " +
-                        std::to_string(L) + "\n[run]\nduration = 1\n",
-                    by,
-                    {"bodies.b.position=[" + std::to_string(L + A) + ", 0]", "run.duration=" + std::to_string(t)})
+    return finished(
+               slider +
+                   "[loads.spring]\ntype = \"spring-damper\"\nbetween = [\"ground\", \"b\"]\nstiffness = 50\n"
+                   "free_length = " +
+                   std::to_string(L) + "\n[run]\nduration = 1\n",
+               by,
+               {"bodies.b.position=[" + std::to_string(L + A) + ", 0]", "run.duration=" + std::to_string(t)})
         .final_state;
   };
   // Half way between 0 and the far end, and a full period later. Tolerances of 1e-9 (chosen 1e-6) times some hundred steps; a
   // fixed step's middle lies up to h/2 beside the place, where the force jumps by 2 k L: v is off by up to k L h/m a pass,
   // and x by that over 1/ω more.
   const double h = 1e-4, far = 2 * k * L * h / m / w;
-  const double bound = by.fixed ? 3 * far + 0.25 * w * w * h * h * 10 : by.name[0] == 'c' ? 1e-4 * A : 1e-6 * A;
+  const double bound = by.fixed            ? 3 * far + 0.25 * w * w * h * h * 10
+                       : by.name[0] == 'c' ? 1e-4 * A
+                                           : 1e-6 * A;
   const double late = 1.5 * t1;
   const double x = -(L + A * std::cos(w * (2 * t1 - late)));
   CHECK(at(late).q[0] == Approx(x).margin(bound));
@@ -166,9 +177,10 @@ TEST_CASE("a kink of a damper's table against the speed costs no way its order",
   const double m = 2, T = m / 9 * std::log((3 - 8.0 / 9) * 9);
   const double end = 1.5;
   REQUIRE(T < end);
-  const auto text = slider +
-                    "[loads.damper]\ntype = \"spring-damper\"\nbetween = [\"ground\", \"b\"]\nat = [[-10, 0], [0, 0]]\n"
-                    "damping_table = [[-2, -10], [-1, -1], [0, 0], [1, 1], [2, 10]]\n[run]\nduration = 1.5\n";
+  const auto text =
+      slider +
+      "[loads.damper]\ntype = \"spring-damper\"\nbetween = [\"ground\", \"b\"]\nat = [[-10, 0], [0, 0]]\n"
+      "damping_table = [[-2, -10], [-1, -1], [0, 0], [1, 1], [2, 10]]\n[run]\nduration = 1.5\n";
   const double v = std::exp(-(end - T) / m);
   const auto off = [&](std::vector<std::string> more) {
     more.push_back("bodies.b.velocity=[3, 0]");
