@@ -70,6 +70,8 @@ std::optional<double> ControlledMoreau::first_kink() {
       for (const bool up : {false, true}) {
         const double end = up ? piece.high : piece.low;
         if (!std::isfinite(end)) continue;
+        // A length that dips to zero is no longer than its own kink below it.
+        const double least = phase.of == Phase::Of::distance && end < near ? 0.1 * end : rounding;
         const auto left = [&](const double* q, const double* v) {
           const auto x = phase.at(q, v);
           return up ? Watched{end - x.value, -x.rate} : Watched{x.value - end, x.rate};
@@ -80,7 +82,7 @@ std::optional<double> ControlledMoreau::first_kink() {
               interpolate(s, look_q_.data(), look_v_.data());
               return left(look_q_.data(), look_v_.data());
             },
-            a, b, left(qa, va), left(qb, vb), phase.motion(bounds_, piece, up, qb), rounding, unseen);
+            a, b, left(qa, va), left(qb, vb), phase.motion(bounds_, piece, up, qb), least, unseen);
         if (t && (!first || *t < *first)) first = t;
       }
     }

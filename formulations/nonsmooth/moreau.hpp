@@ -205,6 +205,7 @@ class MoreauStepper {
   bool bring_back(double t_new);
   bool hold_lasting();
   void draw_closed(double t_new);
+  void book_leads();
   bool meet_rates();
   /// Everything that a Place holds, named once.
   template <class Self, class P, class Copy>

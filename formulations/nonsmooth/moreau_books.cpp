@@ -113,12 +113,20 @@ double MoreauStepper::lifted(const std::vector<double>& first) const {
 
 void MoreauStepper::account(double h) {
   const int n = system_.n();
+  const int first_driven = system_.rows() - (system_.has_motions() ? system_.drive_rows() : 0);
+  // Where velocities meet the rates at both ends (meet_rates()), what all rows do at their mean is the drives' alone: ideal joints do
+  // nothing, and that their rows turn within the step is the step's error, of an order that would add up turn by turn.
+  const bool met = reach_ == Reach::closed && system_.drive_rows() > 0;
   for (int k = 0; k < system_.rows(); ++k) {
     integrals_.drive += lambda_[k] * e_.phi_t[k];
     const double rate = 0.5 * (row_dot(system_.pattern(), e_.G.data(), k, v_old_.data()) +
                                row_dot(system_.pattern(), e_.G.data(), k, v_.data())) +
                         e_.phi_t[k];
-    integrals_.stabilisation -= lambda_[k] * rate;
+    // What follows a curve has its own rates at both ends of the step: it is driven at their mean, not at that of its curve.
+    if (met || (k >= first_driven && e_.phi_t[k] != 0))
+      integrals_.drive -= lambda_[k] * rate;
+    else
+      integrals_.stabilisation -= lambda_[k] * rate;
   }
   if (films_.any()) integrals_.film += films_.loss(v_old_.data(), v_.data());
   double gain = 0, approach = 0;  // approach: Σ P_N |u_N⁻|

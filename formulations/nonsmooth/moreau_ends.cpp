@@ -32,6 +32,21 @@ void MoreauStepper::draw_closed(double t_new) {
   }
 }
 
+/// What a curve of time is ahead of the mean of its end rates is driven too: its lift against gravity and springs is work of
+/// drives. (Its share of bring_back()'s first move.)
+void MoreauStepper::book_leads() {
+  const int first_driven = system_.rows() - system_.drive_rows();
+  for (int k = 0; k < system_.rows(); ++k) {
+    const bool timed = k >= first_driven && (e_.phi_t[k] != 0 || end_.phi_t[k] != 0);
+    r_[k] = timed ? -end_.phi[k] : 0;
+  }
+  saddle_.solve(nullptr, r_.data(), dq_.data(), lambda_dq_.data());
+  for (int i = 0; i < system_.n(); ++i) dq_[i] += q_[i];
+  const double lift = system_.potential(dq_.data()) - system_.potential(q_.data());
+  integrals_.drive += lift;
+  integrals_.stabilisation -= lift;
+}
+
 /// One Newton step of least mass-weighted length onto Φ(q⁺, t⁺) = 0, then contacts whose gap is still
 /// negative are opened to zero along A W_N, which leaves Φ alone to first order.
 bool MoreauStepper::bring_back(double t_new) {
@@ -42,6 +57,7 @@ bool MoreauStepper::bring_back(double t_new) {
   const auto move = [&](const double* dq) {
     for (int i = 0; i < n; ++i) q_[i] += dq[i];
   };
+  if (system_.has_motions()) book_leads();
   if (m > 0) {
     for (int k = 0; k < m; ++k) r_[k] = -end_.phi[k];
     saddle_.solve(nullptr, r_.data(), dq_.data(), lambda_dq_.data());
@@ -219,7 +235,9 @@ bool MoreauStepper::meet_rates() {
     contacts_[k].impulse_t += stuck ? end_impulse_[r++] : tangential;
   });
   integrals_.friction -= rubbed;
-  integrals_.stabilisation += system_.kinetic(v_.data()) - before - rubbed;
+  // What ideal joints do nothing of is the drives' (account()).
+  (system_.drive_rows() > 0 ? integrals_.drive : integrals_.stabilisation) +=
+      system_.kinetic(v_.data()) - before - rubbed;
   if (!watching_) return true;
   for (int i = 0; i < n; ++i) smooth_.acceleration[i] += dq_[i];
   for (int r = 0; r < used; ++r) push(r, end_impulse_[r], smooth_.acceleration.data());

@@ -1,6 +1,8 @@
 #include "formulations/penalty/dynamics.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <tuple>
 
 #include "formulations/laws/film_force.hpp"
@@ -113,6 +115,7 @@ void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   const auto& e = terms_.e;
   ++work.factorisations;
   double* a = dxdt.data() + n;
+  if (facts_.redundant) saddle_.expect_noise(rounding_of_rows(x.data(), v));
   if (saddle_.factor(e.G.data()))
     saddle_.solve(e.force.data(), terms_.r.data(), a, lambda_.data());
   else
@@ -137,6 +140,23 @@ void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
     integral[drive] += lambda_[k] * e.phi_t[k];
     integral[stabilisation] -= lambda_[k] * terms_.rate[k];
   }
+}
+
+/// Of r: what γ, Baumgarte's 2αΦ̇ and β²Φ are summed from, in units of their last digits (m/s², rad/s²).
+double PenaltyDynamics::rounding_of_rows(const double* q, const double* v) const {
+  const auto& p = system_.pattern();
+  double fastest = 0, most = 0;  // rad/s
+  for (int c = 0; c < system_.n(); ++c)
+    if (system_.is_angle(c)) fastest = std::max(fastest, std::abs(v[c]));
+  for (int k = 0; k < system_.rows(); ++k) {
+    double rates = std::abs(terms_.e.phi_t[k]), places = 0;
+    for (int i = p.begin[k]; i < p.begin[k + 1]; ++i) {
+      rates += std::abs(terms_.e.G[i] * v[p.column[i]]);
+      places += std::abs(terms_.e.G[i] * q[p.column[i]]);
+    }
+    most = std::max(most, rates * (fastest + two_alpha_) + places * beta_squared_);
+  }
+  return 16 * std::numeric_limits<double>::epsilon() * most;
 }
 
 /// Friction that the reactions bound: added to a, λ and the loss. False where there is none, or several.

@@ -197,6 +197,7 @@ class PenaltyDynamics {
   double friction_residual_ = 0;
 
   bool add_coupled(double* a);
+  double rounding_of_rows(const double* q, const double* v) const;
   double* response(int k) { return coupled_a_.data() + static_cast<long>(k) * system_.n(); }
   double* reaction(int k) { return coupled_lambda_.data() + static_cast<long>(k) * system_.rows(); }
 

@@ -1,6 +1,7 @@
 // freeplay run: a scene solved in one formulation, or an interrupted run gone on with.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -19,6 +20,8 @@
 #include "io/run_folder.hpp"
 #include "io/run_json.hpp"
 #include "io/section.hpp"
+#include "model/lubricated.hpp"
+#include "model/scene.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -84,6 +87,13 @@ std::string penetration(const ContactSummary& c) {
                      c.measure == "radius" ? "radius of curvature" : "longest arm");
 }
 
+std::vector<std::string> films_of(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const auto& joint : scene.mechanism.joints)
+    if (lubricated(scene.mechanism, name_of(joint))) names.push_back(name_of(joint));
+  return names;
+}
+
 int run(const RunRequest& request) {
   require_one_run(request);
   RunPlan plan;
@@ -93,14 +103,17 @@ int run(const RunRequest& request) {
   plan.most_output = 1e9 * request.most_output;
   Progress progress;
   Result summary;
+  std::vector<std::string> films;  // joints that a film carries where they do not touch
   if (!request.resume.empty()) {
     plan.folder = real_folder(request.resume);
     plan.on_progress = [&](double done) { progress.show("resumed", done); };
     summary = resume_run(*plan.folder, plan);
+    films = films_of(read_run(*plan.folder / "run.json").setup.scene);
   } else if (!request.from.empty()) {
     const auto run = recorded(request, plan);
     plan.on_progress = [&](double done) { progress.show(plan.formulation, done); };
     require_figures(request.figures, run.setup.scene, plan.formulation, *plan.folder);
+    films = films_of(run.setup.scene);
     summary = run_scene(run.setup.scene, plan);
   } else {
     if (request.formulation.empty()) throw SceneError("--formulation is required: penalty or nonsmooth");
@@ -109,6 +122,7 @@ int run(const RunRequest& request) {
     if (request.forces) overrides.push_back("run.forces=true");
     const Scene scene = read_scene(request.scene, overrides, request.reach == Reach::anywhere);
     ask(scene);
+    films = films_of(scene);
     plan.formulation = request.formulation;
     plan.folder = result_folder(request.output, default_folder(scene.file, "-" + request.formulation));
     plan.on_progress = [&](double done) { progress.show(request.formulation, done); };
@@ -119,13 +133,15 @@ int run(const RunRequest& request) {
   fmt::print("{}: {:.6g} s in {} steps, {} right-hand sides, {:.3g} s CPU\n", summary.formulation,
              summary.t_end, summary.work.steps, summary.work.rhs, summary.cpu_seconds);
   if (!summary.assumed.empty()) fmt::print("{}", wrapped("start: " + summary.assumed + "\n", 7));
+  const auto on_film = [&](const std::string& joint) { return std::ranges::count(films, joint) > 0; };
   for (const auto& c : summary.contacts)
     fmt::print(
-        "{}: flight {:.2f} %, impacts {:.2f} %, lasting contact {:.2f} %; {} impacts;\n"
+        "{}: {} {:.2f} %, impacts {:.2f} %, lasting contact {:.2f} %; {} impacts;\n"
         "  restitution asked {:.4g}, delivered {:.4g};\n"
         "  greatest penetration {}\n",
-        c.name, 100 * c.flight_fraction, 100 * c.impact_fraction, 100 * c.lasting_fraction, c.impacts,
-        c.model.restitution_asked, c.model.restitution_delivered, penetration(c));
+        c.name, on_film(c.name) ? "on its film" : "flight", 100 * c.flight_fraction, 100 * c.impact_fraction,
+        100 * c.lasting_fraction, c.impacts, c.model.restitution_asked, c.model.restitution_delivered,
+        penetration(c));
   if (std::isfinite(summary.ledger.closure()))
     fmt::print("energy balance closes to {:.2g} J of {:.3g} J\n", summary.ledger.closure(),
                summary.ledger.scale());

@@ -129,13 +129,19 @@ void KeysReader::between(std::string_view, std::array<int, 2>& pair) {
 }
 
 Vec2 KeysReader::named_point(std::string_view key, int body, const std::string& name) const {
-  if (body == ground)
-    s_.fail(key, fmt::format("{}: the ground has no named points; give its coordinates [x, y]",
-                             toml_quoted(name)));
-  const auto& b = mechanism_.bodies[static_cast<std::size_t>(body)];
-  const auto found = std::ranges::find(b.points, name, &NamedPoint::name);
-  if (found == b.points.end())
-    s_.fail(key, unknown(fmt::format("point of bodies.{}", b.name), name, b.points, own_name));
+  if (body == ground && fixed_.points.empty())
+    s_.fail(key, fmt::format("{}: the ground has no named points; give its coordinates [x, y], or "
+                             "[ground] with points = {{ {} = [x, y] }}",
+                             toml_quoted(name), toml_quoted(name)));
+  const auto& points =
+      body == ground ? fixed_.points : mechanism_.bodies[static_cast<std::size_t>(body)].points;
+  const auto found = std::ranges::find(points, name, &NamedPoint::name);
+  if (found == points.end())
+    s_.fail(key,
+            unknown("point of " + (body == ground
+                                       ? "the ground"
+                                       : "bodies." + mechanism_.bodies[static_cast<std::size_t>(body)].name),
+                    name, points, own_name));
   return found->at;
 }
 
@@ -144,14 +150,15 @@ void KeysReader::point_of(const Key& key, int body, Vec2& at) {
 }
 
 void KeysReader::points(const Key& key, std::string_view centre, std::vector<NamedPoint>& list) {
-  list.push_back({std::string(centre), {0, 0}});
+  if (!centre.empty()) list.push_back({std::string(centre), {0, 0}});
   if (!s_.has(key.name)) return;
   for (const auto& [name, at] : s_.named_points(key)) {
-    if (name == centre)
+    if (!centre.empty() && name == centre)
       list.front().at = at;
     else
       list.push_back({name, at});
   }
+  if (centre.empty()) return;
   const Vec2 from = list.front().at;
   for (auto& point : list) point.at = point.at - from;
 }

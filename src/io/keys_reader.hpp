@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "io/section.hpp"
+#include "model/ground.hpp"
 #include "model/mechanism.hpp"
 
 namespace freeplay {
@@ -23,7 +24,9 @@ std::vector<std::string> words() {
 
 class KeysReader {
  public:
-  KeysReader(Section& section, const Mechanism& mechanism) : s_(section), mechanism_(mechanism) {}
+  /// `fixed`: whose points elements may name.
+  KeysReader(Section& section, const Mechanism& mechanism, const Ground& fixed)
+      : s_(section), mechanism_(mechanism), fixed_(fixed) {}
 
   void need(const Key& key, double& x, const Range& range) { x = s_.number(key, range); }
   void need(const Key& key, Vec2& x) { x = s_.point(key); }
@@ -198,14 +201,15 @@ class KeysReader {
 
   Section& s_;
   const Mechanism& mechanism_;
+  const Ground& fixed_;
   double unit_ = 1;                          // s, of what is counted in turns
   std::array<int, 2> pair_{ground, ground};  // of the element's ends
 };
 
 /// Reads all keys of x and refuses any other.
 template <class X>
-void read_keys(Section& section, const Mechanism& mechanism, X& x) {
-  KeysReader reader(section, mechanism);
+void read_keys(Section& section, const Mechanism& mechanism, X& x, const Ground& fixed = {}) {
+  KeysReader reader(section, mechanism, fixed);
   X::keys(reader, x);
   if constexpr (requires { x.what(); })
     section.done(std::string(x.what()));

@@ -8,15 +8,21 @@
 namespace freeplay {
 namespace {
 
+/// What elements may name.
+struct Scope {
+  const Mechanism& mechanism;
+  const Ground& fixed;
+};
+
 /// One of the kinds in V by its word in `type`.
 template <class V, std::size_t... I>
-V read_kind(const std::string& name, const Mechanism& mechanism, Section& s, std::index_sequence<I...>) {
+V read_kind(const std::string& name, const Scope& scope, Section& s, std::index_sequence<I...>) {
   const int kind = s.choice("type", {std::string(std::variant_alternative_t<I, V>::type)...});
   V element;
   const auto read = [&]<std::size_t K>() {
     auto& x = element.template emplace<K>();
     x.name = name;
-    read_keys(s, mechanism, x);
+    read_keys(s, scope.mechanism, x, scope.fixed);
   };
   static_cast<void>(((kind == static_cast<int>(I) ? (read.template operator()<I>(), true) : false) || ...));
   return element;
@@ -24,7 +30,7 @@ V read_kind(const std::string& name, const Mechanism& mechanism, Section& s, std
 
 /// One of the kinds in V by which of its keys stands there.
 template <class V, std::size_t... I>
-V read_chosen(const std::string& name, const Mechanism& mechanism, Section& s, std::index_sequence<I...>) {
+V read_chosen(const std::string& name, const Scope& scope, Section& s, std::index_sequence<I...>) {
   int given = 0;
   std::string all;
   V element;
@@ -39,17 +45,17 @@ V read_chosen(const std::string& name, const Mechanism& mechanism, Section& s, s
   (look.template operator()<I>(), ...);
   if (given == 0) s.lacks("", fmt::format("needs exactly one of {}", all));
   if (given > 1) s.fail("", fmt::format("needs exactly one of {}", all));
-  std::visit([&](auto& x) { read_keys(s, mechanism, x); }, element);
+  std::visit([&](auto& x) { read_keys(s, scope.mechanism, x, scope.fixed); }, element);
   return element;
 }
 
 template <class V>
-V read_element(const std::string& name, const Mechanism& mechanism, Section& s) {
+V read_element(const std::string& name, const Scope& scope, Section& s) {
   constexpr auto kinds = std::make_index_sequence<std::variant_size_v<V>>{};
   if constexpr (requires { std::variant_alternative_t<0, V>::chosen_by; })
-    return read_chosen<V>(name, mechanism, s, kinds);
+    return read_chosen<V>(name, scope, s, kinds);
   else
-    return read_kind<V>(name, mechanism, s, kinds);
+    return read_kind<V>(name, scope, s, kinds);
 }
 
 }  // namespace
@@ -58,6 +64,10 @@ Mechanism read_mechanism(Section& root) {
   Mechanism m;
   m.title = root.text("title", "");
   m.gravity = root.point("gravity", {0, 0});
+  Ground fixed;
+  auto frame = root.child("ground");
+  read_keys(frame, m, fixed);
+  const Scope scope{m, fixed};
   const auto facts = [&]<class X>(const char* table, std::vector<X>& list) {
     for (auto& [name, s] : root.children(table)) {
       X x;
@@ -67,7 +77,7 @@ Mechanism read_mechanism(Section& root) {
     }
   };
   const auto elements = [&]<class V>(const char* table, std::vector<V>& list) {
-    for (auto& [name, s] : root.children(table)) list.push_back(read_element<V>(name, m, s));
+    for (auto& [name, s] : root.children(table)) list.push_back(read_element<V>(name, scope, s));
   };
   facts("bodies", m.bodies);
   if (m.bodies.empty())
@@ -80,11 +90,11 @@ Mechanism read_mechanism(Section& root) {
     for (const auto& joint : m.joints)
       if (name_of(joint) == name)
         s.fail("", "there is a joint of that name; events could not tell them apart");
-    m.contacts.push_back(read_element<Contact>(name, m, s));
+    m.contacts.push_back(read_element<Contact>(name, scope, s));
   }
   const std::string* crank = nullptr;
   for (auto& [name, s] : root.children("drives")) {
-    m.drives.push_back(read_element<Drive>(name, m, s));
+    m.drives.push_back(read_element<Drive>(name, scope, s));
     const bool counts = std::visit(
         [](const auto& d) {
           if constexpr (requires { d.crank; }) return d.crank;

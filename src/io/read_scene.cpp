@@ -103,7 +103,8 @@ Instrument read_instrument(const Mechanism& mechanism, double duration, const st
   i.kind = static_cast<Instrument::Kind>(
       s.choice("type", words<Instrument::Kind>(), static_cast<int>(Instrument::Kind::accelerometer)));
   with_kind(i.kind, [&](auto kind) {
-    KeysReader reader(s, mechanism);
+    const Ground nameless;  // what looks at the ground looks at none of its places
+    KeysReader reader(s, mechanism, nameless);
     kind.keys(reader, i);
     reader.check(i.sampling * duration <= most_samples, "sampling", "must be at most ",
                  most_samples / duration, " Hz, for a run of ", duration, " s: ", most_samples, " samples");

@@ -7,6 +7,7 @@
 #include "model/body.hpp"
 #include "model/curve.hpp"
 #include "model/elements.hpp"
+#include "model/ground.hpp"
 #include "model/instruments.hpp"
 #include "model/options.hpp"
 #include "model/surface.hpp"
@@ -178,6 +179,7 @@ std::vector<KeysList::Row> scene_rows() {
       "the newest");
   list.plain({"title", "", ""}, "text", "\"\"", "what the scene is; stands in results and figures");
   list.plain({"gravity", "m/s²", ""}, "point", "[0, 0]", "acceleration of gravity in the plane of motion");
+  list_facts<Ground>(list, "ground");
   list_facts<Body>(list, "bodies.*");
   list_kinds<Joint>(list, "joints.*");
   list_kinds<Contact>(list, "contacts.*");
@@ -221,6 +223,7 @@ const std::vector<SchemaKey>& keys() {
 /// What the tables of the schema describe.
 constexpr std::pair<std::string_view, std::string_view> tables[] = {
     {"", "a scene"},
+    {"ground", "[ground]"},
     {"bodies.*", "a body"},
     {"joints.*", "a joint"},
     {"contacts.*", "a contact"},

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace freeplay {
 namespace {
@@ -11,6 +12,8 @@ namespace {
 constexpr double relative_epsilon = 1e-9;  // of the proximal term, against the mean diagonal of S
 constexpr double pivot_ratio = 1e-12;      // a smaller pivot of S against its diagonal means dependent rows
 constexpr int most_iterations = 50;
+constexpr double rounding =
+    16 * std::numeric_limits<double>::epsilon();  // of the terms that a sum is made of
 
 /// In-place Cholesky of the lower triangle of a small dense matrix, column by column; false on a pivot below
 /// `least` times the diagonal it came from. `ratio`: the least pivot over its diagonal.
@@ -233,21 +236,28 @@ void SaddleBlock::solve(const double* f, const double* r, double* a, double* lam
   solve_once(f, r, nullptr, a, lambda);
   converged_ = true;
   if (!proximal_) return;
-  double size = 0;  // of G M⁻¹f − r
+  double size = 0, terms = 0;  // of G M⁻¹f − r, and of what it is summed from
   for (int k = 0; k < G_.rows; ++k) {
-    double x = r ? -r[k] : 0;
-    for (int e = G_.begin[k]; f && e < G_.begin[k + 1]; ++e)
-      x += values_[e] * f[G_.column[e]] * inverse_mass_[G_.column[e]];
+    double x = r ? -r[k] : 0, sum = std::abs(x);
+    for (int e = G_.begin[k]; f && e < G_.begin[k + 1]; ++e) {
+      const double term = values_[e] * f[G_.column[e]] * inverse_mass_[G_.column[e]];
+      x += term;
+      sum += std::abs(term);
+    }
     size = std::max(size, std::abs(x));
+    terms = std::max(terms, sum);
   }
+  const double noise = std::max(rounding * terms, noise_);
   Eigen::Map<Eigen::VectorXd> now(lambda, G_.rows);
   for (int i = 0; i < most_iterations; ++i) {
     previous_ = now;
     solve_once(f, r, previous_.data(), a, lambda);
     if ((now - previous_).norm() <= 1e-13 * now.norm()) break;
+    // Rounding asks of dependent rows what none can meet: λ would follow it without end.
+    if (epsilon_ * (now - previous_).lpNorm<Eigen::Infinity>() <= noise) break;
   }
   // What is left of G a − r is ε times the last change of λ.
-  converged_ = epsilon_ * (now - previous_).lpNorm<Eigen::Infinity>() <= 1e-6 * size;
+  converged_ = epsilon_ * (now - previous_).lpNorm<Eigen::Infinity>() <= std::max(1e-6 * size, 1e3 * noise);
 }
 
 template <class M>

@@ -9,6 +9,8 @@
 //
 // converges to the a of the consistent system and to the λ of least Euclidean norm, because every increment
 // lies in the range of S (Rockafellar, SIAM J. Control Optim. 14 (1976) 877, applied to a quadratic program).
+// What f and r leave to rounding no a satisfies in dependent rows: there λ goes on by the same increment for ever,
+// and the iteration ends where what is left of G a − r is that rounding.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -40,6 +42,9 @@ class SaddleBlock {
   /// Solves for a (columns) and λ (rows); f and r may be null for zero. Allocates nothing on the dense path.
   void solve(const double* f, const double* r, double* a, double* lambda);
 
+  /// Rounding of the r that follow, absolute, where it is more than theirs: dependent rows are met to that.
+  void expect_noise(double of_r) { noise_ = of_r; }
+
   bool dense() const { return dense_; }
   /// The last solve satisfied its constraint rows. With dependent rows of very unlike scale the proximal
   /// iteration may not.
@@ -66,7 +71,7 @@ class SaddleBlock {
   const CsrPattern G_;
   std::vector<double> mass_, inverse_mass_, values_;
   bool dense_, redundant_, proximal_ = false, converged_ = true;
-  double epsilon_ = 0;
+  double epsilon_ = 0, noise_ = 0;
   double first_pivot_ = 0, least_pivot_ = 1;
   std::vector<Product> products_;
   Eigen::MatrixXd S_;

@@ -37,6 +37,11 @@ class SaddlePoint {
   /// The same with r = 0 and f = `row` + factor·`beside` (null: none).
   void respond(const SparseRow& row, const SparseRow* beside, double factor, double* a, double* lambda);
 
+  /// SaddleBlock::expect_noise of all blocks.
+  void expect_noise(double of_r) {
+    for (auto& part : parts_) part.block.expect_noise(of_r);
+  }
+
   /// @name Responses of a part alone, for mechanisms of many parts
   ///@{
   /// The part of a coordinate; −1: no row touches it, or it was eliminated.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "model/lubricated.hpp"
 #include "model/scene.hpp"
 #include "study/compare.hpp"
 
@@ -103,14 +104,6 @@ std::string about_window(const Result& r) {
   if (!r.window || r.window->batches == 0) return text + ": one window, no error bar";
   return text +
          fmt::format(";\n±: standard error, from {} batches of {:.3g} s", r.window->batches, r.window->batch);
-}
-
-/// Whether there is a film where the contact is open.
-bool lubricated(const Mechanism& mechanism, const std::string& joint) {
-  return std::ranges::any_of(mechanism.joints, [&](const Joint& j) {
-    const auto* pin = std::get_if<RevoluteJoint>(&j);
-    return pin && pin->name == joint && pin->clearance && pin->clearance->lubricant >= 0;
-  });
 }
 
 }  // namespace

@@ -43,7 +43,9 @@ int chosen(const Subject& subject, int of);
 struct Allowed {
   double share = 0;
   double late = 0;  ///< s
-  double own = 0;   ///< of places and of 1 rad, what a tolerance lets pass however short the way
+  double since =
+      0;  ///< s, the last time before Reference::at at which what acts changed: places are off by what is off since
+  double own = 0;  ///< of places and of 1 rad, what a tolerance lets pass however short the way
   bool speeds = true;
   std::vector<double> halved =
       {};  ///< by how much places differ from those of steps half as long, if looked at

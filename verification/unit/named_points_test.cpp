@@ -98,3 +98,30 @@ TEST_CASE("a point that is not there is refused with those that are", "[points][
   CHECK_THAT(refused(text, {"joints.pin.between=[\"ground\", \"mate\"]"}),
              Contains("the ground has no named points"));
 }
+
+TEST_CASE("places of the ground have names as those of bodies", "[points]") {
+  // "hole" is the mate's, "wall" the ground's; both orders of the pair, a load's end too, and one moved on the command line.
+  const auto text = [](const std::string& fixed, const std::string& at) {
+    return fixed +
+           "[bodies.rod]\nmass = 1\ninertia = 1\n[joints.pin]\ntype = \"revolute\"\nbetween = [\"ground\", \"rod\"]\n"
+           "at = " +
+           at +
+           "\n[loads.spring]\ntype = \"spring-damper\"\nbetween = [\"rod\", \"ground\"]\nat = [[0, 0], \"roof\"]\n"
+           "stiffness = 1\n[run]\nduration = 1\n";
+  };
+  const std::string fixed = "[ground]\npoints = { wall = [\"400 mm\", 0.1], roof = [0, 2] }\n";
+  const auto by_name = parse_scene(text(fixed, "[\"wall\", [0, 0]]"), "s.toml");
+  const auto& pin = std::get<RevoluteJoint>(by_name.mechanism.joints[0]);
+  CHECK(pin.at[0] == Vec2{0.4, 0.1});
+  CHECK(std::get<SpringDamper>(by_name.mechanism.loads[0]).at[1] == Vec2{0, 2});
+  CHECK(to_toml(parse_scene(to_toml(by_name), "again")) == to_toml(by_name));
+  const auto moved = parse_scene(text(fixed, "[\"wall\", [0, 0]]"), "s.toml", {"ground.points.wall=[1, 0]"});
+  CHECK(std::get<RevoluteJoint>(moved.mechanism.joints[0]).at[0] == Vec2{1, 0});
+  CHECK_THAT(refused(text(fixed, "[\"wal\", [0, 0]]")),
+             Contains("there is no point of the ground \"wal\"") && Contains("wall"));
+  CHECK_THAT(refused(text("", "[\"wall\", [0, 0]]")),
+             Contains("the ground has no named points") && Contains("points = { \"wall\" = [x, y] }"));
+  CHECK_THAT(refused(text("[ground]\npoints = { wall = 3 }\n", "[\"wall\", [0, 0]]")),
+             Contains("ground.points.wall: must be a pair [x, y]"));
+  CHECK_THAT(refused(text("[ground]\nmass = 3\n", "[\"wall\", [0, 0]]")), Contains("ground.mass"));
+}

@@ -123,13 +123,21 @@ TEST_CASE("kinks are where a force changes its slope or begins to act", "[spring
     const System system(two_on(load).mechanism);
     return system.phases() == 0 ? std::vector<double>{} : system.phase(0).kinks;
   };
-  CHECK(kinks(linear + "stiffness = 3\ncubic = 2\nfree_length = 1").empty());
+  // One that exerts something at length 0 turns round there: a billionth of its free length, or of its table's last.
+  const auto turning = [&](const std::string& load, double length) {
+    const auto list = kinks(load);
+    REQUIRE_FALSE(list.empty());
+    CHECK(list.front() == Approx(1e-9 * length));
+    return std::vector<double>(list.begin() + 1, list.end());
+  };
+  CHECK(kinks(linear + "stiffness = 3").empty());
+  CHECK(turning(linear + "stiffness = 3\ncubic = 2\nfree_length = 1", 1).empty());
   CHECK(kinks(linear + "stiffness = 4\npreload = 1\nfree_length = 1\none_way = \"pull\"") ==
         std::vector<double>{0.75});
-  CHECK(kinks(linear + "stiffness = 4\npreload = 8\nfree_length = 1\none_way = \"pull\"")
+  CHECK(turning(linear + "stiffness = 4\npreload = 8\nfree_length = 1\none_way = \"pull\"", 1)
             .empty());  // taut everywhere
-  CHECK(kinks(linear + "force_table = [[0, -1], [1, 0], [2, 1]]").empty());
-  CHECK(kinks(linear + "force_table = [[0, -1], [1, 0], [2, 3], [3, 6]]") == std::vector<double>{1});
+  CHECK(turning(linear + "force_table = [[0, -1], [1, 0], [2, 1]]", 2).empty());
+  CHECK(turning(linear + "force_table = [[0, -1], [1, 0], [2, 3], [3, 6]]", 3) == std::vector<double>{1});
   CHECK(kinks(linear + "force_table = [[1, 1], [2, 3]]\none_way = \"pull\"") == std::vector<double>{0.5});
   CHECK(kinks(linear + "force_table = [[1, -3], [2, -1], [3, 5]]\none_way = \"pull\"").size() == 1);
   const auto root = kinks(torsional + "stiffness = 2\ncubic = 3\npreload = 5\none_way = \"pull\"");

@@ -2,7 +2,8 @@
 //
 //     F = stiffness (l − free_length) + damping l̇,     U = ½ stiffness (l − free_length)²
 //
-// along the line through them, l their distance. Where they coincide there is no direction and no force. What goes
+// along the line through them, l their distance. Where they coincide there is no direction and no force; what passes through
+// that place is turned round at once, F a jump, which is found as kinks are. What goes
 // beyond constant rates (a cubic term, preload, tables, one way only) is spring_law.hpp's.
 #pragma once
 
@@ -58,11 +59,20 @@ struct SpringDamper {
   auto link(auto& b) const { return b.link(between, at); }
   bool does_work() const { return law.damps(damping); }
   bool needs_velocity() const { return law.damps(damping); }
-  /// m, lengths where the force has kinks.
+  /// m, lengths where the force has kinks; the least stands for 0, where one that exerts something turns round.
   std::vector<double> kinks() const {
     auto list = law.kinks(stiffness, free_length);
-    std::erase_if(list, [](double length) { return !(length > 0); });
+    const double reach = 1e-9 * reversing();
+    std::erase_if(list, [&](double length) { return !(length > reach); });
+    if (reach > 0) list.insert(list.begin(), reach);
     return list;
+  }
+  /// m, the length that its force at length 0 acts over; 0: it exerts nothing there.
+  double reversing() const {
+    const double force = law.elastic(stiffness, free_length, 0.0, 0.0);
+    if (force == 0 || !law.acts(force)) return 0;
+    if (!law.table.empty()) return std::abs(law.table.back().first);
+    return free_length > 0 ? free_length : stiffness > 0 ? std::abs(force) / stiffness : 1;
   }
 
   template <class T>
