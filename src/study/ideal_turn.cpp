@@ -37,11 +37,12 @@ Scene ideal_scene(const Study& study, const Scene& scene, TurnRules& rules) {
   return ideal;
 }
 
-TurnMetrics turn_of(const Study& study, const Scene& ideal, const TurnRules& rules, const std::string& formulation,
-                    const Conduct& conduct) {
+TurnMetrics turn_of(const Study& study, const Scene& ideal, const TurnRules& rules,
+                    const std::string& formulation, const Conduct& conduct) {
   TurnRules same;
   const auto [channel, lvdt] = channels(study, ideal, same);
-  Simulation simulation(ideal, formulation, {.matched = study.matched && conduct.matched, .stop = conduct.stop});
+  Simulation simulation(ideal, formulation,
+                        {.matched = study.matched && conduct.matched, .stop = conduct.stop});
   TurnMeter meter(rules);
   Feed feed(meter, channel, lvdt);
   const auto run = simulation.run({.observers = {&feed}, .keep_events = false, .stop = conduct.stop});

@@ -16,7 +16,8 @@ namespace freeplay {
 class IdealMaxima {
  public:
   /// Throws what making it throws, to all that ask: SceneError, ModelError, Interrupted.
-  double operator()(const Study& study, const Scene& scene, const std::string& formulation, const Conduct& conduct);
+  double operator()(const Study& study, const Scene& scene, const std::string& formulation,
+                    const Conduct& conduct);
   /// How many there are.
   std::size_t made() const;
 
@@ -27,6 +28,7 @@ class IdealMaxima {
 
 /// The scene's ideal mechanism through the study's instruments, in the first turn after its first by which the
 /// accelerometer has settled, by one formulation.
-TurnMetrics ideal_turn(const Study& study, const Scene& scene, const std::string& formulation, const Conduct& conduct);
+TurnMetrics ideal_turn(const Study& study, const Scene& scene, const std::string& formulation,
+                       const Conduct& conduct);
 
 }  // namespace freeplay
