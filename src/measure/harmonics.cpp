@@ -28,25 +28,37 @@ double norm2(const std::vector<Complex>& x) {
 
 }  // namespace
 
-TurnTransform::List TurnTransform::chirp(double step, std::span<const double> values, int most) {
-  // kj = (k² + j² − (k − j)²)/2; the phase is reduced before it loses digits.
-  const auto n = values.size(), m = static_cast<std::size_t>(most) + 1, size = smooth(n + m);
-  const auto phase = [step](std::size_t k) {
-    const auto square = static_cast<double>(k) * static_cast<double>(k);
-    return std::polar(1.0, std::fmod(0.5 * step * square, 2 * pi));
-  };
-  List a(size), w(size), A, W;
-  for (std::size_t j = 0; j < n; ++j) a[j] = values[j] * std::conj(phase(j));
-  for (std::size_t k = 0; k < std::max(n, m); ++k) {
-    if (k < m) w[k] = phase(k);
-    if (k > 0 && k < n) w[size - k] = phase(k);
+const TurnTransform::Chirp& TurnTransform::chirp_of(double step, std::size_t n, std::size_t m) {
+  if (step != step_) {
+    products_.clear();
+    chirps_.clear();
   }
+  step_ = step;
+  for (const auto& known : chirps_)
+    if (known.n == n && known.m == m) return known;
+  Chirp c{.n = n, .m = m, .size = smooth(n + m), .phase = {}, .transform = {}};
+  for (std::size_t k = 0; k < std::max(n, m); ++k) {  // reduced before it loses digits
+    const auto square = static_cast<double>(k) * static_cast<double>(k);
+    c.phase.push_back(std::polar(1.0, std::fmod(0.5 * step * square, 2 * pi)));
+  }
+  List w(c.size);
+  std::copy_n(c.phase.begin(), m, w.begin());
+  for (std::size_t k = 1; k < n; ++k) w[c.size - k] = c.phase[k];
+  forward(c.transform, w);
+  return chirps_.emplace_back(std::move(c));
+}
+
+TurnTransform::List TurnTransform::chirp(double step, std::span<const double> values, int most) {
+  // kj = (k² + j² − (k − j)²)/2.
+  const auto n = values.size(), m = static_cast<std::size_t>(most) + 1;
+  const auto& c = chirp_of(step, n, m);
+  List a(c.size), A;
+  for (std::size_t j = 0; j < n; ++j) a[j] = values[j] * std::conj(c.phase[j]);
   forward(A, a);
-  forward(W, w);
-  for (std::size_t i = 0; i < size; ++i) A[i] *= W[i];
+  for (std::size_t i = 0; i < c.size; ++i) A[i] *= c.transform[i];
   fft_.inv(a, A);
   a.resize(m);
-  for (std::size_t k = 0; k < m; ++k) a[k] *= std::conj(phase(k));
+  for (std::size_t k = 0; k < m; ++k) a[k] *= std::conj(c.phase[k]);
   return a;
 }
 
@@ -86,11 +98,10 @@ Harmonics TurnTransform::solve(const List& b, const List& product) const {
 }
 
 Harmonics TurnTransform::even(double start, double step, std::span<const double> values) {
-  if (step != step_) products_.clear();
-  step_ = step;
+  const auto sums = chirp(step, values, highest_);
   auto& product = products_[values.size()];
   if (product.empty()) product = product_of(chirp(step, std::vector<double>(values.size(), 1), 2 * highest_));
-  auto c = solve(chirp(step, values, highest_), product);
+  auto c = solve(sums, product);
   for (std::size_t k = 0; k < c.size(); ++k)
     c[k] *= std::polar(1.0, -std::fmod(static_cast<double>(k) * start, 2 * pi));
   return c;

@@ -36,6 +36,12 @@ class TurnTransform {
   Harmonics solve(const List& b, const List& product) const;
   /// Σ_j values_j e^{−ikj·step}, k = 0 … most.
   List chirp(double step, std::span<const double> values, int most);
+  /// Phases and the transform of the chirp, for n samples and m sums.
+  struct Chirp {
+    std::size_t n = 0, m = 0, size = 0;
+    List phase, transform;
+  };
+  const Chirp& chirp_of(double step, std::size_t n, std::size_t m);
   /// The transform of g, by which it is multiplied.
   List product_of(const List& g);
   void forward(List& out, const List& in) const { fft_.fwd(out, in); }
@@ -43,6 +49,7 @@ class TurnTransform {
   int highest_;
   double step_ = 0;
   std::map<std::size_t, List> products_;  // of even samples, by their number
+  std::vector<Chirp> chirps_;             // of this step
   mutable Eigen::FFT<double> fft_;        // its plans are kept
 };
 

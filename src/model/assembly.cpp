@@ -44,6 +44,45 @@ void close_exactly(const System& system, std::vector<double>& q, bool redundant)
   }
 }
 
+/// Newton's method for the pose nearest to `rough`: dq = M⁻¹(−Gᵀλ) + (rough − q) onto Φ + G dq = 0, whose limit has
+/// M(q − rough) + Gᵀλ = 0 and Φ = 0. What it leaves out, the curvature of Φ times λ, is small near closure: each step must be
+/// half the last and the first shorter than a tenth of `length` and of a radian, or it gives up and leaves q as it was, for
+/// from farther away another branch may be nearer. True with a pose that is closed to `accepted`.
+bool step_to_nearest(const System& system, const std::vector<double>& rough, double length, double accepted,
+                     std::vector<double>& q) {
+  constexpr int most = 30;
+  auto e = system.make_evaluation();
+  SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic, {});
+  const auto n = q.size();
+  std::vector<double> pose = q, dq(n), lambda(e.phi.size()), r(e.phi.size()), f(n);
+  double last = INFINITY;
+  for (int i = 0; i < most; ++i) {
+    system.place(0, pose.data(), e);
+    if (!saddle.factor(e.G.data()) || saddle.singular()) return false;
+    std::ranges::transform(e.phi, r.begin(), std::negate{});
+    for (std::size_t c = 0; c < n; ++c) f[c] = system.mass()[c] * (rough[c] - pose[c]);
+    saddle.solve(f.data(), r.data(), dq.data(), lambda.data());
+    double moved = 0, size = 0;
+    for (std::size_t c = 0; c < n; ++c) {
+      pose[c] += dq[c];
+      const bool turns = static_cast<int>(c) % planar::coordinates == 2;
+      if (i == 0 && !(std::abs(dq[c]) < (turns ? 0.1 : 0.1 * length))) return false;
+      moved += system.mass()[c] * dq[c] * dq[c];
+      size += system.mass()[c] * pose[c] * pose[c];
+    }
+    if (!(moved < 0.25 * last)) {
+      // Down to rounding, or not on its way to anything.
+      if (!(last <= 1e-28 * size)) return false;
+      break;
+    }
+    last = moved;
+    if (moved == 0) break;
+  }
+  if (!(worst_open_joint(system, pose).amount <= accepted)) return false;
+  q = pose;
+  return true;
+}
+
 /// Lengths that a mechanism is measured by when its positions are judged.
 double length_scale(const System& system) {
   double scale = system.longest_arm();
@@ -145,6 +184,7 @@ class Closing {
   }
   /// Rows that depend on others at the rough positions may not do so at the assembled ones: they are chosen again once.
   bool move(const std::vector<double>& rough, std::vector<double>& q) const {
+    if (step_to_nearest(system_, rough, length_, accepted_, q)) return true;
     for (int attempt = 0; attempt < 2 && !(open(q) <= accepted_); ++attempt) {
       least_movement(system_, rough, redundant_rows(system_, q), q, stop_);
       if (open(q) < 1e-3 * length_) close_exactly(system_, q, !redundant_rows(system_, q).empty());

@@ -11,6 +11,7 @@
 #include "measure/measurement.hpp"
 #include "model/scene.hpp"
 #include "study/data_units.hpp"
+#include "study/ideal_turn.hpp"
 #include "study/intervals.hpp"
 
 namespace freeplay {

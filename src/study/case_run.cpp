@@ -17,37 +17,11 @@
 #include "model/scene.hpp"
 #include "sim/clock.hpp"
 #include "study/design.hpp"
+#include "study/ideal_turn.hpp"
+#include "study/turn_feed.hpp"
 
 namespace freeplay {
 namespace {
-
-int instrument(const Study& study, const Scene& scene, const std::string& name, Instrument::Kind kind,
-               const char* key) {
-  for (std::size_t i = 0; i < scene.instruments.size(); ++i)
-    if (scene.instruments[i].name == name && scene.instruments[i].kind == kind) return static_cast<int>(i);
-  std::vector<std::string> names;
-  for (const auto& i : scene.instruments)
-    if (i.kind == kind) names.push_back(i.name);
-  throw error_at(
-      study, {key},
-      fmt::format("\"{}\" is no such instrument of {}; {}", visible(name), scene.file.string(),
-                  names.empty() ? "it has none" : fmt::format("it has {}", fmt::join(names, ", "))));
-}
-
-/// The study's accelerometer and LVDT (−1: none) among the scene's instruments; sets the rules' sampling.
-std::pair<int, int> channels(const Study& study, const Scene& scene, TurnRules& rules) {
-  const int a = study.accelerometer.empty() ? -1
-                                            : instrument(study, scene, study.accelerometer,
-                                                         Instrument::Kind::accelerometer, "accelerometer");
-  const int x = study.position.empty()
-                    ? -1
-                    : instrument(study, scene, study.position, Instrument::Kind::lvdt, "position");
-  if (a >= 0 || x >= 0) rules.sampling = scene.instruments[a >= 0 ? a : x].sampling;
-  if (x >= 0 && scene.instruments[x].sampling != rules.sampling)
-    throw SceneError(
-        fmt::format("{}: accelerometer and position must have the same sampling", scene.file.string()));
-  return {a, x};
-}
 
 /// The study's contacts among the scene's, or all of them: the first and the others, −1: none.
 void set_contacts(const Study& study, const Scene& scene, const std::vector<std::string>& names,
@@ -82,48 +56,6 @@ void set_turn(const Study& study, const Scene& scene, TurnRules& rules) {
 bool turns_at_a_speed(const Scene& scene) {
   const auto* drive = main_drive(scene.mechanism);
   return drive && drive->speed != 0;
-}
-
-/// Gives a meter the samples of two channels, of the accelerometer each `every`-th, and events.
-class Feed final : public Observer {
- public:
-  Feed(TurnMeter& meter, int acceleration, int position, int every = 1)
-      : meter_(meter), acceleration_(acceleration), position_(position), every_(every) {}
-  Wants wants() const override { return {.samples = true, .steps = false}; }
-  void event(const Event& e) override { meter_.event(e); }
-  void sample(std::size_t channel, double t, double value) override {
-    if (static_cast<int>(channel) == acceleration_ && seen_++ % every_ == 0) meter_.acceleration(t, value);
-    if (static_cast<int>(channel) == position_) meter_.position(t, value);
-  }
-  void end(const RunEnd& end) override {
-    held_back_.assign(end.held_back.begin(), end.held_back.end());
-    for (std::size_t k = 0; k < end.undecided_since.size(); ++k)
-      if (!std::isnan(end.undecided_since[k])) {
-        ContactEvent open;  // touched, and not known to be an impact or a lasting contact
-        open.t = end.undecided_since[k];
-        open.contact = static_cast<int>(k);
-        open.kind = EventKind::contact;
-        held_back_.push_back(open);
-      }
-    std::ranges::sort(held_back_, {}, &ContactEvent::t);
-  }
-  /// After the run: events that a touch before them still held back.
-  void finish() {
-    for (const auto& e : held_back_) meter_.event(e);
-  }
-
- private:
-  TurnMeter& meter_;
-  int acceleration_, position_, every_;
-  long seen_ = 0;
-  std::vector<ContactEvent> held_back_;
-};
-
-/// s, until what an accelerometer began with has decayed to a millionth: its slowest pole has the real part
-/// −ω_c sin(π/(2n)).
-double settling(const Instrument& i) {
-  const double pi = std::numbers::pi;
-  return i.bandwidth > 0 ? std::log(1e6) / (2 * pi * i.bandwidth * std::sin(pi / (2 * i.order))) : 0;
 }
 
 }  // namespace
@@ -234,8 +166,10 @@ std::string run_key(Identity all_starts, int start) {
   return all_starts.digest();
 }
 
-Scene scene_of(const Study& study, const Case& one, const Conduct& conduct) {
-  auto scene = unmoved(study, one);
+namespace {
+
+/// The scene from the case's own start.
+Scene moved(const Study& study, const Case& one, const Scene& scene, const Conduct& conduct) {
   if (!differ(scene, study.perturbation)) return scene;
   if (scene.run.start == RunOptions::Start::equilibrium)
     throw SceneError(
@@ -245,61 +179,39 @@ Scene scene_of(const Study& study, const Case& one, const Conduct& conduct) {
   return perturbed(scene, conduct.stop, study.seed, one.start, study.perturbation);
 }
 
-TurnMetrics ideal_turn(const Study& study, const Scene& scene, const std::string& formulation,
-                       const Conduct& conduct) {
-  const auto* drive = main_drive(scene.mechanism);
-  TurnRules rules;
-  const auto [channel, lvdt] = channels(study, scene, rules);
-  rules.speed = drive->speed;
-  rules.crank_start = drive->initial_angle;
-  rules.joint = -1;
-  const double turn = 2 * std::numbers::pi / std::abs(drive->speed);
-  rules.discard = turn * std::max(1.0, std::ceil(settling(scene.instruments[channel]) / turn));
-  Scene ideal = scene;
-  ideal.mechanism = idealised(scene.mechanism);
-  ideal.run.duration = rules.discard + turn + 2 / rules.sampling;
-  ideal.run.discard = 0;
-  ideal.run.start = RunOptions::Start::assembled;
-  for (auto& i : ideal.instruments) i.noise.reset();
-  Simulation simulation(ideal, formulation,
-                        {.matched = study.matched && conduct.matched, .stop = conduct.stop});
-  TurnMeter meter(rules);
-  Feed feed(meter, channel, lvdt);
-  const auto run = simulation.run({.observers = {&feed}, .keep_events = false, .stop = conduct.stop});
-  if (run.ending.status == Ending::Status::interrupted) throw Interrupted();
-  return meter.finish(simulation.t(), std::nan(""));  // of a run that stopped early: NaN
+}  // namespace
+
+Scene scene_of(const Study& study, const Case& one, const Conduct& conduct) {
+  return moved(study, one, unmoved(study, one), conduct);
 }
 
-double ideal_maximum(const Study& study, const Scene& scene, const std::string& formulation,
-                     const Conduct& conduct) {
-  return ideal_turn(study, scene, formulation, conduct).value[TurnMetrics::peak_max];
-}
+std::shared_ptr<IdealMaxima> Conduct::known_of_none() { return std::make_shared<IdealMaxima>(); }
 
 CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct) {
   const double began = thread_seconds();
-  Scene scene = scene_of(study, one, conduct);
+  Scene given = unmoved(study, one);
   TurnRules rules;
+  const auto [channel, lvdt] = channels(study, given, rules);
+  int every = 1;
+  if (one.sampling > 0 && channel >= 0) {  // no coarser than the instrument's own, which its filter may need
+    auto& own = given.instruments[channel].sampling;
+    every = static_cast<int>(std::ceil(own / one.sampling * (1 - 1e-9)));
+    own = every * one.sampling;
+    if (lvdt >= 0) given.instruments[lvdt].sampling = own;
+    rules.sampling = own;
+  }
+  const Scene scene = moved(study, one, given, conduct);
   set_turn(study, scene, rules);
   rules.discard = scene.run.discard;
   rules.flight_angle = study.flight_angle;
   rules.impact_speed = study.impact_speed;
   rules.line_share = study.line_share;
-  const auto [channel, lvdt] = channels(study, scene, rules);
-
-  int every = 1;
-  if (one.sampling > 0 && channel >= 0) {  // no coarser than the instrument's own, which its filter may need
-    auto& own = scene.instruments[channel].sampling;
-    every = static_cast<int>(std::ceil(own / one.sampling * (1 - 1e-9)));
-    own = every * one.sampling;
-    rules.sampling = own;
-    if (lvdt >= 0) scene.instruments[lvdt].sampling = own;
-  }
   Simulation simulation(scene, one.formulation,
                         {.matched = study.matched && conduct.matched, .stop = conduct.stop});
   set_contacts(study, scene, simulation.layout().contacts, rules);
   // What compares with the ideal mechanism needs a motion that repeats whatever the play.
   rules.ideal_maximum = channel >= 0 && turns_at_a_speed(scene)
-                            ? ideal_maximum(study, scene, one.formulation, conduct)
+                            ? (*conduct.ideals)(study, given, one.formulation, conduct)
                             : std::nan("");
 
   TurnMeter meter(rules);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@
 namespace freeplay {
 
 struct Scene;
+class IdealMaxima;
 
 /// One run of a study.
 struct Case {
@@ -41,6 +43,10 @@ struct CaseResult {
 struct Conduct {
   bool matched = true;  ///< where a study asks for it, impact laws take the delivered restitution
   StopToken stop;
+  /// What is known of ideal mechanisms; all runs of one conduct share it.
+  std::shared_ptr<IdealMaxima> ideals = known_of_none();
+
+  static std::shared_ptr<IdealMaxima> known_of_none();
 };
 
 /// Every case of a study: variants × cells × formulations × starts. Where a scene has nothing that starts could differ in and
@@ -49,14 +55,6 @@ std::vector<Case> cases(const Study& study);
 
 /// The scene of a case, read and ready to run from its perturbed start.
 Scene scene_of(const Study& study, const Case& one, const Conduct& conduct);
-
-/// The scene's ideal mechanism through the study's instruments, in the first turn after its first by which the
-/// accelerometer has settled, by one formulation.
-TurnMetrics ideal_turn(const Study& study, const Scene& scene, const std::string& formulation,
-                       const Conduct& conduct);
-/// Its greatest |a| (m/s²); NaN when the ideal mechanism cannot be run.
-double ideal_maximum(const Study& study, const Scene& scene, const std::string& formulation,
-                     const Conduct& conduct);
 
 /// What is counted of a case's run of this scene, which is as long as the study asks.
 CountedTime counted_time(const Study& study, const Scene& scene);

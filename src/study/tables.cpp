@@ -4,6 +4,7 @@
 
 #include "io/output_file.hpp"
 #include "model/scene.hpp"
+#include "study/ideal_turn.hpp"
 #include "study/intervals.hpp"
 
 namespace freeplay {

@@ -12,6 +12,7 @@
 #include "model/contacts.hpp"
 #include "model/scene.hpp"
 #include "study/data_units.hpp"
+#include "study/ideal_turn.hpp"
 #include "values/family.hpp"
 
 namespace freeplay {

@@ -1,0 +1,55 @@
+// What a turn's statistics are fed with: the study's instruments among the scene's, and an observer.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "measure/turns.hpp"
+#include "sim/observer.hpp"
+#include "study/study.hpp"
+
+namespace freeplay {
+
+struct Scene;
+
+/// The study's accelerometer and LVDT (−1: none) among the scene's instruments; sets the rules' sampling. Throws SceneError
+/// where the scene has no such instrument.
+std::pair<int, int> channels(const Study& study, const Scene& scene, TurnRules& rules);
+
+/// Gives a meter the samples of two channels, of the accelerometer each `every`-th, and events.
+class Feed final : public Observer {
+ public:
+  Feed(TurnMeter& meter, int acceleration, int position, int every = 1)
+      : meter_(meter), acceleration_(acceleration), position_(position), every_(every) {}
+  Wants wants() const override { return {.samples = true, .steps = false}; }
+  void event(const Event& e) override { meter_.event(e); }
+  void sample(std::size_t channel, double t, double value) override {
+    if (static_cast<int>(channel) == acceleration_ && seen_++ % every_ == 0) meter_.acceleration(t, value);
+    if (static_cast<int>(channel) == position_) meter_.position(t, value);
+  }
+  void end(const RunEnd& end) override {
+    held_back_.assign(end.held_back.begin(), end.held_back.end());
+    for (std::size_t k = 0; k < end.undecided_since.size(); ++k)
+      if (!std::isnan(end.undecided_since[k])) {
+        ContactEvent open;  // touched, and not known to be an impact or a lasting contact
+        open.t = end.undecided_since[k];
+        open.contact = static_cast<int>(k);
+        open.kind = EventKind::contact;
+        held_back_.push_back(open);
+      }
+    std::ranges::sort(held_back_, {}, &ContactEvent::t);
+  }
+  /// After the run: events that a touch before them still held back.
+  void finish() {
+    for (const auto& e : held_back_) meter_.event(e);
+  }
+
+ private:
+  TurnMeter& meter_;
+  int acceleration_, position_, every_;
+  long seen_ = 0;
+  std::vector<ContactEvent> held_back_;
+};
+
+}  // namespace freeplay
