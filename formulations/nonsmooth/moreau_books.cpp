@@ -113,12 +113,17 @@ double MoreauStepper::lifted(const std::vector<double>& first) const {
 
 void MoreauStepper::account(double h) {
   const int n = system_.n();
-  for (int k = 0; k < system_.rows(); ++k) {
+  const auto& G = system_.pattern();
+  const int* column = G.column.data();
+  const double *value = e_.G.data(), *v0 = v_old_.data(), *v1 = v_.data();
+  for (int k = 0, e = 0; k < G.rows; ++k) {
     integrals_.drive += lambda_[k] * e_.phi_t[k];
-    const double rate = 0.5 * (row_dot(system_.pattern(), e_.G.data(), k, v_old_.data()) +
-                               row_dot(system_.pattern(), e_.G.data(), k, v_.data())) +
-                        e_.phi_t[k];
-    integrals_.stabilisation -= lambda_[k] * rate;
+    double before = 0, after = 0;  // rates of the row
+    for (const int end = G.begin[k + 1]; e < end; ++e) {
+      before += value[e] * v0[column[e]];
+      after += value[e] * v1[column[e]];
+    }
+    integrals_.stabilisation -= lambda_[k] * (0.5 * (before + after) + e_.phi_t[k]);
   }
   if (films_.any()) integrals_.film += films_.loss(v_old_.data(), v_.data());
   double gain = 0, approach = 0;  // approach: Σ P_N |u_N⁻|
