@@ -59,12 +59,14 @@ class Stepper {
   std::vector<Event> events;
 
   void step(long index) {
-    const double r = rig.crank_length, l = rig.rod_length, J = rig.rod_inertia_about_pin(), M = rig.slider_mass;
+    const double r = rig.crank_length, l = rig.rod_length, J = rig.rod_inertia_about_pin(),
+                 M = rig.slider_mass;
     const double theta = s.theta + 0.5 * h_ * s.w, x = s.x + 0.5 * h_ * s.u;
-    const double t_old = h_ * static_cast<double>(index), phi = rig.start_angle + rig.speed * (t_old + 0.5 * h_);
+    const double t_old = h_ * static_cast<double>(index),
+                 phi = rig.start_angle + rig.speed * (t_old + 0.5 * h_);
     const double cp = std::cos(phi), sp = std::sin(phi), ct = std::cos(theta), st = std::sin(theta);
-    const double w_free = s.w + h_ * rig.rod_mass * rig.rod_centre * r * rig.speed * rig.speed *
-                                    (sp * ct - cp * st) / J;
+    const double w_free =
+        s.w + h_ * rig.rod_mass * rig.rod_centre * r * rig.speed * rig.speed * (sp * ct - cp * st) / J;
     double w = w_free, u = s.u;
     bool pressed = false;
     double p_n = 0, p_t = 0;
@@ -173,10 +175,12 @@ int penalty(long calls) {
   for (long i = 0; i < calls; ++i) {
     const double t = 1e-7 * static_cast<double>(i);
     const auto k = gudgeon_contact(rig, t, y);
-    const double delta = std::fmax(0, k.delta), force = 1.055e11 * delta * std::sqrt(delta) * (1 - 1.66 * k.u_n / 0.5);
+    const double delta = std::fmax(0, k.delta),
+                 force = 1.055e11 * delta * std::sqrt(delta) * (1 - 1.66 * k.u_n / 0.5);
     const double share = rig.friction * std::fmin(std::fmax((std::abs(k.u_t) - 1e-4) / (1e-3 - 1e-4), 0), 1);
     const double drag = k.u_t > 0 ? -share * force : share * force;
-    const auto r = loose_rates(rig, t, y, k.w_n[0] * force + k.w_t[0] * drag, k.w_n[1] * force + k.w_t[1] * drag);
+    const auto r =
+        loose_rates(rig, t, y, k.w_n[0] * force + k.w_t[0] * drag, k.w_n[1] * force + k.w_t[1] * drag);
     sum += r[1] + r[3] + force;
   }
   std::printf("%ld %.17g\n", calls, sum);
