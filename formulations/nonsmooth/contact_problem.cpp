@@ -100,6 +100,7 @@ ContactSolution ContactProblem::solve() {
   constexpr double loose = 1e-6;
   std::vector<ContactUnknown> best;
   double best_rate = loose * size;
+  bool judged = false;  // residual_rate is of the present impulses
   const auto keep = [&] {
     const double left = residual();
     if (!(left < best_rate)) return;
@@ -113,7 +114,10 @@ ContactSolution ContactProblem::solve() {
     const bool found = attempt(way, accepted, s.pivots);
     s.residual_rate = residual();
     s.solved = found && std::isfinite(s.residual_rate) && s.residual_rate <= std::max(accepted, attainable());
-    if (s.solved) break;
+    if (s.solved) {
+      judged = true;
+      break;
+    }
     keep();
     ++s.retries;
   }
@@ -130,9 +134,12 @@ ContactSolution ContactProblem::solve() {
     s.solved = true;
   }
   s.solved = s.solved || (std::isfinite(size) && D.topLeftCorner(rows, rows).allFinite() && by_modes(s));
-  if (std::isfinite(size) && D.topLeftCorner(rows, rows).allFinite() && wants_least())
+  if (least != Least::never && std::isfinite(size) && D.topLeftCorner(rows, rows).allFinite() &&
+      wants_least()) {
     s.solved = take_least(accepted, s.solved) || s.solved;
-  s.residual_rate = residual();
+    judged = false;
+  }
+  if (!judged) s.residual_rate = residual();
   s.residual = size > 0 ? s.residual_rate / size : s.residual_rate;
   if (s.solved && doubtful()) {
     std::vector<std::vector<int>> members;

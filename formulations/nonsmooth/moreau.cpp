@@ -246,8 +246,10 @@ bool MoreauStepper::solve_velocities(double h, const double* v_force) {
   if (many_) many_->islands.clear();
   // Impulses of the other elements may close a gap that the free motion leaves open: look again with them.
   for (bool first = true; activate(h) || first; first = false) {
-    v_ = v_free_;
-    lambda_ = lambda_free_;
+    if (!first) {
+      v_ = v_free_;
+      lambda_ = lambda_free_;
+    }
     collect(h);
     if (problem_.unknowns.empty()) break;
     if (!solve_contacts()) return false;

@@ -117,16 +117,22 @@ void MoreauStepper::account(double h) {
   // Where velocities meet the rates at both ends (meet_rates()), what all rows do at their mean is the drives' alone: ideal joints do
   // nothing, and that their rows turn within the step is the step's error, of an order that would add up turn by turn.
   const bool met = reach_ == Reach::closed && system_.drive_rows() > 0;
-  for (int k = 0; k < system_.rows(); ++k) {
+  const auto& G = system_.pattern();
+  const int* column = G.column.data();
+  const double *value = e_.G.data(), *v0 = v_old_.data(), *v1 = v_.data();
+  for (int k = 0, e = 0; k < G.rows; ++k) {
     integrals_.drive += lambda_[k] * e_.phi_t[k];
-    const double rate = 0.5 * (row_dot(system_.pattern(), e_.G.data(), k, v_old_.data()) +
-                               row_dot(system_.pattern(), e_.G.data(), k, v_.data())) +
-                        e_.phi_t[k];
+    double before = 0, after = 0;  // rates of the row
+    for (const int end = G.begin[k + 1]; e < end; ++e) {
+      before += value[e] * v0[column[e]];
+      after += value[e] * v1[column[e]];
+    }
+    const double work = lambda_[k] * (0.5 * (before + after) + e_.phi_t[k]);
     // What follows a curve has its own rates at both ends of the step: it is driven at their mean, not at that of its curve.
     if (met || (k >= first_driven && e_.phi_t[k] != 0))
-      integrals_.drive -= lambda_[k] * rate;
+      integrals_.drive -= work;
     else
-      integrals_.stabilisation -= lambda_[k] * rate;
+      integrals_.stabilisation -= work;
   }
   if (films_.any()) integrals_.film += films_.loss(v_old_.data(), v_.data());
   double gain = 0, approach = 0;  // approach: Σ P_N |u_N⁻|

@@ -85,8 +85,13 @@ bool MoreauStepper::bring_back(double t_new) {
         many_->place[p.rows] = place;
         many_->id.push_back(k);
       }
-      rows_[place] = c.row.normal;
-      respond(place);
+      // The velocities' problem has left the response to this very row where it was its own place.
+      const bool known =
+          !many_ && !films_.any() && c.unknown >= 0 && problem_.unknowns[c.unknown].normal == place;
+      if (!known) {
+        rows_[place] = c.row.normal;
+        respond(place);
+      }
       ContactUnknown u;
       u.normal = p.rows;
       p.b[p.rows++] = c.gap;

@@ -32,6 +32,7 @@ PenaltyDynamics::PenaltyDynamics(const System& system, const PenaltyOptions& opt
       saddle_(system.mass(), system.pattern(), SolvePath::automatic, facts),
       terms_(system, bristles_),
       probe_(system.make_evaluation()),
+      end_(system.make_evaluation()),
       lambda_(system.rows()),
       r_(system.rows()),
       scratch_(system.n()),
@@ -341,6 +342,11 @@ const ContactRow& PenaltyDynamics::contact_row(int k, const Vector& x, double t)
   return row_;
 }
 
+const ContactRow& PenaltyDynamics::end_row(int k, const Vector& x) {
+  system_.contact(k, x.data(), x.data() + system_.n(), end_, row_);
+  return row_;
+}
+
 double PenaltyDynamics::effective_mass(const ContactRow& row) {
   if (!saddle_.factor(probe_.G.data())) return 0;
   saddle_.respond(row.normal, nullptr, 0, scratch_.data(), impulse_.data());
@@ -350,10 +356,14 @@ double PenaltyDynamics::effective_mass(const ContactRow& row) {
 
 PenaltyDynamics::Stored PenaltyDynamics::elastic_energy(const Vector& x, double t) {
   Stored sum;
+  bool placed = false;
   for (int k = 0; k < system_.contacts(); ++k) {
     const auto& c = contacts_[k];
     if (!c.closed) continue;
-    const double energy = c.law.elastic.energy(std::max(0.0, -contact_row(k, x, t).gap));
+    if (!placed) system_.place(t, x.data(), probe_);
+    placed = true;
+    system_.contact(k, x.data(), x.data() + system_.n(), probe_, row_);
+    const double energy = c.law.elastic.energy(std::max(0.0, -row_.gap));
     sum.all += energy;
     if (c.law.dissipates()) sum.dissipative += energy;
   }

@@ -111,12 +111,18 @@ class PenaltyDynamics {
   int state_offset() const { return bristle_offset() + bristles_; }
   int integral_offset() const { return state_offset() + system_.states(); }
 
-  /// Fills row() with contact k at x.
+  /// Contact k at x, wherever that is.
   const ContactRow& contact_row(int k, const Vector& x, double t);
-  /// How its gap may bend within a step, x its end and the state of the last contact_row().
+  /// @name All contacts at one state, which is placed once
+  ///@{
+  void place_end(const Vector& x, double t) { system_.place(t, x.data(), end_); }
+  /// Contact k at the x of the last place_end().
+  const ContactRow& end_row(int k, const Vector& x);
+  /// How its gap may bend within a step that ends there.
   GapMotion gap_motion(int k, const MotionBounds& bounds, const Vector& x) const {
-    return system_.gap_motion(k, bounds, x.data(), probe_);
+    return system_.gap_motion(k, bounds, x.data(), end_);
   }
+  ///@}
   /// Mass that an impact at contact k meets, 1/(W_Nᵀ A W_N) with the constraints kept, at the state of row().
   double effective_mass(const ContactRow& row);
   /// Stored in closed contacts (J): in all, and in those that dissipate.
@@ -180,8 +186,8 @@ class PenaltyDynamics {
   std::vector<PenaltyContact> contacts_;
   SaddlePoint saddle_;
   PenaltyTerms<double> terms_;
-  Evaluation probe_;
-  ContactRow row_;  // the last one asked for by contact_row()
+  Evaluation probe_, end_;  // of contact_row() and of place_end()
+  ContactRow row_;          // the last one asked for by contact_row()
   std::vector<double> lambda_, r_, scratch_;
   std::vector<double> impulse_;  // of the rows, in project() and effective_mass(); lambda_: reactions
   struct Tangent {               // of jacobian()

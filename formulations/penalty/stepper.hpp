@@ -43,8 +43,9 @@ class PenaltyStepper {
     for (auto& c : f_.contacts()) c.closed = false;
     f_.phases.start(f_.system(), state.q.data(), state.v.data());
     method_.start(f_, state.t, scratch_);
+    f_.place_end(method_.x, state.t);
     for (int k = 0; k < f_.system().contacts(); ++k) {
-      mark_[k].at = sample(k, method_.x, state.t);
+      mark_[k].at = sample_end(k);
       if (mark_[k].at.gap < 0 || (mark_[k].at.gap == 0 && mark_[k].at.rate < 0)) close(k);
     }
     // What contacts that are pressed at the start have stored is no work of this run.
@@ -120,8 +121,9 @@ class PenaltyStepper {
     Event first;
     first.t = method_.t;
     enclose();
+    f_.place_end(method_.x, method_.t);
     for (int k = 0; k < f_.system().contacts(); ++k) {
-      end_[k] = sample(k, method_.x, method_.t);
+      end_[k] = sample_end(k);
       if (!std::isfinite(end_[k].gap + end_[k].rate + end_[k].slide)) return lose();
       find_gap_event(k, first);
       find_slide_event(k, first);
@@ -142,8 +144,9 @@ class PenaltyStepper {
             Event lost;
             lost.t = method_.t;
             if (!enclose()) return lost;
+            f_.place_end(method_.x, method_.t);
             for (int k = 0; k < f_.system().contacts(); ++k) {
-              end_[k] = sample(k, method_.x, method_.t);
+              end_[k] = sample_end(k);
               if (k != landed.contact) find_gap_event(k, lost);
             }
             return lost;
@@ -159,9 +162,11 @@ class PenaltyStepper {
     if (!std::isfinite(std::accumulate(method_.x.begin(), method_.x.end(), method_.t))) return lose();
     keep_residuals(f_.system(), f_.evaluation(), extremes_);
     extremes_.friction_residual = f_.friction_residual();
+    if (cut) f_.place_end(method_.x, method_.t);
     for (int k = 0; k < f_.system().contacts(); ++k) {
       const Sample before = mark_[k].at;
-      mark_[k].at = end_[k] = cut ? sample(k, method_.x, method_.t) : end_[k];
+      if (cut) end_[k] = sample_end(k);
+      mark_[k].at = end_[k];
       f_.contacts()[k].eased = f_.contacts()[k].eased || end_[k].rate > 0;
       auto& c = f_.contacts()[k];
       if (!c.closed) continue;
@@ -281,11 +286,13 @@ class PenaltyStepper {
     bool found() const { return contact >= 0 || crossing.phase >= 0; }
   };
 
-  Sample sample(int k, const Vector& x, double t) {
-    const auto& row = f_.contact_row(k, x, t);
+  Sample sampled(const ContactRow& row, const Vector& x) const {
     const double* v = x.data() + f_.system().n();
     return {row.gap, row.normal.dot(v), row.tangent.dot(v)};
   }
+  Sample sample(int k, const Vector& x, double t) { return sampled(f_.contact_row(k, x, t), x); }
+  /// At the present state, which place_end() was given.
+  Sample sample_end(int k) { return sampled(f_.end_row(k, method_.x), method_.x); }
   Sample sample_at(int k, double t) {
     if (t >= method_.t) return end_[k];
     method_.interpolate(t, scratch_);

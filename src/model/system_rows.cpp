@@ -10,8 +10,16 @@ template <class T>
 void System::place(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e) const {
   using std::cos, std::sin;
   for (std::size_t b = 0; b < e.cosine.size(); ++b) {
-    e.cosine[b] = cos(q[3 * b + 2]);
-    e.sine[b] = sin(q[3 * b + 2]);
+    const T theta = q[3 * b + 2];
+    if constexpr (std::is_same_v<T, double>)
+      if (theta == 0) {  // a body that is guided straight
+        e.cosine[b] = 1;
+        e.sine[b] = theta;
+        continue;
+      }
+    const T c = cos(theta), s = sin(theta);  // one call of the library for both
+    e.cosine[b] = c;
+    e.sine[b] = s;
   }
   each_row([&](const auto& row) { row.place(t, q, e); });
 }

@@ -37,6 +37,44 @@ bool cholesky(Eigen::MatrixXd& S, double least, double& ratio) {
   return true;
 }
 
+/// (S + εI) λ = G M⁻¹ f − r + ε λ_previous, then a = M⁻¹ (f − Gᵀ λ). `size`: of λ, 0: any; the same operations in the same
+/// order whatever it is.
+template <int size>
+void solve_dense(const CsrPattern& G, const double* value, const double* mobility, const double* S,
+                 double epsilon, const double* f, const double* r, const double* previous, double* a,
+                 double* lambda) {
+  const int n = G.columns, m = size > 0 ? size : G.rows;
+  const int *begin = G.begin.data(), *column = G.column.data();
+  double few[size > 0 ? size : 1];
+  double* x = size > 0 ? few : lambda;
+  for (int c = 0; c < n; ++c) a[c] = f ? f[c] * mobility[c] : 0;
+#pragma GCC unroll 4
+  for (int k = 0; k < m; ++k) {
+    double image = 0;
+    if (f)
+      for (int e = begin[k]; e < begin[k + 1]; ++e) image += value[e] * a[column[e]];
+    x[k] = image - (r ? r[k] : 0) + (previous ? epsilon * previous[k] : 0);
+  }
+#pragma GCC unroll 4
+  for (int j = 0; j < m; ++j) {
+    x[j] /= S[j + j * m];
+#pragma GCC unroll 4
+    for (int i = j + 1; i < m; ++i) x[i] -= S[i + j * m] * x[j];
+  }
+#pragma GCC unroll 4
+  for (int j = m - 1; j >= 0; --j) {
+    double y = x[j];
+#pragma GCC unroll 4
+    for (int i = j + 1; i < m; ++i) y -= S[i + j * m] * x[i];
+    x[j] = y / S[j + j * m];
+  }
+#pragma GCC unroll 4
+  for (int k = 0; k < m; ++k) {
+    if (size > 0) lambda[k] = x[k];
+    for (int e = begin[k]; e < begin[k + 1]; ++e) a[column[e]] -= value[e] * x[k] * mobility[column[e]];
+  }
+}
+
 /// A vector whose length is known.
 template <class M>
 void remember_fixed(M& m, std::vector<double>& values) {
@@ -203,26 +241,22 @@ void SaddleBlock::solve_once(const double* f, const double* r, const double* pre
                              double* lambda) {
   const int n = G_.columns, m = G_.rows;
   if (dense_) {
-    // (S + εI) λ = G M⁻¹ f − r + ε λ_previous
-    for (int c = 0; c < n; ++c) a[c] = f ? f[c] * inverse_mass_[c] : 0;
-    for (int k = 0; k < m; ++k)
-      lambda[k] = (f ? row_dot(G_, values_.data(), k, a) : 0) - (r ? r[k] : 0) +
-                  (previous ? epsilon_ * previous[k] : 0);
-    for (int j = 0; j < m; ++j) {
-      const double x = lambda[j] /= S_(j, j);
-      for (int i = j + 1; i < m; ++i) lambda[i] -= S_(i, j) * x;
+    // Kernels of fixed size for the small blocks that most mechanisms fall into.
+    const auto by = [&](auto kernel) {
+      kernel(G_, values_.data(), inverse_mass_.data(), S_.data(), epsilon_, f, r, previous, a, lambda);
+    };
+    switch (m) {
+      case 1:
+        return by(solve_dense<1>);
+      case 2:
+        return by(solve_dense<2>);
+      case 3:
+        return by(solve_dense<3>);
+      case 4:
+        return by(solve_dense<4>);
+      default:
+        return by(solve_dense<0>);
     }
-    for (int j = m - 1; j >= 0; --j) {
-      double x = lambda[j];
-      for (int i = j + 1; i < m; ++i) x -= S_(i, j) * lambda[i];
-      lambda[j] = x / S_(j, j);
-    }
-    for (int k = 0; k < m; ++k)
-      for (int e = G_.begin[k]; e < G_.begin[k + 1]; ++e) {
-        const auto c = (G_.column[e]);
-        a[c] -= values_[e] * lambda[k] * inverse_mass_[c];
-      }
-    return;
   }
   auto& x = klu_->rhs;
   for (int c = 0; c < n; ++c) x[c] = f ? f[c] : 0;

@@ -133,6 +133,34 @@ TEST_CASE("no element takes memory within steps, by any scheme", "[allocation]")
   const double most = events ? 0.25 * static_cast<double>(steps) : penalty ? 2 : 0;
   CHECK(static_cast<double>(taking) <= most);
 }
+
+TEST_CASE("no solver of contact problems takes memory within steps", "[allocation]") {
+  const auto* name = GENERATE("gudgeon_mu03", "four_bar_two");
+  const auto solver = GENERATE(LcpSolver::automatic, LcpSolver::lemke, LcpSolver::gauss_seidel,
+                               LcpSolver::newton, LcpSolver::enumeration);
+  CAPTURE(name, static_cast<int>(solver));
+  auto scene = read_scene(test::scene_file(name));
+  scene.nonsmooth.scheme = Scheme::moreau_jean;
+  scene.nonsmooth.step = 1e-5;
+  scene.nonsmooth.solver = solver;
+  scene.instruments.clear();
+  Simulation simulation(scene, "nonsmooth");
+  long last = 0, steps = 0, taking = 0;
+  test::Listener counter;
+  counter.on_step = [&](const Step& step) {
+    const long now = taken;
+    if (step.t1 > 0.04) {  // behind the first problems of each size
+      ++steps;
+      taking += now > last;
+    }
+    last = taken;
+  };
+  const auto run = simulation.run({.until = 0.2, .observers = {&counter}, .keep_events = false});
+  REQUIRE(run.ending.status == Ending::Status::finished);
+  REQUIRE(steps > 1000);
+  CHECK(run.work.lcp_solves > 1000);
+  CHECK(taking == 0);
+}
 #endif
 
 TEST_CASE("energy balances, constraints and walls hold in every mechanism", "[invariants]") {
