@@ -119,13 +119,14 @@ int run(const RunRequest& request) {
   fmt::print("{}: {:.6g} s in {} steps, {} right-hand sides, {:.3g} s CPU\n", summary.formulation,
              summary.t_end, summary.work.steps, summary.work.rhs, summary.cpu_seconds);
   if (!summary.assumed.empty()) fmt::print("{}", wrapped("start: " + summary.assumed + "\n", 7));
-  for (const auto& c : summary.contacts)
-    fmt::print(
-        "{}: flight {:.2f} %, impacts {:.2f} %, lasting contact {:.2f} %; {} impacts;\n"
-        "  restitution asked {:.4g}, delivered {:.4g};\n"
-        "  greatest penetration {}\n",
-        c.name, 100 * c.flight_fraction, 100 * c.impact_fraction, 100 * c.lasting_fraction, c.impacts,
-        c.model.restitution_asked, c.model.restitution_delivered, penetration(c));
+  for (const auto& c : summary.contacts) {
+    fmt::print("{}: ", c.name);
+    if (!std::isnan(c.flight_fraction))  // of one pair
+      fmt::print("flight {:.2f} %, impacts {:.2f} %, lasting contact {:.2f} %; ", 100 * c.flight_fraction,
+                 100 * c.impact_fraction, 100 * c.lasting_fraction);
+    fmt::print("{} impacts;\n  restitution asked {:.4g}, delivered {:.4g};\n  greatest penetration {}\n",
+               c.impacts, c.model.restitution_asked, c.model.restitution_delivered, penetration(c));
+  }
   if (std::isfinite(summary.ledger.closure()))
     fmt::print("energy balance closes to {:.2g} J of {:.3g} J\n", summary.ledger.closure(),
                summary.ledger.scale());
