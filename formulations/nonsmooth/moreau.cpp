@@ -264,6 +264,12 @@ bool MoreauStepper::solve_velocities(double h, const double* v_force) {
     collect(h);
     if (problem_.unknowns.empty()) break;
     if (!solve_contacts()) return false;
+    if (many_ && m == 0)  // a heap: should more join, their problem begins from here
+      for (const int k : live_)
+        if (auto& c = contacts_[k]; c.active) {
+          c.last_n = problem_.unknowns[c.unknown].impulse_n;
+          c.last_t = problem_.unknowns[c.unknown].impulse_t;
+        }
   }
   if (many_) react_to_all();
   return true;

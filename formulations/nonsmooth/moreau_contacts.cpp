@@ -67,8 +67,10 @@ void MoreauStepper::collect(double h) {
   if (many_) many_->id.clear();
   problem_.least = find_struck(h) ? ContactProblem::Least::where_singular : ContactProblem::Least::never;
   // An impact's impulses are no guess for the step behind it: in a wedge they may be a solution of their own, that jams.
-  const bool guess =
-      std::ranges::none_of(live_, [&](int k) { return contacts_[k].steps == 1 && contacts_[k].last_n > 0; });
+  // In a heap of loose bodies somewhere is always one: there each contact has its own.
+  const auto struck_last = [](const Contact& c) { return c.steps == 1 && c.last_n > 0; };
+  const bool heap = many_ && system_.rows() == 0,
+             any = !heap && std::ranges::any_of(live_, [&](int k) { return struck_last(contacts_[k]); });
   for (const int k : live_) {
     auto& c = contacts_[k];
     c.unknown = -1;
@@ -78,6 +80,7 @@ void MoreauStepper::collect(double h) {
     const int place = many_ ? many_->first[k] : 0;
     u.normal = add_row(c.row.normal, -c.bias_n, place);
     u.target_n = reach_ == Reach::all && !c.soft ? -c.restitution * c.u_n_minus : 0;
+    const bool guess = heap ? !struck_last(c) : !any;
     u.impulse_n = guess ? c.last_n : 0;
     if (c.row.tangent.size > 0) {
       const auto& surface = facts_of(k).surface;

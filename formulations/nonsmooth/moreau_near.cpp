@@ -12,7 +12,8 @@ const Neighbours::Pair& MoreauStepper::pair_of(int k) const {
   return near_->seats[static_cast<std::size_t>(k - system_.contacts())].pair;
 }
 
-void MoreauStepper::look(int k, const double* q, const double* v, const Evaluation& e, ContactRow& row) const {
+void MoreauStepper::look(int k, const double* q, const double* v, const Evaluation& e,
+                         ContactRow& row) const {
   if (!seated(k)) return system_.contact(k, q, v, e, row);
   const auto& seat = near_->seats[static_cast<std::size_t>(k - system_.contacts())];
   System::contact(seat.shape, facts_of(k), q, v, e, row);

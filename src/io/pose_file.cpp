@@ -74,7 +74,8 @@ class PoseTable {
     }
     if (list.size() > 1)
       for (const auto& p : list) row("link", name, place_of(q_, body, p));
-    row("mass", name, place_of(q_, body, {0, 0}));
+    if (!m_.bodies[static_cast<std::size_t>(body)].of_group)  // its disc shows it
+      row("mass", name, place_of(q_, body, {0, 0}));
   }
   void draw_joint(const GearJoint& j) {
     for (const int end : {0, 1})

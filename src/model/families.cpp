@@ -12,7 +12,8 @@ std::vector<ContactFamily> families_of(const Mechanism& mechanism, const Group& 
   std::vector<ContactFamily> list;
   const BodyRange own{group.first, group.size()};
   const auto surface = [&](int index) { return mechanism.surfaces[static_cast<std::size_t>(index)]; };
-  const auto discs = [&](ContactFamily::Of of, const std::string& name, const BodyRange& first, double radius) {
+  const auto discs = [&](ContactFamily::Of of, const std::string& name, const BodyRange& first,
+                         double radius) {
     ContactFamily f;
     f.of = of;
     f.name = name;
@@ -28,11 +29,12 @@ std::vector<ContactFamily> families_of(const Mechanism& mechanism, const Group& 
   if (group.size() > 1 && !group.alone) discs(ContactFamily::Of::own, group.name, own, group.radius);
   for (const int g : group.touches) {
     const auto& other = mechanism.groups[static_cast<std::size_t>(g)];
-    discs(ContactFamily::Of::others, fmt::format("{}-{}", other.name, group.name), {other.first, other.size()},
-          other.radius);
+    discs(ContactFamily::Of::others, fmt::format("{}-{}", other.name, group.name),
+          {other.first, other.size()}, other.radius);
   }
   for (int w = 0; w < group.wall_count(); ++w) {
-    const auto from = group.walls[static_cast<std::size_t>(w)], to = group.walls[static_cast<std::size_t>(w) + 1];
+    const auto from = group.walls[static_cast<std::size_t>(w)],
+               to = group.walls[static_cast<std::size_t>(w) + 1];
     ContactFamily f;
     f.of = ContactFamily::Of::wall;
     f.name = fmt::format("{}-wall{}", group.name, w + 1);

@@ -21,10 +21,10 @@ struct ContactFamily {
   enum class Of { own, others, wall };
   Of of = Of::own;
   std::string name;
-  BodyRange first, second;                ///< others: both; else `second` alone
-  double radius_i = 0, radius_j = 0;      ///< m; of a wall `radius_j` alone
-  Vec2 at{0, 0}, axis{1, 0};              ///< wall: a point (m) and its direction; free space lies on the left
-  ContactFacts facts;                     ///< of all, but for their names and bodies
+  BodyRange first, second;            ///< others: both; else `second` alone
+  double radius_i = 0, radius_j = 0;  ///< m; of a wall `radius_j` alone
+  Vec2 at{0, 0}, axis{1, 0};          ///< wall: a point (m) and its direction; free space lies on the left
+  ContactFacts facts;                 ///< of all, but for their names and bodies
 
   /// g of a pair with these centres (m), as the pair itself has it.
   double gap(const double* q, int i, int j) const {
@@ -56,7 +56,8 @@ struct ContactFamily {
 };
 
 /// The name of one pair of a family: of its bodies, or of the wall and its body.
-inline std::string pair_name(const std::string& family, const std::vector<std::string>& bodies, int i, int j) {
+inline std::string pair_name(const std::string& family, const std::vector<std::string>& bodies, int i,
+                             int j) {
   const auto& other = bodies[static_cast<std::size_t>(j)];
   return (i == ground ? family : bodies[static_cast<std::size_t>(i)]) + "-" + other;
 }

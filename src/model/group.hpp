@@ -21,15 +21,15 @@ struct Group {
   static constexpr long most_listed = 300;
 
   std::string name;
-  double mass = 0;                      ///< kg, of each
-  double radius = 0;                    ///< m, > 0
-  std::optional<double> inertia = {};   ///< kg m²; left out: m r²/2 of a solid disc
-  std::vector<Vec2> positions;          ///< m, centres at the start
-  Vec2 velocity{0, 0};                  ///< m/s, of all at the start
-  double angular_velocity = 0;          ///< rad/s, of all at the start
-  std::vector<Vec2> walls;              ///< m, free space on the left of the way from point to point
-  std::vector<int> touches;             ///< groups before it
-  int surface = -1;                     ///< of all its contacts
+  double mass = 0;                       ///< kg, of each
+  double radius = 0;                     ///< m, > 0
+  std::optional<double> inertia = {};    ///< kg m²; left out: m r²/2 of a solid disc
+  std::vector<Vec2> positions;           ///< m, centres at the start
+  Vec2 velocity{0, 0};                   ///< m/s, of all at the start
+  double angular_velocity = 0;           ///< rad/s, of all at the start
+  std::vector<Vec2> walls;               ///< m, free space on the left of the way from point to point
+  std::vector<int> touches;              ///< groups before it
+  int surface = -1;                      ///< of all its contacts
   std::optional<int> wall_surface = {};  ///< of those with walls, if it is another
   std::optional<Pairs> pairs = {};
   int first = 0;       ///< index of its first body
@@ -73,10 +73,11 @@ void Group::keys(auto& k, auto& g) {
            {"stagger", "m", "grid: by which every second row is moved along x"}, g.positions);
   k.take({"velocity", "m/s", "of every disc at the start"}, g.velocity);
   k.take({"angular_velocity", "rad/s", "of every disc at the start"}, g.angular_velocity);
-  k.way({"walls", "m",
-         "points of a line of walls of the ground, NAME-wall1 through the first two and so on, each straight and without "
-         "end; the discs lie on its left"},
-        g.walls);
+  k.way(
+      {"walls", "m",
+       "points of a line of walls of the ground, NAME-wall1 through the first two and so on, each straight and without "
+       "end; the discs lie on its left"},
+      g.walls);
   k.groups({"touches", "", "groups above it whose discs its own touch"}, g.touches);
   k.surface({"surface", "", "of the contacts of its discs"}, g.surface);
   k.maybe_surface({"wall_surface", "", "of the contacts with walls", "surface"}, g.wall_surface);

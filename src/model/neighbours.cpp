@@ -70,9 +70,8 @@ void Neighbours::find(const double* q, double reach) {
     const int k = family_of(a, b);
     if (k < 0) return;
     const auto& f = families_[static_cast<std::size_t>(k)];
-    const bool turned = f.of == ContactFamily::Of::own
-                            ? a > b
-                            : b < f.second.first || b >= f.second.first + f.second.count;
+    const bool turned =
+        f.of == ContactFamily::Of::own ? a > b : b < f.second.first || b >= f.second.first + f.second.count;
     const int i = turned ? b : a, j = turned ? a : b;
     if (f.gap(q, i, j) < reach) found_.push_back({k, i, j});
   };
@@ -83,7 +82,8 @@ void Neighbours::find(const double* q, double reach) {
                y = static_cast<std::int64_t>(own & 0xffffffffu) - (std::int64_t{1} << 31);
     for (const auto [dx, dy] : {std::pair{0, 1}, {1, -1}, {1, 0}, {1, 1}}) {
       const auto other = key(x + dx, y + dy);
-      for (auto c = std::ranges::lower_bound(cells_, std::pair{other, -1}); c != cells_.end() && c->first == other; ++c)
+      for (auto c = std::ranges::lower_bound(cells_, std::pair{other, -1});
+           c != cells_.end() && c->first == other; ++c)
         look(a, c->second);
     }
   }
