@@ -147,8 +147,10 @@ bool ContactIslands::sweep_free(Island& x, double accepted, int most) {
     width = 0;
     for (const auto& f : free_)
       for (int k = 0; k < f.size; ++k)
-        for (int l = 0; l < k; ++l) width = std::max(width, std::abs(place_[f.column[k]] - place_[f.column[l]]));
-    if (static_cast<int>(walk_.size()) < columns || 2.0 * columns * width * width > most_operations) width = columns;
+        for (int l = 0; l < k; ++l)
+          width = std::max(width, std::abs(place_[f.column[k]] - place_[f.column[l]]));
+    if (static_cast<int>(walk_.size()) < columns || 2.0 * columns * width * width > most_operations)
+      width = columns;
     u_.assign(static_cast<std::size_t>(columns), 0.0);  // masses
     for (const auto& f : free_)
       for (int k = 0; k < f.size; ++k) u_[f.column[k]] = f.mobility[k] > 0 ? 1 / f.mobility[k] : 0;
@@ -208,7 +210,8 @@ bool ContactIslands::sweep_free(Island& x, double accepted, int most) {
       }
       double off = INFINITY, first = 0;
       // Near the solution one step or two meet it; where they do not, sweeps come nearer at less cost.
-      for (int i = 0; i < 12 && off > std::max(0.01 * accepted, 1e-7 * first) && !(i > 1 && off > 0.1 * first); ++i) {
+      for (int i = 0;
+           i < 12 && off > std::max(0.01 * accepted, 1e-7 * first) && !(i > 1 && off > 0.1 * first); ++i) {
         ++x.found.pivots;
         const double from = evaluate(true);
         if (!std::isfinite(from)) break;
@@ -255,8 +258,10 @@ bool ContactIslands::sweep_free(Island& x, double accepted, int most) {
         un += f.normal[k] * y;
         ut += f.tangent[k] * y;
       }
-      if (c.normal >= 0 && Pn == 0 && Pt == 0 && un >= c.target_n && c.bound == 0) continue;  // open, and stays so
-      if (!ContactProblem::solve_one(c, un - f.nn * Pn - f.nt * Pt, ut - f.nt * Pn - f.tt * Pt, f.nn, f.nt, f.tt))
+      if (c.normal >= 0 && Pn == 0 && Pt == 0 && un >= c.target_n && c.bound == 0)
+        continue;  // open, and stays so
+      if (!ContactProblem::solve_one(c, un - f.nn * Pn - f.nt * Pt, ut - f.nt * Pn - f.tt * Pt, f.nn, f.nt,
+                                     f.tt))
         return false;
       const double dn = c.impulse_n - Pn, dt = c.impulse_t - Pt;
       moved = std::max({moved, f.nn * std::abs(dn), f.tt * std::abs(dt)});

@@ -2,32 +2,35 @@
 // Gauss–Seidel over blocks for friction in the plane. Not part of the build; scripts/time-discs compiles and runs it.
 //
 //     siconos_discs COLUMNS ROWS STEPS TOLERANCE EVERY      discs of radius 1 m; a line of CSV every EVERY steps
-#include <MechanicsFwd.hpp>
+#include <Friction_cst.h>
+#include <SolverOptions.h>
 #include <Disk.hpp>
+#include <MechanicsFwd.hpp>
 #include <SiconosKernel.hpp>
 #include <SpaceFilter.hpp>
-#include <SolverOptions.h>
-#include <Friction_cst.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <vector>
 
 int main(int argc, char** argv) {
   if (argc < 6) return std::fprintf(stderr, "siconos_discs COLUMNS ROWS STEPS TOLERANCE EVERY\n"), 2;
-  const int columns = std::atoi(argv[1]), rows = std::atoi(argv[2]), steps = std::atoi(argv[3]), every = std::atoi(argv[5]);
+  const int columns = std::atoi(argv[1]), rows = std::atoi(argv[2]), steps = std::atoi(argv[3]),
+            every = std::atoi(argv[5]);
   const double tolerance = std::atof(argv[4]), r = 1, mass = 1, g = 9.81, h = 1e-3, friction = 0.3, e = 0.2;
-  const double across = 2.1, up = 2.02, stagger = 0.05, width = across * (columns - 1) + 2 * r + 0.1 + stagger;
+  const double across = 2.1, up = 2.02, stagger = 0.05,
+               width = across * (columns - 1) + 2 * r + 0.1 + stagger;
 
   auto nsds = std::make_shared<NonSmoothDynamicalSystem>(0, steps * h * 2);
   auto osi = std::make_shared<MoreauJeanOSI>(0.5);
   std::vector<SP::Disk> discs;
   for (int row = 0; row < rows; ++row)
     for (int column = 0; column < columns; ++column) {
-      auto q = std::make_shared<SiconosVector>(3), v = std::make_shared<SiconosVector>(3), f = std::make_shared<SiconosVector>(3);
+      auto q = std::make_shared<SiconosVector>(3), v = std::make_shared<SiconosVector>(3),
+           f = std::make_shared<SiconosVector>(3);
       q->zero(), v->zero(), f->zero();
       (*q)(0) = r + 0.05 + across * column + (row % 2 == 1 ? stagger : 0);
       (*q)(1) = r + 0.01 + up * row;
@@ -65,17 +68,20 @@ int main(int argc, char** argv) {
       for (const auto& o : discs)
         if (o != d) deep = std::max(deep, 2 * r - std::hypot((*o->q())(0) - q(0), (*o->q())(1) - q(1)));
     }
-    std::printf("siconos,%d,%.1f,%.3e,%.8g,%.2e,%ld\n", n, seconds / n * 1e6, deep, kinetic, worst, iterations / n);
+    std::printf("siconos,%d,%.1f,%.3e,%.8g,%.2e,%ld\n", n, seconds / n * 1e6, deep, kinetic, worst,
+                iterations / n);
     std::fflush(stdout);
   };
   double spent = 0, worst = 0;
   long iterations = 0;
   for (int n = 1; n <= steps; ++n) {
-    const auto begin = std::chrono::steady_clock::now();
+    const std::clock_t begin = std::clock();  // of the process, which has one thread
     sim->computeOneStep();
     sim->nextStep();
-    spent += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    if (const double left = problem->numericsSolverOptions()->dparam[SICONOS_DPARAM_RESIDU]; std::isfinite(left)) worst = std::max(worst, left);
+    spent += static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+    if (const double left = problem->numericsSolverOptions()->dparam[SICONOS_DPARAM_RESIDU];
+        std::isfinite(left))
+      worst = std::max(worst, left);
     iterations += problem->numericsSolverOptions()->iparam[SICONOS_IPARAM_ITER_DONE];
     if (n % every == 0) report(n, spent, worst, iterations);
   }
