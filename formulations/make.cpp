@@ -1,6 +1,8 @@
 #include "formulations/make.hpp"
 
 #include <fmt/format.h>
+
+#include <algorithm>
 #include <stdexcept>
 
 #include "formulations/nonsmooth/nonsmooth.hpp"
@@ -11,8 +13,34 @@
 
 namespace freeplay {
 
+namespace {
+
+/// Pairs that come and go are known to time stepping with a fixed step alone.
+void refuse_families(Family family, const Scene& scene, const System& system) {
+  if (system.families().empty()) return;
+  const auto& name = system.families().front().name;
+  const auto group = std::ranges::find_if(scene.mechanism.groups, [&](const Group& g) {
+    return std::ranges::any_of(families_of(scene.mechanism, g, 0),
+                               [&](const auto& f) { return f.name == name; });
+  });
+  const auto& o = scene.nonsmooth;
+  const auto& own = group->name;
+  if (family == Family::nonsmooth && o.scheme_in_force() == Scheme::moreau_jean && o.step) return;
+  throw ModelError(
+      fmt::format("groups.{}.pairs", own),
+      fmt::format(
+          "\"near\" needs the nonsmooth formulation with nonsmooth.scheme = \"moreau-jean\" and a nonsmooth.step; "
+          "\"each\" keeps every pair as a contact{}",
+          group->pairs
+              ? ""
+              : fmt::format(" (more than {} pairs are \"near\" where nothing is said)", Group::most_listed)));
+}
+
+}  // namespace
+
 std::unique_ptr<Formulation> make(Family family, const Scene& scene, const System& system, const State& state,
                                   const std::vector<double>& restitution) {
+  refuse_families(family, scene, system);
   switch (family) {
     case Family::penalty:
       return make_penalty(scene, system, state);

@@ -28,7 +28,10 @@ template <class Stepper>
 class Marched : public Formulation {
  public:
   Marched(Family family, const System& system, const State& state, Stepper stepper)
-      : system_(system), stepper_(std::move(stepper)), family_(family), log_(system.contacts()) {
+      : system_(system),
+        stepper_(std::move(stepper)),
+        family_(family),
+        log_(system.contacts(), system.reported()) {
     stepper_.start(state, log_);
     initial_ =
         system_.kinetic(state.v.data()) + system_.potential(state.q.data()) + stepper_.integrals().elastic;

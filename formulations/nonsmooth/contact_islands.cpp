@@ -146,7 +146,7 @@ ContactSolution ContactIslands::solve(ContactProblem& whole, std::span<const int
       if (static_cast<int>(members.size()) <= most_dense)
         solve_small(x, whole);
       else
-        solve_long(x, whole);
+        solve_long(x, whole, rows);
     }
     for (std::size_t i = 0; i < members.size(); ++i) {
       auto& u = whole.unknowns[members[i]];

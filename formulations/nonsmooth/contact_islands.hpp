@@ -9,8 +9,10 @@
 // (Alart and Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353) from the impulses given, with band factors in the order
 // of a breadth-first walk over the island (Cuthill and McKee, Proc. 24th ACM Conf. (1969) 157): along a chain its cost is linear.
 // Where the band is wide or that fails: Gauss–Seidel over D's rows, and up to most_whole unknowns the solvers of small problems.
+// Bodies that no joint holds are swept in their velocities (contact_islands_free.cpp).
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -68,7 +70,11 @@ class ContactIslands {
   bool same(const Island& island, std::span<const int> id, const std::vector<int>& members) const;
   void couple(Island& x, const std::vector<SparseRow>& rows, const Responses& responses);
   void solve_small(Island& x, ContactProblem& whole);
-  void solve_long(Island& x, ContactProblem& whole);
+  void solve_long(Island& x, ContactProblem& whole, const std::vector<SparseRow>& rows);
+  bool gather_free(const Island& x, const std::vector<SparseRow>& rows);
+  void sum_free(const Island& x);
+  double residual_free(const Island& x) const;
+  bool sweep_free(Island& x, double accepted, int most);
   bool newton(Island& x, double accepted, int most);
   bool gauss_seidel(Island& x, double accepted, int most);
   bool hold(Island& x);
@@ -81,6 +87,15 @@ class ContactIslands {
   double project(const Island& x, bool with_jacobian, double proximal);
   static double residual(const Island& x);
   static double attainable(const Island& x);
+
+  /// An unknown between bodies that no joint holds: its rows in the columns that they touch, by their places in y_.
+  struct Free {
+    static constexpr int most = SparseRow::max_size;
+    int size = 0;
+    std::array<int, most> column{};
+    std::array<double, most> normal{}, tangent{}, mobility{};
+    double nn = 0, nt = 0, tt = 0, bn = 0, bt = 0;  // of D and b
+  };
 
   const SaddlePoint* saddle_;
   LcpSolver solver_;
@@ -97,6 +112,9 @@ class ContactIslands {
   std::vector<int> place_, walk_;        // order of rows in the band
   BandLu band_;
   std::vector<double> F_, P_, step_, u_, given_, best_;
+  std::vector<Free> free_;
+  std::vector<int> columns_, place_of_column_;  // of free_
+  std::vector<double> y_;                       // m/s, rad/s: what the impulses change
 };
 
 }  // namespace freeplay

@@ -9,6 +9,8 @@ namespace {
 
 /// Operations of one factorisation beyond which sweeps are the cheaper way.
 constexpr double most_operations = 3e7;
+/// Unknowns of an island of loose bodies beyond which dense matrices are no way out.
+constexpr int most_loose = 64;
 
 }  // namespace
 
@@ -193,7 +195,7 @@ bool ContactIslands::gauss_seidel(Island& x, double accepted, int most) {
   return false;
 }
 
-void ContactIslands::solve_long(Island& x, ContactProblem& whole) {
+void ContactIslands::solve_long(Island& x, ContactProblem& whole, const std::vector<SparseRow>& rows) {
   x.found = {};
   const double size = whole.scale(), accepted = tolerance_ * size;
   gather(x);
@@ -212,17 +214,29 @@ void ContactIslands::solve_long(Island& x, ContactProblem& whole) {
       best_ = x.impulse;
     }
   };
+  const bool loose = gather_free(x, rows), heap = loose && static_cast<int>(x.unknowns.size()) > most_loose;
+  if (loose) {
+    if (heap) best_rate = 1e-3 * size;  // nothing else would come nearer in its time; the run says how near
+    attempt([&] {
+      const bool met =
+          sweep_free(x, accepted, static_cast<int>(x.unknowns.size()) > most_whole ? 4000 : 20000);
+      gather(x);
+      return met;
+    });
+  }
   if (solver_ == LcpSolver::gauss_seidel) attempt([&] { return gauss_seidel(x, accepted, 2000); });
   attempt([&] { return newton(x, accepted, 20); });
-  attempt([&] {
-    x.impulse = given_;
-    return gauss_seidel(x, accepted, 5000);
-  });
-  attempt([&] {
-    restart();
-    return newton(x, accepted, 100);
-  });
-  if (!solved && static_cast<int>(x.unknowns.size()) <= most_whole) {
+  if (!heap) {
+    attempt([&] {
+      x.impulse = given_;
+      return gauss_seidel(x, accepted, 5000);
+    });
+    attempt([&] {
+      restart();
+      return newton(x, accepted, 100);
+    });
+  }
+  if (!solved && !heap && static_cast<int>(x.unknowns.size()) <= most_whole) {
     const int pivots = x.found.pivots, retries = x.found.retries;
     solve_small(x, whole);
     x.found.pivots += pivots;

@@ -32,13 +32,18 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
       slide_last_(system.frictions()) {
   int rows = system.frictions();
   for (int k = 0; k < system.contacts(); ++k) {
+    live_.push_back(k);
     contacts_[k].restitution = restitution[k];
     rows += system.has_friction(k) ? 2 : 1;
     std::vector<double> any(static_cast<std::size_t>(system.n()));  // two bodies alike in none
     std::iota(any.begin(), any.end(), 1.0);
     if (system.passage(k, any.data(), 1) > 0) passing_.push_back(k);
   }
-  if (rows > most_whole_rows && !films_.any() && coupled_.size() == 0) {
+  if (!system.families().empty()) {
+    near_ = std::make_unique<Near>(system);
+    near_->restitution.assign(restitution.begin() + system.contacts(), restitution.end());
+  }
+  if ((near_ || rows > most_whole_rows) && !films_.any() && coupled_.size() == 0) {
     many_ = std::make_unique<Many>(saddle_, system, options, rows);
     problem_.reserve_rates(rows);
     position_problem_.reserve_rates(system.contacts());
@@ -59,7 +64,7 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
     x->resize(system.n());
   for (auto* x : {&z_, &z_old_, &z_mid_, &flow_}) x->resize(system.states());
   for (auto* x : {&r_, &lambda_, &lambda_free_, &lambda_dq_, &taken_back_}) x->resize(system.rows());
-  extremes_.penetration.assign(system.contacts(), 0);
+  extremes_.penetration.assign(system.reported(), 0);
 }
 
 void MoreauStepper::start(const State& state, ContactLog& log) {
@@ -76,6 +81,13 @@ void MoreauStepper::start(const State& state, ContactLog& log) {
     contacts_[k].gap = system_.gap(k, q_.data(), end_);
     contacts_[k].t_left = contacts_[k].gap > 0 ? t_ : -INFINITY;
     contacts_[k].closed = false;
+  }
+  if (near_) {
+    auto& list = near_->neighbours;
+    list.find(q_.data(), list.advised(2 * step_ * list.fastest(v_.data())));
+    seat(q_.data());
+    for (const int k : live_)
+      if (seated(k)) contacts_[k].t_left = contacts_[k].gap > 0 ? t_ : -INFINITY;
   }
 }
 
@@ -101,8 +113,8 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
   system_.place(t_old_ + 0.5 * h, q_mid_.data(), e_);
   if (system_.has_motions()) system_.step_motions(t_old_, t_, e_);
   system_.rate(q_mid_.data(), v_old_.data(), e_);
-  for (int k = 0; k < system_.contacts(); ++k)
-    system_.contact(k, q_mid_.data(), v_old_.data(), e_, contacts_[k].row);
+  for (const int k : live_) look(k, q_mid_.data(), v_old_.data(), e_, contacts_[k].row);
+  if (near_) keep_near(h, q_old_.data(), v_old_.data(), v_old_.data());
   for (int k = 0; k < system_.frictions(); ++k)
     slide_gamma_[k] = system_.friction(k, q_mid_.data(), v_old_.data(), e_, slides_[k]);
   ++work_.steps;
@@ -239,7 +251,8 @@ bool MoreauStepper::solve_velocities(double h, const double* v_force) {
   if (films_.any()) films_.resist(v_.data(), lambda_.data());
   v_free_ = v_;
   lambda_free_ = lambda_;
-  for (auto& c : contacts_) {
+  for (const int k : live_) {
+    auto& c = contacts_[k];
     c.struck = false;
     c.active = many_ && c.steps > 1 && c.last_n > 0 && c.row.normal.size > 0 && in_reach(c);  // it lasts
   }
@@ -253,6 +266,12 @@ bool MoreauStepper::solve_velocities(double h, const double* v_force) {
     collect(h);
     if (problem_.unknowns.empty()) break;
     if (!solve_contacts()) return false;
+    if (many_ && m == 0)  // a heap: should more join, their problem begins from here
+      for (const int k : live_)
+        if (auto& c = contacts_[k]; c.active) {
+          c.last_n = problem_.unknowns[c.unknown].impulse_n;
+          c.last_t = problem_.unknowns[c.unknown].impulse_t;
+        }
   }
   if (many_) react_to_all();
   return true;

@@ -22,6 +22,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -32,6 +33,7 @@
 #include "formulations/nonsmooth/contact_islands.hpp"
 #include "formulations/nonsmooth/contact_problem.hpp"
 #include "formulations/nonsmooth/film_step.hpp"
+#include "model/neighbours.hpp"
 #include "model/options.hpp"
 #include "model/system.hpp"
 #include "numerics/saddle_point.hpp"
@@ -124,6 +126,10 @@ class MoreauStepper {
   template <class M>
   void remember(M& m) {
     m.part("moreau-jean");
+    if (near_) {
+      m(*near_, live_);
+      if constexpr (M::reading) seat_again();
+    }
     for (auto& c : contacts_) m(c);
     m(saddle_, slide_last_, q_, v_, q_old_, v_old_, v_trial_, z_, t_, t_old_, t_start_, index_, integrals_,
       extremes_, work_, flights_, passage_, motions_, jam_, jams_, undecided_, unswept_, inelastic_, locked_,
@@ -186,6 +192,21 @@ class MoreauStepper {
   bool strip_restitution();
   void tell_painleve(const ContactSolution& result);
   bool activate(double h);
+  /// @name Contacts by their place in contacts_: those of the system, then seats of pairs that are near (moreau_near.cpp)
+  ///@{
+  bool seated(int k) const { return k >= system_.contacts(); }
+  /// The number that facts, greatest penetration and events are told by: the contact's own or that of its family.
+  int told_as(int k) const { return seated(k) ? system_.contacts() + pair_of(k).family : k; }
+  const ContactFacts& facts_of(int k) const { return system_.contact_facts(told_as(k)); }
+  void look(int k, const double* q, const double* v, const Evaluation& e, ContactRow& row) const;
+  double gap_of(int k, const double* q, const Evaluation& e) const;
+  const Neighbours::Pair& pair_of(int k) const;
+  void keep_near(double h, const double* q, const double* v0, const double* v1);
+  void seat(const double* q);
+  void seat_again();
+  int new_seat();
+  void make_room();
+  ///@}
   void collect(double h);
   bool find_struck(double h);
   int add_row(const SparseRow& row, double end_rate_bias, int place);
@@ -231,9 +252,36 @@ class MoreauStepper {
     void begin(SaddlePoint& saddle);
     Responses responses;
     ContactIslands islands, positions;
-    std::vector<int> first;      // place of each contact's normal row; of friction elements after them
+    std::vector<int> first;      // place of each contact's normal row
+    std::vector<int> friction;   // of each friction element's
     std::vector<int> place, id;  // of each row and unknown of the present problem
     std::vector<char> taken;     // responses of this step
+  };
+
+  /// Pairs of the system's families that are near: each has a seat in contacts_ behind the system's own, which it keeps as
+  /// long as it is near or in contact, and leaves to another.
+  struct Near {
+    explicit Near(const System& system) : neighbours(system.families()) {}
+    struct Seat {
+      Neighbours::Pair pair;
+      Pair shape;
+    };
+    Neighbours neighbours;
+    std::vector<Seat> seats;
+    std::vector<int> free;            // seats
+    std::vector<int> kept;            // while the list is made
+    std::vector<double> restitution;  // of each family
+    template <class M>
+    void remember(M& m) {
+      m(neighbours, free);
+      auto size = static_cast<std::uint64_t>(seats.size());
+      m(size);
+      if constexpr (M::reading) {
+        if (size > m.left()) throw MemoryError("the snapshot is cut short");
+        seats.resize(size);
+      }
+      for (auto& s : seats) m(s.pair);
+    }
   };
 
   const System& system_;
@@ -242,6 +290,9 @@ class MoreauStepper {
   Evaluation e_, end_;
   ContactProblem problem_, position_problem_;
   std::vector<Contact> contacts_;
+  std::unique_ptr<Near> near_;
+  std::vector<int>
+      live_;  // of contacts_, in the order of problems: the system's, then those that are seated by their pairs
   FilmStep films_;
   std::vector<SparseRow> slides_, rows_;
   std::unique_ptr<Many> many_;

@@ -136,8 +136,9 @@ void MoreauStepper::account(double h) {
   }
   if (films_.any()) integrals_.film += films_.loss(v_old_.data(), v_.data());
   double gain = 0, approach = 0;  // approach: Σ P_N |u_N⁻|
-  for (const auto& c : contacts_)
-    if (c.unknown >= 0) approach += problem_.unknowns[c.unknown].impulse_n * std::max(0.0, -c.u_n_minus);
+  for (const int k : live_)
+    if (const auto& c = contacts_[k]; c.unknown >= 0)
+      approach += problem_.unknowns[c.unknown].impulse_n * std::max(0.0, -c.u_n_minus);
   for (const auto& c : problem_.unknowns) {
     const auto mean_rate = [&](int row) {
       return 0.5 * (row_of(row).dot(v_old_.data()) + row_of(row).dot(v_.data()));
@@ -205,7 +206,7 @@ void MoreauStepper::log_contacts(double h) {
   const auto preloaded = problem_.unknowns.size() - slide_last_.size();
   for (std::size_t k = 0; k < slide_last_.size(); ++k)
     slide_last_[k] = problem_.unknowns[preloaded + k].impulse_t;
-  for (int k = 0; k < system_.contacts(); ++k) {
+  for (const int k : live_) {
     auto& c = contacts_[k];
     const auto* u = c.unknown >= 0 ? &problem_.unknowns[c.unknown] : nullptr;
     const bool pressed = u && u->impulse_n > 0;
@@ -225,6 +226,7 @@ void MoreauStepper::log_contacts(double h) {
       if (c.u_n_minus < 0 && step_ > 0) keep_flight(-c.u_n_minus, (c.t_touch - c.t_left) / step_);
       log_->touch(k, c.t_touch, system_.crank_angle(q_old_.data()), c.u_n_minus, tangent_minus,
                   std::max(h, left_out(c)), 1.5 * h);
+      if (seated(k)) log_->name(k, told_as(k), {pair_of(k).i, pair_of(k).j});
       ++work_.events;
     }
     c.t_pressed = t_;
@@ -239,7 +241,8 @@ void MoreauStepper::log_contacts(double h) {
 void MoreauStepper::keep_struck() {
   std::ranges::fill(struck_v_, 0.0);
   double sum = 0, moment = 0;
-  for (const auto& c : contacts_) {
+  for (const int k : live_) {
+    const auto& c = contacts_[k];
     if (c.unknown < 0 || c.steps != 1) continue;
     const auto& u = problem_.unknowns[c.unknown];
     if (!(u.impulse_n > 0)) continue;
@@ -267,6 +270,12 @@ void MoreauStepper::keep_passage(double h) {
     for (const auto* v : {&v_old_, &v_})
       if (const double share = system_.passage(k, v->data(), h); share > passage_.share)
         passage_ = {share, k};
+  for (std::size_t n = static_cast<std::size_t>(system_.contacts()); n < live_.size(); ++n) {
+    const auto& shape = near_->seats[static_cast<std::size_t>(live_[n] - system_.contacts())].shape;
+    for (const auto* v : {&v_old_, &v_})
+      if (const double share = System::passage(shape, v->data(), h); share > passage_.share)
+        passage_ = {share, told_as(live_[n])};
+  }
 }
 
 void MoreauStepper::watch_forces(bool on) {
@@ -293,7 +302,7 @@ void MoreauStepper::book(double h) {
     else
       for (int k = 0; k < m; ++k) struck_lambda_[k] += impulse * reaction(row)[k];
   };
-  for (int k = 0; k < system_.contacts(); ++k) {
+  for (const int k : live_) {
     const auto& c = contacts_[k];
     if (c.unknown < 0) continue;
     const auto& u = problem_.unknowns[c.unknown];
@@ -302,7 +311,12 @@ void MoreauStepper::book(double h) {
       take(u.normal, u.impulse_n);
       take(u.tangent, u.impulse_t);
     }
-    system_.report_contact(k, q, e_, c.row, u.impulse_n, u.impulse_t, 1, struck ? within_ : smooth_);
+    auto& out = struck ? within_ : smooth_;
+    if (seated(k))
+      system_.report_contact(told_as(k), System::link_of(near_->seats[k - system_.contacts()].shape), q, e_,
+                             c.row, u.impulse_n, u.impulse_t, 1, out);
+    else
+      system_.report_contact(k, q, e_, c.row, u.impulse_n, u.impulse_t, 1, out);
   }
   if (many_ && struck_) saddle_.solve(force_.data(), nullptr, dq_.data(), struck_lambda_.data());
   if (films_.any()) films_.report(system_, q, e_, within_.acceleration.data(), smooth_, within_);

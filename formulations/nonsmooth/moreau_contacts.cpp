@@ -19,7 +19,9 @@ int MoreauStepper::add_row(const SparseRow& row, double end_rate_bias, int place
 /// end of the step. True when one was added.
 bool MoreauStepper::activate(double h) {
   bool added = false;
-  for (auto& c : contacts_) {
+  if (near_) keep_near(h, q_old_.data(), v_old_.data(), v_.data());
+  for (const int k : live_) {
+    auto& c = contacts_[k];
     if (c.active || c.row.normal.size == 0 || !in_reach(c)) continue;
     const double end_gap = c.row.gap + 0.5 * h * (c.row.normal.dot(v_.data()) - 0.25 * h * c.row.gamma_n);
     added |= c.active = end_gap <= (c.closed ? slack_ : 0);
@@ -32,7 +34,8 @@ bool MoreauStepper::activate(double h) {
 bool MoreauStepper::find_struck(double h) {
   bool any = false;
   const auto approach = [&](const Contact& c) { return -c.row.normal.dot(v_old_.data()); };
-  for (auto& c : contacts_) {
+  for (const int k : live_) {
+    auto& c = contacts_[k];
     if (!c.active) continue;
     c.bias_n = 0.5 * h * c.row.gamma_n;
     c.bias_t = 0.5 * h * c.row.gamma_t;
@@ -45,7 +48,8 @@ bool MoreauStepper::find_struck(double h) {
   else
     saddle_.solve(nullptr, e_.gamma.data(), a_gamma_.data(), lambda_dq_.data());
   any = false;
-  for (auto& c : contacts_) {
+  for (const int k : live_) {
+    auto& c = contacts_[k];
     if (!c.active || !c.struck) continue;
     const double bias = 0.5 * h * c.row.normal.dot(a_gamma_.data());
     c.struck = approach(c) > 10 * std::abs(bias);
@@ -63,19 +67,23 @@ void MoreauStepper::collect(double h) {
   if (many_) many_->id.clear();
   problem_.least = find_struck(h) ? ContactProblem::Least::where_singular : ContactProblem::Least::never;
   // An impact's impulses are no guess for the step behind it: in a wedge they may be a solution of their own, that jams.
-  const bool guess =
-      std::ranges::none_of(contacts_, [](const Contact& c) { return c.steps == 1 && c.last_n > 0; });
-  for (auto& c : contacts_) {
+  // In a heap of loose bodies somewhere is always one: there each contact has its own.
+  const auto struck_last = [](const Contact& c) { return c.steps == 1 && c.last_n > 0; };
+  const bool heap = many_ && system_.rows() == 0,
+             any = !heap && std::ranges::any_of(live_, [&](int k) { return struck_last(contacts_[k]); });
+  for (const int k : live_) {
+    auto& c = contacts_[k];
     c.unknown = -1;
     if (!c.active) continue;
     c.u_n_minus = c.row.normal.dot(v_old_.data()) + c.bias_n;
     ContactUnknown u;
-    const int k = static_cast<int>(&c - contacts_.data()), place = many_ ? many_->first[k] : 0;
+    const int place = many_ ? many_->first[k] : 0;
     u.normal = add_row(c.row.normal, -c.bias_n, place);
     u.target_n = reach_ == Reach::all && !c.soft ? -c.restitution * c.u_n_minus : 0;
+    const bool guess = heap ? !struck_last(c) : !any;
     u.impulse_n = guess ? c.last_n : 0;
     if (c.row.tangent.size > 0) {
-      const auto& surface = system_.contact_facts(k).surface;
+      const auto& surface = facts_of(k).surface;
       u.tangent = add_row(c.row.tangent, -c.bias_t, place + 1);
       u.friction = *surface.friction;
       u.impulse_t = guess ? c.last_t : 0;
@@ -85,13 +93,12 @@ void MoreauStepper::collect(double h) {
     }
     c.unknown = static_cast<int>(problem_.unknowns.size());
     problem_.unknowns.push_back(u);
-    if (many_) many_->id.push_back(k);
+    if (many_) many_->id.push_back(system_.frictions() + k);
   }
   for (int k = 0; k < system_.frictions(); ++k) {
     ContactUnknown u;
-    const int id = system_.contacts() + k;
-    if (many_) many_->id.push_back(id);
-    u.tangent = add_row(slides_[k], -0.5 * h * slide_gamma_[k], many_ ? many_->first[id] : 0);
+    if (many_) many_->id.push_back(k);
+    u.tangent = add_row(slides_[k], -0.5 * h * slide_gamma_[k], many_ ? many_->friction[k] : 0);
     u.bound = h * system_.friction_facts(k).bound;
     u.impulse_t = slide_last_[k];
     problem_.unknowns.push_back(u);

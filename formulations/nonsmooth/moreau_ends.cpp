@@ -64,13 +64,18 @@ bool MoreauStepper::bring_back(double t_new) {
     move(dq_.data());
     system_.place(t_new, q_.data(), end_);
   }
+  if (near_) keep_near(0, q_.data(), nullptr, nullptr);
   const auto look = [&] {
-    for (int k = 0; k < system_.contacts(); ++k) contacts_[k].gap = system_.gap(k, q_.data(), end_);
+    for (const int k : live_) contacts_[k].gap = gap_of(k, q_.data(), end_);
   };
   look();
-  if (many_ && hold_lasting()) {
+  const bool held = many_ && !near_ && hold_lasting();
+  if (held) {
     system_.place(t_new, q_.data(), end_);
     look();
+  }
+  bool moved = false;
+  for (const int k : live_) moved |= contacts_[k].gap < 0 && in_reach(contacts_[k]) && !(held && contacts_[k].held);
   }
   bool moved = false;
   for (const auto& c : contacts_) moved |= c.gap < 0 && in_reach(c) && !(many_ && c.held);
@@ -78,9 +83,10 @@ bool MoreauStepper::bring_back(double t_new) {
     position_problem_.clear();
     if (many_) many_->id.clear();
     auto& p = position_problem_;
-    for (auto& c : contacts_) {
+    for (const int k : live_) {
+      auto& c = contacts_[k];
       if (c.row.normal.size == 0 || !in_reach(c) || (c.gap >= 0 && c.unknown < 0)) continue;
-      const int k = static_cast<int>(&c - contacts_.data()), place = many_ ? many_->first[k] : p.rows;
+      const int place = many_ ? many_->first[k] : p.rows;
       if (many_) {
         many_->place[p.rows] = place;
         many_->id.push_back(k);
@@ -118,10 +124,11 @@ bool MoreauStepper::bring_back(double t_new) {
   }
   if (reach_ == Reach::closed) draw_closed(t_new);
   integrals_.stabilisation += system_.potential(q_.data()) - potential;
-  for (int k = 0; k < system_.contacts(); ++k) {
-    if (moved || reach_ == Reach::closed) contacts_[k].gap = system_.gap(k, q_.data(), end_);
-    if (in_reach(contacts_[k]))
-      extremes_.penetration[k] = std::max(extremes_.penetration[k], -contacts_[k].gap);
+  if (near_ && moved) keep_near(0, q_.data(), nullptr, nullptr);
+  for (const int k : live_) {
+    if (moved || reach_ == Reach::closed) contacts_[k].gap = gap_of(k, q_.data(), end_);
+    auto& deepest = extremes_.penetration[told_as(k)];
+    if (in_reach(contacts_[k])) deepest = std::max(deepest, -contacts_[k].gap);
   }
   keep_residuals(system_, end_, extremes_);
   return true;

@@ -19,8 +19,8 @@ MoreauStepper::Many::Many(const SaddlePoint& saddle, const System& system, const
     first.push_back(next);
     next += system.has_friction(k) ? 2 : 1;
   }
-  for (int k = 0; k < system.frictions(); ++k) first.push_back(next++);
-  id.reserve(first.size());
+  for (int k = 0; k < system.frictions(); ++k) friction.push_back(next++);
+  id.reserve(first.size() + friction.size());
 }
 
 void MoreauStepper::Many::begin(SaddlePoint& saddle) {

@@ -20,8 +20,8 @@ void MoreauStepper::tell_painleve(const ContactSolution& result) {
     if (many_) {
       const auto& ids = many_->islands.ambiguous_ids();
       const auto of_island = [&](int i) {
-        return ids[i] < system_.contacts() ? system_.contact_facts(ids[i]).name
-                                           : std::string("a preloaded joint");
+        const int k = ids[i] - system_.frictions();
+        return k >= 0 ? facts_of(k).name : std::string("a preloaded joint");
       };
       motions_ = fmt::format("t = {:.9g} s: {}", t_old_,
                              describe_motions(many_->islands.ambiguous(), of_island, "N s"));
@@ -29,7 +29,7 @@ void MoreauStepper::tell_painleve(const ContactSolution& result) {
       motions_ = fmt::format("t = {:.9g} s: {}", t_old_, describe_motions(problem_, name, "N s"));
     }
   }
-  for (int k = 0; k < system_.contacts(); ++k) {
+  for (const int k : live_) {
     const auto& c = contacts_[k];
     if (c.unknown < 0 || c.row.tangent.size == 0) continue;
     const auto& u = problem_.unknowns[c.unknown];
@@ -38,7 +38,7 @@ void MoreauStepper::tell_painleve(const ContactSolution& result) {
     const double slope = delassus(u.normal, u.normal) - side * u.friction * delassus(u.normal, u.tangent);
     if (u.impulse_n > 0 && slope <= 0 && -c.u_n_minus <= 1e-4 * std::abs(slide) &&
         side * after <= 1e-3 * std::abs(slide) && jams_++ == 0)
-      jam_ = fmt::format("t = {:.9g} s, {}", t_old_, system_.contact_facts(k).name);
+      jam_ = fmt::format("t = {:.9g} s, {}", t_old_, facts_of(k).name);
   }
 }
 

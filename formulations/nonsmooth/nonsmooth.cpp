@@ -31,7 +31,7 @@ class Nonsmooth final : public Marched<Stepper> {
         accepted_(accepted) {}
   std::vector<ContactModel> contact_models() const override {
     std::vector<ContactModel> models;
-    for (int k = 0; k < system_.contacts(); ++k)
+    for (int k = 0; k < system_.reported(); ++k)
       models.push_back({*system_.contact_facts(k).surface.restitution, restitution_[k], 0, 0, 0});
     return models;
   }
@@ -118,7 +118,7 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
         "must be \"newton\" where joints have friction from their reactions: within an impact it is bounded "
         "by their impulses, which the phases of the other laws do not have");
   std::vector<double> e = restitution;
-  for (int k = static_cast<int>(e.size()); k < system.contacts(); ++k) {
+  for (int k = static_cast<int>(e.size()); k < system.reported(); ++k) {
     const auto& surface = system.contact_facts(k).surface;
     if (!surface.restitution)
       throw ModelError(fmt::format("surfaces.{}.restitution", surface.name),

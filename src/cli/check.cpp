@@ -39,6 +39,7 @@ void burdens(const System& system) {
     };
     say(c.rows, "constraint row", "constraint rows");
     say(c.contacts, "contact", "contacts");
+    say(c.families, "family of pairs", "families of pairs");
     say(c.frictions, "friction row", "friction rows");
     say(c.states, "state", "states");
     say(c.force, "applied force", "applied forces");
@@ -81,7 +82,7 @@ void economies(const Scene& scene, const System& system, const SaddlePoint& sadd
     say("nothing", "no constraint row stands alone on a coordinate");
 
   std::vector<std::pair<std::string, std::string>> left;
-  if (system.contacts() == 0) {
+  if (system.reported() == 0) {
     left.emplace_back(
         "contacts",
         "no joint has a clearance and no [contacts]: no gap is computed, no complementarity problem solved");
@@ -158,6 +159,8 @@ int check(const CheckRequest& request) {
   line("degrees of freedom",
        fmt::format("{}", system.n() - system.rows() + static_cast<int>(redundant.size())));
   line("contacts", fmt::format("{}", system.contacts()));
+  for (const auto& family : system.families())
+    line("", fmt::format("{}: {} pairs, found as they come near", family.name, family.pairs()));
   line("friction rows", fmt::format("{} of contacts, {} of joints", tangents, system.frictions()));
   line("instruments", fmt::format("{}", scene.instruments.size()));
   const SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic,
@@ -177,7 +180,7 @@ int check(const CheckRequest& request) {
   if (!assumed.empty()) line("start", assumed);
   for (const auto& [what, said] : assembly_report(scene.mechanism, start)) line(what.c_str(), said);
 
-  for (int k = 0; k < system.contacts(); ++k) {
+  for (int k = 0; k < system.reported(); ++k) {
     const auto& facts = system.contact_facts(k);
     fmt::print("\n  contact {}: ", facts.name);
     if (facts.has_clearance) fmt::print("clearance {:.4g} mm, ", 1e3 * facts.clearance);
@@ -194,7 +197,7 @@ int check(const CheckRequest& request) {
     try {
       const auto formulation = make(family, scene, system, start);
       const auto models = formulation->contact_models();
-      for (int k = 0; k < system.contacts(); ++k) {
+      for (int k = 0; k < system.reported(); ++k) {
         const auto& m = models[k];
         fmt::print("  {:<10} {}: delivers restitution {:.4g}", name, system.contact_facts(k).name,
                    m.restitution_delivered);

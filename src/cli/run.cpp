@@ -134,14 +134,15 @@ int run(const RunRequest& request) {
              summary.t_end, summary.work.steps, summary.work.rhs, summary.cpu_seconds);
   if (!summary.assumed.empty()) fmt::print("{}", wrapped("start: " + summary.assumed + "\n", 7));
   const auto on_film = [&](const std::string& joint) { return std::ranges::count(films, joint) > 0; };
-  for (const auto& c : summary.contacts)
-    fmt::print(
-        "{}: {} {:.2f} %, impacts {:.2f} %, lasting contact {:.2f} %; {} impacts;\n"
-        "  restitution asked {:.4g}, delivered {:.4g};\n"
-        "  greatest penetration {}\n",
-        c.name, on_film(c.name) ? "on its film" : "flight", 100 * c.flight_fraction, 100 * c.impact_fraction,
-        100 * c.lasting_fraction, c.impacts, c.model.restitution_asked, c.model.restitution_delivered,
-        penetration(c));
+  for (const auto& c : summary.contacts) {
+    fmt::print("{}: ", c.name);
+    if (!std::isnan(c.flight_fraction))  // of one pair
+      fmt::print("{} {:.2f} %, impacts {:.2f} %, lasting contact {:.2f} %; ",
+                 on_film(c.name) ? "on its film" : "flight", 100 * c.flight_fraction, 100 * c.impact_fraction,
+                 100 * c.lasting_fraction);
+    fmt::print("{} impacts;\n  restitution asked {:.4g}, delivered {:.4g};\n  greatest penetration {}\n", c.impacts,
+               c.model.restitution_asked, c.model.restitution_delivered, penetration(c));
+  }
   if (std::isfinite(summary.ledger.closure()))
     fmt::print("energy balance closes to {:.2g} J of {:.3g} J\n", summary.ledger.closure(),
                summary.ledger.scale());

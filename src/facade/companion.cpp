@@ -41,7 +41,7 @@ std::vector<ContactEvent> as_many(const std::vector<ContactEvent>& own,
                                   const std::vector<ContactEvent>& list) {
   std::vector<ContactEvent> kept;
   for (const auto& e : list) {
-    const auto of = [&](const ContactEvent& x) { return x.contact == e.contact; };
+    const auto of = [&](const ContactEvent& x) { return x.contact == e.contact && x.bodies == e.bodies; };
     if (std::ranges::count_if(kept, of) < std::ranges::count_if(own, of)) kept.push_back(e);
   }
   return kept;

@@ -30,6 +30,7 @@ Layout layout_of(const Scene& scene, const System& system, const State& start) {
   Layout l;
   for (const auto& b : scene.mechanism.bodies) l.bodies.push_back(b.name);
   for (int k = 0; k < system.contacts(); ++k) l.contacts.push_back(system.contact_facts(k).name);
+  for (const auto& f : system.families()) l.families.push_back(f.name);
   for (const auto& i : scene.instruments) l.channels.push_back(i.name);
   l.forces = system.force_elements();
   auto e = system.make_evaluation();
@@ -205,7 +206,7 @@ Result Simulation::Implementation::summary(const Ending& ending) const {
   r.assumed = assumed;
   r.undetermined = undetermined;
   const auto models = form->contact_models();
-  for (int k = 0; k < system.contacts(); ++k) {
+  for (int k = 0; k < system.reported(); ++k) {
     ContactSummary c;
     c.name = system.contact_facts(k).name;
     c.model = models[k];
@@ -213,6 +214,8 @@ Result Simulation::Implementation::summary(const Ending& ending) const {
     const auto& facts = system.contact_facts(k);
     c.measure = facts.has_clearance ? "clearance" : facts.radius > 0 ? "radius" : "arm";
     c.penetration_ratio = facts.measure() > 0 ? c.penetration / facts.measure() : 0;
+    if (k >= system.contacts())  // of many pairs there is no share of the time
+      c.flight_fraction = c.impact_fraction = c.lasting_fraction = NAN;
     r.contacts.push_back(c);
   }
   warn(r, family, driven_energy(scene.mechanism));

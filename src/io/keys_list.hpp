@@ -11,6 +11,7 @@
 #include "model/configuration.hpp"
 #include "model/curve.hpp"
 #include "model/elements.hpp"
+#include "model/group.hpp"
 #include "model/keys.hpp"
 #include "model/surface.hpp"
 #include "values/vec2.hpp"
@@ -111,6 +112,17 @@ class KeysList {
     add(key, "number or text", "required");
   }
   void pairs(const Key& key, TorqueDrive::Table&) { add(key, "points or file", "–"); }
+  void places(const Key& list, const Key& grid, const Key& origin, const Key& spacing, const Key& stagger,
+              std::vector<Vec2>&) {
+    add(list, "points or file", "–");
+    add(grid, "point", "–");
+    add(origin, "point", "[0, 0]");
+    add(spacing, "point", "required");
+    add(stagger, "number", "0");
+  }
+  void way(const Key& key, std::vector<Vec2>&) { add(key, "points", "–"); }
+  void groups(const Key& key, std::vector<int>&) { add(key, "name or names", "–"); }
+  void maybe_surface(const Key& key, std::optional<int>&) { add(key, "text", std::string(key.fallback)); }
   void length(const Key& turns, const Key& seconds, double&) {
     add(turns, "number", "–");
     add(seconds, "number", "–");

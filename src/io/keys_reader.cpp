@@ -55,6 +55,55 @@ void KeysReader::pairs(const Key& key, TorqueDrive::Table& table) {
                                     table[i - 1].first));
 }
 
+void KeysReader::places(const Key& list, const Key& grid, const Key& origin, const Key& spacing,
+                        const Key& stagger, std::vector<Vec2>& places) {
+  one_of(list, grid);
+  if (s_.has(list.name)) {
+    for (const auto* key : {&origin, &spacing, &stagger})
+      if (s_.has(key->name)) s_.fail(key->name, fmt::format("belongs to {}", grid.name));
+    if (s_.is_text(list.name)) {
+      for (const auto& [x, y] : read_points(s_.named_text(list.name), {},
+                                            [&](const std::string& wrong) { s_.fail(list.name, wrong); }))
+        places.emplace_back(x, y);
+    } else {
+      places = s_.points(list);
+    }
+    if (places.empty()) s_.fail(list.name, "must have at least one point, has none");
+    return bounded(list.name, places.size());
+  }
+  const Vec2 count = s_.point(grid), step = s_.point(spacing), first = s_.point(origin, {0, 0});
+  const double by = s_.number(stagger, any_number, 0);
+  const auto fits = [](double x) { return x >= 1 && x <= 1e5 && x == std::floor(x); };
+  if (!fits(count.x()) || !fits(count.y()))
+    s_.fail(grid.name, fmt::format("must be two whole numbers from 1, [columns, rows], is [{:.6g}, {:.6g}]",
+                                   count.x(), count.y()));
+  bounded(grid.name, static_cast<std::size_t>(count.x() * count.y()));
+  for (int row = 0; row < count.y(); ++row)
+    for (int column = 0; column < count.x(); ++column)
+      places.emplace_back(first.x() + column * step.x() + (row % 2 == 1 ? by : 0),
+                          first.y() + row * step.y());
+}
+
+void KeysReader::way(const Key& key, std::vector<Vec2>& points) {
+  if (!s_.has(key.name)) return;
+  points = s_.points(key);
+  if (points.size() < 2) s_.fail(key.name, fmt::format("must be at least two points, is {}", points.size()));
+  for (std::size_t i = 1; i < points.size(); ++i)
+    if (!((points[i] - points[i - 1]).norm() > 0))
+      s_.fail(key.name, fmt::format("points {} and {} are the same: no wall goes through them", i, i + 1));
+}
+
+void KeysReader::groups(const Key& key, std::vector<int>& list) {
+  if (!s_.has(key.name)) return;
+  for (const auto& name : s_.name_or_names(key.name)) {
+    const int group = index_of(mechanism_.groups, name, own_name);
+    if (group < 0) s_.fail(key.name, unknown("group above it called", name, mechanism_.groups, own_name));
+    if (std::ranges::find(list, group) != list.end())
+      s_.fail(key.name, fmt::format("names {} twice", toml_quoted(name)));
+    list.push_back(group);
+  }
+}
+
 void KeysReader::bounded(std::string_view key, std::size_t points) const {
   constexpr std::size_t most = 100'000;  // what a canonical text can hold with room
   if (points > most) s_.fail(key, fmt::format("must have at most {} points, has {}", most, points));

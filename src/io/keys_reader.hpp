@@ -127,6 +127,16 @@ class KeysReader {
   void number_or_curve(const Key& key, CurveOr& x, const Range& range = any_number);
   /// A list of points whose first column increases, or none: there, or in a file whose name stands in its place.
   void pairs(const Key& key, TorqueDrive::Table& table);
+  /// Centres of many discs: there, in a file, or on a grid.
+  void places(const Key& list, const Key& grid, const Key& origin, const Key& spacing, const Key& stagger,
+              std::vector<Vec2>& places);
+  /// Points of a way, each apart from the one before.
+  void way(const Key& key, std::vector<Vec2>& points);
+  /// Groups that stand above.
+  void groups(const Key& key, std::vector<int>& list);
+  void maybe_surface(const Key& key, std::optional<int>& index) {
+    if (s_.has(key.name)) surface(key, index.emplace(-1));
+  }
   void length(const Key& turns, const Key& seconds, double& duration);
   void part_of_length(const Key& key, double& x);
 

@@ -32,6 +32,7 @@ class PoseTable {
     for (std::size_t b = 0; b < corners_.size(); ++b) link(static_cast<int>(b));
     for (const auto& joint : m_.joints) std::visit([&](const auto& j) { draw_joint(j); }, joint);
     for (const auto& contact : m_.contacts) std::visit([&](const auto& c) { draw_contact(c); }, contact);
+    for (const auto& group : m_.groups) draw_group(group);
     for (const auto& load : m_.loads) std::visit([&](const auto& l) { draw_load(l); }, load);
     return std::move(out_);
   }
@@ -73,7 +74,8 @@ class PoseTable {
     }
     if (list.size() > 1)
       for (const auto& p : list) row("link", name, place_of(q_, body, p));
-    row("mass", name, place_of(q_, body, {0, 0}));
+    if (!m_.bodies[static_cast<std::size_t>(body)].of_group)  // its disc shows it
+      row("mass", name, place_of(q_, body, {0, 0}));
   }
   void draw_joint(const GearJoint& j) {
     for (const int end : {0, 1})
@@ -90,6 +92,16 @@ class PoseTable {
     const double reach = std::max(j.at[1].norm(), (pin - middle).norm());
     line(j.name, middle, along, 1.25 * reach);
     row(j.clearance ? "disc" : "pin", j.name, pin, {j.clearance ? j.clearance->pin_radius : 0, 0});
+  }
+  /// Its discs, and its walls from point to point.
+  void draw_group(const Group& group) {
+    for (int n = 0; n < group.size(); ++n)
+      row("disc", group.name, place_of(q_, group.first + n, {0, 0}), {group.radius, 0});
+    for (int w = 0; w < group.wall_count(); ++w) {
+      const auto from = group.walls[static_cast<std::size_t>(w)],
+                 to = group.walls[static_cast<std::size_t>(w) + 1];
+      line(group.name, 0.5 * (from + to), (to - from).direction(), 0.5 * (to - from).norm());
+    }
   }
   /// The cam's outline, its follower's face or roller.
   void draw_contact(const CamContact& c) {

@@ -58,6 +58,23 @@ V read_element(const std::string& name, const Scope& scope, Section& s) {
     return read_kind<V>(name, scope, s, kinds);
 }
 
+/// Groups, and their discs behind the other bodies.
+void read_groups(Section& root, Mechanism& m) {
+  const auto own = m.bodies.size();
+  for (auto& [name, s] : root.children("groups")) {
+    Group group;
+    group.name = name;
+    read_keys(s, m, group);
+    group.first = static_cast<int>(m.bodies.size());
+    for (std::size_t b = 0; b < m.bodies.size(); ++b)
+      for (int n = 0; b < own && n < group.size(); ++n)
+        if (m.bodies[b].name == group.body_name(n + 1))
+          s.fail("", fmt::format("its disc {} is called as bodies.{} is", n + 1, m.bodies[b].name));
+    for (int n = 0; n < group.size(); ++n) m.bodies.push_back(group.body(n));
+    m.groups.push_back(std::move(group));
+  }
+}
+
 }  // namespace
 
 Mechanism read_mechanism(Section& root) {
@@ -80,9 +97,10 @@ Mechanism read_mechanism(Section& root) {
     for (auto& [name, s] : root.children(table)) list.push_back(read_element<V>(name, scope, s));
   };
   facts("bodies", m.bodies);
+  facts("surfaces", m.surfaces);
+  read_groups(root, m);
   if (m.bodies.empty())
     root.fail("bodies", "a scene needs at least one body: [bodies.NAME] with mass and inertia");
-  facts("surfaces", m.surfaces);
   facts("lubricants", m.lubricants);
   facts("curves", m.curves);
   elements("joints", m.joints);

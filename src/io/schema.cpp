@@ -8,6 +8,7 @@
 #include "model/curve.hpp"
 #include "model/elements.hpp"
 #include "model/ground.hpp"
+#include "model/group.hpp"
 #include "model/instruments.hpp"
 #include "model/options.hpp"
 #include "model/surface.hpp"
@@ -183,6 +184,7 @@ std::vector<KeysList::Row> scene_rows() {
   list_facts<Body>(list, "bodies.*");
   list_kinds<Joint>(list, "joints.*");
   list_kinds<Contact>(list, "contacts.*");
+  list_facts<Group>(list, "groups.*");
   list_facts<Lubricant>(list, "lubricants.*");
   list_facts<Surface>(list, "surfaces.*");
   list_kinds<Drive>(list, "drives.*");
@@ -227,6 +229,7 @@ constexpr std::pair<std::string_view, std::string_view> tables[] = {
     {"bodies.*", "a body"},
     {"joints.*", "a joint"},
     {"contacts.*", "a contact"},
+    {"groups.*", "a group"},
     {"lubricants.*", "a lubricant"},
     {"surfaces.*", "a surface"},
     {"drives.*", "a drive"},

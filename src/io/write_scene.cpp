@@ -105,6 +105,23 @@ class KeysWriter {
     for (const auto& [x, y] : list) all += (all.empty() ? "" : ", ") + shown(Vec2{x, y});
     raw(points.name, fmt::format("[{}]", all));
   }
+  void places(const Key& list, const Key&, const Key&, const Key&, const Key&, const std::vector<Vec2>& at) {
+    way(list, at);
+  }
+  void way(const Key& key, const std::vector<Vec2>& points) {
+    std::string all;
+    for (const auto& p : points) all += (all.empty() ? "" : ", ") + shown(p);
+    if (!points.empty()) raw(key.name, fmt::format("[{}]", all));
+  }
+  void groups(const Key& key, const std::vector<int>& list) {
+    std::string names;
+    for (const int g : list)
+      names += (names.empty() ? "" : ", ") + toml_quoted(at(mechanism_.groups, g, key.name).name);
+    if (!list.empty()) raw(key.name, fmt::format("[{}]", names));
+  }
+  void maybe_surface(const Key& key, const std::optional<int>& index) {
+    if (index) surface(key, *index);
+  }
   void curve(const Key& key, int index, Curve::Use = Curve::Use::value) {
     text(key.name, at(mechanism_.curves, index, key.name).name);
   }
@@ -231,12 +248,14 @@ std::string to_toml(const Scene& scene) {
     t.open(table);
     std::decay_t<decltype(o)>::keys(t, o);
   };
-  facts("bodies", m.bodies);
+  for (const auto& body : m.bodies)
+    if (!body.of_group) write("bodies", body);
   facts("surfaces", m.surfaces);
   facts("lubricants", m.lubricants);
   facts("curves", m.curves);
   elements("joints", m.joints);
   elements("contacts", m.contacts);
+  facts("groups", m.groups);
   elements("drives", m.drives);
   elements("loads", m.loads);
   if (m.assembly.asks()) options("assembly", m.assembly);

@@ -28,6 +28,7 @@ struct Body {
   Vec2 velocity{0, 0};                  ///< m/s, of the centre of mass at the start; may be rough
   double angular_velocity = 0;          ///< rad/s, at the start; may be rough
   std::vector<NamedPoint> points = {};  ///< names of places; what uses one holds its coordinates
+  bool of_group = false;                ///< made by a group, which says all of it
 
   static void keys(auto& k, auto& b) {
     k.check(b.name != "ground", "", "\"ground\" is the fixed frame and cannot be a body");

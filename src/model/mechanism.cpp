@@ -4,6 +4,11 @@ namespace freeplay {
 
 Mechanism idealised(Mechanism mechanism) {
   mechanism.contacts.clear();
+  for (auto& group : mechanism.groups) {  // bodies alone
+    group.walls.clear();
+    group.touches.clear();
+    group.alone = true;
+  }
   for (auto& joint : mechanism.joints)
     std::visit(
         [](auto& j) {

@@ -9,6 +9,7 @@
 #include "model/configuration.hpp"
 #include "model/curve.hpp"
 #include "model/elements.hpp"
+#include "model/group.hpp"
 #include "model/surface.hpp"
 #include "values/vec2.hpp"
 
@@ -16,10 +17,11 @@ namespace freeplay {
 
 struct Mechanism {
   std::string title;
-  Vec2 gravity{0, 0};  ///< m/s²
-  std::vector<Body> bodies;
+  Vec2 gravity{0, 0};        ///< m/s²
+  std::vector<Body> bodies;  ///< those of groups behind the others
   std::vector<Joint> joints;
   std::vector<Contact> contacts;
+  std::vector<Group> groups;
   std::vector<Surface> surfaces;
   std::vector<Lubricant> lubricants;
   std::vector<Drive> drives;

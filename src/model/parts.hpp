@@ -71,6 +71,7 @@ struct Carried {
   std::string_view kind;  ///< its word in a scene
   int rows = 0, contacts = 0, frictions = 0, states = 0;
   bool force = false;  ///< a term of the right-hand side
+  int families = 0;    ///< of contacts that are found as they come near
 };
 
 }  // namespace freeplay

@@ -60,6 +60,9 @@ struct Looked {
       if (const auto* d = std::get_if<DiscContact>(&contact))
         for (const int end : {0, 1}) round(d->between[end], d->radii[end]);
     }
+    for (const auto& group : m.groups)
+      for (int body = group.first; body < group.first + group.size(); ++body)
+        size[body] = disc[body] = group.radius;
     for (const double a : arm) longest = std::max(longest, a);
   }
 };

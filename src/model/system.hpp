@@ -11,6 +11,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "model/families.hpp"
 #include "model/parts.hpp"
 #include "model/phase.hpp"
 #include "numerics/dual.hpp"
@@ -33,7 +34,13 @@ class System {
   int bodies() const { return n() / 3; }
   const CsrPattern& pattern() const { return G_; }
   const std::vector<double>& mass() const { return mass_; }
+  /// Of contact k, and behind the contacts of the families.
   const ContactFacts& contact_facts(int k) const { return contact_facts_[k]; }
+  /// Contacts among many bodies that have no number here, for their pairs come and go: facts, forces and greatest
+  /// penetration are told of each family, numbered on from contacts().
+  const std::vector<ContactFamily>& families() const { return families_; }
+  /// Contacts and families.
+  int reported() const { return static_cast<int>(contact_facts_.size()); }
   const FrictionFacts& friction_facts(int k) const { return friction_facts_[k]; }
   /// Those whose bound follows from their joint's reaction, in order.
   const std::vector<int>& reactive_frictions() const { return reactive_; }
@@ -91,14 +98,22 @@ class System {
   /// How contact k's gap may bend within a step with these bounds; e and q at its end. Needs place().
   GapMotion gap_motion(int k, const MotionBounds& bounds, const double* q, const Evaluation& e) const;
   /// The share of what contact k could pass through unseen that it moves within h (s) at rates v.
-  double passage(int k, const double* v, double h) const {
-    return std::visit([&](const auto& pair) { return pair.passage(v, h); }, pairs_[k]);
+  double passage(int k, const double* v, double h) const { return passage(pairs_[k], v, h); }
+  static double passage(const Pair& pair, const double* v, double h) {
+    return std::visit([&](const auto& p) { return p.passage(v, h); }, pair);
   }
   /// Gap of contact k alone; needs place().
-  double gap(int k, const double* q, const Evaluation& e) const;
+  double gap(int k, const double* q, const Evaluation& e) const { return gap(pairs_[k], q, e); }
+  static double gap(const Pair& pair, const double* q, const Evaluation& e);
   /// All of contact k; needs place(). A concentric journal has no normal: its rows are empty, its gap is c.
   template <class T>
-  void contact(int k, const T* q, const T* v, const EvaluationOf<T>& e, ContactRowOf<T>& row) const;
+  void contact(int k, const T* q, const T* v, const EvaluationOf<T>& e, ContactRowOf<T>& row) const {
+    contact(pairs_[k], contact_facts_[k], q, v, e, row);
+  }
+  /// The same of a pair of a family.
+  template <class T>
+  static void contact(const Pair& pair, const ContactFacts& facts, const T* q, const T* v,
+                      const EvaluationOf<T>& e, ContactRowOf<T>& row);
   /// From the first body's point of contact k to the second's, in the world (m): a journal's eccentricity.
   /// Needs place().
   Vec2 eccentricity(int k, const double* q, const Evaluation& e) const;
@@ -143,7 +158,15 @@ class System {
                    Forces& out) const;
   /// Contact k: forces along its normal and tangent rows.
   void report_contact(int k, const double* q, const Evaluation& e, const ContactRow& row, double fn,
-                      double ft, double weight, Forces& out) const;
+                      double ft, double weight, Forces& out) const {
+    report_contact(k, link_of(pairs_[k]), q, e, row, fn, ft, weight, out);
+  }
+  /// A pair of the family numbered k, added to its sum.
+  void report_contact(int k, const Link& link, const double* q, const Evaluation& e, const ContactRow& row,
+                      double fn, double ft, double weight, Forces& out) const;
+  static const Link& link_of(const Pair& pair) {
+    return std::visit([](const auto& p) -> const Link& { return p.link; }, pair);
+  }
   /// A film in contact k: along its normal and film rows, and a couple along spin.
   void report_film(int k, const double* q, const Evaluation& e, const ContactRow& row, double fn, double ft,
                    double torque, double weight, Forces& out) const;
@@ -191,7 +214,9 @@ class System {
   void place_load(Builder& builder, const Element& element);
   void along(const double* q, const Evaluation& e, const Link& link, const int* column, const double* value,
              int size, double amount, ElementForce& f) const;
-  const Link& link_of(int contact) const;
+  void add_groups(Builder& builder, const Mechanism& mechanism);
+  void add_families();
+  const Link& link_of(int contact) const { return link_of(pairs_[contact]); }
 
   std::vector<double> mass_;
   CsrPattern G_;
@@ -201,7 +226,8 @@ class System {
   std::vector<bool> angle_rows_;
   ConstraintRows constraints_;
   std::vector<Pair> pairs_;
-  std::vector<ContactFacts> contact_facts_;
+  std::vector<ContactFacts> contact_facts_;  // families' behind the contacts'
+  std::vector<ContactFamily> families_;
   std::vector<int> contact_joints_;  // −1: of no joint
   std::vector<FrictionRow> slidings_;
   std::vector<FrictionFacts> friction_facts_;

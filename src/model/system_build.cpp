@@ -1,6 +1,7 @@
 // From a Mechanism to a System: which rows there are, and which of their entries never change.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "model/builder.hpp"
 
@@ -245,10 +246,47 @@ System::System(const Mechanism& m) : gravity_(m.gravity) {
     if constexpr (requires { contact.reserve(builder); }) contact.reserve(builder);
   });
   each(m.contacts, [&](const auto& contact, int) { add(builder, contact, -1); });
+  add_groups(builder, m);
   each(m.drives, [&](const auto& drive, int) { place_load(builder, drive); });
   if (const int joint = crank_joint(m); joint >= 0) crank_ = builder.joint_link(joint);
   each(m.loads, [&](const auto& load, int) { place_load(builder, load); });
+  add_families();
   list_elements(m);
+}
+
+/// Pairs of small groups are contacts; those of others are kept as families.
+void System::add_groups(Builder& builder, const Mechanism& m) {
+  std::vector<std::string> bodies;
+  for (const auto& group : m.groups) {
+    auto families = families_of(m, group, longest_arm_);
+    if (families.empty()) continue;
+    Carried carried{group.name, "group"};
+    if (found_near(group, families)) {
+      carried.families = static_cast<int>(families.size());
+      std::ranges::move(families, std::back_inserter(families_));
+    } else {
+      if (bodies.empty())
+        for (const auto& b : m.bodies) bodies.push_back(b.name);
+      const int before = contacts();
+      for (const auto& family : families)
+        family.each([&](int i, int j) {
+          auto facts = family.facts;
+          facts.name = pair_name(family.name, bodies, i, j);
+          facts.bodies = {i, j};
+          builder.pair(family.pair(i, j), facts);
+        });
+      carried.contacts = contacts() - before;
+    }
+    contact_joints_.resize(pairs_.size(), -1);
+    carried_.push_back(std::move(carried));
+  }
+}
+
+void System::add_families() {
+  for (const auto& family : families_) {
+    contact_facts_.push_back(family.facts);
+    contact_joints_.push_back(-1);
+  }
 }
 
 template <class T>

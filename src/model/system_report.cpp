@@ -114,10 +114,9 @@ void System::report_rows(const double* q, const Evaluation& e, const double* lam
   }
 }
 
-void System::report_contact(int k, const double* q, const Evaluation& e, const ContactRow& row, double fn,
-                            double ft, double weight, Forces& out) const {
+void System::report_contact(int k, const Link& link, const double* q, const Evaluation& e,
+                            const ContactRow& row, double fn, double ft, double weight, Forces& out) const {
   auto& f = out.elements[contact_elements_[k]];
-  const auto& link = link_of(k);
   along(q, e, link, row.normal.column.data(), row.normal.value.data(), row.normal.size, weight * fn, f);
   along(q, e, link, row.tangent.column.data(), row.tangent.value.data(), row.tangent.size, weight * ft, f);
   f.fn += weight * fn;

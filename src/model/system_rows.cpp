@@ -31,15 +31,11 @@ void System::rate(const T* q, const T* v, EvaluationOf<T>& e) const {
   });
 }
 
-const Link& System::link_of(int contact) const {
-  return std::visit([](const auto& pair) -> const Link& { return pair.link; }, pairs_[contact]);
-}
-
 Vec2 System::eccentricity(int k, const double* q, const Evaluation& e) const {
   return arms(link_of(k), q, e).d;
 }
 
-double System::gap(int k, const double* q, const Evaluation& e) const {
+double System::gap(const Pair& any, const double* q, const Evaluation& e) {
   return std::visit(
       [&](const auto& pair) {
         const auto d = arms(pair.link, q, e).d;
@@ -48,7 +44,7 @@ double System::gap(int k, const double* q, const Evaluation& e) const {
         else
           return pair.gap(d, e);
       },
-      pairs_[k]);
+      any);
 }
 
 GapMotion System::gap_motion(int k, const MotionBounds& bounds, const double* q, const Evaluation& e) const {
@@ -57,7 +53,8 @@ GapMotion System::gap_motion(int k, const MotionBounds& bounds, const double* q,
 }
 
 template <class T>
-void System::contact(int k, const T* q, const T* v, const EvaluationOf<T>& e, ContactRowOf<T>& row) const {
+void System::contact(const Pair& any, const ContactFacts& facts, const T* q, const T* v,
+                     const EvaluationOf<T>& e, ContactRowOf<T>& row) {
   row.normal.clear();
   row.tangent.clear();
   row.film.clear();
@@ -69,9 +66,9 @@ void System::contact(int k, const T* q, const T* v, const EvaluationOf<T>& e, Co
         if constexpr (requires { pair.rows(a, q, v, e, row); })
           pair.rows(a, q, v, e, row);
         else
-          pair.rows(contact_facts_[k], a, v, e, row);
+          pair.rows(facts, a, v, e, row);
       },
-      pairs_[k]);
+      any);
 }
 
 template <class T>
@@ -97,9 +94,10 @@ template void System::place(double, const double*, Evaluation&) const;
 template void System::place(Gradient, const Gradient*, EvaluationOf<Gradient>&) const;
 template void System::rate(const double*, const double*, Evaluation&) const;
 template void System::rate(const Gradient*, const Gradient*, EvaluationOf<Gradient>&) const;
-template void System::contact(int, const double*, const double*, const Evaluation&, ContactRow&) const;
-template void System::contact(int, const Gradient*, const Gradient*, const EvaluationOf<Gradient>&,
-                              ContactRowOf<Gradient>&) const;
+template void System::contact(const Pair&, const ContactFacts&, const double*, const double*,
+                              const Evaluation&, ContactRow&);
+template void System::contact(const Pair&, const ContactFacts&, const Gradient*, const Gradient*,
+                              const EvaluationOf<Gradient>&, ContactRowOf<Gradient>&);
 template double System::friction(int, const double*, const double*, const Evaluation&, SparseRow&) const;
 template Gradient System::friction(int, const Gradient*, const Gradient*, const EvaluationOf<Gradient>&,
                                    SparseRowOf<Gradient>&) const;

@@ -16,6 +16,9 @@ class Responses {
  public:
   /// Of up to `rows` rows.
   explicit Responses(int rows) : of_(static_cast<std::size_t>(rows)) {}
+  void make_room(int rows) {
+    if (static_cast<std::size_t>(rows) > of_.size()) of_.resize(static_cast<std::size_t>(rows));
+  }
   /// The saddle point that all calls until the next use() belong to; it stays where it is so long.
   void use(SaddlePoint& saddle) { saddle_ = &saddle; }
 

@@ -4,6 +4,7 @@
 // impact (penalty), one step (time stepping).
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -15,7 +16,18 @@ namespace freeplay {
 class ContactLog {
  public:
   ContactLog() = default;
-  explicit ContactLog(int contacts);
+  /// `reported`: behind the contacts those indices of families that pairs without a number are told by.
+  explicit ContactLog(int contacts, int reported = 0);
+
+  /// Room for pairs without a number, up to k.
+  void make_room(int k) {
+    if (k >= static_cast<int>(open_.size())) open_.resize(static_cast<std::size_t>(k) + 1);
+  }
+  /// Of a touch just logged: the family and bodies of a pair without a number.
+  void name(int k, int family, const std::array<int, 2>& bodies) {
+    open_[k].first.contact = family;
+    open_[k].first.bodies = bodies;
+  }
 
   /// First touch of contact k. All arguments as in ContactEvent.
   void touch(int k, double t, double crank_angle, double v_n, double v_t, double uncertainty, double limit);
@@ -63,7 +75,7 @@ class ContactLog {
   void require(std::size_t contacts) const;
   std::size_t settled() const;
 
-  int open_count_ = 0;
+  int reported_ = 0, open_count_ = 0;
   std::vector<Episode> open_;
   std::vector<ContactEvent> pending_;  // in the order of t
 };

@@ -27,6 +27,8 @@ struct ContactPlace {
 struct Layout {
   std::vector<std::string> bodies;
   std::vector<std::string> contacts;  ///< of ContactEvent::contact
+  std::vector<std::string>
+      families;  ///< of pairs that have no number; of ContactEvent::contact behind the contacts
   std::vector<std::string> channels;  ///< instruments, in the scene's order
   std::vector<ForceElement> forces;
   double duration = 0;                      ///< s, of the scene's run

@@ -68,16 +68,25 @@ void LogHistogram::add(const LogHistogram& other) {
 }
 
 void ContactStatistics::begin(const Layout& layout, const State&) {
-  if (tallies_.size() == layout.contacts.size()) return;  // goes on
-  tallies_.assign(layout.contacts.size(), {});
+  contacts_ = layout.contacts.size();
+  const auto all = contacts_ + layout.families.size();
+  if (tallies_.size() == all) return;  // goes on
+  tallies_.assign(all, {});
   for (auto& tally : tallies_) tally.fast.reserve();
-  since_.assign(layout.contacts.size(), std::nan(""));
+  since_.assign(all, std::nan(""));
   left_ = since_;
 }
 
 void ContactStatistics::count(const ContactEvent& e, std::vector<ContactTally>& tallies,
                               std::vector<double>& since, std::vector<double>& left) const {
   auto& tally = tallies[e.contact];
+  if (static_cast<std::size_t>(e.contact) >= contacts_) {  // of a family: how many and how hard, no times
+    if (e.kind != EventKind::impact || e.t < discard_) return;
+    tally.approach.add(-e.v_n_minus);
+    tally.fast.add(-e.v_n_minus);
+    tally.impulse.add(e.impulse_n);
+    return;
+  }
   switch (e.kind) {
     case EventKind::contact:
       since[e.contact] = e.t;
@@ -106,7 +115,7 @@ void ContactStatistics::end(const RunEnd& end) {
   at_end_ = tallies_;
   auto since = since_, left = left_;
   for (const auto& e : end.held_back) count(e, at_end_, since, left);
-  for (std::size_t k = 0; k < at_end_.size(); ++k) {
+  for (std::size_t k = 0; k < std::min(contacts_, at_end_.size()); ++k) {
     const auto so_far = [&](double from) { return std::max(0.0, end.t - std::max(discard_, from)); };
     at_end_[k].time = std::max(0.0, end.t - discard_);
     if (!std::isnan(since[k])) at_end_[k].lasting_time += so_far(since[k]);

@@ -106,6 +106,7 @@ class ContactStatistics final : public Observer {
              std::vector<double>& left) const;
 
   double discard_;
+  std::size_t contacts_ = 0;  // behind them families
   std::vector<ContactTally> tallies_, at_end_;
   std::vector<double> since_;  // s, beginning of the lasting contact; NaN: none
   std::vector<double> left_;   // s, end of the last contact; NaN: none yet

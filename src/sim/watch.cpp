@@ -1,5 +1,7 @@
 #include "sim/watch.hpp"
 
+#include "model/families.hpp"
+
 namespace freeplay {
 
 Watch::Watch(const Layout& layout, Sensors& sensors, std::vector<Observer*> observers, StopToken stop)
@@ -26,7 +28,11 @@ void Watch::begin(const State& state) {
 void Watch::event(const ContactEvent& e) {
   if (observers_.empty()) return;
   static_cast<ContactEvent&>(event_) = e;
-  event_.joint = layout_.contacts[e.contact];
+  const auto k = static_cast<std::size_t>(e.contact), contacts = layout_.contacts.size();
+  if (k < contacts)
+    event_.joint = layout_.contacts[k];
+  else
+    event_.joint = pair_name(layout_.families[k - contacts], layout_.bodies, e.bodies[0], e.bodies[1]);
   for (auto* o : observers_) o->event(event_);
 }
 

@@ -105,6 +105,7 @@ void WindowStatistics::spread(double from, double to, int contact, double Part::
 }
 
 void WindowStatistics::count(const ContactEvent& e, std::vector<Batch>& batches, std::vector<double>& since) {
+  if (static_cast<std::size_t>(e.contact) >= since.size()) return;  // of a family
   switch (e.kind) {
     case EventKind::contact:
       since[e.contact] = e.t;
@@ -156,7 +157,7 @@ void WindowStatistics::into(Result& r) const {
   if (w.batches == 0) return;
   const double per =
       r.revolutions > 0 ? r.revolutions / r.observed : 1;  // what impacts are counted over, in 1/s
-  for (std::size_t k = 0; k < r.contacts.size(); ++k) {
+  for (std::size_t k = 0; k < std::min(since_.size(), r.contacts.size()); ++k) {
     auto& c = r.contacts[k];
     std::vector<double> flight, impact, lasting, impacts;
     for (std::size_t i = 0; i < n; ++i) {

@@ -1,6 +1,7 @@
 // Contact events: the lines of events.csv.
 #pragma once
 
+#include <array>
 #include <string>
 
 namespace freeplay {
@@ -19,11 +20,12 @@ struct ContactEvent {
   double impulse_n = 0, impulse_t = 0;  ///< N s
   double duration = 0;                  ///< s
   double t_uncertainty = 0;             ///< s
+  std::array<int, 2> bodies{-1, -1};    ///< of a pair of a family, whose index `contact` is
 
   template <class M>
   void remember(M& m) {
     m(t, contact, kind, crank_angle, v_n_minus, v_n_plus, v_t_minus, v_t_plus, impulse_n, impulse_t, duration,
-      t_uncertainty);
+      t_uncertainty, bodies);
   }
 };
 
