@@ -140,8 +140,8 @@ int run(const RunRequest& request) {
       fmt::print("{} {:.2f} %, impacts {:.2f} %, lasting contact {:.2f} %; ",
                  on_film(c.name) ? "on its film" : "flight", 100 * c.flight_fraction, 100 * c.impact_fraction,
                  100 * c.lasting_fraction);
-    fmt::print("{} impacts;\n  restitution asked {:.4g}, delivered {:.4g};\n  greatest penetration {}\n", c.impacts,
-               c.model.restitution_asked, c.model.restitution_delivered, penetration(c));
+    fmt::print("{} impacts;\n  restitution asked {:.4g}, delivered {:.4g};\n  greatest penetration {}\n",
+               c.impacts, c.model.restitution_asked, c.model.restitution_delivered, penetration(c));
   }
   if (std::isfinite(summary.ledger.closure()))
     fmt::print("energy balance closes to {:.2g} J of {:.3g} J\n", summary.ledger.closure(),

@@ -116,13 +116,20 @@ TEST_CASE("a canonical text names every key of the schema", "[scene]") {
   scene.mechanism.assembly = {Configuration::Branch::open, {{{0, 1, 2}}}, {{{2, 1, 0}}}};
   scene.nonsmooth.scheme = Scheme::event_driven;  // the file's is the one that its step would choose anyway
   write(scene);
-  const std::set<std::string> other_spellings = {
-      "drives.*.speed_rpm",   "drives.*.torque", "run.revolutions",
-      "instruments.*.counts", "bodies.*.points", "ground.points",
-      "drives.*.synchronous_speed_rpm",
-      "curves.*.frequency",   "curves.*.file",   "curves.*.columns",
-      "groups.*.grid",        "groups.*.origin", "groups.*.spacing",
-      "groups.*.stagger"};
+  const std::set<std::string> other_spellings = {"drives.*.speed_rpm",
+                                                 "drives.*.torque",
+                                                 "run.revolutions",
+                                                 "instruments.*.counts",
+                                                 "bodies.*.points",
+                                                 "ground.points",
+                                                 "drives.*.synchronous_speed_rpm",
+                                                 "curves.*.frequency",
+                                                 "curves.*.file",
+                                                 "curves.*.columns",
+                                                 "groups.*.grid",
+                                                 "groups.*.origin",
+                                                 "groups.*.spacing",
+                                                 "groups.*.stagger"};
   for (const auto& key : schema()) {
     if (!of_scene(key)) continue;
     CAPTURE(key.path);
