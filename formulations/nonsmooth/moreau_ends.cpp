@@ -77,62 +77,59 @@ bool MoreauStepper::bring_back(double t_new) {
   bool moved = false;
   for (const int k : live_)
     moved |= contacts_[k].gap < 0 && in_reach(contacts_[k]) && !(held && contacts_[k].held);
-}
-bool moved = false;
-for (const auto& c : contacts_) moved |= c.gap < 0 && in_reach(c) && !(many_ && c.held);
-if (moved) {
-  position_problem_.clear();
-  if (many_) many_->id.clear();
-  auto& p = position_problem_;
-  for (const int k : live_) {
-    auto& c = contacts_[k];
-    if (c.row.normal.size == 0 || !in_reach(c) || (c.gap >= 0 && c.unknown < 0)) continue;
-    const int place = many_ ? many_->first[k] : p.rows;
+  if (moved) {
+    position_problem_.clear();
+    if (many_) many_->id.clear();
+    auto& p = position_problem_;
+    for (const int k : live_) {
+      auto& c = contacts_[k];
+      if (c.row.normal.size == 0 || !in_reach(c) || (c.gap >= 0 && c.unknown < 0)) continue;
+      const int place = many_ ? many_->first[k] : p.rows;
+      if (many_) {
+        many_->place[p.rows] = place;
+        many_->id.push_back(k);
+      }
+      // The velocities' problem has left the response to this very row where it was its own place.
+      const bool known =
+          !many_ && !films_.any() && c.unknown >= 0 && problem_.unknowns[c.unknown].normal == place;
+      if (!known) {
+        rows_[place] = c.row.normal;
+        respond(place);
+      }
+      ContactUnknown u;
+      u.normal = p.rows;
+      p.b[p.rows++] = c.gap;
+      p.unknowns.push_back(u);
+    }
+    ContactSolution result;
     if (many_) {
-      many_->place[p.rows] = place;
-      many_->id.push_back(k);
+      many_->positions.clear();
+      result = many_->positions.solve(p, many_->place, many_->id, rows_, many_->responses);
+    } else {
+      for (int r = 0; r < p.rows; ++r)
+        for (int s = 0; s <= r; ++s) p.D(r, s) = p.D(s, r) = rows_[r].dot(response(s));
+      result = p.solve();
     }
-    // The velocities' problem has left the response to this very row where it was its own place.
-    const bool known =
-        !many_ && !films_.any() && c.unknown >= 0 && problem_.unknowns[c.unknown].normal == place;
-    if (!known) {
-      rows_[place] = c.row.normal;
-      respond(place);
+    work_.pivots += result.pivots;
+    if (!result.solved) {
+      failure_ = fmt::format("t = {:.9g} s: the positions of {} contacts cannot be brought back together",
+                             t_new, p.rows);
+      return false;
     }
-    ContactUnknown u;
-    u.normal = p.rows;
-    p.b[p.rows++] = c.gap;
-    p.unknowns.push_back(u);
+    for (const auto& u : p.unknowns)
+      if (u.impulse_n > 0) push(place_of(u.normal), u.impulse_n, q_.data());
+    system_.place(t_new, q_.data(), end_);
   }
-  ContactSolution result;
-  if (many_) {
-    many_->positions.clear();
-    result = many_->positions.solve(p, many_->place, many_->id, rows_, many_->responses);
-  } else {
-    for (int r = 0; r < p.rows; ++r)
-      for (int s = 0; s <= r; ++s) p.D(r, s) = p.D(s, r) = rows_[r].dot(response(s));
-    result = p.solve();
+  if (reach_ == Reach::closed) draw_closed(t_new);
+  integrals_.stabilisation += system_.potential(q_.data()) - potential;
+  if (near_ && moved) keep_near(0, q_.data(), nullptr, nullptr);
+  for (const int k : live_) {
+    if (moved || reach_ == Reach::closed) contacts_[k].gap = gap_of(k, q_.data(), end_);
+    auto& deepest = extremes_.penetration[told_as(k)];
+    if (in_reach(contacts_[k])) deepest = std::max(deepest, -contacts_[k].gap);
   }
-  work_.pivots += result.pivots;
-  if (!result.solved) {
-    failure_ = fmt::format("t = {:.9g} s: the positions of {} contacts cannot be brought back together",
-                           t_new, p.rows);
-    return false;
-  }
-  for (const auto& u : p.unknowns)
-    if (u.impulse_n > 0) push(place_of(u.normal), u.impulse_n, q_.data());
-  system_.place(t_new, q_.data(), end_);
-}
-if (reach_ == Reach::closed) draw_closed(t_new);
-integrals_.stabilisation += system_.potential(q_.data()) - potential;
-if (near_ && moved) keep_near(0, q_.data(), nullptr, nullptr);
-for (const int k : live_) {
-  if (moved || reach_ == Reach::closed) contacts_[k].gap = gap_of(k, q_.data(), end_);
-  auto& deepest = extremes_.penetration[told_as(k)];
-  if (in_reach(contacts_[k])) deepest = std::max(deepest, -contacts_[k].gap);
-}
-keep_residuals(system_, end_, extremes_);
-return true;
+  keep_residuals(system_, end_, extremes_);
+  return true;
 }
 
 /// Rates at the middle of a step, continued by ±(h/2)γ, miss those at its end by an error of third order, by which what
