@@ -222,6 +222,10 @@ void SectionPoints::point(const Step& step, double t) {
 /// The columns of the state in q_ and v_.
 void SectionPoints::keep(const Step& step, double t, double approach) {
   if (t < discard_) return;
+  if (t_.size() == most) {
+    ++beyond_;
+    return;
+  }
   if (wants_contacts_) step.contacts(t, q_, contacts_);
   t_.push_back(t);
   for (const auto& c : columns_) {

@@ -56,6 +56,9 @@ struct SectionRule {
 /// The section's points, a row of columns each; begin() of another run goes on behind what is there.
 class SectionPoints final : public Observer {
  public:
+  /// Further ones are counted and not kept: memory has an end.
+  static constexpr std::size_t most = 1'000'000;
+
   /// `discard`: s, before which no point is kept.
   SectionPoints(SectionRule rule, std::vector<StateColumn> columns, double discard);
 
@@ -66,6 +69,8 @@ class SectionPoints final : public Observer {
   }
   /// Touches whose state was not kept any more when they were settled; then a point is missing.
   long lost() const { return lost_; }
+  /// Points beyond `most`.
+  long beyond() const { return beyond_; }
 
   void begin(const Layout& layout, const State& state) override;
   void step(const Step& step) override;
@@ -102,7 +107,7 @@ class SectionPoints final : public Observer {
   std::vector<Place> places_;  // a ring
   long newest_ = -1;
   std::vector<ContactEvent> touches_;  // not yet told
-  long lost_ = 0;
+  long lost_ = 0, beyond_ = 0;
   std::vector<double> t_, rows_;
 };
 

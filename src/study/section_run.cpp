@@ -29,6 +29,12 @@ SectionPlan plan_of(const Scene& scene, const Layout& layout, const SectionReque
     throw ModelError(
         "run.duration",
         fmt::format("{} s: nothing is left of it behind the {} s that are discarded", p.until, p.discard));
+  if (const double count = (p.until - p.discard) / p.rule.period;
+      p.rule.kind == SectionRule::Kind::period && count > static_cast<double>(SectionPoints::most))
+    throw ModelError(r.section_key,
+                     fmt::format("asks for {:.3g} points; at most {} are kept: take a longer interval or "
+                                 "a shorter run",
+                                 count, SectionPoints::most));
   return p;
 }
 
@@ -68,6 +74,9 @@ SectionRun SectionSimulation::run() {
         fmt::format("DOUBTFUL: {} touches were settled after too many steps to know their state; they are no "
                     "points of the section",
                     points.lost()));
+  if (points.beyond() > 0)
+    run.notes.push_back(fmt::format("{} further points of the section are left out: {} are kept",
+                                    points.beyond(), SectionPoints::most));
   for (std::size_t i = 0; i < points.size(); ++i) {
     run.t.push_back(points.t(i));
     run.rows.insert(run.rows.end(), points.row(i).begin(), points.row(i).end());

@@ -332,6 +332,17 @@ TEST_CASE("the rig with an impact law only rescales with speed", "[section]") {
                             rig_section(200, "automatic", 0, 8, "penalty")) > 1e-3);
 }
 
+TEST_CASE("a section of more points than are kept is refused before it is run", "[section][errors]") {
+  const auto scene = (test::source_folder() / "cases/ball-on-table/scene.toml").string();
+  const test::TemporaryFolder folder;
+  const auto run = test::freeplay("poincare " + scene + " --section 'every 1e-9 s' -o " +
+                                  (folder.path() / "out").string());
+  CHECK(run.status == 2);
+  CHECK_THAT(run.err,
+             Catch::Matchers::Contains("--section") && Catch::Matchers::Contains("1000000 are kept"));
+  CHECK(!std::filesystem::exists(folder.path() / "out"));
+}
+
 TEST_CASE("poincare writes its points, its provenance and a figure, or nothing", "[section][figures]") {
   const test::TemporaryFolder folder;
   const auto out = folder.path() / "out";
