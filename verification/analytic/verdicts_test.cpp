@@ -16,6 +16,7 @@
 #include "model/scene.hpp"
 #include "sim/statistics.hpp"
 #include "study/calibrate.hpp"
+#include "study/ideal_turn.hpp"
 #include "study/intervals.hpp"
 #include "study/validate.hpp"
 #include "verification/references/slider_crank.hpp"
