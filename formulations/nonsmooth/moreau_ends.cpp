@@ -69,7 +69,7 @@ bool MoreauStepper::bring_back(double t_new) {
     for (const int k : live_) contacts_[k].gap = gap_of(k, q_.data(), end_);
   };
   look();
-  const bool held = many_ && !near_ && hold_lasting();
+  const bool held = many_ && hold_lasting();
   if (held) {
     system_.place(t_new, q_.data(), end_);
     look();

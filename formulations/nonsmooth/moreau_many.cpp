@@ -82,15 +82,16 @@ ContactSolution MoreauStepper::solve_islands() {
   return result;
 }
 
-/// Brings what lasts back to its gap's zero, from either side, as joints are: its status is known, and one linear problem
-/// finds what a search for it would a contact at a time. True where something has moved.
+/// Brings what lasts in loose joints back to its gap's zero, from either side, as joints are: its status is known, and one
+/// linear problem finds what a search for it would a contact at a time. Discs and walls, whose heaps are redundant and
+/// whose pairs come and go, are left to the search. True where something has moved.
 bool MoreauStepper::hold_lasting() {
   auto& p = position_problem_;
   p.clear();
-  for (std::size_t k = 0; k < contacts_.size(); ++k) {
+  for (int k = 0; k < system_.contacts(); ++k) {
     auto& c = contacts_[k];
-    c.held = c.active && c.unknown >= 0 && problem_.unknowns[c.unknown].impulse_n > 0 &&
-             c.row.normal.size > 0 && in_reach(c);
+    c.held = system_.contact_facts(k).has_clearance && c.active && c.unknown >= 0 &&
+             problem_.unknowns[c.unknown].impulse_n > 0 && c.row.normal.size > 0 && in_reach(c);
     if (!c.held) continue;
     const int place = many_->first[k];
     many_->place[p.rows] = place;
