@@ -11,6 +11,9 @@ namespace {
 constexpr double most_operations = 3e7;
 /// Unknowns of an island of loose bodies beyond which dense matrices are no way out.
 constexpr int most_loose = 64;
+/// Half-bandwidth of D, in rows, up to which loose bodies hang in a chain: Newton's method meets it in a few steps, where
+/// sweeps hand what happens at one end down a link at a time.
+constexpr int most_narrow = 16;
 
 }  // namespace
 
@@ -217,6 +220,10 @@ void ContactIslands::solve_long(Island& x, ContactProblem& whole, const std::vec
   const bool loose = gather_free(x, rows), heap = loose && static_cast<int>(x.unknowns.size()) > most_loose;
   if (loose) {
     if (heap) best_rate = 1e-3 * size;  // nothing else would come nearer in its time; the run says how near
+    if (order_rows(x) <= most_narrow) {
+      attempt([&] { return newton(x, accepted, 20); });
+      if (!solved) x.impulse = given_;
+    }
     attempt([&] {
       const bool met =
           sweep_free(x, accepted, static_cast<int>(x.unknowns.size()) > most_whole ? 4000 : 20000);
