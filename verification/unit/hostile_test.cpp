@@ -81,11 +81,15 @@ TEST_CASE("hostile scenes over every verb that reads one", "[security][hostile]"
     corpus.run({"check", place + "/raw.toml"});
     corpus.run({"check", place + "/joint.toml"}, 2);
     corpus.run({"check", place + "/value.toml"}, 2);
-    const char* const verbs[] = {"run", "drift", "laws", "compare", "advise"};
-    std::vector<std::string> arguments{verbs[i % 5], place + "/title.toml"};
-    if (i % 5 == 0) arguments.insert(arguments.end(), {"--formulation", i % 2 ? "penalty" : "nonsmooth"});
-    if (i % 5 < 4) arguments.insert(arguments.end(), {"-o", place + "/out"});
-    if (i % 5 == 4) arguments.insert(arguments.end(), {"--error", "50"});
+    const char* const verbs[] = {"run", "drift", "laws", "compare", "advise", "modes", "poincare"};
+    const auto k = i % std::size(verbs);
+    std::vector<std::string> arguments{verbs[k], place + "/title.toml"};
+    if (k == 0) arguments.insert(arguments.end(), {"--formulation", i % 2 ? "penalty" : "nonsmooth"});
+    if (k < 4 || k == 6) arguments.insert(arguments.end(), {"-o", place + "/out"});
+    if (k == 4) arguments.insert(arguments.end(), {"--error", "50"});
+    if (k == 6)
+      arguments.insert(arguments.end(),
+                       {"--section", i % 2 ? text.substr(0, text.find('\0')) : "every 0.01 s"});
     corpus.run(arguments);
     if (text.find('\0') == text.npos)
       corpus.run({"check", place + "/joint.toml", "--set", "joints.gudgeon.surface=" + text}, 2);
@@ -109,6 +113,8 @@ TEST_CASE("hostile studies and measurements over every verb that reads one", "[s
   const std::string head =
       "scene = \"scene.toml\"\njoint = \"gudgeon\"\naccelerometer = \"accelerometer\"\n"
       "revolutions = 1\ndiscard = 0\nstarts = 1\nformulations = [\"nonsmooth\"]\n";
+  const std::string settled =
+      "scene = \"scene.toml\"\n[axes.a]\nkey = \"surfaces.steel.friction\"\nvalues = [0.0, 0.1]\n";
   for (std::size_t i = 0; i < texts.size(); ++i) {
     const auto quoted = test::in_toml(texts[i]);
     const auto name = fmt::format("study{}.toml", i), data = fmt::format("data{}.csv", i);
@@ -119,9 +125,13 @@ TEST_CASE("hostile studies and measurements over every verb that reads one", "[s
         head + "[axes.a]\nkey = " + quoted + "\nvalues = [1.0]\nunit = " + quoted + "\n",
         head + "[variants." + quoted + "]\ntitle = " + quoted + "\n",
         head + "[variants.a]\nscene = " + quoted + "\nset = [" + quoted + "]\n",
-        head + "fit = " + quoted + "\nclaims = \"flores2011\"\n"};
+        head + "fit = " + quoted + "\nclaims = \"flores2011\"\n",
+        settled + "[bifurcation]\naxis = " + quoted + "\nsection = " + quoted + "\n",
+        settled + "[bifurcation]\naxis = \"a\"\nsection = \"every 0.01 s\"\ncolumns = [" + quoted + "]\n",
+        settled + "[basin]\nx = " + quoted + "\ny = \"a\"\nsection = " + quoted + "\n"};
     corpus.add(name, parts[i % std::size(parts)]);
-    for (const char* verb : {"sweep", "calibrate", "validate"}) corpus.run({verb, name, "-o", "out"});
+    for (const char* verb : {"sweep", "calibrate", "validate", "bifurcation", "basin"})
+      corpus.run({verb, name, "-o", "out"});
     if (i % std::size(parts) < 2)
       corpus.run({"tradeoff", name, "-o", "out"});  // others may be whole, and take long
     std::string measured = i % 2 ? "t,acceleration\n" : texts[i] + ",t,acceleration\n";
