@@ -22,6 +22,8 @@ constexpr Refusal looked_at[] = {
     {"more than can be told one by one", "as above, at a pace that no run ends"},
     {"admits more than one motion",
      "Painlevé's paradox: friction leaves the motion open, and the reason names the motions"},
+    {"admits no acceleration",
+     "Painlevé's paradox: no finite force keeps apart what slides there; time stepping stops it by an impulse"},
     {"was not solved by any",
      "no solver finds impulses of several contacts (or friction above 1 in a corner); whether "
      "there are any is not known, and nothing is made up"},

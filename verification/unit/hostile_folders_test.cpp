@@ -65,10 +65,14 @@ TEST_CASE("a stranger's texts in the folders of every verb", "[security][hostile
   const std::string study =
       "title = \"study\"\nscene = \"scene.toml\"\n[axes.mu]\nkey = \"surfaces.steel.friction\"\nvalues = [0.0, 0.05]\n"
       "[axes.speed]\nkey = \"drives.motor.speed_rpm\"\nvalues = [190, 200]\n";
-  write_file(bait.folder / "up.toml",
-             study + "[bifurcation]\naxis = \"mu\"\nsection = \"every 0.01 s\"\nperiod = 0.01\ndiscard = 1\nkeep = 2\n");
-  write_file(bait.folder / "cells.toml", study + "[basin]\nx = \"mu\"\ny = \"speed\"\nsection = \"every 0.01 s\"\n"
-                                                 "period = 0.01\ndiscard = 1\nkeep = 2\n");
+  write_file(
+      bait.folder / "up.toml",
+      study +
+          "[bifurcation]\naxis = \"mu\"\nsection = \"every 0.01 s\"\nperiod = 0.01\ndiscard = 1\nkeep = 2\n");
+  write_file(bait.folder / "cells.toml",
+             study +
+                 "[basin]\nx = \"mu\"\ny = \"speed\"\nsection = \"every 0.01 s\"\n"
+                 "period = 0.01\ndiscard = 1\nkeep = 2\n");
   const std::vector<std::vector<std::string>> makers{
       {"run", "scene.toml", "--formulation", "nonsmooth", "--no-figures"},
       {"poincare", "scene.toml", "--section", "every 0.01 s"},
@@ -103,8 +107,8 @@ TEST_CASE("a stranger's texts in the folders of every verb", "[security][hostile
         write_file(bait.folder / place / files[f], text);
       }
       run({"figures", place});
-      run({"plot", place, "--x", i % 3 ? "t" : texts[i].substr(0, texts[i].find('\0')), "--y", "gudgeon.gap", "-o",
-           texts[i].substr(0, texts[i].find('\0'))});
+      run({"plot", place, "--x", i % 3 ? "t" : texts[i].substr(0, texts[i].find('\0')), "--y", "gudgeon.gap",
+           "-o", texts[i].substr(0, texts[i].find('\0'))});
     }
   }
 }
