@@ -26,12 +26,14 @@ void ContactProblem::reserve(int size) {
   D.setZero(size, size);
   b.setZero(size);
   unknowns.reserve(size);
+  last_.reserve(static_cast<std::size_t>(size));
   factor_.setZero(size, size);
 }
 
 void ContactProblem::reserve_rates(int size) {
   b.setZero(std::max<Eigen::Index>(size, b.size()));
   unknowns.reserve(size);
+  last_.reserve(static_cast<std::size_t>(size));
 }
 
 std::array<ContactProblem::Way, 4> ContactProblem::order() const {
@@ -62,7 +64,7 @@ ContactSolution ContactProblem::solve_near() {
   if (unknowns.size() < 2) return solve();
   ContactSolution s;
   const double size = scale();
-  s.solved = newton(tolerance_ * size, s.pivots, true);
+  s.solved = newton(tolerance_ * size, s.pivots, From::given);
   if (!s.solved) return solve();
   s.residual_rate = residual();
   s.residual = size > 0 ? s.residual_rate / size : s.residual_rate;
@@ -202,9 +204,10 @@ bool ContactProblem::attempt(Way way, double accepted, int& pivots) {
       return enumerate(accepted, pivots);
     case Way::gauss_seidel:
       if (solver_ == LcpSolver::gauss_seidel) return gauss_seidel(accepted, pivots);
-      // Many contacts that share their loads converge slowly: from near the solution Newton's steps are few.
-      return gauss_seidel(accepted, pivots, 100) || newton(accepted, pivots, true) ||
-             gauss_seidel(accepted, pivots);
+      // Where the same contacts press, stick and slide as in the last problem a step or two of Newton's are exact. Many contacts
+      // that share their loads converge slowly in sweeps: from near the solution Newton's steps are few.
+      return newton_from_last(accepted, pivots) || gauss_seidel(accepted, pivots, 100) ||
+             newton(accepted, pivots, From::given) || gauss_seidel(accepted, pivots);
     case Way::newton:
       return newton(accepted, pivots);
     case Way::lemke:
@@ -335,7 +338,7 @@ bool ContactProblem::proximal(double accepted, int& pivots) {
           moved = std::max(
               moved, weight[c.tangent] * std::abs(c.impulse_t - std::exchange(last[c.tangent], c.impulse_t)));
       }
-      if (newton(accepted, pivots, true)) return true;
+      if (newton(accepted, pivots, From::given)) return true;
       for (auto& c : unknowns) {
         if (c.normal >= 0) c.impulse_n = last[c.normal];
         if (c.tangent >= 0) c.impulse_t = last[c.tangent];
@@ -411,7 +414,7 @@ bool ContactProblem::by_copositive_lemke(double accepted, int& pivots) {
   if (result.status == LcpResult::Status::ray) return false;
   const auto found = unknowns;
   const double left = residual();
-  if (left <= std::max(accepted, attainable()) || newton(accepted, pivots, true)) return true;
+  if (left <= std::max(accepted, attainable()) || newton(accepted, pivots, From::given)) return true;
   if (!(residual() < left)) unknowns = found;
   return false;
 }

@@ -145,7 +145,11 @@ class ContactProblem {
   bool gauss_seidel(double accepted, int& sweeps, int most = 2000);
   /// What rounding leaves of the laws' rates at the present impulses, at most.
   double attainable() const;
-  bool newton(double accepted, int& steps, bool given = false);
+  /// From no impulses, from those given, or (in a few steps, where forces are unique) from those of the last problem.
+  enum class From { nothing, given, last };
+  bool newton(double accepted, int& steps, From from = From::nothing);
+  /// A few of Newton's steps from the last problem's impulses, which stay as they were where it fails.
+  bool newton_from_last(double accepted, int& steps);
   bool by_lemke(int& pivots);
   bool by_copositive_lemke(double accepted, int& pivots);
   void make_room(int n);
@@ -166,6 +170,7 @@ class ContactProblem {
   double tolerance_, least_scale_ = 0;
   Lemke lemke_;
   int lemke_size_ = 0;
+  std::vector<std::array<double, 2>> last_;
   Eigen::MatrixXd A_;
   Eigen::VectorXd q_, z_;
   Eigen::MatrixXd factor_;  // of D, in regular()

@@ -120,9 +120,9 @@ bool ContactProblem::gauss_seidel(double accepted, int& sweeps, int most) {
 
 /// Newton's method on the projections P_N = (P_N − ρ u_N)⁺, P_T = clamp(P_T − ρ u_T, ±bound) (Alart and
 /// Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353), the step halved while it does not help.
-bool ContactProblem::newton(double accepted, int& steps, bool given) {
-  constexpr int most = 100;
-  constexpr int few = 16;  // rows that stand on the stack: no step of a small mechanism takes memory
+bool ContactProblem::newton(double accepted, int& steps, From from) {
+  const int most = from == From::nothing ? 100 : from == From::given ? 20 : 4;
+  constexpr int few = 24;  // rows that stand on the stack: no step of a small mechanism takes memory
   const auto within = [&]<int room>(std::integral_constant<int, room>) {
     using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, room, 1>;
     using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, room, room>;
@@ -172,9 +172,9 @@ bool ContactProblem::newton(double accepted, int& steps, bool given) {
       }
       return F.squaredNorm();
     };
-    if (!given)
+    if (from == From::nothing)
       for (auto& c : unknowns) c.impulse_n = c.impulse_t = 0;
-    for (int i = 0; i < (given ? 20 : most); ++i) {
+    for (int i = 0; i < most; ++i) {
       ++steps;
       const double before = evaluate(true);
       if (residual() <= accepted) return true;
@@ -184,6 +184,8 @@ bool ContactProblem::newton(double accepted, int& steps, bool given) {
       const auto pivots = lu.matrixLU().diagonal().cwiseAbs();
       if (pivots.minCoeff() > 1e-12 * pivots.maxCoeff()) {
         step = -lu.solve(F);
+      } else if (from == From::last) {
+        return false;
       } else {  // forces are not unique: the least change of them
         Eigen::CompleteOrthogonalDecomposition<Matrix> decomposition;
         decomposition.setThreshold(1e-11);
@@ -199,6 +201,19 @@ bool ContactProblem::newton(double accepted, int& steps, bool given) {
   };
   return rows <= few ? within(std::integral_constant<int, few>())
                      : within(std::integral_constant<int, Eigen::Dynamic>());
+}
+
+bool ContactProblem::newton_from_last(double accepted, int& steps) {
+  if (std::ranges::none_of(unknowns, [](const auto& c) { return c.impulse_n > 0 || c.impulse_t != 0; }))
+    return false;
+  last_.clear();
+  for (const auto& c : unknowns) last_.push_back({c.impulse_n, c.impulse_t});
+  if (newton(accepted, steps, From::last)) return true;
+  for (std::size_t i = 0; i < last_.size(); ++i) {
+    unknowns[i].impulse_n = last_[i][0];
+    unknowns[i].impulse_t = last_[i][1];
+  }
+  return false;
 }
 
 }  // namespace freeplay
