@@ -23,6 +23,8 @@ std::string axis_label(const JsonFile& document, const std::string& path) {
 
 /// Blue upwards, orange downwards; what began from drawn starts lies below both in grey.
 constexpr Word branch_colours[] = {"#9aa0a6", "#0b3c8c", "#c8500a"};
+constexpr Word no_points =
+    "set label 1 'no point of the section' at graph 0.5, graph 0.5 center tc rgb 0x888888\n";
 int place_of(const std::string& branch) { return branch == "up" ? 1 : branch == "down" ? 2 : 0; }
 
 std::vector<std::filesystem::path> draw_bifurcation(const std::filesystem::path& folder) {
@@ -31,6 +33,8 @@ std::vector<std::filesystem::path> draw_bifurcation(const std::filesystem::path&
   Rows rows(folder / "bifurcation.csv");
   const auto branch = rows.place("branch"), value = rows.place("value"), at = rows.place(column);
   Block blocks[] = {Block("from drawn starts"), Block("swept upwards"), Block("swept downwards")};
+  Block none[] = {Block("from drawn starts, no points"), Block("swept upwards, no points"),
+                  Block("swept downwards, no points")};
   double least = INFINITY, most = -INFINITY;  // of all values, those without points among them
   while (rows.next()) {
     const double x = rows.number(value), y = rows.number(at);
@@ -38,26 +42,44 @@ std::vector<std::filesystem::path> draw_bifurcation(const std::filesystem::path&
       least = std::min(least, x);
       most = std::max(most, x);
     }
+    const auto k = static_cast<std::size_t>(place_of(rows.name(branch)));
     if (std::isfinite(x) && std::isfinite(y))
-      blocks[static_cast<std::size_t>(place_of(rows.name(branch)))].row({x, y});
+      blocks[k].row({x, y});
+    else if (std::isfinite(x))
+      none[k].row({x, 0.012 + 0.016 * static_cast<double>(k)});
   }
   Figure f{.name = "bifurcation", .height_cm = 10, .source = "bifurcation.json"};
   constexpr Word titles[] = {"from drawn starts", "swept upwards", "swept downwards"};
   Script plot;
+  bool points = false, without = false;
+  const auto opening = [&] { return plot.empty() ? Word("plot ") : Word(", "); };
   for (std::size_t k = 0; k < 3; ++k) {
     if (blocks[k].empty()) continue;
-    plot.add("{}DATA index {} using 1:2 with points pt 7 ps {} lc rgb '{}' title '{}'",
-             plot.empty() ? Word("plot ") : Word(", "), f.blocks.size(), k == 2 ? 0.3 : 0.35,
-             branch_colours[k], titles[k]);
+    plot.add(
+        "{}DATA index {} using 1:2 with points pt 7 ps {} lc rgb '{}' notitle, keyentry with points pt 7 ps 0.8 lc rgb "
+        "'{}' title '{}'",
+        opening(), f.blocks.size(), k == 2 ? 0.3 : 0.35, branch_colours[k], branch_colours[k], titles[k]);
     f.blocks.push_back(blocks[k]);
+    points = true;
+  }
+  // What was run and met the section nowhere stands along the bottom: an answer, and not a value left out.
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (none[k].empty()) continue;
+    plot.add("{}DATA index {} using 1:2 axes x1y2 with points pt 5 ps 0.3 lc rgb '{}' notitle", opening(),
+             f.blocks.size(), branch_colours[k]);
+    f.blocks.push_back(none[k]);
+    without = true;
   }
   if (f.blocks.empty()) return {};
+  if (without) plot.add(", keyentry with points pt 5 ps 0.6 lc rgb 0x888888 title 'no points (at the bottom)'");
   f.script.add(
       "set xlabel {} noenhanced\nset ylabel {} noenhanced\nset key outside top center horizontal samplen 1\n"
       "set xrange [{}:{}]\nset autoscale yfix\nset offsets 0, 0, graph 0.04, graph 0.04\n",
       axis_label(document, "bifurcation.axis"),
       with_unit(column, document.text("bifurcation.columns.0.unit")),
       least - (most > least ? 0.01 * (most - least) : 1), most + (most > least ? 0.01 * (most - least) : 1));
+  f.script.add("set y2range [0:1]\n");
+  if (!points) f.script.add("{}set yrange [0:1]\nset format y ''\n", no_points);
   if (column == "phase") f.script.add("set offsets 0, 0, 0, 0\nset yrange [0:1]\n");
   f.script.add("{}\n", plot);
   return {draw(f, folder)};

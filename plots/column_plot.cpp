@@ -168,6 +168,7 @@ std::filesystem::path draw_columns(const ColumnPlot& plot) {
       panels.size(), path ? Word("set size ratio -1\n") : Word(""));
   if (panels.size() > 1) f.script.add("set format x ''\n");
   bool drawn = false;
+  std::string without_rows;
   for (std::size_t k = 0; k < panels.size(); ++k) {
     Script curves;
     const bool alone = runs.size() == 1 && panels[k].size() == 1;
@@ -179,6 +180,7 @@ std::filesystem::path draw_columns(const ColumnPlot& plot) {
         if (++curve > most_curves)
           throw SceneError(fmt::format("more than {} curves in a panel; draw several figures", most_curves));
         const auto points = thinned(run.columns.read(*own_x, *own_y, from, to, plot.section), most_points);
+        if (!points.without_rows.empty()) without_rows = points.without_rows;
         Block block(fmt::format("{}: {}, {}", run.title, with_unit(x.name, x.unit),
                                 with_unit(wanted.name, wanted.unit)));
         for (std::size_t i = 0; i < points.x.size(); ++i) block.row({points.x[i], points.y[i]});
@@ -208,6 +210,7 @@ std::filesystem::path draw_columns(const ColumnPlot& plot) {
     f.script.add("set ylabel {} noenhanced\n{}\n{}", label_of(panels[k]), curves,
                  k == 0 ? Word("unset label 100\n") : Word(""));
   }
+  if (!drawn && !without_rows.empty()) throw SceneError(without_rows + ": has no rows");
   if (!drawn)
     throw SceneError(plot.section ? "no row passes the section within that time"
                                   : "no row lies within that time");

@@ -105,6 +105,7 @@ std::string no_column(const std::string& name, const std::vector<Column>& all) {
 
 struct RunColumns::Series {
   std::vector<double> t, v;
+  std::string without_rows;  ///< the file, where it has a header alone
 };
 
 RunColumns::RunColumns(const std::filesystem::path& folder) : folder_(folder), scene_(scene_of_run(folder)) {
@@ -153,7 +154,9 @@ RunColumns::Series RunColumns::series(const Column& column, const std::string& f
   const auto v = !own ? t : rows.place(wanted.empty() ? column.name : "value");
   const auto name = wanted.empty() ? t : rows.place("channel");
   Series s;
+  s.without_rows = (folder_ / (own ? column.file : file)).string();
   while (rows.next()) {
+    s.without_rows.clear();
     if (!wanted.empty() && rows.name(name) != wanted) continue;
     if (const double time = rows.number(t); time < from || time > to) continue;
     if (s.t.size() == most_rows)
@@ -180,6 +183,8 @@ Points RunColumns::read(const Column& x, const Column& y, double from, double to
     if (!s) throw SceneError("--section: " + no_column(section->column, all_));
     all.push_back(series(*s, file, leading.channel, from, to));
   }
+  for (const auto& one : all)
+    if (!one.without_rows.empty()) return {.without_rows = one.without_rows};
   // Rows that all have at the same t.
   std::vector<std::array<double, 4>> rows;
   const auto same_file = [](const Column& a, const Column& b) {

@@ -112,7 +112,7 @@ Script beginning(const Paper& paper, const Style& style, double font_size) {
 /// What a figure says of its origin, in its lower right corner.
 Script signature(const std::string& origin) {
   return Script().add(
-      "set label 100 {} at screen 1-X(0.1), screen Y(0.12) right font TINY tc rgb 0x888888 noenhanced\n",
+      "set label 100 {} at screen 1-X(0.3), screen Y(0.12) right font TINY tc rgb 0x888888 noenhanced\n",
       origin);
 }
 

@@ -25,13 +25,18 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
     const double a = rows.number(at_x), b = rows.number(at_y);
     if (std::isfinite(a) && std::isfinite(b)) points.row({a, b});
   }
-  if (points.empty()) return {};
+  const bool none = points.empty();
   Figure f{.name = "poincare", .width_cm = 12, .height_cm = 10, .source = "section.json"};
   f.blocks.push_back(points);
   f.script.add(
       "set xlabel {} noenhanced\nset ylabel {} noenhanced\nset offsets graph 0.05, graph 0.05, graph 0.05, graph 0.05\n",
       axis(document, "x"), axis(document, "y"));
-  f.script.add("plot DATA index 0 using 1:2 with points pt 7 ps 0.35 lc rgb '#0b3c8c' notitle\n");
+  if (none)
+    f.script.add(
+        "set label 1 'no point of the section' at graph 0.5, graph 0.5 center tc rgb 0x888888\n"
+        "set xrange [0:1]\nset yrange [0:1]\nset format ''\nplot NaN notitle\n");
+  else
+    f.script.add("plot DATA index 0 using 1:2 with points pt 7 ps 0.35 lc rgb '#0b3c8c' notitle\n");
   return {draw(f, folder)};
 }
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/default_folder.hpp"
+#include "cli/ending.hpp"
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
@@ -56,10 +57,7 @@ int attractors(const AttractorsRequest& request, const Verb& verb) {
                            });
   progress.clear();
   fmt::print("{} runs were there, {} made\n", runs.found, runs.made);
-  if (runs.interrupted) {
-    fmt::print("interrupted; the same command carries on\n");
-    return 1;
-  }
+  if (runs.interrupted) return interrupted(Kept::runs);
   const auto told = verb.told(runs);
   document[verb.name] = verb.json(study, runs, told);
   write_json(set.place() / fmt::format("{}.json", verb.name), document);

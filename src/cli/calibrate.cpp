@@ -10,6 +10,7 @@
 
 #include "cli/calibrate.hpp"
 #include "cli/default_folder.hpp"
+#include "cli/ending.hpp"
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
@@ -77,10 +78,7 @@ int calibrate(const CalibrateRequest& request) {
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
   const auto origin = provenance(study);  // reads every file that it names
   auto plan = plan_calibration(study, request.conduct());
-  if (request.stop()) {
-    fmt::print("interrupted before anything was run\n");
-    return 1;
-  }
+  if (request.stop()) return interrupted(Kept::nothing);
   make_folder(folder);
   const FolderLock lock(folder, "calibrate");
   settle_result_sets(folder);
@@ -92,10 +90,7 @@ int calibrate(const CalibrateRequest& request) {
       });
   progress.clear();
   for (const auto& q : r.questions) fmt::print(stderr, "{}", wrapped("question: " + q + "\n", 10));
-  if (r.sweep.interrupted) {
-    fmt::print("interrupted; the same command carries on\n");
-    return 1;
-  }
+  if (r.sweep.interrupted) return interrupted(Kept::runs);
   const auto& c = *study.calibration;
   fmt::print("{} runs made in {:.0f} s, {} failed\n\nResponse surfaces (of the logarithm)\n", r.sweep.ran,
              r.sweep.wall_seconds, r.sweep.failed);

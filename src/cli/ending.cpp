@@ -19,7 +19,13 @@ int report(const Result& result) {
   if (result.ending.status == Ending::Status::failed)
     fmt::print(stderr, "{}: stopped: {}\n", result.formulation, result.ending.reason);
   else
-    fmt::print(stderr, "{}: interrupted at t = {:.9g} s\n", result.formulation, result.t_end);
+    fmt::print(stderr, "interrupted: {} at t = {:.9g} s\n", result.formulation, result.t_end);
+  return 1;
+}
+
+int interrupted(Kept kept) {
+  fmt::print(stderr, "interrupted; the same command {}\n",
+             kept == Kept::runs ? "carries on" : "begins anew, nothing is written");
   return 1;
 }
 

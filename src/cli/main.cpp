@@ -56,7 +56,7 @@ int run(int argc, char** argv, int& refused) {
   } catch (const OutputError& e) {
     return told(e.what(), 1);
   } catch (const Interrupted& e) {
-    return told(e.what(), 1, "freeplay: ");
+    return told(e.what(), 1);
   } catch (const std::bad_alloc&) {
     return told("out of memory", 1);
   } catch (const std::system_error& e) {

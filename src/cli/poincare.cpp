@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/default_folder.hpp"
+#include "cli/ending.hpp"
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
@@ -78,10 +79,7 @@ int poincare(const PoincareRequest& request) {
   progress.show(request.formulation, 0);
   const auto run = simulation.run();
   progress.clear();
-  if (run.ending.status == Ending::Status::interrupted) {
-    fmt::print("interrupted\n");
-    return 1;
-  }
+  if (run.ending.status == Ending::Status::interrupted) return interrupted(Kept::nothing);
   const auto axes = shown(run, request);
   nlohmann::json document;
   document["section"] = {{"asked", request.section},

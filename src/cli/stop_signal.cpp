@@ -27,7 +27,7 @@ void on_alarm(int) {
     waited = 1;
     return ring_in(grace);
   }
-  constexpr std::string_view line = "freeplay: interrupted\n";
+  constexpr std::string_view line = "interrupted\n";
   [[maybe_unused]] const auto ignored = write(2, line.data(), line.size());
   _exit(1);
 }

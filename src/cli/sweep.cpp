@@ -7,6 +7,7 @@
 #include <map>
 
 #include "cli/default_folder.hpp"
+#include "cli/ending.hpp"
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
@@ -68,10 +69,7 @@ int sweep(const SweepRequest& request) {
   const auto study = read_study(request.scene, request.reach);
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
   const auto planned = plan(study, request.conduct());
-  if (request.stop()) {
-    fmt::print("interrupted before anything was run\n");
-    return 1;
-  }
+  if (request.stop()) return interrupted(Kept::nothing);
   if (request.prune && !std::filesystem::exists(folder / "sweep.db"))
     throw SceneError(fmt::format("{}: has no sweep.db to remove runs from", folder.string()));
   if (request.prune) return prune(study, planned, folder, request);
@@ -111,8 +109,8 @@ int sweep(const SweepRequest& request) {
     write_export(study, results, folder / request.table);
     fmt::print("table in {}\n", (folder / request.table).string());
   }
-  if (summary.interrupted) fmt::print("interrupted; the same command carries on\n");
-  return summary.interrupted || !results.failures().empty() ? 1 : 0;
+  if (summary.interrupted) return interrupted(Kept::runs);
+  return results.failures().empty() ? 0 : 1;
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "cli/calibrate.hpp"
 #include "cli/default_folder.hpp"
 #include "cli/document.hpp"
+#include "cli/ending.hpp"
 #include "cli/progress.hpp"
 #include "cli/validate.hpp"
 #include "io/output_file.hpp"
@@ -62,10 +63,7 @@ int validate_study(const ValidateRequest& request) {
     origin_of_fit = provenance(*fitted);
     planned_fit = plan_calibration(*fitted, request.conduct());
   }
-  if (request.stop()) {
-    fmt::print("interrupted before anything was run\n");
-    return 1;
-  }
+  if (request.stop()) return interrupted(Kept::nothing);
   ResultSet set(folder, "validate-study");
   Progress progress;
   const auto show = [&](const char* what) {
@@ -78,10 +76,7 @@ int validate_study(const ValidateRequest& request) {
   if (planned_fit) {
     fit = calibrate(std::move(*planned_fit), request.conduct(), set.lock(), all_cores, show("calibration"));
     progress.clear();
-    if (fit->sweep.interrupted) {
-      fmt::print("interrupted; the same command carries on\n");
-      return 1;
-    }
+    if (fit->sweep.interrupted) return interrupted(Kept::runs);
     study.variants.push_back(calibrated_variant(study, *fitted, fit->all));
     planned = plan(study, request.conduct());
     write_json(set.place() / "calibration.json", to_json(*fitted, *fit, origin_of_fit));
@@ -90,10 +85,7 @@ int validate_study(const ValidateRequest& request) {
   const auto summary =
       sweep(study, planned, request.conduct(), results, set.lock(), all_cores, show("matrix"));
   progress.clear();
-  if (summary.interrupted) {
-    fmt::print("interrupted; the same command carries on\n");
-    return 1;
-  }
+  if (summary.interrupted) return interrupted(Kept::runs);
   const auto runs = results.runs();
   bool all = true;
   for (const auto& v : study.variants)

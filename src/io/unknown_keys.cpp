@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <optional>
 
 #include "io/schema.hpp"
@@ -58,9 +59,25 @@ std::string remedy(const Unknown& unknown) {
   return listed("there are", known);
 }
 
+/// A scene in the place of a study, or the other way round: its first key would be told as a misspelt one.
+void refuse_mistaken(const toml::table& document, std::string_view pattern, const SceneSource& source) {
+  const bool scene = document.contains("bodies") || document.contains("joints"),
+             study = document.contains("scene");
+  if (scene == study) return;
+  if (pattern == "study" && scene)
+    throw SceneError(fmt::format(
+        "{}: this is a scene; a study is a file that names one, scene = \"{}\": docs/study.md", source.name,
+        std::filesystem::path(source.name).filename().string()));
+  if (pattern.empty() && study)
+    throw SceneError(fmt::format(
+        "{}: this is a study, for freeplay sweep, bifurcation or basin; the scene is the file that it names",
+        source.name));
+}
+
 }  // namespace
 
 void refuse_unknown_keys(const toml::table& document, std::string_view pattern, const SceneSource& source) {
+  refuse_mistaken(document, pattern, source);
   if (const auto unknown = first_unknown(document, "", pattern))
     source.fail(unknown->node, unknown->path,
                 fmt::format("is not a key of {}{}", what_is(unknown->table), remedy(*unknown)));
