@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "cli/ending.hpp"
 #include "cli/progress.hpp"
 #include "cli/shown.hpp"
 #include "cli/verb.hpp"
@@ -98,7 +99,7 @@ int advise(const AdviseRequest& request) {
       continue;
     }
     progress.clear();
-    if (request.stop()) return 1;
+    if (request.stop()) return interrupted(Kept::nothing);
     if (advice.tried.empty()) {
       fmt::print("{}: no reference: {}\n\n", formulation, advice.reference.ending.reason);
       continue;

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "cli/default_folder.hpp"
+#include "cli/ending.hpp"
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
 #include "io/open_scene.hpp"
@@ -29,7 +30,7 @@ int drift(const DriftRequest& request) {
   const auto runs = measure_drift(*scene, request.stop, set.place(),
                                   [&](const std::string& which, double done) { progress.show(which, done); });
   progress.clear();
-  if (request.stop()) return 1;
+  if (request.stop()) return interrupted(Kept::nothing);
   set.commit();
   fmt::print("{:<12}{:>14}{:>14}{:>14}{:>12}{:>10}\n", "", "greatest m", "greatest rad", "closure J", "rhs",
              "CPU s");

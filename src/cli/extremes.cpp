@@ -6,6 +6,7 @@
 
 #include "cli/default_folder.hpp"
 #include "cli/document.hpp"
+#include "cli/ending.hpp"
 #include "cli/progress.hpp"
 #include "cli/strangers.hpp"
 #include "cli/verb.hpp"
@@ -59,7 +60,7 @@ int extremes(const ExtremesRequest& request) {
       "--- |\n";
   for (std::size_t i = 0; i < cells.size(); ++i) {
     auto& c = cells[i];
-    if (request.stop()) return 1;
+    if (request.stop()) return interrupted(Kept::nothing);
     progress.show(c.axis, static_cast<double>(i) / static_cast<double>(cells.size()));
     c.verdict = judge_apart(c, 1200);  // half a minute for the longest; sanitizers take ten times that
     progress.clear();

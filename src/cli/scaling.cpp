@@ -8,6 +8,7 @@
 
 #include "cli/default_folder.hpp"
 #include "cli/document.hpp"
+#include "cli/ending.hpp"
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
 #include "io/output_file.hpp"
@@ -85,7 +86,7 @@ int scaling(const ScalingRequest& request) {
     fmt::print("{}\n", g.what);
     for (const int count : g.counts) {
       if (count > request.most) break;
-      if (request.stop()) return 1;
+      if (request.stop()) return interrupted(Kept::nothing);
       progress.show(fmt::format("{}, {} {}", g.name, count, g.counted),
                     double(costs.size()) / double(g.counts.size()));
       costs.push_back(verification::measure(g, count, request.repetitions));

@@ -9,6 +9,7 @@
 
 #include "cli/default_folder.hpp"
 #include "cli/document.hpp"
+#include "cli/ending.hpp"
 #include "cli/progress.hpp"
 #include "cli/shown.hpp"
 #include "cli/verb.hpp"
@@ -121,7 +122,7 @@ int tradeoff(const TradeoffRequest& request) {
     auto t = trade_off(*scenes[i], request.conduct(), request.repeats, sampling,
                        [&](double done) { progress.show(v.name, done); });
     progress.clear();
-    if (request.stop()) return 1;
+    if (request.stop()) return interrupted(Kept::nothing);
     t.name = v.name;
     fmt::print("{} ({})\n{}\n{}{}\n", v.title, v.name, heading(t), table(t, false), orders(t));
     std::fflush(stdout);

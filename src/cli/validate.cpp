@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/default_folder.hpp"
+#include "cli/ending.hpp"
 #include "cli/validate.hpp"
 #include "cli/wrapped.hpp"
 #include "io/open_scene.hpp"
@@ -69,7 +70,7 @@ int validate_data(const ValidateRequest& request) {
   if (request.as_given) with.matched = false;
   ResultSet set(folder, "validate");
   const auto v = freeplay::validate(request.scene, request.overrides, request.data, with);
-  if (request.stop()) return 1;
+  if (request.stop()) return interrupted(Kept::nothing);
   if (!v.question.empty()) fmt::print(stderr, "{}", wrapped("question: " + v.question + "\n", 10));
   fmt::print("{} turns of {} at {:.4g} Hz; ideal greatest {:.4g} m/s²\n{}\n\n{}", v.measured.peaks.size(),
              request.data, v.sampling, v.ideal_maximum,

@@ -117,7 +117,7 @@ int validate_study(const ValidateRequest& request) {
                                         fmt::format("{} ({})", version, commit));
   const auto place = request.document.empty() ? std::filesystem::path() : real_folder(request.document);
   if (place.empty()) write_file(set.place() / "experiment.md", text);
-  if (request.stop()) return 1;
+  if (request.stop()) return interrupted(Kept::runs);
   set.commit();
   const auto figures = plots::all(folder);
   if (!place.empty()) {

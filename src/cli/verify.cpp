@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "cli/default_folder.hpp"
+#include "cli/ending.hpp"
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
 #include "io/folder_lock.hpp"
@@ -78,7 +79,7 @@ int verify(const VerifyRequest& request) {
   std::vector<Verdict> verdicts;
   std::size_t claims = 0, holding = 0;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
-    if (request.stop()) return 1;
+    if (request.stop()) return interrupted(Kept::nothing);
     progress.show(chosen[i]->name, static_cast<double>(i) / static_cast<double>(chosen.size()));
     verdicts.push_back(judge(*chosen[i]));
     progress.clear();

@@ -73,7 +73,7 @@ std::string listed(const char* what, const std::string& unit, const std::map<dou
     text +=
         (text.empty() ? "" : ", ") + shown(first->first) + (last != first ? " to " + shown(last->first) : "");
   }
-  return text.empty() ? "" : fmt::format("{}: {} {}\n", what, text, unit);
+  return text.empty() ? "" : fmt::format("{}: {}{}{}\n", what, text, unit.empty() ? "" : " ", unit);
 }
 
 /// "BODY.y = 0.1, 0.2 m; ..." of one cycle, at most four points.

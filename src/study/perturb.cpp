@@ -104,6 +104,8 @@ Scene perturbed(const Scene& scene, const StopToken& stop, std::uint64_t seed, i
   }
   Scene moved = scene;
   start_from(moved.mechanism, state);
+  // A four-bar that turns is open and crossed by turns: what is asked of the pose was asked at the scene's own angle.
+  if (time > 0) moved.mechanism.assembly = {};
   for (auto& drive : moved.mechanism.drives)
     if (auto* speed = std::get_if<SpeedDrive>(&drive)) speed->initial_angle += speed->speed * time;
   moved.run.start = RunOptions::Start::given;

@@ -112,6 +112,7 @@ Findings forces();
 Findings unseen();
 Findings chosen();
 Findings promises();
+Findings rescaling();
 Findings films();
 Findings assembly();
 Findings driving();

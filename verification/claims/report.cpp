@@ -22,6 +22,7 @@ constexpr ClaimSet sets[] = {
     {"films", "Lubricated joints by every scheme", films},
     {"springs", "Springs beyond a constant rate, and bushings", springs},
     {"cams", "Cams and followers", cams},
+    {"rescaling", "What the paper's rig owes to its speed", rescaling},
     {"promises", "What runs and comparisons promise", promises},
     {"assembly", "How a mechanism goes together", assembly},
     {"driving", "Prescribed motions, forces by curves, motors", driving},

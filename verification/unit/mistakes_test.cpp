@@ -94,3 +94,21 @@ TEST_CASE("six natural mistakes are told by their line and their cause", "[mista
   expect(told("duration = 0.1", "duration = 0.1\nstart = \"given\""), "s.toml:",
          {"run.start: \"given\": joints.", "stays open by 0.", "correct the positions or use \"assembled\""});
 }
+
+TEST_CASE("a scene in a study's place is told so, and a study in a scene's", "[mistakes][errors]") {
+  const test::TemporaryFolder folder;
+  const auto scene_file = (folder.path() / "s.toml").string(),
+             study = (folder.path() / "study.toml").string();
+  std::ofstream(scene_file) << scene();
+  std::ofstream(study) << "scene = \"s.toml\"\n";
+  const auto said = [&](const std::string& line, const std::string& file, const char* what) {
+    const auto end = test::freeplay(line + " " + file);
+    CAPTURE(line, end.err);
+    CHECK(end.status == 2);
+    CHECK_THAT(end.err, StartsWith(file + ": ") && Contains(what));
+  };
+  for (const char* verb : {"sweep", "bifurcation", "basin", "calibrate", "tradeoff"})
+    said(verb, scene_file, "this is a scene; a study is a file that names one, scene = \"s.toml\"");
+  for (const char* verb : {"check", "run --formulation penalty", "compare", "poincare", "advise"})
+    said(verb, study, "this is a study, for freeplay sweep, bifurcation or basin");
+}

@@ -184,6 +184,16 @@ TEST_CASE("freeplay plot draws what is asked for and lists what there is", "[fig
   refused("--y b.x --section b.x=9", "no row passes the section");
   refused("--y b.x --y b.y --y p.fx --y b.theta --y b.vx --y b.omega --y b.ax", "at most 6");
   CHECK(run(folder.path().string() + " --y b.x").status == 2);
+
+  // A file with a header alone, as events.csv of a run that touches nothing, and one with nothing at all.
+  for (const char* file : {"events.csv", "trajectory.csv"}) {
+    const auto whole = text_of(one / file);
+    write_file(one / file, whole.substr(0, whole.find('\n') + 1));
+    refused(file == std::string("events.csv") ? "--y impulse_n" : "--y b.x",
+            (std::string(file) + ": has no rows").c_str());
+  }
+  write_file(one / "trajectory.csv", "");
+  refused("--y b.x", "trajectory.csv: is empty");
 }
 
 TEST_CASE("every column that a run writes has a unit", "[figures][plot]") {

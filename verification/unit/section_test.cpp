@@ -5,9 +5,12 @@
 #include <boost/math/special_functions/ellint_1.hpp>
 
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <numbers>
 
 #include "facade/simulation.hpp"
+#include "io/output_file.hpp"
 #include "model/scene.hpp"
 #include "study/section_run.hpp"
 #include "verification/references/bouncing_on_table.hpp"
@@ -274,64 +277,6 @@ TEST_CASE("what is no section is refused with what would be one", "[section]") {
   CHECK_THAT(why(pendulum, "each touch"), Contains("no contacts"));
 }
 
-namespace {
-
-/// The paper's rig for `turns` turns at a speed: where the journal stands over the clearance at top dead centre, and the slider's
-/// speed over rω.
-std::vector<double> rig_section(double rpm, const char* scheme, double step, int turns,
-                                const char* formulation = "nonsmooth") {
-  const auto scene =
-      read_scene(test::flores(),
-                 {fmt::format("drives.motor.speed_rpm={}", rpm), fmt::format("run.revolutions={}", turns),
-                  "run.discard=0", fmt::format("nonsmooth.scheme=\"{}\"", scheme),
-                  step > 0 ? fmt::format("nonsmooth.step={}", step) : "run.discard=0"});
-  const auto run =
-      section_of(scene, formulation, "every period", {"gudgeon.ex_c", "gudgeon.ey_c", "slider.vx"});
-  std::vector<double> points;
-  for (std::size_t i = 0; i < run.size(); ++i) {
-    points.push_back(run.at(i, 0));
-    points.push_back(run.at(i, 1));
-    points.push_back(run.at(i, 2) / (0.05 * rpm * 2 * pi / 60));
-  }
-  return points;
-}
-
-double greatest_difference(const std::vector<double>& a, const std::vector<double>& b) {
-  REQUIRE(a.size() == b.size());
-  double worst = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) worst = std::max(worst, std::abs(a[i] - b[i]));
-  return worst;
-}
-
-}  // namespace
-
-TEST_CASE("the rig with an impact law only rescales with speed", "[section]") {
-  // Nothing of it has a time of its own: no gravity, no spring, no film; M a + Gᵀλ = 0 is homogeneous of degree 2 in the rates,
-  // Newton's restitution and Coulomb's friction relate velocities to velocities and impulses to impulses. So with q(t) at ω,
-  // q(st) is the motion at sω, from a start whose rates are s times as great ("ideal": they are those of the crank's turning), and
-  // points at the same crank angle are the same in units of c and rω: for ever, though the motion is chaotic.
-  // In floating point s = 2 changes exponents alone: every bit of the points is the same, if no scheme has a time or a speed of
-  // its own either. With s = 3 roundings differ, and impacts amplify them: over the first turn's impacts by some 1e5.
-  const struct {
-    const char* scheme;
-    double step;  ///< s, at 100 rpm
-  } ways_here[] = {{"event-driven", 0}, {"automatic", 0}, {"moreau-jean", 2e-5}};
-  for (const auto& [scheme, step] : ways_here) {
-    CAPTURE(scheme);
-    const auto slow = rig_section(100, scheme, step, 8);
-    REQUIRE(slow.size() == 24);
-    const double doubled = greatest_difference(slow, rig_section(200, scheme, step / 2, 8));
-    CAPTURE(doubled);
-    CHECK(doubled == 0);
-    const double tripled =
-        greatest_difference({slow.begin(), slow.begin() + 3}, rig_section(300, scheme, step / 3, 1));
-    CHECK(tripled < 1e-9);
-  }
-  // A contact force has a time of its own, that of an impact: there twice the speed is another motion.
-  CHECK(greatest_difference(rig_section(100, "automatic", 0, 8, "penalty"),
-                            rig_section(200, "automatic", 0, 8, "penalty")) > 1e-3);
-}
-
 TEST_CASE("a section of more points than are kept is refused before it is run", "[section][errors]") {
   const auto scene = (test::source_folder() / "cases/ball-on-table/scene.toml").string();
   const test::TemporaryFolder folder;
@@ -357,4 +302,26 @@ TEST_CASE("poincare writes its points, its provenance and a figure, or nothing",
   CHECK_THAT(good.out, Catch::Contains("5 points of \"each touch\""));
   for (const char* file : {"section.csv", "section.json", "figures/poincare.pdf", "figures/poincare.png"})
     CHECK(std::filesystem::exists(out / file));
+}
+
+TEST_CASE("figures without a point of their section say so", "[section][figures]") {
+  const test::TemporaryFolder folder;
+  const auto source = test::source_folder() / "cases/ball-on-table/scene.toml";
+  const auto script = [&](const std::string& line, const char* file) {
+    const auto end = test::freeplay(line + " -o " + (folder.path() / "out").string());
+    CAPTURE(end.err);
+    REQUIRE(end.status == 0);
+    std::ifstream in(folder.path() / "out/figures" / file);
+    return std::string{std::istreambuf_iterator<char>(in), {}};
+  };
+  const auto said = Catch::Contains("'no point of the section'");
+  CHECK_THAT(script("poincare " + source.string() + " --section 'every 1000 s'", "poincare.gp"), said);
+  // A table that falls a hundredth as fast as g does not throw the ball: it rests, at every strength.
+  std::filesystem::copy_file(source, folder.path() / "scene.toml");
+  write_file(
+      folder.path() / "study.toml",
+      "scene = \"scene.toml\"\n[axes.strength]\nkey = \"curves.shake.amplitude\"\nvalues = [1e-5, 2e-5]\n"
+      "[bifurcation]\nsection = \"each touch\"\ndiscard = 200\nkeep = 2\n");
+  const auto drawn = script("bifurcation " + (folder.path() / "study.toml").string(), "bifurcation.gp");
+  CHECK_THAT(drawn, said && Catch::Contains("'no points (at the bottom)'"));
 }

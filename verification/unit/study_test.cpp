@@ -17,6 +17,7 @@
 #include "study/calibrate.hpp"
 #include "study/case_run.hpp"
 #include "study/intervals.hpp"
+#include "study/perturb.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
@@ -395,4 +396,15 @@ TEST_CASE("dampers' losses are not a study's energy per turn", "[study]") {
         10 * (after.contact + after.friction - before.contact - before.friction));
   CHECK(run.metrics.value[TurnMetrics::energy_per_turn] ==
         Approx((after.contact + after.friction - before.contact - before.friction) / 1.9));
+}
+
+TEST_CASE("a four-bar that asks for a branch starts at any angle of its crank", "[study]") {
+  // The pose is open with the crank above the line of the fixed pins and crossed with it below: one assembly, all the way round.
+  const auto scene = read_scene(test::source_folder() / "src/cli/templates/four-bar.toml");
+  REQUIRE(scene.mechanism.assembly.branch);
+  for (int start = 0; start < 6; ++start) {
+    CAPTURE(start);
+    const auto moved = perturbed(scene, {}, 1, start, {});
+    CHECK_NOTHROW(Simulation(moved, "nonsmooth"));
+  }
 }
