@@ -9,6 +9,7 @@
 
 #include "io/input_file.hpp"
 #include "plots/figure.hpp"
+#include "plots/style.hpp"
 #include "plots/table.hpp"
 
 namespace freeplay::plots {
@@ -21,8 +22,9 @@ std::string axis_label(const JsonFile& document, const std::string& path) {
   return with_unit(document.text(path + ".name"), document.text(path + ".unit"));
 }
 
-/// Blue upwards, orange downwards; what began from drawn starts lies below both in grey.
-constexpr Word branch_colours[] = {"#9aa0a6", "#0b3c8c", "#c8500a"};
+/// The first colour upwards, the second downwards; what began from drawn starts lies below both in grey.
+constexpr Word branch_colours[] = {"0x9aa0a6", "C1", "C2"};
+constexpr Word branch_marks[] = {"7", "7", "(MONO ? 6 : 7)"};  // in black the branches differ by their marks
 constexpr Word no_points =
     "set label 1 'no point of the section' at graph 0.5, graph 0.5 center tc rgb 0x888888\n";
 int place_of(const std::string& branch) { return branch == "up" ? 1 : branch == "down" ? 2 : 0; }
@@ -56,22 +58,24 @@ std::vector<std::filesystem::path> draw_bifurcation(const std::filesystem::path&
   for (std::size_t k = 0; k < 3; ++k) {
     if (blocks[k].empty()) continue;
     plot.add(
-        "{}DATA index {} using 1:2 with points pt 7 ps {} lc rgb '{}' notitle, keyentry with points pt 7 ps 0.8 lc rgb "
-        "'{}' title '{}'",
-        opening(), f.blocks.size(), k == 2 ? 0.3 : 0.35, branch_colours[k], branch_colours[k], titles[k]);
+        "{}DATA index {} using 1:2 with points pt {} ps {} lc rgb {} notitle, keyentry with points pt {} ps 0.8 lc rgb {} "
+        "title '{}'",
+        opening(), f.blocks.size(), branch_marks[k], k == 2 ? 0.3 : 0.35, branch_colours[k], branch_marks[k],
+        branch_colours[k], titles[k]);
     f.blocks.push_back(blocks[k]);
     points = true;
   }
   // What was run and met the section nowhere stands along the bottom: an answer, and not a value left out.
   for (std::size_t k = 0; k < 3; ++k) {
     if (none[k].empty()) continue;
-    plot.add("{}DATA index {} using 1:2 axes x1y2 with points pt 5 ps 0.3 lc rgb '{}' notitle", opening(),
+    plot.add("{}DATA index {} using 1:2 axes x1y2 with points pt 5 ps 0.3 lc rgb {} notitle", opening(),
              f.blocks.size(), branch_colours[k]);
     f.blocks.push_back(none[k]);
     without = true;
   }
   if (f.blocks.empty()) return {};
-  if (without) plot.add(", keyentry with points pt 5 ps 0.6 lc rgb 0x888888 title 'no points (at the bottom)'");
+  if (without)
+    plot.add(", keyentry with points pt 5 ps 0.6 lc rgb 0x888888 title 'no points (at the bottom)'");
   f.script.add(
       "set xlabel {} noenhanced\nset ylabel {} noenhanced\nset key outside top center horizontal samplen 1\n"
       "set xrange [{}:{}]\nset autoscale yfix\nset offsets 0, 0, graph 0.04, graph 0.04\n",
@@ -85,9 +89,18 @@ std::vector<std::filesystem::path> draw_bifurcation(const std::filesystem::path&
   return {draw(f, folder)};
 }
 
-constexpr Word basin_colours[] = {"#0b3c8c", "#e0a458", "#1a7f37", "#cf222e",
-                                  "#7b3fa0", "#3d9be0", "#8a6d3b"};
-constexpr Word gave_up = "#d0d0d0";
+constexpr unsigned basin_colours[] = {0x0b3c8c, 0xe0a458, 0x1a7f37, 0xcf222e, 0x7b3fa0, 0x3d9be0, 0x8a6d3b};
+constexpr unsigned greys[] = {0x303030, 0xd8d8d8, 0x787878, 0xa8a8a8, 0x505050, 0xc0c0c0, 0x909090};
+constexpr unsigned gave_up = 0xf0f0f0;
+
+/// Of a map: those of the style where it names any, greys where it wants no colour.
+unsigned colour_of(const Style& style, int attractor) {
+  if (attractor < 0) return gave_up;
+  const auto k = static_cast<std::size_t>(attractor);
+  if (style.monochrome) return greys[k % std::size(greys)];
+  if (style.colours != Style{}.colours) return style.colours[k % style.colours.size()];
+  return basin_colours[k % std::size(basin_colours)];
+}
 
 /// Half the way to the nearest neighbour, of the cells' edges.
 double half_step(std::vector<double> values) {
@@ -109,6 +122,7 @@ std::vector<std::filesystem::path> draw_basin(const std::filesystem::path& folde
     const int a = static_cast<int>(attractor[i]);
     cells.try_emplace(a, Block("x, y, half a cell")).first->second.row({x[i], y[i], dx, dy});
   }
+  const auto style = style_of(folder);
   Figure f{.name = "basin", .height_cm = 11, .source = "basin.json"};
   Script plot;
   for (const auto& [a, block] : cells) {
@@ -120,9 +134,8 @@ std::vector<std::filesystem::path> draw_basin(const std::filesystem::path& folde
         title += ": " + cycle;
     }
     plot.add(
-        "{}DATA index {} using 1:2:3:4 with boxxyerror fs solid noborder lc rgb '{}' title {} noenhanced",
-        plot.empty() ? Word("plot ") : Word(", "), f.blocks.size(),
-        a < 0 ? gave_up : basin_colours[static_cast<std::size_t>(a) % std::size(basin_colours)], title);
+        "{}DATA index {} using 1:2:3:4 with boxxyerror fs solid noborder lc rgb 0x{:06x} title {} noenhanced",
+        plot.empty() ? Word("plot ") : Word(", "), f.blocks.size(), colour_of(style, a), title);
     f.blocks.push_back(block);
   }
   f.script.add(

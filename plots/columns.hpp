@@ -36,7 +36,7 @@ struct Crossing {
 /// What is drawn of one column over another.
 struct Points {
   std::vector<double> x, y;
-  std::string without_rows;  ///< the file that has none, if one has
+  std::string without_rows = {};  ///< the file that has none, if one has
 };
 
 class RunColumns {

@@ -8,6 +8,7 @@
 
 #include "model/error.hpp"
 #include "plots/figure.hpp"
+#include "plots/style.hpp"
 #include "plots/table.hpp"
 
 namespace freeplay::plots {
@@ -17,10 +18,10 @@ struct Kind {
   const char* name;
   Word look;
 };
-constexpr Kind kinds[] = {{"right", "pt 7 lc rgb 0x1a7f37"},
-                          {"degraded", "pt 9 lc rgb 0xd29922"},
-                          {"refused", "pt 4 lc rgb 0x555555"},
-                          {"defect", "pt 2 lw 2 lc rgb 0xcf222e"}};
+constexpr Kind kinds[] = {{"right", "pt 7 lc rgb (MONO ? 0 : 0x1a7f37)"},
+                          {"degraded", "pt 9 lc rgb (MONO ? 0 : 0xd29922)"},
+                          {"refused", "pt 4 lc rgb (MONO ? 0 : 0x555555)"},
+                          {"defect", "pt 2 lw 2 lc rgb (MONO ? 0 : 0xcf222e)"}};
 constexpr Word limit_look = "lw 2 dt 1 lc rgb C1";
 constexpr std::size_t most_panels = 100;
 
@@ -104,30 +105,41 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
   const auto panels = read(folder);
   const double total = std::accumulate(panels.begin(), panels.end(), 0.0,
                                        [](double sum, const Panel& p) { return sum + height(p); });
-  // Two columns; the second begins where half is drawn.
+  Figure f{.name = "extremes", .width_cm = 20, .source = "extremes.json"};
+  const auto style = style_of(folder);
+  const double unit = style.font_size / Style::usual_font_size;  // panels are as high as their texts need
+  f.sized = true;
+  f.width_cm = width_of(f, style);
+  const bool one = f.width_cm < 16 * unit;
+  // Two columns where there is room; the second begins where half is drawn.
   std::vector<int> column;
   double filled[2] = {0, 0};
   for (const auto& p : panels) {
-    column.push_back(!column.empty() && (column.back() == 1 || filled[0] + height(p) / 2 > total / 2));
+    column.push_back(!one && !column.empty() &&
+                     (column.back() == 1 || filled[0] + height(p) / 2 > total / 2));
     filled[column.back()] += height(p);
   }
   if (panels.empty()) return {};
-  Figure f{.name = "extremes", .width_cm = 20, .source = "extremes.json"};
-  const double top = 1.1, bottom = 0.5;  // cm, for the key and the origin
-  f.height_cm = std::max(filled[0], filled[1]) + top + bottom;
+  const double top = one ? 1.5 : 1.1, bottom = 0.5;  // cm, for the key and the origin
+  const double all = std::max(filled[0], filled[1]) + top + bottom;
+  f.height_cm = unit * all;
   f.script.add(
-      "set multiplot\nset key at screen 0.5, screen 0.99 center top vertical maxrows 1\nset tics scale 0 "
-      "font SMALL\n");
+      "set multiplot\nset key at screen 0.5, screen 1-Y(0.15) center top vertical maxrows {} {}\nset tics scale 0 "
+      "font SMALL\n",
+      one ? 2 : 1, one ? Word("font SMALL") : Word(""));
   double down[2] = {top, top};
   for (std::size_t i = 0; i < panels.size(); ++i) {
     const auto& p = panels[i];
     double& y = down[column[i]];
-    const double from = 1 - (y + 0.45) / f.height_cm, to = 1 - (y + height(p) - 0.6) / f.height_cm;
+    const double from = 1 - (y + 0.45) / all, to = 1 - (y + height(p) - 0.6) / all;
     y += height(p);
     f.script.add(
         "set lmargin at screen {}\nset rmargin at screen {}\nset tmargin at screen {:.5f}\nset bmargin at "
         "screen {:.5f}\n",
-        column[i] ? 0.70 : 0.11, column[i] ? 0.985 : 0.44, from, to);
+        column[i] ? 0.70
+        : one     ? 2.2 * unit / f.width_cm
+                  : 0.11,
+        column[i] || one ? 0.985 : 0.44, from, to);
     f.script.add(
         "set label 1 {} at graph 0, graph 1 left offset 0,0.6 font SMALL noenhanced\nset xrange "
         "[-0.5:{}]\nset yrange [{}:-0.5] noreverse\nset xtics {} noenhanced\nset ytics {} noenhanced\nunset "

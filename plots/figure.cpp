@@ -104,6 +104,7 @@ Script beginning(const Paper& paper, const Style& style, double font_size) {
       "X(cm) = cm*SIZE/{:.1f}/WIDTH; Y(cm) = cm*SIZE/{:.1f}/HEIGHT\n"
       "SMALL = sprintf(',%g', 0.88*SIZE); TINY = sprintf(',%g', 0.8*SIZE)\n",
       paper.width, paper.height, font_size, Style::usual_font_size, Style::usual_font_size);
+  script.add("MONO = {}\n", style.monochrome ? 1 : 0);
   for (std::size_t i = 0; i < 9; ++i)
     script.add("C{} = 0x{:06x}\n", i + 1, style.monochrome ? 0u : style.colours[i % style.colours.size()]);
   return script.add("{}", look);
@@ -208,6 +209,10 @@ double tic_step(double range, bool narrow) {
   for (const double step : {1.0, 2.0, 2.5, 5.0})
     if (part <= step * power) return step * power;
   return 10 * power;
+}
+
+bool is_narrow(const Figure& f, const Style& style) {
+  return width_of(f, style) < 12 * style.font_size / Style::usual_font_size;
 }
 
 double width_of(const Figure& f, const Style& style) { return style.width ? 0.1 * *style.width : f.width_cm; }

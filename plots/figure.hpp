@@ -65,6 +65,8 @@ inline constexpr Word powers{"'10^{%T}'", "'$10^{%T}$'"};
 
 /// How wide it gets (cm).
 double width_of(const Figure& figure, const Style& style);
+/// Whether it has room for no more than about 60 letters beside each other, as one column of a journal.
+bool is_narrow(const Figure& figure, const Style& style);
 
 /// Writes and draws the figure into folder/figures; returns the path of its first format. Throws OutputError when gnuplot
 /// fails, SceneError for a style.toml that is wrong.

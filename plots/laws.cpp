@@ -7,6 +7,7 @@
 #include "io/input_file.hpp"
 #include "model/laws.hpp"
 #include "plots/figure.hpp"
+#include "plots/style.hpp"
 #include "plots/table.hpp"
 
 namespace freeplay::plots {
@@ -55,23 +56,45 @@ bool line_contact(const std::string& name) {
   return law != contact_laws().end() && law->kind == ContactKind::line;
 }
 
+/// Where the laws are named: beside the panel, or in a narrow figure below it, in two columns. Of panel `k` of `panels`.
+struct Legend {
+  bool below;
+  std::size_t panels, rows;
+
+  Legend(const Figure& f, const Style& style, std::size_t panels, std::size_t laws)
+      : below(is_narrow(f, style)), panels(panels), rows((laws + 1) / 2) {}
+  double height() const { return below ? 0.4 + 0.34 * static_cast<double>(rows) : 0; }  ///< cm
+  Script at(std::size_t k) const {
+    if (!below) return Script().add("set key outside right top vertical Left reverse\n");
+    const auto n = static_cast<double>(panels);
+    return Script().add(
+        "B = Y({0}); S = Y({1}); H = (1 - Y(0.9) - B - {2}*S)/{3}\n"
+        "set key at screen X(0.9), screen B + {4}*(H + S) - Y(1.25) left top vertical Left reverse maxrows {5} samplen 2 "
+        "font SMALL\n",
+        1.6 + height(), 2.4 + height(), n - 1, n, n - 1 - static_cast<double>(k), rows);
+  }
+};
+
 std::filesystem::path impact_loops(const std::filesystem::path& folder) {
   const auto c = read(folder / "impact_loops.csv", "delta", "force", 1e6, 1e-3);
   const JsonFile facts(folder / "laws.json");
   const bool lines = std::ranges::any_of(c.names, line_contact);
   Figure f{
       .name = "impact_loops", .height_cm = lines ? 19.0 : 10.0, .blocks = c.blocks, .source = "laws.json"};
+  const auto style = style_of(folder);
+  const std::size_t panels = lines ? 2 : 1;
+  const Legend key(f, style, panels, c.names.size());
+  if (key.below) f.height_cm *= 1.4;
   f.script.add(
-      "set multiplot layout {},1 margins X(1.7),1-X(4.6),Y(1.5),1-Y(0.9) spacing 0,Y(2.4)\nset key outside right top "
-      "vertical Left reverse\nset xlabel 'Penetration (µm)'\nset ylabel 'Normal force (kN)'\n"
+      "set multiplot layout {},1 margins X(1.7),1-X({}),Y({}),1-Y(0.9) spacing 0,Y({})\n{}set xlabel 'Penetration (µm)'\nset ylabel 'Normal force (kN)'\n"
       "set xrange [0:*]\nset yrange [0:*]\nset title 'Point contacts: {:.4g} kg at {:.4g} m/s, e = {:.3g} "
       "asked for'\n",
-      lines ? 2 : 1, facts.number("mass_kg"), facts.number("approach_m_per_s"),
-      facts.number("restitution_asked"));
+      panels, key.below ? 0.5 : 4.6, key.below ? 1.6 + key.height() : 1.5, 2.4 + key.height(), key.at(0),
+      facts.number("mass_kg"), facts.number("approach_m_per_s"), facts.number("restitution_asked"));
   plot(
       c, [](const std::string& n) { return !line_contact(n); }, f.script);
   if (lines) {
-    f.script.add("unset label 100\nset title 'Line contacts, the same impact'\n");
+    f.script.add("unset label 100\n{}set title 'Line contacts, the same impact'\n", key.at(1));
     plot(c, line_contact, f.script);
   }
   f.script.add("unset multiplot\n");
@@ -83,8 +106,12 @@ bool any(const std::string&) { return true; }
 std::filesystem::path delivered_restitution(const std::filesystem::path& folder) {
   const auto c = read(folder / "delivered.csv", "requested", "delivered", 1, 1);
   Figure f{.name = "delivered_restitution", .height_cm = 10, .blocks = c.blocks, .source = "laws.json"};
+  const Legend key(f, style_of(folder), 1, c.names.size());
+  if (key.below) f.height_cm *= 1.4;
+  f.script.add("{}", key.at(0));
+  if (key.below) f.script.add("set bmargin at screen B\nset tmargin at screen 1-Y(0.4)\n");
   f.script.add(
-      "set key outside right top vertical Left reverse\nset xlabel 'Restitution asked for'\n"
+      "set xlabel 'Restitution asked for'\n"
       "set ylabel 'Restitution delivered in a free impact'\nset xrange [0:1]\nset yrange [0:1.02]\n");
   plot(c, any, f.script);
   return draw(f, folder);

@@ -36,7 +36,7 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
         "set label 1 'no point of the section' at graph 0.5, graph 0.5 center tc rgb 0x888888\n"
         "set xrange [0:1]\nset yrange [0:1]\nset format ''\nplot NaN notitle\n");
   else
-    f.script.add("plot DATA index 0 using 1:2 with points pt 7 ps 0.35 lc rgb '#0b3c8c' notitle\n");
+    f.script.add("plot DATA index 0 using 1:2 with points pt 7 ps 0.35 lc rgb C1 notitle\n");
   return {draw(f, folder)};
 }
 

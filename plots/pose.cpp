@@ -8,13 +8,14 @@
 
 #include "io/input_file.hpp"
 #include "plots/figure.hpp"
+#include "plots/style.hpp"
 #include "plots/table.hpp"
 
 namespace freeplay::plots {
 namespace {
 
 constexpr std::size_t most_names = 40;  // of bodies that are named in the figure
-constexpr Word colours[] = {"#0b3c8c", "#c8500a", "#1b7837", "#7b3294", "#8c510a", "#01665e", "#b2182b"};
+constexpr Word colours[] = {"C1", "C2", "C4", "C5", "C6", "C7", "C8"};
 
 struct Shape {
   std::string kind, name;
@@ -192,7 +193,7 @@ void links(const std::vector<Shape>& shapes, Sheet& sheet, std::map<std::string,
   }
   for (auto& [name, block] : bodies)
     sheet.curve(std::move(block),
-                Script().add("with lines lw 3 lc rgb '{}'", colours[colour[name] % std::size(colours)]));
+                Script().add("with lines lw 3 lc rgb {}", colours[colour[name] % std::size(colours)]));
 }
 
 std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
@@ -202,33 +203,47 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
   const double size = frame.size(), u = 0.025 * size;
   Figure f{.name = "pose", .width_cm = 16, .source = "pose.json"};
   const double wide = frame.right - frame.left + 6 * u, tall = frame.high - frame.low + 6 * u;
-  f.height_cm = std::clamp(2.6 + 13.5 * tall / wide, 6.0, 18.0);
+  const auto style = style_of(folder);
+  const double unit = style.font_size / Style::usual_font_size;  // of what goes with the texts
+  f.sized = true;
+  f.width_cm = width_of(f, style);
+  f.height_cm = style.height ? 0.1 * *style.height
+                             : std::clamp(2.6 * unit + (f.width_cm - 2.5 * unit) * tall / wide, 6.0, 18.0);
   f.script.add(
       "set size ratio -1\nset clip two\nset xrange [{}:{}]\nset yrange [{}:{}]\nset xlabel 'x (m)'\nset ylabel 'y (m)'\n"
-      "set title {} noenhanced\nunset key\n",
+      "set title {} noenhanced\nunset key\nset xtics {}\n",
       frame.left - 3 * u, frame.right + 3 * u, frame.low - 3 * u, frame.high + 3 * u,
-      JsonFile(folder / "pose.json").text("title"));
+      JsonFile(folder / "pose.json").text("title"),
+      tic_step(frame.right - frame.left + 6 * u, is_narrow(f, style)));
   Sheet sheet(f);
   std::map<std::string, std::size_t> colour;
   sheet.curve(guides(shapes, u, 0.8 * size), with("with lines lw 1.2 lc rgb '#888888'"));
   sheet.curve(supports(shapes, u), with("with lines lw 1 lc rgb '#444444'"));
   sheet.curve(circles(shapes, "disc", 0.1 * u), with("with lines lw 1.6 lc rgb '#444444'"));
   sheet.curve(faces(shapes), with("with lines lw 2 lc rgb '#444444'"));
-  sheet.curve(springs(shapes, u), with("with lines lw 1.2 lc rgb '#1b7837'"));
+  sheet.curve(springs(shapes, u), with("with lines lw 1.2 lc rgb C4"));
   sheet.curve(sliders(shapes, u), with("with lines lw 2 lc rgb '#000000'"));
   links(shapes, sheet, colour);
-  sheet.curve(circles(shapes, "loose", 0.5 * u), with("with lines lw 1.4 lc rgb '#b2182b'"));
-  sheet.curve(points(shapes, "loose"), with("with points pt 7 ps 0.5 lc rgb '#b2182b'"));
+  sheet.curve(circles(shapes, "loose", 0.5 * u), with("with lines lw 1.4 lc rgb C8"));
+  sheet.curve(points(shapes, "loose"), with("with points pt 7 ps 0.5 lc rgb C8"));
   sheet.curve(points(shapes, "weld"), with("with points pt 5 ps 0.9 lc rgb '#000000'"));
   sheet.curve(points(shapes, "joint"), with("with points pt 9 ps 0.9 lc rgb '#000000'"));
   sheet.curve(points(shapes, "pin"), with("with points pt 7 ps 0.9 lc rgb '#ffffff'"));
   sheet.curve(points(shapes, "pin"), with("with points pt 6 ps 0.9 lw 1.5 lc rgb '#000000'"));
   sheet.curve(points(shapes, "mass"), with("with points pt 1 ps 1.2 lw 1.2 lc rgb '#000000'"));
-  std::size_t named = 0;
-  for (const auto& s : shapes)
-    if (s.kind == "mass" && named++ < most_names)
-      f.script.add("set label {} at {},{} offset 0.9,0.9 font SMALL tc rgb '{}' noenhanced front\n", s.name,
-                   s.x, s.y, colours[colour[s.name] % std::size(colours)]);
+  std::vector<const Shape*> named;
+  for (const auto& s : shapes) {
+    if (s.kind != "mass" || named.size() >= most_names) continue;
+    // Names stand above; below where one stands already, and to the left near the right edge.
+    const bool taken = std::ranges::any_of(named, [&](const Shape* other) {
+      return std::abs(other->x - s.x) < 6 * u && std::abs(other->y - s.y) < 2 * u;
+    });
+    const bool left = s.x > frame.right - 0.1 * (frame.right - frame.left);
+    f.script.add("set label {} at {},{} {} offset {},{} font SMALL tc rgb {} noenhanced front\n", s.name, s.x,
+                 s.y, left ? Word("right") : Word("left"), left ? -0.9 : 0.9, taken ? -0.9 : 0.9,
+                 colours[colour[s.name] % std::size(colours)]);
+    named.push_back(&s);
+  }
   sheet.finish();
   return {draw(f, folder)};
 }

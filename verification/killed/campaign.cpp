@@ -190,20 +190,53 @@ scene = "{1}"
 set = ["run.revolutions=0.02", "run.discard=0"]
 )",
                                          rig, (source / "cases/tradeoff/ideal.toml").string()));
-  return {{"run", set(run, "0.4"), set({"run", rig, "--formulation", "penalty", "--no-figures"}, "0.05"), "",
-           true, false},
-          {"compare", set(compare, "0.1"), set(compare, "0.05"), "", false, false},
-          {"sweep", {"sweep", sweep, "--allow-outside"}, {}, "sweep.db", false, false},
-          {"calibrate", {"calibrate", calibrate, "--allow-outside"}, {}, "calibrate.db", false, false},
-          {"tradeoff",
-           {"tradeoff", tradeoff, "--allow-outside", "--repeats", "1"},
-           {"tradeoff", tradeoff, "--allow-outside", "--repeats", "1"},
-           "",
-           false,
-           false},
-          {"figures", {"figures"}, set(compare, "0.05"), "", false, true},
-          {"laws", {"laws", rig}, {"laws", rig, "--mass", "2"}, "", false, false},
-          {"drift", set({"drift", rig}, "0.02"), set({"drift", rig}, "0.01"), "", false, false}};
+  const auto ball = (source / "cases/ball-on-table/scene.toml").string();
+  const auto bifurcation = study("bifurcation.toml", fmt::format(R"(scene = "{}"
+[axes.strength]
+key = "curves.shake.amplitude"
+range = [0.9e-3, 1.1e-3, 6]
+[bifurcation]
+section = "each touch"
+discard = 60
+keep = 20
+)",
+                                                                 ball));
+  const auto basin = study("basin.toml", fmt::format(R"(scene = "{}"
+[axes.angle]
+key = "bodies.rotor.angle"
+range = [-0.6, 0.6, 5]
+[axes.speed]
+key = "bodies.rotor.angular_velocity"
+range = [-4.0, 4.0, 5]
+[basin]
+section = "every 0.5 s"
+period = 0.5
+discard = 12
+keep = 4
+)",
+                                                     (source / "cases/bistable-rotor/scene.toml").string()));
+  const auto poincare = [&](const char* periods) {
+    return Words{"poincare", ball, "--section", "each touch", "--periods", periods, "--discard", "20"};
+  };
+  return {
+      {"run", set(run, "0.4"), set({"run", rig, "--formulation", "penalty", "--no-figures"}, "0.05"), "",
+       true, false},
+      {"compare", set(compare, "0.1"), set(compare, "0.05"), "", false, false},
+      {"sweep", {"sweep", sweep, "--allow-outside"}, {}, "sweep.db", false, false},
+      {"calibrate", {"calibrate", calibrate, "--allow-outside"}, {}, "calibrate.db", false, false},
+      {"tradeoff",
+       {"tradeoff", tradeoff, "--allow-outside", "--repeats", "1"},
+       {"tradeoff", tradeoff, "--allow-outside", "--repeats", "1"},
+       "",
+       false,
+       false},
+      {"figures", {"figures"}, set(compare, "0.05"), "", false, true},
+      {"poincare", poincare("2000"), poincare("20"), "", false, false},
+      {"bifurcation", {"bifurcation", bifurcation, "--allow-outside"}, {}, "bifurcation.db", false, false},
+      {"basin", {"basin", basin, "--allow-outside"}, {}, "basin.db", false, false},
+      {"plot", {"plot", "--y", "gudgeon.gap,slider.vx"}, set(compare, "0.05"), "", false, true},
+      {"laws", {"laws", rig}, {"laws", rig, "--mass", "2"}, "", false, false},
+      {"drift", set({"drift", rig}, "0.02"), set({"drift", rig}, "0.01"), "", false, false}};
 }
 
 }  // namespace freeplay::killed

@@ -77,12 +77,14 @@ Contents runs_in(const Path& database) {
     text += '\n';
     return 0;
   };
-  std::string all = "BEGIN; SELECT * FROM runs;";
-  for (const char* table : {"turns", "flights", "impacts", "measures", "spectra", "traces"})
-    all += fmt::format("SELECT run, '{0}', * FROM {0} ORDER BY rowid;", table);
-  all += "SELECT run, steps, right_hand_sides, pivots FROM costs; COMMIT";
-  // A program that was killed as it made the file may not have got to its tables.
-  sqlite3_exec(db, all.c_str(), row, &contents, nullptr);
+  const auto ask = [&](const std::string& what) { sqlite3_exec(db, what.c_str(), row, &contents, nullptr); };
+  // A program that was killed as it made the file may not have got to its tables; files of studies and of attractors have others.
+  ask("BEGIN");
+  ask("SELECT * FROM runs");
+  for (const char* table : {"turns", "flights", "impacts", "measures", "spectra", "traces", "points", "ends"})
+    ask(fmt::format("SELECT run, '{0}', * FROM {0} ORDER BY rowid", table));
+  ask("SELECT run, steps, right_hand_sides, pivots FROM costs");
+  ask("COMMIT");
   sqlite3_close(db);
   return contents;
 }

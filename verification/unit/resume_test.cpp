@@ -9,6 +9,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -442,4 +443,26 @@ TEST_CASE("resume: takes no option but its own", "[resume][program]") {
   CHECK(test::freeplay(resume + " " + rig().string()).status == 2);
   CHECK(test::freeplay("run").status == 2);
   CHECK(test::freeplay(resume + " --checkpoint -1").status == 2);
+}
+
+TEST_CASE("what is interrupted says so in the same words, by every verb", "[resume][program]") {
+  test::TemporaryFolder place;
+  const auto source = test::source_folder() / "cases";
+  const auto flores = (source / "flores2011/scene.toml").string();
+  const auto said = [&](const std::string& line) {
+    const auto err = place.path() / "err";
+    const int status = std::system(fmt::format("timeout -s INT 0.7 {}/freeplay {} -o {}/out >/dev/null 2>{}",
+                                               FREEPLAY_BINARY_DIR, line, place.path().string(), err.string())
+                                       .c_str());
+    CHECK(WEXITSTATUS(status) == 124);  // it had not ended by itself
+    return bytes_of(err);
+  };
+  const auto anew = Catch::Contains("interrupted; the same command begins anew, nothing is written"),
+             on = Catch::Contains("interrupted; the same command carries on");
+  CHECK_THAT(said("poincare " + flores + " --periods 5000 --discard 10"), anew);
+  CHECK_THAT(said("drift " + flores + " --set run.revolutions=5000"), anew);
+  CHECK_THAT(said("bifurcation " + (source / "flores2011-attractors/friction.toml").string()), on);
+  CHECK_THAT(said("sweep " + (source / "flores2011-experiment/study.toml").string()), on);
+  CHECK_THAT(said("run " + flores + " --formulation penalty --set run.revolutions=5000"),
+             Catch::Contains("interrupted: penalty at t = "));
 }

@@ -3,7 +3,9 @@
 #include <catch2/catch.hpp>
 
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "io/output_file.hpp"
 #include "model/error.hpp"
@@ -183,4 +185,49 @@ TEST_CASE("no text means anything to TeX", "[security][figures]") {
              plots::Word("F_x", "$F_x$"));
   CHECK_THAT(script.tex(), Contains("'$F_x$'") && !Contains("\\input") && !Contains("{x}"));
   CHECK_THAT(script.text(), Contains("'F_x'"));
+}
+
+TEST_CASE("poses, sections, diagrams and maps follow the style", "[figures][style]") {
+  const test::TemporaryFolder folder;
+  const auto cases = test::source_folder() / "cases";
+  std::filesystem::copy_file(cases / "bistable-rotor/scene.toml", folder.path() / "scene.toml");
+  write_file(
+      folder.path() / "study.toml",
+      "scene = \"scene.toml\"\n[axes.a]\nkey = \"bodies.rotor.angle\"\nvalues = [-0.4, 0.4]\n[axes.w]\n"
+      "key = \"bodies.rotor.angular_velocity\"\nvalues = [-0.1, 0.1]\n"
+      "[basin]\nsection = \"every 0.5 s\"\nperiod = 0.5\ndiscard = 10\nkeep = 4\n"
+      "[bifurcation]\nsection = \"every 0.5 s\"\nperiod = 0.5\ndiscard = 10\nkeep = 4\n");
+  const auto study = (folder.path() / "study.toml").string();
+  const auto rotor = (cases / "bistable-rotor/scene.toml").string();
+  const struct {
+    std::string line;
+    const char* script;
+  } figures[] = {{"check " + (cases / "flores2011/scene.toml").string(), "pose.gp"},
+                 {"poincare " + rotor + " --section 'every 0.5 s'", "poincare.gp"},
+                 {"bifurcation " + study, "bifurcation.gp"},
+                 {"basin " + study, "basin.gp"}};
+  for (const auto& [line, script] : figures) {
+    CAPTURE(script);
+    for (const bool black : {true, false}) {
+      const auto out = folder.path() / fmt::format("{}{}", script, black);
+      std::filesystem::create_directories(out / "figures");
+      write_file(out / "figures/style.toml",
+                 black ? "monochrome = true\n" : "colours = [\"#123456\", \"#654321\"]\n");
+      const auto end = test::freeplay(line + " -o " + out.string());
+      CAPTURE(end.err);
+      REQUIRE(end.status == 0);
+      std::ifstream in(out / "figures" / script);
+      const std::string text{std::istreambuf_iterator<char>(in), {}};
+      // Colours are the style's, by their names; only greys stand beside them.
+      const std::regex colour("rgb '?(#|0x)([0-9a-f]{6})");
+      for (auto it = std::sregex_iterator(text.begin(), text.end(), colour); it != std::sregex_iterator();
+           ++it) {
+        const auto hex = (*it)[2].str();
+        CAPTURE(hex);
+        CHECK((hex == "123456" || hex == "654321" ||
+               (hex.substr(0, 2) == hex.substr(2, 2) && hex[0] == hex[4]) || hex == "9aa0a6"));
+      }
+      CHECK_THAT(text, Catch::Contains(black ? "C1 = 0x000000" : "C1 = 0x123456"));
+    }
+  }
 }
