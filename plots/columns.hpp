@@ -35,7 +35,7 @@ struct Crossing {
 
 /// What is drawn of one column over another.
 struct Points {
-  std::vector<double> x, y;
+  std::vector<double> x = {}, y = {};
   std::string without_rows = {};  ///< the file that has none, if one has
 };
 

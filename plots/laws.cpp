@@ -83,7 +83,8 @@ std::filesystem::path impact_loops(const std::filesystem::path& folder) {
       .name = "impact_loops", .height_cm = lines ? 19.0 : 10.0, .blocks = c.blocks, .source = "laws.json"};
   const auto style = style_of(folder);
   const std::size_t panels = lines ? 2 : 1;
-  const Legend key(f, style, panels, c.names.size());
+  const auto of_lines = static_cast<std::size_t>(std::ranges::count_if(c.names, line_contact));
+  const Legend key(f, style, panels, std::max(of_lines, c.names.size() - of_lines));
   if (key.below) f.height_cm *= 1.4;
   f.script.add(
       "set multiplot layout {},1 margins X(1.7),1-X({}),Y({}),1-Y(0.9) spacing 0,Y({})\n{}set xlabel 'Penetration (µm)'\nset ylabel 'Normal force (kN)'\n"

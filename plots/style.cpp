@@ -94,7 +94,11 @@ std::string font(Section& s, const std::string& fallback) {
 std::vector<unsigned> colours(Section& s, std::vector<unsigned> fallback) {
   if (!s.has("colours")) return fallback;
   if (s.is_text("colours")) {
-    if (s.choice("colours", {"okabe-ito"}) == 0) return {std::begin(okabe_ito), std::end(okabe_ito)};
+    const auto name = s.text("colours");
+    if (name == "okabe-ito") return {std::begin(okabe_ito), std::end(okabe_ito)};
+    s.fail("colours",
+           fmt::format("\"{0}\" is no palette, \"okabe-ito\" is; colours stand in a list, [\"{0}\"]",
+                       visible_brief(name, 40)));
   }
   const auto list = s.names("colours");
   if (list.empty() || list.size() > most_colours)

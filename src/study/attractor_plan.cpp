@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 #include "io/section.hpp"
 #include "study/study.hpp"
 #include "values/family.hpp"
@@ -47,6 +49,15 @@ void read_common(Section& s, AttractorPlan& p) {
   p.most_period = static_cast<int>(s.number("most_period", some_periods, p.most_period));
 }
 
+/// What an axis of the diagram sets is not set besides.
+void refuse_twice_set(Section& s, const AttractorPlan& p, const Axis& axis) {
+  for (const auto& set : p.overrides) {
+    const auto key = set.substr(0, set.find_first_of(" ="));
+    if (key == axis.key || std::ranges::count(axis.others, key) > 0)
+      s.fail("set", fmt::format("{} is what axis {} varies", key, axis.name));
+  }
+}
+
 }  // namespace
 
 BifurcationPlan read_bifurcation(Section s, const std::vector<Axis>& axes) {
@@ -59,6 +70,7 @@ BifurcationPlan read_bifurcation(Section s, const std::vector<Axis>& axes) {
   if (!p.up && !p.down && p.starts == 0)
     s.fail("starts", "with direction = \"none\" there must be at least one start");
   read_common(s, p);
+  refuse_twice_set(s, p, axes[p.axis]);
   s.done("[bifurcation]");
   return p;
 }
@@ -69,6 +81,7 @@ BasinPlan read_basin(Section s, const std::vector<Axis>& axes) {
   p.y = axis_of(s, "y", axes, 1);
   if (p.x == p.y) s.fail("y", "must be another axis than x");
   read_common(s, p);
+  for (const auto axis : {p.x, p.y}) refuse_twice_set(s, p, axes[axis]);
   s.done("[basin]");
   return p;
 }

@@ -187,17 +187,17 @@ SceneError in_study(const Study& study, const SceneError& error) {
   const auto sets = [&](const std::vector<std::string>& family, const auto& x) {
     for (const auto& set : x.overrides) look(family, x.name, visible(set) + ":");
   };
-  for (const auto& axis : study.axes) {
-    look({"axes"}, axis.name, axis.key + "=");
-    for (const auto& key : axis.others) look({"axes"}, axis.name, key + "=");
-  }
-  for (const auto& variant : study.variants) sets({"variants"}, variant);
   const auto set_in = [&](const char* table, const auto& plan) {
     if (!plan) return;
     for (const auto& set : plan->overrides) look({}, table, visible(set) + ":");
   };
   set_in("bifurcation", study.bifurcation);
   set_in("basin", study.basin);
+  for (const auto& axis : study.axes) {
+    look({"axes"}, axis.name, axis.key + "=");
+    for (const auto& key : axis.others) look({"axes"}, axis.name, key + "=");
+  }
+  for (const auto& variant : study.variants) sets({"variants"}, variant);
   if (study.calibration) {
     for (const auto& x : study.calibration->unknowns) look({"calibrate", "unknowns"}, x.name, x.key + "=");
     for (const auto& x : study.calibration->targets) sets({"calibrate", "targets"}, x);

@@ -239,3 +239,23 @@ TEST_CASE("what a study asks wrongly of its attractors is refused at its place",
              Contains("study.toml:6:") && Contains("columns: "));
   CHECK_THAT(why("[basin]\n"), Contains("study.toml:5") && Contains("y"));
 }
+
+TEST_CASE("what an axis of a diagram varies is not set besides, and a bad value is told where it stands",
+          "[attractors][errors]") {
+  const test::TemporaryFolder folder;
+  std::filesystem::copy_file(test::source_folder() / "cases/ball-on-table/scene.toml",
+                             folder.path() / "b.toml");
+  const std::string head =
+      "scene = \"b.toml\"\n[axes.g]\nkey = \"curves.shake.amplitude\"\nvalues = [9e-4, 1e-3]\n[axes.e]\n"
+      "key = \"surfaces.hard.restitution\"\nvalues = [0.7, 0.8]\n";
+  CHECK_THROWS_WITH(study_of(folder, head + "[bifurcation]\nset = [\"curves.shake.amplitude=1\"]\n"),
+                    Catch::Contains("bifurcation.set: curves.shake.amplitude is what axis g varies"));
+  CHECK_THROWS_WITH(study_of(folder, head + "[basin]\nset = [\"surfaces.hard.restitution = 1\"]\n"),
+                    Catch::Contains("basin.set: surfaces.hard.restitution is what axis e varies"));
+  // Of an axis that the diagram does not name the key may be set.
+  const auto study = study_of(
+      folder, head + "[bifurcation]\nsection = \"each touch\"\nset = [\"surfaces.hard.restitution=2\"]\n");
+  CHECK_THROWS_WITH(run_bifurcation(study, folder.path() / "a.db"),
+                    Catch::Contains("study.toml:11:") && Catch::Contains("bifurcation") &&
+                        Catch::Contains("must be between 0 and 1"));
+}

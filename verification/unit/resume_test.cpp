@@ -451,9 +451,10 @@ TEST_CASE("what is interrupted says so in the same words, by every verb", "[resu
   const auto flores = (source / "flores2011/scene.toml").string();
   const auto said = [&](const std::string& line) {
     const auto err = place.path() / "err";
-    const int status = std::system(fmt::format("timeout -s INT 0.7 {}/freeplay {} -o {}/out >/dev/null 2>{}",
-                                               FREEPLAY_BINARY_DIR, line, place.path().string(), err.string())
-                                       .c_str());
+    const int status =
+        std::system(fmt::format("timeout --foreground -s INT 0.7 {}/freeplay {} -o {}/out >/dev/null 2>{}",
+                                FREEPLAY_BINARY_DIR, line, place.path().string(), err.string())
+                        .c_str());
     CHECK(WEXITSTATUS(status) == 124);  // it had not ended by itself
     return bytes_of(err);
   };
@@ -462,7 +463,9 @@ TEST_CASE("what is interrupted says so in the same words, by every verb", "[resu
   CHECK_THAT(said("poincare " + flores + " --periods 5000 --discard 10"), anew);
   CHECK_THAT(said("drift " + flores + " --set run.revolutions=5000"), anew);
   CHECK_THAT(said("bifurcation " + (source / "flores2011-attractors/friction.toml").string()), on);
-  CHECK_THAT(said("sweep " + (source / "flores2011-experiment/study.toml").string()), on);
+  // It may still be reading its scenes, and then has nothing to carry on with.
+  CHECK_THAT(said("sweep " + (source / "flores2011-experiment/study.toml").string()),
+             Catch::StartsWith("interrupted"));
   CHECK_THAT(said("run " + flores + " --formulation penalty --set run.revolutions=5000"),
              Catch::Contains("interrupted: penalty at t = "));
 }
