@@ -30,10 +30,11 @@ std::string left(double seconds) {
 struct SweepRequest : Request {
   std::string scene;  ///< the study's file
   Reach reach = Reach::beside;
-  std::string output;  ///< result folder
-  int threads = 0;     ///< 0 for all cores
-  std::string table;   ///< CSV file in the result folder, for all named runs; empty: none
-  bool prune = false;  ///< remove what the study does not name, and run nothing
+  std::string output;           ///< result folder
+  int threads = 0;              ///< 0 for all cores
+  std::string table;            ///< CSV file in the result folder, for all named runs; empty: none
+  std::string spectra, traces;  ///< likewise, of harmonics and samples
+  bool prune = false;           ///< remove what the study does not name, and run nothing
 };
 
 /// Says which runs the study does not name, and removes them.
@@ -57,15 +58,18 @@ int prune(const Study& study, const std::vector<PlannedRun>& planned, const std:
 }
 
 /// Results go below the result folder, whatever the option says.
-void require_plain(const std::string& file) {
+void require_plain(const char* option, const std::string& file) {
+  if (file.empty()) return;
   const std::filesystem::path path(file);
   if (path.has_parent_path() || path.extension() != ".csv" || path.stem().empty() || file.front() == '.')
-    throw SceneError(
-        fmt::format("--export {}: must be the name of a file in the result folder, NAME.csv", visible(file)));
+    throw SceneError(fmt::format("{} {}: must be the name of a file in the result folder, NAME.csv", option,
+                                 visible(file)));
 }
 
 int sweep(const SweepRequest& request) {
-  if (!request.table.empty()) require_plain(request.table);
+  require_plain("--export", request.table);
+  require_plain("--spectra", request.spectra);
+  require_plain("--traces", request.traces);
   const auto study = read_study(request.scene, request.reach);
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
   const auto planned = plan(study, request.conduct());
@@ -88,6 +92,11 @@ int sweep(const SweepRequest& request) {
   if (!study.where.empty())
     fmt::print("where leaves {} of {} cells\n", cells(study).size(), unfiltered(study));
   if (summary.elsewhere > 0) fmt::print("{} made by other processes meanwhile\n", summary.elsewhere);
+  if (summary.lost > 0)
+    fmt::print("{}",
+               wrapped(fmt::format("{} had been begun by a process that ended without storing them, and are "
+                                   "made again\n",
+                                   summary.lost)));
   if (summary.kept > 0)
     fmt::print("{}",
                wrapped(fmt::format("{} more are kept: of an earlier form of the study, or made by another "
@@ -109,6 +118,8 @@ int sweep(const SweepRequest& request) {
     write_export(study, results, folder / request.table);
     fmt::print("table in {}\n", (folder / request.table).string());
   }
+  if (!request.spectra.empty()) write_spectra(results, folder / request.spectra);
+  if (!request.traces.empty()) write_traces(results, folder / request.traces);
   if (summary.interrupted) return interrupted(Kept::runs);
   return results.failures().empty() ? 0 : 1;
 }
@@ -124,6 +135,10 @@ void sweep_verb(Program& program) {
   options
       .add("--export", request.table,
            "write the runs that the study names as a table into the result folder, NAME.csv")
+      .takes("NAME.csv");
+  options.add("--spectra", request.spectra, "write the runs' spectra likewise, a harmonic on a line")
+      .takes("NAME.csv");
+  options.add("--traces", request.traces, "write the last turns of start 0 likewise, a sample on a line")
       .takes("NAME.csv");
   options.flag("--prune", request.prune,
                "say which runs are there that the study does not name, and remove them; run nothing");

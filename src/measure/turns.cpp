@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <optional>
 
 #include "measure/alignment.hpp"
 
@@ -186,6 +187,20 @@ void TurnMeter::contacts(TurnMetrics& m, double end) const {
   v[TurnMetrics::deceleration] = mean(decelerations);
 }
 
+namespace {
+
+/// The thread's own, with the chirps and plans of the turns before: those of a study's runs are mostly alike. What is kept
+/// depends on their number and spacing alone, so that the digits are those of a new one.
+TurnTransform& transform_with(int highest) {
+  thread_local std::optional<TurnTransform> kept;
+  thread_local int of = -1;
+  if (of != highest) kept.emplace(highest);
+  of = highest;
+  return *kept;
+}
+
+}  // namespace
+
 void TurnMeter::harmonics(TurnMetrics& m, int turns) const {
   const auto n = times_.size();
   const double spacing = (times_.back() - times_.front()) / static_cast<double>(n - 1);
@@ -196,7 +211,7 @@ void TurnMeter::harmonics(TurnMetrics& m, int turns) const {
     even = even && std::abs(times_[i] - times_[0] - static_cast<double>(i) * spacing) < 1e-4 * spacing;
   }
   const int highest = static_cast<int>(turn() / (2.5 * (even ? spacing : apart)));
-  TurnTransform transform(highest);
+  auto& transform = transform_with(highest);
   m.spectrum.assign(static_cast<std::size_t>(highest), 0);
   for (int k = 0; k < turns; ++k) {
     const std::size_t first = first_of(k), count = first_of(k + 1) - first;

@@ -3,13 +3,16 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <bit>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <thread>
 
 #include "io/output_file.hpp"
 
 namespace freeplay {
+static_assert(std::endian::native == std::endian::little, "blobs have the lowest byte first");
 namespace {
 
 // A transaction takes milliseconds; eight processes queue for less than a second.
@@ -54,6 +57,8 @@ void Database::execute(const std::string& sql) const {
   if (sqlite3_exec(db_, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) fail();
 }
 
+long Database::last_id() const { return sqlite3_last_insert_rowid(db_); }
+
 int Database::wait(void* self, int tries) {
   if (static_cast<Database*>(self)->stop_() || tries * between_tries > patience) return 0;
   std::this_thread::sleep_for(between_tries);
@@ -72,6 +77,8 @@ Database::Database(const std::filesystem::path& file, StopToken stop) : file_(fi
          sqlite3_exec(db_, "PRAGMA journal_mode = WAL", nullptr, nullptr, nullptr) != SQLITE_OK;)
       if (sqlite3_errcode(db_) != SQLITE_BUSY || !wait(this, tries++)) fail();
     execute("PRAGMA foreign_keys = ON");
+    // Of a commit the kernel is told, the disk at checkpoints: a killed program loses none, a power failure the last.
+    execute("PRAGMA synchronous = NORMAL");
   } catch (...) {
     sqlite3_close(db_);
     throw;
@@ -95,6 +102,13 @@ Database::Statement& Database::Statement::bind(long x) {
 }
 Database::Statement& Database::Statement::bind(const std::string& x) {
   sqlite3_bind_text(statement_, ++bound_, x.c_str(), -1, SQLITE_TRANSIENT);
+  return *this;
+}
+Database::Statement& Database::Statement::bind(std::span<const float> x) {
+  if (x.empty())
+    sqlite3_bind_null(statement_, ++bound_);
+  else
+    sqlite3_bind_blob64(statement_, ++bound_, x.data(), x.size_bytes(), SQLITE_TRANSIENT);
   return *this;
 }
 bool Database::Statement::step() {
@@ -123,6 +137,12 @@ bool Database::Statement::absent(int column) const {
 }
 bool Database::Statement::is_text(int column) const {
   return sqlite3_column_type(statement_, column) == SQLITE_TEXT;
+}
+std::vector<float> Database::Statement::floats(int column) const {
+  const auto* blob = sqlite3_column_blob(statement_, column);
+  std::vector<float> list(static_cast<std::size_t>(sqlite3_column_bytes(statement_, column)) / sizeof(float));
+  if (!list.empty()) std::memcpy(list.data(), blob, list.size() * sizeof(float));
+  return list;
 }
 
 Database::Transaction::Transaction(const Database& owner) : owner_(owner) {

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "sim/stop.hpp"
 
@@ -22,6 +24,7 @@ class Database {
 
   const std::filesystem::path& file() const { return file_; }
   void execute(const std::string& sql) const;
+  long last_id() const;  ///< of the row that was inserted last
 
   /// A prepared statement: bind in order, step through rows.
   class Statement {
@@ -34,6 +37,8 @@ class Database {
     Statement& bind(double x);
     Statement& bind(long x);
     Statement& bind(const std::string& x);
+    /// As a blob: numbers of single precision, the lowest byte first; none is NULL.
+    Statement& bind(std::span<const float> x);
     bool step();
     void again();
     std::string text(int column) const;
@@ -43,6 +48,7 @@ class Database {
     std::string name(int column) const;
     bool absent(int column) const;  ///< NULL
     bool is_text(int column) const;
+    std::vector<float> floats(int column) const;  ///< of a blob; none of NULL
 
    private:
     const Database& owner_;

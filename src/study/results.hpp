@@ -1,8 +1,10 @@
-// A study's results in one SQLite file. Each run is stored whole in one transaction, so a program that is
-// stopped at any moment leaves only whole runs; the next one carries on with what is missing.
+// A study's results in one SQLite file. Each run is stored whole in one transaction, by itself or with others, so a program that
+// is stopped at any moment leaves only whole runs; the next one carries on with what is missing.
 #pragma once
 
+#include <memory>
 #include <set>
+#include <span>
 
 #include "study/case_run.hpp"
 #include "study/database.hpp"
@@ -36,16 +38,26 @@ class Deriver {
   std::vector<Expression> expressions_;
 };
 
+/// A run that was made, to be stored.
+struct MadeRun {
+  std::string key;
+  const Case* what;
+  CaseResult result;
+};
+
 class Results {
  public:
   /// Opens or makes the file; `axes` are the names of its columns. Throws OutputError, also when the file
   /// holds another study's axes, or keys of another kind than run_key().
   Results(const std::filesystem::path& file, const Study& study, StopToken stop = {});
+  ~Results();
 
   const Database& database() const { return database_; }
   /// Keys of the runs that are there.
   std::set<std::string> keys() const;
   void store(const std::string& key, const Case& one, const CaseResult& result);
+  /// All of them or none.
+  void store(std::span<const MadeRun> batch);
   /// Finished runs by variant, formulation, axes and start; of these keys, or with none given all that the study names.
   std::vector<RunRow> runs(const std::set<std::string>& keys = {}) const;
   /// Runs that failed, of those that the study names: variant, formulation, reason.
@@ -64,12 +76,15 @@ class Results {
   void derive(const Study& study);
 
  private:
-  /// Whether they were made just now.
-  bool require_own_tables(const Study& study);
+  class Inserts;
+  void put(const std::string& key, const Case& one, const CaseResult& result);
+  Inserts& inserts();
 
   Database database_;
   std::size_t axes_ = 0;
   std::vector<std::string> measures_;  // names
+  std::string shown_;                  // columns of runs
+  std::unique_ptr<Inserts> inserts_;   // none before the first store
 };
 
 }  // namespace freeplay

@@ -198,4 +198,47 @@ void write_export(const Study& study, const Results& results, const std::filesys
   out.commit();
 }
 
+namespace {
+
+/// The runs that the study names and that have a row in this view.
+std::vector<std::string> named_in(const Results& results, const char* view) {
+  std::vector<std::string> runs;
+  Database::Statement s(
+      results.database(),
+      fmt::format("SELECT run FROM named WHERE run IN (SELECT run FROM {}) ORDER BY run", view));
+  while (s.step()) runs.push_back(s.text(0));
+  return runs;
+}
+
+}  // namespace
+
+void write_spectra(const Results& results, const std::filesystem::path& file) {
+  OutputFile out(file);
+  out.write("run,harmonic,amplitude\n");
+  for (const auto& run : named_in(results, "spectra")) {
+    int harmonic = 0;
+    for (const double amplitude : results.spectrum(run)) {
+      out.write(fmt::format("{},{},", run, ++harmonic));
+      out.number(amplitude);
+      out.write("\n");
+    }
+  }
+  out.commit();
+}
+
+void write_traces(const Results& results, const std::filesystem::path& file) {
+  OutputFile out(file);
+  out.write("run,angle,acceleration,position\n");
+  for (const auto& run : named_in(results, "traces"))
+    for (const auto& p : results.trace(run)) {
+      out.write(run);
+      for (const double x : {p.angle, p.acceleration, p.position}) {
+        out.write(",");
+        if (std::isfinite(x)) out.number(x);
+      }
+      out.write("\n");
+    }
+  out.commit();
+}
+
 }  // namespace freeplay

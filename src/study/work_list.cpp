@@ -25,12 +25,8 @@ void WorkList::make_table(const Database& database) {
   database.execute("CREATE TABLE IF NOT EXISTS sweeps (seat INTEGER PRIMARY KEY)");
 }
 
-void WorkList::done(const Database& database, const std::string& run) {
-  Statement(database,
-            "INSERT INTO work VALUES (?, 'done', NULL) ON CONFLICT DO UPDATE SET state = 'done', seat = NULL")
-      .bind(run)
-      .step();
-}
+const char* const WorkList::done =
+    "INSERT INTO work VALUES (?, 'done', NULL) ON CONFLICT DO UPDATE SET state = 'done', seat = NULL";
 
 WorkList::WorkList(const Database& database, const FolderLock& lock, const std::vector<std::string>& runs,
                    Earlier earlier)
@@ -51,7 +47,8 @@ WorkList::WorkList(const Database& database, const FolderLock& lock, const std::
   else
     make_list(runs, earlier);
   Statement(database_, "INSERT INTO sweeps VALUES (?)").bind(static_cast<long>(lock_.seat())).step();
-  found_ = done_now();
+  found_ = count(database_, "asked WHERE run IN (SELECT run FROM runs)");
+  marked_ = marked_done();
   kept_ = count(database_, "work WHERE state = 'kept'");
   whole.commit();
 }
@@ -64,11 +61,16 @@ void WorkList::forget_the_dead() {
       if (!lock_.taken(static_cast<int>(s.whole(0)))) dead.push_back(s.whole(0));
   }
   for (const long seat : dead) {
-    Statement(database_, "UPDATE work SET state = 'open', seat = NULL WHERE state = 'claimed' AND seat = ?")
-        .bind(seat)
-        .step();
+    open_again(seat);
     Statement(database_, "DELETE FROM sweeps WHERE seat = ?").bind(seat).step();
   }
+}
+
+void WorkList::open_again(long seat) {
+  lost_ += count(database_, fmt::format("work WHERE state = 'claimed' AND seat = {}", seat));
+  Statement(database_, "UPDATE work SET state = 'open', seat = NULL WHERE state = 'claimed' AND seat = ?")
+      .bind(seat)
+      .step();
 }
 
 void WorkList::require_the_others_list() const {
@@ -112,36 +114,41 @@ WorkList::~WorkList() {
 }
 
 std::optional<std::string> WorkList::claim() {
-  Database::Transaction whole(database_);
-  const auto open = [&]() -> std::optional<std::string> {
-    Statement s(database_, "SELECT run FROM work WHERE state = 'open' LIMIT 1");
-    if (!s.step()) return std::nullopt;
-    return s.text(0);
-  };
-  auto run = open();
-  if (!run) {
-    Statement s(database_, "SELECT DISTINCT seat FROM work WHERE state = 'claimed'");
-    std::vector<long> dead;
-    while (s.step())
-      if (!lock_.taken(static_cast<int>(s.whole(0)))) dead.push_back(s.whole(0));
-    for (const long seat : dead)
-      Statement(database_, "UPDATE work SET state = 'open', seat = NULL WHERE state = 'claimed' AND seat = ?")
-          .bind(seat)
-          .step();
-    run = open();
-  }
-  if (run)
-    Statement(database_, "UPDATE work SET state = 'claimed', seat = ? WHERE run = ?")
-        .bind(static_cast<long>(lock_.seat()))
-        .bind(*run)
-        .step();
-  whole.commit();
-  return run;
+  auto one = claim(1);
+  if (one.empty()) return std::nullopt;
+  return std::move(one.front());
 }
 
-std::size_t WorkList::done_now() const {
-  return count(database_, "asked WHERE run IN (SELECT run FROM runs)");
+std::vector<std::string> WorkList::claim(int most) {
+  Database::Transaction whole(database_);
+  const auto open = [&] {
+    std::vector<std::string> runs;
+    Statement s(database_, "SELECT run FROM work WHERE state = 'open' LIMIT ?");
+    s.bind(static_cast<long>(most));
+    while (s.step()) runs.push_back(s.text(0));
+    return runs;
+  };
+  auto runs = open();
+  if (runs.empty()) {
+    std::vector<long> dead;
+    {
+      Statement s(database_, "SELECT DISTINCT seat FROM work WHERE state = 'claimed'");
+      while (s.step())
+        if (!lock_.taken(static_cast<int>(s.whole(0)))) dead.push_back(s.whole(0));
+    }
+    for (const long seat : dead) open_again(seat);
+    runs = open();
+  }
+  Statement claimed(database_, "UPDATE work SET state = 'claimed', seat = ? WHERE run = ?");
+  for (const auto& run : runs) claimed.bind(static_cast<long>(lock_.seat())).bind(run).again();
+  whole.commit();
+  return runs;
 }
+
+std::size_t WorkList::marked_done() const { return count(database_, "work WHERE state = 'done'"); }
+
+// By the index of states: a list of all that are asked for would be gone through.
+std::size_t WorkList::done_now() const { return found_ + marked_done() - marked_; }
 
 bool WorkList::ended() const {
   Statement s(database_, "SELECT 1 FROM work WHERE state IN ('open', 'claimed') LIMIT 1");

@@ -33,25 +33,31 @@ class WorkList {
   /// How many were done, and how many are kept, as the list was made.
   std::size_t found() const { return found_; }
   std::size_t kept() const { return kept_; }
+  /// How many runs were claimed by processes that ended without storing them or giving them back.
+  std::size_t lost() const { return lost_; }
   /// A run to be made by this process; none when all are done or made by others that live.
   std::optional<std::string> claim();
-  /// How many of them are done by now.
+  /// As many, or fewer where fewer are open.
+  std::vector<std::string> claim(int most);
+  /// How many of them are done by now, by whomever.
   std::size_t done_now() const;
   /// Whether all are done.
   bool ended() const;
 
-  /// Parts of transactions on the results: the table where there is none, and a run that has been stored.
+  /// Parts of transactions on the results: the table where there is none, and the statement for a run that has been stored.
   static void make_table(const Database& database);
-  static void done(const Database& database, const std::string& run);
+  static const char* const done;
 
  private:
   void make_list(const std::vector<std::string>& runs, Earlier earlier);
   void forget_the_dead();
+  void open_again(long seat);
+  std::size_t marked_done() const;
   void require_the_others_list() const;
 
   const Database& database_;
   const FolderLock& lock_;
-  std::size_t found_ = 0, kept_ = 0;
+  std::size_t found_ = 0, kept_ = 0, lost_ = 0, marked_ = 0;
 };
 
 }  // namespace freeplay

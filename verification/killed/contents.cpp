@@ -71,9 +71,10 @@ Contents runs_in(const Path& database) {
   if (sqlite3_open_v2(database.c_str(), &db, SQLITE_OPEN_READWRITE, nullptr) != SQLITE_OK)
     throw std::runtime_error(database.string() + ": cannot be opened");
   sqlite3_busy_timeout(db, 60000);
-  const auto row = [](void* to, int columns, char** values, char**) {
+  const auto row = [](void* to, int columns, char** values, char** names) {
     auto& text = (*static_cast<Contents*>(to))[values[0]];
-    for (int i = 1; i < columns; ++i) text += fmt::format("{}|", values[i] ? values[i] : "-");
+    for (int i = 1; i < columns; ++i)
+      if (std::string_view(names[i]) != "run id") text += fmt::format("{}|", values[i] ? values[i] : "-");
     text += '\n';
     return 0;
   };
@@ -81,8 +82,10 @@ Contents runs_in(const Path& database) {
   // A program that was killed as it made the file may not have got to its tables; files of studies and of attractors have others.
   ask("BEGIN");
   ask("SELECT * FROM runs");
-  for (const char* table : {"turns", "flights", "impacts", "measures", "spectra", "traces", "points", "ends"})
+  for (const char* table : {"turns", "flights", "impacts", "measures", "points", "ends"})
     ask(fmt::format("SELECT run, '{0}', * FROM {0} ORDER BY rowid", table));
+  ask("SELECT run, hex(amplitude) FROM spectra");
+  ask("SELECT run, hex(angle), hex(acceleration), hex(position) FROM traces");
   ask("SELECT run, steps, right_hand_sides, pivots FROM costs");
   ask("COMMIT");
   sqlite3_close(db);

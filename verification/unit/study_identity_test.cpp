@@ -199,8 +199,9 @@ TEST_CASE("a database with keys of another kind is neither used nor lost", "[stu
     sqlite3_close(open);
     return found;
   };
-  CHECK(run_sql("PRAGMA user_version") == 1);
-  for (const auto& [version, who] : {std::pair(0, "an earlier freeplay"), std::pair(2, "a later freeplay")}) {
+  CHECK(run_sql("PRAGMA user_version") == 3);
+  for (const auto& [version, who] : {std::pair(0, "an earlier freeplay"), std::pair(1, "an earlier freeplay"),
+                                     std::pair(4, "a later freeplay")}) {
     run_sql(fmt::format("PRAGMA user_version = {}", version).c_str());
     const auto o = test::freeplay(command);
     CAPTURE(o.out, o.err);
@@ -211,6 +212,6 @@ TEST_CASE("a database with keys of another kind is neither used nor lost", "[stu
     CHECK(o.out.empty());
     CHECK(run_sql("SELECT count(*) FROM runs") == 4);
   }
-  run_sql("PRAGMA user_version = 1");
+  run_sql("PRAGMA user_version = 3");
   CHECK_THAT(test::freeplay(command).out, Contains("4 were there, 0 made"));
 }
