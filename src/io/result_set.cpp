@@ -41,6 +41,7 @@ const std::vector<Members>& all_members() {
        {"experiment.json", "experiment.md", "calibration.json", "cells.csv", "traces.csv", "spectra.csv",
         "figures/experiment_*"}},
       {"tradeoff", {"tradeoff.json", "tradeoff.csv", "figures/tradeoff_*"}},
+      {"ensemble", {"ensemble.json", "statistics.csv", "starts.csv", "bands.csv", "figures/ensemble*"}},
       {"scaling", {"scaling.json", "scaling.csv", "figures/scaling*"}},
       {"extremes", {"extremes.json", "extremes.csv", "limits.csv", "figures/extremes*"}},
   };

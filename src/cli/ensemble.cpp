@@ -1,0 +1,150 @@
+// freeplay ensemble: perturbed starts of one mechanism, with statistics and bands.
+#include "study/ensemble.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "cli/default_folder.hpp"
+#include "cli/progress.hpp"
+#include "cli/verb.hpp"
+#include "cli/wrapped.hpp"
+#include "facade/identify.hpp"
+#include "io/open_scene.hpp"
+#include "io/result_set.hpp"
+#include "io/run_json.hpp"
+#include "model/scene.hpp"
+#include "plots/figure.hpp"
+#include "values/family.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+struct EnsembleVerb : Request {
+  std::string scene, output, formulation = "nonsmooth";
+  std::vector<std::string> overrides, columns;
+  int starts = 100, seed = 1, rows = 200, threads = 0;
+  double turn = 0, play = 0.9;
+};
+
+std::string number(double x) { return std::isfinite(x) ? fmt::format("{}", x) : std::string(); }
+
+std::string spread_names() {
+  std::string names = "count,mean,error,low,high,least,greatest";
+  for (const double level : band_levels) names += fmt::format(",q{:02.0f}", 100 * level);
+  return names;
+}
+std::string spread_fields(const Spread& s) {
+  auto text = fmt::format("{}", s.of.count);
+  for (const double x : {s.of.mean, s.error, s.of.low, s.of.high, s.of.least, s.of.greatest}) text += "," + number(x);
+  for (const double x : s.quantile) text += "," + number(x);
+  return text;
+}
+
+std::string statistics_table(const Ensemble& all) {
+  auto csv = "statistic," + spread_names() + "\n";
+  for (std::size_t i = 0; i < all.statistics.size(); ++i)
+    csv += all.statistics[i] + "," + spread_fields(all.spreads[i]) + "\n";
+  return csv;
+}
+std::string runs_table(const Ensemble& all) {
+  std::string csv = "start,finished";
+  for (const auto& name : all.statistics) csv += "," + name;
+  csv += "\n";
+  for (std::size_t k = 0; k < all.runs.size(); ++k) {
+    csv += fmt::format("{},{}", k, all.failures[k].empty() ? 1 : 0);
+    for (const double x : all.runs[k]) csv += "," + number(x);
+    csv += "\n";
+  }
+  return csv;
+}
+std::string bands_table(const Ensemble& all) {
+  auto csv = "column,t," + spread_names() + "\n";
+  for (std::size_t c = 0; c < all.columns.size(); ++c)
+    for (std::size_t row = 0; row < all.t.size(); ++row)
+      csv += fmt::format("{},{},{}\n", all.columns[c], all.t[row], spread_fields(all.band(row, c)));
+  return csv;
+}
+
+/// What a terminal has room for: the contacts' statistics and the energy, or whatever there is.
+void show(const Ensemble& all) {
+  fmt::print("{:<44}{:>12}{:>11}{:>12}\n", "", "mean", "± (95 %)", "median");
+  int lines = 0;
+  for (std::size_t i = 0; i < all.statistics.size() && lines < 30; ++i) {
+    const auto& s = all.spreads[i];
+    if (s.of.least == s.of.greatest || all.statistics[i].size() > 43) continue;
+    fmt::print("{:<44}{:>12.5g}{:>11.2g}{:>12.5g}\n", all.statistics[i], s.of.mean, 0.5 * (s.of.high - s.of.low),
+               s.quantile[2]);
+    ++lines;
+  }
+  fmt::print("all of them in statistics.csv\n\n");
+}
+
+int ensemble(const EnsembleVerb& request) {
+  const auto scene = open_scene(request.scene, request.overrides);
+  const EnsemblePlan plan{.formulation = request.formulation,
+                          .starts = request.starts,
+                          .seed = static_cast<std::uint64_t>(request.seed),
+                          .how = {.turn = request.turn, .play = request.play},
+                          .rows = request.rows,
+                          .columns = request.columns,
+                          .threads = request.threads,
+                          .stop = request.stop};
+  const auto folder = result_folder(request.output, default_folder(request.scene, "-ensemble"));
+  ResultSet set(folder, "ensemble");
+  Progress progress;
+  const auto all = run_ensemble(*scene, plan, [&](double done) {
+    progress.show(fmt::format("{} starts", plan.starts), done);
+  });
+  progress.clear();
+  if (all.interrupted) {
+    fmt::print("interrupted; nothing is written\n");
+    return 1;
+  }
+  nlohmann::json document;
+  document["ensemble"] = {{"formulation", plan.formulation}, {"starts", plan.starts},
+                          {"finished", all.finished()},      {"seed", plan.seed},
+                          {"turn", plan.how.turn},           {"play", plan.how.play},
+                          {"steps", all.steps},              {"wall_seconds", all.wall_seconds},
+                          {"cpu_seconds", all.cpu_seconds}};
+  document["provenance"] = provenance(*scene, identify(*scene, plan.formulation, true));
+  write_json(set.place() / "ensemble.json", document);
+  write_file(set.place() / "statistics.csv", statistics_table(all));
+  write_file(set.place() / "starts.csv", runs_table(all));
+  write_file(set.place() / "bands.csv", bands_table(all));
+  set.commit();
+  fmt::print("{} starts, {} finished, in {:.3g} s\n\n", plan.starts, all.finished(), all.wall_seconds);
+  show(all);
+  fmt::print("results in {}\n", folder.string());
+  for (const auto& path : plots::all(folder)) fmt::print("figure: {}\n", path.string());
+  for (std::size_t k = 0; k < all.failures.size(); ++k)
+    if (!all.failures[k].empty()) fmt::print(stderr, "start {}: {}\n", k, all.failures[k]);
+  return all.finished() == all.failures.size() ? 0 : 1;
+}
+
+}  // namespace
+
+void ensemble_verb(Program& program) {
+  auto [options, request] =
+      program.verb("ensemble", "perturbed starts of one mechanism: statistics with error bars, and bands", ensemble);
+  options.scene(request.scene).required();
+  options.add("--formulation", request.formulation, "penalty or nonsmooth").one_of(family_names()).shows_default();
+  options.set(request.overrides);
+  options.add("--starts", request.starts, "how many").between(2, 1'000'000).shows_default();
+  options.add("--seed", request.seed, "of the random starts").between(0, 2'000'000'000).shows_default();
+  options.add("--turn", request.turn, "share of a turn that the crank's angle at the start is drawn from")
+      .number([](double x) { return x >= 0 && x <= 1; }, "must be from 0 to 1")
+      .shows_default();
+  options.add("--play", request.play, "share of the clearance that offsets are drawn from")
+      .number([](double x) { return x >= 0 && x < 1; }, "must be from 0 to less than 1")
+      .shows_default();
+  options.add("--column", request.columns, "column of trajectory.csv with a band; may be repeated")
+      .takes("COLUMN")
+      .one_each();
+  options.add("--rows", request.rows, "times of the bands").between(2, 1'000'000).shows_default();
+  options.threads(request.threads);
+  options.output(request.output, "result folder; default out/NAME-ensemble");
+}
+
+}  // namespace freeplay::cli

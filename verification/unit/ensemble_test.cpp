@@ -1,0 +1,106 @@
+// Ensembles: each start is the run that it is alone, bands are the quantiles of what runs show.
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+#include "facade/simulation.hpp"
+#include "io/open_scene.hpp"
+#include "model/error.hpp"
+#include "model/scene.hpp"
+#include "sim/trajectory.hpp"
+#include "study/ensemble.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+std::shared_ptr<const Scene> rig() {
+  return open_scene(test::flores(), {"run.revolutions=0.2", "run.discard=0.05", "joints.gudgeon.clearance=0.5e-3"});
+}
+
+}  // namespace
+
+TEST_CASE("quantiles, errors and intervals of known values", "[study][ensemble]") {
+  const auto s = spread({5, 1, NAN, 3, 2, 4});
+  CHECK(s.of.count == 5);
+  CHECK(s.of.mean == Approx(3));
+  CHECK(s.error == Approx(std::sqrt(2.5 / 5)));
+  CHECK(0.5 * (s.of.high - s.of.low) == Approx(2.7764451 * s.error));  // Student's t of 4 degrees of freedom
+  CHECK(s.quantile[0] == Approx(1.2));
+  CHECK(s.quantile[2] == 3);
+  CHECK(s.quantile[4] == Approx(4.8));
+  CHECK(std::isnan(spread({}).quantile[0]));
+  CHECK(std::isnan(spread({7}).error));
+}
+
+TEST_CASE("each start of an ensemble is its run alone, however many threads", "[study][ensemble]") {
+  const auto scene = rig();
+  EnsemblePlan plan{.starts = 5, .rows = 11, .columns = {"slider.x", "gudgeon.gap"}, .threads = 2};
+  const auto all = run_ensemble(*scene, plan, {});
+  plan.threads = 1;
+  const auto alone = run_ensemble(*scene, plan, {});
+  REQUIRE(all.finished() == 5);
+  REQUIRE(all.runs.size() == 5);
+  CHECK(all.steps == alone.steps);
+  for (std::size_t k = 0; k < 5; ++k)
+    for (std::size_t i = 0; i < all.statistics.size(); ++i)
+      CHECK((all.runs[k][i] == alone.runs[k][i] || (std::isnan(all.runs[k][i]) && std::isnan(alone.runs[k][i]))));
+  CHECK(all.t.front() == scene->run.discard);
+  CHECK(all.t.back() == Approx(scene->run.duration));
+  // Where the slider is at the end, by runs of the same starts without any of this: the bits of the extremes.
+  double least = INFINITY, greatest = -INFINITY;
+  for (int k = 0; k < 5; ++k) {
+    Simulation simulation(perturbed(*scene, {}, plan.seed, k, plan.how), plan.formulation, {.matched = true});
+    simulation.run();
+    const double x = simulation.state().q[6];
+    least = std::min(least, x);
+    greatest = std::max(greatest, x);
+  }
+  const auto& last = all.band(10, 0);
+  CHECK(last.of.least == least);
+  CHECK(last.of.greatest == greatest);
+  CHECK(last.quantile[0] <= last.quantile[2]);
+}
+
+TEST_CASE("a larger ensemble begins with a smaller one", "[study][ensemble]") {
+  const auto scene = rig();
+  const auto two = run_ensemble(*scene, {.starts = 2, .rows = 2}, {}),
+             three = run_ensemble(*scene, {.starts = 3, .rows = 2}, {});
+  CHECK(two.statistics == three.statistics);
+  CHECK(two.columns == std::vector<std::string>{"gudgeon.gap"});
+  for (std::size_t k = 0; k < 2; ++k)
+    for (std::size_t i = 0; i < two.statistics.size(); ++i)
+      CHECK((two.runs[k][i] == three.runs[k][i] || std::isnan(two.runs[k][i])));
+}
+
+TEST_CASE("ensembles that cannot be are refused in one line", "[study][ensemble]") {
+  const auto says = [](const EnsemblePlan& plan) {
+    try {
+      run_ensemble(*rig(), plan, {});
+    } catch (const SceneError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  CHECK_THAT(says({.starts = 2, .columns = {"nobody.x"}}), Contains("--column nobody.x: is no column"));
+  CHECK_THAT(says({.starts = 1'000'000, .rows = 10'000}), Contains("--rows 10000") && Contains("fewer rows"));
+  const auto still = open_scene(test::source_folder() / "cases/pendulum/scene.toml");
+  CHECK_THROWS_WITH(run_ensemble(*still, {.starts = 2}, {}), Contains("all alike"));
+}
+
+TEST_CASE("the verb writes statistics, bands and their figure", "[study][ensemble][program]") {
+  test::TemporaryFolder folder;
+  const auto out = folder.path() / "out";
+  const auto o = test::freeplay("ensemble " + test::flores().string() +
+                                " --starts 4 --rows 20 --set run.revolutions=0.2 --set run.discard=0.05 -o " +
+                                out.string());
+  CAPTURE(o.out, o.err);
+  CHECK(o.status == 0);
+  CHECK_THAT(o.out, Contains("4 starts, 4 finished"));
+  for (const char* name : {"ensemble.json", "statistics.csv", "starts.csv", "bands.csv", "figures/ensemble.pdf"})
+    CHECK(std::filesystem::exists(out / name));
+  CHECK(test::freeplay("ensemble " + test::flores().string() + " --starts 1").status == 2);
+}
