@@ -155,9 +155,15 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
   const auto turn = turn_of(scene.get());
   std::vector<std::vector<std::vector<PlayPath>>> paths;  // [run][joint][span]
   std::vector<Span> spans;
+  // Of no more than a turn the first is all there is, and stands once.
+  const bool once = std::ranges::all_of(runs, [&](const RunFolder& run) {
+    const double end = end_of(run.folder);
+    return first_part(turn, end).to >= end;
+  });
   for (const auto& run : runs) {
     const double end = end_of(run.folder);
-    spans = {first_part(turn, end), last_part(turn, end, 2)};
+    spans = {last_part(turn, end, 2)};
+    if (!once) spans.insert(spans.begin(), first_part(turn, end));
     paths.push_back(play_paths(run.folder, joints, spans));
   }
   std::vector<Row> rows;
@@ -183,12 +189,11 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
   const double line = (cell() + scale * (above + below)) * static_cast<double>(lines);
   const auto each =
       static_cast<std::size_t>(std::max(1.0, std::floor((tallest - scale * (head + foot)) / line)));
-  const auto said = fmt::format(
-      "{}: {:.4g} to {:.4g} s; {}: {:.4g} to {:.4g} s{}", spans[0].name, spans[0].from, spans[0].to,
-      spans[1].name, spans[1].from, spans[1].to,
-      std::ranges::any_of(joints, [](const LooseJoint& j) { return j.kind == LooseJoint::Kind::guide; })
-          ? "; rear end full, front end dashed"
-          : "");
+  std::string said;
+  for (const auto& span : spans)
+    said += fmt::format("{}{}: {:.4g} to {:.4g} s", said.empty() ? "" : "; ", span.name, span.from, span.to);
+  if (std::ranges::any_of(joints, [](const LooseJoint& j) { return j.kind == LooseJoint::Kind::guide; }))
+    said += "; rear end full, front end dashed";
   std::vector<std::filesystem::path> made;
   for (std::size_t from = 0; from < rows.size(); from += each)
     made.push_back(page(rows, from, std::min(from + each, rows.size()), across, width, scale,

@@ -345,6 +345,10 @@ TEST_CASE("a run draws its figures, and drawing changes nothing", "[figures][plo
     for (const char* suffix : {".pdf", ".png", ".gp", ".dat"})
       CHECK(std::filesystem::exists(figures / (std::string(name) + suffix)));
   }
+  // A twentieth of a turn: what is first and what is last are the same, and stand once.
+  const auto orbit = text_of(figures / "journal_orbit.gp");
+  CHECK(count(orbit, "\nplot ") == 1);
+  CHECK_THAT(orbit, Contains("whole run") && !Contains("first turn"));
   CHECK(bytes("trajectory.csv") == before[0]);
   CHECK(bytes("events.csv") == before[1]);
   CHECK(bytes("signals.csv") == before[2]);
