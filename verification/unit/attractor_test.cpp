@@ -256,6 +256,6 @@ TEST_CASE("what an axis of a diagram varies is not set besides, and a bad value 
   const auto study = study_of(
       folder, head + "[bifurcation]\nsection = \"each touch\"\nset = [\"surfaces.hard.restitution=2\"]\n");
   CHECK_THROWS_WITH(run_bifurcation(study, folder.path() / "a.db"),
-                    Catch::Contains("study.toml:11:") && Catch::Contains("bifurcation") &&
+                    Catch::Contains("study.toml:8:1: bifurcation: ") && Catch::Contains("bifurcation") &&
                         Catch::Contains("must be between 0 and 1"));
 }
