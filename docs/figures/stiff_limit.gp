@@ -9,6 +9,7 @@ WIDTH = 16; HEIGHT = 12  # cm
 SIZE = 7  # pt
 X(cm) = cm*SIZE/7.0/WIDTH; Y(cm) = cm*SIZE/7.0/HEIGHT
 SMALL = sprintf(',%g', 0.88*SIZE); TINY = sprintf(',%g', 0.8*SIZE)
+MONO = 0
 C1 = 0x0b3c8c
 C2 = 0xc8500a
 C3 = 0x000000
@@ -28,7 +29,7 @@ set grid lt 1 lc rgb 0xd4d4d4 lw 0.7
 set key top right samplen 3 spacing 1.1
 set pointsize 1
 set bmargin at screen Y(1.5)
-set label 100 "freeplay 0.1.0 (6bf76cafaa), verification" at screen 1-X(0.1), screen Y(0.12) right font TINY tc rgb 0x888888 noenhanced
+set label 100 "freeplay 0.1.0 (95bd1dced7), verification" at screen 1-X(0.3), screen Y(0.12) right font TINY tc rgb 0x888888 noenhanced
 set logscale xy
 set format '10^{%T}'
 set xlabel "stiffness over the scene\047s"
