@@ -234,13 +234,19 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
   std::vector<const Shape*> named;
   for (const auto& s : shapes) {
     if (s.kind != "mass" || named.size() >= most_names) continue;
-    // Names stand above; below where one stands already, and to the left near the right edge.
+    // Names stand above, higher over a slider or a bearing; below where one stands already, and to the left near the
+    // right edge.
     const bool taken = std::ranges::any_of(named, [&](const Shape* other) {
       return std::abs(other->x - s.x) < 6 * u && std::abs(other->y - s.y) < 2 * u;
     });
     const bool left = s.x > frame.right - 0.1 * (frame.right - frame.left);
+    const bool wide_part = std::ranges::any_of(shapes, [&](const Shape& part) {
+      return (part.kind == "slider" || part.kind == "loose") &&
+             std::hypot(part.x - s.x, part.y - s.y) < 2 * u;
+    });
+    const double up = wide_part ? 2.1 : 0.9;
     f.script.add("set label {} at {},{} {} offset {},{} font SMALL tc rgb {} noenhanced front\n", s.name, s.x,
-                 s.y, left ? Word("right") : Word("left"), left ? -0.9 : 0.9, taken ? -0.9 : 0.9,
+                 s.y, left ? Word("right") : Word("left"), left ? -0.9 : 0.9, taken ? -up : up,
                  colours[colour[s.name] % std::size(colours)]);
     named.push_back(&s);
   }
