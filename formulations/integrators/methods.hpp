@@ -4,6 +4,7 @@
 //     renew(f)                takes the right-hand side anew at the present state, which may have been moved;
 //     land(f, t)              makes the last step again so that it ends at t, t_old < t ≤ its end;
 //     interpolate(t, x)       gives the state within the last step;
+//     show(t, n, x)           the same for results, by a higher order where it has one;
 //     enclose(n, bounds)      bounds the rates and accelerations of that;
 //     relieve(), reliefs()    takes what help there is where modes chatter, and how often it did;
 //     new_mode()              is told that the right-hand side has another form from here on;
@@ -90,6 +91,24 @@ struct MethodState {
     for (std::size_t i = 0; i < x.size(); ++i)
       out[i] = a * x_old[i] + b * x[i] + c * dxdt_old[i] + d * dxdt[i];
   }
+  /// The state within the last step as it is shown, n coordinates standing first and their rates behind them: those by the
+  /// quintic through positions, rates and accelerations at both ends and its derivative. Where a motion without contacts
+  /// lets a method of high order make long steps, the cubic is off by h⁴/384 of a fourth derivative.
+  void show(double at, std::size_t n, Vector& out) const {
+    hermite(at, out);
+    const double h = t - t_old, s = (at - t_old) / h, r = 1 - s, bubble = s * s * r * r;
+    for (std::size_t i = 0; i < n; ++i) {
+      const double moved = x[i] - x_old[i], v0 = x_old[n + i], v1 = x[n + i], a0 = dxdt_old[n + i],
+                   a1 = dxdt[n + i];
+      // What the cubic through rates and accelerations misses of the way: of short steps only its rounding.
+      const double missed = moved - 0.5 * h * (v0 + v1) - h * h / 12 * (a0 - a1);
+      if (!(std::abs(missed) > 1e-13 * (std::abs(x_old[i]) + std::abs(x[i])))) continue;
+      const double bend0 = 0.5 * (h * h * a0 - (6 * moved - h * (4 * v0 + 2 * v1)));
+      const double bend1 = 0.5 * (h * h * a1 + (6 * moved - h * (2 * v0 + 4 * v1)));
+      out[i] += bubble * (r * bend0 + s * bend1);
+      out[n + i] += 30 * bubble * missed / h;
+    }
+  }
   /// Bounds on the motion of the last step: of n coordinates, which stand first in x, their rates behind them.
   void enclose(std::size_t n, MotionBounds& bounds) const {
     bounds.enclose(t - t_old, n, x_old.data(), x_old.data() + n, dxdt_old.data() + n, x.data(), x.data() + n,
@@ -167,6 +186,12 @@ class Embedded : public MethodState {
       stepper_.stepper().calc_state(at, out, x_old, dxdt_old, t_old, x, dxdt, t);
     else
       hermite(at, out);
+  }
+  void show(double at, std::size_t n, Vector& out) const {
+    if constexpr (first_same_as_last)
+      interpolate(at, out);
+    else
+      MethodState::show(at, n, out);
   }
   /// Dormand and Prince's quartic departs from the cubic through rates and accelerations by a multiple of s²(1 − s)²,
   /// which is known from its middle, and has rates of up to 3.1/h of its size.

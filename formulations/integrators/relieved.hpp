@@ -92,6 +92,12 @@ class Relieved : public Method {
     else
       Method::interpolate(at, out);
   }
+  void show(double at, std::size_t n, Vector& out) const {
+    if (stiff_)
+      this->hermite(at, out);
+    else
+      Method::show(at, n, out);
+  }
   void enclose(std::size_t n, MotionBounds& bounds) const {
     if (stiff_)
       MethodState::enclose(n, bounds);

@@ -129,6 +129,8 @@ class Rosenbrock : public MethodState {
     step_.end(f, *this, to);
   }
   void interpolate(double at, Vector& out) const { hermite(at, out); }
+  /// The accelerations at the ends of a stiff step may be those of layers far shorter than it.
+  void show(double at, std::size_t, Vector& out) const { hermite(at, out); }
   template <class M>
   void remember(M& m) {
     m.part("rosenbrock4");

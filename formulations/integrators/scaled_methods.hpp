@@ -125,6 +125,7 @@ class BulirschStoer : public MethodState {
     stepper_.calc_state(at, y_);
     side_.from_scaled(y_, out);
   }
+  void show(double at, std::size_t, Vector& out) const { interpolate(at, out); }
   /// The interpolant is of high degree: how far it departs from the cubic is seen at seven places, and a polynomial of
   /// degree 8 over a time h has rates of at most 128/h of its size (Markov).
   void enclose(std::size_t n, MotionBounds& bounds) const {

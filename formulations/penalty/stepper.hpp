@@ -69,7 +69,7 @@ class PenaltyStepper {
     const int n = f_.system().n();
     const Vector* x = &method_.x;
     if (t < method_.t) {
-      method_.interpolate(t, scratch_);
+      method_.show(t, static_cast<std::size_t>(n), scratch_);
       x = &scratch_;
     }
     std::copy(x->begin(), x->begin() + n, q);
@@ -90,7 +90,7 @@ class PenaltyStepper {
   }
   void forces(double t, Forces& out) {
     if (t < method_.t)
-      method_.interpolate(t, moving_);
+      method_.show(t, static_cast<std::size_t>(f_.system().n()), moving_);
     else
       moving_ = method_.x;
     for (std::size_t k = 0; k < was_.size(); ++k) probe_->contacts()[k].mode() = was_[k];
