@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "io/points_file.hpp"
+#include "io/quantity.hpp"
 #include "io/spelling.hpp"
 #include "io/toml_value.hpp"
 
@@ -136,12 +137,44 @@ void KeysReader::curve(const Key& key, int& curve, Curve::Use use) {
   if (curve < 0) s_.fail(key.name, unknown("curve", name, mechanism_.curves, own_name));
   if (const auto why = mechanism_.curves[static_cast<std::size_t>(curve)].refusal(use); !why.empty())
     s_.fail(key.name, fmt::format("the curve {} {}", toml_quoted(name), why));
+  named_.push_back({std::string(key.name), curve,
+                    use == Curve::Use::place  ? (slides_ ? "m" : "rad")
+                    : use == Curve::Use::rate ? (slides_ ? "m/s" : "rad/s")
+                                              : key.unit});
 }
 
-/// A text is a curve's name, or a number with its unit, which no name is: there is a blank in it.
+void KeysReader::settle() const {
+  for (const auto& [key, index, y] : named_) {
+    const auto& name = mechanism_.curves[static_cast<std::size_t>(index)].name;
+    const auto hold = [&](const char* which, std::initializer_list<std::string_view> wanted) {
+      const auto* given = s_.given("curves." + name, fmt::format("of {}", which));
+      if (!given || std::ranges::any_of(wanted, [&](auto unit) { return same_quantity(*given, unit); })) return;
+      s_.fail(key, fmt::format("the {} of the curve {} is {}, {} is wanted", which, toml_quoted(name),
+                               quantity_name(*given), quantity_name(*wanted.begin())));
+    };
+    hold("y", {y});
+    if (follows_ || against_ == Argument::angle)
+      hold("x", {"rad"});
+    else if (against_ == Argument::position)
+      hold("x", {"m"});
+    else if (against_ == Argument::speed && y == "N")
+      hold("x", {"m/s"});
+    else if (against_ == Argument::speed && y == "N m")
+      hold("x", {"rad/s"});
+    else if (against_ == Argument::speed)
+      hold("x", {"m/s", "rad/s"});
+    else
+      hold("x", {"s"});
+  }
+}
+
+/// A text is a curve's name, or a number with its unit, which no name is: there is a blank in it, or no curve is called so.
 void KeysReader::number_or_curve(const Key& key, CurveOr& x, const Range& range) {
-  if (!s_.has(key.name) || (s_.is_text(key.name) && s_.text(key.name).find(' ') == std::string::npos))
-    return curve(key, x.curve);
+  const auto names_one = [&](const std::string& text) {
+    return text.find(' ') == std::string::npos &&
+           (!begins_with_number(text) || index_of(mechanism_.curves, text, own_name) >= 0);
+  };
+  if (!s_.has(key.name) || (s_.is_text(key.name) && names_one(s_.text(key.name)))) return curve(key, x.curve);
   x.constant = s_.number(key, range);
 }
 
@@ -311,14 +344,18 @@ void KeysReader::any_joint(const Key& key, int& joint, std::array<int, 2>& pair)
 void KeysReader::moving_joint(const Key& key, int& joint) {
   joint = joint_index(key);
   const auto& found = mechanism_.joints[static_cast<std::size_t>(joint)];
-  if (std::holds_alternative<RigidJoint>(found))
-    s_.fail(key.name, fmt::format("must be a revolute or translational joint, {} is rigid",
-                                  toml_quoted(name_of(found))));
+  slides_ = std::holds_alternative<TranslationalJoint>(found);
+  if (!std::holds_alternative<RevoluteJoint>(found) && !std::holds_alternative<TranslationalJoint>(found))
+    s_.fail(key.name,
+            fmt::format("must be a revolute or translational joint, {} is a {} joint",
+                        toml_quoted(name_of(found)),
+                        std::visit([](const auto& j) { return std::decay_t<decltype(j)>::type; }, found)));
 }
 
 void KeysReader::joint_place(const Key& key, double& place, int joint) {
   const auto* slider = std::get_if<TranslationalJoint>(&mechanism_.joints[static_cast<std::size_t>(joint)]);
-  if (!slider) return joint_angle(key, place, joint);
+  // Its unit is that of the joint.
+  if (!slider) return joint_angle(Key{key.name, "rad", key.meaning, key.fallback}, place, joint);
   const auto turned = [](const Vec2& s, double angle) {
     const double c = std::cos(angle), n = std::sin(angle);
     return Vec2{c * s.x() - n * s.y(), n * s.x() + c * s.y()};
@@ -333,7 +370,8 @@ void KeysReader::joint_place(const Key& key, double& place, int joint) {
   const int first = slider->between[0];
   const auto axis =
       turned(slider->axis, first == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(first)].angle);
-  place = s_.number(key, any_number, dot(axis, point(1) - point(0)));
+  place = s_.number(Key{key.name, "m", key.meaning, key.fallback}, any_number,
+                    dot(axis, point(1) - point(0)));
 }
 
 void KeysReader::joint_angle(const Key& key, double& angle, int joint) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "io/section.hpp"
+#include "model/argument.hpp"
 #include "model/ground.hpp"
 #include "model/mechanism.hpp"
 
@@ -47,6 +48,7 @@ class KeysReader {
   template <class E>
   void choose(const Key& key, E& x) {
     x = static_cast<E>(s_.choice(key.name, words<E>(), static_cast<int>(x)));
+    if constexpr (std::is_same_v<E, Argument>) against_ = x;
   }
   template <class E>
   void choose(const Key& key, std::optional<E>& x) {
@@ -160,7 +162,9 @@ class KeysReader {
   void moving_joint(const Key& key, int& joint);
   /// A revolute joint, if one is named.
   void maybe_joint(const Key& key, int& index) {
-    if (s_.has(key.name)) joint<RevoluteJoint>(key, index);
+    if (!s_.has(key.name)) return;
+    joint<RevoluteJoint>(key, index);
+    follows_ = true;
   }
   /// The angle or the place along its axis that the bodies give a joint, unless it stands there.
   void joint_place(const Key& key, double& place, int joint);
@@ -200,6 +204,9 @@ class KeysReader {
   /// The angle that the bodies' own angles give a joint, unless it stands there.
   void joint_angle(const Key& key, double& angle, int joint);
 
+  /// Holds the curves that were named to the units that their own numbers have, now that it is known what reads them.
+  void settle() const;
+
  private:
   static std::string piece(double x) { return fmt::format("{:.6g}", x); }
   static std::string piece(const char* text) { return text; }
@@ -214,6 +221,14 @@ class KeysReader {
   const Ground& fixed_;
   double unit_ = 1;                          // s, of what is counted in turns
   std::array<int, 2> pair_{ground, ground};  // of the element's ends
+  struct Named {
+    std::string key;
+    int curve;
+    std::string_view unit;  // of y
+  };
+  std::vector<Named> named_;
+  Argument against_ = Argument::time;
+  bool follows_ = false, slides_ = false;  // the angle of another joint; a joint whose motion is prescribed
 };
 
 /// Reads all keys of x and refuses any other.
@@ -221,6 +236,7 @@ template <class X>
 void read_keys(Section& section, const Mechanism& mechanism, X& x, const Ground& fixed = {}) {
   KeysReader reader(section, mechanism, fixed);
   X::keys(reader, x);
+  reader.settle();
   if constexpr (requires { x.what(); })
     section.done(std::string(x.what()));
   else

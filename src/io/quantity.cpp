@@ -23,6 +23,7 @@ constexpr NamedUnit units[] = {
     {"g", "", -3, 1, 1, true},  // of the base unit kg
     {"s", "", 0, 1, 1, true},
     {"rad", "", 0, 1, 1, true},
+    {"A", "", 0, 1, 1, true},
     {"N", "kg m/s2", 0, 1, 1, true},
     {"Pa", "N/m2", 0, 1, 1, true},
     {"J", "N m", 0, 1, 1, true},
@@ -31,6 +32,10 @@ constexpr NamedUnit units[] = {
     {"Nmm", "N mm"},
     {"Ns", "N s"},
     {"Hz", "1/s", 0, 1, 1, true},
+    {"V", "W/A", 0, 1, 1, true},
+    {"ohm", "V/A", 0, 1, 1, true},
+    {"Ω", "V/A", 0, 1, 1, true},
+    {"H", "V s/A", 0, 1, 1, true},
     {"%", "1", -2},
     {"deg", "rad", 0, pi, 180},
     {"°", "rad", 0, pi, 180},
@@ -81,15 +86,21 @@ constexpr std::pair<std::string_view, std::string_view> quantities[] = {
     {"s/m", "the inverse of a speed"},
     {"1/m", "the inverse of a length"},
     {"m/rad", "a length a radian"},
+    {"A", "a current"},
+    {"V", "a voltage"},
+    {"ohm", "a resistance"},
+    {"H", "an inductance"},
+    {"N m/A", "a torque per current"},
+    {"V s/rad", "a voltage per angular velocity"},
 };
 
 constexpr std::pair<std::string_view, int> prefixes[] = {{"p", -12}, {"n", -9}, {"µ", -6}, {"μ", -6},
                                                          {"u", -6},  {"m", -3}, {"c", -2}, {"d", -1},
                                                          {"k", 3},   {"M", 6},  {"G", 9},  {"T", 12}};
 
-/// kg^p0 m^p1 s^p2 rad^p3 · 10^decimal · a/b
+/// kg^p0 m^p1 s^p2 rad^p3 A^p4 · 10^decimal · a/b
 struct Unit {
-  std::array<int, 4> powers{};
+  std::array<int, 5> powers{};
   int decimal = 0;
   double a = 1, b = 1;
 
@@ -105,6 +116,12 @@ struct Unit {
 
 std::optional<Unit> parse(std::string_view text, std::string& unknown);
 
+/// Which power a base unit counts in.
+std::size_t base_of(std::string_view symbol) {
+  constexpr std::string_view symbols[] = {"g", "m", "s", "rad", "A"};
+  return static_cast<std::size_t>(std::ranges::find(symbols, symbol) - std::begin(symbols));
+}
+
 std::optional<Unit> factor(std::string_view symbol) {
   Unit u;
   std::string unknown;
@@ -117,7 +134,7 @@ std::optional<Unit> factor(std::string_view symbol) {
                           });
     if (named.symbol != symbol && !prefixed) continue;
     if (named.means.empty())
-      u.powers[named.symbol == "g" ? 0 : named.symbol == "m" ? 1 : named.symbol == "s" ? 2 : 3] = 1;
+      u.powers[base_of(named.symbol)] = 1;
     else
       u = *parse(named.means, unknown);
     u.decimal += named.decimal + (prefixed ? shift : 0);
@@ -168,7 +185,8 @@ std::optional<Unit> parse(std::string_view text, std::string& unknown) {
       const auto rest = text.substr(end);
       if (letters.find(rest.front()) != letters.npos)
         ++end;
-      else if (rest.starts_with("µ") || rest.starts_with("μ") || rest.starts_with("°"))
+      else if (rest.starts_with("µ") || rest.starts_with("μ") || rest.starts_with("°") ||
+               rest.starts_with("Ω"))
         end += 2;
       else
         break;
@@ -218,16 +236,21 @@ double shifted(std::string_view number, int shift) {
   return std::strtod(fmt::format("{}e{}", mantissa, exponent).c_str(), nullptr);
 }
 
+/// In base units, "kg m^2".
+std::string spelt_of(const Unit& unit) {
+  std::string spelt;
+  constexpr std::string_view base[] = {"kg", "m", "s", "rad", "A"};
+  for (std::size_t i = 0; i < unit.powers.size(); ++i)
+    if (const int p = unit.powers[i]; p != 0)
+      spelt += fmt::format("{}{}{}", spelt.empty() ? "" : " ", base[i], p == 1 ? "" : fmt::format("^{}", p));
+  return spelt;
+}
+
 std::string name_of(const Unit& unit) {
   std::string unknown;
   for (const auto& [symbol, name] : quantities)
     if (parse(symbol, unknown)->powers == unit.powers) return std::string(name);
-  std::string spelt;
-  constexpr std::string_view base[] = {"kg", "m", "s", "rad"};
-  for (std::size_t i = 0; i < unit.powers.size(); ++i)
-    if (const int p = unit.powers[i]; p != 0)
-      spelt += fmt::format("{}{}{}", spelt.empty() ? "" : " ", base[i], p == 1 ? "" : fmt::format("^{}", p));
-  return "a quantity in " + spelt;
+  return "a quantity in " + spelt_of(unit);
 }
 
 }  // namespace
@@ -250,6 +273,26 @@ std::string quantity_name(std::string_view unit) {
   std::string unknown;
   const auto u = parse(unit, unknown);
   return u ? name_of(*u) : "";
+}
+
+bool same_quantity(std::string_view a, std::string_view b) {
+  std::string unknown;
+  const auto one = parse(a, unknown), other = parse(b, unknown);
+  return one && other && one->powers == other->powers;
+}
+
+Quantity read_any_quantity(std::string_view text) {
+  auto own = text.substr(number_length(text));
+  while (own.starts_with(' ')) own.remove_prefix(1);
+  std::string unknown;
+  const auto given = parse(own, unknown);
+  if (own.empty() || !given)
+    return {0, fmt::format("{}: {}", toml_quoted(visible_brief(text, 60)),
+                           own.empty() ? "names no unit; leave the quotes out"
+                                       : toml_quoted(visible_brief(unknown, 40)) + " is no unit that is known here")};
+  auto quantity = read_quantity(text, spelt_of(*given));
+  quantity.unit = spelt_of(*given);
+  return quantity;
 }
 
 Quantity read_quantity(std::string_view text, std::string_view unit) {

@@ -30,9 +30,16 @@ struct Quantity {
   double value = 0;
   /// Why there is no value: `"0.1 kg" is a mass, a length is wanted (m)`. Empty when there is one.
   std::string wrong = {};
+  /// Of read_any_quantity: what the value is in, of base units, "kg m s^-2".
+  std::string unit = {};
 };
 /// What `text` amounts to in `unit`, as keys spell it.
 Quantity read_quantity(std::string_view text, std::string_view unit);
+
+/// What it amounts to in SI, whatever it is.
+Quantity read_any_quantity(std::string_view text);
+/// Whether two units are of the same dimension.
+bool same_quantity(std::string_view a, std::string_view b);
 
 /// Whether a text begins as a number does.
 bool begins_with_number(std::string_view text);

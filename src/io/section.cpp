@@ -129,9 +129,19 @@ double Section::to_number(const toml::node& node, const Asked& key, Range range,
     std::string_view unit = key.unit ? *key.unit : row ? row->unit : "";
     if (const auto comma = unit.find(", "); comma != unit.npos)
       unit = column == 0 ? unit.substr(0, comma) : unit.substr(comma + 2);
-    const auto quantity = read_quantity(*text, unit);
+    if (unit == "x and y") unit = column == 0 ? "of x" : "of y";
+    const bool free = unit == "of x" || unit == "of y";
+    const auto quantity = free ? read_any_quantity(*text) : read_quantity(*text, unit);
     if (!quantity.wrong.empty()) source_->fail(&node, full(key.name), quantity.wrong);
     value = quantity.value;
+    if (free) {
+      const auto& first = source_->given.try_emplace({path_, std::string(unit)}, quantity.unit).first->second;
+      if (first != quantity.unit)
+        source_->fail(&node, full(key.name),
+                      fmt::format("{} is {}, where another number of {} is {}",
+                                  toml_quoted(visible_brief(*text, 60)), quantity_name(quantity.unit),
+                                  unit.substr(3), quantity_name(first)));
+    }
   } else if (!node.is_number() || !value) {
     source_->fail(&node, full(key.name), fmt::format("must be a number, is {}", kind_of(node)));
   }

@@ -33,6 +33,8 @@ struct SceneSource {
   std::map<std::string, std::string> overridden = {};  ///< dotted key → KEY=VALUE as given
   std::vector<std::string> order = {};                 ///< of these keys on the command line
   mutable std::vector<std::string> idle = {};          ///< keys that have no effect, and why
+  /// Units of numbers whose key leaves that open, by table and key's unit: curves.NAME, "of x" or "of y".
+  mutable std::map<std::pair<std::string, std::string>, std::string> given = {};
   /// What only options made, by its path (joints.NAME), and the names that the file has beside it.
   std::map<std::string, std::vector<std::string>> made = {};
   Reach reach = Reach::beside;               ///< of files that it names
@@ -112,6 +114,11 @@ class Section {
     source_->idle.push_back(full(key) + " " + why);
   }
   const std::string& path() const { return path_; }
+  /// What those numbers "of x" or "of y" in the table `path` that had a unit are in (io/quantity.hpp), or nullptr.
+  const std::string* given(const std::string& path, const std::string& of) const {
+    const auto found = source_->given.find({path, of});
+    return found == source_->given.end() ? nullptr : &found->second;
+  }
   /// The text of the file that a key names, from the scene's folder. A file elsewhere is refused, unless all are allowed.
   std::string named_text(std::string_view key);
 

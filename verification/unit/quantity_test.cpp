@@ -124,6 +124,12 @@ TEST_CASE("what units amount to is what standards say", "[units]") {
   CHECK(read("2 min", "s") == 120);
   CHECK(read("1 h", "s") == 3600);
   CHECK(read("46 %", "") == 0.46);
+  CHECK(read("24 V", "V") == 24);
+  CHECK(read("20 mH", "H") == 0.02);
+  CHECK(read("1.5 kΩ", "ohm") == 1500);
+  CHECK(read("50 N mm/A", "N m/A") == 0.05);
+  CHECK(read("2 mV s/rad", "V s/rad") == 0.002);
+  CHECK(read("12 V/rpm", "V s/rad") == Approx(12 * 60 / (2 * pi)).epsilon(4e-16));
 }
 
 TEST_CASE("a wrong dimension, an unknown unit and none are refused by name", "[units]") {
@@ -132,6 +138,8 @@ TEST_CASE("a wrong dimension, an unknown unit and none are refused by name", "[u
   CHECK_THAT(wrong("3 N m", "N m/rad"),
              Contains("is a torque or an energy, a torsional stiffness is wanted"));
   CHECK_THAT(wrong("1 kg m^-3", "m"), Contains("is a quantity in kg m^-3"));
+  CHECK_THAT(wrong("12 V", "ohm"), Contains("\"12 V\" is a voltage, a resistance is wanted"));
+  CHECK_THAT(wrong("0.05 N m", "N m/A"), Contains("a torque per current is wanted"));
   CHECK_THAT(wrong("3 furlong", "m"),
              Contains("\"furlong\" is no unit that is known here; a length is wanted"));
   CHECK_THAT(wrong("0.1", "m"), Contains("must be a number, is a text") && Contains("names no unit"));
@@ -180,4 +188,61 @@ TEST_CASE("a part of the run in turns may be given as a time", "[units][scene]")
   const auto scene = read_scene(test::flores(), {"run.discard=100 ms"});
   CHECK(scene.run.discard == 0.1);
   CHECK(read_scene(test::flores()).run.discard == Approx(0.6));
+}
+
+TEST_CASE("a curve's numbers may have units, and who reads it must want them", "[units][driving][scene]") {
+  const std::string start = R"([bodies.rotor]
+mass = 2.0
+inertia = 0.05
+[bodies.block]
+mass = 1
+inertia = 1
+[joints.main]
+type = "revolute"
+between = ["ground", "rotor"]
+[joints.guide]
+type = "translational"
+between = ["ground", "block"]
+[run]
+duration = 0.5
+)";
+  const auto said = [&](const std::string& curve, const std::string& drive) {
+    try {
+      parse_scene(start + "[curves.c]\n" + curve + "[drives.d]\n" + drive, "s.toml");
+    } catch (const SceneError& e) {
+      return std::string(e.what());
+    }
+    return std::string("accepted");
+  };
+  const auto* spin = "joint = \"main\"\nvelocity = \"c\"\n";
+  const auto* slide = "joint = \"guide\"\nvelocity = \"c\"\ninitial = \"20 mm\"\n";
+  const std::string ramp = "shape = \"ramp\"\nto = \"120 rpm\"\nrise = \"500 ms\"\n";
+  const auto scene = parse_scene(start + "[curves.c]\n" + ramp + "[drives.d]\n" + spin, "s.toml");
+  CHECK(scene.mechanism.curves[0].to == 120 * 2 * std::numbers::pi / 60);
+  CHECK(scene.mechanism.curves[0].rise == 0.5);
+  CHECK_THAT(to_toml(scene), !Contains("rpm"));
+  CHECK(same_facts(parse_scene(to_toml(scene), "again"), scene));
+  CHECK_THAT(said(ramp, slide), Contains("drives.d.velocity: the y of the curve \"c\" is an angular velocity, "
+                                         "a speed is wanted"));
+  CHECK(said("shape = \"ramp\"\nto = \"30 mm/s\"\nrise = 0.5\n", slide) == "accepted");
+  CHECK_THAT(said("shape = \"ramp\"\nto = 3\nrise = \"20 deg\"\n", spin),
+             Contains("the x of the curve \"c\" is an angle, a time is wanted"));
+  CHECK_THAT(said("shape = \"ramp\"\nfrom = \"3 m\"\nto = \"120 rpm\"\nrise = 1\n", spin),
+             Contains("curves.c.to: \"120 rpm\" is an angular velocity, where another number of y is a length"));
+  CHECK_THAT(said("shape = \"ramp\"\nto = \"120 rqm\"\nrise = 1\n", spin),
+             Contains("\"rqm\" is no unit that is known here"));
+  CHECK(said("shape = \"harmonic\"\namplitude = \"20 deg\"\nperiod = \"1 s\"\n",
+             "joint = \"main\"\nposition = \"c\"\n") == "accepted");
+  CHECK(said("shape = \"table\"\npoints = [[\"0 deg\", \"0 kN\"], [\"0.1 rad\", 5], [\"3 deg\", 2]]\n",
+             "joint = \"main\"\ntorque_curve = \"c\"\nagainst = \"angle\"\n") != "accepted");
+  const std::string drag =
+      "shape = \"table\"\npoints = [[\"-10 rpm\", \"3 N mm\"], [\"10 rpm\", \"-3 N mm\"]]\n";
+  CHECK(said(drag, "joint = \"main\"\ntorque_curve = \"c\"\nagainst = \"speed\"\n") == "accepted");
+  CHECK_THAT(said(drag, "joint = \"main\"\ntorque_curve = \"c\"\nagainst = \"angle\"\n"),
+             Contains("the x of the curve \"c\" is an angular velocity, an angle is wanted"));
+  CHECK_THAT(said(drag, "joint = \"guide\"\nforce = \"c\"\nagainst = \"speed\"\n"),
+             Contains("the y of the curve \"c\" is a torque or an energy, a force is wanted"));
+  // A number with its unit needs no blank, unless a curve is called so.
+  CHECK(said("value = \"12 V\"\n", "joint = \"main\"\nvoltage = \"12V\"\nresistance = \"0.8 ohm\"\n"
+                                  "torque_constant = \"50 N mm/A\"\ninductance = \"20 mH\"\n") == "accepted");
 }
