@@ -120,6 +120,8 @@ Mechanism read_mechanism(Section& root) {
         },
         m.drives.back());
     if (!counts) continue;
+    if (const auto* motion = std::get_if<MotionDrive>(&m.drives.back()); motion && motion->slides(m))
+      s.fail("crank", "needs a revolute joint, whose turns are counted; a translational one has no angle");
     if (crank) s.fail("crank", fmt::format("drives.{} counts the turns already; one drive may", *crank));
     crank = &name;
   }
