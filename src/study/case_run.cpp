@@ -18,6 +18,7 @@
 #include "sim/clock.hpp"
 #include "study/design.hpp"
 #include "study/ideal_turn.hpp"
+#include "study/near_pose.hpp"
 #include "study/turn_feed.hpp"
 
 namespace freeplay {
@@ -176,7 +177,8 @@ Scene moved(const Study& study, const Case& one, const Scene& scene, const Condu
         fmt::format("{}: starts in equilibrium, from which its loose parts are not moved; take the study's "
                     "play = 0",
                     scene.file.string()));
-  return perturbed(scene, conduct.stop, study.seed, one.start, study.perturbation);
+  return perturbed(scene, (*conduct.poses)(scene, conduct.stop), conduct.stop, study.seed, one.start,
+                   study.perturbation);
 }
 
 }  // namespace
@@ -186,6 +188,7 @@ Scene scene_of(const Study& study, const Case& one, const Conduct& conduct) {
 }
 
 std::shared_ptr<IdealMaxima> Conduct::known_of_none() { return std::make_shared<IdealMaxima>(); }
+std::shared_ptr<NearPoses> Conduct::near_none() { return std::make_shared<NearPoses>(); }
 
 CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct) {
   const double began = thread_seconds();

@@ -17,6 +17,7 @@ namespace freeplay {
 
 struct Scene;
 class IdealMaxima;
+class NearPoses;
 
 /// One run of a study.
 struct Case {
@@ -46,7 +47,10 @@ struct Conduct {
   /// What is known of ideal mechanisms; all runs of one conduct share it.
   std::shared_ptr<IdealMaxima> ideals = known_of_none();
 
+  std::shared_ptr<NearPoses> poses = near_none();
+
   static std::shared_ptr<IdealMaxima> known_of_none();
+  static std::shared_ptr<NearPoses> near_none();
 };
 
 /// Every case of a study: variants × cells × formulations × starts. Where a scene has nothing that starts could differ in and

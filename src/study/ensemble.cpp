@@ -23,6 +23,7 @@
 #include "sim/statistics.hpp"
 #include "sim/windows.hpp"
 #include "study/measurer.hpp"
+#include "study/near_pose.hpp"
 
 namespace freeplay {
 namespace {
@@ -105,18 +106,19 @@ std::vector<Column> chosen(const Layout& layout, const std::vector<std::string>&
   return found;
 }
 
-Outcome outcome_of(const Scene& scene, const EnsemblePlan& plan, int start, const std::vector<Column>& columns,
-                   const std::vector<double>& times) {
+Outcome outcome_of(const Scene& scene, const std::vector<double>& near, const EnsemblePlan& plan, int start,
+                   const std::vector<Column>& columns, const std::vector<double>& times) {
   const double began = thread_seconds();
   Outcome out;
   try {
-    const auto moved = perturbed(scene, plan.stop, plan.seed, start, plan.how);
+    const auto moved = perturbed(scene, near, plan.stop, plan.seed, start, plan.how);
     Simulation simulation(moved, plan.formulation, {.matched = true, .stop = plan.stop});
     out.rows.assign(times.size() * columns.size(), std::nan(""));
     Sampled sampled(columns, times, out.rows.data());
     ContactStatistics contacts(moved.run.discard);
     WindowStatistics window(moved.run.discard, moved.run.duration);
-    auto run = simulation.run({.observers = {&contacts, &window, &sampled}, .keep_events = false, .stop = plan.stop});
+    auto run = simulation.run(
+        {.observers = {&contacts, &window, &sampled}, .keep_events = false, .stop = plan.stop});
     out.interrupted = run.ending.status == Ending::Status::interrupted;
     if (run.ending.status != Ending::Status::finished) {
       out.failure = run.ending.reason.empty() ? "did not finish" : run.ending.reason;
@@ -184,15 +186,18 @@ std::size_t Ensemble::finished() const {
   return static_cast<std::size_t>(std::ranges::count_if(failures, [](const auto& f) { return f.empty(); }));
 }
 
-Ensemble run_ensemble(const Scene& scene, const EnsemblePlan& plan, const std::function<void(double)>& on_progress) {
+Ensemble run_ensemble(const Scene& scene, const EnsemblePlan& plan,
+                      const std::function<void(double)>& on_progress) {
   if (!differ(scene, plan.how))
-    throw SceneError(fmt::format("{}: its starts are all alike: nothing drives it at a prescribed speed, and no part "
-                                 "of it has room to begin elsewhere",
-                                 scene.file.string()));
+    throw SceneError(
+        fmt::format("{}: its starts are all alike: nothing drives it at a prescribed speed, and no part "
+                    "of it has room to begin elsewhere",
+                    scene.file.string()));
   if (scene.run.start == RunOptions::Start::equilibrium)
-    throw SceneError(fmt::format("{}: starts in equilibrium, from which its loose parts are not moved; give run.start "
-                                 "= \"ideal\"",
-                                 scene.file.string()));
+    throw SceneError(
+        fmt::format("{}: starts in equilibrium, from which its loose parts are not moved; give run.start "
+                    "= \"ideal\"",
+                    scene.file.string()));
   const auto began = std::chrono::steady_clock::now();
   Ensemble all;
   const auto layout = Simulation(scene, plan.formulation, {.matched = true, .stop = plan.stop}).layout();
@@ -200,12 +205,15 @@ Ensemble run_ensemble(const Scene& scene, const EnsemblePlan& plan, const std::f
   for (const auto& c : columns) all.columns.push_back(c.name());
   const double from = scene.run.discard, to = scene.run.duration;
   for (int i = 0; i < plan.rows; ++i) all.t.push_back(from + (to - from) * i / (plan.rows - 1));
-  const double bytes = 8.0 * plan.starts * static_cast<double>(plan.rows) * static_cast<double>(columns.size());
+  const double bytes =
+      8.0 * plan.starts * static_cast<double>(plan.rows) * static_cast<double>(columns.size());
   if (bytes > most_bytes)
-    throw SceneError(fmt::format("--rows {}: bands of {} starts and {} columns take {:.3g} GB of memory, and at most {:.0f} "
-                                 "are allowed; take fewer rows or columns",
-                                 plan.rows, plan.starts, columns.size(), 1e-9 * bytes, 1e-9 * most_bytes));
+    throw SceneError(fmt::format(
+        "--rows {}: bands of {} starts and {} columns take {:.3g} GB of memory, and at most {:.0f} "
+        "are allowed; take fewer rows or columns",
+        plan.rows, plan.starts, columns.size(), 1e-9 * bytes, 1e-9 * most_bytes));
 
+  const auto near = near_pose(scene, plan.stop);
   std::vector<Outcome> outcomes(static_cast<std::size_t>(plan.starts));
   std::mutex guard;
   int done = 0;
@@ -213,7 +221,7 @@ Ensemble run_ensemble(const Scene& scene, const EnsemblePlan& plan, const std::f
   arena.execute([&] {
     oneapi::tbb::parallel_for(0, plan.starts, [&](int k) {
       if (plan.stop()) return;
-      outcomes[static_cast<std::size_t>(k)] = outcome_of(scene, plan, k, columns, all.t);
+      outcomes[static_cast<std::size_t>(k)] = outcome_of(scene, near, plan, k, columns, all.t);
       const std::lock_guard lock(guard);
       if (on_progress) on_progress(static_cast<double>(++done) / plan.starts);
     });

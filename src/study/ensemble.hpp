@@ -23,40 +23,44 @@ inline constexpr std::array<double, 5> band_levels{0.05, 0.25, 0.5, 0.75, 0.95};
 
 struct EnsemblePlan {
   std::string formulation = "nonsmooth";
-  int starts = 100;         ///< at least 2
+  int starts = 100;  ///< at least 2
   std::uint64_t seed = 1;
-  Perturbation how{.turn = 0};       ///< by default all begin at the scene's own crank angle: a band is of one phase
-  int rows = 200;                    ///< of the bands, evenly from the discarded time to the end; at least 2
+  Perturbation how{.turn =
+                       0};  ///< by default all begin at the scene's own crank angle: a band is of one phase
+  int rows = 200;           ///< of the bands, evenly from the discarded time to the end; at least 2
   std::vector<std::string> columns = {};  ///< of trajectory.csv; none: the contacts' gaps, or all positions
-  int threads = 0;                   ///< 0: all cores
+  int threads = 0;                        ///< 0: all cores
   StopToken stop = {};
 };
 
 /// Values of the starts, in short.
 struct Spread {
-  Interval of;         ///< count, mean, 95 % of the mean, least and greatest
-  double error = 0;    ///< standard error of the mean; NaN for fewer than two
+  Interval of;                                        ///< count, mean, 95 % of the mean, least and greatest
+  double error = 0;                                   ///< standard error of the mean; NaN for fewer than two
   std::array<double, band_levels.size()> quantile{};  ///< NaN without values
 };
 Spread spread(std::vector<double> values);
 
 struct Ensemble {
-  std::vector<std::string> statistics;     ///< paths in run.json, those that any run has
-  std::vector<std::vector<double>> runs;   ///< of each start, of each statistic; NaN: absent
-  std::vector<Spread> spreads;             ///< of each statistic
+  std::vector<std::string> statistics;    ///< paths in run.json, those that any run has
+  std::vector<std::vector<double>> runs;  ///< of each start, of each statistic; NaN: absent
+  std::vector<Spread> spreads;            ///< of each statistic
   std::vector<std::string> columns;
-  std::vector<double> t;                   ///< s
-  std::vector<Spread> bands;               ///< of t and columns, columns side by side
-  std::vector<std::string> failures;       ///< of each start; empty where it finished
+  std::vector<double> t;                     ///< s
+  std::vector<Spread> bands;                 ///< of t and columns, columns side by side
+  std::vector<std::string> failures;         ///< of each start; empty where it finished
   double wall_seconds = 0, cpu_seconds = 0;  ///< CPU: of the runs, with their starts
   long steps = 0;
   bool interrupted = false;
 
   std::size_t finished() const;
-  const Spread& band(std::size_t row, std::size_t column) const { return bands[row * columns.size() + column]; }
+  const Spread& band(std::size_t row, std::size_t column) const {
+    return bands[row * columns.size() + column];
+  }
 };
 
 /// Runs them. Throws SceneError where starts are all alike, a column is none, or what is kept does not fit in two gigabytes.
-Ensemble run_ensemble(const Scene& scene, const EnsemblePlan& plan, const std::function<void(double)>& on_progress);
+Ensemble run_ensemble(const Scene& scene, const EnsemblePlan& plan,
+                      const std::function<void(double)>& on_progress);
 
 }  // namespace freeplay

@@ -10,6 +10,7 @@
 #include "io/run_folder.hpp"
 #include "model/contacts.hpp"
 #include "model/scene.hpp"
+#include "study/near_pose.hpp"
 
 namespace freeplay {
 namespace {
@@ -37,8 +38,9 @@ std::vector<Scene> perturbed_starts(const Scene& scene, const Sampling& sampling
   std::vector<Scene> starts;
   if (sampling.starts < 2 || contact_names(scene.mechanism).empty()) return starts;
   try {
+    const auto near = near_pose(scene, conduct.stop);
     for (int i = 0; i < sampling.starts; ++i) {
-      auto moved = perturbed(scene, conduct.stop, sampling.seed, first + i, sampling.how);
+      auto moved = perturbed(scene, near, conduct.stop, sampling.seed, first + i, sampling.how);
       moved.instruments.clear();
       moved.run.discard = 0;
       const auto* drive = main_drive(scene.mechanism);

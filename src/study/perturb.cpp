@@ -10,7 +10,9 @@
 #include "facade/simulation.hpp"
 #include "io/located.hpp"
 #include "model/assembly.hpp"
+#include "model/planar.hpp"
 #include "model/scene.hpp"
+#include "study/near_pose.hpp"
 
 namespace freeplay {
 namespace {
@@ -71,6 +73,11 @@ bool differ(const Scene& scene, const Perturbation& how) {
 
 Scene perturbed(const Scene& scene, const StopToken& stop, std::uint64_t seed, int start,
                 const Perturbation& how) {
+  return perturbed(scene, near_pose(scene, stop), stop, seed, start, how);
+}
+
+Scene perturbed(const Scene& scene, const std::vector<double>& near, const StopToken& stop,
+                std::uint64_t seed, int start, const Perturbation& how) {
   std::mt19937_64 engine(seed + 0x9e3779b97f4a7c15u * static_cast<std::uint64_t>(start));
   engine.discard(8);
   Scene ideal = scene;
@@ -79,6 +86,10 @@ Scene perturbed(const Scene& scene, const StopToken& stop, std::uint64_t seed, i
   ideal.run.discard = 0;
   const double turned = how.turn * uniform(engine);
   offset(ideal.mechanism, scene.mechanism, engine, how.play);
+  for (std::size_t b = 0; !near.empty() && b < ideal.mechanism.bodies.size(); ++b) {
+    ideal.mechanism.bodies[b].position = planar::position(near.data(), b);
+    ideal.mechanism.bodies[b].angle = planar::angle(near.data(), b);
+  }
 
   // Places that are given hold with the joints' own play, not with what it is drawn to.
   const auto from =

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "sim/stop.hpp"
 
@@ -24,5 +25,8 @@ bool differ(const Scene& scene, const Perturbation& how);
 /// the ideal mechanism cannot be assembled or moved.
 Scene perturbed(const Scene& scene, const StopToken& stop, std::uint64_t seed, int start,
                 const Perturbation& how);
+/// The same, of many starts: `near` is the scene's near_pose().
+Scene perturbed(const Scene& scene, const std::vector<double>& near, const StopToken& stop,
+                std::uint64_t seed, int start, const Perturbation& how);
 
 }  // namespace freeplay

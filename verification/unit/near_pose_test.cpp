@@ -1,0 +1,37 @@
+// Starts found from near by are those found from afar, to rounding.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "io/open_scene.hpp"
+#include "model/scene.hpp"
+#include "study/near_pose.hpp"
+#include "study/perturb.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+
+TEST_CASE("perturbed starts are the same from a near pose as from the positions given", "[study][near]") {
+  for (const char* scene_of : {"flores2011", "four-bar", "six-bar", "seven-body"}) {
+    CAPTURE(scene_of);
+    const auto scene = open_scene(test::source_folder() / "cases" / scene_of / "scene.toml");
+    if (!differ(*scene, {})) continue;
+    const auto near = near_pose(*scene, {});
+    for (int start = 0; start < 4; ++start) {
+      const auto a = perturbed(*scene, near, {}, 5, start, {}),
+                 b = perturbed(*scene, std::vector<double>(), {}, 5, start, {});
+      for (std::size_t i = 0; i < a.mechanism.bodies.size(); ++i) {
+        const auto &x = a.mechanism.bodies[i], &y = b.mechanism.bodies[i];
+        // Closed to rounding by both; then the penalty formulation turns the ideal mechanism by up to a turn.
+        CHECK((x.position - y.position).norm() <= 1e-9);
+        CHECK(std::abs(x.angle - y.angle) <= 1e-8);
+      }
+    }
+  }
+}
+
+TEST_CASE("a near pose is of what closes in isolated poses", "[study][near]") {
+  CHECK(near_pose(*open_scene(test::flores()), {}).size() == 9);
+  CHECK(near_pose(*open_scene(test::source_folder() / "cases/double-pendulum/scene.toml"), {}).empty());
+  CHECK(near_pose(*open_scene(test::flores(), {"run.start=equilibrium"}), {}).empty());
+}
