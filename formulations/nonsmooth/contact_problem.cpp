@@ -115,7 +115,8 @@ ContactSolution ContactProblem::solve() {
       if (s.retries > 0) c.impulse_n = c.impulse_t = 0;
     const bool found = attempt(way, accepted, s.pivots);
     s.residual_rate = residual();
-    s.solved = found && std::isfinite(s.residual_rate) && s.residual_rate <= std::max(accepted, attainable());
+    s.solved = found && std::isfinite(s.residual_rate) &&
+               (s.residual_rate <= accepted || s.residual_rate <= attainable());
     if (s.solved) {
       judged = true;
       break;

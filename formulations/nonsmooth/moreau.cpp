@@ -53,6 +53,7 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
     response_.resize(static_cast<std::size_t>(rows) * system.n());
     reaction_.resize(static_cast<std::size_t>(rows) * system.rows());
   }
+  late_multipliers_ = !many_ && !films_.any() && coupled_.size() == 0;
   rows_.resize(rows);
   end_impulse_.resize(static_cast<std::size_t>(rows));
   least_impulse_.resize(static_cast<std::size_t>(rows));
@@ -237,9 +238,15 @@ bool MoreauStepper::solve_velocities(double h, const double* v_force) {
   ++work_.rhs;
   const Sweep sweep{h, v_old_.data(), v_force};
   system_.forces(t_old_ + 0.5 * h, q_mid_.data(), v_force, z_mid_.data(), e_, {&sweep});
-  for (int i = 0; i < n; ++i) force_[i] = system_.mass()[i] * v_old_[i] + h * e_.force[i];
-  for (int k = 0; k < m; ++k) r_[k] = -e_.phi_t[k] + 0.5 * h * e_.gamma[k];
-  saddle_.solve(force_.data(), r_.data(), v_.data(), lambda_.data());
+  {
+    double *f = force_.data(), *r = r_.data();
+    const double *mass = system_.mass().data(), *v = v_old_.data(), *force = e_.force.data(),
+                 *phi_t = e_.phi_t.data(), *gamma = e_.gamma.data();
+    for (int i = 0; i < n; ++i) f[i] = mass[i] * v[i] + h * force[i];
+    for (int k = 0; k < m; ++k) r[k] = -phi_t[k] + 0.5 * h * gamma[k];
+  }
+  saddle_.solve(force_.data(), r_.data(), v_.data(), lambda_.data(),
+                late_multipliers_ ? Multipliers::kept : Multipliers::all);
   if (!saddle_.converged()) {
     failure_ = fmt::format(
         "t = {:.9g} s: constraint rows depend on each other and cannot be met together: a singular position, "
@@ -274,6 +281,13 @@ bool MoreauStepper::solve_velocities(double h, const double* v_force) {
         }
   }
   if (many_) react_to_all();
+  if (late_multipliers_) {
+    for (const auto& u : problem_.unknowns) {
+      if (u.normal >= 0) rows_[u.normal].add_to(force_.data(), u.impulse_n);
+      if (u.tangent >= 0) rows_[u.tangent].add_to(force_.data(), u.impulse_t);
+    }
+    saddle_.finish(force_.data(), v_.data(), lambda_.data());
+  }
   return true;
 }
 

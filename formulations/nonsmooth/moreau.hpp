@@ -284,6 +284,8 @@ class MoreauStepper {
     }
   };
 
+  using Multipliers = SaddlePoint::Multipliers;
+
   const System& system_;
   double step_;  // s, fixed; 0: controlled from outside
   SaddlePoint saddle_;
@@ -303,6 +305,9 @@ class MoreauStepper {
   std::vector<double> driven_;  // of each friction's row: > 0, no force moves it, for its rate is prescribed
   Eigen::VectorXd bound_image_, bound_start_;
   std::vector<ContactUnknown> found_;                // one motion, while others are looked for
+  /// Multipliers of eliminated rows are found once, from the velocities that all impulses give. Not where they are asked for while
+  /// impulses are looked for, nor where react_to_all() finds them.
+  bool late_multipliers_ = false;
   bool redundant_;                                   // rows depend on each other from the start on
   ContactRow end_row_;                               // what meet_rates() looks at
   std::vector<double> end_impulse_, least_impulse_;  // N s, of its rows, and how far back they may go

@@ -119,30 +119,30 @@ void MoreauStepper::account(double h) {
   const bool met = reach_ == Reach::closed && system_.drive_rows() > 0;
   const auto& G = system_.pattern();
   const int* column = G.column.data();
-  const double *value = e_.G.data(), *v0 = v_old_.data(), *v1 = v_.data();
+  for (int i = 0; i < n; ++i) v_mean_[i] = 0.5 * (v_old_[i] + v_[i]);
+  const double *value = e_.G.data(), *mean = v_mean_.data();
+  double drive = integrals_.drive, stabilisation = integrals_.stabilisation;
   for (int k = 0, e = 0; k < G.rows; ++k) {
-    integrals_.drive += lambda_[k] * e_.phi_t[k];
-    double before = 0, after = 0;  // rates of the row
-    for (const int end = G.begin[k + 1]; e < end; ++e) {
-      before += value[e] * v0[column[e]];
-      after += value[e] * v1[column[e]];
-    }
-    const double work = lambda_[k] * (0.5 * (before + after) + e_.phi_t[k]);
+    const double impulse = lambda_[k], driven = e_.phi_t[k];
+    drive += impulse * driven;
+    double rate = 0;
+    for (const int end = G.begin[k + 1]; e < end; ++e) rate += value[e] * mean[column[e]];
+    const double work = impulse * (rate + driven);
     // What follows a curve has its own rates at both ends of the step: it is driven at their mean, not at that of its curve.
-    if (met || (k >= first_driven && e_.phi_t[k] != 0))
-      integrals_.drive -= work;
+    if (met || (k >= first_driven && driven != 0))
+      drive -= work;
     else
-      integrals_.stabilisation -= work;
+      stabilisation -= work;
   }
+  integrals_.drive = drive;
+  integrals_.stabilisation = stabilisation;
   if (films_.any()) integrals_.film += films_.loss(v_old_.data(), v_.data());
   double gain = 0, approach = 0;  // approach: Σ P_N |u_N⁻|
   for (const int k : live_)
     if (const auto& c = contacts_[k]; c.unknown >= 0)
       approach += problem_.unknowns[c.unknown].impulse_n * std::max(0.0, -c.u_n_minus);
   for (const auto& c : problem_.unknowns) {
-    const auto mean_rate = [&](int row) {
-      return 0.5 * (row_of(row).dot(v_old_.data()) + row_of(row).dot(v_.data()));
-    };
+    const auto mean_rate = [&](int row) { return row_of(row).dot(mean); };
     double work = 0;
     if (c.normal >= 0) {
       const double normal = c.impulse_n * mean_rate(c.normal);
@@ -162,7 +162,6 @@ void MoreauStepper::account(double h) {
     extremes_.count_gain(gain > (step_ > 0 ? 1e-3 : 1e-5) * approach ? gain : 0,
                          system_.kinetic(v_old_.data()), 1e-9);
   if (!system_.has_loads()) return;
-  for (int i = 0; i < n; ++i) v_mean_[i] = 0.5 * (v_old_[i] + v_[i]);
   const Sweep sweep{h, v_old_.data(), v_mean_.data()};
   system_.forces(t_old_ + 0.5 * h, q_mid_.data(), v_mean_.data(), z_mid_.data(), e_, {&sweep});
   integrals_.drive += h * e_.power.drive;
@@ -297,10 +296,12 @@ void MoreauStepper::book(double h) {
   const auto take = [&](int row, double impulse) {
     if (row < 0 || impulse == 0) return;
     push(place_of(row), impulse, within_.acceleration.data());
-    if (many_)
+    if (many_) {
       row_of(row).add_to(force_.data(), impulse);
-    else
-      for (int k = 0; k < m; ++k) struck_lambda_[k] += impulse * reaction(row)[k];
+      return;
+    }
+    if (late_multipliers_) saddle_.finish(rows_[row], response(row), reaction(row));
+    for (int k = 0; k < m; ++k) struck_lambda_[k] += impulse * reaction(row)[k];
   };
   for (const int k : live_) {
     const auto& c = contacts_[k];

@@ -46,7 +46,7 @@ bool MoreauStepper::find_struck(double h) {
   if (system_.rows() == 0)
     std::ranges::fill(a_gamma_, 0.0);
   else
-    saddle_.solve(nullptr, e_.gamma.data(), a_gamma_.data(), lambda_dq_.data());
+    saddle_.solve(nullptr, e_.gamma.data(), a_gamma_.data(), lambda_dq_.data(), Multipliers::kept);
   any = false;
   for (const int k : live_) {
     auto& c = contacts_[k];
@@ -121,25 +121,41 @@ bool MoreauStepper::solve_contacts() {
     return result.solved || unsolved(result);
   }
   for (int r = 0; r < problem_.rows; ++r) {
-    saddle_.respond(rows_[r], nullptr, 0, response(r), reaction(r));
+    saddle_.respond(rows_[r], nullptr, 0, response(r), reaction(r),
+                    late_multipliers_ ? Multipliers::kept : Multipliers::all);
     if (films_.any()) films_.relax(response(r), reaction(r));
   }
-  for (int r = 0; r < problem_.rows; ++r)
-    for (int s = 0; s <= r; ++s) problem_.D(r, s) = problem_.D(s, r) = rows_[r].dot(response(s));
+  {
+    double* D = problem_.D.data();
+    const auto size = problem_.D.rows();
+    for (int r = 0; r < problem_.rows; ++r) {
+      const auto& row = rows_[r];
+      for (int s = 0; s <= r; ++s) D[r + s * size] = D[s + r * size] = row.dot(response(s));
+    }
+  }
   if (films_.any())  // cavitated, they answer one way otherwise than back
     for (int r = 0; r < problem_.rows; ++r)
       for (int s = r + 1; s < problem_.rows; ++s) problem_.D(r, s) = rows_[r].dot(response(s));
   const auto result = coupled_.size() > 0 ? solve_bounds() : solve_laws();
   if (!result.solved) return unsolved(result);
   if (problem_.doubtful()) tell_painleve(result);
+  double *v = v_.data(), *lambda = lambda_.data();
   const auto apply = [&](int row, double impulse) {
     if (row < 0 || impulse == 0) return;
-    for (int i = 0; i < n; ++i) v_[i] += impulse * response(row)[i];
-    for (int k = 0; k < m; ++k) lambda_[k] += impulse * reaction(row)[k];
+    const double *a = response(row), *l = reaction(row);
+    for (int i = 0; i < n; ++i) v[i] += impulse * a[i];
+    for (int k = 0; k < m; ++k) lambda[k] += impulse * l[k];
   };
   for (const auto& c : problem_.unknowns) {
-    apply(c.normal, c.impulse_n);
-    apply(c.tangent, c.impulse_t);
+    if (c.impulse_n == 0 || c.impulse_t == 0) {
+      apply(c.normal, c.impulse_n);
+      apply(c.tangent, c.impulse_t);
+      continue;
+    }
+    const double *a = response(c.normal), *l = reaction(c.normal), *b = response(c.tangent),
+                 *s = reaction(c.tangent);
+    for (int i = 0; i < n; ++i) v[i] = v[i] + c.impulse_n * a[i] + c.impulse_t * b[i];
+    for (int k = 0; k < m; ++k) lambda[k] = lambda[k] + c.impulse_n * l[k] + c.impulse_t * s[k];
   }
   return true;
 }

@@ -23,7 +23,7 @@ void MoreauStepper::draw_closed(double t_new) {
       respond(place);
       push(place, -c.gap / along(c.row.normal, place), q_.data());
     } else {
-      saddle_.respond(c.row.normal, nullptr, 0, dq_.data(), lambda_dq_.data());
+      saddle_.respond(c.row.normal, nullptr, 0, dq_.data(), lambda_dq_.data(), Multipliers::kept);
       const double by = c.gap / c.row.normal.dot(dq_.data());
       for (int i = 0; i < system_.n(); ++i) q_[i] -= by * dq_[i];
     }
@@ -40,7 +40,7 @@ void MoreauStepper::book_leads() {
     const bool timed = k >= first_driven && (e_.phi_t[k] != 0 || end_.phi_t[k] != 0);
     r_[k] = timed ? -end_.phi[k] : 0;
   }
-  saddle_.solve(nullptr, r_.data(), dq_.data(), lambda_dq_.data());
+  saddle_.solve(nullptr, r_.data(), dq_.data(), lambda_dq_.data(), Multipliers::kept);
   for (int i = 0; i < system_.n(); ++i) dq_[i] += q_[i];
   const double lift = system_.potential(dq_.data()) - system_.potential(q_.data());
   integrals_.drive += lift;
@@ -53,16 +53,17 @@ bool MoreauStepper::bring_back(double t_new) {
   const int n = system_.n(), m = system_.rows();
   const double potential = system_.potential(q_.data());
   if (films_.any()) films_.displace(q_.data(), [&](int k) { return contacts_[k].unknown >= 0; });
-  system_.place(t_new, q_.data(), end_);
+  const auto place_end = [&] { system_.place_near(t_new, q_.data(), q_mid_.data(), e_, end_); };
+  place_end();
   const auto move = [&](const double* dq) {
     for (int i = 0; i < n; ++i) q_[i] += dq[i];
   };
   if (system_.has_motions()) book_leads();
   if (m > 0) {
     for (int k = 0; k < m; ++k) r_[k] = -end_.phi[k];
-    saddle_.solve(nullptr, r_.data(), dq_.data(), lambda_dq_.data());
+    saddle_.solve(nullptr, r_.data(), dq_.data(), lambda_dq_.data(), Multipliers::kept);
     move(dq_.data());
-    system_.place(t_new, q_.data(), end_);
+    place_end();
   }
   if (near_) keep_near(0, q_.data(), nullptr, nullptr);
   const auto look = [&] {
@@ -71,7 +72,7 @@ bool MoreauStepper::bring_back(double t_new) {
   look();
   const bool held = many_ && hold_lasting();
   if (held) {
-    system_.place(t_new, q_.data(), end_);
+    place_end();
     look();
   }
   bool moved = false;
@@ -118,7 +119,7 @@ bool MoreauStepper::bring_back(double t_new) {
     }
     for (const auto& u : p.unknowns)
       if (u.impulse_n > 0) push(place_of(u.normal), u.impulse_n, q_.data());
-    system_.place(t_new, q_.data(), end_);
+    place_end();
   }
   if (reach_ == Reach::closed) draw_closed(t_new);
   integrals_.stabilisation += system_.potential(q_.data()) - potential;

@@ -33,7 +33,7 @@ void MoreauStepper::Many::begin(SaddlePoint& saddle) {
 /// The response to rows_[place]; with many contacts each is computed once a step.
 void MoreauStepper::respond(int place) {
   if (!many_) {
-    saddle_.respond(rows_[place], nullptr, 0, response(place), reaction(place));
+    saddle_.respond(rows_[place], nullptr, 0, response(place), reaction(place), Multipliers::kept);
   } else if (!many_->taken[place]) {
     many_->responses.take(place, rows_[place]);
     many_->taken[place] = 1;

@@ -74,6 +74,10 @@ class System {
   /// Fills cosine, sine, phi, phi_t and G.
   template <class T>
   void place(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e) const;
+  /// The same near a configuration q_from that `from` was placed at: sines and cosines are continued from there, to rounding, so
+  /// that a time step calls the library once a body.
+  void place_near(double t, const double* q, const double* q_from, const Evaluation& from,
+                  Evaluation& e) const;
   /// Fills gamma; needs place().
   template <class T>
   void rate(const T* q, const T* v, EvaluationOf<T>& e) const;
@@ -208,6 +212,8 @@ class System {
     over(std::get<std::vector<MeshRow<InvoluteMesh>>>(constraints_));
     over(std::get<std::vector<MeshRow<RackMesh>>>(constraints_));
   }
+  template <class T>
+  void place_rows(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e) const;
   template <class Element>
   void add(Builder& builder, const Element& element, int joint);
   template <class Element>

@@ -76,7 +76,8 @@ double System::kinetic(const double* v) const {
 
 double System::potential(const double* q) const {
   double sum = 0;
-  for (std::size_t b = 0; b < mass_.size(); b += 3)
+  const bool heavy = gravity_.x() != 0 || gravity_.y() != 0;
+  for (std::size_t b = 0; heavy && b < mass_.size(); b += 3)
     sum -= mass_[b] * (gravity_.x() * q[b] + gravity_.y() * q[b + 1]);
   if (!acts_) return sum;
   const Placement placement{q};

@@ -6,6 +6,44 @@
 
 namespace freeplay {
 
+namespace {
+
+/// Turns further than this (rad) are left to the library; below, the series' first terms that are left out, δ⁷/5040 and δ⁸/40320, are
+/// under a hundredth of a double's rounding of 1.
+constexpr double longest_continued_turn = 1.0 / 128;
+
+}  // namespace
+
+void System::place_near(double t, const double* q, const double* q_from, const Evaluation& from,
+                        Evaluation& e) const {
+  const double *cosine = from.cosine.data(), *sine = from.sine.data();
+  const auto bodies = e.cosine.size();
+  for (std::size_t b = 0; b < bodies; ++b) {
+    const double theta = q[3 * b + 2], turn = theta - q_from[3 * b + 2];
+    if (theta == 0) {
+      e.cosine[b] = 1;
+      e.sine[b] = theta;
+    } else if (std::abs(turn) <= longest_continued_turn) {
+      // cos(θ + δ) = c − (s sin δ + c (1 − cos δ)), likewise the sine: what is added is small, and so is its rounding.
+      const double square = turn * turn, c = cosine[b], s = sine[b];
+      const double sin = turn - turn * square * (1.0 / 6 - square * (1.0 / 120)),
+                   less = square * (0.5 - square * (1.0 / 24 - square * (1.0 / 720)));
+      e.cosine[b] = c - (s * sin + c * less);
+      e.sine[b] = s + (c * sin - s * less);
+    } else {
+      const double c = std::cos(theta), s = std::sin(theta);
+      e.cosine[b] = c;
+      e.sine[b] = s;
+    }
+  }
+  place_rows(t, q, e);
+}
+
+template <class T>
+[[gnu::flatten]] void System::place_rows(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e) const {
+  each_row([&](const auto& row) { row.place(t, q, e); });
+}
+
 template <class T>
 void System::place(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e) const {
   using std::cos, std::sin;
@@ -21,11 +59,11 @@ void System::place(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e) co
     e.cosine[b] = c;
     e.sine[b] = s;
   }
-  each_row([&](const auto& row) { row.place(t, q, e); });
+  place_rows(t, q, e);
 }
 
 template <class T>
-void System::rate(const T* q, const T* v, EvaluationOf<T>& e) const {
+[[gnu::flatten]] void System::rate(const T* q, const T* v, EvaluationOf<T>& e) const {
   each_row([&](const auto& row) {
     if constexpr (requires { row.rate(q, v, e); }) row.rate(q, v, e);
   });
@@ -35,7 +73,7 @@ Vec2 System::eccentricity(int k, const double* q, const Evaluation& e) const {
   return arms(link_of(k), q, e).d;
 }
 
-double System::gap(const Pair& any, const double* q, const Evaluation& e) {
+[[gnu::flatten]] double System::gap(const Pair& any, const double* q, const Evaluation& e) {
   return std::visit(
       [&](const auto& pair) {
         const auto d = arms(pair.link, q, e).d;
@@ -53,7 +91,7 @@ GapMotion System::gap_motion(int k, const MotionBounds& bounds, const double* q,
 }
 
 template <class T>
-void System::contact(const Pair& any, const ContactFacts& facts, const T* q, const T* v,
+[[gnu::flatten]] void System::contact(const Pair& any, const ContactFacts& facts, const T* q, const T* v,
                      const EvaluationOf<T>& e, ContactRowOf<T>& row) {
   row.normal.clear();
   row.tangent.clear();

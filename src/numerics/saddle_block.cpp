@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace freeplay {
 namespace {
@@ -15,8 +16,8 @@ constexpr int most_iterations = 50;
 constexpr double rounding =
     16 * std::numeric_limits<double>::epsilon();  // of the terms that a sum is made of
 
-/// In-place Cholesky of the lower triangle of a small dense matrix, column by column; false on a pivot below
-/// `least` times the diagonal it came from. `ratio`: the least pivot over its diagonal.
+/// In-place Cholesky of the lower triangle of a small dense matrix, column by column, with the inverses of the factor's diagonal in
+/// its place: solves then divide by nothing; false on a pivot below `least` times the diagonal it came from. `ratio`: the least pivot over its diagonal.
 bool cholesky(Eigen::MatrixXd& S, double least, double& ratio) {
   ratio = 1;
   const Eigen::Index m = S.rows();
@@ -26,38 +27,42 @@ bool cholesky(Eigen::MatrixXd& S, double least, double& ratio) {
     for (Eigen::Index k = 0; k < j; ++k) pivot -= S(j, k) * S(j, k);
     ratio = std::min(ratio, pivot / diagonal);
     if (!(pivot > least * diagonal)) return false;
-    const double root = std::sqrt(pivot);
-    S(j, j) = root;
+    const double inverse = 1 / std::sqrt(pivot);
+    S(j, j) = inverse;
     for (Eigen::Index i = j + 1; i < m; ++i) {
       double x = S(i, j);
       for (Eigen::Index k = 0; k < j; ++k) x -= S(i, k) * S(j, k);
-      S(i, j) = x / root;
+      S(i, j) = x * inverse;
     }
   }
   return true;
 }
 
-/// (S + εI) λ = G M⁻¹ f − r + ε λ_previous, then a = M⁻¹ (f − Gᵀ λ). `size`: of λ, 0: any; the same operations in the same
-/// order whatever it is.
+/// (S + εI) λ = G M⁻¹ f − r + ε λ_previous, then a = M⁻¹ (f − Gᵀ λ), in the vectors of `at`. `size`: of λ, 0: any; the same
+/// operations in the same order whatever it is.
 template <int size>
-void solve_dense(const CsrPattern& G, const double* value, const double* mobility, const double* S,
-                 double epsilon, const double* f, const double* r, const double* previous, double* a,
-                 double* lambda) {
-  const int n = G.columns, m = size > 0 ? size : G.rows;
-  const int *begin = G.begin.data(), *column = G.column.data();
+void solve_dense(const int* begin, const SaddleBlock::Places& at, const double* value, const double* S,
+                 double epsilon, const double* f, const double* r, const double* previous, double* room,
+                 double* a, double* lambda) {
+  const int n = static_cast<int>(at.columns.size()), m = size > 0 ? size : static_cast<int>(at.rows.size());
+  const int *columns = at.columns.data(), *rows = at.rows.data(), *column = at.column.data();
+  const double* mobility = at.mobility.data();
   double few[size > 0 ? size : 1];
-  double* x = size > 0 ? few : lambda;
-  for (int c = 0; c < n; ++c) a[c] = f ? f[c] * mobility[c] : 0;
+  double* x = size > 0 ? few : room;
+  if (f)
+    for (int i = 0; i < n; ++i) a[columns[i]] = f[columns[i]] * mobility[columns[i]];
+  else
+    for (int i = 0; i < n; ++i) a[columns[i]] = 0;
 #pragma GCC unroll 4
   for (int k = 0; k < m; ++k) {
     double image = 0;
     if (f)
       for (int e = begin[k]; e < begin[k + 1]; ++e) image += value[e] * a[column[e]];
-    x[k] = image - (r ? r[k] : 0) + (previous ? epsilon * previous[k] : 0);
+    x[k] = image - (r ? r[rows[k]] : 0) + (previous ? epsilon * previous[k] : 0);
   }
 #pragma GCC unroll 4
   for (int j = 0; j < m; ++j) {
-    x[j] /= S[j + j * m];
+    x[j] *= S[j + j * m];
 #pragma GCC unroll 4
     for (int i = j + 1; i < m; ++i) x[i] -= S[i + j * m] * x[j];
   }
@@ -66,11 +71,11 @@ void solve_dense(const CsrPattern& G, const double* value, const double* mobilit
     double y = x[j];
 #pragma GCC unroll 4
     for (int i = j + 1; i < m; ++i) y -= S[i + j * m] * x[i];
-    x[j] = y / S[j + j * m];
+    x[j] = y * S[j + j * m];
   }
 #pragma GCC unroll 4
   for (int k = 0; k < m; ++k) {
-    if (size > 0) lambda[k] = x[k];
+    lambda[rows[k]] = x[k];
     for (int e = begin[k]; e < begin[k + 1]; ++e) a[column[e]] -= value[e] * x[k] * mobility[column[e]];
   }
 }
@@ -178,6 +183,13 @@ SaddleBlock::SaddleBlock(std::span<const double> mass, const CsrPattern& G, Solv
       previous_(G.rows) {
   for (double m : mass_) inverse_mass_.push_back(1 / m);
   values_.resize(G.column.size());
+  room_.resize(static_cast<std::size_t>(G.rows));
+  own_.columns.resize(static_cast<std::size_t>(G.columns));
+  own_.rows.resize(static_cast<std::size_t>(G.rows));
+  std::iota(own_.columns.begin(), own_.columns.end(), 0);
+  std::iota(own_.rows.begin(), own_.rows.end(), 0);
+  own_.column = G.column;
+  own_.mobility = inverse_mass_;
   if (!dense_) {
     klu_ = std::make_unique<Klu>(G_, mass_);
     return;
@@ -194,9 +206,19 @@ SaddleBlock::~SaddleBlock() = default;
 SaddleBlock::SaddleBlock(SaddleBlock&&) noexcept = default;
 
 bool SaddleBlock::factor(const double* G_values) {
-  values_.assign(G_values, G_values + values_.size());
-  for (double x : values_)
-    if (!std::isfinite(x)) return false;
+  std::copy_n(G_values, values_.size(), values_.begin());
+  return factor_taken();
+}
+
+bool SaddleBlock::factor_at(const double* G_values, const int* entries) {
+  for (std::size_t e = 0; e < values_.size(); ++e) values_[e] = G_values[entries[e]];
+  return factor_taken();
+}
+
+bool SaddleBlock::factor_taken() {
+  double none = 0;  // of finite values
+  for (const double x : values_) none += x - x;
+  if (none != 0) return false;
   proximal_ = redundant_;
   epsilon_ = 0;
   return dense_ ? factor_dense() : factor_sparse();
@@ -204,9 +226,10 @@ bool SaddleBlock::factor(const double* G_values) {
 
 bool SaddleBlock::factor_dense() {
   const auto assemble = [&] {
-    S_.setZero();
     double* S = S_.data();
-    for (const auto& p : products_) S[p.entry] += values_[p.e1] * values_[p.e2] * inverse_mass_[p.c];
+    const double *value = values_.data(), *mobility = inverse_mass_.data();
+    std::fill_n(S, S_.size(), 0.0);
+    for (const auto& p : products_) S[p.entry] += value[p.e1] * value[p.e2] * mobility[p.c];
   };
   if (G_.rows == 0) return true;
   assemble();
@@ -237,26 +260,36 @@ bool SaddleBlock::factor_sparse() {
   return klu_->factor(values_, epsilon_);
 }
 
+/// Kernels of fixed size for the small blocks that most mechanisms fall into.
+void SaddleBlock::solve_densely(const Places& at, const double* f, const double* r, const double* previous,
+                                double* a, double* lambda) {
+  const auto by = [&](auto kernel) {
+    kernel(G_.begin.data(), at, values_.data(), S_.data(), epsilon_, f, r, previous, room_.data(), a, lambda);
+  };
+  switch (G_.rows) {
+    case 1:
+      return by(solve_dense<1>);
+    case 2:
+      return by(solve_dense<2>);
+    case 3:
+      return by(solve_dense<3>);
+    case 4:
+      return by(solve_dense<4>);
+    default:
+      return by(solve_dense<0>);
+  }
+}
+
+void SaddleBlock::solve_at(const Places& at, const double* f, const double* r, double* a, double* lambda) {
+  solve_densely(at, f, r, nullptr, a, lambda);
+}
+
 void SaddleBlock::solve_once(const double* f, const double* r, const double* previous, double* a,
                              double* lambda) {
   const int n = G_.columns, m = G_.rows;
   if (dense_) {
-    // Kernels of fixed size for the small blocks that most mechanisms fall into.
-    const auto by = [&](auto kernel) {
-      kernel(G_, values_.data(), inverse_mass_.data(), S_.data(), epsilon_, f, r, previous, a, lambda);
-    };
-    switch (m) {
-      case 1:
-        return by(solve_dense<1>);
-      case 2:
-        return by(solve_dense<2>);
-      case 3:
-        return by(solve_dense<3>);
-      case 4:
-        return by(solve_dense<4>);
-      default:
-        return by(solve_dense<0>);
-    }
+    solve_densely(own_, f, r, previous, a, lambda);
+    return;
   }
   auto& x = klu_->rhs;
   for (int c = 0; c < n; ++c) x[c] = f ? f[c] : 0;

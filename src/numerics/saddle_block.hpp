@@ -17,6 +17,7 @@
 #include <Eigen/Core>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "numerics/sparse.hpp"
 #include "values/memory.hpp"
@@ -39,8 +40,20 @@ class SaddleBlock {
 
   /// Takes new values of G. False when no factorisation was found (values not finite).
   [[nodiscard]] bool factor(const double* G_values);
+  /// The same where the block's values stand at `entries` among others.
+  [[nodiscard]] bool factor_at(const double* G_values, const int* entries);
   /// Solves for a (columns) and λ (rows); f and r may be null for zero. Allocates nothing on the dense path.
   void solve(const double* f, const double* r, double* a, double* lambda);
+  /// Where a greater system has the block's coordinates and rows.
+  struct Places {
+    std::vector<int> columns, rows;
+    std::vector<int> column;         ///< of each entry
+    std::span<const double> mobility;  ///< 1/M of the greater system
+  };
+  /// The same in a greater system's vectors, of which only the block's places are read and written. The operations are those
+  /// of solve(), in the same order. For the dense path without dependent rows (direct()).
+  void solve_at(const Places& at, const double* f, const double* r, double* a, double* lambda);
+  bool direct() const { return dense_ && !proximal_; }
 
   /// Rounding of the r that follow, absolute, where it is more than theirs: dependent rows are met to that.
   void expect_noise(double of_r) { noise_ = of_r; }
@@ -64,8 +77,11 @@ class SaddleBlock {
   struct Product {  // S(row, col) += G_values[e1] G_values[e2] / M[c]
     int entry, e1, e2, c;
   };
+  bool factor_taken();
   bool factor_dense();
   bool factor_sparse();
+  void solve_densely(const Places& at, const double* f, const double* r, const double* previous, double* a,
+                     double* lambda);
   void solve_once(const double* f, const double* r, const double* previous, double* a, double* lambda);
 
   const CsrPattern G_;
@@ -74,6 +90,8 @@ class SaddleBlock {
   double epsilon_ = 0, noise_ = 0;
   double first_pivot_ = 0, least_pivot_ = 1;
   std::vector<Product> products_;
+  Places own_;  // each where it is
+  std::vector<double> room_;
   Eigen::MatrixXd S_;
   Eigen::VectorXd previous_;
   std::unique_ptr<Klu> klu_;

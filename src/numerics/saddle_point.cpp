@@ -68,7 +68,7 @@ SaddlePoint::SaddlePoint(std::span<const double> mass, const CsrPattern& G, Solv
     }
   for (int k = 0; k < G.rows; ++k)
     if (!gone_row[k]) rows_of[find(first[k])].push_back(k);
-  std::size_t most_columns = 0, most_rows = 0, most_entries = 0;
+  std::size_t most_columns = 0, most_rows = 0;
   std::map<int, std::vector<int>> columns_of_root;
   for (int c = 0; c < G.columns; ++c)
     if (!gone[c]) columns_of_root[find(c)].push_back(c);
@@ -83,11 +83,13 @@ SaddlePoint::SaddlePoint(std::span<const double> mass, const CsrPattern& G, Solv
     }
     CsrPattern pattern;
     pattern.columns = static_cast<int>(columns.size());
+    SaddleBlock::Places at{columns, rows, {}, inverse_mass_};
     for (const int k : rows) {
       for (int e = G.begin[k]; e < G.begin[k + 1]; ++e) {
         if (gone[G.column[e]]) continue;
         pattern.column.push_back(place[G.column[e]]);
         entries.push_back(e);
+        at.column.push_back(G.column[e]);
       }
       pattern.end_row();
     }
@@ -95,8 +97,7 @@ SaddlePoint::SaddlePoint(std::span<const double> mass, const CsrPattern& G, Solv
     for (const int c : columns) m.push_back(mass[c]);
     most_columns = std::max(most_columns, columns.size());
     most_rows = std::max(most_rows, rows.size());
-    most_entries = std::max(most_entries, entries.size());
-    parts_.push_back({columns, rows, entries, SaddleBlock(m, pattern, path, facts.redundant)});
+    parts_.push_back({at, entries, SaddleBlock(m, pattern, path, facts.redundant)});
   }
   for (int c = 0; c < G.columns; ++c)
     if (part_of_column_[c] < 0 && !gone[c]) {
@@ -104,7 +105,6 @@ SaddlePoint::SaddlePoint(std::span<const double> mass, const CsrPattern& G, Solv
       free_mobility_[c] = inverse_mass_[c];
     }
   largest_ = static_cast<int>(most_rows);
-  values_.resize(most_entries);
   for (auto* x : {&f_, &a_}) x->resize(most_columns);
   for (auto* x : {&r_, &lambda_}) x->resize(most_rows);
 }
@@ -119,21 +119,25 @@ bool SaddlePoint::factor(const double* G_values) {
     if (!std::isfinite(coupling_value_[i])) return false;
   }
   for (auto& part : parts_) {
-    for (std::size_t i = 0; i < part.entries.size(); ++i) values_[i] = G_values[part.entries[i]];
-    if (!part.block.factor(values_.data())) return false;
+    if (!part.block.factor_at(G_values, part.entries.data())) return false;
   }
   return true;
 }
 
 void SaddlePoint::solve_part(Part& part, const double* f, const double* r, double* a, double* lambda) {
+  if (part.block.direct()) {
+    part.block.solve_at(part.at, f, r, a, lambda);
+    return;
+  }
+  const auto &columns = part.at.columns, &rows = part.at.rows;
   if (f)
-    for (std::size_t i = 0; i < part.columns.size(); ++i) f_[i] = f[part.columns[i]];
+    for (std::size_t i = 0; i < columns.size(); ++i) f_[i] = f[columns[i]];
   if (r)
-    for (std::size_t i = 0; i < part.rows.size(); ++i) r_[i] = r[part.rows[i]];
+    for (std::size_t i = 0; i < rows.size(); ++i) r_[i] = r[rows[i]];
   part.block.solve(f ? f_.data() : nullptr, r ? r_.data() : nullptr, a_.data(), lambda_.data());
   converged_ = converged_ && part.block.converged();
-  for (std::size_t i = 0; i < part.columns.size(); ++i) a[part.columns[i]] = a_[i];
-  for (std::size_t i = 0; i < part.rows.size(); ++i) lambda[part.rows[i]] = lambda_[i];
+  for (std::size_t i = 0; i < columns.size(); ++i) a[columns[i]] = a_[i];
+  for (std::size_t i = 0; i < rows.size(); ++i) lambda[rows[i]] = lambda_[i];
 }
 
 /// Fills what is fixed of a; the right-hand side that is left for the other rows.
@@ -142,63 +146,77 @@ const double* SaddlePoint::know(const double* r, double* a) {
     for (const auto& x : fixed_) a[x.column] = 0;
     return nullptr;
   }
-  for (std::size_t i = 0; i < fixed_.size(); ++i) a[fixed_[i].column] = r[fixed_[i].row] / fixed_value_[i];
+  const double* value = fixed_value_.data();
+  for (const auto& x : fixed_) a[x.column] = r[x.row] / *value++;
   if (couplings_.empty()) return r;
-  for (std::size_t k = 0; k < reduced_r_.size(); ++k) reduced_r_[k] = r[k];
-  for (std::size_t i = 0; i < couplings_.size(); ++i)
-    reduced_r_[couplings_[i].row] -= coupling_value_[i] * a[fixed_[couplings_[i].fixed].column];
-  return reduced_r_.data();
+  double* reduced = reduced_r_.data();
+  std::copy_n(r, reduced_r_.size(), reduced);
+  value = coupling_value_.data();
+  for (const auto& x : couplings_) reduced[x.row] -= *value++ * a[fixed_[x.fixed].column];
+  return reduced;
 }
 
-void SaddlePoint::fixed_multipliers(const double* f, const double* a, double* lambda) const {
-  for (const auto& x : fixed_) lambda[x.row] = (f ? f[x.column] : 0) - x.mass * a[x.column];
-  for (std::size_t i = 0; i < couplings_.size(); ++i)
-    lambda[fixed_[couplings_[i].fixed].row] -= coupling_value_[i] * lambda[couplings_[i].row];
-  for (std::size_t i = 0; i < fixed_.size(); ++i) lambda[fixed_[i].row] /= fixed_value_[i];
+void SaddlePoint::finish(const double* f, const double* a, double* lambda) const {
+  if (f)
+    for (const auto& x : fixed_) lambda[x.row] = f[x.column] - x.mass * a[x.column];
+  else
+    for (const auto& x : fixed_) lambda[x.row] = 0 - x.mass * a[x.column];
+  const double* value = coupling_value_.data();
+  for (const auto& x : couplings_) lambda[fixed_[x.fixed].row] -= *value++ * lambda[x.row];
+  value = fixed_value_.data();
+  for (const auto& x : fixed_) lambda[x.row] /= *value++;
 }
 
-void SaddlePoint::solve(const double* f, const double* r, double* a, double* lambda) {
+void SaddlePoint::finish(const SparseRow& row, const double* a, double* lambda) {
+  row.add_to(whole_.data(), 1);
+  finish(whole_.data(), a, lambda);
+  for (int i = 0; i < row.size; ++i) whole_[row.column[i]] = 0;
+}
+
+void SaddlePoint::solve(const double* f, const double* r, double* a, double* lambda, Multipliers which) {
   converged_ = true;
   r = know(r, a);
   for (const int c : free_columns_) a[c] = f ? f[c] * inverse_mass_[c] : 0;
   for (auto& part : parts_) solve_part(part, f, r, a, lambda);
-  fixed_multipliers(f, a, lambda);
+  if (which == Multipliers::all) finish(f, a, lambda);
 }
 
 void SaddlePoint::respond(const SparseRow& row, const SparseRow* beside, double factor, double* a,
-                          double* lambda) {
+                          double* lambda, Multipliers which) {
   converged_ = true;
+  double* whole = whole_.data();
   std::fill_n(a, part_of_column_.size(), 0.0);
-  for (const auto& part : parts_)
-    for (const int k : part.rows) lambda[k] = 0;
-  row.add_to(whole_.data(), 1);
-  if (beside) beside->add_to(whole_.data(), factor);
+  row.add_to(whole, 1);
+  if (beside) beside->add_to(whole, factor);
   // Two bodies at most: two parts at most.
   int done[2] = {-1, -1};
   const auto touch = [&](const SparseRow& x) {
     for (int i = 0; i < x.size; ++i) {
       const int c = x.column[i], p = part_of_column_[c];
       if (p < 0) {
-        a[c] = whole_[c] * inverse_mass_[c];  // a fixed one is put right below
+        a[c] = whole[c] * inverse_mass_[c];  // a fixed one is put right below
       } else if (p != done[0] && p != done[1]) {
         done[done[0] < 0 ? 0 : 1] = p;
-        solve_part(parts_[p], whole_.data(), nullptr, a, lambda);
+        solve_part(parts_[p], whole, nullptr, a, lambda);
       }
     }
   };
   touch(row);
   if (beside) touch(*beside);
+  for (int p = 0; p < static_cast<int>(parts_.size()); ++p)
+    if (p != done[0] && p != done[1])
+      for (const int k : parts_[p].at.rows) lambda[k] = 0;
   for (const auto& x : fixed_) a[x.column] = 0;
-  fixed_multipliers(whole_.data(), a, lambda);
-  for (int i = 0; i < row.size; ++i) whole_[row.column[i]] = 0;
+  if (which == Multipliers::all) finish(whole, a, lambda);
+  for (int i = 0; i < row.size; ++i) whole[row.column[i]] = 0;
   if (beside)
-    for (int i = 0; i < beside->size; ++i) whole_[beside->column[i]] = 0;
+    for (int i = 0; i < beside->size; ++i) whole[beside->column[i]] = 0;
 }
 
 void SaddlePoint::respond_in(int part, std::span<const int> columns, std::span<const double> load,
                              double* a) {
   auto& p = parts_[part];
-  std::fill_n(f_.begin(), p.columns.size(), 0.0);
+  std::fill_n(f_.begin(), p.at.columns.size(), 0.0);
   for (std::size_t i = 0; i < columns.size(); ++i)
     if (part_of_column_[columns[i]] == part) f_[place_of_column_[columns[i]]] += load[i];
   p.block.solve(f_.data(), nullptr, a, lambda_.data());

@@ -32,10 +32,19 @@ class SaddlePoint {
 
   /// Takes new values of G. False when no factorisation was found (values not finite).
   [[nodiscard]] bool factor(const double* G_values);
+  /// Which multipliers a solve gives. Those of eliminated rows cost as much as the rest, and what only moves has no use for
+  /// them; finish() finds them from the others.
+  enum class Multipliers { all, kept };
   /// Solves for a (columns) and λ (rows); f and r may be null for zero. Allocates nothing with dense blocks.
-  void solve(const double* f, const double* r, double* a, double* lambda);
+  void solve(const double* f, const double* r, double* a, double* lambda,
+             Multipliers which = Multipliers::all);
   /// The same with r = 0 and f = `row` + factor·`beside` (null: none).
-  void respond(const SparseRow& row, const SparseRow* beside, double factor, double* a, double* lambda);
+  void respond(const SparseRow& row, const SparseRow* beside, double factor, double* a, double* lambda,
+               Multipliers which = Multipliers::all);
+  /// Multipliers of the eliminated rows to a and the other multipliers that f gave (null: zero).
+  void finish(const double* f, const double* a, double* lambda) const;
+  /// The same to what `row` gave.
+  void finish(const SparseRow& row, const double* a, double* lambda);
 
   /// SaddleBlock::expect_noise of all blocks.
   void expect_noise(double of_r) {
@@ -48,8 +57,8 @@ class SaddlePoint {
   int part_of(int column) const { return part_of_column_[column]; }
   /// Its place among the part's coordinates.
   int place_of(int column) const { return place_of_column_[column]; }
-  int part_size(int part) const { return static_cast<int>(parts_[part].columns.size()); }
-  const std::vector<int>& columns_of(int part) const { return parts_[part].columns; }
+  int part_size(int part) const { return static_cast<int>(parts_[part].at.columns.size()); }
+  const std::vector<int>& columns_of(int part) const { return parts_[part].at.columns; }
   /// Of a coordinate that no row touches 1/M, of others 0.
   double free_mobility(int column) const { return free_mobility_[column]; }
   /// What respond() gives in the part's coordinates: `load`, a few entries of f, of which those of other parts are left out.
@@ -82,7 +91,8 @@ class SaddlePoint {
 
  private:
   struct Part {
-    std::vector<int> columns, rows, entries;  // of the whole, in the order of the block
+    SaddleBlock::Places at;    // of the whole, in the order of the block
+    std::vector<int> entries;  // of G
     SaddleBlock block;
   };
   struct Fixed {  // row k has the one entry `entry`, in `column`
@@ -94,7 +104,6 @@ class SaddlePoint {
   };
   void find_fixed(std::span<const double> mass, const CsrPattern& G);
   const double* know(const double* r, double* a);
-  void fixed_multipliers(const double* f, const double* a, double* lambda) const;
   void solve_part(Part& part, const double* f, const double* r, double* a, double* lambda);
 
   std::vector<Fixed> fixed_;
@@ -107,7 +116,7 @@ class SaddlePoint {
   std::vector<double> free_mobility_;
   std::vector<int> free_columns_;
   std::vector<double> inverse_mass_;
-  std::vector<double> values_, f_, r_, a_, lambda_;  // of one block
+  std::vector<double> f_, r_, a_, lambda_;  // of one block
   std::vector<double> whole_;                        // f of respond()
   int largest_ = 0;
   bool converged_ = true;
