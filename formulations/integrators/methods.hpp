@@ -4,6 +4,7 @@
 //     renew(f)                takes the right-hand side anew at the present state, which may have been moved;
 //     land(f, t)              makes the last step again so that it ends at t, t_old < t ≤ its end;
 //     interpolate(t, x)       gives the state within the last step;
+//     cubic                   whether that is hermite() of each component;
 //     show(t, n, x)           the same for results, by a higher order where it has one;
 //     enclose(n, bounds)      bounds the rates and accelerations of that;
 //     relieve(), reliefs()    takes what help there is where modes chatter, and how often it did;
@@ -18,8 +19,10 @@
 #include <boost/numeric/odeint/stepper/runge_kutta4.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
+#include <array>
 #include <cmath>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "model/gap_motion.hpp"
@@ -57,6 +60,7 @@ struct MethodState {
   static constexpr bool fixed_step = false;
   /// Interpolates by a polynomial of its own order, for steps too long for a low one.
   static constexpr bool long_steps = false;
+  static constexpr bool cubic = false;
   double t_old = 0, t = 0;
   Vector x_old, x, dxdt_old, dxdt;
   long rejected = 0;
@@ -86,10 +90,14 @@ struct MethodState {
   long reliefs() const { return 0; }
   /// Cubic Hermite between the ends of the last step.
   void hermite(double at, Vector& out) const {
-    const double h = t - t_old, s = (at - t_old) / h, r = 1 - s;
-    const double a = r * r * (1 + 2 * s), b = s * s * (3 - 2 * s), c = h * s * r * r, d = -h * s * s * r;
-    for (std::size_t i = 0; i < x.size(); ++i)
-      out[i] = a * x_old[i] + b * x[i] + c * dxdt_old[i] + d * dxdt[i];
+    const auto of = hermite_weights(at);
+    for (std::size_t i = 0; i < x.size(); ++i) out[i] = hermite(of, i);
+  }
+  /// The same of a few components alone.
+  void hermite(double at, std::span<const int> components, Vector& out) const {
+    const auto of = hermite_weights(at);
+    for (const int i : components)
+      out[static_cast<std::size_t>(i)] = hermite(of, static_cast<std::size_t>(i));
   }
   /// The state within the last step as it is shown, n coordinates standing first and their rates behind them: those by the
   /// quintic through positions, rates and accelerations at both ends and its derivative. Where a motion without contacts
@@ -125,6 +133,14 @@ struct MethodState {
       for (const auto* y : {&x_old, &dxdt_old, &dxdt})
         if (y->size() != x.size()) throw MemoryError("the snapshot's integrator has states of unlike size");
   }
+  /// Of x_old, x and their rates.
+  std::array<double, 4> hermite_weights(double at) const {
+    const double h = t - t_old, s = (at - t_old) / h, r = 1 - s;
+    return {r * r * (1 + 2 * s), s * s * (3 - 2 * s), h * s * r * r, -h * s * s * r};
+  }
+  double hermite(const std::array<double, 4>& of, std::size_t i) const {
+    return of[0] * x_old[i] + of[1] * x[i] + of[2] * dxdt_old[i] + of[3] * dxdt[i];
+  }
   /// A step this short is lost in rounding.
   bool vanishing(double dt, double first) const {
     return !(dt > 4e-16 * std::abs(t)) || !(dt > 1e-14 * first);
@@ -138,6 +154,11 @@ template <class Pair>
 class Embedded : public MethodState {
   static constexpr bool first_same_as_last =
       std::is_same_v<Pair, boost::numeric::odeint::runge_kutta_dopri5<Vector>>;
+
+ public:
+  static constexpr bool cubic = !first_same_as_last;
+
+ private:
   using Controlled = boost::numeric::odeint::controlled_runge_kutta<Pair, ErrorNorm>;
 
  public:
@@ -234,7 +255,7 @@ using Fehlberg78 = Embedded<boost::numeric::odeint::runge_kutta_fehlberg78<Vecto
 /// The classical fourth-order method with a fixed step; between steps Hermite's cubic.
 class Rk4 : public MethodState {
  public:
-  static constexpr bool may_creep = false, fixed_step = true;
+  static constexpr bool may_creep = false, fixed_step = true, cubic = true;
   explicit Rk4(double step) : h_(step) {}
 
   template <class F>

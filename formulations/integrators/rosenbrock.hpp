@@ -108,7 +108,7 @@ class RosenbrockStep {
 
 class Rosenbrock : public MethodState {
  public:
-  static constexpr bool may_creep = false;
+  static constexpr bool may_creep = false, cubic = true;
   Rosenbrock(ErrorNorm norm, double first_step) : step_(std::move(norm), first_step) {}
 
   template <class F>

@@ -180,6 +180,7 @@ class BulirschStoer : public MethodState {
 /// behind it anyway.
 class Adams : public MethodState {
  public:
+  static constexpr bool cubic = true;
   Adams(ErrorNorm norm, double first_step)
       : side_(std::move(norm)),
         stepper_(AdamsAdjuster{side_.tolerance()}),

@@ -304,7 +304,7 @@ class MoreauStepper {
       taken_back_;              // what meet_rates() will do, and where it finds the step's end
   std::vector<double> driven_;  // of each friction's row: > 0, no force moves it, for its rate is prescribed
   Eigen::VectorXd bound_image_, bound_start_;
-  std::vector<ContactUnknown> found_;                // one motion, while others are looked for
+  std::vector<ContactUnknown> found_;  // one motion, while others are looked for
   /// Multipliers of eliminated rows are found once, from the velocities that all impulses give. Not where they are asked for while
   /// impulses are looked for, nor where react_to_all() finds them.
   bool late_multipliers_ = false;

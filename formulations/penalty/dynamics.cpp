@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "formulations/laws/film_force.hpp"
+#include "model/planar.hpp"
 
 namespace freeplay {
 
@@ -338,6 +339,17 @@ void PenaltyDynamics::project(Vector& x, double t) {
 
 const ContactRow& PenaltyDynamics::contact_row(int k, const Vector& x, double t) {
   system_.place(t, x.data(), probe_);
+  system_.contact(k, x.data(), x.data() + system_.n(), probe_, row_);
+  return row_;
+}
+
+const ContactRow& PenaltyDynamics::row_alone(int k, const Vector& x) {
+  for (const int body : system_.contact_facts(k).bodies)
+    if (body != ground) {
+      const double angle = planar::angle(x.data(), body);
+      probe_.cosine[static_cast<std::size_t>(body)] = std::cos(angle);
+      probe_.sine[static_cast<std::size_t>(body)] = std::sin(angle);
+    }
   system_.contact(k, x.data(), x.data() + system_.n(), probe_, row_);
   return row_;
 }

@@ -113,6 +113,8 @@ class PenaltyDynamics {
 
   /// Contact k at x, wherever that is.
   const ContactRow& contact_row(int k, const Vector& x, double t);
+  /// The same without the constraint rows, of a state in which nothing but the contact's own bodies need be right.
+  const ContactRow& row_alone(int k, const Vector& x);
   /// @name All contacts at one state, which is placed once
   ///@{
   void place_end(const Vector& x, double t) { system_.place(t, x.data(), end_); }

@@ -30,6 +30,13 @@ class PenaltyStepper {
     mark_.resize(contacts);
     was_.resize(contacts);
     end_.resize(contacts);
+    seen_.resize(static_cast<std::size_t>(contacts));
+    const int n = f_.system().n();
+    for (int k = 0; k < contacts; ++k)
+      for (const int body : f_.system().contact_facts(k).bodies)
+        for (int c = 0; body != ground && c < planar::coordinates; ++c)
+          for (const int at : {planar::first(body) + c, n + planar::first(body) + c})
+            seen_[static_cast<std::size_t>(k)].push_back(at);
     for (auto* x : {&scratch_, &slope_, &moving_}) x->resize(f_.size());
     extremes_.penetration.assign(contacts, 0);
   }
@@ -295,6 +302,11 @@ class PenaltyStepper {
   Sample sample_end(int k) { return sampled(f_.end_row(k, method_.x), method_.x); }
   Sample sample_at(int k, double t) {
     if (t >= method_.t) return end_[k];
+    // Of the two bodies alone: a scene of many contacts asks this of each.
+    if constexpr (Method::cubic) {
+      method_.hermite(t, seen_[static_cast<std::size_t>(k)], scratch_);
+      return sampled(f_.row_alone(k, scratch_), scratch_);
+    }
     method_.interpolate(t, scratch_);
     return sample(k, scratch_, t);
   }
@@ -358,6 +370,7 @@ class PenaltyStepper {
   std::vector<Mark> mark_;
   std::vector<Sample> end_;  // of the step as it was made, before an event cuts it
   mutable Vector scratch_;
+  std::vector<std::vector<int>> seen_;  // components of the state that a contact's gap and rates depend on
   Extremes extremes_;
   bool watching_ = false;
   std::unique_ptr<PenaltyDynamics> probe_;  // made when forces are first watched

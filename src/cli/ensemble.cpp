@@ -37,7 +37,8 @@ std::string spread_names() {
 }
 std::string spread_fields(const Spread& s) {
   auto text = fmt::format("{}", s.of.count);
-  for (const double x : {s.of.mean, s.error, s.of.low, s.of.high, s.of.least, s.of.greatest}) text += "," + number(x);
+  for (const double x : {s.of.mean, s.error, s.of.low, s.of.high, s.of.least, s.of.greatest})
+    text += "," + number(x);
   for (const double x : s.quantile) text += "," + number(x);
   return text;
 }
@@ -74,8 +75,8 @@ void show(const Ensemble& all) {
   for (std::size_t i = 0; i < all.statistics.size() && lines < 30; ++i) {
     const auto& s = all.spreads[i];
     if (s.of.least == s.of.greatest || all.statistics[i].size() > 43) continue;
-    fmt::print("{:<44}{:>12.5g}{:>11.2g}{:>12.5g}\n", all.statistics[i], s.of.mean, 0.5 * (s.of.high - s.of.low),
-               s.quantile[2]);
+    fmt::print("{:<44}{:>12.5g}{:>11.2g}{:>12.5g}\n", all.statistics[i], s.of.mean,
+               0.5 * (s.of.high - s.of.low), s.quantile[2]);
     ++lines;
   }
   fmt::print("all of them in statistics.csv\n\n");
@@ -94,19 +95,22 @@ int ensemble(const EnsembleVerb& request) {
   const auto folder = result_folder(request.output, default_folder(request.scene, "-ensemble"));
   ResultSet set(folder, "ensemble");
   Progress progress;
-  const auto all = run_ensemble(*scene, plan, [&](double done) {
-    progress.show(fmt::format("{} starts", plan.starts), done);
-  });
+  const auto all = run_ensemble(
+      *scene, plan, [&](double done) { progress.show(fmt::format("{} starts", plan.starts), done); });
   progress.clear();
   if (all.interrupted) {
     fmt::print("interrupted; nothing is written\n");
     return 1;
   }
   nlohmann::json document;
-  document["ensemble"] = {{"formulation", plan.formulation}, {"starts", plan.starts},
-                          {"finished", all.finished()},      {"seed", plan.seed},
-                          {"turn", plan.how.turn},           {"play", plan.how.play},
-                          {"steps", all.steps},              {"wall_seconds", all.wall_seconds},
+  document["ensemble"] = {{"formulation", plan.formulation},
+                          {"starts", plan.starts},
+                          {"finished", all.finished()},
+                          {"seed", plan.seed},
+                          {"turn", plan.how.turn},
+                          {"play", plan.how.play},
+                          {"steps", all.steps},
+                          {"wall_seconds", all.wall_seconds},
                           {"cpu_seconds", all.cpu_seconds}};
   document["provenance"] = provenance(*scene, identify(*scene, plan.formulation, true));
   write_json(set.place() / "ensemble.json", document);
@@ -126,10 +130,12 @@ int ensemble(const EnsembleVerb& request) {
 }  // namespace
 
 void ensemble_verb(Program& program) {
-  auto [options, request] =
-      program.verb("ensemble", "perturbed starts of one mechanism: statistics with error bars, and bands", ensemble);
+  auto [options, request] = program.verb(
+      "ensemble", "perturbed starts of one mechanism: statistics with error bars, and bands", ensemble);
   options.scene(request.scene).required();
-  options.add("--formulation", request.formulation, "penalty or nonsmooth").one_of(family_names()).shows_default();
+  options.add("--formulation", request.formulation, "penalty or nonsmooth")
+      .one_of(family_names())
+      .shows_default();
   options.set(request.overrides);
   options.add("--starts", request.starts, "how many").between(2, 1'000'000).shows_default();
   options.add("--seed", request.seed, "of the random starts").between(0, 2'000'000'000).shows_default();

@@ -148,7 +148,8 @@ void KeysReader::settle() const {
     const auto& name = mechanism_.curves[static_cast<std::size_t>(index)].name;
     const auto hold = [&](const char* which, std::initializer_list<std::string_view> wanted) {
       const auto* given = s_.given("curves." + name, fmt::format("of {}", which));
-      if (!given || std::ranges::any_of(wanted, [&](auto unit) { return same_quantity(*given, unit); })) return;
+      if (!given || std::ranges::any_of(wanted, [&](auto unit) { return same_quantity(*given, unit); }))
+        return;
       s_.fail(key, fmt::format("the {} of the curve {} is {}, {} is wanted", which, toml_quoted(name),
                                quantity_name(*given), quantity_name(*wanted.begin())));
     };
@@ -370,8 +371,8 @@ void KeysReader::joint_place(const Key& key, double& place, int joint) {
   const int first = slider->between[0];
   const auto axis =
       turned(slider->axis, first == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(first)].angle);
-  place = s_.number(Key{key.name, "m", key.meaning, key.fallback}, any_number,
-                    dot(axis, point(1) - point(0)));
+  place =
+      s_.number(Key{key.name, "m", key.meaning, key.fallback}, any_number, dot(axis, point(1) - point(0)));
 }
 
 void KeysReader::joint_angle(const Key& key, double& angle, int joint) {

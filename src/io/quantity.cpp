@@ -288,8 +288,9 @@ Quantity read_any_quantity(std::string_view text) {
   const auto given = parse(own, unknown);
   if (own.empty() || !given)
     return {0, fmt::format("{}: {}", toml_quoted(visible_brief(text, 60)),
-                           own.empty() ? "names no unit; leave the quotes out"
-                                       : toml_quoted(visible_brief(unknown, 40)) + " is no unit that is known here")};
+                           own.empty()
+                               ? "names no unit; leave the quotes out"
+                               : toml_quoted(visible_brief(unknown, 40)) + " is no unit that is known here")};
   auto quantity = read_quantity(text, spelt_of(*given));
   quantity.unit = spelt_of(*given);
   return quantity;

@@ -137,10 +137,10 @@ double Section::to_number(const toml::node& node, const Asked& key, Range range,
     if (free) {
       const auto& first = source_->given.try_emplace({path_, std::string(unit)}, quantity.unit).first->second;
       if (first != quantity.unit)
-        source_->fail(&node, full(key.name),
-                      fmt::format("{} is {}, where another number of {} is {}",
-                                  toml_quoted(visible_brief(*text, 60)), quantity_name(quantity.unit),
-                                  unit.substr(3), quantity_name(first)));
+        source_->fail(
+            &node, full(key.name),
+            fmt::format("{} is {}, where another number of {} is {}", toml_quoted(visible_brief(*text, 60)),
+                        quantity_name(quantity.unit), unit.substr(3), quantity_name(first)));
     }
   } else if (!node.is_number() || !value) {
     source_->fail(&node, full(key.name), fmt::format("must be a number, is {}", kind_of(node)));

@@ -92,7 +92,7 @@ GapMotion System::gap_motion(int k, const MotionBounds& bounds, const double* q,
 
 template <class T>
 [[gnu::flatten]] void System::contact(const Pair& any, const ContactFacts& facts, const T* q, const T* v,
-                     const EvaluationOf<T>& e, ContactRowOf<T>& row) {
+                                      const EvaluationOf<T>& e, ContactRowOf<T>& row) {
   row.normal.clear();
   row.tangent.clear();
   row.film.clear();

@@ -47,7 +47,7 @@ class SaddleBlock {
   /// Where a greater system has the block's coordinates and rows.
   struct Places {
     std::vector<int> columns, rows;
-    std::vector<int> column;         ///< of each entry
+    std::vector<int> column;           ///< of each entry
     std::span<const double> mobility;  ///< 1/M of the greater system
   };
   /// The same in a greater system's vectors, of which only the block's places are read and written. The operations are those

@@ -117,7 +117,7 @@ class SaddlePoint {
   std::vector<int> free_columns_;
   std::vector<double> inverse_mass_;
   std::vector<double> f_, r_, a_, lambda_;  // of one block
-  std::vector<double> whole_;                        // f of respond()
+  std::vector<double> whole_;               // f of respond()
   int largest_ = 0;
   bool converged_ = true;
 };

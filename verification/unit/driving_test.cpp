@@ -247,10 +247,11 @@ TEST_CASE("what curves and drives cannot be is refused where it stands", "[drivi
   CHECK_THAT(drive("position = \"c\"\nof = \"main\"\n", lines + "between = \"spline\"\n"),
              Contains("is the driven joint itself"));
   CHECK_THAT(drive("force = 3\n"), Contains("must be a translational joint"));
-  CHECK_THAT(said(rotor + "[bodies.block]\nmass = 1\ninertia = 1\n[joints.guide]\ntype = \"translational\"\n" +
-                  "between = [\"ground\", \"block\"]\n" + lines +
-                  "[drives.d]\njoint = \"guide\"\nvelocity = \"c\"\ncrank = true\n" + length),
-             Contains("drives.d.crank: needs a revolute joint"));
+  CHECK_THAT(
+      said(rotor + "[bodies.block]\nmass = 1\ninertia = 1\n[joints.guide]\ntype = \"translational\"\n" +
+           "between = [\"ground\", \"block\"]\n" + lines +
+           "[drives.d]\njoint = \"guide\"\nvelocity = \"c\"\ncrank = true\n" + length),
+      Contains("drives.d.crank: needs a revolute joint"));
   CHECK_THAT(said(rotor + "[bodies.wheel]\nmass = 1\ninertia = 1\nposition = [0.3, 0]\n" +
                   "[joints.mesh]\ntype = \"gear\"\nbetween = [\"rotor\", \"wheel\"]\n" +
                   "pitch_radii = [0.1, 0.2]\n" + lines + "[drives.d]\njoint = \"mesh\"\nvelocity = \"c\"\n" +
@@ -510,8 +511,9 @@ return = 0.2
 [run]
 duration = 1
 [penalty]
-integrator = ")" + GENERATE(as<std::string>{}, "adams_bashforth_moulton", "fehlberg78", "dopri5",
-                            "bulirsch_stoer", "rosenbrock4") +
+integrator = ")" +
+                                     GENERATE(as<std::string>{}, "adams_bashforth_moulton", "fehlberg78",
+                                              "dopri5", "bulirsch_stoer", "rosenbrock4") +
                                      "\"\n",
                                  "s.toml");
   struct Rows final : Observer {

@@ -18,7 +18,8 @@ using Catch::Matchers::Contains;
 namespace {
 
 std::shared_ptr<const Scene> rig() {
-  return open_scene(test::flores(), {"run.revolutions=0.2", "run.discard=0.05", "joints.gudgeon.clearance=0.5e-3"});
+  return open_scene(test::flores(),
+                    {"run.revolutions=0.2", "run.discard=0.05", "joints.gudgeon.clearance=0.5e-3"});
 }
 
 }  // namespace
@@ -47,7 +48,8 @@ TEST_CASE("each start of an ensemble is its run alone, however many threads", "[
   CHECK(all.steps == alone.steps);
   for (std::size_t k = 0; k < 5; ++k)
     for (std::size_t i = 0; i < all.statistics.size(); ++i)
-      CHECK((all.runs[k][i] == alone.runs[k][i] || (std::isnan(all.runs[k][i]) && std::isnan(alone.runs[k][i]))));
+      CHECK((all.runs[k][i] == alone.runs[k][i] ||
+             (std::isnan(all.runs[k][i]) && std::isnan(alone.runs[k][i]))));
   CHECK(all.t.front() == scene->run.discard);
   CHECK(all.t.back() == Approx(scene->run.duration));
   // Where the slider is at the end, by runs of the same starts without any of this: the bits of the extremes.
@@ -100,7 +102,8 @@ TEST_CASE("the verb writes statistics, bands and their figure", "[study][ensembl
   CAPTURE(o.out, o.err);
   CHECK(o.status == 0);
   CHECK_THAT(o.out, Contains("4 starts, 4 finished"));
-  for (const char* name : {"ensemble.json", "statistics.csv", "starts.csv", "bands.csv", "figures/ensemble.pdf"})
+  for (const char* name :
+       {"ensemble.json", "statistics.csv", "starts.csv", "bands.csv", "figures/ensemble.pdf"})
     CHECK(std::filesystem::exists(out / name));
   CHECK(test::freeplay("ensemble " + test::flores().string() + " --starts 1").status == 2);
 }

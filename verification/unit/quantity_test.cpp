@@ -222,13 +222,15 @@ duration = 0.5
   CHECK(scene.mechanism.curves[0].rise == 0.5);
   CHECK_THAT(to_toml(scene), !Contains("rpm"));
   CHECK(same_facts(parse_scene(to_toml(scene), "again"), scene));
-  CHECK_THAT(said(ramp, slide), Contains("drives.d.velocity: the y of the curve \"c\" is an angular velocity, "
-                                         "a speed is wanted"));
+  CHECK_THAT(said(ramp, slide),
+             Contains("drives.d.velocity: the y of the curve \"c\" is an angular velocity, "
+                      "a speed is wanted"));
   CHECK(said("shape = \"ramp\"\nto = \"30 mm/s\"\nrise = 0.5\n", slide) == "accepted");
   CHECK_THAT(said("shape = \"ramp\"\nto = 3\nrise = \"20 deg\"\n", spin),
              Contains("the x of the curve \"c\" is an angle, a time is wanted"));
-  CHECK_THAT(said("shape = \"ramp\"\nfrom = \"3 m\"\nto = \"120 rpm\"\nrise = 1\n", spin),
-             Contains("curves.c.to: \"120 rpm\" is an angular velocity, where another number of y is a length"));
+  CHECK_THAT(
+      said("shape = \"ramp\"\nfrom = \"3 m\"\nto = \"120 rpm\"\nrise = 1\n", spin),
+      Contains("curves.c.to: \"120 rpm\" is an angular velocity, where another number of y is a length"));
   CHECK_THAT(said("shape = \"ramp\"\nto = \"120 rqm\"\nrise = 1\n", spin),
              Contains("\"rqm\" is no unit that is known here"));
   CHECK(said("shape = \"harmonic\"\namplitude = \"20 deg\"\nperiod = \"1 s\"\n",
@@ -243,6 +245,7 @@ duration = 0.5
   CHECK_THAT(said(drag, "joint = \"guide\"\nforce = \"c\"\nagainst = \"speed\"\n"),
              Contains("the y of the curve \"c\" is a torque or an energy, a force is wanted"));
   // A number with its unit needs no blank, unless a curve is called so.
-  CHECK(said("value = \"12 V\"\n", "joint = \"main\"\nvoltage = \"12V\"\nresistance = \"0.8 ohm\"\n"
-                                  "torque_constant = \"50 N mm/A\"\ninductance = \"20 mH\"\n") == "accepted");
+  CHECK(said("value = \"12 V\"\n",
+             "joint = \"main\"\nvoltage = \"12V\"\nresistance = \"0.8 ohm\"\n"
+             "torque_constant = \"50 N mm/A\"\ninductance = \"20 mH\"\n") == "accepted");
 }
