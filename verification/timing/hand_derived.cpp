@@ -11,6 +11,7 @@
 //
 //     freeplay-hand-derived nonsmooth DURATION STEP [FOLDER [ROWS]]      prints steps, touches, the last state
 //     freeplay-hand-derived penalty CALLS                                prints calls and a sum
+//     freeplay-hand-derived ball DURATION STEP RESTITUTION DROP          a ball on a table; prints steps, its height (m)
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -168,6 +169,23 @@ int nonsmooth(double duration, double h, const char* folder, long rows) {
   return 0;
 }
 
+/// Moreau–Jean's steps of one coordinate, the gap y; a ball that lies has u_N⁻ within rounding of 0.
+int ball(double duration, double h, double e, double drop) {
+  constexpr double g = 9.81;
+  const long steps = std::lround(duration / h);
+  double y = drop, v = 0;
+  for (long i = 0; i < steps; ++i) {
+    const double middle = y + 0.5 * h * v, free = v - h * g;
+    double next = free;
+    if (middle + 0.5 * h * free <= 0 && free + e * v < 0) next = -e * v > 0 ? -e * v : 0;
+    y = middle + 0.5 * h * next;
+    if (y < 0) y = 0;
+    v = next;
+  }
+  std::printf("%ld %.17g\n", steps, y);
+  return 0;
+}
+
 int penalty(long calls) {
   auto y = ideal_start(rig);
   y[2] += 2.51e-4;  // against the wall
@@ -195,6 +213,10 @@ int main(int count, char** arguments) {
     return nonsmooth(std::atof(arguments[2]), std::atof(arguments[3]), count > 4 ? arguments[4] : nullptr,
                      count > 5 ? std::atol(arguments[5]) : 36000);
   if (what == "penalty" && count >= 3) return penalty(std::atol(arguments[2]));
-  std::fputs("usage: nonsmooth DURATION STEP [FOLDER [ROWS]] | penalty CALLS\n", stderr);
+  if (what == "ball" && count >= 6)
+    return ball(std::atof(arguments[2]), std::atof(arguments[3]), std::atof(arguments[4]), std::atof(arguments[5]));
+  std::fputs(
+      "usage: nonsmooth DURATION STEP [FOLDER [ROWS]] | penalty CALLS | ball DURATION STEP RESTITUTION DROP\n",
+      stderr);
   return 2;
 }
