@@ -16,8 +16,8 @@ constexpr int most_iterations = 50;
 constexpr double rounding =
     16 * std::numeric_limits<double>::epsilon();  // of the terms that a sum is made of
 
-/// In-place Cholesky of the lower triangle of a small dense matrix, column by column, with the inverses of the factor's diagonal in
-/// its place: solves then divide by nothing; false on a pivot below `least` times the diagonal it came from. `ratio`: the least pivot over its diagonal.
+/// In-place Cholesky of the lower triangle of a small dense matrix, column by column; false on a pivot below
+/// `least` times the diagonal it came from. `ratio`: the least pivot over its diagonal.
 bool cholesky(Eigen::MatrixXd& S, double least, double& ratio) {
   ratio = 1;
   const Eigen::Index m = S.rows();
@@ -27,12 +27,12 @@ bool cholesky(Eigen::MatrixXd& S, double least, double& ratio) {
     for (Eigen::Index k = 0; k < j; ++k) pivot -= S(j, k) * S(j, k);
     ratio = std::min(ratio, pivot / diagonal);
     if (!(pivot > least * diagonal)) return false;
-    const double inverse = 1 / std::sqrt(pivot);
-    S(j, j) = inverse;
+    const double root = std::sqrt(pivot);
+    S(j, j) = root;
     for (Eigen::Index i = j + 1; i < m; ++i) {
       double x = S(i, j);
       for (Eigen::Index k = 0; k < j; ++k) x -= S(i, k) * S(j, k);
-      S(i, j) = x * inverse;
+      S(i, j) = x / root;
     }
   }
   return true;
@@ -62,7 +62,7 @@ void solve_dense(const int* begin, const SaddleBlock::Places& at, const double* 
   }
 #pragma GCC unroll 4
   for (int j = 0; j < m; ++j) {
-    x[j] *= S[j + j * m];
+    x[j] /= S[j + j * m];
 #pragma GCC unroll 4
     for (int i = j + 1; i < m; ++i) x[i] -= S[i + j * m] * x[j];
   }
@@ -71,7 +71,7 @@ void solve_dense(const int* begin, const SaddleBlock::Places& at, const double* 
     double y = x[j];
 #pragma GCC unroll 4
     for (int i = j + 1; i < m; ++i) y -= S[i + j * m] * x[i];
-    x[j] = y * S[j + j * m];
+    x[j] = y / S[j + j * m];
   }
 #pragma GCC unroll 4
   for (int k = 0; k < m; ++k) {
