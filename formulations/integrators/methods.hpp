@@ -15,11 +15,11 @@
 // landing by a step, not by interpolation, keeps an event as accurate as the method.
 #pragma once
 
+#include <array>
 #include <boost/numeric/odeint/stepper/controlled_runge_kutta.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta4.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <span>

@@ -264,14 +264,16 @@ TEST_CASE("a box of discs comes to rest: its floor bears their weight, its walls
   CHECK(deepest < 0.1 * 0.5 * h);
 }
 
-TEST_CASE("discs that meet without loss keep their momentum, their energy and their moment of momentum", "[groups]") {
+TEST_CASE("discs that meet without loss keep their momentum, their energy and their moment of momentum",
+          "[groups]") {
   // No walls, no weight: nothing acts but the contacts, of e = 1 and without friction, whose impulses are along the line of centres.
   const int n = 30;
   const double mass = 0.2, h = 1e-4;
   const auto group = [](const char* name, double x, double speed, const char* more) {
-    return fmt::format("[groups.{}]\nmass = 0.2\nradius = 0.05\ngrid = [3, 5]\norigin = [{}, {}]\n"
-                       "spacing = [0.12, 0.12]\nstagger = 0.02\nvelocity = [{}, {}]\nsurface = \"s\"\npairs = \"near\"\n{}",
-                       name, x, 0.1 * x, speed, 0.1 * speed, more);
+    return fmt::format(
+        "[groups.{}]\nmass = 0.2\nradius = 0.05\ngrid = [3, 5]\norigin = [{}, {}]\n"
+        "spacing = [0.12, 0.12]\nstagger = 0.02\nvelocity = [{}, {}]\nsurface = \"s\"\npairs = \"near\"\n{}",
+        name, x, 0.1 * x, speed, 0.1 * speed, more);
   };
   Simulation simulation(parse_scene(group("a", 0, 0.8, "") + group("b", 0.4, -0.7, "touches = \"a\"\n") +
                                         "[surfaces.s]\nrestitution = 1\n" + run_keys(0.6, h),

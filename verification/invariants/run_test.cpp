@@ -168,12 +168,13 @@ TEST_CASE("a heap of pairs that come and go takes no memory once it lies", "[all
   // Three columns of discs, each on the one below, pressed for as long as the run lasts: lists, seats, islands and sweeps have their
   // room from the first steps.
   Simulation simulation(
-      parse_scene("gravity = [0, -9.81]\n[groups.g]\nmass = 0.3\nradius = 0.1\ngrid = [3, 10]\n"
-                  "origin = [0.1, 0.1]\nspacing = [0.25, 0.2]\n"
-                  "walls = [[0, 3], [0, 0], [0.72, 0], [0.72, 3]]\nsurface = \"s\"\npairs = \"near\"\n"
-                  "[surfaces.s]\nrestitution = 0.4\nfriction = 0.3\n[run]\nduration = 0.3\nstart = \"given\"\n"
-                  "[nonsmooth]\nscheme = \"moreau-jean\"\nstep = 1e-3\n",
-                  "heap.toml"),
+      parse_scene(
+          "gravity = [0, -9.81]\n[groups.g]\nmass = 0.3\nradius = 0.1\ngrid = [3, 10]\n"
+          "origin = [0.1, 0.1]\nspacing = [0.25, 0.2]\n"
+          "walls = [[0, 3], [0, 0], [0.72, 0], [0.72, 3]]\nsurface = \"s\"\npairs = \"near\"\n"
+          "[surfaces.s]\nrestitution = 0.4\nfriction = 0.3\n[run]\nduration = 0.3\nstart = \"given\"\n"
+          "[nonsmooth]\nscheme = \"moreau-jean\"\nstep = 1e-3\n",
+          "heap.toml"),
       "nonsmooth");
   long last = 0, steps = 0, taking = 0;
   test::Listener counter;

@@ -214,7 +214,8 @@ int main(int count, char** arguments) {
                      count > 5 ? std::atol(arguments[5]) : 36000);
   if (what == "penalty" && count >= 3) return penalty(std::atol(arguments[2]));
   if (what == "ball" && count >= 6)
-    return ball(std::atof(arguments[2]), std::atof(arguments[3]), std::atof(arguments[4]), std::atof(arguments[5]));
+    return ball(std::atof(arguments[2]), std::atof(arguments[3]), std::atof(arguments[4]),
+                std::atof(arguments[5]));
   std::fputs(
       "usage: nonsmooth DURATION STEP [FOLDER [ROWS]] | penalty CALLS | ball DURATION STEP RESTITUTION DROP\n",
       stderr);

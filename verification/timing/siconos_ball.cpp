@@ -11,8 +11,8 @@
 
 int main(int argc, char** argv) {
   if (argc < 5) return std::fprintf(stderr, "siconos_ball DURATION STEP RESTITUTION DROP\n"), 2;
-  const double duration = std::atof(argv[1]), h = std::atof(argv[2]), e = std::atof(argv[3]), drop = std::atof(argv[4]),
-               mass = 0.3, inertia = 3e-4, g = 9.81;
+  const double duration = std::atof(argv[1]), h = std::atof(argv[2]), e = std::atof(argv[3]),
+               drop = std::atof(argv[4]), mass = 0.3, inertia = 3e-4, g = 9.81;
   auto q = std::make_shared<SiconosVector>(3), v = std::make_shared<SiconosVector>(3),
        weight = std::make_shared<SiconosVector>(3);
   q->zero(), v->zero(), weight->zero();
