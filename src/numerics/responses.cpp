@@ -20,17 +20,19 @@ void Responses::take(int r, const SparseRow& row, const SparseRow* beside, doubl
   };
   load(row, 1);
   if (beside) load(*beside, factor);
-  x.part.fill(-1);
-  int parts = 0;
+  x.parts = 0;
+  int entries = 0;
   for (int i = 0; i < x.size; ++i) {
     const int p = saddle_->part_of(x.column[i]);
-    if (p < 0 || std::find(x.part.begin(), x.part.begin() + parts, p) != x.part.begin() + parts) continue;
-    auto& a = x.a[parts];
-    x.part[parts++] = p;
-    a.resize(static_cast<std::size_t>(saddle_->part_size(p)));
-    const auto size = static_cast<std::size_t>(x.size);
-    saddle_->respond_in(p, {x.column.data(), size}, {x.load.data(), size}, a.data());
+    if (p < 0 || std::find(x.part.begin(), x.part.begin() + x.parts, p) != x.part.begin() + x.parts) continue;
+    x.begin[x.parts] = entries;
+    x.part[x.parts++] = p;
+    entries += saddle_->part_size(p);
   }
+  x.a.resize(static_cast<std::size_t>(entries));
+  const auto size = static_cast<std::size_t>(x.size);
+  for (int k = 0; k < x.parts; ++k)
+    saddle_->respond_in(x.part[k], {x.column.data(), size}, {x.load.data(), size}, x.a.data() + x.begin[k]);
 }
 
 double Responses::along(const SparseRow& row, int r) const {
@@ -39,9 +41,9 @@ double Responses::along(const SparseRow& row, int r) const {
   for (int i = 0; i < row.size; ++i) {
     const int c = row.column[i], p = saddle_->part_of(c);
     if (p >= 0) {
-      for (std::size_t k = 0; k < x.part.size() && x.part[k] >= 0; ++k)
+      for (int k = 0; k < x.parts; ++k)
         if (x.part[k] == p) {
-          sum += row.value[i] * x.a[k][saddle_->place_of(c)];
+          sum += row.value[i] * x.a[x.begin[k] + saddle_->place_of(c)];
           break;
         }
     } else {
@@ -57,9 +59,10 @@ double Responses::along(const SparseRow& row, int r) const {
 
 void Responses::add(int r, double by, double* a) const {
   const auto& x = of_[r];
-  for (std::size_t k = 0; k < x.part.size() && x.part[k] >= 0; ++k) {
+  for (int k = 0; k < x.parts; ++k) {
     const auto& columns = saddle_->columns_of(x.part[k]);
-    for (std::size_t i = 0; i < columns.size(); ++i) a[columns[i]] += by * x.a[k][i];
+    for (std::size_t i = 0; i < columns.size(); ++i)
+      a[columns[i]] += by * x.a[x.begin[k] + static_cast<int>(i)];
   }
   for (int k = 0; k < x.size; ++k)
     if (saddle_->part_of(x.column[k]) < 0)

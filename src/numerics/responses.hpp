@@ -35,8 +35,9 @@ class Responses {
     int size = 0;  // of the load w
     std::array<int, most> column{};
     std::array<double, most> load{};
-    std::array<int, 4> part{-1, -1, -1, -1};  // two bodies in the row and two beside it
-    std::array<std::vector<double>, 4> a;     // in the part's coordinates
+    int parts = 0;  // as many as coordinates at most: without elimination each may be its own
+    std::array<int, most> part{}, begin{};  // begin: of the part's coordinates in a
+    std::vector<double> a;
   };
   SaddlePoint* saddle_ = nullptr;
   std::vector<One> of_;

@@ -188,15 +188,16 @@ void SaddlePoint::respond(const SparseRow& row, const SparseRow* beside, double 
   std::fill_n(a, part_of_column_.size(), 0.0);
   row.add_to(whole, 1);
   if (beside) beside->add_to(whole, factor);
-  // Two bodies at most: two parts at most.
-  int done[2] = {-1, -1};
+  int done[2 * SparseRow::max_size];
+  int number = 0;
+  const auto is_done = [&](int p) { return std::find(done, done + number, p) != done + number; };
   const auto touch = [&](const SparseRow& x) {
     for (int i = 0; i < x.size; ++i) {
       const int c = x.column[i], p = part_of_column_[c];
       if (p < 0) {
         a[c] = whole[c] * inverse_mass_[c];  // a fixed one is put right below
-      } else if (p != done[0] && p != done[1]) {
-        done[done[0] < 0 ? 0 : 1] = p;
+      } else if (!is_done(p)) {
+        done[number++] = p;
         solve_part(parts_[p], whole, nullptr, a, lambda);
       }
     }
@@ -204,7 +205,7 @@ void SaddlePoint::respond(const SparseRow& row, const SparseRow* beside, double 
   touch(row);
   if (beside) touch(*beside);
   for (int p = 0; p < static_cast<int>(parts_.size()); ++p)
-    if (p != done[0] && p != done[1])
+    if (!is_done(p))
       for (const int k : parts_[p].at.rows) lambda[k] = 0;
   for (const auto& x : fixed_) a[x.column] = 0;
   if (which == Multipliers::all) finish(whole, a, lambda);

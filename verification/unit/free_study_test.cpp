@@ -588,9 +588,13 @@ TEST_CASE("docs/study.md lists every table and column of the database", "[studie
         list.push_back(word);
     }
   }
-  for (const auto& table : desk.ask(
-           "select name from sqlite_master where type in ('table', 'view') and name not like 'sqlite_%'"))
-    for (const auto& column : desk.ask(fmt::format("select name from pragma_table_info('{}')", table[0])))
+  // Behind the views runs are named by a whole number, in tables that nobody need ask.
+  for (const auto& table :
+       desk.ask("select name from sqlite_master where type in ('table', 'view') and name not like "
+                "'sqlite_%' and name not like '%\\_rows' escape '\\' and name not like '%\\_blobs' "
+                "escape '\\'"))
+    for (const auto& column :
+         desk.ask(fmt::format("select name from pragma_table_info('{}') where name <> 'run id'", table[0])))
       there[table[0]].push_back(column[0]);
   REQUIRE(there.size() > 8);
   CHECK(stated == there);

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "numerics/rank.hpp"
+#include "numerics/responses.hpp"
 
 using namespace freeplay;
 
@@ -192,5 +193,50 @@ TEST_CASE("rows that fix a coordinate are eliminated without a trace", "[saddle]
     CHECK((lambda[0] - lambda[1]).norm() <= 1e-9 * lambda[0].norm());
     CHECK((b[0] - b[1]).norm() <= 1e-9 * b[0].norm());
     CHECK((mu[0] - mu[1]).norm() <= 1e-9 * mu[0].norm());
+  }
+}
+
+// Not eliminated, each coordinate that a row fixes is a part of its own: a contact of two bodies touches six, and twelve with the
+// row beside it.
+TEST_CASE("a row is answered as its whole vector is, however many parts it touches", "[saddle]") {
+  std::mt19937 engine(3);
+  std::uniform_real_distribution<double> u(-1, 1);
+  for (const bool eliminate : {false, true}) {
+    constexpr int bodies = 5, n = 3 * bodies;
+    CsrPattern G;
+    G.columns = n;
+    std::vector<double> mass, values;
+    for (int c = 0; c < n; ++c) {
+      mass.push_back(std::exp(u(engine)));
+      if (c % 3 == 2 && c > 6) continue;  // some turn freely
+      G.column.push_back(c);
+      values.push_back(1 + u(engine) * u(engine));
+      G.end_row();
+    }
+    SaddlePoint saddle(mass, G, SolvePath::automatic, RowFacts{false, eliminate});
+    REQUIRE(saddle.blocks() == (eliminate ? 0 : G.rows));
+    REQUIRE(saddle.factor(values.data()));
+    const auto between = [&](int a, int b) {
+      SparseRow row;
+      for (const int body : {a, b})
+        for (int k = 0; k < 3; ++k) row.push(3 * body + k, u(engine));
+      return row;
+    };
+    const auto row = between(0, 1), beside = between(3, 4);
+    for (const auto* other : {static_cast<const SparseRow*>(nullptr), &beside}) {
+      std::vector<double> f(n), a(n), lambda(G.rows), whole_a(n), whole_lambda(G.rows), summed(n);
+      row.add_to(f.data(), 1);
+      if (other) other->add_to(f.data(), 0.7);
+      saddle.solve(f.data(), nullptr, whole_a.data(), whole_lambda.data());
+      saddle.respond(row, other, 0.7, a.data(), lambda.data());
+      CHECK(a == whole_a);
+      CHECK(lambda == whole_lambda);
+      Responses responses(1);
+      responses.use(saddle);
+      responses.take(0, row, other, 0.7);
+      responses.add(0, 1, summed.data());
+      CHECK(summed == whole_a);
+      CHECK(responses.along(row, 0) == row.dot(whole_a.data()));
+    }
   }
 }
