@@ -21,23 +21,25 @@ namespace {
 constexpr int starts = 24, turns = 12, discarded = 2;
 constexpr double turn = 0.3, clearance = 0.25e-3;  // s, m
 /// At the paper's restitution the rig makes a third of an impact a turn: too few to compare.
-constexpr double e_paired = 0.9, e_control = 0.46;
+constexpr double e_paired = 0.9, e_control = 0.1;
 /// Impacts are counted above this speed (m/s): an impact law has ever smaller ones, a contact force has not.
 constexpr double counted_speed = 0.01;
 
-constexpr struct {
+struct Quantity {
   const char *name, *unit;
-} quantities[] = {{"share of time in contact", ""},
-                  {"energy lost per turn", "J"},
-                  {"fastest approach", "m/s"},
-                  {"greatest impulse of an impact", "N s"},
-                  {"impacts per turn above 0.01 m/s", ""},
-                  {"their mean impulse", "N s"},
-                  {"their total impulse per turn", "N s"},
-                  {"journal's orbit: mean of e_x over the clearance", ""},
-                  {"share of time with e_y > 0", ""},
-                  {"share of time with e_x > 0 and e_y > 0", ""},
-                  {"share of time farther than half the clearance from the wall", ""}};
+  bool of_rebound = false;  ///< how far the journal hops, how often and how hard it lands again
+};
+constexpr Quantity quantities[] = {{"share of time in contact", "", true},
+                                   {"energy lost per turn", "J"},
+                                   {"fastest approach", "m/s"},
+                                   {"greatest impulse of an impact", "N s", true},
+                                   {"impacts per turn above 0.01 m/s", "", true},
+                                   {"their mean impulse", "N s", true},
+                                   {"their total impulse per turn", "N s", true},
+                                   {"journal's orbit: mean of e_x over the clearance", ""},
+                                   {"share of time with e_y > 0", ""},
+                                   {"share of time with e_x > 0 and e_y > 0", ""},
+                                   {"share of time farther than half the clearance from the wall", ""}};
 constexpr int count = std::size(quantities);
 using Values = std::array<double, count>;
 
@@ -162,7 +164,7 @@ Findings statistics() {
         quantities[q].unit, welch.difference, 0, welch.allowed * welch.error, "equality",
         fmt::format("Welch's test at 0.1 %: {:.2f} standard errors of {:.2g}", welch.allowed, welch.error));
     const Welch power(control, nonsmooth, q);
-    told_apart += std::abs(power.difference) > power.allowed * power.error;
+    told_apart += quantities[q].of_rebound && std::abs(power.difference) > power.allowed * power.error;
   }
   const auto apart = [&](const std::vector<Values>& one, const std::vector<Values>& other) {
     double most = 0;
@@ -177,10 +179,11 @@ Findings statistics() {
   f.at_most("fixed steps and the default: greatest difference of these means over what is allowed", "",
             apart(nonsmooth, events), 1, "equality", reason);
   f.at_most("chosen steps and the default: the same", "", apart(chosen, events), 1, "equality", reason);
-  f.between(
-      fmt::format("control: of these, told apart when restitution is {} instead of {}", e_control, e_paired),
-      "", told_apart, 6, count, "by the same test",
-      "at least half: a test that cannot fail would tell none apart");
+  const auto rebounds = static_cast<double>(std::ranges::count_if(quantities, &Quantity::of_rebound));
+  f.within(fmt::format("control: those of rebound told apart when restitution is {} instead of {}", e_control,
+                       e_paired),
+           "", told_apart, rebounds, 0, "by the same test",
+           "all of them: how often and how hard a journal lands again is what restitution governs");
   return f;
 }
 
