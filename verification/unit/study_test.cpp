@@ -305,7 +305,7 @@ TEST_CASE("known parameters are recovered from a synthetic measurement, through 
              "nonsmooth",
              {},
              0,
-             20,
+             100,
              synthetic.scene,
              {fmt::format("joints.gudgeon.clearance={}", clearance),
               fmt::format("instruments.accelerometer.bandwidth={}", band),
@@ -323,7 +323,7 @@ TEST_CASE("known parameters are recovered from a synthetic measurement, through 
   const auto target = [](const char* name, const char* clearance, const char* statistic, const char* data) {
     return fmt::format(
         "[calibrate.targets.{}]\nset = [\"joints.gudgeon.clearance={}\"]\nstatistic = \"{}\"\n"
-        "data = \"{}\"\ntolerance = 0.1\n",
+        "data = \"{}\"\ntolerance = 0.03\n",
         name, clearance, statistic, data);
   };
   const auto study = read_study(write(
@@ -339,13 +339,17 @@ TEST_CASE("known parameters are recovered from a synthetic measurement, through 
   const auto r = calibrate(plan_calibration(study, {}), Conduct{}, FolderLock(folder.path(), "test"), 0, {});
   REQUIRE(r.sweep.failed == 0);
   const double truth[] = {band, friction};
+  double left = 0;  // of both ranges, in logarithms
   for (int j : {0, 1}) {
     const auto& u = r.all.unknowns[j];
     CAPTURE(j, u.value, u.low, u.high);
+    left += std::log(u.high / u.low);
     CHECK(u.low <= truth[j]);
     CHECK(truth[j] <= u.high);
-    CHECK(u.high / u.low < 4.5);  // it says something: the ranges are factors of 5
   }
+  // It says something: the ranges are factors of 5. Three starts of sixteen chaotic turns leave 0.43 to 0.98 of them, over six
+  // measurements of 20 turns known to a tenth; these are of 100, known to 0.03.
+  CHECK(left < 0.9 * 2 * std::log(5));
   REQUIRE(r.left_out.size() == 4);
   // The truth is a point of what the fit leaves open: its own targets lie where the fit's draws say.
   for (std::size_t i = 0; i < 4; ++i) {
