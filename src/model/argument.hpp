@@ -1,4 +1,5 @@
-// What a drive's or a load's curve y(x) is read against: time, the angle or the place of what it acts on, or its speed.
+// What a drive's or a load's curve y(x) is read against: time, the angle or the place of what it acts on, its speed, or the
+// angle of another joint (gas on a piston, against its crank).
 // A time step that sweeps over an interval of x is given the mean over it, so that no pulse falls between two steps.
 #pragma once
 
@@ -20,6 +21,18 @@ inline constexpr auto argument_names =
                         {Argument::position, "position", "m, of what slides"},
                         {Argument::speed, "speed", "rad/s or m/s, of the same"}});
 constexpr std::span<const Choice<Argument>> choices(Argument) { return argument_names; }
+
+/// The joint whose angle a curve is read against, where it is another than what the element turns itself.
+struct OtherJoint {
+  int of = -1;  ///< index into Mechanism::joints, −1: none
+  Link link = {};
+
+  static void keys(auto& k, auto& o, Argument against, bool reads) {
+    if (k.when(reads && against == Argument::angle, {"of"}, "goes with a curve against = \"angle\""))
+      k.maybe_joint({"of", "", "revolute joint whose angle the curve is read against; left out: its own"}, o.of);
+  }
+  const Link& or_own(const Link& own) const { return of >= 0 ? link : own; }
+};
 
 /// y at the argument. `place`: angle or position now; `rate(v)`: its rate at these velocities.
 template <class T, class M, class Rate>
@@ -49,6 +62,13 @@ inline std::optional<Phase> phase_of(const Piecewise& y, Argument x, const Link&
     phase.axis = *axis;
   }
   return phase;
+}
+
+/// y at the angle of a link.
+template <class T, class M>
+T read_at_angle(const Piecewise& y, const M& m, const Link& link) {
+  return read_at<T>(y, Argument::angle, m, m.angle(link),
+                    [&](const auto* v) { return omega(v, link.j) - omega(v, link.i); });
 }
 
 /// Forces along the axis of a sliding joint act on both bodies where the second one's point is.

@@ -192,6 +192,8 @@ void System::place_load(Builder& builder, const Element& element) {
     Placed<Element> placed{element, element.link(builder), -1, -1};
     auto& facts = placed.facts;
     if constexpr (requires { facts.prepare(builder.mechanism()); }) facts.prepare(builder.mechanism());
+    if constexpr (requires { facts.other.link; })
+      if (facts.other.of >= 0) facts.other.link = builder.joint_link(facts.other.of);
     acts_ = true;
     loads_work_ |= facts.does_work();
     if constexpr (requires { facts.needs_velocity(); }) velocity_forces_ |= facts.needs_velocity();

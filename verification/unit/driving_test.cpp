@@ -538,3 +538,58 @@ integrator = ")" +
   CHECK(rows.angle < 1e-7);
   CHECK(rows.rate < 1e-6);
 }
+
+TEST_CASE("a force and a torque may be read against another joint's angle", "[driving]") {
+  // A crank turns at 10 rad/s from 0.3 rad; what is read is 4 sin φ, so that a rate is (4/10 Ω)(cos 0.3 − cos φ) over its inertia.
+  const std::string start = R"(format = 2
+[bodies.crank]
+mass = 1
+inertia = 0.1
+angle = 0.3
+[bodies.block]
+mass = 2
+inertia = 0.5
+[bodies.rotor]
+mass = 2
+inertia = 0.5
+[joints.shaft]
+type = "revolute"
+between = ["ground", "crank"]
+[joints.guide]
+type = "translational"
+between = ["ground", "block"]
+[joints.main]
+type = "revolute"
+between = ["ground", "rotor"]
+[drives.motor]
+joint = "shaft"
+speed = 10
+[curves.gas]
+shape = "harmonic"
+amplitude = 4
+period = "1 turn"
+[run]
+duration = 0.7
+)";
+  const std::string reads = "against = \"angle\"\nof = \"shaft\"\n";
+  struct Kind {
+    std::string text;
+    std::size_t rate;
+    double inertia;
+  };
+  const auto kind = GENERATE_COPY(
+      values<Kind>({{"[drives.d]\njoint = \"guide\"\nforce = \"gas\"\n", 3, 2},
+                    {"[drives.d]\njoint = \"main\"\ntorque_curve = \"gas\"\n", 8, 0.5},
+                    {"[loads.l]\ntype = \"force\"\nbody = \"block\"\nforce = [1, 0]\nfactor = \"pure\"\n", 3, 2},
+                    {"[loads.l]\ntype = \"torque\"\nbody = \"rotor\"\ntorque = 1\nfactor = \"pure\"\n", 8, 0.5}}));
+  const auto* formulation = GENERATE("penalty", "nonsmooth");
+  auto text = start;
+  text += "[curves.pure]\nshape = \"harmonic\"\namplitude = 4\nperiod = 6.283185307179586\n";
+  const auto scene = parse_scene(text + kind.text + reads, "s.toml");
+  CHECK(same_facts(parse_scene(to_toml(scene), "again"), scene));
+  Simulation simulation(scene, formulation);
+  REQUIRE(simulation.run().ending.status == Ending::Status::finished);
+  CHECK(simulation.state().v[kind.rate] ==
+        Approx(4 / (10 * kind.inertia) * (std::cos(0.3) - std::cos(7.3))).epsilon(1e-7));
+  CHECK_THAT(said(text + kind.text + "of = \"shaft\"\n"), Contains("goes with a curve against = \"angle\""));
+}

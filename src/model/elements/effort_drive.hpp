@@ -1,5 +1,5 @@
 // Torque of a revolute joint or force along the axis of a translational one, on the second body and its opposite on the
-// first, by a curve against time, the joint's angle or place, or its speed; both power the drive: M (ω_j − ω_i), F ṡ.
+// first, by a curve against time, the joint's angle or place, its speed, or the angle of another joint; both power the drive: M (ω_j − ω_i), F ṡ.
 #pragma once
 
 #include <array>
@@ -23,6 +23,7 @@ struct TorqueCurveDrive {
   int joint = -1;
   int curve = -1;  ///< index into Mechanism::curves
   Argument against = Argument::time;
+  OtherJoint other = {};
   Piecewise course = {};  ///< of prepare()
 
   static void keys(auto& k, auto& d) {
@@ -30,6 +31,7 @@ struct TorqueCurveDrive {
     k.curve({"torque_curve", "N m", "name of the curve of the torque on the second body"}, d.curve);
     k.choose({"against", "", "what the curve is read against: "}, d.against);
     k.check(d.against != Argument::position, "against", "a revolute joint has an angle, no position");
+    OtherJoint::keys(k, d.other, d.against, true);
   }
 
   void prepare(const auto& mechanism) { course = mechanism.curves[curve].lay(); }
@@ -37,15 +39,18 @@ struct TorqueCurveDrive {
   bool does_work() const { return true; }
   bool needs_velocity() const { return against != Argument::time; }
   double next_knot(double t) const { return against == Argument::time ? course.next_knot(t) : INFINITY; }
-  std::optional<Phase> phase(const Link& link) const { return phase_of(course, against, link); }
+  std::optional<Phase> phase(const Link& link) const {
+    return phase_of(course, against, other.or_own(link));
+  }
   double greatest_effort(const auto& mechanism) const {
     return mechanism.curves[curve].lay().greatest().value;
   }
 
   template <class T>
   void act(const auto& m, const auto& link, const T*, auto& out) const {
-    const T torque = read_at<T>(course, against, m, m.angle(link),
-                                [&](const T* v) { return omega(v, link.j) - omega(v, link.i); });
+    const Link& read = other.or_own(link);
+    const T torque = read_at<T>(course, against, m, m.angle(read),
+                                [&](const T* v) { return omega(v, read.j) - omega(v, read.i); });
     out.couple(link, torque);
     out.power.drive += torque * m.spin(link);
   }
@@ -59,6 +64,7 @@ struct ForceDrive {
   int joint = -1;
   CurveOr force = {};
   Argument against = Argument::time;
+  OtherJoint other = {};
   Piecewise course = {};  ///< of prepare(), as the axis
   Vec2 axis{1, 0};
 
@@ -69,7 +75,9 @@ struct ForceDrive {
         d.force);
     if (k.when(d.force.curve >= 0, {"against"}, "goes with a curve"))
       k.choose({"against", "", "what the curve is read against: "}, d.against);
-    k.check(d.against != Argument::angle, "against", "a translational joint has a position, no angle");
+    OtherJoint::keys(k, d.other, d.against, d.force.curve >= 0);
+    k.check(d.against != Argument::angle || d.other.of >= 0, "against",
+            "a translational joint has a position, no angle; `of` names a revolute joint whose angle is meant");
   }
 
   void prepare(const auto& mechanism) {
@@ -83,13 +91,18 @@ struct ForceDrive {
   bool does_work() const { return true; }
   bool needs_velocity() const { return against != Argument::time; }
   double next_knot(double t) const { return against == Argument::time ? course.next_knot(t) : INFINITY; }
-  std::optional<Phase> phase(const Link& link) const { return phase_of(course, against, link, &axis); }
+  std::optional<Phase> phase(const Link& link) const {
+    return phase_of(course, against, other.or_own(link), other.of >= 0 ? nullptr : &axis);
+  }
   double greatest_effort(const auto& mechanism) const { return force.lay(mechanism.curves).greatest().value; }
 
   template <class T>
   void act(const auto& m, const auto& link, const T*, auto& out) const {
     const AlongAxis<T> on(link, axis, m.q, m.e);
-    const T push = read_at<T>(course, against, m, on.place, [&](const T* v) { return on.rate(link, v); });
+    const T push =
+        other.of >= 0
+            ? read_at_angle<T>(course, m, other.link)
+            : read_at<T>(course, against, m, on.place, [&](const T* v) { return on.rate(link, v); });
     out.pull(link, on.arms, Vec2Of<T>{push * on.axis.x(), push * on.axis.y()});
     out.power.drive += push * on.rate(link, m.v);
   }

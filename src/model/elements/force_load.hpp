@@ -25,6 +25,7 @@ struct ForceLoad {
   Axes axes = Axes::world;
   int factor = -1;  ///< index into Mechanism::curves, −1: the force is constant
   Argument against = Argument::time;
+  OtherJoint other = {};
   Piecewise course = {};  ///< of prepare()
 
   static void keys(auto& k, auto& l) {
@@ -35,6 +36,7 @@ struct ForceLoad {
     k.maybe_curve({"factor", "", "name of a curve that scales it; left out: constant"}, l.factor);
     if (k.when(l.factor >= 0, {"against"}, "goes with factor"))
       k.choose({"against", "", "what the factor is read against: "}, l.against);
+    OtherJoint::keys(k, l.other, l.against, l.factor >= 0);
     k.check(l.axes == Axes::world || l.against != Argument::position, "against",
             "a force in the body's own directions has no direction in the world to take a position along");
     k.check(l.factor < 0 || !l.force.is_zero(), "force", "must not be zero where a factor scales it");
@@ -52,7 +54,8 @@ struct ForceLoad {
   std::optional<Phase> phase(const Link& link) const {
     const Vec2 along = force.is_zero() ? force : force.direction();
     return factor < 0 ? std::nullopt
-                      : phase_of(course, against, link, against == Argument::position ? &along : nullptr);
+                      : phase_of(course, against, other.or_own(link),
+                                 against == Argument::position ? &along : nullptr);
   }
 
   template <class T>
@@ -68,10 +71,9 @@ struct ForceLoad {
  private:
   template <class T>
   Vec2Of<T> scaled(const auto& m, const auto& link, const Arms<T>& a, const Vec2Of<T>& f) const {
-    const auto turns = [&](const T* v) { return omega(v, link.j); };
     const auto moves = [&](const T* v) { return dot(f, relative_velocity(link, a, v)) / force.norm(); };
     const T s = against == Argument::angle
-                    ? read_at<T>(course, against, m, m.angle(link), turns)
+                    ? read_at_angle<T>(course, m, other.or_own(link))
                     : read_at<T>(course, against, m, dot(f, a.d) / force.norm(), moves);
     return {s * f.x(), s * f.y()};
   }

@@ -20,6 +20,7 @@ struct TorqueLoad {
   double torque = 0;  ///< N m
   int factor = -1;    ///< index into Mechanism::curves, −1: the torque is constant
   Argument against = Argument::time;
+  OtherJoint other = {};
   Piecewise course = {};  ///< of prepare()
 
   static void keys(auto& k, auto& l) {
@@ -29,6 +30,7 @@ struct TorqueLoad {
     if (k.when(l.factor >= 0, {"against"}, "goes with factor"))
       k.choose({"against", "", "what the factor is read against: "}, l.against);
     k.check(l.against != Argument::position, "against", "a torque has an angle, no position");
+    OtherJoint::keys(k, l.other, l.against, l.factor >= 0);
   }
 
   void prepare(const auto& mechanism) {
@@ -41,14 +43,17 @@ struct TorqueLoad {
     return factor >= 0 && against == Argument::time ? course.next_knot(t) : INFINITY;
   }
   std::optional<Phase> phase(const Link& link) const {
-    return factor < 0 ? std::nullopt : phase_of(course, against, link);
+    return factor < 0 ? std::nullopt : phase_of(course, against, other.or_own(link));
   }
 
   template <class T>
   void act(const auto& m, const auto& link, const T*, auto& out) const {
     T M = torque;
-    if (factor >= 0)
-      M *= read_at<T>(course, against, m, m.angle(link), [&](const T* v) { return omega(v, link.j); });
+    if (factor >= 0) {
+      const Link& read = other.or_own(link);
+      M *= read_at<T>(course, against, m, m.angle(read),
+                      [&](const T* v) { return omega(v, read.j) - omega(v, read.i); });
+    }
     out.couple(link, M);
     out.power.load += M * m.spin(link);
   }
