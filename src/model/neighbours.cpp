@@ -80,7 +80,7 @@ void Neighbours::find(const double* q, double reach) {
     for (std::size_t m = n + 1; m < cells_.size() && cells_[m].first == own; ++m) look(a, cells_[m].second);
     const auto x = static_cast<std::int64_t>(own >> 32) - (std::int64_t{1} << 31),
                y = static_cast<std::int64_t>(own & 0xffffffffu) - (std::int64_t{1} << 31);
-    for (const auto [dx, dy] : {std::pair{0, 1}, {1, -1}, {1, 0}, {1, 1}}) {
+    for (const auto& [dx, dy] : {std::pair{0, 1}, {1, -1}, {1, 0}, {1, 1}}) {
       const auto other = key(x + dx, y + dy);
       for (auto c = std::ranges::lower_bound(cells_, std::pair{other, -1});
            c != cells_.end() && c->first == other; ++c)

@@ -105,7 +105,7 @@ std::vector<Growth> growths() {
 }
 
 Cost measure(const Growth& growth, int count, int repetitions) {
-  Cost cost{.count = count, .microseconds = std::numeric_limits<double>::infinity()};
+  Cost cost{.count = count, .microseconds = std::numeric_limits<double>::infinity(), .ending = {}};
   for (int i = 0; i < repetitions; ++i) {
     const auto apart = run_apart([&] { return run_once(growth, count); }, 3600);
     std::istringstream in(apart.said);
