@@ -224,6 +224,8 @@ class MoreauStepper {
   ContactSolution solve_islands();
   void react_to_all();
   bool bring_back(double t_new);
+  double rounding_of_places() const;
+  void compromise();
   bool hold_lasting();
   void draw_closed(double t_new);
   void book_leads();

@@ -47,6 +47,33 @@ void MoreauStepper::book_leads() {
   integrals_.stabilisation -= lift;
 }
 
+/// What gaps between many bodies are known to (m). Of a row that just fits between two walls not all can be without it, and to ask
+/// for that in every step would cost more than the steps.
+double MoreauStepper::rounding_of_places() const {
+  double farthest = 0;
+  for (int i = 0; i < system_.n(); ++i)
+    if (i % 3 != 2) farthest = std::max(farthest, std::abs(q_[i]));
+  return 8 * std::numeric_limits<double>::epsilon() * farthest;
+}
+
+/// dq_ of a position problem that has no solution: a row of bodies that just fits between two walls asks by rounding for more
+/// room than there is. Sweeps find what of it there is room for; what stays is the run's greatest penetration.
+void MoreauStepper::compromise() {
+  std::ranges::fill(dq_, 0.0);
+  auto& p = position_problem_;
+  for (auto& u : p.unknowns) u.impulse_n = 0;
+  for (int sweep = 0; sweep < 200; ++sweep)
+    for (auto& u : p.unknowns) {
+      const int place = place_of(u.normal);
+      const double mobility = along(rows_[place], place);
+      if (!(mobility > 0)) continue;
+      const double gap = p.b[u.normal] + rows_[place].dot(dq_.data());
+      const double by = std::max(-u.impulse_n, -gap / mobility);
+      u.impulse_n += by;
+      push(place, by, dq_.data());
+    }
+}
+
 /// One Newton step of least mass-weighted length onto Φ(q⁺, t⁺) = 0, then contacts whose gap is still
 /// negative are opened to zero along A W_N, which leaves Φ alone to first order.
 bool MoreauStepper::bring_back(double t_new) {
@@ -76,8 +103,9 @@ bool MoreauStepper::bring_back(double t_new) {
     look();
   }
   bool moved = false;
+  const double rounding = many_ ? rounding_of_places() : 0;
   for (const int k : live_)
-    moved |= contacts_[k].gap < 0 && in_reach(contacts_[k]) && !(held && contacts_[k].held);
+    moved |= contacts_[k].gap < -rounding && in_reach(contacts_[k]) && !(held && contacts_[k].held);
   if (moved) {
     position_problem_.clear();
     if (many_) many_->id.clear();
@@ -112,14 +140,27 @@ bool MoreauStepper::bring_back(double t_new) {
       result = p.solve();
     }
     work_.pivots += result.pivots;
-    if (!result.solved) {
-      failure_ = fmt::format("t = {:.9g} s: the positions of {} contacts cannot be brought back together",
-                             t_new, p.rows);
-      return false;
+    if (result.solved) {
+      for (const auto& u : p.unknowns)
+        if (u.impulse_n > 0) push(place_of(u.normal), u.impulse_n, q_.data());
+      place_end();
+    } else {
+      const auto deepest = [&] {
+        double least = 0;
+        for (const int k : live_)
+          if (in_reach(contacts_[k])) least = std::min(least, contacts_[k].gap);
+        return least;
+      };
+      const double before = deepest();
+      compromise();
+      move(dq_.data());
+      place_end();
+      look();
+      if (!(deepest() >= before)) {
+        for (int i = 0; i < n; ++i) q_[i] -= dq_[i];
+        place_end();
+      }
     }
-    for (const auto& u : p.unknowns)
-      if (u.impulse_n > 0) push(place_of(u.normal), u.impulse_n, q_.data());
-    place_end();
   }
   if (reach_ == Reach::closed) draw_closed(t_new);
   integrals_.stabilisation += system_.potential(q_.data()) - potential;

@@ -29,7 +29,8 @@ struct OtherJoint {
 
   static void keys(auto& k, auto& o, Argument against, bool reads) {
     if (k.when(reads && against == Argument::angle, {"of"}, "goes with a curve against = \"angle\""))
-      k.maybe_joint({"of", "", "revolute joint whose angle the curve is read against; left out: its own"}, o.of);
+      k.maybe_joint({"of", "", "revolute joint whose angle the curve is read against; left out: its own"},
+                    o.of);
   }
   const Link& or_own(const Link& own) const { return of >= 0 ? link : own; }
 };

@@ -577,11 +577,11 @@ duration = 0.7
     std::size_t rate;
     double inertia;
   };
-  const auto kind = GENERATE_COPY(
-      values<Kind>({{"[drives.d]\njoint = \"guide\"\nforce = \"gas\"\n", 3, 2},
-                    {"[drives.d]\njoint = \"main\"\ntorque_curve = \"gas\"\n", 8, 0.5},
-                    {"[loads.l]\ntype = \"force\"\nbody = \"block\"\nforce = [1, 0]\nfactor = \"pure\"\n", 3, 2},
-                    {"[loads.l]\ntype = \"torque\"\nbody = \"rotor\"\ntorque = 1\nfactor = \"pure\"\n", 8, 0.5}}));
+  const auto kind = GENERATE_COPY(values<Kind>(
+      {{"[drives.d]\njoint = \"guide\"\nforce = \"gas\"\n", 3, 2},
+       {"[drives.d]\njoint = \"main\"\ntorque_curve = \"gas\"\n", 8, 0.5},
+       {"[loads.l]\ntype = \"force\"\nbody = \"block\"\nforce = [1, 0]\nfactor = \"pure\"\n", 3, 2},
+       {"[loads.l]\ntype = \"torque\"\nbody = \"rotor\"\ntorque = 1\nfactor = \"pure\"\n", 8, 0.5}}));
   const auto* formulation = GENERATE("penalty", "nonsmooth");
   auto text = start;
   text += "[curves.pure]\nshape = \"harmonic\"\namplitude = 4\nperiod = 6.283185307179586\n";

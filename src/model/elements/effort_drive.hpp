@@ -39,9 +39,7 @@ struct TorqueCurveDrive {
   bool does_work() const { return true; }
   bool needs_velocity() const { return against != Argument::time; }
   double next_knot(double t) const { return against == Argument::time ? course.next_knot(t) : INFINITY; }
-  std::optional<Phase> phase(const Link& link) const {
-    return phase_of(course, against, other.or_own(link));
-  }
+  std::optional<Phase> phase(const Link& link) const { return phase_of(course, against, other.or_own(link)); }
   double greatest_effort(const auto& mechanism) const {
     return mechanism.curves[curve].lay().greatest().value;
   }
@@ -76,8 +74,9 @@ struct ForceDrive {
     if (k.when(d.force.curve >= 0, {"against"}, "goes with a curve"))
       k.choose({"against", "", "what the curve is read against: "}, d.against);
     OtherJoint::keys(k, d.other, d.against, d.force.curve >= 0);
-    k.check(d.against != Argument::angle || d.other.of >= 0, "against",
-            "a translational joint has a position, no angle; `of` names a revolute joint whose angle is meant");
+    k.check(
+        d.against != Argument::angle || d.other.of >= 0, "against",
+        "a translational joint has a position, no angle; `of` names a revolute joint whose angle is meant");
   }
 
   void prepare(const auto& mechanism) {
@@ -99,10 +98,9 @@ struct ForceDrive {
   template <class T>
   void act(const auto& m, const auto& link, const T*, auto& out) const {
     const AlongAxis<T> on(link, axis, m.q, m.e);
-    const T push =
-        other.of >= 0
-            ? read_at_angle<T>(course, m, other.link)
-            : read_at<T>(course, against, m, on.place, [&](const T* v) { return on.rate(link, v); });
+    const T push = other.of >= 0 ? read_at_angle<T>(course, m, other.link)
+                                 : read_at<T>(course, against, m, on.place,
+                                              [&](const T* v) { return on.rate(link, v); });
     out.pull(link, on.arms, Vec2Of<T>{push * on.axis.x(), push * on.axis.y()});
     out.power.drive += push * on.rate(link, m.v);
   }
