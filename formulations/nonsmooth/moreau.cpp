@@ -150,9 +150,12 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
         double mean = 0.5 * (v_old_[c] + v_[c]);
         if (i >= 10 && (sweeps || films_.any()))
           mean = 0.5 * (mean + v_mean_[c]);  // a pulse may throw it to and fro
-        change = std::max(change, std::abs(v_[c] - v_trial_[c]));
+        // Angular rates by the radius of gyration beside the others.
+        const auto& mass = system_.mass();
+        const double arm = c % 3 == 2 ? std::sqrt(mass[c] / mass[c - 1]) : 1;
+        change = std::max(change, arm * std::abs(v_[c] - v_trial_[c]));
         // At rest rates are the rounding of forces that balance.
-        size = std::max({size, std::abs(mean), 0.01 * h * std::abs(e_.force[c]) / system_.mass()[c]});
+        size = std::max(size, arm * std::max(std::abs(mean), 0.01 * h * std::abs(e_.force[c]) / mass[c]));
         v_mean_[c] = mean;
       }
       if (films_.any()) size += films_.greatest_change();
