@@ -174,7 +174,8 @@ void whirls(Findings& f) {
     f.between(fmt::format("order of Moreau–Jean, whirl in a {}", name_of(b)), "",
               test::observed_order(steps, errors), 1.9, 2.1, "theory: 2 (θ = ½ + O(h))",
               "asymptotic regime, hC/m from 0.4 to 0.05");
-    f.curves.push_back({"orders", "Moreau–Jean, film", "step (s)", "error over eccentricity", steps, errors});
+    f.curves.push_back(
+        {"film_orders", name_of(b), "step (s)", "error over eccentricity or clearance", steps, errors});
   }
 }
 
@@ -258,8 +259,8 @@ void pin(Findings& f) {
   f.between("order of Moreau–Jean, lubricated gudgeon pin, a quarter turn", "",
             test::observed_order(steps, errors), 1.9, 2.1, "theory: 2; apart from event-driven at 1e-12",
             "asymptotic regime");
-  f.curves.push_back(
-      {"orders", "Moreau–Jean, lubricated pin", "step (s)", "error over clearance", steps, errors});
+  f.curves.push_back({"film_orders", "lubricated pin of a slider-crank", "step (s)",
+                      "error over eccentricity or clearance", steps, errors});
 }
 
 }  // namespace
