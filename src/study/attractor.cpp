@@ -8,9 +8,14 @@
 namespace freeplay {
 namespace {
 
-double apart(double a, double b, double circle) {
-  const double d = a - b;
-  return std::abs(circle > 0 ? std::remainder(d, circle) : d);
+double less(double a, double b, double circle) { return circle > 0 ? std::remainder(a - b, circle) : a - b; }
+
+/// Where a, b, c go on to if their steps shrink by one factor (Aitken's Δ²); c where they do not.
+double limit(double a, double b, double c, double circle) {
+  const double first = less(b, a, circle), second = less(c, b, circle);
+  if (!(std::abs(second) < std::abs(first)) || first * second <= 0) return c;
+  const double on = second * second / (first - second);
+  return std::abs(on) <= 10 * std::abs(first + second) ? c + on : c;
 }
 
 /// The greatest share of its scale by which a column of two points differs.
@@ -18,7 +23,7 @@ double distance(const double* a, const double* b, const std::vector<double>& sca
                 const Likeness& likeness) {
   double worst = 0;
   for (std::size_t j = 0; j < scale.size(); ++j) {
-    const double d = apart(a[j], b[j], likeness.circles[j]);
+    const double d = std::abs(less(a[j], b[j], likeness.circles[j]));
     if (d == 0) continue;
     worst = std::max(worst, d / scale[j]);
     if (std::isnan(d)) return INFINITY;
@@ -59,8 +64,26 @@ Attractor attractor_of(std::span<const double> rows, const Likeness& likeness) {
       a.period = static_cast<int>(n);
       break;
     }
-  const auto kept = static_cast<std::size_t>(std::max(a.period, 1)) * width;
-  a.points.assign(rows.end() - static_cast<std::ptrdiff_t>(kept), rows.end());
+  const auto n = static_cast<std::size_t>(std::max(a.period, 1)), last = count - n;
+  a.points.assign(rows.begin() + static_cast<std::ptrdiff_t>(last * width), rows.end());
+  if (a.period == Attractor::aperiodic) return a;
+  const std::size_t step = (count / n - 1) / 2 * n;  // from the first cycle over the middle to the last
+  for (std::size_t i = 0; i < n * width; ++i) {
+    const auto at = [&](std::size_t back) { return rows[(last - back) * width + i]; };
+    a.points[i] = limit(at(2 * step), at(step), at(0), likeness.circles[i % width]);
+  }
+  // What alternates about its limit by ever less has a part of the period that it was seen with.
+  for (std::size_t part = 1; part < n; ++part) {
+    if (n % part != 0) continue;
+    bool repeats_sooner = true;
+    for (std::size_t i = 0; i < n && repeats_sooner; ++i)
+      repeats_sooner = distance(&a.points[i * width], &a.points[(i + part) % n * width], a.scale, likeness) <=
+                       likeness.tolerance;
+    if (!repeats_sooner) continue;
+    a.period = static_cast<int>(part);
+    a.points.erase(a.points.begin(), a.points.end() - static_cast<std::ptrdiff_t>(part * width));
+    break;
+  }
   return a;
 }
 

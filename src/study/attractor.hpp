@@ -7,6 +7,9 @@
 // without any point there is nothing to tell (a ball that rests has no touches). The scale s_j of a column is its greatest
 // magnitude, of an angle π, of a phase ½; angles and phases are compared on their circle.
 //
+// A cycle stands for where its points go on to if their steps shrink by one factor (Aitken's Δ² over the first, the middle and
+// the last cycle). Where these repeat sooner, as of what alternates about an orbit by ever less, their period is taken.
+//
 // Two orbits of one period are the same where the points of one cycle agree, from some point on, to three tolerances; all
 // aperiodic motions of one section are taken for one.
 #pragma once
@@ -27,7 +30,7 @@ struct Likeness {
 struct Attractor {
   static constexpr int none = -1, aperiodic = 0;
   int period = none;
-  std::vector<double> points;  ///< one cycle, or the last point; rows of the columns
+  std::vector<double> points;  ///< one cycle in its limit, or the last point; rows of the columns
   std::vector<double> scale;   ///< of each column
   /// "period 2", "aperiodic", "no points".
   std::string name() const;

@@ -96,6 +96,34 @@ TEST_CASE("periods of the logistic map are told", "[attractors]") {
   CHECK(attractor_of(logistic(3.2, 6), likeness).period == 2);
 }
 
+TEST_CASE("what is approached slowly is told from what is reached", "[attractors]") {
+  const Likeness likeness{.circles = {0, 1}, .tolerance = 1e-3, .most = 16};
+  const auto towards = [](double about, double begin, double factor, double split) {
+    std::vector<double> rows;
+    for (int i = 0; i < 60; ++i) {
+      const double x = about + begin * std::pow(factor, i) + (i % 2 == 1 ? split : -split);
+      rows.insert(rows.end(), {x, 0.5 * x});
+    }
+    return rows;
+  };
+  const auto reached = attractor_of(towards(1, 0, 0, 0), likeness);
+  REQUIRE(reached.period == 1);
+  // An orbit of one period with an eigenvalue of −0.97: seen with two, 4e-3 apart at last, it is the one.
+  for (const double begin : {0.012, -0.012, 0.004}) {
+    const auto nearing = attractor_of(towards(1, begin, -0.97, 0), likeness);
+    CHECK(nearing.period == 1);
+    CHECK(same(nearing, reached, likeness));
+  }
+  // From one side, 6e-3 away at last.
+  CHECK(same(attractor_of(towards(1, 0.02, 0.98, 0), likeness), reached, likeness));
+  // Two points that stay apart by as little are two, approached or reached.
+  for (const double begin : {0.0, 0.004}) {
+    const auto two = attractor_of(towards(1, begin, 0.97, 0.002), likeness);
+    CHECK(two.period == 2);
+    CHECK_FALSE(same(two, reached, likeness));
+  }
+}
+
 TEST_CASE("angles and phases are told apart on their circle", "[attractors]") {
   const Likeness likeness{.circles = {1}, .tolerance = 1e-3, .most = 4};
   const std::vector<double> around{0.0001, 0.9999, 0.0001, 0.9999, 0.0001, 0.9999};
