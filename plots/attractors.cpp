@@ -22,9 +22,10 @@ std::string axis_label(const JsonFile& document, const std::string& path) {
   return with_unit(document.text(path + ".name"), document.text(path + ".unit"));
 }
 
-/// The first colour upwards, the second downwards; what began from drawn starts lies below both in grey.
+/// Dots of the first colour upwards, over rings of the second downwards, so that neither hides the other; what began from drawn starts
+/// lies below both in grey.
 constexpr Word branch_colours[] = {"0x9aa0a6", "C1", "C2"};
-constexpr Word branch_marks[] = {"7", "7", "(MONO ? 6 : 7)"};  // in black the branches differ by their marks
+constexpr Word branch_marks[] = {"7", "7", "6"};
 constexpr Word no_points =
     "set label 1 'no point of the section' at graph 0.5, graph 0.5 center tc rgb 0x888888\n";
 int place_of(const std::string& branch) { return branch == "up" ? 1 : branch == "down" ? 2 : 0; }
@@ -55,12 +56,12 @@ std::vector<std::filesystem::path> draw_bifurcation(const std::filesystem::path&
   Script plot;
   bool points = false, without = false;
   const auto opening = [&] { return plot.empty() ? Word("plot ") : Word(", "); };
-  for (std::size_t k = 0; k < 3; ++k) {
+  for (const std::size_t k : {0u, 2u, 1u}) {
     if (blocks[k].empty()) continue;
     plot.add(
-        "{}DATA index {} using 1:2 with points pt {} ps {} lc rgb {} notitle, keyentry with points pt {} ps 0.8 lc rgb {} "
+        "{}DATA index {} using 1:2 with points pt {} ps {} lw 0.6 lc rgb {} notitle, keyentry with points pt {} ps 0.8 lc rgb {} "
         "title '{}'",
-        opening(), f.blocks.size(), branch_marks[k], k == 2 ? 0.3 : 0.35, branch_colours[k], branch_marks[k],
+        opening(), f.blocks.size(), branch_marks[k], k == 2 ? 0.6 : 0.3, branch_colours[k], branch_marks[k],
         branch_colours[k], titles[k]);
     f.blocks.push_back(blocks[k]);
     points = true;
