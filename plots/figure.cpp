@@ -250,6 +250,15 @@ std::filesystem::path draw(const Figure& f, const std::filesystem::path& folder)
     draw_by(f.name + "_latex.gp", latex_script(f, style), {f.name + "_latex.tex", f.name + "_latex.pdf"},
             500);  // texts, and with them fonts, are LaTeX's
   move_file(place.path(), figures, f.name + ".dat");
+  if (!f.formats.empty()) return figures / (f.name + terminal_of(first).suffix);
+  // What the style does not ask for any more would show another run, or another style.
+  std::error_code ignored;
+  for (const auto& t : terminals)
+    if (t.format != Format::cairolatex && std::ranges::find(formats, t.format) == formats.end())
+      std::filesystem::remove(figures / (f.name + t.suffix), ignored);
+  if (!latex)
+    for (const char* suffix : {"_latex.gp", "_latex.tex", "_latex.pdf"})
+      std::filesystem::remove(figures / (f.name + suffix), ignored);
   return figures / (f.name + terminal_of(first).suffix);
 }
 

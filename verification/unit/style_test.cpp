@@ -141,6 +141,11 @@ TEST_CASE("a style gives sizes on paper, in every format, and survives", "[figur
   REQUIRE(test::freeplay("figures " + place.string()).status == 0);
   CHECK(pixels(figure(".png")) == std::pair{1600, 1300});
   CHECK_THAT(text_of(figure(".gp")), Contains("SIZE = 7 "));
+  // Nothing is left that shows the older style.
+  for (const char* suffix : {".svg", ".eps", "_latex.tex", "_latex.pdf", "_latex.gp"}) {
+    CAPTURE(suffix);
+    CHECK_FALSE(std::filesystem::exists(figure(suffix)));
+  }
 }
 
 TEST_CASE("hostile styles are refused or drawn, and executed never", "[security][hostile][style]") {
