@@ -7,13 +7,16 @@
 #include "cli/default_folder.hpp"
 #include "cli/ending.hpp"
 #include "cli/progress.hpp"
+#include "cli/shards.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
+#include "io/digest.hpp"
 #include "io/output_file.hpp"
 #include "io/result_set.hpp"
 #include "io/run_json.hpp"
 #include "plots/figure.hpp"
 #include "study/attractor_table.hpp"
+#include "study/divided_sweep.hpp"
 #include "study/provenance.hpp"
 
 namespace freeplay::cli {
@@ -24,6 +27,7 @@ struct AttractorsRequest : Request {
   Reach reach = Reach::beside;
   std::string output;  ///< result folder
   int threads = 0;     ///< 0 for all cores
+  ShardOptions shards;
 };
 
 /// A verb's part: which chains are run, and what is made of them.
@@ -37,6 +41,45 @@ struct Verb {
   std::string (*text)(const Study&, const SettledRuns&, const Told&);
 };
 
+/// A chain's name: all that tells it from the others of a study.
+std::string key_of(const Chain& chain) {
+  auto text = chain.branch + "\n";
+  for (const auto& link : chain.links)
+    text += fmt::format("{} {} {}\n", fmt::join(link.overrides, " "), fmt::join(link.values, " "), link.start);
+  return digest(text);
+}
+
+/// Units are chains: of one, each run begins where the one before it ended.
+Division divided(const Study& study, const AttractorPlan& plan, const Verb& verb, const AttractorsRequest& request) {
+  return {.verb = verb.name,
+          .arguments = study_arguments(request.study, request.reach),
+          .subject = subject_of(study),
+          .units =
+              [&study, &verb] {
+                std::vector<Unit> units;
+                for (const auto& chain : verb.chains(study)) units.push_back({key_of(chain), units.size()});
+                return units;
+              },
+          .make =
+              [&study, &plan, &verb](const FolderLock& lock, const std::vector<Unit>& units, const MakeUnits& how) {
+                const auto all = verb.chains(study);
+                std::vector<Chain> chains;
+                for (const auto& unit : units) chains.push_back(all.at(unit.number));
+                AttractorStore store(lock.folder() / fmt::format("{}.db", verb.name), how.stop);
+                const auto runs = settle(study, plan, verb.name, chains, store, how.threads, how.stop,
+                                         [&](const ChainProgress& p) {
+                                           if (how.on_progress) how.on_progress(p.done * units.size() / p.total);
+                                         });
+                MadeUnits made{.failed = 0, .reasons = {}, .interrupted = runs.interrupted};
+                for (const auto& chain : runs.chains)
+                  for (const auto& run : chain)
+                    if (!run.finished() && ++made.failed <= 5)
+                      made.reasons.push_back(
+                          fmt::format("{} at {}: {}", run.branch, fmt::join(run.values, ", "), run.failure));
+                return made;
+              }};
+}
+
 int attractors(const AttractorsRequest& request, const Verb& verb) {
   const auto study = read_study(request.study, request.reach);
   const auto* plan = verb.plan(study);
@@ -44,6 +87,8 @@ int attractors(const AttractorsRequest& request, const Verb& verb) {
     throw SceneError(fmt::format("{}: has no table [{}]; docs/attractors.md", request.study, verb.name));
   const auto folder =
       result_folder(request.output, default_folder(study.file, fmt::format("-{}", verb.name)));
+  if (request.shards.asked())
+    return in_shards(divided(study, *plan, verb, request), request.shards, folder, request.threads, request.stop);
   nlohmann::json document;  // before anything is run: it reads the scene as the study names it
   document["provenance"] = provenance(study);
   document["provenance"]["scene_file"] = study.scene.lexically_normal().string();
@@ -98,6 +143,7 @@ void declare(Program& program, const Verb& verb, const char* what, int (*act)(co
   options.output(request.output, "result folder; default out/NAME and the verb's name");
   options.allow_outside(request.reach);
   options.threads(request.threads);
+  declare_shards(options, request.shards);
 }
 
 }  // namespace

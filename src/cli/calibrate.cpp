@@ -12,11 +12,13 @@
 #include "cli/default_folder.hpp"
 #include "cli/ending.hpp"
 #include "cli/progress.hpp"
+#include "cli/shards.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "io/output_file.hpp"
 #include "io/result_set.hpp"
 #include "io/run_json.hpp"
+#include "study/divided_sweep.hpp"
 #include "study/provenance.hpp"
 
 namespace freeplay::cli {
@@ -70,6 +72,7 @@ struct CalibrateRequest : Request {
   Reach reach = Reach::beside;
   std::string output;  ///< result folder
   int threads = 0;     ///< 0 for all cores
+  ShardOptions shards;
 };
 
 int calibrate(const CalibrateRequest& request) {
@@ -79,6 +82,10 @@ int calibrate(const CalibrateRequest& request) {
   const auto origin = provenance(study);  // reads every file that it names
   auto plan = plan_calibration(study, request.conduct());
   if (request.stop()) return interrupted(Kept::nothing);
+  if (request.shards.asked())  // the points; fits are made of what is merged, by the verb without these options
+    return in_shards(divided_sweep(plan.study, request.conduct(), "calibrate",
+                                   study_arguments(request.scene, request.reach), subject_of(study)),
+                     request.shards, folder, request.threads, request.stop);
   make_folder(folder);
   const FolderLock lock(folder, "calibrate");
   settle_result_sets(folder);
@@ -140,6 +147,7 @@ void calibrate_verb(Program& program) {
   options.output(request.output, "result folder; default out/NAME");
   options.allow_outside(request.reach);
   options.threads(request.threads);
+  declare_shards(options, request.shards);
 }
 
 }  // namespace freeplay::cli

@@ -62,4 +62,9 @@ StopToken listen_for_signals() {
   return {requested, heard};
 }
 
+void take_time() {
+  const itimerval none{};
+  setitimer(ITIMER_REAL, &none, nullptr);
+}
+
 }  // namespace freeplay::cli

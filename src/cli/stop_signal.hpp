@@ -14,4 +14,7 @@ inline constexpr double grace = 10;      ///< s, for those who heard to end
 /// large are told by the calls that meet them, not by signals.
 StopToken listen_for_signals();
 
+/// Nobody is ended by `grace` any more: what is being put in order may take its time.
+void take_time();
+
 }  // namespace freeplay::cli

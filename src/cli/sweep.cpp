@@ -9,6 +9,7 @@
 #include "cli/default_folder.hpp"
 #include "cli/ending.hpp"
 #include "cli/progress.hpp"
+#include "cli/shards.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "io/folder_lock.hpp"
@@ -16,6 +17,7 @@
 #include "io/visible.hpp"
 #include "model/error.hpp"
 #include "study/design.hpp"
+#include "study/divided_sweep.hpp"
 #include "study/sweep.hpp"
 #include "study/sweep_table.hpp"
 
@@ -34,6 +36,7 @@ struct SweepRequest : Request {
   int threads = 0;              ///< 0 for all cores
   std::string table;            ///< CSV file in the result folder, for all named runs; empty: none
   std::string spectra, traces;  ///< likewise, of harmonics and samples
+  ShardOptions shards;
   bool prune = false;           ///< remove what the study does not name, and run nothing
 };
 
@@ -72,6 +75,10 @@ int sweep(const SweepRequest& request) {
   require_plain("--traces", request.traces);
   const auto study = read_study(request.scene, request.reach);
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
+  if (request.shards.asked())
+    return in_shards(divided_sweep(study, request.conduct(), "sweep", study_arguments(request.scene, request.reach),
+                                   subject_of(study)),
+                     request.shards, folder, request.threads, request.stop);
   const auto planned = plan(study, request.conduct());
   if (request.stop()) return interrupted(Kept::nothing);
   if (request.prune && !std::filesystem::exists(folder / "sweep.db"))
@@ -132,6 +139,7 @@ void sweep_verb(Program& program) {
   options.output(request.output, "result folder; default out/NAME");
   options.allow_outside(request.reach);
   options.threads(request.threads);
+  declare_shards(options, request.shards);
   options
       .add("--export", request.table,
            "write the runs that the study names as a table into the result folder, NAME.csv")

@@ -1,0 +1,121 @@
+#include "cli/shards.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <charconv>
+#include <cstdlib>
+
+#include "cli/default_folder.hpp"
+#include "cli/progress.hpp"
+#include "cli/slurm.hpp"
+#include "cli/stop_signal.hpp"
+#include "cli/wrapped.hpp"
+#include "io/visible.hpp"
+#include "model/error.hpp"
+#include "study/merge.hpp"
+#include "study/shard.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+std::pair<std::size_t, std::size_t> read_shard(const std::string& text) {
+  std::size_t k = 0, n = 0;
+  const char* const end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, k);
+  if (first.ec == std::errc() && first.ptr != end && *first.ptr == '/') {
+    const auto second = std::from_chars(first.ptr + 1, end, n);
+    if (second.ec == std::errc() && second.ptr == end && k >= 1 && k <= n) return {k, n};
+  }
+  throw SceneError(fmt::format("--shard {}: must be k/N with 1 <= k <= N, as in 3/24", visible(text)));
+}
+
+int plan_shards(const Division& study, const ShardOptions& asked, const std::filesystem::path& folder) {
+  const auto m = make_plan(study, folder, static_cast<std::size_t>(asked.plan));
+  fmt::print("{} units in {} shards of {} to {}; the plan is {}\n", m.units, m.shards, m.units / m.shards,
+             (m.units + m.shards - 1) / m.shards, (shards_folder(folder) / "manifest.json").string());
+  fmt::print("each: {}\nthen: freeplay {} {} --merge {}\n", command_for(m, folder, fmt::format("--shard k/{}", m.shards)),
+             m.verb, fmt::join(m.arguments, " "), folder.string());
+  return 0;
+}
+
+int one_shard(const Division& study, const ShardOptions& asked, const std::filesystem::path& folder, int threads,
+              StopToken stop) {
+  const auto [k, n] = read_shard(asked.shard);
+  if (const auto m = read_manifest(folder); m.shards != n)
+    throw SceneError(fmt::format("--shard {}: {} has {} shards", asked.shard, folder.string(), m.shards));
+  Progress progress;
+  const auto made = make_shard(study, folder,
+                               {.shard = k,
+                                .scratch = scratch_folder(asked.scratch),
+                                .threads = threads_of(threads),
+                                .stop = stop,
+                                .on_progress =
+                                    [&](std::size_t done, std::size_t total) {
+                                      progress.show(fmt::format("shard {}/{}", k, n),
+                                                    static_cast<double>(done) / static_cast<double>(total));
+                                    },
+                                .on_stop = take_time});
+  progress.clear();
+  if (made.interrupted) {
+    fmt::print(stderr, "shard {}/{}: stopped; what is made is kept, and the same command goes on\n", k, n);
+    requeue_this_job();
+    return stopped_status;
+  }
+  fmt::print("shard {}/{}: {}{} units, {} failed, in {:.3g} s\n", k, n, made.found ? "was there: " : "", made.seal.units,
+             made.seal.failed, made.seal.seconds);
+  return 0;
+}
+
+int merge(const Division& study, const ShardOptions& asked) {
+  const auto folder = real_folder(asked.merge);
+  const auto s = merge_shards(study, folder, scratch_folder(asked.scratch));
+  fmt::print("{} shards, {} units {} in {:.3g} s, {} failed\nresults in {}\n", s.shards, s.units,
+             s.found ? "had been merged; looked at" : "merged", s.seconds, s.failed,
+             (folder / (study.verb + ".db")).string());
+  fmt::print("tables and figures: freeplay {} {} -o {}\n", study.verb, fmt::join(study.arguments, " "),
+             folder.string());
+  return 0;
+}
+
+}  // namespace
+
+void declare_shards(Options& options, ShardOptions& into) {
+  auto plan = options.add("--plan", into.plan, "divide it into N shards for many machines; docs/cluster.md")
+                  .between(1, 1'000'000)
+                  .takes("N");
+  auto shard = options.add("--shard", into.shard, "make shard k of N of what is planned in the result folder").takes("k/N");
+  auto merge =
+      options.add("--merge", into.merge, "check the shards of a result folder and put them together").takes("FOLDER");
+  options.add("--scratch", into.scratch, "folder on this machine's own disk for a shard or a merge").takes("FOLDER");
+  plan.excludes(shard);
+  plan.excludes(merge);
+  shard.excludes(merge);
+}
+
+int in_shards(const Division& study, const ShardOptions& asked, const std::filesystem::path& folder, int threads,
+              StopToken stop) {
+  if (asked.plan > 0) return plan_shards(study, asked, folder);
+  if (!asked.shard.empty()) return one_shard(study, asked, folder, threads, stop);
+  return merge(study, asked);
+}
+
+std::filesystem::path scratch_folder(const std::string& asked) {
+  if (!asked.empty()) return asked;
+  for (const char* name : {"FREEPLAY_SCRATCH", "SLURM_TMPDIR", "TMPDIR"})
+    if (const char* value = std::getenv(name); value && *value) return value;
+  return "/tmp";
+}
+
+std::vector<std::string> study_arguments(const std::string& file, Reach reach) {
+  std::vector<std::string> list{std::filesystem::absolute(file).lexically_normal().string()};
+  if (reach == Reach::anywhere) list.emplace_back("--allow-outside");
+  return list;
+}
+
+int threads_of(int asked) {
+  const char* given = std::getenv("SLURM_CPUS_PER_TASK");
+  return asked > 0 || !given ? asked : std::max(std::atoi(given), 0);
+}
+
+}  // namespace freeplay::cli

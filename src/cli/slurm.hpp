@@ -1,0 +1,25 @@
+// What of Slurm's commands the program uses: its words are in one file.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "study/division.hpp"
+
+namespace freeplay::cli {
+
+/// What a command prints, and whether it ended with status 0; none where there is no such command.
+struct Said {
+  std::string text, errors;
+  bool well = false;
+};
+std::optional<Said> ask(const std::vector<std::string>& command);
+
+/// What all jobs of a plan are called.
+std::string job_name(const Manifest& manifest);
+
+/// Has the job that this process is the task of run again, where it was told to stop and not cancelled.
+void requeue_this_job();
+
+}  // namespace freeplay::cli

@@ -1,0 +1,244 @@
+// freeplay submit: a divided study as a job array of Slurm, and the job that merges it. Every task makes one shard; the merge job
+// runs when all tasks have ended, however they did (afterany), and has what is missing made by another round.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <set>
+
+#include "cli/default_folder.hpp"
+#include "cli/shards.hpp"
+#include "cli/slurm.hpp"
+#include "cli/verb.hpp"
+#include "io/visible.hpp"
+#include "model/error.hpp"
+#include "study/divided_sweep.hpp"
+#include "study/merge.hpp"
+#include "study/scratch.hpp"
+#include "study/shard.hpp"
+#include "study/shard_file.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+constexpr int most_rounds = 5;
+constexpr double pilot_seconds = 10, start_seconds = 2;  // of a task: Slurm, the program, files
+constexpr std::size_t pilot_units = 8;
+
+struct SubmitRequest : Request {
+  std::string study, output, partition, time, scratch;
+  Reach reach = Reach::beside;
+  bool slurm = false, dry = false;
+  int array = 0, cpus = 1, round = 1;
+  int lead = 60;  ///< s before the time limit
+};
+
+/// Seconds of a core that a unit takes: a few are made, in a folder that goes.
+struct Pilot {
+  double unit = 0, greatest = 0;
+  std::size_t made = 0;
+};
+Pilot pilot(const Division& study, const SubmitRequest& request) {
+  auto units = study.units();
+  const Scratch own(scratch_folder(request.scratch), "pilot0000000");
+  Pilot p;
+  double spent = 0;
+  // Spread over the study: neighbours cost alike.
+  const auto n = std::min(pilot_units, units.size());
+  for (std::size_t i = 0; i < n && spent < pilot_seconds && !request.stop(); ++i) {
+    const auto began = std::chrono::steady_clock::now();
+    study.make(own.lock(), {units[i * units.size() / n]}, {.threads = 1, .stop = request.stop});
+    const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+    spent += took;
+    p.greatest = std::max(p.greatest, took);
+    ++p.made;
+  }
+  p.unit = p.made > 0 ? spent / static_cast<double>(p.made) : 1;
+  return p;
+}
+
+/// Shards such that a task's start is two per cent of its work, or as many as keep all cores at work to the end.
+std::size_t shards_for(const Pilot& p, std::size_t units, std::size_t cores) {
+  const double work = p.unit * static_cast<double>(units);
+  const double most = std::max(1.0, work / (50 * start_seconds)), even = static_cast<double>(4 * cores);
+  const auto n = static_cast<std::size_t>(std::ceil(std::max(std::min(most, even), static_cast<double>(cores))));
+  return std::clamp<std::size_t>((n + cores - 1) / cores * cores, 1, std::min<std::size_t>(units, 10000));
+}
+
+std::size_t cores_of(const std::string& partition) {
+  std::vector<std::string> words{"sinfo", "-h", "-o", "%C"};
+  if (!partition.empty()) words.insert(words.end(), {"-p", partition});
+  const auto said = ask(words);  // allocated/idle/other/total
+  if (!said || !said->well) return 1;
+  const auto last = said->text.rfind('/');
+  return last == said->text.npos ? 1 : static_cast<std::size_t>(std::max(std::atoi(said->text.c_str() + last + 1), 1));
+}
+
+std::string shell(const std::string& word) {
+  std::string out = "'";
+  for (const char c : word) out += c == '\'' ? "'\\''" : std::string(1, c);
+  return out + "'";
+}
+std::string shell(const std::vector<std::string>& words) {
+  std::string out;
+  for (const auto& word : words) out += (out.empty() ? "" : " ") + shell(word);
+  return out;
+}
+
+/// What jobs call: the program, or what started it with libraries of its own (scripts/bundle).
+std::string program_file() {
+  if (const char* named = std::getenv("FREEPLAY_PROGRAM"); named && *named) return named;
+  return std::filesystem::read_symlink("/proc/self/exe").string();
+}
+
+/// The scripts' beginning.
+std::string heading(const SubmitRequest& request, const Manifest& m, const std::filesystem::path& folder) {
+  auto text = fmt::format("#!/bin/bash\n#SBATCH --job-name={}\n#SBATCH --cpus-per-task={}\n#SBATCH --requeue\n"
+                          "#SBATCH --open-mode=append\n#SBATCH --output={}/%A_%a.log\n",
+                          job_name(m), request.cpus, (shards_folder(folder) / "log").string());
+  if (!request.partition.empty()) text += "#SBATCH --partition=" + request.partition + "\n";
+  return text;
+}
+
+std::string array_script(const SubmitRequest& request, const Manifest& m, const std::filesystem::path& folder,
+                         const std::vector<std::size_t>& lacking, const std::string& time) {
+  auto words = std::vector<std::string>{program_file(), m.verb};
+  words.insert(words.end(), m.arguments.begin(), m.arguments.end());
+  auto text = heading(request, m, folder);
+  text += fmt::format("#SBATCH --array={}\n#SBATCH --time={}\n#SBATCH --signal=B:TERM@{}\n", ranges(lacking), time,
+                      request.lead);
+  std::set<std::string> full;  // nodes whose scratch refused
+  for (const auto k : lacking)
+    if (const auto s = state_of(folder, k); s.state == "failed" && s.reason.find("scratch") != s.reason.npos)
+      full.insert(s.host);
+  if (!full.empty()) text += fmt::format("#SBATCH --exclude={}\n", fmt::join(full, ","));
+  if (!request.scratch.empty()) words.insert(words.end(), {"--scratch", request.scratch});
+  words.insert(words.end(), {"-o", folder.string()});
+  return text + fmt::format("exec {} --shard \"$SLURM_ARRAY_TASK_ID/{}\"\n", shell(words), m.shards);
+}
+
+std::string merge_script(const SubmitRequest& request, const Manifest& m, const std::filesystem::path& folder,
+                         const std::string& time) {
+  auto study = std::vector<std::string>{program_file(), m.verb};
+  study.insert(study.end(), m.arguments.begin(), m.arguments.end());
+  auto merge = study, again = study;
+  merge.insert(merge.end(), {"--merge", folder.string()});
+  if (!request.scratch.empty()) merge.insert(merge.end(), {"--scratch", request.scratch});
+  std::vector<std::string> submit{program_file(), "submit", request.study, "--slurm", "-o", folder.string(), "--time", time,
+                                  "--cpus", std::to_string(request.cpus), "--signal", std::to_string(request.lead),
+                                  "--round", std::to_string(request.round + 1)};
+  if (request.reach == Reach::anywhere) submit.emplace_back("--allow-outside");
+  if (!request.partition.empty()) submit.insert(submit.end(), {"--partition", request.partition});
+  if (!request.scratch.empty()) submit.insert(submit.end(), {"--scratch", request.scratch});
+  return heading(request, m, folder) +
+         fmt::format("#SBATCH --time={}\n{} && exit 0\nexec {}\n", time, shell(merge), shell(submit));
+}
+
+/// Before anything is measured or written.
+void require_slurm() {
+  if (!ask({"sbatch", "--version"}))
+    throw SceneError(
+        "--slurm: there is no Slurm on this machine (no sbatch); docs/cluster.md shows how shards run without it");
+}
+
+/// Numbers of the study's jobs that are queued or run, but this one.
+std::set<std::string> jobs_of(const Manifest& m) {
+  const auto said = ask({"squeue", "-h", "-n", job_name(m), "-o", "%A"});
+  if (!said || !said->well) throw std::runtime_error("squeue: " + visible(said ? said->errors : "is not there"));
+  std::set<std::string> jobs;
+  for (std::size_t at = 0; at < said->text.size();) {
+    const auto end = said->text.find('\n', at);
+    jobs.insert(said->text.substr(at, end - at));
+    at = end == said->text.npos ? said->text.size() : end + 1;
+  }
+  if (const char* own = std::getenv("SLURM_JOB_ID")) jobs.erase(own);
+  return jobs;
+}
+
+std::string hand_in(const std::filesystem::path& script, const std::vector<std::string>& options) {
+  std::vector<std::string> words{"sbatch", "--parsable"};
+  words.insert(words.end(), options.begin(), options.end());
+  words.push_back(script.string());
+  const auto said = ask(words);
+  if (!said || !said->well) throw std::runtime_error("sbatch: " + visible(said ? said->errors : "is not there"));
+  return said->text.substr(0, said->text.find_first_of(";\n"));
+}
+
+std::string minutes(double seconds) { return fmt::format("{}", std::max(2, static_cast<int>(std::ceil(seconds / 60)))); }
+
+int submit(const SubmitRequest& request) {
+  if (!request.slurm) throw SceneError("submit: say to what: --slurm");
+  const auto study = read_study(request.study, request.reach);
+  const auto folder = std::filesystem::absolute(result_folder(request.output, default_folder(study.file, "")));
+  const bool planned = std::filesystem::exists(shards_folder(folder) / "manifest.json");
+  if (!request.dry) require_slurm();
+  auto time = request.time;
+  if (!planned) {
+    const auto division = divided_sweep(study, request.conduct(), "sweep", study_arguments(request.study, request.reach),
+                                        subject_of(study));
+    const auto p = pilot(division, request);
+    if (request.stop()) throw Interrupted();
+    const auto units = division.units().size();
+    const auto n = request.array > 0 ? static_cast<std::size_t>(request.array)
+                                     : shards_for(p, units, cores_of(request.partition));
+    // Thrice what is expected, for nodes that are busy, and the unit under way; what takes longer is requeued.
+    const double expected = p.unit * std::ceil(static_cast<double>(units) / static_cast<double>(n)) / request.cpus;
+    if (time.empty()) time = minutes(3 * expected + p.greatest + request.lead + 60);
+    const auto m = make_plan(division, folder, n);
+    fmt::print("pilot: {} of {} units, {:.3g} s each (at most {:.3g} s); {} shards of about {:.3g} s, time limit {} min\n",
+               p.made, units, p.unit, p.greatest, m.shards, expected, time);
+  }
+  const auto m = read_manifest(folder);
+  if (time.empty()) time = "60";
+  std::vector<std::size_t> lacking;
+  for (const auto& [k, why] : not_whole(m, folder, false)) lacking.push_back(k);
+  const auto place = shards_folder(folder);
+  if (!request.dry)
+    if (const auto jobs = jobs_of(m); !jobs.empty()) {
+      fmt::print("{} is submitted already, as job {}; nothing is done\n", request.study, fmt::join(jobs, ", "));
+      return 0;
+    }
+  if (request.round > most_rounds)
+    throw std::runtime_error(fmt::format("{}: after {} rounds {} of {} shards are missing: {}; freeplay status says why",
+                                         place.string(), most_rounds, lacking.size(), m.shards, ranges(lacking)));
+  const auto merge = merge_script(request, m, folder, time);
+  const auto array = lacking.empty() ? std::string() : array_script(request, m, folder, lacking, time);
+  if (request.dry) {
+    fmt::print("# array.sh\n{}\n# merge.sh, after it (afterany)\n{}", array, merge);
+    return 0;
+  }
+  std::filesystem::create_directories(place / "log");
+  write_whole(place / "merge.sh", merge);
+  std::vector<std::string> after;
+  if (!array.empty()) {
+    write_whole(place / "array.sh", array);
+    const auto job = hand_in(place / "array.sh", {});
+    fmt::print("{} shards as job {}\n", lacking.size(), job);
+    after = {"--dependency=afterany:" + job};
+  }
+  fmt::print("merge as job {}\n", hand_in(place / "merge.sh", after));
+  return 0;
+}
+
+}  // namespace
+
+void submit_verb(Program& program) {
+  auto [options, request] = program.verb("submit", "a study as jobs of a cluster: an array of shards and their merge", submit);
+  options.add("study", request.study, "study file").required();
+  options.flag("--slurm", request.slurm, "to Slurm");
+  options.add("--array", request.array, "shards, in place of what a pilot finds").between(1, 1'000'000).takes("N");
+  options.add("--partition", request.partition, "of the cluster").takes("NAME");
+  options.add("--time", request.time, "limit of a task as Slurm takes it, in place of what a pilot finds").takes("TIME");
+  options.add("--cpus", request.cpus, "cores of a task").between(1, 1024).takes("N").shows_default();
+  options.add("--signal", request.lead, "seconds before its limit that a task stops, to be requeued").between(1, 86400).takes("N").shows_default();
+  options.add("--scratch", request.scratch, "folder on the nodes' own disks; default $TMPDIR or /tmp there").takes("FOLDER");
+  options.add("--round", request.round, "how often what was missing has been submitted").between(1, 100).takes("N");
+  options.flag("--dry-run", request.dry, "print the scripts, and submit nothing");
+  options.output(request.output, "result folder; default out/NAME");
+  options.allow_outside(request.reach);
+}
+
+}  // namespace freeplay::cli
