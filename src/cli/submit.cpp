@@ -26,7 +26,7 @@ namespace {
 
 constexpr int most_rounds = 5;
 constexpr double pilot_seconds = 10, start_seconds = 2;  // of a task: Slurm, the program, files
-constexpr std::size_t pilot_units = 8;
+constexpr std::size_t pilot_units = 63;  // 1 + 2 + … + 32
 
 struct SubmitRequest : Request {
   std::string study, output, partition, time, scratch;
@@ -46,17 +46,22 @@ Pilot pilot(const Division& study, const SubmitRequest& request) {
   const Scratch own(scratch_folder(request.scratch), "pilot0000000");
   Pilot p;
   double spent = 0;
-  // Spread over the study: neighbours cost alike.
-  const auto n = std::min(pilot_units, units.size());
-  for (std::size_t i = 0; i < n && spent < pilot_seconds && !request.stop(); ++i) {
+  // Spread over the study: neighbours cost alike. Batches grow, for the last to tell what a unit costs beside opening files.
+  const auto most = std::min(pilot_units, units.size());
+  double last = 0;
+  std::size_t size = 1, of_last = 1;
+  for (; p.made + size <= most && spent < pilot_seconds && !request.stop(); size *= 2) {
+    std::vector<Unit> batch;
+    for (std::size_t i = 0; i < size; ++i) batch.push_back(units[(p.made + i) * units.size() / most]);
     const auto began = std::chrono::steady_clock::now();
-    study.make(own.lock(), {units[i * units.size() / n]}, {.threads = 1, .stop = request.stop});
-    const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-    spent += took;
-    p.greatest = std::max(p.greatest, took);
-    ++p.made;
+    study.make(own.lock(), batch, {.threads = 1, .stop = request.stop});
+    last = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+    of_last = size;
+    spent += last;
+    p.greatest = std::max(p.greatest, last / static_cast<double>(size));
+    p.made += size;
   }
-  p.unit = p.made > 0 ? spent / static_cast<double>(p.made) : 1;
+  p.unit = last / static_cast<double>(of_last);
   return p;
 }
 
