@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <iterator>
 
 #include "io/output_file.hpp"
 #include "model/error.hpp"
@@ -181,4 +182,58 @@ TEST_CASE("shards of another program are refused", "[shards][errors]") {
   auto m = read_manifest(place.at("out"));
   m.program += "instructions = \"another\"\n";
   CHECK_THROWS_WITH(require_same(m, place.division(), place.at("out")), Contains("another program"));
+}
+
+TEST_CASE("the five commands of docs/cluster.md do what they say", "[shards][docs]") {
+  const Place place;
+  std::ifstream page(test::source_folder() / "docs/cluster.md");
+  std::string line;
+  while (std::getline(page, line) && line != "```sh") {
+  }
+  std::vector<std::string> commands;
+  while (std::getline(page, line) && line != "```") {
+    REQUIRE(line.starts_with("freeplay "));
+    commands.push_back(line.substr(9, line.find('#') - 9));
+    if (const auto at = line.find("1/4"); at != line.npos)
+      for (const char* k : {"2", "3", "4"}) commands.push_back(commands[1].substr(0, at - 9) + k + commands[1].substr(at - 8));
+  }
+  REQUIRE(commands.size() == 8);
+  for (const auto& command : commands) {
+    INFO(command);
+    CHECK(std::system(fmt::format("cd '{}' && '{}/freeplay' {} >>said 2>&1", place.folder.path().string(),
+                                  FREEPLAY_BINARY_DIR, command)
+                          .c_str()) == 0);
+  }
+  CHECK(dump(place.at("out/study/sweep.db")) == made_by_one(place));
+}
+
+TEST_CASE("chains of a basin are divided like runs, and none is made again after the merge", "[shards]") {
+  const test::TemporaryFolder folder;
+  const auto source = test::source_folder() / "cases/bistable-rotor";
+  std::filesystem::copy(source, folder.path(), std::filesystem::copy_options::recursive);
+  const auto study = folder.path() / "study.toml";
+  std::ifstream in(study);
+  std::string of{std::istreambuf_iterator<char>(in), {}};
+  for (const auto& [from, to] : {std::pair("0.95, 39]", "0.95, 4]"), std::pair("6, 40]", "6, 3]")}) {
+    REQUIRE(of.find(from) != of.npos);
+    of.replace(of.find(from), std::string(from).size(), to);
+  }
+  write_file(study, of);
+  const std::string verb = "basin";
+  const auto run = [&](const std::string& rest) {
+    return std::system(fmt::format("cd '{}' && '{}/freeplay' {} study.toml {} >>said 2>&1", folder.path().string(),
+                                   FREEPLAY_BINARY_DIR, verb, rest)
+                           .c_str());
+  };
+  REQUIRE(run("--plan 2 -o out") == 0);
+  REQUIRE(run("--shard 2/2 -o out") == 0);
+  CHECK(run("--merge out") / 256 == 2);
+  REQUIRE(run("--shard 1/2 -o out") == 0);
+  REQUIRE(run("--merge out") == 0);
+  std::filesystem::remove(folder.path() / "said");
+  run("-o out");
+  std::ifstream said(folder.path() / "said");
+  std::string first;
+  std::getline(said, first);
+  CHECK_THAT(first, Contains("were there, 0 made"));
 }
