@@ -45,12 +45,14 @@ struct Verb {
 std::string key_of(const Chain& chain) {
   auto text = chain.branch + "\n";
   for (const auto& link : chain.links)
-    text += fmt::format("{} {} {}\n", fmt::join(link.overrides, " "), fmt::join(link.values, " "), link.start);
+    text +=
+        fmt::format("{} {} {}\n", fmt::join(link.overrides, " "), fmt::join(link.values, " "), link.start);
   return digest(text);
 }
 
 /// Units are chains: of one, each run begins where the one before it ended.
-Division divided(const Study& study, const AttractorPlan& plan, const Verb& verb, const AttractorsRequest& request) {
+Division divided(const Study& study, const AttractorPlan& plan, const Verb& verb,
+                 const AttractorsRequest& request) {
   return {.verb = verb.name,
           .arguments = study_arguments(request.study, request.reach),
           .subject = subject_of(study),
@@ -61,14 +63,16 @@ Division divided(const Study& study, const AttractorPlan& plan, const Verb& verb
                 return units;
               },
           .make =
-              [&study, &plan, &verb](const FolderLock& lock, const std::vector<Unit>& units, const MakeUnits& how) {
+              [&study, &plan, &verb](const FolderLock& lock, const std::vector<Unit>& units,
+                                     const MakeUnits& how) {
                 const auto all = verb.chains(study);
                 std::vector<Chain> chains;
                 for (const auto& unit : units) chains.push_back(all.at(unit.number));
                 AttractorStore store(lock.folder() / fmt::format("{}.db", verb.name), how.stop);
                 const auto runs = settle(study, plan, verb.name, chains, store, how.threads, how.stop,
                                          [&](const ChainProgress& p) {
-                                           if (how.on_progress) how.on_progress(p.done * units.size() / p.total);
+                                           if (how.on_progress)
+                                             how.on_progress(p.done * units.size() / p.total);
                                          });
                 MadeUnits made{.failed = 0, .reasons = {}, .interrupted = runs.interrupted};
                 for (const auto& chain : runs.chains)
@@ -88,7 +92,8 @@ int attractors(const AttractorsRequest& request, const Verb& verb) {
   const auto folder =
       result_folder(request.output, default_folder(study.file, fmt::format("-{}", verb.name)));
   if (request.shards.asked())
-    return in_shards(divided(study, *plan, verb, request), request.shards, folder, request.threads, request.stop);
+    return in_shards(divided(study, *plan, verb, request), request.shards, folder, request.threads,
+                     request.stop);
   nlohmann::json document;  // before anything is run: it reads the scene as the study names it
   document["provenance"] = provenance(study);
   document["provenance"]["scene_file"] = study.scene.lexically_normal().string();

@@ -34,13 +34,14 @@ int plan_shards(const Division& study, const ShardOptions& asked, const std::fil
   const auto m = make_plan(study, folder, static_cast<std::size_t>(asked.plan));
   fmt::print("{} units in {} shards of {} to {}; the plan is {}\n", m.units, m.shards, m.units / m.shards,
              (m.units + m.shards - 1) / m.shards, (shards_folder(folder) / "manifest.json").string());
-  fmt::print("each: {}\nthen: freeplay {} {} --merge {}\n", command_for(m, folder, fmt::format("--shard k/{}", m.shards)),
-             m.verb, fmt::join(m.arguments, " "), folder.string());
+  fmt::print("each: {}\nthen: freeplay {} {} --merge {}\n",
+             command_for(m, folder, fmt::format("--shard k/{}", m.shards)), m.verb,
+             fmt::join(m.arguments, " "), folder.string());
   return 0;
 }
 
-int one_shard(const Division& study, const ShardOptions& asked, const std::filesystem::path& folder, int threads,
-              StopToken stop) {
+int one_shard(const Division& study, const ShardOptions& asked, const std::filesystem::path& folder,
+              int threads, StopToken stop) {
   const auto [k, n] = read_shard(asked.shard);
   if (const auto m = read_manifest(folder); m.shards != n)
     throw SceneError(fmt::format("--shard {}: {} has {} shards", asked.shard, folder.string(), m.shards));
@@ -62,8 +63,8 @@ int one_shard(const Division& study, const ShardOptions& asked, const std::files
     requeue_this_job();
     return stopped_status;
   }
-  fmt::print("shard {}/{}: {}{} units, {} failed, in {:.3g} s\n", k, n, made.found ? "was there: " : "", made.seal.units,
-             made.seal.failed, made.seal.seconds);
+  fmt::print("shard {}/{}: {}{} units, {} failed, in {:.3g} s\n", k, n, made.found ? "was there: " : "",
+             made.seal.units, made.seal.failed, made.seal.seconds);
   return 0;
 }
 
@@ -84,17 +85,19 @@ void declare_shards(Options& options, ShardOptions& into) {
   auto plan = options.add("--plan", into.plan, "divide it into N shards for many machines; docs/cluster.md")
                   .between(1, 1'000'000)
                   .takes("N");
-  auto shard = options.add("--shard", into.shard, "make shard k of N of what is planned in the result folder").takes("k/N");
-  auto merge =
-      options.add("--merge", into.merge, "check the shards of a result folder and put them together").takes("FOLDER");
-  options.add("--scratch", into.scratch, "folder on this machine's own disk for a shard or a merge").takes("FOLDER");
+  auto shard = options.add("--shard", into.shard, "make shard k of N of what is planned in the result folder")
+                   .takes("k/N");
+  auto merge = options.add("--merge", into.merge, "check the shards of a result folder and put them together")
+                   .takes("FOLDER");
+  options.add("--scratch", into.scratch, "folder on this machine's own disk for a shard or a merge")
+      .takes("FOLDER");
   plan.excludes(shard);
   plan.excludes(merge);
   shard.excludes(merge);
 }
 
-int in_shards(const Division& study, const ShardOptions& asked, const std::filesystem::path& folder, int threads,
-              StopToken stop) {
+int in_shards(const Division& study, const ShardOptions& asked, const std::filesystem::path& folder,
+              int threads, StopToken stop) {
   if (asked.plan > 0) return plan_shards(study, asked, folder);
   if (!asked.shard.empty()) return one_shard(study, asked, folder, threads, stop);
   return merge(study, asked);

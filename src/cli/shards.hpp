@@ -10,9 +10,9 @@
 namespace freeplay::cli {
 
 struct ShardOptions {
-  int plan = 0;        ///< shards to cut the study into; 0: none
-  std::string shard;   ///< "k/N"
-  std::string merge;   ///< folder
+  int plan = 0;         ///< shards to cut the study into; 0: none
+  std::string shard;    ///< "k/N"
+  std::string merge;    ///< folder
   std::string scratch;  ///< of the node; empty: what the machine names
   bool asked() const { return plan > 0 || !shard.empty() || !merge.empty(); }
 };
@@ -24,8 +24,8 @@ void declare_shards(Options& options, ShardOptions& into);
 inline constexpr int stopped_status = 75;
 
 /// Does what they ask; the exit status. `folder`: of the results, where --merge names none.
-int in_shards(const Division& study, const ShardOptions& asked, const std::filesystem::path& folder, int threads,
-              StopToken stop);
+int in_shards(const Division& study, const ShardOptions& asked, const std::filesystem::path& folder,
+              int threads, StopToken stop);
 
 /// The node's own disk: --scratch, else $FREEPLAY_SCRATCH, $SLURM_TMPDIR, $TMPDIR, /tmp.
 std::filesystem::path scratch_folder(const std::string& asked);

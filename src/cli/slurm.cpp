@@ -64,8 +64,11 @@ std::optional<Said> ask(const std::vector<std::string>& command) {
 std::string job_name(const Manifest& manifest) { return "freeplay-" + manifest.plan.substr(0, 12); }
 
 void requeue_this_job() {
-  const char* job = std::getenv("SLURM_JOB_ID");
-  if (!job) return;
+  const char *const array = std::getenv("SLURM_ARRAY_JOB_ID"),
+                    *const task = std::getenv("SLURM_ARRAY_TASK_ID"), *const id = std::getenv("SLURM_JOB_ID");
+  if (!id) return;
+  // The last task of an array has the array's own number as its SLURM_JOB_ID, and that would requeue all tasks.
+  const auto job = array && task ? std::string(array) + "_" + task : std::string(id);
   // A job that is cancelled or requeued by others is not running any more.
   const auto state = ask({"squeue", "-h", "-j", job, "-o", "%T"});
   if (state && state->well && state->text.starts_with("RUNNING")) ask({"scontrol", "requeue", job});

@@ -29,7 +29,8 @@ std::string time_of(double seconds) {
 int status(const StatusRequest& request) {
   const auto folder = result_folder(request.output, default_folder(request.study, ""));
   const auto m = read_manifest(folder);
-  const double now = std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+  const double now =
+      std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
   std::size_t whole = 0, running = 0, waiting = 0, done = 0, failed_runs = 0;
   double seconds = 0;
   std::vector<std::string> notes;
@@ -44,7 +45,8 @@ int status(const StatusRequest& request) {
       done += seal->units;
       seconds += seal->seconds;
       failed_runs += seal->failed;
-      for (const auto& reason : seal->reasons) notes.push_back(fmt::format("shard {}: {}", k, visible(reason)));
+      for (const auto& reason : seal->reasons)
+        notes.push_back(fmt::format("shard {}: {}", k, visible(reason)));
       continue;
     }
     const auto s = state_of(folder, k);
@@ -53,31 +55,37 @@ int status(const StatusRequest& request) {
     if (s.state == "running") {
       ++running;
       if (now - s.when > 60)
-        notes.push_back(fmt::format("shard {}: on {}, has said nothing for {}", k, visible(s.host), time_of(now - s.when)));
+        notes.push_back(fmt::format("shard {}: on {}, has said nothing for {}", k, visible(s.host),
+                                    time_of(now - s.when)));
     } else {
       ++waiting;
-      if (s.state == "failed") notes.push_back(fmt::format("shard {}: on {}: {}", k, visible(s.host), visible(s.reason)));
+      if (s.state == "failed")
+        notes.push_back(fmt::format("shard {}: on {}: {}", k, visible(s.host), visible(s.reason)));
     }
   }
-  fmt::print("{} of {} units, {} of {} shards are whole, {} under way, {} wait; {} runs failed\n", done, m.units, whole,
-             m.shards, running, waiting, failed_runs);
+  fmt::print("{} of {} units, {} of {} shards are whole, {} under way, {} wait; {} runs failed\n", done,
+             m.units, whole, m.shards, running, waiting, failed_runs);
   if (done > 0 && done < m.units && running > 0)
     fmt::print("end expected in {}, if as many go on\n",
                time_of(seconds / static_cast<double>(done) * static_cast<double>(m.units - done) /
                        static_cast<double>(running)));
-  if (const auto queue = ask({"squeue", "-h", "-r", "-n", job_name(m), "-o", "%i %T %r"}); queue && queue->well)
-    fmt::print("{}", queue->text.empty() ? "Slurm has no job of it\n" : "Slurm's jobs (id, state, reason):\n" + queue->text);
+  if (const auto queue = ask({"squeue", "-h", "-r", "-n", job_name(m), "-o", "%i %T %r"});
+      queue && queue->well)
+    fmt::print("{}", queue->text.empty() ? "Slurm has no job of it\n"
+                                         : "Slurm's jobs (id, state, reason):\n" + queue->text);
   for (const auto& note : notes) fmt::print("{}", wrapped(note + "\n"));
   if (whole == m.shards)
-    fmt::print("{}", wrapped(fmt::format("all are whole: {}\n", fmt::format("freeplay {} {} --merge {}", m.verb, fmt::join(m.arguments, " "), folder.string()))));
+    fmt::print("{}", wrapped(fmt::format("all are whole: {}\n",
+                                         fmt::format("freeplay {} {} --merge {}", m.verb,
+                                                     fmt::join(m.arguments, " "), folder.string()))));
   return 0;
 }
 
 }  // namespace
 
 void status_verb(Program& program) {
-  auto [options, request] =
-      program.verb("status", "how far a study is that many machines make: shards, failures, expected end", status);
+  auto [options, request] = program.verb(
+      "status", "how far a study is that many machines make: shards, failures, expected end", status);
   options.add("study", request.study, "study file, as it was planned").required();
   options.output(request.output, "result folder; default out/NAME");
 }

@@ -26,7 +26,7 @@ namespace {
 
 constexpr int most_rounds = 5;
 constexpr double pilot_seconds = 10, start_seconds = 2;  // of a task: Slurm, the program, files
-constexpr std::size_t pilot_units = 63;  // 1 + 2 + … + 32
+constexpr std::size_t pilot_units = 63;                  // 1 + 2 + … + 32
 
 struct SubmitRequest : Request {
   std::string study, output, partition, time, scratch;
@@ -68,7 +68,8 @@ Pilot pilot(const Division& study, const std::vector<Unit>& units, const SubmitR
 std::size_t shards_for(const Pilot& p, std::size_t units, std::size_t cores) {
   const double work = p.unit * static_cast<double>(units);
   const double most = std::max(1.0, work / (50 * start_seconds)), even = static_cast<double>(4 * cores);
-  const auto n = static_cast<std::size_t>(std::ceil(std::max(std::min(most, even), static_cast<double>(cores))));
+  const auto n =
+      static_cast<std::size_t>(std::ceil(std::max(std::min(most, even), static_cast<double>(cores))));
   return std::clamp<std::size_t>((n + cores - 1) / cores * cores, 1, std::min<std::size_t>(units, 10000));
 }
 
@@ -78,7 +79,9 @@ std::size_t cores_of(const std::string& partition) {
   const auto said = ask(words);  // allocated/idle/other/total
   if (!said || !said->well) return 1;
   const auto last = said->text.rfind('/');
-  return last == said->text.npos ? 1 : static_cast<std::size_t>(std::max(std::atoi(said->text.c_str() + last + 1), 1));
+  return last == said->text.npos
+             ? 1
+             : static_cast<std::size_t>(std::max(std::atoi(said->text.c_str() + last + 1), 1));
 }
 
 std::string shell(const std::string& word) {
@@ -100,9 +103,10 @@ std::string program_file() {
 
 /// The scripts' beginning.
 std::string heading(const SubmitRequest& request, const Manifest& m, const std::filesystem::path& folder) {
-  auto text = fmt::format("#!/bin/bash\n#SBATCH --job-name={}\n#SBATCH --cpus-per-task={}\n#SBATCH --requeue\n"
-                          "#SBATCH --open-mode=append\n#SBATCH --output={}/%A_%a.log\n",
-                          job_name(m), request.cpus, (shards_folder(folder) / "log").string());
+  auto text = fmt::format(
+      "#!/bin/bash\n#SBATCH --job-name={}\n#SBATCH --cpus-per-task={}\n#SBATCH --requeue\n"
+      "#SBATCH --open-mode=append\n#SBATCH --output={}/%A_%a.log\n",
+      job_name(m), request.cpus, (shards_folder(folder) / "log").string());
   if (!request.partition.empty()) text += "#SBATCH --partition=" + request.partition + "\n";
   return text;
 }
@@ -112,8 +116,8 @@ std::string array_script(const SubmitRequest& request, const Manifest& m, const 
   auto words = std::vector<std::string>{program_file(), m.verb};
   words.insert(words.end(), m.arguments.begin(), m.arguments.end());
   auto text = heading(request, m, folder);
-  text += fmt::format("#SBATCH --array={}\n#SBATCH --time={}\n#SBATCH --signal=B:TERM@{}\n", ranges(lacking), time,
-                      request.lead);
+  text += fmt::format("#SBATCH --array={}\n#SBATCH --time={}\n#SBATCH --signal=B:TERM@{}\n", ranges(lacking),
+                      time, request.lead);
   std::set<std::string> full;  // nodes whose scratch refused
   for (const auto k : lacking)
     if (const auto s = state_of(folder, k); s.state == "failed" && s.reason.find("scratch") != s.reason.npos)
@@ -131,9 +135,13 @@ std::string merge_script(const SubmitRequest& request, const Manifest& m, const 
   auto merge = study, again = study;
   merge.insert(merge.end(), {"--merge", folder.string()});
   if (!request.scratch.empty()) merge.insert(merge.end(), {"--scratch", request.scratch});
-  std::vector<std::string> submit{program_file(), "submit", request.study, "--slurm", "-o", folder.string(), "--time", time,
-                                  "--cpus", std::to_string(request.cpus), "--signal", std::to_string(request.lead),
-                                  "--round", std::to_string(request.round + 1)};
+  std::vector<std::string> submit{program_file(), "submit",
+                                  request.study,  "--slurm",
+                                  "-o",           folder.string(),
+                                  "--time",       time,
+                                  "--cpus",       std::to_string(request.cpus),
+                                  "--signal",     std::to_string(request.lead),
+                                  "--round",      std::to_string(request.round + 1)};
   if (request.reach == Reach::anywhere) submit.emplace_back("--allow-outside");
   if (!request.partition.empty()) submit.insert(submit.end(), {"--partition", request.partition});
   if (!request.scratch.empty()) submit.insert(submit.end(), {"--scratch", request.scratch});
@@ -151,7 +159,8 @@ void require_slurm() {
 /// Numbers of the study's jobs that are queued or run, but this one.
 std::set<std::string> jobs_of(const Manifest& m) {
   const auto said = ask({"squeue", "-h", "-n", job_name(m), "-o", "%A"});
-  if (!said || !said->well) throw std::runtime_error("squeue: " + visible(said ? said->errors : "is not there"));
+  if (!said || !said->well)
+    throw std::runtime_error("squeue: " + visible(said ? said->errors : "is not there"));
   std::set<std::string> jobs;
   for (std::size_t at = 0; at < said->text.size();) {
     const auto end = said->text.find('\n', at);
@@ -167,22 +176,26 @@ std::string hand_in(const std::filesystem::path& script, const std::vector<std::
   words.insert(words.end(), options.begin(), options.end());
   words.push_back(script.string());
   const auto said = ask(words);
-  if (!said || !said->well) throw std::runtime_error("sbatch: " + visible(said ? said->errors : "is not there"));
+  if (!said || !said->well)
+    throw std::runtime_error("sbatch: " + visible(said ? said->errors : "is not there"));
   return said->text.substr(0, said->text.find_first_of(";\n"));
 }
 
-std::string minutes(double seconds) { return fmt::format("{}", std::max(2, static_cast<int>(std::ceil(seconds / 60)))); }
+std::string minutes(double seconds) {
+  return fmt::format("{}", std::max(2, static_cast<int>(std::ceil(seconds / 60))));
+}
 
 int submit(const SubmitRequest& request) {
   if (!request.slurm) throw SceneError("submit: say to what: --slurm");
   const auto study = read_study(request.study, request.reach);
-  const auto folder = std::filesystem::absolute(result_folder(request.output, default_folder(study.file, "")));
+  const auto folder =
+      std::filesystem::absolute(result_folder(request.output, default_folder(study.file, "")));
   const bool planned = std::filesystem::exists(shards_folder(folder) / "manifest.json");
   if (!request.dry) require_slurm();
   auto time = request.time;
   if (!planned) {
-    auto division = divided_sweep(study, request.conduct(), "sweep", study_arguments(request.study, request.reach),
-                                        subject_of(study));
+    auto division = divided_sweep(study, request.conduct(), "sweep",
+                                  study_arguments(request.study, request.reach), subject_of(study));
     const auto all = division.units();  // half a millisecond each: once
     division.units = [&all] { return all; };
     const auto p = pilot(division, all, request);
@@ -191,11 +204,13 @@ int submit(const SubmitRequest& request) {
     const auto n = request.array > 0 ? static_cast<std::size_t>(request.array)
                                      : shards_for(p, units, cores_of(request.partition));
     // Thrice what is expected, for nodes that are busy, and the unit under way; what takes longer is requeued.
-    const double expected = p.unit * std::ceil(static_cast<double>(units) / static_cast<double>(n)) / request.cpus;
+    const double expected =
+        p.unit * std::ceil(static_cast<double>(units) / static_cast<double>(n)) / request.cpus;
     if (time.empty()) time = minutes(3 * expected + p.greatest + request.lead + 60);
     const auto m = make_plan(division, folder, n);
-    fmt::print("pilot: {} of {} units, {:.3g} s each (at most {:.3g} s); {} shards of about {:.3g} s, time limit {} min\n",
-               p.made, units, p.unit, p.greatest, m.shards, expected, time);
+    fmt::print(
+        "pilot: {} of {} units, {:.3g} s each (at most {:.3g} s); {} shards of about {:.3g} s, time limit {} min\n",
+        p.made, units, p.unit, p.greatest, m.shards, expected, time);
   }
   const auto m = read_manifest(folder);
   if (time.empty()) time = "60";
@@ -204,12 +219,14 @@ int submit(const SubmitRequest& request) {
   const auto place = shards_folder(folder);
   if (!request.dry)
     if (const auto jobs = jobs_of(m); !jobs.empty()) {
-      fmt::print("{} is submitted already, as job {}; nothing is done\n", request.study, fmt::join(jobs, ", "));
+      fmt::print("{} is submitted already, as job {}; nothing is done\n", request.study,
+                 fmt::join(jobs, ", "));
       return 0;
     }
   if (request.round > most_rounds)
-    throw std::runtime_error(fmt::format("{}: after {} rounds {} of {} shards are missing: {}; freeplay status says why",
-                                         place.string(), most_rounds, lacking.size(), m.shards, ranges(lacking)));
+    throw std::runtime_error(
+        fmt::format("{}: after {} rounds {} of {} shards are missing: {}; freeplay status says why",
+                    place.string(), most_rounds, lacking.size(), m.shards, ranges(lacking)));
   const auto merge = merge_script(request, m, folder, time);
   const auto array = lacking.empty() ? std::string() : array_script(request, m, folder, lacking, time);
   if (request.dry) {
@@ -232,16 +249,26 @@ int submit(const SubmitRequest& request) {
 }  // namespace
 
 void submit_verb(Program& program) {
-  auto [options, request] = program.verb("submit", "a study as jobs of a cluster: an array of shards and their merge", submit);
+  auto [options, request] =
+      program.verb("submit", "a study as jobs of a cluster: an array of shards and their merge", submit);
   options.add("study", request.study, "study file").required();
   options.flag("--slurm", request.slurm, "to Slurm");
-  options.add("--array", request.array, "shards, in place of what a pilot finds").between(1, 1'000'000).takes("N");
+  options.add("--array", request.array, "shards, in place of what a pilot finds")
+      .between(1, 1'000'000)
+      .takes("N");
   options.add("--partition", request.partition, "of the cluster").takes("NAME");
-  options.add("--time", request.time, "limit of a task as Slurm takes it, in place of what a pilot finds").takes("TIME");
+  options.add("--time", request.time, "limit of a task as Slurm takes it, in place of what a pilot finds")
+      .takes("TIME");
   options.add("--cpus", request.cpus, "cores of a task").between(1, 1024).takes("N").shows_default();
-  options.add("--signal", request.lead, "seconds before its limit that a task stops, to be requeued").between(1, 86400).takes("N").shows_default();
-  options.add("--scratch", request.scratch, "folder on the nodes' own disks; default $TMPDIR or /tmp there").takes("FOLDER");
-  options.add("--round", request.round, "how often what was missing has been submitted").between(1, 100).takes("N");
+  options.add("--signal", request.lead, "seconds before its limit that a task stops, to be requeued")
+      .between(1, 86400)
+      .takes("N")
+      .shows_default();
+  options.add("--scratch", request.scratch, "folder on the nodes' own disks; default $TMPDIR or /tmp there")
+      .takes("FOLDER");
+  options.add("--round", request.round, "how often what was missing has been submitted")
+      .between(1, 100)
+      .takes("N");
   options.flag("--dry-run", request.dry, "print the scripts, and submit nothing");
   options.output(request.output, "result folder; default out/NAME");
   options.allow_outside(request.reach);

@@ -37,7 +37,7 @@ struct SweepRequest : Request {
   std::string table;            ///< CSV file in the result folder, for all named runs; empty: none
   std::string spectra, traces;  ///< likewise, of harmonics and samples
   ShardOptions shards;
-  bool prune = false;           ///< remove what the study does not name, and run nothing
+  bool prune = false;  ///< remove what the study does not name, and run nothing
 };
 
 /// Says which runs the study does not name, and removes them.
@@ -76,8 +76,8 @@ int sweep(const SweepRequest& request) {
   const auto study = read_study(request.scene, request.reach);
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
   if (request.shards.asked())
-    return in_shards(divided_sweep(study, request.conduct(), "sweep", study_arguments(request.scene, request.reach),
-                                   subject_of(study)),
+    return in_shards(divided_sweep(study, request.conduct(), "sweep",
+                                   study_arguments(request.scene, request.reach), subject_of(study)),
                      request.shards, folder, request.threads, request.stop);
   const auto planned = plan(study, request.conduct());
   if (request.stop()) return interrupted(Kept::nothing);

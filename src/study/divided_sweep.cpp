@@ -23,8 +23,9 @@ std::vector<PlannedRun> runs_of(const Study& study, const Conduct& conduct, cons
   for (const auto& unit : units) {
     if (conduct.stop()) throw Interrupted();
     auto changed = [&] {
-      return SceneError(fmt::format("{}: its run {} is not the one that was planned; plan again into another folder",
-                                    study.file.string(), unit.number));
+      return SceneError(
+          fmt::format("{}: its run {} is not the one that was planned; plan again into another folder",
+                      study.file.string(), unit.number));
     };
     if (unit.number >= all.size()) throw changed();
     auto& one = all[unit.number];
@@ -44,8 +45,8 @@ std::string subject_of(const Study& study) {
   return digest(origin.contains("identity") ? origin["identity"].dump() : origin.dump());
 }
 
-Division divided_sweep(const Study& study, const Conduct& conduct, const char* verb, std::vector<std::string> arguments,
-                       std::string subject) {
+Division divided_sweep(const Study& study, const Conduct& conduct, const char* verb,
+                       std::vector<std::string> arguments, std::string subject) {
   return {.verb = verb,
           .arguments = std::move(arguments),
           .subject = std::move(subject),
@@ -67,7 +68,8 @@ Division divided_sweep(const Study& study, const Conduct& conduct, const char* v
                 return units;
               },
           .make =
-              [&study, conduct, verb](const FolderLock& lock, const std::vector<Unit>& units, const MakeUnits& how) {
+              [&study, conduct, verb](const FolderLock& lock, const std::vector<Unit>& units,
+                                      const MakeUnits& how) {
                 const Conduct own{conduct.matched, how.stop};
                 Results results(lock.folder() / fmt::format("{}.db", verb), study, how.stop);
                 const auto summary = sweep(study, runs_of(study, own, units), own, results, lock, how.threads,

@@ -8,8 +8,8 @@
 namespace freeplay {
 
 /// `verb`: whose database it is..
-Division divided_sweep(const Study& study, const Conduct& conduct, const char* verb, std::vector<std::string> arguments,
-                       std::string subject);
+Division divided_sweep(const Study& study, const Conduct& conduct, const char* verb,
+                       std::vector<std::string> arguments, std::string subject);
 
 /// A digest of what a study states and of all files that it names.
 std::string subject_of(const Study& study);

@@ -17,7 +17,7 @@
 namespace freeplay {
 namespace {
 
-constexpr int format = 1;                         // of the manifest
+constexpr int format = 1;  // of the manifest
 constexpr std::size_t key_letters = 32, number_letters = 12, line = key_letters + number_letters + 2;
 
 /// The last step of SplitMix64 (Steele, Lea, Flood 2014): every bit of a checksum decides the place.
@@ -49,9 +49,15 @@ std::string plan_digest(const Manifest& m) {
 }
 
 nlohmann::json to_json(const Manifest& m) {
-  return {{"format", format},     {"plan", m.plan},           {"verb", m.verb},
-          {"arguments", m.arguments}, {"subject", m.subject}, {"program", m.program},
-          {"units_digest", m.units_digest}, {"shards", m.shards}, {"units", m.units}};
+  return {{"format", format},
+          {"plan", m.plan},
+          {"verb", m.verb},
+          {"arguments", m.arguments},
+          {"subject", m.subject},
+          {"program", m.program},
+          {"units_digest", m.units_digest},
+          {"shards", m.shards},
+          {"units", m.units}};
 }
 
 /// The first line in which two programs' identities differ, for people.
@@ -74,8 +80,9 @@ std::string units_digest(const std::filesystem::path& folder) { return file_chec
 Manifest make_plan(const Division& study, const std::filesystem::path& folder, std::size_t shards) {
   auto units = study.units();
   if (shards > units.size())
-    throw SceneError(fmt::format("--plan {}: the study has {} units that can be made apart; ask for at most as many",
-                                 shards, units.size()));
+    throw SceneError(
+        fmt::format("--plan {}: the study has {} units that can be made apart; ask for at most as many",
+                    shards, units.size()));
   Manifest m{.plan = {},
              .verb = study.verb,
              .arguments = study.arguments,
@@ -93,8 +100,8 @@ Manifest make_plan(const Division& study, const std::filesystem::path& folder, s
     const auto there = read_manifest(folder);
     if (there.plan == m.plan) return there;
     if (has_shards(place))
-      throw SceneError(fmt::format("{}: holds shards of another plan; give another folder with -o, or remove it",
-                                   place.string()));
+      throw SceneError(fmt::format(
+          "{}: holds shards of another plan; give another folder with -o, or remove it", place.string()));
   } else if (std::filesystem::exists(database)) {
     throw SceneError(fmt::format("{}: holds runs that were made without a plan; give another folder with -o",
                                  database.string()));
@@ -109,36 +116,42 @@ Manifest read_manifest(const std::filesystem::path& folder) {
   const auto file = shards_folder(folder) / "manifest.json";
   std::ifstream in(file);
   if (!in)
-    throw SceneError(fmt::format(
-        "{}: nothing is planned here; freeplay VERB STUDY --plan N -o {} divides a study", file.string(),
-        folder.string()));
+    throw SceneError(
+        fmt::format("{}: nothing is planned here; freeplay VERB STUDY --plan N -o {} divides a study",
+                    file.string(), folder.string()));
   try {
     const auto j = nlohmann::json::parse(in);
     if (j.at("format") != format) throw std::runtime_error("of another freeplay");
-    Manifest m{.plan = j.at("plan"),       .verb = j.at("verb"),       .arguments = j.at("arguments"),
-               .subject = j.at("subject"), .program = j.at("program"), .units_digest = j.at("units_digest"),
-               .shards = j.at("shards"),   .units = j.at("units")};
+    Manifest m{.plan = j.at("plan"),
+               .verb = j.at("verb"),
+               .arguments = j.at("arguments"),
+               .subject = j.at("subject"),
+               .program = j.at("program"),
+               .units_digest = j.at("units_digest"),
+               .shards = j.at("shards"),
+               .units = j.at("units")};
     if (m.plan != plan_digest(m) || m.shards == 0) throw std::runtime_error("has been changed");
     return m;
   } catch (const std::exception& e) {
-    throw SceneError(fmt::format("{}: is no manifest of this freeplay ({}); plan into another folder", file.string(),
-                                 visible(e.what())));
+    throw SceneError(fmt::format("{}: is no manifest of this freeplay ({}); plan into another folder",
+                                 file.string(), visible(e.what())));
   }
 }
 
 void require_same(const Manifest& m, const Division& study, const std::filesystem::path& folder) {
   const auto again = [&] {
-    return fmt::format("freeplay {} {} --plan {} -o {}-2", study.verb, fmt::join(study.arguments, " "), m.shards,
-                       folder.string());
+    return fmt::format("freeplay {} {} --plan {} -o {}-2", study.verb, fmt::join(study.arguments, " "),
+                       m.shards, folder.string());
   };
   if (const auto here = program_identity(); m.program != here)
     throw SceneError(fmt::format(
         "{}: was planned by another program or for other processors ({}); run the program of the plan, or plan anew: {}",
         shards_folder(folder).string(), difference(m.program, here), again()));
   if (m.verb != study.verb || m.arguments != study.arguments || m.subject != study.subject)
-    throw SceneError(fmt::format("{}: the study has changed since it was planned ({} {}); take the change back, or plan "
-                                 "anew: {}",
-                                 shards_folder(folder).string(), m.verb, fmt::join(m.arguments, " "), again()));
+    throw SceneError(
+        fmt::format("{}: the study has changed since it was planned ({} {}); take the change back, or plan "
+                    "anew: {}",
+                    shards_folder(folder).string(), m.verb, fmt::join(m.arguments, " "), again()));
 }
 
 std::vector<Unit> units_of(const Manifest& m, const std::filesystem::path& folder, std::size_t shard) {
@@ -148,7 +161,8 @@ std::vector<Unit> units_of(const Manifest& m, const std::filesystem::path& folde
   std::string text((end - begin) * line, '\0');
   in.seekg(static_cast<std::streamoff>(begin * line));
   if (!in.read(text.data(), static_cast<std::streamsize>(text.size())))
-    throw SceneError(fmt::format("{}: is not whole; plan again into another folder", units_file(folder).string()));
+    throw SceneError(
+        fmt::format("{}: is not whole; plan again into another folder", units_file(folder).string()));
   std::vector<Unit> units;
   for (std::size_t i = 0; i < end - begin; ++i)
     units.push_back({text.substr(i * line, key_letters),

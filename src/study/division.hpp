@@ -58,7 +58,7 @@ struct Division {
 
 /// What was planned.
 struct Manifest {
-  std::string plan;     ///< digest of what follows
+  std::string plan;  ///< digest of what follows
   std::string verb;
   std::vector<std::string> arguments;
   std::string subject, program, units_digest;
@@ -93,11 +93,13 @@ std::vector<Unit> units_of(const Manifest& manifest, const std::filesystem::path
 std::string units_digest(const std::filesystem::path& folder);
 
 /// The command that makes a shard, for messages; `what`: "--shard 3/24".
-std::string command_for(const Manifest& manifest, const std::filesystem::path& folder, const std::string& what);
+std::string command_for(const Manifest& manifest, const std::filesystem::path& folder,
+                        const std::string& what);
 
 /// The seal of a shard, whole or not; none where there is no seal.
 std::optional<Seal> read_seal(const std::filesystem::path& folder, std::size_t shard);
 /// Why a sealed shard cannot be used: "" when it can. `deep`: its bytes are read.
-std::string fault_of(const Seal& seal, const Manifest& manifest, const std::filesystem::path& folder, bool deep);
+std::string fault_of(const Seal& seal, const Manifest& manifest, const std::filesystem::path& folder,
+                     bool deep);
 
 }  // namespace freeplay

@@ -6,8 +6,8 @@
 #include <chrono>
 #include <fstream>
 #include <memory>
-#include <set>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "io/output_file.hpp"
 #include "model/error.hpp"
@@ -64,7 +64,8 @@ class Connection {
 std::string immutable(const std::filesystem::path& file) {
   std::string uri = "file:";
   for (const char c : std::filesystem::absolute(file).string())
-    uri += c == '%' || c == '?' || c == '#' ? fmt::format("%{:02x}", static_cast<unsigned char>(c)) : std::string(1, c);
+    uri += c == '%' || c == '?' || c == '#' ? fmt::format("%{:02x}", static_cast<unsigned char>(c))
+                                            : std::string(1, c);
   return uri + "?immutable=1&mode=ro";
 }
 
@@ -86,36 +87,40 @@ class Merging {
   explicit Merging(const std::filesystem::path& into)
       : db_(into, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE) {
     // The file is nobody's until it is renamed: a power failure leaves nothing that counts.
-    for (const char* pragma : {"journal_mode = OFF", "synchronous = OFF", "cache_size = -262144", "temp_store = FILE",
-                               "locking_mode = EXCLUSIVE"})
+    for (const char* pragma : {"journal_mode = OFF", "synchronous = OFF", "cache_size = -262144",
+                               "temp_store = FILE", "locking_mode = EXCLUSIVE"})
       db_.execute(fmt::format("PRAGMA {}", pragma));
     db_.execute("CREATE TEMP TABLE map (old INTEGER PRIMARY KEY, new INTEGER)");
   }
 
   void add(const std::filesystem::path& shard) {
     db_.execute(fmt::format("ATTACH {} AS shard", quoted(immutable(shard), '\'')));
-    const auto schema = db_.ask("SELECT type, name, sql FROM shard.sqlite_master WHERE sql NOT NULL ORDER BY rowid");
+    const auto schema =
+        db_.ask("SELECT type, name, sql FROM shard.sqlite_master WHERE sql NOT NULL ORDER BY rowid");
     const auto kind = db_.ask("PRAGMA shard.user_version").at(0).at(0);
     if (schema_.empty())
       make_tables(schema, kind);
     else if (schema != schema_ || kind != kind_)
-      throw SceneError(fmt::format("{}: has other tables than the shards before it: it was made by another freeplay",
-                                   shard.string()));
+      throw SceneError(fmt::format(
+          "{}: has other tables than the shards before it: it was made by another freeplay", shard.string()));
     db_.execute("BEGIN");
     if (numbered_) {  // a shard's runs in the order of their digests, behind those that are there
       db_.execute("DELETE FROM temp.map");
-      db_.execute("INSERT INTO temp.map SELECT \"run id\", (SELECT coalesce(max(\"run id\"), 0) FROM main.runs) + "
-                  "row_number() OVER (ORDER BY run) FROM shard.runs");
+      db_.execute(
+          "INSERT INTO temp.map SELECT \"run id\", (SELECT coalesce(max(\"run id\"), 0) FROM main.runs) + "
+          "row_number() OVER (ORDER BY run) FROM shard.runs");
     }
     for (const auto& t : tables_) {
       if (t.called == "runs" && numbered_)
-        db_.execute(fmt::format("INSERT INTO main.runs ({0}, \"run id\") SELECT {0}, map.new FROM map JOIN shard.runs ON "
-                                "\"run id\" = map.old ORDER BY map.new",
-                                t.columns));
+        db_.execute(fmt::format(
+            "INSERT INTO main.runs ({0}, \"run id\") SELECT {0}, map.new FROM map JOIN shard.runs ON "
+            "\"run id\" = map.old ORDER BY map.new",
+            t.columns));
       else if (t.by_number)
-        db_.execute(fmt::format("INSERT INTO main.{0} (id, {1}) SELECT map.new, {1} FROM shard.{0} AS many JOIN map ON "
-                                "map.old = many.id ORDER BY map.new, many.rowid",
-                                name(t.called), t.columns));
+        db_.execute(fmt::format(
+            "INSERT INTO main.{0} (id, {1}) SELECT map.new, {1} FROM shard.{0} AS many JOIN map ON "
+            "map.old = many.id ORDER BY map.new, many.rowid",
+            name(t.called), t.columns));
       else
         db_.execute(fmt::format("INSERT INTO main.{0} ({1}) SELECT {1} FROM shard.{0} ORDER BY run, rowid",
                                 name(t.called), t.columns));
@@ -165,8 +170,10 @@ void remove_orphans(const std::filesystem::path& place, const std::vector<std::f
   std::error_code none;
   for (const auto& entry : std::filesystem::directory_iterator(place, none)) {
     const auto called = entry.path().filename().string();
-    const bool left = called.front() == '.' || called.ends_with(".part.db") || called.ends_with(".state.json");
-    if (left || (called.ends_with(".db") && !named.contains(entry.path()))) std::filesystem::remove(entry.path(), none);
+    const bool left =
+        called.front() == '.' || called.ends_with(".part.db") || called.ends_with(".state.json");
+    if (left || (called.ends_with(".db") && !named.contains(entry.path())))
+      std::filesystem::remove(entry.path(), none);
   }
 }
 
@@ -191,8 +198,8 @@ std::string ranges(const std::vector<std::size_t>& numbers, const char* dash) {
   return text;
 }
 
-std::vector<std::pair<std::size_t, std::string>> not_whole(const Manifest& manifest, const std::filesystem::path& folder,
-                                                           bool deep) {
+std::vector<std::pair<std::size_t, std::string>> not_whole(const Manifest& manifest,
+                                                           const std::filesystem::path& folder, bool deep) {
   std::vector<std::pair<std::size_t, std::string>> list;
   for (std::size_t k = 1; k <= manifest.shards; ++k) {
     const auto seal = read_seal(folder, k);
@@ -220,10 +227,10 @@ MergeSummary merge_shards(const Division& study, const std::filesystem::path& fo
   if (const auto lacking = not_whole(manifest, folder, true); !lacking.empty()) {
     std::vector<std::size_t> numbers;
     for (const auto& [k, why] : lacking) numbers.push_back(k);
-    throw SceneError(fmt::format("{}: {} of {} shards cannot be merged: {} (the first: {}); make them: {}", place.string(),
-                                 lacking.size(), manifest.shards, ranges(numbers), lacking.front().second,
-                                 command_for(manifest, folder,
-                                             fmt::format("--shard {}/{}", lacking.front().first, manifest.shards))));
+    throw SceneError(fmt::format(
+        "{}: {} of {} shards cannot be merged: {} (the first: {}); make them: {}", place.string(),
+        lacking.size(), manifest.shards, ranges(numbers), lacking.front().second,
+        command_for(manifest, folder, fmt::format("--shard {}/{}", lacking.front().first, manifest.shards))));
   }
   const FolderLock lock(folder, "merge");
   MergeSummary summary;
@@ -237,8 +244,9 @@ MergeSummary merge_shards(const Division& study, const std::filesystem::path& fo
   }
   summary.shards = files.size();
   if (summary.units != manifest.units)
-    throw SceneError(fmt::format("{}: shards hold {} units, and {} were planned; plan again into another folder",
-                                 place.string(), summary.units, manifest.units));
+    throw SceneError(
+        fmt::format("{}: shards hold {} units, and {} were planned; plan again into another folder",
+                    place.string(), summary.units, manifest.units));
   std::ifstream merged(mark);
   const auto said = merged ? nlohmann::json::parse(merged, nullptr, false) : nlohmann::json();
   if (said.is_object() && said.value("plan", "") == manifest.plan && std::filesystem::exists(database)) {

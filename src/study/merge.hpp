@@ -23,8 +23,8 @@ MergeSummary merge_shards(const Division& study, const std::filesystem::path& fo
 void merge_files(const std::vector<std::filesystem::path>& shards, const std::filesystem::path& into);
 
 /// Which shards have no seal, or one that does not hold; `deep`: their bytes are read.
-std::vector<std::pair<std::size_t, std::string>> not_whole(const Manifest& manifest, const std::filesystem::path& folder,
-                                                           bool deep);
+std::vector<std::pair<std::size_t, std::string>> not_whole(const Manifest& manifest,
+                                                           const std::filesystem::path& folder, bool deep);
 
 /// "3, 7–9" of numbers that grow; `dash` between first and last.
 std::string ranges(const std::vector<std::size_t>& numbers, const char* dash = "-");

@@ -21,9 +21,9 @@
 namespace freeplay {
 namespace {
 
-constexpr double say_seconds = 5;          // between two states
-constexpr double copy_seconds = 60;        // between two copies at least,
-constexpr double copy_share = 0.02;        // and of the time at most
+constexpr double say_seconds = 5;    // between two states
+constexpr double copy_seconds = 60;  // between two copies at least,
+constexpr double copy_share = 0.02;  // and of the time at most
 
 double now() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
@@ -42,7 +42,8 @@ std::string host() {
 
 class Making {
  public:
-  Making(const Division& study, const Manifest& manifest, const std::filesystem::path& folder, const ShardAsked& asked)
+  Making(const Division& study, const Manifest& manifest, const std::filesystem::path& folder,
+         const ShardAsked& asked)
       : study_(study),
         manifest_(manifest),
         folder_(folder),
@@ -61,11 +62,12 @@ class Making {
     MadeUnits made;
     {
       const std::jthread watch([this](const std::stop_token& end) { keep_copies(end); });
-      made = study_.make(scratch_.lock(), units, {.threads = asked_.threads, .stop = asked_.stop,
-                         .on_progress = [this](std::size_t done) {
-                           done_ = done;
-                           if (asked_.on_progress) asked_.on_progress(done, total_);
-                         }});
+      made = study_.make(
+          scratch_.lock(), units,
+          {.threads = asked_.threads, .stop = asked_.stop, .on_progress = [this](std::size_t done) {
+             done_ = done;
+             if (asked_.on_progress) asked_.on_progress(done, total_);
+           }});
     }
     if (made.interrupted) {
       if (asked_.on_stop) asked_.on_stop();
@@ -116,7 +118,8 @@ class Making {
     std::condition_variable_any wake;
     std::unique_lock lock(mutex);
     double next = copy_seconds;
-    while (!wake.wait_for(lock, end, std::chrono::duration<double>(say_seconds), [&] { return end.stop_requested(); })) {
+    while (!wake.wait_for(lock, end, std::chrono::duration<double>(say_seconds),
+                          [&] { return end.stop_requested(); })) {
       if (end.stop_requested()) return;
       try {
         if (seconds() >= next) {
@@ -183,8 +186,9 @@ class Making {
 
 void note_failure(const std::filesystem::path& folder, const ShardAsked& asked, const std::string& why) {
   auto s = state_of(folder, asked.shard);
-  const nlohmann::json j = {{"state", "failed"}, {"reason", why},   {"host", host()},       {"job", environment("SLURM_JOB_ID")},
-                            {"done", s.done},    {"total", s.total}, {"seconds", s.seconds}, {"when", now()}};
+  const nlohmann::json j = {
+      {"state", "failed"}, {"reason", why},    {"host", host()},       {"job", environment("SLURM_JOB_ID")},
+      {"done", s.done},    {"total", s.total}, {"seconds", s.seconds}, {"when", now()}};
   try {
     write_whole(shards_folder(folder) / fmt::format("{}.state.json", asked.shard),
                 j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
@@ -200,7 +204,8 @@ ShardMade make_shard(const Division& study, const std::filesystem::path& folder,
   require_same(manifest, study, folder);
   if (asked.shard < 1 || asked.shard > manifest.shards)
     throw SceneError(fmt::format("--shard {}: there are shards 1 to {}", asked.shard, manifest.shards));
-  if (const auto there = read_seal(folder, asked.shard); there && fault_of(*there, manifest, folder, true).empty())
+  if (const auto there = read_seal(folder, asked.shard);
+      there && fault_of(*there, manifest, folder, true).empty())
     return {.seal = *there, .found = true};
   try {
     return Making(study, manifest, folder, asked).make();

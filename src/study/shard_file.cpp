@@ -54,7 +54,8 @@ class Growing {
     if (rename(name_.c_str(), place_.c_str()) != 0) fail(place_, "put in its place");
     done_ = true;
     // Of the folder, where that can be asked for: the name survives a loss of power.
-    if (const int folder = open(place_.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); folder >= 0) {
+    if (const int folder = open(place_.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+        folder >= 0) {
       fsync(folder);
       close(folder);
     }
@@ -118,12 +119,14 @@ void copy_database(const std::filesystem::path& from, const std::filesystem::pat
   std::filesystem::remove(to);
   sqlite3* db = nullptr;
   std::string error;
-  if (sqlite3_open_v2(from.c_str(), &db, SQLITE_OPEN_READWRITE, nullptr) != SQLITE_OK) error = "cannot be opened";
+  if (sqlite3_open_v2(from.c_str(), &db, SQLITE_OPEN_READWRITE, nullptr) != SQLITE_OK)
+    error = "cannot be opened";
   if (error.empty()) {
     sqlite3_busy_timeout(db, 60000);
     sqlite3_stmt* s = nullptr;
     if (sqlite3_prepare_v2(db, "VACUUM INTO ?", -1, &s, nullptr) != SQLITE_OK ||
-        sqlite3_bind_text(s, 1, to.c_str(), -1, SQLITE_TRANSIENT) != SQLITE_OK || sqlite3_step(s) != SQLITE_DONE)
+        sqlite3_bind_text(s, 1, to.c_str(), -1, SQLITE_TRANSIENT) != SQLITE_OK ||
+        sqlite3_step(s) != SQLITE_DONE)
       error = sqlite3_errmsg(db);
     sqlite3_finalize(s);
   }

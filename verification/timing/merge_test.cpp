@@ -43,10 +43,12 @@ TEST_CASE("a million runs are merged within two gigabytes", "[.merge]") {
   const long runs = asked ? std::atol(asked) : 1'000'000;
   constexpr long shards = 64;
   const test::TemporaryFolder folder;
-  std::filesystem::copy_file(test::source_folder() / "cases/bouncing-ball/scene.toml", folder.path() / "scene.toml");
-  write_file(folder.path() / "study.toml",
-             "scene = \"scene.toml\"\nformulations = [\"nonsmooth\"]\nrestitution = \"as-given\"\nduration = 1\n"
-             "[axes.e]\nkey = \"surfaces.hard.restitution\"\nvalues = [0.5]\n");
+  std::filesystem::copy_file(test::source_folder() / "cases/bouncing-ball/scene.toml",
+                             folder.path() / "scene.toml");
+  write_file(
+      folder.path() / "study.toml",
+      "scene = \"scene.toml\"\nformulations = [\"nonsmooth\"]\nrestitution = \"as-given\"\nduration = 1\n"
+      "[axes.e]\nkey = \"surfaces.hard.restitution\"\nvalues = [0.5]\n");
   const auto study = read_study(folder.path() / "study.toml");
   const auto division = divided_sweep(study, {}, "sweep", {}, subject_of(study));
   make_plan(division, folder.path() / "out", 1);
@@ -76,9 +78,10 @@ DELETE FROM trace_blobs; DELETE FROM spectrum_blobs; COMMIT;)",
   const auto began = std::chrono::steady_clock::now();
   merge_files(files, folder.path() / "all.db");
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  const double size = static_cast<double>(std::filesystem::file_size(folder.path() / "all.db")) * 1e-6, memory = peak_memory();
-  fmt::print("{} runs of {} shards merged in {:.1f} s; {:.0f} MB of memory at most, {:.0f} MB of file\n", runs, shards,
-             seconds, memory, size);
+  const double size = static_cast<double>(std::filesystem::file_size(folder.path() / "all.db")) * 1e-6,
+               memory = peak_memory();
+  fmt::print("{} runs of {} shards merged in {:.1f} s; {:.0f} MB of memory at most, {:.0f} MB of file\n",
+             runs, shards, seconds, memory, size);
   CHECK(memory < 2000);
   CHECK(size > 100e-6 * static_cast<double>(runs));
 }

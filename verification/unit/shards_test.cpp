@@ -42,7 +42,8 @@ struct Place {
   Study study;
   Place() : study(read(text)) {}
   Study read(std::string of) {
-    std::filesystem::copy_file(test::source_folder() / "cases/bouncing-ball/scene.toml", folder.path() / "scene.toml",
+    std::filesystem::copy_file(test::source_folder() / "cases/bouncing-ball/scene.toml",
+                               folder.path() / "scene.toml",
                                std::filesystem::copy_options::overwrite_existing);
     const auto each = of.find("each = \"period\"\n");  // the scene has none
     if (each != of.npos) of.erase(each, 16);
@@ -52,7 +53,8 @@ struct Place {
   Division division() const { return divided_sweep(study, {}, "sweep", {"study.toml"}, subject_of(study)); }
   std::filesystem::path at(const std::string& name) const { return folder.path() / name; }
   ShardMade make(const std::string& into, std::size_t k, StopToken stop = {}) const {
-    return make_shard(division(), at(into), {.shard = k, .scratch = at("scratch"), .threads = 1, .stop = stop});
+    return make_shard(division(), at(into),
+                      {.shard = k, .scratch = at("scratch"), .threads = 1, .stop = stop});
   }
 };
 
@@ -61,7 +63,8 @@ std::vector<std::string> dump(const std::filesystem::path& file) {
   sqlite3* db = nullptr;
   REQUIRE(sqlite3_open_v2(file.c_str(), &db, SQLITE_OPEN_READONLY, nullptr) == SQLITE_OK);
   std::vector<std::string> rows;
-  for (const std::string table : {"named", "turns", "flights", "impacts", "measures", "spectra", "traces", "work", "derived"}) {
+  for (const std::string table :
+       {"named", "turns", "flights", "impacts", "measures", "spectra", "traces", "work", "derived"}) {
     sqlite3_stmt* s = nullptr;
     INFO(table << ": " << sqlite3_errmsg(db));
     REQUIRE(sqlite3_prepare_v2(db, ("SELECT * FROM " + table).c_str(), -1, &s, nullptr) == SQLITE_OK);
@@ -118,15 +121,22 @@ TEST_CASE("a shard that is stopped goes on where it was, from its copy on the sh
   make_plan(place.division(), place.at("out"), 2);
   std::atomic<bool> stop{false};
   auto division = place.division();
-  const auto made = make_shard(division, place.at("out"),
-                               {.shard = 1, .scratch = place.at("scratch"), .threads = 1, .stop = StopToken(stop),
-                                .on_progress = [&](std::size_t done, std::size_t) { stop = stop || done >= 3; }});
+  const auto made =
+      make_shard(division, place.at("out"),
+                 {.shard = 1,
+                  .scratch = place.at("scratch"),
+                  .threads = 1,
+                  .stop = StopToken(stop),
+                  .on_progress = [&](std::size_t done, std::size_t) { stop = stop || done >= 3; }});
   REQUIRE(made.interrupted);
   CHECK(state_of(place.at("out"), 1).state == "stopped");
   CHECK(std::filesystem::exists(place.at("out") / "shards/1.part.db"));
   std::size_t first = 0;
   make_shard(division, place.at("out"),
-             {.shard = 1, .scratch = place.at("scratch"), .threads = 1, .stop = {},
+             {.shard = 1,
+              .scratch = place.at("scratch"),
+              .threads = 1,
+              .stop = {},
               .on_progress = [&](std::size_t done, std::size_t) { first = first == 0 ? done : first; }});
   CHECK(first > 3);  // what was there is counted, and not made again
   CHECK_FALSE(std::filesystem::exists(place.at("out") / "shards/1.part.db"));
@@ -155,7 +165,8 @@ TEST_CASE("missing and torn shards are refused with the command that makes them"
   CHECK_THAT(refusal(), Contains("--shard 2/4") && Contains("torn"));
   CHECK_FALSE(place.make("out", 2).found);
   {  // a byte turned over
-    std::fstream damaged(place.at("out") / "shards" / read_seal(place.at("out"), 4)->file, std::ios::in | std::ios::out);
+    std::fstream damaged(place.at("out") / "shards" / read_seal(place.at("out"), 4)->file,
+                         std::ios::in | std::ios::out);
     damaged.seekp(5000);
     damaged.put('\x7f');
   }
@@ -173,7 +184,8 @@ TEST_CASE("a study that was changed since it was planned is refused", "[shards][
   place.study = place.read(other);
   CHECK_THROWS_WITH(place.make("out", 2), Contains("has changed since it was planned"));
   CHECK_THROWS_WITH(make_plan(place.division(), place.at("out"), 2), Contains("another plan"));
-  CHECK_THROWS_WITH(merge_shards(place.division(), place.at("out"), place.at("scratch")), Contains("changed"));
+  CHECK_THROWS_WITH(merge_shards(place.division(), place.at("out"), place.at("scratch")),
+                    Contains("changed"));
 }
 
 TEST_CASE("shards of another program are refused", "[shards][errors]") {
@@ -195,7 +207,8 @@ TEST_CASE("the five commands of docs/cluster.md do what they say", "[shards][doc
     REQUIRE(line.starts_with("freeplay "));
     commands.push_back(line.substr(9, line.find('#') - 9));
     if (const auto at = line.find("1/4"); at != line.npos)
-      for (const char* k : {"2", "3", "4"}) commands.push_back(commands[1].substr(0, at - 9) + k + commands[1].substr(at - 8));
+      for (const char* k : {"2", "3", "4"})
+        commands.push_back(commands[1].substr(0, at - 9) + k + commands[1].substr(at - 8));
   }
   REQUIRE(commands.size() == 8);
   for (const auto& command : commands) {
@@ -221,8 +234,8 @@ TEST_CASE("chains of a basin are divided like runs, and none is made again after
   write_file(study, of);
   const std::string verb = "basin";
   const auto run = [&](const std::string& rest) {
-    return std::system(fmt::format("cd '{}' && '{}/freeplay' {} study.toml {} >>said 2>&1", folder.path().string(),
-                                   FREEPLAY_BINARY_DIR, verb, rest)
+    return std::system(fmt::format("cd '{}' && '{}/freeplay' {} study.toml {} >>said 2>&1",
+                                   folder.path().string(), FREEPLAY_BINARY_DIR, verb, rest)
                            .c_str());
   };
   REQUIRE(run("--plan 2 -o out") == 0);
