@@ -8,6 +8,7 @@
 
 #include "model/scene.hpp"
 #include "sim/touches.hpp"
+#include "values/family.hpp"
 
 namespace freeplay {
 namespace {
@@ -106,6 +107,17 @@ void add(const TouchDoubt& d, Result& result) {
                     d.greatest() > doubtful_touches
                         ? ": take nonsmooth.scheme = \"event-driven\" or a shorter nonsmooth.step"
                         : ""));
+}
+
+void add_companion(const Simulation& simulation, const SimulationOptions& options, const StopToken& stop,
+                   Result& result) {
+  if (result.formulation != name_of(Family::nonsmooth) || result.ending.status != Ending::Status::finished)
+    return;
+  if (const auto doubt = doubt_first_touches(simulation.scene(), options, stop))
+    add(*doubt, result);
+  else if (stop())
+    result.notes.emplace_back(
+        "DOUBTFUL: interrupted while a shorter step was tried: by how much the first touches may be off is not known");
 }
 
 }  // namespace freeplay

@@ -30,4 +30,8 @@ std::optional<TouchDoubt> doubt_first_touches(const Scene& scene, const Simulati
 /// Adds it to a result, with its note.
 void add(const TouchDoubt& doubt, Result& result);
 
+/// Both, of a time-stepped run that has finished; of any other nothing.
+void add_companion(const Simulation& simulation, const SimulationOptions& options, const StopToken& stop,
+                   Result& result);
+
 }  // namespace freeplay

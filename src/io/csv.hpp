@@ -3,12 +3,12 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <vector>
 
 #include "io/output_file.hpp"
-#include "sim/columns.hpp"
 #include "sim/observer.hpp"
-#include "sim/trajectory.hpp"
+#include "sim/table_rows.hpp"
 
 namespace freeplay {
 
@@ -40,6 +40,7 @@ class FileObserver : public Observer {
     file_.write(",");
     file_.number(x);
   }
+  void line(std::span<const double> numbers);
   OutputFile file_;
 
  private:
@@ -48,7 +49,7 @@ class FileObserver : public Observer {
 };
 
 /// trajectory.csv: state and contacts at multiples of the output step.
-class TrajectoryCsv final : public FileObserver {
+class TrajectoryCsv final : public FileObserver, RowSink {
  public:
   using FileObserver::FileObserver;
   void begin(const Layout& layout, const State& state) override;
@@ -57,11 +58,8 @@ class TrajectoryCsv final : public FileObserver {
   void load(MemoryReader& m) override;
 
  private:
-  void row(double t, std::span<const double> q, std::span<const double> v,
-           std::span<const ContactPlace> contacts);
-  Grid grid_;
-  std::vector<double> q_, v_;
-  std::vector<ContactPlace> contacts_;
+  void row(std::span<const double> numbers) override { line(numbers); }
+  TrajectoryRows rows_;
 };
 
 /// events.csv
@@ -87,7 +85,7 @@ class SignalsCsv final : public FileObserver {
 };
 
 /// forces.csv: forces and accelerations at the rows of trajectory.csv, and their means since the row before.
-class ForcesCsv final : public FileObserver {
+class ForcesCsv final : public FileObserver, RowSink {
  public:
   using FileObserver::FileObserver;
   Wants wants() const override { return {.forces = true}; }
@@ -97,12 +95,8 @@ class ForcesCsv final : public FileObserver {
   void load(MemoryReader& m) override;
 
  private:
-  void row(double t, const Forces& now, const Forces& sum, double share);
-  std::vector<ForceParts> columns_;
-  Grid grid_;
-  double since_ = 0;  // s, of the last row
-  Forces now_, sum_;
-  bool started_ = false;  // the first row is written
+  void row(std::span<const double> numbers) override { line(numbers); }
+  ForceRows rows_;
 };
 
 }  // namespace freeplay

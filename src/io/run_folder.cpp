@@ -19,7 +19,6 @@
 #include "io/sealed.hpp"
 #include "sim/statistics.hpp"
 #include "sim/windows.hpp"
-#include "values/family.hpp"
 #include "values/snapshot.hpp"
 
 namespace freeplay {
@@ -39,22 +38,6 @@ class Progress final : public Observer {
   std::function<void(double)> show_;
   double duration_, next_ = 0;
 };
-
-/// Columns of forces.csv are found by their names.
-void refuse_shared_names(const Layout& layout) {
-  for (auto a = layout.forces.begin(); a != layout.forces.end(); ++a)
-    if (std::ranges::find(layout.forces.begin(), a, a->name, &ForceElement::name) != a) {
-      const bool load = a->kind == ForceElement::Kind::force || a->kind == ForceElement::Kind::torque;
-      const bool drive = a->kind == ForceElement::Kind::drive || a->kind == ForceElement::Kind::push;
-      throw ModelError(fmt::format("{}.{}",
-                                   load    ? "loads"
-                                   : drive ? "drives"
-                                           : "joints",
-                                   a->name),
-                       "another joint, contact, drive or load has this name: forces.csv could not tell them "
-                       "apart; rename one");
-    }
-}
 
 /// A run's files and statistics, and where they stand.
 struct Recorders {
@@ -154,18 +137,6 @@ class Checkpoints final : public Observer {
   bool cut_ = false;
 };
 
-void add_companion(const Simulation& simulation, const RunPlan& plan, Result& result) {
-  if (!plan.companion || result.formulation != name_of(Family::nonsmooth) ||
-      result.ending.status != Ending::Status::finished)
-    return;
-  if (const auto doubt =
-          doubt_first_touches(simulation.scene(), {.matched = plan.matched, .start = plan.start}, plan.stop))
-    add(*doubt, result);
-  else if (plan.stop())
-    result.notes.emplace_back(
-        "DOUBTFUL: interrupted while a shorter step was tried: by how much the first touches may be off is not known");
-}
-
 Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) {
   const auto& folder = *plan.folder;
   Progress progress(plan.on_progress, simulation.scene().run.duration);
@@ -188,7 +159,8 @@ Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) 
     return result;  // what is to be gone on with stays beside it
   }
   for (auto* file : recorders.files()) file->settle();
-  add_companion(simulation, plan, result);
+  if (plan.companion)
+    add_companion(simulation, {.matched = plan.matched, .start = plan.start}, plan.stop, result);
   auto document = to_json(result);
   document["provenance"] = provenance(simulation.scene(), simulation.identity());
   RunSet set(folder, recorders.names());
@@ -214,7 +186,8 @@ Result run_scene(const Scene& scene, const RunPlan& plan) {
       auto result =
           simulation.run({.observers = observers, .most_events = plan.most_events, .stop = plan.stop});
       statistics.into(result);
-      add_companion(simulation, plan, result);
+      if (plan.companion)
+        add_companion(simulation, {.matched = plan.matched, .start = plan.start}, plan.stop, result);
       return result;
     }
     if (scene.run.forces) refuse_shared_names(simulation.layout());

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <stdexcept>
 
+#include "model/error.hpp"
 #include "model/planar.hpp"
 
 namespace freeplay {
@@ -36,6 +38,21 @@ ForceParts force_parts(ForceElement::Kind kind) {
       return {{{"torque", &F::m}, {"power", &F::power}}, {{"torque", &F::m}}};
   }
   throw std::logic_error("no such kind of element");
+}
+
+void refuse_shared_names(const Layout& layout) {
+  for (auto a = layout.forces.begin(); a != layout.forces.end(); ++a)
+    if (std::ranges::find(layout.forces.begin(), a, a->name, &ForceElement::name) != a) {
+      const bool load = a->kind == ForceElement::Kind::force || a->kind == ForceElement::Kind::torque;
+      const bool drive = a->kind == ForceElement::Kind::drive || a->kind == ForceElement::Kind::push;
+      throw ModelError(fmt::format("{}.{}",
+                                   load    ? "loads"
+                                   : drive ? "drives"
+                                           : "joints",
+                                   a->name),
+                       "another joint, contact, drive or load has this name: forces.csv could not tell them "
+                       "apart; rename one");
+    }
 }
 
 std::vector<Column> trajectory_columns(const Layout& layout) {

@@ -33,6 +33,9 @@ std::vector<Column> force_columns(const Layout& layout);
 /// A line of names, with its end.
 std::string header_of(const std::vector<Column>& columns);
 
+/// Columns of forces are found by their names: throws ModelError where two elements share one.
+void refuse_shared_names(const Layout& layout);
+
 /// Of one element of forces.csv: at an instant, and of means.
 struct ForceParts {
   std::vector<std::pair<const char*, double ElementForce::*>> now, mean;

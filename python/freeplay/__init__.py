@@ -1,0 +1,54 @@
+"""Freeplay: the dynamics of planar mechanisms whose joints have clearance, in two formulations of one scene.
+
+    import freeplay as fp
+    scene = fp.read_scene("scene.toml")
+    scene["joints.gudgeon.clearance"] = 1e-3        # m
+    result = fp.run(scene, "nonsmooth")             # or fp.compare(scene), fp.sweep("study.toml")
+    result.events                                   # a pandas frame with the columns of events.csv
+    result.info["energy_J"]                         # what run.json holds
+
+SI units and radians throughout. docs/python.md is the guide; freeplay.plots draws.
+"""
+
+from . import _freeplay
+from .errors import (
+    DoubtfulWarning,
+    FailedWarning,
+    FreeplayError,
+    Interrupted,
+    OutputError,
+    SceneError,
+    SnapshotError,
+)
+from .results import Comparison, Run, read_comparison, read_run
+from .running import Simulation, Stop, check, compare, run
+from .scene import Scene, Table, read_scene
+from .studies import Study, read_study, sweep
+
+#: Of the program whose digits these are.
+__version__ = _freeplay.version()
+
+__all__ = [
+    "Comparison",
+    "DoubtfulWarning",
+    "FailedWarning",
+    "FreeplayError",
+    "Interrupted",
+    "OutputError",
+    "Run",
+    "Scene",
+    "SceneError",
+    "Simulation",
+    "SnapshotError",
+    "Stop",
+    "Study",
+    "Table",
+    "check",
+    "compare",
+    "read_comparison",
+    "read_run",
+    "read_scene",
+    "read_study",
+    "run",
+    "sweep",
+]

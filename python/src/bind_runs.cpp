@@ -1,0 +1,157 @@
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <nlohmann/json.hpp>
+
+#include "io/located.hpp"
+#include "io/run_json.hpp"
+#include "io/write_scene.hpp"
+#include "record.hpp"
+
+namespace py = pybind11;
+
+namespace freeplay::python {
+namespace {
+
+/// Numbers of a table as an array that shares its memory, which `owner` keeps.
+py::tuple shown(const Table& table, const py::object& owner) {
+  const auto columns = static_cast<py::ssize_t>(table.names.size());
+  const auto rows = static_cast<py::ssize_t>(table.rows());
+  py::array_t<double> numbers({rows, columns}, table.numbers.data(), owner);
+  return py::make_tuple(table.names, numbers);
+}
+
+py::tuple shown(const Words& words, const py::object& owner) {
+  return py::make_tuple(
+      words.names, py::array_t<std::int32_t>(static_cast<py::ssize_t>(words.codes.size()), words.codes.data(), owner));
+}
+
+std::string text_of(const Record& record) {
+  auto document = to_json(record.result);
+  document["provenance"] = provenance(record.scene, record.identity);
+  return document.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+void bind_scene(py::module_& m) {
+  py::class_<Scene>(m, "Scene")
+      .def_static("read", &read_scene, py::arg("file"), py::arg("overrides"), py::arg("outside"))
+      .def_static("parse", &parse_scene, py::arg("text"), py::arg("name"), py::arg("overrides"), py::arg("outside"))
+      .def("set", py::overload_cast<const std::string&, const std::string&>(&Scene::set), py::arg("key"),
+           py::arg("value"))
+      .def("copy", [](const Scene& scene) { return std::make_unique<Scene>(scene); })
+      .def("canonical", [](const Scene& scene) { return to_toml(scene); })
+      .def_property_readonly("text", [](const Scene& scene) { return scene.text; })
+      .def_property_readonly("file", [](const Scene& scene) { return scene.file.string(); })
+      .def_property_readonly("outside", [](const Scene& scene) { return scene.outside; })
+      .def_property_readonly("idle", [](const Scene& scene) { return scene.idle; })
+      .def_property_readonly("overrides", [](const Scene& scene) { return scene.overrides; });
+}
+
+void bind_record(py::module_& m) {
+  py::class_<Record>(m, "Record")
+      .def("info", &text_of)
+      .def("trajectory", [](const py::object& self) { return shown(self.cast<const Record&>().trajectory.table, self); })
+      .def("forces",
+           [](const py::object& self) -> py::object {
+             const auto& r = self.cast<const Record&>();
+             if (!r.has_forces) return py::none();
+             return shown(r.forces.table, self);
+           })
+      .def("events",
+           [](const py::object& self) -> py::object {
+             const auto& r = self.cast<const Record&>();
+             if (!r.has_events) return py::none();
+             return py::make_tuple(shown(r.events.table, self), shown(r.events.joint, self), shown(r.events.kind, self));
+           })
+      .def("signals",
+           [](const py::object& self) -> py::object {
+             const auto& r = self.cast<const Record&>();
+             if (!r.has_signals) return py::none();
+             return py::make_tuple(shown(r.signals.table, self), shown(r.signals.channel, self));
+           })
+      .def_property_readonly("formulation", [](const Record& r) { return r.result.formulation; })
+      .def_property_readonly("status", [](const Record& r) { return static_cast<int>(r.result.ending.status); })
+      .def_property_readonly("reason", [](const Record& r) { return r.result.ending.reason; })
+      .def_property_readonly("notes", [](const Record& r) { return r.result.notes; })
+      .def_property_readonly("pressed", [](const Record& r) { return r.pressed; });
+}
+
+/// A simulation with what it was made from.
+struct Live {
+  Live(const Scene& scene, const std::string& formulation, bool is_matched, StopFlag& flag, bool here)
+      : options{.matched = is_matched} {
+    const UnderWay working;
+    const py::gil_scoped_release unlocked;
+    const CtrlC ctrl_c(flag, here);
+    auto asked = options;
+    asked.stop = flag.token();
+    simulation = located_in(scene, [&] { return std::make_unique<Simulation>(scene, formulation, asked); });
+  }
+  SimulationOptions options;
+  std::unique_ptr<Simulation> simulation;
+  std::atomic<bool> running{false};
+};
+
+/// One thread at a time.
+class Alone {
+ public:
+  explicit Alone(std::atomic<bool>& running) : running_(running) {
+    if (running_.exchange(true))
+      throw std::runtime_error("this simulation is running, in another thread or around this observer; make one for each");
+  }
+  ~Alone() { running_ = false; }
+
+ private:
+  std::atomic<bool>& running_;
+};
+
+py::array_t<double> array(const std::vector<double>& list) {
+  return py::array_t<double>(static_cast<py::ssize_t>(list.size()), list.data());
+}
+
+void bind_simulation(py::module_& m) {
+  py::class_<StopFlag, std::shared_ptr<StopFlag>>(m, "StopFlag")
+      .def(py::init<>())
+      .def("set", [](StopFlag& flag) { flag.asked = true; })
+      .def("is_set", [](const StopFlag& flag) { return flag.asked.load(); });
+  py::class_<Live>(m, "Simulation")
+      .def(py::init<const Scene&, const std::string&, bool, StopFlag&, bool>(), py::arg("scene"),
+           py::arg("formulation"), py::arg("matched"), py::arg("flag"), py::arg("here"))
+      .def(
+          "run",
+          [](Live& self, std::optional<double> until, py::object on_event, py::object on_row,
+             const std::shared_ptr<StopFlag>& flag, bool here, bool companion) {
+            const Alone alone(self.running);
+            return record(*self.simulation, self.options, until, {std::move(on_event), std::move(on_row)}, *flag, here,
+                          companion);
+          },
+          py::arg("until"), py::arg("on_event"), py::arg("on_row"), py::arg("flag"), py::arg("here"),
+          py::arg("companion"))
+      .def("state",
+           [](const Live& self) {
+             const auto s = self.simulation->state();
+             return py::make_tuple(s.t, array(s.q), array(s.v));
+           })
+      .def("snapshot",
+           [](Live& self, const std::filesystem::path& file) {
+             const Alone alone(self.running);
+             self.simulation->snapshot().write(file);
+           },
+           py::arg("file"))
+      .def("restore",
+           [](Live& self, const std::filesystem::path& file) {
+             const Alone alone(self.running);
+             self.simulation->restore(Snapshot::read(file));
+           },
+           py::arg("file"));
+}
+
+}  // namespace
+
+void bind_runs(py::module_& m) {
+  bind_scene(m);
+  bind_record(m);
+  bind_simulation(m);
+}
+
+}  // namespace freeplay::python

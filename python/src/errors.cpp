@@ -1,0 +1,40 @@
+#include "errors.hpp"
+
+#include <pybind11/pybind11.h>
+
+#include "io/output_file.hpp"
+#include "model/error.hpp"
+#include "sim/stop.hpp"
+#include "values/snapshot.hpp"
+
+namespace py = pybind11;
+
+namespace freeplay::python {
+namespace {
+
+/// Raises what errors.py makes of it.
+template <class... Given>
+void raise(const char* maker, const Given&... given) {
+  const py::object error = py::module_::import("freeplay.errors").attr(maker)(given...);
+  PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(error.ptr())), error.ptr());
+}
+
+void translate(std::exception_ptr thrown) {
+  try {
+    if (thrown) std::rethrow_exception(thrown);
+  } catch (const ModelError& e) {
+    raise("scene_error", std::string(e.what()), e.key, e.message);
+  } catch (const SnapshotError& e) {
+    raise("SnapshotError", std::string(e.what()));
+  } catch (const OutputError& e) {
+    raise("OutputError", std::string(e.what()));
+  } catch (const Interrupted& e) {
+    raise("Interrupted", std::string(e.what()));
+  }
+}
+
+}  // namespace
+
+void register_errors() { py::register_local_exception_translator(translate); }
+
+}  // namespace freeplay::python

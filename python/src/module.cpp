@@ -1,0 +1,14 @@
+// The compiled part of the Python package freeplay: what python/freeplay/*.py is made of.
+#include "errors.hpp"
+#include "record.hpp"
+#include "version.hpp"
+
+PYBIND11_MODULE(_freeplay, m) {
+  m.doc() = "Freeplay's library as the package freeplay needs it; use that.";
+  freeplay::python::register_errors();
+  freeplay::python::bind_runs(m);
+  freeplay::python::bind_studies(m);
+  m.def("version", [] { return std::string(freeplay::version); });
+  m.def("commit", [] { return std::string(freeplay::commit); });
+  m.def("refuse_forked", &freeplay::python::refuse_forked);
+}

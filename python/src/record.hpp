@@ -1,0 +1,42 @@
+// A run with all that it showed, in memory.
+#pragma once
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <optional>
+
+#include "facade/simulation.hpp"
+#include "model/scene.hpp"
+#include "stop.hpp"
+#include "tables.hpp"
+
+namespace freeplay::python {
+
+struct Watchers {
+  pybind11::object on_event, on_row;  ///< callables or None
+};
+
+struct Record {
+  Scene scene;
+  Identity identity;
+  Result result;
+  TrajectoryTable trajectory;
+  ForcesTable forces;
+  EventsTable events;
+  SignalsTable signals;
+  bool has_forces = false, has_events = false, has_signals = false;
+  bool pressed = false;  ///< Ctrl-C ended it
+};
+
+/// Runs on and keeps what is shown, with the interpreter's lock released; observers in Python are called with it. `here`: in
+/// the main thread. `companion`: as `freeplay run` does.
+std::unique_ptr<Record> record(Simulation& simulation, const SimulationOptions& options, std::optional<double> until,
+                               const Watchers& watchers, StopFlag& flag, bool here, bool companion);
+
+/// Adds Scene, Record, Simulation and StopFlag to the module.
+void bind_runs(pybind11::module_& module);
+/// Adds check, compare, sweep and runs into folders.
+void bind_studies(pybind11::module_& module);
+
+}  // namespace freeplay::python
