@@ -18,5 +18,4 @@ setup(
     package_dir={"freeplay": "python/freeplay"},
     package_data={"freeplay": ["py.typed", "*.pyi"]},
     cmake_args=["-DFREEPLAY_PYTHON=ON", "-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_CXX_FLAGS_RELEASE=-O2 -DNDEBUG"],
-    cmake_install_target="freeplay_python_install",
 )

@@ -22,8 +22,8 @@ py::tuple shown(const Table& table, const py::object& owner) {
 }
 
 py::tuple shown(const Words& words, const py::object& owner) {
-  return py::make_tuple(
-      words.names, py::array_t<std::int32_t>(static_cast<py::ssize_t>(words.codes.size()), words.codes.data(), owner));
+  return py::make_tuple(words.names, py::array_t<std::int32_t>(static_cast<py::ssize_t>(words.codes.size()),
+                                                               words.codes.data(), owner));
 }
 
 std::string text_of(const Record& record) {
@@ -35,7 +35,8 @@ std::string text_of(const Record& record) {
 void bind_scene(py::module_& m) {
   py::class_<Scene>(m, "Scene")
       .def_static("read", &read_scene, py::arg("file"), py::arg("overrides"), py::arg("outside"))
-      .def_static("parse", &parse_scene, py::arg("text"), py::arg("name"), py::arg("overrides"), py::arg("outside"))
+      .def_static("parse", &parse_scene, py::arg("text"), py::arg("name"), py::arg("overrides"),
+                  py::arg("outside"))
       .def("set", py::overload_cast<const std::string&, const std::string&>(&Scene::set), py::arg("key"),
            py::arg("value"))
       .def("copy", [](const Scene& scene) { return std::make_unique<Scene>(scene); })
@@ -50,7 +51,8 @@ void bind_scene(py::module_& m) {
 void bind_record(py::module_& m) {
   py::class_<Record>(m, "Record")
       .def("info", &text_of)
-      .def("trajectory", [](const py::object& self) { return shown(self.cast<const Record&>().trajectory.table, self); })
+      .def("trajectory",
+           [](const py::object& self) { return shown(self.cast<const Record&>().trajectory.table, self); })
       .def("forces",
            [](const py::object& self) -> py::object {
              const auto& r = self.cast<const Record&>();
@@ -61,7 +63,8 @@ void bind_record(py::module_& m) {
            [](const py::object& self) -> py::object {
              const auto& r = self.cast<const Record&>();
              if (!r.has_events) return py::none();
-             return py::make_tuple(shown(r.events.table, self), shown(r.events.joint, self), shown(r.events.kind, self));
+             return py::make_tuple(shown(r.events.table, self), shown(r.events.joint, self),
+                                   shown(r.events.kind, self));
            })
       .def("signals",
            [](const py::object& self) -> py::object {
@@ -70,7 +73,8 @@ void bind_record(py::module_& m) {
              return py::make_tuple(shown(r.signals.table, self), shown(r.signals.channel, self));
            })
       .def_property_readonly("formulation", [](const Record& r) { return r.result.formulation; })
-      .def_property_readonly("status", [](const Record& r) { return static_cast<int>(r.result.ending.status); })
+      .def_property_readonly("status",
+                             [](const Record& r) { return static_cast<int>(r.result.ending.status); })
       .def_property_readonly("reason", [](const Record& r) { return r.result.ending.reason; })
       .def_property_readonly("notes", [](const Record& r) { return r.result.notes; })
       .def_property_readonly("pressed", [](const Record& r) { return r.pressed; });
@@ -97,7 +101,8 @@ class Alone {
  public:
   explicit Alone(std::atomic<bool>& running) : running_(running) {
     if (running_.exchange(true))
-      throw std::runtime_error("this simulation is running, in another thread or around this observer; make one for each");
+      throw std::runtime_error(
+          "this simulation is running, in another thread or around this observer; make one for each");
   }
   ~Alone() { running_ = false; }
 
@@ -122,8 +127,8 @@ void bind_simulation(py::module_& m) {
           [](Live& self, std::optional<double> until, py::object on_event, py::object on_row,
              const std::shared_ptr<StopFlag>& flag, bool here, bool companion) {
             const Alone alone(self.running);
-            return record(*self.simulation, self.options, until, {std::move(on_event), std::move(on_row)}, *flag, here,
-                          companion);
+            return record(*self.simulation, self.options, until, {std::move(on_event), std::move(on_row)},
+                          *flag, here, companion);
           },
           py::arg("until"), py::arg("on_event"), py::arg("on_row"), py::arg("flag"), py::arg("here"),
           py::arg("companion"))
@@ -132,18 +137,20 @@ void bind_simulation(py::module_& m) {
              const auto s = self.simulation->state();
              return py::make_tuple(s.t, array(s.q), array(s.v));
            })
-      .def("snapshot",
-           [](Live& self, const std::filesystem::path& file) {
-             const Alone alone(self.running);
-             self.simulation->snapshot().write(file);
-           },
-           py::arg("file"))
-      .def("restore",
-           [](Live& self, const std::filesystem::path& file) {
-             const Alone alone(self.running);
-             self.simulation->restore(Snapshot::read(file));
-           },
-           py::arg("file"));
+      .def(
+          "snapshot",
+          [](Live& self, const std::filesystem::path& file) {
+            const Alone alone(self.running);
+            self.simulation->snapshot().write(file);
+          },
+          py::arg("file"))
+      .def(
+          "restore",
+          [](Live& self, const std::filesystem::path& file) {
+            const Alone alone(self.running);
+            self.simulation->restore(Snapshot::read(file));
+          },
+          py::arg("file"));
 }
 
 }  // namespace

@@ -50,7 +50,8 @@ py::dict check(const Scene& scene) {
       const auto models = make(family, scene, system, start)->contact_models();
       py::dict contacts;
       for (int k = 0; k < system.reported(); ++k)
-        contacts[py::str(system.contact_facts(k).name)] = models[static_cast<std::size_t>(k)].restitution_delivered;
+        contacts[py::str(system.contact_facts(k).name)] =
+            models[static_cast<std::size_t>(k)].restitution_delivered;
       available[name] = contacts;
     } catch (const ModelError& e) {
       available[name] = std::string(e.what());
@@ -60,7 +61,8 @@ py::dict check(const Scene& scene) {
   return d;
 }
 
-bool compare_into(const Scene& scene, const std::filesystem::path& named, bool matched, StopFlag& flag, bool here) {
+bool compare_into(const Scene& scene, const std::filesystem::path& named, bool matched, StopFlag& flag,
+                  bool here) {
   const UnderWay working(true);
   const py::gil_scoped_release unlocked;
   const CtrlC ctrl_c(flag, here);
@@ -73,8 +75,8 @@ bool compare_into(const Scene& scene, const std::filesystem::path& named, bool m
   return ctrl_c.pressed();
 }
 
-bool run_into(const Scene& scene, const std::string& formulation, const std::filesystem::path& named, bool matched,
-              bool companion, StopFlag& flag, bool here) {
+bool run_into(const Scene& scene, const std::string& formulation, const std::filesystem::path& named,
+              bool matched, bool companion, StopFlag& flag, bool here) {
   const UnderWay working;
   const py::gil_scoped_release unlocked;
   const CtrlC ctrl_c(flag, here);
@@ -90,8 +92,8 @@ bool run_into(const Scene& scene, const std::string& formulation, const std::fil
 }
 
 /// Makes what is missing of a study, shared with other processes that work on it.
-py::dict sweep_into(const std::filesystem::path& file, const std::filesystem::path& named, bool anywhere, int threads,
-                    StopFlag& flag, bool here) {
+py::dict sweep_into(const std::filesystem::path& file, const std::filesystem::path& named, bool anywhere,
+                    int threads, StopFlag& flag, bool here) {
   const UnderWay working(true);
   SweepSummary summary;
   std::string table;
@@ -130,12 +132,12 @@ py::dict sweep_into(const std::filesystem::path& file, const std::filesystem::pa
 
 void bind_studies(py::module_& m) {
   m.def("check", &check, py::arg("scene"));
-  m.def("compare_into", &compare_into, py::arg("scene"), py::arg("folder"), py::arg("matched"), py::arg("flag"),
-        py::arg("here"));
-  m.def("run_into", &run_into, py::arg("scene"), py::arg("formulation"), py::arg("folder"), py::arg("matched"),
-        py::arg("companion"), py::arg("flag"), py::arg("here"));
-  m.def("sweep_into", &sweep_into, py::arg("file"), py::arg("folder"), py::arg("anywhere"), py::arg("threads"),
+  m.def("compare_into", &compare_into, py::arg("scene"), py::arg("folder"), py::arg("matched"),
         py::arg("flag"), py::arg("here"));
+  m.def("run_into", &run_into, py::arg("scene"), py::arg("formulation"), py::arg("folder"),
+        py::arg("matched"), py::arg("companion"), py::arg("flag"), py::arg("here"));
+  m.def("sweep_into", &sweep_into, py::arg("file"), py::arg("folder"), py::arg("anywhere"),
+        py::arg("threads"), py::arg("flag"), py::arg("here"));
 }
 
 }  // namespace freeplay::python

@@ -67,8 +67,9 @@ class RowCalls final : public Observer, RowSink {
 
 }  // namespace
 
-std::unique_ptr<Record> record(Simulation& simulation, const SimulationOptions& options, std::optional<double> until,
-                               const Watchers& watchers, StopFlag& flag, bool here, bool companion) {
+std::unique_ptr<Record> record(Simulation& simulation, const SimulationOptions& options,
+                               std::optional<double> until, const Watchers& watchers, StopFlag& flag,
+                               bool here, bool companion) {
   const UnderWay working;
   auto kept = std::make_unique<Record>();
   const auto& scene = simulation.scene();
@@ -90,8 +91,8 @@ std::unique_ptr<Record> record(Simulation& simulation, const SimulationOptions& 
   try {
     const py::gil_scoped_release unlocked;
     const CtrlC ctrl_c(flag, here);
-    kept->result =
-        simulation.run({.until = until, .observers = std::move(observers), .most_events = 0, .stop = flag.token()});
+    kept->result = simulation.run(
+        {.until = until, .observers = std::move(observers), .most_events = 0, .stop = flag.token()});
     statistics.into(kept->result);
     windows.into(kept->result);
     if (companion) add_companion(simulation, options, flag.token(), kept->result);

@@ -31,8 +31,9 @@ struct Record {
 
 /// Runs on and keeps what is shown, with the interpreter's lock released; observers in Python are called with it. `here`: in
 /// the main thread. `companion`: as `freeplay run` does.
-std::unique_ptr<Record> record(Simulation& simulation, const SimulationOptions& options, std::optional<double> until,
-                               const Watchers& watchers, StopFlag& flag, bool here, bool companion);
+std::unique_ptr<Record> record(Simulation& simulation, const SimulationOptions& options,
+                               std::optional<double> until, const Watchers& watchers, StopFlag& flag,
+                               bool here, bool companion);
 
 /// Adds Scene, Record, Simulation and StopFlag to the module.
 void bind_runs(pybind11::module_& module);

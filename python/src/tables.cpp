@@ -30,8 +30,8 @@ void ForcesTable::begin(const Layout& layout, const State& state) {
 void EventsTable::event(const Event& e) {
   joint.add(e.joint);
   kind.add(name_of(e.kind));
-  const double row[] = {e.t,         e.crank_angle, e.v_n_minus, e.v_n_plus, e.v_t_minus,
-                        e.v_t_plus,  e.impulse_n,   e.impulse_t, e.duration, e.t_uncertainty};
+  const double row[] = {e.t,        e.crank_angle, e.v_n_minus, e.v_n_plus, e.v_t_minus,
+                        e.v_t_plus, e.impulse_n,   e.impulse_t, e.duration, e.t_uncertainty};
   table.add(row);
 }
 

@@ -55,8 +55,8 @@ class ForcesTable final : public Observer, RowSink {
 
 class EventsTable final : public Observer {
  public:
-  Table table{{"t", "crank_angle", "v_n_minus", "v_n_plus", "v_t_minus", "v_t_plus", "impulse_n", "impulse_t", "duration",
-               "t_uncertainty"},
+  Table table{{"t", "crank_angle", "v_n_minus", "v_n_plus", "v_t_minus", "v_t_plus", "impulse_n", "impulse_t",
+               "duration", "t_uncertainty"},
               {}};
   Words joint, kind;
   Wants wants() const override { return {.steps = false}; }
