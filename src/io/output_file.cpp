@@ -140,7 +140,7 @@ void OutputFile::write(std::string_view text) {
     written_ += text.size();
     return;
   }
-  std::memcpy(buffer_.data() + used_, text.data(), text.size());
+  std::ranges::copy(text, buffer_.begin() + static_cast<std::ptrdiff_t>(used_));  // an empty text may have no place
   used_ += text.size();
 }
 
