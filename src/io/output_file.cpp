@@ -140,7 +140,8 @@ void OutputFile::write(std::string_view text) {
     written_ += text.size();
     return;
   }
-  std::ranges::copy(text, buffer_.begin() + static_cast<std::ptrdiff_t>(used_));  // an empty text may have no place
+  // Copied by range: an empty text may have no place, which memcpy does not allow.
+  std::ranges::copy(text, buffer_.begin() + static_cast<std::ptrdiff_t>(used_));
   used_ += text.size();
 }
 
