@@ -207,7 +207,7 @@ TEST_CASE("a column of discs at rest carries what lies above", "[groups]") {
   REQUIRE(simulation.run({.observers = {&listener}}).ending.status == Ending::Status::finished);
   // Solved to 1e-10 of the greatest rate of a step, g h: of the least load, a disc's weight, less than 1e-7 with room.
   CHECK(floor == Approx(n * 0.3 * 9.81).epsilon(1e-7));
-  CHECK(sum == Approx(n * (n - 1) / 2 * 0.3 * 9.81).epsilon(1e-7));
+  CHECK(sum == Approx(0.5 * n * (n - 1) * 0.3 * 9.81).epsilon(1e-7));
 }
 
 TEST_CASE("rows of discs that just fit between two walls stay where they are", "[groups]") {
