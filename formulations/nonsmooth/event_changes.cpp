@@ -416,15 +416,15 @@ void EventDynamics::mend() {
   for (auto& p : preloaded_) p.forced = 0;
 }
 
-bool EventDynamics::torn_back(const Vector& x, double t) {
-  if (!solve_mode(x, t)) return true;
-  const double none = 1e-9 * acceleration_scale();
-  for (auto& c : contacts_)
-    if (c.forced != 0 && c.closed && c.forced * (c.row.tangent.dot(a_.data()) - c.row.gamma_t) < -none)
-      return true;
-  for (auto& p : preloaded_)
-    if (p.forced != 0 && p.forced * (p.row.dot(a_.data()) - p.gamma) < -none) return true;
-  return false;
+double EventDynamics::torn_back(const Vector& x, double t) {
+  if (!solve_mode(x, t)) return std::numeric_limits<double>::infinity();
+  double back = 0;
+  for (const auto& c : contacts_)
+    if (c.forced != 0 && c.closed)
+      back = std::max(back, -c.forced * (c.row.tangent.dot(a_.data()) - c.row.gamma_t));
+  for (const auto& p : preloaded_)
+    if (p.forced != 0) back = std::max(back, -p.forced * (p.row.dot(a_.data()) - p.gamma));
+  return back / acceleration_scale();
 }
 
 double EventDynamics::gap_acceleration(int k, const Vector& x, double t) {

@@ -299,11 +299,16 @@ bool EventDriven::choose(std::vector<int>& touching) {
     }
   }
   auto reason = d.choose(x, method_.t, touching);
-  // What was torn must slide the way it was torn; else only all together can tell what gives way.
-  if (!d.together() && d.torn() && (!reason.empty() || d.torn_back(x, method_.t))) {
-    d.mend();
-    if (!decide_together()) return false;
-    reason = d.choose(x, method_.t, touching);
+  // What was torn must slide the way it was torn. Where it barely does not, the projection took it back below its bound, by the
+  // error of the step that led there: it holds on. Else only all together can tell what gives way.
+  if (!d.together() && d.torn()) {
+    constexpr double none = 1e-9, little = 1e-6;
+    const double back = reason.empty() ? d.torn_back(x, method_.t) : std::numeric_limits<double>::infinity();
+    if (back > none) {
+      d.mend();
+      if (back > little && !decide_together()) return false;
+      reason = d.choose(x, method_.t, touching);
+    }
   }
   return reason.empty() || (d.jammed() && touching.size() > 1 ? jam(touching) : fail(reason));
 }

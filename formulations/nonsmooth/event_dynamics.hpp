@@ -110,8 +110,8 @@ class EventDynamics {
   /// @name What is to slide one way by `forced`
   ///@{
   bool torn() const;
-  /// Whether in the mode chosen some of it would slide the other way.
-  bool torn_back(const Vector& x, double t);
+  /// How fast some of it would begin to slide the other way in the mode chosen, in acceleration_scale(): infinite where that is not known.
+  double torn_back(const Vector& x, double t);
   void mend();
   ///@}
   /// g̈ of an open contact in the present mode.
