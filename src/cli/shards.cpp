@@ -11,6 +11,7 @@
 #include "cli/slurm.hpp"
 #include "cli/stop_signal.hpp"
 #include "cli/wrapped.hpp"
+#include "io/shell_words.hpp"
 #include "io/visible.hpp"
 #include "model/error.hpp"
 #include "study/merge.hpp"
@@ -35,8 +36,8 @@ int plan_shards(const Division& study, const ShardOptions& asked, const std::fil
   fmt::print("{} units in {} shards of {} to {}; the plan is {}\n", m.units, m.shards, m.units / m.shards,
              (m.units + m.shards - 1) / m.shards, (shards_folder(folder) / "manifest.json").string());
   fmt::print("each: {}\nthen: freeplay {} {} --merge {}\n",
-             command_for(m, folder, fmt::format("--shard k/{}", m.shards)), m.verb,
-             fmt::join(m.arguments, " "), folder.string());
+             command_for(m, folder, fmt::format("--shard k/{}", m.shards)), m.verb, shell_words(m.arguments),
+             shell_words({folder.string()}));
   return 0;
 }
 
@@ -74,8 +75,8 @@ int merge(const Division& study, const ShardOptions& asked) {
   fmt::print("{} shards, {} units {} in {:.3g} s, {} failed\nresults in {}\n", s.shards, s.units,
              s.found ? "had been merged; looked at" : "merged", s.seconds, s.failed,
              (folder / (study.verb + ".db")).string());
-  fmt::print("tables and figures: freeplay {} {} -o {}\n", study.verb, fmt::join(study.arguments, " "),
-             folder.string());
+  fmt::print("tables and figures: freeplay {} {} -o {}\n", study.verb, shell_words(study.arguments),
+             shell_words({folder.string()}));
   return 0;
 }
 

@@ -9,6 +9,7 @@
 #include "cli/slurm.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
+#include "io/shell_words.hpp"
 #include "io/visible.hpp"
 #include "study/merge.hpp"
 #include "study/shard.hpp"
@@ -75,9 +76,10 @@ int status(const StatusRequest& request) {
                                          : "Slurm's jobs (id, state, reason):\n" + queue->text);
   for (const auto& note : notes) fmt::print("{}", wrapped(note + "\n"));
   if (whole == m.shards)
-    fmt::print("{}", wrapped(fmt::format("all are whole: {}\n",
-                                         fmt::format("freeplay {} {} --merge {}", m.verb,
-                                                     fmt::join(m.arguments, " "), folder.string()))));
+    fmt::print("{}",
+               wrapped(fmt::format("all are whole: {}\n",
+                                   fmt::format("freeplay {} {} --merge {}", m.verb, shell_words(m.arguments),
+                                               shell_words({folder.string()})))));
   return 0;
 }
 

@@ -2,9 +2,9 @@
 // runs when all tasks have ended, however they did (afterany), and has what is missing made by another round.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <set>
@@ -12,7 +12,9 @@
 #include "cli/default_folder.hpp"
 #include "cli/shards.hpp"
 #include "cli/slurm.hpp"
+#include "cli/slurm_script.hpp"
 #include "cli/verb.hpp"
+#include "io/shell_words.hpp"
 #include "io/visible.hpp"
 #include "model/error.hpp"
 #include "study/divided_sweep.hpp"
@@ -29,11 +31,11 @@ constexpr double pilot_seconds = 10, start_seconds = 2;  // of a task: Slurm, th
 constexpr std::size_t pilot_units = 63;                  // 1 + 2 + … + 32
 
 struct SubmitRequest : Request {
-  std::string study, output, partition, time, scratch;
+  std::string output;
   Reach reach = Reach::beside;
   bool slurm = false, dry = false;
-  int array = 0, cpus = 1, round = 1;
-  int lead = 60;  ///< s before the time limit
+  int array = 0;
+  JobRequest job;
 };
 
 /// Seconds of a core that a unit takes: a few are made, in a folder that goes.
@@ -42,7 +44,7 @@ struct Pilot {
   std::size_t made = 0;
 };
 Pilot pilot(const Division& study, const std::vector<Unit>& units, const SubmitRequest& request) {
-  const Scratch own(scratch_folder(request.scratch), "pilot0000000");
+  const Scratch own(scratch_folder(request.job.scratch), "pilot0000000");
   Pilot p;
   double spent = 0;
   // Spread over the study: neighbours cost alike. Batches grow, for the last to tell what a unit costs beside opening files.
@@ -84,71 +86,6 @@ std::size_t cores_of(const std::string& partition) {
              : static_cast<std::size_t>(std::max(std::atoi(said->text.c_str() + last + 1), 1));
 }
 
-std::string shell(const std::string& word) {
-  std::string out = "'";
-  for (const char c : word) out += c == '\'' ? "'\\''" : std::string(1, c);
-  return out + "'";
-}
-std::string shell(const std::vector<std::string>& words) {
-  std::string out;
-  for (const auto& word : words) out += (out.empty() ? "" : " ") + shell(word);
-  return out;
-}
-
-/// What jobs call: the program, or what started it with libraries of its own (scripts/bundle).
-std::string program_file() {
-  if (const char* named = std::getenv("FREEPLAY_PROGRAM"); named && *named) return named;
-  return std::filesystem::read_symlink("/proc/self/exe").string();
-}
-
-/// The scripts' beginning.
-std::string heading(const SubmitRequest& request, const Manifest& m, const std::filesystem::path& folder) {
-  auto text = fmt::format(
-      "#!/bin/bash\n#SBATCH --job-name={}\n#SBATCH --cpus-per-task={}\n#SBATCH --requeue\n"
-      "#SBATCH --open-mode=append\n#SBATCH --output={}/%A_%a.log\n",
-      job_name(m), request.cpus, (shards_folder(folder) / "log").string());
-  if (!request.partition.empty()) text += "#SBATCH --partition=" + request.partition + "\n";
-  return text;
-}
-
-std::string array_script(const SubmitRequest& request, const Manifest& m, const std::filesystem::path& folder,
-                         const std::vector<std::size_t>& lacking, const std::string& time) {
-  auto words = std::vector<std::string>{program_file(), m.verb};
-  words.insert(words.end(), m.arguments.begin(), m.arguments.end());
-  auto text = heading(request, m, folder);
-  text += fmt::format("#SBATCH --array={}\n#SBATCH --time={}\n#SBATCH --signal=B:TERM@{}\n", ranges(lacking),
-                      time, request.lead);
-  std::set<std::string> full;  // nodes whose scratch refused
-  for (const auto k : lacking)
-    if (const auto s = state_of(folder, k); s.state == "failed" && s.reason.find("scratch") != s.reason.npos)
-      full.insert(s.host);
-  if (!full.empty()) text += fmt::format("#SBATCH --exclude={}\n", fmt::join(full, ","));
-  if (!request.scratch.empty()) words.insert(words.end(), {"--scratch", request.scratch});
-  words.insert(words.end(), {"-o", folder.string()});
-  return text + fmt::format("exec {} --shard \"$SLURM_ARRAY_TASK_ID/{}\"\n", shell(words), m.shards);
-}
-
-std::string merge_script(const SubmitRequest& request, const Manifest& m, const std::filesystem::path& folder,
-                         const std::string& time) {
-  auto study = std::vector<std::string>{program_file(), m.verb};
-  study.insert(study.end(), m.arguments.begin(), m.arguments.end());
-  auto merge = study, again = study;
-  merge.insert(merge.end(), {"--merge", folder.string()});
-  if (!request.scratch.empty()) merge.insert(merge.end(), {"--scratch", request.scratch});
-  std::vector<std::string> submit{program_file(), "submit",
-                                  request.study,  "--slurm",
-                                  "-o",           folder.string(),
-                                  "--time",       time,
-                                  "--cpus",       std::to_string(request.cpus),
-                                  "--signal",     std::to_string(request.lead),
-                                  "--round",      std::to_string(request.round + 1)};
-  if (request.reach == Reach::anywhere) submit.emplace_back("--allow-outside");
-  if (!request.partition.empty()) submit.insert(submit.end(), {"--partition", request.partition});
-  if (!request.scratch.empty()) submit.insert(submit.end(), {"--scratch", request.scratch});
-  return heading(request, m, folder) +
-         fmt::format("#SBATCH --time={}\n{} && exit 0\nexec {}\n", time, shell(merge), shell(submit));
-}
-
 /// Before anything is measured or written.
 void require_slurm() {
   if (!ask({"sbatch", "--version"}))
@@ -185,50 +122,63 @@ std::string minutes(double seconds) {
   return fmt::format("{}", std::max(2, static_cast<int>(std::ceil(seconds / 60))));
 }
 
-int submit(const SubmitRequest& request) {
+/// A folder that is planned may be anyone's: what its plan says is run only where it is this study's.
+void require_planned(const Manifest& m, const SubmitRequest& request, const std::filesystem::path& folder) {
+  constexpr std::array<std::string_view, 4> verbs{"sweep", "bifurcation", "basin", "calibrate"};
+  if (std::ranges::find(verbs, m.verb) == verbs.end() ||
+      m.arguments != study_arguments(request.job.study, request.reach))
+    throw SceneError(fmt::format("{}: is planned for another study: {} {}; give another folder with -o",
+                                 shards_folder(folder).string(), visible(m.verb), shell_words(m.arguments)));
+}
+
+int submit(const SubmitRequest& asked) {
+  auto request = asked;
   if (!request.slurm) throw SceneError("submit: say to what: --slurm");
-  const auto study = read_study(request.study, request.reach);
+  const auto study = read_study(request.job.study, request.reach);
+  request.job.outside = request.reach == Reach::anywhere;
   const auto folder =
       std::filesystem::absolute(result_folder(request.output, default_folder(study.file, "")));
   const bool planned = std::filesystem::exists(shards_folder(folder) / "manifest.json");
+  require_plain(request.job, folder);
   if (!request.dry) require_slurm();
-  auto time = request.time;
+  auto& time = request.job.time;
   if (!planned) {
     auto division = divided_sweep(study, request.conduct(), "sweep",
-                                  study_arguments(request.study, request.reach), subject_of(study));
+                                  study_arguments(request.job.study, request.reach), subject_of(study));
     const auto all = division.units();  // half a millisecond each: once
     division.units = [&all] { return all; };
     const auto p = pilot(division, all, request);
     if (request.stop()) throw Interrupted();
     const auto units = all.size();
     const auto n = request.array > 0 ? static_cast<std::size_t>(request.array)
-                                     : shards_for(p, units, cores_of(request.partition));
+                                     : shards_for(p, units, cores_of(request.job.partition));
     // Thrice what is expected, for nodes that are busy, and the unit under way; what takes longer is requeued.
     const double expected =
-        p.unit * std::ceil(static_cast<double>(units) / static_cast<double>(n)) / request.cpus;
-    if (time.empty()) time = minutes(3 * expected + p.greatest + request.lead + 60);
+        p.unit * std::ceil(static_cast<double>(units) / static_cast<double>(n)) / request.job.cpus;
+    if (time.empty()) time = minutes(3 * expected + p.greatest + request.job.lead + 60);
     const auto m = make_plan(division, folder, n);
     fmt::print(
         "pilot: {} of {} units, {:.3g} s each (at most {:.3g} s); {} shards of about {:.3g} s, time limit {} min\n",
         p.made, units, p.unit, p.greatest, m.shards, expected, time);
   }
   const auto m = read_manifest(folder);
+  require_planned(m, request, folder);
   if (time.empty()) time = "60";
   std::vector<std::size_t> lacking;
   for (const auto& [k, why] : not_whole(m, folder, false)) lacking.push_back(k);
   const auto place = shards_folder(folder);
   if (!request.dry)
     if (const auto jobs = jobs_of(m); !jobs.empty()) {
-      fmt::print("{} is submitted already, as job {}; nothing is done\n", request.study,
+      fmt::print("{} is submitted already, as job {}; nothing is done\n", request.job.study,
                  fmt::join(jobs, ", "));
       return 0;
     }
-  if (request.round > most_rounds)
+  if (request.job.round > most_rounds)
     throw std::runtime_error(
         fmt::format("{}: after {} rounds {} of {} shards are missing: {}; freeplay status says why",
                     place.string(), most_rounds, lacking.size(), m.shards, ranges(lacking)));
-  const auto merge = merge_script(request, m, folder, time);
-  const auto array = lacking.empty() ? std::string() : array_script(request, m, folder, lacking, time);
+  const auto merge = merge_script(request.job, m, folder);
+  const auto array = lacking.empty() ? std::string() : array_script(request.job, m, folder, lacking);
   if (request.dry) {
     fmt::print("# array.sh\n{}\n# merge.sh, after it (afterany)\n{}", array, merge);
     return 0;
@@ -251,22 +201,23 @@ int submit(const SubmitRequest& request) {
 void submit_verb(Program& program) {
   auto [options, request] =
       program.verb("submit", "a study as jobs of a cluster: an array of shards and their merge", submit);
-  options.add("study", request.study, "study file").required();
+  options.add("study", request.job.study, "study file").required();
   options.flag("--slurm", request.slurm, "to Slurm");
   options.add("--array", request.array, "shards, in place of what a pilot finds")
       .between(1, 1'000'000)
       .takes("N");
-  options.add("--partition", request.partition, "of the cluster").takes("NAME");
-  options.add("--time", request.time, "limit of a task as Slurm takes it, in place of what a pilot finds")
+  options.add("--partition", request.job.partition, "of the cluster").takes("NAME");
+  options.add("--time", request.job.time, "limit of a task as Slurm takes it, in place of what a pilot finds")
       .takes("TIME");
-  options.add("--cpus", request.cpus, "cores of a task").between(1, 1024).takes("N").shows_default();
-  options.add("--signal", request.lead, "seconds before its limit that a task stops, to be requeued")
+  options.add("--cpus", request.job.cpus, "cores of a task").between(1, 1024).takes("N").shows_default();
+  options.add("--signal", request.job.lead, "seconds before its limit that a task stops, to be requeued")
       .between(1, 86400)
       .takes("N")
       .shows_default();
-  options.add("--scratch", request.scratch, "folder on the nodes' own disks; default $TMPDIR or /tmp there")
+  options
+      .add("--scratch", request.job.scratch, "folder on the nodes' own disks; default $TMPDIR or /tmp there")
       .takes("FOLDER");
-  options.add("--round", request.round, "how often what was missing has been submitted")
+  options.add("--round", request.job.round, "how often what was missing has been submitted")
       .between(1, 100)
       .takes("N");
   options.flag("--dry-run", request.dry, "print the scripts, and submit nothing");

@@ -4,12 +4,15 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "io/digest.hpp"
 #include "io/identity.hpp"
+#include "io/input_file.hpp"
 #include "io/output_file.hpp"
+#include "io/shell_words.hpp"
 #include "io/visible.hpp"
 #include "model/error.hpp"
 #include "study/shard_file.hpp"
@@ -43,11 +46,6 @@ std::filesystem::path units_file(const std::filesystem::path& folder) {
   return shards_folder(folder) / "units.txt";
 }
 
-std::string plan_digest(const Manifest& m) {
-  return digest(fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n", m.verb, fmt::join(m.arguments, "\n"), m.subject,
-                            digest(m.program), m.units_digest, m.shards));
-}
-
 nlohmann::json to_json(const Manifest& m) {
   return {{"format", format},
           {"plan", m.plan},
@@ -72,6 +70,11 @@ std::string difference(const std::string& planned, const std::string& here) {
 }
 
 }  // namespace
+
+std::string plan_digest(const Manifest& m) {
+  return digest(fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n", m.verb, fmt::join(m.arguments, "\n"), m.subject,
+                            digest(m.program), m.units_digest, m.shards));
+}
 
 std::filesystem::path shards_folder(const std::filesystem::path& folder) { return folder / "shards"; }
 
@@ -112,15 +115,35 @@ Manifest make_plan(const Division& study, const std::filesystem::path& folder, s
   return m;
 }
 
+namespace {
+
+/// The file may be anyone's, and what it says is printed as commands: a verb, a study, --allow-outside, and no more
+/// shards than units.
+void require_said(const Manifest& m) {
+  constexpr std::size_t most_units = 1'000'000'000;
+  const auto is_letter = [](char c) { return c >= 'a' && c <= 'z'; };
+  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 32 || c == 127; };
+  const auto& a = m.arguments;
+  if (!std::ranges::all_of(m.verb, is_letter) || a.empty() || a[0].starts_with('-') ||
+      std::ranges::any_of(a[0], is_control) || a.size() > 2 || (a.size() == 2 && a[1] != "--allow-outside") ||
+      m.shards > m.units || m.units > most_units)
+    throw std::runtime_error("says what no plan does");
+}
+
+}  // namespace
+
 Manifest read_manifest(const std::filesystem::path& folder) {
   const auto file = shards_folder(folder) / "manifest.json";
-  std::ifstream in(file);
-  if (!in)
+  if (std::filesystem::is_symlink(shards_folder(folder)))
+    throw SceneError(
+        fmt::format("{}: is a link; shards lie in a folder of their own", shards_folder(folder).string()));
+  if (!std::filesystem::exists(file))
     throw SceneError(
         fmt::format("{}: nothing is planned here; freeplay VERB STUDY --plan N -o {} divides a study",
                     file.string(), folder.string()));
+  const JsonFile read(file);
+  const auto& j = read.document();
   try {
-    const auto j = nlohmann::json::parse(in);
     if (j.at("format") != format) throw std::runtime_error("of another freeplay");
     Manifest m{.plan = j.at("plan"),
                .verb = j.at("verb"),
@@ -131,6 +154,7 @@ Manifest read_manifest(const std::filesystem::path& folder) {
                .shards = j.at("shards"),
                .units = j.at("units")};
     if (m.plan != plan_digest(m) || m.shards == 0) throw std::runtime_error("has been changed");
+    require_said(m);
     return m;
   } catch (const std::exception& e) {
     throw SceneError(fmt::format("{}: is no manifest of this freeplay ({}); plan into another folder",
@@ -140,8 +164,8 @@ Manifest read_manifest(const std::filesystem::path& folder) {
 
 void require_same(const Manifest& m, const Division& study, const std::filesystem::path& folder) {
   const auto again = [&] {
-    return fmt::format("freeplay {} {} --plan {} -o {}-2", study.verb, fmt::join(study.arguments, " "),
-                       m.shards, folder.string());
+    return fmt::format("freeplay {} {} --plan {} -o {}", study.verb, shell_words(study.arguments), m.shards,
+                       shell_words({folder.string() + "-2"}));
   };
   if (const auto here = program_identity(); m.program != here)
     throw SceneError(fmt::format(
@@ -151,35 +175,44 @@ void require_same(const Manifest& m, const Division& study, const std::filesyste
     throw SceneError(
         fmt::format("{}: the study has changed since it was planned ({} {}); take the change back, or plan "
                     "anew: {}",
-                    shards_folder(folder).string(), m.verb, fmt::join(m.arguments, " "), again()));
+                    shards_folder(folder).string(), m.verb, shell_words(m.arguments), again()));
 }
 
 std::vector<Unit> units_of(const Manifest& m, const std::filesystem::path& folder, std::size_t shard) {
   const auto at = [&](std::size_t k) { return k * m.units / m.shards; };
   const auto begin = at(shard - 1), end = at(shard);
+  const auto torn = [&] {
+    return SceneError(
+        fmt::format("{}: is not whole; plan again into another folder", units_file(folder).string()));
+  };
+  std::error_code none;
+  if (std::filesystem::file_size(units_file(folder), none) != m.units * line || none) throw torn();
   std::ifstream in(units_file(folder), std::ios::binary);
   std::string text((end - begin) * line, '\0');
   in.seekg(static_cast<std::streamoff>(begin * line));
-  if (!in.read(text.data(), static_cast<std::streamsize>(text.size())))
-    throw SceneError(
-        fmt::format("{}: is not whole; plan again into another folder", units_file(folder).string()));
+  if (!in.read(text.data(), static_cast<std::streamsize>(text.size()))) throw torn();
   std::vector<Unit> units;
-  for (std::size_t i = 0; i < end - begin; ++i)
-    units.push_back({text.substr(i * line, key_letters),
-                     std::stoul(text.substr(i * line + key_letters + 1, number_letters))});
+  for (std::size_t i = 0; i < end - begin; ++i) {
+    const char* const number = text.data() + i * line + key_letters + 1;
+    Unit unit{text.substr(i * line, key_letters), 0};
+    if (std::from_chars(number, number + number_letters, unit.number).ptr != number + number_letters)
+      throw torn();
+    units.push_back(unit);
+  }
   return units;
 }
 
 std::string command_for(const Manifest& m, const std::filesystem::path& folder, const std::string& what) {
-  return fmt::format("freeplay {} {} {} -o {}", m.verb, fmt::join(m.arguments, " "), what, folder.string());
+  return fmt::format("freeplay {} {} {} -o {}", m.verb, shell_words(m.arguments), what,
+                     shell_words({folder.string()}));
 }
 
 std::optional<Seal> read_seal(const std::filesystem::path& folder, std::size_t shard) {
   const auto file = shards_folder(folder) / fmt::format("{}.json", shard);
-  std::ifstream in(file);
-  if (!in) return std::nullopt;
+  if (!std::filesystem::exists(file)) return std::nullopt;
   try {
-    const auto j = nlohmann::json::parse(in);
+    const JsonFile read(file);
+    const auto& j = read.document();
     return Seal{.plan = j.at("plan"),
                 .file = j.at("file"),
                 .checksum = j.at("checksum"),
@@ -197,11 +230,13 @@ std::optional<Seal> read_seal(const std::filesystem::path& folder, std::size_t s
 }
 
 std::string fault_of(const Seal& seal, const Manifest& m, const std::filesystem::path& folder, bool deep) {
-  if (seal.plan.empty() || seal.file.find('/') != seal.file.npos) return "its seal is damaged";
+  if (seal.plan.empty() || seal.file.find('/') != seal.file.npos || !seal.file.ends_with(".db"))
+    return "its seal is damaged";
   if (seal.plan != m.plan) return "it is of another plan, or another program's";
   const auto file = shards_folder(folder) / seal.file;
   std::error_code none;
-  if (std::filesystem::file_size(file, none) != seal.bytes || none) return "its file is torn or gone";
+  if (std::filesystem::is_symlink(file, none) || std::filesystem::file_size(file, none) != seal.bytes || none)
+    return "its file is torn or gone";
   if (deep && file_checksum(file) != seal.checksum) return "its file is damaged";
   return {};
 }

@@ -82,6 +82,9 @@ std::filesystem::path shards_folder(const std::filesystem::path& folder);
 /// holds shards of another plan, or more shards than units are asked for.
 Manifest make_plan(const Division& study, const std::filesystem::path& folder, std::size_t shards);
 
+/// What a plan is called: of all that it says but the number of its units, which their digest tells.
+std::string plan_digest(const Manifest& manifest);
+
 /// The manifest of a folder. Throws SceneError where there is none, or it is no manifest.
 Manifest read_manifest(const std::filesystem::path& folder);
 

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "io/input_file.hpp"
 #include "io/output_file.hpp"
 #include "model/error.hpp"
 #include "study/scratch.hpp"
@@ -247,8 +248,9 @@ MergeSummary merge_shards(const Division& study, const std::filesystem::path& fo
     throw SceneError(
         fmt::format("{}: shards hold {} units, and {} were planned; plan again into another folder",
                     place.string(), summary.units, manifest.units));
-  std::ifstream merged(mark);
-  const auto said = merged ? nlohmann::json::parse(merged, nullptr, false) : nlohmann::json();
+  const auto said = std::filesystem::is_regular_file(mark)
+                        ? nlohmann::json::parse(read_file(mark, most_of_a_text), nullptr, false)
+                        : nlohmann::json();
   if (said.is_object() && said.value("plan", "") == manifest.plan && std::filesystem::exists(database)) {
     summary.found = true;
   } else {

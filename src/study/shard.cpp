@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "io/input_file.hpp"
 #include "io/output_file.hpp"
 #include "model/error.hpp"
 #include "study/merge.hpp"
@@ -218,20 +219,22 @@ ShardMade make_shard(const Division& study, const std::filesystem::path& folder,
 }
 
 ShardState state_of(const std::filesystem::path& folder, std::size_t shard) {
-  std::ifstream in(shards_folder(folder) / fmt::format("{}.state.json", shard));
-  if (!in) return {};
-  const auto j = nlohmann::json::parse(in, nullptr, false);
-  if (!j.is_object()) return {};
-  ShardState s;
-  s.state = j.value("state", "");
-  s.reason = j.value("reason", "");
-  s.host = j.value("host", "");
-  s.job = j.value("job", "");
-  s.done = j.value("done", std::size_t{0});
-  s.total = j.value("total", std::size_t{0});
-  s.seconds = j.value("seconds", 0.0);
-  s.when = j.value("when", 0.0);
-  return s;
+  const auto file = shards_folder(folder) / fmt::format("{}.state.json", shard);
+  if (!std::filesystem::exists(file)) return {};
+  try {
+    const JsonFile read(file);
+    const auto& j = read.document();
+    return {.state = j.value("state", ""),
+            .reason = j.value("reason", ""),
+            .host = j.value("host", ""),
+            .job = j.value("job", ""),
+            .done = j.value("done", std::size_t{0}),
+            .total = j.value("total", std::size_t{0}),
+            .seconds = j.value("seconds", 0.0),
+            .when = j.value("when", 0.0)};
+  } catch (const std::exception&) {
+    return {};  // it may be written at this instant, elsewhere
+  }
 }
 
 }  // namespace freeplay

@@ -1,0 +1,164 @@
+// freeplay submit: what files and names hold does not reach the batch scripts but as words.
+#include <fmt/format.h>
+#include <catch2/catch.hpp>
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "io/output_file.hpp"
+#include "io/shell_words.hpp"
+#include "study/division.hpp"
+#include "study/shard_file.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+const std::string hostile =
+    "a'b\"c $(touch canary) `touch canary` \\ %j\n#SBATCH --wrap=touch\n; touch canary #";
+
+/// A study that is planned, and how to ask for its scripts.
+struct Planned {
+  test::TemporaryFolder folder;
+  std::filesystem::path study = folder.path() / "study.toml", out = folder.path() / "out";
+  Planned() {
+    std::filesystem::copy_file(test::source_folder() / "cases/bouncing-ball/scene.toml",
+                               folder.path() / "scene.toml");
+    write_file(
+        study,
+        "scene = \"scene.toml\"\nrestitution = \"as-given\"\ndiscard_time = \"0.33 s\"\nduration = \"0.3 s\"\n"
+        "[axes.e]\nkey = \"surfaces.hard.restitution\"\nrange = [0.2, 0.8, 3]\n");
+    const auto o = test::freeplay(shell_words({"sweep", study.string(), "--plan", "2", "-o", out.string()}));
+    CAPTURE(o.err);
+    REQUIRE(o.status == 0);
+  }
+  auto submit(std::vector<std::string> more = {}) const {
+    std::vector<std::string> words{"submit", study.string(), "--slurm", "--dry-run", "-o", out.string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return test::freeplay(shell_words(words));
+  }
+  nlohmann::json manifest() const {
+    return nlohmann::json::parse(std::ifstream(out / "shards/manifest.json"));
+  }
+};
+
+}  // namespace
+
+TEST_CASE("words for a shell are read back by it as they were", "[security][shards]") {
+  const std::vector<std::string> words{
+      "plain/a-b_c.toml", "", "two words", hostile, "'", "\\", "$HOME", "*", "~"};
+  test::TemporaryFolder folder;
+  const auto script = folder.path() / "script", said = folder.path() / "said";
+  write_file(script, "printf '%s\\0' " + shell_words(words) + " > " + shell_words({said.string()}) + "\n");
+  REQUIRE(std::system(("sh " + shell_words({script.string()})).c_str()) == 0);
+  std::ifstream in(said, std::ios::binary);
+  for (const auto& word : words) {
+    std::string back;
+    REQUIRE(std::getline(in, back, '\0'));
+    CHECK(back == word);
+  }
+  CHECK(shell_words({"plain/a-b_c.toml", "-o"}) == "plain/a-b_c.toml -o");
+}
+
+TEST_CASE("options that Slurm's lines cannot hold are refused", "[security][shards]") {
+  const Planned place;
+  for (const auto* option : {"--partition", "--time"})
+    for (const auto& text : {hostile, std::string("a b"), std::string("a\nb"), std::string("\"")}) {
+      const auto o = place.submit({option, text});
+      CAPTURE(option, text, o.err);
+      CHECK(o.status == 2);
+      CHECK(o.out.empty());
+      CHECK_THAT(o.err, Contains(option));
+      CHECK(std::ranges::count(o.err, '\n') <= 2);
+    }
+  const auto o = place.submit({"--partition", "short,long-1", "--time", "1-12:00:00"});
+  CHECK(o.status == 0);
+  CHECK_THAT(o.out,
+             Contains("#SBATCH --partition=short,long-1\n") && Contains("#SBATCH --time=1-12:00:00\n"));
+  for (const auto* name : {"a\nb", "a'b", "a\"b", "a\\b", "%j", "a\x7f"}) {
+    CAPTURE(name);
+    const auto refused = test::freeplay(shell_words({"submit", place.study.string(), "--slurm", "--dry-run",
+                                                     "-o", (place.folder.path() / name).string()}));
+    CHECK(refused.status == 2);
+    CHECK_THAT(refused.err, Contains("-o "));
+    CHECK_FALSE(std::filesystem::exists(place.folder.path() / name));
+  }
+  const auto spaced = test::freeplay(shell_words({"submit", place.study.string(), "--slurm", "--dry-run",
+                                                  "-o", (place.folder.path() / "two words").string()}));
+  CHECK(spaced.status == 0);
+  CHECK_THAT(spaced.out, Contains("two words/shards/log/%A_%a.log\"\n"));
+}
+
+TEST_CASE("a node's name that no machine has does not reach the script", "[security][shards]") {
+  const Planned place;
+  const auto fail_on = [&](int k, const std::string& host) {
+    write_whole(place.out / fmt::format("shards/{}.state.json", k),
+                nlohmann::json{{"state", "failed"}, {"reason", "scratch is full"}, {"host", host}}.dump());
+  };
+  fail_on(1, "node7");
+  fail_on(2, "node8\n#SBATCH --wrap=touch");
+  const auto o = place.submit();
+  CAPTURE(o.err);
+  CHECK(o.status == 0);
+  CHECK_THAT(o.out, Contains("#SBATCH --exclude=node7\n") && !Contains("wrap"));
+  write_whole(place.out / "shards/1.state.json", "{\"state\": 5, \"host\": []}");
+  CHECK(place.submit().status == 0);
+}
+
+TEST_CASE("a plan that is another study's, or says what no plan does, is refused", "[security][shards]") {
+  const Planned place;
+  const auto file = place.out / "shards/manifest.json";
+  const auto first = place.manifest();
+  const auto refused = [&](const nlohmann::json& m) {
+    write_whole(file, m.dump());
+    for (const auto& o :
+         {place.submit(),
+          test::freeplay(
+              shell_words({"sweep", place.study.string(), "--shard", "1/2", "-o", place.out.string()})),
+          test::freeplay(shell_words({"sweep", place.study.string(), "--merge", place.out.string()}))}) {
+      CAPTURE(m.dump(), o.out, o.err);
+      CHECK(o.status != 0);
+      CHECK_THAT(o.out, !Contains("#SBATCH"));
+      CHECK(std::ranges::count(o.err, '\n') <= 2);
+    }
+  };
+  // The plan's digest is of what it says: these are forged with it, as anyone can.
+  const auto forged = [&](const char* key, const nlohmann::json& value) {
+    auto m = first;
+    m[key] = value;
+    const Manifest said{.plan = {},
+                        .verb = m.at("verb"),
+                        .arguments = m.at("arguments"),
+                        .subject = m.at("subject"),
+                        .program = m.at("program"),
+                        .units_digest = m.at("units_digest"),
+                        .shards = m.at("shards"),
+                        .units = m.at("units")};
+    m["plan"] = plan_digest(said);
+    return m;
+  };
+  const auto study = place.study.string();
+  refused(forged("verb", "run"));
+  refused(forged("verb", "sweep; touch canary"));
+  refused(forged("arguments", {study, "--allow-outside"}));
+  refused(forged("arguments", {study, "-o", "/elsewhere"}));
+  refused(forged("arguments", {"--help"}));
+  refused(forged("arguments", nlohmann::json::array()));
+  refused(forged("arguments", {"x\n#SBATCH --wrap=touch"}));
+  refused(forged("shards", std::uint64_t{1} << 62));
+  refused(forged("units", std::uint64_t{1} << 62));
+  std::filesystem::remove(file);
+  REQUIRE(mkfifo(file.c_str(), 0600) == 0);  // nothing waits for a writer
+  CHECK(place.submit().status == 2);
+  std::filesystem::remove(file);
+  write_whole(file, first.dump());
+  CHECK(place.submit().status == 0);
+  std::filesystem::rename(place.out / "shards", place.folder.path() / "elsewhere");
+  std::filesystem::create_directory_symlink(place.folder.path() / "elsewhere", place.out / "shards");
+  CHECK(place.submit().status == 2);
+}
