@@ -66,7 +66,8 @@ void check_same(const Path& folder, const Path& reference) {
     (void)b;
     FAIL_CHECK(name << " differs from byte " << a - bytes.begin() << " on, of " << bytes.size() << " and "
                     << files.at(name).size() << ":\n"
-                    << bytes.substr(static_cast<std::size_t>(a - bytes.begin()), 200) << "\nexpected, and here\n"
+                    << bytes.substr(static_cast<std::size_t>(a - bytes.begin()), 200)
+                    << "\nexpected, and here\n"
                     << files.at(name).substr(static_cast<std::size_t>(a - bytes.begin()), 200));
   }
   for (const auto& [name, bytes] : files) {
