@@ -18,12 +18,28 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "values/state.hpp"
+#include "values/vec2.hpp"
 
 namespace freeplay {
 
 struct Scene;
+
+/// A row of it, and what it moves with: −1 the ground.
+struct PoseShape {
+  std::string_view kind;
+  std::string name;
+  int body;   ///< of the point (x, y)
+  Vec2 at;    ///< m, in the world
+  int other;  ///< of (a, b), where that is a point or a direction
+  Vec2 more;
+};
+
+/// The shapes of a mechanism whose bodies are at q.
+std::vector<PoseShape> pose_shapes(const Scene& scene, const std::vector<double>& q);
 
 /// The table, with its header.
 std::string pose_table(const Scene& scene, const State& state);
