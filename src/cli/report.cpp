@@ -1,0 +1,51 @@
+// freeplay report: a result folder as one page for a browser.
+#include "report/report.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "cli/verb.hpp"
+#include "io/output_file.hpp"
+#include "io/result_set.hpp"
+#include "io/run_set.hpp"
+#include "model/error.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+struct ReportRequest : Request {
+  std::string folder;
+  std::string output;  ///< file
+};
+
+int make_report(const ReportRequest& request) {
+  const auto folder = real_folder(request.folder);
+  if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": is no folder");
+  std::filesystem::path file = folder / "report.html";
+  if (!request.output.empty()) {
+    const std::filesystem::path asked(request.output);
+    if (!asked.has_filename() || std::filesystem::is_directory(asked))
+      throw SceneError(request.output + ": is a folder; -o names the page's file, such as report.html");
+    file = real_folder(asked.has_parent_path() ? asked.parent_path() : ".") / asked.filename();
+  }
+  const FolderLock lock(folder, "report");
+  settle_result_sets(folder);
+  settle_run(folder);
+  const auto page = report::report_page(folder);
+  make_folder(file.parent_path());
+  write_file(file, page);
+  fmt::print("{}: {:.2f} MB\n", file.string(), 1e-6 * static_cast<double>(page.size()));
+  return 0;
+}
+
+}  // namespace
+
+void report_verb(Program& program) {
+  auto [options, request] =
+      program.verb("report", "one page for a browser of a result folder, which moves", make_report);
+  options.add("folder", request.folder, "folder made by run, compare, sweep, bifurcation or basin").required();
+  options.add("-o,--output", request.output, "the page; default report.html in the folder").takes("FILE");
+}
+
+}  // namespace freeplay::cli

@@ -1,0 +1,240 @@
+// The mechanism at the present time, to scale: shapes in the frames of their bodies, moved by the frames of a run.
+
+/** Pose of a body: x, y, cos, sin; the ground's stands still. */
+function poseOf(run, body, at) {
+  if (body < 0) return { x: 0, y: 0, c: 1, s: 0 };
+  const p = run.motion.poses, angle = between(p[3 * body + 2], at);
+  return { x: between(p[3 * body], at), y: between(p[3 * body + 1], at), c: Math.cos(angle), s: Math.sin(angle) };
+}
+const placed = (pose, x, y) => [pose.x + pose.c * x - pose.s * y, pose.y + pose.s * x + pose.c * y];
+const turned = (pose, x, y) => [pose.c * x - pose.s * y, pose.s * x + pose.c * y];
+
+/** Shapes of a run, in its order: points of links and outlines gathered. */
+function gather(run) {
+  const list = [];
+  for (const [kind, name, body, x, y, other, a, b] of run.motion.shapes) {
+    const before = last(list);
+    if ((kind === 'link' || kind === 'outline') && before && before.kind === kind && before.name === name && before.body === body)
+      before.points.push([x, y]);
+    else list.push({ kind, name, body, x, y, other, a, b, points: [[x, y]] });
+  }
+  if (!list.length) run.motion.bodies.forEach((name, body) => list.push({ kind: 'mass', name, body, x: 0, y: 0, other: -1, a: 0, b: 0, points: [[0, 0]] }));
+  return list;
+}
+for (const run of runs) run.shapes = gather(run);
+
+/** What the shapes of all runs cover in all their frames. */
+function bounds() {
+  const box = { left: Infinity, right: -Infinity, low: Infinity, high: -Infinity };
+  const hold = ([x, y], r) => {
+    if (!Number.isFinite(x + y)) return;
+    box.left = Math.min(box.left, x - r); box.right = Math.max(box.right, x + r);
+    box.low = Math.min(box.low, y - r); box.high = Math.max(box.high, y + r);
+  };
+  for (const run of runs) {
+    const count = run.motion.t.length, each = Math.max(1, Math.floor(count / 150));
+    for (let i = 0; i < count; i += each) {
+      const poses = run.motion.bodies.map((_, b) => poseOf(run, b, { i, part: 0 }));
+      poses[-1] = poseOf(run, -1, { i, part: 0 });
+      for (const s of run.shapes) {
+        const r = s.kind === 'disc' || s.kind === 'loose' ? s.a : 0;
+        const points = s.points.length > 20 ? s.points.filter((_, k) => k % 15 === 0) : s.points;
+        for (const [x, y] of points) hold(placed(poses[s.body], x, y), r);
+        if (s.kind === 'spring' || s.kind === 'line') hold(placed(poses[s.other], s.a, s.b), 0);
+      }
+    }
+  }
+  if (!Number.isFinite(box.left)) Object.assign(box, { left: -1, right: 1, low: -1, high: 1 });
+  const size = Math.max(box.right - box.left, box.high - box.low, 1e-9);
+  const pad = 0.08 * size;
+  box.left -= pad; box.right += pad; box.low -= pad; box.high += pad;
+  return box;
+}
+const box = runs.length ? bounds() : null;
+
+/** From metres to the pixels of a canvas. */
+function scaleOf(width, height) {
+  const k = Math.min(width / (box.right - box.left), height / (box.high - box.low)) * state.view.zoom;
+  const x0 = 0.5 * (box.left + box.right) + state.view.x, y0 = 0.5 * (box.low + box.high) + state.view.y;
+  return { k, at: ([x, y]) => [0.5 * width + k * (x - x0), 0.5 * height - k * (y - y0)] };
+}
+
+function hatch(c, x, y, dx, dy, length, u) {
+  const strokes = Math.min(60, Math.max(4, Math.round(length / (0.8 * u))));
+  c.beginPath();
+  for (let i = 0; i <= strokes; ++i) {
+    const s = length * (i / strokes - 0.5), px = x + s * dx, py = y + s * dy;
+    c.moveTo(px, py);
+    c.lineTo(px - 0.5 * u * (dx + dy), py - 0.5 * u * (dy - dx));
+  }
+  c.stroke();
+}
+
+const painters = {
+  link(c, s, to, pose, colour) {
+    const points = s.points.map(([x, y]) => to.at(placed(pose(s.body), x, y)));
+    c.lineWidth = 5;
+    c.strokeStyle = colour(s.body);
+    line(c, points);
+    if (points.length > 3) { c.globalAlpha *= 0.15; c.fillStyle = colour(s.body); c.fill(); c.globalAlpha /= 0.15; }
+    c.stroke();
+  },
+  outline(c, s, to, pose, colour) {
+    line(c, s.points.map(([x, y]) => to.at(placed(pose(s.body), x, y))), true);
+    c.lineWidth = 2;
+    c.strokeStyle = colour(s.body);
+    c.stroke();
+  },
+  disc(c, s, to, pose, colour) {
+    const p = pose(s.body), [x, y] = to.at(placed(p, s.x, s.y)), r = Math.max(2, s.a * to.k);
+    c.lineWidth = 1.5;
+    c.strokeStyle = colour(s.body);
+    c.beginPath();
+    c.arc(x, y, r, 0, 2 * Math.PI);
+    c.moveTo(x, y);
+    c.lineTo(x + r * p.c, y - r * p.s);
+    c.stroke();
+  },
+  line(c, s, to, pose, colour) {
+    c.lineWidth = 2;
+    c.strokeStyle = colour(s.body);
+    line(c, [to.at(placed(pose(s.body), s.x, s.y)), to.at(placed(pose(s.other), s.a, s.b))]);
+    c.stroke();
+  },
+  wall(c, s, to, pose) {
+    const [x, y] = to.at(placed(pose(s.body), s.x, s.y)), [a, b] = turned(pose(s.other), s.a, s.b), l = 2000;
+    c.lineWidth = 1.5;
+    c.strokeStyle = colours.soft;
+    line(c, [[x - l * a, y + l * b], [x + l * a, y - l * b]]);
+    c.stroke();
+    hatch(c, x, y, a, -b, 600, 12);
+  },
+  slider(c, s, to, pose, colour) {
+    const [x, y] = to.at(placed(pose(s.body), s.x, s.y)), [a, b] = turned(pose(s.other), s.a, s.b);
+    const at = (u, v) => [x + u * a - v * b, y - u * b - v * a];
+    c.lineWidth = 1;
+    c.strokeStyle = colours.soft;
+    for (const side of [-10, 10]) { line(c, [at(-42, side), at(42, side)]); c.stroke(); }
+    c.fillStyle = colours.card;
+    c.strokeStyle = colour(s.body);
+    c.lineWidth = 2.5;
+    line(c, [at(-16, -9), at(16, -9), at(16, 9), at(-16, 9)], true);
+    c.fill();
+    c.stroke();
+  },
+  spring(c, s, to, pose) {
+    const [x, y] = to.at(placed(pose(s.body), s.x, s.y)), [u, v] = to.at(placed(pose(s.other), s.a, s.b));
+    const length = Math.hypot(u - x, v - y) || 1, nx = -(v - y) / length, ny = (u - x) / length, points = [];
+    for (let i = 0; i <= 16; ++i) {
+      const across = i < 2 || i > 14 ? 0 : (i % 2 ? 6 : -6), part = i / 16;
+      points.push([x + part * (u - x) + across * nx, y + part * (v - y) + across * ny]);
+    }
+    c.lineWidth = 1.5;
+    c.strokeStyle = colours.soft;
+    line(c, points);
+    c.stroke();
+  },
+  support(c, s, to, pose) {
+    const [x, y] = to.at(placed(pose(s.body), s.x, s.y));
+    c.lineWidth = 1.2;
+    c.strokeStyle = colours.soft;
+    line(c, [[x, y], [x - 8, y + 14], [x + 8, y + 14]], true);
+    c.stroke();
+    hatch(c, x, y + 14, 1, 0, 24, 7);
+  },
+  pin(c, s, to, pose, colour) { ring(c, to.at(placed(pose(s.body), s.x, s.y)), 5, colours.ink); },
+  loose(c, s, to, pose) {
+    const [x, y] = to.at(placed(pose(s.body), s.x, s.y)), r = Math.max(7, s.a * to.k);
+    c.setLineDash([3, 3]);
+    ring(c, [x, y], r, colours.accent);
+    c.setLineDash([]);
+    ring(c, [x, y], 2.5, colours.ink);
+  },
+  weld(c, s, to, pose) { const [x, y] = to.at(placed(pose(s.body), s.x, s.y)); c.fillStyle = colours.ink; c.fillRect(x - 4, y - 4, 8, 8); },
+  joint(c, s, to, pose) { ring(c, to.at(placed(pose(s.body), s.x, s.y)), 3, colours.ink); },
+  mass(c, s, to, pose, colour) {
+    const [x, y] = to.at(placed(pose(s.body), s.x, s.y));
+    c.fillStyle = colour(s.body);
+    c.beginPath();
+    c.arc(x, y, 2.5, 0, 2 * Math.PI);
+    c.fill();
+    if (state.names) { c.fillStyle = colours.ink; label(c, s.name, x + 7, y - 7); }
+  },
+};
+const order = ['wall', 'support', 'outline', 'line', 'disc', 'link', 'spring', 'slider', 'weld', 'joint', 'pin', 'loose', 'mass'];
+
+function ring(c, [x, y], r, colour) {
+  c.lineWidth = 1.8;
+  c.strokeStyle = colour;
+  c.fillStyle = colours.card;
+  c.beginPath();
+  c.arc(x, y, r, 0, 2 * Math.PI);
+  if (r < 6) c.fill();
+  c.stroke();
+}
+
+/** The shape that a force of this name acts at: of a corner of a guide, the guide. */
+function shapeOf(run, name) {
+  const named = (n) => run.shapes.find((s) => s.name === n && order.includes(s.kind) && s.kind !== 'mass' && s.kind !== 'support' && s.kind !== 'link');
+  return named(name) || named(name.slice(0, name.lastIndexOf('.')));
+}
+for (const run of runs) {
+  // The longest arrow is that of the force that 1 in 50 values exceed: single peaks leave the others their length.
+  const sizes = [];
+  for (const a of run.motion.arrows) {
+    a.shape = shapeOf(run, a.name);
+    a.columns[0].forEach((fx, i) => { const f = Math.hypot(fx, a.columns[1][i]); if (f > 0) sizes.push(f); });
+  }
+  sizes.sort((a, b) => a - b);
+  run.force = sizes[Math.floor(0.98 * (sizes.length - 1))] || 0;
+}
+
+function drawForces(c, run, to, pose, at) {
+  c.strokeStyle = colours.force;
+  c.lineWidth = 2;
+  const unit = 90 / Math.max(...runs.map((r) => r.force), 1e-300);
+  for (const a of run.motion.arrows) {
+    if (!a.shape) continue;
+    const [x, y] = to.at(placed(pose(a.shape.body), a.shape.x, a.shape.y));
+    let fx = unit * between(a.columns[0], at), fy = unit * between(a.columns[1], at);
+    const long = Math.hypot(fx, fy) / 160;
+    if (long > 1) { fx /= long; fy /= long; }
+    arrow(c, x, y, fx, -fy);
+  }
+  // An impulse has no force: it is a ring, while a fiftieth of a second of the screen passes.
+  const reach = Math.max(0.02 * state.rate, 1e-6 * end);
+  const e = run.events;
+  for (let i = before(e.t, state.t + reach); i >= 0 && e.t[i] >= state.t - reach; --i) {
+    if (e.kinds[e.kind[i]] === 'separation') continue;
+    const shape = shapeOf(run, e.joints[e.joint[i]]);
+    if (shape) ring(c, to.at(placed(pose(shape.body), shape.x, shape.y)), 14, colours.force);
+  }
+}
+
+/** Draws runs over one another into a canvas. */
+function drawMechanism(canvas, list) {
+  const { c, width, height } = paper(canvas);
+  const to = scaleOf(width, height);
+  list.forEach((r, k) => {
+    const run = runs[r], at = frame(run, state.t), poses = new Map();
+    const pose = (body) => {
+      if (!poses.has(body)) poses.set(body, poseOf(run, body, at));
+      return poses.get(body);
+    };
+    const colour = list.length > 1 ? () => runColour(r) : (body) => (body < 0 ? colours.soft : bodyColour(body));
+    c.globalAlpha = k > 0 ? 0.65 : 1;
+    for (const kind of order)
+      for (const s of run.shapes) if (s.kind === kind && (k === 0 || kind !== 'mass')) painters[kind](c, s, to, pose, colour);
+    if (state.arrows) drawForces(c, run, to, pose, at);
+    c.globalAlpha = 1;
+  });
+  // The scale: a round length of about a fifth of the width.
+  const length = ticks(0, 0.25 * width / to.k, 1)[1] || ticks(0, 0.25 * width / to.k, 2)[1];
+  if (length) {
+    c.strokeStyle = c.fillStyle = colours.soft;
+    c.lineWidth = 1.5;
+    line(c, [[12, height - 10], [12 + length * to.k, height - 10]]);
+    c.stroke();
+    c.fillText(length >= 1 ? shown(length) + ' m' : shown(1e3 * length) + ' mm', 12, height - 16);
+  }
+}

@@ -1,0 +1,204 @@
+// Studies: the runs of a sweep as a matrix with sparklines and as a table, the points of a bifurcation, the cells of a basin.
+
+/** A value as text, "–" where there is none. */
+const cellText = (x) => (x === null ? '–' : shown(x, 5));
+
+function drawSpark(canvas, values) {
+  const { c, width, height } = paper(canvas);
+  const list = values.filter((y) => y !== null);
+  const low = Math.min(...list), high = Math.max(...list), range = high - low || 1;
+  c.strokeStyle = colours.c0;
+  c.lineWidth = 1.2;
+  line(c, values.map((y, i) => [2 + i / Math.max(1, values.length - 1) * (width - 4), height - 3 - ((y === null ? low : y) - low) / range * (height - 6)]));
+  c.stroke();
+}
+
+/** A line that says what was chosen, and the command that makes its run. */
+function chosenBox() {
+  const box = element('pre', '', 'Click a run or a point: its parameters and the command that makes it stand here.');
+  box.id = 'chosen';
+  return box;
+}
+
+function makeSweep(section) {
+  const names = data.columns, axes = names.slice(0, data.axes), list = data.runs;
+  const head = element('div', 'row'), choice = element('select', 'controls'), chosen = chosenBox();
+  choice.setAttribute('aria-label', 'statistic');
+  const told = names.map((_, k) => list.some((run) => run.values[k] !== null));
+  names.forEach((name, k) => {
+    if (k < axes.length || !told[k]) return;
+    const option = element('option', '', name);
+    option.value = k;
+    choice.append(option);
+  });
+  head.append(element('h2', '', `Runs of the study: ${list.length} of ${data.all}`), choice);
+  section.append(head);
+  const choose = (run) => {
+    chosen.textContent = [`run ${run.key}`, `variant ${run.variant}, ${run.formulation}, start ${run.start}: ${run.status}${run.reason ? ': ' + run.reason : ''}`,
+      ...axes.map((axis, k) => `${axis} = ${cellText(run.values[k])}`)].join('\n');
+  };
+  const matrix = element('div', 'scroll');
+  section.append(matrix, chosen);
+  const sparks = [];
+  const values = (k) => [...new Set(list.map((run) => run.values[k]))].sort((a, b) => a - b);
+  const draw = () => {
+    matrix.replaceChildren();
+    sparks.length = 0;
+    const statistic = Number(choice.value), across = axes.length ? values(0) : [], down = axes.length > 1 ? values(1) : [null];
+    const groups = [...new Set(list.map((run) => run.variant + ' · ' + run.formulation))];
+    const most = across.length * down.length * groups.length <= 1500;
+    if (across.length && most)
+      for (const group of groups) {
+        const table = element('table', 'cells'), top = element('tr');
+        top.append(element('th', '', `${group}: ${axes[1] || ''} ↓ ${axes[0]} →`), ...across.map((x) => element('th', '', cellText(x))));
+        table.append(top);
+        for (const y of down) {
+          const row = element('tr');
+          row.append(element('th', '', axes.length > 1 ? cellText(y) : ''));
+          for (const x of across) {
+            const cell = element('td'), found = list.filter((run) => run.variant + ' · ' + run.formulation === group && run.values[0] === x && (axes.length < 2 || run.values[1] === y));
+            if (found.length) {
+              const numbers = found.map((run) => run.values[statistic]).filter((v) => v !== null && v !== undefined);
+              const traced = found.find((run) => run.line.length);
+              if (traced) {
+                const canvas = element('canvas');
+                cell.append(canvas);
+                sparks.push([canvas, traced.line]);
+              }
+              cell.append(element('div', '', numbers.length ? cellText(numbers.reduce((a, b) => a + b) / numbers.length) : '–'));
+              cell.className = 'click';
+              cell.addEventListener('click', () => choose(found[0]));
+            }
+            row.append(cell);
+          }
+          table.append(row);
+        }
+        matrix.append(table);
+      }
+    redraw();
+  };
+  choice.addEventListener('change', draw);
+  draw();
+  watch(() => sparks.forEach(([canvas, values_]) => drawSpark(canvas, values_)));
+  sweepTable(section, names.filter((_, k) => told[k]), names.map((_, k) => k).filter((k) => told[k]), choose);
+}
+
+/** All runs as a table that a click on a column's head sorts. */
+function sweepTable(section, names, places, choose) {
+  const table = tableOf(['variant', 'formulation', 'start', ...names, 'status'], []), body = table.querySelector('tbody');
+  let sorted = -1, sign = 1;
+  const value = (run, k) => (k < 0 ? 0 : run.values[places[k]]);
+  const fill = () => {
+    const list = [...data.runs].sort((a, b) => sign * ((value(a, sorted) ?? -Infinity) - (value(b, sorted) ?? -Infinity)) || 0);
+    body.replaceChildren();
+    for (const run of list.slice(0, 1000)) {
+      const row = element('tr', 'click');
+      for (const cell of [run.variant, run.formulation, run.start, ...places.map((k) => cellText(run.values[k])), run.status]) row.append(element('td', '', cell));
+      row.addEventListener('click', () => choose(run));
+      body.append(row);
+    }
+  };
+  table.querySelectorAll('th').forEach((th, i) => {
+    if (i < 3 || i - 3 >= names.length) return;
+    th.addEventListener('click', () => { sign = sorted === i - 3 ? -sign : 1; sorted = i - 3; fill(); });
+  });
+  fill();
+  section.append(scrolled(table));
+  if (data.runs.length > 1000) section.append(element('p', 'small', 'The first 1,000 rows of this order are listed.'));
+}
+
+function columnOf(name) { return data.columns.find((column) => column.name === name); }
+
+/** Points of two columns, by branches; a click on one tells of it. */
+function makeScatter(section, x, ys, tell, options) {
+  const head = element('div', 'row'), choice = element('select', 'controls'), chosen = chosenBox(), canvas = element('canvas');
+  choice.setAttribute('aria-label', 'column');
+  for (const name of ys) { const option = element('option', '', name); option.value = name; choice.append(option); }
+  canvas.id = 'diagram';
+  canvas.tabIndex = 0;
+  const figure = element('figure', 'view');
+  figure.append(canvas);
+  head.append(element('h2', '', options.title), choice);
+  section.append(head, figure, chosen);
+  let at = -1, points = [];
+  const m = plotMargin;
+  const draw = () => {
+    const { c, width, height } = paper(canvas), a = columnOf(x).y, b = columnOf(choice.value).y;
+    const range = (list) => { let low = Infinity, high = -Infinity; for (const v of list) if (v !== null) { low = Math.min(low, v); high = Math.max(high, v); } const pad = 0.04 * (high - low) || 0.5; return [low - pad, high + pad]; };
+    const [left, right] = range(a), [low, high] = range(b);
+    const toX = (v) => m.left + (v - left) / (right - left) * (width - m.left - m.right), toY = (v) => m.top + (high - v) / (high - low) * (height - m.top - m.bottom);
+    c.strokeStyle = colours.grid;
+    c.fillStyle = colours.soft;
+    c.lineWidth = 1;
+    c.textAlign = 'center';
+    for (const v of ticks(left, right, width / 90)) { line(c, [[toX(v), m.top], [toX(v), height - m.bottom]]); c.stroke(); c.fillText(shown(v, 6), toX(v), height - 8); }
+    c.textAlign = 'right';
+    for (const v of ticks(low, high, 6)) { line(c, [[m.left, toY(v)], [width - m.right, toY(v)]]); c.stroke(); c.fillText(shown(v, 4), m.left - 6, toY(v) + 4); }
+    c.textAlign = 'left';
+    points = a.map((v, i) => (v === null || b[i] === null ? null : [toX(v), toY(b[i])]));
+    const size = options.size || 2;
+    points.forEach((p, i) => { if (p) { c.fillStyle = options.colour(i); c.fillRect(p[0] - 0.5 * size, p[1] - 0.5 * size, size, size); } });
+    if (at >= 0 && points[at]) ring(c, points[at], 7, colours.ink);
+  };
+  const choose = (i) => { at = i; chosen.textContent = tell(i, choice.value); redraw(); };
+  canvas.addEventListener('click', (e) => {
+    const r = canvas.getBoundingClientRect(), px = e.clientX - r.left, py = e.clientY - r.top;
+    let best = -1, distance = 900;
+    points.forEach((p, i) => { if (p) { const d = (p[0] - px) ** 2 + (p[1] - py) ** 2; if (d < distance) { distance = d; best = i; } } });
+    if (best >= 0) choose(best);
+  });
+  canvas.addEventListener('keydown', (e) => {
+    if (e.key !== 'ArrowRight' && e.key !== 'ArrowLeft') return;
+    choose((at + (e.key === 'ArrowRight' ? 1 : points.length - 1)) % points.length);
+    e.preventDefault();
+  });
+  choice.addEventListener('change', redraw);
+  watch(draw);
+}
+
+/** The command that makes the run of these values of axes. */
+function commandOf(sets) {
+  const formulation = data.formulation || 'nonsmooth';
+  return `freeplay run ${data.scene_file} --formulation ${formulation}${data.overrides || ''}` +
+    sets.map(([axis, value]) => ` --set ${axis.key}=${Number((value / (axis.scale || 1)).toPrecision(6))}`).join('');
+}
+
+function makeDiagram(section) {
+  const axis = data.axis || {}, value = columnOf('value'), branch = columnOf('branch');
+  const taken = ['branch', 'value', 'attractor', 'period', 't'];
+  const ys = data.columns.filter((column) => column.y && !taken.includes(column.name)).map((column) => column.name);
+  if (!value || !ys.length) return;
+  const branches = branch ? [...new Set(branch.words)] : [];
+  makeScatter(section, 'value', ys, (i, y) => {
+    const of = (name) => { const column = columnOf(name); return column ? cellText(column.y[i]) : '–'; };
+    return [`${axis.name || 'value'} = ${cellText(value.y[i])} ${axis.unit || ''}${branch ? ', branch ' + branch.words[i] : ''}`,
+      `${y} = ${of(y)}; attractor ${of('attractor')}, period ${of('period')}, t = ${of('t')} s`,
+      axis.key ? commandOf([[axis, value.y[i]]]) : '',
+      branch && branches.length > 1 ? 'A branch begins where the one before it ended: from the scene\'s own start the motion may settle elsewhere.' : ''].filter(Boolean).join('\n');
+  }, {
+    title: `Bifurcation over ${axis.name || 'value'}${axis.unit ? ', ' + axis.unit : ''}; section: ${data.section || ''}`,
+    colour: (i) => (branch ? runColour(branches.indexOf(branch.words[i])) : colours.c0),
+  });
+  if (branch) {
+    const key = element('p', 'row small');
+    branches.forEach((name, b) => { const word = element('strong', '', name); watch(() => { word.style.color = runColour(b); }); key.append(word); });
+    section.append(key);
+  }
+}
+
+function makeBasin(section) {
+  const [x, y] = data.columns.filter((column) => column.y).map((column) => column.name), attractor = columnOf('attractor');
+  if (!x || !y) return;
+  makeScatter(section, x, [y], (i) => data.columns.map((column) => `${column.name} = ${column.words ? column.words[i] : cellText(column.y[i])}`).join('\n'), {
+    title: `Basin: ${x} →, ${y} ↑`, size: 8,
+    colour: (i) => (attractor && attractor.y[i] !== null && attractor.y[i] >= 0 ? bodyColour(attractor.y[i]) : colours.soft),
+  });
+}
+
+function makeStudy(section) {
+  if (runs.length || data.kind === 'run' || data.kind === 'comparison') return;
+  section.hidden = false;
+  if (data.kind === 'sweep') makeSweep(section);
+  if (data.kind === 'bifurcation') makeDiagram(section);
+  if (data.kind === 'basin') makeBasin(section);
+}
