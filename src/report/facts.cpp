@@ -136,6 +136,7 @@ json markdown_tables(const std::filesystem::path& file) {
     said.clear();
   };
   while (std::getline(in, line)) {
+    for (std::size_t at = 0; (at = line.find("\\*", at)) != line.npos; ++at) line.erase(at, 1);  // \* is *
     if (line.starts_with("| ---")) continue;
     if (line.starts_with('|')) {
       say();
@@ -149,6 +150,8 @@ json markdown_tables(const std::filesystem::path& file) {
     in_table = false;
     if (line.empty())
       say();
+    else if (line.starts_with("## "))
+      say(), said = line.substr(3);
     else if (!line.starts_with('#'))
       said += (said.empty() ? "" : "\n") + line;
   }

@@ -130,7 +130,7 @@ json attractors_document(const std::filesystem::path& folder, const std::string&
   for (std::size_t k = 0; k < names.size(); ++k)
     document["columns"].push_back(is_word(k) ? json{{"name", names[k]}, {"words", words_of[k]}}
                                              : json{{"name", names[k]}, {"y", numbers(numbers_of[k], 6)}});
-  for (const char* part : {"axis", "x", "y", "columns", "attractors"})
+  for (const char* part : {"axis", "x", "y", "attractors"})
     if (const auto* found = facts.find(kind + "." + part)) document[part] = *found;
   document["formulation"] = text_at(facts, kind + ".formulation");
   document["section"] = text_at(facts, kind + ".section");

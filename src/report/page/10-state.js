@@ -99,5 +99,7 @@ function stepEvent(forward) {
 /** A number for people. */
 function shown(x, digits = 4) {
   if (x === null || x === undefined || Number.isNaN(x)) return '–';
+  const size = Math.abs(x);
+  if (size !== 0 && (size < 1e-4 || size >= 1e9)) return Number(x.toPrecision(digits)).toExponential();
   return String(Number(x.toPrecision(digits)));
 }

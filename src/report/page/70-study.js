@@ -38,7 +38,7 @@ function makeSweep(section) {
       ...axes.map((axis, k) => `${axis} = ${cellText(run.values[k])}`)].join('\n');
   };
   const matrix = element('div', 'scroll');
-  section.append(matrix, chosen);
+  section.append(matrix);
   const sparks = [];
   const values = (k) => [...new Set(list.map((run) => run.values[k]))].sort((a, b) => a - b);
   const draw = () => {
@@ -46,12 +46,14 @@ function makeSweep(section) {
     sparks.length = 0;
     const statistic = Number(choice.value), across = axes.length ? values(0) : [], down = axes.length > 1 ? values(1) : [null];
     const groups = [...new Set(list.map((run) => run.variant + ' · ' + run.formulation))];
-    const most = across.length * down.length * groups.length <= 1500;
-    if (across.length && most)
+    // A grid is a matrix; of values spread over their ranges most cells of one would be empty.
+    const cells = across.length * down.length * groups.length;
+    const grid = cells <= 1500 && new Set(list.map((run) => [run.variant, run.formulation, run.values[0], run.values[1]].join())).size >= 0.4 * cells;
+    if (across.length && grid)
       for (const group of groups) {
         const table = element('table', 'cells'), top = element('tr');
-        top.append(element('th', '', `${group}: ${axes[1] || ''} ↓ ${axes[0]} →`), ...across.map((x) => element('th', '', cellText(x))));
-        table.append(top);
+        top.append(element('th', '', axes[1] ? `${axes[1]} ↓` : ''), ...across.map((x) => element('th', '', cellText(x))));
+        table.append(element('caption', '', `${group}; ${axes[0]} →`), top);
         for (const y of down) {
           const row = element('tr');
           row.append(element('th', '', axes.length > 1 ? cellText(y) : ''));
@@ -80,6 +82,14 @@ function makeSweep(section) {
   choice.addEventListener('change', draw);
   draw();
   watch(() => sparks.forEach(([canvas, values_]) => drawSpark(canvas, values_)));
+  if (!matrix.childElementCount && axes.length) {
+    choice.remove();
+    const statistics = names.filter((_, k) => k >= axes.length && told[k]);
+    makeScatter(section, axes[0], statistics, (i) => { choose(list[i]); return chosen.textContent; }, {
+      title: `over ${axes[0]}`, size: 5, chosen, colour: () => colours.c0,
+      columnOf: (name) => ({ y: list.map((run) => run.values[names.indexOf(name)]) }),
+    });
+  } else section.append(chosen);
   sweepTable(section, names.filter((_, k) => told[k]), names.map((_, k) => k).filter((k) => told[k]), choose);
 }
 
@@ -107,11 +117,12 @@ function sweepTable(section, names, places, choose) {
   if (data.runs.length > 1000) section.append(element('p', 'small', 'The first 1,000 rows of this order are listed.'));
 }
 
-function columnOf(name) { return data.columns.find((column) => column.name === name); }
+function columnNamed(name) { return data.columns.find((column) => column.name === name); }
 
 /** Points of two columns, by branches; a click on one tells of it. */
 function makeScatter(section, x, ys, tell, options) {
-  const head = element('div', 'row'), choice = element('select', 'controls'), chosen = chosenBox(), canvas = element('canvas');
+  const columnOf = options.columnOf || columnNamed;
+  const head = element('div', 'row'), choice = element('select', 'controls'), chosen = options.chosen || chosenBox(), canvas = element('canvas');
   choice.setAttribute('aria-label', 'column');
   for (const name of ys) { const option = element('option', '', name); option.value = name; choice.append(option); }
   canvas.id = 'diagram';
@@ -164,6 +175,7 @@ function commandOf(sets) {
 }
 
 function makeDiagram(section) {
+  const columnOf = columnNamed;
   const axis = data.axis || {}, value = columnOf('value'), branch = columnOf('branch');
   const taken = ['branch', 'value', 'attractor', 'period', 't'];
   const ys = data.columns.filter((column) => column.y && !taken.includes(column.name)).map((column) => column.name);
@@ -187,7 +199,7 @@ function makeDiagram(section) {
 }
 
 function makeBasin(section) {
-  const [x, y] = data.columns.filter((column) => column.y).map((column) => column.name), attractor = columnOf('attractor');
+  const [x, y] = data.columns.filter((column) => column.y).map((column) => column.name), attractor = columnNamed('attractor');
   if (!x || !y) return;
   makeScatter(section, x, [y], (i) => data.columns.map((column) => `${column.name} = ${column.words ? column.words[i] : cellText(column.y[i])}`).join('\n'), {
     title: `Basin: ${x} →, ${y} ↑`, size: 8,

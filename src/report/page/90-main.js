@@ -76,6 +76,14 @@ function layViews() {
     bindView(canvas);
     return { canvas, list };
   });
+  fitViews();
+}
+
+/** A canvas is as tall as what it shows is, against its width, within limits. */
+function fitViews() {
+  const shape = (box.high - box.low) / (box.right - box.left);
+  const least = window.innerWidth > 760 ? 240 : 150, most = Math.max(least, Math.min(520, 0.6 * window.innerHeight));
+  for (const { canvas } of views) canvas.style.height = `${Math.round(Math.min(most, Math.max(least, shape * canvas.clientWidth)))}px`;
   redraw();
 }
 
@@ -106,7 +114,7 @@ function makeMotion() {
     for (const { canvas, list } of views) drawMechanism(canvas, list);
     byId('time').textContent = `t = ${state.t.toFixed(6)} s`;
     byId('scrub').value = end > begin ? Math.round((state.t - begin) / (end - begin) * 10000) : 0;
-    byId('play').textContent = state.playing ? '⏸' : '▶';
+    byId('play').textContent = state.playing ? '❚❚' : '▶';
   });
 }
 
@@ -146,7 +154,7 @@ if (runs.length && runs.every((run) => run.motion.t.length)) {
 makeStudy(byId('study'));
 makeTables(byId('tables'));
 makeAgain(byId('again'));
-window.addEventListener('resize', redraw);
+window.addEventListener('resize', () => (runs.length ? fitViews() : redraw()));
 redraw();
 
 /** What stands on the screen, for tests: time; of each run poses of its bodies, (ex, ey)/c of journals, pixels of shapes. */
