@@ -104,6 +104,13 @@ json sweep_document(const std::filesystem::path& folder) {
   return document;
 }
 
+json axis_of(const JsonFile& facts, const std::string& at) {
+  json axis = {{"scale", 1.0}};
+  for (const char* part : {"name", "key", "unit"}) axis[part] = text_at(facts, at + "." + part);
+  if (const auto* scale = facts.find(at + ".scale"); scale && scale->is_number()) axis["scale"] = *scale;
+  return axis;
+}
+
 /// Points of a bifurcation, or cells of a basin: the table's columns by name.
 json attractors_document(const std::filesystem::path& folder, const std::string& kind) {
   const JsonFile facts(folder / (kind + ".json"));
@@ -130,8 +137,8 @@ json attractors_document(const std::filesystem::path& folder, const std::string&
   for (std::size_t k = 0; k < names.size(); ++k)
     document["columns"].push_back(is_word(k) ? json{{"name", names[k]}, {"words", words_of[k]}}
                                              : json{{"name", names[k]}, {"y", numbers(numbers_of[k], 6)}});
-  for (const char* part : {"axis", "x", "y", "attractors"})
-    if (const auto* found = facts.find(kind + "." + part)) document[part] = *found;
+  for (const char* part : {"axis", "x", "y"})
+    if (facts.find(kind + "." + part)) document[part] = axis_of(facts, kind + "." + part);
   document["formulation"] = text_at(facts, kind + ".formulation");
   document["section"] = text_at(facts, kind + ".section");
   const auto scene = text_at(facts, "provenance.scene_file");

@@ -48,6 +48,12 @@ std::string infected(const std::string& table, const std::string& text, std::siz
   return out;
 }
 
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t n = 0;
+  for (auto at = text.find(part); at != text.npos; at = text.find(part, at + 1)) ++n;
+  return n;
+}
+
 }  // namespace
 
 TEST_CASE("a stranger's texts in the folders of every verb", "[security][hostile]") {
@@ -107,6 +113,13 @@ TEST_CASE("a stranger's texts in the folders of every verb", "[security][hostile
         write_file(bait.folder / place / files[f], text);
       }
       run({"figures", place});
+      if (run({"report", place}) == 0) {
+        // The page's own two scripts and no element more, whatever the files say.
+        const auto page = whole(bait.folder / place / "report.html");
+        CHECK(count(page, "<script") == 2);
+        CHECK(count(page, "</script") == 2);
+        CHECK(count(page, "<title") == 1);
+      }
       run({"plot", place, "--x", i % 3 ? "t" : texts[i].substr(0, texts[i].find('\0')), "--y", "gudgeon.gap",
            "-o", texts[i].substr(0, texts[i].find('\0'))});
     }

@@ -191,6 +191,7 @@ TEST_CASE("hostile result folders over the verbs that read one", "[security][hos
         break;
     }
     corpus.run({"figures", place});
+    corpus.run({"report", place});
     // A comparison whose joints and channels have such names.
     if (i % 3 == 0) {
       const auto twin = place + "c";
@@ -205,6 +206,7 @@ TEST_CASE("hostile result folders over the verbs that read one", "[security][hos
         corpus.add(twin + "/" + run + "/run.json", raw({{"provenance", origin(text)}}));
       }
       corpus.run({"figures", twin});
+      corpus.run({"report", twin});
     }
     // The folder's own name.
     if (const auto name = as_file_name(text); !name.empty() && i % 3 == 1) {

@@ -199,10 +199,13 @@ function makeDiagram(section) {
 }
 
 function makeBasin(section) {
-  const [x, y] = data.columns.filter((column) => column.y).map((column) => column.name), attractor = columnNamed('attractor');
-  if (!x || !y) return;
-  makeScatter(section, x, [y], (i) => data.columns.map((column) => `${column.name} = ${column.words ? column.words[i] : cellText(column.y[i])}`).join('\n'), {
-    title: `Basin: ${x} →, ${y} ↑`, size: 8,
+  const attractor = columnNamed('attractor'), axes = [data.x, data.y];
+  if (!columnNamed('x') || !columnNamed('y') || !axes[0] || !axes[1]) return;
+  const named = (axis) => axis.name + (axis.unit ? ', ' + axis.unit : '');
+  makeScatter(section, 'x', ['y'], (i) => [
+    ...data.columns.map((column) => `${{ x: named(axes[0]), y: named(axes[1]) }[column.name] || column.name} = ${column.words ? column.words[i] : cellText(column.y[i])}`),
+    commandOf([[axes[0], columnNamed('x').y[i]], [axes[1], columnNamed('y').y[i]]])].join('\n'), {
+    title: `Basin over ${named(axes[0])} → and ${named(axes[1])} ↑`, size: 8,
     colour: (i) => (attractor && attractor.y[i] !== null && attractor.y[i] >= 0 ? bodyColour(attractor.y[i]) : colours.soft),
   });
 }
