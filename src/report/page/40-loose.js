@@ -66,14 +66,8 @@ function drawBetweenWalls(c, joint, at, r, size, middle, width) {
 function drawLoose(canvas, name, list) {
   const { c, width, height } = paper(canvas);
   const size = 0.4 * Math.min(width, height), middle = [0.5 * width, 0.5 * height];
-  let walls = false;
-  for (const r of list) {
-    const run = runs[r], joint = run.motion.loose.find((j) => j.name === name);
-    if (!joint) continue;
-    const at = frame(run, state.t);
-    if (joint.kind === 'journal') drawJournal(c, joint, run, at, r, size, middle);
-    else { walls = true; drawBetweenWalls(c, joint, at, r, size, middle, width); }
-  }
+  const jointOf = (run) => run.motion.loose.find((j) => j.name === name);
+  const walls = runs.some((run) => jointOf(run) && jointOf(run).kind !== 'journal');
   c.strokeStyle = colours.ink;
   c.lineWidth = 1.5;
   c.beginPath();
@@ -88,6 +82,12 @@ function drawLoose(canvas, name, list) {
     c.moveTo(middle[0], middle[1] - 4); c.lineTo(middle[0], middle[1] + 4);
   }
   c.stroke();
+  for (const r of list) {
+    const run = runs[r], joint = jointOf(run), at = frame(run, state.t);
+    if (!joint) continue;
+    if (joint.kind === 'journal') drawJournal(c, joint, run, at, r, size, middle);
+    else drawBetweenWalls(c, joint, at, r, size, middle, width);
+  }
 }
 
 /** Figures of the loose joints in the page; what draws them. */
