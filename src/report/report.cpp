@@ -21,8 +21,8 @@ namespace {
 
 using nlohmann::json;
 
-// Numbers of a page, of some eight bytes each; of these a third is motion.
-constexpr long numbers_of_a_page = 500'000;
+// Numbers of a page, of some seven bytes each; of these half is motion.
+constexpr long numbers_of_a_page = 620'000;
 constexpr long fewest_frames = 300, most_frames = 6000;
 constexpr std::size_t most_events = 20'000;
 
@@ -35,11 +35,11 @@ json run_part(const plots::RunFolder& run, long numbers) {
   const auto scene = plots::scene_of_run(run.folder);
   const auto events = read_events(run.folder, most_events / 2);
   const long frames =
-      std::clamp(numbers / 3 / numbers_of_frame(run.folder, scene.get()), fewest_frames, most_frames);
-  const auto beside = hardest(events, static_cast<std::size_t>(frames / 4));
+      std::clamp(numbers / 2 / numbers_of_frame(run.folder, scene.get()), fewest_frames, most_frames);
+  const auto beside = hardest(events, static_cast<std::size_t>(frames / 6));
   json part = {{"name", run.title}, {"events", to_json(events)}};
-  part["motion"] = motion(run.folder, scene.get(), frames / 2, beside);
-  part["curves"] = curves(run.folder, numbers - numbers / 3);
+  part["motion"] = motion(run.folder, scene.get(), frames - 2 * static_cast<long>(beside.size()), beside);
+  part["curves"] = curves(run.folder, numbers / 2);
   if (const auto turn = plots::turn_of(scene.get())) part["turn"] = *turn;
   return part;
 }
