@@ -44,7 +44,8 @@ int make_report(const ReportRequest& request) {
 void report_verb(Program& program) {
   auto [options, request] =
       program.verb("report", "one page for a browser of a result folder, which moves", make_report);
-  options.add("folder", request.folder, "folder made by run, compare, sweep, bifurcation or basin").required();
+  options.add("folder", request.folder, "folder made by run, compare, sweep, bifurcation or basin")
+      .required();
   options.add("-o,--output", request.output, "the page; default report.html in the folder").takes("FILE");
 }
 

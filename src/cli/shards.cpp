@@ -43,7 +43,9 @@ int plan_shards(const Division& study, const ShardOptions& asked, const std::fil
 
 int one_shard(const Division& study, const ShardOptions& asked, const std::filesystem::path& folder,
               int threads, StopToken stop) {
-  const auto [k, n] = read_shard(asked.shard);
+  const auto said = read_shard(asked.shard);
+  const auto k = said.first;
+  const auto n = said.second;
   if (const auto m = read_manifest(folder); m.shards != n)
     throw SceneError(fmt::format("--shard {}: {} has {} shards", asked.shard, folder.string(), m.shards));
   Progress progress;

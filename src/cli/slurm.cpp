@@ -9,8 +9,6 @@
 #include <cerrno>
 #include <cstdlib>
 
-extern char** environ;
-
 namespace freeplay::cli {
 namespace {
 

@@ -85,7 +85,8 @@ class PoseShapes {
   }
   void draw_joint(const RackJoint& j) {
     row("disc", j.name, j.between[0], place_of(q_, j.between[0], j.at[0]), {j.pitch_radius, 0});
-    line(j.name, j.between[1], place_of(q_, j.between[1], j.at[1]), direction(j.between[1], j.axis), 2 * j.pitch_radius);
+    line(j.name, j.between[1], place_of(q_, j.between[1], j.at[1]), direction(j.between[1], j.axis),
+         2 * j.pitch_radius);
   }
   /// The slot as a line through its pin, as long as the pin is likely to go; a guide has a box, and both may stand at one place.
   void draw_joint(const SlotJoint& j) {
@@ -93,7 +94,8 @@ class PoseShapes {
     const auto middle = place_of(q_, j.between[0], j.at[0]);
     const double reach = std::max(j.at[1].norm(), (pin - middle).norm());
     line(j.name, j.between[0], middle, along, 1.25 * reach);
-    row(j.clearance ? "disc" : "pin", j.name, j.between[1], pin, {j.clearance ? j.clearance->pin_radius : 0, 0});
+    row(j.clearance ? "disc" : "pin", j.name, j.between[1], pin,
+        {j.clearance ? j.clearance->pin_radius : 0, 0});
   }
   /// Its discs, and its walls from point to point.
   void draw_group(const Group& group) {
@@ -132,12 +134,13 @@ class PoseShapes {
   void draw_joint(const J& j) {
     const Joint joint = j;
     const auto p = joint_place(joint, q_);
-    const int holder = j.between[1] == ground ? j.between[0] : j.between[1];  // the body that joint_place is of
+    const int holder =
+        j.between[1] == ground ? j.between[0] : j.between[1];  // the body that joint_place is of
     if constexpr (requires { j.axis.x(); }) {
       row("slider", j.name, holder, p, direction(j.between[0], j.axis), j.between[0]);
     } else if constexpr (requires { j.clearance->bearing_radius; }) {
-      row(j.clearance ? "loose" : "pin", j.name, j.clearance ? j.between[0] : holder, j.clearance ? end_place(joint, 0, q_) : p,
-          {j.clearance ? j.clearance->bearing_radius : 0, 0});
+      row(j.clearance ? "loose" : "pin", j.name, j.clearance ? j.between[0] : holder,
+          j.clearance ? end_place(joint, 0, q_) : p, {j.clearance ? j.clearance->bearing_radius : 0, 0});
     } else {
       row(std::string_view(J::type) == "rigid" ? "weld" : "joint", j.name, holder, p);
     }
@@ -165,8 +168,8 @@ class PoseShapes {
   }
   void draw_load(const auto& l) {
     if constexpr (requires { l.between[0], l.at[0].x(); }) {
-      row("spring", l.name, l.between[0], place_of(q_, l.between[0], l.at[0]), place_of(q_, l.between[1], l.at[1]),
-          l.between[1]);
+      row("spring", l.name, l.between[0], place_of(q_, l.between[0], l.at[0]),
+          place_of(q_, l.between[1], l.at[1]), l.between[1]);
       for (const int end : {0, 1})
         if (l.between[end] == ground) row("support", l.name, ground, l.at[end]);
     }

@@ -72,11 +72,9 @@ nlohmann::json to_json(const Events& events) {
     t.push_back(e.t), approach.push_back(e.approach), impulse.push_back(e.impulse);
     duration.push_back(e.duration), joint.push_back(e.joint), kind.push_back(e.kind);
   }
-  return {{"joints", events.joints},   {"kinds", events.kinds},
-          {"all", events.all},         {"t", numbers(t, 10)},
-          {"joint", joint},            {"kind", kind},
-          {"v", numbers(approach, 5)}, {"p", numbers(impulse, 5)},
-          {"d", numbers(duration, 5)}};
+  return {{"joints", events.joints},   {"kinds", events.kinds},    {"all", events.all},
+          {"t", numbers(t, 10)},       {"joint", joint},           {"kind", kind},
+          {"v", numbers(approach, 5)}, {"p", numbers(impulse, 5)}, {"d", numbers(duration, 5)}};
 }
 
 }  // namespace freeplay::report

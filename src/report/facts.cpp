@@ -21,8 +21,13 @@ std::string shown(const json& value) {
 
 /// greatest_impulse_N_s: the words of a key, its unit after a comma.
 std::string words_of(std::string key) {
-  for (const auto& [end, unit] : {std::pair{"_N_s", "N s"}, {"_m_per_s", "m/s"}, {"_KiB", "KiB"}, {"_J", "J"},
-                                  {"_rad", "rad"}, {"_m", "m"}, {"_s", "s"}})
+  for (const auto& [end, unit] : {std::pair{"_N_s", "N s"},
+                                  {"_m_per_s", "m/s"},
+                                  {"_KiB", "KiB"},
+                                  {"_J", "J"},
+                                  {"_rad", "rad"},
+                                  {"_m", "m"},
+                                  {"_s", "s"}})
     if (key.ends_with(end)) {
       key = key.substr(0, key.size() - std::string_view(end).size()) + ", " + unit;
       break;
@@ -75,7 +80,8 @@ json contact_table(const std::string& name, const std::vector<RunFacts>& runs) {
   for (const auto& run : runs) {
     table["head"].push_back(run.name);
     const auto* contacts = run.json->find("contacts");
-    const bool has = contacts && contacts->is_object() && contacts->contains(name) && contacts->at(name).is_object();
+    const bool has =
+        contacts && contacts->is_object() && contacts->contains(name) && contacts->at(name).is_object();
     found.push_back(has ? &contacts->at(name) : nullptr);
     if (has)
       for (const auto& [key, value] : found.back()->items())
@@ -103,7 +109,8 @@ json tables(const std::vector<RunFacts>& runs) {
   add(list, side_by_side("Energy ledger, whole run", runs, "energy_J", ", J"));
   add(list, side_by_side("Energy after the discarded time", runs, "window.energy_J", ", J"));
   const auto contacts = contacts_of(runs);
-  for (std::size_t i = 0; i < std::min(most, contacts.size()); ++i) add(list, contact_table(contacts[i], runs));
+  for (std::size_t i = 0; i < std::min(most, contacts.size()); ++i)
+    add(list, contact_table(contacts[i], runs));
   if (contacts.size() > most)
     list.push_back({{"title", fmt::format("{} contacts more, in run.json", contacts.size() - most)},
                     {"head", json::array()},
@@ -168,7 +175,8 @@ json notes(const std::vector<RunFacts>& runs) {
   for (const auto& run : runs) {
     const auto status = text_at(*run.json, "ending.status"), reason = text_at(*run.json, "ending.reason");
     if (!status.empty() && status != "finished")
-      add_note(true, fmt::format("{}: the run is {}{}{}", run.name, status, reason.empty() ? "" : ": ", reason));
+      add_note(true,
+               fmt::format("{}: the run is {}{}{}", run.name, status, reason.empty() ? "" : ": ", reason));
     if (const auto* said = run.json->find("notes"); said && said->is_array())
       for (const auto& note : *said)
         if (note.is_string()) {

@@ -117,7 +117,9 @@ json shapes_of(const Scene& scene, const std::vector<std::string>& bodies, const
     if ((s.body >= 0 && shown(s.body) < 0) || (s.other >= 0 && shown(s.other) < 0)) continue;
     const bool point = s.kind == "line" || s.kind == "spring", along = s.kind == "slider" || s.kind == "wall";
     const auto p = local(s.body, s.at);
-    const auto more = point ? local(s.other, s.more) : along ? turned(s.other, s.more.x(), s.more.y()) : s.more;
+    const auto more = point   ? local(s.other, s.more)
+                      : along ? turned(s.other, s.more.x(), s.more.y())
+                              : s.more;
     list.push_back({s.kind, s.name, shown(s.body), rounded(p.x(), 7), rounded(p.y(), 7), shown(s.other),
                     rounded(more.x(), 7), rounded(more.y(), 7)});
   }

@@ -10,9 +10,7 @@ namespace {
 // page_html, page_style, page_script: the files of src/report/page; style_sha256, script_sha256: in hexadecimal digits.
 #include "report_page.inc"
 
-int digit(char c) {
-  return c <= '9' ? c - '0' : c - 'a' + 10;
-}
+int digit(char c) { return c <= '9' ? c - '0' : c - 'a' + 10; }
 
 /// Base 64 (RFC 4648) of bytes in hexadecimal digits, as a policy names a hash.
 std::string base64(std::string_view hex) {
@@ -23,10 +21,10 @@ std::string base64(std::string_view hex) {
     unsigned group = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       const auto at = 2 * (i + k);
-      group = group << 8 | (i + k < bytes ? static_cast<unsigned>(16 * digit(hex[at]) + digit(hex[at + 1])) : 0u);
+      group =
+          group << 8 | (i + k < bytes ? static_cast<unsigned>(16 * digit(hex[at]) + digit(hex[at + 1])) : 0u);
     }
-    for (std::size_t k = 0; k < 4; ++k)
-      out += i + k <= bytes ? letters[group >> (18 - 6 * k) & 63] : '=';
+    for (std::size_t k = 0; k < 4; ++k) out += i + k <= bytes ? letters[group >> (18 - 6 * k) & 63] : '=';
   }
   return out;
 }
@@ -81,8 +79,9 @@ std::string page(const std::string& title, const nlohmann::json& document) {
     std::string text;
   };
   const std::array fillings{
-      Filling{"{{policy}}", "default-src 'none'; img-src data:; base-uri 'none'; form-action 'none'; script-src 'sha256-" +
-                                base64(script_sha256) + "'; style-src 'sha256-" + base64(style_sha256) + "'"},
+      Filling{"{{policy}}",
+              "default-src 'none'; img-src data:; base-uri 'none'; form-action 'none'; script-src 'sha256-" +
+                  base64(script_sha256) + "'; style-src 'sha256-" + base64(style_sha256) + "'"},
       Filling{"{{title}}", html_text(title)}, Filling{"{{style}}", std::string(page_style)},
       Filling{"{{data}}", embedded(document)}, Filling{"{{script}}", std::string(page_script)}};
   // Each mark stands once, in this order; what fills one is not looked at again.

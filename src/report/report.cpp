@@ -70,7 +70,8 @@ json runs_document(const std::filesystem::path& folder, const std::vector<plots:
     const JsonFile both(folder / "comparison.json");
     if (const auto* open = both.find("not_matched"); open && open->is_object() && !open->empty())
       for (const auto& [contact, why] : open->items())
-        document["notes"].push_back({{"doubtful", false}, {"text", "not matched in " + contact + ": " + why.dump()}});
+        document["notes"].push_back(
+            {{"doubtful", false}, {"text", "not matched in " + contact + ": " + why.dump()}});
     if (std::filesystem::exists(folder / "comparison.md"))
       document["comparison"] = markdown_tables(folder / "comparison.md");
     if (const auto* pairs = both.find("pairing.horizon_s"); pairs && pairs->is_number())
@@ -105,9 +106,10 @@ json document_of(const std::filesystem::path& folder) {
   else if (holds_study(folder))
     document = study_document(folder);
   else
-    throw SceneError(folder.string() +
-                     ": has no results that a page could show; give a folder made by freeplay run, compare, sweep, "
-                     "bifurcation or basin");
+    throw SceneError(
+        folder.string() +
+        ": has no results that a page could show; give a folder made by freeplay run, compare, sweep, "
+        "bifurcation or basin");
   document["folder"] = folder.filename().string();
   make_visible(document);
   return document;

@@ -60,7 +60,8 @@ json sweep_document(const std::filesystem::path& folder) {
   Statement count(database, "SELECT count(*) FROM " + from);
   document["all"] = count.step() ? count.whole(0) : 0;
   const bool traced = has(database, "traces");
-  Statement trace(database, traced ? "SELECT acceleration FROM traces WHERE run = ?" : "SELECT NULL WHERE ? = ''");
+  Statement trace(database,
+                  traced ? "SELECT acceleration FROM traces WHERE run = ?" : "SELECT NULL WHERE ? = ''");
   Statement rows(database, "SELECT * FROM " + from + " ORDER BY variant, formulation, start");
   const auto statistics = TurnMetrics::names();
   std::vector<int> places;
@@ -72,8 +73,8 @@ json sweep_document(const std::filesystem::path& folder) {
       bool of_axes = true;
       for (int k = 0; k < rows.columns(); ++k) {
         const auto name = rows.name(k);
-        if (name == "run" || name == "variant" || name == "formulation" || name == "start" || name == "status" ||
-            name == "reason" || name == "run id")
+        if (name == "run" || name == "variant" || name == "formulation" || name == "start" ||
+            name == "status" || name == "reason" || name == "run id")
           continue;
         of_axes = of_axes && std::ranges::find(statistics, name) == std::end(statistics);
         axes += of_axes;
@@ -91,8 +92,8 @@ json sweep_document(const std::filesystem::path& folder) {
       if (rows.name(k) == "start") run["start"] = rows.whole(k);
     }
     for (const int place : places)
-      run["values"].push_back(rows.absent(place) || rows.is_text(place) ? json()
-                                                                        : json(rounded(rows.number(place), 6)));
+      run["values"].push_back(
+          rows.absent(place) || rows.is_text(place) ? json() : json(rounded(rows.number(place), 6)));
     run.erase("texts");
     run["key"] = key;
     run["line"] = sparkline(trace, key);
@@ -119,7 +120,9 @@ json attractors_document(const std::filesystem::path& folder, const std::string&
   const auto& names = rows.names();
   std::vector<std::vector<double>> numbers_of(names.size());
   std::vector<std::vector<std::string>> words_of(names.size());
-  const auto is_word = [&](std::size_t k) { return names[k] == "branch" || names[k] == "kind" || names[k] == "doubt"; };
+  const auto is_word = [&](std::size_t k) {
+    return names[k] == "branch" || names[k] == "kind" || names[k] == "doubt";
+  };
   long all = 0;
   std::size_t kept = 0;
   while (rows.next()) {
@@ -145,7 +148,8 @@ json attractors_document(const std::filesystem::path& folder, const std::string&
   document["scene_file"] = shell_word(scene);
   document["overrides"] = overrides_of(facts);
   document["provenance"] = provenance_table({{kind, &facts}});
-  document["scene"] = text_at(facts, "provenance.study") + "\n\n# the scene\n" + text_at(facts, "provenance.scene");
+  document["scene"] =
+      text_at(facts, "provenance.study") + "\n\n# the scene\n" + text_at(facts, "provenance.scene");
   document["commands"] = {"freeplay " + kind + " STUDY -o " + shell_word(folder.filename().string())};
   return document;
 }

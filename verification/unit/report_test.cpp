@@ -30,7 +30,8 @@ namespace {
 const std::filesystem::path& comparison() {
   static const test::TemporaryFolder folder;
   static const bool made = [] {
-    const auto scene = read_scene(test::flores(), {"run.revolutions=0.25", "run.discard=0", "run.forces=true"});
+    const auto scene =
+        read_scene(test::flores(), {"run.revolutions=0.25", "run.discard=0", "run.forces=true"});
     compare(scene, {}, folder.path() / "two");
     return true;
   }();
@@ -71,8 +72,8 @@ TEST_CASE("a thinned table keeps the extremes of every stretch, and a short one 
   const auto each = static_cast<std::size_t>((rows + most / 2 - 1) / (most / 2));
   for (std::size_t b = 0; 2 * b < kept.size(); ++b) {
     const auto from = b * each, to = std::min(all.size(), from + each);
-    const auto [least, greatest] = std::minmax_element(all.begin() + static_cast<long>(from),
-                                                       all.begin() + static_cast<long>(to));
+    const auto [least, greatest] =
+        std::minmax_element(all.begin() + static_cast<long>(from), all.begin() + static_cast<long>(to));
     REQUIRE(std::min(kept[2 * b], kept[2 * b + 1]) == *least);
     REQUIRE(std::max(kept[2 * b], kept[2 * b + 1]) == *greatest);
     REQUIRE((kept[2 * b] == *least) == (least <= greatest));
@@ -88,7 +89,9 @@ TEST_CASE("a thinned table keeps the extremes of every stretch, and a short one 
 
 TEST_CASE("what is no number is passed over where it is thinned, and is null where it is all", "[report]") {
   report::ThinnedTable table(8, 1, 4);
-  for (const double y : {std::nan(""), 3.0, 1.0, std::nan(""), std::nan(""), std::nan(""), std::nan(""), std::nan("")}) table.take(0, {&y, 1});
+  for (const double y :
+       {std::nan(""), 3.0, 1.0, std::nan(""), std::nan(""), std::nan(""), std::nan(""), std::nan("")})
+    table.take(0, {&y, 1});
   table.finish();
   CHECK(table.column(0)[0] == 3);
   CHECK(table.column(0)[1] == 1);
@@ -99,8 +102,9 @@ TEST_CASE("what is no number is passed over where it is thinned, and is null whe
 TEST_CASE("texts of a page end no element and are what they were", "[report][hostile]") {
   const test::TemporaryFolder folder;
   auto texts = test::hostile_texts(test::Bait(folder.path()));
-  texts.insert(texts.end(), {"</script><script>document.title = 1</script>", "<!--<script>", "]]>", "{{script}}{{data}}",
-                             "\xe2\x80\xa8 \xe2\x80\xa9", "&lt;b&gt;", "\"><img src=x onerror=alert(1)>", "</title>"});
+  texts.insert(texts.end(),
+               {"</script><script>document.title = 1</script>", "<!--<script>", "]]>", "{{script}}{{data}}",
+                "\xe2\x80\xa8 \xe2\x80\xa9", "&lt;b&gt;", "\"><img src=x onerror=alert(1)>", "</title>"});
   const auto plain = report::page("", json(""));
   for (const auto& text : texts) {
     const json document = {{"title", text}, {text, 1}};
@@ -119,12 +123,14 @@ TEST_CASE("texts of a page end no element and are what they were", "[report][hos
 TEST_CASE("the page of a comparison: both runs, rows beside each event, its tables", "[report]") {
   const auto page = report::report_page(comparison());
   CHECK(static_cast<double>(page.size()) < report::most_of_a_page);
-  for (const char* address : {"http:", "https:", "src=", "url(", "@import"}) CHECK(page.find(address) == page.npos);
+  for (const char* address : {"http:", "https:", "src=", "url(", "@import"})
+    CHECK(page.find(address) == page.npos);
   const auto data = data_of(page);
   CHECK(data["kind"] == "comparison");
   REQUIRE(data["runs"].size() == 3);
   CHECK(data["comparison"].size() > 3);
-  CHECK_THAT(data["commands"][0].get<std::string>(), Contains("freeplay compare") && Contains("--set run.forces=true"));
+  CHECK_THAT(data["commands"][0].get<std::string>(),
+             Contains("freeplay compare") && Contains("--set run.forces=true"));
   for (const char* name : {"penalty", "nonsmooth"}) {
     const auto run = std::ranges::find_if(data["runs"], [&](const json& r) { return r["name"] == name; });
     REQUIRE(run != data["runs"].end());
@@ -168,7 +174,8 @@ TEST_CASE("a folder without results is refused with one line, and nothing is wri
   const test::Bait bait(folder.path());
   make_folder(bait.folder / "empty");
   make_folder(bait.folder / "torn");
-  std::filesystem::copy(comparison() / "penalty", bait.folder / "torn", std::filesystem::copy_options::recursive);
+  std::filesystem::copy(comparison() / "penalty", bait.folder / "torn",
+                        std::filesystem::copy_options::recursive);
   write_file(bait.folder / "torn" / "trajectory.csv", "t,crank.x\n0,zero\n");
   const auto refused = [&](const std::vector<std::string>& arguments, const std::string& why) {
     const auto told = test::run_program(bait, arguments);
