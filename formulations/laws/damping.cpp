@@ -54,7 +54,8 @@ double delivered_restitution(double chi) {
   return -std::expm1(y) / chi;
 }
 
-double exact_damping_factor(double e) {
+double exact_damping_factor(double restitution) {
+  const double e = restitution;
   if (e >= 1) return 0;
   if (1 - e < series_below) return chi_by_series(e);
   // With y = ln(1 − χe), χ = (1 − e^y)/e: the trivial root y = 0 is divided out by bracketing away from it.
@@ -70,15 +71,15 @@ double exact_damping_factor(double e) {
   return -std::expm1(root(f, far, near)) / e;
 }
 
-double damping_factor(ContactLaw law, double e) {
+double damping_factor(ContactLaw law, double restitution) {
   const auto& facts = facts_of(law);
-  if (facts.positive_restitution && !(e > 0))
+  if (facts.positive_restitution && !(restitution > 0))
     throw ModelError(
         "penalty.contact",
         fmt::format("\"{}\" needs a restitution greater than 0: its damping factor is infinite at 0",
                     facts.text));
   return visit_law(law, [&](auto l) -> double {
-    if constexpr (l.kind == ContactKind::point) return l.chi(e);
+    if constexpr (l.kind == ContactKind::point) return l.chi(restitution);
     throw ModelError("penalty.damping", fmt::format("\"{}\" has no damping factor of its own", facts.text));
   });
 }

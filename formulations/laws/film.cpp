@@ -85,17 +85,17 @@ LongIntegrals<T> long_integrals(double a, double b, const T& epsilon, const T& w
 }  // namespace
 
 template <class T>
-Film::Force<T> Film::force(const T& ratio, const std::type_identity_t<T>& radial,
-                           const std::type_identity_t<T>& tangential) const {
+Film::Force<T> Film::force(const T& epsilon, const std::type_identity_t<T>& w_r,
+                           const std::type_identity_t<T>& w_t) const {
   // The ends of the film may stand as numbers: the pressure vanishes there, so moving them changes nothing.
-  const double epsilon = value_of(ratio), w_r = value_of(radial), w_t = value_of(tangential);
-  if (w_r == 0 && w_t == 0) return {};
+  const double ratio = value_of(epsilon), radial = value_of(w_r), tangential = value_of(w_t);
+  if (radial == 0 && tangential == 0) return {};
   const double c3 = clearance * clearance * clearance;
   if (kind == Kind::short_bearing) {
     const double unit = viscosity * radius * length * length * length / c3;
-    const double middle = std::atan2(w_t, w_r), half = cavitated ? pi / 2 : pi;
-    const auto I = short_integrals(middle - half, middle + half, ratio);
-    return {-unit * (I.cc * radial + I.cs * tangential), -unit * (I.cs * radial + I.ss * tangential)};
+    const double middle = std::atan2(tangential, radial), half = cavitated ? pi / 2 : pi;
+    const auto I = short_integrals(middle - half, middle + half, epsilon);
+    return {-unit * (I.cc * w_r + I.cs * w_t), -unit * (I.cs * w_r + I.ss * w_t)};
   }
   const double unit = 12 * viscosity * length * radius * radius * radius / c3;
   double a = -pi, b = pi;
@@ -103,19 +103,19 @@ Film::Force<T> Film::force(const T& ratio, const std::type_identity_t<T>& radial
     // p (1 − ε cos θ)²/(1 + cos θ) = w_r (2 + ε − ε cos θ)/(2(1 + ε)²) + w_t tan(θ/2)(2 − ε cos θ)/(2 + ε²): one zero.
     const auto sign = [&](double theta) {
       const double ct = std::cos(theta);
-      return std::cos(theta / 2) * w_r * (2 + epsilon - epsilon * ct) / (2 * (1 + epsilon) * (1 + epsilon)) +
-             std::sin(theta / 2) * w_t * (2 - epsilon * ct) / (2 + epsilon * epsilon);
+      return std::cos(theta / 2) * radial * (2 + ratio - ratio * ct) / (2 * (1 + ratio) * (1 + ratio)) +
+             std::sin(theta / 2) * tangential * (2 - ratio * ct) / (2 + ratio * ratio);
     };
-    if (w_t == 0) {
-      if (w_r < 0) return {};
+    if (tangential == 0) {
+      if (radial < 0) return {};
     } else {
       std::uintmax_t most = 100;
       const auto [lo, hi] = boost::math::tools::toms748_solve(
           sign, -pi, pi, boost::math::tools::eps_tolerance<double>(50), most);
-      (w_t > 0 ? a : b) = 0.5 * (lo + hi);
+      (tangential > 0 ? a : b) = 0.5 * (lo + hi);
     }
   }
-  const auto I = long_integrals(a, b, ratio, radial, tangential);
+  const auto I = long_integrals(a, b, epsilon, w_r, w_t);
   return {-unit * I.cosine, -unit * I.sine};
 }
 

@@ -66,7 +66,7 @@ void MoreauStepper::seat(const double* q) {
     c.gap = gap_of(k, q, end_);
     c.t_left = -INFINITY;  // of a flight that was long
     look(k, q_mid_.data(), v_old_.data(), e_, c.row);
-    for (const int row : {0, 1}) many_->taken[static_cast<std::size_t>(many_->first[k] + row)] = 0;
+    std::fill_n(many_->taken.begin() + many_->first[k], 2, 0);
     live_.push_back(k);
   }
   while (old < near.kept.size()) leave(near.kept[old++]);

@@ -6,22 +6,23 @@
 
 namespace freeplay {
 
-void warn(Result& s, Family family, double through) {
+void warn(Result& result, Family family, double through) {
   const bool impact_law = family == Family::nonsmooth;
-  const double scale = s.ledger.scale();
+  const double scale = result.ledger.scale();
   // The greatest kinetic energy before an impact may itself be rounding, in what has always rested.
-  if (!(s.extremes.greatest_gain > 1e-12 * scale)) s.extremes.gains = 0, s.extremes.greatest_gain = 0;
-  if (s.extremes.gains > 0)
-    s.notes.push_back(fmt::format(
+  if (!(result.extremes.greatest_gain > 1e-12 * scale))
+    result.extremes.gains = 0, result.extremes.greatest_gain = 0;
+  if (result.extremes.gains > 0)
+    result.notes.push_back(fmt::format(
         "{} impacts raised the energy, by up to {:.3g} J: a restitution of rates with friction can "
         "(Kane and Levinson 1985); nonsmooth.impact_law = \"energetic\" does not",
-        s.extremes.gains, s.extremes.greatest_gain));
+        result.extremes.gains, result.extremes.greatest_gain));
   // An impact law keeps surfaces apart but for rounding. Under a contact law a journal may go a tenth of its play
   // deeper before the play itself is another; and discs a tenth of their radius: there the half-width of Hertz's
   // contact, √(δR), is 0.3 R, and no longer small as his half-space asks (Johnson, Contact Mechanics, 1985, §4.1).
-  for (const auto& c : s.contacts)
+  for (const auto& c : result.contacts)
     if (c.penetration_ratio > (impact_law ? 1e-3 : 0.1))
-      s.notes.push_back(fmt::format(
+      result.notes.push_back(fmt::format(
           "DOUBTFUL: {}; {}",
           c.has_clearance()
               ? fmt::format("{} lay up to {:.3g} clearances inside its wall", c.name, c.penetration_ratio)
@@ -30,25 +31,26 @@ void warn(Result& s, Family family, double through) {
                             c.measure == "radius" ? "its radius of curvature" : "the longest arm"),
           impact_law ? "take a shorter nonsmooth.step" : "the contact is too soft for this load"));
   // Of what has come and gone a millionth is no more than integration leaves.
-  if (scale < 1e-3 * through && std::abs(s.ledger.closure()) < 1e-6 * through &&
-      std::abs(s.ledger.stabilisation) < 1e-6 * through)
+  if (scale < 1e-3 * through && std::abs(result.ledger.closure()) < 1e-6 * through &&
+      std::abs(result.ledger.stabilisation) < 1e-6 * through)
     return;
-  if (std::abs(s.ledger.closure()) > 1e-3 * scale || std::abs(s.ledger.stabilisation) > 1e-3 * scale)
-    s.notes.push_back(fmt::format(
+  if (std::abs(result.ledger.closure()) > 1e-3 * scale ||
+      std::abs(result.ledger.stabilisation) > 1e-3 * scale)
+    result.notes.push_back(fmt::format(
         "DOUBTFUL: of {:.3g} J the energy balance misses {:.2g} J and stabilisation did {:.2g} J; "
         "tighten the tolerance or shorten the step, or the motion passed a singular position",
-        scale, s.ledger.closure(), s.ledger.stabilisation));
+        scale, result.ledger.closure(), result.ledger.stabilisation));
 }
 
-void refuse_not_finite(Result& s) {
+void refuse_not_finite(Result& result) {
   const auto fail = [&](const char* what) {
-    if (s.ending.status == Ending::Status::finished)
-      s.ending = {Ending::Status::failed, fmt::format("{} at t = {:.9g} s", what, s.t_end)};
+    if (result.ending.status == Ending::Status::finished)
+      result.ending = {Ending::Status::failed, fmt::format("{} at t = {:.9g} s", what, result.t_end)};
   };
-  for (const auto* list : {&s.final_state.q, &s.final_state.v, &s.final_state.z})
+  for (const auto* list : {&result.final_state.q, &result.final_state.v, &result.final_state.z})
     for (double x : *list)
       if (!std::isfinite(x)) fail("the state is not finite");
-  if (!std::isfinite(s.ledger.scale()) || !std::isfinite(s.ledger.closure()))
+  if (!std::isfinite(result.ledger.scale()) || !std::isfinite(result.ledger.closure()))
     fail("the energy balance is not finite");
 }
 

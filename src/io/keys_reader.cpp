@@ -146,7 +146,7 @@ void KeysReader::curve(const Key& key, int& curve, Curve::Use use) {
 void KeysReader::settle() const {
   for (const auto& [key, index, y] : named_) {
     const auto& name = mechanism_.curves[static_cast<std::size_t>(index)].name;
-    const auto hold = [&](const char* which, std::initializer_list<std::string_view> wanted) {
+    const auto hold = [&, &key = key](const char* which, std::initializer_list<std::string_view> wanted) {
       const auto* given = s_.given("curves." + name, fmt::format("of {}", which));
       if (!given || std::ranges::any_of(wanted, [&](auto unit) { return same_quantity(*given, unit); }))
         return;

@@ -63,7 +63,7 @@ TurnTransform::List TurnTransform::chirp(double step, std::span<const double> va
 }
 
 TurnTransform::List TurnTransform::product_of(const List& g) {
-  const auto most = static_cast<std::size_t>(2 * highest_);
+  const auto most = 2 * static_cast<std::size_t>(highest_);
   List circulant(smooth(2 * most + 1)), transform;
   for (std::size_t m = 0; m <= most; ++m) {
     circulant[m] = g[m];

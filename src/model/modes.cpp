@@ -52,13 +52,13 @@ Mode made(const std::complex<double>& s, const Eigen::VectorXcd& shape, double z
 double Mode::natural() const { return std::abs(s) / (2 * std::numbers::pi); }
 double Mode::swinging() const { return std::abs(s.imag()) / (2 * std::numbers::pi); }
 
-Modes find_modes(const System& system, const Equilibrium& e, const Compliances& elastic) {
+Modes find_modes(const System& system, const Equilibrium& at, const Compliances& elastic) {
   Statics s(system, elastic);
-  if (elastic.empty()) s.closed = e.pressed;
-  AtRest at;
-  s.look(Eigen::Map<const VectorXd>(e.state.q.data(), system.n()), at);
-  const auto l = s.linearise(at, multipliers(s, at, e));
-  const MatrixXd Z = null_space(at.C, masses(system));
+  if (elastic.empty()) s.closed = at.pressed;
+  AtRest rest;
+  s.look(Eigen::Map<const VectorXd>(at.state.q.data(), system.n()), rest);
+  const auto l = s.linearise(rest, multipliers(s, rest, at));
+  const MatrixXd Z = null_space(rest.C, masses(system));
   const auto n = static_cast<int>(Z.cols()), states = system.states();
   Modes out;
   out.length = s.length();

@@ -73,16 +73,16 @@ Vec2 System::eccentricity(int k, const double* q, const Evaluation& e) const {
   return arms(link_of(k), q, e).d;
 }
 
-[[gnu::flatten]] double System::gap(const Pair& any, const double* q, const Evaluation& e) {
+[[gnu::flatten]] double System::gap(const Pair& pair, const double* q, const Evaluation& e) {
   return std::visit(
-      [&](const auto& pair) {
-        const auto d = arms(pair.link, q, e).d;
-        if constexpr (requires { pair.gap(q, d, e); })  // angles beside directions
-          return pair.gap(q, d, e);
+      [&](const auto& p) {
+        const auto d = arms(p.link, q, e).d;
+        if constexpr (requires { p.gap(q, d, e); })  // angles beside directions
+          return p.gap(q, d, e);
         else
-          return pair.gap(d, e);
+          return p.gap(d, e);
       },
-      any);
+      pair);
 }
 
 GapMotion System::gap_motion(int k, const MotionBounds& bounds, const double* q, const Evaluation& e) const {
@@ -91,7 +91,7 @@ GapMotion System::gap_motion(int k, const MotionBounds& bounds, const double* q,
 }
 
 template <class T>
-[[gnu::flatten]] void System::contact(const Pair& any, const ContactFacts& facts, const T* q, const T* v,
+[[gnu::flatten]] void System::contact(const Pair& pair, const ContactFacts& facts, const T* q, const T* v,
                                       const EvaluationOf<T>& e, ContactRowOf<T>& row) {
   row.normal.clear();
   row.tangent.clear();
@@ -99,14 +99,14 @@ template <class T>
   row.spin.clear();
   row.gamma_n = row.gamma_t = 0;
   std::visit(
-      [&](const auto& pair) {
-        const auto a = arms(pair.link, q, e);
-        if constexpr (requires { pair.rows(a, q, v, e, row); })
-          pair.rows(a, q, v, e, row);
+      [&](const auto& p) {
+        const auto a = arms(p.link, q, e);
+        if constexpr (requires { p.rows(a, q, v, e, row); })
+          p.rows(a, q, v, e, row);
         else
-          pair.rows(facts, a, v, e, row);
+          p.rows(facts, a, v, e, row);
       },
-      any);
+      pair);
 }
 
 template <class T>

@@ -47,7 +47,7 @@ void solve_dense(const int* begin, const SaddleBlock::Places& at, const double* 
   const int n = static_cast<int>(at.columns.size()), m = size > 0 ? size : static_cast<int>(at.rows.size());
   const int *columns = at.columns.data(), *rows = at.rows.data(), *column = at.column.data();
   const double* mobility = at.mobility.data();
-  double few[size > 0 ? size : 1];
+  double few[std::max(size, 1)];
   double* x = size > 0 ? few : room;
   if (f)
     for (int i = 0; i < n; ++i) a[columns[i]] = f[columns[i]] * mobility[columns[i]];

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "facade/simulation.hpp"
@@ -234,7 +235,7 @@ Advice advise(const Scene& scene, Family family, double error, const Conduct& co
   show(0.4);
 
   auto settings = all_settings(family);
-  std::ranges::stable_partition(settings, &Setting::adaptive);
+  std::stable_partition(settings.begin(), settings.end(), std::mem_fn(&Setting::adaptive));
   long cheapest = std::numeric_limits<long>::max();
   const auto keeps = [&](const Measured& m) {
     const double found = advice.by_events ? m.errors.events : m.errors.state;

@@ -22,7 +22,7 @@ Interval interval(const std::vector<double>& values);
 Interval interval_of_directions(const std::vector<double>& degrees);
 /// The same interval of a mean on the scale where its values may lie: x > 0 by its logarithm, a share by its logit, so
 /// that with h Student's half-width it is x e^(±h/x), or that of the odds; of a mean at an end of its range that end.
-Interval within_range(Interval interval, TurnMetrics::Kind kind);
+Interval within_range(Interval s, TurnMetrics::Kind kind);
 
 /// The runs of one cell, on the circle where the statistic is a direction.
 Interval cell(const std::vector<RunRow>& runs, const std::string& variant, const std::string& formulation,

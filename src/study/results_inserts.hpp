@@ -7,7 +7,7 @@ namespace freeplay {
 
 class Results::Inserts {
  public:
-  Inserts(const Database& database, std::size_t columns_of_runs);
+  Inserts(const Database& owner, std::size_t columns_of_runs);
 
   const Database& database;
   Database::Statement run, turn, flight, impact, measure, cost, spectrum, trace, done;

@@ -29,8 +29,8 @@ TradeoffScene trade_off(const Scene& scene, const Conduct& conduct, int repeats,
 /// settings whose error lies between twice what the reference is known to and 0.5. The error is that of events, or of the
 /// state where there are no touches to judge by. Left out are methods with fewer than three such settings, and those whose errors
 /// do not fall along a line (correlation of the logarithms below 0.9).
-std::vector<std::pair<std::string, double>> orders_in_work(const TradeoffScene& scene);
+std::vector<std::pair<std::string, double>> orders_in_work(const TradeoffScene& t);
 
-nlohmann::json to_json(const TradeoffScene& scene);
+nlohmann::json to_json(const TradeoffScene& t);
 
 }  // namespace freeplay

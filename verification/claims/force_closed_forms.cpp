@@ -66,8 +66,8 @@ void slider_cranks(Findings& f) {
        {std::pair{"the ideal rig", rig()},
         {"with weight, an eccentric crank, an offset slider and a load on it", loaded()}}) {
     auto scene = slider_crank(s);
-    const auto claim = [&](const std::string& way, const std::array<double, 2>& off, double bound,
-                           const char* why) {
+    const auto claim = [&, &name = name](const std::string& way, const std::array<double, 2>& off,
+                                         double bound, const char* why) {
       f.at_most(fmt::format("slider-crank, {}, {}: reactions, greatest error over greatest force", name, way),
                 "", off[0], bound, source, why);
       f.at_most("its torque and moments, likewise", "", off[1], bound, source, why);

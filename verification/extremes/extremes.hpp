@@ -50,8 +50,8 @@ std::vector<Cell> loose_cells();    ///< two loose joints in one chain, a thousa
 /// Φ under Baumgarte's terms and rk4 of step h; hβ by hα over the grid, each row its own axis.
 std::vector<Cell> baumgarte_cells();
 inline constexpr double baumgarte_grid[] = {0, 0.3, 1, 2, 3};
-/// Greatest factor by which a step of rk4 multiplies Φ: above 1 it grows.
-double rk4_growth(double h_alpha, double h_beta);
+/// Greatest factor by which a step of rk4 multiplies Φ at hα and hβ: above 1 it grows.
+double rk4_growth(double ha, double hb);
 std::vector<Limit> predicted_limits();
 
 Scene ideal_rig();  ///< the paper's, without play or instruments

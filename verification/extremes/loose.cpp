@@ -112,8 +112,12 @@ std::vector<Cell> loose_cells() {
   for (const auto& [name, family, scheme] : {std::tuple{"penalty", Family::penalty, Scheme::moreau_jean},
                                              {"moreau-jean", Family::nonsmooth, Scheme::moreau_jean},
                                              {"event-driven", Family::nonsmooth, Scheme::event_driven}})
-    cells.push_back(
-        {"scene", "1,000 loose revolutions", 0, name, [=] { return long_loose(family, scheme); }, {}});
+    cells.push_back({"scene",
+                     "1,000 loose revolutions",
+                     0,
+                     name,
+                     [family = family, scheme = scheme] { return long_loose(family, scheme); },
+                     {}});
   return cells;
 }
 

@@ -1,4 +1,6 @@
 // What a run must keep by itself: energy, momentum, walls, Newton's and Euler's equations.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 

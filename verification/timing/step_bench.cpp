@@ -23,7 +23,7 @@ struct Setup {
 /// Steps of the reference scene as they come: flights, impacts, mostly lasting contact.
 void nonsmooth_step(benchmark::State& state) {
   const Setup s;
-  MoreauStepper stepper(s.system, s.scene.nonsmooth, {0.46}, RowFacts{});
+  MoreauStepper stepper(s.system, s.scene.nonsmooth, 1e-5, {0.46}, RowFacts{});
   ContactLog log(1);
   stepper.start(s.start, log);
   while (stepper.t() < 0.05) benchmark::DoNotOptimize(stepper.step(1e9));

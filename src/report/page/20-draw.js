@@ -55,7 +55,8 @@ function arrow(c, x, y, dx, dy) {
   c.stroke();
 }
 
-/** A text that long names do not push out of the picture. */
+/** A text at what is in the picture: long names do not push it out. */
 function label(c, text, x, y, most = 28) {
-  c.fillText(text.length > most ? text.slice(0, most) + '…' : text, x, y);
+  const words = text.length > most ? text.slice(0, most) + '…' : text, width = c.canvas.clientWidth;
+  c.fillText(words, x < width ? Math.min(x, width - c.measureText(words).width - 2) : x, y);
 }

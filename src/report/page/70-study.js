@@ -147,7 +147,7 @@ function makeScatter(section, x, ys, tell, options) {
     for (const v of ticks(low, high, 6)) { line(c, [[m.left, toY(v)], [width - m.right, toY(v)]]); c.stroke(); c.fillText(shown(v, 4), m.left - 6, toY(v) + 4); }
     c.textAlign = 'left';
     points = a.map((v, i) => (v === null || b[i] === null ? null : [toX(v), toY(b[i])]));
-    const size = options.size || 2;
+    const size = options.size || (points.length > 2000 ? 2 : points.length > 200 ? 3 : 5);
     points.forEach((p, i) => { if (p) { c.fillStyle = options.colour(i); c.fillRect(p[0] - 0.5 * size, p[1] - 0.5 * size, size, size); } });
     if (at >= 0 && points[at]) ring(c, points[at], 7, colours.ink);
   };
