@@ -30,6 +30,8 @@ class Rows {
   const std::string& name(std::size_t place) const;
   /// A text for people, with nothing hidden in it.
   const std::string& label(std::size_t place) const;
+  /// The same; empty for an empty field.
+  const std::string& maybe_label(std::size_t place) const;
 
  private:
   void split();

@@ -190,6 +190,14 @@ Option Options::flag(const char* names, bool& value, const char* what) {
   return Option(app_->add_flag(names, value, what));
 }
 
+Option Options::maybe(const char* names, std::optional<std::string>& value, const char* what) {
+  const auto take = [&value](const CLI::results_t& words) {
+    value = words.empty() ? std::string() : words.front();
+    return true;
+  };
+  return Option(app_->add_option(names, take, what)->expected(0, 1));
+}
+
 Option Options::scene(std::string& file) { return add("scene", file, "scene file"); }
 Option Options::set(std::vector<std::string>& overrides, const char* what) {
   return Option(app_->add_option("--set", overrides, what)->allow_extra_args(false)->type_name("KEY=VALUE"));

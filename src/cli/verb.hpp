@@ -61,6 +61,8 @@ class Options {
   Option add(const char* names, std::optional<double>& value, const char* what);
   Option add(const char* names, std::vector<std::string>& value, const char* what);
   Option flag(const char* names, bool& value, const char* what);
+  /// An option whose value may be left out, as in --hdf5 and --hdf5 FILE: empty then.
+  Option maybe(const char* names, std::optional<std::string>& value, const char* what);
 
   /// Options that several verbs have.
   Option scene(std::string& file);

@@ -43,6 +43,7 @@ const std::vector<Members>& all_members() {
       {"tradeoff", {"tradeoff.json", "tradeoff.csv", "figures/tradeoff_*"}},
       {"ensemble", {"ensemble.json", "statistics.csv", "starts.csv", "bands.csv", "figures/ensemble*"}},
       {"scaling", {"scaling.json", "scaling.csv", "figures/scaling*"}},
+      {"export", {"mechanism.pvd", "frame_*.vtp"}},
       {"extremes", {"extremes.json", "extremes.csv", "limits.csv", "figures/extremes*"}},
   };
   return list;

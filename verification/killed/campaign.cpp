@@ -235,6 +235,12 @@ keep = 4
       {"bifurcation", {"bifurcation", bifurcation, "--allow-outside"}, {}, "bifurcation.db", false, false},
       {"basin", {"basin", basin, "--allow-outside"}, {}, "basin.db", false, false},
       {"plot", {"plot", "--y", "gudgeon.gap,slider.vx"}, set(compare, "0.05"), "", false, true},
+      {"export",
+       {"export", "--hdf5"},
+       set({"run", rig, "--formulation", "penalty", "--no-figures"}, "0.4"),
+       "",
+       false,
+       true},
       {"laws", {"laws", rig}, {"laws", rig, "--mass", "2"}, "", false, false},
       {"drift", set({"drift", rig}, "0.02"), set({"drift", rig}, "0.01"), "", false, false}};
 }

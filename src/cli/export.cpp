@@ -1,0 +1,83 @@
+// freeplay export: result folders in the formats of other programs.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <optional>
+
+#include "cli/verb.hpp"
+#include "export/export.hpp"
+#include "io/output_file.hpp"
+#include "io/result_set.hpp"
+#include "io/run_set.hpp"
+#include "model/error.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+struct ExportRequest : Request {
+  std::string folder;
+  std::optional<std::string> hdf5, vtk;
+  int every = 1;
+};
+
+/// The file that was named, or the one in the folder.
+std::filesystem::path file_of(const std::string& named, const std::filesystem::path& folder) {
+  if (named.empty()) return folder / "results.h5";
+  const std::filesystem::path path = named;
+  if (!path.has_filename() || std::filesystem::is_directory(path))
+    throw SceneError(fmt::format("--hdf5 {}: is a folder; give a file's name", named));
+  if (path.extension() == ".csv" || path.extension() == ".json" || path.extension() == ".toml")
+    throw SceneError(fmt::format("--hdf5 {}: has the name of another kind of file; give NAME.h5", named));
+  const auto parent = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+  if (!std::filesystem::is_directory(parent))
+    throw SceneError(fmt::format("--hdf5 {}: there is no folder {}", named, parent.string()));
+  return real_folder(parent) / path.filename();
+}
+
+int export_results(const ExportRequest& request) {
+  if (!request.hdf5 && !request.vtk)
+    throw SceneError("a format is needed: --hdf5 [FILE], --vtk [FOLDER] or both");
+  const auto folder = real_folder(request.folder);
+  if (!std::filesystem::is_directory(folder)) throw SceneError(request.folder + ": is no folder");
+  const auto file = request.hdf5 ? file_of(*request.hdf5, folder) : std::filesystem::path();
+  if (request.hdf5) require_hdf5();
+  // Results of somebody else may be read where nothing can be written: nobody writes there meanwhile either.
+  std::optional<FolderLock> lock;
+  if (access(folder.c_str(), W_OK) == 0) {
+    lock.emplace(folder, "export");
+    settle_result_sets(folder);
+    settle_run(folder);
+  }
+  if (request.hdf5) {
+    const auto done = export_hdf5(folder, file, request.stop);
+    fmt::print("{}: {} tables, {} rows\n", file.string(), done.tables, done.rows);
+  }
+  if (request.vtk) {
+    const auto place = request.vtk->empty() ? folder / "vtk" : real_folder(*request.vtk);
+    if (place == folder) throw SceneError("--vtk: the frames need a folder of their own");
+    const auto done = export_vtk(folder, place, request.every, request.stop);
+    fmt::print("{}: {} frames\n", (place / "mechanism.pvd").string(), done.rows);
+  }
+  return 0;
+}
+
+}  // namespace
+
+void export_verb(Program& program) {
+  auto [options, request] =
+      program.verb("export", "write a result folder as HDF5, or its motion for ParaView", export_results);
+  options.add("folder", request.folder, "folder made by run, compare or another verb that leaves tables")
+      .required();
+  options.maybe("--hdf5", request.hdf5, "one HDF5 file of all tables; left out: results.h5 in the folder")
+      .takes("[FILE]");
+  const auto vtk =
+      options.maybe("--vtk", request.vtk, "VTK files of a run's motion; left out: vtk/ in the folder")
+          .takes("[FOLDER]");
+  options.add("--every", request.every, "of the trajectory's rows, a frame each; default 1")
+      .between(1, 1'000'000'000)
+      .takes("ROWS")
+      .needs(vtk);
+}
+
+}  // namespace freeplay::cli

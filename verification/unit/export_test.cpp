@@ -1,0 +1,121 @@
+// freeplay export as a user meets it. verification/python/test_export.py reads the files back by other programs.
+#include <sys/resource.h>
+#include <catch2/catch.hpp>
+#include <csignal>
+
+#include <fstream>
+#include <iterator>
+
+#include "io/output_file.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// A short run of the paper's rig.
+std::string made_run(const std::filesystem::path& place) {
+  const auto run = place / "run";
+  REQUIRE(test::freeplay(
+              "run " + test::flores().string() +
+              " --formulation nonsmooth --no-figures --set run.revolutions=0.2 --set run.discard=0 -o " +
+              run.string())
+              .status == 0);
+  return run.string();
+}
+
+bool has_hdf5(const std::string& run) {
+  return test::freeplay("export " + run + " --hdf5").err.find("without HDF5") == std::string::npos;
+}
+
+std::size_t halves(const std::filesystem::path& folder) {
+  std::size_t count = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+    if (const auto name = entry.path().filename().string();
+        name.ends_with(".partial") || name.starts_with('.'))
+      ++count;
+  return count;
+}
+
+}  // namespace
+
+TEST_CASE("what export is asked wrongly is told in one line, and nothing is written", "[program][export]") {
+  test::TemporaryFolder folder;
+  const auto place = folder.path().string(), run = made_run(folder.path());
+  const bool hdf5 = has_hdf5(run);
+  remove_file(folder.path() / "run/results.h5");
+  make_folder(folder.path() / "empty");
+  const std::pair<std::string, std::string> asked[] = {
+      {run, "a format is needed: --hdf5 [FILE], --vtk [FOLDER] or both"},
+      {place + "/nowhere --hdf5", "nowhere: is no folder"},
+      {place + "/empty --vtk", "--vtk: holds no run"},
+      {run + " --every 3 --hdf5", "--every requires --vtk"},
+      {run + " --vtk --every 0", "--every: must be from 1"},
+      {run + " --hdf5 " + place + "/nowhere/a.h5", "there is no folder"},
+      {run + " --hdf5 " + place + "/run/events.csv", "has the name of another kind of file"},
+      {run + " --hdf5 " + place + "/empty", "is a folder; give a file's name"},
+      {place + "/empty --hdf5", hdf5 ? "has no result tables to export" : "built without HDF5"}};
+  for (const auto& [arguments, answer] : asked) {
+    CAPTURE(arguments);
+    const auto told = test::freeplay("export " + arguments);
+    CHECK(told.status == 2);
+    CHECK(told.out.empty());
+    CHECK_THAT(told.err, Contains(answer));
+  }
+  CHECK(std::filesystem::is_empty(folder.path() / "empty"));
+  CHECK(!std::filesystem::exists(folder.path() / "run/results.h5"));
+  CHECK(!std::filesystem::exists(folder.path() / "run/vtk"));
+  CHECK(halves(folder.path()) == 0);
+}
+
+TEST_CASE("the same results are the same bytes of HDF5, and no link is written through",
+          "[program][export]") {
+  test::TemporaryFolder folder;
+  const auto run = made_run(folder.path());
+  if (!has_hdf5(run)) return;
+  const auto first = text_of(folder.path() / "run/results.h5");
+  CHECK(first.substr(1, 3) == "HDF");
+  REQUIRE(test::freeplay("export " + run + " --hdf5 " + folder.path().string() + "/again.h5").status == 0);
+  CHECK(text_of(folder.path() / "again.h5") == first);
+  const auto other = folder.path() / "other", link = folder.path() / "link.h5";
+  write_file(other, "somebody's");
+  std::filesystem::create_symlink(other, link);
+  const auto told = test::freeplay("export " + run + " --hdf5 " + link.string());
+  CHECK(told.status == 1);
+  CHECK_THAT(told.err, Contains("is a symbolic link"));
+  CHECK(text_of(other) == "somebody's");
+  CHECK(halves(folder.path()) == 0);
+}
+
+TEST_CASE("a disk that is full leaves the older export as it was", "[program][export]") {
+  test::TemporaryFolder folder;
+  const auto run = made_run(folder.path());
+  const bool hdf5 = has_hdf5(run);
+  REQUIRE(test::freeplay("export " + run + " --vtk --every 400").status == 0);
+  const auto file = folder.path() / "run/results.h5", series = folder.path() / "run/vtk/mechanism.pvd";
+  const auto before = hdf5 ? text_of(file) : "", frames = text_of(series);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit limit{};
+  getrlimit(RLIMIT_FSIZE, &limit);
+  const rlimit little{3000, limit.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &little);
+  const auto told = test::freeplay("export " + run + " --hdf5"),
+             of_vtk = test::freeplay("export " + run + " --vtk --every 100");
+  setrlimit(RLIMIT_FSIZE, &limit);
+  std::signal(SIGXFSZ, handler);
+  CHECK(of_vtk.status == 1);
+  CHECK(text_of(series) == frames);
+  if (hdf5) {
+    CAPTURE(told.err);
+    CHECK(told.status == 1);
+    CHECK_THAT(told.err, Contains("results.h5: cannot"));
+    CHECK(text_of(file) == before);
+  }
+  CHECK(halves(folder.path()) == 0);
+}
