@@ -27,7 +27,7 @@ void require_hdf5();
 ///     /                       attributes NAME.json: the documents as they stand
 ///
 /// Written whole or not at all. Throws SceneError for what is no result file, OutputError, and Interrupted when asked to stop.
-Exported export_hdf5(const std::filesystem::path& folder, const std::filesystem::path& file, StopToken stop);
+Exported export_hdf5(const std::filesystem::path& folder, const std::filesystem::path& path, StopToken stop);
 
 /// The mechanism of a run at every k-th row of its trajectory, k = `every`: a file frame_N.vtp each, and mechanism.pvd, which ParaView
 /// opens. They replace those that stand in `place` as a whole. Throws as export_hdf5.

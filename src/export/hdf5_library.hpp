@@ -26,6 +26,8 @@
 namespace freeplay::hdf5 {
 
 struct Library {
+// A name cannot stand in parentheses here.
+// NOLINTNEXTLINE(bugprone-macro-parentheses)
 #define FREEPLAY_MEMBER(name) decltype(&::name) name = nullptr;
   FREEPLAY_HDF5_FUNCTIONS(FREEPLAY_MEMBER)
 #undef FREEPLAY_MEMBER

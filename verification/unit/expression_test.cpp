@@ -117,7 +117,8 @@ TEST_CASE("what is no expression is refused at its column", "[expression]") {
   // As long as it may be, and as flat, it is read.
   std::string sum = "1";
   while (sum.size() + 2 <= Expression::longest) sum += "+1";
-  CHECK(value(sum) == static_cast<double>(sum.size() / 2 + 1));
+  const auto ones = sum.size() / 2 + 1;
+  CHECK(value(sum) == static_cast<double>(ones));
 }
 
 TEST_CASE("names that expressions can speak of", "[expression]") {

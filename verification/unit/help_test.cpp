@@ -31,7 +31,7 @@ std::ptrdiff_t columns(const std::string& line) {
 }  // namespace
 
 TEST_CASE("every verb's help fits a terminal of 80 columns, and says what it leaves behind", "[help]") {
-  for (auto verb : verbs()) {
+  for (const auto& verb : verbs()) {
     CAPTURE(verb);
     const auto page = test::freeplay("help " + verb);
     CHECK(page.status == 0);

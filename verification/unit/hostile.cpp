@@ -58,8 +58,7 @@ std::vector<std::string> hostile_texts(const Bait& bait) {
       "#;,=[]{}<>|&~^_@!?*",
       "{/=50 big}_{low}^{high} &{space} @x ~a{b}",
       "\x1b[2J\x1b]0;title\x07\x1b[31mred",
-      "back\b\b\bspace \x7f \x9b"
-      "1A",
+      "back\b\b\bspace \x7f \2331A",
       "\xe2\x80\xae"s + "gnp.elbmif\xe2\x80\xac \xe2\x81\xa6",
       "\xef\xbb\xbf"s + "bom",
       "\xff\xfe\xc0\xaf\xed\xa0\x80\xf5",

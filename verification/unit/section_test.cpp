@@ -175,7 +175,8 @@ TEST_CASE("what turns round within a step crosses twice or not at all", "[sectio
     REQUIRE(run.size() == 15);  // once after the start, twice in each of seven periods of 1.2566 s
     CHECK(run.t[0] == Approx(inside).epsilon(0.05));
     for (std::size_t i = 1; i < run.size(); ++i) {
-      const double whole = static_cast<double>((i + 1) / 2) * 2 * pi / omega;
+      const auto period = (i + 1) / 2;
+      const double whole = static_cast<double>(period) * 2 * pi / omega;
       CHECK(run.t[i] - whole == Approx(i % 2 ? -inside : inside).epsilon(0.2));
     }
     CHECK(section_of(scene, formulation, "mass.x crosses 0.3000003 m", {"mass.vx"}).size() == 0);
