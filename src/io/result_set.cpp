@@ -44,6 +44,7 @@ const std::vector<Members>& all_members() {
       {"ensemble", {"ensemble.json", "statistics.csv", "starts.csv", "bands.csv", "figures/ensemble*"}},
       {"scaling", {"scaling.json", "scaling.csv", "figures/scaling*"}},
       {"export", {"mechanism.pvd", "frame_*.vtp"}},
+      {"animate", {"animation.mp4", "animation.gif", "frame_*.svg"}},
       {"extremes", {"extremes.json", "extremes.csv", "limits.csv", "figures/extremes*"}},
   };
   return list;

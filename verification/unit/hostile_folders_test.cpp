@@ -123,6 +123,7 @@ TEST_CASE("a stranger's texts in the folders of every verb", "[security][hostile
       run({"plot", place, "--x", i % 3 ? "t" : texts[i].substr(0, texts[i].find('\0')), "--y", "gudgeon.gap",
            "-o", texts[i].substr(0, texts[i].find('\0'))});
       run({"export", place, "--hdf5", "--vtk"});
+      run({"animate", place, "--svg", "--fps", "1"});
     }
   }
 }

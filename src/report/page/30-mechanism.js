@@ -173,16 +173,31 @@ function ring(c, [x, y], r, colour) {
   c.stroke();
 }
 
-/** The shape that a force of this name acts at: of a corner of a guide, the guide. */
-function shapeOf(run, name) {
-  const named = (n) => run.shapes.find((s) => s.name === n && order.includes(s.kind) && s.kind !== 'mass' && s.kind !== 'support' && s.kind !== 'link');
-  return named(name) || named(name.slice(0, name.lastIndexOf('.')));
+/** The shapes that a force of this name acts at: of a corner of a guide the guide, of two round ones both; none of many discs. */
+function shapesOf(run, name) {
+  const named = (n) => {
+    const list = run.shapes.filter((s) => s.name === n && order.includes(s.kind) && !['mass', 'support', 'link', 'outline'].includes(s.kind));
+    const other = list.find((s) => s.kind !== 'disc');
+    return other ? [other] : list.length <= 2 ? list : [];
+  };
+  const found = named(name);
+  return found.length ? found : named(name.slice(0, name.lastIndexOf('.')));
+}
+/** Where it acts: where two discs are nearest, in the middle of a face, else at the shape's point. */
+function actsAt(list, pose) {
+  const [s, other] = list, p = placed(pose(s.body), s.x, s.y);
+  if (s.kind === 'line') { const q = placed(pose(s.other), s.a, s.b); return [0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])]; }
+  if (!other) return p;
+  const q = placed(pose(other.body), other.x, other.y), d = Math.hypot(q[0] - p[0], q[1] - p[1]);
+  if (!d) return p;
+  const [from, r, sign] = s.a >= other.a ? [p, s.a, 1] : [q, other.a, -1];
+  return [from[0] + sign * r * (q[0] - p[0]) / d, from[1] + sign * r * (q[1] - p[1]) / d];
 }
 for (const run of runs) {
   // The longest arrow is that of the force that 1 in 50 values exceed: single peaks leave the others their length.
   const sizes = [];
   for (const a of run.motion.arrows) {
-    a.shape = shapeOf(run, a.name);
+    a.shapes = shapesOf(run, a.name);
     a.columns[0].forEach((fx, i) => { const f = Math.hypot(fx, a.columns[1][i]); if (f > 0) sizes.push(f); });
   }
   sizes.sort((a, b) => a - b);
@@ -194,8 +209,8 @@ function drawForces(c, run, to, pose, at) {
   c.lineWidth = 2;
   const unit = 90 / Math.max(...runs.map((r) => r.force), 1e-300);
   for (const a of run.motion.arrows) {
-    if (!a.shape) continue;
-    const [x, y] = to.at(placed(pose(a.shape.body), a.shape.x, a.shape.y));
+    if (!a.shapes.length) continue;
+    const [x, y] = to.at(actsAt(a.shapes, pose));
     let fx = unit * between(a.columns[0], at), fy = unit * between(a.columns[1], at);
     const long = Math.hypot(fx, fy) / 160;
     if (long > 1) { fx /= long; fy /= long; }
@@ -206,8 +221,8 @@ function drawForces(c, run, to, pose, at) {
   const e = run.events;
   for (let i = before(e.t, state.t + reach); i >= 0 && e.t[i] >= state.t - reach; --i) {
     if (e.kinds[e.kind[i]] === 'separation') continue;
-    const shape = shapeOf(run, e.joints[e.joint[i]]);
-    if (shape) ring(c, to.at(placed(pose(shape.body), shape.x, shape.y)), 14, colours.force);
+    const shapes = shapesOf(run, e.joints[e.joint[i]]);
+    if (shapes.length) ring(c, to.at(actsAt(shapes, pose)), 14, colours.force);
   }
 }
 
