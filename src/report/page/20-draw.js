@@ -55,6 +55,9 @@ function arrow(c, x, y, dx, dy) {
   c.stroke();
 }
 
+/** The middle of a text about x that nothing cuts off at the right. */
+const withinWidth = (c, words, x) => Math.min(x, c.canvas.clientWidth - 0.5 * c.measureText(words).width - 1);
+
 /** A text at what is in the picture: long names do not push it out. */
 function label(c, text, x, y, most = 28) {
   const words = text.length > most ? text.slice(0, most) + '…' : text, width = c.canvas.clientWidth;

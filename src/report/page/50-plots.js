@@ -61,7 +61,7 @@ function drawAxes(c, width, height, low, high) {
     const x = toPixel(width, t);
     line(c, [[x, m.top], [x, height - m.bottom]]);
     c.stroke();
-    c.fillText(shown(t, 8) + ' s', x, height - m.bottom + 5);
+    c.fillText(shown(t, 8) + ' s', withinWidth(c, shown(t, 8) + ' s', x), height - m.bottom + 5);
   }
   c.textAlign = 'left';
   c.textBaseline = 'alphabetic';

@@ -142,7 +142,7 @@ function makeScatter(section, x, ys, tell, options) {
     c.fillStyle = colours.soft;
     c.lineWidth = 1;
     c.textAlign = 'center';
-    for (const v of ticks(left, right, width / 90)) { line(c, [[toX(v), m.top], [toX(v), height - m.bottom]]); c.stroke(); c.fillText(shown(v, 6), toX(v), height - 8); }
+    for (const v of ticks(left, right, width / 90)) { line(c, [[toX(v), m.top], [toX(v), height - m.bottom]]); c.stroke(); c.fillText(shown(v, 6), withinWidth(c, shown(v, 6), toX(v)), height - 8); }
     c.textAlign = 'right';
     for (const v of ticks(low, high, 6)) { line(c, [[m.left, toY(v)], [width - m.right, toY(v)]]); c.stroke(); c.fillText(shown(v, 4), m.left - 6, toY(v) + 4); }
     c.textAlign = 'left';
