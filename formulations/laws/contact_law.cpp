@@ -119,6 +119,12 @@ double hertz_stiffness(double young, double poisson, double radius) {
 ContactForce make_contact_force(const Scene& scene, const ContactFacts& contact) {
   const auto& o = scene.penalty;
   ContactForce law;
+  if (o.own) {
+    law.elastic.kind = ElasticLaw::Kind::own;
+    law.elastic.outside = o.own.get();
+    law.elastic.contact = contact.name.c_str();
+    return law;
+  }
   switch (facts_of(o.contact).kind) {
     case ContactKind::spring_damper:
       return spring_damper(o, contact);

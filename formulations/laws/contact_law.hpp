@@ -31,10 +31,14 @@ struct ContactForce {
   double chi = 0;      ///< χ, ≥ 0
   double viscous = 0;  ///< D of Kelvin–Voigt, N s/m
 
-  bool dissipates() const { return chi > 0 || viscous > 0; }
+  /// From outside: force() is its own (elastic.own_force), whatever χ and D.
+  bool own() const { return elastic.kind == ElasticLaw::Kind::own; }
+  bool dissipates() const { return chi > 0 || viscous > 0 || own(); }
   /// F for δ > 0; `elastic_force` is elastic.force(δ), v₀ > 0 a number or of the state.
   template <class T, class V0>
-  T force(const T& elastic_force, const T& rate, const V0& v0) const {
+  T force(const T& delta, const T& elastic_force, const T& rate, const V0& v0) const {
+    if (own()) [[unlikely]]
+      return elastic.own_force(delta, rate, v0);
     const T f = elastic_force * (1 + chi / v0 * rate) + viscous * rate;
     return f < 0 ? T(0) : f;  // a NaN stays one
   }
@@ -53,7 +57,7 @@ double delivered_restitution(double chi);
 /// ê of a free impact of mass m (kg) under Kelvin–Voigt with the force clamped at zero: the exit is where F = 0.
 double kelvin_voigt_restitution(double stiffness, double viscous, double mass);
 
-/// The law of one contact from the scene's options. Throws ModelError about the key that is missing.
+/// The law of one contact from the scene's options; one from outside refers to both. Throws ModelError about the key that is missing.
 ContactForce make_contact_force(const Scene& scene, const ContactFacts& contact);
 
 /// Hertz's K = (4/3) E* √R, E* = E/(2(1 − ν²)) for like materials; R = R_i R_j/(R_i − R_j) of a journal

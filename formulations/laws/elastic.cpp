@@ -35,6 +35,7 @@ bool ElasticLaw::is_power() const {
     case Kind::logarithmic:
     case Kind::liu:
     case Kind::persson:
+    case Kind::own:
       return false;
   }
   unreachable();
@@ -46,6 +47,7 @@ double ElasticLaw::limit() const {
     case Kind::power:
     case Kind::linear:
     case Kind::liu:
+    case Kind::own:
       return std::numeric_limits<double>::infinity();
     case Kind::logarithmic:
       return 4 * clearance * std::exp(offset - 1);  // where dδ/df = 0: δ = f
@@ -76,8 +78,15 @@ double ElasticLaw::other_force(double delta) const {
       const double b2 = delta / (2 * clearance + delta);
       return stiffness * clearance * b2 * (b2 + 1) / (2 - std::log1p(b2) - 2 * b2 * b2);
     }
+    case Kind::own:
+      return delta > 0 ? own_force(delta, 0, 1) : 0;
   }
   unreachable();
+}
+
+double ElasticLaw::own_force(double delta, double rate, double v0) const {
+  const double f = outside->force(outside->context.get(), contact, delta, rate, v0);
+  return f < 0 ? 0 : f;  // a NaN stays one
 }
 
 double ElasticLaw::slope(double delta) const {
@@ -105,6 +114,10 @@ double ElasticLaw::slope(double delta) const {
       const double by_b2 = ((2 * b2 + 1) * bottom + top * (1 / (1 + b2) + 4 * b2)) / (bottom * bottom);
       return stiffness * clearance * by_b2 * 2 * clearance / (s * s);
     }
+    case Kind::own: {
+      const double h = 6e-6 * delta;
+      return delta > 0 ? (force(delta + h) - force(delta - h)) / (2 * h) : 0;
+    }
   }
   unreachable();
 }
@@ -124,7 +137,8 @@ double ElasticLaw::energy(double delta) const {
       return stiffness * f * f * (0.5 * (std::log(4 * clearance / f) + offset - 1) + 0.25);
     }
     case Kind::liu:
-    case Kind::persson: {
+    case Kind::persson:
+    case Kind::own: {
       // With δ = s² the integrand is smooth at zero.
       const auto g = [&](double s) { return 2 * s * force(s * s); };
       return boost::math::quadrature::gauss_kronrod<double, 31>::integrate(g, 0.0, std::sqrt(delta), 5,

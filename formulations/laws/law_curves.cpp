@@ -19,7 +19,7 @@ using Pair = std::array<double, 2>;  // δ, δ̇
 std::vector<Pair> impact(const ContactForce& law, const ImpactSetting& s) {
   const double h = elastic_duration(law.elastic, s.mass, s.speed) / 500;
   const auto force = [&](const Pair& y) {
-    return y[0] > 0 ? law.force(law.elastic.force(y[0]), y[1], s.speed) : 0;
+    return y[0] > 0 ? law.force(y[0], law.elastic.force(y[0]), y[1], s.speed) : 0;
   };
   const auto side = [&](const Pair& y, Pair& d, double) {
     d[0] = y[1];

@@ -77,8 +77,8 @@ struct PenaltyContact : PenaltyMode {
   const PenaltyMode& mode() const { return *this; }
   template <class T>
   T force(const T& delta, const T& rate, const T& elastic) const {
-    return struck ? law.force(elastic, rate, law.touch_speed(delta, rate, mass))
-                  : law.force(elastic, rate, v0);
+    return struck ? law.force(delta, elastic, rate, law.touch_speed(delta, rate, mass))
+                  : law.force(delta, elastic, rate, v0);
   }
 };
 

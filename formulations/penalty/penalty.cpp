@@ -53,7 +53,7 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
     for (int k = 0; k < system_.contacts(); ++k) {
       const auto& law = stepper_.dynamics().contacts()[k].law;
       const double asked = system_.contact_facts(k).surface.restitution.value_or(1);
-      models.push_back({asked, law.viscous > 0 ? std::nan("") : delivered_restitution(law.chi),
+      models.push_back({asked, law.viscous > 0 || law.own() ? std::nan("") : delivered_restitution(law.chi),
                         law.elastic.is_power() ? law.elastic.stiffness : 0, law.elastic.exponent, law.chi});
     }
     return models;
@@ -95,6 +95,11 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
  private:
   /// Where a law was asked for something outside what it can do.
   void law_notes(std::vector<std::string>& notes) const {
+    if (const auto& own = scene_.penalty.own) {
+      notes.push_back(fmt::format("normal forces are those of {} (digest {}), not of penalty.contact",
+                                  own->name, own->digest));
+      return;
+    }
     const auto& law = facts_of(scene_.penalty.contact);
     const auto models = contact_models();
     for (int k = 0; k < system_.contacts(); ++k) {
@@ -173,6 +178,13 @@ ErrorNorm make_norm(const System& system, const Scales& s, const PenaltyOptions&
 }  // namespace
 
 double delivered_by(const Scene& scene, const ContactFacts& contact) {
+  if (scene.penalty.own)
+    throw ModelError(
+        "penalty.contact",
+        fmt::format(
+            "what restitution {} delivers is not known, so no impact law can be matched with it; run the "
+            "formulations apart",
+            scene.penalty.own->name));
   return delivered_restitution(make_contact_force(scene, contact).chi);
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import signal
 import tempfile
@@ -18,6 +19,7 @@ from .scene import PathLike, Scene, read_scene
 
 SceneLike = Union[Scene, Mapping[str, Any], str, "os.PathLike[str]"]
 Watch = Callable[[dict[str, Any]], Any]
+Law = Union[Callable[[str, float, float, float], float], str, "os.PathLike[str]"]
 
 
 class Stop:
@@ -44,6 +46,32 @@ def _scene(scene: SceneLike) -> Scene:
     if isinstance(scene, Mapping):
         return Scene(scene)
     return read_scene(scene)
+
+
+def _with_law(scene: Scene, formulation: str, law: Optional[Law]) -> Scene:
+    """A copy whose contacts have this normal force."""
+    if law is None:
+        return scene
+    if formulation != "penalty":
+        raise ValueError("law: an impact law has no normal force; it is of the formulation 'penalty'")
+    own = scene.copy()
+    if callable(law):
+        name = getattr(law, "__qualname__", type(law).__name__)
+        own._handle.take_function(law, name, _text_of(law))
+    else:
+        own._handle.take_plugin(Path(os.fspath(law)))
+    return own
+
+
+def _text_of(function: Callable[..., Any]) -> str:
+    """What tells a function from others: its source, or byte code where it has none, with its defaults and what it encloses."""
+    try:
+        text = inspect.getsource(function)
+    except (OSError, TypeError):
+        code = getattr(function, "__code__", None)
+        text = repr((code.co_code, code.co_consts, code.co_names)) if code else repr(function)
+    enclosed = [cell.cell_contents for cell in getattr(function, "__closure__", None) or ()]
+    return text + repr((getattr(function, "__defaults__", None), getattr(function, "__kwdefaults__", None), enclosed))
 
 
 def _here() -> bool:
@@ -87,6 +115,7 @@ def run(
     set: Optional[Mapping[str, Any]] = None,
     forces: bool = False,
     matched: bool = False,
+    law: Optional[Law] = None,
     companion: bool = True,
     on_event: Optional[Watch] = None,
     on_row: Optional[Watch] = None,
@@ -100,6 +129,9 @@ def run(
     set: dotted keys and values for this run alone; the scene stays as it is.
     forces: record the forces too, as run.forces = true does.
     matched: an impact law takes the restitution that the scene's penalty law delivers, as compare() does.
+    law: of the penalty formulation: the normal force of contacts in place of penalty.contact, law(contact, penetration, rate,
+        touch_speed) in N with the contact's name, δ > 0 (m), δ̇ (m/s) and v₀ > 0 (m/s), for trials; or the file of a
+        compiled plugin (docs/library.md), for speed. Less than 0 counts as 0; with rate 0 it must be of δ alone and grow with it.
     companion: after a time-stepped run, a short one at a smaller step says how far the first touches may be off.
     on_event: called with each settled event, a dict with the columns of events.csv.
     on_row: called with each row of the trajectory, a dict with its columns. Either may return True to end the run after
@@ -121,6 +153,7 @@ def run(
     wanted = _scene(scene)
     if given:
         wanted = wanted.with_(given)
+    wanted = _with_law(wanted, _formulation(formulation), law)
     flag = (stop or Stop())._flag
     if output is None:
         simulation = _freeplay.Simulation(wanted._handle, _formulation(formulation), matched, flag, _here())
@@ -189,12 +222,18 @@ class Simulation:
     """
 
     def __init__(
-        self, scene: SceneLike, formulation: str, *, matched: bool = False, set: Optional[Mapping[str, Any]] = None
+        self,
+        scene: SceneLike,
+        formulation: str,
+        *,
+        matched: bool = False,
+        law: Optional[Law] = None,
+        set: Optional[Mapping[str, Any]] = None,
     ) -> None:
         wanted = _scene(scene)
         if set:
             wanted = wanted.with_(set)
-        self.scene = wanted.copy()
+        self.scene = _with_law(wanted, _formulation(formulation), law).copy()
         self._it = _freeplay.Simulation(self.scene._handle, _formulation(formulation), matched, Stop()._flag, _here())
 
     def run(

@@ -3,9 +3,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include "facade/law_plugin.hpp"
 #include "io/located.hpp"
 #include "io/run_json.hpp"
 #include "io/write_scene.hpp"
+#include "own_law.hpp"
 #include "record.hpp"
 
 namespace py = pybind11;
@@ -39,6 +41,16 @@ void bind_scene(py::module_& m) {
                   py::arg("outside"))
       .def("set", py::overload_cast<const std::string&, const std::string&>(&Scene::set), py::arg("key"),
            py::arg("value"))
+      .def(
+          "take_function",
+          [](Scene& scene, const py::function& f, const std::string& name, const std::string& what) {
+            scene.penalty.own = law_of(f, name, what);
+          },
+          py::arg("function"), py::arg("name"), py::arg("what"))
+      .def(
+          "take_plugin",
+          [](Scene& scene, const std::filesystem::path& file) { scene.penalty.own = load_law_plugin(file); },
+          py::arg("file"))
       .def("copy", [](const Scene& scene) { return std::make_unique<Scene>(scene); })
       .def("canonical", [](const Scene& scene) { return to_toml(scene); })
       .def_property_readonly("text", [](const Scene& scene) { return scene.text; })

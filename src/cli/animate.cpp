@@ -41,24 +41,28 @@ int animate(const AnimateRequest& request) {
   if (film.without_ffmpeg)
     fmt::print("frames only: ffmpeg is not there, which makes a film of them (Debian: apt install ffmpeg)\n");
   for (const auto& file : film.files)
-    fmt::print("{}: {} frames of {} x {}, t = {:g} to {:g} s at {:g} of the run's speed\n", file.string(), film.frames,
-               film.width, film.height, film.from, film.until, film.speed);
+    fmt::print("{}: {} frames of {} x {}, t = {:g} to {:g} s at {:g} of the run's speed\n", file.string(),
+               film.frames, film.width, film.height, film.from, film.until, film.speed);
   return 0;
 }
 
 }  // namespace
 
 void animate_verb(Program& program) {
-  auto [options, request] = program.verb("animate", "a film of a run or a comparison: MP4, GIF, SVG frames", animate);
+  auto [options, request] =
+      program.verb("animate", "a film of a run or a comparison: MP4, GIF, SVG frames", animate);
   auto& film = request.film;
   options.add("folder", request.folder, "folder made by run or compare").required();
   options.flag("--mp4", film.mp4, "animation.mp4; the default where ffmpeg is there");
   options.flag("--gif", film.gif, "animation.gif");
   options.flag("--svg", film.svg, "frame_000001.svg and so on; needs no ffmpeg");
-  options.add("--speed", film.speed, "seconds of the run in one of the film; left out: the film takes some 20 s")
+  options
+      .add("--speed", film.speed, "seconds of the run in one of the film; left out: the film takes some 20 s")
       .number([](double x) { return x > 0 && x <= 1e12; }, "must be a number greater than 0")
       .takes("RATIO");
-  options.add("--fps", film.fps, "frames a second; default 25").number([](double x) { return x >= 1 && x <= 120; }, "must be a number from 1 to 120").takes("NUMBER");
+  options.add("--fps", film.fps, "frames a second; default 25")
+      .number([](double x) { return x >= 1 && x <= 120; }, "must be a number from 1 to 120")
+      .takes("NUMBER");
   options.add("--from", film.from, "where the film begins").takes("SECONDS");
   options.add("--until", film.until, "where it ends").takes("SECONDS");
   options.add("--width", film.width, "of the picture; default 960").between(480, 3840).takes("PIXELS");

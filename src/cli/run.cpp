@@ -13,6 +13,7 @@
 #include "cli/run_figures.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
+#include "facade/law_plugin.hpp"
 #include "facade/simulation.hpp"
 #include "io/identity.hpp"
 #include "io/input_file.hpp"
@@ -36,6 +37,7 @@ struct RunRequest : Request {
   bool forces = false;     ///< forces.csv too
   std::string resume;      ///< folder of an interrupted run
   std::string from;        ///< run.json of a run to repeat
+  std::string law;         ///< plugin of a normal force
   double checkpoint = 30;  ///< s of wall time between checkpoints
   double most_output = default_output_limit / 1e9;  ///< GB
   RunFigures figures;
@@ -62,6 +64,7 @@ RecordedRun recorded(const RunRequest& request, RunPlan& plan) {
   std::filesystem::path file = request.from;
   if (std::filesystem::is_directory(file)) file /= "run.json";
   auto run = read_run(file);
+  run.setup.give(plan.own);
   const auto beside = std::filesystem::absolute(file).lexically_normal().parent_path();
   plan.formulation = run.setup.formulation;
   plan.matched = run.setup.matched;
@@ -101,6 +104,11 @@ int run(const RunRequest& request) {
   plan.checkpoint = request.checkpoint;
   plan.companion = true;
   plan.most_output = 1e9 * request.most_output;
+  if (!request.law.empty()) {
+    if (!request.formulation.empty() && request.formulation != "penalty")
+      throw SceneError("--law-plugin: an impact law has no normal force; it is of --formulation penalty");
+    plan.own = load_law_plugin(request.law);
+  }
   Progress progress;
   Result summary;
   std::vector<std::string> films;  // joints that a film carries where they do not touch
@@ -120,7 +128,8 @@ int run(const RunRequest& request) {
     auto overrides =
         with_accuracy(request.accuracy, {family_named(request.formulation).value()}, request.overrides);
     if (request.forces) overrides.push_back("run.forces=true");
-    const Scene scene = read_scene(request.scene, overrides, request.reach == Reach::anywhere);
+    Scene scene = read_scene(request.scene, overrides, request.reach == Reach::anywhere);
+    scene.penalty.own = plan.own;
     ask(scene);
     films = films_of(scene);
     plan.formulation = request.formulation;
@@ -140,8 +149,10 @@ int run(const RunRequest& request) {
       fmt::print("{} {:.2f} %, impacts {:.2f} %, lasting contact {:.2f} %; ",
                  on_film(c.name) ? "on its film" : "flight", 100 * c.flight_fraction, 100 * c.impact_fraction,
                  100 * c.lasting_fraction);
-    fmt::print("{} impacts;\n  restitution asked {:.4g}, delivered {:.4g};\n  greatest penetration {}\n",
-               c.impacts, c.model.restitution_asked, c.model.restitution_delivered, penetration(c));
+    const auto delivered = c.model.restitution_delivered;
+    fmt::print("{} impacts;\n  restitution asked {:.4g}, delivered {};\n  greatest penetration {}\n",
+               c.impacts, c.model.restitution_asked,
+               std::isnan(delivered) ? "not known" : fmt::format("{:.4g}", delivered), penetration(c));
   }
   if (std::isfinite(summary.ledger.closure()))
     fmt::print("energy balance closes to {:.2g} J of {:.3g} J\n", summary.ledger.closure(),
@@ -165,6 +176,8 @@ void run_verb(Program& program) {
   options.allow_outside(request.reach);
   options.add("--formulation", request.formulation, "which; needed but with --resume and --from")
       .one_of(family_names());
+  options.add("--law-plugin", request.law, "penalty: normal forces of a compiled plugin; docs/library.md")
+      .takes("FILE");
   options.accuracy(request.accuracy);
   options.output(request.output, "result folder; default out/NAME-FORMULATION");
   options.flag("--forces", request.forces, "write forces.csv too, as run.forces = true does");

@@ -23,9 +23,11 @@ std::optional<std::vector<double>> matched_restitution(Family family, bool asked
 }
 
 Identity identify(const Scene& scene, Family family, const std::optional<std::vector<double>>& restitution) {
+  const auto& own = scene.penalty.own;
   return {.scene = to_toml(scene),
           .formulation = formulation_identity(name_of(family), restitution.has_value(),
-                                              restitution.value_or(std::vector<double>{})),
+                                              restitution.value_or(std::vector<double>{})) +
+                         (own && family == Family::penalty ? law_identity(*own) : ""),
           .given = "",
           .program = program_identity()};
 }

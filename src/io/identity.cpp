@@ -10,6 +10,7 @@
 #include "io/recorded_run.hpp"
 #include "io/section.hpp"
 #include "io/toml_value.hpp"
+#include "io/visible.hpp"
 #include "io/write_scene.hpp"
 #include "version.hpp"
 
@@ -74,6 +75,7 @@ class Part {
     if (!found) throw SceneError(fmt::format("the identity has no {}", key));
     return *found;
   }
+  std::string text_or_none(const char* key) const { return table_[key].value_or(std::string()); }
   std::vector<double> list(const char* key) const {
     std::vector<double> x;
     const auto* all = table_.get_as<toml::array>(key);
@@ -118,6 +120,8 @@ std::string formulation_identity(std::string_view formulation, bool matched,
          (matched ? line("restitution", toml_numbers(restitution)) : "");
 }
 
+std::string law_identity(const OwnLaw& law) { return text("law", law.name) + text("law_digest", law.digest); }
+
 std::string start_identity(const std::optional<State>& start) {
   if (!start) return "";
   return line("t", toml_number(start->t)) + line("q", toml_numbers(start->q)) +
@@ -138,11 +142,24 @@ Setup setup_of(const Identity& identity, const Origin& origin) {
   const Part how(identity.formulation);
   s.formulation = how.value<std::string>("formulation");
   s.matched = how.value<bool>("matched");
+  s.law = how.text_or_none("law");
+  s.law_digest = how.text_or_none("law_digest");
   if (!identity.given.empty()) {
     const Part given(identity.given);
     s.start = State{given.value<double>("t"), given.list("q"), given.list("v"), given.list("z")};
   }
   return s;
+}
+
+void Setup::give(const std::shared_ptr<const OwnLaw>& own) {
+  if (law_digest.empty() && own)
+    throw SceneError(
+        fmt::format("this run has no normal force from outside, and is not repeated with {}", own->name));
+  if (!law_digest.empty() && (!own || own->digest != law_digest))
+    throw SceneError(fmt::format("the run's normal force is that of {} (digest {}){}; --law-plugin names it",
+                                 visible_brief(law), visible_brief(law_digest),
+                                 own ? fmt::format(", not of {} (digest {})", own->name, own->digest) : ""));
+  scene.penalty.own = own;
 }
 
 }  // namespace freeplay

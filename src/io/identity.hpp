@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "model/own_law.hpp"
 #include "values/identity.hpp"
 #include "values/state.hpp"
 
@@ -22,6 +23,9 @@ std::string program_name(const std::string& identity);
 /// `restitution`: of each contact, where the penalty law's were taken; else empty and not `matched`.
 std::string formulation_identity(std::string_view formulation, bool matched,
                                  const std::vector<double>& restitution);
+
+/// Further lines of a formulation's whose normal force is from outside.
+std::string law_identity(const OwnLaw& law);
 
 /// Identity::given of a run that starts where its caller says.
 std::string start_identity(const std::optional<State>& start);

@@ -18,6 +18,10 @@ struct Setup {
   std::string formulation;
   bool matched = false;
   std::optional<State> start;
+  std::string law, law_digest;  ///< of the normal force from outside, empty: it has none
+
+  /// Puts it into the scene. Throws SceneError where it is not the run's, or the run has one and none is given.
+  void give(const std::shared_ptr<const OwnLaw>& own);
 };
 
 /// The facts and how to run them from the identity alone, the rest of the scene from `origin`. Throws SceneError

@@ -238,7 +238,8 @@ Result resume_run(const std::filesystem::path& folder, const RunPlan& asked) {
     m(c);
     const auto snapshot = c.snapshot();
     snapshot.require_program();  // before its scene is read, which may be of another time
-    const auto setup = setup_of(c.identity, c.origin);
+    auto setup = setup_of(c.identity, c.origin);
+    setup.give(plan.own);
     plan.formulation = setup.formulation;
     plan.matched = setup.matched;
     plan.start = setup.start;

@@ -3,6 +3,7 @@
 // and friction, which are files of formulations/laws and listed by model/laws.hpp.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -10,6 +11,7 @@
 
 #include "model/keys.hpp"
 #include "model/laws.hpp"
+#include "model/own_law.hpp"
 #include "values/enumerators.hpp"
 
 namespace freeplay {
@@ -93,6 +95,8 @@ enum class Stabilisation {
 
 struct PenaltyOptions {
   ContactLaw contact = ContactLaw::exact;
+  /// In place of `contact`; no key.
+  std::shared_ptr<const OwnLaw> own = {};
   /// A point law's χ(e) for a line contact; hertz: none. Default: the line law's own, or exact.
   std::optional<ContactLaw> damping = {};
   std::optional<double> kelvin_stiffness = {};  ///< N/m

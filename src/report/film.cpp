@@ -57,9 +57,10 @@ Film plan(const std::vector<FilmRun>& runs, const FilmOptions& asked) {
   film.speed = asked.speed.value_or(length > 0 ? round_above(length / usual_length) : 1);
   const double frames = std::floor(length / film.speed * asked.fps + rounding) + 1;
   if (frames > static_cast<double>(most_frames))
-    throw SceneError(fmt::format("{:.0f} frames, more than {}: take a greater --speed, a smaller --fps, or a part with "
-                                 "--from and --until",
-                                 frames, most_frames));
+    throw SceneError(
+        fmt::format("{:.0f} frames, more than {}: take a greater --speed, a smaller --fps, or a part with "
+                    "--from and --until",
+                    frames, most_frames));
   film.frames = static_cast<std::size_t>(frames);
   return film;
 }
@@ -78,23 +79,28 @@ void draw_frames(const FilmDrawing& drawing, const Film& film, double fps, const
 }
 
 bool has_ffmpeg(StopToken stop) {
-  return run_child({.command = {"ffmpeg", "-nostdin", "-hide_banner", "-version"}, .seconds = 20, .stop = stop}).status == 0;
+  return run_child(
+             {.command = {"ffmpeg", "-nostdin", "-hide_banner", "-version"}, .seconds = 20, .stop = stop})
+             .status == 0;
 }
 
 /// `how`: what stands between the frames and the file, whose names are fixed and which lies in `place`.
 void encode(const Path& place, const FilmOptions& asked, const Film& film, std::vector<std::string> how,
             const std::string& file, StopToken stop) {
-  std::vector<std::string> command{"ffmpeg",     "-nostdin",      "-hide_banner",
-                                   "-loglevel",  "error",         "-y",
-                                   "-framerate", fmt::format("{:.6g}", asked.fps), "-start_number",
-                                   "1",          "-i",            "frame_%06d.svg"};
+  std::vector<std::string> command{
+      "ffmpeg",        "-nostdin", "-hide_banner", "-loglevel",
+      "error",         "-y",       "-framerate",   fmt::format("{:.6g}", asked.fps),
+      "-start_number", "1",        "-i",           "frame_%06d.svg"};
   command.insert(command.end(), how.begin(), how.end());
   // The same frames are the same bytes.
-  for (const char* word : {"-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact"}) command.emplace_back(word);
+  for (const char* word : {"-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact"})
+    command.emplace_back(word);
   command.push_back(file);
   const double longest = 60 + 2 * static_cast<double>(film.frames);
-  const auto end = run_child({.command = std::move(command), .folder = place, .seconds = longest, .stop = stop});
-  if (end.late) throw OutputError(fmt::format("ffmpeg took longer than {:.0f} s for {} and was ended", longest, file));
+  const auto end =
+      run_child({.command = std::move(command), .folder = place, .seconds = longest, .stop = stop});
+  if (end.late)
+    throw OutputError(fmt::format("ffmpeg took longer than {:.0f} s for {} and was ended", longest, file));
   if (end.status == 127) throw OutputError("ffmpeg cannot be started");
   if (end.status != 0)
     throw OutputError(fmt::format("ffmpeg made no {} (status {}): {}", file, end.status,
@@ -124,12 +130,14 @@ Film make_film(const Path& folder, const Path& place, const FilmOptions& asked, 
   ResultSet set(place, "animate");
   draw_frames(drawing, film, options.fps, set.place(), stop, progress);
   if (options.mp4) {
-    encode(set.place(), options, film, {"-c:v", "libx264", "-pix_fmt", "yuv420p", "-movflags", "+faststart"}, "animation.mp4", stop);
+    encode(set.place(), options, film, {"-c:v", "libx264", "-pix_fmt", "yuv420p", "-movflags", "+faststart"},
+           "animation.mp4", stop);
     film.files.push_back(place / "animation.mp4");
   }
   if (options.gif) {
     encode(set.place(), options, film,
-           {"-filter_complex", "split[a][b];[a]palettegen=stats_mode=diff[p];[b][p]paletteuse", "-loop", "0"}, "animation.gif", stop);
+           {"-filter_complex", "split[a][b];[a]palettegen=stats_mode=diff[p];[b][p]paletteuse", "-loop", "0"},
+           "animation.gif", stop);
     film.files.push_back(place / "animation.gif");
   }
   if (options.svg)

@@ -56,7 +56,8 @@ const FilmLoose* loose_of(const FilmRun& run, const std::string& name) {
 
 }  // namespace
 
-FilmDrawing::FilmDrawing(const std::vector<FilmRun>& runs, FilmLook look) : runs_(runs), look_(std::move(look)) {
+FilmDrawing::FilmDrawing(const std::vector<FilmRun>& runs, FilmLook look)
+    : runs_(runs), look_(std::move(look)) {
   std::set<std::string> seen;
   for (const auto& run : runs_)
     for (const auto& joint : run.loose)
@@ -69,7 +70,9 @@ FilmDrawing::FilmDrawing(const std::vector<FilmRun>& runs, FilmLook look) : runs
   const double shape = (box.high - box.low) / (box.right - box.left);
   const double most = 0.62 * look_.width, least = std::min(most, names_.empty() ? 220.0 : loose_height);
   double height = std::clamp(shape * width, least, most);
-  if (!names_.empty()) height = std::max(height, std::min(loose_height * static_cast<double>(std::min<std::size_t>(names_.size(), 3)), most));
+  if (!names_.empty())
+    height = std::max(
+        height, std::min(loose_height * static_cast<double>(std::min<std::size_t>(names_.size(), 3)), most));
   if (const auto fit = static_cast<std::size_t>(height / loose_height); names_.size() > fit) {
     hidden_ = names_.size() - fit;
     names_.resize(fit);
@@ -86,7 +89,8 @@ FilmDrawing::FilmDrawing(const std::vector<FilmRun>& runs, FilmLook look) : runs
 
 Vec2 FilmDrawing::in_panel(const Vec2& p) const {
   const auto& panel = panels_.front();
-  return {0.5 * panel.width + scale_ * (p.x() - middle_.x()), 0.5 * panel.height - scale_ * (p.y() - middle_.y())};
+  return {0.5 * panel.width + scale_ * (p.x() - middle_.x()),
+          0.5 * panel.height - scale_ * (p.y() - middle_.y())};
 }
 
 Vec2 FilmDrawing::place(std::size_t r, const Vec2& point) const {
@@ -143,7 +147,8 @@ void FilmDrawing::draw_scale(Svg& svg, const Panel& panel) const {
   const double length = round_below(0.25 * panel.width / scale_);
   const double y = panel.height - 8;
   svg.line(std::array{Vec2{12, y}, Vec2{12 + length * scale_, y}}, {.stroke = soft, .width = 1.5});
-  svg.text({12, y - 6}, length >= 1 ? fmt::format("{:g} m", length) : fmt::format("{:g} mm", 1e3 * length), 12, soft);
+  svg.text({12, y - 6}, length >= 1 ? fmt::format("{:g} m", length) : fmt::format("{:g} mm", 1e3 * length),
+           12, soft);
 }
 
 void FilmDrawing::draw_loose(Svg& svg, std::size_t k, double t) const {
@@ -159,7 +164,8 @@ void FilmDrawing::draw_loose(Svg& svg, std::size_t k, double t) const {
     svg.circle(at, play_radius, {.stroke = ink, .width = 1.5});
   else
     for (const double side : {-1.0, 1.0})
-      svg.line(std::array{at + Vec2{-0.44 * beside, side * play_radius}, at + Vec2{0.44 * beside, side * play_radius}},
+      svg.line(std::array{at + Vec2{-0.44 * beside, side * play_radius},
+                          at + Vec2{0.44 * beside, side * play_radius}},
                {.stroke = ink, .width = 1.5});
   for (std::size_t r = 0; r < runs_.size(); ++r) {
     const auto* joint = loose_of(runs_[r], names_[k]);
@@ -176,14 +182,15 @@ void FilmDrawing::draw_loose(Svg& svg, std::size_t k, double t) const {
       svg.circle(path.back(), 5, {.fill = run_colour(r)});
     } else if (play.size() > 1) {
       const double reach = play_radius - 5;
-      svg.line(std::array{at + Vec2{-0.3 * beside, -reach * play[0]}, at + Vec2{0.3 * beside, -reach * play[1]}},
-               {.stroke = run_colour(r), .width = 6, .opacity = 0.75});
+      svg.line(
+          std::array{at + Vec2{-0.3 * beside, -reach * play[0]}, at + Vec2{0.3 * beside, -reach * play[1]}},
+          {.stroke = run_colour(r), .width = 6, .opacity = 0.75});
     } else {
       svg.circle(at + Vec2{0, -(play_radius - 7) * play[0]}, 7, {.fill = run_colour(r), .opacity = 0.75});
     }
   }
-  svg.text({at.x(), loose_height - 8}, fmt::format("{}, c = {:.3g} mm", names_[k], 1e3 * any->clearance), 12, soft,
-           Svg::Anchor::middle, 28);
+  svg.text({at.x(), loose_height - 8}, fmt::format("{}, c = {:.3g} mm", names_[k], 1e3 * any->clearance), 12,
+           soft, Svg::Anchor::middle, 28);
   svg.close_panel();
 }
 
@@ -193,7 +200,8 @@ std::string FilmDrawing::frame(double t, double reach) const {
   for (const auto& panel : panels_) draw_mechanism(svg, panel, t, reach);
   for (std::size_t k = 0; k < names_.size(); ++k) draw_loose(svg, k, t);
   if (hidden_ > 0)
-    svg.text({look_.width - 0.5 * beside, top - 6}, fmt::format("{} more loose joints", hidden_), 11, soft, Svg::Anchor::middle);
+    svg.text({look_.width - 0.5 * beside, top - 6}, fmt::format("{} more loose joints", hidden_), 11, soft,
+             Svg::Anchor::middle);
   // Runs by name and colour: under their panels, or beside one another.
   double x = 12;
   for (std::size_t r = 0; r < runs_.size(); ++r) {
@@ -205,7 +213,8 @@ std::string FilmDrawing::frame(double t, double reach) const {
   const auto& first = runs_.front();
   auto words = fmt::format("t = {:.4f} s", t);
   if (first.crank.first != first.crank.second) {
-    const double angle = first.crank_angle(first.at(t)) * 180 / std::numbers::pi, turns = std::floor(angle / 360);
+    const double angle = first.crank_angle(first.at(t)) * 180 / std::numbers::pi,
+                 turns = std::floor(angle / 360);
     words += fmt::format("   crank {:.0f}°", angle - 360 * turns);
   }
   svg.text({look_.width - 215.0, height_ - 11.0}, words, 13, ink);

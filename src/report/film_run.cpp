@@ -60,7 +60,8 @@ double usual(const std::vector<FilmForce>& forces) {
     for (std::size_t i = 0; i < f.fx.size(); ++i)
       if (const double size = std::hypot(f.fx[i], f.fy[i]); size > 0) sizes.push_back(size);
   if (sizes.empty()) return 0;
-  const auto place = sizes.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(sizes.size() - 1));
+  const auto place =
+      sizes.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(sizes.size() - 1));
   std::ranges::nth_element(sizes, place);
   return *place;
 }
@@ -72,8 +73,9 @@ std::pair<int, int> crank_of(const Scene& scene, const std::vector<std::string>&
   if (!pin) return {-1, -1};
   const auto shown = [&](int body) {
     if (body == ground) return -1;
-    return static_cast<int>(std::ranges::find(bodies, scene.mechanism.bodies[static_cast<std::size_t>(body)].name) -
-                            bodies.begin());
+    return static_cast<int>(
+        std::ranges::find(bodies, scene.mechanism.bodies[static_cast<std::size_t>(body)].name) -
+        bodies.begin());
   };
   const std::pair<int, int> crank{shown(pin->between[0]), shown(pin->between[1])};
   const auto known = [&](int body) { return body < static_cast<int>(bodies.size()); };
@@ -122,10 +124,12 @@ std::vector<int> FilmRun::shapes_of(const std::string& name) const {
     std::vector<int> discs, others;
     for (std::size_t i = 0; i < shapes.size(); ++i) {
       const auto& s = shapes[i];
-      if (s.name != n || s.kind == "mass" || s.kind == "support" || s.kind == "link" || s.kind == "outline") continue;
+      if (s.name != n || s.kind == "mass" || s.kind == "support" || s.kind == "link" || s.kind == "outline")
+        continue;
       (s.kind == "disc" ? discs : others).push_back(static_cast<int>(i));
     }
-    if (others.empty()) return discs.size() <= 2 ? discs : std::vector<int>();  // of many discs nobody knows which
+    if (others.empty())
+      return discs.size() <= 2 ? discs : std::vector<int>();  // of many discs nobody knows which
     others.resize(1);
     return others;
   };
@@ -153,7 +157,8 @@ FilmRun film_run(const plots::RunFolder& folder, long frames) {
       motion(folder.folder, scene.get(), frames, hardest(run.events, static_cast<std::size_t>(frames / 4)));
   run.t = column_of(data["t"]);
   if (run.t.empty())
-    throw SceneError((folder.folder / "trajectory.csv").string() + ": has no rows, so there is no film of it");
+    throw SceneError((folder.folder / "trajectory.csv").string() +
+                     ": has no rows, so there is no film of it");
   run.bodies = data["bodies"].get<std::vector<std::string>>();
   run.poses = columns_of(data["poses"]);
   run.shapes = shapes_of(data["shapes"]);

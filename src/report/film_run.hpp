@@ -43,7 +43,7 @@ struct FilmLoose {
 
 struct FilmForce {
   std::string name;
-  Column fx, fy;  ///< N
+  Column fx, fy;            ///< N
   std::vector<int> shapes;  ///< where it acts; none: nowhere that is drawn
 };
 

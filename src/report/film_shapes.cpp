@@ -11,8 +11,9 @@ constexpr std::array<std::string_view, 3> of_runs{"#0072b2", "#d55e00", "#6b7280
 constexpr std::array<std::string_view, 7> of_bodies{"#0072b2", "#c8770a", "#008a68", "#b04a86",
                                                     "#a03f2a", "#2d7fa8", "#7a6a00"};
 /// What stands behind what.
-constexpr std::array<std::string_view, 13> order{"wall",   "support", "outline", "line",  "disc",  "link", "spring",
-                                                 "slider", "weld",    "joint",   "pin",   "loose", "mass"};
+constexpr std::array<std::string_view, 13> order{"wall", "support", "outline", "line", "disc",
+                                                 "link", "spring",  "slider",  "weld", "joint",
+                                                 "pin",  "loose",   "mass"};
 constexpr double far = 4000;  // px, beyond every panel
 
 }  // namespace
@@ -24,7 +25,9 @@ std::string_view body_colour(int body) {
 
 std::string_view ShapePainter::of(int body) const { return colour.empty() ? body_colour(body) : colour; }
 
-Vec2 ShapePainter::place(const FilmShape& s) const { return pixel(run.pose(s.body, at).place(s.points.front())); }
+Vec2 ShapePainter::place(const FilmShape& s) const {
+  return pixel(run.pose(s.body, at).place(s.points.front()));
+}
 
 void ShapePainter::paint() const {
   for (const auto kind : order)
@@ -45,7 +48,12 @@ void ShapePainter::paint(const FilmShape& s) const {
   const auto pose = run.pose(s.body, at);
   const Vec2 p = place(s);
   const auto ring = [&](double r, std::string_view stroke, bool dashed = false) {
-    svg.circle(p, r, {.stroke = stroke, .width = 1.8, .fill = r < 6 ? "#ffffff" : "none", .opacity = opacity, .dashed = dashed});
+    svg.circle(p, r,
+               {.stroke = stroke,
+                .width = 1.8,
+                .fill = r < 6 ? "#ffffff" : "none",
+                .opacity = opacity,
+                .dashed = dashed});
   };
   if (s.kind == "link" || s.kind == "outline") {
     std::vector<Vec2> corners;
@@ -56,20 +64,23 @@ void ShapePainter::paint(const FilmShape& s) const {
   } else if (s.kind == "disc") {
     const double r = std::max(2.0, s.more.x() * scale);
     svg.circle(p, r, {.stroke = of(s.body), .width = 1.5, .opacity = opacity});
-    svg.line(std::array{p, p + r * Vec2{pose.cosine, -pose.sine}}, {.stroke = of(s.body), .width = 1.5, .opacity = opacity});
+    svg.line(std::array{p, p + r * Vec2{pose.cosine, -pose.sine}},
+             {.stroke = of(s.body), .width = 1.5, .opacity = opacity});
   } else if (s.kind == "line") {
     svg.line(std::array{p, pixel(run.pose(s.other, at).place(s.more))},
              {.stroke = of(s.body), .width = 2, .opacity = opacity});
   } else if (s.kind == "wall") {
     const Vec2 u = run.pose(s.other, at).turned(s.more), along{u.x(), -u.y()};
-    svg.line(std::array{p - far * along, p + far * along}, {.stroke = soft, .width = 1.5, .opacity = opacity});
+    svg.line(std::array{p - far * along, p + far * along},
+             {.stroke = soft, .width = 1.5, .opacity = opacity});
     hatch(p, along, 600, 12);
   } else if (s.kind == "slider") {
     paint_slider(s);
   } else if (s.kind == "spring") {
     paint_spring(s);
   } else if (s.kind == "support") {
-    svg.line(std::array{p, p + Vec2{-8, 14}, p + Vec2{8, 14}}, {.stroke = soft, .width = 1.2, .opacity = opacity}, true);
+    svg.line(std::array{p, p + Vec2{-8, 14}, p + Vec2{8, 14}},
+             {.stroke = soft, .width = 1.2, .opacity = opacity}, true);
     hatch(p + Vec2{0, 14}, {1, 0}, 24, 7);
   } else if (s.kind == "pin") {
     ring(5, ink);
@@ -79,12 +90,15 @@ void ShapePainter::paint(const FilmShape& s) const {
   } else if (s.kind == "joint") {
     ring(3, ink);
   } else if (s.kind == "weld") {
-    svg.line(std::array{p + Vec2{-4, -4}, p + Vec2{4, -4}, p + Vec2{4, 4}, p + Vec2{-4, 4}}, {.fill = ink, .opacity = opacity}, true);
+    svg.line(std::array{p + Vec2{-4, -4}, p + Vec2{4, -4}, p + Vec2{4, 4}, p + Vec2{-4, 4}},
+             {.fill = ink, .opacity = opacity}, true);
   } else if (s.kind == "mass") {
     svg.circle(p, 2.5, {.fill = of(s.body), .opacity = opacity});
     // Half an em is about what a letter takes: names stay within the panel.
     const double room = width - 6.5 * static_cast<double>(std::min<std::size_t>(s.name.size(), 28));
-    if (names) svg.text({std::min(p.x() + 7, std::max(0.0, room)), p.y() - 7}, s.name, 12, ink, Svg::Anchor::start, 28);
+    if (names)
+      svg.text({std::min(p.x() + 7, std::max(0.0, room)), p.y() - 7}, s.name, 12, ink, Svg::Anchor::start,
+               28);
   }
 }
 

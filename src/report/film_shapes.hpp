@@ -10,7 +10,8 @@
 namespace freeplay::report {
 
 /// The page's colours in the light (page/page.css).
-inline constexpr std::string_view ink = "#1b1f24", soft = "#5b6570", accent = "#0b62b5", force_colour = "#c0162c";
+inline constexpr std::string_view ink = "#1b1f24", soft = "#5b6570", accent = "#0b62b5",
+                                  force_colour = "#c0162c";
 std::string_view run_colour(std::size_t r);
 std::string_view body_colour(int body);
 

@@ -22,8 +22,8 @@ Svg::Svg(int width, int height) {
 
 void Svg::open_panel(const Vec2& corner, double width, double height) {
   fmt::format_to(std::back_inserter(text_),
-                 "<svg x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\">\n", corner.x(), corner.y(),
-                 width, height);
+                 "<svg x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\">\n", corner.x(),
+                 corner.y(), width, height);
 }
 
 void Svg::close_panel() { text_ += "</svg>\n"; }

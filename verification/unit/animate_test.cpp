@@ -28,8 +28,9 @@ std::string text_of(const std::filesystem::path& file) {
 /// A comparison of the rig over a quarter of a turn, by the command.
 const std::filesystem::path& comparison() {
   static const test::TemporaryFolder folder;
-  static const auto told = test::freeplay(fmt::format(
-      "compare {} --forces --set run.revolutions=0.25 --set run.discard=0 -o {}", test::flores().string(), (folder.path() / "two").string()));
+  static const auto told =
+      test::freeplay(fmt::format("compare {} --forces --set run.revolutions=0.25 --set run.discard=0 -o {}",
+                                 test::flores().string(), (folder.path() / "two").string()));
   REQUIRE(told.status == 0);
   static const auto place = folder.path() / "two";
   return place;
@@ -38,7 +39,8 @@ const std::filesystem::path& comparison() {
 /// Centres of the circles of a radius and a colour in a frame, by its text.
 std::vector<Vec2> circles(const std::string& svg, const std::string& radius, const std::string& colour) {
   static const std::string number = "([-0-9.]+)";
-  const std::regex one("<circle cx=\"" + number + "\" cy=\"" + number + "\" r=\"" + radius + "\" fill=\"" + colour + "\"");
+  const std::regex one("<circle cx=\"" + number + "\" cy=\"" + number + "\" r=\"" + radius + "\" fill=\"" +
+                       colour + "\"");
   std::vector<Vec2> list;
   for (std::sregex_iterator it(svg.begin(), svg.end(), one), end; it != end; ++it)
     list.push_back({std::stod((*it)[1]), std::stod((*it)[2])});
@@ -81,7 +83,8 @@ TEST_CASE("a film's frames lie at equal steps of time from one end to the other"
   }
 }
 
-TEST_CASE("a journal's dot stands in its circle as in the trajectory, and between rows on the line between", "[animate]") {
+TEST_CASE("a journal's dot stands in its circle as in the trajectory, and between rows on the line between",
+          "[animate]") {
   std::vector<FilmRun> runs;
   for (const auto& run : plots::runs_in(comparison()))
     if (run.title != "ideal joint") runs.push_back(film_run(run, 100'000));
@@ -107,7 +110,8 @@ TEST_CASE("a journal's dot stands in its circle as in the trajectory, and betwee
           REQUIRE(ring.size() == 1);
           REQUIRE(dots.size() == 2);  // and the one in the legend
           const double wx = half ? 0.5 * (x_before + x) : x, wy = half ? 0.5 * (y_before + y) : y;
-          CHECK(dots[0].x() - ring[0].x() == Approx(74 * wx).margin(0.02));  // 0.005 each by two decimals, and 7 digits
+          CHECK(dots[0].x() - ring[0].x() ==
+                Approx(74 * wx).margin(0.02));  // 0.005 each by two decimals, and 7 digits
           CHECK(ring[0].y() - dots[0].y() == Approx(74 * wy).margin(0.02));
         }
       }
@@ -120,11 +124,15 @@ TEST_CASE("bodies stand where the run has them: the rod from the crank's end to 
   std::vector<FilmRun> runs{film_run(plots::runs_in(comparison() / "nonsmooth").front(), 100'000)};
   const FilmDrawing drawing(runs, {.title = "t"});
   const double t = 0.03, phi = t * 200 * 2 * M_PI / 60;
-  const auto pin = drawing.place(0, {0.05 * std::cos(phi), 0.05 * std::sin(phi)}), origin = drawing.place(0, {0, 0});
+  const auto pin = drawing.place(0, {0.05 * std::cos(phi), 0.05 * std::sin(phi)}),
+             origin = drawing.place(0, {0, 0});
   const auto svg = drawing.frame(t, 0);
   // A polyline of the crank's colour from the main bearing to the crank pin.
-  const auto near = [&](const Vec2& p, double x, double y) { return std::hypot(p.x() - x, p.y() - y) < 0.05; };
-  const std::regex link("<polyline points=\"([-0-9.]+),([-0-9.]+) ([-0-9.]+),([-0-9.]+)\" fill=\"none\" stroke=\"#0072b2\" stroke-width=\"5\"");
+  const auto near = [&](const Vec2& p, double x, double y) {
+    return std::hypot(p.x() - x, p.y() - y) < 0.05;
+  };
+  const std::regex link(
+      "<polyline points=\"([-0-9.]+),([-0-9.]+) ([-0-9.]+),([-0-9.]+)\" fill=\"none\" stroke=\"#0072b2\" stroke-width=\"5\"");
   std::smatch found;
   REQUIRE(std::regex_search(svg, found, link));
   const Vec2 corner{origin.x() - 0, origin.y() - 34};  // the panel's corner is (0, 34)
@@ -142,7 +150,8 @@ TEST_CASE("texts of a run are data in a frame", "[animate][security]") {
   run.crank = {-1, -1};
   const std::vector<FilmRun> runs{run};
   const auto svg = FilmDrawing(runs, {.title = "<image href=\"http://x/\"/>"}).frame(0.5, 0.1);
-  CHECK_THAT(svg, !Contains("<script") && !Contains("<image") && !Contains("\x1b") && Contains("&lt;b&gt;&amp;"));
+  CHECK_THAT(svg,
+             !Contains("<script") && !Contains("<image") && !Contains("\x1b") && Contains("&lt;b&gt;&amp;"));
   const auto count = [&](const std::string& tag) {
     std::size_t n = 0;
     for (auto at = svg.find(tag); at != svg.npos; at = svg.find(tag, at + 1)) ++n;

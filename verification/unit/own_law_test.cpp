@@ -1,0 +1,150 @@
+// Normal forces from outside: a law that is also built in gives its motion, under explicit and implicit methods; the provenance tells;
+// runs are repeated and gone on with by the same law alone.
+#include <fmt/format.h>
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+
+#include "facade/law_plugin.hpp"
+#include "facade/simulation.hpp"
+#include "formulations/laws/contact_law.hpp"
+#include "io/output_file.hpp"
+#include "model/error.hpp"
+#include "model/scene.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// What the rig's contact has built in: the same formula by other code.
+struct Hertz {
+  double K, chi;
+};
+
+double hertz(const void* context, const char* contact, double delta, double rate, double v0) {
+  const auto& h = *static_cast<const Hertz*>(context);
+  if (std::string(contact) != "gudgeon") return std::nan("");
+  return h.K * delta * std::sqrt(delta) * (1 + h.chi * rate / v0);
+}
+
+std::shared_ptr<const OwnLaw> own(const Hertz& h) {
+  return std::make_shared<OwnLaw>(OwnLaw{hertz, std::make_shared<Hertz>(h), "hertz", "0123"});
+}
+
+Hertz built_in(const Scene& scene) {
+  const System system(scene.mechanism);
+  const auto law = make_contact_force(scene, system.contact_facts(0));
+  return {law.elastic.stiffness, law.chi};
+}
+
+}  // namespace
+
+TEST_CASE("a built-in law given from outside moves the rig the same way", "[own-law]") {
+  const std::string integrator = GENERATE("adams_bashforth_moulton", "dopri5", "rosenbrock4");
+  auto scene = read_scene(test::flores(), {"run.revolutions=0.1", "run.discard=0", "penalty.integrator=" + integrator});
+  Simulation inside(scene, "penalty");
+  const auto expected = inside.run();
+  scene.penalty.own = own(built_in(scene));
+  Simulation outside(scene, "penalty");
+  const auto found = outside.run();
+  REQUIRE(found.ending.status == Ending::Status::finished);
+  REQUIRE(found.events.size() == expected.events.size());
+  REQUIRE(found.events.size() >= 2);
+  // Explicit methods take the same steps but for the last bits of the formula; an implicit one has its matrix by differences.
+  const double bound = integrator == "rosenbrock4" ? 1e-6 : 1e-9;
+  for (std::size_t i = 0; i < found.events.size(); ++i) {
+    CAPTURE(integrator, i);
+    CHECK(found.events[i].t == Approx(expected.events[i].t).epsilon(bound));
+    CHECK(found.events[i].impulse_n == Approx(expected.events[i].impulse_n).epsilon(100 * bound).margin(1e-9));
+  }
+  // The elastic part by quadrature: the balance closes as it does built in.
+  CHECK(std::abs(found.ledger.closure()) < 1e-6 * found.ledger.scale());
+  CHECK(found.ledger.elastic == Approx(expected.ledger.elastic).margin(1e-9));
+}
+
+TEST_CASE("a law from outside is told of, and an impact law cannot be matched with it", "[own-law]") {
+  auto scene = read_scene(test::flores(), {"run.revolutions=0.05", "run.discard=0"});
+  const auto before = Simulation(scene, "penalty").identity();
+  const auto h = built_in(scene);
+  scene.penalty.own = own(h);
+  Simulation outside(scene, "penalty");
+  CHECK(outside.identity().digest() != before.digest());
+  CHECK_THAT(outside.identity().formulation, Contains("law = \"hertz\"") && Contains("law_digest = \"0123\""));
+  const auto result = outside.run();
+  REQUIRE(!result.notes.empty());
+  CHECK_THAT(result.notes[0], Contains("normal forces are those of hertz (digest 0123)"));
+  CHECK(std::isnan(result.contacts[0].model.restitution_delivered));
+  CHECK_THROWS_WITH(Simulation(scene, "nonsmooth", {.matched = true}), Contains("what restitution hertz delivers is not known"));
+  // Of an impact law it is no part.
+  CHECK(Simulation(scene, "nonsmooth").identity().formulation.find("law") == std::string::npos);
+  // A snapshot is of the law that it was taken under.
+  const auto snapshot = outside.snapshot();
+  auto other = scene;
+  other.penalty.own.reset();
+  CHECK_THROWS_AS(Simulation(other, "penalty").restore(snapshot), SnapshotError);
+}
+
+TEST_CASE("a law that gives no number stops the run with its reason", "[own-law]") {
+  auto scene = read_scene(test::flores(), {"run.revolutions=0.1", "run.discard=0"});
+  OwnLaw law{[](const void*, const char*, double, double, double) { return std::nan(""); }, {}, "nothing", "0"};
+  SECTION("NaN") {}
+  SECTION("what it throws comes out") {
+    law.force = [](const void*, const char*, double, double, double) -> double { throw std::domain_error("no such depth"); };
+    scene.penalty.own = std::make_shared<OwnLaw>(law);
+    Simulation simulation(scene, "penalty");
+    CHECK_THROWS_WITH(simulation.run(), "no such depth");
+    return;
+  }
+  scene.penalty.own = std::make_shared<OwnLaw>(law);
+  Simulation simulation(scene, "penalty");
+  const auto result = simulation.run();
+  CHECK(result.ending.status == Ending::Status::failed);
+  CHECK(!result.ending.reason.empty());
+}
+
+TEST_CASE("a plugin is loaded by its file, and its run is repeated with it alone", "[own-law][program]") {
+  const test::TemporaryFolder folder;
+  const auto scene = read_scene(test::flores());
+  const auto h = built_in(scene);
+  const auto source = folder.path() / "law.c", plugin = folder.path() / "law.so";
+  const auto compiled = [&](const std::string& text) {
+    write_file(source, text);
+    return std::system(fmt::format("cc -O1 -shared -fPIC -o {} {} -lm", plugin.string(), source.string()).c_str()) == 0;
+  };
+  const std::string version = "int freeplay_law_abi(void) { return 1; }\n";
+  REQUIRE(compiled(version + fmt::format("#include <math.h>\ndouble freeplay_normal_force(const char* contact, double d, double rate, double v0) "
+                                         "{{ return contact[0] == 'g' ? {} * d * sqrt(d) * (1 + {} * rate / v0) : NAN; }}\n",
+                                         h.K, h.chi)));
+  const auto place = [&](const char* name) { return (folder.path() / name).string(); };
+  const std::string run = fmt::format("run {} --set run.revolutions=0.1 --set run.discard=0 --no-figures ", test::flores().string());
+  REQUIRE(test::freeplay(run + "--formulation penalty -o " + place("one") + " --law-plugin " + plugin.string()).status == 0);
+  const auto text = [&](const std::string& file) {
+    std::ifstream in(file);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  CHECK_THAT(text(place("one") + "/run.json"), Contains("law = \\\"law.so\\\"") && Contains("normal forces are those of law.so"));
+  auto told = test::freeplay("run --no-figures --from " + place("one") + " -o " + place("two"));
+  CHECK(told.status == 2);
+  CHECK_THAT(told.err, Contains("the run's normal force is that of law.so") && Contains("--law-plugin"));
+  REQUIRE(test::freeplay("run --no-figures --from " + place("one") + " -o " + place("two") + " --law-plugin " + plugin.string()).status == 0);
+  CHECK(text(place("one") + "/trajectory.csv") == text(place("two") + "/trajectory.csv"));
+
+  told = test::freeplay(run + "--formulation nonsmooth -o " + place("three") + " --law-plugin " + plugin.string());
+  CHECK(told.status == 2);
+  CHECK_THAT(told.err, Contains("an impact law has no normal force"));
+  const auto refused = [&](const std::string& why) {
+    const auto said = test::freeplay(run + "--formulation penalty -o " + place("three") + " --law-plugin " + plugin.string());
+    CHECK(said.status == 2);
+    CHECK_THAT(said.err, Contains("is no plugin of a normal force") && Contains(why));
+  };
+  REQUIRE(compiled("int freeplay_law_abi(void) { return 2; }\n"));
+  refused("freeplay_law_abi() is 2");
+  REQUIRE(compiled(version));
+  refused("exports no freeplay_normal_force");
+  write_file(plugin, "no shared object");
+  refused("");
+}
