@@ -97,7 +97,7 @@ template <class Method>
 void PenaltyStepper<Method>::find_blow_event(int k, Event& first) {
   constexpr double same = 0.01;
   const auto& c = f_.contacts()[k];
-  if (!c.closed || !(c.law.chi > 0) || !(method_.t > method_.t_old)) return;
+  if (!c.closed || !(c.law.chi > 0 || c.law.own()) || !(method_.t > method_.t_old)) return;
   const auto take = [&](double t) {
     if (t < first.t || !first.found()) first = {k, Event::Kind::blow, t, 0};
   };

@@ -27,7 +27,8 @@ double call(const void* context, const char* contact, double delta, double rate,
 
 }  // namespace
 
-std::shared_ptr<const OwnLaw> law_of(const py::function& f, const std::string& name, const std::string& what) {
+std::shared_ptr<const OwnLaw> law_of(const py::function& f, const std::string& name,
+                                     const std::string& what) {
   OwnLaw law;
   law.force = call;
   law.context = std::make_shared<Function>(f);

@@ -11,6 +11,7 @@
 namespace freeplay::python {
 
 /// f(contact, penetration, rate, touch speed) in N; `what` tells it from any other. What it raises leaves the run.
-std::shared_ptr<const OwnLaw> law_of(const pybind11::function& f, const std::string& name, const std::string& what);
+std::shared_ptr<const OwnLaw> law_of(const pybind11::function& f, const std::string& name,
+                                     const std::string& what);
 
 }  // namespace freeplay::python

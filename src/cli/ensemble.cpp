@@ -5,9 +5,11 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "cli/default_folder.hpp"
 #include "cli/progress.hpp"
+#include "cli/shards.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "facade/identify.hpp"
@@ -16,6 +18,7 @@
 #include "io/run_json.hpp"
 #include "model/scene.hpp"
 #include "plots/figure.hpp"
+#include "study/divided_ensemble.hpp"
 #include "values/family.hpp"
 
 namespace freeplay::cli {
@@ -26,7 +29,23 @@ struct EnsembleVerb : Request {
   std::vector<std::string> overrides, columns;
   int starts = 100, seed = 1, rows = 200, threads = 0;
   double turn = 0, play = 0.9;
+  ShardOptions shards;
 };
+
+/// The command line again, for those who make a shard: by whole paths.
+std::vector<std::string> arguments_of(const EnsembleVerb& r) {
+  auto list = study_arguments(r.scene, Reach::beside);
+  for (const auto& word : r.overrides) list.insert(list.end(), {"--set", word});
+  for (const auto& [name, value] : {std::pair{"--formulation", r.formulation},
+                                    {"--starts", std::to_string(r.starts)},
+                                    {"--seed", std::to_string(r.seed)},
+                                    {"--turn", fmt::format("{}", r.turn)},
+                                    {"--play", fmt::format("{}", r.play)},
+                                    {"--rows", std::to_string(r.rows)}})
+    list.insert(list.end(), {name, value});
+  for (const auto& column : r.columns) list.insert(list.end(), {"--column", column});
+  return list;
+}
 
 std::string number(double x) { return std::isfinite(x) ? fmt::format("{}", x) : std::string(); }
 
@@ -93,10 +112,19 @@ int ensemble(const EnsembleVerb& request) {
                           .threads = request.threads,
                           .stop = request.stop};
   const auto folder = result_folder(request.output, default_folder(request.scene, "-ensemble"));
+  if (request.shards.asked())
+    return in_shards(divided_ensemble(*scene, plan, arguments_of(request)), request.shards, folder,
+                     request.threads, request.stop);
   ResultSet set(folder, "ensemble");
+  // Of shards that were merged here nothing is made again.
+  std::optional<EnsembleStore> store;
+  if (const auto file = folder / "ensemble.db"; std::filesystem::exists(file))
+    store.emplace(file, request.stop);
+  const StartKeys keys(*scene, plan);
   Progress progress;
   const auto all = run_ensemble(
-      *scene, plan, [&](double done) { progress.show(fmt::format("{} starts", plan.starts), done); });
+      *scene, plan, [&](double done) { progress.show(fmt::format("{} starts", plan.starts), done); },
+      [&](int start, StartOutcome& outcome) { return store && store->find(keys(start), outcome); });
   progress.clear();
   if (all.interrupted) {
     fmt::print("interrupted; nothing is written\n");
@@ -150,6 +178,7 @@ void ensemble_verb(Program& program) {
       .one_each();
   options.add("--rows", request.rows, "times of the bands").between(2, 1'000'000).shows_default();
   options.threads(request.threads);
+  declare_shards(options, request.shards);
   options.output(request.output, "result folder; default out/NAME-ensemble");
 }
 

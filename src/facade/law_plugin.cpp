@@ -39,11 +39,13 @@ std::shared_ptr<const OwnLaw> load_law_plugin(const std::filesystem::path& file)
   auto plugin = std::make_shared<Plugin>(handle);
   const auto find = [&](const char* symbol) {
     void* found = dlsym(handle, symbol);
-    if (!found) throw refuse(fmt::format("it exports no {}; docs/library.md says what it must export", symbol));
+    if (!found)
+      throw refuse(fmt::format("it exports no {}; docs/library.md says what it must export", symbol));
     return found;
   };
   const int version = reinterpret_cast<int (*)()>(find("freeplay_law_abi"))();
-  if (version != abi) throw refuse(fmt::format("its freeplay_law_abi() is {}, this program's {}", version, abi));
+  if (version != abi)
+    throw refuse(fmt::format("its freeplay_law_abi() is {}, this program's {}", version, abi));
   plugin->force = reinterpret_cast<NormalForce>(find("freeplay_normal_force"));
   OwnLaw law;
   law.force = [](const void* context, const char* contact, double delta, double rate, double v0) {

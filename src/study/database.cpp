@@ -105,10 +105,16 @@ Database::Statement& Database::Statement::bind(const std::string& x) {
   return *this;
 }
 Database::Statement& Database::Statement::bind(std::span<const float> x) {
+  return bind_bytes(std::as_bytes(x));
+}
+Database::Statement& Database::Statement::bind(std::span<const double> x) {
+  return bind_bytes(std::as_bytes(x));
+}
+Database::Statement& Database::Statement::bind_bytes(std::span<const std::byte> x) {
   if (x.empty())
     sqlite3_bind_null(statement_, ++bound_);
   else
-    sqlite3_bind_blob64(statement_, ++bound_, x.data(), x.size_bytes(), SQLITE_TRANSIENT);
+    sqlite3_bind_blob64(statement_, ++bound_, x.data(), x.size(), SQLITE_TRANSIENT);
   return *this;
 }
 bool Database::Statement::step() {
@@ -138,12 +144,15 @@ bool Database::Statement::absent(int column) const {
 bool Database::Statement::is_text(int column) const {
   return sqlite3_column_type(statement_, column) == SQLITE_TEXT;
 }
-std::vector<float> Database::Statement::floats(int column) const {
+template <class T>
+std::vector<T> Database::Statement::numbers(int column) const {
   const auto* blob = sqlite3_column_blob(statement_, column);
-  std::vector<float> list(static_cast<std::size_t>(sqlite3_column_bytes(statement_, column)) / sizeof(float));
-  if (!list.empty()) std::memcpy(list.data(), blob, list.size() * sizeof(float));
+  std::vector<T> list(static_cast<std::size_t>(sqlite3_column_bytes(statement_, column)) / sizeof(T));
+  if (!list.empty()) std::memcpy(list.data(), blob, list.size() * sizeof(T));
   return list;
 }
+std::vector<float> Database::Statement::floats(int column) const { return numbers<float>(column); }
+std::vector<double> Database::Statement::doubles(int column) const { return numbers<double>(column); }
 
 Database::Transaction::Transaction(const Database& owner) : owner_(owner) {
   owner.execute("BEGIN IMMEDIATE");

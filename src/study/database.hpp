@@ -1,6 +1,7 @@
 // One SQLite file: statements, transactions, and failures in the program's own words.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -39,6 +40,8 @@ class Database {
     Statement& bind(const std::string& x);
     /// As a blob: numbers of single precision, the lowest byte first; none is NULL.
     Statement& bind(std::span<const float> x);
+    /// The same of double precision, bit for bit.
+    Statement& bind(std::span<const double> x);
     bool step();
     void again();
     std::string text(int column) const;
@@ -49,8 +52,13 @@ class Database {
     bool absent(int column) const;  ///< NULL
     bool is_text(int column) const;
     std::vector<float> floats(int column) const;  ///< of a blob; none of NULL
+    std::vector<double> doubles(int column) const;
 
    private:
+    Statement& bind_bytes(std::span<const std::byte> x);
+    template <class T>
+    std::vector<T> numbers(int column) const;
+
     const Database& owner_;
     sqlite3_stmt* statement_ = nullptr;
     int bound_ = 0;

@@ -76,16 +76,6 @@ class Sampled final : public Observer {
   std::vector<ContactPlace> contacts_;
 };
 
-/// What one start gave.
-struct Outcome {
-  std::map<std::string, double> numbers;
-  std::vector<double> rows;
-  std::string failure;  ///< empty: it finished
-  double cpu_seconds = 0;
-  long steps = 0;
-  bool interrupted = false;
-};
-
 std::vector<Column> chosen(const Layout& layout, const std::vector<std::string>& names) {
   std::vector<Column> all = trajectory_columns(layout), found;
   std::vector<std::string> there;
@@ -106,48 +96,15 @@ std::vector<Column> chosen(const Layout& layout, const std::vector<std::string>&
   return found;
 }
 
-Outcome outcome_of(const Scene& scene, const std::vector<double>& near, const EnsemblePlan& plan, int start,
-                   const std::vector<Column>& columns, const std::vector<double>& times) {
-  const double began = thread_seconds();
-  Outcome out;
-  try {
-    const auto moved = perturbed(scene, near, plan.stop, plan.seed, start, plan.how);
-    Simulation simulation(moved, plan.formulation, {.matched = true, .stop = plan.stop});
-    out.rows.assign(times.size() * columns.size(), std::nan(""));
-    Sampled sampled(columns, times, out.rows.data());
-    ContactStatistics contacts(moved.run.discard);
-    WindowStatistics window(moved.run.discard, moved.run.duration);
-    auto run = simulation.run(
-        {.observers = {&contacts, &window, &sampled}, .keep_events = false, .stop = plan.stop});
-    out.interrupted = run.ending.status == Ending::Status::interrupted;
-    if (run.ending.status != Ending::Status::finished) {
-      out.failure = run.ending.reason.empty() ? "did not finish" : run.ending.reason;
-    } else {
-      contacts.into(run);
-      window.into(run);
-      out.numbers = numbers_of(run);
-    }
-    out.steps = run.work.steps;
-  } catch (const Interrupted&) {
-    out.interrupted = true;
-    out.failure = "interrupted";
-  } catch (const ModelError& e) {
-    out.failure = e.what();
-  }
-  out.cpu_seconds = thread_seconds() - began;
-  return out;
-}
-
 /// What the machine did, and not the mechanism.
 bool of_the_machine(const std::string& name) {
   return name.starts_with("work.") || name.find("seconds") != name.npos || name.find("memory") != name.npos;
 }
 
-void put_statistics(Ensemble& all, const std::vector<Outcome>& outcomes) {
+void put_statistics(Ensemble& all, const std::vector<StartOutcome>& outcomes) {
   std::set<std::string> names;
   for (const auto& o : outcomes)
-    for (const auto& [name, x] : o.numbers)
-      if (std::isfinite(x) && !of_the_machine(name)) names.insert(name);
+    for (const auto& number : o.numbers) names.insert(number.first);
   all.statistics.assign(names.begin(), names.end());
   for (const auto& o : outcomes) {
     auto& row = all.runs.emplace_back();
@@ -186,8 +143,7 @@ std::size_t Ensemble::finished() const {
   return static_cast<std::size_t>(std::ranges::count_if(failures, [](const auto& f) { return f.empty(); }));
 }
 
-Ensemble run_ensemble(const Scene& scene, const EnsemblePlan& plan,
-                      const std::function<void(double)>& on_progress) {
+Starts::Starts(const Scene& scene, const EnsemblePlan& plan) : scene_(scene), plan_(plan) {
   if (!differ(scene, plan.how))
     throw SceneError(
         fmt::format("{}: its starts are all alike: nothing drives it at a prescribed speed, and no part "
@@ -198,50 +154,97 @@ Ensemble run_ensemble(const Scene& scene, const EnsemblePlan& plan,
         fmt::format("{}: starts in equilibrium, from which its loose parts are not moved; give run.start "
                     "= \"ideal\"",
                     scene.file.string()));
-  const auto began = std::chrono::steady_clock::now();
-  Ensemble all;
   const auto layout = Simulation(scene, plan.formulation, {.matched = true, .stop = plan.stop}).layout();
-  const auto columns = chosen(layout, plan.columns);
-  for (const auto& c : columns) all.columns.push_back(c.name());
+  columns_ = chosen(layout, plan.columns);
   const double from = scene.run.discard, to = scene.run.duration;
-  for (int i = 0; i < plan.rows; ++i) all.t.push_back(from + (to - from) * i / (plan.rows - 1));
+  for (int i = 0; i < plan.rows; ++i) times_.push_back(from + (to - from) * i / (plan.rows - 1));
   const double bytes =
-      8.0 * plan.starts * static_cast<double>(plan.rows) * static_cast<double>(columns.size());
+      8.0 * plan.starts * static_cast<double>(plan.rows) * static_cast<double>(columns_.size());
   if (bytes > most_bytes)
     throw SceneError(fmt::format(
         "--rows {}: bands of {} starts and {} columns take {:.3g} GB of memory, and at most {:.0f} "
         "are allowed; take fewer rows or columns",
-        plan.rows, plan.starts, columns.size(), 1e-9 * bytes, 1e-9 * most_bytes));
+        plan.rows, plan.starts, columns_.size(), 1e-9 * bytes, 1e-9 * most_bytes));
+  near_ = near_pose(scene, plan.stop);
+}
 
-  const auto near = near_pose(scene, plan.stop);
-  std::vector<Outcome> outcomes(static_cast<std::size_t>(plan.starts));
+StartOutcome Starts::make(int start) const {
+  const double began = thread_seconds();
+  StartOutcome out;
+  try {
+    const auto moved = perturbed(scene_, near_, plan_.stop, plan_.seed, start, plan_.how);
+    Simulation simulation(moved, plan_.formulation, {.matched = true, .stop = plan_.stop});
+    out.rows.assign(times_.size() * columns_.size(), std::nan(""));
+    Sampled sampled(columns_, times_, out.rows.data());
+    ContactStatistics contacts(moved.run.discard);
+    WindowStatistics window(moved.run.discard, moved.run.duration);
+    auto run = simulation.run(
+        {.observers = {&contacts, &window, &sampled}, .keep_events = false, .stop = plan_.stop});
+    out.interrupted = run.ending.status == Ending::Status::interrupted;
+    if (run.ending.status != Ending::Status::finished) {
+      out.failure = run.ending.reason.empty() ? "did not finish" : run.ending.reason;
+    } else {
+      contacts.into(run);
+      window.into(run);
+      out.numbers = numbers_of(run);
+      std::erase_if(out.numbers,
+                    [](const auto& n) { return !std::isfinite(n.second) || of_the_machine(n.first); });
+    }
+    out.steps = run.work.steps;
+  } catch (const Interrupted&) {
+    out.interrupted = true;
+    out.failure = "interrupted";
+  } catch (const ModelError& e) {
+    out.failure = e.what();
+  }
+  out.cpu_seconds = thread_seconds() - began;
+  return out;
+}
+
+Ensemble Starts::together(const std::vector<StartOutcome>& outcomes) const {
+  Ensemble all;
+  for (const auto& c : columns_) all.columns.push_back(c.name());
+  all.t = times_;
+  all.interrupted = plan_.stop();
+  for (const auto& o : outcomes) {
+    all.failures.push_back(o.failure);
+    all.cpu_seconds += o.cpu_seconds;
+    all.steps += o.steps;
+  }
+  if (all.interrupted) return all;
+  put_statistics(all, outcomes);
+  std::vector<double> values;
+  for (std::size_t place = 0; place < times_.size() * columns_.size(); ++place) {
+    values.clear();
+    for (const auto& o : outcomes)
+      if (o.failure.empty()) values.push_back(o.rows[place]);
+    all.bands.push_back(spread(values));
+  }
+  return all;
+}
+
+Ensemble run_ensemble(const Scene& scene, const EnsemblePlan& plan,
+                      const std::function<void(double)>& on_progress, const KnownStarts& known) {
+  const auto began = std::chrono::steady_clock::now();
+  const Starts starts(scene, plan);
+  std::vector<StartOutcome> outcomes(static_cast<std::size_t>(plan.starts));
   std::mutex guard;
   int done = 0;
   oneapi::tbb::task_arena arena(plan.threads > 0 ? plan.threads : oneapi::tbb::task_arena::automatic);
   arena.execute([&] {
     oneapi::tbb::parallel_for(0, plan.starts, [&](int k) {
       if (plan.stop()) return;
-      outcomes[static_cast<std::size_t>(k)] = outcome_of(scene, near, plan, k, columns, all.t);
+      auto& outcome = outcomes[static_cast<std::size_t>(k)];
+      const auto there = [&] {
+        const std::lock_guard lock(guard);
+        return known && known(k, outcome);
+      };
+      if (!there()) outcome = starts.make(k);
       const std::lock_guard lock(guard);
       if (on_progress) on_progress(static_cast<double>(++done) / plan.starts);
     });
   });
-  all.interrupted = plan.stop();
-  for (const auto& o : outcomes) {
-    all.failures.push_back(o.failure);
-    all.cpu_seconds += o.cpu_seconds;
-    all.steps += o.steps;
-  }
-  if (!all.interrupted) {
-    put_statistics(all, outcomes);
-    std::vector<double> values;
-    for (std::size_t place = 0; place < all.t.size() * columns.size(); ++place) {
-      values.clear();
-      for (const auto& o : outcomes)
-        if (o.failure.empty()) values.push_back(o.rows[place]);
-      all.bands.push_back(spread(values));
-    }
-  }
+  auto all = starts.together(outcomes);
   all.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   return all;
 }

@@ -7,9 +7,11 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
+#include "sim/columns.hpp"
 #include "sim/stop.hpp"
 #include "study/intervals.hpp"
 #include "study/perturb.hpp"
@@ -59,8 +61,39 @@ struct Ensemble {
   }
 };
 
+/// What one start gave.
+struct StartOutcome {
+  std::map<std::string, double> numbers = {};  ///< statistics by their path in run.json
+  std::vector<double> rows = {};  ///< of the bands' times, columns side by side; NaN behind where it stopped
+  std::string failure = {};       ///< empty: it finished
+  double cpu_seconds = 0;
+  long steps = 0;
+  bool interrupted = false;
+};
+
+/// Every start of a scene by itself, and all together.
+class Starts {
+ public:
+  /// Of a scene that stays as it is. Throws as run_ensemble.
+  Starts(const Scene& scene, const EnsemblePlan& plan);
+  StartOutcome make(int start) const;
+  /// Of all starts, in their order.
+  Ensemble together(const std::vector<StartOutcome>& outcomes) const;
+  const EnsemblePlan& plan() const { return plan_; }
+
+ private:
+  const Scene& scene_;
+  EnsemblePlan plan_;
+  std::vector<Column> columns_;
+  std::vector<double> times_;  // s, of the bands
+  std::vector<double> near_;
+};
+
+/// Where outcomes are that need not be made: true when it was one of those.
+using KnownStarts = std::function<bool(int start, StartOutcome& outcome)>;
+
 /// Runs them. Throws SceneError where starts are all alike, a column is none, or what is kept does not fit in two gigabytes.
 Ensemble run_ensemble(const Scene& scene, const EnsemblePlan& plan,
-                      const std::function<void(double)>& on_progress);
+                      const std::function<void(double)>& on_progress, const KnownStarts& known = {});
 
 }  // namespace freeplay

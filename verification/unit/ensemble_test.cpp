@@ -9,7 +9,10 @@
 #include "model/error.hpp"
 #include "model/scene.hpp"
 #include "sim/trajectory.hpp"
+#include "study/divided_ensemble.hpp"
 #include "study/ensemble.hpp"
+#include "study/merge.hpp"
+#include "study/shard.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
@@ -106,4 +109,48 @@ TEST_CASE("the verb writes statistics, bands and their figure", "[study][ensembl
        {"ensemble.json", "statistics.csv", "starts.csv", "bands.csv", "figures/ensemble.pdf"})
     CHECK(std::filesystem::exists(out / name));
   CHECK(test::freeplay("ensemble " + test::flores().string() + " --starts 1").status == 2);
+}
+
+TEST_CASE("an ensemble in any number of shards, made in any order, is the ensemble",
+          "[study][ensemble][shards]") {
+  const auto scene = rig();
+  const EnsemblePlan plan{.starts = 7, .rows = 5, .threads = 1};
+  const auto whole = run_ensemble(*scene, plan, {});
+  const auto study = divided_ensemble(*scene, plan, {"scene.toml"});
+  const std::size_t shards = GENERATE(1u, 3u, 7u);
+  const test::TemporaryFolder folder;
+  make_plan(study, folder.path(), shards);
+  for (std::size_t i = 0; i < shards; ++i) {
+    const auto k = 1 + (i * 2 + 1) % shards;  // each once: the number of shards is odd
+    const ShardAsked asked{.shard = k, .scratch = folder.path() / "scratch", .threads = 2};
+    CHECK(make_shard(study, folder.path(), asked).seal.failed == 0);
+    CHECK(make_shard(study, folder.path(), asked).found);
+  }
+  CHECK(merge_shards(study, folder.path(), folder.path() / "scratch").units == 7);
+  const EnsembleStore store(folder.path() / "ensemble.db");
+  const StartKeys keys(*scene, plan);
+  int found = 0;
+  const auto merged = run_ensemble(*scene, plan, {}, [&](int start, StartOutcome& outcome) {
+    const bool there = store.find(keys(start), outcome);
+    found += there;
+    return there;
+  });
+  CHECK(found == 7);
+  CHECK(merged.cpu_seconds == 0);
+  CHECK(merged.steps == whole.steps);
+  REQUIRE(merged.statistics == whole.statistics);
+  const auto same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
+  for (std::size_t k = 0; k < 7; ++k)
+    for (std::size_t i = 0; i < whole.statistics.size(); ++i)
+      CHECK(same(merged.runs[k][i], whole.runs[k][i]));
+  for (std::size_t i = 0; i < whole.bands.size(); ++i)
+    for (std::size_t q = 0; q < band_levels.size(); ++q)
+      CHECK(same(merged.bands[i].quantile[q], whole.bands[i].quantile[q]));
+  // A start belongs to larger ensembles too, and to none of another scene or seed.
+  auto larger = plan;
+  larger.starts = 9;
+  CHECK(StartKeys(*scene, larger)(3) == keys(3));
+  CHECK(StartKeys(*scene, larger).subject() != keys.subject());
+  larger.seed = 2;
+  CHECK(StartKeys(*scene, larger)(3) != keys(3));
 }

@@ -13,6 +13,7 @@
 #include "io/output_file.hpp"
 #include "model/error.hpp"
 #include "model/scene.hpp"
+#include "model/system.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
@@ -45,7 +46,8 @@ Hertz built_in(const Scene& scene) {
 
 TEST_CASE("a built-in law given from outside moves the rig the same way", "[own-law]") {
   const std::string integrator = GENERATE("adams_bashforth_moulton", "dopri5", "rosenbrock4");
-  auto scene = read_scene(test::flores(), {"run.revolutions=0.1", "run.discard=0", "penalty.integrator=" + integrator});
+  auto scene = read_scene(test::flores(),
+                          {"run.revolutions=0.1", "run.discard=0", "penalty.integrator=" + integrator});
   Simulation inside(scene, "penalty");
   const auto expected = inside.run();
   scene.penalty.own = own(built_in(scene));
@@ -59,7 +61,8 @@ TEST_CASE("a built-in law given from outside moves the rig the same way", "[own-
   for (std::size_t i = 0; i < found.events.size(); ++i) {
     CAPTURE(integrator, i);
     CHECK(found.events[i].t == Approx(expected.events[i].t).epsilon(bound));
-    CHECK(found.events[i].impulse_n == Approx(expected.events[i].impulse_n).epsilon(100 * bound).margin(1e-9));
+    CHECK(found.events[i].impulse_n ==
+          Approx(expected.events[i].impulse_n).epsilon(100 * bound).margin(1e-9));
   }
   // The elastic part by quadrature: the balance closes as it does built in.
   CHECK(std::abs(found.ledger.closure()) < 1e-6 * found.ledger.scale());
@@ -73,12 +76,14 @@ TEST_CASE("a law from outside is told of, and an impact law cannot be matched wi
   scene.penalty.own = own(h);
   Simulation outside(scene, "penalty");
   CHECK(outside.identity().digest() != before.digest());
-  CHECK_THAT(outside.identity().formulation, Contains("law = \"hertz\"") && Contains("law_digest = \"0123\""));
+  CHECK_THAT(outside.identity().formulation,
+             Contains("law = \"hertz\"") && Contains("law_digest = \"0123\""));
   const auto result = outside.run();
   REQUIRE(!result.notes.empty());
   CHECK_THAT(result.notes[0], Contains("normal forces are those of hertz (digest 0123)"));
   CHECK(std::isnan(result.contacts[0].model.restitution_delivered));
-  CHECK_THROWS_WITH(Simulation(scene, "nonsmooth", {.matched = true}), Contains("what restitution hertz delivers is not known"));
+  CHECK_THROWS_WITH(Simulation(scene, "nonsmooth", {.matched = true}),
+                    Contains("what restitution hertz delivers is not known"));
   // Of an impact law it is no part.
   CHECK(Simulation(scene, "nonsmooth").identity().formulation.find("law") == std::string::npos);
   // A snapshot is of the law that it was taken under.
@@ -90,10 +95,13 @@ TEST_CASE("a law from outside is told of, and an impact law cannot be matched wi
 
 TEST_CASE("a law that gives no number stops the run with its reason", "[own-law]") {
   auto scene = read_scene(test::flores(), {"run.revolutions=0.1", "run.discard=0"});
-  OwnLaw law{[](const void*, const char*, double, double, double) { return std::nan(""); }, {}, "nothing", "0"};
+  OwnLaw law{
+      [](const void*, const char*, double, double, double) { return std::nan(""); }, {}, "nothing", "0"};
   SECTION("NaN") {}
   SECTION("what it throws comes out") {
-    law.force = [](const void*, const char*, double, double, double) -> double { throw std::domain_error("no such depth"); };
+    law.force = [](const void*, const char*, double, double, double) -> double {
+      throw std::domain_error("no such depth");
+    };
     scene.penalty.own = std::make_shared<OwnLaw>(law);
     Simulation simulation(scene, "penalty");
     CHECK_THROWS_WITH(simulation.run(), "no such depth");
@@ -113,31 +121,44 @@ TEST_CASE("a plugin is loaded by its file, and its run is repeated with it alone
   const auto source = folder.path() / "law.c", plugin = folder.path() / "law.so";
   const auto compiled = [&](const std::string& text) {
     write_file(source, text);
-    return std::system(fmt::format("cc -O1 -shared -fPIC -o {} {} -lm", plugin.string(), source.string()).c_str()) == 0;
+    return std::system(
+               fmt::format("cc -O1 -shared -fPIC -o {} {} -lm", plugin.string(), source.string()).c_str()) ==
+           0;
   };
   const std::string version = "int freeplay_law_abi(void) { return 1; }\n";
-  REQUIRE(compiled(version + fmt::format("#include <math.h>\ndouble freeplay_normal_force(const char* contact, double d, double rate, double v0) "
-                                         "{{ return contact[0] == 'g' ? {} * d * sqrt(d) * (1 + {} * rate / v0) : NAN; }}\n",
-                                         h.K, h.chi)));
+  REQUIRE(compiled(
+      version +
+      fmt::format(
+          "#include <math.h>\ndouble freeplay_normal_force(const char* contact, double d, double rate, double v0) "
+          "{{ return contact[0] == 'g' ? {} * d * sqrt(d) * (1 + {} * rate / v0) : NAN; }}\n",
+          h.K, h.chi)));
   const auto place = [&](const char* name) { return (folder.path() / name).string(); };
-  const std::string run = fmt::format("run {} --set run.revolutions=0.1 --set run.discard=0 --no-figures ", test::flores().string());
-  REQUIRE(test::freeplay(run + "--formulation penalty -o " + place("one") + " --law-plugin " + plugin.string()).status == 0);
+  const std::string run = fmt::format("run {} --set run.revolutions=0.1 --set run.discard=0 --no-figures ",
+                                      test::flores().string());
+  REQUIRE(
+      test::freeplay(run + "--formulation penalty -o " + place("one") + " --law-plugin " + plugin.string())
+          .status == 0);
   const auto text = [&](const std::string& file) {
     std::ifstream in(file);
     return std::string(std::istreambuf_iterator<char>(in), {});
   };
-  CHECK_THAT(text(place("one") + "/run.json"), Contains("law = \\\"law.so\\\"") && Contains("normal forces are those of law.so"));
+  CHECK_THAT(text(place("one") + "/run.json"),
+             Contains("law = \\\"law.so\\\"") && Contains("normal forces are those of law.so"));
   auto told = test::freeplay("run --no-figures --from " + place("one") + " -o " + place("two"));
   CHECK(told.status == 2);
   CHECK_THAT(told.err, Contains("the run's normal force is that of law.so") && Contains("--law-plugin"));
-  REQUIRE(test::freeplay("run --no-figures --from " + place("one") + " -o " + place("two") + " --law-plugin " + plugin.string()).status == 0);
+  REQUIRE(test::freeplay("run --no-figures --from " + place("one") + " -o " + place("two") +
+                         " --law-plugin " + plugin.string())
+              .status == 0);
   CHECK(text(place("one") + "/trajectory.csv") == text(place("two") + "/trajectory.csv"));
 
-  told = test::freeplay(run + "--formulation nonsmooth -o " + place("three") + " --law-plugin " + plugin.string());
+  told = test::freeplay(run + "--formulation nonsmooth -o " + place("three") + " --law-plugin " +
+                        plugin.string());
   CHECK(told.status == 2);
   CHECK_THAT(told.err, Contains("an impact law has no normal force"));
   const auto refused = [&](const std::string& why) {
-    const auto said = test::freeplay(run + "--formulation penalty -o " + place("three") + " --law-plugin " + plugin.string());
+    const auto said = test::freeplay(run + "--formulation penalty -o " + place("three") + " --law-plugin " +
+                                     plugin.string());
     CHECK(said.status == 2);
     CHECK_THAT(said.err, Contains("is no plugin of a normal force") && Contains(why));
   };
