@@ -30,7 +30,8 @@ EnsembleStore::EnsembleStore(const std::filesystem::path& file, StopToken stop) 
   kind.step();
   if (existing.whole(0) > 0 && kind.whole(0) != kind_of_file)
     throw OutputError(fmt::format(
-        "{}: is no file of an ensemble of this freeplay; give another folder with -o, or move it away", file.string()));
+        "{}: is no file of an ensemble of this freeplay; give another folder with -o, or move it away",
+        file.string()));
   database_.execute(fmt::format("PRAGMA user_version = {}", kind_of_file));
   database_.execute(
       "CREATE TABLE IF NOT EXISTS runs (run TEXT PRIMARY KEY, start INTEGER, failure TEXT, steps INTEGER, rows BLOB)");
@@ -70,57 +71,61 @@ void EnsembleStore::store(const std::string& key, int start, const StartOutcome&
 }
 
 StartKeys::StartKeys(const Scene& scene, const EnsemblePlan& plan)
-    : common_(fmt::format("{}\nseed {} turn {} play {} rows {} columns {}\n", identify(scene, plan.formulation, true).digest(),
-                          plan.seed, plan.how.turn, plan.how.play, plan.rows, fmt::join(plan.columns, " "))),
+    : common_(fmt::format("{}\nseed {} turn {} play {} rows {} columns {}\n",
+                          identify(scene, plan.formulation, true).digest(), plan.seed, plan.how.turn,
+                          plan.how.play, plan.rows, fmt::join(plan.columns, " "))),
       starts_(plan.starts) {}
 
-std::string StartKeys::operator()(int start) const { return digest(common_ + fmt::format("start {}", start)); }
+std::string StartKeys::operator()(int start) const {
+  return digest(common_ + fmt::format("start {}", start));
+}
 std::string StartKeys::subject() const { return digest(common_ + fmt::format("starts {}", starts_)); }
 
 Division divided_ensemble(const Scene& scene, const EnsemblePlan& plan, std::vector<std::string> arguments) {
   const StartKeys keys(scene, plan);
-  return {.verb = "ensemble",
-          .arguments = std::move(arguments),
-          .subject = keys.subject(),
-          .units =
-              [&scene, plan, keys] {
-                const Starts all(scene, plan);  // refuses what cannot be
-                std::vector<Unit> units;
-                for (int k = 0; k < plan.starts; ++k) units.push_back({keys(k), static_cast<std::size_t>(k)});
-                return units;
-              },
-          .make =
-              [&scene, plan, keys](const FolderLock& lock, const std::vector<Unit>& units, const MakeUnits& how) {
-                auto own = plan;
-                own.stop = how.stop;
-                const Starts starts(scene, own);
-                const EnsembleStore store(lock.folder() / "ensemble.db", how.stop);
-                MadeUnits made;
-                std::mutex guard;
-                std::size_t done = 0;
-                oneapi::tbb::task_arena arena(how.threads > 0 ? how.threads : oneapi::tbb::task_arena::automatic);
-                arena.execute([&] {
-                  oneapi::tbb::parallel_for(std::size_t{0}, units.size(), [&](std::size_t i) {
-                    if (how.stop()) return;
-                    const int k = static_cast<int>(units[i].number);
-                    StartOutcome outcome;
-                    const auto there = [&] {
-                      const std::lock_guard lock(guard);
-                      return store.find(units[i].key, outcome);
-                    };
-                    const bool found = there();
-                    if (!found) outcome = starts.make(k);
-                    if (outcome.interrupted) return;
-                    const std::lock_guard lock(guard);
-                    if (!found) store.store(units[i].key, k, outcome);
-                    if (!outcome.failure.empty() && ++made.failed <= most_reasons)
-                      made.reasons.push_back(fmt::format("start {}: {}", k, outcome.failure));
-                    if (how.on_progress) how.on_progress(++done);
-                  });
-                });
-                made.interrupted = how.stop();
-                return made;
-              }};
+  return {
+      .verb = "ensemble",
+      .arguments = std::move(arguments),
+      .subject = keys.subject(),
+      .units =
+          [&scene, plan, keys] {
+            const Starts all(scene, plan);  // refuses what cannot be
+            std::vector<Unit> units;
+            for (int k = 0; k < plan.starts; ++k) units.push_back({keys(k), static_cast<std::size_t>(k)});
+            return units;
+          },
+      .make =
+          [&scene, plan, keys](const FolderLock& lock, const std::vector<Unit>& units, const MakeUnits& how) {
+            auto own = plan;
+            own.stop = how.stop;
+            const Starts starts(scene, own);
+            const EnsembleStore store(lock.folder() / "ensemble.db", how.stop);
+            MadeUnits made;
+            std::mutex guard;
+            std::size_t done = 0;
+            oneapi::tbb::task_arena arena(how.threads > 0 ? how.threads : oneapi::tbb::task_arena::automatic);
+            arena.execute([&] {
+              oneapi::tbb::parallel_for(std::size_t{0}, units.size(), [&](std::size_t i) {
+                if (how.stop()) return;
+                const int k = static_cast<int>(units[i].number);
+                StartOutcome outcome;
+                const auto there = [&] {
+                  const std::lock_guard lock(guard);
+                  return store.find(units[i].key, outcome);
+                };
+                const bool found = there();
+                if (!found) outcome = starts.make(k);
+                if (outcome.interrupted) return;
+                const std::lock_guard lock(guard);
+                if (!found) store.store(units[i].key, k, outcome);
+                if (!outcome.failure.empty() && ++made.failed <= most_reasons)
+                  made.reasons.push_back(fmt::format("start {}: {}", k, outcome.failure));
+                if (how.on_progress) how.on_progress(++done);
+              });
+            });
+            made.interrupted = how.stop();
+            return made;
+          }};
 }
 
 }  // namespace freeplay

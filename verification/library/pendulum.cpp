@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
@@ -196,7 +197,22 @@ void errors() {
 
 }  // namespace
 
+void own_law() {
+  auto scene = pendulum(0.5e-3);
+  const auto stiff = freeplay::Simulation(scene, "penalty").run();
+  auto law = std::make_shared<freeplay::OwnLaw>();
+  law->name = "soft", law->digest = "1";  // what tells it from others, in the identity of its runs
+  law->force = [](const void*, const char*, double delta, double rate, double v0) {
+    return 1e8 * delta * (1 + 0.4 * rate / v0);  // N, at δ > 0 (m), its rate and v₀ > 0 (m/s)
+  };
+  scene.penalty.own = law;
+  const auto soft = freeplay::Simulation(scene, "penalty").run();
+  expect(soft.ending.status == freeplay::Ending::Status::finished, "a run with a law of its own");
+  expect(soft.contacts[0].penetration > stiff.contacts[0].penetration, "a softer law, a deeper contact");
+}
+
 int main() {
+  own_law();
   for (const char* formulation : {"nonsmooth", "penalty"}) {
     forces(formulation);
     snapshots(formulation);
