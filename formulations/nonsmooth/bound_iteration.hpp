@@ -4,9 +4,7 @@
 // leads nowhere, by Γ(B) itself, and by the middle of the two where nothing comes nearer for ten tries. Judged by max |Γ(B) − B| over max Γ(B).
 #pragma once
 
-#include <Eigen/QR>
-#include <algorithm>
-#include <cmath>
+#include <Eigen/Core>
 
 namespace freeplay {
 
@@ -16,79 +14,19 @@ class BoundIteration {
   static constexpr int without_heap = 64;   ///< bounds; more are extrapolated with memory of their own
   static constexpr double accepted = 1e-9;  ///< where rounding, or the solver's tolerance, leaves no less
 
-  void start(const Eigen::VectorXd& first) {
-    bounds_ = first;
-    if (const auto n = first.size(); R_.rows() != n) {
-      R_.resize(n, depth + 1);
-      G_.resize(n, depth + 1);
-      r_.resize(n);
-      next_.resize(n);
-    }
-    kept_ = count_ = stalled_ = 0;
-    best_ = residual_ = INFINITY;
-  }
+  void start(const Eigen::VectorXd& first);
   const Eigen::VectorXd& bounds() const { return bounds_; }
   double residual() const { return residual_; }
   bool met() const { return residual_ <= accepted; }
   int count() const { return count_; }
 
   /// Takes Γ of the present bounds. True when there are others to try; else the present ones stand.
-  bool refine(const Eigen::VectorXd& image) {
-    r_ = image - bounds_;
-    const double size = std::max(image.cwiseAbs().maxCoeff(), bounds_.cwiseAbs().maxCoeff());
-    residual_ = size > 0 ? r_.cwiseAbs().maxCoeff() / size : 0;
-    if (!(residual_ > 1e-14)) {
-      if (std::isnan(residual_)) residual_ = INFINITY;
-      return false;
-    }
-    stalled_ = residual_ < 0.5 * best_ ? 0 : stalled_ + 1;
-    if (++count_ >= most || (residual_ <= 1e-12 && stalled_ > 1) || (met() && stalled_ > 6)) return false;
-    best_ = std::min(best_, residual_);
-    if (stalled_ > 10 && !met()) {  // anew, halfway
-      kept_ = stalled_ = 0;
-      bounds_ = 0.5 * (bounds_ + image);
-      return true;
-    }
-    if (kept_ == depth + 1) {
-      for (int i = 0; i < depth; ++i) {
-        R_.col(i) = R_.col(i + 1);
-        G_.col(i) = G_.col(i + 1);
-      }
-      --kept_;
-    }
-    R_.col(kept_) = r_;
-    G_.col(kept_) = image;
-    ++kept_;
-    bounds_ = image;
-    if (kept_ > 1) {
-      if (image.size() <= without_heap)
-        extrapolate<without_heap, depth>(image);
-      else
-        extrapolate<Eigen::Dynamic, Eigen::Dynamic>(image);
-      if (next_.allFinite() && next_.minCoeff() >= 0 && next_.maxCoeff() <= 1e3 * size) bounds_ = next_;
-    }
-    return true;
-  }
+  bool refine(const Eigen::VectorXd& image);
 
  private:
   /// next_, for at most so many bounds and differences.
   template <int rows, int columns>
-  void extrapolate(const Eigen::VectorXd& image) {
-    using Differences = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, rows, columns>;
-    using Bounds = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, rows, 1>;
-    using Shares = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, columns, 1>;
-    const auto n = image.size();
-    const auto m = std::min<Eigen::Index>(kept_ - 1, n);
-    Differences dR(n, m), dG(n, m);
-    for (int i = 0; i < m; ++i) {
-      dR.col(i) = R_.col(kept_ - 1 - i) - R_.col(kept_ - 2 - i);
-      dG.col(i) = G_.col(kept_ - 1 - i) - G_.col(kept_ - 2 - i);
-    }
-    const Bounds r = r_;
-    const Shares shares = dR.colPivHouseholderQr().solve(r);
-    const Bounds by = dG * shares;
-    next_ = image - by;
-  }
+  void extrapolate(const Eigen::VectorXd& image);
 
   Eigen::VectorXd bounds_, r_, next_;
   Eigen::MatrixXd R_, G_;  // residuals and images of the last few, the latest behind
