@@ -15,7 +15,7 @@ using namespace freeplay;
 
 namespace {
 
-std::string whole(const std::filesystem::path& file) {
+std::string text_of(const std::filesystem::path& file) {
   std::ifstream in(file);
   return {std::istreambuf_iterator<char>(in), {}};
 }
@@ -101,7 +101,7 @@ TEST_CASE("a stranger's texts in the folders of every verb", "[security][hostile
     for (std::size_t i = 0; i < texts.size(); ++i) {
       const auto place = fmt::format("r{}-{}", m, i);
       for (std::size_t f = 0; f < files.size(); ++f) {
-        auto text = whole(bait.folder / made / files[f]);
+        auto text = text_of(bait.folder / made / files[f]);
         if (f == i % files.size() && files[f].extension() == ".json") {
           auto document = nlohmann::json::parse(text);
           infect(document, texts[i], i / files.size() % 2 == 1);
@@ -115,7 +115,7 @@ TEST_CASE("a stranger's texts in the folders of every verb", "[security][hostile
       run({"figures", place});
       if (run({"report", place}) == 0) {
         // The page's own two scripts and no element more, whatever the files say.
-        const auto page = whole(bait.folder / place / "report.html");
+        const auto page = text_of(bait.folder / place / "report.html");
         CHECK(count(page, "<script") == 2);
         CHECK(count(page, "</script") == 2);
         CHECK(count(page, "<title") == 1);
