@@ -35,6 +35,6 @@ inline constexpr std::size_t most_frames = 20'000;
 /// that is done. Throws SceneError for what is no such folder and for times that the run does not have, OutputError, and
 /// Interrupted when asked to stop.
 Film make_film(const std::filesystem::path& folder, const std::filesystem::path& place,
-               const FilmOptions& options, StopToken stop, const std::function<void(double)>& progress);
+               const FilmOptions& asked, StopToken stop, const std::function<void(double)>& progress);
 
 }  // namespace freeplay::report

@@ -59,20 +59,20 @@ struct FilmRun {
   Events events;
   std::pair<int, int> crank{-1, -1};  ///< bodies whose angle to one another is the crank's; equal: none
 
-  At at(double t) const;
-  Pose pose(int body, const At& at) const;
-  double crank_angle(const At& at) const;  ///< rad
+  At at(double now) const;
+  Pose pose(int body, const At& now) const;
+  double crank_angle(const At& now) const;  ///< rad
   /// Of a journal (ex, ey)/c; of a guide its ends', of a slot its pin's place across, −1 to 1.
-  std::vector<double> play(const FilmLoose& joint, const At& at) const;
+  std::vector<double> play(const FilmLoose& joint, const At& now) const;
   /// The shapes that a force or an impact of this name acts at: of two round ones both. Empty: none is drawn.
   std::vector<int> shapes_of(const std::string& name) const;
   /// Where it acts, of those shapes: where two discs are nearest, in the middle of a face, else at the shape's point (m, in the world).
-  Vec2 acts_at(const std::vector<int>& shapes, const At& at) const;
+  Vec2 acts_at(const std::vector<int>& list, const At& now) const;
 };
 
 double between(const Column& column, const At& at);
 
 /// With about `frames` frames and those beside the hardest events. Throws SceneError for tables that are wrong.
-FilmRun film_run(const plots::RunFolder& run, long frames);
+FilmRun film_run(const plots::RunFolder& folder, long frames);
 
 }  // namespace freeplay::report

@@ -21,7 +21,7 @@ struct ShapePainter {
   At at;
   std::function<Vec2(const Vec2&)> pixel;  ///< of a point in the world (m)
   double scale;                            ///< px per m
-  std::string_view colour = "";            ///< of the whole run; empty: of each body its own
+  std::string_view colour = {};            ///< of the whole run; empty: of each body its own
   double opacity = 1;
   bool names = true;
   double width;  ///< px, of the panel

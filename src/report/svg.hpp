@@ -25,9 +25,9 @@ class Svg {
   /// What follows, until close_panel(), is cut at the panel's edges and measured from its corner.
   void open_panel(const Vec2& corner, double width, double height);
   void close_panel();
-  void line(std::span<const Vec2> points, const Pen& pen, bool closed = false);
-  void circle(const Vec2& middle, double radius, const Pen& pen);
-  void arrow(const Vec2& from, const Vec2& by, const Pen& pen);
+  void line(std::span<const Vec2> points, const Pen& with, bool closed = false);
+  void circle(const Vec2& middle, double radius, const Pen& with);
+  void arrow(const Vec2& from, const Vec2& by, const Pen& with);
   /// At most `longest` characters of it.
   void text(const Vec2& at, std::string_view words, double size, std::string_view colour,
             Anchor anchor = Anchor::start, std::size_t longest = 100);
