@@ -12,6 +12,7 @@
 #pragma once
 
 #include "facade/simulation.hpp"
+#include "model/outside.hpp"
 #include "model/scene.hpp"
 #include "sim/observer.hpp"
 #include "sim/statistics.hpp"

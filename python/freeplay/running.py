@@ -8,7 +8,7 @@ import signal
 import tempfile
 import threading
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Optional, Union
 
@@ -20,6 +20,8 @@ from .scene import PathLike, Scene, read_scene
 SceneLike = Union[Scene, Mapping[str, Any], str, "os.PathLike[str]"]
 Watch = Callable[[dict[str, Any]], Any]
 Law = Union[Callable[[str, float, float, float], float], str, "os.PathLike[str]"]
+LoadForce = Callable[[float, tuple[float, float], tuple[float, float]], Sequence[float]]
+Loads = Mapping[str, LoadForce]
 
 
 class Stop:
@@ -48,19 +50,25 @@ def _scene(scene: SceneLike) -> Scene:
     return read_scene(scene)
 
 
-def _with_law(scene: Scene, formulation: str, law: Optional[Law]) -> Scene:
-    """A copy whose contacts have this normal force."""
-    if law is None:
+def _with_own(scene: Scene, formulation: Optional[str], law: Optional[Law], loads: Optional[Loads]) -> Scene:
+    """A copy with this normal force of contacts and these forces of loads."""
+    if law is None and not loads:
         return scene
-    if formulation != "penalty":
-        raise ValueError("law: an impact law has no normal force; it is of the formulation 'penalty'")
-    own = scene.copy()
+    own, normal = scene.copy(), False
     if callable(law):
-        name = getattr(law, "__qualname__", type(law).__name__)
-        own._handle.take_function(law, name, _text_of(law))
-    else:
-        own._handle.take_plugin(Path(os.fspath(law)))
+        own._handle.take_function(law, _name_of(law), _text_of(law))
+        normal = True
+    elif law is not None:
+        normal = own._handle.take_plugin(Path(os.fspath(law)))
+    if normal and formulation != "penalty":
+        raise ValueError("law: an impact law has no normal force; it is of the formulation 'penalty'")
+    for load, force in (loads or {}).items():
+        own._handle.take_load(load, force, _name_of(force), _text_of(force))
     return own
+
+
+def _name_of(function: Callable[..., Any]) -> str:
+    return getattr(function, "__qualname__", type(function).__name__)
 
 
 def _text_of(function: Callable[..., Any]) -> str:
@@ -116,6 +124,7 @@ def run(
     forces: bool = False,
     matched: bool = False,
     law: Optional[Law] = None,
+    loads: Optional[Loads] = None,
     companion: bool = True,
     on_event: Optional[Watch] = None,
     on_row: Optional[Watch] = None,
@@ -132,6 +141,8 @@ def run(
     law: of the penalty formulation: the normal force of contacts in place of penalty.contact, law(contact, penetration, rate,
         touch_speed) in N with the contact's name, δ > 0 (m), δ̇ (m/s) and v₀ > 0 (m/s), for trials; or the file of a
         compiled plugin (docs/library.md), for speed. Less than 0 counts as 0; with rate 0 it must be of δ alone and grow with it.
+    loads: of loads of type "force", by name: the force in place of what the scene says, f(t, place, velocity) -> (Fx, Fy) in N
+        along the load's axes, with t in s and the loaded point's place (m) and velocity (m/s) in the world, as tuples.
     companion: after a time-stepped run, a short one at a smaller step says how far the first touches may be off.
     on_event: called with each settled event, a dict with the columns of events.csv.
     on_row: called with each row of the trajectory, a dict with its columns. Either may return True to end the run after
@@ -153,7 +164,7 @@ def run(
     wanted = _scene(scene)
     if given:
         wanted = wanted.with_(given)
-    wanted = _with_law(wanted, _formulation(formulation), law)
+    wanted = _with_own(wanted, _formulation(formulation), law, loads)
     flag = (stop or Stop())._flag
     if output is None:
         simulation = _freeplay.Simulation(wanted._handle, _formulation(formulation), matched, flag, _here())
@@ -175,6 +186,7 @@ def compare(
     set: Optional[Mapping[str, Any]] = None,
     forces: bool = False,
     matched: bool = True,
+    loads: Optional[Loads] = None,
     stop: Optional[Stop] = None,
     output: Optional[PathLike] = None,
 ) -> Comparison:
@@ -190,6 +202,7 @@ def compare(
     wanted = _scene(scene)
     if given:
         wanted = wanted.with_(given)
+    wanted = _with_own(wanted, None, None, loads)
     keep = tempfile.TemporaryDirectory(prefix="freeplay-") if output is None else None
     folder = Path(keep.name if keep else os.fspath(output))  # type: ignore[arg-type]
     flag = (stop or Stop())._flag
@@ -228,12 +241,13 @@ class Simulation:
         *,
         matched: bool = False,
         law: Optional[Law] = None,
+        loads: Optional[Loads] = None,
         set: Optional[Mapping[str, Any]] = None,
     ) -> None:
         wanted = _scene(scene)
         if set:
             wanted = wanted.with_(set)
-        self.scene = _with_law(wanted, _formulation(formulation), law).copy()
+        self.scene = _with_own(wanted, _formulation(formulation), law, loads).copy()
         self._it = _freeplay.Simulation(self.scene._handle, _formulation(formulation), matched, Stop()._flag, _here())
 
     def run(

@@ -7,7 +7,7 @@
 #include "io/located.hpp"
 #include "io/run_json.hpp"
 #include "io/write_scene.hpp"
-#include "own_law.hpp"
+#include "own.hpp"
 #include "record.hpp"
 
 namespace py = pybind11;
@@ -48,8 +48,21 @@ void bind_scene(py::module_& m) {
           },
           py::arg("function"), py::arg("name"), py::arg("what"))
       .def(
+          "take_load",
+          [](Scene& scene, const std::string& load, const py::function& f, const std::string& name,
+             const std::string& what) {
+            auto outside = outside_of(scene);
+            outside.forces[load] = force_of(f, name, what);
+            put(scene, outside);
+          },
+          py::arg("load"), py::arg("function"), py::arg("name"), py::arg("what"))
+      .def(
           "take_plugin",
-          [](Scene& scene, const std::filesystem::path& file) { scene.penalty.own = load_law_plugin(file); },
+          [](Scene& scene, const std::filesystem::path& file) {
+            const auto plugin = load_plugin(file);
+            put(scene, plugin);
+            return plugin.law != nullptr;
+          },
           py::arg("file"))
       .def("copy", [](const Scene& scene) { return std::make_unique<Scene>(scene); })
       .def("canonical", [](const Scene& scene) { return to_toml(scene); })

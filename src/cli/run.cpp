@@ -64,7 +64,7 @@ RecordedRun recorded(const RunRequest& request, RunPlan& plan) {
   std::filesystem::path file = request.from;
   if (std::filesystem::is_directory(file)) file /= "run.json";
   auto run = read_run(file);
-  run.setup.give(plan.own);
+  run.setup.give(plan.outside);
   const auto beside = std::filesystem::absolute(file).lexically_normal().parent_path();
   plan.formulation = run.setup.formulation;
   plan.matched = run.setup.matched;
@@ -105,9 +105,9 @@ int run(const RunRequest& request) {
   plan.companion = true;
   plan.most_output = 1e9 * request.most_output;
   if (!request.law.empty()) {
-    if (!request.formulation.empty() && request.formulation != "penalty")
+    plan.outside = load_plugin(request.law);
+    if (plan.outside.law && !request.formulation.empty() && request.formulation != "penalty")
       throw SceneError("--law-plugin: an impact law has no normal force; it is of --formulation penalty");
-    plan.own = load_law_plugin(request.law);
   }
   Progress progress;
   Result summary;
@@ -129,7 +129,7 @@ int run(const RunRequest& request) {
         with_accuracy(request.accuracy, {family_named(request.formulation).value()}, request.overrides);
     if (request.forces) overrides.push_back("run.forces=true");
     Scene scene = read_scene(request.scene, overrides, request.reach == Reach::anywhere);
-    scene.penalty.own = plan.own;
+    put(scene, plan.outside);
     ask(scene);
     films = films_of(scene);
     plan.formulation = request.formulation;
@@ -176,8 +176,7 @@ void run_verb(Program& program) {
   options.allow_outside(request.reach);
   options.add("--formulation", request.formulation, "which; needed but with --resume and --from")
       .one_of(family_names());
-  options.add("--law-plugin", request.law, "penalty: normal forces of a compiled plugin; docs/library.md")
-      .takes("FILE");
+  options.add("--law-plugin", request.law, "forces of a compiled plugin; docs/library.md").takes("FILE");
   options.accuracy(request.accuracy);
   options.output(request.output, "result folder; default out/NAME-FORMULATION");
   options.flag("--forces", request.forces, "write forces.csv too, as run.forces = true does");

@@ -23,11 +23,12 @@ std::optional<std::vector<double>> matched_restitution(Family family, bool asked
 }
 
 Identity identify(const Scene& scene, Family family, const std::optional<std::vector<double>>& restitution) {
-  const auto& own = scene.penalty.own;
+  auto outside = outside_of(scene);
+  if (family != Family::penalty) outside.law.reset();  // an impact law has no normal force
   return {.scene = to_toml(scene),
           .formulation = formulation_identity(name_of(family), restitution.has_value(),
                                               restitution.value_or(std::vector<double>{})) +
-                         (own && family == Family::penalty ? law_identity(*own) : ""),
+                         outside_identity(outside),
           .given = "",
           .program = program_identity()};
 }

@@ -3,6 +3,9 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
+#include <array>
+#include <memory>
+
 #include "io/digest.hpp"
 #include "io/input_file.hpp"
 #include "io/visible.hpp"
@@ -12,6 +15,8 @@ namespace freeplay {
 namespace {
 
 using NormalForce = double (*)(const char*, double, double, double);
+using Loads = const char* const* (*)();
+using LoadForce = void (*)(const char*, double, const double*, const double*, double*);
 constexpr int abi = 1;
 
 /// Kept loaded as long as a law refers to it.
@@ -22,39 +27,56 @@ struct Plugin {
   ~Plugin() { dlclose(handle); }
 
   void* handle;
-  NormalForce force = nullptr;
+  NormalForce normal = nullptr;
+  LoadForce load = nullptr;
 };
+
+double normal_force(const void* context, const char* contact, double delta, double rate, double v0) {
+  return static_cast<const Plugin*>(context)->normal(contact, delta, rate, v0);
+}
+
+Vec2 load_force(const void* context, const char* load, double t, const Vec2& place, const Vec2& velocity) {
+  const std::array r{place.x(), place.y()}, v{velocity.x(), velocity.y()};
+  std::array<double, 2> f{};
+  static_cast<const Plugin*>(context)->load(load, t, r.data(), v.data(), f.data());
+  return {f[0], f[1]};
+}
 
 }  // namespace
 
-std::shared_ptr<const OwnLaw> load_law_plugin(const std::filesystem::path& file) {
+Outside load_plugin(const std::filesystem::path& file) {
   const auto name = visible_brief(file.string());
   const auto refuse = [&](const std::string& why) {
-    return SceneError(fmt::format("{}: is no plugin of a normal force: {}", name, why));
+    return SceneError(fmt::format("{}: is no plugin of forces: {}", name, why));
   };
   const auto bytes = read_file(file, most_of_a_result);
   // With a slash in it the name is a file's, and is looked for nowhere else.
   void* handle = dlopen(std::filesystem::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!handle) throw refuse(visible_brief(dlerror()));
   auto plugin = std::make_shared<Plugin>(handle);
-  const auto find = [&](const char* symbol) {
+  const auto need = [&](const char* symbol) {
     void* found = dlsym(handle, symbol);
     if (!found)
       throw refuse(fmt::format("it exports no {}; docs/library.md says what it must export", symbol));
     return found;
   };
-  const int version = reinterpret_cast<int (*)()>(find("freeplay_law_abi"))();
+  const int version = reinterpret_cast<int (*)()>(need("freeplay_law_abi"))();
   if (version != abi)
     throw refuse(fmt::format("its freeplay_law_abi() is {}, this program's {}", version, abi));
-  plugin->force = reinterpret_cast<NormalForce>(find("freeplay_normal_force"));
-  OwnLaw law;
-  law.force = [](const void* context, const char* contact, double delta, double rate, double v0) {
-    return static_cast<const Plugin*>(context)->force(contact, delta, rate, v0);
-  };
-  law.name = visible_brief(file.filename().string());
-  law.digest = digest(bytes);
-  law.context = std::move(plugin);
-  return std::make_shared<const OwnLaw>(std::move(law));
+  const auto short_name = visible_brief(file.filename().string()), content = digest(bytes);
+  Outside outside;
+  void* loads = dlsym(handle, "freeplay_loads");
+  if (!loads || dlsym(handle, "freeplay_normal_force")) {
+    plugin->normal = reinterpret_cast<NormalForce>(need("freeplay_normal_force"));
+    outside.law = std::make_shared<const OwnLaw>(OwnLaw{normal_force, plugin, short_name, content});
+  }
+  if (loads) {
+    plugin->load = reinterpret_cast<LoadForce>(need("freeplay_load_force"));
+    const auto force = std::make_shared<const OwnForce>(OwnForce{load_force, plugin, short_name, content});
+    for (const auto* load = reinterpret_cast<Loads>(loads)(); load && *load; ++load)
+      outside.forces[*load] = force;
+  }
+  return outside;
 }
 
 }  // namespace freeplay

@@ -15,6 +15,7 @@
 #include "io/identity.hpp"
 #include "io/write_scene.hpp"
 #include "model/assembly.hpp"
+#include "model/outside.hpp"
 #include "model/redundancy.hpp"
 #include "model/scene.hpp"
 #include "model/system.hpp"
@@ -203,6 +204,9 @@ Result Simulation::Implementation::summary(const Ending& ending) const {
   r.work = form->work();
   r.extremes = form->extremes();
   r.notes = form->notes();
+  for (const auto& [load, force] : outside_of(scene).forces)
+    r.notes.push_back(fmt::format("the force of {} is that of {} (digest {}), not of the scene's text", load,
+                                  force->name, force->digest));
   r.assumed = assumed;
   r.undetermined = undetermined;
   const auto models = form->contact_models();

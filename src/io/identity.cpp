@@ -76,6 +76,12 @@ class Part {
     return *found;
   }
   std::string text_or_none(const char* key) const { return table_[key].value_or(std::string()); }
+  std::vector<std::string> texts_or_none(const char* key) const {
+    std::vector<std::string> x;
+    if (const auto* all = table_.get_as<toml::array>(key))
+      for (const auto& item : *all) x.push_back(item.value_or(std::string()));
+    return x;
+  }
   std::vector<double> list(const char* key) const {
     std::vector<double> x;
     const auto* all = table_.get_as<toml::array>(key);
@@ -120,7 +126,21 @@ std::string formulation_identity(std::string_view formulation, bool matched,
          (matched ? line("restitution", toml_numbers(restitution)) : "");
 }
 
-std::string law_identity(const OwnLaw& law) { return text("law", law.name) + text("law_digest", law.digest); }
+std::string outside_identity(const Outside& outside) {
+  std::string lines;
+  if (outside.law) lines = text("law", outside.law->name) + text("law_digest", outside.law->digest);
+  std::vector<std::string> loads, names, digests;
+  for (const auto& [load, force] : outside.forces) {
+    loads.push_back(toml_quoted(load));
+    names.push_back(toml_quoted(force->name));
+    digests.push_back(toml_quoted(force->digest));
+  }
+  if (!loads.empty())
+    for (const auto& [key, list] :
+         {std::pair{"load_forces", &loads}, {"load_force_names", &names}, {"load_force_digests", &digests}})
+      lines += line(key, fmt::format("[{}]", fmt::join(*list, ", ")));
+  return lines;
+}
 
 std::string start_identity(const std::optional<State>& start) {
   if (!start) return "";
@@ -142,8 +162,13 @@ Setup setup_of(const Identity& identity, const Origin& origin) {
   const Part how(identity.formulation);
   s.formulation = how.value<std::string>("formulation");
   s.matched = how.value<bool>("matched");
-  s.law = how.text_or_none("law");
-  s.law_digest = how.text_or_none("law_digest");
+  if (const auto digest = how.text_or_none("law_digest"); !digest.empty())
+    s.outside["normal forces"] = {how.text_or_none("law"), digest};
+  const auto loads = how.texts_or_none("load_forces"), names = how.texts_or_none("load_force_names"),
+             digests = how.texts_or_none("load_force_digests");
+  for (std::size_t i = 0; i < loads.size(); ++i)
+    s.outside["the force of " + loads[i]] = {i < names.size() ? names[i] : "",
+                                             i < digests.size() ? digests[i] : ""};
   if (!identity.given.empty()) {
     const Part given(identity.given);
     s.start = State{given.value<double>("t"), given.list("q"), given.list("v"), given.list("z")};
@@ -151,15 +176,25 @@ Setup setup_of(const Identity& identity, const Origin& origin) {
   return s;
 }
 
-void Setup::give(const std::shared_ptr<const OwnLaw>& own) {
-  if (law_digest.empty() && own)
-    throw SceneError(
-        fmt::format("this run has no normal force from outside, and is not repeated with {}", own->name));
-  if (!law_digest.empty() && (!own || own->digest != law_digest))
-    throw SceneError(fmt::format("the run's normal force is that of {} (digest {}){}; --law-plugin names it",
-                                 visible_brief(law), visible_brief(law_digest),
-                                 own ? fmt::format(", not of {} (digest {})", own->name, own->digest) : ""));
-  scene.penalty.own = own;
+void Setup::give(const Outside& given) {
+  std::map<std::string, FromOutside> has;
+  if (given.law) has["normal forces"] = {given.law->name, given.law->digest};
+  for (const auto& [load, force] : given.forces) has["the force of " + load] = {force->name, force->digest};
+  for (const auto& [what, is] : has)
+    if (!outside.contains(what))
+      throw SceneError(fmt::format("this run does not have {} from outside, and is not repeated with {}",
+                                   visible_brief(what), is.name));
+  for (const auto& [what, was] : outside) {
+    const auto found = has.find(what);
+    if (found == has.end() || found->second.digest != was.digest)
+      throw SceneError(fmt::format(
+          "the run has {} of {} (digest {}){}; --law-plugin names it", visible_brief(what),
+          visible_brief(was.name), visible_brief(was.digest),
+          found == has.end()
+              ? ""
+              : fmt::format(", not of {} (digest {})", found->second.name, found->second.digest)));
+  }
+  put(scene, given);
 }
 
 }  // namespace freeplay

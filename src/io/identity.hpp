@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "model/own_law.hpp"
+#include "model/outside.hpp"
 #include "values/identity.hpp"
 #include "values/state.hpp"
 
@@ -24,8 +24,8 @@ std::string program_name(const std::string& identity);
 std::string formulation_identity(std::string_view formulation, bool matched,
                                  const std::vector<double>& restitution);
 
-/// Further lines of a formulation's whose normal force is from outside.
-std::string law_identity(const OwnLaw& law);
+/// Further lines of a formulation's with code from outside; empty without.
+std::string outside_identity(const Outside& outside);
 
 /// Identity::given of a run that starts where its caller says.
 std::string start_identity(const std::optional<State>& start);

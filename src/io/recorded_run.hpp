@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -18,10 +19,14 @@ struct Setup {
   std::string formulation;
   bool matched = false;
   std::optional<State> start;
-  std::string law, law_digest;  ///< of the normal force from outside, empty: it has none
+  /// What the run had from outside, by what it was for ("normal forces").
+  struct FromOutside {
+    std::string name, digest;
+  };
+  std::map<std::string, FromOutside> outside;
 
-  /// Puts it into the scene. Throws SceneError where it is not the run's, or the run has one and none is given.
-  void give(const std::shared_ptr<const OwnLaw>& own);
+  /// Puts it into the scene. Throws SceneError where it is not the run's, or the run had some and none is given.
+  void give(const Outside& given);
 };
 
 /// The facts and how to run them from the identity alone, the rest of the scene from `origin`. Throws SceneError

@@ -239,7 +239,7 @@ Result resume_run(const std::filesystem::path& folder, const RunPlan& asked) {
     const auto snapshot = c.snapshot();
     snapshot.require_program();  // before its scene is read, which may be of another time
     auto setup = setup_of(c.identity, c.origin);
-    setup.give(plan.own);
+    setup.give(plan.outside);
     plan.formulation = setup.formulation;
     plan.matched = setup.matched;
     plan.start = setup.start;

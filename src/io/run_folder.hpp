@@ -4,26 +4,24 @@
 
 #include <filesystem>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 
 #include "io/output_estimate.hpp"
+#include "model/outside.hpp"
 #include "sim/stop.hpp"
 #include "values/result.hpp"
 #include "values/state.hpp"
 
 namespace freeplay {
 
-struct OwnLaw;
 struct Scene;
 
 struct RunPlan {
   std::string formulation = {};  ///< "penalty" or "nonsmooth"
   bool matched = false;  ///< an impact law takes the restitution that the scene's penalty law delivers
   std::optional<State> start = {};  ///< as SimulationOptions::start
-  /// Of a run that is gone on with: the normal force from outside that it was begun with.
-  std::shared_ptr<const OwnLaw> own = {};
+  Outside outside = {};             ///< of a run that is gone on with: what it was begun with
   /// Where run.json, trajectory.csv, events.csv, signals.csv and forces.csv go; without one nothing is written.
   std::optional<std::filesystem::path> folder = {};
   std::function<void(double)> on_progress = {};  ///< now and then, with the fraction done

@@ -8,6 +8,7 @@
 #include "io/toml_value.hpp"
 #include "io/visible.hpp"
 #include "io/write_scene.hpp"
+#include "model/outside.hpp"
 #include "model/scene.hpp"
 
 namespace freeplay {
@@ -81,6 +82,7 @@ void Scene::set(const std::string& key, const std::string& value) try {
     changed.text = to_toml(changed);
     changed.overrides.clear();
   }
+  put(changed, outside_of(*this));
   *this = std::move(changed);
 } catch (const SceneError& e) {
   const auto given = fmt::format("--set {}", visible(key + "=" + value)), what = std::string(e.what());

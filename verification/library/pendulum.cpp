@@ -197,7 +197,7 @@ void errors() {
 
 }  // namespace
 
-void own_law() {
+void own_forces() {
   auto scene = pendulum(0.5e-3);
   const auto stiff = freeplay::Simulation(scene, "penalty").run();
   auto law = std::make_shared<freeplay::OwnLaw>();
@@ -209,10 +209,22 @@ void own_law() {
   const auto soft = freeplay::Simulation(scene, "penalty").run();
   expect(soft.ending.status == freeplay::Ending::Status::finished, "a run with a law of its own");
   expect(soft.contacts[0].penetration > stiff.contacts[0].penetration, "a softer law, a deeper contact");
+
+  scene.mechanism.loads.push_back(freeplay::ForceLoad{.name = "breeze", .body = 0});
+  auto wind = std::make_shared<freeplay::OwnForce>();
+  wind->name = "wind", wind->digest = "1";
+  wind->force = [](const void*, const char*, double t, const freeplay::Vec2&, const freeplay::Vec2& v) {
+    const double rush = 3 * t - v.x();
+    return freeplay::Vec2{0.4 * rush * std::abs(rush), 0};
+  };
+  freeplay::put(scene, {.law = law, .forces = {{"breeze", wind}}});
+  const auto blown = freeplay::Simulation(scene, "penalty").run();
+  expect(blown.ending.status == freeplay::Ending::Status::finished, "a run in a wind of its own");
+  expect(blown.ledger.load != 0, "the wind does work");
 }
 
 int main() {
-  own_law();
+  own_forces();
   for (const char* formulation : {"nonsmooth", "penalty"}) {
     forces(formulation);
     snapshots(formulation);

@@ -146,11 +146,59 @@ class Running(unittest.TestCase):
         with self.assertRaisesRegex(ZeroDivisionError, "gudgeon"):
             fp.run(short(), "nonsmooth", on_event=raises)
 
+    def test_a_law_of_pythons(self):
+        def soft(contact, penetration, rate, touch_speed):
+            assert contact == "gudgeon" and penetration > 0 and touch_speed > 0
+            return 1e8 * penetration * (1 + 0.4 * rate / touch_speed)
+
+        keys = {"run.revolutions": 0.1, "run.discard": 0}
+        built_in = fp.run(FLORES, "penalty", set=keys)
+        run = fp.run(FLORES, "penalty", set=keys, law=soft)
+        self.assertEqual(run.status, "finished")
+        self.assertIn("soft", run.info["notes"][0])
+        depth = [r.info["contacts"]["gudgeon"]["greatest_penetration_m"] for r in (built_in, run)]
+        self.assertGreater(depth[1], 3 * depth[0])  # softer by far
+        again = fp.run(FLORES, "penalty", set=keys, law=soft)
+        self.assertTrue(run.trajectory.equals(again.trajectory))
+
+        def broken(contact, penetration, rate, touch_speed):
+            raise ZeroDivisionError(contact)
+
+        with self.assertRaisesRegex(ZeroDivisionError, "gudgeon"):
+            fp.run(FLORES, "penalty", set=keys, law=broken)
+        with self.assertRaisesRegex(ValueError, "no normal force"):
+            fp.run(FLORES, "nonsmooth", set=keys, law=soft)
+
+    def test_a_force_of_pythons(self):
+        scene = fp.Scene(
+            {
+                "bodies": {"block": {"mass": 2.0, "inertia": 0.1}},
+                "loads": {"hand": {"type": "force", "body": "block", "force": [0.0, 0.0]}},
+                "run": {"duration": 1.5, "start": "given"},
+            }
+        )
+
+        def spring(t, place, velocity):
+            return np.array([3 - 40 * place[0] - 1.5 * velocity[0], 0])
+
+        decay, w = 1.5 / 4, np.sqrt(20 - (1.5 / 4) ** 2)
+        expected = 3 / 40 * (1 - np.exp(-decay * 1.5) * (np.cos(w * 1.5) + decay / w * np.sin(w * 1.5)))
+        for formulation in ("penalty", "nonsmooth"):
+            run = fp.run(scene, formulation, loads={"hand": spring})
+            self.assertAlmostEqual(run.trajectory["block.x"].iloc[-1], expected, delta=1e-5)
+            self.assertIn("hand", run.info["notes"][-1])
+        with self.assertRaisesRegex(fp.SceneError, "they are hand"):
+            fp.run(scene, "penalty", loads={"foot": spring})
+        with self.assertRaisesRegex(TypeError, "two numbers"):
+            fp.run(scene, "penalty", loads={"hand": lambda t, place, velocity: 1.0})
+
     def test_ctrl_c(self):
         program = textwrap.dedent(f"""
             import freeplay as fp
+            scene = fp.read_scene({str(FLORES)!r}, {{"run.revolutions": 4000}})
+            print("begun", flush=True)
             try:
-                fp.run(fp.read_scene({str(FLORES)!r}, {{"run.revolutions": 4000}}), "nonsmooth")
+                fp.run(scene, "nonsmooth")
             except fp.Interrupted as stopped:
                 run = stopped.result
                 assert run.status == "interrupted" and len(run.trajectory) > 1 and run.info["energy_J"]
@@ -161,7 +209,8 @@ class Running(unittest.TestCase):
                 print("python's own again")
             """)
         child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
-        time.sleep(5)
+        self.assertEqual(child.stdout.readline(), "begun\n")
+        time.sleep(2)
         child.send_signal(signal.SIGINT)
         asked = time.monotonic()
         line = child.stdout.readline()

@@ -146,7 +146,7 @@ TEST_CASE("a plugin is loaded by its file, and its run is repeated with it alone
              Contains("law = \\\"law.so\\\"") && Contains("normal forces are those of law.so"));
   auto told = test::freeplay("run --no-figures --from " + place("one") + " -o " + place("two"));
   CHECK(told.status == 2);
-  CHECK_THAT(told.err, Contains("the run's normal force is that of law.so") && Contains("--law-plugin"));
+  CHECK_THAT(told.err, Contains("the run has normal forces of law.so") && Contains("--law-plugin"));
   REQUIRE(test::freeplay("run --no-figures --from " + place("one") + " -o " + place("two") +
                          " --law-plugin " + plugin.string())
               .status == 0);
@@ -160,7 +160,7 @@ TEST_CASE("a plugin is loaded by its file, and its run is repeated with it alone
     const auto said = test::freeplay(run + "--formulation penalty -o " + place("three") + " --law-plugin " +
                                      plugin.string());
     CHECK(said.status == 2);
-    CHECK_THAT(said.err, Contains("is no plugin of a normal force") && Contains(why));
+    CHECK_THAT(said.err, Contains("is no plugin of forces") && Contains(why));
   };
   REQUIRE(compiled("int freeplay_law_abi(void) { return 2; }\n"));
   refused("freeplay_law_abi() is 2");

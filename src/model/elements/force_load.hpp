@@ -1,15 +1,17 @@
 // Force F on a point of a body, in the world's directions or in the body's own; its power is F·v_P. A curve may scale it:
-// F(x) = force·factor(x).
+// F(x) = force·factor(x). In memory a function from outside may stand in its place (model/own_force.hpp).
 #pragma once
 
 #include <array>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "model/argument.hpp"
 #include "model/body.hpp"
 #include "model/curve.hpp"
+#include "model/own_force.hpp"
 #include "values/forces.hpp"
 
 namespace freeplay {
@@ -26,7 +28,8 @@ struct ForceLoad {
   int factor = -1;  ///< index into Mechanism::curves, −1: the force is constant
   Argument against = Argument::time;
   OtherJoint other = {};
-  Piecewise course = {};  ///< of prepare()
+  std::shared_ptr<const OwnForce> own = {};  ///< in place of force and factor; no key
+  Piecewise course = {};                     ///< of prepare()
 
   static void keys(auto& k, auto& l) {
     k.body({"body", "", "the loaded body"}, l.body);
@@ -47,23 +50,24 @@ struct ForceLoad {
   }
   auto link(auto& b) const { return b.free_link({ground, body}, {Vec2{0, 0}, at}); }
   bool does_work() const { return true; }
-  bool needs_velocity() const { return factor >= 0 && against != Argument::time; }
+  bool needs_velocity() const { return own || (factor >= 0 && against != Argument::time); }
   double next_knot(double t) const {
-    return factor >= 0 && against == Argument::time ? course.next_knot(t) : INFINITY;
+    return !own && factor >= 0 && against == Argument::time ? course.next_knot(t) : INFINITY;
   }
   std::optional<Phase> phase(const Link& link) const {
     const Vec2 along = force.is_zero() ? force : force.direction();
-    return factor < 0 ? std::nullopt
-                      : phase_of(course, against, other.or_own(link),
-                                 against == Argument::position ? &along : nullptr);
+    return own || factor < 0 ? std::nullopt
+                             : phase_of(course, against, other.or_own(link),
+                                        against == Argument::position ? &along : nullptr);
   }
 
   template <class T>
   void act(const auto& m, const auto& link, const T*, auto& out) const {
     const auto a = m.arms(link);
     Vec2Of<T> f{T(force.x()), T(force.y())};
-    if (axes == Axes::body) f = turned(link.j, force, m.e);
-    if (factor >= 0) f = scaled<T>(m, link, a, f);
+    if (own) f = from_outside<T>(m, link, a);
+    if (!own && axes == Axes::body) f = turned(link.j, force, m.e);
+    if (!own && factor >= 0) f = scaled<T>(m, link, a, f);
     out.pull(link, a, f);
     out.power.load += dot(f, m.relative_velocity(link, a));
   }
@@ -76,6 +80,14 @@ struct ForceLoad {
                     ? read_at_angle<T>(course, m, other.or_own(link))
                     : read_at<T>(course, against, m, dot(f, a.d) / force.norm(), moves);
     return {s * f.x(), s * f.y()};
+  }
+  template <class T>
+  Vec2Of<T> from_outside(const auto& m, const auto& link, const Arms<T>& a) const {
+    const Vec2Of<T> still{T(0), T(0)};
+    const Vec2Of<T> f = own->at(name, m.t, a.d, m.v ? m.relative_velocity(link, a) : still);
+    if (axes == Axes::world) return f;
+    const auto x = turned(link.j, {1, 0}, m.e), y = turned(link.j, {0, 1}, m.e);
+    return {f.x() * x.x() + f.y() * y.x(), f.x() * x.y() + f.y() * y.y()};
   }
 };
 

@@ -1,4 +1,4 @@
-// A function of Python as the normal force of contacts.
+// Functions of Python's as forces of a scene in memory.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "model/own_force.hpp"
 #include "model/own_law.hpp"
 
 namespace freeplay::python {
@@ -13,5 +14,9 @@ namespace freeplay::python {
 /// f(contact, penetration, rate, touch speed) in N; `what` tells it from any other. What it raises leaves the run.
 std::shared_ptr<const OwnLaw> law_of(const pybind11::function& f, const std::string& name,
                                      const std::string& what);
+
+/// f(t, place, velocity) gives two numbers in N; place and velocity are tuples of two.
+std::shared_ptr<const OwnForce> force_of(const pybind11::function& f, const std::string& name,
+                                         const std::string& what);
 
 }  // namespace freeplay::python

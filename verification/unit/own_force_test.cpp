@@ -1,0 +1,189 @@
+// Applied forces from outside: closed forms in both formulations, in the world's directions and in a body's; what is told of them.
+#include <fmt/format.h>
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <numbers>
+
+#include "facade/law_plugin.hpp"
+#include "facade/simulation.hpp"
+#include "io/output_file.hpp"
+#include "model/outside.hpp"
+#include "model/scene.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+constexpr double k = 40, damping = 1.5, mass = 2, shove = 3;
+
+/// F = (−k x − c ẋ + shove, 0): from rest at 0 the step response of a damped oscillator.
+Vec2 oscillator(const void*, const char*, double, const Vec2& r, const Vec2& v) {
+  return {shove - k * r.x() - damping * v.x(), 0};
+}
+double step_response(double t) {
+  const double decay = damping / (2 * mass), w = std::sqrt(k / mass - decay * decay);
+  return shove / k * (1 - std::exp(-decay * t) * (std::cos(w * t) + decay / w * std::sin(w * t)));
+}
+/// Grows with time.
+Vec2 ramp(const void*, const char*, double t, const Vec2&, const Vec2&) { return {shove * t, 0}; }
+
+/// A free body with a load that has no force of its own, turning at 2 rad/s.
+Scene free_body(const std::string& more = {}, const std::vector<std::string>& overrides = {}) {
+  return parse_scene(
+      "[bodies.block]\nmass = 2\ninertia = 0.1\nangular_velocity = 2\n"
+      "[loads.hand]\ntype = \"force\"\nbody = \"block\"\nforce = [0, 0]\n" +
+          more + "[run]\nduration = 1.5\nstart = \"given\"\n",
+      "block", overrides);
+}
+
+Outside in_hand(decltype(OwnForce::force) force, const char* name = "function") {
+  return {.forces = {{"hand", std::make_shared<OwnForce>(OwnForce{force, {}, name, "0123"})}}};
+}
+
+struct Way {
+  const char *formulation, *key, *value;
+  double bound;  ///< m, of displacements of about 0.1 m
+};
+
+}  // namespace
+
+TEST_CASE("a spring with a damper given from outside moves a body as the closed form says", "[own-force]") {
+  // Bounds: tolerances of 1e-9 and 1e-10 times the steps; a fixed step of 1 ms is of second order, 1e-3² times x'''/12.
+  const auto way = GENERATE(Way{"penalty", "penalty.integrator", "dopri5", 1e-7},
+                            Way{"penalty", "penalty.integrator", "adams_bashforth_moulton", 1e-7},
+                            Way{"penalty", "penalty.integrator", "rosenbrock4", 1e-6},
+                            Way{"nonsmooth", "nonsmooth.scheme", "event-driven", 1e-7},
+                            Way{"nonsmooth", "nonsmooth.step", "1e-3", 1e-5});
+  CAPTURE(way.value);
+  auto scene = free_body("", {fmt::format("{}={}", way.key, way.value)});
+  put(scene, in_hand(oscillator));
+  Simulation simulation(scene, way.formulation);
+  const auto result = simulation.run();
+  REQUIRE(result.ending.status == Ending::Status::finished);
+  CHECK(result.final_state.q[0] == Approx(step_response(1.5)).margin(way.bound));
+  CHECK(result.final_state.q[2] == Approx(3).margin(1e-9));
+  CHECK(std::abs(result.ledger.closure()) < 1e-4 * result.ledger.scale());
+}
+
+TEST_CASE("fixed steps follow a force from outside by the second order", "[own-force]") {
+  std::vector<double> errors;
+  for (const char* step : {"8e-3", "4e-3", "2e-3"}) {
+    auto scene = free_body("", {fmt::format("nonsmooth.step={}", step)});
+    put(scene, in_hand(oscillator));
+    const auto q = Simulation(scene, "nonsmooth").run().final_state.q[0];
+    errors.push_back(std::abs(q - step_response(1.5)));
+  }
+  CAPTURE(errors);
+  for (int i = 0; i < 2; ++i) {
+    const double order = std::log2(errors[i] / errors[i + 1]);
+    CHECK((order > 1.7 && order < 2.3));
+  }
+}
+
+TEST_CASE("in a body's directions a force from outside turns with it", "[own-force]") {
+  // m ẍ = F t cos 2t, m ÿ = F t sin 2t from rest: integrated twice by hand.
+  const auto formulation = GENERATE("penalty", "nonsmooth");
+  auto scene = free_body("axes = \"body\"\n");
+  put(scene, in_hand(ramp));
+  const auto q = Simulation(scene, formulation).run().final_state.q;
+  const double t = 1.5, a = shove / mass, w = 2;
+  const double x = a * (2 * std::sin(w * t) / (w * w * w) - t * std::cos(w * t) / (w * w) - t / (w * w));
+  const double y = a * (2 / (w * w * w) - t * std::sin(w * t) / (w * w) - 2 * std::cos(w * t) / (w * w * w));
+  CHECK(q[0] == Approx(x).margin(1e-6));
+  CHECK(q[1] == Approx(y).margin(1e-6));
+}
+
+TEST_CASE("a constant force from outside moves the rig as the scene's own", "[own-force]") {
+  const std::string formulation = GENERATE("penalty", "nonsmooth");
+  const auto with = [](const char* force) {
+    std::ifstream in(test::flores());
+    return parse_scene(std::string(std::istreambuf_iterator<char>(in), {}) +
+                           "\n[loads.hand]\ntype = \"force\"\nbody = \"slider\"\nforce = " + force + "\n",
+                       test::flores().string(), {"run.revolutions=0.2", "run.discard=0"});
+  };
+  const auto expected = Simulation(with("[-30, 0]"), formulation).run();
+  auto scene = with("[5, 7]");
+  put(scene, in_hand([](const void*, const char*, double, const Vec2&, const Vec2&) { return Vec2{-30, 0}; }));
+  const auto found = Simulation(scene, formulation).run();
+  REQUIRE(found.events.size() == expected.events.size());
+  REQUIRE(found.events.size() >= 3);
+  for (std::size_t i = 0; i < 3; ++i) CHECK(found.events[i].t == Approx(expected.events[i].t).epsilon(1e-7));
+  CHECK(found.ledger.load == Approx(expected.ledger.load).epsilon(1e-5));
+}
+
+TEST_CASE("a force from outside is told of and is part of a run's identity", "[own-force]") {
+  auto scene = free_body();
+  const auto before = Simulation(scene, "nonsmooth").identity();
+  put(scene, in_hand(ramp, "ramp"));
+  for (const char* formulation : {"penalty", "nonsmooth"}) {
+    Simulation simulation(scene, formulation);
+    CHECK_THAT(simulation.identity().formulation, Contains("load_forces = [\"hand\"]") &&
+                                                      Contains("load_force_digests = [\"0123\"]"));
+    const auto result = simulation.run();
+    REQUIRE(!result.notes.empty());
+    CHECK_THAT(result.notes.back(), Contains("the force of hand is that of ramp (digest 0123)"));
+  }
+  CHECK(Simulation(scene, "nonsmooth").identity().digest() != before.digest());
+  scene.set("bodies.block.mass", "3");  // keeps it
+  CHECK(outside_of(scene).forces.contains("hand"));
+  auto foot = outside_of(scene);
+  foot.forces["foot"] = foot.forces["hand"];
+  CHECK_THROWS_WITH(put(scene, foot), Contains("foot is none; they are hand"));
+  CHECK(outside_of(scene).forces.size() == 1);
+  put(scene, {});
+  CHECK(outside_of(scene).empty());
+}
+
+TEST_CASE("a force from outside that is no number stops the run; what it throws comes out", "[own-force]") {
+  const auto formulation = GENERATE("penalty", "nonsmooth");
+  auto scene = free_body();
+  put(scene, in_hand([](const void*, const char*, double t, const Vec2&, const Vec2&) {
+        return Vec2{t > 0.1 ? std::nan("") : 1, 0};
+      }));
+  const auto result = Simulation(scene, formulation).run();
+  CHECK(result.ending.status == Ending::Status::failed);
+  CHECK(!result.ending.reason.empty());
+  put(scene, in_hand([](const void*, const char*, double, const Vec2&, const Vec2&) -> Vec2 {
+        throw std::domain_error("no such place");
+      }));
+  CHECK_THROWS_WITH(Simulation(scene, formulation).run(), "no such place");
+}
+
+TEST_CASE("a plugin of loads alone runs in both formulations and is asked for again", "[own-force][program]") {
+  const test::TemporaryFolder folder;
+  const auto place = [&](const char* name) { return (folder.path() / name).string(); };
+  write_file(place("wind.c"),
+             "#include <stddef.h>\nint freeplay_law_abi(void) { return 1; }\n"
+             "const char* const* freeplay_loads(void) { static const char* const n[] = {\"hand\", NULL}; return n; }\n"
+             "void freeplay_load_force(const char* load, double t, const double* r, const double* v, double* f) {\n"
+             "  f[0] = load[0] == 'h' ? 3 - 40 * r[0] - 1.5 * v[0] : t, f[1] = 0;\n}\n");
+  REQUIRE(std::system(fmt::format("cc -O1 -shared -fPIC -o {} {}", place("wind.so"), place("wind.c")).c_str()) == 0);
+  write_file(place("block.toml"),
+             "[bodies.block]\nmass = 2\ninertia = 0.1\n[loads.hand]\ntype = \"force\"\nbody = \"block\"\n"
+             "force = [0, 0]\n[run]\nduration = 1.5\nstart = \"given\"\n");
+  for (const std::string formulation : {"penalty", "nonsmooth"}) {
+    const auto out = place(formulation.c_str());
+    const auto told = test::freeplay("run --no-figures --formulation " + formulation + " --law-plugin " + place("wind.so") +
+                                     " -o " + out + " " + place("block.toml"));
+    INFO(told.err);
+    REQUIRE(told.status == 0);
+    std::ifstream rows(out + "/trajectory.csv");
+    std::string line, last;
+    while (std::getline(rows, line)) last = line;
+    CHECK(std::stod(last.substr(last.find(',') + 1)) == Approx(step_response(1.5)).margin(1e-5));
+    auto again = test::freeplay("run --no-figures --from " + out + " -o " + place("again"));
+    CHECK(again.status == 2);
+    CHECK_THAT(again.err, Contains("the run has the force of hand of wind.so"));
+    again = test::freeplay("run --no-figures --from " + out + " -o " + place("again") + " --law-plugin " + place("wind.so"));
+    CHECK(again.status == 0);
+  }
+  const auto flores = test::freeplay("run --no-figures --formulation penalty --law-plugin " + place("wind.so") + " -o " +
+                                     place("no") + " " + test::flores().string());
+  CHECK(flores.status == 2);
+  CHECK_THAT(flores.err, Contains("hand is none; the scene has none"));
+}
