@@ -149,7 +149,7 @@ class Running(unittest.TestCase):
     def test_a_law_of_pythons(self):
         def soft(contact, penetration, rate, touch_speed):
             assert contact == "gudgeon" and penetration > 0 and touch_speed > 0
-            return 1e8 * penetration * (1 + 0.4 * rate / touch_speed)
+            return 1e7 * penetration * (1 + 0.4 * rate / touch_speed)
 
         keys = {"run.revolutions": 0.1, "run.discard": 0}
         built_in = fp.run(FLORES, "penalty", set=keys)
@@ -157,7 +157,7 @@ class Running(unittest.TestCase):
         self.assertEqual(run.status, "finished")
         self.assertIn("soft", run.info["notes"][0])
         depth = [r.info["contacts"]["gudgeon"]["greatest_penetration_m"] for r in (built_in, run)]
-        self.assertGreater(depth[1], 3 * depth[0])  # softer by far
+        self.assertGreater(depth[1], 3 * depth[0])  # of Hertz's 7 µm, 5 mJ: √(2E/k) is 31 µm
         again = fp.run(FLORES, "penalty", set=keys, law=soft)
         self.assertTrue(run.trajectory.equals(again.trajectory))
 
