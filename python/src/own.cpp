@@ -27,8 +27,8 @@ double call(const void* context, const char* contact, double delta, double rate,
 
 Vec2 call(const void* context, const char* load, double t, const Vec2& place, const Vec2& velocity) {
   const py::gil_scoped_acquire locked;
-  const py::object found = static_cast<const Function*>(context)->f(t, py::make_tuple(place.x(), place.y()),
-                                                                    py::make_tuple(velocity.x(), velocity.y()));
+  const py::object found = static_cast<const Function*>(context)->f(
+      t, py::make_tuple(place.x(), place.y()), py::make_tuple(velocity.x(), velocity.y()));
   if (!py::isinstance<py::sequence>(found) || py::len(found) != 2)
     throw py::type_error("the force of " + std::string(load) + " must be two numbers (N), is " +
                          std::string(py::repr(found)));
@@ -39,7 +39,8 @@ Vec2 call(const void* context, const char* load, double t, const Vec2& place, co
 template <class Own>
 std::shared_ptr<const Own> own_of(decltype(Own::force) force, const py::function& f, const std::string& name,
                                   const std::string& what) {
-  return std::make_shared<const Own>(Own{force, std::make_shared<Function>(f), visible_brief(name), digest(what)});
+  return std::make_shared<const Own>(
+      Own{force, std::make_shared<Function>(f), visible_brief(name), digest(what)});
 }
 
 }  // namespace

@@ -31,8 +31,9 @@ void put(Scene& scene, const Outside& outside) {
         return std::holds_alternative<ForceLoad>(load) && name_of(load) == name;
       };
       if (std::ranges::none_of(mechanism.loads, named))
-        throw SceneError(fmt::format("a force from outside, {}, stands in for loads of type \"force\", and {} is none; {}",
-                                     force->name, name, loads_of(mechanism)));
+        throw SceneError(
+            fmt::format("a force from outside, {}, stands in for loads of type \"force\", and {} is none; {}",
+                        force->name, name, loads_of(mechanism)));
     }
   scene.mechanism = std::move(mechanism);
   scene.penalty.own = outside.law;

@@ -13,7 +13,7 @@ namespace freeplay {
 struct Scene;
 
 struct Outside {
-  std::shared_ptr<const OwnLaw> law = {};                           ///< of contacts, penalty; null: penalty.contact
+  std::shared_ptr<const OwnLaw> law = {};  ///< of contacts, penalty; null: penalty.contact
   std::map<std::string, std::shared_ptr<const OwnForce>> forces = {};  ///< by the load that each stands in
 
   bool empty() const { return !law && forces.empty(); }

@@ -15,7 +15,8 @@ namespace freeplay {
 struct OwnForce {
   /// N, along the load's `axes`, on the load of this name at t (s), the loaded point's place (m) and velocity (m/s), both in the
   /// world. Called from one thread at a time. What it throws leaves the run.
-  Vec2 (*force)(const void* context, const char* load, double t, const Vec2& place, const Vec2& velocity) = nullptr;
+  Vec2 (*force)(const void* context, const char* load, double t, const Vec2& place,
+                const Vec2& velocity) = nullptr;
   std::shared_ptr<const void> context = {};
   std::string name;    ///< for people, on one line: "gas.so"
   std::string digest;  ///< of what it was made from (io/digest.hpp), in the identity of a run
@@ -27,7 +28,8 @@ struct OwnForce {
   template <int N>
   Vec2Of<Dual<N>> at(const std::string& load, const Dual<N>& t, const Vec2Of<Dual<N>>& place,
                      const Vec2Of<Dual<N>>& velocity) const {
-    std::array<double, 5> x{t.value, place.x().value, place.y().value, velocity.x().value, velocity.y().value};
+    std::array<double, 5> x{t.value, place.x().value, place.y().value, velocity.x().value,
+                            velocity.y().value};
     const std::array<const Dual<N>*, 5> of{&t, &place.x(), &place.y(), &velocity.x(), &velocity.y()};
     const auto value = [&] { return at(load, x[0], {x[1], x[2]}, {x[3], x[4]}); };
     const Vec2 f = value();

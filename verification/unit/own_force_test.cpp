@@ -108,7 +108,9 @@ TEST_CASE("a constant force from outside moves the rig as the scene's own", "[ow
   };
   const auto expected = Simulation(with("[-30, 0]"), formulation).run();
   auto scene = with("[5, 7]");
-  put(scene, in_hand([](const void*, const char*, double, const Vec2&, const Vec2&) { return Vec2{-30, 0}; }));
+  put(scene, in_hand([](const void*, const char*, double, const Vec2&, const Vec2&) {
+        return Vec2{-30, 0};
+      }));
   const auto found = Simulation(scene, formulation).run();
   REQUIRE(found.events.size() == expected.events.size());
   REQUIRE(found.events.size() >= 3);
@@ -122,8 +124,8 @@ TEST_CASE("a force from outside is told of and is part of a run's identity", "[o
   put(scene, in_hand(ramp, "ramp"));
   for (const char* formulation : {"penalty", "nonsmooth"}) {
     Simulation simulation(scene, formulation);
-    CHECK_THAT(simulation.identity().formulation, Contains("load_forces = [\"hand\"]") &&
-                                                      Contains("load_force_digests = [\"0123\"]"));
+    CHECK_THAT(simulation.identity().formulation,
+               Contains("load_forces = [\"hand\"]") && Contains("load_force_digests = [\"0123\"]"));
     const auto result = simulation.run();
     REQUIRE(!result.notes.empty());
     CHECK_THAT(result.notes.back(), Contains("the force of hand is that of ramp (digest 0123)"));
@@ -154,22 +156,25 @@ TEST_CASE("a force from outside that is no number stops the run; what it throws 
   CHECK_THROWS_WITH(Simulation(scene, formulation).run(), "no such place");
 }
 
-TEST_CASE("a plugin of loads alone runs in both formulations and is asked for again", "[own-force][program]") {
+TEST_CASE("a plugin of loads alone runs in both formulations and is asked for again",
+          "[own-force][program]") {
   const test::TemporaryFolder folder;
   const auto place = [&](const char* name) { return (folder.path() / name).string(); };
-  write_file(place("wind.c"),
-             "#include <stddef.h>\nint freeplay_law_abi(void) { return 1; }\n"
-             "const char* const* freeplay_loads(void) { static const char* const n[] = {\"hand\", NULL}; return n; }\n"
-             "void freeplay_load_force(const char* load, double t, const double* r, const double* v, double* f) {\n"
-             "  f[0] = load[0] == 'h' ? 3 - 40 * r[0] - 1.5 * v[0] : t, f[1] = 0;\n}\n");
-  REQUIRE(std::system(fmt::format("cc -O1 -shared -fPIC -o {} {}", place("wind.so"), place("wind.c")).c_str()) == 0);
+  write_file(
+      place("wind.c"),
+      "#include <stddef.h>\nint freeplay_law_abi(void) { return 1; }\n"
+      "const char* const* freeplay_loads(void) { static const char* const n[] = {\"hand\", NULL}; return n; }\n"
+      "void freeplay_load_force(const char* load, double t, const double* r, const double* v, double* f) {\n"
+      "  f[0] = load[0] == 'h' ? 3 - 40 * r[0] - 1.5 * v[0] : t, f[1] = 0;\n}\n");
+  REQUIRE(std::system(
+              fmt::format("cc -O1 -shared -fPIC -o {} {}", place("wind.so"), place("wind.c")).c_str()) == 0);
   write_file(place("block.toml"),
              "[bodies.block]\nmass = 2\ninertia = 0.1\n[loads.hand]\ntype = \"force\"\nbody = \"block\"\n"
              "force = [0, 0]\n[run]\nduration = 1.5\nstart = \"given\"\n");
   for (const std::string formulation : {"penalty", "nonsmooth"}) {
     const auto out = place(formulation.c_str());
-    const auto told = test::freeplay("run --no-figures --formulation " + formulation + " --law-plugin " + place("wind.so") +
-                                     " -o " + out + " " + place("block.toml"));
+    const auto told = test::freeplay("run --no-figures --formulation " + formulation + " --law-plugin " +
+                                     place("wind.so") + " -o " + out + " " + place("block.toml"));
     INFO(told.err);
     REQUIRE(told.status == 0);
     std::ifstream rows(out + "/trajectory.csv");
@@ -179,11 +184,12 @@ TEST_CASE("a plugin of loads alone runs in both formulations and is asked for ag
     auto again = test::freeplay("run --no-figures --from " + out + " -o " + place("again"));
     CHECK(again.status == 2);
     CHECK_THAT(again.err, Contains("the run has the force of hand of wind.so"));
-    again = test::freeplay("run --no-figures --from " + out + " -o " + place("again") + " --law-plugin " + place("wind.so"));
+    again = test::freeplay("run --no-figures --from " + out + " -o " + place("again") + " --law-plugin " +
+                           place("wind.so"));
     CHECK(again.status == 0);
   }
-  const auto flores = test::freeplay("run --no-figures --formulation penalty --law-plugin " + place("wind.so") + " -o " +
-                                     place("no") + " " + test::flores().string());
+  const auto flores = test::freeplay("run --no-figures --formulation penalty --law-plugin " +
+                                     place("wind.so") + " -o " + place("no") + " " + test::flores().string());
   CHECK(flores.status == 2);
   CHECK_THAT(flores.err, Contains("hand is none; the scene has none"));
 }
