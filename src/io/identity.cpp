@@ -20,6 +20,7 @@ namespace {
 std::string line(std::string_view key, const std::string& value) {
   return fmt::format("{} = {}\n", key, value);
 }
+std::string force_of(const std::string& load) { return fmt::format("the force of {}", load); }
 std::string text(std::string_view key, std::string_view value) { return line(key, toml_quoted(value)); }
 
 /// What the compiler was allowed to emit: a fused multiply-add rounds once where two operations round twice.
@@ -167,7 +168,7 @@ Setup setup_of(const Identity& identity, const Origin& origin) {
   const auto loads = how.texts_or_none("load_forces"), names = how.texts_or_none("load_force_names"),
              digests = how.texts_or_none("load_force_digests");
   for (std::size_t i = 0; i < loads.size(); ++i)
-    s.outside["the force of " + loads[i]] = {i < names.size() ? names[i] : "",
+    s.outside[force_of(loads[i])] = {i < names.size() ? names[i] : "",
                                              i < digests.size() ? digests[i] : ""};
   if (!identity.given.empty()) {
     const Part given(identity.given);
@@ -179,7 +180,7 @@ Setup setup_of(const Identity& identity, const Origin& origin) {
 void Setup::give(const Outside& given) {
   std::map<std::string, FromOutside> has;
   if (given.law) has["normal forces"] = {given.law->name, given.law->digest};
-  for (const auto& [load, force] : given.forces) has["the force of " + load] = {force->name, force->digest};
+  for (const auto& [load, force] : given.forces) has[force_of(load)] = {force->name, force->digest};
   for (const auto& [what, is] : has)
     if (!outside.contains(what))
       throw SceneError(fmt::format("this run does not have {} from outside, and is not repeated with {}",
