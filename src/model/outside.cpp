@@ -27,7 +27,7 @@ void put(Scene& scene, const Outside& outside) {
     }
   if (met != outside.forces.size())
     for (const auto& [name, force] : outside.forces) {
-      const auto named = [&](const Load& load) {
+      const auto named = [&name = name](const Load& load) {
         return std::holds_alternative<ForceLoad>(load) && name_of(load) == name;
       };
       if (std::ranges::none_of(mechanism.loads, named))
