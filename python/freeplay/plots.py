@@ -3,11 +3,17 @@ ones, and returns them."""
 
 from __future__ import annotations
 
+import json
+import os
+from pathlib import Path
 from typing import Any, Optional
 
 import numpy as np
+import pandas as pd
 
 from .results import Comparison, Run
+from .scene import PathLike
+from .studies import Study
 
 #: Of penalty, nonsmooth and ideal, as in the other figures.
 COLOURS = {"penalty": "#0072b2", "nonsmooth": "#d55e00", "ideal": "#555555"}
@@ -84,5 +90,147 @@ def paired(comparison: Comparison, channel: Optional[str] = None, column: Option
             signal(run, channel, axes, **style)
         else:
             columns(run, str(column), axes=axes, **style)
+    axes.legend()
+    return axes
+
+
+def forces(run: Run, element: str, axes: Any = None, **style: Any) -> Any:
+    """|F| (N) that a joint, contact or load of this name exerts, over time. Needs a run with forces=True."""
+    fx, fy = _components(run, element)
+    axes = _axes(axes)
+    assert run.forces is not None
+    axes.plot(run.forces["t"], np.hypot(fx, fy), **{"lw": 0.8, "color": COLOURS[run.info["formulation"]], **style})
+    axes.set_xlabel("t, s")
+    axes.set_ylabel("|F|, N")
+    axes.set_title(element)
+    return axes
+
+
+def load_diagram(run: Run, element: str, axes: Any = None, **style: Any) -> Any:
+    """Where the force of a joint, contact or load points: F_y over F_x (N). Needs a run with forces=True."""
+    fx, fy = _components(run, element)
+    axes = _axes(axes)
+    axes.plot(fx, fy, **{"lw": 0.6, "color": COLOURS[run.info["formulation"]], **style})
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("F_x, N")
+    axes.set_ylabel("F_y, N")
+    axes.set_title(element)
+    return axes
+
+
+def _components(run: Run, element: str) -> tuple[Any, Any]:
+    if run.forces is None:
+        raise ValueError("forces: the run has none; run it with forces=True")
+    if f"{element}.fx" not in run.forces:
+        known = ", ".join(name[:-3] for name in run.forces if name.endswith(".fx"))
+        raise KeyError(f"{element}: no force of this name; there are: {known}")
+    return run.forces[f"{element}.fx"].to_numpy(), run.forces[f"{element}.fy"].to_numpy()
+
+
+def impacts(comparison: Comparison, axes: Any = None) -> Any:
+    """Approach speeds (m/s) of the impacts of both formulations that were paired, up to the horizon, over time."""
+    axes = _axes(axes)
+    pairs = comparison.info["pairing"]["pairs"]
+    for name, marker in (("penalty", "o"), ("nonsmooth", "x")):
+        times = [pair[name]["t_s"] for pair in pairs]
+        speeds = [-pair[name]["v_n_minus_m_per_s"] for pair in pairs]
+        axes.plot(times, speeds, marker, color=COLOURS[name], mfc="none", label=name)
+    axes.set_xlabel("t, s")
+    axes.set_ylabel("approach speed, m/s")
+    axes.legend()
+    return axes
+
+
+def over(study: Study, y: str, x: str, by: Optional[str] = None, axes: Any = None, **style: Any) -> Any:
+    """A measure of a study's runs over an axis: mean and standard deviation of the starts, a line for each value of `by`."""
+    axes = _axes(axes)
+    for key in (y, x, by):
+        if key is not None and key not in study.runs:
+            raise KeyError(f"{key}: no such column; there are: {', '.join(study.runs)}")
+    for name, runs in study.runs.groupby(by) if by else [(None, study.runs)]:
+        of = runs.groupby(x)[y]
+        label = None if name is None else f"{by} {name:g}" if isinstance(name, float) else f"{by} {name}"
+        axes.errorbar(of.mean().index, of.mean(), of.std(), **{"marker": "o", "ms": 4, "capsize": 3, "label": label, **style})
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    if by:
+        axes.legend()
+    return axes
+
+
+def _folder(folder: PathLike, name: str) -> tuple[dict[str, Any], Path]:
+    path = Path(os.fspath(folder))
+    if not (path / f"{name}.json").is_file():
+        raise FileNotFoundError(f"{path}: has no {name}.json; give a folder made by freeplay {name if name != 'section' else 'poincare'}")
+    document: dict[str, Any] = json.loads((path / f"{name}.json").read_text(encoding="utf-8"))
+    return document, path
+
+
+def _label(facts: dict[str, Any]) -> str:
+    return f"{facts['name']}, {facts['unit']}" if facts.get("unit") else str(facts["name"])
+
+
+def poincare(folder: PathLike, axes: Any = None, **style: Any) -> Any:
+    """The points of a section that `freeplay poincare` left in a folder."""
+    document, path = _folder(folder, "section")
+    section = document["section"]
+    points = pd.read_csv(path / "section.csv")
+    axes = _axes(axes)
+    axes.plot(points[section["x"]], points[section["y"]], ".", **{"ms": 2, "color": COLOURS["penalty"], **style})
+    axes.set_xlabel(_label({"name": section["x"], "unit": section["x_unit"]}))
+    axes.set_ylabel(_label({"name": section["y"], "unit": section["y_unit"]}))
+    return axes
+
+
+def bifurcation(folder: PathLike, axes: Any = None) -> Any:
+    """Section points over a parameter, of `freeplay bifurcation`: swept upwards, downwards, from drawn starts."""
+    document, path = _folder(folder, "bifurcation")
+    facts = document["bifurcation"]
+    column = facts["columns"][0]
+    points = pd.read_csv(path / "bifurcation.csv")
+    axes = _axes(axes)
+    ways = {"up": ("swept upwards", "#0072b2"), "down": ("swept downwards", "#d55e00")}
+    for branch, found in points.groupby(points["branch"].where(points["branch"].isin(list(ways)), "starts")):
+        label, colour = ways.get(str(branch), ("from drawn starts", "#5b6570"))
+        axes.plot(found["value"], found[column["name"]], ".", ms=1.5, color=colour, label=label)
+    axes.set_xlabel(_label(facts["axis"]))
+    axes.set_ylabel(_label(column))
+    axes.legend(markerscale=5)
+    return axes
+
+
+def basin(folder: PathLike, axes: Any = None) -> Any:
+    """The attractor that each start of a grid leads to, of `freeplay basin`; grey: gave up."""
+    import matplotlib.pyplot as plt
+
+    document, path = _folder(folder, "basin")
+    facts = document["basin"]
+    cells = pd.read_csv(path / "basin.csv").pivot(index="y", columns="x", values="attractor")
+    axes = _axes(axes)
+    shown = np.ma.masked_less(cells.to_numpy(), 0)  # type: ignore[no-untyped-call]
+    colours = plt.get_cmap("tab10").with_extremes(bad="#f0f0f0")
+    axes.pcolormesh(cells.columns, cells.index, shown, cmap=colours, vmin=0, vmax=9, shading="nearest")
+    for k, attractor in enumerate(facts["attractors"]):
+        axes.plot([], [], "s", color=colours(k % 10), label=str(attractor["kind"]))
+    axes.set_xlabel(_label(facts["x"]))
+    axes.set_ylabel(_label(facts["y"]))
+    axes.legend()
+    return axes
+
+
+def ensemble(folder: PathLike, column: str, axes: Any = None) -> Any:
+    """Quantiles over time of a column of `freeplay ensemble`: median, 25 to 75 and 5 to 95 %."""
+    _, path = _folder(folder, "ensemble")
+    bands = pd.read_csv(path / "bands.csv")
+    if column not in set(bands["column"]):
+        raise KeyError(f"{column}: no such column; there are: {', '.join(bands['column'].unique())}")
+    found = bands[bands["column"] == column]
+    axes = _axes(axes)
+    colour = COLOURS["penalty"]
+    axes.fill_between(found["t"], found["q05"], found["q95"], color=colour, alpha=0.15, lw=0, label="5 to 95 %")
+    axes.fill_between(found["t"], found["q25"], found["q75"], color=colour, alpha=0.3, lw=0, label="25 to 75 %")
+    axes.plot(found["t"], found["q50"], color=colour, label="median")
+    axes.set_xlabel("t, s")
+    axes.set_ylabel(column)
     axes.legend()
     return axes

@@ -42,18 +42,8 @@ std::string heading(const JobRequest& request, const Manifest& m, const std::fil
       "#SBATCH --open-mode=append\n#SBATCH --output=\"{}/%A_%a.log\"\n#SBATCH --time={}\n",
       job_name(m), request.cpus, (shards_folder(folder) / "log").string(), request.time);
   if (!request.partition.empty()) text += "#SBATCH --partition=" + request.partition + "\n";
+  if (!request.exclude.empty()) text += "#SBATCH --exclude=" + request.exclude + "\n";
   return text;
-}
-
-/// Nodes whose scratch refused one of the shards. A name that no machine has is passed over: the file may be anyone's.
-std::set<std::string> full_nodes(const std::filesystem::path& folder,
-                                 const std::vector<std::size_t>& shards) {
-  std::set<std::string> full;
-  for (const auto k : shards)
-    if (const auto s = state_of(folder, k);
-        s.state == "failed" && s.reason.find("scratch") != s.reason.npos && is_of(s.host, "._-"))
-      full.insert(s.host);
-  return full;
 }
 
 }  // namespace
@@ -65,6 +55,9 @@ void require_plain(const JobRequest& request, const std::filesystem::path& folde
   if (!request.partition.empty() && !is_of(request.partition, "._,-"))
     refuse("--partition", request.partition,
            "names of letters, digits, '.', '_' and '-', with commas between them");
+  if (!request.exclude.empty() && !is_of(request.exclude, "._,-"))
+    refuse("--exclude", request.exclude,
+           "names of letters, digits, '.', '_' and '-', with commas between them");
   if (!request.time.empty() && !is_of(request.time, ":-"))
     refuse("--time", request.time, "minutes, or as Slurm takes it: 30, 2:30:00, 1-12");
   const auto name = folder.string();
@@ -74,12 +67,29 @@ void require_plain(const JobRequest& request, const std::filesystem::path& folde
            "a folder whose whole path has no quote, backslash, '%' or control character, for Slurm reads it");
 }
 
+void leave_out(JobRequest& request, const std::filesystem::path& folder,
+               const std::vector<std::size_t>& lacking) {
+  std::set<std::string> nodes;
+  for (std::size_t at = 0; at < request.exclude.size();) {
+    const auto end = std::min(request.exclude.find(',', at), request.exclude.size());
+    if (end > at) nodes.insert(request.exclude.substr(at, end - at));
+    at = end + 1;
+  }
+  const auto add = [&](const std::string& node) {
+    if (is_of(node, "._-")) nodes.insert(node);
+  };
+  for (const auto k : lacking)
+    if (const auto s = state_of(folder, k); s.state == "failed" && s.reason.find("scratch") != s.reason.npos)
+      add(s.host);
+  if (const char* here = std::getenv("SLURMD_NODENAME"); here && lacking.empty() && request.round > 1)
+    add(here);
+  request.exclude = fmt::format("{}", fmt::join(nodes, ","));
+}
+
 std::string array_script(const JobRequest& request, const Manifest& m, const std::filesystem::path& folder,
                          const std::vector<std::size_t>& lacking) {
   auto text = heading(request, m, folder);
   text += fmt::format("#SBATCH --array={}\n#SBATCH --signal=B:TERM@{}\n", ranges(lacking), request.lead);
-  if (const auto full = full_nodes(folder, lacking); !full.empty())
-    text += fmt::format("#SBATCH --exclude={}\n", fmt::join(full, ","));
   auto words = study_words(m);
   if (!request.scratch.empty()) words.insert(words.end(), {"--scratch", request.scratch});
   words.insert(words.end(), {"-o", folder.string()});
@@ -98,6 +108,7 @@ std::string merge_script(const JobRequest& request, const Manifest& m, const std
                                   "--round",      std::to_string(request.round + 1)};
   if (request.outside) submit.emplace_back("--allow-outside");
   if (!request.partition.empty()) submit.insert(submit.end(), {"--partition", request.partition});
+  if (!request.exclude.empty()) submit.insert(submit.end(), {"--exclude", request.exclude});
   if (!request.scratch.empty()) {
     merge.insert(merge.end(), {"--scratch", request.scratch});
     submit.insert(submit.end(), {"--scratch", request.scratch});

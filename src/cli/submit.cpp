@@ -177,6 +177,7 @@ int submit(const SubmitRequest& asked) {
     throw std::runtime_error(
         fmt::format("{}: after {} rounds {} of {} shards are missing: {}; freeplay status says why",
                     place.string(), most_rounds, lacking.size(), m.shards, ranges(lacking)));
+  leave_out(request.job, folder, lacking);
   const auto merge = merge_script(request.job, m, folder);
   const auto array = lacking.empty() ? std::string() : array_script(request.job, m, folder, lacking);
   if (request.dry) {
@@ -207,6 +208,8 @@ void submit_verb(Program& program) {
       .between(1, 1'000'000)
       .takes("N");
   options.add("--partition", request.job.partition, "of the cluster").takes("NAME");
+  options.add("--exclude", request.job.exclude, "nodes that get no task, with commas between them")
+      .takes("NAMES");
   options.add("--time", request.job.time, "limit of a task as Slurm takes it, in place of what a pilot finds")
       .takes("TIME");
   options.add("--cpus", request.job.cpus, "cores of a task").between(1, 1024).takes("N").shows_default();

@@ -168,8 +168,7 @@ Setup setup_of(const Identity& identity, const Origin& origin) {
   const auto loads = how.texts_or_none("load_forces"), names = how.texts_or_none("load_force_names"),
              digests = how.texts_or_none("load_force_digests");
   for (std::size_t i = 0; i < loads.size(); ++i)
-    s.outside[force_of(loads[i])] = {i < names.size() ? names[i] : "",
-                                             i < digests.size() ? digests[i] : ""};
+    s.outside[force_of(loads[i])] = {i < names.size() ? names[i] : "", i < digests.size() ? digests[i] : ""};
   if (!identity.given.empty()) {
     const Part given(identity.given);
     s.start = State{given.value<double>("t"), given.list("q"), given.list("v"), given.list("z")};

@@ -162,3 +162,21 @@ TEST_CASE("a plan that is another study's, or says what no plan does, is refused
   std::filesystem::create_directory_symlink(place.folder.path() / "elsewhere", place.out / "shards");
   CHECK(place.submit().status == 2);
 }
+
+TEST_CASE("a merge that ends on a node is not sent there again", "[shards]") {
+  const Planned place;
+  for (const char* shard : {"1/2", "2/2"})
+    REQUIRE(test::freeplay(
+                shell_words({"sweep", place.study.string(), "--shard", shard, "-o", place.out.string()}))
+                .status == 0);
+  setenv("SLURMD_NODENAME", "node3", 1);
+  const auto first = place.submit(), later = place.submit({"--round", "2", "--exclude", "node5"}),
+             refused = place.submit({"--exclude", "node5\n#SBATCH --wrap=touch"});
+  unsetenv("SLURMD_NODENAME");
+  CHECK_THAT(first.out, !Contains("--exclude"));
+  // Its own rounds pass both on.
+  CHECK_THAT(later.out,
+             Contains("#SBATCH --exclude=node3,node5\n") && Contains("--round 3 --exclude node3,node5"));
+  CHECK(refused.status == 2);
+  CHECK_THAT(refused.err, Contains("--exclude"));
+}
