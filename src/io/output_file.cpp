@@ -1,6 +1,7 @@
 #include "io/output_file.hpp"
 
 #include <fcntl.h>
+#include <fmt/compile.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -148,7 +149,7 @@ void OutputFile::write(std::string_view text) {
 void OutputFile::number(double x) {
   if (!std::isfinite(x)) refuse(x);
   if (buffer_.size() - used_ < 32) flush();
-  const auto end = fmt::format_to(buffer_.data() + used_, "{}", x);
+  const auto end = fmt::format_to(buffer_.data() + used_, FMT_COMPILE("{}"), x);
   used_ = static_cast<std::size_t>(end - buffer_.data());
 }
 

@@ -1,7 +1,6 @@
-// Odeint's rosenbrock4 (the parameters of Shampine; Hairer and Wanner, Solving Ordinary Differential
-// Equations II, section IV.7): one step of an implicit, A-stable method of order 4 with an error estimate of
-// order 3. It stands apart because Boost 1.74's uBLAS, which odeint keeps its matrices in, cannot be compiled
-// as C++20.
+// One step of Shampine's implicit method of order 4 with an error estimate of order 3, A-stable (Hairer and Wanner,
+// Solving Ordinary Differential Equations II, section IV.7; the coefficients are those of odeint's rosenbrock4, but for one
+// sign). It takes no memory within a step; odeint's keeps its matrices in uBLAS, which does.
 #pragma once
 
 #include <memory>

@@ -183,7 +183,7 @@ TEST_CASE("a kink of a damper's table against the speed costs no way its order",
       "damping_table = [[-2, -10], [-1, -1], [0, 0], [1, 1], [2, 10]]\n[run]\nduration = 1.5\n";
   const double v = std::exp(-(end - T) / m);
   const auto off = [&](std::vector<std::string> more) {
-    more.push_back("bodies.b.velocity=[3, 0]");
+    more.emplace_back("bodies.b.velocity=[3, 0]");
     return std::abs(finished(text, by, more).final_state.v[0] - v);
   };
   if (!by.fixed) {  // a thousand steps of tolerance 1e-9 (chosen 1e-6)
