@@ -120,5 +120,6 @@ Findings equilibrium();
 Findings springs();
 Findings cams();
 Findings joint_friction();
+Findings groups();
 
 }  // namespace freeplay::verification

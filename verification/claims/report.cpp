@@ -28,6 +28,7 @@ constexpr ClaimSet sets[] = {
     {"driving", "Prescribed motions, forces by curves, motors", driving},
     {"equilibrium", "Places of rest and small motions about them", equilibrium},
     {"joint-friction", "Friction in joints from their reactions", joint_friction},
+    {"groups", "Many discs of one kind", groups},
     {"orders", "Orders of convergence", orders},
     {"invariants", "Invariants over long runs", invariants},
     {"stiff-limit", "One formulation against the other: the stiff limit", stiff_limit},

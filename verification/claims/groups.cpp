@@ -1,0 +1,155 @@
+// Many discs of one kind: a gas of rods against its closed form, sums that a gas keeps, the loads in a column.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "facade/simulation.hpp"
+#include "model/scene.hpp"
+#include "sim/observer.hpp"
+#include "verification/claims/claim.hpp"
+
+namespace freeplay::verification {
+namespace {
+
+constexpr double radius = 0.01, speed = 1, duration = 1, length = 0.36;                      // m, m/s, s, m
+constexpr std::array start{0.0211, 0.0547, 0.0839, 0.1163, 0.1502, 0.1918, 0.2297, 0.2761};  // m, centres
+
+/// Equal discs on a line that meet without loss exchange their velocities, so less 2r for each disc before it a place is
+/// that of points that pass through one another and turn at the walls (Tonks, Phys. Rev. 50, 1936).
+std::vector<double> rods_after(double t) {
+  const double room = length - 2 * radius * start.size();
+  std::vector<double> points;
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    const double at = start[i] - radius * static_cast<double>(2 * i + 1) + speed * t;
+    const double turned = std::fmod(at, 2 * room);
+    points.push_back(turned < room ? turned : 2 * room - turned);
+  }
+  std::ranges::sort(points);
+  for (std::size_t i = 0; i < points.size(); ++i) points[i] += radius * static_cast<double>(2 * i + 1);
+  return points;
+}
+
+Result rods(const std::string& pairs, const std::string& how) {
+  std::string places;
+  for (const double x : start) places += fmt::format("[{}, 0], ", x);
+  return Simulation(
+             parse_scene(
+                 fmt::format("[groups.g]\nmass = 0.1\nradius = {}\npositions = [{}]\nvelocity = [{}, 0]\n"
+                             "walls = [[0, 1], [0, -1], [{}, -1], [{}, 1]]\nsurface = \"s\"\npairs = \"{}\"\n"
+                             "[surfaces.s]\nrestitution = 1\n[run]\nduration = {}\nstart = \"given\"\n"
+                             "[nonsmooth]\n{}\n",
+                             radius, places, speed, length, length, pairs, duration, how),
+                 "rods"),
+             "nonsmooth")
+      .run();
+}
+
+void gas_of_rods(Findings& f) {
+  const auto expected = rods_after(duration);
+  const auto greatest_error = [&](const Result& run) {
+    double most = 0;
+    for (std::size_t i = 0; i < expected.size(); ++i)
+      most = greatest(most, std::abs(run.final_state.q[3 * i] - expected[i]));
+    return most;
+  };
+  const double room = length - 2 * radius * start.size();
+  // Each point meets each other one twice in the time that it takes to go to and fro.
+  const double meetings = speed * duration / room * static_cast<double>(start.size());
+  const double h = 1e-5;
+  f.at_most(
+      "8 discs between two walls, e = 1, after 1 s: greatest error of place, pairs as they come near, Moreau–Jean at 1e-5 s",
+      "m", greatest_error(rods("near", fmt::format("scheme = \"moreau-jean\"\nstep = {}", h))),
+      2 * speed * h * meetings, "Tonks's rods: points that pass through one another",
+      "each of about 40 meetings of a disc is met up to a step late, at 2 m/s");
+  f.at_most(
+      "the same, event-driven, each pair declared", "m",
+      greatest_error(rods("each", "scheme = \"event-driven\"")), 1e-8, "the same",
+      "each meeting's time to 1e-11 s and the walls'; 40 of them, of which each passes on the errors before it");
+}
+
+std::string gas_group(const char* name, double x, double v, const char* more) {
+  return fmt::format(
+      "[groups.{}]\nmass = 0.2\nradius = 0.05\ngrid = [6, 10]\norigin = [{}, {}]\nspacing = [0.12, 0.12]\n"
+      "stagger = 0.02\nvelocity = [{}, {}]\nsurface = \"s\"\npairs = \"near\"\n{}",
+      name, x, 0.1 * x, v, 0.1 * v, more);
+}
+
+/// Two swarms that fly through each other, without walls or weight.
+void sums_of_a_gas(Findings& f) {
+  Simulation simulation(
+      parse_scene(gas_group("a", 0, 0.8, "") + gas_group("b", 0.75, -0.7, "touches = \"a\"\n") +
+                      "[surfaces.s]\nrestitution = 1\n[run]\nduration = 0.6\nstart = \"given\"\n[nonsmooth]\n"
+                      "scheme = \"moreau-jean\"\nstep = 1e-4\nlcp_tolerance = 1e-12\n",
+                  "gas"),
+      "nonsmooth");
+  const auto sums = [](const State& s) {
+    std::array<double, 3> all{};  // P_x, P_y, 2T
+    for (std::size_t b = 0; b < s.v.size(); b += 3) {
+      all[0] += 0.2 * s.v[b];
+      all[1] += 0.2 * s.v[b + 1];
+      all[2] += 0.2 * (s.v[b] * s.v[b] + s.v[b + 1] * s.v[b + 1]);
+    }
+    return all;
+  };
+  const auto before = sums(simulation.state()), after = (simulation.run(), sums(simulation.state()));
+  const double scale = 0.2 * 120;  // kg m/s, of all at 1 m/s
+  f.within("two swarms of 60 discs through each other, e = 1: momentum, over all at 1 m/s", "1",
+           std::hypot(after[0] - before[0], after[1] - before[1]) / scale, 0, 1e-12,
+           "impulses of two discs are opposite", "rounding of 6,000 steps and some hundred impacts");
+  f.relative("their energy", "J", 0.5 * after[2], 0.5 * before[2], 1e-6, "u⁺ = −u⁻ does no work",
+             "what contact problems are solved to, in some hundred impacts");
+}
+
+class Loads final : public Observer {
+ public:
+  Wants wants() const override { return {.forces = true}; }
+  void begin(const Layout& layout, const State&) override { elements_ = layout.forces; }
+  void step(const Step& step) override { step.forces(step.t1, now_); }
+  double sum(bool of_wall) const {
+    double all = 0;
+    for (std::size_t e = 0; e < elements_.size(); ++e)
+      if (elements_[e].name.ends_with("wall1") == of_wall) all += now_.elements[e].fn;
+    return all;
+  }
+
+ private:
+  std::vector<ForceElement> elements_;
+  Forces now_;
+};
+
+/// Contact k of a column of n bears m g (n − k): the wall n, the others n (n − 1)/2 together.
+void column(Findings& f) {
+  const int n = 20;
+  const double weight = 0.3 * 9.81;
+  Simulation simulation(
+      parse_scene(
+          fmt::format(
+              "gravity = [0, -9.81]\n[groups.g]\nmass = 0.3\nradius = 0.1\ngrid = [1, {}]\norigin = [0, 0.1]\n"
+              "spacing = [1, 0.2]\nwalls = [[0, 0], [1, 0]]\nsurface = \"s\"\npairs = \"near\"\n"
+              "[surfaces.s]\nrestitution = 0.5\nfriction = 0.3\n[run]\nduration = 0.3\nstart = \"given\"\n"
+              "[nonsmooth]\nscheme = \"moreau-jean\"\nstep = 1e-3\nlcp_tolerance = 1e-10\n",
+              n),
+          "column"),
+      "nonsmooth");
+  Loads loads;
+  simulation.run({.observers = {&loads}});
+  const char* reason = "solved to 1e-10 of g h: of the least load, one weight, and of the greatest, twenty";
+  f.relative("a column of 20 discs at rest: the wall's force", "N", loads.sum(true), n * weight, 1e-7,
+             "n m g", reason);
+  f.relative("all forces between its discs", "N", loads.sum(false), 0.5 * n * (n - 1) * weight, 1e-7,
+             "Σ m g (n − k)", reason);
+}
+
+}  // namespace
+
+Findings groups() {
+  Findings f;
+  gas_of_rods(f);
+  sums_of_a_gas(f);
+  column(f);
+  return f;
+}
+
+}  // namespace freeplay::verification
