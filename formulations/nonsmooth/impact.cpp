@@ -29,12 +29,11 @@ void ImpactProblem::act(Eigen::VectorXd& rates, const ImpactContact& by) const {
   if (by.tangent >= 0) rates.head(m) += by.impulse_t * problem_.D.col(by.tangent).head(m);
 }
 
-/// Works of a phase, whose impulses grow together.
-void ImpactProblem::book(const Eigen::VectorXd& from, const Eigen::VectorXd& to,
-                         const std::vector<ImpactContact>& phase) {
-  for (const auto& c : phase) {
-    if (c.normal >= 0) normal_work_ += 0.5 * c.impulse_n * (from[c.normal] + to[c.normal]);
-    if (c.tangent >= 0) tangential_work_ += 0.5 * c.impulse_t * (from[c.tangent] + to[c.tangent]);
+/// Works of impulses that grow together, from `before_` to `after_`.
+void ImpactProblem::book_at_once(const std::vector<ImpactContact>& contacts) {
+  for (const auto& c : contacts) {
+    if (c.normal >= 0) normal_work_ += 0.5 * c.impulse_n * (before_[c.normal] + after_[c.normal]);
+    if (c.tangent >= 0) tangential_work_ += 0.5 * c.impulse_t * (before_[c.tangent] + after_[c.tangent]);
   }
 }
 
@@ -72,52 +71,10 @@ bool ImpactProblem::newton(std::vector<ImpactContact>& contacts) {
   return true;
 }
 
-bool ImpactProblem::compress(const std::vector<ImpactContact>& contacts) {
-  const int m = problem_.rows;
-  prepare(contacts);
-  problem_.b.head(m) = before_.head(m);
-  if (!solve_problem()) return false;
-  compression_ = contacts;
-  after_compression_ = before_;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    compression_[i].impulse_n = problem_.unknowns[i].impulse_n;
-    compression_[i].impulse_t = problem_.unknowns[i].impulse_t;
-    act(after_compression_, compression_[i]);
-  }
-  // What has stopped has stopped: rounding left of it would be a motion of its own to expansion.
-  const double none = 1e-10 * before_.cwiseAbs().maxCoeff();
-  for (double& rate : after_compression_)
-    if (std::abs(rate) <= none) rate = 0;
-  return true;
-}
-
-/// Expansion with the given ratios of impulses, after compress().
-bool ImpactProblem::expand(std::vector<ImpactContact>& contacts, const std::vector<double>& expansion) {
-  const int m = problem_.rows;
-  prepare(contacts);
-  problem_.b.head(m) = after_compression_.head(m);
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const double given = expansion[i] * compression_[i].impulse_n;
-    problem_.b.head(m) += given * problem_.D.col(contacts[i].normal).head(m);
-    problem_.unknowns[i].bound = contacts[i].friction * given;
-  }
-  if (!solve_problem()) return false;
-  expansion_ = contacts;
-  after_ = after_compression_;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    expansion_[i].impulse_n = expansion[i] * compression_[i].impulse_n + problem_.unknowns[i].impulse_n;
-    expansion_[i].impulse_t = problem_.unknowns[i].impulse_t;
-    act(after_, expansion_[i]);
-    contacts[i].impulse_n = compression_[i].impulse_n + expansion_[i].impulse_n;
-    contacts[i].impulse_t = compression_[i].impulse_t + expansion_[i].impulse_t;
-  }
-  return true;
-}
-
 bool ImpactProblem::routh(ImpactContact& c) {
   const auto& D = problem_.D;
   const bool rough = c.tangent >= 0;
-  const auto impact = routh_impact(D(c.normal, c.normal), rough ? D(c.normal, c.tangent) : 0,
+  const auto impact = routh_impact(law_, D(c.normal, c.normal), rough ? D(c.normal, c.tangent) : 0,
                                    rough ? D(c.tangent, c.tangent) : 0, before_[c.normal],
                                    rough ? before_[c.tangent] : 0, c.friction, c.restitution);
   c.impulse_n = impact.impulse_n;
@@ -132,21 +89,25 @@ bool ImpactProblem::by_law(std::vector<ImpactContact>& contacts) {
   switch (law_) {
     case ImpactLaw::newton:
       if (!newton(contacts)) return false;
-      book(before_, after_, contacts);
+      book_at_once(contacts);
       return true;
     case ImpactLaw::energetic:
       if (contacts.size() == 1) return routh(contacts.front());
       if (!energetic(contacts)) return false;
       break;
     case ImpactLaw::poisson: {
+      if (contacts.size() == 1) return routh(contacts.front());
       std::vector<double> ratio;
       for (const auto& c : contacts) ratio.push_back(c.restitution);
       if (!compress(contacts) || !expand(contacts, ratio)) return false;
       break;
     }
   }
-  book(before_, after_compression_, compression_);
-  book(after_compression_, after_, expansion_);
+  for (const auto* phase : {&compression_, &expansion_})
+    for (const auto& c : *phase) {
+      normal_work_ += c.work_n;
+      tangential_work_ += c.work_t;
+    }
   return true;
 }
 
@@ -168,7 +129,7 @@ std::string ImpactProblem::solve_island(std::vector<ImpactContact>& contacts) {
         "greatest rate); whether it has a solution is not known",
         contacts.size(), solution_.residual);
   inelastic_ = true;
-  book(before_, after_, soft);
+  book_at_once(soft);
   for (std::size_t i = 0; i < soft.size(); ++i) {
     contacts[i].impulse_n = soft[i].impulse_n;
     contacts[i].impulse_t = soft[i].impulse_t;

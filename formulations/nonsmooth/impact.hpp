@@ -7,19 +7,21 @@
 //              than that bears no impulse.
 //   poisson    P_N = e P_C + extra,   extra ≥ 0 ⊥ u_N⁺ ≥ 0
 //              in expansion; a compression phase with e = 0 gives P_C (Glocker and Pfeiffer, Nonlinear
-//              Dynamics 7 (1995) 471).
+//              Dynamics 7 (1995) 471). Friction follows the sliding along each phase, not its end alone.
 //   energetic  W_expansion = −e² W_compression,   W the work of the normal impulse in a phase
-//              (Stronge, Proc. R. Soc. Lond. A 431 (1990) 169). One contact alone is integrated along its
-//              normal impulse (Routh), with slip, stick and reversal: exact, and never raises the energy.
-//              Several that D couples take poisson's phases, with each contact's share of expansion iterated until
-//              its own works stand in that ratio (impact_energetic.cpp); where none are found, Poisson's.
+//              (Stronge, Proc. R. Soc. Lond. A 431 (1990) 169). Several contacts that D couples take poisson's
+//              phases, with each contact's share of expansion iterated until its own works stand in that ratio
+//              (impact_energetic.cpp); where none are found, Poisson's.
+//
+// By these two one contact alone is integrated along its normal impulse (Routh), with slip, stick and reversal, several along
+// their phases (impact_phases.cpp). Works are those along the impact, so that friction's is never a gain.
 //
 // Contacts that D does not couple are impacts of their own. Where the laws admit several impulses the least are taken
-// (contact_least.cpp), in each phase. Works are those along the impact: of each phase its impulse times the mean of the
-// rates at its ends, not the whole impulse times the mean over all, between which slip may have turned round.
+// (contact_least.cpp), in each phase.
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,6 +36,7 @@ struct ImpactContact {
   double restitution = 0, tangential_restitution = 0, friction = 0;
   double impulse_n = 0, impulse_t = 0;  ///< N s
   double bound = 0;                     ///< N s, of friction beside μ times the normal impulse
+  double work_n = 0, work_t = 0;  ///< J, of a phase's impulses on the rates as they were; negative: lost
 };
 
 /// An impact starts from no guess and fills what it reads: nothing passes from one to the next but the modes left to
@@ -64,20 +67,31 @@ class ImpactProblem {
   std::string solve_island(std::vector<ImpactContact>& contacts);
   bool by_law(std::vector<ImpactContact>& contacts);
   bool newton(std::vector<ImpactContact>& contacts);
+  enum class Phase { compression, expansion };
+  bool follow(Phase phase, const std::vector<double>& ratio, Eigen::VectorXd& rates,
+              std::vector<ImpactContact>& done);
+  bool piece(Phase phase, const std::vector<double>& ratio, double from, double to,
+             const Eigen::VectorXd& rates);
+  double ahead(Phase phase, const ImpactContact& c, double at, const Eigen::VectorXd& rates) const;
+  bool goes_on(Phase phase, double from, const Eigen::VectorXd& rates) const;
+  double first_change(Phase phase, double from, const Eigen::VectorXd& rates, double early,
+                      double late) const;
+  std::optional<double> piece_until_change(Phase phase, const std::vector<double>& ratio, double from,
+                                           const Eigen::VectorXd& rates);
   bool compress(const std::vector<ImpactContact>& contacts);
-  bool expand(std::vector<ImpactContact>& contacts, const std::vector<double>& expansion);
+  bool expand(std::vector<ImpactContact>& contacts, const std::vector<double>& ratio);
   bool routh(ImpactContact& contact);
   bool energetic(std::vector<ImpactContact>& contacts);
   void prepare(const std::vector<ImpactContact>& contacts);
   void act(Eigen::VectorXd& rates, const ImpactContact& by) const;
-  void book(const Eigen::VectorXd& from, const Eigen::VectorXd& to, const std::vector<ImpactContact>& phase);
+  void book_at_once(const std::vector<ImpactContact>& contacts);
   bool solve_problem();
 
   ImpactLaw law_;
   ContactProblem problem_;    // of the present island
   ContactSolution solution_;  // of all islands and phases
-  Eigen::VectorXd before_, after_compression_, after_;
-  std::vector<ImpactContact> compression_, expansion_;
+  Eigen::VectorXd before_, after_compression_, after_, trial_, early_, late_;
+  std::vector<ImpactContact> compression_, expansion_, piece_;
   double normal_work_ = 0, tangential_work_ = 0;
   bool inelastic_ = false, wedged_ = false;
 };

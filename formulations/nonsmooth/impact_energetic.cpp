@@ -20,10 +20,15 @@ bool without_friction(const Eigen::MatrixXd& D, const Eigen::VectorXd& work, Eig
   const auto value = [&](const Eigen::VectorXd& x) {
     return 0.5 * x.dot(D * x) - work.dot(x.array().log().matrix());
   };
+  // What is left of each condition, relative: rounding hides what the value still has to fall long before that.
+  const auto miss = [&](const Eigen::VectorXd& x) {
+    return (x.cwiseProduct(D * x) - work).cwiseQuotient(work).cwiseAbs().maxCoeff();
+  };
   z = (work.array() / D.diagonal().array()).sqrt();
   for (int i = 0; i < 100; ++i) {
+    const double left = miss(z);
+    if (!(left > 1e-13)) return true;
     const Eigen::VectorXd slope = D * z - work.cwiseQuotient(z);
-    if (!(slope.cwiseProduct(z).cwiseQuotient(work).cwiseAbs().maxCoeff() > 1e-13)) return true;
     Eigen::MatrixXd curved = D;
     curved.diagonal() += work.cwiseQuotient(z.cwiseAbs2());
     const Eigen::VectorXd step = curved.llt().solve(-slope);
@@ -31,13 +36,14 @@ bool without_friction(const Eigen::MatrixXd& D, const Eigen::VectorXd& work, Eig
     for (Eigen::Index k = 0; k < z.size(); ++k)
       if (step[k] < 0) length = std::min(length, -0.9 * z[k] / step[k]);
     const double now = value(z), fall = slope.dot(step);
-    while (length > 1e-10 && value(z + length * step) > now + 0.1 * length * fall + 1e-15 * std::abs(now))
-      length *= 0.5;
+    const auto better = [&](const Eigen::VectorXd& x) {
+      return value(x) <= now + 0.1 * length * fall || miss(x) <= 0.5 * left;
+    };
+    while (length > 1e-10 && !better(z + length * step)) length *= 0.5;
     if (!(length > 1e-10)) break;
     z += length * step;
   }
-  const Eigen::VectorXd left = z.cwiseProduct(D * z) - work;
-  return left.cwiseQuotient(work).cwiseAbs().maxCoeff() <= 1e-10;
+  return miss(z) <= 1e-10;
 }
 
 }  // namespace
@@ -52,9 +58,13 @@ bool ImpactProblem::energetic(std::vector<ImpactContact>& contacts) {
   std::vector<double> owed;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     const auto& c = contacts[k];
-    const double work = -compression_[k].impulse_n * (before_[c.normal] + after_compression_[c.normal]);
+    const double work = -2 * compression_[k].work_n;
     poisson.push_back(c.restitution);
-    if (!(work > 0) || c.restitution == 0) continue;
+    // What rounding leaves of an impulse owes nothing.
+    const double none = 1e-10 * before_.cwiseAbs().maxCoeff();
+    if (!(work > 0) || c.restitution == 0 ||
+        compression_[k].impulse_n * problem_.D(c.normal, c.normal) <= none)
+      continue;
     at.push_back(static_cast<int>(k));
     row.push_back(c.normal);
     owed.push_back(c.restitution * c.restitution * work);
@@ -68,8 +78,7 @@ bool ImpactProblem::energetic(std::vector<ImpactContact>& contacts) {
   const auto miss = [&](const Eigen::VectorXd& impulse, Eigen::VectorXd& out) {
     for (Eigen::Index i = 0; i < n; ++i) ratio[at[i]] = impulse[i] / compression_[at[i]].impulse_n;
     if (!expand(contacts, ratio)) return false;
-    for (Eigen::Index i = 0; i < n; ++i)
-      out[i] = impulse[i] * (after_compression_[row[i]] + after_[row[i]]) / work[i] - 1;
+    for (Eigen::Index i = 0; i < n; ++i) out[i] = 2 * expansion_[at[i]].work_n / work[i] - 1;
     return out.allFinite();
   };
   const Eigen::MatrixXd D = problem_.D(row, row);
@@ -85,7 +94,8 @@ bool ImpactProblem::energetic(std::vector<ImpactContact>& contacts) {
     if (!found) break;
     const Eigen::VectorXd step = J.partialPivLu().solve(-left);
     found = false;
-    for (double length = 1; !found && length > 1e-4; length *= 0.5) {
+    if (!((step.cwiseQuotient(z)).maxCoeff() < 100)) break;  // wedged: no impulse changes what is left
+    for (double length = 1; !found && length > 1e-2; length *= 0.5) {
       const Eigen::VectorXd next = z + length * step;
       found = (next.array() > 0).all() && miss(next, trial) &&
               trial.cwiseAbs().maxCoeff() < left.cwiseAbs().maxCoeff();

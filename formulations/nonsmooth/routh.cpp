@@ -11,11 +11,14 @@ namespace freeplay {
 ///     c = −μ sgn u_T while slipping,   c = −D_NT/D_TT while sticking,
 ///
 /// and sticking needs |c| ≤ μ; else slip starts anew the way D_NT drives.
-RouthImpact routh_impact(double Dnn, double Dnt, double Dtt, double u_n, double u_t, double mu, double e) {
+RouthImpact routh_impact(ImpactLaw law, double Dnn, double Dnt, double Dtt, double u_n, double u_t, double mu,
+                         double e) {
   constexpr double none = 1e-12;  // relative: what rounding leaves of rows that see one freedom
   RouthImpact impact;
   if (!(u_n < 0)) return impact;
-  double wanted = INFINITY;  // normal work at the end, once compression is over
+  const bool poisson = law == ImpactLaw::poisson;
+  bool compressing = true;
+  double wanted = 0;  // normal impulse or normal work at the end, once compression is over
   const bool rough = Dtt > none * Dnn;
   const double stick = rough ? -Dnt / Dtt : 0;
   const double stick_rise = rough && Dnn * Dtt - Dnt * Dnt <= none * Dnn * Dtt ? 0 : Dnn + stick * Dnt;
@@ -25,11 +28,12 @@ RouthImpact routh_impact(double Dnn, double Dnt, double Dtt, double u_n, double 
     const double c = u_t != 0 ? -std::copysign(mu, u_t) : sticks ? stick : std::copysign(mu, stick);
     const double rise_n = sticks ? stick_rise : Dnn + c * Dnt;
     const double rise_t = sticks || !rough ? 0 : Dnt + c * Dtt;
-    const bool compressing = std::isinf(wanted);
-    // Length of this piece in P: until slip stops, compression ends, or the work of expansion is done.
+    // Length of this piece in P: until slip stops, compression ends, or expansion has given its impulse or its work.
     double length = INFINITY;
     if (compressing) {
       if (rise_n > 0) length = -u_n / rise_n;
+    } else if (poisson) {
+      length = wanted - impact.impulse_n;
     } else {
       // u_N x + ½ rise x² = what is left.
       const double left = wanted - impact.normal_work, root = u_n * u_n + 2 * rise_n * left;
@@ -54,7 +58,8 @@ RouthImpact routh_impact(double Dnn, double Dnt, double Dtt, double u_n, double 
     if (!ends) continue;
     if (!compressing || e == 0) return impact;
     u_n = 0;
-    wanted = impact.normal_work * (1 - e * e);  // negative: compression took it
+    compressing = false;
+    wanted = poisson ? impact.impulse_n * (1 + e) : impact.normal_work * (1 - e * e);  // the work is negative
   }
   impact.ended = false;
   return impact;

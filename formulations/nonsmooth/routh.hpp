@@ -1,6 +1,9 @@
-// One contact's impact integrated along its normal impulse (Routh, Dynamics of a System of Rigid Bodies, 1905), with
-// the energetic law (Stronge) for its end.
+// One contact's impact integrated along its normal impulse (Routh, Dynamics of a System of Rigid Bodies, 1905). It ends by
+// Poisson's law, when expansion has given e times the impulse of compression (Wang and Mason, J. Appl. Mech. 59 (1992) 635), or
+// by the energetic one, when it has given e² of its work (Stronge).
 #pragma once
+
+#include "model/options.hpp"
 
 namespace freeplay {
 
@@ -14,6 +17,7 @@ struct RouthImpact {
 
 /// D and u before, of one contact; D_TT = 0 without friction. A D whose rows see one freedom (a lever on a stop) is no
 /// exception: what slides then stops at the very end of compression.
-RouthImpact routh_impact(double Dnn, double Dnt, double Dtt, double u_n, double u_t, double mu, double e);
+RouthImpact routh_impact(ImpactLaw law, double Dnn, double Dnt, double Dtt, double u_n, double u_t, double mu,
+                         double e);
 
 }  // namespace freeplay

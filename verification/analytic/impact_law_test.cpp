@@ -143,32 +143,33 @@ TEST_CASE("a single impact integrated along its normal impulse", "[impact]") {
   struct Row {
     double d, t, u_t, mu;
   };
-  for (const auto& row : {Row{0.2, 1.5, 1.0, 0.1}, Row{0.2, 1.5, 0.05, 0.4}, Row{-0.9, 2.0, 0.3, 0.2},
-                          Row{0.9, 2.0, -0.3, 0.2}, Row{0.5, 1.0, 0.0, 0.8}, Row{0.9, 1.0, 2.0, 0.9}}) {
-    const auto impact = routh_impact(1, row.d, row.t, u_n, row.u_t, row.mu, e);
-    // The same by small steps of the normal impulse, with the friction of each step decided afresh.
-    double n = u_n, s = row.u_t, p = 0, q = 0, work = 0, rubbed = 0, compressed = 0;
-    const double dP = 1e-6;
-    while (n < 0 || work < compressed * (1 - e * e)) {
-      double c = s > 1e-9    ? -row.mu
-                 : s < -1e-9 ? row.mu
-                             : std::clamp(-(row.d + s / dP) / row.t, -row.mu, row.mu);
-      const double before = n, slid = s;
-      n += dP * (1 * 1 + c * row.d);
-      s += dP * (row.d + c * row.t);
-      p += dP;
-      q += c * dP;
-      work += 0.5 * (before + n) * dP;
-      rubbed += 0.5 * (slid + s) * c * dP;
-      if (n <= 0) compressed = work;
+  for (const auto law : {ImpactLaw::poisson, ImpactLaw::energetic})
+    for (const auto& row : {Row{0.2, 1.5, 1.0, 0.1}, Row{0.2, 1.5, 0.05, 0.4}, Row{-0.9, 2.0, 0.3, 0.2},
+                            Row{0.9, 2.0, -0.3, 0.2}, Row{0.5, 1.0, 0.0, 0.8}, Row{0.9, 1.0, 2.0, 0.9}}) {
+      const auto impact = routh_impact(law, 1, row.d, row.t, u_n, row.u_t, row.mu, e);
+      // The same by small steps of the normal impulse, with the friction of each step decided afresh.
+      double n = u_n, s = row.u_t, p = 0, q = 0, work = 0, rubbed = 0, compressed = 0, pressed = 0;
+      const double dP = 1e-6;
+      while (n < 0 || (law == ImpactLaw::poisson ? p < pressed * (1 + e) : work < compressed * (1 - e * e))) {
+        double c = s > 1e-9    ? -row.mu
+                   : s < -1e-9 ? row.mu
+                               : std::clamp(-(row.d + s / dP) / row.t, -row.mu, row.mu);
+        const double before = n, slid = s;
+        n += dP * (1 * 1 + c * row.d);
+        s += dP * (row.d + c * row.t);
+        p += dP;
+        q += c * dP;
+        work += 0.5 * (before + n) * dP;
+        rubbed += 0.5 * (slid + s) * c * dP;
+        if (n <= 0) compressed = work, pressed = p;
+      }
+      CAPTURE(static_cast<int>(law), row.d, row.t, row.u_t, row.mu);
+      REQUIRE(impact.ended);
+      CHECK(impact.impulse_n == Approx(p).epsilon(1e-5));
+      CHECK(impact.impulse_t == Approx(q).margin(1e-5 * p));
+      CHECK(impact.normal_work == Approx(work).epsilon(1e-5));
+      CHECK(impact.tangential_work == Approx(rubbed).margin(1e-5 * -work));
     }
-    CAPTURE(row.d, row.t, row.u_t, row.mu);
-    REQUIRE(impact.ended);
-    CHECK(impact.impulse_n == Approx(p).epsilon(1e-5));
-    CHECK(impact.impulse_t == Approx(q).margin(1e-5 * p));
-    CHECK(impact.normal_work == Approx(work).epsilon(1e-5));
-    CHECK(impact.tangential_work == Approx(rubbed).margin(1e-5 * -work));
-  }
 }
 
 TEST_CASE("the energetic law gives each of several contacts its work wherever there are ratios that do",
