@@ -9,7 +9,8 @@
 //
 // near to the identity, and solved by conjugate gradients with products by fast transforms (Feichtinger, Gröchenig
 // and Strohmer, Efficient numerical methods in non-uniform sampling theory, 1995). Sums over even samples are
-// Bluestein's chirp transform.
+// Bluestein's chirp transform, over others a fast transform of what they leave on an even grid (Barnett, Magland and af Klinteberg,
+// SIAM J. Sci. Comput. 41 (2019) C479): N log N either way.
 #pragma once
 
 #include <complex>
@@ -36,6 +37,8 @@ class TurnTransform {
   Harmonics solve(const List& b, const List& product) const;
   /// Σ_j values_j e^{−ikj·step}, k = 0 … most.
   List chirp(double step, std::span<const double> values, int most);
+  /// Σ_j values_j e^{−ik angles_j}, k = 0 … most, to 1e-13 of Σ|values_j|.
+  List sums(std::span<const double> angles, std::span<const double> values, int most);
   /// Phases and the transform of the chirp, for n samples and m sums.
   struct Chirp {
     std::size_t n = 0, m = 0, size = 0;

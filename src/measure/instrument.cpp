@@ -129,7 +129,7 @@ bool Channel::feed(double t0, double t1, double v0, double v1) {
     started_ = true;
     filter_.advance(h, a);
   }
-  if (t1 < next_sample() - 1e-9 / settings_.sampling) return false;
+  if (t1 < next_sample() - near()) return false;
   ++index_;
   return true;
 }

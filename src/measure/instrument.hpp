@@ -69,16 +69,18 @@ class Channel {
   /// Divides a step into pieces that end at its samples and are not longer than longest_piece(): each(t, to).
   template <class Each>
   void pieces(double t, double t_end, Each&& each) const {
-    const double longest = longest_piece() * (1 + 1e-6), tiny = 1e-6 * longest;
+    const double longest = longest_piece() * (1 + 1e-6);
     while (t < t_end) {
       double to = t_end - t > longest ? t + longest : t_end;
-      if (const double due = next_sample(); due > t + tiny && due < to - tiny) to = due;
+      if (const double due = next_sample(); due > t + near() && due < to - near()) to = due;
       each(t, to);
       t = to;
     }
   }
   /// Longest piece that the mean acceleration stands for (s): a tenth of the sampling period.
   double longest_piece() const { return 0.1 / settings_.sampling; }
+  /// A piece that ends so near to a sample (s) ends at it: a billionth of the period.
+  double near() const { return 1e-9 / settings_.sampling; }
   double next_sample() const { return static_cast<double>(index_) / settings_.sampling; }
   Sensing sensing() const { return sensing_; }
   /// What it measures of positions or velocities, before filter, noise and resolution.

@@ -50,7 +50,7 @@ void Sensors::step(const Step& step, const Sink& sink) {
 
 void Sensors::read(const Step& step, Channel& channel, std::size_t index, const Sink& sink) {
   // A sample that falls on the run's end but for rounding is taken there, and not lost behind it.
-  const double last = step.t1 == end_ ? end_ + 1e-9 / channel.settings().sampling : step.t1;
+  const double last = step.t1 == end_ ? end_ + channel.near() : step.t1;
   for (double t = channel.next_sample(); t <= last && !step.stopped(); t = channel.next_sample()) {
     t = std::min(t, step.t1);
     step.state(t, q_, v_);
