@@ -82,29 +82,41 @@ struct Scaled {
 
 constexpr double rounding = 1e-11;  // of rates and impulses of size one
 
-/// Rows `a` x + c ≥ 0 of a mode, by all unknowns P = E x + f of it.
+// Of islands that are asked for their least: two rows a contact, up to four conditions. Thousands of modes may be tried, each without memory.
+constexpr int most_rows = 2 * ContactProblem::most_for_least_of_mode, most_conditions = 2 * most_rows;
+using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_rows, 1>;
+using Block = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_rows, most_rows>;
+using Row = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, most_rows>;
+
+/// Conditions `rows` P + `constants` ≥ 0 of a mode, by its unknowns x: P = E x + f.
 struct Mode {
   const Scaled& p;
-  Eigen::MatrixXd E;
-  Eigen::VectorXd f;
-  std::vector<Eigen::VectorXd> rows;  // of P
-  std::vector<double> constants;
-  std::vector<int> zero;
-  std::vector<double> zero_at;
+  Block D, E, K0;  // K0 P are the rates that are to be `zero_at`
+  Column f, zero_at;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, most_conditions, most_rows>
+      rows;  // of P
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_conditions, 1> constants;
+  Eigen::Index conditions = 0, zeros = 0;
 
-  explicit Mode(const Scaled& problem) : p(problem) {}
+  explicit Mode(const Scaled& problem) : p(problem), D(problem.D) {}
 
-  void at_least(const Eigen::VectorXd& row, double constant) {
-    rows.push_back(row);
-    constants.push_back(constant);
+  void at_least(const Row& row, double constant) {
+    rows.row(conditions) = row;
+    constants[conditions++] = constant;
+  }
+  /// The rate of this row is `at`.
+  void held(int row, double at) {
+    K0.row(zeros) = D.row(row);
+    zero_at[zeros++] = at - p.b[row];
   }
 
   void pose(const std::vector<Doing>& ways) {
     const auto m = p.b.size();
-    rows.clear();
-    constants.clear();
-    zero.clear();
-    zero_at.clear();
+    conditions = zeros = 0;
+    rows.resize(2 * m + 2, m);
+    constants.resize(2 * m + 2);
+    K0.resize(m, m);
+    zero_at.resize(m);
     f.setZero(m);
     E.setZero(m, m);
     Eigen::Index x = 0;
@@ -113,24 +125,22 @@ struct Mode {
       const auto [pressed, slide] = ways[i];
       const double side = slide == Slide::right ? -1 : slide == Slide::left ? 1 : 0;  // of the friction
       if (pressed) {
-        zero.push_back(c.normal);
-        zero_at.push_back(c.target_n);
+        held(c.normal, c.target_n);
         E(c.normal, x) = 1;
         if (side != 0) E(c.tangent, x) = side * c.friction;
         ++x;
         at_least(unit(c.normal), 0);
       } else if (c.normal >= 0) {
-        at_least(p.D.row(c.normal), p.b[c.normal] - c.target_n);
+        at_least(D.row(c.normal), p.b[c.normal] - c.target_n);
       }
       if (side != 0) {
         f[c.tangent] = side * c.bound;
-        at_least(-side * p.D.row(c.tangent), -side * (p.b[c.tangent] - c.target_t));
+        at_least(-side * D.row(c.tangent), -side * (p.b[c.tangent] - c.target_t));
       } else if (slide == Slide::stick) {
-        zero.push_back(c.tangent);
-        zero_at.push_back(c.target_t);
+        held(c.tangent, c.target_t);
         E(c.tangent, x++) = 1;
         for (const double sign : {1.0, -1.0}) {
-          Eigen::VectorXd row = sign * unit(c.tangent);
+          Row row = sign * unit(c.tangent);
           if (c.normal >= 0) row[c.normal] = c.friction;
           at_least(row, c.bound);
         }
@@ -139,18 +149,16 @@ struct Mode {
     E.conservativeResize(m, x);
   }
 
-  Eigen::VectorXd unit(int row) const { return Eigen::VectorXd::Unit(p.b.size(), row); }
+  Row unit(int row) const { return Row::Unit(p.b.size(), row); }
 
   /// The least impulses of the mode, or false where it admits none.
-  bool least(Eigen::VectorXd& P) const {
-    const auto k = static_cast<Eigen::Index>(zero.size());
-    Eigen::VectorXd x(E.cols());
-    Eigen::MatrixXd free;  // directions of x that leave the rates of `zero`
-    if (k > 0) {
-      const Eigen::MatrixXd K = p.D(zero, Eigen::all) * E;
-      Eigen::VectorXd y = -p.b(zero) - p.D(zero, Eigen::all) * f;
-      for (Eigen::Index r = 0; r < k; ++r) y[r] += zero_at[r];
-      Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
+  bool least(Column& P) const {
+    Column x(E.cols());
+    Block free;  // directions of x that leave those rates
+    if (zeros > 0) {
+      const Block K = K0.topRows(zeros) * E;
+      const Column y = zero_at.head(zeros) - K0.topRows(zeros) * f;
+      Eigen::CompleteOrthogonalDecomposition<Block> solver;
       solver.setThreshold(1e-10);
       solver.compute(K);
       x = solver.solve(y);
@@ -161,12 +169,9 @@ struct Mode {
     }
     P = E * x + f;
     const double none = rounding * (1 + P.cwiseAbs().maxCoeff());
-    const auto n = static_cast<Eigen::Index>(rows.size());
-    if (free.size() == 0) {
-      for (Eigen::Index i = 0; i < n; ++i)
-        if (rows[i].dot(P) + constants[i] < -none) return false;
-      return true;
-    }
+    const auto n = conditions;
+    const auto short_by = [&] { return n > 0 ? -(rows.topRows(n) * P + constants.head(n)).minCoeff() : 0; };
+    if (free.size() == 0) return !(short_by() > none);
     // |W(P + E free s)| with W E free = Q R, r = R s + QᵀWP: the least r with G r ≥ h.
     const Eigen::MatrixXd move = E * free;
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(p.weight.asDiagonal() * move);
@@ -180,10 +185,10 @@ struct Mode {
     Eigen::MatrixXd G(n, d);
     Eigen::VectorXd h(n), r;
     for (Eigen::Index i = 0; i < n; ++i) {
-      G.row(i) = rows[i].transpose() * step;
-      h[i] = -constants[i] - rows[i].dot(base);
+      G.row(i) = rows.row(i) * step;
+      h[i] = -constants[i] - rows.row(i).dot(base);
       const double length = G.row(i).norm();
-      if (length <= 1e-10 * rows[i].norm()) {  // a row that the impulses do not change
+      if (length <= 1e-10 * rows.row(i).norm()) {  // a row that the impulses do not change
         if (h[i] > none) return false;
         G.row(i).setZero();
         h[i] = -1;
@@ -194,9 +199,7 @@ struct Mode {
     }
     if (!least_distance(G, h, none, r)) return false;
     P = base + step * r;
-    for (Eigen::Index i = 0; i < n; ++i)
-      if (rows[i].dot(P) + constants[i] < -10 * none) return false;
-    return true;
+    return !(short_by() > 10 * none);
   }
 };
 
@@ -227,7 +230,7 @@ bool ContactProblem::take_least_of_island() {
   }
   std::vector<Doing> ways(n);
   std::vector<std::size_t> at(n, 0);
-  Eigen::VectorXd P, best;
+  Column P, best;
   double least = INFINITY;
   for (std::size_t i = 0; i < n;) {
     for (std::size_t k = 0; k < n; ++k) ways[k] = all[k][at[k]];
