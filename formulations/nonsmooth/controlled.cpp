@@ -48,6 +48,9 @@ void ControlledMoreau::keep_pace() {
   const double slow = scales_.guessed ? pace_ : scales_.time;
   if (passed < 0.02 * slow) floor_ = std::min(4 * floor_, std::max(least_floor_, 0.2 * pace_));
   if (passed > 0.2 * slow) floor_ = std::max(0.25 * floor_, least_floor_);
+  const long gains = moreau_.extremes().gains;
+  if (passed > 0.02 * slow || gains == gains_) calm_speed_ = fastest_;
+  gains_ = gains;
   paced_ = 0;
   paced_since_ = moreau_.t();
 }
@@ -71,6 +74,7 @@ void ControlledMoreau::start(const State& state, ContactLog& log) {
   if (film_pace_ > 0) film_pace_ = 1 / film_pace_;
   find_pace();
   paced_since_ = calm_since_ = state.t;
+  calm_speed_ = std::max(fastest_, scales_.speed);
   system_.place(state.t, state.q.data(), e_);
   striking_ = false;
   for (int k = 0; k < system_.contacts(); ++k) {
@@ -145,6 +149,12 @@ static double within_knots(const System& system, const double* q, const double* 
 
 bool ControlledMoreau::step(double t_end) {
   moreau_.keep(start_);
+  // What impacts drive faster and faster in next to no time comes to no end that shorter steps would reach.
+  if (calm_speed_ > 0 && fastest_ > 1e3 * calm_speed_)
+    return fail(fmt::format(
+        "t = {:.9g} s: impacts that raise the energy drove a speed of {:.2g} m/s to {:.2g} m/s in next to no "
+        "time: a restitution of rates with friction can; nonsmooth.impact_law = \"energetic\" does not",
+        start_.t, calm_speed_, fastest_));
   if (striking_) return strike(t_end);
   // No step crosses a kink of a table's torque in time.
   const double end =

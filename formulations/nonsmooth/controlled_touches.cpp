@@ -124,7 +124,9 @@ bool ControlledMoreau::strike(double t_end) {
     if (c.row.normal.size > 0 && c.gap <= near(k))
       approach = std::max(approach, -c.row.normal.dot(moreau_.v()));
   }
-  double h = norm_.tolerance * scales_.length / approach * raised();
+  // A raised floor is of the fastest body's pace: a slow touch must not take what moves fast through its walls.
+  double h = norm_.tolerance * scales_.length / approach;
+  h = std::max(h, std::min(h * raised(), floor_));
   h = std::max(h, 16 * 2.3e-16 * std::abs(start_.t));
   smooth_step_ = false;
   for (int tries = 0;; ++tries) {

@@ -12,11 +12,19 @@ void warn(Result& result, Family family, double through) {
   // The greatest kinetic energy before an impact may itself be rounding, in what has always rested.
   if (!(result.extremes.greatest_gain > 1e-12 * scale))
     result.extremes.gains = 0, result.extremes.greatest_gain = 0;
+  // Contacts only take energy in nature: where they give much of what there is, they drive the motion.
+  const double given = -(result.ledger.contact + result.ledger.friction);
+  const bool drives = impact_law && std::max(given, result.extremes.greatest_gain) > 0.1 * scale;
   if (result.extremes.gains > 0)
     result.notes.push_back(fmt::format(
-        "{} impacts raised the energy, by up to {:.3g} J: a restitution of rates with friction can "
+        "{}{} impacts raised the energy, by up to {:.3g} J{}: a restitution of rates with friction can "
         "(Kane and Levinson 1985); nonsmooth.impact_law = \"energetic\" does not",
-        result.extremes.gains, result.extremes.greatest_gain));
+        drives ? "DOUBTFUL: " : "", result.extremes.gains, result.extremes.greatest_gain,
+        drives ? fmt::format(" where there is {:.3g} J", scale) : ""));
+  else if (drives)
+    result.notes.push_back(fmt::format(
+        "DOUBTFUL: contacts with their friction gave {:.3g} J of {:.3g} J; take a shorter nonsmooth.step",
+        given, scale));
   // An impact law keeps surfaces apart but for rounding. Under a contact law a journal may go a tenth of its play
   // deeper before the play itself is another; and discs a tenth of their radius: there the half-width of Hertz's
   // contact, √(δR), is 0.3 R, and no longer small as his half-space asks (Johnson, Contact Mechanics, 1985, §4.1).

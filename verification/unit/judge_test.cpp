@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "facade/judge.hpp"
 #include "io/run_json.hpp"
 #include "model/assembly.hpp"
 #include "model/scene.hpp"
@@ -113,6 +114,27 @@ TEST_CASE("what rests gains no energy by rounding", "[judge]") {
   e.count_gain(1e-27, 1e-30, 1e-12);
   CHECK(e.gains == 1);
   CHECK(e.greatest_gain == 1e-9);
+}
+
+TEST_CASE("contacts that give energy are told, and doubted where they drive the motion", "[judge]") {
+  const auto told = [](double gain, double friction, double contact) {
+    Result run;
+    run.ledger.kinetic = 1;
+    run.ledger.initial = 1;
+    run.ledger.friction = friction;
+    run.ledger.contact = contact;
+    run.ledger.load = friction + contact;  // the balance closes
+    if (gain > 0) run.extremes.gains = 3;
+    run.extremes.greatest_gain = gain;
+    warn(run, Family::nonsmooth);
+    return said(run);
+  };
+  CHECK(told(0, 0.2, -0.1).empty());  // one gives what the other takes
+  CHECK(told(0, -0.05, 0.03).empty());
+  CHECK_THAT(told(0.05, 0, 0), Contains("3 impacts raised the energy, by up to 0.05 J: ") && !Contains("DOUBTFUL"));
+  CHECK_THAT(told(0.2, 0, 0), Contains("DOUBTFUL: 3 impacts raised the energy, by up to 0.2 J where there is 1 J"));
+  CHECK_THAT(told(0.05, -0.2, 0), Contains("DOUBTFUL: 3 impacts"));
+  CHECK_THAT(told(0, -0.2, 0.05), Contains("DOUBTFUL: contacts with their friction gave 0.15 J of 1 J"));
 }
 
 TEST_CASE("surfaces that lie in each other overlap, joints stay open", "[judge][assembly]") {
