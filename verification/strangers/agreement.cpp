@@ -177,20 +177,23 @@ std::optional<std::string> stiffer(Subject& s) {
   auto scene = s.scene;
   for (auto& surface : scene.mechanism.surfaces) *surface.young *= 100;
   const auto found = look(scene, s.way, {.until = std::min(r.duration, 1.3 * r.touches.back().t)});
-  double spent = 0;
+  double spent = 0, turned = 0;
   for (std::size_t k = 0; k < std::min({r.touches.size(), s.sight.touches.size(), found.touches.size()});
        ++k) {
     const auto &a = s.sight.touches[k], &b = found.touches[k];
     if (a.contact != r.touches[k].contact || b.contact != a.contact) return {};
-    // A contact that takes a part of the time between two acts as facts that differ by as much.
+    // A contact that takes a part of the time between two acts as facts that differ by as much, and so does one whose
+    // normal turns by what slides meanwhile.
     const double bound = 3 * spent + steps * s.tolerance() * (r.sensitivity_t[k] + a.t) +
-                         (k ? 10 * spent / r.shortest_interval(k) * r.sensitivity_t[k] : 0) + 1e-12 * a.t;
+                         (k ? 10 * (spent / r.shortest_interval(k) + turned) * r.sensitivity_t[k] : 0) + 1e-12 * a.t;
     if (!(bound < 0.5 * r.shortest_interval(k))) return {};
     if (!(std::abs(a.t - b.t) <= bound))
       return fmt::format("touch {} ({}, t = {:.9g} s) is {:.2g} s off with E times 100, above {:.2g} s",
                          k + 1, a.contact, a.t, std::abs(a.t - b.t), bound);
     if (!a.impact || !b.impact) return {};
     spent += std::max(a.duration, b.duration);
+    for (std::size_t c = 0; c < s.sight.contacts.size(); ++c)
+      if (s.sight.contacts[c] == a.contact) turned += std::max(a.slid, b.slid) / s.sight.measure[c];
   }
   return {};
 }
@@ -306,8 +309,8 @@ std::span<const Check> agreement_checks() {
        paradox},
       {{"tolerance", "the same at a tolerance of 1e-8", "1e-5 (C + t)", "as above"}, coarser, paradox},
       {{"stiffness", "penalty: the first three touches with a modulus 100 times as high",
-        "3 d + 10 d C/interval, d the duration of the impacts before",
-        "an impact takes d in place of an instant; loads act on it meanwhile"},
+        "3 d + 10 (d/interval + d v_t/R) C, d the duration of the impacts before, R radius or clearance",
+        "an impact takes d in place of an instant; loads act on it and its normal turns meanwhile"},
        stiffer,
        paradox},
       {{"mirror", "the scene mirrored, x → −x: touches at the same times",

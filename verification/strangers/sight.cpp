@@ -135,7 +135,8 @@ Sight look(Scene scene, const Way& way, const LookRequest& request) {
   statistics.into(sight.result);
   for (const auto& e : sight.result.events)
     if (is_touch(e))
-      sight.touches.push_back({e.joint, e.t, -e.v_n_minus, e.duration, e.kind == EventKind::impact});
+      sight.touches.push_back({e.joint, e.t, -e.v_n_minus, e.duration, e.kind == EventKind::impact,
+                               std::abs(e.v_t_minus) * e.duration});
   sight.touches.insert(sight.touches.end(), onlooker.open.begin(), onlooker.open.end());
   std::ranges::sort(sight.touches, {}, &Touch::t);
   if (balance) {

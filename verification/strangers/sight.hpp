@@ -16,6 +16,7 @@ struct Touch {
   double t = 0, speed = 0;  ///< s; m/s, of approach, NaN where the contact had not ended with the run
   double duration = 0;      ///< s
   bool impact = true;       ///< else the beginning of a lasting contact
+  double slid = 0;          ///< m, at its first sliding rate through its duration
 };
 
 struct Sight {
