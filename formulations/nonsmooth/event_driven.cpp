@@ -283,7 +283,7 @@ bool EventDriven::choose(std::vector<int>& touching) {
   auto& d = dynamics_;
   const auto& x = method_.x;
   if (last_.kind == Event::Kind::force && !d.together()) {
-    const double none = 1e-6 * d.acceleration_scale();
+    const double none = std::max(1e-6 * d.acceleration_scale(), 1e-9 * d.centripetal_scale(v()));
     auto pressed = touching;
     std::erase_if(pressed, [&](int k) { return d.contacts()[k].closed && d.pressure(k) <= none; });
     if (pressed.size() < touching.size()) {

@@ -439,6 +439,13 @@ double EventDynamics::greatest(const double* rates) const {
   return most;
 }
 
+double EventDynamics::centripetal_scale(const double* v) const {
+  double fastest = 0;
+  for (int i = 0; i < system_.n(); ++i)
+    if (system_.is_angle(i)) fastest = std::max(fastest, std::abs(v[i]));
+  return fastest * fastest * system_.longest_arm();
+}
+
 void EventDynamics::measure_speeds(const Vector& x) {
   const double fastest = greatest(x.data() + system_.n());
   speed_tolerance_ = 1e-10 * speed_scale_ + 1e-14 * fastest;

@@ -120,6 +120,8 @@ class EventDynamics {
   double pressure(int k) const { return contacts_[k].lambda_n * contacts_[k].mobility; }
   /// Greatest acceleration at the last evaluation (m/s²).
   double acceleration_scale() const { return greatest(a_.data()); }
+  /// ω² times the longest arm (m/s²): where nothing is accelerated, such terms cancel in a contact's pressure.
+  double centripetal_scale(const double* v) const;
   /// Moves x onto the constraints of the mode, positions then velocities, by the least mass-weighted change; adds
   /// the impulses of the latter to `book`, if there is one.
   void project(Vector& x, double t, Forces* book = nullptr);

@@ -185,7 +185,8 @@ std::optional<std::string> stiffer(Subject& s) {
     // A contact that takes a part of the time between two acts as facts that differ by as much, and so does one whose
     // normal turns by what slides meanwhile.
     const double bound = 3 * spent + steps * s.tolerance() * (r.sensitivity_t[k] + a.t) +
-                         (k ? 10 * (spent / r.shortest_interval(k) + turned) * r.sensitivity_t[k] : 0) + 1e-12 * a.t;
+                         (k ? 10 * (spent / r.shortest_interval(k) + turned) * r.sensitivity_t[k] : 0) +
+                         1e-12 * a.t;
     if (!(bound < 0.5 * r.shortest_interval(k))) return {};
     if (!(std::abs(a.t - b.t) <= bound))
       return fmt::format("touch {} ({}, t = {:.9g} s) is {:.2g} s off with E times 100, above {:.2g} s",

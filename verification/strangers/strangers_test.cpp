@@ -50,6 +50,7 @@ TEST_CASE("strangers that once were silently wrong, or refused for the program's
       {1, 387, "event-driven"},
       {1, 493, "event-driven"},
       {1, 2170, "event-driven"},
+      {77, 398, "event-driven"},
   }));
   const auto stranger = draw(seed, index);
   const auto all = ways();
@@ -58,6 +59,18 @@ TEST_CASE("strangers that once were silently wrong, or refused for the program's
   const auto verdict = judge(stranger, *by);
   INFO(index << " " << way << ": " << verdict.check << " " << verdict.detail);
   CHECK(verdict.outcome == Outcome::right);
+}
+
+TEST_CASE("impacts that drive a motion without end stop it with their reason", "[strangers][once]") {
+  // A guide with e = 1 and a friction of 0.93: a slow touch of a corner once took the slider through both walls.
+  const auto stranger = draw(91, 307);
+  for (const auto& way : ways())
+    if (way.name == std::string_view("chosen steps") || way.name == std::string_view("automatic")) {
+      const auto verdict = judge(stranger, way);
+      INFO(way.name << ": " << verdict.check << " " << verdict.detail);
+      CHECK(verdict.outcome == Outcome::refused);
+      CHECK(verdict.detail.find("impacts that raise the energy drove a speed") != std::string::npos);
+    }
 }
 
 TEST_CASE("seed and index alone decide a stranger, and every kind of scene and element occurs",

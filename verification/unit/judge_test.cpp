@@ -131,8 +131,10 @@ TEST_CASE("contacts that give energy are told, and doubted where they drive the 
   };
   CHECK(told(0, 0.2, -0.1).empty());  // one gives what the other takes
   CHECK(told(0, -0.05, 0.03).empty());
-  CHECK_THAT(told(0.05, 0, 0), Contains("3 impacts raised the energy, by up to 0.05 J: ") && !Contains("DOUBTFUL"));
-  CHECK_THAT(told(0.2, 0, 0), Contains("DOUBTFUL: 3 impacts raised the energy, by up to 0.2 J where there is 1 J"));
+  CHECK_THAT(told(0.05, 0, 0),
+             Contains("3 impacts raised the energy, by up to 0.05 J: ") && !Contains("DOUBTFUL"));
+  CHECK_THAT(told(0.2, 0, 0),
+             Contains("DOUBTFUL: 3 impacts raised the energy, by up to 0.2 J where there is 1 J"));
   CHECK_THAT(told(0.05, -0.2, 0), Contains("DOUBTFUL: 3 impacts"));
   CHECK_THAT(told(0, -0.2, 0.05), Contains("DOUBTFUL: contacts with their friction gave 0.15 J of 1 J"));
 }
