@@ -70,8 +70,10 @@ Interval cell(const std::vector<RunRow>& runs, const std::string& variant, const
   for (const auto& r : runs)
     if (r.variant == variant && r.formulation == formulation && r.values == values)
       list.push_back(r.metric[metric]);
-  return TurnMetrics::kind(metric) == TurnMetrics::Kind::direction ? interval_of_directions(list)
-                                                                   : interval(list);
+  const auto kind = TurnMetrics::kind(metric);
+  if (kind == TurnMetrics::Kind::direction) return interval_of_directions(list);
+  const auto s = interval(list);
+  return s.low < 0 || (kind == TurnMetrics::Kind::share && s.high > 1) ? within_range(s, kind) : s;
 }
 
 }  // namespace freeplay

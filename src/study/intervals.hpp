@@ -24,7 +24,8 @@ Interval interval_of_directions(const std::vector<double>& degrees);
 /// that with h Student's half-width it is x e^(±h/x), or that of the odds; of a mean at an end of its range that end.
 Interval within_range(Interval s, TurnMetrics::Kind kind);
 
-/// The runs of one cell, on the circle where the statistic is a direction.
+/// The runs of one cell, on the circle where the statistic is a direction; where Student's interval would leave the range of its
+/// values, on their scale.
 Interval cell(const std::vector<RunRow>& runs, const std::string& variant, const std::string& formulation,
               const std::vector<double>& values, TurnMetrics::Name metric);
 
