@@ -21,7 +21,7 @@ void EventDriven::record(const std::vector<int>& was_closed) {
     const double struck_n = impulse[0] - mark_[k].impulse_n;
     if (!was && (is || struck_n > 0)) {
       // Hops that were cut short are no accumulation whose end is known.
-      const double touch = hurried_ ? t : std::min(t + ending_[k], std::max(t, run_end_));
+      const double touch = hurried_ ? t : t + ending_[k];
       log_->touch(k, touch, crank(), rate_before_[k], slide_before_[k], std::max(ending_[k], 4e-16 * t), 0);
       mark_[k].t = touch;
     }

@@ -83,7 +83,6 @@ void EventDriven::forces(double t, Forces& out) {
 }
 
 bool EventDriven::step(double t_end) {
-  run_end_ = t_end;
   finite_ = method_.x;
   finite_t_ = method_.t;
   if (watching_) {

@@ -195,7 +195,7 @@ class EventDriven {
   bool pending_ = false;        // the mode changes before the next step
   Event last_;
   long recent_ = 0;  // events
-  double run_end_ = INFINITY, pace_length_ = 0;
+  double pace_length_ = 0;
   double recent_since_ = -INFINITY, window_since_ = -INFINITY;
   int slow_windows_ = 0;  // one after the other, of events that took next to no time
   int changes_ = 0;       // of modes since the last impact, in next to no time

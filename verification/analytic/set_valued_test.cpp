@@ -42,6 +42,20 @@ TEST_CASE("a bouncing ball: all impacts and the time of rest", "[analytic][event
   CHECK(run.final_state.v[1] == Approx(0).margin(1e-14));
 }
 
+TEST_CASE("the end of an accumulation is told within the run that ends before it", "[analytic][event-driven]") {
+  // Hops lower than 1e-9 of the radius, which last some microseconds, end at the time at which they come to rest.
+  auto scene = scene_of("bouncing_ball", Scheme::event_driven);
+  const double rest = reference::ball_accumulation_time({0.5, 9.81, 0.5});
+  for (const double before : {1e-9, 1e-8, 1e-7, 1e-6, 3e-6, 1e-5}) {
+    scene.run.duration = rest - before;
+    const auto run = test::simulate(scene, Family::nonsmooth);
+    CAPTURE(before, run.events.back().t);
+    REQUIRE(run.ending.status == Ending::Status::finished);
+    for (const auto& e : run.events) CHECK(e.t <= scene.run.duration);
+    CHECK(run.events.back().t > rest - 3e-5);
+  }
+}
+
 TEST_CASE("a bouncing ball by time stepping: the time of rest is of first order but for a logarithm",
           "[order]") {
   const reference::BouncingBall ball{0.5, 9.81, 0.5};
