@@ -175,10 +175,12 @@ class Suite:
                   for s, seconds in costs["sets"].items()]
         return sorted(found, key=lambda g: g[2] / g[3])
 
-    def judge(self):
-        """(how, by what): how is claims, tests, time, crash (nothing but crashes) or survives."""
-        crash = None
+    def judge(self, kind, crash=None):
+        """(how, by what) by the claims or the tests: how is claims, tests, time, crash (nothing but crashes, `crash` one before) or
+        survives."""
         for what, command, seconds, _ in self.groups():
+            if what != kind:
+                continue
             status, _ = run([self.copy.built / command[0], *command[1:]], self.copy.tree, 60 + 5 * seconds, self.log)
             text = self.log.read_text(errors="replace")
             if status is None:

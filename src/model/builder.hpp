@@ -38,12 +38,16 @@ class Builder {
   void motion(const Link& link, const Piecewise& course, const Vec2* axis, int of, const std::string& name);
   template <class Mesh>
   void mesh(const Link& link, const Mesh& mesh, const std::string& name) {
-    const int first = static_cast<int>(s_.constant_G_.size());
     s_.rare_rows_ = true;
-    std::get<std::vector<MeshRow<Mesh>>>(s_.constraints_).push_back({link, mesh, s_.G_.rows, first});
-    for (const int body : {link.i, link.j})
-      if (body != ground)
-        for (const int axis : {0, 1, 2}) entry(3 * body + axis, 0);
+    MeshRow<Mesh> row{link, mesh, s_.G_.rows};
+    const int bodies[] = {link.i, link.j};
+    for (std::size_t k = 0; k < 2; ++k) {
+      if (bodies[k] == ground) continue;
+      row.first[k] = entry(3 * bodies[k], 0);
+      entry(3 * bodies[k] + 1, 0);
+      entry(3 * bodies[k] + 2, 0);
+    }
+    std::get<std::vector<MeshRow<Mesh>>>(s_.constraints_).push_back(row);
     end_row(name, false);
   }
   ///@}

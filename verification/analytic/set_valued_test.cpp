@@ -42,7 +42,8 @@ TEST_CASE("a bouncing ball: all impacts and the time of rest", "[analytic][event
   CHECK(run.final_state.v[1] == Approx(0).margin(1e-14));
 }
 
-TEST_CASE("the end of an accumulation is told within the run that ends before it", "[analytic][event-driven]") {
+TEST_CASE("the end of an accumulation is told within the run that ends before it",
+          "[analytic][event-driven]") {
   // Hops lower than 1e-9 of the radius, which last some microseconds, end at the time at which they come to rest.
   auto scene = scene_of("bouncing_ball", Scheme::event_driven);
   const double rest = reference::ball_accumulation_time({0.5, 9.81, 0.5});

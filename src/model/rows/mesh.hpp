@@ -3,6 +3,8 @@
 //     Φ̇ = u·ḋ + ρ_i ω_i + ρ_j ω_j,     γ = −u·(ω_i² r_i − ω_j² r_j) − (what else of Φ̈ no acceleration makes)
 #pragma once
 
+#include <array>
+
 #include "model/mesh/involute.hpp"
 #include "model/mesh/rack.hpp"
 
@@ -13,22 +15,21 @@ struct MeshRow {
   Link link;
   Mesh mesh;
   int row = 0;
-  int first = 0;  ///< its first entry of G: x, y, θ of each body that moves
+  std::array<int, 2> first{-1, -1};  ///< its entries of G, x, y and θ of i and j, begin there; −1: the ground
 
   template <class T>
   void place(const T&, const T* q, EvaluationOf<T>& e) const {
     const auto a = arms(link, q, e);
     const auto f = mesh.at(link, q, a.d, e);
     e.phi[row] = f.gap;
-    T* g = e.G.data() + first;
-    const auto put = [&](int body, const Vec2Of<T>& arm, const Vec2Of<T>& along, const T& turn) {
-      if (body == ground) return;
-      *g++ = along.x();
-      *g++ = along.y();
-      *g++ = cross(arm, along) + turn;
+    const auto put = [&](int begin, const Vec2Of<T>& arm, const Vec2Of<T>& along, const T& turn) {
+      if (begin < 0) return;
+      e.G[begin] = along.x();
+      e.G[begin + 1] = along.y();
+      e.G[begin + 2] = cross(arm, along) + turn;
     };
-    put(link.i, a.ri, -f.along, f.turn_i);
-    put(link.j, a.rj, f.along, f.turn_j);
+    put(first[0], a.ri, -f.along, f.turn_i);
+    put(first[1], a.rj, f.along, f.turn_j);
   }
   template <class T>
   void rate(const T* q, const T* v, EvaluationOf<T>& e) const {
