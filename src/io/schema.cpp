@@ -1,6 +1,7 @@
 #include "io/schema.hpp"
 
 #include <algorithm>
+#include <map>
 #include <vector>
 
 #include "io/keys_list.hpp"
@@ -270,16 +271,26 @@ std::string_view unit_of(const std::string& key) {
   return row ? row->unit : "";
 }
 
-std::vector<std::string> keys_of(std::string_view table) {
-  std::vector<std::string> names;
-  for (const auto& key : keys()) {
-    auto path = key.path;
-    if (table.empty() ? !of_scene(key) : !path.starts_with(std::string(table) + ".")) continue;
-    if (!table.empty()) path.remove_prefix(table.size() + 1);
-    const std::string name(path.substr(0, path.find('.')));
-    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
-  }
-  return names;
+const std::vector<std::string>& keys_of(std::string_view table) {
+  using Names = std::map<std::string, std::vector<std::string>, std::less<>>;
+  static const auto all = [] {  // sought once: every scene of a sweep asks for them
+    Names found;
+    const auto add = [&](std::string_view in, std::string_view name) {
+      auto& names = found[std::string(in)];
+      if (std::ranges::find(names, name) == names.end()) names.emplace_back(name);
+    };
+    for (const auto& key : keys()) {
+      if (of_scene(key)) add("", key.path.substr(0, key.path.find('.')));
+      for (auto dot = key.path.find('.'); dot != key.path.npos; dot = key.path.find('.', dot + 1)) {
+        const auto rest = key.path.substr(dot + 1);
+        add(key.path.substr(0, dot), rest.substr(0, rest.find('.')));
+      }
+    }
+    return found;
+  }();
+  static const std::vector<std::string> none;
+  const auto it = all.find(table);
+  return it == all.end() ? none : it->second;
 }
 
 std::string_view what_is(std::string_view table) {

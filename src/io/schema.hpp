@@ -32,7 +32,7 @@ std::string_view unit_of(const std::string& key);
 
 /// Names of keys and tables that may stand in a table ("joints.*", "" for the root), in the order of the schema; "*"
 /// among them where the author chooses names.
-std::vector<std::string> keys_of(std::string_view table);
+const std::vector<std::string>& keys_of(std::string_view table);
 
 /// What such a table describes, with its article: "a joint", "[run]".
 std::string_view what_is(std::string_view table);

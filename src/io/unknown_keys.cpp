@@ -24,7 +24,7 @@ bool before(const Unknown& a, const Unknown& b) { return a.node->source().begin 
 /// The unknown key that stands first in `table` and below; `path` is the table's dotted key.
 std::optional<Unknown> first_unknown(const toml::table& table, const std::string& path,
                                      std::string_view pattern) {
-  const auto known = keys_of(pattern);
+  const auto& known = keys_of(pattern);
   const bool names = std::ranges::find(known, "*") != known.end();
   std::optional<Unknown> first;
   for (const auto& [key, node] : table) {
@@ -43,7 +43,7 @@ std::optional<Unknown> first_unknown(const toml::table& table, const std::string
 
 /// What was meant: a name of this table that is near, else the table whose key it is, else what there is.
 std::string remedy(const Unknown& unknown) {
-  const auto known = keys_of(unknown.table);
+  const auto& known = keys_of(unknown.table);
   if (unknown.table == "study" && unknown.name == "study")
     return "; a study's keys stand at its root: [axes.NAME], without study";
   if (const auto near = nearest_word(unknown.name, known); !near.empty())

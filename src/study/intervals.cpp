@@ -64,16 +64,38 @@ Interval within_range(Interval s, TurnMetrics::Kind kind) {
   return s;
 }
 
+static Interval of_starts(const std::vector<double>& values, TurnMetrics::Name metric) {
+  const auto kind = TurnMetrics::kind(metric);
+  if (kind == TurnMetrics::Kind::direction) return interval_of_directions(values);
+  const auto s = interval(values);
+  return s.low < 0 || (kind == TurnMetrics::Kind::share && s.high > 1) ? within_range(s, kind) : s;
+}
+
 Interval cell(const std::vector<RunRow>& runs, const std::string& variant, const std::string& formulation,
               const std::vector<double>& values, TurnMetrics::Name metric) {
   std::vector<double> list;
   for (const auto& r : runs)
     if (r.variant == variant && r.formulation == formulation && r.values == values)
       list.push_back(r.metric[metric]);
-  const auto kind = TurnMetrics::kind(metric);
-  if (kind == TurnMetrics::Kind::direction) return interval_of_directions(list);
-  const auto s = interval(list);
-  return s.low < 0 || (kind == TurnMetrics::Kind::share && s.high > 1) ? within_range(s, kind) : s;
+  return of_starts(list, metric);
+}
+
+Cells::Cells(const std::vector<RunRow>& runs) {
+  for (const auto& r : runs) runs_[{r.variant, r.formulation, r.values}].push_back(&r);
+}
+
+const std::vector<const RunRow*>& Cells::at(const std::string& variant, const std::string& formulation,
+                                            const std::vector<double>& values) const {
+  static const std::vector<const RunRow*> none;
+  const auto found = runs_.find({variant, formulation, values});
+  return found == runs_.end() ? none : found->second;
+}
+
+Interval Cells::of(const std::string& variant, const std::string& formulation,
+                   const std::vector<double>& values, TurnMetrics::Name metric) const {
+  std::vector<double> list;
+  for (const auto* r : at(variant, formulation, values)) list.push_back(r->metric[metric]);
+  return of_starts(list, metric);
 }
 
 }  // namespace freeplay

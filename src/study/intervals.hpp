@@ -2,6 +2,8 @@
 #pragma once
 
 #include <functional>
+#include <map>
+#include <tuple>
 
 #include "study/results.hpp"
 
@@ -28,5 +30,20 @@ Interval within_range(Interval s, TurnMetrics::Kind kind);
 /// values, on their scale.
 Interval cell(const std::vector<RunRow>& runs, const std::string& variant, const std::string& formulation,
               const std::vector<double>& values, TurnMetrics::Name metric);
+
+/// The runs of every cell, sought once: a study may have many thousand of both. The runs must outlive it.
+class Cells {
+ public:
+  explicit Cells(const std::vector<RunRow>& runs);
+  /// In the order of the runs; empty where there are none.
+  const std::vector<const RunRow*>& at(const std::string& variant, const std::string& formulation,
+                                       const std::vector<double>& values) const;
+  /// Of that cell, as cell() has it.
+  Interval of(const std::string& variant, const std::string& formulation, const std::vector<double>& values,
+              TurnMetrics::Name metric) const;
+
+ private:
+  std::map<std::tuple<std::string, std::string, std::vector<double>>, std::vector<const RunRow*>> runs_;
+};
 
 }  // namespace freeplay

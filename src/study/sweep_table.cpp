@@ -32,19 +32,32 @@ std::vector<Place> places(const Variant& variant, const std::vector<RunRow>& run
   return each;
 }
 
-std::string accelerations(const Study& study, const Variant& variant, const std::vector<RunRow>& runs) {
+/// Leaves the first lines that a terminal has room for; returns how many were more.
+std::size_t shorten(std::vector<Place>& lines) {
+  const auto left_out = lines.size() - std::min(lines.size(), most_lines);
+  lines.resize(lines.size() - left_out);
+  return left_out;
+}
+std::string more(std::size_t left_out) {
+  return left_out > 0 ? fmt::format("{} more; --export FILE.csv writes all\n", left_out) : "";
+}
+
+std::string accelerations(const Study& study, const Variant& variant, const std::vector<RunRow>& runs,
+                          const Cells& cells) {
   std::string out, head;
   for (const auto& a : study.axes) head += fmt::format("{:>10}", a.name);
   out += fmt::format("{}  {:<10}{:>17}{:>8}{:>8}{:>8}{:>6}\n", head, "", "peak/ideal (95%)", "95 %", "max",
                      "impacts", "lines");
-  for (const auto& place : places(variant, runs)) {
+  auto lines = places(variant, runs);
+  const auto left_out = shorten(lines);
+  for (const auto& place : lines) {
     const auto& values = place.first;
     const auto& formulation = place.second;
     std::string line;
     for (std::size_t i = 0; i < values.size(); ++i)
       line += fmt::format("{:>10}",
                           fmt::format("{:.4g} {}", values[i] * study.axes[i].scale, study.axes[i].unit));
-    const auto of = [&](TurnMetrics::Name m) { return cell(runs, variant.name, formulation, values, m); };
+    const auto of = [&](TurnMetrics::Name m) { return cells.of(variant.name, formulation, values, m); };
     const auto median = of(TurnMetrics::ratio_median);
     out +=
         fmt::format("{}  {:<10}{:>17}{:>8}{:>8}{:>8}{:>6}\n", line, formulation,
@@ -52,7 +65,7 @@ std::string accelerations(const Study& study, const Variant& variant, const std:
                     number(of(TurnMetrics::ratio_95).mean), number(of(TurnMetrics::ratio_max).greatest),
                     number(of(TurnMetrics::impacts_per_turn).mean), number(of(TurnMetrics::lines).mean));
   }
-  return out;
+  return out + more(left_out);
 }
 
 /// A column of a table, and what a run has there.
@@ -122,12 +135,12 @@ std::string laid_out(const Texts& fixed, const Texts& others) {
   return out;
 }
 
-std::string measures(const Study& study, const Variant& variant, const std::vector<RunRow>& runs) {
+std::string measures(const Study& study, const Variant& variant, const std::vector<RunRow>& runs,
+                     const Cells& cells) {
   const auto shown = columns_of(study, runs);
   if (shown.empty()) return "";
   auto lines = places(variant, runs);
-  const auto left_out = lines.size() - std::min(lines.size(), most_lines);
-  lines.resize(lines.size() - left_out);
+  const auto left_out = shorten(lines);
   Texts fixed, others;
   for (std::size_t i = 0; i < study.axes.size(); ++i) {
     const auto& a = study.axes[i];
@@ -141,9 +154,7 @@ std::string measures(const Study& study, const Variant& variant, const std::vect
     auto& column = others.emplace_back(std::vector{s.name});
     for (const auto& [values, formulation] : lines) {
       std::vector<double> found;
-      for (const auto& r : runs)
-        if (r.variant == variant.name && r.formulation == formulation && r.values == values)
-          found.push_back(s.of(r));
+      for (const auto* r : cells.at(variant.name, formulation, values)) found.push_back(s.of(*r));
       const auto of_starts = interval(found);
       const double half = 0.5 * (of_starts.high - of_starts.low);
       column.push_back(of_starts.count == 0 ? "-"
@@ -151,9 +162,7 @@ std::string measures(const Study& study, const Variant& variant, const std::vect
                                             : fmt::format("{:.4g} ±{:.1g}", of_starts.mean, half));
     }
   }
-  auto out = laid_out(fixed, others);
-  if (left_out > 0) out += fmt::format("{} more; --export FILE.csv writes all\n", left_out);
-  return out;
+  return laid_out(fixed, others) + more(left_out);
 }
 
 std::string csv_text(const std::string& text) {
@@ -167,10 +176,11 @@ std::string csv_text(const std::string& text) {
 
 std::string sweep_table(const Study& study, const std::vector<RunRow>& runs) {
   std::string out;
+  const Cells cells(runs);
   for (const auto& variant : study.variants) {
     out += variant.title + "\n";
-    if (!study.accelerometer.empty()) out += accelerations(study, variant, runs);
-    const auto table = measures(study, variant, runs);
+    if (!study.accelerometer.empty()) out += accelerations(study, variant, runs, cells);
+    const auto table = measures(study, variant, runs, cells);
     if (!study.accelerometer.empty() && !table.empty()) out += "\n";
     out += table + "\n";
   }

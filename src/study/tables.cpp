@@ -18,6 +18,7 @@ void write_tables(const Study& study, const Results& results, const Conduct& con
   traces.write(fmt::format("variant,formulation{},angle,acceleration,position\n", axes));
   spectra.write(fmt::format("variant,formulation{},harmonic,amplitude\n", axes));
   const auto rows = results.runs();
+  const Cells every(rows);
   std::set<std::pair<std::string, std::vector<double>>> ideals;
   for (const auto& one : cases(study)) {
     if (one.start != 0) continue;
@@ -28,14 +29,12 @@ void write_tables(const Study& study, const Results& results, const Conduct& con
     };
     std::vector<double> mean;
     int starts = 0;
-    for (const auto& row : rows) {
-      if (row.variant != one.variant || row.formulation != one.formulation || row.values != one.values)
-        continue;
-      if (row.start == 0)
-        for (const auto& p : results.trace(row.key))
+    for (const auto* row : every.at(one.variant, one.formulation, one.values)) {
+      if (row->start == 0)
+        for (const auto& p : results.trace(row->key))
           traces.write(
               fmt::format("{},{},{},{}\n", line(one.formulation), p.angle, p.acceleration, p.position));
-      const auto spectrum = results.spectrum(row.key);
+      const auto spectrum = results.spectrum(row->key);
       mean.resize(std::max(mean.size(), spectrum.size()));
       for (std::size_t h = 0; h < spectrum.size(); ++h) mean[h] += spectrum[h];
       ++starts;
@@ -43,7 +42,7 @@ void write_tables(const Study& study, const Results& results, const Conduct& con
     for (std::size_t h = 0; h < mean.size(); ++h)
       spectra.write(fmt::format("{},{},{}\n", line(one.formulation), h + 1, mean[h] / starts));
     for (int m = 0; m < TurnMetrics::count; ++m) {
-      const auto s = cell(rows, one.variant, one.formulation, one.values, static_cast<TurnMetrics::Name>(m));
+      const auto s = every.of(one.variant, one.formulation, one.values, static_cast<TurnMetrics::Name>(m));
       cells.write(fmt::format("{},{},{},{},{},{},{},{}\n", line(one.formulation), TurnMetrics::names()[m],
                               s.mean, s.low, s.high, s.least, s.greatest, s.count));
     }
