@@ -101,8 +101,8 @@ class ControlledMoreau {
   void find_pace();
   double raised() const;
   double near(int k) const;
-  bool fail(std::string why = {}) {
-    failure_ = why.empty() ? moreau_.failure() : std::move(why);
+  bool fail(const std::string& why = {}) {
+    failure_ = why.empty() ? moreau_.failure() : why;
     return false;
   }
 
