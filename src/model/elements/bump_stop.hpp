@@ -11,6 +11,7 @@
 #include <string>
 
 #include "model/body.hpp"
+#include "model/kinematics.hpp"
 #include "values/forces.hpp"
 
 namespace freeplay {
@@ -35,15 +36,18 @@ struct Bump {
     T force = 0;    ///< on the second body, along what is limited
     T damping = 0;  ///< W, ≤ 0
   };
+  /// `piece`: what lies between two limits, which a step is held to (model/phase.hpp). It decides whether the stop acts:
+  /// the force jumps by damping ẏ at a limit, where rounding leaves `at` on either side.
   template <class T>
-  Push<T> push(const T& at, const T& speed) const {
+  Push<T> push(const T& at, const T& speed, const Piece* piece) const {
     const auto one = [&](const T& y, const T& rate, double sign) -> Push<T> {
       const T spring = stiffness * y, f = spring + damping * rate;
       const T size = f > T(0) ? f : T(0);
       return {-sign * size, -(size - spring) * rate};
     };
-    if (upper && at > T(*upper)) return one(at - T(*upper), speed, 1);
-    if (lower && at < T(*lower)) return one(T(*lower) - at, -speed, -1);
+    const double place = piece ? piece->inside() : value_of(at);
+    if (upper && place > *upper) return one(at - T(*upper), speed, 1);
+    if (lower && place < *lower) return one(T(*lower) - at, -speed, -1);
     return {};
   }
   double energy(double at) const {
@@ -78,7 +82,7 @@ struct BumpStop {
     const auto along = turned(link.i, axis, m.e);
     const T travel = dot(along, a.d);
     a.ri += a.d;  // the first body's point where the second's is
-    const auto push = bump.push(travel, T(dot(along, m.relative_velocity(link, a))));
+    const auto push = bump.push(travel, T(dot(along, m.relative_velocity(link, a))), m.piece);
     out.pull(link, a, Vec2Of<T>{push.force * along.x(), push.force * along.y()});
     out.power.damping += push.damping;
   }
@@ -108,7 +112,7 @@ struct TorsionalBumpStop {
 
   template <class T>
   void act(const auto& m, const auto& link, const T*, auto& out) const {
-    const auto push = bump.push(T(m.angle(link)), T(m.spin(link)));
+    const auto push = bump.push(T(m.angle(link)), T(m.spin(link)), m.piece);
     out.couple(link, push.force);
     out.power.damping += push.damping;
   }
