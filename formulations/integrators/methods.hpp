@@ -15,11 +15,11 @@
 // landing by a step, not by interpolation, keeps an event as accurate as the method.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <boost/numeric/odeint/stepper/controlled_runge_kutta.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta4.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
-#include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
 #include <cmath>
 #include <functional>
 #include <span>
@@ -36,20 +36,25 @@ using Vector = std::vector<double>;
 ///
 ///     max |error_i| / (tolerance (absolute_i + relative_i |x_i|)).
 ///
-/// A component with infinite absolute_i, or behind the last of them, is carried along without error control.
+/// A component with infinite absolute_i, or behind the last of them, is carried along without error control; but a
+/// component that is not finite refuses the step, whichever it is.
 struct ErrorNorm {
   Vector absolute, relative;
   double tolerance = 1e-8;
 
   template <class Algebra, class State, class Deriv, class Error, class Time>
   double error(Algebra&, const State& x, const Deriv&, Error& e, Time) const {
+    constexpr double refused = 1e10;
     double worst = 0;
     for (std::size_t i = 0; i < absolute.size(); ++i) {
       const double accepted = tolerance * (absolute[i] + relative[i] * std::abs(x[i]));
       const double ratio = std::abs(e[i]) / accepted;
-      if (!(ratio <= worst)) worst = ratio;
+      if (!(ratio < refused)) return refused;
+      worst = std::max(worst, ratio);
     }
-    return worst < 1e10 ? worst : 1e10;  // also for a NaN
+    for (std::size_t i = absolute.size(); i < e.size(); ++i)
+      if (!std::isfinite(e[i])) return refused;
+    return worst;
   }
 };
 
@@ -147,22 +152,14 @@ struct MethodState {
   }
 };
 
-/// An embedded explicit Runge–Kutta pair with step control: Dormand and Prince's 5(4) with its fourth-order
-/// dense output, or Fehlberg's 7(8), which has none: Hermite's cubic serves to find events, and landing makes
-/// them exact.
-template <class Pair>
-class Embedded : public MethodState {
-  static constexpr bool first_same_as_last =
-      std::is_same_v<Pair, boost::numeric::odeint::runge_kutta_dopri5<Vector>>;
+/// Dormand and Prince's explicit 5(4) pair with step control and its fourth-order dense output.
+class Dopri5 : public MethodState {
+  using Controlled =
+      boost::numeric::odeint::controlled_runge_kutta<boost::numeric::odeint::runge_kutta_dopri5<Vector>,
+                                                     ErrorNorm>;
 
  public:
-  static constexpr bool cubic = !first_same_as_last;
-
- private:
-  using Controlled = boost::numeric::odeint::controlled_runge_kutta<Pair, ErrorNorm>;
-
- public:
-  Embedded(ErrorNorm norm, double first_step)
+  Dopri5(ErrorNorm norm, double first_step)
       : stepper_(std::move(norm)), first_step_(first_step), dt_(first_step) {}
 
   template <class F>
@@ -180,7 +177,8 @@ class Embedded : public MethodState {
     const double wish = dt_;
     bool cut = t + dt_ >= t_end;
     if (cut) dt_ = t_end - t;
-    while (attempt(f) != boost::numeric::odeint::success) {
+    while (stepper_.try_step(std::ref(f), x_old, dxdt_old, t, x, dxdt, dt_) !=
+           boost::numeric::odeint::success) {
       ++rejected;
       cut = false;
       if (vanishing(dt_, first_step_)) return false;
@@ -189,68 +187,43 @@ class Embedded : public MethodState {
       t = t_end;
       dt_ = std::max(dt_, wish);
     }
-    if constexpr (!first_same_as_last) f(x, dxdt, t);
     return true;
   }
   template <class F>
   void land(F& f, double to) {
-    if constexpr (first_same_as_last) {
-      stepper_.stepper().do_step(std::ref(f), x_old, dxdt_old, t_old, x, dxdt, to - t_old);
-    } else {
-      stepper_.stepper().do_step(std::ref(f), x_old, dxdt_old, t_old, x, to - t_old);
-      f(x, dxdt, to);
-    }
+    stepper_.stepper().do_step(std::ref(f), x_old, dxdt_old, t_old, x, dxdt, to - t_old);
     t = to;
   }
   void interpolate(double at, Vector& out) const {
-    if constexpr (first_same_as_last)
-      stepper_.stepper().calc_state(at, out, x_old, dxdt_old, t_old, x, dxdt, t);
-    else
-      hermite(at, out);
+    stepper_.stepper().calc_state(at, out, x_old, dxdt_old, t_old, x, dxdt, t);
   }
-  void show(double at, std::size_t n, Vector& out) const {
-    if constexpr (first_same_as_last)
-      interpolate(at, out);
-    else
-      MethodState::show(at, n, out);
-  }
-  /// Dormand and Prince's quartic departs from the cubic through rates and accelerations by a multiple of s²(1 − s)²,
-  /// which is known from its middle, and has rates of up to 3.1/h of its size.
+  void show(double at, std::size_t, Vector& out) const { interpolate(at, out); }
+  /// The quartic departs from the cubic through rates and accelerations by a multiple of s²(1 − s)², which is known
+  /// from its middle, and has rates of up to 3.1/h of its size.
   void enclose(std::size_t n, MotionBounds& bounds) const {
     MethodState::enclose(n, bounds);
-    if constexpr (first_same_as_last) {
-      middle_.resize(x.size());
-      interpolate(0.5 * (t_old + t), middle_);
-      const double h = t - t_old;
-      for (std::size_t i = 0; i < n; ++i) {
-        const double cubic = 0.5 * (x_old[n + i] + x[n + i]) + 0.125 * h * (dxdt_old[n + i] - dxdt[n + i]);
-        bounds.widen(i, std::abs(middle_[n + i] - cubic), 3.1);
-      }
+    middle_.resize(x.size());
+    interpolate(0.5 * (t_old + t), middle_);
+    const double h = t - t_old;
+    for (std::size_t i = 0; i < n; ++i) {
+      const double cubic = 0.5 * (x_old[n + i] + x[n + i]) + 0.125 * h * (dxdt_old[n + i] - dxdt[n + i]);
+      bounds.widen(i, std::abs(middle_[n + i] - cubic), 3.1);
     }
   }
   /// Odeint's pair itself carries nothing over: every stage is computed anew.
   template <class M>
   void remember(M& m) {
-    m.part(first_same_as_last ? "dopri5" : "fehlberg78");
+    m.part("dopri5");
     MethodState::remember(m);
     m(dt_);
     if constexpr (M::reading) stepper_.stepper().adjust_size(x);
   }
 
  private:
-  template <class F>
-  auto attempt(F& f) {
-    if constexpr (first_same_as_last)
-      return stepper_.try_step(std::ref(f), x_old, dxdt_old, t, x, dxdt, dt_);
-    else
-      return stepper_.try_step(std::ref(f), x_old, dxdt_old, t, x, dt_);
-  }
   Controlled stepper_;
   double first_step_, dt_;
   mutable Vector middle_;
 };
-using Dopri5 = Embedded<boost::numeric::odeint::runge_kutta_dopri5<Vector>>;
-using Fehlberg78 = Embedded<boost::numeric::odeint::runge_kutta_fehlberg78<Vector>>;
 
 /// The classical fourth-order method with a fixed step; between steps Hermite's cubic.
 class Rk4 : public MethodState {

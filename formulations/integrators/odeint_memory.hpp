@@ -34,10 +34,13 @@ struct AdamsAdjuster {
   double tolerance = 1e-8;
   double adjust_stepsize(std::size_t steps, double dt, std::vector<double>& error, const std::vector<double>&,
                          const std::vector<double>&) {
-    double worst = 0;
-    for (double e : error)
-      if (!(std::abs(e) <= worst)) worst = std::abs(e);
-    const double ratio = worst < 1e10 * tolerance ? worst / tolerance : 1e10;
+    constexpr double refused = 1e10;
+    double ratio = 0;
+    for (const double e : error) {
+      const double share = std::abs(e) / tolerance;
+      ratio = share < refused ? std::max(ratio, share) : refused;
+      if (!(share < refused)) break;  // one that is not finite refuses the step
+    }
     const double factor = 0.9 * std::pow(ratio, -1.0 / (static_cast<double>(steps) + 1));
     return dt * std::min(ratio <= 1 ? std::max(1.0, 0.9 * factor) : factor, 2.0);
   }

@@ -2,6 +2,8 @@
 // scales.
 #pragma once
 
+#include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
+
 #include "formulations/integrators/methods.hpp"
 #include "formulations/integrators/odeint_memory.hpp"
 

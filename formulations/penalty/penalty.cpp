@@ -215,8 +215,6 @@ std::unique_ptr<Formulation> make_penalty(const Scene& scene, const System& syst
   switch (options.integrator) {
     case Integrator::rk4:
       return relieved(Rk4(options.step));
-    case Integrator::fehlberg78:
-      return relieved(Fehlberg78(norm, first));
     case Integrator::bulirsch_stoer:
       return relieved(BulirschStoer(norm, first));
     case Integrator::adams_bashforth_moulton:

@@ -47,6 +47,10 @@ class KeysReader {
 
   template <class E>
   void choose(const Key& key, E& x) {
+    if constexpr (requires { removed_words(E{}); })
+      for (const auto& word : removed_words(E{}))
+        if (s_.has(key.name) && s_.text(key.name) == word.text)
+          s_.fail(key.name, fmt::format("\"{}\" has been removed: {}", word.text, word.instead));
     x = static_cast<E>(s_.choice(key.name, words<E>(), static_cast<int>(x)));
     if constexpr (std::is_same_v<E, Argument>) against_ = x;
   }

@@ -57,6 +57,13 @@ struct Choice {
   Traits<E> traits = {};
 };
 
+/// A word that an enumeration no longer has, refused with what to use instead. An enumeration that has some has
+/// removed_words(E) beside its choices(E).
+struct RemovedWord {
+  std::string_view text = {};
+  std::string_view instead = {};
+};
+
 /// A table of all values of E, each at its own number: a forgotten one does not compile.
 template <class E, std::size_t N>
 consteval std::array<Choice<E>, N> complete(const Choice<E> (&rows)[N]) {

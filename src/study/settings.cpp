@@ -109,7 +109,7 @@ std::vector<Setting> all_settings(Family family) {
     return list;
   }
   for (const double h : {1e-5, 3e-6, 1e-6}) list.push_back({family, Integrator::rk4, {}, h});
-  for (const auto integrator : {Integrator::dopri5, Integrator::fehlberg78, Integrator::bulirsch_stoer,
+  for (const auto integrator : {Integrator::dopri5, Integrator::bulirsch_stoer,
                                 Integrator::adams_bashforth_moulton, Integrator::rosenbrock4})
     for (const double tolerance : {1e-3, 1e-5, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11}) {
       if (integrator == Integrator::rosenbrock4 && tolerance < 5e-8)

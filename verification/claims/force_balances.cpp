@@ -58,7 +58,7 @@ void balance(Findings& f, const State& start) {
   const Way ways[] = {
       {"rk4, Baumgarte", I::rk4, S::baumgarte, F::ambrosio, C::hertz, 2e-3},
       {"adams_bashforth_moulton, none", I::adams_bashforth_moulton, S::none, F::threlfall, C::exact, 4e-3},
-      {"fehlberg78, projection", I::fehlberg78, S::projection, F::brown_mcphee, C::flores, 4e-3},
+      {"bulirsch_stoer, projection", I::bulirsch_stoer, S::projection, F::brown_mcphee, C::flores, 4e-3},
       {"bulirsch_stoer, Baumgarte", I::bulirsch_stoer, S::baumgarte, F::bengisu_akay, C::lankarani_nikravesh,
        4e-3},
       {"dopri5, projection", I::dopri5, S::projection, F::ambrosio, C::exact},
@@ -74,13 +74,7 @@ void balance(Findings& f, const State& start) {
     }
     BalanceWatch watch(scene.mechanism, false, way.duration / 100, 7);
     const auto result = run(scene, Family::penalty, {&watch}, start);
-    Bounds bounds{1e-9, drift, 1e-6, hertz};
-    if (way.integrator == I::fehlberg78)
-      bounds = {1e-9, drift, 1e-3,
-                "its steps take up to a third of an impact, where the cubic between their ends errs by "
-                "(π/3)⁴/384 of the "
-                "depth, 3e-3, and a third of that in the mean"};
-    report(f, std::string("penalty, ") + way.name, watch, result, bounds);
+    report(f, std::string("penalty, ") + way.name, watch, result, {1e-9, drift, 1e-6, hertz});
   }
   {
     const auto scene = nonsmooth(Scheme::event_driven);

@@ -70,7 +70,6 @@ void adaptive(Findings& f) {
     f.curves.push_back({"tolerances", name, "tolerance", "error (rad)", tolerances, errors});
   };
   claim("dopri5", Family::penalty, Integrator::dopri5);
-  claim("fehlberg78", Family::penalty, Integrator::fehlberg78);
   claim("Bulirsch–Stoer", Family::penalty, Integrator::bulirsch_stoer);
   claim("Adams–Bashforth–Moulton", Family::penalty, Integrator::adams_bashforth_moulton);
   claim("rosenbrock4", Family::penalty, Integrator::rosenbrock4);

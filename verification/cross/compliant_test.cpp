@@ -134,7 +134,6 @@ TEST_CASE("the ledger closes over kinks, dampers and cams in every scheme", "[co
     double bound;
   } ways[] = {{Family::penalty, {}, 1e-6},
               {Family::penalty, {"penalty.integrator=\"rosenbrock4\""}, 1e-5},
-              {Family::penalty, {"penalty.integrator=\"fehlberg78\""}, 1e-6},
               {Family::penalty, {"penalty.integrator=\"bulirsch_stoer\""}, 1e-6},
               {Family::penalty, {"penalty.integrator=\"rk4\"", "penalty.step=1e-6"}, 1e-5},
               {Family::nonsmooth, {"nonsmooth.scheme=\"event-driven\""}, 1e-7},

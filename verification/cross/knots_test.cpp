@@ -64,7 +64,6 @@ std::pair<long double, long double> moments(const Table& table) {
 const std::vector<std::pair<std::string, std::vector<std::string>>> methods = {
     {"penalty", {"penalty.integrator=rk4", "penalty.step=3e-3"}},
     {"penalty", {"penalty.integrator=dopri5"}},
-    {"penalty", {"penalty.integrator=fehlberg78"}},
     {"penalty", {"penalty.integrator=bulirsch_stoer"}},
     {"penalty", {"penalty.integrator=adams_bashforth_moulton"}},
     {"penalty", {"penalty.integrator=rosenbrock4"}},

@@ -24,7 +24,7 @@ TEST_CASE("snapshots: back to before the first step, in a simulation that has a 
     CHECK((bits_of(again) == bits_of(whole)));
   };
   for (const char* integrator :
-       {"rk4", "dopri5", "fehlberg78", "bulirsch_stoer", "adams_bashforth_moulton", "rosenbrock4"}) {
+       {"rk4", "dopri5", "bulirsch_stoer", "adams_bashforth_moulton", "rosenbrock4"}) {
     const auto with = fmt::format("penalty.integrator=\"{}\"", integrator);
     std::vector<std::string> sets{with, "penalty.tolerance=1e-7", "run.duration=0.012"};
     if (std::string_view(integrator) == "rk4") sets.emplace_back("penalty.step=1e-5");

@@ -49,9 +49,8 @@ bool says(const Result& run, const char* what) {
 TEST_CASE("a path that is tangent to a peg makes no impact, one a hair nearer does", "[unseen]") {
   // 0.05 is the sum of the radii; by hand the chord at a depth d is 2√(2·0.05 d).
   for (const double speed : {0.1, 10.0, 1000.0})
-    for (const auto integrator :
-         {Integrator::dopri5, Integrator::adams_bashforth_moulton, Integrator::bulirsch_stoer,
-          Integrator::fehlberg78, Integrator::rosenbrock4}) {
+    for (const auto integrator : {Integrator::dopri5, Integrator::adams_bashforth_moulton,
+                                  Integrator::bulirsch_stoer, Integrator::rosenbrock4}) {
       auto scene = thrown(0.05 * (1 + 1e-14), speed);  // to rounding
       scene.penalty.integrator = integrator;
       CAPTURE(speed, static_cast<int>(integrator));

@@ -10,8 +10,7 @@ using Catch::Matchers::Contains;
 TEST_CASE("an explicit integrator does not creep along a stiff lasting contact for ever", "[penalty]") {
   // It rests: v0 is the floor, and χ/v0 of a picometre a second makes the contact so stiff that stability
   // takes steps of nanoseconds. The implicit method takes some hundred; it takes over after 2000 of an explicit one.
-  for (const char* integrator :
-       {"adams_bashforth_moulton", "dopri5", "fehlberg78", "bulirsch_stoer", "rosenbrock4"}) {
+  for (const char* integrator : {"adams_bashforth_moulton", "dopri5", "bulirsch_stoer", "rosenbrock4"}) {
     const auto run = test::simulate(
         *open_scene(test::scene_file("resting_journal"),
                     {"penalty.v0_floor=1e-12", std::string("penalty.integrator=") + integrator}),

@@ -67,7 +67,7 @@ TEST_CASE("the stepping loop allocates nothing", "[allocation]") {
   const auto family = GENERATE(Family::penalty, Family::nonsmooth);
   // Boost's bulirsch_stoer_dense_out allocates in its own steps; docs/penalty.md says so.
   scene.penalty.integrator = family == Family::penalty
-                                 ? GENERATE(Integrator::rk4, Integrator::dopri5, Integrator::fehlberg78,
+                                 ? GENERATE(Integrator::rk4, Integrator::dopri5,
                                             Integrator::adams_bashforth_moulton, Integrator::rosenbrock4)
                                  : Integrator::dopri5;
   CAPTURE(family == Family::penalty, static_cast<int>(scene.penalty.integrator));

@@ -121,9 +121,8 @@ TEST_CASE("every integrator carries the seven-body mechanism to its printed end"
     double fineness;
   };
   for (const auto& row :
-       {Row{Integrator::rk4, 1e-6}, Row{Integrator::dopri5, 1e-9}, Row{Integrator::fehlberg78, 1e-9},
-        Row{Integrator::bulirsch_stoer, 1e-9}, Row{Integrator::adams_bashforth_moulton, 1e-9},
-        Row{Integrator::rosenbrock4, 1e-7}}) {
+       {Row{Integrator::rk4, 1e-6}, Row{Integrator::dopri5, 1e-9}, Row{Integrator::bulirsch_stoer, 1e-9},
+        Row{Integrator::adams_bashforth_moulton, 1e-9}, Row{Integrator::rosenbrock4, 1e-7}}) {
     auto scene = read_scene(test::scene_file("seven_body"));
     scene.penalty.integrator = row.integrator;
     scene.penalty.step = scene.penalty.tolerance = row.fineness;

@@ -41,7 +41,6 @@ std::string error(const Row& row, const Row& exact, std::size_t touch) {
 void table(const char* title, Scene scene, std::size_t last) {
   const std::pair<Integrator, const char*> integrators[] = {
       {Integrator::dopri5, "dopri5"},
-      {Integrator::fehlberg78, "fehlberg78"},
       {Integrator::bulirsch_stoer, "bulirsch_stoer"},
       {Integrator::adams_bashforth_moulton, "adams_bashforth_moulton"},
       {Integrator::rosenbrock4, "rosenbrock4"}};

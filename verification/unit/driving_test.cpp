@@ -498,7 +498,8 @@ TEST_CASE("a joint that is driven beyond its reach is told with the drive", "[dr
 
 TEST_CASE("rows between the ends of long steps are as right as their ends", "[driving][output]") {
   // Prescribed all along: a 3-4-5 rise of 0.5 rad in 0.4 s, of polynomials that a method of high order takes in a few steps.
-  const auto scene = parse_scene(rotor + R"([drives.d]
+  const auto scene = parse_scene(
+      rotor + R"([drives.d]
 joint = "main"
 position = "c"
 [curves.c]
@@ -512,10 +513,9 @@ return = 0.2
 duration = 1
 [penalty]
 integrator = ")" +
-                                     GENERATE(as<std::string>{}, "adams_bashforth_moulton", "fehlberg78",
-                                              "dopri5", "bulirsch_stoer", "rosenbrock4") +
-                                     "\"\n",
-                                 "s.toml");
+          GENERATE(as<std::string>{}, "adams_bashforth_moulton", "bulirsch_stoer", "dopri5", "rosenbrock4") +
+          "\"\n",
+      "s.toml");
   struct Rows final : Observer {
     void begin(const Layout&, const State& state) override { q = state.q, v = state.v; }
     void step(const Step& step) override {
