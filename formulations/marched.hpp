@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,8 +24,8 @@ inline void unseen_note(double unseen, std::vector<std::string>& notes) {
         unseen));
 }
 
-/// A Stepper adds to what march() asks for: start(state, log), q(), work(), extremes(), and integrals(), the ledger
-/// but for the energies of masses and gravity. What contacts are and what a user must read is each family's own.
+/// A Stepper adds to what march() asks for: start(state, log), q(), work(), extremes(), integrals(), the ledger
+/// but for the energies of masses and gravity, and outside_work(), those of drives and of loads among them. What contacts are and what a user must read is each family's own.
 template <class Stepper>
 class Marched : public Formulation {
  public:
@@ -52,9 +54,15 @@ class Marched : public Formulation {
   EnergyLedger ledger() final {
     EnergyLedger l = stepper_.integrals();
     l.initial = initial_;
+    l.passed = passed_;
     l.kinetic = system_.kinetic(stepper_.v());
     l.potential = system_.potential(stepper_.q());
     return l;
+  }
+  /// After each step; see EnergyLedger::passed.
+  void keep_passed() {
+    const auto [drive, load] = stepper_.outside_work();
+    passed_ = std::max({passed_, system_.kinetic(stepper_.v()), std::abs(drive), std::abs(load)});
   }
   const Work& work() const final { return stepper_.work(); }
   const Extremes& extremes() const final { return stepper_.extremes(); }
@@ -68,11 +76,11 @@ class Marched : public Formulation {
   template <class M>
   void remember(M& m) {
     m.part(name_of(family_));
-    m(stepper_, log_, initial_);
+    m(stepper_, log_, initial_, passed_);
   }
   Family family_;
   ContactLog log_;
-  double initial_ = 0;
+  double initial_ = 0, passed_ = 0;
 };
 
 }  // namespace freeplay

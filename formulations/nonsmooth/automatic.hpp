@@ -7,6 +7,7 @@
 // the other from the same state. A return that does not last makes the next one wait twice as long.
 #pragma once
 
+#include <array>
 #include <string>
 #include <utility>
 #include <vector>
@@ -56,6 +57,9 @@ class AutomaticStepper {
   const Forces& before() const { return shown_ ? struck_ : events_.before(); }
   const Forces& within() const { return shown_ ? stepping_.within() : events_.within(); }
   ///@}
+  std::array<double, 2> outside_work() const {
+    return shown_ ? stepping_.outside_work() : events_.outside_work();
+  }
   EnergyLedger integrals() const { return shown_ ? stepping_.integrals() : events_.integrals(); }
   const Extremes& extremes() const { return shown_ ? stepping_.extremes() : events_.extremes(); }
   const Work& work() const { return shown_ ? stepping_.work() : events_.work(); }

@@ -17,6 +17,7 @@
 // closed. Where many impacts follow each other the floor is raised, up to 3e-3 of the time scale, and lowered again.
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "formulations/integrators/methods.hpp"
@@ -67,6 +68,7 @@ class ControlledMoreau {
   const Forces& within() const { return within_; }
   ///@}
   const EnergyLedger& integrals() const { return moreau_.integrals(); }
+  std::array<double, 2> outside_work() const { return moreau_.outside_work(); }
   const Extremes& extremes() const { return moreau_.extremes(); }
   const Work& work() const { return moreau_.work(); }
   void tell(std::vector<std::string>& notes) const;

@@ -17,6 +17,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <optional>
 #include <span>
@@ -94,6 +95,11 @@ class EventDriven {
   const Forces& within() const { return within_; }
   ///@}
   EnergyLedger integrals() const;
+  /// J, of drives and of loads.
+  std::array<double, 2> outside_work() const {
+    const double* w = method_.x.data() + dynamics_.integral_offset();
+    return {w[EventDynamics::drive], w[EventDynamics::load]};
+  }
   /// What a reader of the results must know of this run's contacts.
   void tell(std::vector<std::string>& notes) const;
   const Work& work() const { return dynamics_.work; }

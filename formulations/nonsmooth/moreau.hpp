@@ -161,6 +161,8 @@ class MoreauStepper {
   const Forces& within() const { return within_; }
   ///@}
   const EnergyLedger& integrals() const { return integrals_; }
+  /// J, of drives and of loads.
+  std::array<double, 2> outside_work() const { return {integrals_.drive, integrals_.load}; }
   const Extremes& extremes() const { return extremes_; }
   /// What a reader of the results must know of this run's contacts.
   void tell(std::vector<std::string>& notes) const;

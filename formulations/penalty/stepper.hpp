@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <numeric>
@@ -241,6 +242,11 @@ class PenaltyStepper {
     l.film = w[PenaltyDynamics::film_loss];
     l.stabilisation = w[PenaltyDynamics::stabilisation];
     return l;
+  }
+  /// J, of drives and of loads.
+  std::array<double, 2> outside_work() const {
+    const double* w = method_.x.data() + f_.integral_offset();
+    return {w[PenaltyDynamics::drive], w[PenaltyDynamics::load]};
   }
   const Work& work() const { return f_.work; }
   const Extremes& extremes() const { return extremes_; }

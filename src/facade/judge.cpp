@@ -2,13 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace freeplay {
 
-void warn(Result& result, Family family, double through) {
+void warn(Result& result, Family family) {
   const bool impact_law = family == Family::nonsmooth;
-  const double scale = result.ledger.scale();
+  const double scale = std::max(result.ledger.scale(), result.ledger.passed);
   // The greatest kinetic energy before an impact may itself be rounding, in what has always rested.
   if (!(result.extremes.greatest_gain > 1e-12 * scale))
     result.extremes.gains = 0, result.extremes.greatest_gain = 0;
@@ -38,10 +39,6 @@ void warn(Result& result, Family family, double through) {
                             c.penetration_ratio,
                             c.measure == "radius" ? "its radius of curvature" : "the longest arm"),
           impact_law ? "take a shorter nonsmooth.step" : "the contact is too soft for this load"));
-  // Of what has come and gone a millionth is no more than integration leaves.
-  if (scale < 1e-3 * through && std::abs(result.ledger.closure()) < 1e-6 * through &&
-      std::abs(result.ledger.stabilisation) < 1e-6 * through)
-    return;
   if (std::abs(result.ledger.closure()) > 1e-3 * scale ||
       std::abs(result.ledger.stabilisation) > 1e-3 * scale)
     result.notes.push_back(fmt::format(

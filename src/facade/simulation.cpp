@@ -88,22 +88,6 @@ long peak_memory_kib() {
   return usage.ru_maxrss;
 }
 
-/// J, about the greatest kinetic energy that prescribed motions along curves give the bodies that they move.
-double driven_energy(const Mechanism& m) {
-  double sum = 0;
-  for (const auto& drive : m.drives) {
-    const auto* motion = std::get_if<MotionDrive>(&drive);
-    if (!motion) continue;
-    const double rate = motion->greatest_rate(m);
-    for (const int body : bodies_of(m.joints[static_cast<std::size_t>(motion->joint)]))
-      if (body != ground) {
-        const auto& b = m.bodies[static_cast<std::size_t>(body)];
-        sum += 0.5 * (motion->slides(m) ? b.mass : b.inertia) * rate * rate;
-      }
-  }
-  return sum;
-}
-
 }  // namespace
 
 /// Pinned in memory: formulation and sensors refer to scene, system and layout.
@@ -222,7 +206,7 @@ Result Simulation::Implementation::summary(const Ending& ending) const {
       c.flight_fraction = c.impact_fraction = c.lasting_fraction = NAN;
     r.contacts.push_back(c);
   }
-  warn(r, family, driven_energy(scene.mechanism));
+  warn(r, family);
   refuse_not_finite(r);
   return r;
 }

@@ -12,7 +12,7 @@ namespace freeplay {
 
 /// A stepper's last step as observers see it. A Stepper has t_old(), t(), v_old(), v(), z() and
 /// interpolate(t, q, v) within its last step, multipliers(), struck() where it steps over impacts, and of forces forces(t, out), add_impulse(a, b,
-/// sum), before() and within() as in Step; its owner ledger().
+/// sum), before() and within() as in Step; its owner ledger() and keep_passed().
 template <class Owner, class Stepper>
 class StepOf final : public Step {
  public:
@@ -89,6 +89,7 @@ Ending march(Owner& owner, const System& system, Stepper& stepper, double t_end,
   while (stepper.t() < t_end) {
     if (watch.stop()) return {Ending::Status::interrupted, "interrupted"};
     if (!stepper.step(t_end)) return {Ending::Status::failed, stepper.failure()};
+    owner.keep_passed();
     log.advance(stepper.t());
     watch.drain(log);
     if (!watch.any()) continue;

@@ -20,6 +20,9 @@ struct EnergyLedger {
   double contact = 0;                              ///< dissipated in the normal direction of contacts
   double friction = 0;  ///< dissipated by friction, in contacts and preloaded joints
   double film = 0;      ///< dissipated in lubricant films
+  /// Greatest kinetic energy, or work of the drives or of the loads, at the end of any step so far: what the balance of
+  /// a motion that ends near rest is judged by. No term of the balance.
+  double passed = 0;
   /// Work of constraint forces along constraint errors, and of moving positions back.
   double stabilisation = 0;
   /// What the balance leaves unexplained: the integration error of the energies themselves.
