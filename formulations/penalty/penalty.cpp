@@ -42,11 +42,12 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
   using Base::system_, Base::stepper_;
 
  public:
-  Penalty(const Scene& scene, const System& system, const State& state, Method method, double v0_floor)
+  Penalty(const Scene& scene, const System& system, const State& state, Method method, double v0_floor,
+          double pace)
       : Base(Family::penalty, system, state,
              {PenaltyDynamics(system, scene.penalty, make_contacts(scene, system),
                               {!redundant_rows(system, state.q).empty(), scene.run.eliminate}),
-              std::move(method), v0_floor}),
+              std::move(method), v0_floor, pace}),
         scene_(scene) {}
   std::vector<ContactModel> contact_models() const override {
     std::vector<ContactModel> models;
@@ -205,7 +206,8 @@ std::unique_ptr<Formulation> make_penalty(const Scene& scene, const System& syst
   const auto scales = make_scales(scene.mechanism, system, state);
   const double floor = options.v0_floor.value_or(1e-3 * scales.speed);
   const auto with = [&](auto method) -> std::unique_ptr<Formulation> {
-    return std::make_unique<Penalty<decltype(method)>>(scene, system, state, std::move(method), floor);
+    return std::make_unique<Penalty<decltype(method)>>(scene, system, state, std::move(method), floor,
+                                                       scales.time);
   };
   const auto norm = make_norm(system, scales, options, scene.mechanism);
   const double first = 1e-3 * scales.time;

@@ -25,8 +25,9 @@ namespace freeplay {
 template <class Method>
 class PenaltyStepper {
  public:
-  PenaltyStepper(PenaltyDynamics dynamics, Method method, double v0_floor)
-      : f_(std::move(dynamics)), method_(std::move(method)), v0_floor_(v0_floor) {
+  /// `pace`: s, in which something happens (Scales::time).
+  PenaltyStepper(PenaltyDynamics dynamics, Method method, double v0_floor, double pace)
+      : f_(std::move(dynamics)), method_(std::move(method)), v0_floor_(v0_floor), pace_(pace) {
     const int contacts = f_.system().contacts();
     mark_.resize(contacts);
     was_.resize(contacts);
@@ -192,7 +193,7 @@ class PenaltyStepper {
     }
     stalled_ = method_.t > method_.t_old ? 0 : stalled_ + 1;
     if (first.found() && ++paced_ == 5000) {  // events that take next to no time each are no motion
-      if (method_.t - paced_since_ < 1e-9 * (run_end - method_.t)) stalled_ = most_stalled();
+      if (method_.t - paced_since_ < 1e-9 * ahead(run_end)) stalled_ = most_stalled();
       paced_ = 0;
       paced_since_ = method_.t;
     }
@@ -264,6 +265,9 @@ class PenaltyStepper {
   /// After another hundred thousand steps: whether the run would never end. While a contact lasts without
   /// any event, only stability keeps the steps so short, and a hundred million more of them are too many.
   bool creep(double run_end);
+  /// s: what progress is judged by, the rest of the run or a thousand times the motion's own pace. A longer run takes
+  /// more steps, and is no stiffer.
+  double ahead(double run_end) const { return std::min(run_end - method_.t, 1000 * pace_); }
   /// How much of an angle's speed the change of its acceleration within the last step makes, where a torque table acts on
   /// it: what a method that controls no error leaves of a steep pulse.
   void keep_kick();
@@ -371,7 +375,7 @@ class PenaltyStepper {
   PenaltyDynamics f_;
   Method method_;
   MotionBounds bounds_;  // of the last step
-  double v0_floor_;
+  double v0_floor_, pace_;
   ContactLog* log_ = nullptr;
   std::vector<Mark> mark_;
   std::vector<Sample> end_;  // of the step as it was made, before an event cuts it

@@ -116,7 +116,7 @@ bool PenaltyStepper<Method>::creep(double run_end) {
   const double gained = method_.t - creep_since_;
   creep_since_ = method_.t;
   events_since_ = f_.work.events;
-  return gained < (lasts ? 1e-3 : 1e-7) * (run_end - method_.t);
+  return gained < (lasts ? 1e-3 : 1e-7) * ahead(run_end);
 }
 
 template <class Method>
