@@ -71,10 +71,13 @@ Scales make_scales(const Mechanism& mechanism, const System& system, const State
   double omega = 0;
   for (const auto& drive : mechanism.drives)
     if (const auto* d = std::get_if<SpeedDrive>(&drive)) omega = std::max(omega, std::abs(d->speed));
-  double along = 0;  // m/s, of prescribed sliding
+  double along = 0;          // m/s, of prescribed sliding
+  double change = INFINITY;  // s, in which a prescribed rate changes
   for (const auto& drive : mechanism.drives)
     std::visit(
         [&](const auto& d) {
+          if constexpr (requires { d.change_time(mechanism); })
+            change = std::min(change, d.change_time(mechanism));
           if constexpr (requires { d.pace(mechanism); }) omega = std::max(omega, d.pace(mechanism));
           if constexpr (requires { d.slide_pace(mechanism); })
             along = std::max(along, d.slide_pace(mechanism));
@@ -89,7 +92,7 @@ Scales make_scales(const Mechanism& mechanism, const System& system, const State
   }
   s.angle = s.length / arm;
   s.angular_speed = s.speed / arm;
-  s.time = omega > 0 ? 1 / omega : s.length / s.speed;
+  s.time = std::min(change, omega > 0 ? 1 / omega : s.length / s.speed);
   return s;
 }
 

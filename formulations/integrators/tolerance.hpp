@@ -23,8 +23,10 @@ struct Scales {
   double angle = 1;          ///< ℓ/L, rad
   double speed = 1;          ///< V, m/s
   double angular_speed = 1;  ///< V/L, rad/s
-  double time = 1;           ///< s, in which something happens: 1/Ω, or ℓ/V
-  bool guessed = false;      ///< neither drives nor gravity set a pace: V and time are of the start alone
+  /// s, in which the fastest component changes: 1/Ω of drives, without one ℓ/V; |ẏ|/|ÿ| of prescribed motions, by the
+  /// greatest of each (1/ω of a sine).
+  double time = 1;
+  bool guessed = false;  ///< neither drives nor gravity set a pace: V and time are of the start alone
 };
 
 /// Accepted errors of [q, v]; what follows in an integrated vector is carried along without control.

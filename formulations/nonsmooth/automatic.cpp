@@ -16,7 +16,7 @@ void AutomaticStepper::start(const State& state, ContactLog& log) {
   log_ = &log;
   events_.start(state, log);
   stepping_.start(state, log);
-  paced_since_ = state.t;
+  begin_window();
 }
 
 void AutomaticStepper::watch_forces(bool on) {
@@ -50,15 +50,26 @@ bool AutomaticStepper::step(double t_end) {
   return true;
 }
 
-/// Whether the event-driven scheme, which goes on, should not: after another thousand steps too short to lead anywhere, as
-/// near a singular position or where friction is about to jam.
+/// Whether the event-driven scheme, which goes on, should not: near a singular position, where friction is about to jam, or where
+/// events crowd, its steps shrink to nothing. A thousand steps then pass less than a hundredth of what a thousand passed at
+/// best so far in this run. Steps that a smooth motion makes short are no reason: time stepping needs them as well.
 const char* AutomaticStepper::gives_up() {
   if (++paced_ < 1000) return nullptr;
   const double passed = events_.t() - paced_since_;
+  const long events = events_.events() - paced_events_;
+  const double best = std::max(best_, passed);
+  const double usual = best_ > 0 ? std::min(best_, events_.time_scale()) : 1e-2 * events_.time_scale();
+  begin_window();
+  best_ = best;
+  const bool contacts = events >= 100 || events_.in_contact() || events_.singular();
+  return contacts && passed < 1e-2 * usual ? "the event-driven scheme's steps have shrunk to nothing"
+                                           : nullptr;
+}
+
+void AutomaticStepper::begin_window() {
   paced_ = 0;
   paced_since_ = events_.t();
-  return passed < 1e-2 * events_.time_scale() ? "the event-driven scheme's steps have shrunk to nothing"
-                                              : nullptr;
+  paced_events_ = events_.events();
 }
 
 /// Time stepping goes on from where the event-driven scheme could not.
@@ -87,8 +98,8 @@ bool AutomaticStepper::calm() const {
 void AutomaticStepper::return_to_events() {
   events_.take_over(stepping_.hand_over());
   steps_ = false;
-  returned_ = paced_since_ = stepping_.t();
-  paced_ = 0;
+  returned_ = stepping_.t();
+  begin_window();
   told_.longest = std::max(told_.longest, returned_ - since_);
 }
 

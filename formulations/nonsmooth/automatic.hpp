@@ -30,7 +30,7 @@ class AutomaticStepper {
   void remember(M& m) {
     m.part("automatic");
     m(events_, stepping_, steps_, shown_, since_, wait_, returned_, told_.count, told_.longest, told_.reasons,
-      struck_, paced_, paced_since_);
+      struck_, paced_, paced_since_, paced_events_, best_);
   }
 
   double t() const { return shown_ ? stepping_.t() : events_.t(); }
@@ -73,6 +73,7 @@ class AutomaticStepper {
  private:
   bool calm() const;
   const char* gives_up();
+  void begin_window();
   void pass_on(const std::string& why);
   void return_to_events();
 
@@ -83,6 +84,8 @@ class AutomaticStepper {
   bool shown_ = false;                          // the last one was
   int paced_ = 0;                               // event-driven steps since
   double paced_since_ = 0;                      // s
+  long paced_events_ = 0;                       // events until then
+  double best_ = 0;                             // s, the most that a thousand of them passed
   double since_ = 0, wait_ = 0, returned_ = 0;  // s
   /// How often, how long and why.
   struct Told {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "formulations/integrators/crossing.hpp"
+#include "formulations/integrators/curve_limit.hpp"
 #include "model/planar.hpp"
 
 namespace freeplay {
@@ -41,17 +42,19 @@ void ControlledMoreau::find_pace() {
   floor_ = longer * least_floor_;
 }
 
-/// Where many steps pass in next to no time the floor is raised; where few do it comes down again.
+/// Where many impacts follow each other in next to no time the floor is raised; where few do it comes down again.
 void ControlledMoreau::keep_pace() {
   if (++paced_ < 200) return;
   const double passed = moreau_.t() - paced_since_;
   const double slow = scales_.guessed ? pace_ : scales_.time;
-  if (passed < 0.02 * slow) floor_ = std::min(4 * floor_, std::max(least_floor_, 0.2 * pace_));
+  const bool crowded =
+      strikes_ >= 40;  // else steps are short for what is smooth, and a longer floor would miss it
+  if (crowded && passed < 0.02 * slow) floor_ = std::min(4 * floor_, std::max(least_floor_, 0.2 * pace_));
   if (passed > 0.2 * slow) floor_ = std::max(0.25 * floor_, least_floor_);
   const long gains = moreau_.extremes().gains;
   if (passed > 0.02 * slow || gains == gains_) calm_speed_ = fastest_;
   gains_ = gains;
-  paced_ = 0;
+  paced_ = strikes_ = 0;
   paced_since_ = moreau_.t();
 }
 
@@ -129,22 +132,9 @@ Handover ControlledMoreau::hand_over() {
   return to;
 }
 
-/// How long (s) angles stay within a knot or so of the curves that motions follow them by: an even turning tells nothing of
-/// a narrow rise ahead.
-static double within_knots(const System& system, const double* q, const double* v) {
-  double time = INFINITY;
-  if (!system.has_motions()) return time;
-  for (int k = 0; k < system.phases(); ++k) {
-    const auto& phase = system.phase(k);
-    const auto now = phase.at(q, v);
-    if (!phase.swept || now.rate == 0) continue;
-    const auto piece = phase.piece(now.value, now.rate > 0);
-    const double rest = now.rate > 0 ? piece.high - now.value : now.value - piece.low,
-                 width = piece.high - piece.low;
-    time =
-        std::min(time, std::max(1.001 * rest, std::isfinite(width) ? 0.01 * width : 0) / std::abs(now.rate));
-  }
-  return time;
+/// s: how long a step from here may be for the curves that it reads.
+double ControlledMoreau::curve_limit() const {
+  return curve_step_limit(system_, start_.t, start_.q.data(), start_.v.data(), Knots::passed);
 }
 
 bool ControlledMoreau::step(double t_end) {
@@ -156,10 +146,9 @@ bool ControlledMoreau::step(double t_end) {
         "time: a restitution of rates with friction can; nonsmooth.impact_law = \"energetic\" does not",
         start_.t, calm_speed_, fastest_));
   if (striking_) return strike(t_end);
-  // No step crosses a kink of a table's torque in time.
-  const double end =
-      std::min({t_end, system_.next_knot(start_.t), start_.t + longest_step(system_, moreau_.v()),
-                start_.t + within_knots(system_, start_.q.data(), start_.v.data())});
+  // No step crosses a kink of a curve in time, or jumps over what a curve does.
+  const double end = std::min({t_end, system_.next_knot(start_.t),
+                               start_.t + longest_step(system_, moreau_.v()), start_.t + curve_limit()});
   double h = std::min(h_, end - start_.t);
   if (!(h > 1e-14 * first_step()) && end < t_end) {
     failure_ = fmt::format(
@@ -186,6 +175,14 @@ bool ControlledMoreau::step(double t_end) {
       if (h < 1e-3 * floor) return fail();
       refuse(0.25 * h);
       h_ = h;
+      continue;
+    }
+    if (const double over = curve_overreach(system_, start_.t, start_.q.data(), start_.v.data(), moreau_.t(),
+                                            moreau_.q(), moreau_.v(), Knots::passed);
+        over > most_overreach && h > 1e-3 * floor) {
+      refuse(h / over);
+      h_ = h;
+      landings = 0;
       continue;
     }
     const bool alike = modes_whole_ == modes_first_ && modes_first_ == modes_second_ && turned_ == 0;

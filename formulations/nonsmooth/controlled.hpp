@@ -45,7 +45,8 @@ class ControlledMoreau {
     m.part("controlled");
     m(moreau_, start_.t, start_.q, start_.v, middle_q_, middle_v_, middle_t_, h_, floor_, least_floor_,
       fastest_, pace_, striking_, smooth_step_, unseen_, steps_, paced_, paced_since_, calm_since_, floored_,
-      most_floored_, longest_floor_, ended_, ended_time_, smooth_, within_, film_pace_, calm_speed_, gains_);
+      most_floored_, longest_floor_, ended_, ended_time_, smooth_, within_, film_pace_, calm_speed_, gains_,
+      strikes_);
   }
 
   double t() const { return moreau_.t(); }
@@ -97,6 +98,7 @@ class ControlledMoreau {
   void enclose(double h, const double* qa, const double* va, const double* qb, const double* vb);
   std::optional<double> first_kink();
   bool hop_over(const Touch& touch) const;
+  double curve_limit() const;
   bool strike(double t_end);
   void settle();
   void keep_pace();
@@ -129,6 +131,7 @@ class ControlledMoreau {
   bool smooth_step_ = true;  // the last one was not
   double unseen_ = 0;
   long steps_ = 0, paced_ = 0;  // steps; since the pace was looked at
+  long strikes_ = 0;            // of those, steps over impacts
   double paced_since_ = 0, calm_since_ = 0;
   long floored_ = 0;                             // steps at the floor beyond the tolerance
   double most_floored_ = 0, longest_floor_ = 0;  // over the tolerance; s

@@ -126,7 +126,7 @@ bool ControlledMoreau::strike(double t_end) {
   }
   // A raised floor is of the fastest body's pace: a slow touch must not take what moves fast through its walls.
   double h = norm_.tolerance * scales_.length / approach;
-  h = std::max(h, std::min(h * raised(), floor_));
+  h = std::max(h, std::min({h * raised(), floor_, curve_limit()}));
   h = std::max(h, 16 * 2.3e-16 * std::abs(start_.t));
   smooth_step_ = false;
   for (int tries = 0;; ++tries) {
@@ -144,6 +144,7 @@ bool ControlledMoreau::strike(double t_end) {
     within_.add(1, moreau_.within());
   }
   striking_ = false;
+  ++strikes_;
   const double none = norm_.tolerance * scales_.speed;
   for (int k = 0; k < system_.contacts(); ++k) {
     auto& c = moreau_.contacts()[k];

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "formulations/integrators/curve_limit.hpp"
 #include "formulations/integrators/tolerance.hpp"
 
 namespace freeplay {
@@ -99,8 +100,9 @@ bool EventDriven::step(double t_end) {
       return false;
     }
   }
-  // No step crosses a kink of a table's torque, or misses a pulse.
-  t_end = std::min({t_end, knot, method_.t + longest_step(dynamics_.system(), v())});
+  // No step crosses a kink of a curve in time, or jumps over what a curve does.
+  t_end = std::min({t_end, knot, method_.t + longest_step(dynamics_.system(), v()),
+                    method_.t + curve_step_limit(dynamics_.system(), method_.t, q(), v(), Knots::located)});
   watch(method_.x, before_);
   bool stepped = method_.step(dynamics_, t_end);
   if (!stepped && dynamics_.jammed() && last_jam_ < method_.t) {  // sliding jams just ahead
@@ -120,6 +122,7 @@ bool EventDriven::step(double t_end) {
                     ? "no step is accepted any more, however small; the motion is singular there, or "
                       "nonsmooth.tolerance beyond rounding"
                     : dynamics_.trouble());
+  shorten_to_curves();
   ++dynamics_.work.steps;
   dynamics_.work.rejected = method_.rejected;
   Event first;
@@ -151,6 +154,17 @@ bool EventDriven::step(double t_end) {
     return true;
   }
   return !pending_ || paced();
+}
+
+/// Makes the last step again while it took a curve's argument further than it may, as a body that came to speed does.
+void EventDriven::shorten_to_curves() {
+  for (int tries = 0; tries < 30; ++tries) {
+    const double over = curve_overreach(dynamics_.system(), method_.t_old, method_.x_old.data(), v_old(),
+                                        method_.t, q(), v(), Knots::located);
+    if (!(over > most_overreach)) return;
+    ++method_.rejected;
+    method_.land(dynamics_, method_.t_old + (method_.t - method_.t_old) / over);
+  }
 }
 
 /// Whether time goes on: a thousand events in next to no time, or some ten thousands in a small part of the time in

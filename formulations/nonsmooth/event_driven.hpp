@@ -54,6 +54,13 @@ class EventDriven {
   /// No pace is known of the scene: that of what moves is taken, `length` (m) over its speed.
   void find_pace(double length) { pace_length_ = length; }
   double time_scale() const { return time_scale_; }
+  /// Impacts and changes of contact so far, in this run of the scheme.
+  long events() const { return recent_; }
+  /// Whether a contact is closed, or friction follows reactions: what may make steps shrink to nothing.
+  bool in_contact() const {
+    return !dynamics_.system().reactive_frictions().empty() ||
+           std::ranges::any_of(dynamics_.contacts(), [](const auto& c) { return c.closed; });
+  }
   Handover hand_over() const;
   void take_over(const Handover& from);
   ///@}
@@ -148,6 +155,7 @@ class EventDriven {
   void keep_mode();
   void give_back_mode();
   bool paced();
+  void shorten_to_curves();
   bool count_impact(const std::vector<int>& touching);
   bool impacts(std::vector<int>& touching);
   bool ending_contacts(const std::vector<int>& struck, const std::vector<int>& staying,

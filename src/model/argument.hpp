@@ -7,6 +7,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "model/curve_reader.hpp"
 #include "model/keys.hpp"
 #include "model/kinematics.hpp"
 #include "model/phase.hpp"
@@ -63,6 +64,20 @@ inline std::optional<Phase> phase_of(const Piecewise& y, Argument x, const Link&
     phase.axis = *axis;
   }
   return phase;
+}
+
+/// How steps see the curve; none where it is constant. `axis`: of a travel, in the first body's frame.
+inline std::optional<CurveReader> reader_of(const std::string& name, const Piecewise& y, Argument x,
+                                            const Link& link, const Vec2* axis = nullptr) {
+  if (y.is_constant()) return {};
+  CurveReader reader{name, CurveReader::Of::place, {link, y.knots(), y.period()}, y};
+  if (x == Argument::time) reader.of = CurveReader::Of::time;
+  if (x == Argument::speed) reader.of = CurveReader::Of::speed;
+  if (axis) {
+    reader.place.of = Phase::Of::travel;
+    reader.place.axis = *axis;
+  }
+  return reader;
 }
 
 /// y at the angle of a link.

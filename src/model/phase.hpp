@@ -15,13 +15,13 @@ namespace freeplay {
 struct Phase {
   static constexpr double turn = 6.283185307179586;
   enum class Of { angle, travel, distance };
-  Link link;
-  std::vector<double> kinks;  ///< rad or m, increasing, within one period; not empty
-  double period = 0;          ///< rad or m; 0: they do not repeat
+  Link link = {};
+  std::vector<double> kinks = {};  ///< rad or m, increasing, within one period
+  double period = 0;               ///< rad or m; 0: they do not repeat
   Of of = Of::angle;
   Vec2 axis{1, 0};  ///< a of a travel, in the first body's frame
-  bool swept =
-      false;  ///< a table's, which time stepping takes the mean of; else its steps end at kinks where they are chosen
+  /// Of a curve, whose steps in time go from kink to kink (integrators/curve_limit.hpp), else of a spring: they end at its kinks.
+  bool swept = false;
 
   /// The coordinate and its rate.
   Watched at(const double* q, const double* v) const {

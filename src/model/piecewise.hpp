@@ -129,6 +129,18 @@ class Piecewise {
     }
     return x + period_;
   }
+  /// The length that the stretch at x varies over (model/curve_reader.hpp): infinite for a straight line.
+  double variation(double x) const {
+    const auto& s = *find(x).stretch;
+    if (s.amplitude != 0) return 6.283185307179586 / std::abs(s.rate);
+    int degree = terms - 1;
+    while (degree > 0 && s.c[static_cast<std::size_t>(degree)] == 0) --degree;
+    if (degree < 2) return INFINITY;
+    const bool last = &s == &stretches_.back();
+    if (period_ == 0 && (last || &s == &stretches_.front())) return INFINITY;
+    const double length = (last ? stretches_.front().begin + period_ : (&s + 1)->begin) - s.begin;
+    return degree < 4 ? 4 * length : length;
+  }
   /// What jumps at a knot: the value, its first and its second derivative, as the size of the jumps.
   Jet<double> jump(double knot) const {
     const double after = 0.5 * (knot + std::min(next_knot(knot), knot + 1)), before = before_knot(knot);

@@ -11,6 +11,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "model/curve_reader.hpp"
 #include "model/families.hpp"
 #include "model/parts.hpp"
 #include "model/phase.hpp"
@@ -134,6 +135,8 @@ class System {
   ///@{
   int phases() const { return static_cast<int>(phases_.size()); }
   const Phase& phase(int k) const { return phases_[k]; }
+  /// Curves that are read and are not constant, prescribed motions first.
+  const std::vector<CurveReader>& curve_readers() const { return curve_readers_; }
   /// Whether any is a table's that acts by its mean over what a time step sweeps.
   bool sweeps() const { return sweeps_; }
   /// Whether any is of a force that springs exert, which has kinks and no pulses.
@@ -240,6 +243,7 @@ class System {
   std::vector<int> reactive_;
   PlacedElements placed_;
   std::vector<Phase> phases_;
+  std::vector<CurveReader> curve_readers_;
   std::vector<double> state_scales_;
   std::vector<ForceElement> force_elements_;
   std::vector<Reaction> reactions_;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "model/argument.hpp"
 #include "model/builder.hpp"
 
 namespace freeplay {
@@ -116,8 +117,11 @@ void Builder::motion(const Link& link, const Piecewise& course, const Vec2* axis
     m.other_j = turn(m.other.j);
     // No step jumps over a knot: a narrow rise stands between two of them.
     if (auto knots = course.knots(); !knots.empty())
-      s_.phases_.push_back({m.other, std::move(knots), course.period()});
+      s_.phases_.push_back({m.other, std::move(knots), course.period(), Phase::Of::angle, {1, 0}, true});
   }
+  const auto x = m.follows ? Argument::angle : Argument::time;
+  if (auto reader = reader_of(name, course, x, m.follows ? m.other : link))
+    s_.curve_readers_.push_back(std::move(*reader));
   motions.push_back(m);
   end_row(name, !axis);
 }
@@ -216,6 +220,8 @@ void System::place_load(Builder& builder, const Element& element) {
         hold({placed.link, std::move(kinks), 0, Element::kinks_of});
     if constexpr (requires { facts.phase(placed.link); })
       if (auto phase = facts.phase(placed.link)) hold(std::move(*phase));
+    if constexpr (requires { facts.reader(placed.link); })
+      if (auto reader = facts.reader(placed.link)) curve_readers_.push_back(std::move(*reader));
     if constexpr (requires { facts.bump; }) {
       Phase phase{placed.link, {}};
       for (const auto& limit : {facts.bump.lower, facts.bump.upper})

@@ -11,6 +11,7 @@
 #include <string>
 #include <type_traits>
 
+#include "model/argument.hpp"
 #include "model/curve.hpp"
 #include "model/elements/revolute_joint.hpp"
 #include "values/forces.hpp"
@@ -53,6 +54,9 @@ struct DcMotor {
     return most > 0 ? most / resistance : 1;
   }
   double next_knot(double t) const { return supply.next_knot(t); }
+  std::optional<CurveReader> reader(const Link& link) const {
+    return reader_of(name, supply, Argument::time, link);
+  }
   double greatest_effort(const auto& mechanism) const {
     return torque_constant / resistance * voltage.lay(mechanism.curves).greatest().value;
   }

@@ -40,6 +40,9 @@ struct TorqueCurveDrive {
   bool needs_velocity() const { return against != Argument::time; }
   double next_knot(double t) const { return against == Argument::time ? course.next_knot(t) : INFINITY; }
   std::optional<Phase> phase(const Link& link) const { return phase_of(course, against, other.or_own(link)); }
+  std::optional<CurveReader> reader(const Link& link) const {
+    return reader_of(name, course, against, other.or_own(link));
+  }
   double greatest_effort(const auto& mechanism) const {
     return mechanism.curves[curve].lay().greatest().value;
   }
@@ -92,6 +95,9 @@ struct ForceDrive {
   double next_knot(double t) const { return against == Argument::time ? course.next_knot(t) : INFINITY; }
   std::optional<Phase> phase(const Link& link) const {
     return phase_of(course, against, other.or_own(link), other.of >= 0 ? nullptr : &axis);
+  }
+  std::optional<CurveReader> reader(const Link& link) const {
+    return reader_of(name, course, against, other.or_own(link), other.of >= 0 ? nullptr : &axis);
   }
   double greatest_effort(const auto& mechanism) const { return force.lay(mechanism.curves).greatest().value; }
 

@@ -60,6 +60,12 @@ struct ForceLoad {
                              : phase_of(course, against, other.or_own(link),
                                         against == Argument::position ? &along : nullptr);
   }
+  std::optional<CurveReader> reader(const Link& link) const {
+    if (own || factor < 0) return {};
+    const Vec2 along = force.is_zero() ? force : force.direction();
+    return reader_of(name, course, against, other.or_own(link),
+                     against == Argument::angle ? nullptr : &along);
+  }
 
   template <class T>
   void act(const auto& m, const auto& link, const T*, auto& out) const {

@@ -11,6 +11,7 @@
 #include <string>
 #include <type_traits>
 
+#include "model/argument.hpp"
 #include "model/curve.hpp"
 #include "model/elements/revolute_joint.hpp"
 #include "values/forces.hpp"
@@ -51,6 +52,9 @@ struct Governor {
     return (speed > 0 ? speed : 1) * (proportional > 0 ? proportional / integral : 1);
   }
   double next_knot(double t) const { return course.next_knot(t); }
+  std::optional<CurveReader> reader(const Link& link) const {
+    return reader_of(name, course, Argument::time, link);
+  }
   double greatest_effort(const auto& mechanism) const {
     const double most = proportional * pace(mechanism);
     return limit ? std::fmin(*limit, most) : most;

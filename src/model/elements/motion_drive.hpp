@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <string>
 #include <variant>
 
@@ -68,6 +69,12 @@ struct MotionDrive {
   double slide_pace(const auto& mechanism) const { return slides(mechanism) ? greatest_rate(mechanism) : 0; }
   double greatest_rate(const auto& mechanism) const {
     return of >= 0 ? 0 : course(mechanism.curves).greatest().slope;
+  }
+  /// s, in which the prescribed rate changes by itself: 1/ω of a sine; infinite where it stays, or follows an angle.
+  double change_time(const auto& mechanism) const {
+    if (of >= 0) return INFINITY;
+    const auto most = course(mechanism.curves).greatest();
+    return most.bend > 0 ? most.slope / most.bend : INFINITY;
   }
   /// s, of time or an angle.
   Piecewise course(const auto& curves) const {

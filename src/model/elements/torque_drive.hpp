@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "model/curve_reader.hpp"
 #include "model/elements/revolute_joint.hpp"
 #include "values/forces.hpp"
 
@@ -86,6 +87,12 @@ struct TorqueDrive {
     if (kinks.size() > 1 && kinks.back() - kinks.front() > turn * (1 - 1e-9))
       kinks.pop_back();  // the same kink
     return kinks;
+  }
+  /// How steps see a table against the angle: straight lines between its kinks.
+  std::optional<CurveReader> reader(const Link& link) const {
+    auto kinks = angle_kinks();
+    if (kinks.empty()) return {};
+    return CurveReader{name, CurveReader::Of::place, {link, std::move(kinks), turn}};
   }
   /// The first knot against time after t (s); infinite when there is none.
   double next_knot(double t) const {

@@ -45,6 +45,10 @@ struct TorqueLoad {
   std::optional<Phase> phase(const Link& link) const {
     return factor < 0 ? std::nullopt : phase_of(course, against, other.or_own(link));
   }
+  std::optional<CurveReader> reader(const Link& link) const {
+    if (factor < 0) return {};
+    return reader_of(name, course, against, other.or_own(link));
+  }
 
   template <class T>
   void act(const auto& m, const auto& link, const T*, auto& out) const {
