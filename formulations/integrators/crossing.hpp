@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <optional>
@@ -100,6 +101,50 @@ inline double gap_rounding(const System& system, int k, const double* q) {
       reach += std::max(std::abs(at.x()), std::abs(at.y()));
     }
   return 1e-13 * facts.clearance + 4e-16 * reach;
+}
+
+/// Bound on the acceleration, within the last step of `method`, of a plane vector that is a linear function `of` of the n
+/// coordinates; in the method's state they stand first, their rates behind them. As MethodState::enclose() and widen() where
+/// the method's interpolant is no cubic.
+template <class Method, class F>
+double bend_of(const Method& method, int n, F of, std::vector<double>& scratch) {
+  const double h = method.t - method.t_old;
+  const Vec2 q0 = of(method.x_old.data()), v0 = of(method.x_old.data() + n),
+             a0 = of(method.dxdt_old.data() + n);
+  const Vec2 q1 = of(method.x.data()), v1 = of(method.x.data() + n), a1 = of(method.dxdt.data() + n);
+  std::array<double, 2> apart{0, 0};
+  const int places = Method::cubic ? 1 : Method::long_steps ? 8 : 2;
+  for (int k = 1; k < places; ++k) {
+    const double s = static_cast<double>(k) / places, r = 1 - s;
+    method.interpolate(method.t_old + s * h, scratch);
+    const Vec2 off = of(scratch.data() + n) - r * r * (1 + 2 * s) * v0 - s * s * (3 - 2 * s) * v1 -
+                     h * s * r * (r * a0 - s * a1);
+    apart = {std::max(apart[0], std::abs(off.x())), std::max(apart[1], std::abs(off.y()))};
+  }
+  const double steep = (Method::long_steps ? 128 : 3.1) / h;
+  const double x = cubic_bounds(h, q0.x(), v0.x(), a0.x(), q1.x(), v1.x(), a1.x()).acceleration,
+               y = cubic_bounds(h, q0.y(), v0.y(), a0.y(), q1.y(), v1.y(), a1.y()).acceleration;
+  return std::hypot(x + steep * apart[0], y + steep * apart[1]);
+}
+
+/// How the gap of contact k may bend within the last step of `method`, `m` by the motions of its two bodies. Without arms they
+/// move against each other as their centres do, and along a wall at rest as far as across it (`normal()`): the gap of discs
+/// that touch and fall together does not bend at all.
+template <class Method, class Normal>
+GapMotion narrowed(GapMotion m, const System& system, int k, const Method& method, Normal normal,
+                   std::vector<double>& scratch) {
+  const auto [i, j] = system.contact_facts(k).bodies;
+  const bool straight = m.shape == GapMotion::Shape::straight;
+  if (system.longest_arm() > 0 || (straight && i != ground)) return m;
+  if (straight) {
+    const SparseRow across = normal();
+    const auto of = [&](const double* y) { return Vec2{across.dot(y), 0.0}; };
+    m.bend = std::min(m.bend, bend_of(method, system.n(), of, scratch));
+    return m;
+  }
+  const auto of = [i = i, j = j](const double* y) { return centre(y, j) - centre(y, i); };
+  m.bend = std::min(m.bend, bend_of(method, system.n(), of, scratch));
+  return m;
 }
 
 /// Ends the last step of `method` at t; where that is its beginning, it begins anew there.

@@ -69,6 +69,13 @@ void EventDriven::tell(std::vector<std::string>& notes) const {
     notes.push_back(
         "DOUBTFUL: forces of contacts that are decided together jump within steps: their impulses over an interval may "
         "miss some per cent");
+  if (unloaded_.count > 0)
+    notes.push_back(fmt::format(
+        "t = {:.6g} s, {}: {} took part in an impact with gaps of {:.1g} m, closed to rounding; a real gap there would "
+        "change the motion",
+        unloaded_.t, dynamics_.system().contact_facts(unloaded_.contact).name,
+        unloaded_.count == 1 ? "an unloaded contact" : fmt::format("{} unloaded contacts", unloaded_.count),
+        unloaded_.gap));
   if (dynamics_.wedged > 0)
     notes.push_back(fmt::format(
         "{} impacts of several contacts took Poisson's ratios of impulses: none were found that give each its "

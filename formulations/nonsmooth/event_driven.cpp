@@ -233,8 +233,9 @@ bool EventDriven::change_mode() {
     slide_before_[k] = row.tangent.dot(v());
     ending_[k] = 0;
     const bool here = last_.kind == Event::Kind::gap && last_.index == k;
-    const double near = std::max(1e-10 * d.system().contact_facts(k).clearance, position_error_) +
-                        1e-14 * d.system().longest_arm();
+    const double near =
+        std::max({1e-10 * d.system().contact_facts(k).clearance, position_error_, 8 * rounding(k)}) +
+        1e-14 * d.system().longest_arm();
     // What leaves takes part where contacts strike each other to and fro at one instant: without approach it is only
     // kept from approaching.
     const bool crowded = hurried_ || crowd_ >= 8;
@@ -391,8 +392,10 @@ bool EventDriven::impacts(std::vector<int>& touching) {
   last_impact_ = t;
   const auto before = method_.x;
   const double loss_before = d.contact_loss;
+  Unloaded unloaded;
   const auto strike = [&](const std::vector<int>& soft) {
     auto reason = d.strike(method_.x, t, touching, soft);
+    if (reason.empty()) unloaded = unloaded_in(touching);
     if (watching_ && reason.empty()) d.report_strike(method_.x, touching, strike_);
     return reason;
   };
@@ -418,6 +421,7 @@ bool EventDriven::impacts(std::vector<int>& touching) {
     if (hurried_) ended_.take(over.size() - known, ending_, kinetic - d.system().kinetic(v()));
   }
   if (watching_) before_step_.add(1, strike_);
+  unloaded_.take(unloaded);
   const double kinetic = d.system().kinetic(before.data() + d.system().n());
   if (d.struck_inelastic()) inelastic_.take(1, ending_, kinetic - d.system().kinetic(v()));
   d.extremes.count_gain(d.impact_gain(), kinetic, 1e-12);
@@ -426,6 +430,28 @@ bool EventDriven::impacts(std::vector<int>& touching) {
   std::ranges::sort(staying);
   touching = staying;
   return true;
+}
+
+/// Of the contacts of the last strike those that neither approached nor bore a load before it, and have an impulse in it. An
+/// impact without them would leave them approaching: whether their gaps are zero decides the motion.
+EventDriven::Unloaded EventDriven::unloaded_in(const std::vector<int>& struck) const {
+  const auto& d = dynamics_;
+  double greatest = 0;
+  for (const int k : struck) greatest = std::max(greatest, std::abs(rate_before_[k]));
+  Unloaded found;
+  for (std::size_t i = 0; i < struck.size(); ++i) {
+    const int k = struck[i];
+    const bool located = last_.kind == Event::Kind::gap && last_.index == k;
+    if (d.contacts()[k].closed || located || rate_before_[k] < -d.speed_tolerance() ||
+        d.struck_rate(i) <= 1e-9 * greatest)
+      continue;
+    if (found.count++ == 0) {
+      found.contact = k;
+      found.t = method_.t;
+    }
+    found.gap = std::max(found.gap, std::abs(d.contacts()[k].row.gap));
+  }
+  return found;
 }
 
 /// Impacts that follow each other faster than a number in a span, which contacts that kick each other keep up

@@ -74,8 +74,8 @@ class EventDriven {
       if (is_coarse_) method_ = coarse_;
     m(method_, unseen_, mark_, pending_, last_, recent_, recent_since_, window_since_, slow_windows_,
       changes_, changes_since_, block_, block_since_, struck_first_, several_, hurried_, together_since_,
-      most_kinetic_, ended_, jams_, unsolved_, inelastic_, last_jam_, merged_, crowd_, last_impact_,
-      time_scale_, span_, before_mode_);
+      most_kinetic_, unloaded_, ended_, jams_, unsolved_, inelastic_, last_jam_, merged_, crowd_,
+      last_impact_, time_scale_, span_, before_mode_);
     remember_probe(m, probe_, watching_, [this] { make_probe(); });
   }
 
@@ -158,6 +158,8 @@ class EventDriven {
   void shorten_to_curves();
   bool count_impact(const std::vector<int>& touching);
   bool impacts(std::vector<int>& touching);
+  struct Unloaded;
+  Unloaded unloaded_in(const std::vector<int>& struck) const;
   bool ending_contacts(const std::vector<int>& struck, const std::vector<int>& staying,
                        std::vector<int>& over);
   bool choose(std::vector<int>& touching);
@@ -222,6 +224,18 @@ class EventDriven {
   double merged_ = 0;          // m, the greatest gap of a contact struck together with another
   bool hurried_ = false;       // impacts follow each other faster than can be told one by one
   double most_kinetic_ = 0;    // J, before any impact so far
+  /// Contacts closed to rounding, without load and without approach, that took part in the first impact that has any.
+  struct Unloaded {
+    int count = 0, contact = -1;  // contact: one of them
+    double t = 0, gap = 0;        // s, m: the greatest of them
+    void take(const Unloaded& other) {
+      if (count == 0) *this = other;
+    }
+    template <class M>
+    void remember(M& m) {
+      m(count, contact, t, gap);
+    }
+  } unloaded_;
   Ended ended_, jams_, unsolved_, inelastic_;
   int crowd_ = 0;  // impacts at one instant
   double last_impact_ = -INFINITY;

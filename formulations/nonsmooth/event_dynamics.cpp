@@ -8,6 +8,7 @@
 #include <cmath>
 #include <utility>
 
+#include "formulations/integrators/crossing.hpp"
 #include "formulations/laws/film_force.hpp"
 #include "sim/residuals.hpp"
 
@@ -498,8 +499,9 @@ void EventDynamics::project(Vector& x, double t, Forces* book) {
           if (!c.closed && !c.resting) continue;
           system_.contact(k, q, v, e_, c.row);
           // One that has left is an open contact like others.
-          if (c.row.gap > 1e-9 * system_.contact_facts(k).clearance) c.resting = false;
-          if (c.closed || c.row.gap < 0) rhs_[add(c.row.normal, nullptr, 0)] = c.row.gap;
+          if (c.row.gap > closed_gap(k, q)) c.resting = false;
+          const bool stays = c.resting && c.row.normal.dot(v) <= speed_tolerance_;
+          if (c.closed || stays || c.row.gap < 0) rhs_[add(c.row.normal, nullptr, 0)] = c.row.gap;
         }
       });
   place(q, t);
@@ -516,7 +518,8 @@ void EventDynamics::project(Vector& x, double t, Forces* book) {
             owners_.push_back({k, -1, tangent});
           };
           // Together, what does not press opens, and what is at its bound begins to slide.
-          if (together_ ? rate < 0 || c.lambda_n > 0 : c.closed || rate < 0) want(c.row.normal, rate, false);
+          if (together_ ? rate < 0 || c.lambda_n > 0 : c.closed || rate <= speed_tolerance_)
+            want(c.row.normal, rate, false);
           if (!c.closed) continue;
           if (c.slip == 0 && c.row.tangent.size > 0 && (!together_ || c.held))
             want(c.row.tangent, c.row.tangent.dot(v), true);
@@ -542,6 +545,10 @@ const ContactRow& EventDynamics::look(int k, const Vector& x, double t) {
   place(x.data(), t);
   system_.contact(k, x.data(), x.data() + system_.n(), e_, contacts_[k].row);
   return contacts_[k].row;
+}
+
+double EventDynamics::closed_gap(int k, const double* q) const {
+  return std::max(1e-9 * system_.contact_facts(k).clearance, 8 * gap_rounding(system_, k, q));
 }
 
 double EventDynamics::slide_rate(int k, const Vector& x, double t) {

@@ -40,7 +40,7 @@ class EventDynamics {
     bool closed = false;
     int slip = 0;    ///< of a closed one with friction: 0 sticks, ±1 the sign of u_T
     int forced = 0;  ///< it has just been torn from sticking this way: the next choice starts from that
-    /// Touching without pressure: open, but held to be closed within a thousand-millionth of the clearance.
+    /// Closed without load: no force acts, and the gap stays zero by project() until its rate is more than rounding.
     bool resting = false;
     bool held = false;  ///< it stuck below its bound at the last evaluation of all together
     double restitution = 0;
@@ -100,6 +100,11 @@ class EventDynamics {
   bool struck_inelastic() const { return impact_.inelastic(); }
   /// The rate of approach that the last impact without collision was given (m/s).
   double jam_rate() const { return jam_rate_; }
+  /// The rate (m/s) that contact `i` of the last strike would have from its own normal impulse alone.
+  double struck_rate(std::size_t i) const {
+    const auto& c = struck_[i];
+    return c.impulse_n * K_(c.normal, c.normal);
+  }
   /// Impulses of the last strike at x, into a cleared table.
   void report_strike(const Vector& x, const std::vector<int>& struck, Forces& out);
   double impact_gain() const { return impact_.normal_work() + impact_.tangential_work(); }
@@ -149,6 +154,8 @@ class EventDynamics {
   /// Fills row() of contact k at a state.
   const ContactRow& look(int k, const Vector& x, double t);
   double slide_rate(int k, const Vector& x, double t);
+  /// A contact without load whose gap (m) is less is closed: 1e-9 of the clearance, or rounding of the positions.
+  double closed_gap(int k, const double* q) const;
 
   int size() const { return integral_offset() + integrals + has_films(); }
   int impulse_offset() const { return 2 * system_.n(); }

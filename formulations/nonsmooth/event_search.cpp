@@ -10,7 +10,7 @@ double EventDriven::rounding(int k) const { return gap_rounding(dynamics_.system
 
 /// How far a gap may go below zero before it counts as closed (m).
 double EventDriven::slack(int k) const {
-  if (dynamics_.contacts()[k].resting) return 1e-9 * dynamics_.system().contact_facts(k).clearance;
+  if (dynamics_.contacts()[k].resting) return dynamics_.closed_gap(k, q());
   return rounding(k);
 }
 /// A hop not higher than this (m) is over.
@@ -40,38 +40,10 @@ void EventDriven::mark_gaps(bool begin) {
   }
 }
 
-/// How the gap may bend within the last step. Bodies without arms move against each other as their centres do, and along
-/// a wall at rest as far as across it: discs that touch and fall together, or along a wall, would else be told from
-/// touching again at every rounding of time.
 GapMotion EventDriven::motion_of(int k) {
-  const auto& system = dynamics_.system();
-  auto m = dynamics_.gap_motion(k, bounds_, method_.x);
-  const auto [i, j] = system.contact_facts(k).bodies;
-  const bool straight = m.shape == GapMotion::Shape::straight;
-  if (system.longest_arm() > 0 || (straight && i != ground)) return m;
-  const double h = method_.t - method_.t_old;
-  const int n = system.n();
-  method_.interpolate(method_.t_old + 0.5 * h, scratch_);
-  // Of a linear function of the coordinates.
-  const auto bend = [&](const auto& of) {
-    const double q0 = of(method_.x_old.data()), v0 = of(method_.x_old.data() + n),
-                 a0 = of(method_.dxdt_old.data() + n);
-    const double q1 = of(method_.x.data()), v1 = of(method_.x.data() + n), a1 = of(method_.dxdt.data() + n);
-    const double apart = std::abs(of(scratch_.data() + n) - 0.5 * (v0 + v1) - 0.125 * h * (a0 - a1));
-    return cubic_bounds(h, q0, v0, a0, q1, v1, a1).acceleration + 3.1 / h * apart;
-  };
-  if (straight) {
-    const SparseRow normal = dynamics_.look(k, method_.x, method_.t).normal;
-    m.bend = std::min(m.bend, bend([&](const double* y) { return normal.dot(y); }));
-  } else {
-    const auto along = [&, i = i, j = j](int c) {
-      return bend([&](const double* y) {
-        return (j == ground ? 0 : y[planar::first(j) + c]) - (i == ground ? 0 : y[planar::first(i) + c]);
-      });
-    };
-    m.bend = std::min(m.bend, std::hypot(along(0), along(1)));
-  }
-  return m;
+  return narrowed(
+      dynamics_.gap_motion(k, bounds_, method_.x), dynamics_.system(), k, method_,
+      [&] { return dynamics_.look(k, method_.x, method_.t).normal; }, scratch_);
 }
 
 void EventDriven::find_gap_events(Event& first) {

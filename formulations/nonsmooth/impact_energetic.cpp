@@ -56,20 +56,26 @@ bool ImpactProblem::energetic(std::vector<ImpactContact>& contacts) {
   std::vector<double> poisson, ratio;
   std::vector<int> at, row;  // contacts that expand, and their rows
   std::vector<double> owed;
+  double greatest = 0;
+  for (const auto& c : compression_) greatest = std::max(greatest, -2 * c.work_n);
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     const auto& c = contacts[k];
     const double work = -2 * compression_[k].work_n;
     poisson.push_back(c.restitution);
+    ratio.push_back(c.restitution);
     // What rounding leaves of an impulse owes nothing.
     const double none = 1e-10 * before_.cwiseAbs().maxCoeff();
-    if (!(work > 0) || c.restitution == 0 ||
-        compression_[k].impulse_n * problem_.D(c.normal, c.normal) <= none)
+    if (c.restitution == 0 || compression_[k].impulse_n * problem_.D(c.normal, c.normal) <= none) continue;
+    if (!(work > 1e-12 * greatest)) {
+      // Compressed without work, as between bodies that touch and stop together: it owes none in expansion, where it has only
+      // the impulse that keeps it from closing.
+      if (work > -1e-12 * greatest) ratio.back() = 0;
       continue;
+    }
     at.push_back(static_cast<int>(k));
     row.push_back(c.normal);
     owed.push_back(c.restitution * c.restitution * work);
   }
-  ratio = poisson;
   const auto n = static_cast<Eigen::Index>(at.size());
   if (n == 0) return expand(contacts, poisson);
   const Eigen::VectorXd work = Eigen::Map<const Eigen::VectorXd>(owed.data(), n);

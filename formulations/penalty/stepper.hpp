@@ -32,6 +32,7 @@ class PenaltyStepper {
     mark_.resize(contacts);
     was_.resize(contacts);
     end_.resize(contacts);
+    unloaded_.resize(static_cast<std::size_t>(contacts));
     seen_.resize(static_cast<std::size_t>(contacts));
     const int n = f_.system().n();
     for (int k = 0; k < contacts; ++k)
@@ -53,10 +54,10 @@ class PenaltyStepper {
     f_.phases.start(f_.system(), state.q.data(), state.v.data());
     method_.start(f_, state.t, scratch_);
     f_.place_end(method_.x, state.t);
-    for (int k = 0; k < f_.system().contacts(); ++k) {
-      mark_[k].at = sample_end(k);
-      if (mark_[k].at.gap < 0 || (mark_[k].at.gap == 0 && mark_[k].at.rate < 0)) close(k);
-    }
+    for (int k = 0; k < f_.system().contacts(); ++k) mark_[k].at = sample_end(k);
+    find_unloaded();
+    for (int k = 0; k < f_.system().contacts(); ++k)
+      if (watched(k, mark_[k].at).value < 0 || (mark_[k].at.gap == 0 && mark_[k].at.rate < 0)) close(k);
     // What contacts that are pressed at the start have stored is no work of this run.
     method_.x[f_.integral_offset() + PenaltyDynamics::contact_work] =
         f_.elastic_energy(method_.x, state.t).dissipative;
@@ -121,6 +122,7 @@ class PenaltyStepper {
     if (f_.system().has_motions()) f_.knot = std::nextafter(knot, method_.t);
     if (restart_) method_.renew(f_);
     restart_ = false;
+    find_unloaded();
     const bool to_knot = knot < t_end;
     if (to_knot) t_end = knot;
     t_end = std::min(t_end, method_.t + longest_step(f_.system(), v()));
@@ -322,6 +324,18 @@ class PenaltyStepper {
   }
   /// Bounds on the last step's motion; false where it has no length.
   bool enclose();
+  /// Sets unloaded_ for the coming step.
+  void find_unloaded();
+  /// How far an unloaded contact's gap (m) may go below zero before it closes. The force there is 1e-10 or less of that of an
+  /// impact whose indentation is a thousandth of the clearance.
+  double unloaded_gap(int k) const {
+    return 1e-7 * f_.system().contact_facts(k).clearance + 64 * gap_rounding(f_.system(), k, q());
+  }
+  /// What is positive while contact k's mode lasts.
+  Watched watched(int k, const Sample& s) const {
+    if (f_.contacts()[k].closed) return {-s.gap, -s.rate};
+    return {s.gap + (unloaded_[k] ? unloaded_gap(k) : 0), s.rate};
+  }
   /// The first change of sign of contact k's gap in the last step before first.t. Comes right behind its end_[k].
   void find_gap_event(int k, Event& first);
   void find_phase_event(Event& first);
@@ -378,6 +392,9 @@ class PenaltyStepper {
   double v0_floor_, pace_;
   ContactLog* log_ = nullptr;
   std::vector<Mark> mark_;
+  /// Open contacts whose gap, its rate and its acceleration are zero to rounding as the step begins: bodies that touch
+  /// without load. Rounding moves such a gap to and fro across zero, which is no contact.
+  std::vector<char> unloaded_;
   std::vector<Sample> end_;  // of the step as it was made, before an event cuts it
   mutable Vector scratch_;
   std::vector<std::vector<int>> seen_;  // components of the state that a contact's gap and rates depend on

@@ -24,8 +24,8 @@ void PenaltyStepper<Method>::land(Event& event) {
     land_at(method_, f_, event.t);
   else
     land_on_gap(method_, f_, event.t, gap_rounding(f_.system(), event.contact, q()), [&] {
-      const auto& row = f_.contact_row(event.contact, method_.x, event.t);
-      return Watched{row.gap, row.normal.dot(v())};
+      const auto here = watched(event.contact, sample(event.contact, method_.x, event.t));
+      return f_.contacts()[event.contact].closed ? Watched{-here.value, -here.rate} : here;
     });
 }
 
@@ -65,9 +65,8 @@ template <class Method>
 void PenaltyStepper<Method>::change_coincident(const Event& first) {
   for (int k = 0; k < f_.system().contacts(); ++k) {
     if (k == first.contact) continue;
-    const auto& at = mark_[k].at;
-    const double sign = f_.contacts()[k].closed ? -1 : 1;
-    if (sign * at.gap > 4 * gap_rounding(f_.system(), k, q()) || !(sign * at.rate < 0)) continue;
+    const auto at = watched(k, mark_[k].at);
+    if (at.value > 4 * gap_rounding(f_.system(), k, q()) || !(at.rate < 0)) continue;
     ++f_.work.events;
     if (f_.contacts()[k].closed)
       open(k);
@@ -85,7 +84,7 @@ void PenaltyStepper<Method>::close(int k) {
   c.v0 = std::max(-rate, v0_floor_);
   c.mass = f_.effective_mass(row);
   c.struck = false;
-  c.eased = -rate < v0_floor_;  // it was laid there
+  c.eased = -rate < v0_floor_ || unloaded_[static_cast<std::size_t>(k)];  // it was laid there
   const int p = f_.impulse_offset() + 2 * k;
   mark_[k] = {{row.gap, rate, slide}, method_.x[p], method_.x[p + 1], method_.t};
   if (c.friction) c.zone = c.friction->zone(slide);

@@ -16,15 +16,39 @@ bool PenaltyStepper<Method>::enclose() {
 
 template <class Method>
 void PenaltyStepper<Method>::find_gap_event(int k, Event& first) {
-  const double sign = f_.contacts()[k].closed ? -1 : 1;  // sign·gap is positive while the mode lasts
-  const auto watched = [&](const Sample& s) { return Watched{sign * s.gap, sign * s.rate}; };
-  const auto motion = f_.gap_motion(k, bounds_, method_.x);
+  const bool closed = f_.contacts()[k].closed;
+  auto motion = f_.gap_motion(k, bounds_, method_.x);
+  if (unloaded_[k])
+    motion = narrowed(
+        motion, f_.system(), k, method_, [&] { return f_.end_row(k, method_.x).normal; }, scratch_);
   double unseen = 0;
-  const auto t = first_loss([&](double at) { return watched(sample_at(k, at)); }, method_.t_old, method_.t,
-                            watched(mark_[k].at), watched(end_[k]), sign > 0 ? motion : motion.opposite(),
+  const auto t = first_loss([&](double at) { return watched(k, sample_at(k, at)); }, method_.t_old, method_.t,
+                            watched(k, mark_[k].at), watched(k, end_[k]), closed ? motion.opposite() : motion,
                             gap_rounding(f_.system(), k, q()), unseen);
   unseen_ = std::max(unseen_, unseen / f_.system().contact_facts(k).clearance);
   if (t && (*t < first.t || !first.found())) first = {k, Event::Kind::gap, *t, 0};
+}
+
+template <class Method>
+void PenaltyStepper<Method>::find_unloaded() {
+  const auto& system = f_.system();
+  const auto n = static_cast<std::size_t>(system.n());
+  double greatest = -1;  // m/s², of all coordinates that are no angles
+  for (int k = 0; k < system.contacts(); ++k) {
+    const auto& at = mark_[k].at;
+    auto& unloaded = unloaded_[static_cast<std::size_t>(k)];
+    unloaded = false;
+    if (f_.contacts()[k].closed || !(std::abs(at.gap) <= unloaded_gap(k))) continue;
+    double speed = 0;
+    for (const int body : system.contact_facts(k).bodies)
+      if (body != ground) speed = std::max(speed, planar::velocity(v(), body).norm());
+    if (!(std::abs(at.rate) <= 1e-6 * v0_floor_ + 1e-14 * speed)) continue;
+    if (greatest < 0)
+      for (std::size_t i = 0; i < n; ++i)
+        if (!system.is_angle(static_cast<int>(i)))
+          greatest = std::max(greatest, std::abs(method_.dxdt[n + i]));
+    unloaded = std::abs(gap_acceleration(k, method_.x, method_.dxdt, method_.t)) <= 1e-9 * greatest;
+  }
 }
 
 template <class Method>

@@ -15,13 +15,17 @@ void warn(Result& result, Family family) {
     result.extremes.gains = 0, result.extremes.greatest_gain = 0;
   // Contacts only take energy in nature: where they give much of what there is, they drive the motion.
   const double given = -(result.ledger.contact + result.ledger.friction);
-  const bool drives = impact_law && std::max(given, result.extremes.greatest_gain) > 0.1 * scale;
+  // Friction may take again what impacts gained, and terms that cancel hide a gain: it is also judged by the energy that
+  // impacts found.
+  const double gain = result.extremes.greatest_gain, found = result.extremes.greatest_kinetic;
+  const bool grows = found > 0 && gain > 0.1 * found;
+  const bool drives = impact_law && (std::max(given, gain) > 0.1 * scale || grows);
   if (result.extremes.gains > 0)
     result.notes.push_back(fmt::format(
         "{}{} impacts raised the energy, by up to {:.3g} J{}: a restitution of rates with friction can "
         "(Kane and Levinson 1985); nonsmooth.impact_law = \"energetic\" does not",
-        drives ? "DOUBTFUL: " : "", result.extremes.gains, result.extremes.greatest_gain,
-        drives ? fmt::format(" where there is {:.3g} J", scale) : ""));
+        drives ? "DOUBTFUL: " : "", result.extremes.gains, gain,
+        drives ? fmt::format(" where there is {:.3g} J", grows ? std::min(scale, found) : scale) : ""));
   else if (drives)
     result.notes.push_back(fmt::format(
         "DOUBTFUL: contacts with their friction gave {:.3g} J of {:.3g} J; take a shorter nonsmooth.step",

@@ -137,6 +137,17 @@ TEST_CASE("contacts that give energy are told, and doubted where they drive the 
              Contains("DOUBTFUL: 3 impacts raised the energy, by up to 0.2 J where there is 1 J"));
   CHECK_THAT(told(0.05, -0.2, 0), Contains("DOUBTFUL: 3 impacts"));
   CHECK_THAT(told(0, -0.2, 0.05), Contains("DOUBTFUL: contacts with their friction gave 0.15 J of 1 J"));
+  // What friction takes again hides a gain in the balance: its terms are 100 J, of which 0.5 J are little.
+  Result run;
+  run.ledger.kinetic = run.ledger.initial = 1;
+  run.ledger.contact = -100;
+  run.ledger.friction = 100;
+  run.extremes.gains = 400;
+  run.extremes.greatest_gain = 0.5;
+  run.extremes.greatest_kinetic = 2;
+  warn(run, Family::nonsmooth);
+  CHECK_THAT(said(run),
+             Contains("DOUBTFUL: 400 impacts raised the energy, by up to 0.5 J where there is 2 J"));
 }
 
 TEST_CASE("surfaces that lie in each other overlap, joints stay open", "[judge][assembly]") {
