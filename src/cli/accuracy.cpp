@@ -14,8 +14,13 @@ std::vector<std::string> with_accuracy(const std::string& accuracy, const std::v
     const auto level = std::ranges::find(accuracies, accuracy, [](const auto& a) {
                          return std::string_view(a.text);
                        })->value;
-    for (const auto family : families)
-      for (const auto& key : setting_for(family, level).keys()) list.push_back(key);
+    for (const auto family : families) {
+      const auto keys = setting_for(family, level).keys();
+      // The first chooses scheme or integrator: where an option chooses itself, the accuracy of another is none of its.
+      const auto choice = keys.front().substr(0, keys.front().find('=') + 1);
+      const auto chooses = [&](const std::string& option) { return option.starts_with(choice); };
+      if (std::ranges::none_of(overrides, chooses)) list.insert(list.end(), keys.begin(), keys.end());
+    }
   }
   list.insert(list.end(), overrides.begin(), overrides.end());
   return list;

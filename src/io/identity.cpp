@@ -153,9 +153,26 @@ Origin origin_of(const Scene& scene) {
   return {scene.file.string(), scene.text, scene.overrides, scene.format.has_value()};
 }
 
+namespace {
+
+/// A canonical text of this program or an older one, which also wrote keys that the scene's choices do not read.
+Scene parse_recorded(std::string text) {
+  for (;;) try {
+      return parse_scene(text, "identity");
+    } catch (const UnreadKey& e) {
+      std::string rest;
+      for (const auto& line : canonical_lines(text))
+        if (line.key != e.key) rest += line.line + '\n';
+      if (rest.size() >= text.size()) throw;
+      text = std::move(rest);
+    }
+}
+
+}  // namespace
+
 Setup setup_of(const Identity& identity, const Origin& origin) {
   Setup s;
-  s.scene = parse_scene(identity.scene, "identity");
+  s.scene = parse_recorded(identity.scene);
   s.scene.file = origin.file;
   s.scene.text = origin.text;
   s.scene.overrides = origin.overrides;

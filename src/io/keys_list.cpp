@@ -1,6 +1,7 @@
 #include "io/keys_list.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace freeplay {
 namespace {
@@ -33,6 +34,7 @@ void KeysList::plain(const Key& key, std::string type, std::string fallback, std
 void KeysList::add(const Key& key, std::string type, std::string fallback, std::string meaning) {
   if (!key.fallback.empty()) fallback = key.fallback;
   if (meaning.empty()) meaning = key.meaning;
+  meaning += std::exchange(only_, {});
   auto kind = kind_;
   // What a group of keys switches on is left out with it.
   if (!group_.empty()) {

@@ -13,6 +13,7 @@
 #include "model/elements.hpp"
 #include "model/group.hpp"
 #include "model/keys.hpp"
+#include "model/options.hpp"
 #include "model/surface.hpp"
 #include "values/vec2.hpp"
 
@@ -85,7 +86,13 @@ class KeysList {
   }
   bool when(bool) const { return true; }
   bool when(bool, std::initializer_list<std::string_view>, const char*) const { return true; }
-  bool when_used(bool, std::initializer_list<std::string_view>, const char*) const { return true; }
+  /// The choices that read a key stand behind its meaning.
+  template <class O>
+  bool own(std::string_view name, const O& o) {
+    const auto& row = own_key(o, name);
+    only_ = fmt::format("; read with {}", row.belongs);
+    return true;
+  }
   bool when_given(std::string_view) const { return true; }
   template <class... Pieces>
   void check(bool, std::string_view, const Pieces&...) const {}
@@ -196,7 +203,7 @@ class KeysList {
     return list;
   }
 
-  std::string table_, kind_, group_;
+  std::string table_, kind_, group_, only_;
   std::vector<std::string> kinds_;
   std::vector<Entry> entries_;
   std::size_t begin_ = 0;

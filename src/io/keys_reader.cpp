@@ -144,6 +144,7 @@ void KeysReader::curve(const Key& key, int& curve, Curve::Use use) {
 }
 
 void KeysReader::settle() const {
+  for (const auto& judge : own_) judge();
   for (const auto& [key, index, y] : named_) {
     const auto& name = mechanism_.curves[static_cast<std::size_t>(index)].name;
     const auto hold = [&, &key = key](const char* which, std::initializer_list<std::string_view> wanted) {
@@ -185,6 +186,17 @@ void KeysReader::part_of_length(const Key& key, double& x) {
                            : s_.number(key, non_negative, 0) * unit_;
 }
 
+void KeysReader::unread(std::string_view key, bool laid_aside, std::string_view by, std::string_view chosen,
+                        std::string_view belongs) const {
+  const auto why = fmt::format("is not read with {} = \"{}\": it belongs to {}", by, chosen, belongs);
+  if (laid_aside) return s_.idle(key, why);
+  try {
+    s_.fail(key, why + "; leave it out");
+  } catch (const SceneError& e) {
+    throw UnreadKey(e);
+  }
+}
+
 void KeysReader::length(const Key& turns, const Key& seconds, double& duration) {
   one_of(turns, seconds);
   if (!s_.has(turns.name)) return void(duration = s_.number(seconds, positive));
@@ -194,6 +206,7 @@ void KeysReader::length(const Key& turns, const Key& seconds, double& duration) 
             fmt::format("needs a drive that turns at a prescribed speed; give {} (s) instead", seconds.name));
   unit_ = 2 * std::numbers::pi / std::abs(drive->speed);
   duration = s_.number(turns, positive) * unit_;
+  s_.require_sense(turns.name, seconds.unit, duration);
 }
 
 int KeysReader::body_index(std::string_view key, const std::string& name) const {

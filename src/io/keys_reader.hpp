@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <initializer_list>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "model/argument.hpp"
 #include "model/ground.hpp"
 #include "model/mechanism.hpp"
+#include "model/options.hpp"
 
 namespace freeplay {
 
@@ -98,15 +100,11 @@ class KeysReader {
         if (s_.has(key)) s_.fail(key, why);
     return holds;
   }
-  /// Keys that have an effect only under a condition; given without it they are read all the same, and named.
-  bool when_used(bool holds, std::initializer_list<std::string_view> keys, const char* why) const {
-    bool given = false;
-    for (const auto key : keys)
-      if (!holds && s_.has(key)) {
-        given = true;
-        s_.idle(key, why);
-      }
-    return holds || given;
+  /// A key that only some choices read. Choices may stand behind it: settle() judges it, and here its value is checked.
+  template <class O>
+  bool own(std::string_view name, const O& o) {
+    own_.push_back([this, &o, &row = own_key(o, name)] { settle(o, row); });
+    return true;
   }
   bool when_given(std::string_view name) const { return s_.has(name); }
   template <class... Pieces>
@@ -208,12 +206,24 @@ class KeysReader {
   /// The angle that the bodies' own angles give a joint, unless it stands there.
   void joint_angle(const Key& key, double& angle, int joint);
 
-  /// Holds the curves that were named to the units that their own numbers have, now that it is known what reads them.
+  /// Now that all is read: holds the curves that were named to the units that their own numbers have, and refuses keys
+  /// that the choices in force do not read.
   void settle() const;
 
  private:
   static std::string piece(double x) { return fmt::format("{:.6g}", x); }
   static std::string piece(const char* text) { return text; }
+  /// Refuses a key that is given and not read. A key of the file gives way to a choice that an option made in place of the
+  /// file's, and is noted.
+  template <class O>
+  void settle(const O& o, const OwnKey<O>& row) const {
+    if (!s_.has(row.name) || row.read(o, row.name)) return;
+    const auto option = [&](std::string_view key) { return !key.empty() && s_.by_option(key); };
+    const bool chosen = option(row.by) || option(row.also[0]) || option(row.also[1]);
+    unread(row.name, chosen && !option(row.name), row.by, row.chosen(o), row.belongs);
+  }
+  void unread(std::string_view key, bool laid_aside, std::string_view by, std::string_view chosen,
+              std::string_view belongs) const;
   void one_of(const Key& a, const Key& b) const;
   void bounded(std::string_view key, std::size_t points) const;
   int body_index(std::string_view key, const std::string& name) const;
@@ -231,15 +241,19 @@ class KeysReader {
     std::string_view unit;  // of y
   };
   std::vector<Named> named_;
+  std::vector<std::function<void()>> own_;  // keys that only some choices read
   Argument against_ = Argument::time;
   bool follows_ = false, slides_ = false;  // the angle of another joint; a joint whose motion is prescribed
 };
 
-/// Reads all keys of x and refuses any other.
-template <class X>
-void read_keys(Section& section, const Mechanism& mechanism, X& x, const Ground& fixed = {}) {
+/// Reads all keys of x and refuses any other. `complete` sets what is left open before it is judged.
+template <class X, class Complete = void (*)(X&)>
+void read_keys(
+    Section& section, const Mechanism& mechanism, X& x, const Ground& fixed = {},
+    const Complete& complete = [](X&) {}) {
   KeysReader reader(section, mechanism, fixed);
   X::keys(reader, x);
+  complete(x);
   reader.settle();
   if constexpr (requires { x.what(); })
     section.done(std::string(x.what()));

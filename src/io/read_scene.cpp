@@ -132,15 +132,17 @@ Scene parse_scene(const std::string& text, const std::string& name, const std::v
   Section root(document, "", "", source);
   scene.format = read_format(root);
   scene.mechanism = read_mechanism(root);
-  const auto options = [&](const char* table, auto& o) {
+  const auto options = [&](const char* table, auto& o, const auto& complete) {
     auto section = root.child(table);
-    read_keys(section, scene.mechanism, o);
+    read_keys(section, scene.mechanism, o, {}, complete);
   };
-  options("run", scene.run);
-  options("penalty", scene.penalty);
+  const auto as_read = [](const auto&) {};
+  options("run", scene.run, as_read);
+  options("penalty", scene.penalty, as_read);
   const bool step_given = root.child("nonsmooth").has("step");
-  options("nonsmooth", scene.nonsmooth);
-  take_old_defaults(scene.format.value_or(newest_format), step_given, scene.nonsmooth);
+  options("nonsmooth", scene.nonsmooth, [&](NonsmoothOptions& o) {
+    take_old_defaults(scene.format.value_or(newest_format), step_given, o);
+  });
   for (auto& [key, s] : root.children("instruments"))
     scene.instruments.push_back(read_instrument(scene.mechanism, scene.run.duration, key, s));
   root.done("a scene");

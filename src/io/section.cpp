@@ -44,6 +44,15 @@ std::string_view kind_of(const toml::node& node) {
   return "nothing";
 }
 
+/// What is wrong with a number beyond what its unit may amount to; empty within.
+std::string beyond_bounds(const Magnitude& bounds, double x, bool greater_than_zero) {
+  const bool small = greater_than_zero && x < bounds.least;
+  if (!small && std::abs(x) <= bounds.greatest) return {};
+  return fmt::format("must be at {} {:.9g}{}{}, is {} ({})", small ? "least" : "most",
+                     small ? bounds.least : bounds.greatest, bounds.unit.empty() ? "" : " ", bounds.unit, x,
+                     bounds.why);
+}
+
 /// Names stand in file headers and dotted keys.
 bool is_plain_name(std::string_view name) {
   return !name.empty() && std::ranges::all_of(name, [](char c) {
@@ -160,12 +169,14 @@ void Section::require_sense(const toml::node& node, const Asked& key, double x,
       find_key(pattern_.empty() ? std::string(key.name) : fmt::format("{}.{}", pattern_, key.name));
   const auto* bounds = row ? magnitude_of(row->unit) : key.unit ? magnitude_of(*key.unit) : nullptr;
   if (!bounds) return;
-  const bool small = greater_than_zero && x < bounds->least;
-  if (!small && std::abs(x) <= bounds->greatest) return;
-  source_->fail(&node, full(key.name),
-                fmt::format("must be at {} {:.9g}{}{}, is {} ({})", small ? "least" : "most",
-                            small ? bounds->least : bounds->greatest, bounds->unit.empty() ? "" : " ",
-                            bounds->unit, x, bounds->why));
+  if (const auto wrong = beyond_bounds(*bounds, x, greater_than_zero); !wrong.empty())
+    source_->fail(&node, full(key.name), wrong);
+}
+
+void Section::require_sense(std::string_view key, std::string_view unit, double x) const {
+  const auto* bounds = magnitude_of(unit);
+  if (!bounds) return;
+  if (const auto wrong = beyond_bounds(*bounds, x, true); !wrong.empty()) fail(key, wrong);
 }
 
 double Section::number(const Asked& key, Range range) { return to_number(require(key.name), key, range); }

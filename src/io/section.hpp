@@ -32,7 +32,7 @@ struct SceneSource {
   std::string name;
   std::map<std::string, std::string> overridden = {};  ///< dotted key → KEY=VALUE as given
   std::vector<std::string> order = {};                 ///< of these keys on the command line
-  mutable std::vector<std::string> idle = {};          ///< keys that have no effect, and why
+  mutable std::vector<std::string> idle = {};          ///< keys that options laid aside, and why
   /// Units of numbers whose key leaves that open, by table and key's unit: curves.NAME, "of x" or "of y".
   mutable std::map<std::pair<std::string, std::string>, std::string> given = {};
   /// What only options made, by its path (joints.NAME), and the names that the file has beside it.
@@ -109,7 +109,11 @@ class Section {
   [[noreturn]] void fail(std::string_view key, const std::string& message) const;
   /// Throws about a key that is not there; "" for one of several.
   [[noreturn]] void lacks(std::string_view key, const std::string& message) const;
-  /// Notes a key that is read and has no effect here.
+  /// Refuses what a key amounts to, x > 0, where that is beyond what its unit may be.
+  void require_sense(std::string_view key, std::string_view unit, double x) const;
+  /// Whether an option gave the key, not the file.
+  bool by_option(std::string_view key) const { return source_->overridden.contains(full(key)); }
+  /// Notes a key that an option's choice lays aside.
   void idle(std::string_view key, const std::string& why) const {
     source_->idle.push_back(full(key) + " " + why);
   }

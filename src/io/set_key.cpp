@@ -56,6 +56,19 @@ bool stands_as_read(const Scene& scene, const std::string& facts) {
   }
 }
 
+/// The scene as read, with one option more. Earlier options that its choice does not read give way to it, as keys of the
+/// file do.
+Scene parse_with(const Scene& scene, const std::string& given, const std::string& key) {
+  auto options = scene.overrides;
+  options.push_back(given);
+  for (;;) try {
+      return parse_scene(scene.text, scene.file.string(), options, scene.outside);
+    } catch (const UnreadKey& e) {
+      const auto sets = [&](const std::string& option) { return option.starts_with(e.key + "="); };
+      if (e.key == key || std::erase_if(options, sets) == 0) throw;
+    }
+}
+
 }  // namespace
 
 void Scene::set(const std::string& key, const std::string& value) try {
@@ -64,9 +77,7 @@ void Scene::set(const std::string& key, const std::string& value) try {
   const auto facts = to_toml(*this);
   Scene changed;
   if (stands_as_read(*this, facts)) {
-    auto more = overrides;
-    more.push_back(given);
-    changed = parse_scene(text, file.string(), more, outside);
+    changed = parse_with(*this, given, key);
   } else {
     // Beside `revolutions`, `discard` would count revolutions; here it stays the seconds it is.
     const bool in_revolutions = key == "run.revolutions";

@@ -84,7 +84,11 @@ class KeysWriter {
   }
   bool when(bool holds) const { return holds; }
   bool when(bool holds, std::initializer_list<std::string_view>, const char*) const { return holds; }
-  bool when_used(bool holds, std::initializer_list<std::string_view>, const char*) const { return holds; }
+  /// What no choice in force reads is no fact of the scene.
+  template <class O>
+  bool own(std::string_view name, const O& o) const {
+    return own_key(o, name).read(o, name);
+  }
   bool when_given(std::string_view) const { return true; }
   template <class... Pieces>
   void check(bool, std::string_view, const Pieces&...) const {}
@@ -263,6 +267,7 @@ std::string to_toml(const Scene& scene) {
   options("penalty", scene.penalty);
   auto nonsmooth = scene.nonsmooth;  // a scheme that would be chosen anyway is not named: one run, one text
   nonsmooth.scheme = {};
+  if (scene.nonsmooth.scheme_in_force() != Scheme::moreau_jean) nonsmooth.step = {};  // not read
   if (nonsmooth.scheme_in_force() != scene.nonsmooth.scheme_in_force())
     nonsmooth.scheme = scene.nonsmooth.scheme;
   options("nonsmooth", nonsmooth);

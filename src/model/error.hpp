@@ -28,4 +28,9 @@ struct SceneError : ModelError {
       : ModelError((place.empty() ? "" : place + ": ") + blamed + ": " + wrong, blamed, wrong) {}
 };
 
+/// Of a key that the choices in force do not read (OwnKey in model/options.hpp).
+struct UnreadKey : SceneError {
+  explicit UnreadKey(const SceneError& e) : SceneError(e) {}
+};
+
 }  // namespace freeplay

@@ -3,9 +3,11 @@
 // and friction, which are files of formulations/laws and listed by model/laws.hpp.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 
@@ -15,6 +17,26 @@
 #include "values/enumerators.hpp"
 
 namespace freeplay {
+
+/// A key that only some choices of other keys read. The reader refuses it under any other choice, the canonical text of a
+/// scene leaves it out there, and docs/scene.md names the choices: all three take them from the rows of own_keys().
+template <class Options>
+struct OwnKey {
+  std::string_view name;
+  bool (*read)(const Options&, std::string_view name);  ///< whether the choices in force read it
+  std::string_view by;                                  ///< the key that chooses
+  std::string_view (*chosen)(const Options&);           ///< the word in force there
+  std::string_view belongs;                             ///< the choices that read it
+  std::array<std::string_view, 2> also = {};            ///< further keys that decide
+};
+
+/// The row of a key; every options struct whose keys() call k.own() has own_keys(options) beside it.
+template <class Options>
+constexpr const OwnKey<Options>& own_key(const Options& o, std::string_view name) {
+  for (const auto& row : own_keys(o))
+    if (row.name == name) return row;
+  throw std::logic_error("own_keys() lacks a key");
+}
 
 struct RunOptions {
   enum class Start {
@@ -121,27 +143,18 @@ struct PenaltyOptions {
   static constexpr std::string_view what = "[penalty]";
   static void keys(auto& k, auto& o) {
     k.choose_listed({"contact", "", "contact law; `freeplay laws` lists all"}, o.contact);
-    if (k.when(facts_of(o.contact).kind == ContactKind::line, {"damping"},
-               "belongs to line contacts (johnson and below in `freeplay laws`); this law has its own"))
+    if (k.own("damping", o))
       k.choose_some(
           {"damping", "",
-           "line contacts: the point law whose damping factor they take, \"hertz\" for none; pereira: its own",
+           "the point law whose damping factor a line contact takes, \"hertz\" for none; pereira: its own",
            "\"exact\""},
           o.damping, [](ContactLaw law) { return facts_of(law).kind == ContactKind::point; });
-    if (k.when_used(facts_of(o.contact).kind == ContactKind::spring_damper,
-                    {"kelvin_stiffness", "kelvin_damping"},
-                    "has no effect: it belongs to penalty.contact = \"kelvin-voigt\"")) {
-      k.take({"kelvin_stiffness", "N/m", "kelvin-voigt: K"}, o.kelvin_stiffness, positive);
-      k.take({"kelvin_damping", "N s/m", "kelvin-voigt: D"}, o.kelvin_damping, non_negative);
-    }
+    if (k.own("kelvin_stiffness", o)) k.take({"kelvin_stiffness", "N/m", "K"}, o.kelvin_stiffness, positive);
+    if (k.own("kelvin_damping", o)) k.take({"kelvin_damping", "N s/m", "D"}, o.kelvin_damping, non_negative);
     k.choose({"friction", "", ""}, o.friction);
     const auto& friction = facts_of(o.friction);
-    // Each law reads keys of its own.
     const auto of_friction = [&](const Key& key, auto& x, const Range& range) {
-      if (k.when_used(
-              friction.reads(key.name), {key.name},
-              "has no effect: it is no key of this law of penalty.friction; `freeplay laws` lists each law's"))
-        k.take(key, x, range);
+      if (k.own(key.name, o)) k.take(key, x, range);
     };
     k.take(
         {"friction_v0", "m/s",
@@ -166,11 +179,8 @@ struct PenaltyOptions {
     k.check(!friction.v1_above_v0 || o.friction_v1 > o.friction_v0, "friction_v1",
             "must be greater than friction_v0 = ", o.friction_v0, ", is ", o.friction_v1);
     k.choose({"stabilisation", "", ""}, o.stabilisation);
-    if (k.when(o.stabilisation == Stabilisation::baumgarte, {"alpha", "beta"},
-               "belongs to penalty.stabilisation = \"baumgarte\"")) {
-      k.take({"alpha", "1/s", "Baumgarte: damping, ≥ 0"}, o.alpha, non_negative);
-      k.take({"beta", "1/s", "Baumgarte: frequency, ≥ 0"}, o.beta, non_negative);
-    }
+    if (k.own("alpha", o)) k.take({"alpha", "1/s", "damping, ≥ 0"}, o.alpha, non_negative);
+    if (k.own("beta", o)) k.take({"beta", "1/s", "frequency, ≥ 0"}, o.beta, non_negative);
     k.choose({"integrator", "", ""}, o.integrator);
     k.check(!(choice_of(o.integrator).traits.keeps_history && o.stabilisation == Stabilisation::projection),
             "stabilisation",
@@ -179,10 +189,7 @@ struct PenaltyOptions {
     k.take({"tolerance", "",
             "adaptive integrators: a step is accepted when every |error| is below tolerance × scale"},
            o.tolerance, positive);
-    if (k.when_used(
-            !choice_of(o.integrator).traits.adaptive, {"step"},
-            "has no effect: it belongs to penalty.integrator = \"rk4\"; the others choose their steps by penalty.tolerance"))
-      k.take({"step", "s", "rk4: step"}, o.step, positive);
+    if (k.own("step", o)) k.take({"step", "s", "of the fixed-step integrator"}, o.step, positive);
     k.take(
         {"v0_floor", "m/s", "least approach speed that a contact's damping is scaled with", "see penalty.md"},
         o.v0_floor, positive);
@@ -218,21 +225,26 @@ struct NonsmoothOptions {
   double lcp_tolerance = 1e-10;  ///< a solve is accepted when its relative residual is below
   ImpactLaw impact_law = ImpactLaw::newton;
 
-  Scheme scheme_in_force() const { return scheme.value_or(step ? Scheme::moreau_jean : Scheme::automatic); }
+  constexpr Scheme scheme_in_force() const {
+    return scheme.value_or(step ? Scheme::moreau_jean : Scheme::automatic);
+  }
+  /// Whether time steps are taken and chosen by step_tolerance.
+  constexpr bool chooses_steps() const;
 
   static constexpr std::string_view what = "[nonsmooth]";
   static void keys(auto& k, auto& o) {
     k.choose({"scheme", "", "", "automatic, or moreau-jean where `step` is a number"}, o.scheme);
-    k.number_or("automatic",
-                {"step", "s", "moreau-jean: step; \"automatic\": chosen by an estimate of the error"}, o.step,
-                positive);
-    k.take({"step_tolerance", "",
-            "time steps that are chosen: one is accepted when every |error| is below step_tolerance × scale"},
-           o.step_tolerance, positive);
-    k.take(
-        {"tolerance", "",
-         "event-driven: a step of its integrator is accepted when every |error| is below tolerance × scale"},
-        o.tolerance, positive);
+    if (k.own("step", o))
+      k.number_or("automatic", {"step", "s", "time step; \"automatic\": chosen by an estimate of the error"},
+                  o.step, positive);
+    if (k.own("step_tolerance", o))
+      k.take({"step_tolerance", "",
+              "a time step that is chosen is accepted when every |error| is below step_tolerance × scale"},
+             o.step_tolerance, positive);
+    if (k.own("tolerance", o))
+      k.take({"tolerance", "",
+              "a step between events is accepted when every |error| is below tolerance × scale"},
+             o.tolerance, positive);
     k.choose({"solver", "", "of the contact problem; another takes over when one fails: "}, o.solver);
     k.take({"lcp_tolerance", "", "a complementarity solve is accepted when its relative residual is below"},
            o.lcp_tolerance, positive);
@@ -299,5 +311,88 @@ constexpr std::span<const Choice<Scheme>> choices(Scheme) { return scheme_names;
 constexpr std::span<const Choice<LcpSolver>> choices(LcpSolver) { return solver_names; }
 constexpr std::span<const Choice<ImpactLaw>> choices(ImpactLaw) { return impact_law_names; }
 ///@}
+
+constexpr bool NonsmoothOptions::chooses_steps() const {
+  const auto in_force = scheme_in_force();
+  return (in_force == Scheme::moreau_jean && !step) ||
+         (in_force == Scheme::automatic && choice_of(impact_law).traits.time_stepping);
+}
+
+/// @name Keys that only some choices read
+///@{
+inline constexpr std::array penalty_own_keys = [] {
+  using O = PenaltyOptions;
+  using Row = OwnKey<O>;
+  constexpr auto contact = [](const O& o) { return facts_of(o.contact).text; };
+  constexpr auto line = [](const O& o, std::string_view) {
+    return facts_of(o.contact).kind == ContactKind::line;
+  };
+  constexpr auto kelvin = [](const O& o, std::string_view) {
+    return facts_of(o.contact).kind == ContactKind::spring_damper;
+  };
+  constexpr auto friction = [](const O& o) { return facts_of(o.friction).text; };
+  constexpr auto of_law = [](const O& o, std::string_view key) { return facts_of(o.friction).reads(key); };
+  constexpr auto stabilisation = [](const O& o) { return text_of(o.stabilisation); };
+  constexpr auto baumgarte = [](const O& o, std::string_view) {
+    return o.stabilisation == Stabilisation::baumgarte;
+  };
+  constexpr auto integrator = [](const O& o) { return text_of(o.integrator); };
+  constexpr auto fixed = [](const O& o, std::string_view) {
+    return !choice_of(o.integrator).traits.adaptive;
+  };
+  constexpr std::string_view lines = "line contacts, johnson and below in `freeplay laws`",
+                             laws = "friction laws that name it in `freeplay laws`";
+  return std::array{Row{"damping", line, "contact", contact, lines},
+                    Row{"kelvin_stiffness", kelvin, "contact", contact, "contact = \"kelvin-voigt\""},
+                    Row{"kelvin_damping", kelvin, "contact", contact, "contact = \"kelvin-voigt\""},
+                    Row{"friction_v1", of_law, "friction", friction, laws},
+                    Row{"friction_static", of_law, "friction", friction, laws},
+                    Row{"friction_decay", of_law, "friction", friction, laws},
+                    Row{"friction_viscous", of_law, "friction", friction, laws},
+                    Row{"bristle_stiffness", of_law, "friction", friction, laws},
+                    Row{"bristle_damping", of_law, "friction", friction, laws},
+                    Row{"alpha", baumgarte, "stabilisation", stabilisation, "stabilisation = \"baumgarte\""},
+                    Row{"beta", baumgarte, "stabilisation", stabilisation, "stabilisation = \"baumgarte\""},
+                    Row{"step", fixed, "integrator", integrator, "integrator = \"rk4\""}};
+}();
+inline constexpr std::array nonsmooth_own_keys = [] {
+  using O = NonsmoothOptions;
+  using Row = OwnKey<O>;
+  constexpr auto scheme = [](const O& o) { return text_of(o.scheme_in_force()); };
+  return std::array{
+      // The automatic scheme chooses the steps of its time stepping: "automatic" is true of it, a number is not.
+      Row{"step",
+          [](const O& o, std::string_view) {
+            return o.scheme_in_force() == Scheme::moreau_jean ||
+                   (o.scheme_in_force() == Scheme::automatic && !o.step);
+          },
+          "scheme", scheme, "scheme = \"moreau-jean\""},
+      Row{"step_tolerance",
+          [](const O& o, std::string_view) { return o.chooses_steps(); },
+          "scheme",
+          scheme,
+          "scheme = \"automatic\" with impact_law \"newton\", and \"moreau-jean\" with step \"automatic\"",
+          {"step", "impact_law"}},
+      Row{"tolerance",
+          [](const O& o, std::string_view) { return choice_of(o.scheme_in_force()).traits.adaptive; },
+          "scheme", scheme, "scheme = \"automatic\" and \"event-driven\""}};
+}();
+constexpr std::span<const OwnKey<PenaltyOptions>> own_keys(const PenaltyOptions&) { return penalty_own_keys; }
+constexpr std::span<const OwnKey<NonsmoothOptions>> own_keys(const NonsmoothOptions&) {
+  return nonsmooth_own_keys;
+}
+///@}
+
+/// The key that makes the steps of a run finer when it is made smaller: what a message may advise.
+constexpr std::string_view fineness_key(const PenaltyOptions& o) {
+  return choice_of(o.integrator).traits.adaptive ? "penalty.tolerance" : "penalty.step";
+}
+/// `stepped`: the automatic scheme handed over to time stepping.
+constexpr std::string_view fineness_key(const NonsmoothOptions& o, bool stepped = false) {
+  if (o.scheme_in_force() == Scheme::moreau_jean && o.step) return "nonsmooth.step";
+  return o.chooses_steps() && (stepped || o.scheme_in_force() == Scheme::moreau_jean)
+             ? "nonsmooth.step_tolerance"
+             : "nonsmooth.tolerance";
+}
 
 }  // namespace freeplay

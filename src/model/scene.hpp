@@ -22,7 +22,7 @@ struct Scene {
   std::optional<int> format;           ///< as the file states it; without one it is read as newest_format
   std::string text;                    ///< as read, for the provenance of results
   std::vector<std::string> overrides;  ///< KEY=VALUE as given
-  std::vector<std::string> idle;       ///< keys that were given and have no effect, and why
+  std::vector<std::string> idle;       ///< keys of the file that an option's choice does not read, and why
   bool outside = false;                ///< files that it names may lie anywhere, not only beside it or below
   std::vector<ReadFile> files;         ///< that its text names, as read
   Mechanism mechanism;

@@ -67,10 +67,10 @@ class Watch final : public Observer {
 
 Outcome run(const std::string& text, double duration, const Way& way, Watch::Off off = nullptr) {
   const auto scene = parse_scene(
-      text + fmt::format("[run]\nduration = {}\n[penalty]\ntolerance = 1e-10\n[nonsmooth]\nscheme = \"{}\"\n"
-                         "tolerance = 1e-10\n{}",
-                         duration, way.scheme,
-                         way.scheme == "moreau-jean" ? fmt::format("step = {}\n", h) : ""),
+      text +
+          fmt::format("[run]\nduration = {}\n[penalty]\ntolerance = 1e-10\n[nonsmooth]\nscheme = \"{}\"\n{}",
+                      duration, way.scheme,
+                      way.scheme == "moreau-jean" ? fmt::format("step = {}\n", h) : "tolerance = 1e-10\n"),
       "driving");
   Simulation simulation(scene, way.formulation);
   Watch watch(off, way.stepping);

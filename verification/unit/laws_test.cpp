@@ -240,7 +240,7 @@ TEST_CASE("the program lists laws and refuses combinations that mean nothing", "
   };
   refused(" --set penalty.contact=johnson", "joints.gudgeon.bearing_length: is missing");
   refused(" --set penalty.contact=kelvin-voigt", "penalty.kelvin_stiffness: is missing");
-  refused(" --set penalty.damping=exact", "belongs to line contacts");
+  refused(" --set penalty.damping=exact", "it belongs to line contacts");
 }
 
 TEST_CASE("laws, drift and verify as a user runs them", "[program]") {

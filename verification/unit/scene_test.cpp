@@ -103,28 +103,6 @@ TEST_CASE("overrides set any key", "[scene]") {
   REQUIRE(s.mechanism.loads.size() == 1);
 }
 
-TEST_CASE("keys that have no effect are named, and are no facts of the scene", "[scene]") {
-  const std::string file = test::flores().string();
-  const auto plain = read_scene(file, {"penalty.friction=threlfall"});
-  const std::pair<const char*, const char*> keys[] = {
-      {"penalty.friction_static=1.2", "penalty.friction_static has no effect: it is no key of this law"},
-      {"penalty.friction_v1=1.2", "penalty.friction_v1 has no effect: it is no key of this law"},
-      {"penalty.kelvin_stiffness=1e7", "it belongs to penalty.contact = \"kelvin-voigt\""},
-      {"penalty.step=1e-6", "it belongs to penalty.integrator = \"rk4\""}};
-  for (const auto& one : keys) {
-    const std::string key = one.first, why = one.second;
-    CAPTURE(key);
-    const auto scene = read_scene(file, {"penalty.friction=threlfall", key});
-    const auto named =
-        std::ranges::count_if(scene.idle, [&](const auto& note) { return note.find(why) != note.npos; });
-    CHECK(named == 1);
-    CHECK(same_facts(scene, plain));
-  }
-  CHECK_THROWS_AS(read_scene(file, {"penalty.friction=threlfall", "penalty.friction_static=0.5"}),
-                  SceneError);
-  CHECK(read_scene(file, {"penalty.friction=lugre", "penalty.friction_static=1.2"}).idle.empty());
-}
-
 TEST_CASE("bad scenes are refused with place, key and remedy", "[scene]") {
   REQUIRE(message(scene()) == "accepted");
   struct Bad {
@@ -203,7 +181,7 @@ TEST_CASE("bad scenes are refused with place, key and remedy", "[scene]") {
       {"contact = \"exact\"", "stabilisation = \"projection\"",
        "penalty.stabilisation: \"projection\" moves"},
       {"contact = \"exact\"", "stabilisation = \"none\"\nalpha = 1",
-       "penalty.alpha: belongs to penalty.stabil"},
+       "penalty.alpha: is not read with stabilisation = \"none\""},
       {"friction = 0.1", "friction = 0.1\ntangential_restitution = 2",
        "surfaces.steel.tangential_restitution: must be between 0 and 1"},
       {"axis = [1, 0]", "axis = [1, 0]\nclearance = 1e-3", "joints.guide.slider_length: is missing"},
