@@ -173,10 +173,9 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
       }
       if (i == (sweeps ? 101 : 50) || !std::isfinite(change)) {
         failure_ = fmt::format(
-            "t = {:.9g} s: the forces of {} do not converge within a step of {:.3g} s; take nonsmooth.step "
-            "shorter{}",
-            t_old_, system_.has_velocity_forces() ? "dampers" : "films", h,
-            system_.has_velocity_forces() ? " than mass/damping" : "");
+            "t = {:.9g} s: the forces of {} do not converge within a step of {:.3g} s; take a smaller {}{}",
+            t_old_, system_.has_velocity_forces() ? "dampers" : "films", h, finer(),
+            system_.has_velocity_forces() ? ": a step shorter than mass/damping" : "");
         return false;
       }
       v_trial_ = v_;
@@ -225,9 +224,9 @@ bool MoreauStepper::advance_states(double h, const double* v_mean) {
     if (change <= 1e-13) break;
     if (i == 50 || !std::isfinite(change)) {
       failure_ = fmt::format(
-          "t = {:.9g} s: the lagged torques do not converge within a step of {:.3g} s; take nonsmooth.step "
+          "t = {:.9g} s: the lagged torques do not converge within a step of {:.3g} s; take a smaller {}: a step "
           "shorter than their lag, or than a motor's inductance/resistance",
-          t_old_, h);
+          t_old_, h, finer());
       return false;
     }
   }

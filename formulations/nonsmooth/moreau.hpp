@@ -181,6 +181,8 @@ class MoreauStepper {
   double nearest_singular() const { return saddle_.nearest_singular(); }
 
  private:
+  /// The key whose smaller value shortens the steps.
+  const char* finer() const { return step_ > 0 ? "nonsmooth.step" : "nonsmooth.step_tolerance"; }
   bool advance_states(double h, const double* v_mean);
   bool solve_velocities(double h, const double* v_force);
   bool solve_contacts();

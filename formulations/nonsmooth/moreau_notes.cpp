@@ -58,9 +58,9 @@ void MoreauStepper::tell(std::vector<std::string>& notes) const {
         inelastic_));
   if (unsettled_ > 0)
     notes.push_back(fmt::format(
-        "DOUBTFUL: in {} steps contact came and went with the film's force, and none was found that fits both; take a shorter "
-        "nonsmooth.step, or \"automatic\"",
-        unsettled_));
+        "DOUBTFUL: in {} steps contact came and went with the film's force, and none was found that fits both; take a smaller "
+        "{}",
+        unsettled_, finer()));
   if (step_ > 0 && films_.leap.share > 0.3)
     notes.push_back(fmt::format(
         "DOUBTFUL: {} squeezed its film by {:.2g} of its thickness in one step, which takes the film as it was at the step's "
@@ -74,8 +74,8 @@ void MoreauStepper::tell(std::vector<std::string>& notes) const {
   if (unswept_ > 0)
     notes.push_back(fmt::format(
         "DOUBTFUL: in {} steps the angle that a torque's table was swept over did not settle: the pulse turns the motion "
-        "round within a step; take a shorter nonsmooth.step, or event-driven",
-        unswept_));
+        "round within a step; take a smaller {}, or event-driven",
+        unswept_, finer()));
 }
 
 }  // namespace freeplay

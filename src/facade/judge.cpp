@@ -4,10 +4,26 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 namespace freeplay {
+namespace {
 
-void warn(Result& result, Family family) {
+/// "gudgeon lay up to 385 clearances inside its wall"
+std::string depth(const ContactSummary& c) {
+  return c.has_clearance()
+             ? fmt::format("{} lay up to {:.3g} clearances inside its wall", c.name, c.penetration_ratio)
+             : fmt::format("{} overlapped by up to {:.3g} m, {:.3g} of {}", c.name, c.penetration,
+                           c.penetration_ratio,
+                           c.measure == "radius" ? "its radius of curvature" : "the longest arm");
+}
+
+/// Surfaces of an impact law stay apart but for rounding: of the contact's measure.
+constexpr double doubtful_depth = 1e-3, greatest_depth = 1;
+
+}  // namespace
+
+void warn(Result& result, Family family, std::string_view finer) {
   const bool impact_law = family == Family::nonsmooth;
   const double scale = std::max(result.ledger.scale(), result.ledger.passed);
   // The greatest kinetic energy before an impact may itself be rounding, in what has always rested.
@@ -27,28 +43,36 @@ void warn(Result& result, Family family) {
         drives ? "DOUBTFUL: " : "", result.extremes.gains, gain,
         drives ? fmt::format(" where there is {:.3g} J", grows ? std::min(scale, found) : scale) : ""));
   else if (drives)
-    result.notes.push_back(fmt::format(
-        "DOUBTFUL: contacts with their friction gave {:.3g} J of {:.3g} J; take a shorter nonsmooth.step",
-        given, scale));
+    result.notes.push_back(
+        fmt::format("DOUBTFUL: contacts with their friction gave {:.3g} J of {:.3g} J; take a smaller {}",
+                    given, scale, finer));
   // An impact law keeps surfaces apart but for rounding. Under a contact law a journal may go a tenth of its play
   // deeper before the play itself is another; and discs a tenth of their radius: there the half-width of Hertz's
   // contact, √(δR), is 0.3 R, and no longer small as his half-space asks (Johnson, Contact Mechanics, 1985, §4.1).
   for (const auto& c : result.contacts)
-    if (c.penetration_ratio > (impact_law ? 1e-3 : 0.1))
+    if (c.penetration_ratio > (impact_law ? doubtful_depth : 0.1))
       result.notes.push_back(fmt::format(
-          "DOUBTFUL: {}; {}",
-          c.has_clearance()
-              ? fmt::format("{} lay up to {:.3g} clearances inside its wall", c.name, c.penetration_ratio)
-              : fmt::format("{} overlapped by up to {:.3g} m, {:.3g} of {}", c.name, c.penetration,
-                            c.penetration_ratio,
-                            c.measure == "radius" ? "its radius of curvature" : "the longest arm"),
-          impact_law ? "take a shorter nonsmooth.step" : "the contact is too soft for this load"));
+          "DOUBTFUL: {}; {}", depth(c),
+          impact_law ? fmt::format("take a smaller {}", finer) : "the contact is too soft for this load"));
   if (std::abs(result.ledger.closure()) > 1e-3 * scale ||
       std::abs(result.ledger.stabilisation) > 1e-3 * scale)
     result.notes.push_back(fmt::format(
         "DOUBTFUL: of {:.3g} J the energy balance misses {:.2g} J and stabilisation did {:.2g} J; "
-        "tighten the tolerance or shorten the step, or the motion passed a singular position",
-        scale, result.ledger.closure(), result.ledger.stabilisation));
+        "take a smaller {}, or the motion passed a singular position",
+        scale, result.ledger.closure(), result.ledger.stabilisation, finer));
+}
+
+void refuse_too_deep(Result& result, Family family, std::string_view finer) {
+  if (family != Family::nonsmooth || result.ending.status != Ending::Status::finished) return;
+  for (const auto& c : result.contacts)
+    if (c.penetration_ratio > greatest_depth) {
+      result.ending = {
+          Ending::Status::failed,
+          fmt::format("{}, which an impact law keeps outside: the motion is not this mechanism's; take "
+                      "a smaller {}",
+                      depth(c), finer)};
+      return;
+    }
 }
 
 void refuse_not_finite(Result& result) {

@@ -206,7 +206,10 @@ Result Simulation::Implementation::summary(const Ending& ending) const {
       c.flight_fraction = c.impact_fraction = c.lasting_fraction = NAN;
     r.contacts.push_back(c);
   }
-  warn(r, family);
+  const auto finer = family == Family::penalty ? fineness_key(scene.penalty)
+                                               : fineness_key(scene.nonsmooth, r.work.handovers > 0);
+  warn(r, family, finer);
+  refuse_too_deep(r, family, finer);
   refuse_not_finite(r);
   return r;
 }

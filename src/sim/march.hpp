@@ -2,10 +2,16 @@
 // but for showing a step to whoever watches.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
 #include <stdexcept>
+#include <string>
 
 #include "model/system.hpp"
 #include "sim/formulation.hpp"
+#include "sim/progress.hpp"
 #include "sim/watch.hpp"
 
 namespace freeplay {
@@ -79,6 +85,27 @@ class StepOf final : public Step {
   std::size_t elements_ = system_.force_elements().size();
 };
 
+/// Why a run that crawls is stopped; names the contact that is nearest by its own measure.
+inline std::string crawl_reason(const System& system, const Progress& progress, double t, const double* q) {
+  auto e = system.make_evaluation();
+  system.place(t, q, e);
+  std::string nearest;
+  double least = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < system.contacts(); ++k) {
+    const auto& facts = system.contact_facts(k);
+    const double apart = std::abs(system.gap(k, q, e)) / facts.measure();
+    if (!(apart < least)) continue;
+    least = apart;
+    nearest = facts.has_clearance ? fmt::format("{} (clearance {:.3g} m)", facts.name, facts.clearance)
+                                  : facts.name;
+  }
+  return fmt::format(
+      "t = {:.9g} s: steps are down to {:.2g} s, {:.1g} of them to the end{}; {}take a coarser step or tolerance, or a "
+      "shorter run",
+      t, progress.pace(), progress.needed(), nearest.empty() ? "" : ", at " + nearest,
+      nearest.empty() ? "" : "make that contact looser or leave it out, or ");
+}
+
 /// A Stepper also has step(t_end), which advances by one step not beyond t_end and is false when it cannot (then
 /// failure() says why).
 template <class Owner, class Stepper>
@@ -86,10 +113,13 @@ Ending march(Owner& owner, const System& system, Stepper& stepper, double t_end,
              Watch& watch) {
   StepOf<Owner, Stepper> step(owner, system, stepper, watch);
   stepper.watch_forces(watch.wants_forces());
+  Progress progress(stepper.t(), t_end);
   while (stepper.t() < t_end) {
     if (watch.stop()) return {Ending::Status::interrupted, "interrupted"};
     if (!stepper.step(t_end)) return {Ending::Status::failed, stepper.failure()};
     owner.keep_passed();
+    if (progress.crawls(stepper.t()))
+      return {Ending::Status::failed, crawl_reason(system, progress, stepper.t(), stepper.q())};
     log.advance(stepper.t());
     watch.drain(log);
     if (!watch.any()) continue;

@@ -126,7 +126,7 @@ TEST_CASE("contacts that give energy are told, and doubted where they drive the 
     run.ledger.load = friction + contact;  // the balance closes
     if (gain > 0) run.extremes.gains = 3;
     run.extremes.greatest_gain = gain;
-    warn(run, Family::nonsmooth);
+    warn(run, Family::nonsmooth, "nonsmooth.step");
     return said(run);
   };
   CHECK(told(0, 0.2, -0.1).empty());  // one gives what the other takes
