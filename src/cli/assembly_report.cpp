@@ -11,6 +11,7 @@
 #include "model/mechanism.hpp"
 #include "model/planar.hpp"
 #include "model/system.hpp"
+#include "numerics/saddle_point.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -28,6 +29,44 @@ Rank rank_of(const Mechanism& mechanism, const State& start) {
   return {system.rows(), system.rows() - static_cast<int>(redundant.size())};
 }
 
+/// Bodies that move while all drives stand still: those of the coordinates whose own direction, projected onto the rows'
+/// null space, keeps some of its length.
+std::vector<std::string> free_bodies(const Mechanism& mechanism, const State& start) {
+  auto ideal = idealised(mechanism);
+  ideal.loads.clear();
+  const System system(ideal);
+  auto e = system.make_evaluation();
+  system.place(0, start.q.data(), e);
+  SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic,
+                     {!redundant_rows(system, start.q).empty()});
+  std::vector<std::string> names;
+  if (!saddle.factor(e.G.data())) return names;
+  const auto n = static_cast<std::size_t>(system.n());
+  std::vector<double> force(n), moved(n), none(e.phi.size()), lambda(e.phi.size());
+  for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
+    bool free = false;
+    for (std::size_t c = planar::coordinates * b; c < planar::coordinates * (b + 1); ++c) {
+      std::ranges::fill(force, 0.0);
+      force[c] = system.mass()[c];
+      saddle.solve(force.data(), none.data(), moved.data(), lambda.data());
+      free |= moved[c] > 1e-9;
+    }
+    if (free) names.push_back(mechanism.bodies[b].name);
+  }
+  return names;
+}
+
+/// What neither joints nor drives prescribe, in words.
+void left_free(const Mechanism& mechanism, const State& start, int motions, Lines& lines) {
+  std::string list;
+  if (mechanism.bodies.size() <= most_bodies)
+    for (const auto& name : free_bodies(mechanism, start)) list += (list.empty() ? "" : ", ") + name;
+  lines.emplace_back(
+      "  left free",
+      fmt::format("{} {} that no joint and no drive prescribes{}: forces and inertia alone move it", motions,
+                  motions == 1 ? "motion" : "motions", list.empty() ? "" : ", of " + list));
+}
+
 void mobility(const Mechanism& mechanism, const State& start, Lines& lines) {
   auto ideal = idealised(mechanism);
   ideal.loads.clear();
@@ -41,6 +80,7 @@ void mobility(const Mechanism& mechanism, const State& start, Lines& lines) {
     said +=
         fmt::format("; {} with the drives' rows, {} of rank {}", n - driven.rank, driven.rows, driven.rank);
   lines.emplace_back("mobility", said);
+  if (driven.rows > joints.rows && driven.rank < n) left_free(mechanism, start, n - driven.rank, lines);
 }
 
 std::string lengths(const Mechanism& mechanism, const FourBar& loop) {

@@ -3,17 +3,46 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdio>
+#include <numbers>
+#include <string>
 
 #include "cli/wrapped.hpp"
 #include "model/scene.hpp"
 #include "model/sense.hpp"
+#include "model/whole_turn.hpp"
 
 namespace freeplay::cli {
 
+/// A fixed step of more than 10 degrees of the main drive's turn: midpoint steps are (ωh)²/24 = 1e-3 off there, and a journal
+/// crosses its play many times. Empty for any shorter one.
+inline std::string long_step(const Scene& scene) {
+  const auto* drive = main_drive(scene.mechanism);
+  const auto& o = scene.nonsmooth;
+  if (!drive || !o.step || o.scheme_in_force() != Scheme::moreau_jean) return {};
+  const double turned = std::abs(drive->speed) * *o.step * 180 / std::numbers::pi;
+  if (!(turned > 10)) return {};
+  return fmt::format(
+      "nonsmooth.step = {:.4g} s is {:.3g} deg of the turn of drives.{}: too long for what contacts do in it",
+      *o.step, turned, drive->name);
+}
+
+/// What keeps the main drive from turning on.
+inline std::string describe(const Scene& scene, const DeadPoint& dead) {
+  return fmt::format(
+      "drives.{} cannot turn fully: {:.4g} deg on, at {:.4g} s, the loop with {} does not close further without play; is a "
+      "link between them too short",
+      main_drive(scene.mechanism)->name, dead.angle * 180 / std::numbers::pi, dead.t,
+      key_of(scene.mechanism, dead.open));
+}
+
 inline void ask(const Scene& scene) {
-  for (const auto& q : questions(scene.mechanism))
-    fmt::print(stderr, "{}", wrapped("question: " + q + "\n", 10));
+  auto all = questions(scene.mechanism);
+  if (const auto dead = dead_point(scene.mechanism, scene.run.duration))
+    all.push_back(describe(scene, *dead) + "?");
+  if (const auto step = long_step(scene); !step.empty()) all.push_back(step + "?");
+  for (const auto& q : all) fmt::print(stderr, "{}", wrapped("question: " + q + "\n", 10));
   for (const auto& key : scene.idle) fmt::print(stderr, "{}", wrapped("note: " + key + "\n", 6));
 }
 

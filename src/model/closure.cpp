@@ -18,9 +18,10 @@ constexpr double held = 1e4;
 /// Residuals and their derivatives at one q, in lengths.
 class Residuals {
  public:
-  Residuals(const System& system, double length, bool hold_drives)
+  Residuals(const System& system, double length, bool hold_drives, double t)
       : system_(system),
         length_(length),
+        t_(t),
         drive_(hold_drives ? held : 0),
         e_(system.make_evaluation()),
         rest_(system.n(), 0.0) {}
@@ -52,7 +53,7 @@ class Residuals {
   /// Calls see(row, residual, weight, each entry of its derivative).
   template <class See>
   void visit(const std::vector<double>& q, See see) {
-    system_.place(0, q.data(), e_);
+    system_.place(t_, q.data(), e_);
     const auto& p = system_.pattern();
     for (int k = 0; k < system_.rows(); ++k) {
       const bool drives = k >= system_.rows() - system_.drive_rows();
@@ -71,7 +72,7 @@ class Residuals {
   }
 
   const System& system_;
-  double length_, drive_;
+  double length_, t_, drive_;
   Evaluation e_;
   std::vector<double> rest_;
   ContactRow contact_;
@@ -79,8 +80,8 @@ class Residuals {
 
 }  // namespace
 
-void best_pose(const System& system, double length, bool hold_drives, std::vector<double>& q) {
-  Residuals residuals(system, length, hold_drives);
+void best_pose(const System& system, double length, bool hold_drives, std::vector<double>& q, double t) {
+  Residuals residuals(system, length, hold_drives, t);
   Eigen::SparseMatrix<double> A;
   Eigen::VectorXd b;
   std::vector<double> trial(q.size());
@@ -107,9 +108,10 @@ void best_pose(const System& system, double length, bool hold_drives, std::vecto
   }
 }
 
-std::vector<OpenJoint> open_joints(const System& system, const std::vector<double>& q, double length) {
+std::vector<OpenJoint> open_joints(const System& system, const std::vector<double>& q, double length,
+                                   double t) {
   auto e = system.make_evaluation();
-  system.place(0, q.data(), e);
+  system.place(t, q.data(), e);
   std::vector<OpenJoint> list;
   for (int k = 0; k < system.rows(); ++k) {
     const OpenJoint own{system.row_name(k), std::abs(e.phi[k]), system.is_angle_row(k), false,

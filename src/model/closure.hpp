@@ -24,12 +24,13 @@ struct OpenJoint {
   bool drive = false;    ///< a prescribed motion
 };
 
-/// All that is open at q, each joint once with the length of its gap, worst first by `length` (m, of a radian); what is
+/// All that is open at q and the time t (s) of the drives, each joint once with the length of its gap, worst first by `length` (m, of a radian); what is
 /// less than a hundredth of the worst is closed.
-std::vector<OpenJoint> open_joints(const System& system, const std::vector<double>& q, double length);
+std::vector<OpenJoint> open_joints(const System& system, const std::vector<double>& q, double length,
+                                   double t = 0);
 
-/// Moves q to the nearest best pose that is found.
-void best_pose(const System& system, double length, bool hold_drives, std::vector<double>& q);
+/// Moves q to the nearest best pose that is found at the time t (s) of the drives.
+void best_pose(const System& system, double length, bool hold_drives, std::vector<double>& q, double t = 0);
 
 /// "stays open by 0.35 m"
 std::string describe(const OpenJoint& open);

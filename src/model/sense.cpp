@@ -225,7 +225,63 @@ void speeds(const Looked& l, Found& found) {
   }
 }
 
-constexpr std::array rules{degrees, modulus, gyration, bearings, millimetres, gravity, speeds};
+/// A body that one pin alone holds, in a mechanism that a drive moves, with nothing that acts on it: pinned at its centre of
+/// mass, where nothing ever turns it, or without gravity at the end of a chain of links, which flies about. A slider whose
+/// guide was forgotten is one.
+void unguided(const Looked& l, Found& found) {
+  const bool driven = std::ranges::any_of(l.m.drives, [](const Drive& d) {
+    return std::holds_alternative<SpeedDrive>(d) || std::holds_alternative<MotionDrive>(d);
+  });
+  if (!driven) return;
+  std::vector<int> held(l.arm.size(), 0), acted(l.arm.size(), 0);
+  const auto count = [](std::vector<int>& list, int body) {
+    if (body != ground) ++list[static_cast<std::size_t>(body)];
+  };
+  const auto pair = [&](const auto& bodies) {
+    for (const int body : bodies) count(acted, body);
+  };
+  for (const auto& joint : l.m.joints)
+    for (const int body : bodies_of(joint)) count(held, body);
+  for (const auto& contact : l.m.contacts)
+    std::visit(
+        [&](const auto& x) {
+          if constexpr (requires { x.between; }) pair(x.between);
+          if constexpr (requires { x.joint; }) pair(bodies_of(l.m.joints[static_cast<std::size_t>(x.joint)]));
+        },
+        contact);
+  for (const auto& group : l.m.groups)
+    for (int body = group.first; body < group.first + group.size(); ++body) count(acted, body);
+  for (const auto& drive : l.m.drives)
+    std::visit([&](const auto& d) { pair(bodies_of(l.m.joints[static_cast<std::size_t>(d.joint)])); }, drive);
+  for (const auto& load : l.m.loads)
+    std::visit(
+        [&](const auto& x) {
+          if constexpr (requires { x.between; }) pair(x.between);
+          if constexpr (requires { x.body; }) count(acted, x.body);
+          if constexpr (requires { x.joint; }) pair(bodies_of(l.m.joints[static_cast<std::size_t>(x.joint)]));
+        },
+        load);
+  for (const auto& joint : l.m.joints) {
+    const auto* pin = std::get_if<RevoluteJoint>(&joint);
+    if (!pin) continue;
+    for (const int end : {0, 1}) {
+      const int body = pin->between[end], other = pin->between[1 - end];
+      if (body == ground || other == ground) continue;
+      const auto i = static_cast<std::size_t>(body), o = static_cast<std::size_t>(other);
+      if (held[i] != 1 || acted[i] > 0) continue;
+      const bool central = pin->at[end].is_zero();
+      const bool flung = l.m.gravity.is_zero() && acted[o] == 0 && held[o] == 2;
+      if (central || flung)
+        found.add(fmt::format(
+            "bodies.{} is held by joints.{} alone, {}, and nothing guides it: is a joint missing, "
+            "as a translational one to the ground",
+            l.m.bodies[i].name, pin->name,
+            central ? "at its centre of mass" : "at the end of links that fly about"));
+    }
+  }
+}
+
+constexpr std::array rules{degrees, modulus, gyration, bearings, millimetres, gravity, speeds, unguided};
 
 }  // namespace
 

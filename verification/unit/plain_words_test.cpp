@@ -1,0 +1,205 @@
+// What cannot go well is said in plain words: by `check` and before a run, or by a run that stops with its reason.
+#include <fmt/format.h>
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <optional>
+#include <string>
+
+#include "facade/judge.hpp"
+#include "model/scene.hpp"
+#include "model/sense.hpp"
+#include "model/whole_turn.hpp"
+#include "sim/progress.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+std::string contents(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// The text of flores' scene with another rod, m between its pins, and without what `gone` begins.
+std::string flores(double rod, bool loose, bool guided = true) {
+  auto text = contents(test::flores());
+  const auto replace = [&](const std::string& a, const std::string& b) {
+    REQUIRE(text.find(a) != text.npos);
+    text.replace(text.find(a), a.size(), b);
+  };
+  replace("at = [[0.05, 0.0], [-0.15, 0.0]]", fmt::format("at = [[0.05, 0.0], [{}, 0.0]]", -rod / 2));
+  replace("at = [[0.15, 0.0], [0.0, 0.0]]", fmt::format("at = [[{}, 0.0], [0.0, 0.0]]", rod / 2));
+  if (!loose) {
+    const auto from = text.find("clearance = 0.25e-3");
+    text.erase(from, text.find("[joints.guide]") - from);
+  }
+  if (!guided) {
+    const auto from = text.find("[joints.guide]");
+    text.erase(from, text.find("[surfaces.steel]") - from);
+  }
+  return text;
+}
+
+/// A four-bar with links d (ground), a (input), b, c whose input stands at `angle`, open.
+std::string four_bar(double d, double a, double b, double c, double angle) {
+  const Vec2 B(a * std::cos(angle), a * std::sin(angle)), D(d, 0);
+  const double far = (D - B).norm(), along = (far * far + b * b - c * c) / (2 * far);
+  const Vec2 u = (1 / far) * (D - B), across(-u.y(), u.x());
+  const Vec2 C = B + along * u + std::sqrt(b * b - along * along) * across;
+  std::string text;
+  const auto body = [&](const char* name, Vec2 from, Vec2 to) {
+    const Vec2 middle = 0.5 * (from + to), way = to - from;
+    text += fmt::format("[bodies.{}]\nmass = 1.0\ninertia = 0.01\nposition = [{}, {}]\nangle = {}\n", name, middle.x(),
+                        middle.y(), std::atan2(way.y(), way.x()));
+  };
+  body("input", {0, 0}, B), body("coupler", B, C), body("output", D, C);
+  const auto pin = [&](const char* name, const char* one, const char* other, Vec2 p, Vec2 q) {
+    text += fmt::format("[joints.{}]\ntype = \"revolute\"\nbetween = [\"{}\", \"{}\"]\nat = [[{}, {}], [{}, {}]]\n", name,
+                        one, other, p.x(), p.y(), q.x(), q.y());
+  };
+  pin("A", "ground", "input", {0, 0}, {-a / 2, 0});
+  pin("B", "input", "coupler", {a / 2, 0}, {-b / 2, 0});
+  pin("C", "coupler", "output", {b / 2, 0}, {c / 2, 0});
+  pin("D", "output", "ground", {-c / 2, 0}, D);
+  return text + "[drives.motor]\njoint = \"A\"\nspeed = 1.0\n[run]\nrevolutions = 2\n";
+}
+
+std::optional<DeadPoint> dead(const std::string& text) {
+  const auto scene = parse_scene(text, "s.toml");
+  return dead_point(scene.mechanism, scene.run.duration);
+}
+
+}  // namespace
+
+TEST_CASE("a turn that the ideal mechanism cannot close ends at its dead point", "[whole-turn]") {
+  // A place is known to 1e-3 of 5 degrees; gaps below 1e-6 of the longest arm count as closed: together 1e-4 rad.
+  const double accuracy = 1e-4;
+  // A slider-crank on the crank's own line: r sin θ = l at the last place. With play c: r sin θ = l + c.
+  const double r = 0.05, l = 0.04, play = 0.25e-3;
+  const auto ideal = dead(flores(l, false)), loose = dead(flores(l, true));
+  REQUIRE(ideal);
+  REQUIRE(loose);
+  CHECK(ideal->angle == Approx(std::asin(l / r)).margin(accuracy));
+  CHECK(loose->angle == Approx(std::asin((l + play) / r)).margin(accuracy));
+  CHECK_FALSE(dead(flores(0.3, true)));
+  CHECK_FALSE(dead(flores(0.051, false)));  // just long enough
+  // Of a four-bar whose links all rock, the input ends where coupler and output are in line (the law of cosines).
+  const double d = 0.5, a = 0.3, b = 0.25, c = 0.3, start = 1.0;
+  const auto rocks = dead(four_bar(d, a, b, c, start));
+  REQUIRE(rocks);
+  const double last = std::acos((a * a + d * d - (b + c) * (b + c)) / (2 * a * d));
+  CHECK(rocks->angle == Approx(last - start).margin(accuracy));
+  CHECK_FALSE(dead(four_bar(0.4, 0.1, 0.35, 0.3, 0.4)));  // a crank-rocker
+  // A run that ends before the dead point says nothing.
+  auto early = parse_scene(flores(l, false), "s.toml");
+  CHECK_FALSE(dead_point(early.mechanism, 0.9 * std::asin(l / r) / (200 * 2 * std::numbers::pi / 60)));
+}
+
+TEST_CASE("the cases close over their turn, and no body of them is left out of its guide", "[whole-turn]") {
+  int cases = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(test::source_folder() / "cases")) {
+    const auto file = entry.path() / "scene.toml";
+    if (!std::filesystem::exists(file)) continue;
+    const auto scene = read_scene(file);
+    CAPTURE(file.string());
+    CHECK_FALSE(dead_point(scene.mechanism, scene.run.duration));
+    for (const auto& q : questions(scene.mechanism)) CHECK_THAT(q, !Contains("nothing guides it"));
+    ++cases;
+  }
+  CHECK(cases > 15);
+}
+
+TEST_CASE("check and run say that a guide was forgotten and that a rod is too short", "[program][whole-turn]") {
+  test::TemporaryFolder folder;
+  const auto unguided = folder.path() / "unguided.toml", jams = folder.path() / "short.toml";
+  std::ofstream(unguided) << flores(0.3, true, false);
+  std::ofstream(jams) << flores(0.04, true);
+  const auto flat = [](std::string text) {  // lines are wrapped for a terminal
+    for (std::size_t i = 0; i < text.size(); ++i)
+      if (text[i] == '\n') text[i] = ' ';
+    for (auto i = text.find("  "); i != text.npos; i = text.find("  ", i)) text.erase(i, 1);
+    return text;
+  };
+  const std::string guide =
+      "question: bodies.slider is held by joints.gudgeon alone, at its centre of mass, and nothing guides it";
+  const std::string turn = "question: drives.motor cannot turn fully: 53.";
+  const auto checked = test::freeplay("check " + unguided.string());
+  CHECK_THAT(flat(checked.err), Contains(guide));
+  CHECK_THAT(flat(checked.out), Contains("left free 2 motions that no joint and no drive prescribes, of rod, slider"));
+  CHECK_THAT(flat(test::freeplay("check " + jams.string()).err), Contains(turn));
+  const auto run = [&](const std::filesystem::path& scene) {
+    return flat(test::freeplay("run " + scene.string() +
+                               " --formulation nonsmooth --set run.duration=0.01 --set run.discard=0 -o " +
+                               (folder.path() / "out").string())
+                    .err);
+  };
+  CHECK_THAT(run(unguided), Contains(guide));
+  CHECK_THAT(run(jams), !Contains("cannot turn fully"));  // 0.01 s are 12 degrees
+  CHECK_THAT(flat(test::freeplay("check " + test::flores().string()).out), !Contains("left free"));
+}
+
+TEST_CASE("an impact law's run that lay deeper than its clearance has failed", "[judge]") {
+  const auto run = [](double ratio, Family family) {
+    Result r;
+    r.contacts.resize(1);
+    r.contacts[0].name = "gudgeon";
+    r.contacts[0].penetration_ratio = ratio;
+    refuse_too_deep(r, family, "nonsmooth.step");
+    return r.ending;
+  };
+  CHECK(run(0.99, Family::nonsmooth).status == Ending::Status::finished);
+  CHECK(run(1.01, Family::penalty).status == Ending::Status::finished);  // it yields, and is doubted
+  const auto failed = run(385, Family::nonsmooth);
+  CHECK(failed.status == Ending::Status::failed);
+  CHECK_THAT(failed.reason, Contains("gudgeon lay up to 385 clearances inside its wall") &&
+                                Contains("take a smaller nonsmooth.step"));
+  // Steps of 60 degrees of the crank.
+  test::TemporaryFolder folder;
+  const auto o = test::freeplay("run " + test::flores().string() +
+                                " --formulation nonsmooth --set nonsmooth.step=0.05 --set run.revolutions=3 --set "
+                                "run.discard=0 -o " +
+                                (folder.path() / "out").string());
+  CAPTURE(o.out, o.err);
+  CHECK(o.status == 1);
+  CHECK_THAT(o.out + o.err, Contains("clearances inside its wall"));
+  CHECK_THAT(o.err, Contains("question: nonsmooth.step = 0.05 s is 60 deg of the turn of drives.motor"));
+}
+
+TEST_CASE("a run that crawls stops; bursts, and long runs of ordinary steps, do not", "[progress]") {
+  const auto steps_to_stop = [](double h, double duration, long most) {
+    Progress progress(0, duration);
+    for (long i = 1; i <= most; ++i)
+      if (progress.crawls(static_cast<double>(i) * h)) return i;
+    return 0L;
+  };
+  constexpr long N = Progress::window;
+  // A step of 1e-10 of the run is the bound; the run at a clearance of 1e-12 m takes 2e-11 s in 0.3 s.
+  CHECK(steps_to_stop(2e-11, 0.3, 4 * N) == 3 * N);
+  CHECK(steps_to_stop(0.9e-10, 1, 4 * N) == 3 * N);
+  CHECK(steps_to_stop(1.1e-10, 1, 4 * N) == 0);
+  CHECK(steps_to_stop(1e-5, 3e8, 4 * N) == 0);  // 1e9 turns at 200 rpm
+  CHECK(steps_to_stop(0.9e-8, 3e8, 4 * N) == 3 * N);
+  // Two windows that crawl between others.
+  Progress burst(0, 1);
+  double t = 0;
+  for (int window = 0; window < 8; ++window)
+    for (long i = 0; i < N; ++i) CHECK_FALSE(burst.crawls(t += window % 4 < 2 ? 1e-12 : 1e-7));
+  // The stepping loop asks, and says where: a ball in flight over a floor, by steps of 1e-12 of the run.
+  const auto scene = parse_scene(
+      "[bodies.ball]\nmass = 1.0\ninertia = 1.0\nposition = [0.0, 1.0]\n[contacts.floor]\ntype = \"plane\"\nbetween = "
+      "[\"ground\", \"ball\"]\nradius = 0.1\nsurface = \"s\"\n[surfaces.s]\nyoung = 2e11\npoisson = 0.3\nrestitution = "
+      "0.5\n[run]\nduration = 1.0\n[penalty]\nintegrator = \"rk4\"\nstep = 1e-12\n",
+      "s.toml");
+  const auto run = test::simulate(scene, Family::penalty);
+  CHECK(run.work.steps == 3 * N);
+  CHECK(run.ending.status == Ending::Status::failed);
+  CHECK(run.ending.reason ==
+        "t = 3e-06 s: steps are down to 1e-12 s, 1e+12 of them to the end, at floor; make that contact looser or leave it "
+        "out, or take a coarser step or tolerance, or a shorter run");
+}
