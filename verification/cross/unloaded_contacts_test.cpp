@@ -247,7 +247,7 @@ void check_chain(const Beads& beads, Integrator integrator) {
 }
 
 constexpr Integrator all_integrators[] = {Integrator::rk4,           Integrator::dopri5,
-                                          Integrator::fehlberg78,    Integrator::bulirsch_stoer,
+                                          Integrator::bulirsch_stoer,
                                           Integrator::rosenbrock4,   Integrator::adams_bashforth_moulton};
 
 }  // namespace

@@ -145,7 +145,7 @@ TEST_CASE("contacts that give energy are told, and doubted where they drive the 
   run.extremes.gains = 400;
   run.extremes.greatest_gain = 0.5;
   run.extremes.greatest_kinetic = 2;
-  warn(run, Family::nonsmooth);
+  warn(run, Family::nonsmooth, "nonsmooth.step");
   CHECK_THAT(said(run),
              Contains("DOUBTFUL: 400 impacts raised the energy, by up to 0.5 J where there is 2 J"));
 }
