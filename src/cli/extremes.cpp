@@ -8,6 +8,7 @@
 #include "cli/document.hpp"
 #include "cli/ending.hpp"
 #include "cli/progress.hpp"
+#include "cli/random_scenes.hpp"
 #include "cli/strangers.hpp"
 #include "cli/verb.hpp"
 #include "facade/simulation.hpp"
@@ -33,6 +34,7 @@ int extremes(const ExtremesRequest& request) {
   using namespace verification;
   if (request.strangers.count > 0) {
     auto asked = request.strangers;
+    if (!asked.kinds.empty()) return random_scenes(asked, result_folder(request.output, "out/random-scenes"));
     asked.document = request.document;
     return strangers(asked, result_folder(request.output, "out/strangers"));
   }
@@ -139,6 +141,18 @@ void extremes_verb(Program& program) {
                               "judge this many scenes that nobody designed, in place of the map")
                          .between(1, 1000000);
   options.add("--seed", request.strangers.seed, "of the strangers").needs(count).between(0, 1000000000);
+  const auto kinds =
+      options
+          .add("--kinds", request.strangers.kinds,
+               "judge every row of scenes of these kinds, \"new\" for all: table, stop, barrier, ...")
+          .takes("NAMES")
+          .needs(count);
+  options.add("--first", request.strangers.first, "with --kinds: begin with this one of them")
+      .needs(kinds)
+      .between(0, 1000000000);
+  options.add("--way", request.strangers.way, "with --kinds: run by this scheme or integrator alone")
+      .takes("NAME")
+      .needs(kinds);
   options.add("--only", request.strangers.only, "judge this one of them alone and write its scene.toml")
       .needs(count)
       .between(0, 1000000);

@@ -1,0 +1,201 @@
+// One coordinate between walls that move as they are prescribed:
+//
+//     ẍ = a(t, x, ẋ),      g = side (x − w(t)) ≥ 0
+//
+// by the classical Runge–Kutta method of order 4 in tiny steps; what happens within a step (a wall is met or left, a kink of
+// a is passed) is located by bisection of that step. At a rigid wall g⁺′ = −e g⁻′; a coordinate whose approach is slower than
+// `rest` and that is pressed on stays at the wall until side (a − ẅ) > 0. A compliant wall pushes with
+//
+//     F/m = K δⁿ (1 + χ δ̇/v₀),   δ = −g,   v₀ the approach at first contact,   χ (1 + e) = ln[(1 + χ)/(1 − χ e)]
+//
+// Source of χ: first integral of δ̈ = −K δⁿ (1 + χ δ̇/v₀), derived by hand. No solver of the program is included.
+// Units: those of x (m or rad) and s.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+#include "curve_shapes.hpp"
+
+namespace freeplay::reference {
+
+struct MovingWall {
+  std::function<CurvePoint(double)> place;  ///< w, ẇ, ẅ at t
+  double side = 1;                          ///< 1: x is above it
+  double restitution = 1;
+  double stiffness = 0, exponent = 1.5;  ///< K/m of a compliant wall; 0: rigid
+};
+
+/// χ of the restitution that it delivers.
+inline double damping_factor(double e) {
+  if (e >= 1) return 0;
+  // f(χ) = χ(1 + e) − ln(1 + χ) + ln(1 − χe) has one root in (0, 1/e): positive below it, −∞ at the end.
+  double low = 1e-9, high = 1 / e;
+  for (int i = 0; i < 200; ++i) {
+    const double x = 0.5 * (low + high);
+    (x * (1 + e) - std::log1p(x) + std::log1p(-x * e) > 0 ? low : high) = x;
+  }
+  return 0.5 * (low + high);
+}
+
+struct OneCoordinate {
+  std::function<double(double, double, double)> acceleration;  ///< a(t, x, v)
+  std::vector<MovingWall> walls = {};
+  std::vector<double> kinks = {};                ///< places where a has a kink
+  std::vector<double> speed_kinks = {};          ///< speeds where it has one
+  std::function<double(double)> next_kink = {};  ///< the first instant behind t where a or a wall has one
+  double x = 0, v = 0;                           ///< at t = 0
+  double step = 1e-3;                            ///< s
+  double step_in_contact = 1e-3;                 ///< s, in a compliant wall
+  double rest = 1e-9;                            ///< speed below which a pressed contact stays closed
+
+  struct Rows {
+    std::vector<double> x, v;  ///< one each instant that was asked for
+    std::size_t known = 0;     ///< of them, before a budget of steps was used up
+    long impacts = 0;
+    double first_contact = INFINITY;  ///< s
+  };
+
+  Rows at(const std::vector<double>& instants, long most_steps = 4'000'000) const {
+    Rows rows;
+    Place p{0, x, v};
+    std::vector<Contact> in(walls.size());
+    for (std::size_t w = 0; w < walls.size(); ++w) {
+      const double g = gap(w, p), rate = gap_rate(w, p);
+      if (g <= 0 && walls[w].stiffness == 0 && std::abs(rate) <= rest && pressed(w, p)) in[w].held = true;
+      if (g < 0 && walls[w].stiffness > 0) in[w].entered(std::max(-rate, rest), walls[w]);
+    }
+    long steps = 0;
+    for (const double until : instants) {
+      while (p.t < until) {
+        if (++steps > most_steps) return rows;
+        double h = inside(in) ? step_in_contact : step;
+        if (next_kink) {
+          const double next = next_kink(p.t);
+          if (next > p.t && next < p.t + h) h = next - p.t;
+        }
+        if (p.t + h * (1 + 1e-12) >= until) h = until - p.t;
+        advance(p, in, h, rows);
+        if (until - p.t <= 1e-15 * until) p.t = until;
+      }
+      rows.x.push_back(p.x);
+      rows.v.push_back(p.v);
+      ++rows.known;
+    }
+    return rows;
+  }
+
+ private:
+  struct Place {
+    double t, x, v;
+  };
+  struct Contact {
+    bool held = false;    ///< at rest at a rigid wall
+    bool inside = false;  ///< in a compliant one
+    double v0 = 0, chi = 0;
+    void entered(double speed, const MovingWall& wall) {
+      inside = true;
+      v0 = speed;
+      chi = damping_factor(wall.restitution);
+    }
+  };
+
+  double gap(std::size_t w, const Place& p) const { return walls[w].side * (p.x - walls[w].place(p.t).y); }
+  double gap_rate(std::size_t w, const Place& p) const {
+    return walls[w].side * (p.v - walls[w].place(p.t).slope);
+  }
+  bool pressed(std::size_t w, const Place& p) const {
+    const auto at_wall = walls[w].place(p.t);
+    return walls[w].side * (acceleration(p.t, p.x, p.v) - at_wall.bend) < 0;
+  }
+  static bool inside(const std::vector<Contact>& in) {
+    return std::any_of(in.begin(), in.end(), [](const Contact& c) { return c.inside; });
+  }
+  double total(double t, double x_, double v_, const std::vector<Contact>& in) const {
+    double a = acceleration(t, x_, v_);
+    for (std::size_t w = 0; w < walls.size(); ++w) {
+      if (!in[w].inside) continue;
+      const auto at_wall = walls[w].place(t);
+      const double depth = -walls[w].side * (x_ - at_wall.y), rate = -walls[w].side * (v_ - at_wall.slope);
+      if (depth <= 0) continue;
+      a += walls[w].side * walls[w].stiffness * std::pow(depth, walls[w].exponent) *
+           (1 + in[w].chi * rate / in[w].v0);
+    }
+    return a;
+  }
+  Place after(const Place& p, const std::vector<Contact>& in, double h) const {
+    for (std::size_t w = 0; w < walls.size(); ++w)
+      if (in[w].held) {
+        const auto at_wall = walls[w].place(p.t + h);
+        return {p.t + h, at_wall.y, at_wall.slope};
+      }
+    const double k1 = total(p.t, p.x, p.v, in);
+    const double v2 = p.v + 0.5 * h * k1, k2 = total(p.t + 0.5 * h, p.x + 0.5 * h * p.v, v2, in);
+    const double v3 = p.v + 0.5 * h * k2, k3 = total(p.t + 0.5 * h, p.x + 0.5 * h * v2, v3, in);
+    const double v4 = p.v + h * k3, k4 = total(p.t + h, p.x + h * v3, v4, in);
+    return {p.t + h, p.x + h / 6 * (p.v + 2 * v2 + 2 * v3 + v4), p.v + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)};
+  }
+
+  /// One step of h, or up to the first thing that happens in it.
+  void advance(Place& p, std::vector<Contact>& in, double h, Rows& rows) const {
+    // Whether something has happened between p and q.
+    enum class What { none, release, wall, out, kink };
+    std::size_t which = 0;
+    const auto happens = [&](const Place& q) {
+      for (std::size_t w = 0; w < walls.size(); ++w) {
+        if (in[w].held) {
+          which = w;
+          return pressed(w, q) ? What::none : What::release;
+        }
+        const double g = gap(w, q);
+        if (in[w].inside ? g > 0 : g < 0 && (gap(w, p) > 0 || gap_rate(w, q) < 0)) {
+          which = w;
+          return in[w].inside ? What::out : What::wall;
+        }
+      }
+      for (const double k : kinks)
+        if ((p.x - k) * (q.x - k) < 0) return What::kink;
+      for (const double k : speed_kinks)
+        if ((p.v - k) * (q.v - k) < 0) return What::kink;
+      return What::none;
+    };
+    Place q = after(p, in, h);
+    if (happens(q) == What::none) {
+      p = q;
+      return;
+    }
+    double before = 0, behind = h;
+    for (int i = 0; i < 60 && behind - before > 1e-16 * (p.t + h); ++i) {
+      const double middle = 0.5 * (before + behind);
+      (happens(after(p, in, middle)) == What::none ? before : behind) = middle;
+    }
+    q = after(p, in, behind);
+    const What what = happens(q);
+    p = q;
+    auto& c = in[which];
+    const auto& wall = walls.empty() ? MovingWall{} : walls[which];
+    if (what == What::release) c.held = false;
+    if (what == What::out) c.inside = false;
+    if (what == What::wall) {
+      rows.first_contact = std::min(rows.first_contact, p.t);
+      const double approach = -gap_rate(which, p);
+      if (wall.stiffness > 0) {
+        c.entered(std::max(approach, rest), wall);
+        return;
+      }
+      ++rows.impacts;
+      const auto at_wall = wall.place(p.t);
+      p.x = at_wall.y;
+      p.v = at_wall.slope + wall.side * wall.restitution * std::max(approach, 0.0);
+      if (wall.restitution * approach <= rest && pressed(which, p)) {
+        c.held = true;
+        p.v = at_wall.slope;
+      }
+    }
+  }
+};
+
+}  // namespace freeplay::reference
