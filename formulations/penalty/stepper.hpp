@@ -14,6 +14,7 @@
 #include <string>
 
 #include "formulations/integrators/crossing.hpp"
+#include "formulations/integrators/curve_limit.hpp"
 #include "formulations/integrators/methods.hpp"
 #include "formulations/penalty/dynamics.hpp"
 #include "formulations/probe.hpp"
@@ -67,7 +68,7 @@ class PenaltyStepper {
   void remember(M& m) {
     m.part("penalty stepper");
     m(f_, method_, mark_, extremes_, restart_, stalled_, creeps_, lost_, creep_since_, events_since_,
-      last_slide_, unseen_, chatter_, kick_, paced_, paced_since_);
+      last_slide_, unseen_, chatter_, kick_, coarse_, paced_, paced_since_);
     remember_probe(m, probe_, watching_, [this] { make_probe(); });
   }
 
@@ -126,7 +127,7 @@ class PenaltyStepper {
     const bool to_knot = knot < t_end;
     if (to_knot) t_end = knot;
     t_end = std::min(t_end, method_.t + longest_step(f_.system(), v()));
-    if (!method_.step(f_, t_end)) return false;
+    if (!step_within_curves(t_end)) return false;
     if (++f_.work.steps % 100000 == 0 && (creeps_ = creep(run_end))) return false;
     f_.work.rejected = method_.rejected;
     Event first;
@@ -232,6 +233,8 @@ class PenaltyStepper {
   double unseen() const { return unseen_; }
   /// Greatest share of an angle's speed that the change of its acceleration in one step made (fixed steps, tables).
   double kick() const { return kick_; }
+  /// Greatest length of a fixed step over that which the curves that it reads ask for.
+  double coarse() const { return coarse_; }
   EnergyLedger integrals() {
     const double* w = method_.x.data() + f_.integral_offset();
     EnergyLedger l;
@@ -270,6 +273,9 @@ class PenaltyStepper {
   /// s: what progress is judged by, the rest of the run or a thousand times the motion's own pace. A longer run takes
   /// more steps, and is no stiffer.
   double ahead(double run_end) const { return std::min(run_end - method_.t, 1000 * pace_); }
+  /// A step of the method, not beyond t_end, in which no curve is jumped over. A fixed step is made as it is, and
+  /// compared with what its curves ask for.
+  bool step_within_curves(double t_end);
   /// How much of an angle's speed the change of its acceleration within the last step makes, where a torque table acts on
   /// it: what a method that controls no error leaves of a steep pulse.
   void keep_kick();
@@ -409,7 +415,7 @@ class PenaltyStepper {
   int stalled_ = 0;
   bool creeps_ = false, lost_ = false;
   double unseen_ = 0;  // greatest, over the clearance
-  double kick_ = 0;
+  double kick_ = 0, coarse_ = 0;
   int paced_ = 0;  // events since
   double paced_since_ = -INFINITY;
   long last_slide_ = 0;  // step

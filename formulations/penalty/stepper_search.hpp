@@ -7,6 +7,28 @@
 namespace freeplay {
 
 template <class Method>
+bool PenaltyStepper<Method>::step_within_curves(double t_end) {
+  const double limit = curve_step_limit(f_.system(), method_.t, q(), v(), Knots::located);
+  if constexpr (!Method::fixed_step) t_end = std::min(t_end, method_.t + limit);
+  for (;;) {
+    if (!method_.step(f_, t_end)) return false;
+    const double h = method_.t - method_.t_old;
+    const double beyond = curve_overreach(f_.system(), method_.t_old, method_.x_old.data(), v_old(),
+                                          method_.t, q(), v(), Knots::located);
+    if constexpr (Method::fixed_step) {
+      coarse_ = std::max({coarse_, h / limit, beyond});
+      return true;
+    }
+    if (!(beyond > most_overreach)) return true;
+    t_end = method_.t_old + h / beyond;
+    if (!(t_end > method_.t_old)) return true;  // time resolves no shorter one
+    ++method_.rejected;
+    scratch_ = method_.x_old;
+    method_.start(f_, method_.t_old, scratch_);
+  }
+}
+
+template <class Method>
 bool PenaltyStepper<Method>::enclose() {
   if (!(method_.t > method_.t_old)) return false;
   if (f_.system().contacts() > 0 || f_.phases.any())
