@@ -23,6 +23,9 @@ inline double longest_step(const System& system, const double* v) {
   return omega > 0 ? system.longest_turn() / omega : INFINITY;
 }
 
+/// Of the clearance: a contact of rigid bodies that is found further inside its wall has been missed.
+inline constexpr double too_deep = 1e-2;
+
 /// Of f between a and b, where it has the opposite signs fa and fb; b where rounding leaves nothing between.
 template <class F>
 double bracketed_root(F f, double a, double b, double fa, double fb) {

@@ -132,6 +132,24 @@ Handover ControlledMoreau::hand_over() {
   return to;
 }
 
+/// A contact that lies too deep inside its wall, and did not at the beginning of the step; −1: none.
+int ControlledMoreau::found_inside() const {
+  for (int k = 0; k < system_.contacts(); ++k) {
+    const double most = -too_deep * system_.contact_facts(k).clearance;
+    if (moreau_.contacts()[k].gap < most && start_.contacts[static_cast<std::size_t>(k)].gap >= most)
+      return k;
+  }
+  return -1;
+}
+
+bool ControlledMoreau::fail_inside(int contact) {
+  return fail(fmt::format(
+      "t = {:.9g} s: {} comes to lie {:.2g} clearances inside its wall in however short a step; take a smaller "
+      "nonsmooth.step_tolerance",
+      moreau_.t(), system_.contact_facts(contact).name,
+      -moreau_.contacts()[contact].gap / system_.contact_facts(contact).clearance));
+}
+
 /// s: how long a step from here may be for the curves that it reads.
 double ControlledMoreau::curve_limit() const {
   return curve_step_limit(system_, start_.t, start_.q.data(), start_.v.data(), Knots::passed);
@@ -200,7 +218,16 @@ bool ControlledMoreau::step(double t_end) {
       continue;
     }
     if (alike && error <= 1) extrapolate();
-    if (const auto touch = first_touch()) {
+    const auto touch = first_touch();
+    const int inside = touch ? -1 : found_inside();
+    if (inside >= 0 && !(h > 1e-3 * floor)) return fail_inside(inside);
+    if ((inside >= 0 || !bounded_) && h > 1e-3 * floor) {
+      refuse(0.5 * h);
+      h_ = h;
+      landings = 0;
+      continue;
+    }
+    if (touch) {
       if (hop_over(*touch)) start_.contacts[static_cast<std::size_t>(touch->contact)].soft = true;
       if (touch->t <= start_.t) {  // it is there already
         moreau_.go_back(start_);

@@ -99,6 +99,8 @@ class ControlledMoreau {
   std::optional<double> first_kink();
   bool hop_over(const Touch& touch) const;
   double curve_limit() const;
+  int found_inside() const;
+  bool fail_inside(int contact);
   bool strike(double t_end);
   void settle();
   void keep_pace();
@@ -129,6 +131,7 @@ class ControlledMoreau {
   double middle_t_ = 0, h_ = 0, floor_ = 0, least_floor_ = 0;
   bool striking_ = false;    // the next step is one over an impact
   bool smooth_step_ = true;  // the last one was not
+  bool bounded_ = true;      // how gaps may bend within the last pair is known
   double unseen_ = 0;
   long steps_ = 0, paced_ = 0;  // steps; since the pace was looked at
   long strikes_ = 0;            // of those, steps over impacts

@@ -10,6 +10,7 @@ namespace freeplay {
 
 std::optional<ControlledMoreau::Touch> ControlledMoreau::first_touch() {
   std::optional<Touch> first;
+  bounded_ = true;
   const auto take = [&](const std::optional<Touch>& touch) {
     if (touch && (!first || touch->t < first->t)) first = touch;
   };
@@ -39,6 +40,7 @@ std::optional<ControlledMoreau::Touch> ControlledMoreau::touch_in(int k, double 
   };
   const auto begin = at(a, qa, va), end = at(b, qb, vb);
   const auto motion = system_.gap_motion(k, bounds_, qb, e_);
+  bounded_ = bounded_ && std::isfinite(motion.bend);
   double unseen = 0;
   const double rounding = gap_rounding(system_, k, qb);
   const auto look = [&](double t) {
@@ -137,6 +139,7 @@ bool ControlledMoreau::strike(double t_end) {
     moreau_.go_back(start_);
     h *= 10;
   }
+  if (const int inside = found_inside(); inside >= 0) return fail_inside(inside);
   if (watching_) {
     smooth_.clear();
     smooth_.add(1, moreau_.smooth());

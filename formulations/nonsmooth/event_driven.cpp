@@ -122,12 +122,9 @@ bool EventDriven::step(double t_end) {
                     ? "no step is accepted any more, however small; the motion is singular there, or "
                       "nonsmooth.tolerance beyond rounding"
                     : dynamics_.trouble());
-  shorten_to_curves();
+  Event first = shorten_until_bounded();
   ++dynamics_.work.steps;
   dynamics_.work.rejected = method_.rejected;
-  Event first;
-  first.t = method_.t;
-  find_gap_events(first);
   find_mode_events(first);
   find_phase_events(first);
   last_ = first;
@@ -156,14 +153,22 @@ bool EventDriven::step(double t_end) {
   return !pending_ || paced();
 }
 
-/// Makes the last step again while it took a curve's argument further than it may, as a body that came to speed does.
-void EventDriven::shorten_to_curves() {
-  for (int tries = 0; tries < 30; ++tries) {
-    const double over = curve_overreach(dynamics_.system(), method_.t_old, method_.x_old.data(), v_old(),
-                                        method_.t, q(), v(), Knots::located);
-    if (!(over > most_overreach)) return;
+/// The first loss of a gap in the last step, which is made again, shorter, while it took a curve's argument further than it
+/// may, as a body that came to speed does, or while it is so long that nothing bounds how a gap bends in it.
+EventDriven::Event EventDriven::shorten_until_bounded() {
+  for (int tries = 0;; ++tries) {
+    Event first;
+    first.t = method_.t;
+    double over = curve_overreach(dynamics_.system(), method_.t_old, method_.x_old.data(), v_old(), method_.t,
+                                  q(), v(), Knots::located);
+    if (!(over > most_overreach)) {
+      if (find_gap_events(first) || !is_finite()) return first;
+      over = 2;
+    }
+    if (tries == 60) return first;
     ++method_.rejected;
     method_.land(dynamics_, method_.t_old + (method_.t - method_.t_old) / over);
+    method_.limit_step(2 * (method_.t - method_.t_old));
   }
 }
 

@@ -138,7 +138,8 @@ class EventDriven {
   };
 
   void make_probe();
-  void find_gap_events(Event& first);
+  Event shorten_until_bounded();
+  bool find_gap_events(Event& first);
   void find_mode_events(Event& first);
   struct Dip {
     double t, value;
@@ -155,7 +156,6 @@ class EventDriven {
   void keep_mode();
   void give_back_mode();
   bool paced();
-  void shorten_to_curves();
   bool count_impact(const std::vector<int>& touching);
   bool impacts(std::vector<int>& touching);
   struct Unloaded;

@@ -46,19 +46,27 @@ GapMotion EventDriven::motion_of(int k) {
       [&] { return dynamics_.look(k, method_.x, method_.t).normal; }, scratch_);
 }
 
-void EventDriven::find_gap_events(Event& first) {
+/// False where the last step is too long: nothing bounds how a gap bends in it, or a contact would be found only when it lies
+/// a hundredth of its clearance inside its wall.
+bool EventDriven::find_gap_events(Event& first) {
   const auto& system = dynamics_.system();
-  if (!(method_.t > method_.t_old)) return;
+  if (!(method_.t > method_.t_old)) return true;
   if (system.contacts() > 0) method_.enclose(static_cast<std::size_t>(system.n()), bounds_);
   for (int k = 0; k < dynamics_.system().contacts(); ++k) {
     if (dynamics_.contacts()[k].closed) continue;
+    const auto motion = motion_of(k);
+    if (!std::isfinite(motion.bend)) return false;
     const auto end = gap_at(k, method_.t);
     double unseen = 0;
     const auto t = first_loss([&](double at) { return gap_at(k, at); }, method_.t_old, method_.t,
-                              mark_[k].gap, end, motion_of(k), rounding(k), unseen);
-    unseen_ = std::max(unseen_, unseen / system.contact_facts(k).clearance);
+                              mark_[k].gap, end, motion, rounding(k), unseen);
+    const double clearance = system.contact_facts(k).clearance;
+    if (t && mark_[k].gap.value >= -too_deep * clearance && gap_at(k, *t).value < -too_deep * clearance)
+      return false;
+    unseen_ = std::max(unseen_, unseen / clearance);
     if (t && (*t < first.t || first.kind == Event::Kind::none)) first = {Event::Kind::gap, k, *t};
   }
+  return true;
 }
 
 /// Angles that come to a kink of their torque table.

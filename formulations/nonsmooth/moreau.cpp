@@ -39,6 +39,7 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
     std::iota(any.begin(), any.end(), 1.0);
     if (system.passage(k, any.data(), 1) > 0) passing_.push_back(k);
   }
+  for (const auto& reader : system.curve_readers()) greatest_.push_back(reader.course.greatest().value);
   if (!system.families().empty()) {
     near_ = std::make_unique<Near>(system);
     near_->restitution.assign(restitution.begin() + system.contacts(), restitution.end());
@@ -199,6 +200,7 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
   if (watching_) book(h);
   account(h);
   if (step_ > 0) keep_passage(h);
+  if (step_ > 0) keep_bend();
   if (!bring_back(t_) || (reach_ == Reach::closed && !meet_rates())) return false;
   for (double& multiplier : lambda_) multiplier /= h;  // impulses so far
   double sum = 0;

@@ -132,8 +132,9 @@ class MoreauStepper {
     }
     for (auto& c : contacts_) m(c);
     m(saddle_, slide_last_, q_, v_, q_old_, v_old_, v_trial_, z_, t_, t_old_, t_start_, index_, integrals_,
-      extremes_, work_, flights_, passage_, motions_, jam_, jams_, undecided_, unswept_, inelastic_, locked_,
-      locked_since_, problem_.modes_left, position_problem_.modes_left, slack_, films_.leap, unsettled_);
+      extremes_, work_, flights_, passage_, bend_, motions_, jam_, jams_, undecided_, unswept_, inelastic_,
+      locked_, locked_since_, problem_.modes_left, position_problem_.modes_left, slack_, films_.leap,
+      unsettled_);
   }
 
   double t() const { return t_; }
@@ -177,6 +178,15 @@ class MoreauStepper {
     }
   };
   const Passage& passage() const { return passage_; }
+  /// By how much of its greatest value a smooth curve departed from a straight line within one step at most, and which it was.
+  struct Bend {
+    double share = 0;
+    int reader = -1;
+    template <class M>
+    void remember(M& m) {
+      m(share, reader);
+    }
+  };
   bool singular() const { return saddle_.singular(); }
   double nearest_singular() const { return saddle_.nearest_singular(); }
 
@@ -247,6 +257,7 @@ class MoreauStepper {
   void log_leave(int k);
   void keep_flight(double approach, double steps);
   void keep_passage(double h);
+  void keep_bend();
   const double* response(int row) const { return response_.data() + static_cast<long>(row) * system_.n(); }
   double* response(int row) { return response_.data() + static_cast<long>(row) * system_.n(); }
   double* reaction(int row) { return reaction_.data() + static_cast<long>(row) * system_.rows(); }
@@ -339,7 +350,9 @@ class MoreauStepper {
   std::vector<double> struck_v_;     // what that did to the velocities
   std::array<double, 128> flights_;  // steps of the shortest flight, by the binary exponent of the approach
   Passage passage_;
-  std::vector<int> passing_;  // contacts that something may pass through
+  Bend bend_;
+  std::vector<double> greatest_;  // |y| of each curve that is read
+  std::vector<int> passing_;      // contacts that something may pass through
   std::string failure_;
   std::string motions_, jam_;  // of the first problem with more motions than one, and of the first jam
   long jams_ = 0, undecided_ = 0;

@@ -277,6 +277,23 @@ void MoreauStepper::keep_passage(double h) {
   }
 }
 
+/// A fixed step takes what it reads for straight between its ends: of a sine of N steps a period it misses (2π/N)²/8. Two places
+/// within, so that no period that divides the step is missed.
+void MoreauStepper::keep_bend() {
+  const auto& readers = system_.curve_readers();
+  for (std::size_t i = 0; i < readers.size(); ++i) {
+    const auto& reader = readers[i];
+    const double a = reader.argument(t_old_, q_old_.data(), v_old_.data()).value,
+                 b = reader.argument(t_, q_.data(), v_.data()).value;
+    if (a == b || !(greatest_[i] > 0) || !std::isfinite(reader.variation(a, b > a))) continue;
+    const auto y = [&](double s) { return reader.course.value(a + s * (b - a)); };
+    const double from = y(0), to = y(1);
+    for (const double s : {0.37, 0.5})
+      if (const double share = std::abs(y(s) - (from + s * (to - from))) / greatest_[i]; share > bend_.share)
+        bend_ = {share, static_cast<int>(i)};
+  }
+}
+
 void MoreauStepper::watch_forces(bool on) {
   watching_ = on;
   if (!on || !smooth_.elements.empty()) return;

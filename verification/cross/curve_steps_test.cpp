@@ -1,0 +1,357 @@
+// Steps of the nonsmooth schemes against the curves that they read: time, an angle, a position, a speed. Every row of a run is
+// compared with the closed form, for a step's ends may meet a curve that the step jumps over.
+#include <fmt/format.h>
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <string>
+
+#include "facade/simulation.hpp"
+#include "model/scene.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// Every row of a run: t, and coordinates and rates of all bodies.
+struct Rows {
+  struct Row {
+    double t;
+    std::vector<double> q, v;
+  };
+  std::vector<Row> rows;
+  Result run;
+};
+
+/// Rows at even distances (s), by the dense output that trajectory.csv is written from.
+Rows rows_of(const Scene& scene, std::size_t coordinates, double apart) {
+  Rows out;
+  test::Listener look;
+  double next = 0;
+  look.on_step = [&](const Step& step) {
+    for (; next <= step.t1; next += apart) {
+      Rows::Row row{next, std::vector<double>(coordinates), std::vector<double>(coordinates)};
+      step.state(next, row.q, row.v);
+      out.rows.push_back(row);
+    }
+  };
+  Simulation simulation(scene, "nonsmooth");
+  out.run = simulation.run({.observers = {&look}});
+  CAPTURE(out.run.ending.reason);
+  REQUIRE(out.run.ending.status == Ending::Status::finished);
+  return out;
+}
+
+double worst(const Rows& rows, const std::function<double(const Rows::Row&)>& error) {
+  double most = 0;
+  for (const auto& row : rows.rows) most = std::max(most, std::abs(error(row)));
+  return most;
+}
+
+Scene scene_of(const std::string& text, const char* scheme) {
+  return parse_scene(text + fmt::format("[nonsmooth]\nscheme = \"{}\"\n", scheme), "curves");
+}
+
+/// A body on a guide along x or y, driven as `drive` says.
+std::string slider(double speed, const std::string& drive) {
+  return fmt::format(R"(
+[bodies.slider]
+mass = 2.0
+inertia = 0.01
+velocity = [{:.17g}, 0.0]
+[joints.guide]
+type = "translational"
+between = ["ground", "slider"]
+axis = [1, 0]
+[drives.it]
+joint = "guide"
+{}
+[run]
+duration = 1.0
+discard = 0
+start = "assembled"
+)",
+                     speed, drive);
+}
+
+double smooth_rise(double s) { return s * s * s * (10 + s * (-15 + 6 * s)); }
+
+}  // namespace
+
+TEST_CASE("curves: rows of a prescribed motion are on its curve between the ends of steps", "[curves]") {
+  constexpr double A = 0.03, w = 2 * pi * 10;
+  const auto text = slider(0, R"(position = "shake"
+[curves.shake]
+shape = "harmonic"
+amplitude = 0.03
+frequency = 10)");
+  // Steps of time stepping are a 32nd of the period, with Hermite's cubic through their halves: (2π/64)⁴/384 = 2.4e-7 of the
+  // amplitude in place, and (2π/64)³/(36√12) = 8e-6 of it in speed. Dormand and Prince's have less. A factor of ten above.
+  for (const auto* scheme : {"automatic", "event-driven", "moreau-jean"}) {
+    CAPTURE(scheme);
+    const auto rows = rows_of(scene_of(text, scheme), 3, 1e-4);
+    CHECK(worst(rows, [&](const auto& r) { return r.q[0] - A * std::sin(w * r.t); }) < 2.4e-6 * A);
+    CHECK(worst(rows, [&](const auto& r) { return r.v[0] - A * w * std::cos(w * r.t); }) < 8e-5 * A * w);
+  }
+}
+
+TEST_CASE("curves: a ball on a table shaken at 60 to 500 Hz, in every scheme and without a hand-over",
+          "[curves]") {
+  // Amplitudes of 3 g: the ball leaves the table. Time stepping's bound as above; event-driven far below it.
+  for (const double f : {60.0, 200.0, 500.0})
+    for (const auto* scheme : {"automatic", "event-driven", "moreau-jean"}) {
+      CAPTURE(f, scheme);
+      const double w = 2 * pi * f, A = 3 * 9.81 / (w * w);
+      const auto scene = scene_of(fmt::format(R"(
+gravity = [0, -9.81]
+[bodies.table]
+mass = 10.0
+inertia = 1.0
+[bodies.ball]
+mass = 0.1
+inertia = 4e-6
+position = [0, 0.0101]
+[joints.guide]
+type = "translational"
+between = ["ground", "table"]
+axis = [0, 1]
+[contacts.top]
+type = "plane"
+between = ["table", "ball"]
+radius = 0.01
+surface = "hard"
+[surfaces.hard]
+restitution = 0.9
+[drives.shaker]
+joint = "guide"
+position = "shake"
+[curves.shake]
+shape = "harmonic"
+amplitude = {:.17g}
+frequency = {:.17g}
+[run]
+duration = 0.1
+discard = 0
+start = "assembled"
+)",
+                                              A, f),
+                                  scheme);
+      const auto rows = rows_of(scene, 6, 1e-5);
+      CHECK(rows.run.work.handovers == 0);
+      CHECK(worst(rows, [&](const auto& r) { return r.q[1] - A * std::sin(w * r.t); }) < 1e-5 * A);
+      // The ball never lies in the table, seen at every row: the contact is that of the table where it is.
+      CHECK(worst(rows, [&](const auto& r) { return std::min(0.0, r.q[4] - 0.01 - A * std::sin(w * r.t)); }) <
+            1e-4 * A);
+    }
+}
+
+TEST_CASE("curves: a place that follows a joint's angle, on its curve in every row", "[curves]") {
+  constexpr double lift = 0.03, speed = 10, start = 0.5, rise = 1.0, dwell = 0.5;
+  const auto y = [&](double x) {
+    if (x < start) return 0.0;
+    if (x < start + rise) return lift * smooth_rise((x - start) / rise);
+    if (x < start + rise + dwell) return lift;
+    return x < start + 2 * rise + dwell ? lift * smooth_rise((start + 2 * rise + dwell - x) / rise) : 0.0;
+  };
+  // y⁗ ≤ 360 lift: over half a 32nd of the rise Hermite's cubic is off by 360 (1/64)⁴/384 = 5.6e-8 of the lift. Projection
+  // leaves a rate of second order, which the cubic takes part of: a hundred times that.
+  for (const auto* scheme : {"automatic", "event-driven", "moreau-jean"}) {
+    CAPTURE(scheme);
+    const auto rows = rows_of(scene_of(R"(
+[bodies.rotor]
+mass = 1.0
+inertia = 0.01
+angular_velocity = 10.0
+[bodies.follower]
+mass = 0.5
+inertia = 1e-4
+[joints.shaft]
+type = "revolute"
+between = ["ground", "rotor"]
+[joints.guide]
+type = "translational"
+between = ["ground", "follower"]
+axis = [0, 1]
+[drives.motor]
+joint = "shaft"
+speed = 10.0
+[drives.cam]
+joint = "guide"
+position = "lift"
+of = "shaft"
+[curves.lift]
+shape = "rise-dwell-return"
+to = 0.03
+start = 0.5
+rise = 1.0
+dwell = 0.5
+return = 1.0
+rest = 3.2831853071795862
+repeat = true
+[run]
+duration = 0.6
+discard = 0
+start = "assembled"
+)",
+                                       scheme),
+                              6, 1e-4);
+    CHECK(worst(rows, [&](const auto& r) { return r.q[2] - speed * r.t; }) < 1e-9);
+    CHECK(worst(rows, [&](const auto& r) { return r.q[4] - y(r.q[2]); }) < 5.6e-6 * lift);
+  }
+}
+
+TEST_CASE("curves: a follower's spring turns a rotor back where its energy ends", "[curves]") {
+  // ½ J Ω² = 0.1 J against ½ k lift² = 0.45 J: the follower rises to √(2 · 0.1/1000) m = 0.0141421 m, and the rotor to the angle
+  // where the lift is that. Nothing is lost: it comes back to its start with −Ω.
+  double low = 0, high = 1;
+  for (int i = 0; i < 60; ++i)
+    (0.03 * smooth_rise(0.5 * (low + high)) < std::sqrt(2 * 0.1 / 1000) ? low : high) = 0.5 * (low + high);
+  const double turn = 1 + 0.5 * low;
+  for (const auto* scheme : {"automatic", "event-driven", "moreau-jean"}) {
+    CAPTURE(scheme);
+    const auto rows = rows_of(scene_of(R"(
+[bodies.rotor]
+mass = 1.0
+inertia = 0.002
+angular_velocity = 10.0
+[bodies.follower]
+mass = 0.05
+inertia = 1e-5
+[joints.shaft]
+type = "revolute"
+between = ["ground", "rotor"]
+[joints.guide]
+type = "translational"
+between = ["ground", "follower"]
+axis = [0, 1]
+[drives.cam]
+joint = "guide"
+position = "lift"
+of = "shaft"
+[curves.lift]
+shape = "rise-dwell-return"
+to = 0.03
+start = 1.0
+rise = 0.5
+dwell = 0.2
+return = 0.5
+rest = 5.083185307179586
+repeat = true
+[loads.spring]
+type = "spring-damper"
+between = ["ground", "follower"]
+at = [[0, 1.0], [0, 0]]
+stiffness = 1000.0
+free_length = 1.0
+[run]
+duration = 0.4
+discard = 0
+start = "assembled"
+)",
+                                       scheme),
+                              6, 1e-4);
+    // Rows miss the turning point by up to half their distance: ½ α (5e-5 s)², with α = k y y′/J < 400 rad/s² · 60.
+    const double farthest = -worst(rows, [&](const auto& r) { return std::min(0.0, -r.q[2]); });
+    CHECK(-farthest == Approx(turn).margin(3e-5).epsilon(0));
+    CHECK(rows.rows.back().v[2] == Approx(-10).epsilon(1e-4));
+  }
+}
+
+TEST_CASE("curves: a slider does not pass a barrier that is higher than its energy", "[curves]") {
+  // 1 J against a hill of 2 J at x = 0.5 m, its way down beyond: without net work. The force grows as 20,000 N/m from 0.48 m
+  // on, so that 1 J is spent at 0.49 m, where it is 200 N; and it turns back there. With ω = 100/s, x − 0.48 = 0.01 sin ωt on the way
+  // up: a quarter of a period there and one back, so that it is at 0.48 − (1 − 0.48 − π/100) m at 1 s.
+  const auto text = slider(1, R"(force = "hill"
+against = "position"
+[curves.hill]
+shape = "table"
+points = [[0.48, 0.0], [0.49, -200.0], [0.5, 0.0], [0.51, 200.0], [0.52, 0.0]])");
+  for (const auto* scheme : {"automatic", "event-driven", "moreau-jean"}) {
+    CAPTURE(scheme);
+    const auto run = test::simulate(scene_of(text, scheme), Family::nonsmooth);
+    REQUIRE(run.ending.status == Ending::Status::finished);
+    // Where it turns the force falls again just beyond: 1e-6 of the energy more brings it 1e-6·√… further; a hundred steps of
+    // 1e-6 each in speed.
+    CHECK(run.final_state.q[0] == Approx(0.48 - (1 - 0.48 - pi / 100)).margin(1e-4).epsilon(0));
+    CHECK(run.final_state.v[0] == Approx(-1).margin(1e-4).epsilon(0));
+  }
+}
+
+TEST_CASE("curves: a force far faster than the run, its speed in every row", "[curves]") {
+  // F sin ωt on m at rest: v = F/(m ω) (1 − cos ωt), x = F/(m ω) (t − sin ωt/ω). Time stepping's speed between a step and its
+  // half has (2π/64)²/8 = 1.2e-3 of the amplitude.
+  for (const double f : {200.0, 3000.0})
+    for (const auto* scheme : {"automatic", "moreau-jean"}) {
+      CAPTURE(f, scheme);
+      auto scene = scene_of(slider(0, fmt::format(R"(force = "push"
+[curves.push]
+shape = "harmonic"
+amplitude = 10.0
+frequency = {:.17g})",
+                                                  f)),
+                            scheme);
+      scene.run.duration = 20 / f;
+      const double w = 2 * pi * f, A = 5 / w;
+      const auto rows = rows_of(scene, 3, 0.01 / f);
+      CHECK(worst(rows, [&](const auto& r) { return r.v[0] - A * (1 - std::cos(w * r.t)); }) < 1.5e-3 * A);
+      CHECK(worst(rows, [&](const auto& r) { return r.q[0] - A * (r.t - std::sin(w * r.t) / w); }) <
+            1e-4 * A / w);
+    }
+}
+
+TEST_CASE("curves: a slow drive beside a fast oscillator on a stop is no reason for a hand-over",
+          "[curves]") {
+  // x = A sin φ up to the stop at 0.2 mm, e = 1: there φ jumps from θ to π − θ, and a round takes (π + 2θ)/ω.
+  constexpr double m = 0.1, k = 1.0106e5, v = 0.45, stop = 2e-4;
+  const double w = std::sqrt(k / m), A = v / w, theta = std::asin(stop / A), round = (pi + 2 * theta) / w;
+  const auto rows = rows_of(scene_of(fmt::format(R"(
+[bodies.arm]
+mass = 1.0
+inertia = 0.01
+[bodies.mass]
+mass = {}
+inertia = 1e-4
+velocity = [{}, 0]
+[joints.shaft]
+type = "revolute"
+between = ["ground", "arm"]
+[joints.guide]
+type = "translational"
+between = ["ground", "mass"]
+axis = [1, 0]
+[drives.motor]
+joint = "shaft"
+speed = 0.1
+[loads.spring]
+type = "spring-damper"
+between = ["ground", "mass"]
+at = [[-1.0, 0], [0, 0]]
+stiffness = {}
+free_length = 1.0
+[contacts.stop]
+type = "travel-stop"
+joint = "guide"
+upper = {}
+surface = "steel"
+[surfaces.steel]
+restitution = 1.0
+[run]
+duration = 1.0
+discard = 0
+start = "assembled"
+)",
+                                                 m, v, k, stop),
+                                     "automatic"),
+                            6, 1e-4);
+  CHECK(rows.run.work.handovers == 0);
+  // 1e-10 of a scale of 1 m in each of 28,000 steps at most.
+  CHECK(worst(rows, [&](const auto& r) {
+          const double phi = w * std::fmod(r.t + (pi + theta) / w, round) - (pi + theta);
+          return r.q[3] - A * std::sin(phi);
+        }) < 1e-4 * A);
+}
