@@ -31,7 +31,7 @@ class Progress {
     begin_ = t;
     return windows_ == most_windows;
   }
-  double pace() const { return pace_; }  ///< s a step, of the last window
+  double pace() const { return pace_; }                              ///< s a step, of the last window
   double needed() const { return left_ / std::max(pace_, 1e-300); }  ///< steps of a run at that pace
 
  private:

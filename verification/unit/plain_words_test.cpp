@@ -55,13 +55,14 @@ std::string four_bar(double d, double a, double b, double c, double angle) {
   std::string text;
   const auto body = [&](const char* name, Vec2 from, Vec2 to) {
     const Vec2 middle = 0.5 * (from + to), way = to - from;
-    text += fmt::format("[bodies.{}]\nmass = 1.0\ninertia = 0.01\nposition = [{}, {}]\nangle = {}\n", name, middle.x(),
-                        middle.y(), std::atan2(way.y(), way.x()));
+    text += fmt::format("[bodies.{}]\nmass = 1.0\ninertia = 0.01\nposition = [{}, {}]\nangle = {}\n", name,
+                        middle.x(), middle.y(), std::atan2(way.y(), way.x()));
   };
   body("input", {0, 0}, B), body("coupler", B, C), body("output", D, C);
   const auto pin = [&](const char* name, const char* one, const char* other, Vec2 p, Vec2 q) {
-    text += fmt::format("[joints.{}]\ntype = \"revolute\"\nbetween = [\"{}\", \"{}\"]\nat = [[{}, {}], [{}, {}]]\n", name,
-                        one, other, p.x(), p.y(), q.x(), q.y());
+    text += fmt::format(
+        "[joints.{}]\ntype = \"revolute\"\nbetween = [\"{}\", \"{}\"]\nat = [[{}, {}], [{}, {}]]\n", name,
+        one, other, p.x(), p.y(), q.x(), q.y());
   };
   pin("A", "ground", "input", {0, 0}, {-a / 2, 0});
   pin("B", "input", "coupler", {a / 2, 0}, {-b / 2, 0});
@@ -115,7 +116,8 @@ TEST_CASE("the cases close over their turn, and no body of them is left out of i
   CHECK(cases > 15);
 }
 
-TEST_CASE("check and run say that a guide was forgotten and that a rod is too short", "[program][whole-turn]") {
+TEST_CASE("check and run say that a guide was forgotten and that a rod is too short",
+          "[program][whole-turn]") {
   test::TemporaryFolder folder;
   const auto unguided = folder.path() / "unguided.toml", jams = folder.path() / "short.toml";
   std::ofstream(unguided) << flores(0.3, true, false);
@@ -131,7 +133,8 @@ TEST_CASE("check and run say that a guide was forgotten and that a rod is too sh
   const std::string turn = "question: drives.motor cannot turn fully: 53.";
   const auto checked = test::freeplay("check " + unguided.string());
   CHECK_THAT(flat(checked.err), Contains(guide));
-  CHECK_THAT(flat(checked.out), Contains("left free 2 motions that no joint and no drive prescribes, of rod, slider"));
+  CHECK_THAT(flat(checked.out),
+             Contains("left free 2 motions that no joint and no drive prescribes, of rod, slider"));
   CHECK_THAT(flat(test::freeplay("check " + jams.string()).err), Contains(turn));
   const auto run = [&](const std::filesystem::path& scene) {
     return flat(test::freeplay("run " + scene.string() +
@@ -161,10 +164,11 @@ TEST_CASE("an impact law's run that lay deeper than its clearance has failed", "
                                 Contains("take a smaller nonsmooth.step"));
   // Steps of 60 degrees of the crank.
   test::TemporaryFolder folder;
-  const auto o = test::freeplay("run " + test::flores().string() +
-                                " --formulation nonsmooth --set nonsmooth.step=0.05 --set run.revolutions=3 --set "
-                                "run.discard=0 -o " +
-                                (folder.path() / "out").string());
+  const auto o =
+      test::freeplay("run " + test::flores().string() +
+                     " --formulation nonsmooth --set nonsmooth.step=0.05 --set run.revolutions=3 --set "
+                     "run.discard=0 -o " +
+                     (folder.path() / "out").string());
   CAPTURE(o.out, o.err);
   CHECK(o.status == 1);
   CHECK_THAT(o.out + o.err, Contains("clearances inside its wall"));
@@ -188,8 +192,10 @@ TEST_CASE("a run that crawls stops; bursts, and long runs of ordinary steps, do 
   // Two windows that crawl between others.
   Progress burst(0, 1);
   double t = 0;
+  bool stopped = false;
   for (int window = 0; window < 8; ++window)
-    for (long i = 0; i < N; ++i) CHECK_FALSE(burst.crawls(t += window % 4 < 2 ? 1e-12 : 1e-7));
+    for (long i = 0; i < N; ++i) stopped |= burst.crawls(t += window % 4 < 2 ? 1e-12 : 1e-7);
+  CHECK_FALSE(stopped);
   // The stepping loop asks, and says where: a ball in flight over a floor, by steps of 1e-12 of the run.
   const auto scene = parse_scene(
       "[bodies.ball]\nmass = 1.0\ninertia = 1.0\nposition = [0.0, 1.0]\n[contacts.floor]\ntype = \"plane\"\nbetween = "
@@ -199,7 +205,9 @@ TEST_CASE("a run that crawls stops; bursts, and long runs of ordinary steps, do 
   const auto run = test::simulate(scene, Family::penalty);
   CHECK(run.work.steps == 3 * N);
   CHECK(run.ending.status == Ending::Status::failed);
-  CHECK(run.ending.reason ==
-        "t = 3e-06 s: steps are down to 1e-12 s, 1e+12 of them to the end, at floor; make that contact looser or leave it "
-        "out, or take a coarser step or tolerance, or a shorter run");
+  CHECK_THAT(
+      run.ending.reason,
+      Contains(
+          "steps are down to 1e-12 s, 1e+12 of them to the end, at floor; make that contact looser or leave "
+          "it out, or take a coarser step or tolerance, or a shorter run"));
 }
