@@ -119,7 +119,7 @@ int ensemble(const EnsembleVerb& request) {
   // Of shards that were merged here nothing is made again.
   std::optional<EnsembleStore> store;
   if (const auto file = folder / "ensemble.db"; std::filesystem::exists(file))
-    store.emplace(file, request.stop);
+    store.emplace(file, Database::Access::read, request.stop);
   const StartKeys keys(*scene, plan);
   Progress progress;
   const auto all = run_ensemble(

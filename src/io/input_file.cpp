@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "model/error.hpp"
@@ -27,23 +28,6 @@ const char* kind_of(mode_t mode) {
   throw SceneError(fmt::format("{}: {}", file, why));
 }
 
-/// Of a regular file, and its size. Opened without waiting: a FIFO would, for a writer.
-std::pair<int, std::uint64_t> open_regular(const std::filesystem::path& file) {
-  const auto name = file.string();
-  const int descriptor = open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
-  if (descriptor < 0) {
-    if (errno == ENOENT || errno == ENOTDIR) refuse(name, "no such file");
-    if (errno == ENXIO) refuse(name, "is a socket, not a file");
-    refuse(name, fmt::format("cannot be read: {}", std::strerror(errno)));
-  }
-  struct stat about {};
-  if (fstat(descriptor, &about) != 0 || !S_ISREG(about.st_mode)) {
-    close(descriptor);
-    refuse(name, fmt::format("is {}, not a file", kind_of(about.st_mode)));
-  }
-  return {descriptor, static_cast<std::uint64_t>(about.st_size)};
-}
-
 /// Reads up to `size` bytes; how many there were, 0 at the end.
 std::size_t read_some(int descriptor, const std::string& name, char* to, std::size_t size) {
   for (;;) {
@@ -52,11 +36,6 @@ std::size_t read_some(int descriptor, const std::string& name, char* to, std::si
     if (errno != EINTR) refuse(name, fmt::format("cannot be read: {}", std::strerror(errno)));
   }
 }
-
-struct Closing {
-  int descriptor;
-  ~Closing() { close(descriptor); }
-};
 
 /// Whether brackets stand no deeper than a result file's: a parser's memory is a multiple of them.
 bool is_shallow(std::string_view json) {
@@ -75,32 +54,50 @@ bool is_shallow(std::string_view json) {
 
 }  // namespace
 
+RegularFile open_regular(const std::filesystem::path& file, std::uint64_t most, Links links) {
+  const auto name = file.string();
+  // Without waiting: a FIFO would, for a writer.
+  const int flags = O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC | (links == Links::refused ? O_NOFOLLOW : 0);
+  Descriptor descriptor(open(file.c_str(), flags));
+  if (!descriptor) {
+    if (errno == ENOENT || errno == ENOTDIR) refuse(name, "no such file");
+    if (errno == ELOOP && links == Links::refused) refuse(name, "is a symbolic link, not a file");
+    if (errno == ENXIO) refuse(name, "is a socket, not a file");
+    refuse(name, fmt::format("cannot be read: {}", std::strerror(errno)));
+  }
+  struct stat about {};
+  if (fstat(descriptor.number(), &about) != 0 || !S_ISREG(about.st_mode))
+    refuse(name, fmt::format("is {}, not a file", kind_of(about.st_mode)));
+  const auto bytes = static_cast<std::uint64_t>(about.st_size);
+  if (bytes > most)
+    refuse(name, fmt::format("is larger than {} MiB, the most that such a file may have", most >> 20));
+  return {std::move(descriptor), bytes};
+}
+
 std::string read_file(const std::filesystem::path& file, std::uint64_t most) {
   const auto name = file.string();
-  const auto [descriptor, size] = open_regular(file);
-  const Closing closing{descriptor};
-  const auto too_big = [&] {
-    refuse(name, fmt::format("is larger than {} MiB, the most that such a file may have", most >> 20));
-  };
-  if (size > most) too_big();
+  const auto from = open_regular(file, most);
   std::string text;
   std::vector<char> buffer(1 << 16);
   // Until its end, whatever its size was: files of /proc have none, others grow.
-  while (const auto count = read_some(descriptor, name, buffer.data(), buffer.size())) {
+  while (const auto count = read_some(from.descriptor.number(), name, buffer.data(), buffer.size())) {
     text.append(buffer.data(), count);
-    if (text.size() > most) too_big();
+    if (text.size() > most)
+      refuse(name, fmt::format("is larger than {} MiB, the most that such a file may have", most >> 20));
   }
   return text;
 }
 
 LineReader::LineReader(const std::filesystem::path& file)
-    : name_(file.string()), descriptor_(open_regular(file).first), buffer_(1 << 16) {}
+    : name_(file.string()),
+      descriptor_(open_regular(file, std::numeric_limits<std::uint64_t>::max()).descriptor),
+      buffer_(1 << 16) {}
 
-LineReader::~LineReader() { close(descriptor_); }
+LineReader::~LineReader() = default;
 
 bool LineReader::fill() {
   from_ = 0;
-  to_ = read_some(descriptor_, name_, buffer_.data(), buffer_.size());
+  to_ = read_some(descriptor_.number(), name_, buffer_.data(), buffer_.size());
   return to_ > 0;
 }
 

@@ -10,14 +10,30 @@
 #include <string_view>
 #include <vector>
 
+#include "io/descriptor.hpp"
+
 namespace freeplay {
 
 /// Greatest sizes (bytes). Tables are read line by line and have none but that of a line.
 inline constexpr std::uint64_t most_of_a_text = 16u << 20;  ///< a scene or a study
 inline constexpr std::uint64_t most_of_a_result = 256u
                                                   << 20;  ///< run.json and its like, a snapshot, a checkpoint
-inline constexpr std::size_t most_of_a_line = 1u << 20;   ///< of a table
-inline constexpr int deepest_json = 64;                   ///< brackets within brackets
+inline constexpr std::uint64_t most_of_a_database = 64ull << 30;  ///< and of each of SQLite's files beside it
+inline constexpr std::size_t most_of_a_line = 1u << 20;           ///< of a table
+inline constexpr int deepest_json = 64;                           ///< brackets within brackets
+
+/// A regular file, open for reading.
+struct RegularFile {
+  Descriptor descriptor;
+  std::uint64_t bytes = 0;  ///< its size when it was opened
+};
+
+/// Whether the name of a file may be a symbolic link.
+enum class Links { followed, refused };
+
+/// Opens a regular file of at most `most` bytes. Throws SceneError for anything else, without waiting for a writer.
+RegularFile open_regular(const std::filesystem::path& file, std::uint64_t most,
+                         Links links = Links::followed);
 
 /// The whole of a file of at most `most` bytes. Throws SceneError.
 std::string read_file(const std::filesystem::path& file, std::uint64_t most);
@@ -39,7 +55,7 @@ class LineReader {
   bool fill();
 
   std::string name_;
-  int descriptor_;
+  Descriptor descriptor_;
   std::vector<char> buffer_;
   std::size_t from_ = 0, to_ = 0;
   long number_ = 0;

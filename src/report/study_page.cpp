@@ -51,7 +51,7 @@ json sparkline(Statement& of_run, const std::string& run) {
 }
 
 json sweep_document(const std::filesystem::path& folder) {
-  const Database database(folder / "sweep.db");
+  const Database database(folder / "sweep.db", Database::Access::read);
   const bool named = has(database, "named");
   if (!named && !has(database, "runs"))
     throw SceneError((folder / "sweep.db").string() + ": holds no runs of a sweep");

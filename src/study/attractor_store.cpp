@@ -15,13 +15,12 @@ constexpr int kind_of_file = 2;  // user_version; 1 is a sweep's
 
 }  // namespace
 
-AttractorStore::AttractorStore(const std::filesystem::path& file, StopToken stop) : database_(file, stop) {
+AttractorStore::AttractorStore(const std::filesystem::path& file, StopToken stop)
+    : database_(file, Database::Access::write, stop) {
   Database::Transaction whole(database_);
   Statement existing(database_, "SELECT count(*) FROM sqlite_master");
   existing.step();
-  Statement kind(database_, "PRAGMA user_version");
-  kind.step();
-  if (existing.whole(0) > 0 && kind.whole(0) != kind_of_file)
+  if (existing.whole(0) > 0 && database_.kind() != kind_of_file)
     throw OutputError(fmt::format(
         "{}: is no file of attractors of this freeplay; give another folder with -o, or move it away",
         file.string()));

@@ -1,4 +1,16 @@
-// One SQLite file: statements, transactions, and failures in the program's own words.
+// One SQLite file: statements, transactions, and failures in the program's own words. Every database of the program is opened
+// here, and none is trusted, for a result folder or a shard may come from anybody:
+//
+//     before SQLite    a regular file, no link, of at most most_of_a_database; so SQLite's files beside it; no rollback journal
+//                      that names a file elsewhere (SQLite would remove that)
+//     by SQLite        defensive, schema not trusted, no triggers, nothing attached, and an authorizer that allows what
+//                      freeplay's own statements need; a file that is only read is opened for reading
+//     then             UTF-8; each definition one of this program's own (study/schema.hpp); pages that hold together
+//                      (quick_check, first fault: 2 s for a gigabyte that is in memory)
+//     while in use     a statement ends after a time that grows with the file: 120 s, and a second for each megabyte
+//
+// Nothing is changed before all of this is known, but that SQLite takes back an unfinished transaction whose rollback journal
+// lies beside the file.
 #pragma once
 
 #include <cstddef>
@@ -7,25 +19,46 @@
 #include <string>
 #include <vector>
 
+#include "model/error.hpp"
 #include "sim/stop.hpp"
+#include "study/schema.hpp"
 
 struct sqlite3;
 struct sqlite3_stmt;
 
 namespace freeplay {
 
+/// A database that is only read, and is damaged.
+struct DamagedDatabase : SceneError {
+  using SceneError::SceneError;
+};
+
 class Database {
  public:
-  /// Opens or makes it; several processes may, at a time. Where another program holds the file it is waited for, a minute at
-  /// most, or until `stop`. Throws OutputError.
-  explicit Database(const std::filesystem::path& file, StopToken stop = {});
+  enum class Access {
+    read,    ///< nothing is changed
+    sealed,  ///< likewise, of a file that is whole by itself: files beside it are not SQLite's
+    write,   ///< opened, or made; several processes may, at a time
+    build    ///< a new file of this process' own, which counts when it is whole: without a journal
+  };
+
+  /// Where another program holds the file it is waited for, a minute at most, or until `stop`. A file that is not used throws
+  /// SceneError where it is only read, OutputError where it would be written.
+  Database(const std::filesystem::path& file, Access access, StopToken stop = {});
   ~Database();
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
 
   const std::filesystem::path& file() const { return file_; }
+  /// One statement.
   void execute(const std::string& sql) const;
   long last_id() const;  ///< of the row that was inserted last
+  /// What it is made of, in the order of its making; each has an own_definition().
+  std::vector<SchemaObject> schema() const;
+  /// Its user_version.
+  long kind() const;
+  /// A copy of it as of one instant, in one file; pages are copied, nothing is executed. Throws OutputError.
+  void copy_to(const std::filesystem::path& file) const;
 
   /// A prepared statement: bind in order, step through rows.
   class Statement {
@@ -42,6 +75,8 @@ class Database {
     Statement& bind(std::span<const float> x);
     /// The same of double precision, bit for bit.
     Statement& bind(std::span<const double> x);
+    /// A value of another statement's row, as it stands there.
+    Statement& bind(const Statement& row, int column);
     bool step();
     void again();
     std::string text(int column) const;
@@ -62,6 +97,7 @@ class Database {
     const Database& owner_;
     sqlite3_stmt* statement_ = nullptr;
     int bound_ = 0;
+    double spent_ = 0;  // s in step()
   };
 
   /// All of it or nothing; what is not committed is undone. It has the right to write from its beginning: what it reads
@@ -81,13 +117,26 @@ class Database {
 
  private:
   [[noreturn]] void fail() const;
+  [[noreturn]] void fail(int code) const;
+  [[noreturn]] void refuse(const std::string& why) const;
+  void open(const std::string& name, int flags);
+  void configure();
+  void require_own();
+  void prepare_for_writing();
 
   /// SQLite asks it whether to try again, after `tries` of them.
   static int wait(void* self, int tries);
+  /// SQLite asks it now and then whether to end the statement.
+  static int is_late(void* self);
+  /// Whether a statement may do what it asks for (sqlite3_set_authorizer).
+  static int allowed(void* self, int what, const char* first, const char* second, const char* schema,
+                     const char*);
 
   std::filesystem::path file_;
+  Access access_;
   StopToken stop_;
   sqlite3* db_ = nullptr;
+  mutable double began_ = 0;  // s, of the statement at work
 };
 
 }  // namespace freeplay

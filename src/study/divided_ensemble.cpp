@@ -22,16 +22,21 @@ constexpr std::size_t most_reasons = 5;
 
 }  // namespace
 
-EnsembleStore::EnsembleStore(const std::filesystem::path& file, StopToken stop) : database_(file, stop) {
-  Database::Transaction whole(database_);
-  Statement existing(database_, "SELECT count(*) FROM sqlite_master");
-  existing.step();
-  Statement kind(database_, "PRAGMA user_version");
-  kind.step();
-  if (existing.whole(0) > 0 && kind.whole(0) != kind_of_file)
+EnsembleStore::EnsembleStore(const std::filesystem::path& file, Database::Access access, StopToken stop)
+    : database_(file, access, stop) {
+  const auto refuse = [&] {
     throw OutputError(fmt::format(
         "{}: is no file of an ensemble of this freeplay; give another folder with -o, or move it away",
         file.string()));
+  };
+  if (access != Database::Access::write) {
+    if (database_.kind() != kind_of_file) refuse();
+    return;
+  }
+  Database::Transaction whole(database_);
+  Statement existing(database_, "SELECT count(*) FROM sqlite_master");
+  existing.step();
+  if (existing.whole(0) > 0 && database_.kind() != kind_of_file) refuse();
   database_.execute(fmt::format("PRAGMA user_version = {}", kind_of_file));
   database_.execute(
       "CREATE TABLE IF NOT EXISTS runs (run TEXT PRIMARY KEY, start INTEGER, failure TEXT, steps INTEGER, rows BLOB)");
@@ -99,7 +104,7 @@ Division divided_ensemble(const Scene& scene, const EnsemblePlan& plan, std::vec
             auto own = plan;
             own.stop = how.stop;
             const Starts starts(scene, own);
-            const EnsembleStore store(lock.folder() / "ensemble.db", how.stop);
+            const EnsembleStore store(lock.folder() / "ensemble.db", Database::Access::write, how.stop);
             MadeUnits made;
             std::mutex guard;
             std::size_t done = 0;

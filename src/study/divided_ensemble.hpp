@@ -15,7 +15,8 @@ namespace freeplay {
 /// The starts that are made: tables runs (run, start, failure, steps, rows: a blob of doubles) and numbers (run, name, value).
 class EnsembleStore {
  public:
-  explicit EnsembleStore(const std::filesystem::path& file, StopToken stop = {});
+  explicit EnsembleStore(const std::filesystem::path& file, Database::Access access = Database::Access::write,
+                         StopToken stop = {});
   /// False where there is none of that key.
   bool find(const std::string& key, StartOutcome& outcome) const;
   void store(const std::string& key, int start, const StartOutcome& outcome) const;

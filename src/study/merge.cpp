@@ -1,165 +1,120 @@
 #include "study/merge.hpp"
 
 #include <fmt/format.h>
-#include <sqlite3.h>
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "io/input_file.hpp"
 #include "io/output_file.hpp"
 #include "model/error.hpp"
+#include "study/database.hpp"
 #include "study/scratch.hpp"
 #include "study/shard_file.hpp"
 
 namespace freeplay {
 namespace {
 
-/// A connection of a merge's own: it attaches shards without locks, which a shared folder may not have.
-class Connection {
- public:
-  Connection(const std::filesystem::path& file, int flags) : file_(file) {
-    if (sqlite3_open_v2(file.c_str(), &db_, flags | SQLITE_OPEN_URI, nullptr) != SQLITE_OK) {
-      const std::string why = sqlite3_errmsg(db_);
-      sqlite3_close(db_);
-      throw OutputError(fmt::format("{}: cannot be opened: {}", file.string(), why));
-    }
-  }
-  ~Connection() { sqlite3_close(db_); }
-  Connection(const Connection&) = delete;
-  Connection& operator=(const Connection&) = delete;
-
-  void execute(const std::string& sql) const {
-    if (sqlite3_exec(db_, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK)
-      throw OutputError(fmt::format("{}: cannot be merged into: {}", file_.string(), sqlite3_errmsg(db_)));
-  }
-  /// Rows of texts; NULL is "".
-  std::vector<std::vector<std::string>> ask(const std::string& sql) const {
-    sqlite3_stmt* raw = nullptr;
-    if (sqlite3_prepare_v2(db_, sql.c_str(), -1, &raw, nullptr) != SQLITE_OK)
-      throw OutputError(fmt::format("{}: cannot be read: {}", file_.string(), sqlite3_errmsg(db_)));
-    const std::unique_ptr<sqlite3_stmt, int (*)(sqlite3_stmt*)> s(raw, sqlite3_finalize);
-    std::vector<std::vector<std::string>> rows;
-    int code = SQLITE_ROW;
-    while ((code = sqlite3_step(raw)) == SQLITE_ROW) {
-      auto& row = rows.emplace_back();
-      for (int c = 0; c < sqlite3_column_count(raw); ++c) {
-        const auto* text = sqlite3_column_text(raw, c);
-        row.emplace_back(text ? reinterpret_cast<const char*>(text) : "");
-      }
-    }
-    if (code != SQLITE_DONE)
-      throw OutputError(fmt::format("{}: cannot be read: {}", file_.string(), sqlite3_errmsg(db_)));
-    return rows;
-  }
-
- private:
-  std::filesystem::path file_;
-  sqlite3* db_ = nullptr;
-};
-
-/// As a URI; a name may have what means something in one.
-std::string immutable(const std::filesystem::path& file) {
-  std::string uri = "file:";
-  for (const char c : std::filesystem::absolute(file).string())
-    uri += c == '%' || c == '?' || c == '#' ? fmt::format("%{:02x}", static_cast<unsigned char>(c))
-                                            : std::string(1, c);
-  return uri + "?immutable=1&mode=ro";
-}
-
-std::string quoted(const std::string& text, char mark) {
-  std::string out(1, mark);
-  for (const char c : text) out += c == mark ? std::string(2, mark) : std::string(1, c);
-  return out + mark;
-}
-std::string name(const std::string& text) { return quoted(text, '"'); }
-
-struct Table {
-  std::string called, columns;
-  bool by_number = false;  ///< of a run's rows, by the whole number of its row in `runs`
-};
-
-/// What a merge knows of the tables of studies: `runs` comes first and is named by `run`; others name it by that, or by `id`.
+/// What a merge knows of the tables of studies: `runs` comes first and is named by `run`; others name it by that, or by `id`, the
+/// whole number of its row in `runs`. A shard's rows are read from it, and written by statements of this program's own: nothing
+/// that a shard holds is executed, and no database is attached to another.
 class Merging {
  public:
-  explicit Merging(const std::filesystem::path& into)
-      : db_(into, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE) {
-    // The file is nobody's until it is renamed: a power failure leaves nothing that counts.
-    for (const char* pragma : {"journal_mode = OFF", "synchronous = OFF", "cache_size = -262144",
-                               "temp_store = FILE", "locking_mode = EXCLUSIVE"})
-      db_.execute(fmt::format("PRAGMA {}", pragma));
-    db_.execute("CREATE TEMP TABLE map (old INTEGER PRIMARY KEY, new INTEGER)");
-  }
+  explicit Merging(const std::filesystem::path& into) : db_(into, Database::Access::build) {}
 
-  void add(const std::filesystem::path& shard) {
-    db_.execute(fmt::format("ATTACH {} AS shard", quoted(immutable(shard), '\'')));
-    const auto schema =
-        db_.ask("SELECT type, name, sql FROM shard.sqlite_master WHERE sql NOT NULL ORDER BY rowid");
-    const auto kind = db_.ask("PRAGMA shard.user_version").at(0).at(0);
-    if (schema_.empty())
-      make_tables(schema, kind);
-    else if (schema != schema_ || kind != kind_)
-      throw SceneError(fmt::format(
-          "{}: has other tables than the shards before it: it was made by another freeplay", shard.string()));
-    db_.execute("BEGIN");
+  void add(const std::filesystem::path& file) {
+    const Database shard(file, Database::Access::sealed);
+    if (first_.empty())
+      make_tables(shard);
+    else if (sorted(shard.schema()) != sorted(schema_) || shard.kind() != kind_)
+      throw SceneError(
+          fmt::format("{}: has other tables than {}: it was made by another freeplay, or of another study",
+                      file.string(), first_.string()));
+    if (first_.empty()) first_ = file;
+    Database::Transaction whole(db_);
     if (numbered_) {  // a shard's runs in the order of their digests, behind those that are there
-      db_.execute("DELETE FROM temp.map");
-      db_.execute(
-          "INSERT INTO temp.map SELECT \"run id\", (SELECT coalesce(max(\"run id\"), 0) FROM main.runs) + "
-          "row_number() OVER (ORDER BY run) FROM shard.runs");
+      Statement greatest(db_, "SELECT coalesce(max(\"run id\"), 0) FROM runs");
+      greatest.step();
+      shard.execute("CREATE TEMP TABLE map (old INTEGER PRIMARY KEY, new INTEGER)");
+      shard.execute(fmt::format(
+          "INSERT INTO temp.map SELECT \"run id\", {} + row_number() OVER (ORDER BY run) FROM runs",
+          greatest.whole(0)));
     }
-    for (const auto& t : tables_) {
+    for (const auto& t : tables_)
       if (t.called == "runs" && numbered_)
-        db_.execute(fmt::format(
-            "INSERT INTO main.runs ({0}, \"run id\") SELECT {0}, map.new FROM map JOIN shard.runs ON "
-            "\"run id\" = map.old ORDER BY map.new",
-            t.columns));
+        copy(shard, "runs (\"run id\", " + t.columns + ")", t.count + 1,
+             fmt::format("SELECT map.new, {} FROM map JOIN runs ON \"run id\" = map.old ORDER BY map.new",
+                         t.columns));
       else if (t.by_number)
-        db_.execute(fmt::format(
-            "INSERT INTO main.{0} (id, {1}) SELECT map.new, {1} FROM shard.{0} AS many JOIN map ON "
-            "map.old = many.id ORDER BY map.new, many.rowid",
-            name(t.called), t.columns));
+        copy(shard, fmt::format("{} (id, {})", t.called, t.columns), t.count + 1,
+             fmt::format("SELECT map.new, {} FROM {} AS many JOIN map ON map.old = many.id ORDER BY map.new, "
+                         "many.rowid",
+                         t.columns, t.called));
       else
-        db_.execute(fmt::format("INSERT INTO main.{0} ({1}) SELECT {1} FROM shard.{0} ORDER BY run, rowid",
-                                name(t.called), t.columns));
-    }
-    db_.execute("COMMIT");
-    db_.execute("DETACH shard");
+        copy(shard, fmt::format("{} ({})", t.called, t.columns), t.count,
+             fmt::format("SELECT {} FROM {} ORDER BY run, rowid", t.columns, t.called));
+    whole.commit();
   }
 
   void finish() {
-    for (const auto& sql : later_) db_.execute(sql);
+    for (const auto& text : later_) db_.execute(text);
   }
 
  private:
-  void make_tables(const std::vector<std::vector<std::string>>& schema, const std::string& kind) {
-    schema_ = schema;
-    kind_ = kind;
-    db_.execute("PRAGMA main.user_version = " + kind);
-    for (const auto& row : schema) {
-      if (row[0] != "table") {
-        later_.push_back(row[2]);
+  using Statement = Database::Statement;
+
+  struct Table {
+    std::string called, columns;  // but what numbers a run
+    int count = 0;                // of columns
+    bool by_number = false;
+  };
+
+  static std::vector<SchemaObject> sorted(std::vector<SchemaObject> schema) {
+    std::ranges::sort(schema);
+    return schema;
+  }
+
+  void make_tables(const Database& shard) {
+    schema_ = shard.schema();
+    kind_ = shard.kind();
+    db_.execute(fmt::format("PRAGMA user_version = {}", kind_));
+    for (const auto& object : schema_) {
+      const auto own = own_definition(object).value();  // else the shard had been refused
+      if (object.type != "table") {
+        later_.push_back(own.text);
         continue;
       }
-      db_.execute(row[2]);
-      if (row[1] == "sweeps") continue;  // of processes at work, of which there is none
-      Table t{row[1], {}};
-      for (const auto& column : db_.ask(fmt::format("PRAGMA main.table_info({})", name(row[1])))) {
-        const auto& c = column[1];
-        numbered_ = numbered_ || (t.called == "runs" && c == "run id");
-        t.by_number = t.by_number || c == "id";
-        if (c != "id" && c != "run id") t.columns += (t.columns.empty() ? "" : ", ") + name(c);
+      db_.execute(own.text);
+      // Of processes at work there is none, and what is derived is computed of the whole.
+      if (object.name == "sweeps" || object.name == "derived") continue;
+      Table t{object.name, {}, 0, false};
+      for (const auto& column : own.columns) {
+        numbered_ = numbered_ || (t.called == "runs" && column == "\"run id\"");
+        t.by_number = t.by_number || column == "id";
+        if (column == "id" || column == "\"run id\"") continue;
+        t.columns += (t.count++ > 0 ? ", " : "") + column;
       }
       tables_.insert(t.called == "runs" ? tables_.begin() : tables_.end(), t);
     }
   }
 
-  Connection db_;
-  std::vector<std::vector<std::string>> schema_;
-  std::string kind_;
+  void copy(const Database& shard, const std::string& into, int columns, const std::string& of) const {
+    std::string marks = "?";
+    for (int c = 1; c < columns; ++c) marks += ", ?";
+    Statement rows(shard, of), row(db_, fmt::format("INSERT INTO {} VALUES ({})", into, marks));
+    while (rows.step()) {
+      for (int c = 0; c < columns; ++c) row.bind(rows, c);
+      row.again();
+    }
+  }
+
+  Database db_;
+  std::filesystem::path first_;  // shard
+  std::vector<SchemaObject> schema_;
+  long kind_ = 0;
   std::vector<Table> tables_;
   std::vector<std::string> later_;  // indexes and views: indexes are made faster of what is there
   bool numbered_ = false;
@@ -179,15 +134,6 @@ void remove_orphans(const std::filesystem::path& place, const std::vector<std::f
 }
 
 }  // namespace
-
-bool is_sound(const std::filesystem::path& file) {
-  try {
-    const Connection db(file, SQLITE_OPEN_READWRITE);
-    return db.ask("PRAGMA quick_check").at(0).at(0) == "ok";
-  } catch (const OutputError&) {
-    return false;
-  }
-}
 
 std::string ranges(const std::vector<std::size_t>& numbers, const char* dash) {
   std::string text;

@@ -15,7 +15,8 @@ struct MergeSummary {
 };
 
 /// Merges the shards of a folder into its VERB.db. Throws SceneError, and leaves everything as it is, where a shard is missing,
-/// torn, or not of the plan: the message names them and the command that makes the first.
+/// torn, or not of the plan, when the message names them and the command that makes the first; or where its file is no database
+/// such as this program makes (study/database.hpp).
 MergeSummary merge_shards(const Division& study, const std::filesystem::path& folder,
                           const std::filesystem::path& scratch);
 
@@ -28,8 +29,5 @@ std::vector<std::pair<std::size_t, std::string>> not_whole(const Manifest& manif
 
 /// "3, 7–9" of numbers that grow; `dash` between first and last.
 std::string ranges(const std::vector<std::size_t>& numbers, const char* dash = "-");
-
-/// Whether a file is a database whose pages hold together.
-bool is_sound(const std::filesystem::path& file);
 
 }  // namespace freeplay

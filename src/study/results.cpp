@@ -24,7 +24,7 @@ void make_view(const Database& database, const std::string& columns, const std::
 }  // namespace
 
 Results::Results(const std::filesystem::path& file, const Study& study, StopToken stop)
-    : database_(file, stop), axes_(study.axes.size()), shown_(shown_columns(study)) {
+    : database_(file, Database::Access::write, stop), axes_(study.axes.size()), shown_(shown_columns(study)) {
   for (const auto& m : study.measures) measures_.push_back(m.name);
   Database::Transaction whole(database_);  // two processes may open a new file at a time
   const bool fresh = require_tables(database_, study);

@@ -50,12 +50,11 @@ std::string names_in(const std::string& columns) {
 }
 
 void require_kind(const Database& database) {
-  Statement kind(database, "PRAGMA user_version");
-  if (kind.step() && kind.whole(0) != kind_of_file)
+  if (const auto kind = database.kind(); kind != kind_of_file)
     throw OutputError(fmt::format(
         "{}: its runs were stored by {} freeplay, by keys or in tables that are not this one's; they stay as they "
         "are, and none is used: give another folder with -o, or move the file away",
-        database.file().string(), kind.whole(0) < kind_of_file ? "an earlier" : "a later"));
+        database.file().string(), kind < kind_of_file ? "an earlier" : "a later"));
 }
 
 }  // namespace

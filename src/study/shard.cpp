@@ -15,7 +15,7 @@
 #include "io/input_file.hpp"
 #include "io/output_file.hpp"
 #include "model/error.hpp"
-#include "study/merge.hpp"
+#include "study/database.hpp"
 #include "study/scratch.hpp"
 #include "study/shard_file.hpp"
 
@@ -85,11 +85,13 @@ class Making {
   std::filesystem::path part() const { return place_ / fmt::format("{}.part.db", asked_.shard); }
 
   void go_on_from_copy() {
-    std::error_code none;
-    if (!std::filesystem::exists(part(), none)) return;
+    if (std::error_code none; !std::filesystem::exists(std::filesystem::symlink_status(part(), none))) return;
+    try {
+      const Database sound(part(), Database::Access::sealed);
+    } catch (const DamagedDatabase&) {
+      return;  // what it held is made again
+    }
     copy_whole(part(), file_);
-    if (is_sound(file_)) return;
-    std::filesystem::remove(file_, none);  // what it held is made again
   }
 
   void say(const char* state, const std::string& why = {}) const {

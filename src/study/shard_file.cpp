@@ -2,17 +2,17 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sqlite3.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <vector>
 
 #include "io/digest.hpp"
+#include "io/input_file.hpp"
 #include "io/output_file.hpp"
+#include "study/database.hpp"
 
 namespace freeplay {
 namespace {
@@ -77,23 +77,32 @@ class Checksum {
   std::string sums_;
 };
 
+/// Of a regular file that is no link, whole or torn: a FIFO or a device of that name would never end.
 template <class F>
-void each_block(const std::filesystem::path& file, F&& use) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) fail(file, "read");
+void each_block(const RegularFile& from, const std::filesystem::path& file, F&& use) {
   std::vector<char> buffer(block);
-  while (in) {
-    in.read(buffer.data(), static_cast<std::streamsize>(block));
-    if (in.gcount() > 0) use(std::string_view(buffer.data(), static_cast<std::size_t>(in.gcount())));
+  for (std::size_t used = 0;;) {
+    const auto n = read(from.descriptor.number(), buffer.data() + used, buffer.size() - used);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail(file, "read");
+    used += static_cast<std::size_t>(n);
+    if (used == buffer.size() || (n == 0 && used > 0)) {
+      use(std::string_view(buffer.data(), used));
+      used = 0;
+    }
+    if (n == 0) return;
   }
-  if (in.bad()) fail(file, "read");
+}
+
+RegularFile open_block_file(const std::filesystem::path& file) {
+  return open_regular(file, most_of_a_database, Links::refused);
 }
 
 }  // namespace
 
 std::string file_checksum(const std::filesystem::path& file) {
   Checksum sum;
-  each_block(file, [&](std::string_view bytes) { sum.add(bytes); });
+  each_block(open_block_file(file), file, [&](std::string_view bytes) { sum.add(bytes); });
   return sum.text();
 }
 
@@ -110,29 +119,19 @@ void write_whole(const std::filesystem::path& file, std::string_view text) {
 }
 
 void copy_whole(const std::filesystem::path& from, const std::filesystem::path& to) {
+  const auto source = open_block_file(from);
+  std::error_code none;
+  const auto room = std::filesystem::space(to.parent_path(), none);
+  if (!none && room.available < source.bytes)
+    throw OutputError(fmt::format("{}: has {} MB of room, and {} has {} MB", to.parent_path().string(),
+                                  room.available / 1'000'000, from.string(), source.bytes / 1'000'000));
   Growing out(to);
-  each_block(from, [&](std::string_view bytes) { out.write(bytes); });
+  each_block(source, from, [&](std::string_view bytes) { out.write(bytes); });
   out.commit();
 }
 
 void copy_database(const std::filesystem::path& from, const std::filesystem::path& to) {
-  std::filesystem::remove(to);
-  sqlite3* db = nullptr;
-  std::string error;
-  if (sqlite3_open_v2(from.c_str(), &db, SQLITE_OPEN_READWRITE, nullptr) != SQLITE_OK)
-    error = "cannot be opened";
-  if (error.empty()) {
-    sqlite3_busy_timeout(db, 60000);
-    sqlite3_stmt* s = nullptr;
-    if (sqlite3_prepare_v2(db, "VACUUM INTO ?", -1, &s, nullptr) != SQLITE_OK ||
-        sqlite3_bind_text(s, 1, to.c_str(), -1, SQLITE_TRANSIENT) != SQLITE_OK ||
-        sqlite3_step(s) != SQLITE_DONE)
-      error = sqlite3_errmsg(db);
-    sqlite3_finalize(s);
-  }
-  sqlite3_close(db);
-  if (!error.empty())
-    throw OutputError(fmt::format("{}: cannot be copied to {}: {}", from.string(), to.string(), error));
+  Database(from, Database::Access::read).copy_to(to);
 }
 
 bool has_shards(const std::filesystem::path& folder) {

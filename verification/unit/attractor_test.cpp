@@ -62,7 +62,7 @@ SettledRuns run_bifurcation(const Study& study, const std::filesystem::path& fil
 
 /// All that a file holds, in an order of its own.
 std::vector<std::string> contents(const std::filesystem::path& file) {
-  const Database database(file);
+  const Database database(file, Database::Access::read);
   std::vector<std::string> rows;
   for (const char* query : {"SELECT run, branch, x, y, failure, doubt, t_end FROM runs ORDER BY run",
                             "SELECT run, point, t, name, value FROM points ORDER BY run, point, name",
