@@ -1,61 +1,38 @@
 #include "cli/slurm.hpp"
 
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
+#include <fmt/format.h>
 
-#include <array>
-#include <cerrno>
+#include <cmath>
 #include <cstdlib>
+
+#include "io/child.hpp"
+#include "io/visible.hpp"
+#include "model/error.hpp"
 
 namespace freeplay::cli {
 namespace {
 
-std::string all_of(int descriptor) {
-  std::string text;
-  std::array<char, 65536> buffer;
-  for (;;) {
-    const auto n = read(descriptor, buffer.data(), buffer.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return text;
-    text.append(buffer.data(), static_cast<std::size_t>(n));
-  }
+/// s that a command of Slurm may take: a controller under load answers within its MessageTimeout, of 10 s as a rule.
+double patience() {
+  constexpr double usual = 60;
+  const char* const given = std::getenv("FREEPLAY_SLURM_SECONDS");
+  if (!given) return usual;
+  char* end = nullptr;
+  const double seconds = std::strtod(given, &end);
+  if (end == given || *end || !(seconds > 0) || seconds > 86400)
+    throw SceneError(fmt::format("FREEPLAY_SLURM_SECONDS: must be seconds from above 0 to 86400, is {}",
+                                 visible_brief(given)));
+  return seconds;
 }
 
 }  // namespace
 
-std::optional<Said> ask(const std::vector<std::string>& command) {
-  int ends[2];
-  char errors[] = "/tmp/freeplay-said-XXXXXX";
-  const int file = mkostemp(errors, O_CLOEXEC);
-  if (file < 0 || pipe2(ends, O_CLOEXEC) != 0) return std::nullopt;
-  unlink(errors);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, ends[1], 1);
-  posix_spawn_file_actions_adddup2(&actions, file, 2);
-  std::vector<char*> words;
-  for (const auto& word : command) words.push_back(const_cast<char*>(word.c_str()));
-  words.push_back(nullptr);
-  pid_t child = 0;
-  const int failed = posix_spawnp(&child, words[0], &actions, nullptr, words.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  close(ends[1]);
-  std::optional<Said> said;
-  if (failed == 0) {
-    said.emplace();
-    said->text = all_of(ends[0]);
-    int status = 0;
-    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-    }
-    said->well = WIFEXITED(status) && WEXITSTATUS(status) == 0;
-    if (WIFEXITED(status) && WEXITSTATUS(status) == 127 && said->text.empty()) said.reset();
-    lseek(file, 0, SEEK_SET);
-    if (said) said->errors = all_of(file);
-  }
-  close(ends[0]);
-  close(file);
+std::optional<Said> ask(const std::vector<std::string>& command, StopToken stop) {
+  const double seconds = patience();
+  auto end = run_child({.command = command, .seconds = seconds, .listen = true, .stop = stop});
+  if (end.status == 127 && end.output.empty()) return std::nullopt;
+  Said said{std::move(end.output), std::move(end.errors), end.status == 0 && !end.late};
+  if (end.late) said.errors = fmt::format("no answer within {:g} s; {}", seconds, said.errors);
   return said;
 }
 

@@ -9,12 +9,13 @@
 
 namespace freeplay::cli {
 
-/// What a command prints, and whether it ended with status 0; none where there is no such command.
+/// What a command prints, and whether it ended with status 0; none where there is no such command. A command that does not end
+/// within 60 s, or $FREEPLAY_SLURM_SECONDS, is ended, and its errors begin with "no answer". Throws Interrupted.
 struct Said {
   std::string text, errors;
   bool well = false;
 };
-std::optional<Said> ask(const std::vector<std::string>& command);
+std::optional<Said> ask(const std::vector<std::string>& command, StopToken stop = {});
 
 /// What all jobs of a plan are called.
 std::string job_name(const Manifest& manifest);

@@ -70,8 +70,9 @@ int status(const StatusRequest& request) {
     fmt::print("end expected in {}, if as many go on\n",
                time_of(seconds / static_cast<double>(done) * static_cast<double>(m.units - done) /
                        static_cast<double>(running)));
-  if (const auto queue = ask({"squeue", "-h", "-r", "-n", job_name(m), "-o", "%i %T %r"});
-      queue && queue->well)
+  const auto queue = ask({"squeue", "-h", "-r", "-n", job_name(m), "-o", "%i %T %r"}, request.stop);
+  if (queue && !queue->well) notes.push_back("squeue: " + visible(queue->errors));
+  if (queue && queue->well)
     fmt::print("{}", queue->text.empty() ? "Slurm has no job of it\n"
                                          : "Slurm's jobs (id, state, reason):\n" + queue->text);
   for (const auto& note : notes) fmt::print("{}", wrapped(note + "\n"));

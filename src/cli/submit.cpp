@@ -75,10 +75,10 @@ std::size_t shards_for(const Pilot& p, std::size_t units, std::size_t cores) {
   return std::clamp<std::size_t>((n + cores - 1) / cores * cores, 1, std::min<std::size_t>(units, 10000));
 }
 
-std::size_t cores_of(const std::string& partition) {
+std::size_t cores_of(const std::string& partition, StopToken stop) {
   std::vector<std::string> words{"sinfo", "-h", "-o", "%C"};
   if (!partition.empty()) words.insert(words.end(), {"-p", partition});
-  const auto said = ask(words);  // allocated/idle/other/total
+  const auto said = ask(words, stop);  // allocated/idle/other/total
   if (!said || !said->well) return 1;
   const auto last = said->text.rfind('/');
   return last == said->text.npos
@@ -87,15 +87,17 @@ std::size_t cores_of(const std::string& partition) {
 }
 
 /// Before anything is measured or written.
-void require_slurm() {
-  if (!ask({"sbatch", "--version"}))
+void require_slurm(StopToken stop) {
+  const auto said = ask({"sbatch", "--version"}, stop);
+  if (said && !said->well) throw std::runtime_error("sbatch --version: " + visible(said->errors));
+  if (!said)
     throw SceneError(
         "--slurm: there is no Slurm on this machine (no sbatch); docs/cluster.md shows how shards run without it");
 }
 
 /// Numbers of the study's jobs that are queued or run, but this one.
-std::set<std::string> jobs_of(const Manifest& m) {
-  const auto said = ask({"squeue", "-h", "-n", job_name(m), "-o", "%A"});
+std::set<std::string> jobs_of(const Manifest& m, StopToken stop) {
+  const auto said = ask({"squeue", "-h", "-n", job_name(m), "-o", "%A"}, stop);
   if (!said || !said->well)
     throw std::runtime_error("squeue: " + visible(said ? said->errors : "is not there"));
   std::set<std::string> jobs;
@@ -108,13 +110,16 @@ std::set<std::string> jobs_of(const Manifest& m) {
   return jobs;
 }
 
-std::string hand_in(const std::filesystem::path& script, const std::vector<std::string>& options) {
+std::string hand_in(const std::filesystem::path& script, const std::vector<std::string>& options,
+                    StopToken stop) {
   std::vector<std::string> words{"sbatch", "--parsable"};
   words.insert(words.end(), options.begin(), options.end());
   words.push_back(script.string());
-  const auto said = ask(words);
+  const auto said = ask(words, stop);
   if (!said || !said->well)
-    throw std::runtime_error("sbatch: " + visible(said ? said->errors : "is not there"));
+    throw std::runtime_error(
+        fmt::format("sbatch {}: {}\nwhat was taken shows in squeue; the same command submits no job twice",
+                    script.filename().string(), visible(said ? said->errors : "is not there")));
   return said->text.substr(0, said->text.find_first_of(";\n"));
 }
 
@@ -140,7 +145,7 @@ int submit(const SubmitRequest& asked) {
       std::filesystem::absolute(result_folder(request.output, default_folder(study.file, "")));
   const bool planned = std::filesystem::exists(shards_folder(folder) / "manifest.json");
   require_plain(request.job, folder);
-  if (!request.dry) require_slurm();
+  if (!request.dry) require_slurm(request.stop);
   auto& time = request.job.time;
   if (!planned) {
     auto division = divided_sweep(study, request.conduct(), "sweep",
@@ -151,7 +156,7 @@ int submit(const SubmitRequest& asked) {
     if (request.stop()) throw Interrupted();
     const auto units = all.size();
     const auto n = request.array > 0 ? static_cast<std::size_t>(request.array)
-                                     : shards_for(p, units, cores_of(request.job.partition));
+                                     : shards_for(p, units, cores_of(request.job.partition, request.stop));
     // Thrice what is expected, for nodes that are busy, and the unit under way; what takes longer is requeued.
     const double expected =
         p.unit * std::ceil(static_cast<double>(units) / static_cast<double>(n)) / request.job.cpus;
@@ -168,7 +173,7 @@ int submit(const SubmitRequest& asked) {
   for (const auto& [k, why] : not_whole(m, folder, false)) lacking.push_back(k);
   const auto place = shards_folder(folder);
   if (!request.dry)
-    if (const auto jobs = jobs_of(m); !jobs.empty()) {
+    if (const auto jobs = jobs_of(m, request.stop); !jobs.empty()) {
       fmt::print("{} is submitted already, as job {}; nothing is done\n", request.job.study,
                  fmt::join(jobs, ", "));
       return 0;
@@ -189,11 +194,11 @@ int submit(const SubmitRequest& asked) {
   std::vector<std::string> after;
   if (!array.empty()) {
     write_whole(place / "array.sh", array);
-    const auto job = hand_in(place / "array.sh", {});
+    const auto job = hand_in(place / "array.sh", {}, request.stop);
     fmt::print("{} shards as job {}\n", lacking.size(), job);
     after = {"--dependency=afterany:" + job};
   }
-  fmt::print("merge as job {}\n", hand_in(place / "merge.sh", after));
+  fmt::print("merge as job {}\n", hand_in(place / "merge.sh", after, request.stop));
   return 0;
 }
 
