@@ -166,6 +166,16 @@ TEST_CASE("a plugin is loaded by its file, and its run is repeated with it alone
   refused("freeplay_law_abi() is 2");
   REQUIRE(compiled(version));
   refused("exports no freeplay_normal_force");
+  // Cut short anywhere: what is mapped behind a file's end cannot be read.
+  REQUIRE(compiled(
+      version + "double freeplay_normal_force(const char* c, double d, double r, double v) { return d; }\n"));
+  const auto whole = text(plugin.string());
+  REQUIRE(whole.size() > 8192);
+  for (std::size_t size = 4; size < whole.size(); size += size < 4096 ? 509 : 1021) {
+    CAPTURE(size);
+    write_file(plugin, whole.substr(0, size));
+    refused("it is cut short");
+  }
   write_file(plugin, "no shared object");
   refused("");
 }
