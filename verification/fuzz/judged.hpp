@@ -49,6 +49,7 @@ inline std::filesystem::path file_of(const std::uint8_t* data, std::size_t size,
     return at;
   }();
   const auto file = folder / name;
+  std::filesystem::create_directories(file.parent_path());
   std::ofstream(file, std::ios::binary)
       .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
   return file;

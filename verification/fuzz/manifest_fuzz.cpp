@@ -1,0 +1,59 @@
+// A fuzz target for what lies beside shards: bytes as a manifest, whose plan is made to fit as its writer could, with the units that it
+// names; as a seal; as the state of a shard. Each is read or refused with one SceneError.
+#include <nlohmann/json.hpp>
+
+#include "model/error.hpp"
+#include "study/division.hpp"
+#include "study/shard.hpp"
+#include "verification/fuzz/judged.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+/// With the digest of what it says, where it says enough.
+std::string fitting(std::string text) {
+  auto j = nlohmann::json::parse(text, nullptr, false);
+  try {
+    const Manifest m{.plan = {},
+                     .verb = j.at("verb"),
+                     .arguments = j.at("arguments"),
+                     .subject = j.at("subject"),
+                     .program = j.at("program"),
+                     .units_digest = j.at("units_digest"),
+                     .shards = j.at("shards"),
+                     .units = j.at("units")};
+    j["plan"] = plan_digest(m);
+    return j.dump();
+  } catch (const std::exception&) {
+    return text;
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const auto input = fuzz::text_of(data, size);
+  // Behind a line of dashes stands the file of units.
+  const auto cut = std::min(input.find("\n---\n"), input.size());
+  const auto text = fitting(std::string(input.substr(0, cut)));
+  const auto put = [](std::string_view bytes, const char* name) {
+    return fuzz::file_of(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), name);
+  };
+  const auto folder = put(text, "shards/manifest.json").parent_path().parent_path();
+  put(input.substr(std::min(cut + 5, input.size())), "shards/units.txt");
+  put(text, "shards/1.json");
+  put(text, "shards/1.state.json");
+  state_of(folder, 1);
+  const auto seal = read_seal(folder, 1);
+  try {
+    const auto manifest = read_manifest(folder);
+    if (seal) fault_of(*seal, manifest, folder, true);
+    command_for(manifest, folder, "--shard 1/1");
+    // What a study of this many units would take is not asked of a file of a few kilobytes.
+    if (manifest.units < 1000) units_of(manifest, folder, 1);
+  } catch (const SceneError& e) {
+    fuzz::judge(e, input);
+  }
+  return 0;
+}
