@@ -13,6 +13,7 @@
 #include "model/error.hpp"
 #include "model/scene.hpp"
 #include "study/advice.hpp"
+#include "study/perturb.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -94,6 +95,8 @@ int advise(const AdviseRequest& request) {
     try {
       advice = freeplay::advise(*scene, family, request.error / 100, with,
                                 [&](double done) { progress.show(formulation, done); });
+    } catch (const AlikeStarts&) {
+      throw;
     } catch (const ModelError& e) {
       fmt::print("{}: not available: {}\n\n", formulation, e.what());
       continue;

@@ -1,5 +1,7 @@
 #include "study/advice.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -167,11 +169,13 @@ Measured tried(const Scene& scene, const Setting& setting, const Advice& advice,
   return m;
 }
 
+Perturbation moved_by(const AdviceRules& rules) { return {.turn = 0, .play = rules.play}; }
+
 std::vector<Scene> moved_starts(const Scene& scene, int first, int number, const AdviceRules& rules,
                                 const Conduct& conduct) {
   Sampling sampling;
   sampling.starts = number;
-  sampling.how = {.turn = 0, .play = rules.play};
+  sampling.how = moved_by(rules);
   auto starts = perturbed_starts(scene, sampling, first, conduct);
   for (auto& s : starts) {
     s.run.duration = scene.run.duration;
@@ -223,6 +227,15 @@ Advice advise(const Scene& scene, Family family, double error, const Conduct& co
   r.ending = fine.ending.status == Ending::Status::finished ? check.ending : fine.ending;
   if (r.ending.status != Ending::Status::finished) return advice;
   const auto judged = find_horizon(advice, fine, check, 0.01 * error);
+  if (!advice.to_the_end)
+    require_differing_starts(
+        scene, moved_by(rules),
+        advice.by_events
+            ? fmt::format("; two fine runs part after t = {:.3g} s, and beyond it advice needs "
+                          "statistics of starts: take a run.duration up to there",
+                          r.horizon)
+            : "; two fine runs part at the first touch, and beyond it advice needs statistics of "
+              "starts: take a run.duration up to there");
   if (!advice.by_events) {
     const auto to_state = [&](const Setting& s) {
       Scene one = scene;

@@ -57,7 +57,8 @@ struct AdviceRules {
 };
 
 /// Tries settings of one formulation on the scene. Cheap by design: a setting is stopped at its first touch that is off
-/// or missing, and when it has taken more steps than one that keeps the error has cost.
+/// or missing, and when it has taken more steps than one that keeps the error has cost. Throws AlikeStarts where the horizon
+/// comes before the end and starts cannot differ: eight equal runs have no sampling error, and say nothing.
 Advice advise(const Scene& scene, Family family, double error, const Conduct& conduct,
               const std::function<void(double)>& on_progress, const AdviceRules& rules = {});
 

@@ -144,11 +144,7 @@ std::size_t Ensemble::finished() const {
 }
 
 Starts::Starts(const Scene& scene, const EnsemblePlan& plan) : scene_(scene), plan_(plan) {
-  if (!differ(scene, plan.how))
-    throw SceneError(
-        fmt::format("{}: its starts are all alike: nothing drives it at a prescribed speed, and no part "
-                    "of it has room to begin elsewhere",
-                    scene.file.string()));
+  require_differing_starts(scene, plan.how);
   if (scene.run.start == RunOptions::Start::equilibrium)
     throw SceneError(
         fmt::format("{}: starts in equilibrium, from which its loose parts are not moved; give run.start "

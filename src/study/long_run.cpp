@@ -36,7 +36,8 @@ Moments moments(const std::vector<double>& x) {
 std::vector<Scene> perturbed_starts(const Scene& scene, const Sampling& sampling, int first,
                                     const Conduct& conduct) {
   std::vector<Scene> starts;
-  if (sampling.starts < 2 || contact_names(scene.mechanism).empty()) return starts;
+  if (sampling.starts < 2 || contact_names(scene.mechanism).empty() || !differ(scene, sampling.how))
+    return starts;
   try {
     const auto near = near_pose(scene, conduct.stop);
     for (int i = 0; i < sampling.starts; ++i) {

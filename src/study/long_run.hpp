@@ -26,7 +26,8 @@ struct LongRun {
   std::string stopped;          ///< reason of the first run that did not finish
 };
 
-/// The scene at `sampling.starts` starts from number `first`. Empty where the ideal mechanism has none.
+/// The scene at `sampling.starts` starts from number `first`. Empty where they are all alike, and where the ideal mechanism
+/// has none.
 std::vector<Scene> perturbed_starts(const Scene& scene, const Sampling& sampling, int first,
                                     const Conduct& conduct);
 

@@ -56,7 +56,7 @@ void offset(Mechanism& ideal, const Mechanism& given, std::mt19937_64& engine, d
 
 bool differ(const Scene& scene, const Perturbation& how) {
   const auto* drive = main_drive(scene.mechanism);
-  if (drive && drive->speed != 0) return true;
+  if (how.turn > 0 && drive && drive->speed != 0) return true;
   // Placed at random, a loose part is elsewhere than its joint's middle.
   std::mt19937_64 engine;
   Mechanism moved = scene.mechanism;
@@ -69,6 +69,14 @@ bool differ(const Scene& scene, const Perturbation& how) {
             moved.joints[i]))
       return true;
   return false;
+}
+
+void require_differing_starts(const Scene& scene, const Perturbation& how, const std::string& use) {
+  if (!differ(scene, how))
+    throw AlikeStarts(
+        fmt::format("{}: its starts are all alike: {}, and no part of it has room to begin elsewhere{}",
+                    scene.file.string(),
+                    how.turn > 0 ? "nothing drives it at a prescribed speed" : "all keep its angles", use));
 }
 
 Scene perturbed(const Scene& scene, const StopToken& stop, std::uint64_t seed, int start,

@@ -4,8 +4,10 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
+#include "model/error.hpp"
 #include "sim/stop.hpp"
 
 namespace freeplay {
@@ -17,8 +19,15 @@ struct Perturbation {
   double play = 0.9;  ///< share of the clearance that offsets are drawn from, < 1
 };
 
-/// Whether starts of a scene may differ: it has a drive of prescribed speed to turn, or loose parts to place.
+/// Whether starts of a scene may differ: it has a drive of prescribed speed to turn and `how` turns it, or loose parts
+/// to place.
 bool differ(const Scene& scene, const Perturbation& how);
+/// A scene whose starts cannot differ, where statistics over starts are asked for.
+class AlikeStarts : public SceneError {
+  using SceneError::SceneError;
+};
+/// Throws AlikeStarts where they do not; `use` ends the message: what to do instead.
+void require_differing_starts(const Scene& scene, const Perturbation& how, const std::string& use = "");
 
 /// The scene at start number `start` (from 0) of `seed`: equal arguments give equal bits. The drive's angle
 /// at t = 0 moves along. A scene without a drive of prescribed speed keeps its angle. Throws SceneError when

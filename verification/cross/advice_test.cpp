@@ -218,6 +218,27 @@ TEST_CASE("what advice promises of statistics has their sampling error", "[advic
   CHECK(m.variance == Approx(5.0 / 3));
 }
 
+TEST_CASE("advice refuses statistics of starts that cannot differ", "[advice]") {
+  // A ball on a shaken table has no play to begin elsewhere in: eight starts were eight times the same run, whose statistics
+  // had no sampling error and promised what nobody knows. Beyond A = 1.2 mm (e = 0.8) the bouncing is chaotic.
+  const auto file = test::source_folder() / "cases/ball-on-table/scene.toml";
+  const auto chaotic =
+      read_scene(file, {"curves.shake.amplitude=1.5e-3", "run.duration=4", "nonsmooth.scheme=event-driven"});
+  CHECK_THROWS_AS(advise(chaotic, Family::nonsmooth, 0.01, Conduct{}, {}), AlikeStarts);
+  CHECK_THROWS_WITH(advise(chaotic, Family::nonsmooth, 0.01, Conduct{}, {}),
+                    Catch::Matchers::Contains("its starts are all alike") &&
+                        Catch::Matchers::Contains("take a run.duration up to there"));
+  CHECK(perturbed_starts(chaotic, {.starts = 8, .how = {.turn = 0, .play = 0.01}}, 0, Conduct{}).empty());
+  // A crank that keeps its angle is no difference.
+  const auto driven = read_scene(test::flores());
+  CHECK(differ(driven, {.turn = 1, .play = 0}));
+  CHECK_FALSE(differ(driven, {.turn = 0, .play = 0}));
+  // Up to the horizon nothing is asked of starts.
+  auto brief = chaotic;
+  brief.run.duration = 0.2;
+  CHECK(advise(brief, Family::nonsmooth, 0.01, Conduct{}, {}).to_the_end);
+}
+
 TEST_CASE("what --accuracy takes is among the settings that the tables show", "[advice]") {
   for (const auto& [family, formulation] : families)
     for (const auto accuracy : {Accuracy::fast, Accuracy::balanced, Accuracy::reference}) {
