@@ -18,6 +18,7 @@
 #include "io/output_file.hpp"
 #include "io/result_set.hpp"
 #include "io/run_json.hpp"
+#include "plots/figure.hpp"
 #include "study/divided_sweep.hpp"
 #include "study/provenance.hpp"
 
@@ -29,13 +30,35 @@ std::string show(const Estimate& e) {
   return fmt::format("{:.4g} ({:.4g}..{:.4g})", e.value, e.low, e.high);
 }
 
+/// An unknown's value and interval; what is open at a limit of the range is said.
+std::string show_unknown(const Estimate& e) {
+  if (!std::isfinite(e.low)) return fmt::format("{:.4g}, no interval: the fit does not hold", e.value);
+  if (e.open_low && e.open_high)
+    return fmt::format("{:.4g}, open: nothing of its range is excluded", e.value);
+  return show(e) + (e.open_low    ? ", open below: the range's end is not excluded"
+                    : e.open_high ? ", open above: the range's end is not excluded"
+                                  : "");
+}
+
 nlohmann::json json_of(const Estimate& e) { return {{"value", e.value}, {"low", e.low}, {"high", e.high}}; }
+
+nlohmann::json rows_of(const Eigen::MatrixXd& m) {
+  auto rows = nlohmann::json::array();
+  for (Eigen::Index i = 0; i < m.rows(); ++i) {
+    rows.push_back(nlohmann::json::array());
+    for (Eigen::Index j = 0; j < m.cols(); ++j) rows.back().push_back(m(i, j));
+  }
+  return rows;
+}
 
 nlohmann::json json_of(const Study& study, const Fit& f) {
   nlohmann::json j;
   const auto& c = *study.calibration;
-  for (std::size_t i = 0; i < c.unknowns.size(); ++i)
-    j["unknowns"][c.unknowns[i].name] = json_of(f.unknowns[i]);
+  for (std::size_t i = 0; i < c.unknowns.size(); ++i) {
+    auto& u = j["unknowns"][c.unknowns[i].name] = json_of(f.unknowns[i]);
+    u["open_low"] = f.unknowns[i].open_low;
+    u["open_high"] = f.unknowns[i].open_high;
+  }
   for (std::size_t i = 0; i < c.targets.size(); ++i) {
     auto& t = j[f.used[i] ? "fitted" : "predicted"][c.targets[i].name];
     t = {{"surface", json_of(f.on_surface[i])}};
@@ -45,6 +68,10 @@ nlohmann::json json_of(const Study& study, const Fit& f) {
       t["contradicted_by_runs"] = static_cast<bool>(f.contradicted[i]);
   }
   j["objective"] = f.objective;
+  j["chi_squared"] = f.squares;
+  j["degrees_of_freedom"] = f.degrees;
+  j["correlation"] = rows_of(f.correlation);
+  j["holds"] = f.holds();
   return j;
 }
 
@@ -55,10 +82,23 @@ nlohmann::json to_json(const Study& study, const CalibrationResult& r, const nlo
   const auto& c = *study.calibration;
   j["provenance"] = origin;
   for (std::size_t i = 0; i < c.targets.size(); ++i)
-    j["targets"][c.targets[i].name] = {
-        {"statistic", c.targets[i].statistic},        {"measured", r.measured[i]},
-        {"tolerance", c.targets[i].tolerance},        {"surface_error_of_logarithm", r.surface_error[i]},
-        {"spread_of_logarithm", r.surface_spread[i]}, {"points", r.points[i]}};
+    j["targets"][c.targets[i].name] = {{"statistic", c.targets[i].statistic},
+                                       {"measured", r.measured[i]},
+                                       {"tolerance", c.targets[i].tolerance},
+                                       {"surface_error_of_logarithm", r.surface_error[i]},
+                                       {"spread_of_logarithm", r.surface_spread[i]},
+                                       {"points", r.points[i]},
+                                       {"surface_error_at_optimum", std::sqrt(r.at_optimum[i].surface)},
+                                       {"scatter_at_optimum", std::sqrt(r.at_optimum[i].scatter)}};
+  for (std::size_t k = 0; k < c.unknowns.size(); ++k) {
+    auto& u = j["identifiability"]["unknowns"][c.unknowns[k].name];
+    u = {{"range_left_open", r.before.left_open[k]}, {"identified", r.before.identified(k)}};
+    for (std::size_t i = 0; i < c.targets.size(); ++i)
+      u["sensitivity"][c.targets[i].name] =
+          r.before.sensitivity(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k));
+  }
+  j["identifiability"]["correlation"] = rows_of(r.before.correlation);
+  j["refinement"] = {{"rounds", r.rounds}, {"points", r.tried - c.points}, {"fine_enough", r.refined}};
   j["fitted_to_all"] = json_of(study, r.all);
   for (std::size_t i = 0; i < r.left_out.size(); ++i)
     j["left_out"][c.targets[i].name] = json_of(study, r.left_out[i]);
@@ -74,6 +114,50 @@ struct CalibrateRequest : Request {
   int threads = 0;     ///< 0 for all cores
   ShardOptions shards;
 };
+
+/// calibration.csv: what every point gave, over each unknown; and where 95 % of what is measured lies.
+std::string points_table(const Calibration& c, const CalibrationResult& r) {
+  std::string out = "target,unknown,at,outcome,measured,low,high\n";
+  for (const auto& o : r.outcomes) {
+    const double known = std::hypot(c.targets[o.target].tolerance, std::sqrt(r.at_optimum[o.target].scatter));
+    for (std::size_t j = 0; j < c.unknowns.size(); ++j)
+      out += fmt::format("{},{},{},{},{},{},{}\n", c.targets[o.target].name, c.unknowns[j].name,
+                         unscaled(c.unknowns[j], o.xi[static_cast<Eigen::Index>(j)]), o.value,
+                         r.measured[o.target], r.measured[o.target] * std::exp(-1.96 * known),
+                         r.measured[o.target] * std::exp(1.96 * known));
+  }
+  return out;
+}
+
+/// misfit.csv: f − min f over each two unknowns, the others at their best.
+std::string misfit_table(const Calibration& c, const CalibrationResult& r) {
+  std::string out = "x_name,y_name,x,y,excess\n";
+  for (const auto& map : r.maps)
+    for (const auto& p : map.points)
+      out += fmt::format("{},{},{},{},{}\n", c.unknowns[map.x].name, c.unknowns[map.y].name,
+                         unscaled(c.unknowns[map.x], p.x), unscaled(c.unknowns[map.y], p.y), p.excess);
+  return out;
+}
+
+/// What the targets can say of each unknown, before the fit.
+void print_identifiability(const Calibration& c, const CalibrationResult& r) {
+  fmt::print("Identifiability (sensitivity: over the whole range, in standard uncertainties)\n");
+  for (std::size_t j = 0; j < c.unknowns.size(); ++j) {
+    const auto column = r.before.sensitivity.col(static_cast<Eigen::Index>(j));
+    Eigen::Index most = 0;
+    column.maxCoeff(&most);
+    fmt::print("  {:<16} {}; {:.0f} % of its range would be left;\n{:19}most sensitive: {} ({:.2g})\n",
+               c.unknowns[j].name, r.before.identified(j) ? "identified" : "NOT IDENTIFIED by these targets",
+               100 * r.before.left_open[j], "", c.targets[static_cast<std::size_t>(most)].name,
+               2 * column[most]);
+  }
+  for (std::size_t j = 0; j < c.unknowns.size(); ++j)
+    for (std::size_t k = 0; k < j; ++k)
+      if (const double x = r.before.correlation(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(k));
+          std::abs(x) > 0.9)
+        fmt::print("  {} and {} correlate by {:.2f}: targets see little but one combination of them\n",
+                   c.unknowns[k].name, c.unknowns[j].name, x);
+}
 
 int calibrate(const CalibrateRequest& request) {
   const auto study = read_study(request.scene, request.reach);
@@ -100,27 +184,37 @@ int calibrate(const CalibrateRequest& request) {
   for (const auto& q : r.questions) fmt::print(stderr, "{}", wrapped("question: " + q + "\n", 10));
   if (r.sweep.interrupted) return interrupted(Kept::runs);
   const auto& c = *study.calibration;
-  fmt::print("{} runs made in {:.0f} s, {} failed\n\nResponse surfaces (of the logarithm)\n", r.sweep.ran,
-             r.sweep.wall_seconds, r.sweep.failed);
+  fmt::print("{} runs made in {:.0f} s, {} failed\n\n", r.sweep.ran, r.sweep.wall_seconds, r.sweep.failed);
+  print_identifiability(c, r);
+  fmt::print("\nResponse surfaces (of the logarithm), {} points of {} refinements among them\n",
+             r.tried - c.points, r.rounds);
   for (std::size_t i = 0; i < c.targets.size(); ++i)
-    fmt::print("  {:<10} {:<18} error {:.3f} where outcomes spread by {:.3f}{}\n", c.targets[i].name,
-               c.targets[i].statistic, r.surface_error[i], r.surface_spread[i],
-               r.points[i] < c.points
-                   ? fmt::format("; {} of {} points, the others' runs failed", r.points[i], c.points)
-                   : "");
+    fmt::print(
+        "  {:<10} {:<16} error {:.3f} where outcomes spread by {:.3f}{}\n{:29}at the optimum {:.3f}; the "
+        "measurement is known to {:.3f}\n",
+        c.targets[i].name, c.targets[i].statistic, r.surface_error[i], r.surface_spread[i],
+        r.points[i] < r.tried ? fmt::format("; {} of {} points", r.points[i], r.tried) : "", "",
+        std::sqrt(r.at_optimum[i].surface),
+        std::hypot(c.targets[i].tolerance, std::sqrt(r.at_optimum[i].scatter)));
+  if (!r.refined)
+    fmt::print("{}",
+               wrapped("note: a surface's error still exceeds half of that; intervals allow for it. More "
+                       "calibrate.refinements, or calibrate.starts, make them narrower\n"));
   const auto fit = [&](const Fit& f, const std::string& title) {
     fmt::print("\n{}\n", title);
     for (std::size_t j = 0; j < c.unknowns.size(); ++j)
-      fmt::print("  {:<16} {} {}{}\n", c.unknowns[j].name, show(f.unknowns[j]), c.unknowns[j].unit,
-                 f.at_bound(j) ? "  AT ITS BOUND" : "");
-    for (std::size_t i = 0; i < c.targets.size(); ++i) {
-      const double sigma = std::hypot(c.targets[i].tolerance, r.surface_error[i]);
-      if (f.used[i] && std::abs(std::log(f.on_surface[i].value / r.measured[i])) > 3 * sigma)
-        fmt::print("  {}: NOT MET, by more than three standard uncertainties\n", c.targets[i].name);
+      fmt::print("  {:<16} {}{}{}\n", c.unknowns[j].name, show_unknown(f.unknowns[j]),
+                 c.unknowns[j].unit.empty() ? "" : " " + c.unknowns[j].unit,
+                 f.at_bound(j) ? ", AT ITS BOUND" : "");
+    if (f.rejected)
+      fmt::print(
+          "  NOT MET: the targets lie farther off than their uncertainties allow\n"
+          "           (chi-squared {:.1f} of {} degrees of freedom)\n",
+          f.squares, f.degrees);
+    for (std::size_t i = 0; i < c.targets.size(); ++i)
       if (f.contradicted[i])
         fmt::print("  {}: CONTRADICTED by its own runs: the surface is not what the model does\n",
                    c.targets[i].name);
-    }
     for (const bool used : {true, false})
       for (std::size_t i = 0; i < c.targets.size(); ++i)
         if (f.used[i] == used)
@@ -130,12 +224,19 @@ int calibrate(const CalibrateRequest& request) {
   };
   fit(r.all, "Fitted to all");
   for (std::size_t i = 0; i < r.left_out.size(); ++i) fit(r.left_out[i], "Without " + c.targets[i].name);
+  write_file(folder / "calibration.csv", points_table(c, r));
+  write_file(folder / "misfit.csv", misfit_table(c, r));
   write_json(folder / "calibration.json", to_json(study, r, origin));
   fmt::print("\nresults in {}\n", folder.string());
-  if (std::ranges::none_of(r.all.contradicted, std::identity{})) return 0;
-  fmt::print(stderr, "{}",
-             wrapped("the fit to all targets is contradicted by runs at its optimum and is none: take more "
-                     "points, or narrower ranges\n"));
+  for (const auto& path : plots::all(folder, request.stop)) fmt::print("figure: {}\n", path.string());
+  if (r.all.holds()) return 0;
+  fmt::print(
+      stderr, "{}",
+      wrapped(r.all.rejected
+                  ? "the fit to all targets does not hold: no values of the unknowns meet them within their "
+                    "uncertainties; look at the targets' tolerances, or at what the model leaves out\n"
+                  : "the fit to all targets is contradicted by runs at its optimum and is none: take more "
+                    "points, or narrower ranges\n"));
   return 1;
 }
 

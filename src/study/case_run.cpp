@@ -66,8 +66,11 @@ std::vector<Case> cases(const Study& study) {
   const auto list = cells(study);
   for (const auto& variant : study.variants)
     for (const auto& cell : list) {
-      Case one{variant.name,    "", cell.values, 0, variant.revolutions, variant.scene, variant.overrides,
-               variant.sampling};
+      Case one{variant.name,        "",
+               cell.values,         0,
+               variant.revolutions, variant.scene,
+               variant.overrides,   variant.sampling,
+               variant.noise};
       one.overrides.insert(one.overrides.end(), cell.overrides.begin(), cell.overrides.end());
       for (const auto& formulation : variant.formulations)
         for (int start = 0; start < variant.starts; ++start) {
@@ -114,6 +117,7 @@ Identity identity(const Study& study, const Case& one, const Conduct& conduct) {
     found.given = settings_text(study) + fmt::format("variant = {}\nvalues = {}\n", toml_quoted(one.variant),
                                                      toml_numbers(one.values));
     if (one.sampling > 0) found.given += fmt::format("sampling = {}\n", toml_number(one.sampling));
+    if (one.noise > 0) found.given += fmt::format("noise = {}\n", toml_number(one.noise));
     return found;
   } catch (const SceneError&) {
     throw;
@@ -218,7 +222,7 @@ CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct)
                             : std::nan("");
 
   TurnMeter meter(rules);
-  Feed feed(meter, channel, lvdt, every);
+  Feed feed(meter, channel, lvdt, every, {one.noise, study.seed, one.start});
   RunRequest request{
       .until = rules.discard, .observers = {&feed}, .keep_events = false, .stop = conduct.stop};
   const Measurer measurer(study, scene, simulation.layout(), counted_time(study, scene));

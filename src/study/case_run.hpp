@@ -28,6 +28,7 @@ struct Case {
   std::filesystem::path scene;
   std::vector<std::string> overrides;  ///< of the variant and the axes
   double sampling = 0;                 ///< Hz, that the accelerometer's signal is judged at; 0: its own
+  double noise = 0;                    ///< m/s², standard, white, that it bears besides
 };
 
 struct CaseResult {

@@ -53,6 +53,7 @@ Calibration read_calibration(Section s, const Study& study) {
   c.points = static_cast<int>(s.number("points", count, c.points));
   c.starts = static_cast<int>(s.number("starts", count, c.starts));
   c.revolutions = s.number("revolutions", one_or_more, c.revolutions);
+  c.refinements = static_cast<int>(s.number("refinements", whole, c.refinements));
   for (auto& [name, table] : s.children("unknowns")) {
     auto& u = table;
     const auto key = u.text("key");
@@ -73,10 +74,18 @@ Calibration read_calibration(Section s, const Study& study) {
     if (t.has("set")) x.overrides = t.names("set");
     x.statistic = t.text("statistic");
     const auto& known = TurnMetrics::names();
-    if (std::ranges::find(known, x.statistic) == known.end())
-      t.fail("statistic", fmt::format("\"{}\" is none; there are {}", x.statistic, fmt::join(known, ", ")));
+    const bool measure =
+        std::ranges::find(study.measures, x.statistic, &Measure::name) != study.measures.end();
+    if (!measure && std::ranges::find(known, x.statistic) == known.end())
+      t.fail("statistic",
+             fmt::format("\"{}\" is neither a statistic nor a measure of the study; there are {}",
+                         x.statistic, fmt::join(known, ", ")));
+    if (measure && t.has("data"))
+      t.fail("statistic", fmt::format("\"{}\" is a measure of a run, which a signal's file does not give; "
+                                      "give its value",
+                                      x.statistic));
     const auto place = static_cast<TurnMetrics::Name>(std::ranges::find(known, x.statistic) - known.begin());
-    if (TurnMetrics::kind(place) == TurnMetrics::Kind::direction)
+    if (!measure && TurnMetrics::kind(place) == TurnMetrics::Kind::direction)
       t.fail("statistic",
              fmt::format("\"{}\" is a direction on the circle; a logarithm is fitted, of what is "
                          "positive",

@@ -52,6 +52,7 @@ struct Variant {
   int starts = 1;
   double revolutions = 0;
   double sampling = 0;  ///< Hz, of the measurement that its runs are held against; 0: the instruments' own
+  double noise = 0;     ///< m/s², standard, of each of that measurement's samples
 };
 
 /// What calibration may change.
@@ -65,16 +66,20 @@ struct Unknown {
 struct Target {
   std::string name;
   std::vector<std::string> overrides;
-  std::string statistic;       ///< of TurnMetrics
+  std::string statistic;       ///< of TurnMetrics, or a measure of the study
   double value = 0;            ///< measured; from `data` when that is given
   double tolerance = 0;        ///< relative standard uncertainty
   std::filesystem::path data;  ///< a signals file that the statistic is computed from
-  double sampling = 0;         ///< Hz, of that file once it is read
+  /// Of that file, once it is read.
+  double sampling = 0;  ///< Hz
+  double noise = 0;     ///< m/s², standard, of each sample
+  int turns = 0;        ///< that a run counts, and each stretch of the file
+  int pieces = 1;       ///< such stretches, whose mean statistic `value` is
 };
 
 struct Calibration {
   std::string formulation = "nonsmooth";
-  int points = 64, starts = 2;
+  int points = 64, starts = 2, refinements = 3;
   double revolutions = 20;
   std::vector<Unknown> unknowns;
   std::vector<Target> targets;

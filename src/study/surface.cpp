@@ -1,14 +1,18 @@
 #include "study/surface.hpp"
 
+#include <algorithm>
+#include <array>
 #include <boost/random/sobol.hpp>
 #include <cmath>
 #include <stdexcept>
 
 namespace freeplay {
+namespace {
 
-Eigen::VectorXd ResponseSurface::basis(const Eigen::VectorXd& xi) {
+/// 1, ξ_i, ξ_i ξ_j (i ≤ j).
+Eigen::VectorXd basis(const Eigen::VectorXd& xi) {
   const auto n = xi.size();
-  Eigen::VectorXd b(coefficients(static_cast<int>(n)));
+  Eigen::VectorXd b(ResponseSurface::coefficients(static_cast<int>(n)));
   Eigen::Index k = 0;
   b[k++] = 1;
   for (Eigen::Index i = 0; i < n; ++i) b[k++] = xi[i];
@@ -17,39 +21,163 @@ Eigen::VectorXd ResponseSurface::basis(const Eigen::VectorXd& xi) {
   return b;
 }
 
-ResponseSurface::ResponseSurface(const Eigen::MatrixXd& points, const Eigen::VectorXd& outcomes)
-    : n_(static_cast<int>(points.cols())) {
+/// ∂b/∂ξ, a column each.
+Eigen::MatrixXd basis_gradient(const Eigen::VectorXd& xi) {
+  const auto n = xi.size();
+  Eigen::MatrixXd g = Eigen::MatrixXd::Zero(ResponseSurface::coefficients(static_cast<int>(n)), n);
+  Eigen::Index k = 1;
+  for (Eigen::Index i = 0; i < n; ++i) g(k++, i) = 1;
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = i; j < n; ++j, ++k) {
+      g(k, i) += xi[j];
+      g(k, j) += xi[i];
+    }
+  return g;
+}
+
+/// exp(−½ Σ_j (ξ_j − η_j)²/ℓ_j²) of each pair of rows.
+Eigen::MatrixXd correlation(const Eigen::MatrixXd& points, const Eigen::VectorXd& lengths) {
+  const Eigen::MatrixXd scaled = points * lengths.cwiseInverse().asDiagonal();
   const auto m = points.rows();
-  if (m < coefficients(n_) + 2) throw std::invalid_argument("too few points for a quadratic surface");
-  Eigen::MatrixXd A(m, coefficients(n_));
-  for (Eigen::Index i = 0; i < m; ++i) A.row(i) = basis(points.row(i).transpose()).transpose();
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(A);
-  coefficients_ = qr.solve(outcomes);
-  const Eigen::MatrixXd Q = qr.householderQ() * Eigen::MatrixXd::Identity(m, A.cols());
-  const Eigen::VectorXd residual = outcomes - A * coefficients_;
+  Eigen::MatrixXd R(m, m);
+  for (Eigen::Index i = 0; i < m; ++i)
+    for (Eigen::Index j = 0; j <= i; ++j)
+      R(i, j) = R(j, i) = std::exp(-0.5 * (scaled.row(i) - scaled.row(j)).squaredNorm());
+  return R;
+}
+
+constexpr std::array ratios{0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 1e3, 1e4};
+constexpr std::array lengths_tried{0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8};
+
+}  // namespace
+
+/// All that follows from points, noise, ρ and ℓ.
+struct ResponseSurface::Kriging {
+  Eigen::LLT<Eigen::MatrixXd> K, trend;
+  Eigen::MatrixXd solved;                   // K⁻¹B
+  Eigen::VectorXd beta, residual, weights;  // weights: K⁻¹(y − Bβ)
+  double squares = 0, log_likelihood = 0;   // squares: yᵀQy
+
+  Kriging(const Eigen::MatrixXd& R, double ratio, const Eigen::VectorXd& c, const Eigen::MatrixXd& B,
+          const Eigen::VectorXd& y, double least) {
+    Eigen::MatrixXd sum = ratio * R;
+    sum.diagonal() += c;
+    K.compute(sum);
+    solved = K.solve(B);
+    trend.compute(B.transpose() * solved);
+    beta = trend.solve(solved.transpose() * y);
+    residual = y - B * beta;
+    weights = K.solve(residual);
+    squares = std::max(0.0, residual.dot(weights));
+    const auto freedom = static_cast<double>(B.rows() - B.cols());
+    const auto log_determinant = [](const Eigen::LLT<Eigen::MatrixXd>& l) {
+      return 2 * l.matrixLLT().diagonal().array().log().sum();
+    };
+    log_likelihood =
+        -0.5 * (freedom * std::log(squares / freedom + least) + log_determinant(K) + log_determinant(trend));
+  }
+};
+
+ResponseSurface::ResponseSurface(const Eigen::MatrixXd& points, const Eigen::VectorXd& outcomes,
+                                 const Eigen::VectorXd& noise)
+    : points_(points) {
+  const auto m = points.rows();
+  const auto n = points.cols();
+  const int p = coefficients(static_cast<int>(n));
+  if (m < p + 2) throw std::invalid_argument("too few points for a quadratic surface");
+  const Eigen::VectorXd c = noise.size() == m ? noise : Eigen::VectorXd::Ones(m);
+  Eigen::MatrixXd B(m, p);
+  for (Eigen::Index i = 0; i < m; ++i) B.row(i) = basis(points.row(i).transpose()).transpose();
+  freedom_ = static_cast<double>(m - p);
+  spread_ = std::sqrt((outcomes.array() - outcomes.mean()).square().sum() / static_cast<double>(m - 1));
+  // Rounding of the outcomes: below it no likelihood tells anything.
+  const double least = std::pow(1e-12 * (outcomes.cwiseAbs().maxCoeff() + 1e-300), 2);
+
+  lengths_ = Eigen::VectorXd::Ones(n);
+  Eigen::MatrixXd R = correlation(points, lengths_);
+  const auto prior = [](const Eigen::VectorXd& lengths) {
+    return -0.5 * (lengths.array().log() / std::log(2.0)).square().sum();
+  };
+  const auto worth = [&](const Eigen::MatrixXd& of, const Eigen::VectorXd& lengths, double ratio) {
+    const Kriging k(of, ratio, c, B, outcomes, least);
+    return k.K.info() == Eigen::Success && std::isfinite(k.log_likelihood) ? k.log_likelihood + prior(lengths)
+                                                                           : -INFINITY;
+  };
+  double best = -INFINITY;
+  const auto try_ratios = [&] {
+    for (const double r : ratios)
+      if (const double w = worth(R, lengths_, r); w > best) best = w, ratio_ = r;
+  };
+  try_ratios();
+  // A quadratic without residuals leaves nothing to a process.
+  const bool exact = Kriging(R, 0, c, B, outcomes, least).squares <= freedom_ * least;
+  if (exact) ratio_ = 0;
+  for (int cycle = 0; cycle < 2 && !exact; ++cycle) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      Eigen::VectorXd lengths = lengths_;
+      for (const double l : lengths_tried) {
+        lengths[j] = l;
+        const auto of = correlation(points, lengths);
+        for (const double r : {ratio_ > 0 ? ratio_ : 1.0, 3 * (ratio_ > 0 ? ratio_ : 1.0)})
+          if (const double w = worth(of, lengths, r); w > best) {
+            best = w;
+            ratio_ = r;
+            lengths_ = lengths;
+          }
+      }
+    }
+    R = correlation(points, lengths_);
+    try_ratios();
+  }
+
+  const Kriging k(R, ratio_, c, B, outcomes, least);
+  trend_ = k.beta;
+  weights_ = k.weights;
+  solved_ = k.solved;
+  inverse_ = k.K.solve(Eigen::MatrixXd::Identity(m, m));
+  trend_covariance_ = k.trend.solve(Eigen::MatrixXd::Identity(p, p));
+  noise_ = k.squares / freedom_;
+  // Qy = K⁻¹(y − Bβ), and the diagonal of Q.
   double press = 0;
   for (Eigen::Index i = 0; i < m; ++i) {
-    const double left_out = residual[i] / (1 - Q.row(i).squaredNorm());
-    press += left_out * left_out;
+    const double q = inverse_(i, i) - solved_.row(i) * trend_covariance_ * solved_.row(i).transpose();
+    press += std::pow(weights_[i] / q, 2);
   }
   error_ = std::sqrt(press / static_cast<double>(m));
-  spread_ = std::sqrt((outcomes.array() - outcomes.mean()).square().sum() / static_cast<double>(m - 1));
+}
+
+Eigen::VectorXd ResponseSurface::correlations(const Eigen::VectorXd& xi) const {
+  return (-0.5 * ((points_.rowwise() - xi.transpose()) * lengths_.cwiseInverse().asDiagonal())
+                     .rowwise()
+                     .squaredNorm())
+      .array()
+      .exp();
+}
+
+double ResponseSurface::operator()(const Eigen::VectorXd& xi) const {
+  const double trend = basis(xi).dot(trend_);
+  return ratio_ > 0 ? trend + ratio_ * correlations(xi).dot(weights_) : trend;
 }
 
 Eigen::VectorXd ResponseSurface::gradient(const Eigen::VectorXd& xi) const {
-  Eigen::VectorXd g = coefficients_.segment(1, n_);
-  return g + hessian() * xi;
+  Eigen::VectorXd g = basis_gradient(xi).transpose() * trend_;
+  if (ratio_ == 0) return g;
+  const Eigen::VectorXd w = ratio_ * correlations(xi).cwiseProduct(weights_);
+  for (Eigen::Index j = 0; j < xi.size(); ++j)
+    g[j] += w.dot(points_.col(j) - Eigen::VectorXd::Constant(points_.rows(), xi[j])) /
+            (lengths_[j] * lengths_[j]);
+  return g;
 }
 
-Eigen::MatrixXd ResponseSurface::hessian() const {
-  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n_, n_);
-  Eigen::Index k = n_ + 1;
-  for (int i = 0; i < n_; ++i)
-    for (int j = i; j < n_; ++j, ++k) {
-      H(i, j) += coefficients_[k];
-      H(j, i) += coefficients_[k];
-    }
-  return H;
+double ResponseSurface::variance(const Eigen::VectorXd& xi) const {
+  Eigen::VectorXd u = basis(xi);
+  double process = 0;
+  if (ratio_ > 0) {
+    const Eigen::VectorXd r = ratio_ * correlations(xi);
+    process = ratio_ - r.dot(inverse_ * r);
+    u -= solved_.transpose() * r;
+  }
+  return noise_ * std::max(0.0, process + u.dot(trend_covariance_ * u));
 }
 
 Eigen::MatrixXd space_filling(int unknowns, int count) {

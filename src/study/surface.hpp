@@ -1,10 +1,16 @@
-// A quadratic response surface,
+// A response surface of a noisy statistic over scaled unknowns,
 //
-//     y(ξ) = b₀ + Σ b_i ξ_i + Σ_{i≤j} b_ij ξ_i ξ_j,        ξ ∈ [−1, 1]ⁿ,
+//     y_p = b(ξ_p)ᵀβ + z(ξ_p) + ε_p,      ξ ∈ [−1, 1]ⁿ,      Var ε_p = σ² c_p,
+//     Cov(z(ξ), z(η)) = ρσ² exp(−½ Σ_j (ξ_j − η_j)²/ℓ_j²):
 //
-// fitted by least squares to a space-filling set of noisy outcomes (Box and Draper, Empirical Model-Building
-// and Response Surfaces, 1987). Its error estimate is that of leaving out one point at a time, in closed form
-// from the hat matrix: e_i/(1 − h_ii) (Allen's PRESS).
+// a quadratic trend b = (1, ξ_i, ξ_i ξ_j), a Gaussian process for what no quadratic follows, and the noise of the outcomes
+// (universal kriging: Sacks, Welch, Mitchell and Wynn, Statistical Science 4 (1989) 409). ρ and ℓ_j are those of the greatest
+// restricted likelihood (Patterson and Thompson, Biometrika 58 (1971) 545), with a lognormal prior of median 1 and factor 2 on
+// each ℓ_j; ρ = 0 is the quadratic alone. Points may crowd where they are needed: none bends the surface elsewhere.
+//
+// The prediction's variance (of the surface, without the noise of one outcome) has the uncertainty of β and of z. The error of
+// predicting each point from all others is Dubrule's closed form, e_p = (Qy)_p/Q_pp with
+// Q = K⁻¹ − K⁻¹B(BᵀK⁻¹B)⁻¹BᵀK⁻¹ (Mathematical Geology 15 (1983) 687); with ρ = 0 it is Allen's PRESS.
 #pragma once
 
 #include <Eigen/Dense>
@@ -14,11 +20,18 @@ namespace freeplay {
 
 class ResponseSurface {
  public:
-  /// Rows of `points` are ξ. Throws std::invalid_argument with fewer points than coefficients and two more.
-  ResponseSurface(const Eigen::MatrixXd& points, const Eigen::VectorXd& outcomes);
-  double operator()(const Eigen::VectorXd& xi) const { return basis(xi).dot(coefficients_); }
+  /// Rows of `points` are ξ; `noise`: c_p, the noise's relative variances, empty for equal ones. Throws std::invalid_argument
+  /// with fewer points than coefficients and two more.
+  ResponseSurface(const Eigen::MatrixXd& points, const Eigen::VectorXd& outcomes,
+                  const Eigen::VectorXd& noise = {});
+  double operator()(const Eigen::VectorXd& xi) const;
   Eigen::VectorXd gradient(const Eigen::VectorXd& xi) const;
-  Eigen::MatrixXd hessian() const;
+  /// Of the surface at ξ.
+  double variance(const Eigen::VectorXd& xi) const;
+  /// σ²: of an outcome about the surface, where c = 1.
+  double noise() const { return noise_; }
+  /// Degrees of freedom that σ² is known from.
+  double freedom() const { return freedom_; }
   /// Root mean square of the prediction of each point from the others.
   double error() const { return error_; }
   /// Standard deviation of the outcomes: what a surface of no use has as its error.
@@ -26,10 +39,18 @@ class ResponseSurface {
   static int coefficients(int unknowns) { return (unknowns + 1) * (unknowns + 2) / 2; }
 
  private:
-  static Eigen::VectorXd basis(const Eigen::VectorXd& xi);
-  int n_;
-  Eigen::VectorXd coefficients_;
-  double error_ = 0, spread_ = 0;
+  Eigen::VectorXd correlations(const Eigen::VectorXd& xi) const;
+  struct Kriging;
+
+  Eigen::MatrixXd points_;
+  Eigen::VectorXd lengths_;           // ℓ_j
+  double ratio_ = 0;                  // ρ
+  Eigen::VectorXd trend_;             // β
+  Eigen::VectorXd weights_;           // K⁻¹(y − Bβ)
+  Eigen::MatrixXd solved_;            // K⁻¹B
+  Eigen::MatrixXd inverse_;           // K⁻¹
+  Eigen::MatrixXd trend_covariance_;  // (BᵀK⁻¹B)⁻¹
+  double noise_ = 0, freedom_ = 0, error_ = 0, spread_ = 0;
 };
 
 /// `count` points of Sobol's sequence in [−1, 1]ⁿ.

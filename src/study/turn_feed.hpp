@@ -1,6 +1,10 @@
 // What a turn's statistics are fed with: the study's instruments among the scene's, and an observer.
 #pragma once
 
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,15 +21,35 @@ struct Scene;
 /// where the scene has no such instrument.
 std::pair<int, int> channels(const Study& study, const Scene& scene, TurnRules& rules);
 
-/// Gives a meter the samples of two channels, of the accelerometer each `every`-th, and events.
+/// White noise of a measurement's samples, by Box and Muller: equal seeds and starts, equal bits.
+class SampleNoise {
+ public:
+  SampleNoise(double size, std::uint64_t seed, int start)
+      : size_(size), engine_(seed ^ (0x9e3779b97f4a7c15u * (static_cast<std::uint64_t>(start) + 1))) {
+    engine_.discard(8);
+  }
+  double operator()() {
+    if (size_ == 0) return 0;
+    const auto uniform = [&] { return (static_cast<double>(engine_() >> 11) + 0.5) * 0x1p-53; };
+    const double radius = std::sqrt(-2 * std::log(uniform()));
+    return size_ * radius * std::cos(2 * std::numbers::pi * uniform());
+  }
+
+ private:
+  double size_;
+  std::mt19937_64 engine_;
+};
+
+/// Gives a meter the samples of two channels, of the accelerometer each `every`-th with noise, and events.
 class Feed final : public Observer {
  public:
-  Feed(TurnMeter& meter, int acceleration, int position, int every = 1)
-      : meter_(meter), acceleration_(acceleration), position_(position), every_(every) {}
+  Feed(TurnMeter& meter, int acceleration, int position, int every = 1, const SampleNoise& noise = {0, 0, 0})
+      : meter_(meter), acceleration_(acceleration), position_(position), every_(every), noise_(noise) {}
   Wants wants() const override { return {.samples = true, .steps = false}; }
   void event(const Event& e) override { meter_.event(e); }
   void sample(std::size_t channel, double t, double value) override {
-    if (static_cast<int>(channel) == acceleration_ && seen_++ % every_ == 0) meter_.acceleration(t, value);
+    if (static_cast<int>(channel) == acceleration_ && seen_++ % every_ == 0)
+      meter_.acceleration(t, value + noise_());
     if (static_cast<int>(channel) == position_) meter_.position(t, value);
   }
   void end(const RunEnd& end) override {
@@ -49,6 +73,7 @@ class Feed final : public Observer {
   TurnMeter& meter_;
   int acceleration_, position_, every_;
   long seen_ = 0;
+  SampleNoise noise_;
   std::vector<ContactEvent> held_back_;
 };
 

@@ -232,13 +232,16 @@ TEST_CASE("runs contradict a fit where 99 % of them and of the target's toleranc
   CHECK(contradicts(runs, std::exp(edge * 1.001), 0.1, 0));
   CHECK(contradicts({1, 0}, 1, 0.1, 0.1));
   CHECK(contradicts({1}, std::exp(2.575829 * 0.3 * 1.001), 0, 0.3));
+  // The mean of four stretches: t s √(1/4 + 1/8).
+  const double mean = 3.499483 * 0.1 * std::sqrt(8.0 / 7) * std::sqrt(1.0 / 4 + 1.0 / 8);
+  CHECK_FALSE(contradicts(runs, std::exp(mean * 0.999), 0, 0, 4));
+  CHECK(contradicts(runs, std::exp(mean * 1.001), 0, 0, 4));
 }
 
 TEST_CASE("calibration's intervals hold what they should, over forty repetitions", "[chain]") {
   // Outcomes are a quadratic and noise of 0.1; the measurement is one more outcome, read with a tolerance of 0.05. Of 80
   // intervals of 95 % more than 68 hold the truth with a probability of 99.9 % (binomial).
   const std::vector<Unknown> unknowns{{"a", "a", "", -1, 1}, {"b", "b", "", -1, 1}};
-  const std::vector<double> tolerance(3, 0.05);
   const auto y = [](int i, const Eigen::VectorXd& x) {
     switch (i) {
       case 0:
@@ -257,15 +260,14 @@ TEST_CASE("calibration's intervals hold what they should, over forty repetitions
   double widest = 0;
   for (int repetition = 0; repetition < 40; ++repetition) {
     const Eigen::Vector2d truth(uniform(engine), uniform(engine));
-    std::vector<ResponseSurface> surfaces;
-    std::vector<double> measured;
+    std::vector<Observed> targets;
     for (int i = 0; i < 3; ++i) {
       Eigen::VectorXd outcomes(24);
       for (int p = 0; p < 24; ++p) outcomes[p] = y(i, points.row(p).transpose()) + 0.1 * normal(engine);
-      surfaces.emplace_back(points, outcomes);
-      measured.push_back(y(i, truth) + std::hypot(0.1, 0.05) * normal(engine));
+      targets.push_back({ResponseSurface(points, outcomes),
+                         y(i, truth) + std::hypot(0.1, 0.05) * normal(engine), 0.05, 1, i, 0, i});
     }
-    const auto f = fit(surfaces, measured, tolerance, {true, true, true}, unknowns);
+    const auto f = fit(Misfit(targets, std::vector<Scatter>(3)), {true, true, true}, unknowns);
     for (int j = 0; j < 2; ++j) {
       held += f.unknowns[j].low <= truth[j] && truth[j] <= f.unknowns[j].high;
       widest = std::max(widest, f.unknowns[j].high - f.unknowns[j].low);

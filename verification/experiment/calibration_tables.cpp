@@ -9,7 +9,9 @@
 namespace freeplay::verification {
 namespace {
 
-std::string show(const Estimate& e) { return verification::show(e.value, e.low, e.high); }
+std::string show(const Estimate& e) {
+  return std::isfinite(e.low) ? verification::show(e.value, e.low, e.high) : number(e.value);
+}
 double factor(double a, double b) { return std::max(a / b, b / a); }
 
 }  // namespace

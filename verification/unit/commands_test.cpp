@@ -194,11 +194,15 @@ TEST_CASE("validate a study: calibration, matrix, verdicts, figures, and again w
   // Of two turns runs may well contradict a fit: then the command says so, and ends accordingly.
   const auto again =
       test::freeplay("calibrate " + place + "/calibrate.toml --allow-outside -o " + place + "/out");
+  const auto all = json_of(folder.path() / "out/calibration.json")["fitted_to_all"];
   bool contradicted = false;
-  for (const auto& target : json_of(folder.path() / "out/calibration.json")["fitted_to_all"]["fitted"])
+  for (const auto& target : all["fitted"])
     contradicted = contradicted || target["contradicted_by_runs"].get<bool>();
-  CHECK(again.status == (contradicted ? 1 : 0));
-  CHECK((again.err.find("contradicted by runs") != again.err.npos) == contradicted);
+  const bool holds = all["holds"].get<bool>();
+  CHECK((!contradicted || !holds));
+  CHECK(again.status == (holds ? 0 : 1));
+  CHECK((again.err.find("the fit to all targets") == again.err.npos) == holds);
+  for (const auto& unknown : all["unknowns"]) CHECK(unknown["low"].is_null() == !holds);
 }
 
 TEST_CASE("an option or a word that has no place is named", "[program]") {

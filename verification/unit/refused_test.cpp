@@ -138,13 +138,13 @@ TEST_CASE("a fit on surfaces without noise is the one that f(ξ) has", "[study]"
   const auto points = space_filling(1, 20);
   Eigen::VectorXd y(20);
   for (int i = 0; i < 20; ++i) y[i] = c + b * points(i, 0);
-  const std::vector<ResponseSurface> surfaces{ResponseSurface(points, y)};
+  const auto misfit = [&](double m) { return Misfit({{ResponseSurface(points, y), m, s, 1, 0, 0, 0}}, {{}}); };
   const Unknown linear{"a", "x", "", 10, 30, false}, logarithmic{"a", "x", "", 10, 1000, true};
   for (const double m : {0.3, 0.5, -0.1}) {
-    const auto f = fit(surfaces, {m}, {s}, {true}, {linear});
+    const auto f = fit(misfit(m), {true}, {linear});
     const double xi = b * (m - c) / (b * b + w * s * s), sigma = 1 / std::sqrt(b * b / (s * s) + w);
     CAPTURE(m, xi, sigma);
-    CHECK(f.xi[0] == Approx(xi).margin(1e-6));  // Ipopt's tolerance is 1e-9 of a gradient of some ten
+    CHECK(f.xi[0] == Approx(xi).margin(1e-6));
     CHECK(f.unknowns[0].value == Approx(20 + 10 * xi).margin(1e-5));
     CHECK(f.unknowns[0].low == Approx(std::max(10.0, 20 + 10 * (xi - 1.96 * sigma))).margin(1e-4));
     CHECK(f.unknowns[0].high == Approx(std::min(30.0, 20 + 10 * (xi + 1.96 * sigma))).margin(1e-4));
@@ -156,12 +156,14 @@ TEST_CASE("a fit on surfaces without noise is the one that f(ξ) has", "[study]"
   // On a logarithmic scale equal steps of ξ are equal ratios; what pulls beyond the range ends at its bound.
   CHECK(unscaled(logarithmic, 0) == Approx(100));
   CHECK(unscaled(linear, -0.5) == Approx(15));
-  const auto beyond = fit(surfaces, {c + 3 * b}, {s}, {true}, {logarithmic});
+  const auto beyond = fit(misfit(c + 3 * b), {true}, {logarithmic});
   CHECK(beyond.at_bound(0));
   CHECK(beyond.unknowns[0].value == Approx(1000).epsilon(1e-3));
-  // Without a target there is the pull alone: ξ is 0 ± √10, of which the range is left.
-  const auto open = fit(surfaces, {c + 3 * b}, {s}, {false}, {linear});
+  // Without a target there is the pull alone: ξ is 0 ± √10, of which the range is left, open at both ends.
+  const auto open = fit(misfit(c + 3 * b), {false}, {linear});
   CHECK(open.unknowns[0].value == Approx(20).margin(1e-6));
   CHECK(open.unknowns[0].low == 10);
   CHECK(open.unknowns[0].high == 30);
+  CHECK(open.unknowns[0].open_low);
+  CHECK(open.unknowns[0].open_high);
 }

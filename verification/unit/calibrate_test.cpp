@@ -1,0 +1,269 @@
+// Calibration by parts, each against a closed form: scatter, surfaces of what is no quadratic, correlated targets, intervals
+// that are open, identifiability; and by the command: a fit that does not hold has no interval.
+#include <fmt/format.h>
+
+#include <boost/math/distributions/students_t.hpp>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <random>
+
+#include "io/output_file.hpp"
+#include "model/scene.hpp"
+#include "study/calibrate.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// Quadratics without noise: the surface is exact, and has no error of its own.
+ResponseSurface exact(int unknowns, const std::function<double(const Eigen::VectorXd&)>& y) {
+  const auto points = space_filling(unknowns, 30);
+  Eigen::VectorXd outcomes(30);
+  for (int i = 0; i < 30; ++i) outcomes[i] = y(points.row(i).transpose());
+  return {points, outcomes};
+}
+
+const std::vector<Unknown> one{{"a", "a", "", -1, 1, false}};
+
+std::string head(const std::string& scene) {
+  return fmt::format(
+      "scene = \"{}\"\njoint = \"gudgeon\"\naccelerometer = \"accelerometer\"\nrevolutions = 1\ndiscard = 0.5\n"
+      "starts = 2\n",
+      scene);
+}
+std::string guide() { return (test::source_folder() / "cases/flores2011-experiment/guide.toml").string(); }
+
+}  // namespace
+
+TEST_CASE("scatter of starts: the pooled relative covariance, near points first", "[calibrate]") {
+  // Two starts at 1 ± a and 1 ± b of one sign: r = ±a, ±b, so W = 2aa, 2ab, 2bb of one degree of freedom; ρ = 1 is not shrunk.
+  Scatter scatter;
+  CHECK_FALSE(scatter.known());
+  Eigen::MatrixXd outcomes(2, 2);
+  outcomes << 3 * 1.1, 5 * 1.2, 3 * 0.9, 5 * 0.8;
+  const Eigen::VectorXd here = Eigen::VectorXd::Constant(1, -0.5), there = Eigen::VectorXd::Constant(1, 0.5);
+  scatter.add(here, outcomes);
+  auto w = scatter.at(there);
+  CHECK(w.freedom == Approx(1));
+  CHECK(w.covariance(0, 0) == Approx(2 * 0.01));
+  CHECK(w.covariance(1, 1) == Approx(2 * 0.04));
+  CHECK(w.covariance(0, 1) == Approx(2 * 0.02));
+  // A point without scatter at a distance of 1 = 2h weighs e^(−2) from here, and as much more from there.
+  scatter.add(there, outcomes.row(0).replicate(2, 1));
+  const double far = std::exp(-2.0);
+  CHECK(scatter.at(here).covariance(0, 0) == Approx(2 * 0.01 / (1 + far)));
+  CHECK(scatter.at(there).covariance(0, 0) == Approx(2 * 0.01 * far / (1 + far)));
+  CHECK(scatter.at(here).freedom == Approx((1 + far) * (1 + far) / (1 + far * far)));
+}
+
+TEST_CASE("a surface follows what no quadratic does, and knows its error", "[calibrate]") {
+  // A step of width 0.2 with noise of 0.03. A quadratic misses it by 0.3; the surface must come within four of its own standard
+  // errors everywhere, and these within a third of that.
+  const auto y = [](double x) { return std::tanh(5 * x); };
+  std::mt19937_64 engine(5);
+  std::normal_distribution<double> noise(0, 0.03);
+  const auto points = space_filling(1, 40);
+  Eigen::VectorXd outcomes(40);
+  for (int i = 0; i < 40; ++i) outcomes[i] = y(points(i, 0)) + noise(engine);
+  const ResponseSurface surface(points, outcomes);
+  CHECK(surface.error() < 0.1);
+  for (double x = -1; x <= 1; x += 0.05) {
+    const Eigen::VectorXd xi = Eigen::VectorXd::Constant(1, x);
+    const double error = std::sqrt(surface.variance(xi));
+    CAPTURE(x, surface(xi), y(x), error);
+    CHECK(std::abs(surface(xi) - y(x)) < 4 * error);
+    CHECK(error < 0.1);
+    const Eigen::VectorXd beside = Eigen::VectorXd::Constant(1, x + 1e-6);
+    CHECK(surface.gradient(xi)[0] == Approx((surface(beside) - surface(xi)) / 1e-6).margin(1e-3));
+  }
+}
+
+TEST_CASE("targets that scatter together say no more than their difference allows", "[calibrate]") {
+  // Two statistics y = bξ of the same runs whose scatter has the same variance w and correlation ρ: the information is
+  // 2b²/(w (1 + ρ)), and the interval half t/√(that + pull). Taken for independent it is narrower by √(1 + ρ).
+  const double b = 0.7;
+  std::mt19937_64 engine(7);
+  std::normal_distribution<double> normal;
+  Scatter scatter;
+  for (int p = 0; p < 50; ++p) {
+    Eigen::MatrixXd outcomes(4, 2);
+    for (int s = 0; s < 4; ++s) {
+      const double common = normal(engine);
+      outcomes(s, 0) = 1 + 0.05 * (common + 0.3 * normal(engine));
+      outcomes(s, 1) = 1 + 0.05 * (common + 0.3 * normal(engine));
+    }
+    scatter.add(Eigen::VectorXd::Zero(1), outcomes);
+  }
+  const auto local = scatter.at(Eigen::VectorXd::Zero(1));
+  const auto surface = exact(1, [&](const Eigen::VectorXd& xi) { return b * xi[0]; });
+  const Misfit misfit({{surface, 0, 1e-6, 1, 0, 0, 0}, {surface, 0, 1e-6, 1, 0, 1, 0}}, {scatter});
+  const auto f = fit(misfit, {true, true}, one);
+  const Eigen::Vector2d g(b, b);
+  const double information = g.dot(local.covariance.inverse() * g) + Misfit::pull;
+  const double t = boost::math::quantile(boost::math::students_t(local.freedom), 0.975);
+  CHECK(local.freedom == Approx(150));
+  CHECK(f.unknowns[0].high == Approx(t / std::sqrt(information)).epsilon(1e-3));
+  CHECK(f.unknowns[0].low == Approx(-t / std::sqrt(information)).epsilon(1e-3));
+  // As if they were independent measurements: two of variance w.
+  const Misfit apart({{surface, 0, 1e-6, 1, 0, 0, 0}, {surface, 0, 1e-6, 1, 1, 1, 1}}, {scatter, scatter});
+  CHECK(fit(apart, {true, true}, one).unknowns[0].high < 0.8 * f.unknowns[0].high);
+  // A measurement that is the mean of four stretches is known twice as well.
+  const Misfit longer({{surface, 0, 1e-6, 4, 0, 0, 0}, {surface, 0, 1e-6, 4, 0, 1, 0}}, {scatter});
+  CHECK(fit(longer, {true, true}, one).unknowns[0].high ==
+        Approx(t / std::sqrt(4 * (information - Misfit::pull) + Misfit::pull)).epsilon(1e-3));
+}
+
+TEST_CASE("an interval that reaches a limit of its range is open there; two minima are in one", "[calibrate]") {
+  // y = ξ measured as 0.9 ± 0.2: of the profile 1.96·0.2 below 0.9, and above it the range's end.
+  const auto line = exact(1, [](const Eigen::VectorXd& xi) { return xi[0]; });
+  const double w = Misfit::pull, s = 0.2, best = 0.9 / (1 + w * s * s), half = 1.959964 / std::sqrt(1 / (s * s) + w);
+  const auto f = fit(Misfit({{line, 0.9, s, 1, 0, 0, 0}}, {{}}), {true}, one);
+  CHECK(f.unknowns[0].low == Approx(best - half).epsilon(1e-4));
+  CHECK_FALSE(f.unknowns[0].open_low);
+  CHECK(f.unknowns[0].high == 1);
+  CHECK(f.unknowns[0].open_high);
+  // y = ξ² measured as 0.49 ± 0.05: ξ = ±√(0.49 ± 0.098), about both signs.
+  const auto bowl = exact(1, [](const Eigen::VectorXd& xi) { return xi[0] * xi[0]; });
+  const auto both = fit(Misfit({{bowl, 0.49, 0.05, 1, 0, 0, 0}}, {{}}), {true}, one);
+  CHECK(both.unknowns[0].low == Approx(-std::sqrt(0.49 + 0.098)).epsilon(2e-3));
+  CHECK(both.unknowns[0].high == Approx(std::sqrt(0.49 + 0.098)).epsilon(2e-3));
+  CHECK_FALSE(both.unknowns[0].open_low);
+}
+
+TEST_CASE("identifiability: what no target sees, and what targets see together", "[calibrate]") {
+  const auto points = space_filling(2, 30);
+  const std::vector<Scatter> none(2);
+  // Both targets see ξ₁ alone.
+  const auto first = exact(2, [](const Eigen::VectorXd& xi) { return xi[0]; });
+  const auto blind = identifiability(Misfit({{first, 0, 0.1, 1, 0, 0, 0}, {first, 0, 0.1, 1, 1, 0, 1}}, none), points);
+  CHECK(blind.identified(0));
+  CHECK_FALSE(blind.identified(1));
+  CHECK(blind.sensitivity(0, 0) == Approx(10).epsilon(1e-6));
+  CHECK(blind.sensitivity(0, 1) == Approx(0).margin(1e-6));
+  CHECK(blind.left_open[0] == Approx(1.96 / std::sqrt(2 * 100 + Misfit::pull)).epsilon(1e-6));
+  // Both see the sum: each is open, and they correlate by −1 but for the pull.
+  const auto sum = exact(2, [](const Eigen::VectorXd& xi) { return xi[0] + xi[1]; });
+  const auto together = identifiability(Misfit({{sum, 0, 0.1, 1, 0, 0, 0}, {sum, 0, 0.1, 1, 1, 0, 1}}, none), points);
+  CHECK_FALSE(together.identified(0));
+  CHECK_FALSE(together.identified(1));
+  CHECK(together.correlation(0, 1) < -0.99);
+  // The sum and the difference: both are identified.
+  const auto difference = exact(2, [](const Eigen::VectorXd& xi) { return xi[0] - xi[1]; });
+  const auto seen =
+      identifiability(Misfit({{sum, 0, 0.1, 1, 0, 0, 0}, {difference, 0, 0.1, 1, 1, 0, 1}}, none), points);
+  CHECK(seen.identified(0));
+  CHECK(seen.identified(1));
+  CHECK(seen.correlation(0, 1) == Approx(0).margin(1e-6));
+}
+
+TEST_CASE("targets that contradict each other are rejected", "[calibrate]") {
+  // y = ξ twice, measured as ±0.5 to 0.1: the middle is off by five of each, χ² = 50 of one degree.
+  const auto line = exact(1, [](const Eigen::VectorXd& xi) { return xi[0]; });
+  const std::vector<Scatter> none(2);
+  const auto off = fit(Misfit({{line, 0.5, 0.1, 1, 0, 0, 0}, {line, -0.5, 0.1, 1, 1, 0, 1}}, none), {true, true}, one);
+  CHECK(off.squares == Approx(50).epsilon(1e-3));
+  CHECK(off.degrees == 1);
+  CHECK(off.rejected);
+  CHECK_FALSE(off.holds());
+  const auto on = fit(Misfit({{line, 0.1, 0.1, 1, 0, 0, 0}, {line, -0.1, 0.1, 1, 1, 0, 1}}, none), {true, true}, one);
+  CHECK_FALSE(on.rejected);
+}
+
+TEST_CASE("a long measured file is cut into stretches as long as a run", "[calibrate][study]") {
+  // Turn k peaks at 100 + k: of 12 turns in stretches of 5 the greatest are 104 and 109, of which runs of 5 have the
+  // expectation; the greatest of all, 111, no run of 5 would have.
+  test::TemporaryFolder folder;
+  std::string csv = "t,acceleration,uncertainty\n";
+  const double turn = 60.0 / 200;
+  for (int i = 0; i < 12 * 600; ++i)
+    csv += fmt::format("{},{},0.25\n", i * turn / 600,
+                       i % 600 == 77 ? 100 + i / 600 : 20 * std::cos(2 * std::numbers::pi * i / 600));
+  write_file(folder.path() / "data.csv", csv);
+  const auto study = [&](int revolutions) {
+    write_file(folder.path() / "study.toml",
+               head(guide()) + fmt::format("[calibrate]\npoints = 5\nrevolutions = {}\n[calibrate.unknowns.c]\n"
+                                           "key = \"joints.gudgeon.clearance\"\nlow = 0.2e-3\nhigh = 1e-3\n"
+                                           "[calibrate.targets.t]\nstatistic = \"peak_max\"\ndata = \"data.csv\"\n",
+                                           revolutions));
+    return plan_calibration(read_study(folder.path() / "study.toml"), {});
+  };
+  const auto five = study(5);
+  CHECK(five.measured[0] == Approx(106.5));
+  CHECK(five.targets[0].turns == 5);
+  CHECK(five.targets[0].pieces == 2);
+  CHECK(five.targets[0].noise == Approx(0.25));
+  CHECK(five.study.variants[0].revolutions == 5);
+  CHECK(five.study.variants[0].noise == Approx(0.25));
+  // Longer runs than the file are cut to it.
+  const auto all = study(40);
+  CHECK(all.measured[0] == Approx(111));
+  CHECK(all.targets[0].pieces == 1);
+  CHECK(all.study.variants[0].revolutions == 12);
+}
+
+TEST_CASE("a run that a noisy measurement judges bears its noise", "[calibrate][study]") {
+  Study study;
+  study.file = study.scene = guide();
+  study.accelerometer = "accelerometer";
+  study.joints = {"gudgeon"};
+  study.discard = 1;
+  Case one{"", "nonsmooth", {}, 0, 2, study.scene, {}};
+  const auto rms = [&] { return run_case(study, one, {}).metrics.value[TurnMetrics::rms]; };
+  const double quiet = rms();
+  one.noise = 5;
+  // 6,000 samples of a variance of 25: 25 ± 1.96·25√(2/6000) of the mean square, and as much of the mixed term.
+  const double noisy = rms();
+  CHECK(noisy * noisy - quiet * quiet == Approx(25).margin(1.96 * (25 * std::sqrt(2.0 / 6000) + 2 * 5 * quiet / std::sqrt(6000))));
+  CHECK(rms() == noisy);
+  one.start = 1;
+  const auto other = identity(study, one, {}).digest();
+  one.noise = 0;
+  CHECK(identity(study, one, {}).digest() != other);
+}
+
+TEST_CASE("a fit that does not hold has no intervals; a measure of the study is a target", "[calibrate][program]") {
+  test::TemporaryFolder folder;
+  const auto place = folder.path().string();
+  const auto calibrated = [&](const std::string& target) {
+    write_file(folder.path() / "study.toml",
+               head(guide()) + R"([measure.first]
+column = "t"
+reduce = "first"
+at = "crank.angle crosses 30 deg upwards"
+[measure.peak]
+column = "accelerometer"
+reduce = "peak"
+[calibrate]
+points = 6
+starts = 2
+revolutions = 1
+refinements = 1
+[calibrate.unknowns.c]
+key = "joints.gudgeon.clearance"
+low = 0.2e-3
+high = 1e-3
+)" + target);
+    return test::freeplay("calibrate " + place + "/study.toml --allow-outside -o " + place + "/out");
+  };
+  const auto off = calibrated("[calibrate.targets.t]\nstatistic = \"rms\"\nvalue = 1000.0\ntolerance = 0.01\n");
+  CAPTURE(off.out, off.err);
+  CHECK(off.status == 1);
+  CHECK_THAT(off.out, Contains("no interval: the fit does not hold"));
+  std::ifstream in(folder.path() / "out/calibration.json");
+  const auto json = nlohmann::json::parse(in);
+  CHECK(json["fitted_to_all"]["unknowns"]["c"]["low"].is_null());
+  CHECK(json["fitted_to_all"]["holds"] == false);
+  CHECK(json["identifiability"]["unknowns"]["c"].contains("range_left_open"));
+  const auto measure = calibrated("[calibrate.targets.t]\nstatistic = \"peak\"\nvalue = 40.0\ntolerance = 0.5\n");
+  CAPTURE(measure.out, measure.err);
+  CHECK(measure.status <= 1);
+  CHECK_THAT(measure.out, Contains("Identifiability"));
+  CHECK_THAT(calibrated("[calibrate.targets.t]\nstatistic = \"peak\"\ndata = \"x.csv\"\n").err,
+             Contains("a measure of a run, which a signal's file does not give"));
+}
