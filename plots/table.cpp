@@ -8,11 +8,12 @@
 
 #include "io/visible.hpp"
 #include "model/error.hpp"
+#include "values/name_length.hpp"
 
 namespace freeplay::plots {
 namespace {
 
-constexpr std::size_t longest_name = 100, longest_label = 200;
+constexpr std::size_t longest_label = 200;
 constexpr std::size_t most_rows = 10'000'000;  ///< of a table that is read whole
 
 bool is_name(std::string_view text) {
@@ -20,7 +21,7 @@ bool is_name(std::string_view text) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
            std::string_view(" _-+.:").find(c) != std::string_view::npos;
   };
-  return !text.empty() && text.size() <= longest_name && std::ranges::all_of(text, plain);
+  return !text.empty() && text.size() <= longest_entry && std::ranges::all_of(text, plain);
 }
 
 }  // namespace

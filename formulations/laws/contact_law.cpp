@@ -58,9 +58,7 @@ std::string curvature_key(const Scene& scene, const std::string& contact) {
   for (const auto& joint : scene.mechanism.joints)
     if (name_of(joint) == name) return fmt::format("joints.{}.corner_radius", name);
   for (const auto& c : scene.mechanism.contacts)
-    if (name_of(c) == name)
-      return fmt::format("contacts.{}.{}", name,
-                         std::holds_alternative<PlaneContact>(c) ? "radius" : "stiffness");
+    if (name_of(c) == name) return fmt::format("contacts.{}.stiffness", name);
   return contact;
 }
 
@@ -69,7 +67,8 @@ ElasticLaw point_elastic(const Scene& scene, const ContactFacts& contact) {
   const auto& surface = contact.surface;
   if (!surface.young) missing(surface_key(contact, "young"), "a penalty contact takes its stiffness from it");
   if (!(contact.radius > 0))
-    missing(curvature_key(scene, contact.name), "a penalty contact of a sharp corner has no stiffness");
+    missing(curvature_key(scene, contact.name),
+            "a penalty contact of a sharp corner takes its stiffness (N/m) from it");
   ElasticLaw elastic;
   elastic.stiffness = hertz_stiffness(*surface.young, *surface.poisson, contact.radius);
   return elastic;

@@ -23,8 +23,8 @@ void ContactSolution::count(Work& work, Extremes& extremes) const {
 
 void ContactProblem::reserve(int size) {
   if (size <= D.rows()) return;
-  D.setZero(size, size);
-  b.setZero(size);
+  D.conservativeResizeLike(Eigen::MatrixXd::Zero(size, size));
+  b.conservativeResizeLike(Eigen::VectorXd::Zero(size));
   unknowns.reserve(size);
   last_.reserve(static_cast<std::size_t>(size));
   factor_.setZero(size, size);

@@ -85,7 +85,7 @@ class ContactProblem {
 
   /// Residuals are judged by no less than this rate, where the problem is a part of a greater one.
   void judge_by(double scale) { least_scale_ = scale; }
-  /// Makes room for D of this many rows; grows, never shrinks.
+  /// Makes room for D and b of this many rows and keeps what is there; grows, never shrinks.
   void reserve(int size);
   /// The same for b alone, where D lives elsewhere (contact_islands.hpp).
   void reserve_rates(int size);

@@ -38,10 +38,6 @@ EventDynamics::EventDynamics(const System& system, const NonsmoothOptions& optio
   bound_image_.setZero(coupled_.size());
   const int most = 2 * system.contacts() + system.frictions();
   rows_.resize(most);
-  response_.resize(static_cast<std::size_t>(most) * system.n());
-  reaction_.resize(static_cast<std::size_t>(most) * system.rows());
-  status_.reserve(most);
-  K_.setZero(most, most);
   rhs_.setZero(most);
   a_.resize(system.n());
   change_.resize(system.n());
@@ -50,8 +46,20 @@ EventDynamics::EventDynamics(const System& system, const NonsmoothOptions& optio
   extremes.penetration.assign(system.contacts(), 0);
 }
 
+/// Contacts that act at one time are few among many: room for their dense matrices grows with the most of them so far.
+void EventDynamics::make_room(int rows) {
+  if (rows <= room_) return;
+  constexpr int least = 16;
+  room_ = std::min(std::max({rows, 2 * room_, least}), static_cast<int>(rows_.size()));
+  response_.resize(static_cast<std::size_t>(room_) * system_.n());
+  reaction_.resize(static_cast<std::size_t>(room_) * system_.rows());
+  status_.reserve(room_);
+  K_.conservativeResize(room_, room_);
+}
+
 int EventDynamics::add(const SparseRow& row, const SparseRow* beside, double factor) {
   const int r = used_++;
+  make_room(used_);
   rows_[r] = row;
   saddle_.respond(row, beside, factor, response(r), reaction(r));
   return r;
@@ -222,6 +230,7 @@ bool EventDynamics::add_coupled() {
     const auto& p = preloaded_[f];
     coupled_.factor(i) = p.slip * system_.friction_facts(f).reaction->coefficient(p.rate);
     if (p.slip == 0) continue;
+    make_room(own + 1);
     rows_[own] = p.row;
     saddle_.respond(p.row, nullptr, 0, response(own), reaction(own));
     auto& answer = answers_[i];

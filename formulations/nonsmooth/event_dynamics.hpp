@@ -222,6 +222,8 @@ class EventDynamics {
   std::string unsolved(const ContactSolution& solution) const;
   void pose(const Vector& x, const std::vector<int>& candidates);
   void guess_last();
+  /// Room for the responses of so many rows, and for what they do to each other; keeps what is there.
+  void make_room(int rows);
   /// Adds a column A·`column` to the responses and its row; returns its index.
   int add(const SparseRow& row, const SparseRow* beside, double factor);
   double* response(int r) { return response_.data() + static_cast<long>(r) * system_.n(); }
@@ -251,7 +253,7 @@ class EventDynamics {
   std::vector<ImpactContact> struck_;
   std::vector<SparseRow> rows_;
   std::vector<double> response_, reaction_;
-  int used_ = 0;
+  int used_ = 0, room_ = 0;
   CoupledFriction coupled_;
   BoundIteration bounds_;
   Eigen::VectorXd bound_image_;

@@ -26,7 +26,8 @@ struct Rank {
 Rank rank_of(const Mechanism& mechanism, const State& start) {
   const System system(mechanism);
   const auto redundant = redundant_rows(system, start.q);
-  return {system.rows(), system.rows() - static_cast<int>(redundant.size())};
+  const int rows = system.rows() - system.points();
+  return {rows, rows - static_cast<int>(redundant.size())};
 }
 
 /// Bodies that move while all drives stand still: those of the coordinates whose own direction, projected onto the rows'
@@ -73,9 +74,13 @@ void mobility(const Mechanism& mechanism, const State& start, Lines& lines) {
   const auto driven = rank_of(ideal, start);
   ideal.drives.clear();
   const auto joints = rank_of(ideal, start);
-  const int n = planar::first(static_cast<int>(mechanism.bodies.size()));
-  std::string said = fmt::format("{} = 3n - rank G with ideal joints: n = {}, {} rows of rank {}",
-                                 n - joints.rank, mechanism.bodies.size(), joints.rows, joints.rank);
+  const auto bodies = static_cast<int>(mechanism.bodies.size());
+  const auto points = static_cast<int>(std::ranges::count_if(mechanism.bodies, &Body::point));
+  const int n = planar::first(bodies) - points;
+  std::string said = fmt::format("{} = 3n{} - rank G with ideal joints: n = {}{}, {} rows of rank {}",
+                                 n - joints.rank, points > 0 ? " - p" : "", bodies,
+                                 points > 0 ? fmt::format(", p = {} without rotation", points) : "",
+                                 joints.rows, joints.rank);
   if (driven.rows > joints.rows)
     said +=
         fmt::format("; {} with the drives' rows, {} of rank {}", n - driven.rank, driven.rows, driven.rank);

@@ -68,9 +68,11 @@ void economies(const Scene& scene, const System& system, const SaddlePoint& sadd
     if (why) fmt::print("{}", wrapped(fmt::format("      {}\n", reason), 6));
   };
   std::string names;
-  for (const int c : saddle.eliminated())
-    names +=
-        (names.empty() ? "" : ", ") + scene.mechanism.bodies[planar::body_of(c)].name + "." + planar::name(c);
+  for (const int c : saddle.eliminated()) {
+    const auto& body = scene.mechanism.bodies[planar::body_of(c)];
+    if (!body.point || !system.is_angle(c))
+      names += (names.empty() ? "" : ", ") + body.name + "." + planar::name(c);
+  }
   if (!names.empty())
     say(names,
         "one constraint row alone fixes each: a pin on the ground at the centre of mass, a guide, a drive");
@@ -150,9 +152,12 @@ int check(const CheckRequest& request) {
 
   fmt::print("{}\n\n", scene.mechanism.title.empty() ? scene.file.string() : scene.mechanism.title);
   if (!scene.format) line("format", fmt::format("{}, for the scene states none", newest_format));
-  line("bodies", fmt::format("{}", system.bodies()));
-  line("coordinates", fmt::format("{}", system.n()));
-  line("constraint rows", fmt::format("{} ({} of drives)", system.rows(), system.drive_rows()));
+  // The angle of a point body, and the row that holds it, are none of the mechanism's.
+  const int points = system.points();
+  line("bodies", fmt::format("{}{}", system.bodies(),
+                             points > 0 ? fmt::format(", {} of them without rotation", points) : ""));
+  line("coordinates", fmt::format("{}", system.n() - points));
+  line("constraint rows", fmt::format("{} ({} of drives)", system.rows() - points, system.drive_rows()));
   std::string names;
   for (int row : redundant) names += (names.empty() ? "" : ", ") + system.row_name(row);
   line("  of them redundant", redundant.empty() ? "0" : fmt::format("{}: {}", redundant.size(), names));

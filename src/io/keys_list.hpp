@@ -67,6 +67,7 @@ class KeysList {
   void number_or(std::string_view word, const Key& key, std::optional<double>&, const Range&) {
     add(key, "number or text", fmt::format("\"{}\"", word));
   }
+  void flag(const Key& key, bool& x) { take(key, x); }
   template <class E>
   void choose_other(const Key& key, E& x) {
     choose(key, x);

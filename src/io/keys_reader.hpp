@@ -40,6 +40,7 @@ class KeysReader {
     if (s_.has(key.name)) x = s_.point(key);
   }
   void take(const Key& key, bool& x) { x = s_.flag(key.name, x); }
+  void flag(const Key& key, bool& x) { take(key, x); }
   void take(const Key& key, std::string& x) { x = s_.text(key.name, x); }
   template <class Whole>
   requires std::is_integral_v<Whole>

@@ -97,6 +97,10 @@ class PoseShapes {
     row(j.clearance ? "disc" : "pin", j.name, j.between[1], pin,
         {j.clearance ? j.clearance->pin_radius : 0, 0});
   }
+  void draw_joint(const RodJoint& j) {
+    row("line", j.name, j.between[0], place_of(q_, j.between[0], j.at[0]),
+        place_of(q_, j.between[1], j.at[1]), j.between[1]);
+  }
   /// Its discs, and its walls from point to point.
   void draw_group(const Group& group) {
     for (int n = 0; n < group.size(); ++n)

@@ -4,11 +4,13 @@
 #include <sstream>
 
 #include "io/keys_reader.hpp"
+#include "io/located.hpp"
 #include "io/open_scene.hpp"
 #include "io/read_mechanism.hpp"
 #include "io/toml_value.hpp"
 #include "io/visible.hpp"
 #include "model/instruments.hpp"
+#include "model/point_bodies.hpp"
 #include "model/scene.hpp"
 
 namespace freeplay {
@@ -108,6 +110,10 @@ Instrument read_instrument(const Mechanism& mechanism, double duration, const st
     kind.keys(reader, i);
     reader.check(i.sampling * duration <= most_samples, "sampling", "must be at most ",
                  most_samples / duration, " Hz, for a run of ", duration, " s: ", most_samples, " samples");
+    if (i.kind == Instrument::Kind::encoder)
+      for (const int body : i.pair)
+        reader.check(body == ground || !mechanism.bodies[static_cast<std::size_t>(body)].point, "joint",
+                     "has no angle: one of its bodies is a point body");
     s.done(std::string(kind.what));
   });
   return i;
@@ -146,6 +152,7 @@ Scene parse_scene(const std::string& text, const std::string& name, const std::v
   for (auto& [key, s] : root.children("instruments"))
     scene.instruments.push_back(read_instrument(scene.mechanism, scene.run.duration, key, s));
   root.done("a scene");
+  located_in(scene, [&] { check_point_bodies(scene.mechanism); });
   scene.idle = source.idle;
   scene.files = source.files;
   return scene;

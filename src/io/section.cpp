@@ -15,6 +15,7 @@
 #include "io/toml_value.hpp"
 #include "io/visible.hpp"
 #include "model/magnitude.hpp"
+#include "values/name_length.hpp"
 
 namespace freeplay {
 namespace {
@@ -58,6 +59,14 @@ bool is_plain_name(std::string_view name) {
   return !name.empty() && std::ranges::all_of(name, [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
   });
+}
+
+/// Why a name cannot be taken; empty where it can.
+std::string wrong_name(std::string_view name) {
+  if (!is_plain_name(name)) return "a name must be made of letters, digits, _ and -";
+  if (name.size() > longest_name)
+    return fmt::format("a name must have at most {} characters, has {}", longest_name, name.size());
+  return "";
 }
 
 }  // namespace
@@ -289,8 +298,7 @@ std::vector<std::pair<std::string, Vec2>> Section::named_points(const Asked& key
   std::vector<std::pair<std::string, Vec2>> result;
   for (const auto& [name, point] : *table) {
     const auto own = fmt::format("{}.{}", key.name, name.str());
-    if (!is_plain_name(name.str()))
-      source_->fail(&point, full(own), "a name must be made of letters, digits, _ and -");
+    if (const auto wrong = wrong_name(name.str()); !wrong.empty()) source_->fail(&point, full(own), wrong);
     Asked one(own);
     one.unit = key.unit;
     result.emplace_back(name.str(), to_point(point, one));
@@ -416,8 +424,7 @@ std::vector<std::pair<std::string, Section>> Section::children(std::string_view 
   std::vector<std::tuple<std::size_t, toml::source_position, std::string>> order;
   for (const auto& [name, node] : parent.table_) {
     if (!node.is_table()) parent.fail(name.str(), fmt::format("must be a table, is {}", kind_of(node)));
-    if (!is_plain_name(name.str()))
-      parent.fail(name.str(), "a name must be made of letters, digits, _ and -");
+    if (const auto wrong = wrong_name(name.str()); !wrong.empty()) parent.fail(name.str(), wrong);
     const std::string own(name.str());
     order.emplace_back(option(own, node), node.source().begin, own);
   }

@@ -66,6 +66,10 @@ class KeysWriter {
   void number_or(std::string_view word, const Key& key, const std::optional<double>& x, const Range&) {
     x ? put(key.name, *x) : text(key.name, word);
   }
+  /// Written only where it is set: older scenes keep their canonical text.
+  void flag(const Key& key, bool x) {
+    if (x) put(key.name, x);
+  }
   template <class E>
   void choose_other(const Key& key, E x) {
     if (static_cast<int>(x) != 0) choose(key, x);

@@ -22,21 +22,28 @@ struct Body {
   static constexpr std::string_view what = "a body";
   std::string name;
   double mass = 0;                      ///< kg, > 0
-  double inertia = 0;                   ///< kg m², about the centre of mass, > 0
+  double inertia = 0;                   ///< kg m², about the centre of mass, > 0; of a point 0
   Vec2 position{0, 0};                  ///< m, centre of mass at the start; may be rough
   double angle = 0;                     ///< rad, at the start; may be rough
   Vec2 velocity{0, 0};                  ///< m/s, of the centre of mass at the start; may be rough
   double angular_velocity = 0;          ///< rad/s, at the start; may be rough
   std::vector<NamedPoint> points = {};  ///< names of places; what uses one holds its coordinates
   bool of_group = false;                ///< made by a group, which says all of it
+  bool point = false;                   ///< a mass without rotation: no inertia, no angle (point_bodies.hpp)
 
   static void keys(auto& k, auto& b) {
     k.check(b.name != "ground", "", "\"ground\" is the fixed frame and cannot be a body");
     k.need({"mass", "kg", "mass, > 0"}, b.mass, positive);
-    k.need({"inertia", "kg m²", "moment of inertia about the centre of mass, > 0"}, b.inertia, positive);
+    k.flag({"point", "", "true: a point body, which has no rotation, and no inertia"}, b.point);
+    const bool turns = k.when(!b.point, {"inertia", "angle", "angular_velocity", "points"},
+                              "belongs to a body that can turn; a point body has a centre and no more");
+    if (turns)
+      k.need({"inertia", "kg m²", "moment of inertia about the centre of mass, > 0; a point body has none"},
+             b.inertia, positive);
     k.take({"position", "m", "centre of mass at the start; may be rough"}, b.position);
-    k.take({"angle", "rad", "angle at the start; may be rough"}, b.angle);
+    if (turns) k.take({"angle", "rad", "angle at the start; may be rough"}, b.angle);
     k.take({"velocity", "m/s", "velocity of the centre of mass at the start; may be rough"}, b.velocity);
+    if (!turns) return;
     k.take({"angular_velocity", "rad/s", "angular velocity at the start; may be rough"}, b.angular_velocity);
     k.points(
         {"points", "m",

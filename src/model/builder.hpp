@@ -32,6 +32,7 @@ class Builder {
   ///@{
   void points(const Link& link, const std::string& name);
   void slide(const Link& link, const Vec2& axis, const std::string& name);
+  void distance(const Link& link, double length, const std::string& name);
   void angle(const Link& link, double angle, const std::string& name);
   void prescribed(const Link& link, double angle, double speed, const std::string& name);
   /// Of the angle, or of the place along an axis; against time, or the angle of joint `of` (−1: time).

@@ -24,6 +24,7 @@
 #include "model/elements/rack_joint.hpp"
 #include "model/elements/revolute_joint.hpp"
 #include "model/elements/rigid_joint.hpp"
+#include "model/elements/rod_joint.hpp"
 #include "model/elements/slot_joint.hpp"
 #include "model/elements/speed_drive.hpp"
 #include "model/elements/spring_damper.hpp"
@@ -35,7 +36,8 @@
 
 namespace freeplay {
 
-using Joint = std::variant<RevoluteJoint, TranslationalJoint, RigidJoint, GearJoint, RackJoint, SlotJoint>;
+using Joint =
+    std::variant<RevoluteJoint, TranslationalJoint, RigidJoint, GearJoint, RackJoint, SlotJoint, RodJoint>;
 using Contact = std::variant<PlaneContact, DiscContact, CamContact, TravelStop, AngleStop>;
 using Drive = std::variant<SpeedDrive, TorqueDrive, MotionDrive, TorqueCurveDrive, ForceDrive, DcMotor,
                            InductionMotor, Governor>;

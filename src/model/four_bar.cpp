@@ -94,20 +94,25 @@ std::vector<FourBar> four_bars(const Mechanism& m) {
   const auto at = [&](int body) -> const std::vector<Side>& {
     return sides[static_cast<std::size_t>(body) + 1];
   };
+  // The first body of a loop has the least index of its four: from a body with many joints, as the ground, each path
+  // is left as soon as it comes back to it.
   for (int fixed = ground; fixed < static_cast<int>(m.bodies.size()); ++fixed)
-    for (const auto& A : at(fixed))
-      for (const auto& B : at(A.other))
-        for (const auto& C : at(B.other))
+    for (const auto& A : at(fixed)) {
+      if (A.other < fixed) continue;
+      for (const auto& B : at(A.other)) {
+        if (B.other <= fixed || B.other == A.other) continue;
+        for (const auto& C : at(B.other)) {
+          if (C.other <= fixed || C.other == A.other) continue;
           for (const auto& D : at(C.other)) {
+            if (D.other != fixed || A.joint >= D.joint) continue;
             const std::array<int, 4> bodies{fixed, A.other, B.other, C.other};
-            const bool ring = D.other == fixed && A.joint < D.joint && bodies[1] > fixed &&
-                              bodies[2] > fixed && bodies[3] > fixed && bodies[1] != bodies[2] &&
-                              bodies[2] != bodies[3] && bodies[1] != bodies[3];
-            if (!ring) continue;
             const auto loop = loop_of(m, {A.joint, B.joint, C.joint, D.joint}, bodies);
             if (std::ranges::all_of(loop.lengths, [](double l) { return l > 0; })) loops.push_back(loop);
             if (loops.size() == most_loops) return loops;
           }
+        }
+      }
+    }
   return loops;
 }
 

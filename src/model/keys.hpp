@@ -7,6 +7,7 @@
 //
 //     need(Key, value, Range)     a key that must be there; value: number, Vec2, text, whole number
 //     take(Key, value, Range)     one that may be left out: value keeps its default, an optional stays empty
+//     flag(Key, value)            whether something is so; the canonical text has it where it is
 //     choose(Key, value)          a word; value: an enumeration with choices(E)
 //     group(name, optional)       what the key `name` switches on: a pointer to it, or nullptr
 //     when(condition)             whether keys that hold only then are to be visited

@@ -100,6 +100,9 @@ std::vector<double> hang_all(const Mechanism& m, std::vector<double> q, const au
         angle =
             (hung_on == ground ? 0 : planar::angle(q.data(), hung_on)) + (end == 1 ? relative : -relative);
       hang(q, body, joint, end_place(joint, 1 - end, q), angle);
+      if (const auto* rod = std::get_if<RodJoint>(&joint))
+        hang(q, body, joint,
+             end_place(joint, 1 - end, q) + rod->length * Vec2{std::cos(angle), std::sin(angle)}, angle);
       const Vec2 slide = slide_of(joint, q);
       if (!slide.is_zero())
         hang(q, body, joint, end_place(joint, 1 - end, q) + slide_by(body) * slide, angle);

@@ -16,6 +16,7 @@
 #include "model/pairs/line.hpp"
 #include "model/pairs/round.hpp"
 #include "model/rows/angle.hpp"
+#include "model/rows/distance.hpp"
 #include "model/rows/mesh.hpp"
 #include "model/rows/motion.hpp"
 #include "model/rows/point.hpp"
@@ -27,7 +28,8 @@ namespace freeplay {
 
 using ConstraintRows =
     std::tuple<std::vector<PointRows>, std::vector<SlideRow>, std::vector<AngleRow>, std::vector<SpeedRow>,
-               std::vector<MotionRow>, std::vector<MeshRow<InvoluteMesh>>, std::vector<MeshRow<RackMesh>>>;
+               std::vector<MotionRow>, std::vector<MeshRow<InvoluteMesh>>, std::vector<MeshRow<RackMesh>>,
+               std::vector<DistanceRow>>;
 using Pair = std::variant<RoundPair, LinePair, CamFlatPair, CamRollerPair, FlankPair<InvoluteMesh>,
                           FlankPair<RackMesh>, AngleStopPair>;
 using FrictionRow = std::variant<SlidingRow, SpinRow>;

@@ -136,6 +136,7 @@ void gyration(const Looked& l, Found& found) {
       Unit{"kg cm²", 1e-4}, {"kg mm²", 1e-6}, {"g cm²", 1e-7}, {"g mm²", 1e-9}};
   for (std::size_t i = 0; i < l.arm.size(); ++i) {
     const auto& b = l.m.bodies[i];
+    if (b.point) continue;
     const double k = std::sqrt(b.inertia / b.mass);
     if (!(l.arm[i] > 0) || !(k > 30 * l.size[i])) continue;
     const auto apart = [&](const Unit& u) {

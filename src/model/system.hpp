@@ -33,6 +33,9 @@ class System {
   int contacts() const { return static_cast<int>(pairs_.size()); }
   int frictions() const { return static_cast<int>(slidings_.size()); }
   int bodies() const { return n() / 3; }
+  /// Bodies without rotation. A row of its own, the first ones, holds the angle of each at zero; no other row, contact or
+  /// force has a part in it (model/point_bodies.hpp).
+  int points() const { return points_; }
   const CsrPattern& pattern() const { return G_; }
   const std::vector<double>& mass() const { return mass_; }
   /// Of contact k, and behind the contacts of the families.
@@ -214,6 +217,7 @@ class System {
     over(std::get<std::vector<MotionRow>>(constraints_));
     over(std::get<std::vector<MeshRow<InvoluteMesh>>>(constraints_));
     over(std::get<std::vector<MeshRow<RackMesh>>>(constraints_));
+    over(std::get<std::vector<DistanceRow>>(constraints_));
   }
   template <class T>
   void place_rows(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e) const;
@@ -253,6 +257,7 @@ class System {
   Link crank_;
   bool velocity_forces_ = false, velocity_flows_ = false, loads_work_ = false, sweeps_ = false,
        spring_kinks_ = false;
+  int points_ = 0;
   bool rare_rows_ = false,
        acts_ = false;  // kinds of rows that few have; a drive or load that applies a force
   double longest_arm_ = 0, longest_turn_ = 0.3;

@@ -5,6 +5,7 @@
 
 #include "model/argument.hpp"
 #include "model/builder.hpp"
+#include "model/point_bodies.hpp"
 
 namespace freeplay {
 
@@ -56,6 +57,21 @@ void Builder::slide(const Link& link, const Vec2& axis, const std::string& name)
   slide.last = static_cast<int>(s_.constant_G_.size());
   end_row(name, false);
   std::get<std::vector<SlideRow>>(s_.constraints_).push_back(slide);
+}
+
+void Builder::distance(const Link& link, double length, const std::string& name) {
+  s_.rare_rows_ = true;
+  DistanceRow row{link, length, s_.G_.rows};
+  const int bodies[] = {link.i, link.j};
+  const Vec2 arms[] = {link.si, link.sj};
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (bodies[k] == ground) continue;
+    row.first[k] = entry(3 * bodies[k], 0);
+    entry(3 * bodies[k] + 1, 0);
+    if (!arms[k].is_zero()) row.theta[k] = entry(3 * bodies[k] + 2, 0);
+  }
+  std::get<std::vector<DistanceRow>>(s_.constraints_).push_back(row);
+  end_row(name, false);
 }
 
 void Builder::turn_entries(const Link& link) {
@@ -237,9 +253,11 @@ void System::place_load(Builder& builder, const Element& element) {
 }
 
 System::System(const Mechanism& m) : gravity_(m.gravity) {
+  check_point_bodies(m);
   G_.columns = 3 * static_cast<int>(m.bodies.size());
   for (const auto& b : m.bodies) {
-    mass_.insert(mass_.end(), {b.mass, b.mass, b.inertia});
+    // The angle of a point is held: what stands for its inertia acts on nothing.
+    mass_.insert(mass_.end(), {b.mass, b.mass, b.point ? b.mass : b.inertia});
     constant_force_.insert(constant_force_.end(), {b.mass * gravity_.x(), b.mass * gravity_.y(), 0.0});
   }
   Builder builder(*this, m);
@@ -247,6 +265,11 @@ System::System(const Mechanism& m) : gravity_(m.gravity) {
     for (std::size_t i = 0; i < elements.size(); ++i)
       std::visit([&](const auto& element) { f(element, static_cast<int>(i)); }, elements[i]);
   };
+  for (int b = 0; b < bodies(); ++b)
+    if (m.bodies[static_cast<std::size_t>(b)].point) {
+      builder.angle({ground, b}, 0, m.bodies[static_cast<std::size_t>(b)].name);
+      ++points_;
+    }
   each(m.joints, [&](const auto& joint, int j) { add(builder, joint, j); });
   // All arms are known before a wall takes its scale from them, so that the contacts' order does not matter.
   each(m.contacts, [&](const auto& contact, int) {

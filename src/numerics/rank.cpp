@@ -2,11 +2,11 @@
 
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
-#include <Eigen/SparseQR>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <utility>
 
 namespace freeplay {
 namespace {
@@ -33,6 +33,73 @@ std::vector<std::vector<int>> components(const CsrPattern& G) {
   return list;
 }
 
+/// The triangular factor of A = QR, built up from the rows of A by Givens rotations (George and Heath, Linear Algebra
+/// Appl. 34 (1980) 69); Q is not kept, so that memory is that of R.
+class Triangle {
+ public:
+  using Row = std::vector<std::pair<int, double>>;  ///< (column, value), ascending columns
+
+  explicit Triangle(int columns) : rows_(static_cast<std::size_t>(columns)) {}
+
+  void add(Row x) {
+    while (!x.empty()) {
+      auto& pivot = rows_[static_cast<std::size_t>(x.front().first)];
+      if (pivot.empty()) {
+        pivot = std::move(x);
+        return;
+      }
+      rotate(pivot, x);
+    }
+  }
+
+  /// Columns that are farther than `tolerance` from the span of those accepted before them. A lesser pivot is taken for zero,
+  /// and the rest of its row is worked into the rows below (Heath, SIAM J. Sci. Stat. Comput. 3 (1982) 223).
+  std::vector<int> independent(double tolerance) {
+    std::vector<int> found;
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      if (rows_[k].empty()) continue;
+      if (std::abs(rows_[k].front().second) > tolerance) {
+        found.push_back(static_cast<int>(k));
+        continue;
+      }
+      Row rest(rows_[k].begin() + 1, rows_[k].end());
+      rows_[k].clear();
+      add(std::move(rest));
+    }
+    return found;
+  }
+
+ private:
+  /// Takes the first entry of x, which stands in the first column of `pivot`, out of x.
+  void rotate(Row& pivot, Row& x) {
+    const double r = std::hypot(pivot.front().second, x.front().second);
+    if (r == 0) {
+      x.erase(x.begin());
+      return;
+    }
+    const double c = pivot.front().second / r, s = x.front().second / r;
+    above_.clear();
+    below_.clear();
+    auto p = pivot.begin(), o = x.begin();
+    while (p != pivot.end() || o != x.end()) {
+      const bool both = p != pivot.end() && o != x.end() && p->first == o->first;
+      const bool in_pivot = both || o == x.end() || (p != pivot.end() && p->first < o->first);
+      const int column = in_pivot ? p->first : o->first;
+      const double a = in_pivot ? p->second : 0, b = both || !in_pivot ? o->second : 0;
+      if (in_pivot) ++p;
+      if (both || !in_pivot) ++o;
+      above_.emplace_back(column, c * a + s * b);
+      if (above_.size() > 1) below_.emplace_back(column, c * b - s * a);
+    }
+    above_.front().second = r;
+    pivot.swap(above_);
+    x.swap(below_);
+  }
+
+  std::vector<Row> rows_;  // by their first columns
+  Row above_, below_;
+};
+
 }  // namespace
 
 std::vector<int> independent_rows(const CsrPattern& G, std::span<const double> values,
@@ -57,11 +124,21 @@ std::vector<int> independent_rows(const CsrPattern& G, std::span<const double> v
     }
     Eigen::SparseMatrix<double> transposed(static_cast<int>(column.size()), static_cast<int>(rows.size()));
     transposed.setFromTriplets(entries.begin(), entries.end());
-    Eigen::SparseQR<Eigen::SparseMatrix<double>, Eigen::COLAMDOrdering<int>> qr;
-    qr.setPivotThreshold(tolerance);
-    qr.compute(transposed);
-    for (int i = 0; i < static_cast<int>(qr.rank()); ++i)
-      independent.push_back(rows[qr.colsPermutation().indices()[i]]);
+    Eigen::COLAMDOrdering<int>::PermutationType order;
+    Eigen::COLAMDOrdering<int>()(transposed, order);
+    const auto& place = order.indices();  // of each row of G among the columns of R
+    std::vector<int> row_at(rows.size());
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      row_at[static_cast<std::size_t>(place[static_cast<int>(i)])] = rows[i];
+    std::vector<Triangle::Row> A(column.size());
+    for (const auto& e : entries)
+      A[static_cast<std::size_t>(e.row())].emplace_back(place[e.col()], e.value());
+    for (auto& row : A) std::ranges::sort(row);
+    // Rows that end first go first: each then meets few others (George and Ng, SIAM J. Sci. Stat. Comput. 4 (1983) 187).
+    std::ranges::stable_sort(A, {}, [](const auto& row) { return row.empty() ? -1 : row.back().first; });
+    Triangle R(static_cast<int>(rows.size()));
+    for (auto& row : A) R.add(std::move(row));
+    for (const int k : R.independent(tolerance)) independent.push_back(row_at[static_cast<std::size_t>(k)]);
   }
   std::ranges::sort(independent);
   return independent;

@@ -12,6 +12,8 @@ namespace {
 
 constexpr double relative_epsilon = 1e-9;  // of the proximal term, against the mean diagonal of S
 constexpr double pivot_ratio = 1e-12;      // a smaller pivot of S against its diagonal means dependent rows
+constexpr double lossy_ratio =
+    1e-6;  // a smaller one costs more than six digits, which refinement brings back
 constexpr int most_iterations = 50;
 constexpr double rounding =
     16 * std::numeric_limits<double>::epsilon();  // of the terms that a sum is made of
@@ -238,8 +240,10 @@ bool SaddleBlock::factor_dense() {
     const bool regular = cholesky(S_, pivot_ratio, ratio);
     if (first_pivot_ == 0) first_pivot_ = ratio;
     least_pivot_ = std::min(least_pivot_, std::max(ratio, 0.0));
+    lossy_ = ratio < lossy_ratio;
     if (regular) return true;
     proximal_ = true;
+    lossy_ = false;
     assemble();
   }
   epsilon_ = relative_epsilon * S_.diagonal().mean();
@@ -268,15 +272,36 @@ void SaddleBlock::solve_densely(const Places& at, const double* f, const double*
   };
   switch (G_.rows) {
     case 1:
-      return by(solve_dense<1>);
+      by(solve_dense<1>);
+      break;
     case 2:
-      return by(solve_dense<2>);
+      by(solve_dense<2>);
+      break;
     case 3:
-      return by(solve_dense<3>);
+      by(solve_dense<3>);
+      break;
     case 4:
-      return by(solve_dense<4>);
+      by(solve_dense<4>);
+      break;
     default:
-      return by(solve_dense<0>);
+      by(solve_dense<0>);
+  }
+  if (lossy_) refine(at, r, a, lambda);
+}
+
+/// S dλ = G a − r, λ += dλ, a −= M⁻¹Gᵀ dλ.
+void SaddleBlock::refine(const Places& at, const double* r, double* a, double* lambda) {
+  auto x = Eigen::Map<Eigen::VectorXd>(room_.data(), G_.rows);
+  for (int k = 0; k < G_.rows; ++k) {
+    x[k] = r ? -r[at.rows[k]] : 0;
+    for (int e = G_.begin[k]; e < G_.begin[k + 1]; ++e) x[k] += values_[e] * a[at.column[e]];
+  }
+  S_.triangularView<Eigen::Lower>().solveInPlace(x);
+  S_.triangularView<Eigen::Lower>().transpose().solveInPlace(x);
+  for (int k = 0; k < G_.rows; ++k) {
+    lambda[at.rows[k]] += x[k];
+    for (int e = G_.begin[k]; e < G_.begin[k + 1]; ++e)
+      a[at.column[e]] -= values_[e] * x[k] * at.mobility[at.column[e]];
   }
 }
 
@@ -330,7 +355,7 @@ void SaddleBlock::solve(const double* f, const double* r, double* a, double* lam
 template <class M>
 void SaddleBlock::remember(M& m) {
   remember_fixed(m, values_);
-  m(proximal_, converged_, epsilon_, first_pivot_, least_pivot_);
+  m(proximal_, lossy_, converged_, epsilon_, first_pivot_, least_pivot_);
   if (dense_)
     m.raw(S_.data(), static_cast<std::size_t>(S_.size()) * sizeof(double));
   else

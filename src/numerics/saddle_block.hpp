@@ -2,7 +2,8 @@
 //
 //     M a + Gᵀ λ = f,      G a = r,          M diagonal and positive.
 //
-// Dense path: Cholesky of the Schur complement S = G M⁻¹ Gᵀ. Sparse path: KLU on the whole saddle-point
+// Dense path: Cholesky of the Schur complement S = G M⁻¹ Gᵀ; where its pivots cancel, as those of a body of next to no inertia
+// do, one step of iterative refinement against G a = r restores the digits. Sparse path: KLU on the whole saddle-point
 // matrix. Where rows of G depend on each other the multipliers are not unique; then the proximal iteration
 //
 //     G a − ε (λ_{i+1} − λ_i) = r,      λ_0 = 0
@@ -82,11 +83,13 @@ class SaddleBlock {
   bool factor_sparse();
   void solve_densely(const Places& at, const double* f, const double* r, const double* previous, double* a,
                      double* lambda);
+  void refine(const Places& at, const double* r, double* a, double* lambda);
   void solve_once(const double* f, const double* r, const double* previous, double* a, double* lambda);
 
   const CsrPattern G_;
   std::vector<double> mass_, inverse_mass_, values_;
   bool dense_, redundant_, proximal_ = false, converged_ = true;
+  bool lossy_ = false;  // a pivot of the last factorisation lost more than six digits
   double epsilon_ = 0, noise_ = 0;
   double first_pivot_ = 0, least_pivot_ = 1;
   std::vector<Product> products_;

@@ -41,6 +41,7 @@ Vec2 play(const SlotJoint& joint, std::mt19937_64& engine, double share) {
 Vec2 play(const GearJoint&, std::mt19937_64&, double) { return {}; }
 Vec2 play(const RackJoint&, std::mt19937_64&, double) { return {}; }
 Vec2 play(const RigidJoint&, std::mt19937_64&, double) { return {}; }
+Vec2 play(const RodJoint&, std::mt19937_64&, double) { return {}; }
 
 /// Moves the points of the ideal mechanism's joints where the given one has play.
 void offset(Mechanism& ideal, const Mechanism& given, std::mt19937_64& engine, double share) {

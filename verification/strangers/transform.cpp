@@ -116,7 +116,8 @@ Scene mirrored(Scene scene) {
                             j.axis = flip_wall(j.axis);
                             j.phase = -j.phase;
                           },
-                          [](SlotJoint& j) { flip_ends(j.at), j.axis = flip(j.axis); }},
+                          [](SlotJoint& j) { flip_ends(j.at), j.axis = flip(j.axis); },
+                          [](RodJoint& j) { flip_ends(j.at); }},
                joint);
   for (auto& contact : m.contacts)
     std::visit(Overloaded{[](PlaneContact& c) { flip_ends(c.at), c.axis = flip_wall(c.axis); },
@@ -221,10 +222,11 @@ Scene rescaled(Scene scene, const Units& u) {
                             if (!j.clearance) return;
                             j.clearance->half_play *= L;
                             j.clearance->pin_radius *= L;
-                          }},
+                          },
+                          [&](RodJoint& j) { ends(j.at), j.length *= L; }},
                joint);
   for (auto& contact : m.contacts)
-    std::visit(Overloaded{[&](PlaneContact& c) { ends(c.at), c.radius *= L; },
+    std::visit(Overloaded{[&](PlaneContact& c) { ends(c.at), c.radius *= L, maybe(c.stiffness, force / L); },
                           [&](DiscContact& c) {
                             ends(c.at);
                             for (auto& R : c.radii) R *= L;
@@ -377,7 +379,7 @@ Scene nudged(Scene scene, double share, int which) {
     std::visit(Overloaded{[&](RevoluteJoint& j) {
                             if (j.clearance) near(j.clearance->radial);
                           },
-                          [](RigidJoint&) {},
+                          [](RigidJoint&) {}, [](RodJoint&) {},
                           [&](TranslationalJoint& j) {
                             if (j.clearance) near(j.clearance->half_play);
                           },

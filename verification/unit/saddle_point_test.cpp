@@ -71,6 +71,37 @@ TEST_CASE("dense and sparse saddle-point solves agree with a dense factorisation
   }
 }
 
+// A pin at an arm of 1 m and an angle of 45 degrees, a body of 1 kg and J = 1e-10 kg m², and a force along n across the arm:
+//
+//     a = n F/(m + J/L²) = n F (1 − 1e-10),      α = a·n/L,      λ = 0 along the arm and F J/L²/(m + J/L²) across it.
+//
+// S has the eigenvalues 1 and 1e10: Cholesky alone leaves 1e10 roundings, 1e-6, along the arm. Bound: 1e-12, some hundreds of
+// roundings, and what one of refinement may leave, the square of that.
+TEST_CASE("a body of next to no inertia keeps the digits of its solve", "[saddle]") {
+  const double root = std::sqrt(0.5), J = 1e-10, F = 3;
+  CsrPattern G;
+  G.columns = 3;
+  G.column = {0, 2, 1, 2};
+  G.begin = {0, 2, 4};
+  G.rows = 2;
+  const std::vector<double> mass{1, 1, J}, values{1, root, 1, -root};  // arm −(cos 45°, sin 45°)
+  SaddlePoint solver(mass, G, SolvePath::dense);
+  REQUIRE(solver.factor(values.data()));
+  const std::vector<double> f{-root * F, root * F, 0};
+  std::vector<double> a(3), lambda(2);
+  solver.solve(f.data(), nullptr, a.data(), lambda.data());
+  const double expected = F / (1 + J);
+  CHECK(std::abs(-root * a[0] + root * a[1] - expected) <= 1e-12 * F);
+  CHECK(std::abs(root * a[0] + root * a[1]) <= 1e-12 * F);
+  CHECK(std::abs(a[2] - expected) <= 1e-12 * F);
+  // Of the constraints alone.
+  const std::vector<double> r{0.7, -0.2};
+  solver.solve(nullptr, r.data(), a.data(), lambda.data());
+  for (const int k : {0, 1})
+    CHECK(std::abs(a[static_cast<std::size_t>(k)] + (k == 0 ? root : -root) * a[2] -
+                   r[static_cast<std::size_t>(k)]) <= 1e-12);
+}
+
 TEST_CASE("dependent rows give least-norm multipliers on both paths", "[saddle]") {
   std::mt19937 engine(11);
   for (auto [n, m] : {std::pair{12, 6}, {60, 30}}) {

@@ -62,6 +62,16 @@ type = "rigid"
 between = ["a", "c"]
 at = [[0.2, 0.3], [0.1, -0.2]]
 angle = 0.4
+[joints.rod]
+type = "rod"
+between = ["b", "c"]
+at = [[0.2, 0.3], [0.1, -0.2]]
+length = 0.6
+[joints.rod_ground]
+type = "rod"
+between = ["ground", "a"]
+at = [[0.3, -0.1], [0, 0]]
+length = 0.9
 [joints.loose]
 type = "revolute"
 between = ["a", "c"]

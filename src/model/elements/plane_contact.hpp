@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <string>
 
 #include "model/body.hpp"
@@ -16,6 +17,7 @@ struct PlaneContact {
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< a point of the wall, the disc's centre
   Vec2 axis{1, 0};    ///< unit vector along the wall, in the first body's frame; free space lies on its left
   double radius = 0;  ///< m, ≥ 0
+  std::optional<double> stiffness = {};  ///< N/m, > 0, of penalty contacts; absent: of Hertz's contact
   int surface = -1;
 
   std::string_view what() const { return "a plane contact"; }
@@ -25,12 +27,18 @@ struct PlaneContact {
     k.ends("a point of the wall, and the centre of the disc", c.at);
     k.axis("direction of the wall in the first body's frame; free space lies on its left", c.axis);
     k.take({"radius", "m", "radius of the disc; 0: a point"}, c.radius, non_negative);
+    k.take(
+        {"stiffness", "N/m",
+         "of the contact, for penalty contacts, which need it of a point; left out: Hertz's, of the disc's radius and "
+         "the surface"},
+        c.stiffness, positive);
     k.surface({"surface", "", "the surface of the contact"}, c.surface);
   }
 
   void build(auto& b) const {
     auto facts = b.facts(name, between, surface);
     facts.radius = radius;
+    facts.stiffness = stiffness;
     facts.arm = b.longest_arm();
     facts.clearance = 1e-3 * std::max(radius, facts.arm);  // a scale for tolerances
     if (!(facts.clearance > 0)) facts.clearance = 1e-3;

@@ -1,0 +1,126 @@
+// `freeplay check` of thousands of bodies: memory and time in proportion to them.
+#include <fmt/format.h>
+#include <sys/wait.h>
+#include <catch2/catch.hpp>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <random>
+
+#include "model/four_bar.hpp"
+#include "model/mechanism.hpp"
+#include "numerics/rank.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+/// Pendulums side by side, or each hung on the one before; their pins with play or without.
+std::string pendulums(int count, bool chain, bool loose) {
+  std::string text = "[surfaces.steel]\nyoung = 2e11\npoisson = 0.3\nrestitution = 0.5\n";
+  for (int i = 0; i < count; ++i)
+    text += fmt::format("[bodies.b{0}]\nmass = 1\ninertia = 0.1\nposition = [{1}, 0]\n", i, i + 0.5);
+  for (int i = 0; i < count; ++i) {
+    const auto on = chain && i > 0 ? fmt::format("b{}", i - 1) : std::string("ground");
+    text += fmt::format(
+        "[joints.j{0}]\ntype = \"revolute\"\nbetween = [\"{1}\", \"b{0}\"]\nat = [[{2}, 0], [-0.5, 0]]\n{3}",
+        i, on, chain ? (i > 0 ? 0.5 : 0.0) : i,
+        loose ? "clearance = 1e-3\nbearing_radius = 0.02\nsurface = \"steel\"\n" : "");
+  }
+  return text + "[run]\nduration = 0.01\n";
+}
+
+/// Rows of a chain of links in the plane: two to each joint, of the link before and its own.
+struct Rows {
+  CsrPattern pattern;
+  std::vector<double> values, mass;
+};
+Rows chain(int links) {
+  Rows x;
+  x.pattern.columns = 3 * links;
+  x.mass.assign(static_cast<std::size_t>(x.pattern.columns), 1.0);
+  const auto put = [&](int column, double value) {
+    x.pattern.column.push_back(column);
+    x.values.push_back(value);
+  };
+  for (int k = 0; k < links; ++k)
+    for (const int axis : {0, 1}) {
+      if (k > 0) {
+        put(3 * (k - 1) + axis, -1);
+        put(3 * (k - 1) + 2, axis == 0 ? -0.3 : 0.4);
+      }
+      put(3 * k + axis, 1);
+      put(3 * k + 2, axis == 0 ? 0.3 : -0.4);
+      x.pattern.end_row();
+    }
+  return x;
+}
+
+}  // namespace
+
+// 2.4 GB and minutes where memory grew with the square of the bodies; in proportion, a kilobyte or two for each, beside the
+// program with its libraries (about 0.3 GB of addresses). Bounds: 1 GB of addresses, 20 s of processor time.
+TEST_CASE("check of 4096 bodies takes memory and time in proportion", "[check][large]") {
+  const test::TemporaryFolder folder;
+  for (const auto& [shape, text] : {std::pair{"loose pins side by side", pendulums(4096, false, true)},
+                                    {"pins side by side", pendulums(4096, false, false)},
+                                    {"a chain", pendulums(4096, true, false)}}) {
+    INFO(shape);
+    const auto file = folder.path() / "scene.toml";
+    std::ofstream(file) << text;
+    const auto command = fmt::format("ulimit -v 1000000; ulimit -t 20; {}/freeplay check {} >{}",
+                                     FREEPLAY_BINARY_DIR, file.string(), (folder.path() / "out").string());
+    const int status = std::system(command.c_str());
+    CHECK((WIFEXITED(status) && WEXITSTATUS(status) == 0));
+  }
+}
+
+TEST_CASE("independent rows of a chain, and of one whose ends are tied twice", "[check][large]") {
+  for (const int links : {3, 40, 4000}) {
+    auto x = chain(links);
+    CHECK(independent_rows(x.pattern, x.values, x.mass).size() == static_cast<std::size_t>(2 * links));
+    // A row that sums two others, and one that repeats the first at another scale.
+    const auto copy = [&](int row, double scale) {
+      for (int e = x.pattern.begin[row]; e < x.pattern.begin[row + 1]; ++e) {
+        x.pattern.column.push_back(x.pattern.column[e]);
+        x.values.push_back(scale * x.values[e]);
+      }
+    };
+    copy(0, 3);
+    x.pattern.end_row();
+    copy(2, 1);
+    x.pattern.end_row();
+    CHECK(independent_rows(x.pattern, x.values, x.mass).size() == static_cast<std::size_t>(2 * links));
+  }
+}
+
+TEST_CASE("the triangular factor finds the rank that a dense factorisation finds", "[check][large]") {
+  std::mt19937 engine(7);
+  for (int trial = 0; trial < 200; ++trial) {
+    Rows x;
+    const int n = 3 * (2 + static_cast<int>(engine() % 10)),
+              m = 1 + static_cast<int>(engine() % static_cast<unsigned>(n));
+    x.pattern.columns = n;
+    x.mass.assign(static_cast<std::size_t>(n), 1.0);
+    Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(m, n);
+    for (int k = 0; k < m; ++k) {
+      const int first = 3 * static_cast<int>(engine() % static_cast<unsigned>(n / 3));
+      for (int c = 0; c < 6; ++c) {
+        const int column = (first + c) % n;
+        const double value = c == 0 ? 1.0 : static_cast<double>(engine() % 3) - 1;  // often dependent
+        if (value == 0) continue;
+        x.pattern.column.push_back(column);
+        x.values.push_back(value);
+        dense(k, column) += value;
+      }
+      x.pattern.end_row();
+    }
+    const auto kept = independent_rows(x.pattern, x.values, x.mass);
+    const auto rank = Eigen::FullPivLU<Eigen::MatrixXd>(dense).rank();
+    CHECK(static_cast<Eigen::Index>(kept.size()) == rank);
+    CHECK(Eigen::FullPivLU<Eigen::MatrixXd>(dense(kept, Eigen::all)).rank() == rank);
+  }
+}
