@@ -29,8 +29,9 @@ std::filesystem::path targets(const std::filesystem::path& folder) {
   const auto rows = distinct(target), columns = distinct(unknown);
   Figure f{.name = "calibration_targets", .source = "calibration.json"};
   f.height_cm = 3 + 4 * static_cast<double>(rows.size());
-  f.script.add("set multiplot layout {},{} margins X(2.2),1-X(0.5),Y(1.4),1-Y(0.5) spacing X(2),Y(1.3)\nunset key\n",
-               rows.size(), columns.size());
+  f.script.add(
+      "set multiplot layout {},{} margins X(2.2),1-X(0.5),Y(1.4),1-Y(0.5) spacing X(2),Y(1.3)\nunset key\n",
+      rows.size(), columns.size());
   for (const auto& r : rows)
     for (const auto& c : columns) {
       Block points("unknown, outcome"), measured("unknown, measured, low, high");

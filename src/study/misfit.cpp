@@ -29,7 +29,8 @@ double Misfit::freedom(const Eigen::VectorXd& xi, const std::vector<bool>& used)
   for (const auto i : places(used)) {
     const auto p = parts(i, xi);
     const double whole = p.scatter + p.surface + std::pow(targets_[i].tolerance, 2);
-    const double doubt = std::pow(p.scatter, 2) / p.freedom + std::pow(p.surface, 2) / targets_[i].surface.freedom();
+    const double doubt =
+        std::pow(p.scatter, 2) / p.freedom + std::pow(p.surface, 2) / targets_[i].surface.freedom();
     if (doubt > 1e-9 * whole * whole) fewest = std::min(fewest, whole * whole / doubt);
   }
   return fewest;
@@ -48,8 +49,8 @@ Misfit::At Misfit::at(const Eigen::VectorXd& xi, const std::vector<bool>& used) 
     auto& w = local[static_cast<std::size_t>(t.runs)];
     const auto& runs = scatter_[static_cast<std::size_t>(t.runs)];
     if (!w && runs.known()) w = runs.at(xi);
-    a.covariance(i, i) = (w ? w->covariance(t.column, t.column) : t.surface.noise()) / t.pieces + s[i] * s[i] +
-                         t.tolerance * t.tolerance;
+    a.covariance(i, i) = (w ? w->covariance(t.column, t.column) : t.surface.noise()) / t.pieces +
+                         s[i] * s[i] + t.tolerance * t.tolerance;
     for (Eigen::Index j = 0; j < i; ++j) {
       const auto& u = targets_[list[j]];
       if (u.runs != t.runs || !w) continue;
@@ -90,9 +91,11 @@ Identifiability identifiability(const Misfit& misfit, const Eigen::MatrixXd& poi
     const Eigen::MatrixXd information =
         J.transpose() * V.ldlt().solve(J) + Misfit::pull * Eigen::MatrixXd::Identity(n, n);
     mean += information / static_cast<double>(points.rows());
-    found.sensitivity += (V.diagonal().cwiseInverse().asDiagonal() * J.cwiseAbs2()) / static_cast<double>(points.rows());
+    found.sensitivity +=
+        (V.diagonal().cwiseInverse().asDiagonal() * J.cwiseAbs2()) / static_cast<double>(points.rows());
     const Eigen::MatrixXd covariance = information.inverse();
-    for (Eigen::Index j = 0; j < n; ++j) sigma[static_cast<std::size_t>(j)].push_back(std::sqrt(covariance(j, j)));
+    for (Eigen::Index j = 0; j < n; ++j)
+      sigma[static_cast<std::size_t>(j)].push_back(std::sqrt(covariance(j, j)));
   }
   found.sensitivity = found.sensitivity.cwiseSqrt();
   for (auto& list : sigma) {

@@ -8,8 +8,7 @@ namespace freeplay {
 void Scatter::add(const Eigen::VectorXd& xi, const Eigen::MatrixXd& outcomes) {
   if (outcomes.rows() < 2) return;
   const Eigen::RowVectorXd mean = outcomes.colwise().mean();
-  const Eigen::MatrixXd r =
-      (outcomes.rowwise() - mean).array().rowwise() / mean.array();
+  const Eigen::MatrixXd r = (outcomes.rowwise() - mean).array().rowwise() / mean.array();
   points_.push_back({xi, r.transpose() * r, static_cast<double>(outcomes.rows() - 1)});
 }
 

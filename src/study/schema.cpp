@@ -13,11 +13,11 @@ namespace {
 using namespace std::string_view_literals;
 
 // Those of sweeps (and of sweeps before blobs), of attractors and of ensembles.
-constexpr std::array tables{"runs"sv,        "turn_rows"sv, "flight_rows"sv,    "impact_rows"sv, "measure_rows"sv,
-                            "cost_rows"sv,   "work"sv,      "spectrum_blobs"sv, "trace_blobs"sv, "sweeps"sv,
-                            "derived"sv,     "turns"sv,     "flights"sv,        "impacts"sv,     "measures"sv,
-                            "spectra"sv,     "traces"sv,    "costs"sv,          "points"sv,      "ends"sv,
-                            "numbers"sv};
+constexpr std::array tables{
+    "runs"sv,    "turn_rows"sv,      "flight_rows"sv, "impact_rows"sv, "measure_rows"sv, "cost_rows"sv,
+    "work"sv,    "spectrum_blobs"sv, "trace_blobs"sv, "sweeps"sv,      "derived"sv,      "turns"sv,
+    "flights"sv, "impacts"sv,        "measures"sv,    "spectra"sv,     "traces"sv,       "costs"sv,
+    "points"sv,  "ends"sv,           "numbers"sv};
 constexpr std::array views{"named"sv,    "turns"sv,   "flights"sv, "impacts"sv,
                            "measures"sv, "spectra"sv, "traces"sv,  "costs"sv};
 constexpr std::array rows_of_runs{"turn_rows"sv, "flight_rows"sv,    "impact_rows"sv, "measure_rows"sv,
@@ -57,7 +57,8 @@ class Parser {
     if (rest_.starts_with('"')) {
       const auto end = rest_.find('"', 1);
       const auto inner = rest_.substr(1, end == rest_.npos ? 0 : end - 1);
-      if (!inner.empty() && std::ranges::none_of(inner, [](unsigned char c) { return c < 0x20 || c == 0x7f; }))
+      if (!inner.empty() &&
+          std::ranges::none_of(inner, [](unsigned char c) { return c < 0x20 || c == 0x7f; }))
         size = inner.size() + 2;
     } else {
       while (size < rest_.size() && is_word(rest_.substr(0, size + 1))) ++size;

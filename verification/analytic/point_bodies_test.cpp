@@ -57,7 +57,8 @@ std::string point(const char* name, double x, double y, double mass = 0.7) {
   return fmt::format("[bodies.{}]\nmass = {}\npoint = true\nposition = [{}, {}]\n", name, mass, x, y);
 }
 std::string rod(const char* name, const char* from, const char* to, double length) {
-  return fmt::format("[joints.{}]\ntype = \"rod\"\nbetween = [\"{}\", \"{}\"]\nlength = {}\n", name, from, to, length);
+  return fmt::format("[joints.{}]\ntype = \"rod\"\nbetween = [\"{}\", \"{}\"]\nlength = {}\n", name, from, to,
+                     length);
 }
 const std::string heavy = "gravity = [0, -9.81]\n", any = "[run]\nduration = 1\n";
 const std::string smooth = "[surfaces.smooth]\nyoung = 2e11\npoisson = 0.3\nrestitution = 1\n";
@@ -67,8 +68,8 @@ const std::string smooth = "[surfaces.smooth]\nyoung = 2e11\npoisson = 0.3\nrest
 TEST_CASE("a point mass on a rod swings as the pendulum of elliptic functions", "[points]") {
   const double L = 0.8, amplitude = 1.9;
   const reference::Pendulum pendulum{0.7, 0, L, g, amplitude};
-  const auto text =
-      heavy + point("bob", L * std::sin(amplitude), -L * std::cos(amplitude)) + rod("string", "ground", "bob", L) + any;
+  const auto text = heavy + point("bob", L * std::sin(amplitude), -L * std::cos(amplitude)) +
+                    rod("string", "ground", "bob", L) + any;
   for (const auto& way : ways()) {
     INFO(way.family << " " << way.scheme);
     const double t = 1.3;
@@ -106,8 +107,8 @@ TEST_CASE("a double pendulum of point masses follows Lagrange's equations of its
   };
   const auto start = at(1.1L, -0.4L), expected = at(y[0], y[1]);
   const auto text = heavy + point("upper", double(start[0]), double(start[1]), 0.7) +
-                    point("lower", double(start[2]), double(start[3]), 0.4) + rod("first", "ground", "upper", 0.8) +
-                    rod("second", "upper", "lower", 0.5) + any;
+                    point("lower", double(start[2]), double(start[3]), 0.4) +
+                    rod("first", "ground", "upper", 0.8) + rod("second", "upper", "lower", 0.5) + any;
   for (const auto& way : ways()) {
     INFO(way.family << " " << way.scheme);
     const auto s = end_of(text, way, 1);
@@ -119,10 +120,12 @@ TEST_CASE("a double pendulum of point masses follows Lagrange's equations of its
 
 TEST_CASE("a point on a spring to the ground runs round an ellipse", "[points]") {
   const double k = 35, m = 0.7, A = 0.4, B = 0.15, rate = std::sqrt(k / m);
-  const auto text = fmt::format("[bodies.ball]\nmass = {}\npoint = true\nposition = [{}, 0]\nvelocity = [0, {}]\n"
-                                "[loads.spring]\ntype = \"spring-damper\"\nbetween = [\"ground\", \"ball\"]\nstiffness = {}\n",
-                                m, A, B * rate, k) +
-                    any;
+  const auto text =
+      fmt::format(
+          "[bodies.ball]\nmass = {}\npoint = true\nposition = [{}, 0]\nvelocity = [0, {}]\n"
+          "[loads.spring]\ntype = \"spring-damper\"\nbetween = [\"ground\", \"ball\"]\nstiffness = {}\n",
+          m, A, B * rate, k) +
+      any;
   for (const auto& way : ways()) {
     INFO(way.family << " " << way.scheme);
     const auto s = end_of(text, way, 1);
@@ -134,12 +137,14 @@ TEST_CASE("a point on a spring to the ground runs round an ellipse", "[points]")
 // Newton's and Coulomb's laws at each impact: e = 0.8, and the first takes μ(1 + e) v of the sliding speed.
 TEST_CASE("a thrown point bounces on a floor with friction", "[points]") {
   const double h = 0.5, e = 0.8, mu = 0.1, vx = 3;
-  const auto text = heavy +
-                    fmt::format("[bodies.ball]\nmass = 0.7\npoint = true\nposition = [0, {}]\nvelocity = [{}, 0]\n"
-                                "[contacts.floor]\ntype = \"plane\"\nbetween = [\"ground\", \"ball\"]\naxis = [1, 0]\n"
-                                "surface = \"rough\"\n[surfaces.rough]\nrestitution = {}\nfriction = {}\n",
-                                h, vx, e, mu) +
-                    any;
+  const auto text =
+      heavy +
+      fmt::format(
+          "[bodies.ball]\nmass = 0.7\npoint = true\nposition = [0, {}]\nvelocity = [{}, 0]\n"
+          "[contacts.floor]\ntype = \"plane\"\nbetween = [\"ground\", \"ball\"]\naxis = [1, 0]\n"
+          "surface = \"rough\"\n[surfaces.rough]\nrestitution = {}\nfriction = {}\n",
+          h, vx, e, mu) +
+      any;
   const double v = std::sqrt(2 * g * h), first = std::sqrt(2 * h / g), second = first + 2 * e * v / g;
   for (const auto& way : ways()) {
     if (std::string_view(way.family) == "penalty") continue;  // no stiffness is given
@@ -147,7 +152,8 @@ TEST_CASE("a thrown point bounces on a floor with friction", "[points]") {
     const auto run = Simulation(scene_of(text, way, 1), way.family).run();
     REQUIRE(run.events.size() >= 2);
     const bool steps = std::string_view(way.scheme) == "moreau-jean";
-    const double late = steps ? 2e-4 : 1e-9, off = steps ? 5e-3 : 1e-8;  // two steps; what gravity adds in them
+    const double late = steps ? 2e-4 : 1e-9,
+                 off = steps ? 5e-3 : 1e-8;  // two steps; what gravity adds in them
     CHECK(std::abs(run.events[0].t - first) <= late);
     CHECK(std::abs(run.events[1].t - second) <= 2 * late);
     CHECK(std::abs(run.events[0].v_n_plus - e * v) <= off);
@@ -161,14 +167,17 @@ TEST_CASE("a cradle of two point masses hands its motion on", "[points]") {
   const reference::Pendulum pendulum{0.7, 0, L, g, -amplitude};
   const double quarter = pendulum_period(pendulum) / 4, t = 1.7 * quarter;
   const auto text = heavy + smooth + point("left", -L * std::sin(amplitude), -L * std::cos(amplitude)) +
-                    point("right", 2 * R, -L) + rod("one", "ground", "left", L) + rod("two", "ground", "right", L) +
-                    fmt::format("at = [[{0}, 0], [0, 0]]\n[contacts.balls]\ntype = \"discs\"\nbetween = [\"left\", "
-                                "\"right\"]\nradii = [{1}, {1}]\nsurface = \"smooth\"\n",
-                                2 * R, R) +
+                    point("right", 2 * R, -L) + rod("one", "ground", "left", L) +
+                    rod("two", "ground", "right", L) +
+                    fmt::format(
+                        "at = [[{0}, 0], [0, 0]]\n[contacts.balls]\ntype = \"discs\"\nbetween = [\"left\", "
+                        "\"right\"]\nradii = [{1}, {1}]\nsurface = \"smooth\"\n",
+                        2 * R, R) +
                     any;
   for (const auto& way : ways()) {
     // Steps and elastic contacts lag behind by what they last; the impact is an instant in event-driven runs alone.
-    if (std::string_view(way.scheme) != "event-driven" && std::string_view(way.scheme) != "automatic") continue;
+    if (std::string_view(way.scheme) != "event-driven" && std::string_view(way.scheme) != "automatic")
+      continue;
     INFO(way.scheme);
     const auto s = end_of(text, way, t);
     const auto expected = pendulum_state(pendulum, t);
@@ -179,18 +188,21 @@ TEST_CASE("a cradle of two point masses hands its motion on", "[points]") {
 }
 
 // With K = 2e5 N/m and no damping the contact lasts half a period, π √(m/K), and is v √(m/K) deep; F = K δ.
-TEST_CASE("a corner with a stiffness runs in penalty, as long and as deep as its spring says", "[points][penalty]") {
+TEST_CASE("a corner with a stiffness runs in penalty, as long and as deep as its spring says",
+          "[points][penalty]") {
   const double m = 0.7, v = 1.2, K = 2e5;
-  const auto text = fmt::format("[bodies.ball]\nmass = {}\npoint = true\nposition = [0.1, 0.3]\nvelocity = [0, {}]\n"
-                                "[contacts.wall]\ntype = \"plane\"\nbetween = [\"ground\", \"ball\"]\naxis = [1, 0]\n"
-                                "stiffness = {}\nsurface = \"s\"\n[surfaces.s]\nrestitution = {{}}\n",
-                                m, -v, K) +
+  const auto text = fmt::format(
+                        "[bodies.ball]\nmass = {}\npoint = true\nposition = [0.1, 0.3]\nvelocity = [0, {}]\n"
+                        "[contacts.wall]\ntype = \"plane\"\nbetween = [\"ground\", \"ball\"]\naxis = [1, 0]\n"
+                        "stiffness = {}\nsurface = \"s\"\n[surfaces.s]\nrestitution = {{}}\n",
+                        m, -v, K) +
                     "[penalty]\ncontact = \"exact\"\n" + any;
   for (const double e : {1.0, 0.6}) {
     INFO("restitution " << e);
-    const auto run = Simulation(parse_scene(fmt::format(fmt::runtime(text), e), "wall.toml", {"penalty.tolerance=1e-10"}),
-                                "penalty")
-                         .run();
+    const auto run =
+        Simulation(parse_scene(fmt::format(fmt::runtime(text), e), "wall.toml", {"penalty.tolerance=1e-10"}),
+                   "penalty")
+            .run();
     REQUIRE(run.events.size() == 1);
     CHECK(run.events[0].v_n_plus == Approx(e * v).epsilon(1e-6));
     CHECK(run.events[0].impulse_n == Approx((1 + e) * m * v).epsilon(1e-6));
@@ -202,30 +214,37 @@ TEST_CASE("a corner with a stiffness runs in penalty, as long and as deep as its
 }
 
 TEST_CASE("a corner without a stiffness is told where penalty would take one from", "[points][penalty]") {
-  const auto text = std::string("[bodies.b]\nmass = 1\ninertia = 1\nposition = [0, 1]\n[contacts.wall]\ntype = \"plane\"\n"
-                                "between = [\"ground\", \"b\"]\nsurface = \"s\"\n[surfaces.s]\nyoung = 2e11\npoisson = 0.3\n"
-                                "restitution = 0.5\n") +
-                    any;
-  REQUIRE_THROWS_WITH(Simulation(parse_scene(text, "wall.toml"), "penalty"),
-                      Contains("contacts.wall.stiffness: is missing: a penalty contact of a sharp corner takes its "
-                               "stiffness"));
+  const auto text =
+      std::string(
+          "[bodies.b]\nmass = 1\ninertia = 1\nposition = [0, 1]\n[contacts.wall]\ntype = \"plane\"\n"
+          "between = [\"ground\", \"b\"]\nsurface = \"s\"\n[surfaces.s]\nyoung = 2e11\npoisson = 0.3\n"
+          "restitution = 0.5\n") +
+      any;
+  REQUIRE_THROWS_WITH(
+      Simulation(parse_scene(text, "wall.toml"), "penalty"),
+      Contains("contacts.wall.stiffness: is missing: a penalty contact of a sharp corner takes its "
+               "stiffness"));
 }
 
 TEST_CASE("check counts two coordinates of a point body", "[points]") {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "double.toml";
-  std::ofstream(file) << heavy + point("upper", 0.8, 0) + point("lower", 1.3, 0) + rod("first", "ground", "upper", 0.8) +
-                             rod("second", "upper", "lower", 0.5) + any;
+  std::ofstream(file) << heavy + point("upper", 0.8, 0) + point("lower", 1.3, 0) +
+                             rod("first", "ground", "upper", 0.8) + rod("second", "upper", "lower", 0.5) +
+                             any;
   const auto o = test::freeplay("check " + file.string());
   CHECK(o.status == 0);
   CHECK_THAT(o.out, Contains("bodies                      2, 2 of them without rotation") &&
-                        Contains("coordinates                 4\n") && Contains("constraint rows             2 (") &&
-                        Contains("degrees of freedom          2\n") && Contains("mobility                    2 = 3n - p"));
+                        Contains("coordinates                 4\n") &&
+                        Contains("constraint rows             2 (") &&
+                        Contains("degrees of freedom          2\n") &&
+                        Contains("mobility                    2 = 3n - p"));
 }
 
 TEST_CASE("small swings of point bodies have the closed form's frequencies, and no turning", "[points]") {
   const double L = 0.8;
-  const auto one = parse_scene(heavy + point("bob", 0, -L) + rod("string", "ground", "bob", L) + any, "one.toml");
+  const auto one =
+      parse_scene(heavy + point("bob", 0, -L) + rod("string", "ground", "bob", L) + any, "one.toml");
   const System system(one.mechanism);
   const auto start = assemble(one.mechanism, one.run.start);
   const auto modes = find_modes(system, find_equilibrium(one.mechanism, system, start.q, {}), {}).modes;
@@ -245,42 +264,47 @@ TEST_CASE("a snapshot of point bodies goes on bit for bit", "[points]") {
 }
 
 TEST_CASE("what would turn a point body, or acts off its centre, is refused at its key", "[points]") {
-  const std::string bodies = point("p", 0.5, 0) + "[bodies.r]\nmass = 1\ninertia = 0.1\n[surfaces.rough]\nyoung = 2e11\n"
-                                                  "poisson = 0.3\nrestitution = 0.5\nfriction = 0.2\n" +
+  const std::string bodies = point("p", 0.5, 0) +
+                             "[bodies.r]\nmass = 1\ninertia = 0.1\n[surfaces.rough]\nyoung = 2e11\n"
+                             "poisson = 0.3\nrestitution = 0.5\nfriction = 0.2\n" +
                              any;
   const std::string pin = "[joints.pin]\ntype = \"revolute\"\nbetween = [\"r\", \"p\"]\n";
   struct Case {
     std::string added, said;
   };
-  for (const auto& [added, said] : std::vector<Case>{
-           {pin + "at = [[0, 0], [0.5, 0]]\n", "joints.pin.at: must be [0, 0] on \"p\""},
-           {pin + "clearance = 1e-3\nbearing_radius = 0.01\nsurface = \"rough\"\n",
-            "joints.pin.surface: has friction, which would turn \"p\""},
-           {"[joints.guide]\ntype = \"translational\"\nbetween = [\"ground\", \"p\"]\n",
-            "joints.guide.between: acts on the angle of \"p\""},
-           {"[joints.weld]\ntype = \"rigid\"\nbetween = [\"r\", \"p\"]\n",
-            "joints.weld.between: acts on the angle of \"p\""},
-           {"[joints.slot]\ntype = \"slot\"\nbetween = [\"p\", \"r\"]\n",
-            "joints.slot.between: the slot is on the first body"},
-           {"[contacts.floor]\ntype = \"plane\"\nbetween = [\"ground\", \"p\"]\nradius = 0.1\nsurface = \"rough\"\n",
-            "contacts.floor.surface: has friction, which would turn \"p\""},
-           {"[contacts.two]\ntype = \"discs\"\nbetween = [\"r\", \"p\"]\nradii = [0.1, 0.1]\nsurface = \"rough\"\n",
-            "contacts.two.surface: has friction, which would turn \"p\""},
-           {pin + "[drives.motor]\njoint = \"pin\"\nspeed = 3\n", "drives.motor.joint: acts on the angle of \"p\""},
-           {"[loads.twist]\ntype = \"torque\"\nbody = \"p\"\ntorque = 3\n", "loads.twist.body: acts on the angle of \"p\""},
-           {"[loads.push]\ntype = \"force\"\nbody = \"p\"\nforce = [1, 0]\nat = [0.1, 0]\n",
-            "loads.push.at: must be [0, 0] on \"p\""},
-           {"[loads.push]\ntype = \"force\"\nbody = \"p\"\nforce = [1, 0]\naxes = \"body\"\n",
-            "loads.push.axes: must be \"world\""},
-           {"[loads.coil]\ntype = \"torsional-spring-damper\"\nbetween = [\"r\", \"p\"]\nstiffness = 3\n",
-            "loads.coil.between: acts on the angle of \"p\""},
-           {"[loads.spring]\ntype = \"spring-damper\"\nbetween = [\"r\", \"p\"]\nat = [[0, 0], [0, 0.1]]\nstiffness = 3\n",
-            "loads.spring.at: must be [0, 0] on \"p\""},
-           {"[loads.mount]\ntype = \"bushing\"\nbetween = [\"r\", \"p\"]\nstiffness = [3, 3]\ntorsional_stiffness = 1\n",
-            "loads.mount.torsional_stiffness: acts on the angle of \"p\""},
-           {pin + "[instruments.encoder]\ntype = \"encoder\"\njoint = \"pin\"\ncounts = 360\nsampling = 1000\n",
-            "instruments.encoder.joint: has no angle"},
-       }) {
+  for (
+      const auto& [added, said] : std::vector<Case>{
+          {pin + "at = [[0, 0], [0.5, 0]]\n", "joints.pin.at: must be [0, 0] on \"p\""},
+          {pin + "clearance = 1e-3\nbearing_radius = 0.01\nsurface = \"rough\"\n",
+           "joints.pin.surface: has friction, which would turn \"p\""},
+          {"[joints.guide]\ntype = \"translational\"\nbetween = [\"ground\", \"p\"]\n",
+           "joints.guide.between: acts on the angle of \"p\""},
+          {"[joints.weld]\ntype = \"rigid\"\nbetween = [\"r\", \"p\"]\n",
+           "joints.weld.between: acts on the angle of \"p\""},
+          {"[joints.slot]\ntype = \"slot\"\nbetween = [\"p\", \"r\"]\n",
+           "joints.slot.between: the slot is on the first body"},
+          {"[contacts.floor]\ntype = \"plane\"\nbetween = [\"ground\", \"p\"]\nradius = 0.1\nsurface = \"rough\"\n",
+           "contacts.floor.surface: has friction, which would turn \"p\""},
+          {"[contacts.two]\ntype = \"discs\"\nbetween = [\"r\", \"p\"]\nradii = [0.1, 0.1]\nsurface = \"rough\"\n",
+           "contacts.two.surface: has friction, which would turn \"p\""},
+          {pin + "[drives.motor]\njoint = \"pin\"\nspeed = 3\n",
+           "drives.motor.joint: acts on the angle of \"p\""},
+          {"[loads.twist]\ntype = \"torque\"\nbody = \"p\"\ntorque = 3\n",
+           "loads.twist.body: acts on the angle of \"p\""},
+          {"[loads.push]\ntype = \"force\"\nbody = \"p\"\nforce = [1, 0]\nat = [0.1, 0]\n",
+           "loads.push.at: must be [0, 0] on \"p\""},
+          {"[loads.push]\ntype = \"force\"\nbody = \"p\"\nforce = [1, 0]\naxes = \"body\"\n",
+           "loads.push.axes: must be \"world\""},
+          {"[loads.coil]\ntype = \"torsional-spring-damper\"\nbetween = [\"r\", \"p\"]\nstiffness = 3\n",
+           "loads.coil.between: acts on the angle of \"p\""},
+          {"[loads.spring]\ntype = \"spring-damper\"\nbetween = [\"r\", \"p\"]\nat = [[0, 0], [0, 0.1]]\nstiffness = 3\n",
+           "loads.spring.at: must be [0, 0] on \"p\""},
+          {"[loads.mount]\ntype = \"bushing\"\nbetween = [\"r\", \"p\"]\nstiffness = [3, 3]\ntorsional_stiffness = 1\n",
+           "loads.mount.torsional_stiffness: acts on the angle of \"p\""},
+          {pin +
+               "[instruments.encoder]\ntype = \"encoder\"\njoint = \"pin\"\ncounts = 360\nsampling = 1000\n",
+           "instruments.encoder.joint: has no angle"},
+      }) {
     INFO(added);
     std::string message = "accepted";
     try {

@@ -28,8 +28,8 @@ constexpr double g = 9.81, mass = 0.1, young = 207e9, poisson = 0.3;
 struct Beads {
   int rows = 10, columns = 1;
   double drop = 0.051, restitution = 1, angle = 0, scale = 1, duration = 1;  // m, rad, s: at scale 1
-  double speed = 0;                                                        // m/s, of row 0 alone, upwards
-  double apart = 0;                                                        // m, between rows 0 and 1
+  double speed = 0;                                                          // m/s, of row 0 alone, upwards
+  double apart = 0;                                                          // m, between rows 0 and 1
   bool floor = true, weight = true, reversed = false;
 
   double radius() const { return 0.005 * scale; }
@@ -42,13 +42,15 @@ struct Beads {
   }
   std::string text() const {
     const auto up = this->up();
-    std::string s = fmt::format("gravity = [{:.17g}, {:.17g}]\n", weight ? -g * up.x() : 0.0, weight ? -g * up.y() : 0.0);
+    std::string s =
+        fmt::format("gravity = [{:.17g}, {:.17g}]\n", weight ? -g * up.x() : 0.0, weight ? -g * up.y() : 0.0);
     std::vector<int> order(static_cast<std::size_t>(rows * columns));
     std::iota(order.begin(), order.end(), 0);
     if (reversed) std::ranges::reverse(order);
     const auto contact = [&](const std::string& name, const std::string& a, const std::string& b) {
-      return fmt::format("[contacts.{}]\ntype = \"discs\"\nbetween = [\"{}\", \"{}\"]\nradii = [{:.17g}, {:.17g}]\nsurface = \"s\"\n",
-                         name, a, b, radius(), radius());
+      return fmt::format(
+          "[contacts.{}]\ntype = \"discs\"\nbetween = [\"{}\", \"{}\"]\nradii = [{:.17g}, {:.17g}]\nsurface = \"s\"\n",
+          name, a, b, radius(), radius());
     };
     const double m = mass * scale * scale * scale;
     for (const int k : order) {
@@ -65,13 +67,15 @@ struct Beads {
             "[contacts.f{0}]\ntype = \"plane\"\nbetween = [\"ground\", \"b{0}\"]\naxis = [{1:.17g}, {2:.17g}]\nradius = {3:.17g}\n"
             "surface = \"s\"\n",
             k, up.y(), -up.x(), radius());
-      if (row > 0) s += contact(fmt::format("c{}", k), fmt::format("b{}", k - columns), fmt::format("b{}", k));
+      if (row > 0)
+        s += contact(fmt::format("c{}", k), fmt::format("b{}", k - columns), fmt::format("b{}", k));
       if (column > 0) s += contact(fmt::format("h{}", k), fmt::format("b{}", k - 1), fmt::format("b{}", k));
     }
-    return s + fmt::format(
-                   "[surfaces.s]\nrestitution = {}\nyoung = {:.17g}\npoisson = {}\n[run]\nduration = {:.17g}\nstart = "
-                   "\"given\"\n",
-                   restitution, young * scale, poisson, duration * time());
+    return s +
+           fmt::format(
+               "[surfaces.s]\nrestitution = {}\nyoung = {:.17g}\npoisson = {}\n[run]\nduration = {:.17g}\nstart = "
+               "\"given\"\n",
+               restitution, young * scale, poisson, duration * time());
   }
   Scene scene() const { return parse_scene(text(), "beads.toml"); }
   /// Of bead k, in the units of scale 1: how far it is above its place, and how fast it rises.
@@ -119,7 +123,8 @@ constexpr double near = 1e-11;
 
 }  // namespace
 
-TEST_CASE("a column of touching beads bounces as one body from any height", "[cross][event-driven][unloaded]") {
+TEST_CASE("a column of touching beads bounces as one body from any height",
+          "[cross][event-driven][unloaded]") {
   for (const auto scheme : {Scheme::event_driven, Scheme::automatic})
     for (const double drop : {0.0501, 0.051, 0.055, 0.3}) {
       Beads beads;
@@ -132,7 +137,8 @@ TEST_CASE("a column of touching beads bounces as one body from any height", "[cr
     }
 }
 
-TEST_CASE("a column of touching beads turned, in other units and in another order", "[cross][event-driven][unloaded]") {
+TEST_CASE("a column of touching beads turned, in other units and in another order",
+          "[cross][event-driven][unloaded]") {
   for (const double scale : {1e-3, 1.0, 2000.0})
     for (const double angle : {0.0, 0.5 * M_PI, M_PI, 0.3})
       for (const bool reversed : {false, true}) {
@@ -168,7 +174,8 @@ TEST_CASE("a grid of touching beads bounces as one body", "[cross][event-driven]
   check_column(beads, run(beads, Scheme::event_driven), near, 10 * near);
 }
 
-TEST_CASE("a bead meets a row of touching beads: all of the row take part", "[cross][event-driven][unloaded]") {
+TEST_CASE("a bead meets a row of touching beads: all of the row take part",
+          "[cross][event-driven][unloaded]") {
   for (const double angle : {0.0, 0.7, -0.5 * M_PI})
     for (const double e : {1.0, 0.5}) {
       Beads beads;
@@ -188,7 +195,8 @@ TEST_CASE("a bead meets a row of touching beads: all of the row take part", "[cr
     }
 }
 
-TEST_CASE("an impact that rounding of gaps would decide says so, and no other", "[cross][event-driven][unloaded]") {
+TEST_CASE("an impact that rounding of gaps would decide says so, and no other",
+          "[cross][event-driven][unloaded]") {
   Beads beads;
   beads.duration = 0.3;
   const auto note = said(run(beads, Scheme::event_driven));
@@ -224,8 +232,13 @@ void check_chain(const Beads& beads, Integrator integrator) {
   INFO(result.ending.reason);
   REQUIRE(result.ending.status == Ending::Status::finished);
   const double E = young, R = 0.005;  // at scale 1
-  reference::HertzChain chain{mass, R, beads.weight ? g : 0, beads.floor ? reference::bead_stiffness(E, poisson, R) : 0,
-                              reference::bead_stiffness(E, poisson, 0.5 * R), {}, {}};
+  reference::HertzChain chain{mass,
+                              R,
+                              beads.weight ? g : 0,
+                              beads.floor ? reference::bead_stiffness(E, poisson, R) : 0,
+                              reference::bead_stiffness(E, poisson, 0.5 * R),
+                              {},
+                              {}};
   for (int row = 0; row < beads.rows; ++row) {
     chain.x.push_back(beads.drop + R * (1 + 2 * row) + (row > 0 ? beads.apart : 0));
     chain.v.push_back(row == 0 ? beads.speed : 0);
@@ -249,13 +262,13 @@ void check_chain(const Beads& beads, Integrator integrator) {
   CHECK_THAT(said(result), !Contains("flights before them"));
 }
 
-constexpr Integrator all_integrators[] = {Integrator::rk4,           Integrator::dopri5,
-                                          Integrator::bulirsch_stoer,
-                                          Integrator::rosenbrock4,   Integrator::adams_bashforth_moulton};
+constexpr Integrator all_integrators[] = {Integrator::rk4, Integrator::dopri5, Integrator::bulirsch_stoer,
+                                          Integrator::rosenbrock4, Integrator::adams_bashforth_moulton};
 
 }  // namespace
 
-TEST_CASE("a column of touching elastic beads falls on a floor: Hertz's chain", "[cross][penalty][unloaded]") {
+TEST_CASE("a column of touching elastic beads falls on a floor: Hertz's chain",
+          "[cross][penalty][unloaded]") {
   Beads beads;
   beads.rows = 5;
   beads.drop = 0.001;
@@ -269,7 +282,8 @@ TEST_CASE("a column of touching elastic beads falls on a floor: Hertz's chain", 
   check_chain(beads, Integrator::dopri5);
 }
 
-TEST_CASE("touching elastic beads turned, in other units and side by side: Hertz's chain", "[cross][penalty][unloaded]") {
+TEST_CASE("touching elastic beads turned, in other units and side by side: Hertz's chain",
+          "[cross][penalty][unloaded]") {
   Beads beads;
   beads.rows = 3;
   beads.drop = 0.001;

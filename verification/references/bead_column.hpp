@@ -58,9 +58,9 @@ inline double bead_stiffness(double young, double poisson, double R) {
 
 /// A chain of equal beads: contact 0 between a floor at 0 and bead 0, or none; contact k between beads k − 1 and k.
 struct HertzChain {
-  double mass, radius, gravity;   ///< kg, m, m/s² (towards the floor)
-  double floor, between;          ///< N/m^{3/2}; floor 0: none
-  std::vector<double> x, v;       ///< m, of the centres; m/s
+  double mass, radius, gravity;  ///< kg, m, m/s² (towards the floor)
+  double floor, between;         ///< N/m^{3/2}; floor 0: none
+  std::vector<double> x, v;      ///< m, of the centres; m/s
 
   void advance(double duration, double step) {
     const auto count = static_cast<long>(std::ceil(duration / step));
@@ -88,7 +88,8 @@ struct HertzChain {
   double energy() const {
     double sum = 0;
     for (std::size_t i = 0; i < x.size(); ++i)
-      sum += 0.5 * mass * v[i] * v[i] + mass * gravity * x[i] + 0.4 * stiffness(i) * std::pow(depth(x, i), 2.5);
+      sum +=
+          0.5 * mass * v[i] * v[i] + mass * gravity * x[i] + 0.4 * stiffness(i) * std::pow(depth(x, i), 2.5);
     return sum;
   }
 

@@ -119,10 +119,12 @@ TEST_CASE("targets that scatter together say no more than their difference allow
         Approx(t / std::sqrt(4 * (information - Misfit::pull) + Misfit::pull)).epsilon(1e-3));
 }
 
-TEST_CASE("an interval that reaches a limit of its range is open there; two minima are in one", "[calibrate]") {
+TEST_CASE("an interval that reaches a limit of its range is open there; two minima are in one",
+          "[calibrate]") {
   // y = ξ measured as 0.9 ± 0.2: of the profile 1.96·0.2 below 0.9, and above it the range's end.
   const auto line = exact(1, [](const Eigen::VectorXd& xi) { return xi[0]; });
-  const double w = Misfit::pull, s = 0.2, best = 0.9 / (1 + w * s * s), half = 1.959964 / std::sqrt(1 / (s * s) + w);
+  const double w = Misfit::pull, s = 0.2, best = 0.9 / (1 + w * s * s),
+               half = 1.959964 / std::sqrt(1 / (s * s) + w);
   const auto f = fit(Misfit({{line, 0.9, s, 1, 0, 0, 0}}, {{}}), {true}, one);
   CHECK(f.unknowns[0].low == Approx(best - half).epsilon(1e-4));
   CHECK_FALSE(f.unknowns[0].open_low);
@@ -141,7 +143,8 @@ TEST_CASE("identifiability: what no target sees, and what targets see together",
   const std::vector<Scatter> none(2);
   // Both targets see ξ₁ alone.
   const auto first = exact(2, [](const Eigen::VectorXd& xi) { return xi[0]; });
-  const auto blind = identifiability(Misfit({{first, 0, 0.1, 1, 0, 0, 0}, {first, 0, 0.1, 1, 1, 0, 1}}, none), points);
+  const auto blind =
+      identifiability(Misfit({{first, 0, 0.1, 1, 0, 0, 0}, {first, 0, 0.1, 1, 1, 0, 1}}, none), points);
   CHECK(blind.identified(0));
   CHECK_FALSE(blind.identified(1));
   CHECK(blind.sensitivity(0, 0) == Approx(10).epsilon(1e-6));
@@ -149,7 +152,8 @@ TEST_CASE("identifiability: what no target sees, and what targets see together",
   CHECK(blind.left_open[0] == Approx(1.96 / std::sqrt(2 * 100 + Misfit::pull)).epsilon(1e-6));
   // Both see the sum: each is open, and they correlate by −1 but for the pull.
   const auto sum = exact(2, [](const Eigen::VectorXd& xi) { return xi[0] + xi[1]; });
-  const auto together = identifiability(Misfit({{sum, 0, 0.1, 1, 0, 0, 0}, {sum, 0, 0.1, 1, 1, 0, 1}}, none), points);
+  const auto together =
+      identifiability(Misfit({{sum, 0, 0.1, 1, 0, 0, 0}, {sum, 0, 0.1, 1, 1, 0, 1}}, none), points);
   CHECK_FALSE(together.identified(0));
   CHECK_FALSE(together.identified(1));
   CHECK(together.correlation(0, 1) < -0.99);
@@ -166,12 +170,14 @@ TEST_CASE("targets that contradict each other are rejected", "[calibrate]") {
   // y = ξ twice, measured as ±0.5 to 0.1: the middle is off by five of each, χ² = 50 of one degree.
   const auto line = exact(1, [](const Eigen::VectorXd& xi) { return xi[0]; });
   const std::vector<Scatter> none(2);
-  const auto off = fit(Misfit({{line, 0.5, 0.1, 1, 0, 0, 0}, {line, -0.5, 0.1, 1, 1, 0, 1}}, none), {true, true}, one);
+  const auto off =
+      fit(Misfit({{line, 0.5, 0.1, 1, 0, 0, 0}, {line, -0.5, 0.1, 1, 1, 0, 1}}, none), {true, true}, one);
   CHECK(off.squares == Approx(50).epsilon(1e-3));
   CHECK(off.degrees == 1);
   CHECK(off.rejected);
   CHECK_FALSE(off.holds());
-  const auto on = fit(Misfit({{line, 0.1, 0.1, 1, 0, 0, 0}, {line, -0.1, 0.1, 1, 1, 0, 1}}, none), {true, true}, one);
+  const auto on =
+      fit(Misfit({{line, 0.1, 0.1, 1, 0, 0, 0}, {line, -0.1, 0.1, 1, 1, 0, 1}}, none), {true, true}, one);
   CHECK_FALSE(on.rejected);
 }
 
@@ -186,11 +192,12 @@ TEST_CASE("a long measured file is cut into stretches as long as a run", "[calib
                        i % 600 == 77 ? 100 + i / 600 : 20 * std::cos(2 * std::numbers::pi * i / 600));
   write_file(folder.path() / "data.csv", csv);
   const auto study = [&](int revolutions) {
-    write_file(folder.path() / "study.toml",
-               head(guide()) + fmt::format("[calibrate]\npoints = 5\nrevolutions = {}\n[calibrate.unknowns.c]\n"
-                                           "key = \"joints.gudgeon.clearance\"\nlow = 0.2e-3\nhigh = 1e-3\n"
-                                           "[calibrate.targets.t]\nstatistic = \"peak_max\"\ndata = \"data.csv\"\n",
-                                           revolutions));
+    write_file(
+        folder.path() / "study.toml",
+        head(guide()) + fmt::format("[calibrate]\npoints = 5\nrevolutions = {}\n[calibrate.unknowns.c]\n"
+                                    "key = \"joints.gudgeon.clearance\"\nlow = 0.2e-3\nhigh = 1e-3\n"
+                                    "[calibrate.targets.t]\nstatistic = \"peak_max\"\ndata = \"data.csv\"\n",
+                                    revolutions));
     return plan_calibration(read_study(folder.path() / "study.toml"), {});
   };
   const auto five = study(5);
@@ -219,7 +226,8 @@ TEST_CASE("a run that a noisy measurement judges bears its noise", "[calibrate][
   one.noise = 5;
   // 6,000 samples of a variance of 25: 25 ± 1.96·25√(2/6000) of the mean square, and as much of the mixed term.
   const double noisy = rms();
-  CHECK(noisy * noisy - quiet * quiet == Approx(25).margin(1.96 * (25 * std::sqrt(2.0 / 6000) + 2 * 5 * quiet / std::sqrt(6000))));
+  CHECK(noisy * noisy - quiet * quiet ==
+        Approx(25).margin(1.96 * (25 * std::sqrt(2.0 / 6000) + 2 * 5 * quiet / std::sqrt(6000))));
   CHECK(rms() == noisy);
   one.start = 1;
   const auto other = identity(study, one, {}).digest();
@@ -227,12 +235,12 @@ TEST_CASE("a run that a noisy measurement judges bears its noise", "[calibrate][
   CHECK(identity(study, one, {}).digest() != other);
 }
 
-TEST_CASE("a fit that does not hold has no intervals; a measure of the study is a target", "[calibrate][program]") {
+TEST_CASE("a fit that does not hold has no intervals; a measure of the study is a target",
+          "[calibrate][program]") {
   test::TemporaryFolder folder;
   const auto place = folder.path().string();
   const auto calibrated = [&](const std::string& target) {
-    write_file(folder.path() / "study.toml",
-               head(guide()) + R"([measure.first]
+    write_file(folder.path() / "study.toml", head(guide()) + R"([measure.first]
 column = "t"
 reduce = "first"
 at = "crank.angle crosses 30 deg upwards"
@@ -251,7 +259,8 @@ high = 1e-3
 )" + target);
     return test::freeplay("calibrate " + place + "/study.toml --allow-outside -o " + place + "/out");
   };
-  const auto off = calibrated("[calibrate.targets.t]\nstatistic = \"rms\"\nvalue = 1000.0\ntolerance = 0.01\n");
+  const auto off =
+      calibrated("[calibrate.targets.t]\nstatistic = \"rms\"\nvalue = 1000.0\ntolerance = 0.01\n");
   CAPTURE(off.out, off.err);
   CHECK(off.status == 1);
   CHECK_THAT(off.out, Contains("no interval: the fit does not hold"));
@@ -260,7 +269,8 @@ high = 1e-3
   CHECK(json["fitted_to_all"]["unknowns"]["c"]["low"].is_null());
   CHECK(json["fitted_to_all"]["holds"] == false);
   CHECK(json["identifiability"]["unknowns"]["c"].contains("range_left_open"));
-  const auto measure = calibrated("[calibrate.targets.t]\nstatistic = \"peak\"\nvalue = 40.0\ntolerance = 0.5\n");
+  const auto measure =
+      calibrated("[calibrate.targets.t]\nstatistic = \"peak\"\nvalue = 40.0\ntolerance = 0.5\n");
   CAPTURE(measure.out, measure.err);
   CHECK(measure.status <= 1);
   CHECK_THAT(measure.out, Contains("Identifiability"));

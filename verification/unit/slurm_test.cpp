@@ -16,10 +16,12 @@ namespace {
 
 struct Cluster {
   Cluster() {
-    std::filesystem::copy_file(test::source_folder() / "cases/bouncing-ball/scene.toml", folder.path() / "scene.toml");
-    write_file(folder.path() / "study.toml",
-               "scene = \"scene.toml\"\nformulations = [\"nonsmooth\"]\nrestitution = \"as-given\"\nduration = 0.05\n"
-               "[axes.e]\nkey = \"surfaces.hard.restitution\"\nvalues = [0.5, 0.6]\n");
+    std::filesystem::copy_file(test::source_folder() / "cases/bouncing-ball/scene.toml",
+                               folder.path() / "scene.toml");
+    write_file(
+        folder.path() / "study.toml",
+        "scene = \"scene.toml\"\nformulations = [\"nonsmooth\"]\nrestitution = \"as-given\"\nduration = 0.05\n"
+        "[axes.e]\nkey = \"surfaces.hard.restitution\"\nvalues = [0.5, 0.6]\n");
     make_folder(folder.path() / "bin");
     command("sinfo", "echo 0/1/0/1");
     command("sbatch", "echo 7");
@@ -39,11 +41,13 @@ struct Cluster {
   Ended run(const std::string& arguments) const {
     const auto began = std::chrono::steady_clock::now();
     const int status = std::system(
-        fmt::format("cd '{0}' && PATH='{0}/bin':$PATH FREEPLAY_SLURM_SECONDS=1 timeout 50 '{1}/freeplay' {2} >said 2>&1",
-                    folder.path().string(), FREEPLAY_BINARY_DIR, arguments)
+        fmt::format(
+            "cd '{0}' && PATH='{0}/bin':$PATH FREEPLAY_SLURM_SECONDS=1 timeout 50 '{1}/freeplay' {2} >said 2>&1",
+            folder.path().string(), FREEPLAY_BINARY_DIR, arguments)
             .c_str());
     std::ifstream in(folder.path() / "said");
-    return {WEXITSTATUS(status), {std::istreambuf_iterator<char>(in), {}},
+    return {WEXITSTATUS(status),
+            {std::istreambuf_iterator<char>(in), {}},
             std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count()};
   }
   test::TemporaryFolder folder;
@@ -55,7 +59,8 @@ TEST_CASE("a command of Slurm that does not answer is ended, and the verb says w
   const Cluster cluster;
   const std::string submit = "submit study.toml --slurm --array 1 -o out";
   CHECK(cluster.run(submit).status == 0);
-  for (const auto& [hangs, status] : {std::pair<std::string, int>{"squeue", 1}, {"sbatch", 1}, {"sinfo", 0}}) {
+  for (const auto& [hangs, status] :
+       {std::pair<std::string, int>{"squeue", 1}, {"sbatch", 1}, {"sinfo", 0}}) {
     CAPTURE(hangs);
     const Cluster one;
     // A child of the child that holds the pipe does not hold up the end either.
@@ -82,7 +87,8 @@ TEST_CASE("the licences of all that is shipped with the program are shipped", "[
                                    test::source_folder().string(), files, out, folder.path().string())
                            .c_str());
   };
-  REQUIRE(of(fmt::format("ldd '{}/freeplay' | awk '$3 ~ /^\\// {{print $3}}' | grep -v san", FREEPLAY_BINARY_DIR)) == 0);
+  REQUIRE(of(fmt::format("ldd '{}/freeplay' | awk '$3 ~ /^\\// {{print $3}}' | grep -v san",
+                         FREEPLAY_BINARY_DIR)) == 0);
   const auto text = [&](const std::string& name) {
     std::ifstream in(out + "/" + name);
     return std::string{std::istreambuf_iterator<char>(in), {}};
