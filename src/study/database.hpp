@@ -6,7 +6,7 @@
 //     by SQLite        defensive, schema not trusted, no triggers, nothing attached, and an authorizer that allows what
 //                      freeplay's own statements need; a file that is only read is opened for reading
 //     then             UTF-8; each definition one of this program's own (study/schema.hpp); pages that hold together
-//                      (quick_check, first fault: 2 s for a gigabyte that is in memory)
+//                      (quick_check, first fault: 3 s for a gigabyte that is in memory)
 //     while in use     a statement ends after a time that grows with the file: 120 s, and a second for each megabyte
 //
 // Nothing is changed before all of this is known, but that SQLite takes back an unfinished transaction whose rollback journal
