@@ -352,7 +352,7 @@ step = 1e-4
 
 TEST_CASE("fehlberg78 is refused with what to use instead", "[errors]") {
   CHECK_THROWS_WITH(slider("[run]\nduration = 1\n[penalty]\nintegrator = \"fehlberg78\"\n", 1, {}),
-                    Contains("slider.toml:15:14: penalty.integrator: \"fehlberg78\" has been removed") &&
+                    Contains("slider.toml:14:14: penalty.integrator: \"fehlberg78\" has been removed") &&
                         Contains("use \"bulirsch_stoer\""));
 }
 
