@@ -266,7 +266,7 @@ class Evidence {
     // Relative: where nothing scatters, all are alike.
     const double mean = noise.mean();
     noise = mean > 0 ? Eigen::VectorXd((noise / mean).cwiseMax(0.05)) : Eigen::VectorXd::Ones(count);
-    return {at, y, noise};
+    return {at, y, noise, scatter.known() ? mean : 0};
   }
 
   const Study& study_;
@@ -338,7 +338,8 @@ bool contradicts(const std::vector<double>& outcomes, double measured, double to
   const double one = n > 1 ? boost::math::quantile(boost::math::students_t(n - 1), 0.995) *
                                  std::sqrt((1.0 / pieces + 1 / n) * squares / (n - 1))
                            : normal * surface_error;
-  return std::abs(std::log(measured) - mean) > std::hypot(normal * tolerance, one);
+  const double surface = n > 1 ? normal * surface_error : 0;  // of a single start it stands for `one`
+  return std::abs(std::log(measured) - mean) > std::hypot(normal * tolerance, one, surface);
 }
 
 CalibrationPlan plan_calibration(const Study& study, const Conduct& conduct) {
@@ -454,8 +455,10 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
       const auto own = outcomes_of(rows, name_of_run(name, target), statistic);
       f->on_surface[i] = possible(f->on_surface[i], statistic.kind());
       f->run_again.push_back(possible(interval(own), statistic.kind()));
-      f->contradicted.push_back(f->used[i] && contradicts(own, result.measured[i], target.tolerance,
-                                                          result.surface_error[i], target.pieces));
+      const double surface_error =
+          own.size() > 1 ? std::sqrt(misfit.parts(i, f->xi).surface) : result.surface_error[i];
+      f->contradicted.push_back(f->used[i] && contradicts(own, result.measured[i], target.tolerance, surface_error,
+                                                          target.pieces));
       std::vector<double> outcomes;
       for (int k = 0; k < draws; ++k)
         for (double x : outcomes_of(rows, name_of_run(draw_name(name, k), target), statistic))

@@ -46,10 +46,10 @@ struct Fit {
   std::vector<Estimate> run_again;   ///< by runs at the optimum: mean and 95 % interval over starts
   /// Where one more run from the fit's own uncertainty lies: median and 95 % interval, by runs at the draws.
   std::vector<Estimate> predictive;
-  /// Of the targets fitted to: whether the measured value lies outside 99 % of what runs at the optimum and its own
-  /// tolerance allow together, |ln m − mean ln r| > hypot(2.58 tolerance, t √(1/q + 1/n) s) over the n starts, the value being
-  /// the mean of q stretches as long as a run (1 where it is given); with a single start the surface's error stands for s.
-  /// A run without the statistic contradicts.
+  /// Of the targets fitted to: whether the measured value lies outside 99 % of what runs at the optimum, the surface's error there
+  /// and its own tolerance allow together, |ln m − mean ln r| > hypot(2.58 tolerance, t √(1/q + 1/n) s, 2.58 s_i) over the n
+  /// starts, the value being the mean of q stretches as long as a run (1 where it is given); with a single start the error of
+  /// leaving out one point stands for both. A run without the statistic contradicts.
   std::vector<bool> contradicted;
   Eigen::MatrixXd draws;        ///< ξ of the likelihood, a row each
   Eigen::MatrixXd correlation;  ///< of the unknowns, at the optimum

@@ -79,7 +79,7 @@ struct ResponseSurface::Kriging {
 };
 
 ResponseSurface::ResponseSurface(const Eigen::MatrixXd& points, const Eigen::VectorXd& outcomes,
-                                 const Eigen::VectorXd& noise)
+                                 const Eigen::VectorXd& noise, double least_noise)
     : points_(points) {
   const auto m = points.rows();
   const auto n = points.cols();
@@ -136,13 +136,15 @@ ResponseSurface::ResponseSurface(const Eigen::MatrixXd& points, const Eigen::Vec
   solved_ = k.solved;
   inverse_ = k.K.solve(Eigen::MatrixXd::Identity(m, m));
   trend_covariance_ = k.trend.solve(Eigen::MatrixXd::Identity(p, p));
-  noise_ = k.squares / freedom_;
-  // Qy = K⁻¹(y − Bβ), and the diagonal of Q.
-  double press = 0;
+  // Qy = K⁻¹(y − Bβ), and the diagonal of Q. Few degrees of freedom may make the likelihood's σ² small by chance: that of leaving
+  // each point out, Σ (Qy)_p²/Q_pp/m, must not exceed it.
+  double press = 0, left_out = 0;
   for (Eigen::Index i = 0; i < m; ++i) {
     const double q = inverse_(i, i) - solved_.row(i) * trend_covariance_ * solved_.row(i).transpose();
     press += std::pow(weights_[i] / q, 2);
+    left_out += weights_[i] * weights_[i] / q / static_cast<double>(m);
   }
+  noise_ = std::max({k.squares / freedom_, left_out, least_noise});
   error_ = std::sqrt(press / static_cast<double>(m));
 }
 

@@ -20,10 +20,10 @@ namespace freeplay {
 
 class ResponseSurface {
  public:
-  /// Rows of `points` are ξ; `noise`: c_p, the noise's relative variances, empty for equal ones. Throws std::invalid_argument
-  /// with fewer points than coefficients and two more.
+  /// Rows of `points` are ξ; `noise`: c_p, the noise's relative variances, empty for equal ones; `least_noise`: what σ² is
+  /// known not to be less than. Throws std::invalid_argument with fewer points than coefficients and two more.
   ResponseSurface(const Eigen::MatrixXd& points, const Eigen::VectorXd& outcomes,
-                  const Eigen::VectorXd& noise = {});
+                  const Eigen::VectorXd& noise = {}, double least_noise = 0);
   double operator()(const Eigen::VectorXd& xi) const;
   Eigen::VectorXd gradient(const Eigen::VectorXd& xi) const;
   /// Of the surface at ξ.

@@ -232,6 +232,10 @@ TEST_CASE("runs contradict a fit where 99 % of them and of the target's toleranc
   CHECK(contradicts(runs, std::exp(edge * 1.001), 0.1, 0));
   CHECK(contradicts({1, 0}, 1, 0.1, 0.1));
   CHECK(contradicts({1}, std::exp(2.575829 * 0.3 * 1.001), 0, 0.3));
+  // The optimum is one of the points that a surface's own error allows: 2.58 of that besides.
+  const double wide = std::hypot(edge, 2.575829 * 0.2);
+  CHECK_FALSE(contradicts(runs, std::exp(wide * 0.999), 0.1, 0.2));
+  CHECK(contradicts(runs, std::exp(wide * 1.001), 0.1, 0.2));
   // The mean of four stretches: t s √(1/4 + 1/8).
   const double mean = 3.499483 * 0.1 * std::sqrt(8.0 / 7) * std::sqrt(1.0 / 4 + 1.0 / 8);
   CHECK_FALSE(contradicts(runs, std::exp(mean * 0.999), 0, 0, 4));
