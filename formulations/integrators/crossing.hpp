@@ -86,8 +86,21 @@ std::optional<double> first_loss(F at, double t0, double t1, Watched start, cons
     if (const auto t = self(self, ta, a, tm, m, halvings - 1)) return t;
     return self(self, tm, m, tb, b, halvings - 1);
   };
-  if (!std::isfinite(motion.bend))
-    return search(search, t0, start, t1, end, 0);  // beyond the range of numbers
+  if (!std::isfinite(motion.bend)) {
+    // A bound that says nothing (wheels whose centres may come closer within the step than teeth mesh; numbers beyond
+    // their range) is no finding either: the ends of 256 pieces decide.
+    Watched a = start;
+    double ta = t0;
+    for (int k = 1; k <= 256; ++k) {
+      const double tb = k < 256 ? t0 + (t1 - t0) * k / 256 : t1;
+      const Watched b = k < 256 ? at(tb) : end;
+      if (b.value < 0)
+        return a.value > 0 ? std::optional(bracketed_root(value, ta, tb, a.value, b.value)) : ta;
+      a = b;
+      ta = tb;
+    }
+    return std::nullopt;
+  }
   const auto found = search(search, t0, start, t1, end, 60);
   if (pieces >= 0) return found;
   pieces = 10000;

@@ -52,7 +52,10 @@ void ControlledMoreau::keep_pace() {
   if (crowded && passed < 0.02 * slow) floor_ = std::min(4 * floor_, std::max(least_floor_, 0.2 * pace_));
   if (passed > 0.2 * slow) floor_ = std::max(0.25 * floor_, least_floor_);
   const long gains = moreau_.extremes().gains;
-  if (passed > 0.02 * slow || gains == gains_) calm_speed_ = fastest_;
+  if (passed > 0.02 * slow || gains == gains_) {
+    calm_speed_ = fastest_;
+    calm_gains_ = gains;
+  }
   gains_ = gains;
   paced_ = strikes_ = 0;
   paced_since_ = moreau_.t();
@@ -78,6 +81,7 @@ void ControlledMoreau::start(const State& state, ContactLog& log) {
   find_pace();
   paced_since_ = calm_since_ = state.t;
   calm_speed_ = std::max(fastest_, scales_.speed);
+  calm_gains_ = moreau_.extremes().gains;
   system_.place(state.t, state.q.data(), e_);
   striking_ = false;
   for (int k = 0; k < system_.contacts(); ++k) {
@@ -157,8 +161,9 @@ double ControlledMoreau::curve_limit() const {
 
 bool ControlledMoreau::step(double t_end) {
   moreau_.keep(start_);
-  // What impacts drive faster and faster in next to no time comes to no end that shorter steps would reach.
-  if (calm_speed_ > 0 && fastest_ > 1e3 * calm_speed_)
+  // What impacts drive faster and faster in next to no time comes to no end that shorter steps would reach. A body that
+  // springs or drives accelerate from rest gains as much speed by no impact.
+  if (calm_speed_ > 0 && fastest_ > 1e3 * calm_speed_ && moreau_.extremes().gains > calm_gains_)
     return fail(fmt::format(
         "t = {:.9g} s: impacts that raise the energy drove a speed of {:.2g} m/s to {:.2g} m/s in next to no "
         "time: a restitution of rates with friction can; nonsmooth.impact_law = \"energetic\" does not",

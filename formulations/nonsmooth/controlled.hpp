@@ -46,7 +46,7 @@ class ControlledMoreau {
     m(moreau_, start_.t, start_.q, start_.v, middle_q_, middle_v_, middle_t_, h_, floor_, least_floor_,
       fastest_, pace_, striking_, smooth_step_, unseen_, steps_, paced_, paced_since_, calm_since_, floored_,
       most_floored_, longest_floor_, ended_, ended_time_, smooth_, within_, film_pace_, calm_speed_, gains_,
-      strikes_);
+      calm_gains_, strikes_);
   }
 
   double t() const { return moreau_.t(); }
@@ -124,6 +124,7 @@ class ControlledMoreau {
   double fastest_ = 0, pace_ = 0;      // m/s; s, in which that crosses the least clearance
   double calm_speed_ = 0;              // m/s, the fastest when impacts last gave nothing
   long gains_ = 0;                     // impacts that raised the energy when the pace was last looked at
+  long calm_gains_ = 0;                // the same when calm_speed_ was taken
   double film_pace_ = 0;               // s, of a film that turns with its journal
   double turned_ = 0;                  // m/s, in the last pair
   std::vector<double> pressed_first_;  // N s, of the contacts in the first half step

@@ -61,7 +61,6 @@ constexpr Way all_ways[] = {
     {"rosenbrock4", Family::penalty, [](const RandomScene& s) { return penalty(s, "rosenbrock4"); }},
     {"bulirsch_stoer", Family::penalty, [](const RandomScene& s) { return penalty(s, "bulirsch_stoer"); }},
     {"dopri5", Family::penalty, [](const RandomScene& s) { return penalty(s, "dopri5"); }},
-    {"fehlberg78", Family::penalty, [](const RandomScene& s) { return penalty(s, "fehlberg78"); }},
     {"rk4", Family::penalty,
      [](const RandomScene& s) {
        return penalty(s, "rk4") + fmt::format("step = {}\n", text_of(s.contact_step));

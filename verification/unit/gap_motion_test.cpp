@@ -130,4 +130,13 @@ TEST_CASE("the first loss of a gap is found between ends that show none", "[unse
   const GapMotion wild{GapMotion::Shape::straight, 0, 1e40, 0};
   CHECK_FALSE(first_loss(grazing, 0, 1, grazing(0), grazing(1), wild, 1e-15, unseen));
   CHECK(unseen == Approx(0.125e40 / 4096 / 4096).epsilon(0.01));
+  // A bound that says nothing, as of teeth whose centres may come closer than they mesh, is no finding: 256 pieces decide.
+  const GapMotion none{GapMotion::Shape::straight, 0, INFINITY, 0};
+  unseen = 0;
+  CHECK_FALSE(first_loss(grazing, 0, 1, grazing(0), grazing(1), none, 1e-15, unseen));
+  const auto dip = parabola(0.5, 0.2, 0.4);
+  const auto t = first_loss(dip, 0, 1, dip(0), dip(1), none, 1e-15, unseen);
+  REQUIRE(t.has_value());
+  CHECK(*t == Approx(0.4 - 0.2 * std::sqrt(0.5 / 1.5)).margin(1e-9));
+  CHECK(unseen == 0);
 }

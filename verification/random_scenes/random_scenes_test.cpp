@@ -1,0 +1,107 @@
+// Random scenes: their references against closed forms, and runs that were judged wrongly before.
+#include "verification/random_scenes/random_scenes.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "model/scene.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using namespace freeplay::verification::random_scenes;
+namespace reference = freeplay::reference;
+
+TEST_CASE("the small integrator bounces a ball as its parabolas do", "[random-scenes]") {
+  reference::OneCoordinate one;
+  const double g = 9.81, drop = 0.1, e = 0.8, fall = std::sqrt(2 * drop / g);
+  one.acceleration = [g](double, double, double) { return -g; };
+  one.walls = {reference::MovingWall{[](double) { return reference::CurvePoint{}; }, 1, e}};
+  one.x = drop;
+  one.step = 1e-3;
+  // The top of the first bounce: e² of the drop, a fall and a rise of e times as long later. Constant accelerations are
+  // exact in Runge–Kutta's method; the impact's instant is bisected to rounding.
+  const auto rows = one.at({fall * (1 + e)});
+  REQUIRE(rows.known == 1);
+  CHECK(std::abs(rows.x[0] - e * e * drop) < 1e-12);
+  CHECK(std::abs(rows.v[0]) < 1e-11);
+  CHECK(rows.impacts == 1);
+}
+
+TEST_CASE("the small integrator's compliant wall delivers the restitution that it is given",
+          "[random-scenes]") {
+  for (const double e : {1.0, 0.7, 0.3}) {
+    reference::OneCoordinate one;
+    one.acceleration = [](double, double, double) { return 0.0; };
+    one.walls = {reference::MovingWall{[](double) { return reference::CurvePoint{}; }, 1, e, 1e6, 1.5}};
+    one.x = 0.01, one.v = -1;
+    one.step = 1e-3, one.step_in_contact = 1e-5;
+    const auto rows = one.at({0.5});
+    CHECK(std::abs(rows.v[0] - e) <
+          1e-6);  // of fourth order in some thousand steps of the contact; δ^1.5 at its ends
+  }
+}
+
+TEST_CASE("a column of touching bodies of one restitution bounces as one", "[random-scenes]") {
+  reference::TouchingRow row;
+  row.floor = true;
+  row.gravity = 9.81, row.restitution = 0.7;
+  for (int i = 0; i < 5; ++i) {
+    row.mass.push_back(1 + 0.3 * i), row.v.push_back(0), row.reach.push_back(0.005);
+    row.x.push_back(0.05 + 0.005 + 0.01 * i);
+  }
+  const double fall = std::sqrt(2 * 0.05 / 9.81);
+  const auto rows = row.at({1.7 * fall}, 100);
+  REQUIRE(rows.known == 1);
+  for (std::size_t i = 0; i < 5; ++i)
+    CHECK(std::abs(rows.x[0][i] - 0.005 - 0.01 * static_cast<double>(i) - 0.49 * 0.05) < 1e-12);
+}
+
+TEST_CASE("a random scene is decided by its seed, its index and the kinds", "[random-scenes]") {
+  for (int i = 0; i < 20; ++i) CHECK(draw(5, i, "new").text == draw(5, i, "new").text);
+  CHECK(draw(5, 1, "barrier").kind == "barrier");
+  CHECK_THROWS_WITH(draw(5, 1, "heap"), Catch::Contains("there is no kind of random scene \"heap\""));
+}
+
+// Speeds that a spring gives from rest are no impacts that raise the energy: adaptive time steps ended here so at 0.14 mm/s.
+TEST_CASE("a frictionless stop that a spring accelerates a block to from rest is passed", "[random-scenes]") {
+  const auto scene = parse_scene(R"(format = 2
+[bodies.block]
+mass = 0.01875
+inertia = 1
+position = [0.0235, 0]
+[joints.on]
+type = "translational"
+between = ["ground", "block"]
+[contacts.stop]
+type = "travel-stop"
+joint = "on"
+lower = -0.00318
+stiffness = 3e6
+surface = "s"
+[surfaces.s]
+young = 2e11
+poisson = 0.3
+restitution = 0.66
+[loads.spring]
+type = "spring-damper"
+between = ["ground", "block"]
+at = [[-0.435, 0], [0, 0]]
+stiffness = 972
+free_length = 0.435
+[run]
+duration = 0.01
+[nonsmooth]
+scheme = "moreau-jean"
+)",
+                                 "stop");
+  const auto run = test::simulate(scene, Family::nonsmooth);
+  INFO(run.ending.reason);
+  REQUIRE(run.ending.status == Ending::Status::finished);
+  // From rest at A down to the stop at s: ω(t) with cos ωt₁ = s/A, then back by e of that speed.
+  const double A = 0.0235, s = -0.00318, w = std::sqrt(972 / 0.01875), t1 = std::acos(s / A) / w;
+  const double v = 0.66 * A * w * std::sin(w * t1), t = 0.01 - t1;
+  const double x = s * std::cos(w * t) + v / w * std::sin(w * t);
+  // Time steps that are chosen: a hundredth of the motion, as every row of random scenes.
+  CHECK(std::abs(run.final_state.q[0] - x) < 1e-2 * A);
+}
