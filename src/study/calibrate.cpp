@@ -457,8 +457,8 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
       f->run_again.push_back(possible(interval(own), statistic.kind()));
       const double surface_error =
           own.size() > 1 ? std::sqrt(misfit.parts(i, f->xi).surface) : result.surface_error[i];
-      f->contradicted.push_back(f->used[i] && contradicts(own, result.measured[i], target.tolerance, surface_error,
-                                                          target.pieces));
+      f->contradicted.push_back(
+          f->used[i] && contradicts(own, result.measured[i], target.tolerance, surface_error, target.pieces));
       std::vector<double> outcomes;
       for (int k = 0; k < draws; ++k)
         for (double x : outcomes_of(rows, name_of_run(draw_name(name, k), target), statistic))

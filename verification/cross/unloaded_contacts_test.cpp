@@ -262,7 +262,7 @@ void check_chain(const Beads& beads, Integrator integrator) {
   CHECK_THAT(said(result), !Contains("flights before them"));
 }
 
-constexpr Integrator all_integrators[] = {Integrator::rk4,         Integrator::dopri5,  Integrator::bulirsch_stoer,
+constexpr Integrator all_integrators[] = {Integrator::rk4, Integrator::dopri5, Integrator::bulirsch_stoer,
                                           Integrator::rosenbrock4, Integrator::adams_bashforth_moulton};
 
 }  // namespace

@@ -77,7 +77,8 @@ std::string big_endian(std::uint32_t x) {
 /// A rollback journal of no pages that names another file: SQLite would remove that one.
 std::string journal_naming(const Path& other) {
   const std::string magic("\xd9\xd5\x05\xf9\x20\xa1\x63\xd7"), name = other.string();
-  std::string journal = magic + big_endian(0) + big_endian(1) + big_endian(2) + big_endian(512) + big_endian(4096);
+  std::string journal =
+      magic + big_endian(0) + big_endian(1) + big_endian(2) + big_endian(512) + big_endian(4096);
   journal.resize(512, '\0');
   std::uint32_t sum = 0;
   for (const char c : name) sum += static_cast<std::uint32_t>(static_cast<signed char>(c));
@@ -93,9 +94,7 @@ struct Attack {
 
 const std::vector<Attack>& attacks() {
   using P = const Path&;
-  const auto sql = [](const std::string& text) {
-    return [text](P file, P) { execute(file, text); };
-  };
+  const auto sql = [](const std::string& text) { return [text](P file, P) { execute(file, text); }; };
   static const std::vector<Attack> list{
       {"trigger on runs",
        sql("CREATE TRIGGER t AFTER INSERT ON runs BEGIN UPDATE runs SET status = 'forged'; END")},
@@ -119,8 +118,9 @@ const std::vector<Attack>& attacks() {
        }},
       {"statements behind a view's definition, which make a file",
        [](P file, P victim) {
-         execute(file, redefine("turns", fmt::format("sql || '; ATTACH ''{0}.made'' AS v; CREATE TABLE v.x (y)'",
-                                                     victim.string())));
+         execute(file,
+                 redefine("turns", fmt::format("sql || '; ATTACH ''{0}.made'' AS v; CREATE TABLE v.x (y)'",
+                                               victim.string())));
        }},
       {"virtual table",
        sql("PRAGMA writable_schema = ON; INSERT INTO sqlite_master VALUES ('table', 'v', 'v', 0, 'CREATE VIRTUAL "
@@ -147,7 +147,8 @@ const std::vector<Attack>& attacks() {
          std::filesystem::remove(file);
          execute(file, made);
        }},
-      {"half of it", [](P file, P) { std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2); }},
+      {"half of it",
+       [](P file, P) { std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2); }},
       {"its first 100 bytes", [](P file, P) { std::filesystem::resize_file(file, 100); }},
       {"another page size", [](P file, P) { put_bytes(file, 16, std::string("\x02\x00", 2)); }},
       {"a size of 8 TB in its header", [](P file, P) { put_bytes(file, 28, big_endian(0x7fffffff)); }},
@@ -180,14 +181,16 @@ const std::vector<Attack>& attacks() {
        }},
       {"log with a trigger",
        [](P file, P) {
-         execute(file,
-                 "PRAGMA journal_mode = WAL; CREATE TRIGGER t AFTER INSERT ON sweeps BEGIN DELETE FROM runs; END",
-                 true);
+         execute(
+             file,
+             "PRAGMA journal_mode = WAL; CREATE TRIGGER t AFTER INSERT ON sweeps BEGIN DELETE FROM runs; END",
+             true);
          REQUIRE(std::filesystem::file_size(file.string() + "-wal") > 0);
          std::filesystem::remove(file.string() + "-shm");
        },
        true},
-      {"FIFO as its log", [](P file, P) { REQUIRE(mkfifo((file.string() + "-wal").c_str(), 0600) == 0); }, true},
+      {"FIFO as its log", [](P file, P) { REQUIRE(mkfifo((file.string() + "-wal").c_str(), 0600) == 0); },
+       true},
       {"journal that names another file",
        [](P file, P victim) {
          execute(file, "PRAGMA journal_mode = DELETE");
@@ -205,7 +208,8 @@ std::map<std::string, std::string> contents(const Path& folder) {
     if (name.ends_with(".freeplay.lock") || name.ends_with(".state.json")) continue;
     const auto status = entry.symlink_status();
     all[name] = fmt::format("{} ", static_cast<int>(status.type()));
-    if (std::filesystem::is_symlink(status)) all[name] += std::filesystem::read_symlink(entry.path()).string();
+    if (std::filesystem::is_symlink(status))
+      all[name] += std::filesystem::read_symlink(entry.path()).string();
     if (!std::filesystem::is_regular_file(status)) continue;
     const auto size = entry.file_size();
     all[name] += fmt::format("{} {}", size, size < (1u << 30) ? digest(bytes_of(entry.path())) : "");
@@ -215,9 +219,11 @@ std::map<std::string, std::string> contents(const Path& folder) {
 
 struct Place {
   Place() : bait(folder.path()) {
-    std::filesystem::copy_file(test::source_folder() / "cases/bouncing-ball/scene.toml", bait.folder / "scene.toml");
+    std::filesystem::copy_file(test::source_folder() / "cases/bouncing-ball/scene.toml",
+                               bait.folder / "scene.toml");
     write_file(bait.folder / "study.toml", study);
-    for (const char* command : {"-o out", "--plan 2 -o divided", "--shard 1/2 -o divided", "--shard 2/2 -o divided"}) {
+    for (const char* command :
+         {"-o out", "--plan 2 -o divided", "--shard 1/2 -o divided", "--shard 2/2 -o divided"}) {
       const auto told = run("sweep study.toml " + std::string(command));
       INFO(told.err);
       REQUIRE(told.status == 0);
@@ -232,7 +238,8 @@ struct Place {
       at = end + 1;
     }
     words.insert(words.end(), {"--scratch", (folder.path() / "scratch").string()});
-    if (command.find("--shard") == command.npos && command.find("--merge") == command.npos) words.resize(words.size() - 2);
+    if (command.find("--shard") == command.npos && command.find("--merge") == command.npos)
+      words.resize(words.size() - 2);
     return test::run_program(bait, words);
   }
   Path victim() const { return folder.path() / "victim.db"; }
@@ -284,7 +291,8 @@ void judge(const Place& place, const Attack& attack, const Path& database, const
 
 }  // namespace
 
-TEST_CASE("a hostile database of a sweep is refused: sweep, sweep --prune, report", "[security][study][hostile-databases]") {
+TEST_CASE("a hostile database of a sweep is refused: sweep, sweep --prune, report",
+          "[security][study][hostile-databases]") {
   const Place place;
   for (const auto& attack : attacks())
     for (const char* command : {"sweep study.toml -o out", "sweep study.toml --prune -o out", "report out"})
@@ -313,9 +321,9 @@ TEST_CASE("a hostile copy of a shard that is being made is refused: sweep --shar
     std::filesystem::copy_file(good, part);
     const std::string command = "sweep study.toml --shard 1/2 -o divided", name = attack.name;
     // A copy that is only damaged is made again.
-    const bool damaged = name == "half of it" || name == "its first 100 bytes" || name == "another page size" ||
-                         name == "a size of 8 TB in its header" || name == "a page of random bytes" ||
-                         name == "two tables of one page";
+    const bool damaged = name == "half of it" || name == "its first 100 bytes" ||
+                         name == "another page size" || name == "a size of 8 TB in its header" ||
+                         name == "a page of random bytes" || name == "two tables of one page";
     if (damaged) {
       CAPTURE(name);
       attack.plant(part, place.victim());
@@ -368,15 +376,18 @@ TEST_CASE("a definition is one of this program's own, letter by letter", "[secur
   // Of an earlier version: report shows such a sweep.
   CHECK(own("table", "turns", "turns",
             "CREATE TABLE turns (run TEXT REFERENCES runs(run) ON DELETE CASCADE, turn INTEGER, peak REAL)"));
-  CHECK(own("view", "named", "named",
-            "CREATE VIEW named AS SELECT runs.* FROM runs WHERE runs.run NOT IN (SELECT run FROM work WHERE state = "
-            "'kept')"));
+  CHECK(own(
+      "view", "named", "named",
+      "CREATE VIEW named AS SELECT runs.* FROM runs WHERE runs.run NOT IN (SELECT run FROM work WHERE state = "
+      "'kept')"));
   for (const auto& wrong :
        {work + ";", work + " STRICT", work + "; DROP TABLE runs", std::string("CREATE TABLE work (run)"),
-        std::string("CREATE TABLE work (run TEXT, )"), std::string("CREATE TABLE work (run TEXT DEFAULT (1))"),
-        std::string("CREATE TABLE work (run TEXT, g TEXT AS (1))"), std::string("CREATE TABLE work (\"a\nb\" TEXT)"),
-        std::string("CREATE TABLE work (\"a\"\"b\" TEXT)"), std::string("create table work (run TEXT)"),
-        std::string("CREATE TABLE work AS SELECT 1"), std::string("CREATE TABLE runs (run TEXT)"), std::string()}) {
+        std::string("CREATE TABLE work (run TEXT, )"),
+        std::string("CREATE TABLE work (run TEXT DEFAULT (1))"),
+        std::string("CREATE TABLE work (run TEXT, g TEXT AS (1))"),
+        std::string("CREATE TABLE work (\"a\nb\" TEXT)"), std::string("CREATE TABLE work (\"a\"\"b\" TEXT)"),
+        std::string("create table work (run TEXT)"), std::string("CREATE TABLE work AS SELECT 1"),
+        std::string("CREATE TABLE runs (run TEXT)"), std::string()}) {
     CAPTURE(wrong);
     CHECK_FALSE(own("table", "work", "work", wrong));
   }
