@@ -78,7 +78,7 @@ TEST_CASE("the longest names pass through every verb that reads result files", "
            fmt::format("check {}", file),
            fmt::format("run {} --formulation nonsmooth --forces -o {}", file, run),
            fmt::format("figures {}", run),
-           fmt::format("plot {} --y {}.y --y {}.gap -o {}plot", run, b, j, at),
+           fmt::format("plot {} --y {}.y --y {}.gap", run, b, j),
            fmt::format("report {} -o {}page.html", run, at),
            fmt::format("animate {} --svg --fps 200 -o {}slides", run, at),
            fmt::format("export {} --vtk {}frames", run, at),
