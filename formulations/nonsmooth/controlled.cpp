@@ -47,11 +47,11 @@ void ControlledMoreau::keep_pace() {
   if (++paced_ < 200) return;
   const double passed = moreau_.t() - paced_since_;
   const double slow = scales_.guessed ? pace_ : scales_.time;
-  const bool crowded =
-      strikes_ >= 40;  // else steps are short for what is smooth, and a longer floor would miss it
+  const long gains = moreau_.extremes().gains;
+  // Else steps are short for what is smooth, and a longer floor would miss it.
+  const bool crowded = strikes_ >= 40 || gains > gains_;
   if (crowded && passed < 0.02 * slow) floor_ = std::min(4 * floor_, std::max(least_floor_, 0.2 * pace_));
   if (passed > 0.2 * slow) floor_ = std::max(0.25 * floor_, least_floor_);
-  const long gains = moreau_.extremes().gains;
   if (passed > 0.02 * slow || gains == gains_) {
     calm_speed_ = fastest_;
     calm_gains_ = gains;

@@ -357,7 +357,8 @@ TEST_CASE("a group that cannot be is refused where it stands", "[groups][scene]"
   refused("pairs = \"near\"", "pairs = \"all\"", "groups.g.pairs");
   refused("pairs = \"near\"", "touches = [\"g\"]",
           "groups.g.touches: there is no group above it called \"g\"");
-  refused("scheme = \"moreau-jean\"", "scheme = \"event-driven\"", "groups.g.pairs: \"near\" needs");
+  refused("scheme = \"moreau-jean\"\nstep", "scheme = \"event-driven\"\n# step",
+          "groups.g.pairs: \"near\" needs");
   refused("[groups.g]", "[bodies.g-3]\nmass = 1\ninertia = 1\n[groups.g]",
           "its disc 3 is called as bodies.g-3 is");
 }

@@ -243,7 +243,7 @@ TEST_CASE("a fit that does not hold has no intervals; a measure of the study is 
     write_file(folder.path() / "study.toml", head(guide()) + R"([measure.first]
 column = "t"
 reduce = "first"
-at = "crank.angle crosses 30 deg upwards"
+at = "main.angle crosses 30 deg upwards"
 [measure.peak]
 column = "accelerometer"
 reduce = "peak"

@@ -150,7 +150,7 @@ TEST_CASE("keys of [penalty] are read by an integrator, with an effect, or refus
       ++read;
       // Where friction is too steep for a step of rk4, implicit steps at penalty.tolerance take over.
       const bool steep = fixed && key == "penalty.tolerance";
-      const std::vector<std::string> set = {"run.duration=0.01",
+      const std::vector<std::string> set = {"run.revolutions=0.03",
                                             "run.discard=0",
                                             "surfaces.steel.friction=0.1",
                                             "penalty.integrator=" + way.name,

@@ -54,7 +54,7 @@ TEST_CASE("a penalty contact without stiffness names the key that would give one
                      steel + run),
              Contains("s.toml:8:1: contacts.t.stiffness: is missing"));
   CHECK_THAT(refused(block + "[contacts.p]\ntype = \"plane\"\nbetween = [\"ground\", \"b\"]\n" + steel + run),
-             Contains("s.toml:5:1: contacts.p.radius: is missing"));
+             Contains("s.toml:5:1: contacts.p.stiffness: is missing"));
 }
 
 TEST_CASE("a force against a place is taken over a step that hardly moves", "[driving][strange]") {

@@ -157,7 +157,7 @@ TEST_CASE("bad studies", "[study]") {
              Contains("high: must be greater than low"));
   CHECK_THAT(says(study_head + "[calibrate]\n[calibrate.unknowns.a]\nkey = \"x\"\nlow = 1\nhigh = 2\n"
                                "[calibrate.targets.t]\nstatistic = \"peek\"\nvalue = 1\n"),
-             Contains("\"peek\" is none; there are peak_5"));
+             Contains("\"peek\" is neither a statistic nor a measure of the study; there are peak_5"));
   // A key that no scene has shows before anything runs.
   const auto file = write(folder, "study.toml",
                           study_head + "[axes.a]\nkey = \"joints.gudgeon.clearanse\"\nvalues = [1e-3]\n");

@@ -150,6 +150,7 @@ TEST_CASE("every number of a canonical text stands for itself alone", "[scene]")
       const double x = std::stod(it->str());
       // The [0, 0] that these go through.
       if (x == 0 && (key.ends_with("damping_table") || key.ends_with("radial_table"))) continue;
+      if (x == 0 && key == "joints.string.at") continue;  // a point body has no place but its centre
       auto moved = value;
       moved.replace(static_cast<std::size_t>(it->position()), static_cast<std::size_t>(it->length()),
                     fmt::format("{}{}",
