@@ -188,7 +188,8 @@ bool ControlledMoreau::step(double t_end) {
       return false;
     }
     const bool last = h >= end - start_.t;
-    double floor = std::max(floor_, 16 * 2.3e-16 * std::abs(start_.t));
+    const double rounding = 16 * 2.3e-16 * std::abs(start_.t);
+    double floor = std::max(floor_, rounding);
     const auto refuse = [&](double shorter) {
       moreau_.go_back(start_);
       ++moreau_.work().rejected;
@@ -202,7 +203,7 @@ bool ControlledMoreau::step(double t_end) {
     }
     if (const double over = curve_overreach(system_, start_.t, start_.q.data(), start_.v.data(), moreau_.t(),
                                             moreau_.q(), moreau_.v(), Knots::passed);
-        over > most_overreach && h > 1e-3 * floor) {
+        over > most_overreach && h > std::max(1e-3 * floor, rounding)) {
       refuse(h / over);
       h_ = h;
       landings = 0;
@@ -225,8 +226,9 @@ bool ControlledMoreau::step(double t_end) {
     if (alike && error <= 1) extrapolate();
     const auto touch = first_touch();
     const int inside = touch ? -1 : found_inside();
-    if (inside >= 0 && !(h > 1e-3 * floor)) return fail_inside(inside);
-    if ((inside >= 0 || !bounded_) && h > 1e-3 * floor) {
+    const bool shortens = h > std::max(1e-3 * floor, rounding);  // else time would stand still
+    if (inside >= 0 && !shortens) return fail_inside(inside);
+    if ((inside >= 0 || !bounded_) && shortens) {
       refuse(0.5 * h);
       h_ = h;
       landings = 0;
