@@ -159,8 +159,8 @@ class Dopri5 : public MethodState {
                                                      ErrorNorm>;
 
  public:
-  Dopri5(ErrorNorm norm, double first_step)
-      : stepper_(std::move(norm)), first_step_(first_step), dt_(first_step) {}
+  Dopri5(const ErrorNorm& norm, double first_step)
+      : stepper_(norm), first_step_(first_step), dt_(first_step) {}
 
   template <class F>
   void start(F& f, double at, const Vector& state) {

@@ -80,12 +80,12 @@ struct Beads {
   Scene scene() const { return parse_scene(text(), "beads.toml"); }
   /// Of bead k, in the units of scale 1: how far it is above its place, and how fast it rises.
   double height(const State& state, int k) const {
-    const auto i = static_cast<std::size_t>(3 * (reversed ? rows * columns - 1 - k : k));
+    const auto i = 3 * static_cast<std::size_t>(reversed ? rows * columns - 1 - k : k);
     const Vec2 at = place(k / columns, k % columns);
     return ((state.q[i] - at.x()) * up().x() + (state.q[i + 1] - at.y()) * up().y()) / scale;
   }
   double rise(const State& state, int k) const {
-    const auto i = static_cast<std::size_t>(3 * (reversed ? rows * columns - 1 - k : k));
+    const auto i = 3 * static_cast<std::size_t>(reversed ? rows * columns - 1 - k : k);
     return (state.v[i] * up().x() + state.v[i + 1] * up().y()) / time();
   }
 };

@@ -187,9 +187,11 @@ TEST_CASE("a long measured file is cut into stretches as long as a run", "[calib
   test::TemporaryFolder folder;
   std::string csv = "t,acceleration,uncertainty\n";
   const double turn = 60.0 / 200;
-  for (int i = 0; i < 12 * 600; ++i)
+  for (int i = 0; i < 12 * 600; ++i) {
+    const int number = i / 600;
     csv += fmt::format("{},{},0.25\n", i * turn / 600,
-                       i % 600 == 77 ? 100 + i / 600 : 20 * std::cos(2 * std::numbers::pi * i / 600));
+                       i % 600 == 77 ? 100 + number : 20 * std::cos(2 * std::numbers::pi * i / 600));
+  }
   write_file(folder.path() / "data.csv", csv);
   const auto study = [&](int revolutions) {
     write_file(
