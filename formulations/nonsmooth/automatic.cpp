@@ -50,7 +50,7 @@ bool AutomaticStepper::step(double t_end) {
   return true;
 }
 
-/// Whether the event-driven scheme, which goes on, should not: near a singular position, where friction is about to jam, or where
+/// Whether the event-driven scheme, which goes on, should not: near a singular position, where friction is close to lockup, or where
 /// events crowd, its steps shrink to nothing. A thousand steps then pass less than a hundredth of what a thousand passed at
 /// best so far in this run. Steps that a smooth motion makes short are no reason: time stepping needs them as well.
 const char* AutomaticStepper::gives_up() {

@@ -169,8 +169,10 @@ bool ControlledMoreau::step(double t_end) {
         "time: a restitution of rates with friction can; nonsmooth.impact_law = \"energetic\" does not",
         start_.t, calm_speed_, fastest_));
   if (striking_) return strike(t_end);
-  // No step crosses a kink of a curve in time, or jumps over what a curve does.
-  const double end = std::min({t_end, system_.next_knot(start_.t),
+  // No step crosses a kink of a curve in time, or jumps over what a curve does. A kink that only rounding leaves ahead lies
+  // behind: the time between is no step.
+  const double rounding = 16 * 2.3e-16 * std::abs(start_.t);
+  const double end = std::min({t_end, system_.next_knot(start_.t + rounding),
                                start_.t + longest_step(system_, moreau_.v()), start_.t + curve_limit()});
   double h = std::min(h_, end - start_.t);
   if (!(h > 1e-14 * first_step()) && end < t_end) {
@@ -188,7 +190,6 @@ bool ControlledMoreau::step(double t_end) {
       return false;
     }
     const bool last = h >= end - start_.t;
-    const double rounding = 16 * 2.3e-16 * std::abs(start_.t);
     double floor = std::max(floor_, rounding);
     const auto refuse = [&](double shorter) {
       moreau_.go_back(start_);
