@@ -48,10 +48,10 @@ std::filesystem::path targets(const std::filesystem::path& folder) {
       if (points.empty()) continue;
       measured.row({least, value, low, high}).row({greatest, value, low, high});
       f.script.add(
-          "set xlabel {} noenhanced\nset ylabel {} noenhanced\nplot DATA index {} using 1:3:4 with filledcurves fs "
+          "set xlabel {} noenhanced\nset ylabel {} noenhanced\nset xtics {:.6g}\nplot DATA index {} using 1:3:4 with filledcurves fs "
           "transparent solid 0.25 noborder lc rgb C2, '' index {} using 1:2 with lines lc rgb C2, '' index {} using 1:2 "
           "with points pt 7 ps 0.35 lc rgb C1\n",
-          c, r, f.blocks.size() + 1, f.blocks.size() + 1, f.blocks.size());
+          c, r, tic_step(greatest - least), f.blocks.size() + 1, f.blocks.size() + 1, f.blocks.size());
       f.blocks.push_back(points);
       f.blocks.push_back(measured);
     }
