@@ -230,6 +230,7 @@ class Rk4 : public MethodState {
  public:
   static constexpr bool may_creep = false, fixed_step = true, cubic = true;
   explicit Rk4(double step) : h_(step) {}
+  double length() const { return h_; }
 
   template <class F>
   void start(F& f, double at, const Vector& state) {

@@ -48,6 +48,7 @@ class Relieved : public Method {
   long reliefs() const { return reliefs_; }
   template <class F>
   bool step(F& f, double t_end) {
+    by_implicit_ = true;
     if (Method::may_creep && affordable_ && !stiff_ && ++steps_ == probe_at_) {
       probe_at_ *= 2;
       const double length = stiff_steps * (this->t - since_) / static_cast<double>(steps_ - counted_);
@@ -64,6 +65,7 @@ class Relieved : public Method {
       }
     }
     if (!stiff_) {
+      by_implicit_ = false;
       if (Method::step(f, t_end)) {
         limit_ = INFINITY;
         return true;
@@ -76,30 +78,31 @@ class Relieved : public Method {
       }
       relieve();
       implicit_.limit(limit_);  // nothing is known yet of what has just begun
+      by_implicit_ = true;
     }
     this->shift();
     return implicit_.advance(f, *this, t_end);
   }
   template <class F>
   void land(F& f, double to) {
-    if (!stiff_) return Method::land(f, to);
+    if (!by_implicit_) return Method::land(f, to);
     implicit_.make(f, *this, to - this->t_old);
     implicit_.end(f, *this, to);
   }
   void interpolate(double at, Vector& out) const {
-    if (stiff_)
+    if (by_implicit_)
       this->hermite(at, out);
     else
       Method::interpolate(at, out);
   }
   void show(double at, std::size_t n, Vector& out) const {
-    if (stiff_)
+    if (by_implicit_)
       this->hermite(at, out);
     else
       Method::show(at, n, out);
   }
   void enclose(std::size_t n, MotionBounds& bounds) const {
-    if (stiff_)
+    if (by_implicit_)
       MethodState::enclose(n, bounds);
     else
       Method::enclose(n, bounds);
@@ -107,7 +110,7 @@ class Relieved : public Method {
   template <class M>
   void remember(M& m) {
     Method::remember(m);
-    m(stiff_, steps_, counted_, probe_at_, since_, reliefs_, limit_);
+    m(stiff_, by_implicit_, steps_, counted_, probe_at_, since_, reliefs_, limit_);
     if constexpr (M::reading) {
       affordable_ = first_probe_ > 0 && this->x.size() <= most_unknowns;
       if (affordable_) implicit_.make_room(this->x.size());
@@ -140,6 +143,7 @@ class Relieved : public Method {
   }
   RosenbrockStep implicit_;
   bool stiff_ = false, affordable_;
+  bool by_implicit_ = false;  // the last step was: its mode may have ended since
   long first_probe_;
   long steps_ = 0, counted_ = 0, probe_at_ = first_probe_;  // in this mode
   double limit_ = INFINITY;                                 // s, asked of the next step

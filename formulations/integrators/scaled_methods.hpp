@@ -111,7 +111,8 @@ class BulirschStoer : public MethodState {
     }
     t = stepper_.current_time();
     dt_ = std::max(stepper_.current_time_step(), t >= t_end ? wish_ : 0.0);
-    if (std::abs(t - t_end) <= 4e-16 * t_end) t = t_end;
+    // Extrapolation ends where its sums of steps do: what is left of this one is no step.
+    if (std::abs(t - t_end) <= std::max(4e-16 * t_end, 1e-12 * (t_end - t_old))) t = t_end;
     side_.from_scaled(stepper_.current_state(), x);
     dxdt = side_.last();  // the step ends by evaluating at its end
     return !vanishing(t - t_old, first_step_) && std::isfinite(x.front());

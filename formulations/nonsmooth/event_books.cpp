@@ -158,6 +158,7 @@ void EventDriven::take_over(const Handover& from) {
   }
   for (auto& p : dynamics_.preloaded()) p.slip = 1;
   dynamics_.phases.start(system, from.state.q.data(), from.state.v.data());
+  dynamics_.forget_place();
   method_ = coarse_;  // the state is known to time stepping's tolerance
   is_coarse_ = true;
   method_.rejected = from.work.rejected;

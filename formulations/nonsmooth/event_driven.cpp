@@ -34,6 +34,7 @@ void EventDriven::start(const State& state, ContactLog& log) {
   for (auto& c : dynamics_.contacts()) c.closed = false;
   for (auto& p : dynamics_.preloaded()) p.slip = 1;  // any mode: the true one is chosen before the first step
   dynamics_.phases.start(dynamics_.system(), state.q.data(), state.v.data());
+  dynamics_.forget_place();
   method_.start(dynamics_, state.t, scratch_);
   last_ = {};
   pending_ = true;
@@ -202,8 +203,10 @@ bool EventDriven::change_mode() {
     time_scale_ = std::min(time_scale_, pace_length_ / greatest_speed(dynamics_.system(), v()));
     span_ = 0.1 * time_scale_;
   }
-  if (last_.kind == Event::Kind::phase_up || last_.kind == Event::Kind::phase_down)
+  if (last_.kind == Event::Kind::phase_up || last_.kind == Event::Kind::phase_down) {
     dynamics_.phases.cross(dynamics_.system(), {last_.index, last_.kind == Event::Kind::phase_up, method_.t});
+    dynamics_.forget_place();
+  }
   const double t = method_.t;
   auto& d = dynamics_;
   auto& x = method_.x;

@@ -68,7 +68,7 @@ int EventDynamics::add(const SparseRow& row, const SparseRow* beside, double fac
 /// Contacts are looked at one by one, many at one state: its sines and rows are evaluated once.
 void EventDynamics::place(const double* q, double t) {
   if (t == placed_t_ && std::equal(placed_.begin(), placed_.end(), q)) return;
-  system_.place(t, q, e_);
+  system_.place(t, q, e_, phases.pieces());
   placed_t_ = t;
   std::copy(q, q + system_.n(), placed_.begin());
 }
@@ -413,6 +413,7 @@ void EventDynamics::take_mode(const EventDynamics& other) {
   }
   orientation_ = 0;
   phases = other.phases;
+  forget_place();
   knot = other.knot;
   together_ = other.together_;
   for (std::size_t k = 0; k < preloaded_.size(); ++k) preloaded_[k].slip = other.preloaded_[k].slip;

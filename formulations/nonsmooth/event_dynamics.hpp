@@ -195,6 +195,8 @@ class EventDynamics {
     m(phases, together_, saddle_, speed_tolerance_, slide_tolerance_, a_, work, extremes, contact_loss,
       stabilisation, undecided, wedged, status_.modes_left, impact_.modes_left());
   }
+  /// To be called where a phase goes over to another piece.
+  void forget_place() { placed_t_ = __builtin_nan(""); }
 
  private:
   /// Greatest of rates or accelerations of all coordinates, those of angles at the longest arm.

@@ -67,7 +67,7 @@ void EventDynamics::jacobian(const Vector& x, double t, double* J, double* dfdt)
     if (inputs < first + chunk) time.slope[inputs - first] = 1;
     const Gradient *q = d.state.data(), *v = q + n, *z = v + n;
     auto& e = d.e;
-    system_.place(time, q, e);
+    system_.place(time, q, e, phases.pieces());
     system_.rate(q, v, e);
     system_.forces(time, q, v, z, e, {nullptr, phases.pieces()});
     system_.flow(time, q, v, z, d.flow.data(), {nullptr, phases.pieces()});

@@ -52,7 +52,7 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
                                PenaltyTerms<T>& terms) const {
   auto& e = terms.e;
   auto& row = terms.row;
-  system_.place(t, q, e);
+  system_.place(t, q, e, phases.pieces());
   system_.rate(q, v, e);
   system_.forces(t, q, v, z, e, {nullptr, phases.pieces()});
   system_.flow(t, q, v, z, terms.flow.data(), {nullptr, phases.pieces()});
@@ -328,11 +328,11 @@ void PenaltyDynamics::project(Vector& x, double t) {
     saddle_.solve(nullptr, r_.data(), scratch_.data(), impulse_.data());
     for (int i = 0; i < n; ++i) y[i] += scratch_[i];
   };
-  system_.place(t, q, terms_.e);
+  system_.place(t, q, terms_.e, phases.pieces());
   ++work.factorisations;
   if (!saddle_.factor(terms_.e.G.data())) return;
   move(q, [&](int k) { return terms_.e.phi[k]; });
-  system_.place(t, q, terms_.e);
+  system_.place(t, q, terms_.e, phases.pieces());
   move(v, [&](int k) { return row_dot(system_.pattern(), terms_.e.G.data(), k, v) + terms_.e.phi_t[k]; });
   x[integral_offset() + stabilisation] += system_.kinetic(v) + system_.potential(q) - before;
 }

@@ -63,11 +63,11 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
     std::vector<std::string> notes;
     law_notes(notes);
     unseen_note(stepper_.unseen(), notes);
-    if (stepper_.kick() > 0.1)
+    if (stepper_.pulse() > 0.1)
       notes.push_back(fmt::format(
           "DOUBTFUL: in one fixed step a torque's table changed an acceleration by {:.2g} of the speed: its pulse is not "
           "resolved; take a shorter penalty.step, or an integrator with a tolerance",
-          stepper_.kick()));
+          stepper_.pulse()));
     // A sine in n steps of fourth order has its integral to (2π/n)⁴/2880, 1e-4 for n = 8, half of what curves ask for.
     if (stepper_.coarse() > 2)
       notes.push_back(fmt::format(
@@ -75,7 +75,6 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
           "integrator with a tolerance",
           stepper_.coarse(), scene_.penalty.step / stepper_.coarse()));
     if (scene_.penalty.integrator == Integrator::rk4) {
-      // A half sine in n steps of fourth order: (π/n)⁴/120 of it is lost, 4e-5 in 12.
       const double pull = scene_.penalty.step * std::max(scene_.penalty.alpha, scene_.penalty.beta);
       if (scene_.penalty.stabilisation == Stabilisation::baumgarte && pull > 1)
         notes.push_back(fmt::format(
@@ -86,12 +85,12 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
         notes.push_back(fmt::format(
             "DOUBTFUL: friction was too steep for penalty.step {} times; implicit steps at penalty.tolerance took over",
             stepper_.reliefs()));
-      const double steps = stepper_.extremes().shortest_contact / scene_.penalty.step;
-      if (steps < 12)
+      const auto& contact = stepper_.short_contact();
+      if (contact.lost > 4e-5 * contact.greatest)
         notes.push_back(fmt::format(
-            "DOUBTFUL: the shortest contact took {:.2g} steps of penalty.step, too few to follow; take "
-            "a step of {:.1g} s or an adaptive integrator",
-            steps, stepper_.extremes().shortest_contact / 20));
+            "DOUBTFUL: a contact took {:.2g} steps of penalty.step, too few to follow; take a step of {:.1g} s or an "
+            "adaptive integrator",
+            contact.duration / scene_.penalty.step, contact.duration / 20));
     }
     if (stepper_.dynamics().nearest_singular() < singular_pivot) notes.push_back(singular_note);
     if (stepper_.dynamics().singular())

@@ -101,7 +101,9 @@ void PenaltyStepper<Method>::open(int k) {
   const double rate = row.normal.dot(v()), slide = row.tangent.dot(v());
   f_.contacts()[k].closed = false;
   const int p = f_.impulse_offset() + 2 * k;
-  extremes_.shortest_contact = std::min(extremes_.shortest_contact, method_.t - mark_[k].t);
+  if constexpr (Method::fixed_step)
+    keep_short_contact(method_.t - mark_[k].t,
+                       std::abs(method_.x[p] - mark_[k].impulse_n) / f_.contacts()[k].mass);
   log_->leave(k, method_.t, crank(), rate, slide, method_.x[p] - mark_[k].impulse_n,
               method_.x[p + 1] - mark_[k].impulse_t, method_.t - mark_[k].t);
   mark_[k].at = {row.gap, rate, slide};
@@ -119,18 +121,28 @@ bool PenaltyStepper<Method>::creep(double run_end) {
 }
 
 template <class Method>
-void PenaltyStepper<Method>::keep_kick() {
+void PenaltyStepper<Method>::keep_short_contact(double duration, double change) {
+  if (!std::isfinite(change)) return;
+  const double angle = std::numbers::pi * method_.length() / duration;
+  const double lost = std::min(1.0, angle * angle * angle * angle / 120) * change;
+  short_.greatest = std::max(short_.greatest, change);
+  if (lost > short_.lost) short_.lost = lost, short_.duration = duration;
+}
+
+template <class Method>
+void PenaltyStepper<Method>::keep_pulse() {
   const auto& system = f_.system();
   const auto n = static_cast<std::size_t>(system.n());
+  pulses_.resize(static_cast<std::size_t>(system.phases()));
   for (int k = 0; k < system.phases(); ++k) {
     const auto rate = [&](const Vector& x, const double* v) { return system.phase(k).at(x.data(), v).rate; };
     const double a0 = rate(method_.x_old, method_.dxdt_old.data() + n),
                  a1 = rate(method_.x, method_.dxdt.data() + n);
     const double w0 = rate(method_.x_old, method_.x_old.data() + n),
                  w1 = rate(method_.x, method_.x.data() + n);
-    const double change = std::abs(a1 - a0) * (method_.t - method_.t_old);
-    if (change > kick_ * std::max(std::abs(w0), std::abs(w1)))
-      kick_ = change / std::max(std::abs(w0), std::abs(w1));
+    auto& pulse = pulses_[static_cast<std::size_t>(k)];
+    pulse.change = std::max(pulse.change, std::abs(a1 - a0) * (method_.t - method_.t_old));
+    pulse.speed = std::max({pulse.speed, std::abs(w0), std::abs(w1)});
   }
 }
 

@@ -187,6 +187,8 @@ class Closing {
     if (step_to_nearest(system_, rough, length_, accepted_, q)) return true;
     for (int attempt = 0; attempt < 2 && !(open(q) <= accepted_); ++attempt) {
       least_movement(system_, rough, redundant_rows(system_, q), q, stop_);
+      // An interior-point method keeps away from contacts that do not bind, and light bodies weigh little in its tolerance.
+      if (step_to_nearest(system_, rough, length_, accepted_, q)) return true;
       if (open(q) < 1e-3 * length_) close_exactly(system_, q, !redundant_rows(system_, q).empty());
     }
     return open(q) <= accepted_;

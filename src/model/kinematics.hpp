@@ -18,6 +18,8 @@ struct LoadPower {
   T damping = 0;  ///< dampers, ≤ 0
 };
 
+struct Piece;
+
 /// What a System computes at one state.
 template <class T>
 struct EvaluationOf {
@@ -27,6 +29,7 @@ struct EvaluationOf {
   std::vector<T> G;                  ///< values in the order of System::pattern()
   std::vector<T> force;              ///< n
   LoadPower<T> power;
+  const Piece* pieces = nullptr;  ///< that System::phases are held to, of the last place()
 };
 using Evaluation = EvaluationOf<double>;
 

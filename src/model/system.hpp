@@ -77,7 +77,7 @@ class System {
   EvaluationOf<T> make_evaluation() const;
   /// Fills cosine, sine, phi, phi_t and G.
   template <class T>
-  void place(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e) const;
+  void place(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e, const Piece* pieces = nullptr) const;
   /// The same near a configuration q_from that `from` was placed at: sines and cosines are continued from there, to rounding, so
   /// that a time step calls the library once a body.
   void place_near(double t, const double* q, const double* q_from, const Evaluation& from,

@@ -132,8 +132,10 @@ void Builder::motion(const Link& link, const Piecewise& course, const Vec2* axis
     m.other_i = turn(m.other.i);
     m.other_j = turn(m.other.j);
     // No step jumps over a knot: a narrow rise stands between two of them.
-    if (auto knots = course.knots(); !knots.empty())
+    if (auto knots = course.knots(); !knots.empty()) {
+      m.phase = s_.phases();
       s_.phases_.push_back({m.other, std::move(knots), course.period(), Phase::Of::angle, {1, 0}, true});
+    }
   }
   const auto x = m.follows ? Argument::angle : Argument::time;
   if (auto reader = reader_of(name, course, x, m.follows ? m.other : link))

@@ -45,8 +45,9 @@ template <class T>
 }
 
 template <class T>
-void System::place(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e) const {
+void System::place(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e, const Piece* pieces) const {
   using std::cos, std::sin;
+  e.pieces = pieces;
   for (std::size_t b = 0; b < e.cosine.size(); ++b) {
     const T theta = q[3 * b + 2];
     if constexpr (std::is_same_v<T, double>)
@@ -128,8 +129,8 @@ double System::slide_share(int k) const {
 
 double System::crank_angle(const double* q) const { return theta(q, crank_.j) - theta(q, crank_.i); }
 
-template void System::place(double, const double*, Evaluation&) const;
-template void System::place(Gradient, const Gradient*, EvaluationOf<Gradient>&) const;
+template void System::place(double, const double*, Evaluation&, const Piece*) const;
+template void System::place(Gradient, const Gradient*, EvaluationOf<Gradient>&, const Piece*) const;
 template void System::rate(const double*, const double*, Evaluation&) const;
 template void System::rate(const Gradient*, const Gradient*, EvaluationOf<Gradient>&) const;
 template void System::contact(const Pair&, const ContactFacts&, const double*, const double*,

@@ -62,12 +62,11 @@ struct Work {
 
 /// How well the run kept its constraints and its walls.
 struct Extremes {
-  double constraint_length = 0;        ///< m, greatest |Φ| of rows in m
-  double constraint_angle = 0;         ///< rad
-  double lcp_residual = 0;             ///< greatest relative residual of a complementarity solve
-  double lcp_residual_rate = 0;        ///< m/s (m/s² in accelerations), the same before division
-  double friction_residual = 0;        ///< greatest of friction bounded by reactions, over its bound
-  double shortest_contact = INFINITY;  ///< s, from touch to separation (penalty)
+  double constraint_length = 0;  ///< m, greatest |Φ| of rows in m
+  double constraint_angle = 0;   ///< rad
+  double lcp_residual = 0;       ///< greatest relative residual of a complementarity solve
+  double lcp_residual_rate = 0;  ///< m/s (m/s² in accelerations), the same before division
+  double friction_residual = 0;  ///< greatest of friction bounded by reactions, over its bound
   /// Steps of the shortest flight that ended in one of the run's fastest impacts (time stepping)
   double shortest_flight = INFINITY;
   long ambiguous = 0;               ///< complementarity solves that may have had other solutions (Painlevé)
@@ -79,7 +78,7 @@ struct Extremes {
   template <class M>
   void remember(M& m) {
     m(constraint_length, constraint_angle, lcp_residual, lcp_residual_rate, friction_residual,
-      shortest_contact, shortest_flight, ambiguous, gains, greatest_gain, greatest_kinetic, penetration);
+      shortest_flight, ambiguous, gains, greatest_gain, greatest_kinetic, penetration);
   }
   /// Counts an impact that raised the energy by `gain` (J) if that is more than `share` of the greatest kinetic
   /// energy that impacts have found so far: after a mechanism has come to rest, rounding is no gain.

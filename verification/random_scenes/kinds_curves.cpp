@@ -64,7 +64,8 @@ void moved_table(Builder& b) {
   const int balls = draw.chance(0.7) ? 1 : draw.whole(2, 4);
   double K = 0;
   const double m = exact(draw.decades(-2, 1)), R = exact(draw.decades(-2.5, -1));
-  K = b.surface(e, m, speed, R, b.flight * draw.decades(-2, -1.3));
+  // Soft contacts that a ball sinks into by a tenth of its radius are no Hertz contacts.
+  K = b.surface(e, m, speed, R, std::min(b.flight * draw.decades(-2, -1.3), 0.01 * R / b.scene.speed));
   for (int i = 0; i < balls; ++i) {
     const double x = exact(3 * R * (i - 0.5 * (balls - 1)));
     const double y = exact(motion->at(0).y + R + drop * draw.between(0.3, 1));
@@ -111,7 +112,8 @@ void moved_stop(Builder& b) {
   const double v = draw.chance(0.5) ? exact(motion->at(0).slope + 0.5 * speed * draw.either_way(1)) : 0;
   const auto q = b.body("block", {.mass = m, .inertia = 1, .x = x, .vx = v});
   b.table("joints.on", "type = \"translational\"\nbetween = [\"slide\", \"block\"]\n");
-  const double ks = exact(m * std::pow(pi / (b.flight * draw.decades(-2, -1.3)), 2));
+  const double time = std::min(b.flight * draw.decades(-2, -1.3), 0.01 * std::min(A, room) / speed);
+  const double ks = exact(m * std::pow(pi / time, 2));
   b.contact = pi * std::sqrt(m / ks);
   b.table(
       "contacts.stop",
@@ -206,19 +208,47 @@ void teeth(Builder& b) {
   b.scene.speed = pace;
   b.flight = std::min(T, play / pace);
   const double until = 100 * b.flight, e = restitution(draw);
+  // The centres stand still, or on an arm that turns evenly about the first.
+  const bool turns = draw.chance(0.5);
+  const double spin = turns ? exact(w * draw.decades(-2, 0) * draw.sign()) : 0;
+  const std::string on = turns ? "arm" : "ground";
+  if (turns) {
+    const auto arm = b.body("arm", {.mass = 1, .inertia = 1, .spin = spin});
+    b.table("joints.turn", "type = \"revolute\"\nbetween = [\"ground\", \"arm\"]\n");
+    b.table("drives.turn",
+            fmt::format("joint = \"turn\"\nspeed = {}\ninitial_angle = 0\n", text_of(spin)));
+    b.still(arm, 0, r1);
+    b.still(arm + 1, 0, r1);
+    b.scene.prescribed.push_back({arm + 2,
+                                  [spin](double t, Coordinates, Coordinates) {
+                                    return CurvePoint{spin * t, spin, 0};
+                                  },
+                                  1, std::abs(spin), 0});
+  }
   const auto one_ = b.body("one", {.mass = 1, .inertia = 1});
-  b.table("joints.shaft", "type = \"revolute\"\nbetween = [\"ground\", \"one\"]\n");
+  b.table("joints.shaft", fmt::format("type = \"revolute\"\nbetween = [\"{}\", \"one\"]\n", on));
   const auto motion = moved_along(b, "shaft", T, A, until);
   b.still(one_, 0, r1);
   b.still(one_ + 1, 0, r1);
-  b.prescribed(one_ + 2, motion);
+  b.scene.prescribed.push_back({one_ + 2,
+                                [motion, spin](double t, Coordinates, Coordinates) {
+                                  auto p = motion->at(t);
+                                  p.y += spin * t, p.slope += spin;
+                                  return p;
+                                },
+                                motion->size, motion->rate + std::abs(spin), motion->bend});
   const double phase = exact(draw.angle()), ratio = r1 / r2;
   const double x = exact(phase - ratio * motion->at(0).y + half * draw.either_way(0.9));
-  const double v = exact(-ratio * motion->at(0).slope + pace / r2 * draw.either_way(0.5));
+  const double v = exact(spin - ratio * motion->at(0).slope + pace / r2 * draw.either_way(0.5));
   const double distance = exact(r1 + r2);
-  const auto q = b.body("two", {.mass = 1, .inertia = J, .x = distance, .angle = x, .spin = v});
+  const auto q = b.body("two", {.mass = 1,
+                                .inertia = J,
+                                .x = distance,
+                                .angle = x,
+                                .vy = exact(distance * spin),
+                                .spin = v});
   b.table("joints.second",
-          fmt::format("type = \"revolute\"\nbetween = [\"ground\", \"two\"]\nat = [[{}, 0], [0, 0]]\n",
+          fmt::format("type = \"revolute\"\nbetween = [\"{}\", \"two\"]\nat = [[{}, 0], [0, 0]]\n", on,
                       text_of(distance)));
   const double time = b.flight * draw.decades(-2, -1.3),
                ks = exact(J / (base * base) * std::pow(pi / time, 2));
@@ -229,15 +259,27 @@ void teeth(Builder& b) {
           "type = \"gear\"\nbetween = [\"one\", \"two\"]\npitch_radii = [{}, {}]\nphase = {}\nbacklash = {}\nmesh_stiffness = {}\nsurface = \"s\"\n",
           text_of(r1), text_of(r2), text_of(phase), text_of(play), text_of(ks)));
   b.table("surfaces.s", fmt::format("young = 2e11\npoisson = 0.3\nrestitution = {}\n", text_of(e)));
-  b.still(q, distance, r2);
-  b.still(q + 1, 0, r2);
+  const double rate = distance * std::abs(spin), bend = rate * std::abs(spin);
+  b.scene.prescribed.push_back({q,
+                                [=](double t, Coordinates, Coordinates) {
+                                  const double a = spin * t;
+                                  return CurvePoint{distance * std::cos(a), -distance * spin * std::sin(a), 0};
+                                },
+                                r2, rate, bend});
+  b.scene.prescribed.push_back({q + 1,
+                                [=](double t, Coordinates, Coordinates) {
+                                  const double a = spin * t;
+                                  return CurvePoint{distance * std::sin(a), distance * spin * std::cos(a), 0};
+                                },
+                                r2, rate, bend});
   reference::OneCoordinate o;
   o.acceleration = [](double, double, double) { return 0.0; };
   for (const double side : {1.0, -1.0})
     o.walls.push_back(
         {[=](double t) {
            const auto p = motion->at(t);
-           return CurvePoint{phase - ratio * p.y - side * half, -ratio * p.slope, -ratio * p.bend};
+           return CurvePoint{spin * t + phase - ratio * p.y - side * half, spin - ratio * p.slope,
+                             -ratio * p.bend};
          },
          side, e});
   o.next_kink = [motion](double t) { return motion->next_kink(t); };

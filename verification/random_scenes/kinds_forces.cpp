@@ -31,11 +31,13 @@ Mover mover(Builder& b, double x, double v, double size) {
   return o;
 }
 
-/// A force or torque of a curve on it, by a drive or a load.
-void push(Builder& b, const Mover& o, const std::string& lines, const std::string& against) {
+/// A force or torque of a curve on it, by a drive or a load; `of`: of which joint.
+void push(Builder& b, const Mover& o, const std::string& lines, const std::string& against,
+          const std::string& of = "") {
   b.table("curves.push", lines);
   const bool drive = b.draw.chance(0.5);
-  const std::string how = fmt::format("against = \"{}\"\n", against);
+  const std::string how = fmt::format("against = \"{}\"\n{}", against,
+                                      of.empty() ? "" : fmt::format("of = \"{}\"\n", of));
   if (drive)
     b.table("drives.push",
             fmt::format("joint = \"on\"\n{} = \"push\"\n{}", o.turns ? "torque_curve" : "force", how));
@@ -57,7 +59,7 @@ void known(Builder& b, std::size_t coordinate, reference::OneCoordinate one, dou
 void pushed(Builder& b) {
   auto& draw = b.draw;
   const double T = 1 / draw.decades(-3, 4), A = draw.decades(-4, 0), x = exact(A * draw.either_way(1));
-  const int kind = draw.whole(0, 2);
+  const int kind = draw.whole(0, 3);
   const double v = exact(A / T * draw.either_way(3));
   b.scene.speed = A / T;
   const auto o = mover(b, x, v, A);
@@ -74,6 +76,33 @@ void pushed(Builder& b) {
     const auto kinks = std::make_shared<std::vector<double>>(shape->kinks(0, 200 * T));
     one.next_kink = [kinks](double t) {
       const auto next = std::upper_bound(kinks->begin(), kinks->end(), t * (1 + 1e-14));
+      return next == kinks->end() ? INFINITY : *next;
+    };
+  } else if (kind == 3) {
+    // Against the angle of a rotor that turns evenly.
+    const double turn = 2 * pi / draw.whole(1, 4), start = exact(draw.angle()), w = exact(turn / T * draw.sign());
+    const double force = o.m * A / (T * T) * draw.decades(-1, 1.5);
+    const auto curve = draw_curve(draw, {turn, force, false});
+    const auto shape = std::make_shared<CurveShape>(curve.shape);
+    const auto cam = b.body("cam", {.mass = 1, .inertia = 1, .angle = start, .spin = w});
+    b.table("joints.shaft", "type = \"revolute\"\nbetween = [\"ground\", \"cam\"]\n");
+    b.table("drives.motor", fmt::format("joint = \"shaft\"\nspeed = {}\ninitial_angle = {}\n", text_of(w),
+                                        text_of(start)));
+    b.still(cam, 0, 1);
+    b.still(cam + 1, 0, 1);
+    b.scene.prescribed.push_back({cam + 2,
+                                  [=](double t, Coordinates, Coordinates) {
+                                    return CurvePoint{start + w * t, w, 0};
+                                  },
+                                  turn, std::abs(w), 0});
+    push(b, o, curve.lines, "angle", "shaft");
+    const double m = o.m, far = 60 * turn;
+    one.acceleration = [=](double t, double, double) { return shape->at(start + w * t).y / m; };
+    const auto kinks = std::make_shared<std::vector<double>>();
+    for (const double k : shape->kinks(start - far, start + far)) kinks->push_back((k - start) / w);
+    std::sort(kinks->begin(), kinks->end());
+    one.next_kink = [kinks](double t) {
+      const auto next = std::upper_bound(kinks->begin(), kinks->end(), t + 1e-14 * std::abs(t));
       return next == kinks->end() ? INFINITY : *next;
     };
   } else {
@@ -220,8 +249,8 @@ void one_way(Builder& b) {
   double duration = draw.between(3, 40) / f;
   // A slider must not pass the point that its spring hangs on.
   if (kind == 1 && !o.turns && std::abs(pull) + std::abs(v) > 0) {
-    const double fast = std::abs(v) + A * w;
-    duration = std::min(duration, 15 * A / fast);
+    const double fast = std::abs(v) + A * w, a = std::abs(pull) / m;
+    duration = std::min(duration, 30 * A / (fast + std::sqrt(fast * fast + 30 * A * a)));
   }
   known(b, o.coordinate, one, duration);
 }

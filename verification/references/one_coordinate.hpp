@@ -6,9 +6,11 @@
 // a is passed) is located by bisection of that step. At a rigid wall g⁺′ = −e g⁻′; a coordinate whose approach is slower than
 // `rest` and that is pressed on stays at the wall until side (a − ẅ) > 0. A compliant wall pushes with
 //
-//     F/m = K δⁿ (1 + χ δ̇/v₀),   δ = −g,   v₀ the approach at first contact,   χ (1 + e) = ln[(1 + χ)/(1 − χ e)]
+//     F/m = max(0, K δⁿ (1 + χ δ̇/v₀)),   δ = −g,   v₀ the approach at first contact,   χ (1 + e) = ln[(1 + χ)/(1 − χ e)]
 //
-// Source of χ: first integral of δ̈ = −K δⁿ (1 + χ δ̇/v₀), derived by hand. No solver of the program is included.
+// What a wall is that is compressed anew before it was left, or that is pressed from a touch slower than `rest`, no first
+// compression says: with χ > 0 nothing is known from there on. Source of χ: first integral of δ̈ = −K δⁿ (1 + χ δ̇/v₀), derived by
+// hand. No solver of the program is included.
 // Units: those of x (m or rad) and s.
 #pragma once
 
@@ -59,7 +61,7 @@ struct OneCoordinate {
     double first_contact = INFINITY;  ///< s
   };
 
-  Rows at(const std::vector<double>& instants, long most_steps = 4'000'000) const {
+  Rows at(const std::vector<double>& instants, long most_steps = 1'000'000) const {
     Rows rows;
     Place p{0, x, v};
     std::vector<Contact> in(walls.size());
@@ -79,6 +81,7 @@ struct OneCoordinate {
         }
         if (p.t + h * (1 + 1e-12) >= until) h = until - p.t;
         advance(p, in, h, rows);
+        if (std::any_of(in.begin(), in.end(), [](const Contact& c) { return c.anew; })) return rows;
         if (until - p.t <= 1e-15 * until) p.t = until;
       }
       rows.x.push_back(p.x);
@@ -95,9 +98,11 @@ struct OneCoordinate {
   struct Contact {
     bool held = false;    ///< at rest at a rigid wall
     bool inside = false;  ///< in a compliant one
+    bool eased = false;   ///< laid down, or let go since
+    bool anew = false;    ///< compressed anew
     double v0 = 0, chi = 0;
     void entered(double speed, const MovingWall& wall) {
-      inside = true;
+      inside = true, eased = false;
       v0 = speed;
       chi = damping_factor(wall.restitution);
     }
@@ -108,8 +113,9 @@ struct OneCoordinate {
     return walls[w].side * (p.v - walls[w].place(p.t).slope);
   }
   bool pressed(std::size_t w, const Place& p) const {
-    const auto at_wall = walls[w].place(p.t);
-    return walls[w].side * (acceleration(p.t, p.x, p.v) - at_wall.bend) < 0;
+    // Released by more than rounding, or it would be met and released without time passing.
+    const double own = acceleration(p.t, p.x, p.v), bend = walls[w].place(p.t).bend;
+    return walls[w].side * (own - bend) <= 1e-9 * (std::abs(own) + std::abs(bend));
   }
   static bool inside(const std::vector<Contact>& in) {
     return std::any_of(in.begin(), in.end(), [](const Contact& c) { return c.inside; });
@@ -122,28 +128,55 @@ struct OneCoordinate {
       const double depth = -walls[w].side * (x_ - at_wall.y), rate = -walls[w].side * (v_ - at_wall.slope);
       if (depth <= 0) continue;
       a += walls[w].side * walls[w].stiffness * std::pow(depth, walls[w].exponent) *
-           (1 + in[w].chi * rate / in[w].v0);
+           std::max(0.0, 1 + in[w].chi * rate / in[w].v0);
     }
     return a;
   }
-  Place after(const Place& p, const std::vector<Contact>& in, double h) const {
+  /// `low`, `high`: the least and greatest place and speed that its stages went to.
+  Place after(const Place& p, const std::vector<Contact>& in, double h, Place& low, Place& high) const {
+    low = high = p;
     for (std::size_t w = 0; w < walls.size(); ++w)
       if (in[w].held) {
         const auto at_wall = walls[w].place(p.t + h);
         return {p.t + h, at_wall.y, at_wall.slope};
       }
+    const auto stage = [&](double x_, double v_) {
+      low.x = std::min(low.x, x_), high.x = std::max(high.x, x_);
+      low.v = std::min(low.v, v_), high.v = std::max(high.v, v_);
+    };
     const double k1 = total(p.t, p.x, p.v, in);
     const double v2 = p.v + 0.5 * h * k1, k2 = total(p.t + 0.5 * h, p.x + 0.5 * h * p.v, v2, in);
     const double v3 = p.v + 0.5 * h * k2, k3 = total(p.t + 0.5 * h, p.x + 0.5 * h * v2, v3, in);
     const double v4 = p.v + h * k3, k4 = total(p.t + h, p.x + h * v3, v4, in);
-    return {p.t + h, p.x + h / 6 * (p.v + 2 * v2 + 2 * v3 + v4), p.v + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)};
+    const Place q{p.t + h, p.x + h / 6 * (p.v + 2 * v2 + 2 * v3 + v4),
+                  p.v + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)};
+    stage(p.x + 0.5 * h * p.v, v2), stage(p.x + 0.5 * h * v2, v3), stage(p.x + h * v3, v4), stage(q.x, q.v);
+    return q;
   }
 
+  void follow(const Place& p, std::vector<Contact>& in) const {
+    for (std::size_t w = 0; w < walls.size(); ++w) {
+      auto& c = in[w];
+      if (!c.inside || c.chi == 0) continue;
+      const double depth = std::max(-gap(w, p), 0.0), rate = -gap_rate(w, p), n = walls[w].exponent;
+      c.eased = c.eased || rate < 0;
+      // The speed at which a touch would have come as far.
+      c.anew = c.eased && rate > 0 &&
+               (rate * rate + 2 * walls[w].stiffness * std::pow(depth, n + 1) / (n + 1) > c.v0 * c.v0 ||
+                c.v0 > rest);
+    }
+  }
   /// One step of h, or up to the first thing that happens in it.
   void advance(Place& p, std::vector<Contact>& in, double h, Rows& rows) const {
     // Whether something has happened between p and q.
     enum class What { none, release, wall, out, kink };
     std::size_t which = 0;
+    // On a kink it is beyond it by more than rounding, or the step would begin with the force of before.
+    for (const double k : kinks)
+      if (const double near = 1e-13 * (std::abs(k) + h * std::abs(p.v)); p.v != 0 && std::abs(p.x - k) <= near)
+        p.x = k + std::copysign(2 * near, p.v);
+    Place low = p, high = p;
+    const auto go = [&](double length) { return after(p, in, length, low, high); };
     const auto happens = [&](const Place& q) {
       for (std::size_t w = 0; w < walls.size(); ++w) {
         if (in[w].held) {
@@ -151,29 +184,46 @@ struct OneCoordinate {
           return pressed(w, q) ? What::none : What::release;
         }
         const double g = gap(w, q);
-        if (in[w].inside ? g > 0 : g < 0 && (gap(w, p) > 0 || gap_rate(w, q) < 0)) {
+        const double rounding = 4e-16 * std::abs(q.x);
+        if (in[w].inside ? g > 0 : g < 0 && ((gap(w, p) > 0 && g < -rounding) || gap_rate(w, q) < 0)) {
           which = w;
           return in[w].inside ? What::out : What::wall;
         }
       }
+      // A force may jump at a kink: no stage may be beyond it.
       for (const double k : kinks)
-        if ((p.x - k) * (q.x - k) < 0) return What::kink;
+        if (low.x < k && k < high.x) return What::kink;
       for (const double k : speed_kinks)
-        if ((p.v - k) * (q.v - k) < 0) return What::kink;
+        if (low.v < k && k < high.v) return What::kink;
       return What::none;
     };
-    Place q = after(p, in, h);
+    Place q = go(h);
     if (happens(q) == What::none) {
+      // In and out again within the step, at a speed that is next to none.
+      for (std::size_t w = 0; w < walls.size(); ++w) {
+        if (in[w].held || in[w].inside || !(gap_rate(w, p) < 0 && gap_rate(w, q) > 0)) continue;
+        double before = 0, behind = h;
+        for (int i = 0; i < 60; ++i) {
+          const double middle = 0.5 * (before + behind);
+          (gap_rate(w, go(middle)) < 0 ? before : behind) = middle;
+        }
+        if (gap(w, go(before)) < 0 && before < h) return advance(p, in, before, rows);
+      }
       p = q;
+      follow(p, in);
       return;
     }
     double before = 0, behind = h;
     for (int i = 0; i < 60 && behind - before > 1e-16 * (p.t + h); ++i) {
       const double middle = 0.5 * (before + behind);
-      (happens(after(p, in, middle)) == What::none ? before : behind) = middle;
+      (happens(go(middle)) == What::none ? before : behind) = middle;
     }
-    q = after(p, in, behind);
+    q = go(behind);
     const What what = happens(q);
+    if (what == What::kink && before > 1e-15 * (p.t + h)) {  // up to it; the next step passes it
+      p = go(before);
+      return;
+    }
     p = q;
     auto& c = in[which];
     const auto& wall = walls.empty() ? MovingWall{} : walls[which];
@@ -184,6 +234,7 @@ struct OneCoordinate {
       const double approach = -gap_rate(which, p);
       if (wall.stiffness > 0) {
         c.entered(std::max(approach, rest), wall);
+        c.eased = approach < rest;
         return;
       }
       ++rows.impacts;

@@ -53,6 +53,12 @@ struct TouchingRow {
     double t = 0, resting = 0;
     for (const double until : instants) {
       for (;;) {
+        if (floor && gravity > 0 && gap(0, q) <= closed && std::abs(rate(0, u)) <= resting) {
+          for (std::size_t c = 1; c < contacts(); ++c)
+            if (gap(c, q) > closed || std::abs(rate(c, u)) > resting) return rows;
+          std::fill(u.begin(), u.end(), 0.0);
+          break;
+        }
         double next = until - t;
         bool impact = false;
         for (std::size_t c = 0; c < contacts(); ++c) {

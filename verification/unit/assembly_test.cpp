@@ -1,6 +1,7 @@
 #include "model/assembly.hpp"
 
 #include <catch2/catch.hpp>
+#include <fmt/format.h>
 
 #include <cmath>
 
@@ -70,6 +71,56 @@ TEST_CASE("a journal outside its bearing is moved just inside", "[assembly]") {
   // bound, which in these units is 1e-6: 1e-5 of c; allow ten times that.
   REQUIRE(system.gap(0, s.q.data(), e) >= -1e-9 * 1e-3);
   REQUIRE(system.gap(0, s.q.data(), e) < 1e-4 * 1e-3);
+}
+
+// The first wheel is driven to 0.1013 rad; the second stands between the flanks there, off their middle by half of what is free:
+// nothing asks it to move. The weights of the masses are 1 to 1e-3.
+TEST_CASE("a body that fits where it stands is not moved by the assembly of another", "[assembly]") {
+  const double r1 = 0.0373, r2 = 0.0973, play = 3.36e-4, phase = 1.06, driven = 0.1013;
+  const double free = 0.5 * play / (r2 * std::cos(20 * 3.141592653589793 / 180));
+  const double angle = phase - driven * r1 / r2 + 0.5 * free;
+  const auto scene = parse_scene(fmt::format(R"(format = 2
+[bodies.one]
+mass = 1
+inertia = 1
+angle = 0
+[joints.shaft]
+type = "revolute"
+between = ["ground", "one"]
+[drives.motor]
+joint = "shaft"
+speed = 0.1
+initial_angle = {}
+[bodies.two]
+mass = 1
+inertia = 1e-3
+position = [{}, 0]
+angle = {}
+[joints.second]
+type = "revolute"
+between = ["ground", "two"]
+at = [[{}, 0], [0, 0]]
+[joints.mesh]
+type = "gear"
+between = ["one", "two"]
+pitch_radii = [{}, {}]
+phase = {}
+backlash = {}
+mesh_stiffness = 4000
+surface = "s"
+[surfaces.s]
+young = 2e11
+poisson = 0.3
+restitution = 1
+[run]
+duration = 1
+start = "assembled"
+)",
+                                             driven, r1 + r2, angle, r1 + r2, r1, r2, phase, play),
+                                 "gear");
+  const State s = assemble(scene.mechanism, RunOptions::Start::assembled);
+  CHECK(std::abs(s.q[2] - driven) < 1e-14);
+  CHECK(std::abs(s.q[5] - angle) < 1e-14);
 }
 
 TEST_CASE("four-bars from rough positions, and undriven at a position of their own", "[assembly]") {

@@ -26,13 +26,17 @@ struct MotionRow {
   Vec2 axis{1, 0};
   bool follows = false;  ///< x is the angle of `other`
   Link other = {};
+  int phase = -1;  ///< of x among System::phases, −1: none
   /// Entries of G, −1: none; bodies i and j have x, y, θ, of which an angle's row has θ alone.
   std::array<int, 3> of_i{-1, -1, -1}, of_j{-1, -1, -1};
   int other_i = -1, other_j = -1;
 
   template <class T>
   void place(const T& t, const T* q, EvaluationOf<T>& e) const {
-    const auto y = course.jet(follows ? T(theta(q, other.j) - theta(q, other.i)) : t);
+    const T x = follows ? T(theta(q, other.j) - theta(q, other.i)) : t;
+    // Held to its piece, y is smooth up to a knot at which a step ends.
+    const auto y =
+        phase >= 0 && e.pieces ? course.jet(x, e.pieces[phase].inside()) : course.jet(x);
     e.bend[index] = y.bend;
     if (slides) {
       const auto a = arms(link, q, e);
