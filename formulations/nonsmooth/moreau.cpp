@@ -146,7 +146,7 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
   if (system_.has_velocity_forces() || sweeps || films_.any()) {
     // Damper forces, and what tables sweep over, belong to the mean velocity: iterate to it. Films by Newton's method.
     for (int i = 0;; ++i) {
-      double change = 0, size = 0;
+      double change = 0, size = 0, place = system_.longest_arm();
       for (int c = 0; c < n; ++c) {
         double mean = 0.5 * (v_old_[c] + v_[c]);
         if (i >= 10 && (sweeps || films_.any()))
@@ -157,12 +157,14 @@ bool MoreauStepper::advance(double t_new, Reach reach) {
         change = std::max(change, arm * std::abs(v_[c] - v_trial_[c]));
         // At rest rates are the rounding of forces that balance.
         size = std::max(size, arm * std::max(std::abs(mean), 0.01 * h * std::abs(e_.force[c]) / mass[c]));
+        place = std::max(place, arm * std::abs(q_mid_[c]));
         v_mean_[c] = mean;
       }
       if (films_.any()) size += films_.greatest_change();
       if (i > 0 && change <= 1e-12 * size) break;
-      // Near rest what is left is the rounding of forces that balance, each far greater than their sum.
-      if (i >= 20 && change <= 1e-9 * size) break;
+      // Near rest what is left is the rounding of forces that balance, each far greater than their sum: it moves nothing by more
+      // than the rounding of its place.
+      if (i >= 20 && (change <= 1e-9 * size || h * change <= 1e-16 * place)) break;
       if (films_.any() && i >= 10) {
         if (change <= 1e-9 * size) break;  // contact problems are solved to no more
         if (i == 50 && step_ > 0 && std::isfinite(change)) {

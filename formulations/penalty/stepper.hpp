@@ -11,6 +11,7 @@
 #include <memory>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -382,6 +383,12 @@ class PenaltyStepper {
   /// A closed contact takes a harder blow than its v₀ is of, is compressed anew, or its blow is over: it is no longer pressed
   /// beyond what damping takes, or opens. A blow that differs by less than a hundredth is the same.
   void find_blow_event(int k, Event& first);
+  struct Instant {
+    double t = 0;
+    Sample at = {};
+  };
+  /// The first such instant between two of the last step.
+  std::optional<double> blow_between(int k, const Instant& before, const Instant& after);
   /// A blow begins, or is over and has its v₀.
   void strike(int k);
   /// Whether a fixed step has thrown a sliding speed that began in a steep piece of its friction law far beyond that: no

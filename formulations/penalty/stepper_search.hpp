@@ -141,44 +141,65 @@ double PenaltyStepper<Method>::least_gap(int k, const Sample& before) {
 
 template <class Method>
 void PenaltyStepper<Method>::find_blow_event(int k, Event& first) {
-  constexpr double same = 0.01;
   const auto& c = f_.contacts()[k];
   if (!c.closed || !(c.law.chi > 0 || c.law.own()) || !(method_.t > method_.t_old)) return;
-  const auto take = [&](double t) {
-    if (t < first.t || !first.found()) first = {k, Event::Kind::blow, t, 0};
-  };
-  const Sample before = mark_[k].at, after = end_[k];
-  if (c.struck) {
-    if (after.rate > 0) return take(before.rate < 0 ? root_of_rate(k, before.rate) : method_.t_old);
-    const double pushed = push(k, method_.x, method_.dxdt, method_.t);
-    if (pushed >= 0) return;
-    const double pushed_before = push(k, method_.x_old, method_.dxdt_old, method_.t_old);
-    if (pushed_before <= 0) return take(method_.t_old);
-    return take(bracketed_root(
-        [&](double t) {
-          if (t >= method_.t) return pushed;
-          method_.interpolate(t, moving_);
-          f_(moving_, slope_, t);
-          return push(k, moving_, slope_, t);
-        },
-        method_.t_old, method_.t, pushed_before, pushed));
+  // A blow may begin and end within a step as long as a contact.
+  const int parts = Method::long_steps && !method_.relieved() ? 8 : 1;
+  const double h = (method_.t - method_.t_old) / parts;
+  Instant from{method_.t_old, mark_[k].at};
+  for (int i = 1; i <= parts; ++i) {
+    Instant to{method_.t, end_[k]};
+    if (i < parts) {
+      to.t = method_.t_old + i * h;
+      to.at = sample_at(k, to.t);
+    }
+    if (const auto t = blow_between(k, from, to)) {
+      if (*t < first.t || !first.found()) first = {k, Event::Kind::blow, *t, 0};
+      return;
+    }
+    from = to;
   }
-  if (!(after.rate < 0)) return;
-  double from = method_.t_old;
-  Sample begin = before;
-  if (before.rate > 0) {  // compressed anew
-    from = root_of_rate(k, before.rate);
-    begin = sample_at(k, from);
-    const double w = touch_speed(c, begin);
-    if (std::abs(w - c.v0) > same * c.v0 && std::max(w, c.v0) > v0_floor_) return take(from);
+}
+
+template <class Method>
+std::optional<double> PenaltyStepper<Method>::blow_between(int k, const Instant& before,
+                                                           const Instant& after) {
+  constexpr double same = 0.01;
+  const auto& c = f_.contacts()[k];
+  const auto turn = [&] {
+    return bracketed_root([&](double t) { return sample_at(k, t).rate; }, before.t, after.t, before.at.rate,
+                          after.at.rate);
+  };
+  if (c.struck) {
+    if (after.at.rate > 0) return before.at.rate < 0 ? turn() : before.t;
+    const auto pushed = [&](double t) {
+      if (t >= method_.t) return push(k, method_.x, method_.dxdt, t);
+      if (t <= method_.t_old) return push(k, method_.x_old, method_.dxdt_old, t);
+      method_.interpolate(t, moving_);
+      f_(moving_, slope_, t);
+      return push(k, moving_, slope_, t);
+    };
+    const double last = pushed(after.t);
+    if (last >= 0) return {};
+    const double earlier = pushed(before.t);
+    if (earlier <= 0) return before.t;
+    return bracketed_root(pushed, before.t, after.t, earlier, last);
+  }
+  if (!(after.at.rate < 0)) return {};
+  Instant begin = before;
+  if (before.at.rate > 0) {  // compressed anew
+    begin.t = turn();
+    begin.at = sample_at(k, begin.t);
+    const double w = touch_speed(c, begin.at);
+    if (std::abs(w - c.v0) > same * c.v0 && std::max(w, c.v0) > v0_floor_) return begin.t;
   }
   // The first compression has the speed of its touch, whatever is pressed meanwhile.
-  const double now = touch_speed(c, after);
-  if (!c.eased || !(now > (1 + same) * c.v0)) return;
-  const double w = touch_speed(c, begin);
-  if (w >= c.v0) return take(from);
-  take(bracketed_root([&](double t) { return touch_speed(c, sample_at(k, t)) - c.v0; }, from, method_.t,
-                      w - c.v0, now - c.v0));
+  const double now = touch_speed(c, after.at);
+  if (!c.eased || !(now > (1 + same) * c.v0)) return {};
+  const double w = touch_speed(c, begin.at);
+  if (w >= c.v0) return begin.t;
+  return bracketed_root([&](double t) { return touch_speed(c, sample_at(k, t)) - c.v0; }, begin.t, after.t,
+                        w - c.v0, now - c.v0);
 }
 
 template <class Method>
