@@ -215,8 +215,7 @@ void teeth(Builder& b) {
   if (turns) {
     const auto arm = b.body("arm", {.mass = 1, .inertia = 1, .spin = spin});
     b.table("joints.turn", "type = \"revolute\"\nbetween = [\"ground\", \"arm\"]\n");
-    b.table("drives.turn",
-            fmt::format("joint = \"turn\"\nspeed = {}\ninitial_angle = 0\n", text_of(spin)));
+    b.table("drives.turn", fmt::format("joint = \"turn\"\nspeed = {}\ninitial_angle = 0\n", text_of(spin)));
     b.still(arm, 0, r1);
     b.still(arm + 1, 0, r1);
     b.scene.prescribed.push_back({arm + 2,
@@ -241,12 +240,8 @@ void teeth(Builder& b) {
   const double x = exact(phase - ratio * motion->at(0).y + half * draw.either_way(0.9));
   const double v = exact(spin - ratio * motion->at(0).slope + pace / r2 * draw.either_way(0.5));
   const double distance = exact(r1 + r2);
-  const auto q = b.body("two", {.mass = 1,
-                                .inertia = J,
-                                .x = distance,
-                                .angle = x,
-                                .vy = exact(distance * spin),
-                                .spin = v});
+  const auto q = b.body(
+      "two", {.mass = 1, .inertia = J, .x = distance, .angle = x, .vy = exact(distance * spin), .spin = v});
   b.table("joints.second",
           fmt::format("type = \"revolute\"\nbetween = [\"{}\", \"two\"]\nat = [[{}, 0], [0, 0]]\n", on,
                       text_of(distance)));
@@ -260,12 +255,13 @@ void teeth(Builder& b) {
           text_of(r1), text_of(r2), text_of(phase), text_of(play), text_of(ks)));
   b.table("surfaces.s", fmt::format("young = 2e11\npoisson = 0.3\nrestitution = {}\n", text_of(e)));
   const double rate = distance * std::abs(spin), bend = rate * std::abs(spin);
-  b.scene.prescribed.push_back({q,
-                                [=](double t, Coordinates, Coordinates) {
-                                  const double a = spin * t;
-                                  return CurvePoint{distance * std::cos(a), -distance * spin * std::sin(a), 0};
-                                },
-                                r2, rate, bend});
+  b.scene.prescribed.push_back(
+      {q,
+       [=](double t, Coordinates, Coordinates) {
+         const double a = spin * t;
+         return CurvePoint{distance * std::cos(a), -distance * spin * std::sin(a), 0};
+       },
+       r2, rate, bend});
   b.scene.prescribed.push_back({q + 1,
                                 [=](double t, Coordinates, Coordinates) {
                                   const double a = spin * t;
@@ -275,13 +271,12 @@ void teeth(Builder& b) {
   reference::OneCoordinate o;
   o.acceleration = [](double, double, double) { return 0.0; };
   for (const double side : {1.0, -1.0})
-    o.walls.push_back(
-        {[=](double t) {
-           const auto p = motion->at(t);
-           return CurvePoint{spin * t + phase - ratio * p.y - side * half, spin - ratio * p.slope,
-                             -ratio * p.bend};
-         },
-         side, e});
+    o.walls.push_back({[=](double t) {
+                         const auto p = motion->at(t);
+                         return CurvePoint{spin * t + phase - ratio * p.y - side * half,
+                                           spin - ratio * p.slope, -ratio * p.bend};
+                       },
+                       side, e});
   o.next_kink = [motion](double t) { return motion->next_kink(t); };
   o.x = x, o.v = v;
   moving(b, q + 2, o, ks * base * base / J, 1);

@@ -36,8 +36,8 @@ void push(Builder& b, const Mover& o, const std::string& lines, const std::strin
           const std::string& of = "") {
   b.table("curves.push", lines);
   const bool drive = b.draw.chance(0.5);
-  const std::string how = fmt::format("against = \"{}\"\n{}", against,
-                                      of.empty() ? "" : fmt::format("of = \"{}\"\n", of));
+  const std::string how =
+      fmt::format("against = \"{}\"\n{}", against, of.empty() ? "" : fmt::format("of = \"{}\"\n", of));
   if (drive)
     b.table("drives.push",
             fmt::format("joint = \"on\"\n{} = \"push\"\n{}", o.turns ? "torque_curve" : "force", how));
@@ -80,14 +80,15 @@ void pushed(Builder& b) {
     };
   } else if (kind == 3) {
     // Against the angle of a rotor that turns evenly.
-    const double turn = 2 * pi / draw.whole(1, 4), start = exact(draw.angle()), w = exact(turn / T * draw.sign());
+    const double turn = 2 * pi / draw.whole(1, 4), start = exact(draw.angle()),
+                 w = exact(turn / T * draw.sign());
     const double force = o.m * A / (T * T) * draw.decades(-1, 1.5);
     const auto curve = draw_curve(draw, {turn, force, false});
     const auto shape = std::make_shared<CurveShape>(curve.shape);
     const auto cam = b.body("cam", {.mass = 1, .inertia = 1, .angle = start, .spin = w});
     b.table("joints.shaft", "type = \"revolute\"\nbetween = [\"ground\", \"cam\"]\n");
-    b.table("drives.motor", fmt::format("joint = \"shaft\"\nspeed = {}\ninitial_angle = {}\n", text_of(w),
-                                        text_of(start)));
+    b.table("drives.motor",
+            fmt::format("joint = \"shaft\"\nspeed = {}\ninitial_angle = {}\n", text_of(w), text_of(start)));
     b.still(cam, 0, 1);
     b.still(cam + 1, 0, 1);
     b.scene.prescribed.push_back({cam + 2,

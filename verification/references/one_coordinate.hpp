@@ -173,7 +173,8 @@ struct OneCoordinate {
     std::size_t which = 0;
     // On a kink it is beyond it by more than rounding, or the step would begin with the force of before.
     for (const double k : kinks)
-      if (const double near = 1e-13 * (std::abs(k) + h * std::abs(p.v)); p.v != 0 && std::abs(p.x - k) <= near)
+      if (const double near = 1e-13 * (std::abs(k) + h * std::abs(p.v));
+          p.v != 0 && std::abs(p.x - k) <= near)
         p.x = k + std::copysign(2 * near, p.v);
     Place low = p, high = p;
     const auto go = [&](double length) { return after(p, in, length, low, high); };

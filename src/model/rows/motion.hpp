@@ -35,8 +35,7 @@ struct MotionRow {
   void place(const T& t, const T* q, EvaluationOf<T>& e) const {
     const T x = follows ? T(theta(q, other.j) - theta(q, other.i)) : t;
     // Held to its piece, y is smooth up to a knot at which a step ends.
-    const auto y =
-        phase >= 0 && e.pieces ? course.jet(x, e.pieces[phase].inside()) : course.jet(x);
+    const auto y = phase >= 0 && e.pieces ? course.jet(x, e.pieces[phase].inside()) : course.jet(x);
     e.bend[index] = y.bend;
     if (slides) {
       const auto a = arms(link, q, e);
