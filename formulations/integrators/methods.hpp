@@ -181,7 +181,10 @@ class Dopri5 : public MethodState {
            boost::numeric::odeint::success) {
       ++rejected;
       cut = false;
-      if (vanishing(dt_, first_step_)) return false;
+      if (vanishing(dt_, first_step_)) {
+        dt_ = wish;  // of where no step is taken, the next stretch is not to begin with it
+        return false;
+      }
     }
     if (cut) {
       t = t_end;

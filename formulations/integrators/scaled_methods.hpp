@@ -230,7 +230,10 @@ class Adams : public MethodState {
       ++rejected;
       cut = false;  // a shorter one ends where it does
       dt_ = std::min(dt_, t_end - t);
-      if (vanishing(dt_, first_step_)) return false;
+      if (vanishing(dt_, first_step_)) {
+        dt_ = wish;  // of where no step is taken, the next stretch is not to begin with it
+        return false;
+      }
     }
     if (cut) dt_ = std::max(dt_, wish);
     if (std::abs(t - t_end) <= 4e-16 * t_end) t = t_end;

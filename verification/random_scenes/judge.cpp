@@ -256,13 +256,14 @@ void compare(Comparison& all, const Expected& e, const Trajectory& rows, const B
   all.known = std::min(all.known, static_cast<double>(k) / static_cast<double>(random_scenes::rows + 1));
 }
 
-void compare(Comparison& all, const Prescribed& p, const Trajectory& rows, const Bounds& b) {
+/// `least`: what counts as standing still, of the scene's own motion.
+void compare(Comparison& all, const Prescribed& p, const Trajectory& rows, const Bounds& b, double least) {
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const auto m = p.motion(rows.t(k), rows.q(k), rows.v(k));
     const double off = std::abs(rows.q(k)[p.coordinate] - m.y),
                  late = std::abs(rows.v(k)[p.coordinate] - m.slope);
     const double bound =
-        b.prescribed * p.size + 0.25 * p.bend * b.step * b.step + 1e-12 * (std::abs(m.y) + p.size);
+        b.prescribed * p.size + 0.25 * p.bend * b.step * b.step + 1e-12 * (std::abs(m.y) + p.size) + least;
     const double rate = std::max(10 * b.prescribed, b.speeds) * p.rate + 2 * p.bend * b.step + 1e-12 * p.rate;
     add(all, !(off <= bound), [&] {
       return fmt::format(
@@ -318,7 +319,7 @@ Verdict judge(const RandomScene& scene, const Way& way, const Knowledge& known) 
   }
   const auto bounds = bounds_of(scene, way, r.result);
   Comparison c;
-  for (const auto& p : scene.prescribed) compare(c, p, r.rows, bounds);
+  for (const auto& p : scene.prescribed) compare(c, p, r.rows, bounds, 1e-10 * scene.speed * scene.shortest);
   for (const auto& e : known.list) compare(c, e, r.rows, bounds);
   if (scene.energy && !(scene.energy_of_rigid_only && way.family == Family::penalty))
     compare_energy(c, scene, r.rows, bounds);

@@ -42,7 +42,9 @@ struct Bump {
   Push<T> push(const T& at, const T& speed, const Piece* piece) const {
     const auto one = [&](const T& y, const T& rate, double sign) -> Push<T> {
       const T spring = stiffness * y, f = spring + damping * rate;
-      const T size = f > T(0) ? f : T(0);
+      // Beyond the piece the formula goes on, also below zero, and without a jump at the limit either way: stages of a long step
+      // that saw no force there would agree that there is none.
+      const T size = value_of(y) < 0 ? (rate > T(0) ? f : spring) : f > T(0) ? f : T(0);
       return {-sign * size, -(size - spring) * rate};
     };
     const double place = piece ? piece->inside() : value_of(at);

@@ -7,7 +7,7 @@
 // Tables are linear between their points and go on beyond them at their last slopes. One that only pulls exerts
 // max(0, E + D) where E > 0 and nothing elsewhere, one that only pushes min(0, E + D) where E < 0: so a cable's damper
 // acts while it is taut. Where E changes its slope or its sign is a kink (model/phase.hpp): on a piece between two of
-// them F is one formula, also beyond the piece's ends.
+// them F is one formula, also beyond the piece's ends, where it may have the other sign.
 #pragma once
 
 #include <algorithm>
@@ -89,7 +89,12 @@ struct SpringLaw {
     if (one_way && !acts(elastic(stiffness, rest, at, at))) return {};
     const T e = elastic(stiffness, rest, s, at);
     if (!damps(damper_rate)) return {e, T(0)};
-    T whole = e + damper(damper_rate, rate);
+    const T resists = damper(damper_rate, rate);
+    if (one_way && !acts(value_of(e))) {  // beyond the piece, without a jump at its end either way
+      const bool tautens = *one_way == OneWay::pull ? resists > T(0) : resists < T(0);
+      return {tautens ? e + resists : e, tautens ? resists : T(0)};
+    }
+    T whole = e + resists;
     if (one_way && !acts(value_of(whole))) whole = T(0);
     return {whole, whole - e};
   }
