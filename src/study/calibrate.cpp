@@ -206,6 +206,7 @@ class Evidence {
       for (std::size_t k = 0; k < r.targets.size(); ++k) require_positive(r, k);
       scatter.emplace_back();
       for (std::size_t p = 0; p < r.xi.size(); ++p) scatter.back().add(r.xi[p], r.outcomes[p]);
+      scatter.back().choose_widths();
       for (std::size_t k = 0; k < r.targets.size(); ++k) {
         const auto i = r.targets[k];
         const auto& target = c_.targets[i];
@@ -265,7 +266,7 @@ class Evidence {
     }
     // Relative: where nothing scatters, all are alike.
     const double mean = noise.mean();
-    noise = mean > 0 ? Eigen::VectorXd((noise / mean).cwiseMax(0.05)) : Eigen::VectorXd::Ones(count);
+    noise = mean > 0 ? Eigen::VectorXd((noise / mean).cwiseMax(1e-3)) : Eigen::VectorXd::Ones(count);
     return {at, y, noise, scatter.known() ? mean : 0};
   }
 
@@ -277,10 +278,10 @@ class Evidence {
   int tried_ = 0;
 };
 
-/// Of a fit's uncertainty, spread widely: the optimum, and each time the sampled point that is farthest from those chosen before,
-/// in units of the sample's own spread.
+/// Within twice a fit's uncertainty: the optimum, and each time the sampled point that is farthest from
+/// those chosen before, in units of the sample's own spread.
 Eigen::MatrixXd where_to_refine(const Misfit& misfit, const Fit& fit, int count) {
-  const auto points = sample(misfit, fit, 200);
+  const auto points = sample(misfit, fit, 200, 2);
   const Eigen::VectorXd scale =
       (points.rowwise() - points.colwise().mean()).colwise().norm().cwiseMax(1e-6).cwiseInverse().transpose();
   Eigen::MatrixXd chosen(count, points.cols());

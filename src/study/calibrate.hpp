@@ -4,7 +4,8 @@
 //
 // In order: the space-filling set is run; what the targets can say of the unknowns is judged (Identifiability); then, as long as a
 // surface's own error at the optimum exceeds half of what the measurement is known to, and at most `refinements` times, 2n + 2
-// points are run where the likelihood exp(−½f) is, the optimum among them, and the surfaces are made anew of all points.
+// points are run, the optimum and others of exp(−½f/2²), and the surfaces are made anew of all points: twice as wide as the
+// likelihood exp(−½f), so that a surface that is wrong beyond the interval's ends, and excludes the truth there, is found out.
 //
 // Intervals are of the profile likelihood: ξ_j belongs to the interval of 95 % where
 //
@@ -122,8 +123,8 @@ Fit fit(const Misfit& misfit, const std::vector<bool>& used, const std::vector<U
 /// On a grid over the ranges, row by row of x.
 std::vector<MisfitPoint> misfit_map(const Misfit& misfit, const Fit& fit, Eigen::Index x, Eigen::Index y);
 
-/// `count` points of exp(−½f), a row each: of a Markov chain (Metropolis) from the optimum, equal on every machine.
-Eigen::MatrixXd sample(const Misfit& misfit, const Fit& fit, int count);
+/// `count` points of exp(−½f/width²), a row each: of a Markov chain (Metropolis) from the optimum, equal on every machine.
+Eigen::MatrixXd sample(const Misfit& misfit, const Fit& fit, int count, double width = 1);
 
 /// Whether runs at an optimum contradict what it was fitted to (Fit::contradicted); `pieces`: q.
 bool contradicts(const std::vector<double>& outcomes, double measured, double tolerance, double surface_error,

@@ -290,7 +290,7 @@ std::vector<MisfitPoint> misfit_map(const Misfit& misfit, const Fit& fit, Eigen:
   return map;
 }
 
-Eigen::MatrixXd sample(const Misfit& misfit, const Fit& fit, int count) {
+Eigen::MatrixXd sample(const Misfit& misfit, const Fit& fit, int count, double width) {
   constexpr int between = 25;  // steps from one to the next
   const auto n = fit.xi.size();
   std::mt19937_64 generator(1);
@@ -299,7 +299,7 @@ Eigen::MatrixXd sample(const Misfit& misfit, const Fit& fit, int count) {
     return boost::math::quantile(boost::math::normal(), uniform());
   };
   // The step that suits a normal distribution (Roberts, Gelman and Gilks, Ann. Appl. Probab. 7 (1997) 110), within the ranges.
-  Eigen::MatrixXd covariance = laplace(misfit, fit.xi, fit.used);
+  Eigen::MatrixXd covariance = width * width * laplace(misfit, fit.xi, fit.used);
   const Vector limit = covariance.diagonal().cwiseSqrt().cwiseMax(0.6).cwiseInverse() * 0.6;
   covariance = limit.asDiagonal() * covariance * limit.asDiagonal();
   const Eigen::MatrixXd L =
@@ -312,7 +312,7 @@ Eigen::MatrixXd sample(const Misfit& misfit, const Fit& fit, int count) {
     const double u = uniform();
     if (next.lpNorm<Eigen::Infinity>() <= 1) {
       const double there = misfit.at(next, fit.used).value;
-      if (there - value < -2 * std::log(u)) {
+      if (there - value < -2 * width * width * std::log(u)) {
         here = next;
         value = there;
       }

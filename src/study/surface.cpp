@@ -46,8 +46,36 @@ Eigen::MatrixXd correlation(const Eigen::MatrixXd& points, const Eigen::VectorXd
   return R;
 }
 
+/// The warp of one coordinate in [−1, 1] by a, and its derivative.
+struct Warped {
+  double value, slope;
+};
+Warped warped(double x, double a) {
+  if (a == 0) return {x, 1};
+  const double b = std::abs(a), u = 0.5 * (a > 0 ? x + 1 : 1 - x), scale = std::log1p(b);
+  const double value = 2 * std::log1p(b * u) / scale - 1;
+  return {a > 0 ? value : -value, b / (scale * (1 + b * u))};
+}
+Eigen::VectorXd warped(const Eigen::VectorXd& xi, const Eigen::VectorXd& a) {
+  Eigen::VectorXd w(xi.size());
+  for (Eigen::Index j = 0; j < xi.size(); ++j) w[j] = warped(xi[j], a[j]).value;
+  return w;
+}
+Eigen::MatrixXd rows_warped(const Eigen::MatrixXd& points, const Eigen::VectorXd& a) {
+  Eigen::MatrixXd w(points.rows(), points.cols());
+  for (Eigen::Index i = 0; i < points.rows(); ++i)
+    w.row(i) = warped(points.row(i).transpose(), a).transpose();
+  return w;
+}
+Eigen::MatrixXd rows_of_basis(const Eigen::MatrixXd& points) {
+  Eigen::MatrixXd B(points.rows(), ResponseSurface::coefficients(static_cast<int>(points.cols())));
+  for (Eigen::Index i = 0; i < points.rows(); ++i) B.row(i) = basis(points.row(i).transpose()).transpose();
+  return B;
+}
+
+constexpr std::array warps_tried{0.0, 4.0, 20.0, -4.0, -20.0};
 constexpr std::array ratios{0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 1e3, 1e4};
-constexpr std::array lengths_tried{0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8};
+constexpr std::array lengths_tried{0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8};
 
 }  // namespace
 
@@ -73,8 +101,9 @@ struct ResponseSurface::Kriging {
     const auto log_determinant = [](const Eigen::LLT<Eigen::MatrixXd>& l) {
       return 2 * l.matrixLLT().diagonal().array().log().sum();
     };
-    log_likelihood =
-        -0.5 * (freedom * std::log(squares / freedom + least) + log_determinant(K) + log_determinant(trend));
+    const Eigen::LLT<Eigen::MatrixXd> metric(B.transpose() * B);
+    log_likelihood = -0.5 * (freedom * std::log(squares / freedom + least) + log_determinant(K) +
+                             log_determinant(trend) - log_determinant(metric));
   }
 };
 
@@ -86,27 +115,30 @@ ResponseSurface::ResponseSurface(const Eigen::MatrixXd& points, const Eigen::Vec
   const int p = coefficients(static_cast<int>(n));
   if (m < p + 2) throw std::invalid_argument("too few points for a quadratic surface");
   const Eigen::VectorXd c = noise.size() == m ? noise : Eigen::VectorXd::Ones(m);
-  Eigen::MatrixXd B(m, p);
-  for (Eigen::Index i = 0; i < m; ++i) B.row(i) = basis(points.row(i).transpose()).transpose();
+  Eigen::MatrixXd B = rows_of_basis(points);
   freedom_ = static_cast<double>(m - p);
   spread_ = std::sqrt((outcomes.array() - outcomes.mean()).square().sum() / static_cast<double>(m - 1));
   // Rounding of the outcomes: below it no likelihood tells anything.
   const double least = std::pow(1e-12 * (outcomes.cwiseAbs().maxCoeff() + 1e-300), 2);
 
   lengths_ = Eigen::VectorXd::Ones(n);
-  Eigen::MatrixXd R = correlation(points, lengths_);
-  const auto prior = [](const Eigen::VectorXd& lengths) {
-    return -0.5 * (lengths.array().log() / std::log(2.0)).square().sum();
+  warps_ = Eigen::VectorXd::Zero(n);
+  Eigen::MatrixXd R = correlation(points_, lengths_);
+  const auto prior = [](const Eigen::VectorXd& lengths, const Eigen::VectorXd& warps) {
+    return -0.5 * ((lengths.array().log() / std::log(2.0)).square().sum() +
+                   ((1 + warps.array().abs()).log() / std::log(5.0)).square().sum());
   };
-  const auto worth = [&](const Eigen::MatrixXd& of, const Eigen::VectorXd& lengths, double ratio) {
-    const Kriging k(of, ratio, c, B, outcomes, least);
-    return k.K.info() == Eigen::Success && std::isfinite(k.log_likelihood) ? k.log_likelihood + prior(lengths)
-                                                                           : -INFINITY;
+  const auto worth = [&](const Eigen::MatrixXd& of, const Eigen::MatrixXd& trend,
+                         const Eigen::VectorXd& lengths, const Eigen::VectorXd& warps, double ratio) {
+    const Kriging k(of, ratio, c, trend, outcomes, least);
+    return k.K.info() == Eigen::Success && std::isfinite(k.log_likelihood)
+               ? k.log_likelihood + prior(lengths, warps)
+               : -INFINITY;
   };
   double best = -INFINITY;
   const auto try_ratios = [&] {
     for (const double r : ratios)
-      if (const double w = worth(R, lengths_, r); w > best) best = w, ratio_ = r;
+      if (const double w = worth(R, B, lengths_, warps_, r); w > best) best = w, ratio_ = r;
   };
   try_ratios();
   // A quadratic without residuals leaves nothing to a process.
@@ -114,19 +146,36 @@ ResponseSurface::ResponseSurface(const Eigen::MatrixXd& points, const Eigen::Vec
   if (exact) ratio_ = 0;
   for (int cycle = 0; cycle < 2 && !exact; ++cycle) {
     for (Eigen::Index j = 0; j < n; ++j) {
+      Eigen::VectorXd warps = warps_;
+      for (const double a : warps_tried) {
+        warps[j] = a;
+        const auto at = rows_warped(points, warps);
+        const auto of = correlation(at, lengths_);
+        const auto trend = rows_of_basis(at);
+        for (const double r : {ratio_, ratio_ > 0 ? 0.3 * ratio_ : 1.0, ratio_ > 0 ? 3 * ratio_ : 10.0})
+          if (const double w = worth(of, trend, lengths_, warps, r); w > best) {
+            best = w;
+            ratio_ = r;
+            warps_ = warps;
+          }
+      }
+    }
+    points_ = rows_warped(points, warps_);
+    B = rows_of_basis(points_);
+    for (Eigen::Index j = 0; j < n; ++j) {
       Eigen::VectorXd lengths = lengths_;
       for (const double l : lengths_tried) {
         lengths[j] = l;
-        const auto of = correlation(points, lengths);
+        const auto of = correlation(points_, lengths);
         for (const double r : {ratio_ > 0 ? ratio_ : 1.0, 3 * (ratio_ > 0 ? ratio_ : 1.0)})
-          if (const double w = worth(of, lengths, r); w > best) {
+          if (const double w = worth(of, B, lengths, warps_, r); w > best) {
             best = w;
             ratio_ = r;
             lengths_ = lengths;
           }
       }
     }
-    R = correlation(points, lengths_);
+    R = correlation(points_, lengths_);
     try_ratios();
   }
 
@@ -139,47 +188,58 @@ ResponseSurface::ResponseSurface(const Eigen::MatrixXd& points, const Eigen::Vec
   // Qy = K⁻¹(y − Bβ), and the diagonal of Q. Few degrees of freedom may make the likelihood's σ² small by chance: that of leaving
   // each point out, Σ (Qy)_p²/Q_pp/m, must not exceed it.
   double press = 0, left_out = 0;
+  surprise_.resize(m);
   for (Eigen::Index i = 0; i < m; ++i) {
     const double q = inverse_(i, i) - solved_.row(i) * trend_covariance_ * solved_.row(i).transpose();
     press += std::pow(weights_[i] / q, 2);
+    surprise_[i] = weights_[i] * weights_[i] / q;
     left_out += weights_[i] * weights_[i] / q / static_cast<double>(m);
   }
   noise_ = std::max({k.squares / freedom_, left_out, least_noise});
   error_ = std::sqrt(press / static_cast<double>(m));
+  if (noise_ > 0) surprise_ /= noise_;
 }
 
-Eigen::VectorXd ResponseSurface::correlations(const Eigen::VectorXd& xi) const {
-  return (-0.5 * ((points_.rowwise() - xi.transpose()) * lengths_.cwiseInverse().asDiagonal())
-                     .rowwise()
-                     .squaredNorm())
+Eigen::VectorXd ResponseSurface::correlations(const Eigen::VectorXd& warped, double share) const {
+  return (-0.5 / (share * share) *
+          ((points_.rowwise() - warped.transpose()) * lengths_.cwiseInverse().asDiagonal())
+              .rowwise()
+              .squaredNorm())
       .array()
       .exp();
 }
 
 double ResponseSurface::operator()(const Eigen::VectorXd& xi) const {
-  const double trend = basis(xi).dot(trend_);
-  return ratio_ > 0 ? trend + ratio_ * correlations(xi).dot(weights_) : trend;
+  const auto at = warped(xi, warps_);
+  const double trend = basis(at).dot(trend_);
+  return ratio_ > 0 ? trend + ratio_ * correlations(at).dot(weights_) : trend;
 }
 
 Eigen::VectorXd ResponseSurface::gradient(const Eigen::VectorXd& xi) const {
-  Eigen::VectorXd g = basis_gradient(xi).transpose() * trend_;
-  if (ratio_ == 0) return g;
-  const Eigen::VectorXd w = ratio_ * correlations(xi).cwiseProduct(weights_);
-  for (Eigen::Index j = 0; j < xi.size(); ++j)
-    g[j] += w.dot(points_.col(j) - Eigen::VectorXd::Constant(points_.rows(), xi[j])) /
-            (lengths_[j] * lengths_[j]);
+  const auto at = warped(xi, warps_);
+  Eigen::VectorXd g = basis_gradient(at).transpose() * trend_;
+  if (ratio_ > 0) {
+    const Eigen::VectorXd w = ratio_ * correlations(at).cwiseProduct(weights_);
+    for (Eigen::Index j = 0; j < at.size(); ++j)
+      g[j] += w.dot(points_.col(j) - Eigen::VectorXd::Constant(points_.rows(), at[j])) /
+              (lengths_[j] * lengths_[j]);
+  }
+  for (Eigen::Index j = 0; j < at.size(); ++j) g[j] *= warped(xi[j], warps_[j]).slope;
   return g;
 }
 
 double ResponseSurface::variance(const Eigen::VectorXd& xi) const {
-  Eigen::VectorXd u = basis(xi);
+  const auto at = warped(xi, warps_);
+  Eigen::VectorXd u = basis(at);
   double process = 0;
   if (ratio_ > 0) {
-    const Eigen::VectorXd r = ratio_ * correlations(xi);
+    const Eigen::VectorXd r = ratio_ * correlations(at);
     process = ratio_ - r.dot(inverse_ * r);
     u -= solved_.transpose() * r;
   }
-  return noise_ * std::max(0.0, process + u.dot(trend_covariance_ * u));
+  const auto near = correlations(at, 0.5);
+  const double worse = std::max(1.0, (1 + near.dot(surprise_)) / (1 + near.sum()));
+  return noise_ * worse * std::max(0.0, process + u.dot(trend_covariance_ * u));
 }
 
 Eigen::MatrixXd space_filling(int unknowns, int count) {

@@ -19,10 +19,10 @@ double factor(double a, double b) { return std::max(a / b, b / a); }
 std::string calibration_tables(const Study& study, const CalibrationResult& r) {
   const auto& c = *study.calibration;
   std::string out =
-      "Response surfaces, quadratic in the scaled unknowns, of each statistic's logarithm; their error is "
-      "that of\npredicting each of their points from the others. A weak pull to the middle of the ranges "
-      "decides what the targets\nleave open.\n\n| target | statistic | measured | surface's error | "
-      "outcomes' spread |\n| --- | --- | --- | --- | --- |\n";
+      "Response surfaces of each statistic's logarithm: a quadratic and a Gaussian process in the scaled "
+      "unknowns\n([calibration](study.md#calibration)); their error is that of predicting each of their "
+      "points from the others. A weak\npull to the middle of the ranges decides what the targets leave open.\n\n"
+      "| target | statistic | measured | surface's error | outcomes' spread |\n| --- | --- | --- | --- | --- |\n";
   for (std::size_t i = 0; i < c.targets.size(); ++i)
     out += fmt::format("| {} | {} | {} | {:.3f} | {:.3f} |\n", c.targets[i].name, c.targets[i].statistic,
                        number(r.measured[i]), r.surface_error[i], r.surface_spread[i]);

@@ -84,6 +84,64 @@ TEST_CASE("a surface follows what no quadratic does, and knows its error", "[cal
   }
 }
 
+TEST_CASE("scatter that differs over the ranges is not smoothed over them", "[calibrate]") {
+  // Deviations of 0.2 for ξ₁ < −0.6 and 0.001 elsewhere, 40 points of two starts. Smoothed over ½√2, W had
+  // 0.065 to 0.069 in the middle. A width of a fifth leaves exp(−½(0.6/0.14)²) = 1e-4 of the chaotic part there,
+  // whose variance is 40,000 times as great: at most 0.01 in the middle; and in the chaotic part a factor of 2,
+  // which its eight points know it to.
+  std::mt19937_64 engine(11);
+  std::normal_distribution<double> normal;
+  Scatter scatter;
+  const auto points = space_filling(2, 40);
+  for (int p = 0; p < 40; ++p) {
+    const double size = points(p, 0) < -0.6 ? 0.2 : 0.001;
+    Eigen::MatrixXd outcomes(2, 1);
+    for (int s = 0; s < 2; ++s) outcomes(s, 0) = 1 + size * normal(engine);
+    scatter.add(points.row(p).transpose(), outcomes);
+  }
+  scatter.choose_widths();
+  CHECK(scatter.widths()[0] < 0.5 * scatter.widths()[1]);
+  for (const double y : {-0.5, 0.0, 0.5}) {
+    CHECK(std::sqrt(scatter.at(Eigen::Vector2d(0, y)).covariance(0, 0)) < 0.01);
+    const double rough = std::sqrt(scatter.at(Eigen::Vector2d(-0.9, y)).covariance(0, 0));
+    CHECK(rough > 0.1);
+    CHECK(rough < 0.4);
+  }
+}
+
+TEST_CASE("a surface that is steep in a corner of the ranges knows its error there", "[calibrate]") {
+  // y = 0.1ξ₁ + 2.5 exp(−(ξ₂ + 1)/0.15)(1 − 0.3ξ₁), noise of 0.005: as a rig's peaks grow towards the least
+  // friction. Without a warp the gentle half ξ₂ > 0 was off by 0.016 to 0.098, and 36 of 3,200 places by more
+  // than four of the surface's own standard errors. The gentle half is to be known to six times the noise, and
+  // one place in 1,000 may lie beyond four standard errors (neighbouring places err together).
+  const auto y = [](const Eigen::VectorXd& x) {
+    return 0.1 * x[0] + 2.5 * std::exp(-(x[1] + 1) / 0.15) * (1 - 0.3 * x[0]);
+  };
+  const auto points = space_filling(2, 40);
+  const auto places = space_filling(2, 400);
+  int beyond = 0;
+  for (const unsigned seed : {1u, 2u, 3u, 4u, 5u, 6u, 7u, 8u}) {
+    CAPTURE(seed);
+    std::mt19937_64 engine(seed);
+    std::normal_distribution<double> noise(0, 0.005);
+    Eigen::VectorXd outcomes(40);
+    for (int i = 0; i < 40; ++i) outcomes[i] = y(points.row(i).transpose()) + noise(engine);
+    const ResponseSurface surface(points, outcomes);
+    CHECK(surface.warps()[1] > 0);
+    double worst = 0;
+    for (int i = 0; i < 400; ++i) {
+      const Eigen::VectorXd xi = places.row(i).transpose();
+      const double off = std::abs(surface(xi) - y(xi));
+      beyond += off > 4 * std::sqrt(surface.variance(xi));
+      if (xi[1] > 0) worst = std::max(worst, off);
+    }
+    CHECK(worst < 0.03);
+    const Eigen::Vector2d here(0.3, -0.7), beside(0.3, -0.7 + 1e-6);
+    CHECK(surface.gradient(here)[1] == Approx((surface(beside) - surface(here)) / 1e-6).epsilon(1e-3));
+  }
+  CHECK(beyond <= 3);
+}
+
 TEST_CASE("targets that scatter together say no more than their difference allows", "[calibrate]") {
   // Two statistics y = bξ of the same runs whose scatter has the same variance w and correlation ρ: the information is
   // 2b²/(w (1 + ρ)), and the interval half t/√(that + pull). Taken for independent it is narrower by √(1 + ρ).
