@@ -28,36 +28,86 @@ double greatest_speed(const System& system, const double* v) {
 
 namespace {
 
-/// Of what loads and torques give the bodies at the start, or a torque's table at its greatest (m/s²).
-double greatest_acceleration(const Mechanism& mechanism, const System& system, const State& start,
-                             double arm) {
-  auto e = system.make_evaluation();
-  system.place(start.t, start.q.data(), e);
-  system.rate(start.q.data(), start.v.data(), e);
-  std::vector<double> z = start.z;
-  z.resize(system.states());
-  system.forces(start.t, start.q.data(), start.v.data(), z.data(), e, {});
-  double most = 0;
-  for (int i = 0; i < system.n(); ++i)
-    most = std::max(most, std::abs(e.force[i]) / system.mass()[i] * (system.is_angle(i) ? arm : 1));
+/// What a load or a drive accelerates a body by (m/s²), and the time (s) within which it turns round: infinite where it may last.
+struct Push {
+  double acceleration = 0, time = INFINITY;
+  /// m/s: the speed that it gives within `length` (m).
+  double speed(double length) const {
+    const double within = std::sqrt(acceleration * length);
+    return std::isfinite(time) ? std::min(within, acceleration * time) : within;
+  }
+};
+
+/// A course against time without mean gives a mass no more speed than its greatest impulse, max |∫ y dt|, does: that over
+/// max |y|, 2/ω of a sine (s). Infinite for all others.
+double turning_time(const Piecewise& course) {
+  const double period = course.period() > 0      ? course.period()
+                        : course.knots().empty() ? course.variation(0)
+                                                 : INFINITY;
+  if (!std::isfinite(period)) return INFINITY;
+  const double most = course.greatest().value;
+  if (!(most > 0) || std::abs(course.integral(0, period)) > 1e-9 * most * period) return INFINITY;
+  return course.antiderivative(0, 0).greatest().value / most;
+}
+
+Piecewise course_of(const ForceDrive& drive, const Mechanism& mechanism) {
+  return drive.force.lay(mechanism.curves);
+}
+Piecewise course_of(const TorqueCurveDrive& drive, const Mechanism& mechanism) {
+  return mechanism.curves[static_cast<std::size_t>(drive.curve)].lay();
+}
+
+/// Of what loads and torques give the bodies at the start, and drives at their greatest; angles at `arm` (m).
+std::vector<Push> pushes(const Mechanism& mechanism, const System& system, const State& start, double arm) {
+  std::vector<Push> list;
+  const auto n = static_cast<std::size_t>(system.n());
+  std::vector<double> turning(n, 0),
+      longest(n, 0);  // N or N m by drives that turn round; s, the longest of them
   for (const auto& drive : mechanism.drives)
     if (const auto* d = std::get_if<TorqueDrive>(&drive))
       for (const int body : bodies_of(mechanism.joints[d->joint]))
         for (const auto& [x, torque] : d->table)
-          if (body != ground) most = std::max(most, std::abs(torque) / mechanism.bodies[body].inertia * arm);
+          if (body != ground) list.push_back({std::abs(torque) / mechanism.bodies[body].inertia * arm});
   for (const auto& drive : mechanism.drives)
     std::visit(
         [&]<class Kind>(const Kind& d) {
-          if constexpr (requires { d.greatest_effort(mechanism); })
-            for (const int body : bodies_of(mechanism.joints[d.joint]))
-              if (body != ground)
-                most = std::max(most,
-                                d.greatest_effort(mechanism) / (Kind::reports == ForceElement::Kind::push
-                                                                    ? mechanism.bodies[body].mass
-                                                                    : mechanism.bodies[body].inertia / arm));
+          if constexpr (requires { d.greatest_effort(mechanism); }) {
+            constexpr bool along = Kind::reports == ForceElement::Kind::push;
+            const double effort = d.greatest_effort(mechanism);
+            double time = INFINITY;
+            if constexpr (requires { d.against; })
+              if (d.against == Argument::time) time = turning_time(course_of(d, mechanism));
+            for (const int body : bodies_of(mechanism.joints[d.joint])) {
+              if (body == ground) continue;
+              const auto& b = mechanism.bodies[body];
+              list.push_back({effort / (along ? b.mass : b.inertia / arm), time});
+              if (!std::isfinite(time)) continue;
+              for (int c = 0; c < planar::coordinates; ++c) {
+                const auto i = static_cast<std::size_t>(planar::first(body) + c);
+                turning[i] += system.is_angle(static_cast<int>(i)) ? effort * (along ? arm : 1)
+                              : along                              ? effort
+                                                                   : 0;
+                longest[i] = std::max(longest[i], time);
+              }
+            }
+          }
         },
         drive);
-  return std::isfinite(most) ? most : 0;
+  auto e = system.make_evaluation();
+  system.place(start.t, start.q.data(), e);
+  system.rate(start.q.data(), start.v.data(), e);
+  std::vector<double> z = start.z;
+  z.resize(static_cast<std::size_t>(system.states()));
+  system.forces(start.t, start.q.data(), start.v.data(), z.data(), e, {});
+  for (std::size_t i = 0; i < n; ++i) {
+    const double force = std::abs(e.force[i]);
+    list.push_back({force / system.mass()[i] * (system.is_angle(static_cast<int>(i)) ? arm : 1),
+                    force <= turning[i] ? longest[i] : INFINITY});
+  }
+  std::erase_if(list, [](const Push& push) { return std::isnan(push.acceleration); });
+  // Without mass no speed is known.
+  if (std::ranges::any_of(list, [](const Push& push) { return std::isinf(push.acceleration); })) list.clear();
+  return list;
 }
 
 }  // namespace
@@ -85,14 +135,18 @@ Scales make_scales(const Mechanism& mechanism, const System& system, const State
         drive);
   omega = std::max(omega, along / arm);
   s.speed = std::max({s.length * omega, std::sqrt(mechanism.gravity.norm() * s.length), 1e-3 * s.length});
+  double pace = s.speed;  // m/s, of the time scale
   if (omega == 0 && mechanism.gravity.is_zero()) {
     s.guessed = true;
-    s.speed = std::max({s.speed, greatest_speed(system, start.v.data()),
-                        std::sqrt(greatest_acceleration(mechanism, system, start, arm) * s.length)});
+    s.speed = pace = std::max(s.speed, greatest_speed(system, start.v.data()));
+    for (const auto& push : pushes(mechanism, system, start, arm)) {
+      s.speed = std::max(s.speed, push.speed(s.length));
+      pace = std::max(pace, std::sqrt(push.acceleration * s.length));
+    }
   }
   s.angle = s.length / arm;
   s.angular_speed = s.speed / arm;
-  s.time = std::min(change, omega > 0 ? 1 / omega : s.length / s.speed);
+  s.time = std::min(change, omega > 0 ? 1 / omega : s.length / pace);
   return s;
 }
 

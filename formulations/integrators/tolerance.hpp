@@ -1,6 +1,7 @@
 // The scales that errors are measured by. With ℓ the smallest clearance (without contacts the longest arm), L
 // the longest arm, and V the greatest of ℓΩ (drives), √(gℓ) (gravity) and 10⁻³ ℓ/s; where neither drives nor gravity set
-// a pace, that of a body at the start against what it may touch:
+// a pace, the greatest of a body at the start against what it may touch and of what loads and drives give a body of mass m
+// within ℓ, √(F ℓ/m), or by their greatest impulse, max |∫ F dt|/m, where they act against time without mean:
 //
 //     positions ℓ,    angles ℓ/L,    velocities V + |v|,    angular velocities V/L + |ω|.
 //
