@@ -178,13 +178,14 @@ class MoreauStepper {
     }
   };
   const Passage& passage() const { return passage_; }
-  /// By how much of its greatest value a smooth curve departed from a straight line within one step at most, and which it was.
+  /// By how much of its greatest value a curve departed from a straight line within one step at most, over what it may, and
+  /// which it was.
   struct Bend {
-    double share = 0;
+    double share = 0, over = 0;
     int reader = -1;
     template <class M>
     void remember(M& m) {
-      m(share, reader);
+      m(share, over, reader);
     }
   };
   bool singular() const { return saddle_.singular(); }

@@ -67,12 +67,12 @@ void MoreauStepper::tell(std::vector<std::string>& notes) const {
         "DOUBTFUL: {} squeezed its film by {:.2g} of its thickness in one step, which takes the film as it was at the step's "
         "middle; take a nonsmooth.step of {:.1g} times this one, or \"automatic\"",
         system_.contact_facts(films_.leap.contact).name, films_.leap.share, 0.1 / films_.leap.share));
-  if (bend_.share > 0.01)  // 22 steps a period
+  if (bend_.over > 1)
     notes.push_back(fmt::format(
         "DOUBTFUL: within one step {} reads a curve that departs from a straight line by {:.2g} of its greatest value; take a "
         "nonsmooth.step of less than {:.1g} times this one, or \"automatic\"",
         system_.curve_readers()[static_cast<std::size_t>(bend_.reader)].name, bend_.share,
-        std::min(0.1 / std::sqrt(bend_.share), 0.5)));
+        std::min(1 / std::max(std::sqrt(bend_.over), 10 * bend_.share), 0.5)));
   if (locked_ > 0)
     notes.push_back(fmt::format(
         "friction in joints outgrows the reactions that bound it in {} problems, the first at t = {:.9g} s: the mechanism "

@@ -151,6 +151,84 @@ start = "assembled"
     }
 }
 
+TEST_CASE("curves: a table with four discs keeps its sine through hand-overs to time stepping", "[curves]") {
+  // Two discs side by side between walls, two above them, on a table at 40 Hz and 0.9 g: impacts accumulate. Steps of time
+  // stepping as in the test of rows: 2.4e-7 of the amplitude; those of the event-driven scheme less. Bound: 1e-6.
+  constexpr double w = 2 * pi * 40, A = 0.9 * 9.81 / (w * w), R = 0.02;
+  constexpr double places[][2] = {{-0.0205, 0.0202}, {0.0205, 0.0202}, {0.001, 0.057}, {0.0, 0.098}};
+  std::string text = R"(
+gravity = [0, -9.81]
+[bodies.table]
+mass = 10.0
+inertia = 1.0
+[joints.guide]
+type = "translational"
+between = ["ground", "table"]
+axis = [0, 1]
+[surfaces.s]
+restitution = 0.5
+friction = 0.8
+[drives.shaker]
+joint = "guide"
+position = "shake"
+)";
+  for (int i = 0; i < 4; ++i) {
+    text += fmt::format(
+        "[bodies.d{0}]\nmass = 0.1\ninertia = 2e-5\nposition = [{1}, {2}]\n[contacts.top{0}]\ntype = \"plane\"\n"
+        "between = [\"table\", \"d{0}\"]\nradius = {3}\nsurface = \"s\"\n",
+        i, places[i][0], places[i][1], R);
+    for (const int side : {-1, 1})
+      text += fmt::format(
+          "[contacts.{0}{1}]\ntype = \"plane\"\nbetween = [\"ground\", \"d{1}\"]\nat = [[{2}, 0.0], [0.0, 0.0]]\n"
+          "axis = [0, {3}]\nradius = {4}\nsurface = \"s\"\n",
+          side < 0 ? "left" : "right", i, 0.042 * side, side, R);
+    for (int j = 0; j < i; ++j)
+      text += fmt::format(
+          "[contacts.c{0}_{1}]\ntype = \"discs\"\nbetween = [\"d{0}\", \"d{1}\"]\nradii = [{2}, {2}]\n"
+          "surface = \"s\"\n",
+          j, i, R);
+  }
+  text += fmt::format(
+      "[curves.shake]\nshape = \"harmonic\"\namplitude = {:.17g}\nfrequency = 40\n[run]\nduration = 1.0\n"
+      "discard = 0\nstart = \"assembled\"\n",
+      A);
+  const auto rows = rows_of(scene_of(text, "automatic"), 15, 1e-4);
+  CHECK(rows.run.work.handovers > 0);
+  CHECK(rows.run.work.stepped > 0);
+  CHECK(rows.rows.size() == 10001);
+  CHECK(worst(rows, [&](const auto& r) { return r.q[1] - A * std::sin(w * r.t); }) < 1e-6 * A);
+  CHECK(worst(rows, [&](const auto& r) { return r.v[1] - A * w * std::cos(w * r.t); }) < 8e-5 * A * w);
+  for (const auto& note : rows.run.notes) CHECK(note.find("DOUBTFUL") == note.npos);
+}
+
+TEST_CASE("curves: fixed steps that jump over the pieces of a force are doubted", "[curves]") {
+  // The barrier of 2 J against 1 J again. A step of more than a fifth of a piece does not resolve it (20 steps a period of such
+  // a row of kinks); one of 0.04 m takes the mean of all its pieces, none, and the slider passes.
+  const auto text = slider(1, R"(force = "hill"
+against = "position"
+[curves.hill]
+shape = "table"
+points = [[0.48, 0.0], [0.49, -200.0], [0.5, 0.0], [0.51, 200.0], [0.52, 0.0]])");
+  const auto doubted = [](const Result& run) {
+    return std::ranges::any_of(run.notes, [](const auto& n) {
+      return n.find("DOUBTFUL: within one step it reads a curve") != n.npos;
+    });
+  };
+  for (const double step : {0.013, 0.04, 0.1}) {
+    CAPTURE(step);
+    auto scene = scene_of(text, "moreau-jean");
+    scene.nonsmooth.step = step;
+    CHECK(doubted(test::simulate(scene, Family::nonsmooth)));
+  }
+  auto fine = scene_of(text, "moreau-jean");
+  fine.nonsmooth.step = 1e-4;  // a hundred steps a piece
+  const auto run = test::simulate(fine, Family::nonsmooth);
+  CHECK_FALSE(doubted(run));
+  // Second order: the time of the turn to (100/s · 1e-4 s)² of its π/100 s.
+  CHECK(run.final_state.q[0] == Approx(0.48 - (1 - 0.48 - pi / 100)).margin(1e-4).epsilon(0));
+  CHECK(run.final_state.v[0] == Approx(-1).margin(1e-3).epsilon(0));
+}
+
 TEST_CASE("curves: a place that follows a joint's angle, on its curve in every row", "[curves]") {
   constexpr double lift = 0.03, speed = 10, start = 0.5, rise = 1.0, dwell = 0.5;
   const auto y = [&](double x) {
