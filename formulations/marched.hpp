@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "formulations/integrators/crossing.hpp"
 #include "model/system.hpp"
 #include "sim/formulation.hpp"
 #include "sim/march.hpp"
@@ -17,7 +18,7 @@ namespace freeplay {
 
 /// Contacts that could not be proved apart, and how deep they may have been.
 inline void unseen_note(double unseen, std::vector<std::string>& notes) {
-  if (unseen > 1e-6)
+  if (unseen > seen_depth)
     notes.push_back(fmt::format(
         "DOUBTFUL: bodies moved so wildly within a step that a contact may have been {:.2g} clearances deep unseen; "
         "take a shorter step or a finer tolerance",

@@ -25,6 +25,10 @@ inline double longest_step(const System& system, const double* v) {
 
 /// Of the clearance: a contact of rigid bodies that is found further inside its wall has been missed.
 inline constexpr double too_deep = 1e-2;
+/// Of the clearance: how deep a contact may have been unseen without a doubt. A step that leaves more open is made again, shorter
+/// by half, up to `most_halvings` times: the bound goes with the square of the step.
+inline constexpr double seen_depth = 1e-6;
+inline constexpr int most_halvings = 4;
 
 /// Of f between a and b, where it has the opposite signs fa and fb; b where rounding leaves nothing between.
 template <class F>

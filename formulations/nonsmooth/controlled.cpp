@@ -182,7 +182,7 @@ bool ControlledMoreau::step(double t_end) {
         start_.t, h);
     return false;
   }
-  int landings = 0;
+  int landings = 0, halvings = 0;
   smooth_step_ = true;
   for (int tries = 0;; ++tries) {
     if (tries > 200) {
@@ -229,12 +229,15 @@ bool ControlledMoreau::step(double t_end) {
     const int inside = touch ? -1 : found_inside();
     const bool shortens = h > std::max(1e-3 * floor, rounding);  // else time would stand still
     if (inside >= 0 && !shortens) return fail_inside(inside);
-    if ((inside >= 0 || !bounded_) && shortens) {
+    const bool open = step_unseen_ > seen_depth && halvings < most_halvings;
+    if ((inside >= 0 || !bounded_ || open) && shortens) {
+      halvings += open;
       refuse(0.5 * h);
       h_ = h;
       landings = 0;
       continue;
     }
+    unseen_ = std::max(unseen_, step_unseen_);
     if (touch) {
       if (hop_over(*touch)) start_.contacts[static_cast<std::size_t>(touch->contact)].soft = true;
       if (touch->t <= start_.t) {  // it is there already

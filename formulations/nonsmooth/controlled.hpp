@@ -79,6 +79,8 @@ class ControlledMoreau {
 
   MoreauStepper& moreau() { return moreau_; }
   const MoreauStepper& moreau() const { return moreau_; }
+  /// Whether the next step is one over an impact.
+  bool strikes_next() const { return striking_; }
   /// s: no impact since then.
   double calm_since() const { return calm_since_; }
   double first_step() const { return 1e-3 * scales_.time; }
@@ -130,12 +132,12 @@ class ControlledMoreau {
   std::vector<double> pressed_first_;  // N s, of the contacts in the first half step
   double lifted_ = 0;                  // m/s, of the two half steps
   double middle_t_ = 0, h_ = 0, floor_ = 0, least_floor_ = 0;
-  bool striking_ = false;    // the next step is one over an impact
-  bool smooth_step_ = true;  // the last one was not
-  bool bounded_ = true;      // how gaps may bend within the last pair is known
-  double unseen_ = 0;
-  long steps_ = 0, paced_ = 0;  // steps; since the pace was looked at
-  long strikes_ = 0;            // of those, steps over impacts
+  bool striking_ = false;                // the next step is one over an impact
+  bool smooth_step_ = true;              // the last one was not
+  bool bounded_ = true;                  // how gaps may bend within the last pair is known
+  double unseen_ = 0, step_unseen_ = 0;  // over the clearance: greatest, and of the last pair
+  long steps_ = 0, paced_ = 0;           // steps; since the pace was looked at
+  long strikes_ = 0;                     // of those, steps over impacts
   double paced_since_ = 0, calm_since_ = 0;
   long floored_ = 0;                             // steps at the floor beyond the tolerance
   double most_floored_ = 0, longest_floor_ = 0;  // over the tolerance; s

@@ -11,6 +11,7 @@ namespace freeplay {
 std::optional<ControlledMoreau::Touch> ControlledMoreau::first_touch() {
   std::optional<Touch> first;
   bounded_ = true;
+  step_unseen_ = 0;
   const auto take = [&](const std::optional<Touch>& touch) {
     if (touch && (!first || touch->t < first->t)) first = touch;
   };
@@ -50,7 +51,7 @@ std::optional<ControlledMoreau::Touch> ControlledMoreau::touch_in(int k, double 
   auto start = begin;
   if (start.value <= near(k) && start.rate > 0) start.value = std::max(start.value, 0.0);
   const auto t = first_loss(look, a, b, start, end, motion, rounding, unseen);
-  unseen_ = std::max(unseen_, unseen / system_.contact_facts(k).clearance);
+  step_unseen_ = std::max(step_unseen_, unseen / system_.contact_facts(k).clearance);
   if (!t) return std::nullopt;
   return Touch{k, *t, look(*t).rate};
 }

@@ -137,6 +137,7 @@ bool EventDriven::step(double t_end) {
           Event lost;
           lost.t = method_.t;
           find_gap_events(lost);
+          unseen_ = std::max(unseen_, step_unseen_);
           return lost;
         });
   if (!is_finite()) return fail("the state is no longer finite");
@@ -155,15 +156,21 @@ bool EventDriven::step(double t_end) {
 }
 
 /// The first loss of a gap in the last step, which is made again, shorter, while it took a curve's argument further than it
-/// may, as a body that came to speed does, or while it is so long that nothing bounds how a gap bends in it.
+/// may, as a body that came to speed does, or while it is so long that nothing bounds how a gap bends in it, or that it leaves open
+/// whether a gap was lost.
 EventDriven::Event EventDriven::shorten_until_bounded() {
+  int halvings = 0;
   for (int tries = 0;; ++tries) {
     Event first;
     first.t = method_.t;
     double over = curve_overreach(dynamics_.system(), method_.t_old, method_.x_old.data(), v_old(), method_.t,
                                   q(), v(), Knots::located);
     if (!(over > most_overreach)) {
-      if (find_gap_events(first) || !is_finite()) return first;
+      if ((find_gap_events(first) && (step_unseen_ <= seen_depth || halvings++ == most_halvings)) ||
+          !is_finite()) {
+        unseen_ = std::max(unseen_, step_unseen_);
+        return first;
+      }
       over = 2;
     }
     if (tries == 60) return first;

@@ -181,6 +181,7 @@ class EventDriven {
   bool is_coarse_ = false;  // method_ is that
   MotionBounds bounds_;     // of the last step
   double unseen_ = 0;       // greatest, over the clearance
+  double step_unseen_ = 0;  // the same of the last search
   /// Contacts closed before their hops were low, where impacts follow each other too fast.
   struct Ended {
     long count = 0;

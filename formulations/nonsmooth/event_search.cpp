@@ -52,6 +52,7 @@ bool EventDriven::find_gap_events(Event& first) {
   const auto& system = dynamics_.system();
   if (!(method_.t > method_.t_old)) return true;
   if (system.contacts() > 0) method_.enclose(static_cast<std::size_t>(system.n()), bounds_);
+  step_unseen_ = 0;
   for (int k = 0; k < dynamics_.system().contacts(); ++k) {
     if (dynamics_.contacts()[k].closed) continue;
     const auto motion = motion_of(k);
@@ -63,7 +64,7 @@ bool EventDriven::find_gap_events(Event& first) {
     const double clearance = system.contact_facts(k).clearance;
     if (t && mark_[k].gap.value >= -too_deep * clearance && gap_at(k, *t).value < -too_deep * clearance)
       return false;
-    unseen_ = std::max(unseen_, unseen / clearance);
+    step_unseen_ = std::max(step_unseen_, unseen / clearance);
     if (t && (*t < first.t || first.kind == Event::Kind::none)) first = {Event::Kind::gap, k, *t};
   }
   return true;
