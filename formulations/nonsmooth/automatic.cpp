@@ -17,6 +17,7 @@ void AutomaticStepper::start(const State& state, ContactLog& log) {
   events_.start(state, log);
   stepping_.start(state, log);
   begin_window();
+  begin_stretch(state.t, events_.work());
 }
 
 void AutomaticStepper::watch_forces(bool on) {
@@ -31,7 +32,8 @@ void AutomaticStepper::watch_forces(bool on) {
 bool AutomaticStepper::step(double t_end) {
   if (watching_) struck_.clear();
   if (!steps_) {
-    const char* const why = gives_up();
+    const char* why = gives_up();
+    if (!why) why = trial_fails();
     if (!why && events_.step(t_end)) {
       shown_ = false;
       return true;
@@ -46,8 +48,52 @@ bool AutomaticStepper::step(double t_end) {
   }
   shown_ = true;
   stepping_.moreau().work().stepped += stepping_.t() - stepping_.t_old();
-  if (calm()) return_to_events();
+  if (calm())
+    return_to_events(false);
+  else if (costs_more())
+    return_to_events(true);
   return true;
+}
+
+void AutomaticStepper::begin_stretch(double t, const Work& work) {
+  weighing_.from = t;
+  weighing_.since = work.factorisations;
+}
+
+/// Whether time stepping was slower over its last `patience` factorisations than the event-driven scheme has been.
+bool AutomaticStepper::costs_more() {
+  auto& w = weighing_;
+  const long cost = stepping_.work().factorisations - w.since;
+  if (cost < w.patience || stepping_.strikes_next()) return false;
+  w.stepping_pace = (stepping_.t() - w.from) / static_cast<double>(cost);
+  if (w.stepping_pace * static_cast<double>(w.events_cost) < w.events_time) return true;
+  begin_stretch(stepping_.t(), stepping_.work());
+  return false;
+}
+
+/// At the end of a trial that was slower than time stepping.
+const char* AutomaticStepper::trial_fails() {
+  auto& w = weighing_;
+  const long cost = events_.work().factorisations - w.since;
+  if (!w.trial || cost < w.patience / 10) return nullptr;
+  if (!trial_pays()) return "the event-driven scheme passes less time with the same work";
+  end_trial();
+  return nullptr;
+}
+
+void AutomaticStepper::end_trial() {
+  auto& w = weighing_;
+  const bool pays = trial_pays();
+  w.patience = pays ? std::max(Weighing::least_patience, w.patience / 2) : 2 * w.patience;
+  w.won += pays;
+  w.trial = false;
+}
+
+/// Whether the trial so far has passed more time with the same work than time stepping did.
+bool AutomaticStepper::trial_pays() const {
+  const auto& w = weighing_;
+  return events_.t() - w.from >
+         w.stepping_pace * static_cast<double>(events_.work().factorisations - w.since);
 }
 
 /// Whether the event-driven scheme, which goes on, should not: near a singular position, where friction is close to lockup, or where
@@ -74,11 +120,16 @@ void AutomaticStepper::begin_window() {
 
 /// Time stepping goes on from where the event-driven scheme could not.
 void AutomaticStepper::pass_on(const std::string& why) {
+  auto& w = weighing_;
+  w.events_time += events_.t() - w.from;
+  w.events_cost += events_.work().factorisations - w.since;
+  if (w.trial) end_trial();
   const auto from = events_.hand_over();
   stepping_.take_over(from, *log_);
   if (watching_) struck_.add(1, events_.before());
   steps_ = true;
   since_ = from.state.t;
+  begin_stretch(since_, from.work);
   ++told_.count;
   stepping_.moreau().work().handovers = told_.count;
   // A mode that did not last: wait longer before the next.
@@ -95,8 +146,12 @@ bool AutomaticStepper::calm() const {
   return stepping_.t() - std::max(since_, stepping_.calm_since()) > wait_;
 }
 
-void AutomaticStepper::return_to_events() {
+void AutomaticStepper::return_to_events(bool trial) {
   events_.take_over(stepping_.hand_over());
+  auto& w = weighing_;
+  begin_stretch(stepping_.t(), events_.work());
+  w.trial = trial;
+  w.trials += trial;
   steps_ = false;
   returned_ = stepping_.t();
   begin_window();
@@ -111,6 +166,11 @@ void AutomaticStepper::tell(std::vector<std::string>& notes) const {
   notes.push_back(fmt::format(
       "time stepping with controlled steps took over {} times, for {:.3g} s in all ({:.3g} s at most): {}",
       told_.count, work().stepped, std::max(told_.longest, open), told_.reasons));
+  if (const auto& w = weighing_; w.trials > 0)
+    notes.push_back(fmt::format(
+        "time stepping came to cost more than the event-driven scheme {} times, and gave way to it in the midst of impacts: "
+        "for less work {} times",
+        w.trials, w.won));
   if (told_.longest > 0)
     notes.push_back(fmt::format(
         "from its first return to events on these are integrated at a tolerance of {:.2g}", after_));

@@ -5,6 +5,11 @@
 // Both share the log of contacts. State, energies, extremes, counts of work and open touches are handed over whole, so that
 // nothing is lost but what either scheme's own tolerance is; a step that the event-driven scheme could not make is made by
 // the other from the same state. A return that does not last makes the next one wait twice as long.
+//
+// Where impacts do not cease, cost decides. A scheme's pace is the time that it passes over its factorisations, counts that do
+// not depend on the machine. Time stepping whose pace over the last N factorisations is below that of the event-driven
+// scheme so far gives way to a trial of N/10 factorisations. Where that has the greater pace, the event-driven scheme goes on;
+// else time stepping does, with 2N: trials cost a tenth of the work at most. Each trial that pays halves N.
 #pragma once
 
 #include <array>
@@ -30,7 +35,7 @@ class AutomaticStepper {
   void remember(M& m) {
     m.part("automatic");
     m(events_, stepping_, steps_, shown_, since_, wait_, returned_, told_.count, told_.longest, told_.reasons,
-      struck_, paced_, paced_since_, paced_events_, best_);
+      struck_, paced_, paced_since_, paced_events_, best_, weighing_);
   }
 
   double t() const { return shown_ ? stepping_.t() : events_.t(); }
@@ -74,8 +79,13 @@ class AutomaticStepper {
   bool calm() const;
   const char* gives_up();
   void begin_window();
+  const char* trial_fails();
+  bool trial_pays() const;
+  void end_trial();
+  bool costs_more();
+  void begin_stretch(double t, const Work& work);
   void pass_on(const std::string& why);
-  void return_to_events();
+  void return_to_events(bool trial);
 
   EventDriven events_;
   ControlledMoreau stepping_;
@@ -93,6 +103,23 @@ class AutomaticStepper {
     double longest = 0;  // s
     std::string reasons;
   } told_;
+  /// What the two schemes cost, in factorisations.
+  struct Weighing {
+    static constexpr long first_patience = 50'000,
+                          least_patience = 2'000;  // the first: half a second of a small mechanism
+    double events_time = 0;                        // s, that the event-driven scheme passed
+    long events_cost = 0;
+    double from = 0;  // s; where the present stretch of either scheme began
+    long since = 0;
+    double stepping_pace = 0;  // s a factorisation, before the present trial
+    long patience = first_patience;
+    long trials = 0, won = 0;
+    bool trial = false;
+    template <class M>
+    void remember(M& m) {
+      m(events_time, events_cost, from, since, stepping_pace, patience, trials, won, trial);
+    }
+  } weighing_;
   double after_;
   bool watching_ = false;
   Forces struck_;  // by the event-driven scheme before it gave up
