@@ -157,7 +157,11 @@ std::vector<Setup> setups() {
           {"two contacts, no instrument",
            {test::scene_file("four_bar_two").string(), "--formulation", "nonsmooth", "--forces", "--set",
             "run.duration=0.6"},
-           {"trajectory.csv", "events.csv", "forces.csv"}}};
+           {"trajectory.csv", "events.csv", "forces.csv"}},
+          {"point bodies",
+           {test::scene_file("point_on_loose_pin").string(), "--formulation", "penalty", "--forces", "--set",
+            "run.revolutions=1", "--set", "run.output_step=2e-5"},
+           {"trajectory.csv", "events.csv", "signals.csv", "forces.csv"}}};
 }
 
 Words run_in(const Path& folder, const Setup& setup, const char* checkpoint = "0.002") {
