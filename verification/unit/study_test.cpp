@@ -295,8 +295,8 @@ TEST_CASE("response surfaces: exact for quadratics, honest about noise", "[study
 
 TEST_CASE("known parameters are recovered from a synthetic measurement, through the whole chain",
           "[study][slow][!mayfail]") {
-  // May fail: the interval of the friction is 12.9 to 16.5 N here and leaves the truth of 12 N out. How often the intervals
-  // of a calibration contain the truth is not measured yet (scripts/calibration-coverage).
+  // May fail: the interval of the friction was 12.9 to 16.5 N and left the truth of 12 N out; this is not
+  // measured yet with a surface's error that is local.
   test::TemporaryFolder folder;
   const double band = 700, friction = 12;
   // The measurement: another start (seed) of the same rig at two clearances, written as a user would have it.
