@@ -130,6 +130,12 @@ void require_said(const Manifest& m) {
     throw std::runtime_error("says what no plan does");
 }
 
+/// A count as freeplay writes it. A fraction or a negative number is none, and what it would be converted to is not defined.
+std::size_t count(const nlohmann::json& j, const char* key) {
+  if (!j.at(key).is_number_unsigned()) throw std::runtime_error("says what no plan does");
+  return j.at(key);
+}
+
 }  // namespace
 
 Manifest read_manifest(const std::filesystem::path& folder) {
@@ -141,6 +147,10 @@ Manifest read_manifest(const std::filesystem::path& folder) {
     throw SceneError(
         fmt::format("{}: nothing is planned here; freeplay VERB STUDY --plan N -o {} divides a study",
                     file.string(), folder.string()));
+  const auto no_manifest = [&](const char* why) {
+    return SceneError(fmt::format("{}: is no manifest of this freeplay ({}); plan into another folder",
+                                  file.string(), why));
+  };
   const JsonFile read(file);
   const auto& j = read.document();
   try {
@@ -151,14 +161,15 @@ Manifest read_manifest(const std::filesystem::path& folder) {
                .subject = j.at("subject"),
                .program = j.at("program"),
                .units_digest = j.at("units_digest"),
-               .shards = j.at("shards"),
-               .units = j.at("units")};
+               .shards = count(j, "shards"),
+               .units = count(j, "units")};
     if (m.plan != plan_digest(m) || m.shards == 0) throw std::runtime_error("has been changed");
     require_said(m);
     return m;
-  } catch (const std::exception& e) {
-    throw SceneError(fmt::format("{}: is no manifest of this freeplay ({}); plan into another folder",
-                                 file.string(), visible(e.what())));
+  } catch (const nlohmann::json::exception&) {
+    throw no_manifest("a value is missing, or of another kind");
+  } catch (const std::runtime_error& e) {
+    throw no_manifest(e.what());
   }
 }
 
@@ -216,11 +227,11 @@ std::optional<Seal> read_seal(const std::filesystem::path& folder, std::size_t s
     return Seal{.plan = j.at("plan"),
                 .file = j.at("file"),
                 .checksum = j.at("checksum"),
-                .bytes = j.at("bytes"),
-                .shard = j.at("shard"),
-                .shards = j.at("shards"),
-                .units = j.at("units"),
-                .failed = j.at("failed"),
+                .bytes = count(j, "bytes"),
+                .shard = count(j, "shard"),
+                .shards = count(j, "shards"),
+                .units = count(j, "units"),
+                .failed = count(j, "failed"),
                 .reasons = j.at("reasons"),
                 .seconds = j.at("seconds"),
                 .host = j.at("host")};

@@ -226,12 +226,15 @@ ShardState state_of(const std::filesystem::path& folder, std::size_t shard) {
   try {
     const JsonFile read(file);
     const auto& j = read.document();
+    const auto count = [&](const char* key) {
+      return j.contains(key) && j[key].is_number_unsigned() ? j[key].get<std::size_t>() : 0;
+    };
     return {.state = j.value("state", ""),
             .reason = j.value("reason", ""),
             .host = j.value("host", ""),
             .job = j.value("job", ""),
-            .done = j.value("done", std::size_t{0}),
-            .total = j.value("total", std::size_t{0}),
+            .done = count("done"),
+            .total = count("total"),
             .seconds = j.value("seconds", 0.0),
             .when = j.value("when", 0.0)};
   } catch (const std::exception&) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <nlohmann/json.hpp>
 
 #include "io/output_file.hpp"
 #include "model/error.hpp"
@@ -194,6 +195,50 @@ TEST_CASE("shards of another program are refused", "[shards][errors]") {
   auto m = read_manifest(place.at("out"));
   m.program += "instructions = \"another\"\n";
   CHECK_THROWS_WITH(require_same(m, place.division(), place.at("out")), Contains("another program"));
+}
+
+// Counts that are no whole numbers would be converted to what the language does not define.
+TEST_CASE("what lies beside shards and has values of another kind is refused, in no library's words",
+          "[shards][errors][security]") {
+  const Place place;
+  make_plan(place.division(), place.at("out"), 2);
+  place.make("out", 1);
+  const auto shards = place.at("out") / "shards";
+  const auto read = [](const std::filesystem::path& file) {
+    return nlohmann::json::parse(std::ifstream(file));
+  };
+  const auto manifest = read(shards / "manifest.json"), seal = read(shards / "1.json");
+  const auto missing = [](nlohmann::json j, const char* key) {
+    j.erase(key);
+    return j;
+  };
+  const auto with = [](nlohmann::json j, const char* key, const nlohmann::json& value) {
+    j[key] = value;
+    return j;
+  };
+  for (const auto& wrong :
+       {missing(manifest, "units"), missing(manifest, "format"), with(manifest, "shards", "2"),
+        with(manifest, "units", 11.5), with(manifest, "units", 1e300), with(manifest, "shards", -1),
+        with(manifest, "arguments", {1}), with(manifest, "verb", nullptr), nlohmann::json::array()}) {
+    write_file(shards / "manifest.json", wrong.dump());
+    CAPTURE(wrong.dump());
+    CHECK_THROWS_WITH(read_manifest(place.at("out")),
+                      Contains("manifest.json: is no manifest of this freeplay (") && !Contains("json."));
+  }
+  write_file(shards / "manifest.json", manifest.dump());
+  const auto whole = read_manifest(place.at("out"));
+  REQUIRE(fault_of(*read_seal(place.at("out"), 1), whole, place.at("out"), true).empty());
+  for (const auto& wrong : {missing(seal, "file"), with(seal, "bytes", -1), with(seal, "units", 1e300),
+                            with(seal, "failed", 0.5), with(seal, "reasons", {1}), with(seal, "host", 7)}) {
+    write_file(shards / "1.json", wrong.dump());
+    CAPTURE(wrong.dump());
+    CHECK(fault_of(*read_seal(place.at("out"), 1), whole, place.at("out"), true) == "its seal is damaged");
+  }
+  write_file(shards / "2.state.json", R"({"state": "running", "done": 1e300, "total": -5})");
+  const auto state = state_of(place.at("out"), 2);
+  CHECK(state.state == "running");
+  CHECK(state.done == 0);
+  CHECK(state.total == 0);
 }
 
 TEST_CASE("the five commands of docs/cluster.md do what they say", "[shards][docs]") {
