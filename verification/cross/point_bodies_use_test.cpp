@@ -179,8 +179,9 @@ TEST_CASE("a film draws point bodies at their places, and rods between them", "[
       CHECK_THAT(svg, !Contains("nan") && !Contains("inf\""));
       // The panel's corner is (0, 34). The tail has the third colour, the rod its first body's, the second.
       const std::regex dot("<circle cx=\"([-0-9.]+)\" cy=\"([-0-9.]+)\" r=\"2.50\" fill=\"#008a68\""),
-          line("<polyline points=\"([-0-9.]+),([-0-9.]+) ([-0-9.]+),([-0-9.]+)\" fill=\"none\" "
-               "stroke=\"#c8770a\"");
+          line(
+              "<polyline points=\"([-0-9.]+),([-0-9.]+) ([-0-9.]+),([-0-9.]+)\" fill=\"none\" "
+              "stroke=\"#c8770a\"");
       std::smatch found;
       REQUIRE(std::regex_search(svg, found, dot));
       const auto tail = drawing.place(0, {value("tail.x"), value("tail.y")}),
