@@ -168,10 +168,16 @@ bool ControlledMoreau::step(double t_end) {
         "t = {:.9g} s: impacts that raise the energy drove a speed of {:.2g} m/s to {:.2g} m/s in next to no "
         "time: a restitution of rates with friction can; nonsmooth.impact_law = \"energetic\" does not",
         start_.t, calm_speed_, fastest_));
-  if (striking_) return strike(t_end);
-  // No step crosses a kink of a curve in time, or jumps over what a curve does. A kink that only rounding leaves ahead lies
-  // behind: the time between is no step.
+  // A kink or an end that only rounding leaves ahead lies behind: the time between is no step.
   const double rounding = 16 * 2.3e-16 * std::abs(start_.t);
+  if (t_end - start_.t <= rounding) {
+    start_.t = t_end;
+    moreau_.go_back(start_);
+    smooth_step_ = false;
+    return true;
+  }
+  if (striking_) return strike(t_end);
+  // No step crosses a kink of a curve in time, or jumps over what a curve does.
   const double end = std::min({t_end, system_.next_knot(start_.t + rounding),
                                start_.t + longest_step(system_, moreau_.v()), start_.t + curve_limit()});
   double h = std::min(h_, end - start_.t);

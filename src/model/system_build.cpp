@@ -131,6 +131,7 @@ void Builder::motion(const Link& link, const Piecewise& course, const Vec2* axis
     m.other = joint_link(of);
     m.other_i = turn(m.other.i);
     m.other_j = turn(m.other.j);
+    if (axis) reach(course.greatest().value);  // a lift may be all the length there is
     // No step jumps over a knot: a narrow rise stands between two of them.
     if (auto knots = course.knots(); !knots.empty()) {
       m.phase = s_.phases();

@@ -76,6 +76,19 @@ TEST_CASE("the small integrator keeps its order where a force jumps", "[random-s
   CHECK(std::abs(rows.v[1] + 1) < 1e-12);
 }
 
+// Bounces of e = 0.69 on a place of 24 mm whose last are lower than the rounding of it: they end, and the ball stays.
+TEST_CASE("the small integrator's ball comes to rest far from zero", "[random-scenes]") {
+  reference::OneCoordinate one;
+  const double R = 0.0244179048971;
+  one.acceleration = [](double, double, double) { return -9.81; };
+  one.walls = {reference::MovingWall{[R](double) { return reference::CurvePoint{R, 0, 0}; }, 1, 0.69}};
+  one.x = R + 1.4e-6, one.v = 1.2e-3, one.rest = 2e-10, one.step = 1e-6;
+  const auto rows = one.at({0.01}, 20'000);
+  REQUIRE(rows.known == 1);
+  CHECK(rows.x[0] == R);
+  CHECK(rows.v[0] == 0);
+}
+
 TEST_CASE("a column of touching bodies of one restitution bounces as one", "[random-scenes]") {
   reference::TouchingRow row;
   row.floor = true;

@@ -242,7 +242,10 @@ struct OneCoordinate {
       const auto at_wall = wall.place(p.t);
       p.x = at_wall.y;
       p.v = at_wall.slope + wall.side * wall.restitution * std::max(approach, 0.0);
-      if (wall.restitution * approach <= rest && pressed(which, p)) {
+      // Flights that are no higher than the rounding of a place are none.
+      const double a = std::abs(acceleration(p.t, p.x, p.v) - at_wall.bend);
+      const double slow = std::max(rest, 4 * std::sqrt(2 * a * 8e-16 * std::abs(p.x)));
+      if (wall.restitution * approach <= slow && pressed(which, p)) {
         c.held = true;
         p.v = at_wall.slope;
       }
