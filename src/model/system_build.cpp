@@ -248,7 +248,8 @@ void System::place_load(Builder& builder, const Element& element) {
       if constexpr (requires { facts.axis; }) {
         phase.of = Phase::Of::travel;
         phase.axis = facts.axis;
-        for (const double limit : phase.kinks) builder.reach(std::abs(limit));  // its lengths may be all there are
+        for (const double limit : phase.kinks)
+          builder.reach(std::abs(limit));  // its lengths may be all there are
       }
       hold(std::move(phase));
     }
