@@ -169,7 +169,7 @@ bool ControlledMoreau::step(double t_end) {
         "time: a restitution of rates with friction can; nonsmooth.impact_law = \"energetic\" does not",
         start_.t, calm_speed_, fastest_));
   // A kink or an end that only rounding leaves ahead lies behind: the time between is no step.
-  const double rounding = 16 * 2.3e-16 * std::abs(start_.t);
+  const double rounding = std::max(16 * 2.3e-16 * std::abs(start_.t), 1e-14 * first_step());
   if (t_end - start_.t <= rounding) {
     start_.t = t_end;
     moreau_.go_back(start_);

@@ -327,7 +327,8 @@ Verdict judge(const RandomScene& scene, const Way& way, const Knowledge& known) 
   }
   const auto compared = [&](const Bounds& bounds) {
     Comparison c;
-    for (const auto& p : scene.prescribed) compare(c, p, r.rows, bounds, 1e-10 * scene.speed * scene.shortest);
+    for (const auto& p : scene.prescribed)
+      compare(c, p, r.rows, bounds, 1e-10 * scene.speed * scene.shortest);
     for (const auto& e : known.list) compare(c, e, r.rows, bounds);
     if (scene.energy && !(scene.energy_of_rigid_only && way.family == Family::penalty))
       compare_energy(c, scene, r.rows, bounds);
