@@ -133,10 +133,10 @@ TEST_CASE("a chain with bodies of next to no inertia keeps the digits of its spa
         const double a = angle(engine);
         arms.insert(arms.end(), {-std::sin(a), std::cos(a)});
       }
-      for (int i = 0; i < bodies; ++i)
-        for (const int k : {0, 1}) {
-          if (i > 0) values.insert(values.end(), {-1, -arms[static_cast<std::size_t>(2 * (i - 1) + k)]});
-          values.insert(values.end(), {1, -arms[static_cast<std::size_t>(2 * i + k)]});
+      for (std::size_t i = 0; i < static_cast<std::size_t>(bodies); ++i)
+        for (const std::size_t k : {0, 1}) {
+          if (i > 0) values.insert(values.end(), {-1, -arms[2 * (i - 1) + k]});
+          values.insert(values.end(), {1, -arms[2 * i + k]});
         }
       for (int k = 0; k < G.rows; ++k)
         for (int e = G.begin[k]; e < G.begin[k + 1]; ++e)
