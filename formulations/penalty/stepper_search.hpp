@@ -143,7 +143,7 @@ template <class Method>
 void PenaltyStepper<Method>::find_blow_event(int k, Event& first) {
   const auto& c = f_.contacts()[k];
   if (!c.closed || !(c.law.chi > 0 || c.law.own()) || !(method_.t > method_.t_old)) return;
-  // A blow may begin and end within a step as long as a contact.
+  // An impact on a closed contact may begin and end within a step as long as the contact.
   const int parts = Method::long_steps && !method_.relieved() ? 8 : 1;
   const double h = (method_.t - method_.t_old) / parts;
   Instant from{method_.t_old, mark_[k].at};

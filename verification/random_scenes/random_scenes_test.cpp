@@ -317,7 +317,7 @@ step = 3e-4
 
 // Three discs on each other fall on a floor: what compresses the upper contacts comes after their touch, at whose speed, next to
 // none, their damping would begin. A step of bulirsch_stoer is as long as that.
-TEST_CASE("integrators of every order see the blows that touching discs take", "[random-scenes]") {
+TEST_CASE("integrators of every order see the impacts that touching discs take", "[random-scenes]") {
   std::string text =
       "format = 2\ngravity = [0, -22]\n[surfaces.s]\nyoung = 5.8e11\npoisson = 0.3\nrestitution = 0.88\n";
   for (int i = 0; i < 3; ++i) {
@@ -335,7 +335,7 @@ TEST_CASE("integrators of every order see the blows that touching discs take", "
   std::vector<std::vector<double>> rates;
   for (const auto* integrator : {"\"dopri5\"", "\"adams_bashforth_moulton\"", "\"bulirsch_stoer\""})
     rates.push_back(test::simulate(parse_scene(text + integrator, "column"), Family::penalty).final_state.v);
-  // A thousandth of the impact's speed (0.88 m/s), as random scenes ask for; unseen blows made 5e-3 m/s.
+  // A thousandth of the impact's speed (0.88 m/s), as random scenes ask for; unseen impacts made 5e-3 m/s.
   for (std::size_t way = 1; way < rates.size(); ++way)
     for (const std::size_t i : {1U, 4U, 7U}) CHECK(std::abs(rates[way][i] - rates[0][i]) < 1e-3 * 0.88);
 }
