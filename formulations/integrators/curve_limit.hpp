@@ -3,11 +3,11 @@
 // a prescribed motion that the step's ends meet. With x the argument, ẋ its rate at the beginning, L the length that y(x)
 // varies over on the present stretch (model/curve_reader.hpp), and r what is left of the stretch, a step of length h has
 //
-//     |ẋ| h ≤ L/16        and, where knots are not located,        |ẋ| h ≤ L/32,  r + w/1000,  w/2
+//     |ẋ| h ≤ L/16        and, where knots are not located,        |ẋ| h ≤ L/32,  r + w/10000,  w/2
 //
-// with w the length of the stretch, in w/1000 the lesser of it and the next one. Where ẋ grows within the step (a body at rest, a
-// speed), that is no bound: the step is looked at once more at its end, by curve_overreach(), and made again, shorter, where it
-// went further than it may.
+// with w the length of the stretch, in w/10000 the lesser of it and the next one: a rate that grows behind the knot bends the
+// rows of the whole step before it. Where ẋ grows within the step (a body at rest, a speed), that is no bound: the step is
+// looked at once more at its end, by curve_overreach(), and made again, shorter, where it went further than it may.
 //
 // Knots in time are located by every scheme (System::next_knot()); those of angles and positions by integrators that have
 // Phases (integrators/phases.hpp); those of speeds by none.
@@ -35,7 +35,7 @@ inline double reach(const CurveReader& reader, double x, bool up, Knots knots) {
   const auto piece = reader.place.piece(x, up), next = reader.place.piece(up ? piece.high : piece.low, up);
   const double rest = up ? piece.high - x : x - piece.low, width = piece.high - piece.low,
                least = std::min(width, next.high - next.low);
-  if (std::isfinite(rest)) most = std::min(most, rest + 1e-3 * (std::isfinite(least) ? least : rest));
+  if (std::isfinite(rest)) most = std::min(most, rest + 1e-4 * (std::isfinite(least) ? least : rest));
   return std::min(most, 0.5 * width);
 }
 

@@ -144,6 +144,8 @@ Scales make_scales(const Mechanism& mechanism, const System& system, const State
       pace = std::max(pace, std::sqrt(push.acceleration * s.length));
     }
   }
+  s.fastest = std::max({s.speed, arm * omega, std::sqrt(mechanism.gravity.norm() * arm),
+                        greatest_speed(system, start.v.data())});
   s.angle = s.length / arm;
   s.angular_speed = s.speed / arm;
   s.time = std::min(change, omega > 0 ? 1 / omega : s.length / pace);

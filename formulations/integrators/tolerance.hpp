@@ -24,6 +24,7 @@ struct Scales {
   double angle = 1;          ///< ℓ/L, rad
   double speed = 1;          ///< V, m/s
   double angular_speed = 1;  ///< V/L, rad/s
+  double fastest = 1;  ///< m/s, that bodies move with: V by the arm instead of the clearance, or of the start
   /// s, in which the fastest component changes: 1/Ω of drives, without one ℓ/V; |ẏ|/|ÿ| of prescribed motions, by the
   /// greatest of each (1/ω of a sine).
   double time = 1;

@@ -24,10 +24,11 @@ double mean(const std::vector<double>& x) {
 
 const std::array<std::string_view, TurnMetrics::count>& TurnMetrics::names() {
   static constexpr std::array<std::string_view, count> names = {
-      "peak_5",       "peak_median", "peak_95",       "peak_max",         "ratio_median",
-      "ratio_95",     "ratio_max",   "rms",           "impacts_per_turn", "flights_per_turn",
-      "flight_share", "loss_angle",  "return_angle",  "flight_duration",  "deceleration",
-      "lines",        "lines_total", "line_greatest", "energy_per_turn"};
+      "peak_5",         "peak_median", "peak_95",       "peak_max",         "ratio_median",
+      "ratio_95",       "ratio_max",   "rms",           "impacts_per_turn", "flights_per_turn",
+      "flight_share",   "loss_angle",  "return_angle",  "flight_duration",  "deceleration",
+      "lines",          "lines_total", "line_greatest", "mean_turn_rms",    "mean_turn_peak",
+      "energy_per_turn"};
   return names;
 }
 
@@ -231,8 +232,14 @@ void TurnMeter::harmonics(TurnMetrics& m, int turns) const {
     for (std::size_t h = 1; h < c.size(); ++h) m.spectrum[h - 1] += 4 * std::norm(c[h]) / turns;
     m.turns.push_back(std::move(c));
   }
-  m.mean_turn = bin_means(mean_of(m.turns), mean_bins);
   auto& v = m.value;
+  const auto mean = mean_of(m.turns);
+  m.mean_turn = bin_means(mean, mean_bins);
+  double squares = 0;
+  for (std::size_t h = 0; h < mean.size(); ++h) squares += (h == 0 ? 1 : 2) * std::norm(mean[h]);
+  v[TurnMetrics::mean_turn_rms] = std::sqrt(squares);
+  v[TurnMetrics::mean_turn_peak] =
+      std::abs(*std::ranges::max_element(m.mean_turn, {}, [](double a) { return std::abs(a); }));
   const bool judged = !std::isnan(rules_.ideal_maximum);
   v[TurnMetrics::lines] = v[TurnMetrics::lines_total] = judged ? 0 : nan;
   v[TurnMetrics::line_greatest] = 0;

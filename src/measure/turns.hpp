@@ -8,7 +8,8 @@
 // approaches at `impact_speed` or faster; the share of flights is of the time, whether they count or not. The
 // spectrum's line k is the root mean square over turns of the amplitude of the k-th harmonic of the turn, from
 // its own samples (harmonics.hpp), below 0.4 of the sampling; it is dominant when it reaches `line_share` of the
-// ideal mechanism's greatest acceleration. The mean turn is that of the same harmonics.
+// ideal mechanism's greatest acceleration. The mean turn is that of the same harmonics, each averaged with its phase over the
+// turns: c_h = (1/N) Σ_k c_hk, its root mean square √(|c_0|² + 2 Σ |c_h|²), its peak the greatest |a| of mean_bins parts.
 //
 // Of several contacts flights and impacts are counted together, and the share of flights is the mean of theirs. A turn need not
 // be a crank's: with the speed 2π/T it is a period, and angles are phases of it. Without one (speed 0) there are no angles,
@@ -75,6 +76,8 @@ struct TurnMetrics {
     lines,
     lines_total,
     line_greatest,
+    mean_turn_rms,
+    mean_turn_peak,
     energy_per_turn,
     count
   };

@@ -122,21 +122,24 @@ double measured_statistic(const Study& study, Target& target, const Conduct& con
   // Stretches as long as a run: their mean has the runs' expectation, whatever the statistic makes of more turns.
   const auto whole = static_cast<int>(measured.peaks.size());
   target.turns = std::clamp(static_cast<int>(study.calibration->revolutions), 1, std::max(whole, 1));
-  target.pieces = std::max(1, whole / target.turns);
+  target.stretches.count = std::max(1, whole / target.turns);
   const double stretch = target.turns * 2 * std::numbers::pi / std::abs(speed);
   const double half =
       0.5 / data.sampling;  // a sample at a stretch's end is the next one's, whatever the last digit says
-  double value = 0;
-  for (int k = 0; k < target.pieces; ++k) {
+  double value = 0, squares = 0;
+  std::vector<double> of;
+  for (int k = 0; k < target.stretches.count; ++k) {
     const double from = data.time.front() + k * stretch - half;
-    value += between(from, target.pieces > 1 ? from + stretch : INFINITY)
-                 .value[statistic_of(study, target).metric] /
-             target.pieces;
+    of.push_back(between(from, target.stretches.count > 1 ? from + stretch : INFINITY)
+                     .value[statistic_of(study, target).metric]);
+    value += of.back() / target.stretches.count;
   }
   if (!(value > 0))
     throw SceneError(
         fmt::format("{}: gives no {} (a signal alone has no contacts, and a logarithm is fitted)",
                     target.data.string(), target.statistic));
+  for (const double x : of) squares += std::pow(x / value - 1, 2);
+  if (of.size() > 1) target.stretches.spread = squares / static_cast<double>(of.size() - 1);
   return value;
 }
 
@@ -214,7 +217,7 @@ class Evidence {
         observed[i] = Observed{surface(r, k, scatter.back(), target),
                                std::log(measured_[i]),
                                target.tolerance,
-                               target.pieces,
+                               target.stretches,
                                static_cast<int>(g),
                                static_cast<int>(k),
                                static_cast<int>(source)};
@@ -329,7 +332,7 @@ Estimate one_more(std::vector<double> outcomes) {
 }
 
 bool contradicts(const std::vector<double>& outcomes, double measured, double tolerance, double surface_error,
-                 int pieces) {
+                 const Stretches& stretches) {
   if (outcomes.empty() || !all_positive(outcomes)) return true;
   const auto n = static_cast<double>(outcomes.size());
   double mean = 0, squares = 0;
@@ -337,7 +340,7 @@ bool contradicts(const std::vector<double>& outcomes, double measured, double to
   for (double x : outcomes) squares += std::pow(std::log(x) - mean, 2);
   const double normal = boost::math::quantile(boost::math::normal(), 0.995);
   const double one = n > 1 ? boost::math::quantile(boost::math::students_t(n - 1), 0.995) *
-                                 std::sqrt((1.0 / pieces + 1 / n) * squares / (n - 1))
+                                 std::sqrt((stretches.share(squares / (n - 1)) + 1 / n) * squares / (n - 1))
                            : normal * surface_error;
   const double surface = n > 1 ? normal * surface_error : 0;  // of a single start it stands for `one`
   return std::abs(std::log(measured) - mean) > std::hypot(normal * tolerance, one, surface);
@@ -458,8 +461,8 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
       f->run_again.push_back(possible(interval(own), statistic.kind()));
       const double surface_error =
           own.size() > 1 ? std::sqrt(misfit.parts(i, f->xi).surface) : result.surface_error[i];
-      f->contradicted.push_back(
-          f->used[i] && contradicts(own, result.measured[i], target.tolerance, surface_error, target.pieces));
+      f->contradicted.push_back(f->used[i] && contradicts(own, result.measured[i], target.tolerance,
+                                                          surface_error, target.stretches));
       std::vector<double> outcomes;
       for (int k = 0; k < draws; ++k)
         for (double x : outcomes_of(rows, name_of_run(draw_name(name, k), target), statistic))

@@ -48,8 +48,8 @@ struct Fit {
   /// Where one more run from the fit's own uncertainty lies: median and 95 % interval, by runs at the draws.
   std::vector<Estimate> predictive;
   /// Of the targets fitted to: whether the measured value lies outside 99 % of what runs at the optimum, the surface's error there
-  /// and its own tolerance allow together, |ln m − mean ln r| > hypot(2.58 tolerance, t √(1/q + 1/n) s, 2.58 s_i) over the n
-  /// starts, the value being the mean of q stretches as long as a run (1 where it is given); with a single start the error of
+  /// and its own tolerance allow together, |ln m − mean ln r| > hypot(2.58 tolerance, t √(p + 1/n) s, 2.58 s_i) over the n
+  /// starts, p being Stretches::share (1 where the value is given); with a single start the error of
   /// leaving out one point stands for both. A run without the statistic contradicts.
   std::vector<bool> contradicted;
   Eigen::MatrixXd draws;        ///< ξ of the likelihood, a row each
@@ -126,9 +126,9 @@ std::vector<MisfitPoint> misfit_map(const Misfit& misfit, const Fit& fit, Eigen:
 /// `count` points of exp(−½f/width²), a row each: of a Markov chain (Metropolis) from the optimum, equal on every machine.
 Eigen::MatrixXd sample(const Misfit& misfit, const Fit& fit, int count, double width = 1);
 
-/// Whether runs at an optimum contradict what it was fitted to (Fit::contradicted); `pieces`: q.
+/// Whether runs at an optimum contradict what it was fitted to (Fit::contradicted).
 bool contradicts(const std::vector<double>& outcomes, double measured, double tolerance, double surface_error,
-                 int pieces = 1);
+                 const Stretches& stretches = {});
 
 /// Where one more outcome lies: of positive ones Student's prediction interval of their logarithms; where some are 0 the
 /// interval of the positive ones from 0 on, about the median of all.

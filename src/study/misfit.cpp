@@ -19,9 +19,10 @@ std::vector<std::size_t> places(const std::vector<bool>& used) {
 Misfit::Parts Misfit::parts(std::size_t target, const Eigen::VectorXd& xi) const {
   const auto& t = targets_[target];
   const auto& runs = scatter_[static_cast<std::size_t>(t.runs)];
-  if (!runs.known()) return {t.surface.noise() / t.pieces, t.surface.variance(xi), t.surface.freedom()};
+  const auto of_mean = [&](double scatter) { return scatter * t.stretches.share(scatter); };
+  if (!runs.known()) return {of_mean(t.surface.noise()), t.surface.variance(xi), t.surface.freedom()};
   const auto local = runs.at(xi);
-  return {local.covariance(t.column, t.column) / t.pieces, t.surface.variance(xi), local.freedom};
+  return {of_mean(local.covariance(t.column, t.column)), t.surface.variance(xi), local.freedom};
 }
 
 double Misfit::freedom(const Eigen::VectorXd& xi, const std::vector<bool>& used) const {
@@ -41,7 +42,7 @@ Misfit::At Misfit::at(const Eigen::VectorXd& xi, const std::vector<bool>& used) 
   const auto m = static_cast<Eigen::Index>(list.size());
   At a{Eigen::VectorXd(m), Eigen::MatrixXd::Zero(m, m), 0, pull * xi.squaredNorm()};
   std::vector<std::optional<Scatter::Local>> local(scatter_.size());
-  Eigen::VectorXd s(m);
+  Eigen::VectorXd s(m), share(m);
   for (Eigen::Index i = 0; i < m; ++i) {
     const auto& t = targets_[list[i]];
     a.residual[i] = t.logarithm - t.surface(xi);
@@ -49,15 +50,16 @@ Misfit::At Misfit::at(const Eigen::VectorXd& xi, const std::vector<bool>& used) 
     auto& w = local[static_cast<std::size_t>(t.runs)];
     const auto& runs = scatter_[static_cast<std::size_t>(t.runs)];
     if (!w && runs.known()) w = runs.at(xi);
-    a.covariance(i, i) = (w ? w->covariance(t.column, t.column) : t.surface.noise()) / t.pieces +
-                         s[i] * s[i] + t.tolerance * t.tolerance;
+    const double scatter = w ? w->covariance(t.column, t.column) : t.surface.noise();
+    share[i] = t.stretches.share(scatter);
+    a.covariance(i, i) = scatter * share[i] + s[i] * s[i] + t.tolerance * t.tolerance;
     for (Eigen::Index j = 0; j < i; ++j) {
       const auto& u = targets_[list[j]];
       if (u.runs != t.runs || !w) continue;
       const double size = std::sqrt(w->covariance(t.column, t.column) * w->covariance(u.column, u.column));
       if (size == 0) continue;
       double v = w->covariance(t.column, u.column) / size * s[i] * s[j];
-      if (u.source == t.source) v += w->covariance(t.column, u.column) / std::max(t.pieces, u.pieces);
+      if (u.source == t.source) v += w->covariance(t.column, u.column) * std::sqrt(share[i] * share[j]);
       a.covariance(i, j) = a.covariance(j, i) = v;
     }
   }

@@ -1,9 +1,10 @@
 // How far a model at ξ is from measured statistics. With m_i measured and y_i the response surface of the logarithm,
 //
 //     r_i = ln m_i − y_i(ξ),     f(ξ) = rᵀV⁻¹r + ln det V + w |ξ|²,     exp(−½f): likelihood,
-//     V_ij = W_ij/q + ρ_ij s_i s_j + δ_ij tolerance_i²:
+//     V_ij = W_ij √(p_i p_j) + ρ_ij s_i s_j + δ_ij tolerance_i²:
 //
-// W(ξ) is the scatter of one run (study/scatter.hpp), of which the measurement is one realisation, or the mean of q; s_i(ξ) is the
+// W(ξ) is the scatter of one run (study/scatter.hpp), of which the measurement is one realisation (p = 1), or the mean of q
+// stretches (Stretches::share: p = 1/q where these are independent, up to 1 where the motion keeps to one state); s_i(ξ) is the
 // surface's own standard error there, correlated as the runs that it is fitted to (ρ of W); statistics of other runs, and of other
 // measurements, do not correlate. Without two starts anywhere the surface's noise stands for W_ii. The weak pull w = 0.1 to the
 // middle of the ranges decides what the targets leave open.
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "study/scatter.hpp"
+#include "study/study.hpp"
 #include "study/surface.hpp"
 
 namespace freeplay {
@@ -24,7 +26,7 @@ struct Observed {
   ResponseSurface surface;
   double logarithm = 0;  ///< ln m
   double tolerance = 0;  ///< relative standard uncertainty of the value
-  int pieces = 1;        ///< q: stretches as long as a run that the measured value is the mean of
+  Stretches stretches;   ///< as long as a run, that the measured value is the mean of
   int runs = 0;          ///< which runs it is taken from: those that share a number correlate
   int column = 0;        ///< of the runs' scatter
   int source = 0;        ///< which measurement: those that share a number correlate
@@ -50,7 +52,7 @@ class Misfit {
 
   /// What a target's V_ii is made of.
   struct Parts {
-    double scatter = 0;  ///< W_ii/q
+    double scatter = 0;  ///< W_ii p_i
     double surface = 0;  ///< s_i²
     double freedom = 0;  ///< that W_ii is known from
   };

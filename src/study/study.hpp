@@ -1,6 +1,7 @@
 // A study: one scene, what is varied in it, and how often. Keys are listed in docs/study.md.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -62,6 +63,21 @@ struct Unknown {
   bool logarithmic = false;
 };
 
+/// The stretches of a measured file, each as long as a run, whose mean statistic is fitted to. A motion may keep to one of several
+/// states for the whole file: its stretches then agree better with each other than runs from other starts do, and their mean is
+/// as uncertain as the choice of state. With W the scatter of one run and w the variance between stretches, the mean has
+///
+///     W share(W) = max(W − w, 0) + min(w, W)/count        (between states, and within one).
+struct Stretches {
+  int count = 1;
+  double spread = 0;  ///< w, of the logarithms; 0 of a single one
+  double share(double scatter) const {
+    if (count < 2 || !(scatter > 0)) return 1.0 / count;
+    const double within = std::min(1.0, spread / scatter);
+    return 1 - within + within / count;
+  }
+};
+
 /// What calibration shall meet: a statistic of the scene with some keys set, as measured.
 struct Target {
   std::string name;
@@ -74,7 +90,7 @@ struct Target {
   double sampling = 0;  ///< Hz
   double noise = 0;     ///< m/s², standard, of each sample
   int turns = 0;        ///< that a run counts, and each stretch of the file
-  int pieces = 1;       ///< such stretches, whose mean statistic `value` is
+  Stretches stretches;  ///< whose mean statistic `value` is
 };
 
 struct Calibration {

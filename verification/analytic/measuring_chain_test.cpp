@@ -80,6 +80,19 @@ TEST_CASE("a spectrum has the amplitudes of its signal at any sampling", "[chain
     }
 }
 
+TEST_CASE("a mean turn keeps what all turns have in common", "[chain]") {
+  // Harmonic 1 alone is the same in all turns; a third of a turn later each, 3 cos(2πt/3) of period three turns averages out.
+  const auto common = [](double t) { return 2 + 4 * std::cos(2 * pi * t); };
+  const auto m = metrics(
+      100, 301, [&](double t) { return common(t) + 3 * std::cos(2 * pi * t * (5 + 1.0 / 3)); }, 2 * pi, 0);
+  REQUIRE(m.turns.size() == 3);
+  // Per turn the second part is e^{2πik/3} times the same signal, whose mean over three turns is none. Bins of a 720th turn take
+  // (2π/720)²/24 of the first part.
+  CHECK(m.value[TurnMetrics::mean_turn_rms] == Approx(std::sqrt(4 + 8.0)).epsilon(1e-9));
+  CHECK(m.value[TurnMetrics::mean_turn_peak] == Approx(6).epsilon(1e-5));
+  CHECK(m.value[TurnMetrics::rms] > 4);
+}
+
 TEST_CASE("uneven samples give the same spectrum", "[chain]") {
   TurnRules rules;
   rules.speed = 2 * pi;

@@ -236,10 +236,37 @@ TEST_CASE("runs contradict a fit where 99 % of them and of the target's toleranc
   const double wide = std::hypot(edge, 2.575829 * 0.2);
   CHECK_FALSE(contradicts(runs, std::exp(wide * 0.999), 0.1, 0.2));
   CHECK(contradicts(runs, std::exp(wide * 1.001), 0.1, 0.2));
-  // The mean of four stretches: t s √(1/4 + 1/8).
-  const double mean = 3.499483 * 0.1 * std::sqrt(8.0 / 7) * std::sqrt(1.0 / 4 + 1.0 / 8);
-  CHECK_FALSE(contradicts(runs, std::exp(mean * 0.999), 0, 0, 4));
-  CHECK(contradicts(runs, std::exp(mean * 1.001), 0, 0, 4));
+  // The mean of four stretches that scatter as runs do: t s √(1/4 + 1/8).
+  const double variance = 0.01 * 8 / 7, mean = 3.499483 * std::sqrt(variance) * std::sqrt(1.0 / 4 + 1.0 / 8);
+  CHECK_FALSE(contradicts(runs, std::exp(mean * 0.999), 0, 0, {4, variance}));
+  CHECK(contradicts(runs, std::exp(mean * 1.001), 0, 0, {4, variance}));
+  // Stretches that all agree are one outcome, however many they are.
+  CHECK_FALSE(contradicts(runs, std::exp(mean * 1.001), 0, 0, {4, 0}));
+}
+
+TEST_CASE("the mean of a measurement that keeps to one state is as uncertain as the state", "[chain]") {
+  // x = b + e with a state b, the same for all of five stretches, and e in each: Var x = B + E, of the mean B + E/5.
+  std::mt19937_64 engine(5);
+  std::normal_distribution<double> normal;
+  constexpr double B = 0.03, E = 0.01;
+  constexpr int count = 5, repetitions = 40000;
+  double squares = 0, shares = 0;
+  for (int k = 0; k < repetitions; ++k) {
+    const double b = std::sqrt(B) * normal(engine);
+    double sum = 0, square = 0;
+    for (int i = 0; i < count; ++i) {
+      const double x = b + std::sqrt(E) * normal(engine);
+      sum += x, square += x * x;
+    }
+    const double spread = (square - sum * sum / count) / (count - 1);
+    squares += sum * sum / count / count / repetitions;
+    shares += Stretches{count, spread}.share(B + E) / repetitions;
+  }
+  // Of 40,000 repetitions a variance is known to √(2/40000) = 0.7 %, three of these. A spread above B + E counts as
+  // that: one of 300, with four degrees of freedom.
+  CHECK(shares * (B + E) == Approx(squares).epsilon(0.021));
+  CHECK(Stretches{count, 0.04}.share(0.04) == Approx(1.0 / count));
+  CHECK(Stretches{}.share(0.04) == 1);
 }
 
 TEST_CASE("calibration's intervals hold what they should, over forty repetitions", "[chain]") {

@@ -263,14 +263,14 @@ TEST_CASE("a long measured file is cut into stretches as long as a run", "[calib
   const auto five = study(5);
   CHECK(five.measured[0] == Approx(106.5));
   CHECK(five.targets[0].turns == 5);
-  CHECK(five.targets[0].pieces == 2);
+  CHECK(five.targets[0].stretches.count == 2);
   CHECK(five.targets[0].noise == Approx(0.25));
   CHECK(five.study.variants[0].revolutions == 5);
   CHECK(five.study.variants[0].noise == Approx(0.25));
   // Longer runs than the file are cut to it.
   const auto all = study(40);
   CHECK(all.measured[0] == Approx(111));
-  CHECK(all.targets[0].pieces == 1);
+  CHECK(all.targets[0].stretches.count == 1);
   CHECK(all.study.variants[0].revolutions == 12);
 }
 
