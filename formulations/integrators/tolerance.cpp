@@ -110,6 +110,33 @@ std::vector<Push> pushes(const Mechanism& mechanism, const System& system, const
   return list;
 }
 
+/// m: the shortest length that a force changes over against a place, angles at `arm`: between two kinks of it, or 1/ω of a sine.
+/// Infinite where none does.
+double feature_length(const System& system, const State& start, double arm) {
+  double least = INFINITY;
+  const auto consider = [&](const Phase& phase, double length) {
+    if (length > 0) least = std::min(least, length * (phase.of == Phase::Of::angle ? arm : 1));
+  };
+  for (int k = 0; k < system.phases(); ++k) {
+    const auto& phase = system.phase(k);
+    for (std::size_t i = 1; i < phase.kinks.size(); ++i) consider(phase, phase.kinks[i] - phase.kinks[i - 1]);
+  }
+  for (const auto& reader : system.curve_readers())
+    if (reader.of == CurveReader::Of::place) {
+      const double x = reader.argument(start.t, start.q.data(), start.v.data()).value;
+      for (const bool above : {false, true}) consider(reader.place, reader.variation(x, above) / Phase::turn);
+    }
+  return least;
+}
+
+/// m/s, of the fastest coordinate at the start, angles at `arm`.
+double start_speed(const System& system, const State& start, double arm) {
+  double speed = 0;
+  for (int i = 0; i < system.n(); ++i)
+    speed = std::max(speed, std::abs(start.v[static_cast<std::size_t>(i)]) * (system.is_angle(i) ? arm : 1));
+  return speed;
+}
+
 }  // namespace
 
 Scales make_scales(const Mechanism& mechanism, const System& system, const State& start) {
@@ -134,16 +161,21 @@ Scales make_scales(const Mechanism& mechanism, const System& system, const State
         },
         drive);
   omega = std::max(omega, along / arm);
-  s.speed = std::max({s.length * omega, std::sqrt(mechanism.gravity.norm() * s.length), 1e-3 * s.length});
+  s.speed = std::max(s.length * omega, std::sqrt(mechanism.gravity.norm() * s.length));
   double pace = s.speed;  // m/s, of the time scale
   if (omega == 0 && mechanism.gravity.is_zero()) {
     s.guessed = true;
-    s.speed = pace = std::max(s.speed, greatest_speed(system, start.v.data()));
+    s.length = std::min(s.length, feature_length(system, start, arm));
+    // A thousandth of the length in a second, or less where all that moves is slower.
+    const double least = std::min(1e-3 * s.length, start_speed(system, start, arm));
+    s.speed = pace = std::max(least, greatest_speed(system, start.v.data()));
     for (const auto& push : pushes(mechanism, system, start, arm)) {
       s.speed = std::max(s.speed, push.speed(s.length));
       pace = std::max(pace, std::sqrt(push.acceleration * s.length));
     }
   }
+  if (!(s.speed > 0)) s.speed = 1e-3 * s.length;
+  if (!(pace > 0)) pace = s.speed;
   s.fastest = std::max({s.speed, arm * omega, std::sqrt(mechanism.gravity.norm() * arm),
                         greatest_speed(system, start.v.data())});
   s.angle = s.length / arm;

@@ -160,7 +160,7 @@ TEST_CASE("targets that scatter together say no more than their difference allow
   }
   const auto local = scatter.at(Eigen::VectorXd::Zero(1));
   const auto surface = exact(1, [&](const Eigen::VectorXd& xi) { return b * xi[0]; });
-  const Misfit misfit({{surface, 0, 1e-6, 1, 0, 0, 0}, {surface, 0, 1e-6, 1, 0, 1, 0}}, {scatter});
+  const Misfit misfit({{surface, 0, 1e-6, {}, 0, 0, 0}, {surface, 0, 1e-6, {}, 0, 1, 0}}, {scatter});
   const auto f = fit(misfit, {true, true}, one);
   const Eigen::Vector2d g(b, b);
   const double information = g.dot(local.covariance.inverse() * g) + Misfit::pull;
@@ -169,10 +169,10 @@ TEST_CASE("targets that scatter together say no more than their difference allow
   CHECK(f.unknowns[0].high == Approx(t / std::sqrt(information)).epsilon(1e-3));
   CHECK(f.unknowns[0].low == Approx(-t / std::sqrt(information)).epsilon(1e-3));
   // As if they were independent measurements: two of variance w.
-  const Misfit apart({{surface, 0, 1e-6, 1, 0, 0, 0}, {surface, 0, 1e-6, 1, 1, 1, 1}}, {scatter, scatter});
+  const Misfit apart({{surface, 0, 1e-6, {}, 0, 0, 0}, {surface, 0, 1e-6, {}, 1, 1, 1}}, {scatter, scatter});
   CHECK(fit(apart, {true, true}, one).unknowns[0].high < 0.8 * f.unknowns[0].high);
   // A measurement that is the mean of four stretches is known twice as well.
-  const Misfit longer({{surface, 0, 1e-6, 4, 0, 0, 0}, {surface, 0, 1e-6, 4, 0, 1, 0}}, {scatter});
+  const Misfit longer({{surface, 0, 1e-6, {4, 1}, 0, 0, 0}, {surface, 0, 1e-6, {4, 1}, 0, 1, 0}}, {scatter});
   CHECK(fit(longer, {true, true}, one).unknowns[0].high ==
         Approx(t / std::sqrt(4 * (information - Misfit::pull) + Misfit::pull)).epsilon(1e-3));
 }
@@ -183,14 +183,14 @@ TEST_CASE("an interval that reaches a limit of its range is open there; two mini
   const auto line = exact(1, [](const Eigen::VectorXd& xi) { return xi[0]; });
   const double w = Misfit::pull, s = 0.2, best = 0.9 / (1 + w * s * s),
                half = 1.959964 / std::sqrt(1 / (s * s) + w);
-  const auto f = fit(Misfit({{line, 0.9, s, 1, 0, 0, 0}}, {{}}), {true}, one);
+  const auto f = fit(Misfit({{line, 0.9, s, {}, 0, 0, 0}}, {{}}), {true}, one);
   CHECK(f.unknowns[0].low == Approx(best - half).epsilon(1e-4));
   CHECK_FALSE(f.unknowns[0].open_low);
   CHECK(f.unknowns[0].high == 1);
   CHECK(f.unknowns[0].open_high);
   // y = ξ² measured as 0.49 ± 0.05: ξ = ±√(0.49 ± 0.098), about both signs.
   const auto bowl = exact(1, [](const Eigen::VectorXd& xi) { return xi[0] * xi[0]; });
-  const auto both = fit(Misfit({{bowl, 0.49, 0.05, 1, 0, 0, 0}}, {{}}), {true}, one);
+  const auto both = fit(Misfit({{bowl, 0.49, 0.05, {}, 0, 0, 0}}, {{}}), {true}, one);
   CHECK(both.unknowns[0].low == Approx(-std::sqrt(0.49 + 0.098)).epsilon(2e-3));
   CHECK(both.unknowns[0].high == Approx(std::sqrt(0.49 + 0.098)).epsilon(2e-3));
   CHECK_FALSE(both.unknowns[0].open_low);
@@ -202,7 +202,7 @@ TEST_CASE("identifiability: what no target sees, and what targets see together",
   // Both targets see ξ₁ alone.
   const auto first = exact(2, [](const Eigen::VectorXd& xi) { return xi[0]; });
   const auto blind =
-      identifiability(Misfit({{first, 0, 0.1, 1, 0, 0, 0}, {first, 0, 0.1, 1, 1, 0, 1}}, none), points);
+      identifiability(Misfit({{first, 0, 0.1, {}, 0, 0, 0}, {first, 0, 0.1, {}, 1, 0, 1}}, none), points);
   CHECK(blind.identified(0));
   CHECK_FALSE(blind.identified(1));
   CHECK(blind.sensitivity(0, 0) == Approx(10).epsilon(1e-6));
@@ -211,14 +211,14 @@ TEST_CASE("identifiability: what no target sees, and what targets see together",
   // Both see the sum: each is open, and they correlate by −1 but for the pull.
   const auto sum = exact(2, [](const Eigen::VectorXd& xi) { return xi[0] + xi[1]; });
   const auto together =
-      identifiability(Misfit({{sum, 0, 0.1, 1, 0, 0, 0}, {sum, 0, 0.1, 1, 1, 0, 1}}, none), points);
+      identifiability(Misfit({{sum, 0, 0.1, {}, 0, 0, 0}, {sum, 0, 0.1, {}, 1, 0, 1}}, none), points);
   CHECK_FALSE(together.identified(0));
   CHECK_FALSE(together.identified(1));
   CHECK(together.correlation(0, 1) < -0.99);
   // The sum and the difference: both are identified.
   const auto difference = exact(2, [](const Eigen::VectorXd& xi) { return xi[0] - xi[1]; });
   const auto seen =
-      identifiability(Misfit({{sum, 0, 0.1, 1, 0, 0, 0}, {difference, 0, 0.1, 1, 1, 0, 1}}, none), points);
+      identifiability(Misfit({{sum, 0, 0.1, {}, 0, 0, 0}, {difference, 0, 0.1, {}, 1, 0, 1}}, none), points);
   CHECK(seen.identified(0));
   CHECK(seen.identified(1));
   CHECK(seen.correlation(0, 1) == Approx(0).margin(1e-6));
@@ -229,13 +229,13 @@ TEST_CASE("targets that contradict each other are rejected", "[calibrate]") {
   const auto line = exact(1, [](const Eigen::VectorXd& xi) { return xi[0]; });
   const std::vector<Scatter> none(2);
   const auto off =
-      fit(Misfit({{line, 0.5, 0.1, 1, 0, 0, 0}, {line, -0.5, 0.1, 1, 1, 0, 1}}, none), {true, true}, one);
+      fit(Misfit({{line, 0.5, 0.1, {}, 0, 0, 0}, {line, -0.5, 0.1, {}, 1, 0, 1}}, none), {true, true}, one);
   CHECK(off.squares == Approx(50).epsilon(1e-3));
   CHECK(off.degrees == 1);
   CHECK(off.rejected);
   CHECK_FALSE(off.holds());
   const auto on =
-      fit(Misfit({{line, 0.1, 0.1, 1, 0, 0, 0}, {line, -0.1, 0.1, 1, 1, 0, 1}}, none), {true, true}, one);
+      fit(Misfit({{line, 0.1, 0.1, {}, 0, 0, 0}, {line, -0.1, 0.1, {}, 1, 0, 1}}, none), {true, true}, one);
   CHECK_FALSE(on.rejected);
 }
 

@@ -139,7 +139,7 @@ TEST_CASE("a fit on surfaces without noise is the one that f(ξ) has", "[study]"
   Eigen::VectorXd y(20);
   for (int i = 0; i < 20; ++i) y[i] = c + b * points(i, 0);
   const auto misfit = [&](double m) {
-    return Misfit({{ResponseSurface(points, y), m, s, 1, 0, 0, 0}}, {{}});
+    return Misfit({{ResponseSurface(points, y), m, s, {}, 0, 0, 0}}, {{}});
   };
   const Unknown linear{"a", "x", "", 10, 30, false}, logarithmic{"a", "x", "", 10, 1000, true};
   for (const double m : {0.3, 0.5, -0.1}) {
