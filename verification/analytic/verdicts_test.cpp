@@ -296,7 +296,12 @@ TEST_CASE("calibration's intervals hold what they should, over forty repetitions
       Eigen::VectorXd outcomes(24);
       for (int p = 0; p < 24; ++p) outcomes[p] = y(i, points.row(p).transpose()) + 0.1 * normal(engine);
       targets.push_back({ResponseSurface(points, outcomes),
-                         y(i, truth) + std::hypot(0.1, 0.05) * normal(engine), 0.05, {}, i, 0, i});
+                         y(i, truth) + std::hypot(0.1, 0.05) * normal(engine),
+                         0.05,
+                         {},
+                         i,
+                         0,
+                         i});
     }
     const auto f = fit(Misfit(targets, std::vector<Scatter>(3)), {true, true, true}, unknowns);
     for (int j = 0; j < 2; ++j) {
