@@ -165,12 +165,12 @@ Scales make_scales(const Mechanism& mechanism, const System& system, const State
   double pace = s.speed;  // m/s, of the time scale
   if (omega == 0 && mechanism.gravity.is_zero()) {
     s.guessed = true;
-    s.length = std::min(s.length, feature_length(system, start, arm));
+    const double within = std::min(s.length, feature_length(system, start, arm));
     // A thousandth of the length in a second, or less where all that moves is slower.
     const double least = std::min(1e-3 * s.length, start_speed(system, start, arm));
     s.speed = pace = std::max(least, greatest_speed(system, start.v.data()));
     for (const auto& push : pushes(mechanism, system, start, arm)) {
-      s.speed = std::max(s.speed, push.speed(s.length));
+      s.speed = std::max(s.speed, push.speed(within));
       pace = std::max(pace, std::sqrt(push.acceleration * s.length));
     }
   }
