@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "formulations/nonsmooth/nonsmooth.hpp"
+#include "dynamics/system.hpp"
+#include "formulations/nonsmooth.hpp"
 #include "formulations/penalty/penalty.hpp"
-#include "model/laws.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "mechanism/laws.hpp"
+#include "mechanism/scene.hpp"
 
 namespace freeplay {
 

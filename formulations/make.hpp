@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "model/compliance.hpp"
-#include "sim/formulation.hpp"
+#include "dynamics/assembly/compliance.hpp"
+#include "simulation/formulation.hpp"
 #include "values/family.hpp"
 #include "values/state.hpp"
 

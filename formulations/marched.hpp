@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "dynamics/system.hpp"
 #include "formulations/integrators/crossing.hpp"
-#include "model/system.hpp"
-#include "sim/formulation.hpp"
-#include "sim/march.hpp"
+#include "simulation/formulation.hpp"
+#include "simulation/march.hpp"
 
 namespace freeplay {
 

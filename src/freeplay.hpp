@@ -12,12 +12,12 @@
 #pragma once
 
 #include "facade/simulation.hpp"
-#include "model/outside.hpp"
-#include "model/scene.hpp"
-#include "sim/observer.hpp"
-#include "sim/statistics.hpp"
-#include "sim/stop.hpp"
-#include "sim/trajectory.hpp"
+#include "mechanism/outside.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/observer.hpp"
+#include "simulation/statistics.hpp"
+#include "simulation/trajectory.hpp"
 #include "values/identity.hpp"
 #include "values/result.hpp"
 #include "values/snapshot.hpp"
+#include "values/stop.hpp"

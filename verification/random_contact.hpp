@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <random>
 
-#include "formulations/nonsmooth/contact_problem.hpp"
+#include "formulations/contact/contact_problem.hpp"
 
 namespace freeplay::test {
 

@@ -11,10 +11,10 @@
 
 #include <fmt/format.h>
 
-#include "io/run_folder.hpp"
-#include "model/assembly.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/system.hpp"
+#include "facade/run_folder.hpp"
+#include "mechanism/scene.hpp"
 
 namespace freeplay::test {
 
@@ -64,6 +64,12 @@ double observed_order(const std::vector<double>& x, const std::vector<double>& y
     sxy += a * b;
   }
   return (n * sxy - sx * sy) / (n * sxx - sx * sx);
+}
+
+std::string file_text(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw std::runtime_error(file.string() + ": cannot be read");
+  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 TemporaryFolder::TemporaryFolder() {

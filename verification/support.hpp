@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/observer.hpp"
+#include "simulation/observer.hpp"
 #include "values/event.hpp"
 #include "values/family.hpp"
 #include "values/result.hpp"
@@ -78,6 +78,9 @@ Surface steel(double restitution);
 /// A row of N four-bars that share their uprights (IFToMM benchmark A02: links of 1 m and 1 kg, gravity, the
 /// first upright turning at 1 rad/s), the joint between every coupler and the upright behind it loose.
 Scene row_of_four_bars(int count, double clearance);
+
+/// All bytes of a file. Throws std::runtime_error where it cannot be read.
+std::string file_text(const std::filesystem::path& file);
 
 /// A folder that is removed with the object.
 class TemporaryFolder {

@@ -1,5 +1,5 @@
 // Where a function watched during a step first leaves its sign: on the dense output of the step, by bounds on what
-// it can do between its ends (model/gap_motion.hpp), halved until they decide.
+// it can do between its ends (dynamics/gap_motion.hpp), halved until they decide.
 #pragma once
 
 #include <algorithm>
@@ -8,9 +8,9 @@
 #include <cmath>
 #include <optional>
 
-#include "model/gap_motion.hpp"
-#include "model/planar.hpp"
-#include "model/system.hpp"
+#include "dynamics/gap_motion.hpp"
+#include "dynamics/planar.hpp"
+#include "dynamics/system.hpp"
 
 namespace freeplay {
 

@@ -1,7 +1,7 @@
 // How long a step may be so that no curve that it reads is jumped over: a curve against time, an angle, a position or a
 // speed, of a prescribed motion, a force or a torque. An error estimate sees a curve only where its stages fall, and nothing of
 // a prescribed motion that the step's ends meet. With x the argument, ẋ its rate at the beginning, L the length that y(x)
-// varies over on the present stretch (model/curve_reader.hpp), and r what is left of the stretch, a step of length h has
+// varies over on the present stretch (dynamics/curve_reader.hpp), and r what is left of the stretch, a step of length h has
 //
 //     |ẋ| h ≤ L/16        and, where knots are not located,        |ẋ| h ≤ L/32,  r + w/10000,  w/2
 //
@@ -16,7 +16,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/system.hpp"
+#include "dynamics/system.hpp"
 
 namespace freeplay {
 

@@ -25,7 +25,7 @@
 #include <span>
 #include <vector>
 
-#include "model/gap_motion.hpp"
+#include "dynamics/gap_motion.hpp"
 #include "values/memory.hpp"
 
 namespace freeplay {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/mechanism.hpp"
-#include "model/planar.hpp"
-#include "model/system.hpp"
+#include "dynamics/planar.hpp"
+#include "dynamics/system.hpp"
+#include "mechanism/mechanism.hpp"
 #include "values/state.hpp"
 
 namespace freeplay {

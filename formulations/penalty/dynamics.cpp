@@ -5,8 +5,8 @@
 #include <limits>
 #include <tuple>
 
-#include "formulations/laws/film_force.hpp"
-#include "model/planar.hpp"
+#include "dynamics/planar.hpp"
+#include "formulations/contact/film_force.hpp"
 
 namespace freeplay {
 

@@ -12,15 +12,15 @@
 #include <memory>
 #include <vector>
 
+#include "dynamics/system.hpp"
+#include "formulations/contact/contact_law.hpp"
+#include "formulations/contact/coupled_friction.hpp"
+#include "formulations/contact/film.hpp"
+#include "formulations/contact/friction_law.hpp"
 #include "formulations/integrators/phases.hpp"
-#include "formulations/laws/contact_law.hpp"
-#include "formulations/laws/coupled_friction.hpp"
-#include "formulations/laws/film.hpp"
-#include "formulations/laws/friction_law.hpp"
-#include "model/options.hpp"
-#include "model/system.hpp"
+#include "mechanism/options.hpp"
 #include "numerics/saddle_point.hpp"
-#include "sim/formulation.hpp"
+#include "simulation/formulation.hpp"
 
 namespace freeplay {
 

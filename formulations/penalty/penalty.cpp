@@ -4,15 +4,15 @@
 
 #include <cmath>
 
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/redundancy.hpp"
+#include "formulations/contact/film_force.hpp"
 #include "formulations/integrators/relieved.hpp"
 #include "formulations/integrators/scaled_methods.hpp"
 #include "formulations/integrators/tolerance.hpp"
-#include "formulations/laws/film_force.hpp"
 #include "formulations/marched.hpp"
 #include "formulations/penalty/stepper.hpp"
-#include "model/assembly.hpp"
-#include "model/redundancy.hpp"
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 
 namespace freeplay {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <memory>
 
-#include "model/compliance.hpp"
-#include "sim/formulation.hpp"
+#include "dynamics/assembly/compliance.hpp"
+#include "simulation/formulation.hpp"
 
 namespace freeplay {
 

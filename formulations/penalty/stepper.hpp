@@ -20,8 +20,8 @@
 #include "formulations/integrators/methods.hpp"
 #include "formulations/penalty/dynamics.hpp"
 #include "formulations/probe.hpp"
-#include "sim/force_integral.hpp"
-#include "sim/residuals.hpp"
+#include "simulation/force_integral.hpp"
+#include "simulation/residuals.hpp"
 
 namespace freeplay {
 

@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "facade/law_plugin.hpp"
-#include "io/located.hpp"
-#include "io/run_json.hpp"
-#include "io/write_scene.hpp"
+#include "io/files/run_json.hpp"
+#include "io/scene/located.hpp"
+#include "io/scene/write_scene.hpp"
 #include "own.hpp"
 #include "record.hpp"
 

@@ -1,19 +1,19 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/redundancy.hpp"
+#include "dynamics/system.hpp"
+#include "facade/run_folder.hpp"
 #include "formulations/make.hpp"
-#include "io/located.hpp"
-#include "io/output_file.hpp"
-#include "io/result_set.hpp"
-#include "io/run_folder.hpp"
-#include "model/assembly.hpp"
-#include "model/redundancy.hpp"
-#include "model/system.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/result_set.hpp"
+#include "io/scene/located.hpp"
 #include "record.hpp"
-#include "study/compare.hpp"
-#include "study/plan.hpp"
-#include "study/sweep.hpp"
-#include "study/sweep_table.hpp"
+#include "study/comparison/compare.hpp"
+#include "study/settings/plan.hpp"
+#include "study/sweep/sweep.hpp"
+#include "study/sweep/sweep_table.hpp"
 #include "values/family.hpp"
 
 namespace py = pybind11;

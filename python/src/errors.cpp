@@ -2,10 +2,10 @@
 
 #include <pybind11/pybind11.h>
 
-#include "io/output_file.hpp"
-#include "model/error.hpp"
-#include "sim/stop.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/error.hpp"
 #include "values/snapshot.hpp"
+#include "values/stop.hpp"
 
 namespace py = pybind11;
 

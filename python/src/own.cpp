@@ -1,7 +1,7 @@
 #include "own.hpp"
 
-#include "io/digest.hpp"
-#include "io/visible.hpp"
+#include "io/files/digest.hpp"
+#include "io/files/visible.hpp"
 
 namespace py = pybind11;
 

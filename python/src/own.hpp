@@ -6,8 +6,8 @@
 #include <memory>
 #include <string>
 
-#include "model/own_force.hpp"
-#include "model/own_law.hpp"
+#include "mechanism/own_force.hpp"
+#include "mechanism/own_law.hpp"
 
 namespace freeplay::python {
 

@@ -1,8 +1,8 @@
 #include "record.hpp"
 
 #include "facade/companion.hpp"
-#include "sim/statistics.hpp"
-#include "sim/windows.hpp"
+#include "simulation/statistics.hpp"
+#include "simulation/windows.hpp"
 
 namespace py = pybind11;
 

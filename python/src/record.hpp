@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "facade/simulation.hpp"
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "stop.hpp"
 #include "tables.hpp"
 

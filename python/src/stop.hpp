@@ -5,7 +5,7 @@
 #include <csignal>
 #include <memory>
 
-#include "sim/stop.hpp"
+#include "values/stop.hpp"
 
 namespace freeplay::python {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "sim/observer.hpp"
-#include "sim/table_rows.hpp"
+#include "simulation/observer.hpp"
+#include "simulation/table_rows.hpp"
 
 namespace freeplay::python {
 

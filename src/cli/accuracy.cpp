@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "study/settings.hpp"
+#include "study/settings/settings.hpp"
 
 namespace freeplay::cli {
 

@@ -9,11 +9,11 @@
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "facade/simulation.hpp"
-#include "io/open_scene.hpp"
-#include "model/error.hpp"
-#include "model/scene.hpp"
-#include "study/advice.hpp"
-#include "study/perturb.hpp"
+#include "io/scene/open_scene.hpp"
+#include "mechanism/error.hpp"
+#include "mechanism/scene.hpp"
+#include "study/comparison/advice.hpp"
+#include "study/runs/perturb.hpp"
 
 namespace freeplay::cli {
 namespace {

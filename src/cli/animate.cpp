@@ -7,11 +7,11 @@
 
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
-#include "io/output_file.hpp"
-#include "io/result_set.hpp"
-#include "io/run_set.hpp"
-#include "model/error.hpp"
-#include "report/film.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/result_set.hpp"
+#include "io/files/run_set.hpp"
+#include "mechanism/error.hpp"
+#include "plots/film/film.hpp"
 
 namespace freeplay::cli {
 namespace {

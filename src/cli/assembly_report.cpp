@@ -6,11 +6,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "model/assembly.hpp"
-#include "model/four_bar.hpp"
-#include "model/mechanism.hpp"
-#include "model/planar.hpp"
-#include "model/system.hpp"
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/four_bar.hpp"
+#include "dynamics/planar.hpp"
+#include "dynamics/system.hpp"
+#include "mechanism/mechanism.hpp"
 #include "numerics/saddle_point.hpp"
 
 namespace freeplay::cli {

@@ -10,14 +10,14 @@
 #include "cli/shards.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
-#include "io/digest.hpp"
-#include "io/output_file.hpp"
-#include "io/result_set.hpp"
-#include "io/run_json.hpp"
-#include "plots/figure.hpp"
-#include "study/attractor_table.hpp"
-#include "study/divided_sweep.hpp"
-#include "study/provenance.hpp"
+#include "io/files/digest.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/result_set.hpp"
+#include "io/files/run_json.hpp"
+#include "plots/drawing/figure.hpp"
+#include "study/attractors/attractor_table.hpp"
+#include "study/partition/divided_sweep.hpp"
+#include "study/settings/provenance.hpp"
 
 namespace freeplay::cli {
 namespace {

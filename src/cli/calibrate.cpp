@@ -1,5 +1,5 @@
 // freeplay calibrate: unknowns fitted to measured statistics, and each statistic predicted from the others.
-#include "study/calibrate.hpp"
+#include "study/calibration/calibrate.hpp"
 
 #include <fmt/format.h>
 
@@ -15,12 +15,12 @@
 #include "cli/shards.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
-#include "io/output_file.hpp"
-#include "io/result_set.hpp"
-#include "io/run_json.hpp"
-#include "plots/figure.hpp"
-#include "study/divided_sweep.hpp"
-#include "study/provenance.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/result_set.hpp"
+#include "io/files/run_json.hpp"
+#include "plots/drawing/figure.hpp"
+#include "study/partition/divided_sweep.hpp"
+#include "study/settings/provenance.hpp"
 
 namespace freeplay::cli {
 namespace {

@@ -12,8 +12,8 @@
 
 #include "cli/help.hpp"
 #include "cli/verb.hpp"
-#include "io/spelling.hpp"
-#include "study/settings.hpp"
+#include "io/scene/spelling.hpp"
+#include "study/settings/settings.hpp"
 #include "version.hpp"
 
 namespace freeplay::cli {

@@ -1,5 +1,5 @@
 // freeplay compare: a scene solved in both formulations, side by side.
-#include "study/compare.hpp"
+#include "study/comparison/compare.hpp"
 
 #include <fmt/format.h>
 
@@ -11,9 +11,9 @@
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
-#include "io/open_scene.hpp"
-#include "io/result_set.hpp"
-#include "plots/figure.hpp"
+#include "io/files/result_set.hpp"
+#include "io/scene/open_scene.hpp"
+#include "plots/drawing/figure.hpp"
 
 namespace freeplay::cli {
 namespace {

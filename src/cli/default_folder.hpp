@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "io/output_file.hpp"
+#include "io/files/output_file.hpp"
 
 namespace freeplay::cli {
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "io/folder_lock.hpp"
-#include "io/input_file.hpp"
-#include "io/output_file.hpp"
+#include "io/files/folder_lock.hpp"
+#include "io/files/input_file.hpp"
+#include "io/files/output_file.hpp"
 
 namespace freeplay::cli {
 

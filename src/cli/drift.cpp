@@ -1,5 +1,5 @@
 // freeplay drift: what each stabilisation does to constraint errors and to the energy balance.
-#include "study/drift.hpp"
+#include "study/comparison/drift.hpp"
 
 #include <fmt/format.h>
 
@@ -9,9 +9,9 @@
 #include "cli/ending.hpp"
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
-#include "io/open_scene.hpp"
-#include "io/result_set.hpp"
-#include "plots/figure.hpp"
+#include "io/files/result_set.hpp"
+#include "io/scene/open_scene.hpp"
+#include "plots/drawing/figure.hpp"
 
 namespace freeplay::cli {
 namespace {

@@ -1,5 +1,5 @@
 // freeplay ensemble: perturbed starts of one mechanism, with statistics and bands.
-#include "study/ensemble.hpp"
+#include "study/ensemble/ensemble.hpp"
 
 #include <fmt/format.h>
 
@@ -13,12 +13,12 @@
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "facade/identify.hpp"
-#include "io/open_scene.hpp"
-#include "io/result_set.hpp"
-#include "io/run_json.hpp"
-#include "model/scene.hpp"
-#include "plots/figure.hpp"
-#include "study/divided_ensemble.hpp"
+#include "io/files/result_set.hpp"
+#include "io/files/run_json.hpp"
+#include "io/scene/open_scene.hpp"
+#include "mechanism/scene.hpp"
+#include "plots/drawing/figure.hpp"
+#include "study/partition/divided_ensemble.hpp"
 #include "values/family.hpp"
 
 namespace freeplay::cli {

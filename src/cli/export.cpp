@@ -6,11 +6,11 @@
 #include <optional>
 
 #include "cli/verb.hpp"
-#include "export/export.hpp"
-#include "io/output_file.hpp"
-#include "io/result_set.hpp"
-#include "io/run_set.hpp"
-#include "model/error.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/result_set.hpp"
+#include "io/files/run_set.hpp"
+#include "mechanism/error.hpp"
+#include "plots/export/export.hpp"
 
 namespace freeplay::cli {
 namespace {

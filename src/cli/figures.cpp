@@ -4,11 +4,11 @@
 #include <filesystem>
 
 #include "cli/verb.hpp"
-#include "io/output_file.hpp"
-#include "io/result_set.hpp"
-#include "io/run_set.hpp"
-#include "model/error.hpp"
-#include "plots/figure.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/result_set.hpp"
+#include "io/files/run_set.hpp"
+#include "mechanism/error.hpp"
+#include "plots/drawing/figure.hpp"
 
 namespace freeplay::cli {
 namespace {

@@ -5,16 +5,16 @@
 
 #include "cli/default_folder.hpp"
 #include "cli/verb.hpp"
-#include "formulations/laws/contact_law.hpp"
-#include "formulations/laws/law_curves.hpp"
+#include "formulations/contact/contact_law.hpp"
+#include "formulations/contact/law_curves.hpp"
 #include "formulations/make.hpp"
-#include "io/open_scene.hpp"
-#include "io/output_file.hpp"
-#include "io/result_set.hpp"
-#include "io/run_json.hpp"
-#include "model/error.hpp"
-#include "model/laws.hpp"
-#include "plots/figure.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/result_set.hpp"
+#include "io/files/run_json.hpp"
+#include "io/scene/open_scene.hpp"
+#include "mechanism/error.hpp"
+#include "mechanism/laws.hpp"
+#include "plots/drawing/figure.hpp"
 
 namespace freeplay::cli {
 namespace {

@@ -12,8 +12,8 @@
 #include "cli/stop_signal.hpp"
 #include "cli/terminal.hpp"
 #include "cli/verb.hpp"
-#include "io/output_file.hpp"
-#include "model/error.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/error.hpp"
 #include "values/snapshot.hpp"
 
 using namespace freeplay;

@@ -1,5 +1,5 @@
 // freeplay modes: where a mechanism rests, whether it stays there, and how it swings about it.
-#include "model/modes.hpp"
+#include "dynamics/assembly/modes.hpp"
 
 #include <fmt/format.h>
 
@@ -11,15 +11,15 @@
 #include "cli/questions.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/planar.hpp"
+#include "dynamics/system.hpp"
 #include "formulations/make.hpp"
-#include "io/located.hpp"
-#include "io/output_file.hpp"
-#include "io/result_set.hpp"
-#include "io/run_json.hpp"
-#include "model/assembly.hpp"
-#include "model/planar.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/result_set.hpp"
+#include "io/files/run_json.hpp"
+#include "io/scene/located.hpp"
+#include "mechanism/scene.hpp"
 
 namespace freeplay::cli {
 namespace {

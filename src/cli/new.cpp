@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "cli/verb.hpp"
-#include "io/output_file.hpp"
-#include "model/error.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/error.hpp"
 
 namespace freeplay::cli {
 namespace {

@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "cli/verb.hpp"
-#include "io/folder_lock.hpp"
-#include "io/output_file.hpp"
-#include "io/result_set.hpp"
-#include "io/run_set.hpp"
-#include "model/error.hpp"
-#include "plots/column_plot.hpp"
-#include "plots/figure.hpp"
+#include "io/files/folder_lock.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/result_set.hpp"
+#include "io/files/run_set.hpp"
+#include "mechanism/error.hpp"
+#include "plots/drawing/column_plot.hpp"
+#include "plots/drawing/figure.hpp"
 
 namespace freeplay::cli {
 namespace {

@@ -9,11 +9,11 @@
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
-#include "io/result_set.hpp"
-#include "io/run_json.hpp"
-#include "model/scene.hpp"
-#include "plots/figure.hpp"
-#include "study/section_run.hpp"
+#include "io/files/result_set.hpp"
+#include "io/files/run_json.hpp"
+#include "mechanism/scene.hpp"
+#include "plots/drawing/figure.hpp"
+#include "study/runs/section_run.hpp"
 #include "values/family.hpp"
 
 namespace freeplay::cli {

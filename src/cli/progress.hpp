@@ -7,7 +7,7 @@
 #include <string>
 
 #include "cli/terminal.hpp"
-#include "io/visible.hpp"
+#include "io/files/visible.hpp"
 
 namespace freeplay::cli {
 

@@ -9,9 +9,9 @@
 #include <string>
 
 #include "cli/wrapped.hpp"
-#include "model/scene.hpp"
-#include "model/sense.hpp"
-#include "model/whole_turn.hpp"
+#include "dynamics/assembly/whole_turn.hpp"
+#include "mechanism/scene.hpp"
+#include "mechanism/sense.hpp"
 
 namespace freeplay::cli {
 

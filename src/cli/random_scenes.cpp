@@ -5,8 +5,8 @@
 #include <chrono>
 
 #include "cli/progress.hpp"
-#include "io/folder_lock.hpp"
-#include "io/output_file.hpp"
+#include "io/files/folder_lock.hpp"
+#include "io/files/output_file.hpp"
 #include "verification/random_scenes/random_scenes.hpp"
 
 namespace freeplay::cli {

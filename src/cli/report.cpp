@@ -1,15 +1,15 @@
 // freeplay report: a result folder as one page for a browser.
-#include "report/report.hpp"
+#include "plots/report/report.hpp"
 
 #include <fmt/format.h>
 
 #include <filesystem>
 
 #include "cli/verb.hpp"
-#include "io/output_file.hpp"
-#include "io/result_set.hpp"
-#include "io/run_set.hpp"
-#include "model/error.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/result_set.hpp"
+#include "io/files/run_set.hpp"
+#include "mechanism/error.hpp"
 
 namespace freeplay::cli {
 namespace {

@@ -14,15 +14,15 @@
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
 #include "facade/law_plugin.hpp"
+#include "facade/run_folder.hpp"
 #include "facade/simulation.hpp"
-#include "io/identity.hpp"
-#include "io/input_file.hpp"
-#include "io/recorded_run.hpp"
-#include "io/run_folder.hpp"
-#include "io/run_json.hpp"
-#include "io/section.hpp"
-#include "model/lubricated.hpp"
-#include "model/scene.hpp"
+#include "io/files/identity.hpp"
+#include "io/files/input_file.hpp"
+#include "io/files/recorded_run.hpp"
+#include "io/files/run_json.hpp"
+#include "io/scene/section.hpp"
+#include "mechanism/lubricated.hpp"
+#include "mechanism/scene.hpp"
 
 namespace freeplay::cli {
 namespace {

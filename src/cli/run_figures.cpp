@@ -6,13 +6,13 @@
 
 #include "cli/wrapped.hpp"
 #include "facade/simulation.hpp"
-#include "io/folder_lock.hpp"
-#include "io/output_file.hpp"
-#include "model/error.hpp"
-#include "model/scene.hpp"
-#include "plots/column_plot.hpp"
-#include "plots/figure.hpp"
-#include "sim/columns.hpp"
+#include "io/files/folder_lock.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/error.hpp"
+#include "mechanism/scene.hpp"
+#include "plots/drawing/column_plot.hpp"
+#include "plots/drawing/figure.hpp"
+#include "simulation/columns.hpp"
 
 namespace freeplay::cli {
 namespace {

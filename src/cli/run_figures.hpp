@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/stop.hpp"
+#include "values/stop.hpp"
 
 namespace freeplay {
 struct Scene;

@@ -11,10 +11,10 @@
 #include "cli/ending.hpp"
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
-#include "io/output_file.hpp"
-#include "io/result_set.hpp"
-#include "io/run_json.hpp"
-#include "plots/figure.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/result_set.hpp"
+#include "io/files/run_json.hpp"
+#include "plots/drawing/figure.hpp"
 
 namespace freeplay::cli {
 namespace {

@@ -11,11 +11,11 @@
 #include "cli/slurm.hpp"
 #include "cli/stop_signal.hpp"
 #include "cli/wrapped.hpp"
-#include "io/shell_words.hpp"
-#include "io/visible.hpp"
-#include "model/error.hpp"
-#include "study/merge.hpp"
-#include "study/shard.hpp"
+#include "io/files/shell_words.hpp"
+#include "io/files/visible.hpp"
+#include "mechanism/error.hpp"
+#include "study/partition/merge.hpp"
+#include "study/partition/shard.hpp"
 
 namespace freeplay::cli {
 namespace {

@@ -1,11 +1,11 @@
-// The options by which verbs' studies are divided, alike in each: --plan N, --shard k/N, --merge DIR (study/division.hpp).
+// The options by which verbs' studies are divided, alike in each: --plan N, --shard k/N, --merge DIR (study/partition/division.hpp).
 #pragma once
 
 #include <optional>
 #include <string>
 
 #include "cli/verb.hpp"
-#include "study/division.hpp"
+#include "study/partition/division.hpp"
 
 namespace freeplay::cli {
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "io/child.hpp"
-#include "io/visible.hpp"
-#include "model/error.hpp"
+#include "io/files/child.hpp"
+#include "io/files/visible.hpp"
+#include "mechanism/error.hpp"
 
 namespace freeplay::cli {
 namespace {

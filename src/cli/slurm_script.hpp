@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "study/division.hpp"
+#include "study/partition/division.hpp"
 
 namespace freeplay::cli {
 

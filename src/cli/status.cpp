@@ -9,10 +9,10 @@
 #include "cli/slurm.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
-#include "io/shell_words.hpp"
-#include "io/visible.hpp"
-#include "study/merge.hpp"
-#include "study/shard.hpp"
+#include "io/files/shell_words.hpp"
+#include "io/files/visible.hpp"
+#include "study/partition/merge.hpp"
+#include "study/partition/shard.hpp"
 
 namespace freeplay::cli {
 namespace {

@@ -3,7 +3,7 @@
 // are whole or not there at any instant. The second ends the program at once.
 #pragma once
 
-#include "sim/stop.hpp"
+#include "values/stop.hpp"
 
 namespace freeplay::cli {
 

@@ -7,8 +7,8 @@
 
 #include "cli/document.hpp"
 #include "cli/progress.hpp"
-#include "io/folder_lock.hpp"
-#include "io/output_file.hpp"
+#include "io/files/folder_lock.hpp"
+#include "io/files/output_file.hpp"
 #include "verification/strangers/strangers.hpp"
 
 namespace freeplay::cli {

@@ -14,14 +14,14 @@
 #include "cli/slurm.hpp"
 #include "cli/slurm_script.hpp"
 #include "cli/verb.hpp"
-#include "io/shell_words.hpp"
-#include "io/visible.hpp"
-#include "model/error.hpp"
-#include "study/divided_sweep.hpp"
-#include "study/merge.hpp"
-#include "study/scratch.hpp"
-#include "study/shard.hpp"
-#include "study/shard_file.hpp"
+#include "io/files/shell_words.hpp"
+#include "io/files/visible.hpp"
+#include "mechanism/error.hpp"
+#include "study/partition/divided_sweep.hpp"
+#include "study/partition/merge.hpp"
+#include "study/partition/shard.hpp"
+#include "study/partition/shard_file.hpp"
+#include "study/store/scratch.hpp"
 
 namespace freeplay::cli {
 namespace {

@@ -12,14 +12,14 @@
 #include "cli/shards.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
-#include "io/folder_lock.hpp"
-#include "io/output_file.hpp"
-#include "io/visible.hpp"
-#include "model/error.hpp"
-#include "study/design.hpp"
-#include "study/divided_sweep.hpp"
-#include "study/sweep.hpp"
-#include "study/sweep_table.hpp"
+#include "io/files/folder_lock.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/visible.hpp"
+#include "mechanism/error.hpp"
+#include "study/partition/divided_sweep.hpp"
+#include "study/settings/design.hpp"
+#include "study/sweep/sweep.hpp"
+#include "study/sweep/sweep_table.hpp"
 
 namespace freeplay::cli {
 namespace {

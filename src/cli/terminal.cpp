@@ -5,7 +5,7 @@
 #include <cerrno>
 #include <cstdio>
 
-#include "io/visible.hpp"
+#include "io/files/visible.hpp"
 
 namespace freeplay::cli {
 namespace {

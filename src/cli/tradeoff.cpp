@@ -1,5 +1,5 @@
 // freeplay tradeoff: what accuracy costs, every setting on the scenes of a study.
-#include "study/tradeoff.hpp"
+#include "study/comparison/tradeoff.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,12 +14,12 @@
 #include "cli/shown.hpp"
 #include "cli/verb.hpp"
 #include "facade/simulation.hpp"
-#include "io/open_scene.hpp"
-#include "io/output_file.hpp"
-#include "io/result_set.hpp"
-#include "io/run_json.hpp"
-#include "plots/figure.hpp"
-#include "study/provenance.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/result_set.hpp"
+#include "io/files/run_json.hpp"
+#include "io/scene/open_scene.hpp"
+#include "plots/drawing/figure.hpp"
+#include "study/settings/provenance.hpp"
 
 namespace freeplay::cli {
 namespace {

@@ -1,5 +1,5 @@
 // freeplay validate SCENE --data FILE: both formulations against a user's measurement.
-#include "study/validate.hpp"
+#include "study/calibration/validate.hpp"
 
 #include <fmt/format.h>
 
@@ -10,12 +10,12 @@
 #include "cli/ending.hpp"
 #include "cli/validate.hpp"
 #include "cli/wrapped.hpp"
-#include "io/open_scene.hpp"
-#include "io/output_file.hpp"
-#include "io/result_set.hpp"
-#include "io/run_json.hpp"
-#include "io/section.hpp"
-#include "plots/figure.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/result_set.hpp"
+#include "io/files/run_json.hpp"
+#include "io/scene/open_scene.hpp"
+#include "io/scene/section.hpp"
+#include "plots/drawing/figure.hpp"
 
 namespace freeplay::cli {
 namespace {

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "io/named_file.hpp"
-#include "study/case_run.hpp"
+#include "io/scene/named_file.hpp"
+#include "study/runs/case_run.hpp"
 
 namespace CLI {
 class App;

@@ -6,8 +6,8 @@
 #include <atomic>
 #include <cmath>
 
-#include "model/scene.hpp"
-#include "sim/touches.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/touches.hpp"
 #include "values/family.hpp"
 
 namespace freeplay {

@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
+#include "dynamics/system.hpp"
 #include "formulations/make.hpp"
-#include "io/identity.hpp"
-#include "io/write_scene.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "io/files/identity.hpp"
+#include "io/scene/write_scene.hpp"
+#include "mechanism/scene.hpp"
 
 namespace freeplay {
 

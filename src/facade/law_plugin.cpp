@@ -9,10 +9,10 @@
 #include <memory>
 #include <string_view>
 
-#include "io/digest.hpp"
-#include "io/input_file.hpp"
-#include "io/visible.hpp"
-#include "model/error.hpp"
+#include "io/files/digest.hpp"
+#include "io/files/input_file.hpp"
+#include "io/files/visible.hpp"
+#include "mechanism/error.hpp"
 
 namespace freeplay {
 namespace {

@@ -9,13 +9,13 @@
 //     const char* const* freeplay_loads(void);     the loads that it stands in for, NULL after the last
 //     void freeplay_load_force(const char* load, double t, const double place[2], const double velocity[2], double force[2]);
 //
-// as model/own_law.hpp and model/own_force.hpp say of `force`. It is code of its author's that runs in this program: nothing but its
+// as mechanism/own_law.hpp and mechanism/own_force.hpp say of `force`. It is code of its author's that runs in this program: nothing but its
 // user's word loads it.
 #pragma once
 
 #include <filesystem>
 
-#include "model/outside.hpp"
+#include "mechanism/outside.hpp"
 
 namespace freeplay {
 

@@ -7,22 +7,22 @@
 #include <numbers>
 #include <string_view>
 
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/redundancy.hpp"
+#include "dynamics/system.hpp"
 #include "facade/identify.hpp"
 #include "facade/judge.hpp"
 #include "facade/simulation.hpp"
 #include "formulations/make.hpp"
-#include "io/digest.hpp"
-#include "io/identity.hpp"
-#include "io/write_scene.hpp"
-#include "model/assembly.hpp"
-#include "model/outside.hpp"
-#include "model/redundancy.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
-#include "sim/clock.hpp"
-#include "sim/sensors.hpp"
-#include "sim/trajectory.hpp"
-#include "sim/watch.hpp"
+#include "io/files/digest.hpp"
+#include "io/files/identity.hpp"
+#include "io/scene/write_scene.hpp"
+#include "mechanism/outside.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/clock.hpp"
+#include "simulation/sensors.hpp"
+#include "simulation/trajectory.hpp"
+#include "simulation/watch.hpp"
 
 namespace freeplay {
 namespace {

@@ -7,13 +7,13 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/observer.hpp"
-#include "sim/stop.hpp"
+#include "simulation/observer.hpp"
 #include "values/identity.hpp"
 #include "values/ledger.hpp"
 #include "values/result.hpp"
 #include "values/snapshot.hpp"
 #include "values/state.hpp"
+#include "values/stop.hpp"
 
 namespace freeplay {
 

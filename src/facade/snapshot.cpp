@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "io/identity.hpp"
-#include "io/output_file.hpp"
-#include "io/sealed.hpp"
+#include "io/files/identity.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/sealed.hpp"
 #include "values/memory.hpp"
 
 namespace freeplay {

@@ -9,9 +9,9 @@
 #include <sstream>
 #include <string>
 
-#include "io/input_file.hpp"
+#include "io/files/input_file.hpp"
 #include "measure/turns.hpp"
-#include "model/error.hpp"
+#include "mechanism/error.hpp"
 
 namespace freeplay {
 namespace {

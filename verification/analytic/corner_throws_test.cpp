@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

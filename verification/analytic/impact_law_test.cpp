@@ -5,10 +5,10 @@
 
 #include <random>
 
-#include "formulations/nonsmooth/impact.hpp"
-#include "formulations/nonsmooth/routh.hpp"
-#include "model/assembly.hpp"
-#include "model/scene.hpp"
+#include "dynamics/assembly/assembly.hpp"
+#include "formulations/contact/impact.hpp"
+#include "formulations/contact/routh.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/references/impact_tables.hpp"
 #include "verification/references/loose_guide.hpp"
 #include "verification/support.hpp"

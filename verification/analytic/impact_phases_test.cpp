@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "formulations/nonsmooth/impact.hpp"
+#include "formulations/contact/impact.hpp"
 
 using namespace freeplay;
 

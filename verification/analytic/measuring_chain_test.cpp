@@ -9,8 +9,8 @@
 
 #include "measure/alignment.hpp"
 #include "measure/harmonics.hpp"
-#include "measure/instrument.hpp"
 #include "measure/turns.hpp"
+#include "simulation/instrument.hpp"
 
 using namespace freeplay;
 

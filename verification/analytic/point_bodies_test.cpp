@@ -7,12 +7,12 @@
 #include <fstream>
 #include <numbers>
 
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/equilibrium.hpp"
+#include "dynamics/assembly/modes.hpp"
+#include "dynamics/system.hpp"
 #include "facade/simulation.hpp"
-#include "model/assembly.hpp"
-#include "model/equilibrium.hpp"
-#include "model/modes.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/references/cooper_verner.hpp"
 #include "verification/references/pendulum.hpp"
 #include "verification/support.hpp"

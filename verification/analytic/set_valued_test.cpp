@@ -2,7 +2,7 @@
 // kept over a thousand elastic impacts, Painlevé's rod.
 #include <catch2/catch.hpp>
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/references/block_on_slope.hpp"
 #include "verification/references/bouncing_ball.hpp"
 #include "verification/support.hpp"

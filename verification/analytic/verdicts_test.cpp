@@ -9,16 +9,16 @@
 #include <numbers>
 #include <random>
 
-#include "io/output_file.hpp"
+#include "io/files/output_file.hpp"
 #include "measure/alignment.hpp"
 #include "measure/measurement.hpp"
-#include "model/error.hpp"
-#include "model/scene.hpp"
-#include "sim/statistics.hpp"
-#include "study/calibrate.hpp"
-#include "study/ideal_turn.hpp"
-#include "study/intervals.hpp"
-#include "study/validate.hpp"
+#include "mechanism/error.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/statistics.hpp"
+#include "study/calibration/calibrate.hpp"
+#include "study/calibration/validate.hpp"
+#include "study/runs/ideal_turn.hpp"
+#include "study/sweep/intervals.hpp"
 #include "verification/references/slider_crank.hpp"
 #include "verification/support.hpp"
 

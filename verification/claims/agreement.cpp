@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 
 #include "formulations/make.hpp"
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/support.hpp"
 

@@ -2,11 +2,11 @@
 // the crank turns, in every scheme.
 #include <fmt/format.h>
 
-#include "io/write_scene.hpp"
-#include "model/assembly.hpp"
-#include "model/four_bar.hpp"
-#include "model/planar.hpp"
-#include "model/scene.hpp"
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/four_bar.hpp"
+#include "dynamics/planar.hpp"
+#include "io/scene/write_scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/four_bar_pose.hpp"
 #include "verification/references/pendulum.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "facade/simulation.hpp"
-#include "io/open_scene.hpp"
+#include "io/scene/open_scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/claims/force_claims.hpp"
 #include "verification/references/cam_follower.hpp"

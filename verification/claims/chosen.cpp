@@ -4,7 +4,7 @@
 
 #include <stdexcept>
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/handovers.hpp"
 #include "verification/piles.hpp"

@@ -1,7 +1,7 @@
 // Runs against closed forms written out by hand.
 #include <fmt/format.h>
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/block_on_slope.hpp"
 #include "verification/references/bouncing_ball.hpp"

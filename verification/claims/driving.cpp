@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "facade/simulation.hpp"
-#include "model/scene.hpp"
-#include "sim/observer.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/observer.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/drives.hpp"
 

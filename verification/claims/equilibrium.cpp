@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "dynamics/assembly/assembly.hpp"
 #include "formulations/make.hpp"
-#include "model/assembly.hpp"
 #include "verification/references/pendulum.hpp"
 #include "verification/support.hpp"
 

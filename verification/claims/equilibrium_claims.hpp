@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "model/modes.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "dynamics/assembly/modes.hpp"
+#include "dynamics/system.hpp"
+#include "mechanism/scene.hpp"
 #include "values/family.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/small_motions.hpp"

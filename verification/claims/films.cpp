@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "facade/simulation.hpp"
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/journal_bearing.hpp"
 #include "verification/support.hpp"

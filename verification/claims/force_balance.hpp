@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "model/mechanism.hpp"
-#include "sim/trajectory.hpp"
+#include "mechanism/mechanism.hpp"
+#include "simulation/trajectory.hpp"
 
 namespace freeplay::verification {
 

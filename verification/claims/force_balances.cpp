@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/options.hpp"
+#include "mechanism/options.hpp"
 #include "verification/claims/force_claims.hpp"
 
 namespace freeplay::verification::force_claims {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "facade/simulation.hpp"
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/claims/force_balance.hpp"
 #include "verification/references/slider_crank_forces.hpp"

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "facade/simulation.hpp"
-#include "model/options.hpp"
+#include "mechanism/options.hpp"
 #include "verification/claims/force_claims.hpp"
 #include "verification/references/bearing_load.hpp"
 

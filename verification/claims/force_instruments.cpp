@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "model/options.hpp"
+#include "mechanism/options.hpp"
 #include "verification/claims/force_claims.hpp"
 #include "verification/references/impulses.hpp"
 

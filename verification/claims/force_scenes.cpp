@@ -5,8 +5,8 @@
 #include <stdexcept>
 
 #include "facade/simulation.hpp"
-#include "io/csv.hpp"
-#include "model/options.hpp"
+#include "io/files/csv.hpp"
+#include "mechanism/options.hpp"
 #include "verification/claims/force_claims.hpp"
 
 namespace freeplay::verification::force_claims {

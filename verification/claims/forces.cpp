@@ -1,7 +1,7 @@
 // Forces that come out: they balance, they are those of closed forms, and their time integrals are impulses
 // and work.
-#include "model/assembly.hpp"
-#include "model/scene.hpp"
+#include "dynamics/assembly/assembly.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/claims/force_claims.hpp"
 
 namespace freeplay::verification {

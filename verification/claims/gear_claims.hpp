@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "facade/simulation.hpp"
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/gears.hpp"
 #include "verification/support.hpp"

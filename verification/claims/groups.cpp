@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "facade/simulation.hpp"
-#include "model/scene.hpp"
-#include "sim/observer.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/observer.hpp"
 #include "verification/claims/claim.hpp"
 
 namespace freeplay::verification {

@@ -3,7 +3,7 @@
 
 #include "facade/simulation.hpp"
 #include "formulations/make.hpp"
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/hertz_impact.hpp"
 #include "verification/support.hpp"

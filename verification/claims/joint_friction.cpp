@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "facade/simulation.hpp"
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/four_bar_friction.hpp"
 #include "verification/references/joint_friction.hpp"

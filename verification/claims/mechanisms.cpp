@@ -1,7 +1,7 @@
 // Published mechanisms.
 #include <fmt/format.h>
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/loose_guide.hpp"
 #include "verification/references/loose_guide_flight.hpp"

@@ -3,8 +3,8 @@
 // laws against results by hand.
 #include <fmt/format.h>
 
-#include "model/assembly.hpp"
-#include "model/scene.hpp"
+#include "dynamics/assembly/assembly.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/references/impact_tables.hpp"

@@ -1,7 +1,7 @@
 // Orders of convergence, bracketed from both sides.
 #include <numbers>
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/hertz_impact.hpp"
 #include "verification/references/pendulum.hpp"

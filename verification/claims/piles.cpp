@@ -2,7 +2,7 @@
 // ends with their ledgers closed.
 #include "verification/piles.hpp"
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/claims/force_claims.hpp"
 #include "verification/claims/piles.hpp"
 

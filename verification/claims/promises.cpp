@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "facade/simulation.hpp"
-#include "model/scene.hpp"
-#include "sim/trajectory.hpp"
-#include "study/compare.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/trajectory.hpp"
+#include "study/comparison/compare.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/support.hpp"
 

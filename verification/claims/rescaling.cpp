@@ -9,8 +9,8 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "model/scene.hpp"
-#include "study/section_run.hpp"
+#include "mechanism/scene.hpp"
+#include "study/runs/section_run.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/support.hpp"
 

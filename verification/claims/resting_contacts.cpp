@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "facade/simulation.hpp"
-#include "model/mechanism.hpp"
+#include "mechanism/mechanism.hpp"
 #include "verification/claims/equilibrium_claims.hpp"
 #include "verification/support.hpp"
 

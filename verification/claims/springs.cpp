@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "io/open_scene.hpp"
-#include "model/scene.hpp"
+#include "io/scene/open_scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/springs.hpp"
 #include "verification/support.hpp"

@@ -7,11 +7,11 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/system.hpp"
 #include "facade/simulation.hpp"
-#include "model/assembly.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
-#include "sim/statistics.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/statistics.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/support.hpp"
 

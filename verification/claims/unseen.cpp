@@ -4,8 +4,8 @@
 
 #include <random>
 
-#include "io/open_scene.hpp"
-#include "model/scene.hpp"
+#include "io/scene/open_scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/throw_at_peg.hpp"
 #include "verification/support.hpp"

@@ -6,11 +6,11 @@
 #include <cmath>
 
 #include "facade/simulation.hpp"
-#include "model/scene.hpp"
-#include "sim/touches.hpp"
-#include "study/advice.hpp"
-#include "study/case_run.hpp"
-#include "study/tradeoff.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/touches.hpp"
+#include "study/comparison/advice.hpp"
+#include "study/comparison/tradeoff.hpp"
+#include "study/runs/case_run.hpp"
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/references/loose_guide.hpp"
 #include "verification/references/slider_crank_oracle.hpp"

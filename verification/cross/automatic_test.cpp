@@ -6,9 +6,9 @@
 #include <map>
 
 #include "facade/simulation.hpp"
-#include "io/write_scene.hpp"
-#include "model/error.hpp"
-#include "model/scene.hpp"
+#include "io/scene/write_scene.hpp"
+#include "mechanism/error.hpp"
+#include "mechanism/scene.hpp"
 #include "values/memory.hpp"
 #include "verification/handovers.hpp"
 #include "verification/piles.hpp"

@@ -4,8 +4,8 @@
 
 #include <optional>
 
-#include "io/open_scene.hpp"
-#include "model/scene.hpp"
+#include "io/scene/open_scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "facade/simulation.hpp"
-#include "formulations/laws/contact_law.hpp"
-#include "model/scene.hpp"
+#include "formulations/contact/contact_law.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -2,7 +2,7 @@
 // costs, how its error falls with what is accepted, what lies between smooth motion and impacts.
 #include <catch2/catch.hpp>
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/references/block_on_slope.hpp"
 #include "verification/references/bouncing_ball.hpp"
 #include "verification/references/pendulum.hpp"

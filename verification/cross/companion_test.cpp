@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "facade/companion.hpp"
-#include "io/output_file.hpp"
-#include "io/run_folder.hpp"
-#include "model/scene.hpp"
-#include "sim/touches.hpp"
+#include "facade/run_folder.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/touches.hpp"
 #include "verification/references/bouncing_ball.hpp"
 #include "verification/support.hpp"
 

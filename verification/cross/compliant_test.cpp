@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "io/open_scene.hpp"
+#include "io/scene/open_scene.hpp"
 #include "verification/cross/snapshot_check.hpp"
 
 using namespace freeplay;

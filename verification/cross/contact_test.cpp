@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "facade/simulation.hpp"
-#include "formulations/laws/contact_law.hpp"
-#include "model/scene.hpp"
+#include "formulations/contact/contact_law.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/references/impact_tables.hpp"
 #include "verification/support.hpp"

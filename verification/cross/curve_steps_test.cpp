@@ -9,7 +9,7 @@
 #include <string>
 
 #include "facade/simulation.hpp"
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/references/curve_shapes.hpp"
 #include "verification/support.hpp"
 

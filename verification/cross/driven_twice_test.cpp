@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <vector>
 
-#include "model/assembly.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/system.hpp"
+#include "mechanism/scene.hpp"
 #include "numerics/saddle_point.hpp"
 #include "verification/support.hpp"
 

@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/references/impact_tables.hpp"
 #include "verification/references/loose_guide.hpp"
 #include "verification/support.hpp"

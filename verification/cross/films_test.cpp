@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "facade/simulation.hpp"
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/cross/snapshot_check.hpp"
 #include "verification/support.hpp"
 

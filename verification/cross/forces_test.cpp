@@ -6,10 +6,10 @@
 #include <filesystem>
 #include <variant>
 
+#include "dynamics/assembly/assembly.hpp"
 #include "facade/simulation.hpp"
-#include "model/assembly.hpp"
-#include "model/scene.hpp"
-#include "sim/trajectory.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/trajectory.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

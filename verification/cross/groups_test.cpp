@@ -9,10 +9,10 @@
 #include <random>
 #include <set>
 
-#include "model/group.hpp"
-#include "model/neighbours.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "dynamics/neighbours.hpp"
+#include "dynamics/system.hpp"
+#include "mechanism/group.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/cross/snapshot_check.hpp"
 
 using namespace freeplay;

@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "facade/simulation.hpp"
-#include "measure/instrument.hpp"
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/instrument.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -10,8 +10,8 @@
 #include "facade/simulation.hpp"
 #include "formulations/integrators/methods.hpp"
 #include "formulations/integrators/odeint_memory.hpp"
-#include "model/scene.hpp"
-#include "sim/observer.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/observer.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

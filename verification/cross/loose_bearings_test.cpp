@@ -1,7 +1,7 @@
 // All joints of the rig loose, two of them by micrometres: a hop there takes a hundredth of a step.
 #include <catch2/catch.hpp>
 
-#include "study/case_run.hpp"
+#include "study/runs/case_run.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

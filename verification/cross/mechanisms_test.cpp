@@ -3,7 +3,7 @@
 // verification/references/impact_tables.hpp.
 #include <catch2/catch.hpp>
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/references/impact_tables.hpp"
 #include "verification/support.hpp"
 

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <random>
 
-#include "formulations/nonsmooth/contact_problem.hpp"
-#include "model/scene.hpp"
+#include "formulations/contact/contact_problem.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/piles.hpp"
 #include "verification/random_contact.hpp"
 #include "verification/support.hpp"

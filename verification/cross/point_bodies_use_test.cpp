@@ -8,13 +8,13 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 
-#include "io/output_file.hpp"
-#include "plots/run_facts.hpp"
-#include "plots/table.hpp"
-#include "report/film_drawing.hpp"
-#include "report/page.hpp"
-#include "study/drift.hpp"
-#include "study/ensemble.hpp"
+#include "io/files/output_file.hpp"
+#include "plots/film/film_drawing.hpp"
+#include "plots/report/page.hpp"
+#include "plots/tables/run_facts.hpp"
+#include "plots/tables/table.hpp"
+#include "study/comparison/drift.hpp"
+#include "study/ensemble/ensemble.hpp"
 #include "verification/cross/snapshot_check.hpp"
 #include "verification/support.hpp"
 
@@ -205,7 +205,7 @@ TEST_CASE("a page and figures of a run with point bodies show their motion and t
   const auto told = test::freeplay("report " + folder.string());
   CAPTURE(told.err);
   REQUIRE(told.status == 0);
-  const auto page = snapshots::text_of(folder / "report.html");
+  const auto page = test::file_text(folder / "report.html");
   const std::string mark = "id=\"data\">";
   const auto from = page.find(mark) + mark.size();
   const auto data = json::parse(page.substr(from, page.find("</script>", from) - from));

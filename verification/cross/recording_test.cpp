@@ -10,12 +10,12 @@
 #include <sstream>
 #include <tuple>
 
+#include "facade/run_folder.hpp"
 #include "facade/simulation.hpp"
-#include "io/output_file.hpp"
-#include "io/run_folder.hpp"
-#include "io/write_scene.hpp"
-#include "measure/instrument.hpp"
-#include "model/scene.hpp"
+#include "io/files/output_file.hpp"
+#include "io/scene/write_scene.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/instrument.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

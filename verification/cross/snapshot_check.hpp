@@ -10,10 +10,10 @@
 #include <random>
 #include <set>
 #include "facade/simulation.hpp"
-#include "io/output_file.hpp"
-#include "model/scene.hpp"
-#include "sim/statistics.hpp"
-#include "sim/trajectory.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/statistics.hpp"
+#include "simulation/trajectory.hpp"
 #include "values/snapshot.hpp"
 #include "verification/piles.hpp"
 #include "verification/support.hpp"
@@ -178,11 +178,7 @@ struct Case {
   std::vector<double> knots = {};
 };
 
-inline std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-inline std::string text(const std::string& name) { return text_of(test::scene_file(name)); }
+inline std::string text(const std::string& name) { return test::file_text(test::scene_file(name)); }
 
 inline void check(const Case& c) {
   CAPTURE(c.formulation, c.set);

@@ -165,7 +165,7 @@ TEST_CASE("snapshots: what does not belong is refused, and nothing is touched", 
   // Files.
   const auto file = folder.path() / "a.snapshot";
   own.write(file);
-  const auto whole = text_of(file);
+  const auto whole = test::file_text(file);
   const auto read_refused = [&](const std::string& bytes, const std::string& why) {
     write_file(file, bytes);
     CHECK_THROWS_WITH(Snapshot::read(file), Contains(file.string()) && Contains(why));

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/cross/snapshot_check.hpp"
 #include "verification/references/bead_column.hpp"
 #include "verification/support.hpp"

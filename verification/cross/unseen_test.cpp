@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "io/open_scene.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "dynamics/system.hpp"
+#include "io/scene/open_scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

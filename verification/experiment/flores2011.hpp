@@ -6,8 +6,8 @@
 
 #include <set>
 
-#include "study/calibrate.hpp"
-#include "study/intervals.hpp"
+#include "study/calibration/calibrate.hpp"
+#include "study/sweep/intervals.hpp"
 
 namespace freeplay::verification {
 

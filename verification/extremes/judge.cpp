@@ -2,9 +2,9 @@
 
 #include <stdexcept>
 
-#include "io/run_folder.hpp"
-#include "io/run_json.hpp"
-#include "model/error.hpp"
+#include "facade/run_folder.hpp"
+#include "io/files/run_json.hpp"
+#include "mechanism/error.hpp"
 #include "verification/apart.hpp"
 #include "verification/extremes/extremes.hpp"
 #include "verification/support.hpp"

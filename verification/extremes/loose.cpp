@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/extremes/extremes.hpp"
 #include "verification/support.hpp"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/extremes/extremes.hpp"
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/references/slider_crank_oracle.hpp"

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <optional>
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/extremes/extremes.hpp"
 #include "verification/references/slider_crank.hpp"
 #include "verification/support.hpp"

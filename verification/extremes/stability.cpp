@@ -12,7 +12,7 @@
 #include <complex>
 #include <numbers>
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/extremes/extremes.hpp"
 #include "verification/references/slider_crank_oracle.hpp"
 #include "verification/support.hpp"

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "measure/measurement.hpp"
-#include "model/error.hpp"
+#include "mechanism/error.hpp"
 #include "verification/fuzz/judged.hpp"
 
 using namespace freeplay;

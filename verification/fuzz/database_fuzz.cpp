@@ -2,9 +2,9 @@
 // one SceneError or OutputError. What is opened has no definition but this program's own.
 #include <sqlite3.h>
 
-#include "io/output_file.hpp"
-#include "study/database.hpp"
-#include "study/merge.hpp"
+#include "io/files/output_file.hpp"
+#include "study/partition/merge.hpp"
+#include "study/store/database.hpp"
 #include "verification/fuzz/judged.hpp"
 
 using namespace freeplay;

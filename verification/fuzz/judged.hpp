@@ -12,7 +12,7 @@
 #include <string>
 #include <string_view>
 
-#include "io/visible.hpp"
+#include "io/files/visible.hpp"
 
 namespace freeplay::fuzz {
 

@@ -2,9 +2,9 @@
 // names; as a seal; as the state of a shard. Each is read or refused with one SceneError.
 #include <nlohmann/json.hpp>
 
-#include "model/error.hpp"
-#include "study/division.hpp"
-#include "study/shard.hpp"
+#include "mechanism/error.hpp"
+#include "study/partition/division.hpp"
+#include "study/partition/shard.hpp"
 #include "verification/fuzz/judged.hpp"
 
 using namespace freeplay;

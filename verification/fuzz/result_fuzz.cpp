@@ -1,8 +1,8 @@
 // A fuzz target for result files: run.json says how to repeat its run or is refused; tables of numbers are read or refused.
-#include "io/output_file.hpp"
-#include "io/recorded_run.hpp"
-#include "model/error.hpp"
-#include "plots/force_run.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/recorded_run.hpp"
+#include "mechanism/error.hpp"
+#include "plots/tables/force_run.hpp"
 #include "verification/fuzz/judged.hpp"
 
 using namespace freeplay;

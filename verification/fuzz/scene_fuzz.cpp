@@ -2,12 +2,12 @@
 // read has a canonical text, which reads back as the same, and is assembled or refused likewise. Nothing else may happen.
 #include <cmath>
 
-#include "io/digest.hpp"
-#include "io/located.hpp"
-#include "io/write_scene.hpp"
-#include "model/assembly.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/system.hpp"
+#include "io/files/digest.hpp"
+#include "io/scene/located.hpp"
+#include "io/scene/write_scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/fuzz/judged.hpp"
 
 using namespace freeplay;

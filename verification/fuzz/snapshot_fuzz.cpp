@@ -4,8 +4,8 @@
 #include <atomic>
 
 #include "facade/simulation.hpp"
-#include "io/sealed.hpp"
-#include "model/scene.hpp"
+#include "io/files/sealed.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/fuzz/judged.hpp"
 
 using namespace freeplay;

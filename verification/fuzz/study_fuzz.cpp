@@ -1,6 +1,6 @@
 // A fuzz target for studies: any bytes are read or refused with one SceneError.
-#include "study/case_run.hpp"
-#include "study/study.hpp"
+#include "study/runs/case_run.hpp"
+#include "study/settings/study.hpp"
 #include "verification/fuzz/judged.hpp"
 
 using namespace freeplay;

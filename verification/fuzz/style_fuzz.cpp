@@ -1,6 +1,6 @@
 // A fuzz target for style.toml: any bytes are read as a style of figures or refused with one SceneError.
-#include "model/error.hpp"
-#include "plots/style.hpp"
+#include "mechanism/error.hpp"
+#include "plots/drawing/style.hpp"
 #include "verification/fuzz/judged.hpp"
 
 using namespace freeplay;

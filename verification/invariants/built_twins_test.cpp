@@ -5,7 +5,7 @@
 #include <numbers>
 #include <random>
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/strangers/transform.hpp"
 #include "verification/support.hpp"
 

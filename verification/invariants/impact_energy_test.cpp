@@ -5,11 +5,11 @@
 
 #include <random>
 
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/system.hpp"
 #include "facade/simulation.hpp"
-#include "formulations/nonsmooth/impact.hpp"
-#include "model/assembly.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "formulations/contact/impact.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -5,8 +5,8 @@
 
 #include <random>
 
-#include "formulations/nonsmooth/impact.hpp"
-#include "model/scene.hpp"
+#include "formulations/contact/impact.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -1,7 +1,7 @@
 // Where a run must say that it cannot go on, or that it is not to be trusted.
 #include <catch2/catch.hpp>
 
-#include "io/open_scene.hpp"
+#include "io/scene/open_scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

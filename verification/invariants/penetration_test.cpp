@@ -1,7 +1,7 @@
 // Contacts do not creep through their walls, whatever the clearance and the speed.
 #include <catch2/catch.hpp>
 
-#include "io/open_scene.hpp"
+#include "io/scene/open_scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

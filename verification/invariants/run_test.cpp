@@ -9,9 +9,9 @@
 #include <string>
 
 #include "facade/simulation.hpp"
-#include "io/csv.hpp"
-#include "model/scene.hpp"
-#include "sim/statistics.hpp"
+#include "io/files/csv.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/statistics.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

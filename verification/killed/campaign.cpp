@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "io/output_file.hpp"
+#include "io/files/output_file.hpp"
 #include "verification/support.hpp"
 
 namespace freeplay::killed {

@@ -3,7 +3,7 @@
 // with it to 1e-12 s.
 #include <catch2/catch.hpp>
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "facade/simulation.hpp"
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "numerics/rosenbrock4.hpp"
 #include "verification/references/pendulum.hpp"
 #include "verification/references/seven_body.hpp"

@@ -5,9 +5,9 @@
 #include <numeric>
 
 #include "facade/simulation.hpp"
-#include "model/scene.hpp"
-#include "sim/clock.hpp"
-#include "sim/trajectory.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/clock.hpp"
+#include "simulation/trajectory.hpp"
 #include "verification/random_scenes/builder.hpp"
 
 namespace freeplay::verification::random_scenes {

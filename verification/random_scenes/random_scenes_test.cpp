@@ -7,8 +7,8 @@
 #include <numbers>
 
 #include "facade/simulation.hpp"
-#include "model/scene.hpp"
-#include "sim/trajectory.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/trajectory.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dynamics/system.hpp"
 #include "facade/simulation.hpp"
-#include "model/system.hpp"
 #include "verification/strangers/draft.hpp"
 #include "verification/strangers/subject.hpp"
 #include "verification/strangers/transform.hpp"

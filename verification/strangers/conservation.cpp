@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dynamics/elements/spring_force.hpp"
 #include "verification/strangers/subject.hpp"
 
 namespace freeplay::verification::strangers {
@@ -31,9 +32,10 @@ Energy energy_of(const Mechanism& m, const State& s) {
   for (const auto& load : m.loads) {
     if (const auto* l = std::get_if<SpringDamper>(&load)) {
       const double length = (place(l->between[1], l->at[1]) - place(l->between[0], l->at[0])).norm();
-      e.potential += l->law.energy(l->stiffness, l->free_length, length);
+      e.potential += SpringForce{l->law}.energy(l->stiffness, l->free_length, length);
     } else if (const auto* l = std::get_if<TorsionalSpringDamper>(&load)) {
-      e.potential += l->law.energy(l->stiffness, l->free_angle, angle(l->between[1]) - angle(l->between[0]));
+      e.potential += SpringForce{l->law}.energy(l->stiffness, l->free_angle,
+                                                angle(l->between[1]) - angle(l->between[0]));
     } else if (const auto* l = std::get_if<Bushing>(&load)) {
       const int i = l->between[0];
       const Vec2 d = place(l->between[1], l->at[1]) - place(i, l->at[0]),
@@ -42,7 +44,7 @@ Energy energy_of(const Mechanism& m, const State& s) {
                    turn = angle(l->between[1]) - angle(i) - l->free_angle;
       e.potential +=
           0.5 * (l->stiffness.x() * x * x + l->stiffness.y() * y * y + l->turn_stiffness * turn * turn) +
-          l->radial.energy(0, 0, d.norm());
+          SpringForce{l->radial}.energy(0, 0, d.norm());
     }
   }
   return e;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dynamics/elements.hpp"
 #include "facade/companion.hpp"
 #include "verification/strangers/draft.hpp"
 #include "verification/strangers/subject.hpp"
@@ -84,13 +85,15 @@ bool Subject::conservative() const {
   if (!m.drives.empty() || lubricated() || has<ForceLoad>(m.loads) || has<TorqueLoad>(m.loads) ||
       has<JointFriction>(m.loads))
     return false;
-  for (const auto& l : m.loads) {
-    if (const auto* s = std::get_if<SpringDamper>(&l); s && s->does_work()) return false;
-    if (const auto* s = std::get_if<TorsionalSpringDamper>(&l); s && s->does_work()) return false;
-    if (const auto* s = std::get_if<Bushing>(&l); s && s->does_work()) return false;
-    if (const auto* s = std::get_if<BumpStop>(&l); s && s->bump.damping > 0) return false;
-    if (const auto* s = std::get_if<TorsionalBumpStop>(&l); s && s->bump.damping > 0) return false;
-  }
+  const auto dissipates = [](const auto& load) {
+    const Dynamics<std::decay_t<decltype(load)>> dynamics{load};
+    if constexpr (requires { dynamics.does_work(); })
+      return dynamics.does_work();
+    else
+      return false;
+  };
+  for (const auto& load : m.loads)
+    if (std::visit(dissipates, load)) return false;
   return std::ranges::all_of(m.surfaces,
                              [](const Surface& s) { return s.restitution.value_or(1) == 1 && !s.friction; });
 }

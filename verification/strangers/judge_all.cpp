@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/strangers/strangers.hpp"
 
 namespace freeplay::verification::strangers {

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <memory>
 
+#include "dynamics/system.hpp"
 #include "facade/companion.hpp"
 #include "facade/simulation.hpp"
-#include "model/system.hpp"
-#include "sim/clock.hpp"
-#include "sim/statistics.hpp"
-#include "sim/touches.hpp"
+#include "simulation/clock.hpp"
+#include "simulation/statistics.hpp"
+#include "simulation/touches.hpp"
 #include "verification/claims/force_balance.hpp"
 #include "verification/strangers/transform.hpp"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "values/result.hpp"
 #include "verification/strangers/strangers.hpp"
 

@@ -5,8 +5,8 @@
 #include <set>
 
 #include "facade/simulation.hpp"
-#include "io/write_scene.hpp"
-#include "model/scene.hpp"
+#include "io/scene/write_scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/strangers/draft.hpp"
 #include "verification/strangers/sight.hpp"
 #include "verification/strangers/strangers.hpp"

@@ -1,7 +1,7 @@
 // The same scene said otherwise: mirrored, in other units, in another order; and nearly the same scene.
 #pragma once
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 
 namespace freeplay::verification::strangers {
 

@@ -5,7 +5,7 @@
 #include <cstdlib>
 
 #include "facade/simulation.hpp"
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/linkages.hpp"
 #include "verification/support.hpp"
 

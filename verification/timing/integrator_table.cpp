@@ -7,7 +7,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -6,14 +6,14 @@
 #include <chrono>
 #include <cstdlib>
 
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/system.hpp"
 #include "facade/simulation.hpp"
-#include "formulations/laws/contact_law.hpp"
+#include "formulations/contact/contact_law.hpp"
 #include "formulations/penalty/dynamics.hpp"
-#include "model/assembly.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "mechanism/scene.hpp"
 #include "numerics/saddle_point.hpp"
-#include "sim/statistics.hpp"
+#include "simulation/statistics.hpp"
 #include "verification/references/slider_crank_oracle.hpp"
 #include "verification/support.hpp"
 

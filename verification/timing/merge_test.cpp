@@ -8,11 +8,11 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "io/output_file.hpp"
-#include "study/divided_sweep.hpp"
-#include "study/merge.hpp"
-#include "study/shard.hpp"
-#include "study/shard_file.hpp"
+#include "io/files/output_file.hpp"
+#include "study/partition/divided_sweep.hpp"
+#include "study/partition/merge.hpp"
+#include "study/partition/shard.hpp"
+#include "study/partition/shard_file.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

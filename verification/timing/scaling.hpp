@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "model/scene.hpp"
-#include "sim/formulation.hpp"
-#include "sim/stop.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/formulation.hpp"
+#include "values/stop.hpp"
 
 namespace freeplay::verification {
 

@@ -2,12 +2,12 @@
 // ratios of interleaved runs and instruction counts are what may be compared.
 #include <benchmark/benchmark.h>
 
-#include "formulations/laws/contact_law.hpp"
-#include "formulations/nonsmooth/moreau.hpp"
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/system.hpp"
+#include "formulations/contact/contact_law.hpp"
 #include "formulations/penalty/dynamics.hpp"
-#include "model/assembly.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "formulations/time_stepping/moreau.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

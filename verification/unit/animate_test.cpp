@@ -7,11 +7,11 @@
 #include <fstream>
 #include <regex>
 
-#include "io/output_file.hpp"
-#include "model/error.hpp"
-#include "plots/table.hpp"
-#include "report/film.hpp"
-#include "report/film_drawing.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/error.hpp"
+#include "plots/film/film.hpp"
+#include "plots/film/film_drawing.hpp"
+#include "plots/tables/table.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
@@ -19,11 +19,6 @@ using namespace freeplay::report;
 using Catch::Matchers::Contains;
 
 namespace {
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// A comparison of the rig over a quarter of a turn, by the command.
 const std::filesystem::path& comparison() {
@@ -64,15 +59,17 @@ TEST_CASE("a film's frames lie at equal steps of time from one end to the other"
   auto film = film_of(comparison(), out.path(), options);
   CHECK(film.frames == 151);  // 7.5 s of film, both ends
   CHECK(files_in(out.path()) == 151);
-  CHECK_THAT(text_of(out.path() / "frame_000001.svg"), Contains("t = 0.0000 s"));
-  CHECK_THAT(text_of(out.path() / "frame_000041.svg"), Contains("t = 0.0200 s") && Contains("crank 24°"));
-  CHECK_THAT(text_of(out.path() / "frame_000151.svg"), Contains("t = 0.0750 s") && Contains("crank 90°"));
+  CHECK_THAT(test::file_text(out.path() / "frame_000001.svg"), Contains("t = 0.0000 s"));
+  CHECK_THAT(test::file_text(out.path() / "frame_000041.svg"),
+             Contains("t = 0.0200 s") && Contains("crank 24°"));
+  CHECK_THAT(test::file_text(out.path() / "frame_000151.svg"),
+             Contains("t = 0.0750 s") && Contains("crank 90°"));
   SECTION("a part of it, and an older film goes") {
     options.from = 0.01, options.until = 0.0149, options.speed = 0.02;
     film = film_of(comparison(), out.path(), options);
     CHECK(film.frames == 5);  // 10, 11, 12, 13, 14 ms
     CHECK(files_in(out.path()) == 5);
-    CHECK_THAT(text_of(out.path() / "frame_000005.svg"), Contains("t = 0.0140 s"));
+    CHECK_THAT(test::file_text(out.path() / "frame_000005.svg"), Contains("t = 0.0140 s"));
   }
   SECTION("left to itself a film takes from 8 to 20 s") {
     options.speed.reset();
@@ -164,13 +161,13 @@ TEST_CASE("what no film can be made of is refused, and an older film stays", "[a
   const test::TemporaryFolder out;
   const FilmOptions options{.svg = true, .speed = 0.1};
   REQUIRE(film_of(comparison(), out.path(), options).frames > 0);
-  const auto before = text_of(out.path() / "frame_000001.svg");
+  const auto before = test::file_text(out.path() / "frame_000001.svg");
   const auto refused = [&](const std::string& words, const std::string& why) {
     const auto told = test::freeplay(fmt::format("animate {} -o {}", words, out.path().string()));
     CAPTURE(words, told.err);
     CHECK(told.status == 2);
     CHECK_THAT(told.err, Contains(why));
-    CHECK(text_of(out.path() / "frame_000001.svg") == before);
+    CHECK(test::file_text(out.path() / "frame_000001.svg") == before);
   };
   const auto folder = comparison().string();
   refused("nowhere", "is no folder");

@@ -1,12 +1,12 @@
-#include "model/assembly.hpp"
+#include "dynamics/assembly/assembly.hpp"
 
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
 #include <cmath>
 
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "dynamics/system.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -10,7 +10,7 @@
 #include <map>
 #include <numbers>
 
-#include "study/attractor_table.hpp"
+#include "study/attractors/attractor_table.hpp"
 #include "verification/references/bouncing_on_table.hpp"
 #include "verification/support.hpp"
 

@@ -13,14 +13,14 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "dynamics/assembly/assembly.hpp"
+#include "facade/run_folder.hpp"
 #include "facade/simulation.hpp"
-#include "io/child.hpp"
-#include "io/output_estimate.hpp"
-#include "io/output_file.hpp"
-#include "io/run_folder.hpp"
-#include "model/assembly.hpp"
-#include "model/error.hpp"
-#include "model/scene.hpp"
+#include "io/files/child.hpp"
+#include "io/files/output_estimate.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/error.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

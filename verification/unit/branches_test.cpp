@@ -4,11 +4,11 @@
 
 #include <cmath>
 
-#include "io/write_scene.hpp"
-#include "model/assembly.hpp"
-#include "model/four_bar.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/four_bar.hpp"
+#include "dynamics/system.hpp"
+#include "io/scene/write_scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/references/four_bar_pose.hpp"
 #include "verification/support.hpp"
 

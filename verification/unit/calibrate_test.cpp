@@ -11,9 +11,9 @@
 #include <numbers>
 #include <random>
 
-#include "io/output_file.hpp"
-#include "model/scene.hpp"
-#include "study/calibrate.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/scene.hpp"
+#include "study/calibration/calibrate.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <random>
 
-#include "io/open_scene.hpp"
-#include "model/error.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "dynamics/system.hpp"
+#include "io/scene/open_scene.hpp"
+#include "mechanism/error.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

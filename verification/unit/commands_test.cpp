@@ -9,7 +9,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "io/output_file.hpp"
+#include "io/files/output_file.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "model/scene.hpp"
-#include "study/compare.hpp"
+#include "mechanism/scene.hpp"
+#include "study/comparison/compare.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

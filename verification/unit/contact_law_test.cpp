@@ -1,14 +1,14 @@
 // Penalty laws against the table of delivered restitutions, whose values come from the implicit equation
 // solved by bisection (verification/references/delivered_restitution.hpp), and against direct integration of
 // an impact.
-#include "formulations/laws/contact_law.hpp"
+#include "formulations/contact/contact_law.hpp"
 
 #include <catch2/catch.hpp>
 
 #include <cmath>
 
-#include "formulations/laws/friction_law.hpp"
-#include "model/error.hpp"
+#include "formulations/contact/friction_law.hpp"
+#include "mechanism/error.hpp"
 
 using namespace freeplay;
 

@@ -5,9 +5,9 @@
 #include <IpTNLP.hpp>
 #include <catch2/catch.hpp>
 
+#include "dynamics/system.hpp"
 #include "facade/simulation.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "mechanism/scene.hpp"
 #include "numerics/saddle_point.hpp"
 #include "verification/random_contact.hpp"
 #include "verification/support.hpp"

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <set>
 
-#include "io/output_file.hpp"
-#include "model/error.hpp"
-#include "study/design.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/error.hpp"
+#include "study/settings/design.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

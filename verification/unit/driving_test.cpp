@@ -8,14 +8,15 @@
 #include <numbers>
 #include <random>
 
+#include "dynamics/system.hpp"
 #include "facade/simulation.hpp"
 #include "formulations/penalty/dynamics.hpp"
-#include "io/write_scene.hpp"
-#include "model/curve.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "io/scene/write_scene.hpp"
+#include "mechanism/curve.hpp"
+#include "mechanism/piecewise.hpp"
+#include "mechanism/scene.hpp"
 #include "numerics/spline.hpp"
-#include "sim/observer.hpp"
+#include "simulation/observer.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -5,14 +5,14 @@
 #include <cmath>
 
 #include "facade/simulation.hpp"
-#include "io/open_scene.hpp"
-#include "model/error.hpp"
-#include "model/scene.hpp"
-#include "sim/trajectory.hpp"
-#include "study/divided_ensemble.hpp"
-#include "study/ensemble.hpp"
-#include "study/merge.hpp"
-#include "study/shard.hpp"
+#include "io/scene/open_scene.hpp"
+#include "mechanism/error.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/trajectory.hpp"
+#include "study/ensemble/ensemble.hpp"
+#include "study/partition/divided_ensemble.hpp"
+#include "study/partition/merge.hpp"
+#include "study/partition/shard.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <fstream>
 
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/modes.hpp"
+#include "dynamics/system.hpp"
 #include "facade/simulation.hpp"
 #include "formulations/make.hpp"
-#include "model/assembly.hpp"
-#include "model/modes.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
-#include "study/perturb.hpp"
+#include "mechanism/scene.hpp"
+#include "study/runs/perturb.hpp"
 #include "verification/strangers/strangers.hpp"
 #include "verification/support.hpp"
 

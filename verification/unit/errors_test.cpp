@@ -7,16 +7,16 @@
 #include <fstream>
 #include <sstream>
 
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/closure.hpp"
+#include "dynamics/system.hpp"
 #include "facade/simulation.hpp"
-#include "io/output_file.hpp"
-#include "io/section.hpp"
-#include "io/toml_value.hpp"
-#include "model/assembly.hpp"
-#include "model/closure.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
-#include "study/case_run.hpp"
-#include "study/study.hpp"
+#include "io/files/output_file.hpp"
+#include "io/scene/section.hpp"
+#include "io/scene/toml_value.hpp"
+#include "mechanism/scene.hpp"
+#include "study/runs/case_run.hpp"
+#include "study/settings/study.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
@@ -24,12 +24,6 @@ using Catch::Matchers::Contains;
 using Catch::Matchers::StartsWith;
 
 namespace {
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  REQUIRE(in);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 std::string said(const std::string& text, const std::vector<std::string>& overrides = {}) {
   try {
@@ -47,7 +41,7 @@ std::string with(std::string scene, const std::string& from, const std::string& 
   return scene.replace(at, from.size(), to);
 }
 
-std::string flores() { return text_of(test::flores()); }
+std::string flores() { return test::file_text(test::flores()); }
 
 /// U+`code` in UTF-8.
 std::string utf8(unsigned code) {

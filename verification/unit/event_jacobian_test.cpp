@@ -5,10 +5,10 @@
 
 #include <random>
 
+#include "dynamics/system.hpp"
 #include "facade/simulation.hpp"
-#include "formulations/nonsmooth/event_dynamics.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "formulations/event_driven/event_dynamics.hpp"
+#include "mechanism/scene.hpp"
 
 using namespace freeplay;
 

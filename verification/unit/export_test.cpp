@@ -6,18 +6,13 @@
 #include <fstream>
 #include <iterator>
 
-#include "io/output_file.hpp"
+#include "io/files/output_file.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
 
 namespace {
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// A short run of the paper's rig.
 std::string made_run(const std::filesystem::path& place) {
@@ -79,17 +74,17 @@ TEST_CASE("the same results are the same bytes of HDF5, and no link is written t
   test::TemporaryFolder folder;
   const auto run = made_run(folder.path());
   if (!has_hdf5(run)) return;
-  const auto first = text_of(folder.path() / "run/results.h5");
+  const auto first = test::file_text(folder.path() / "run/results.h5");
   CHECK(first.substr(1, 3) == "HDF");
   REQUIRE(test::freeplay("export " + run + " --hdf5 " + folder.path().string() + "/again.h5").status == 0);
-  CHECK(text_of(folder.path() / "again.h5") == first);
+  CHECK(test::file_text(folder.path() / "again.h5") == first);
   const auto other = folder.path() / "other", link = folder.path() / "link.h5";
   write_file(other, "somebody's");
   std::filesystem::create_symlink(other, link);
   const auto told = test::freeplay("export " + run + " --hdf5 " + link.string());
   CHECK(told.status == 1);
   CHECK_THAT(told.err, Contains("is a symbolic link"));
-  CHECK(text_of(other) == "somebody's");
+  CHECK(test::file_text(other) == "somebody's");
   CHECK(halves(folder.path()) == 0);
 }
 
@@ -99,7 +94,7 @@ TEST_CASE("a disk that is full leaves the older export as it was", "[program][ex
   const bool hdf5 = has_hdf5(run);
   REQUIRE(test::freeplay("export " + run + " --vtk --every 400").status == 0);
   const auto file = folder.path() / "run/results.h5", series = folder.path() / "run/vtk/mechanism.pvd";
-  const auto before = hdf5 ? text_of(file) : "", frames = text_of(series);
+  const auto before = hdf5 ? test::file_text(file) : "", frames = test::file_text(series);
   const auto handler = std::signal(SIGXFSZ, SIG_IGN);
   rlimit limit{};
   getrlimit(RLIMIT_FSIZE, &limit);
@@ -110,12 +105,12 @@ TEST_CASE("a disk that is full leaves the older export as it was", "[program][ex
   setrlimit(RLIMIT_FSIZE, &limit);
   std::signal(SIGXFSZ, handler);
   CHECK(of_vtk.status == 1);
-  CHECK(text_of(series) == frames);
+  CHECK(test::file_text(series) == frames);
   if (hdf5) {
     CAPTURE(told.err);
     CHECK(told.status == 1);
     CHECK_THAT(told.err, Contains("results.h5: cannot"));
-    CHECK(text_of(file) == before);
+    CHECK(test::file_text(file) == before);
   }
   CHECK(halves(folder.path()) == 0);
 }

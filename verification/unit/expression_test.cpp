@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "study/expression.hpp"
+#include "study/settings/expression.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -8,11 +8,11 @@
 #include <set>
 #include <sstream>
 
-#include "io/input_file.hpp"
-#include "io/output_file.hpp"
-#include "io/visible.hpp"
-#include "plots/figure.hpp"
-#include "plots/gnuplot.hpp"
+#include "io/files/input_file.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/visible.hpp"
+#include "plots/drawing/figure.hpp"
+#include "plots/drawing/gnuplot.hpp"
 #include "verification/support.hpp"
 #include "verification/unit/hostile.hpp"
 

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "io/output_file.hpp"
+#include "io/files/output_file.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
@@ -17,16 +17,11 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 nlohmann::json provenance_of(const std::filesystem::path& scene) {
   return {{"version", "0"},
           {"commit", "none"},
           {"scene_file", "scene.toml"},
-          {"scene", text_of(scene)},
+          {"scene", test::file_text(scene)},
           {"overrides", nlohmann::json::array()},
           {"options", {{"run", {{"duration", 1.0}, {"discard", 0.0}}}}}};
 }
@@ -122,7 +117,7 @@ TEST_CASE("figures of forces: reactions, bearing loads and torque over the last 
     CHECK_FALSE(std::filesystem::exists(out / "figures" / (std::string(name) + ".gp")));
 
   // The last turn that begins at a multiple of 360°, each mean in the middle of its interval.
-  std::istringstream data(text_of(out / "figures/reaction_gudgeon.dat"));
+  std::istringstream data(test::file_text(out / "figures/reaction_gudgeon.dat"));
   std::string line;
   std::getline(data, line);
   CHECK(line == "# penalty: angle (degrees), |F| (N), F_x (N), F_y (N)");
@@ -137,13 +132,13 @@ TEST_CASE("figures of forces: reactions, bearing loads and torque over the last 
   CHECK(rows[99][1] == Approx(10));
   CHECK(rows[99][2] == Approx(-10));
 
-  const auto script = text_of(out / "figures/reaction_gudgeon.gp");
+  const auto script = test::file_text(out / "figures/reaction_gudgeon.gp");
   CHECK_THAT(script, Contains("gudgeon: force on slider") && Contains("last turn, means over 1.5 ms") &&
                          Contains("nonsmooth 1 of 200") && !Contains("penalty 1 of") &&
                          Contains("title \"ideal joint\""));
-  CHECK_THAT(text_of(out / "figures/bearing_load_gudgeon.gp"), Contains("outside: 1 of 200"));
-  CHECK_THAT(text_of(out / "figures/reaction_guide.gp"), !Contains("F_x") && Contains("F_y"));
-  CHECK_THAT(text_of(out / "figures/drive_torque.gp"), Contains("motor") && !Contains("twist"));
+  CHECK_THAT(test::file_text(out / "figures/bearing_load_gudgeon.gp"), Contains("outside: 1 of 200"));
+  CHECK_THAT(test::file_text(out / "figures/reaction_guide.gp"), !Contains("F_x") && Contains("F_y"));
+  CHECK_THAT(test::file_text(out / "figures/drive_torque.gp"), Contains("motor") && !Contains("twist"));
 }
 
 TEST_CASE("figures of forces: one run, no drive, four corners, empty columns", "[figures]") {
@@ -168,13 +163,13 @@ TEST_CASE("figures of forces: one run, no drive, four corners, empty columns", "
   check_drawn(out, {"reaction_main", "reaction_guide", "bearing_load_main"});
   for (const char* name : {"reaction_pin", "bearing_load_pin", "bearing_load_guide", "drive_torque"})
     CHECK_FALSE(std::filesystem::exists(out / "figures" / (std::string(name) + ".gp")));
-  const auto script = text_of(out / "figures/reaction_guide.gp");
+  const auto script = test::file_text(out / "figures/reaction_guide.gp");
   CHECK_THAT(script, Contains("Time (s): whole run, means over 120 \\302\\265s") && Contains("all corners") &&
                          Contains("front upper") && Contains("title \"nonsmooth\"") &&
                          !Contains("\"penalty\""));
-  CHECK_THAT(text_of(out / "figures/reaction_guide.dat"), Contains("rear lower |F| (N)"));
+  CHECK_THAT(test::file_text(out / "figures/reaction_guide.dat"), Contains("rear lower |F| (N)"));
   // Three rows merged into one keep their mean: 5 + (sin 0.012 + sin 0.024 + sin 0.036)/3.
-  std::istringstream data(text_of(out / "figures/reaction_main.dat"));
+  std::istringstream data(test::file_text(out / "figures/reaction_main.dat"));
   std::string header;
   std::getline(data, header);
   double t = 0, size = 0, fx = 0, fy = 0;
@@ -183,7 +178,7 @@ TEST_CASE("figures of forces: one run, no drive, four corners, empty columns", "
   CHECK(fy == Approx(5.024).epsilon(1e-5));
 
   // Unreadable scenes cost the crank angle and what is known of joints, not the figures.
-  auto document = nlohmann::json::parse(text_of(out / "run.json"));
+  auto document = nlohmann::json::parse(test::file_text(out / "run.json"));
   document["provenance"]["scene"] = "no scene [";
   write_file(out / "run.json", document.dump());
   std::filesystem::remove_all(out / "figures");
@@ -215,10 +210,10 @@ TEST_CASE("figures of forces: constant reactions that mechanics does not determi
                      " --formulation penalty --forces --set run.duration=0.01 -o " + out.string());
   REQUIRE(run.status == 0);
   CHECK_THAT(run.out, Contains("does not determine the reactions of guide, second-guide"));
-  CHECK(nlohmann::json::parse(text_of(out / "run.json"))["undetermined_reactions"].size() == 2);
+  CHECK(nlohmann::json::parse(test::file_text(out / "run.json"))["undetermined_reactions"].size() == 2);
   const auto drawn = test::freeplay("figures " + out.string());
   CHECK(drawn.status == 0);
   CHECK_THAT(drawn.out, Contains("reaction_guide.pdf"));
   CHECK(std::filesystem::file_size(out / "figures/reaction_guide.png") > 1000);
-  CHECK_THAT(text_of(out / "figures/reaction_guide.gp"), Contains("not determined by mechanics"));
+  CHECK_THAT(test::file_text(out / "figures/reaction_guide.gp"), Contains("not determined by mechanics"));
 }

@@ -13,9 +13,9 @@
 #include <set>
 #include <sstream>
 
-#include "io/output_file.hpp"
-#include "model/error.hpp"
-#include "study/sweep.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/error.hpp"
+#include "study/sweep/sweep.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

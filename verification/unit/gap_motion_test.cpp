@@ -1,5 +1,5 @@
 // Bounds on a gap within a step, against the gap itself finely sampled, over random motions.
-#include "model/gap_motion.hpp"
+#include "dynamics/gap_motion.hpp"
 
 #include <catch2/catch.hpp>
 

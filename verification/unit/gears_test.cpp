@@ -5,11 +5,11 @@
 #include <random>
 #include <stdexcept>
 
+#include "dynamics/system.hpp"
 #include "facade/simulation.hpp"
-#include "io/write_scene.hpp"
-#include "model/error.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "io/scene/write_scene.hpp"
+#include "mechanism/error.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/references/gears.hpp"
 
 using namespace freeplay;

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <sstream>
 
-#include "io/section.hpp"
-#include "io/spelling.hpp"
+#include "io/scene/section.hpp"
+#include "io/scene/spelling.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -13,8 +13,8 @@
 #include <iterator>
 #include <thread>
 
-#include "io/input_file.hpp"
-#include "io/output_file.hpp"
+#include "io/files/input_file.hpp"
+#include "io/files/output_file.hpp"
 #include "verification/support.hpp"
 
 namespace freeplay::test {

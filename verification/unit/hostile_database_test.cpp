@@ -12,10 +12,10 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "io/digest.hpp"
-#include "io/output_file.hpp"
-#include "study/database.hpp"
-#include "study/shard_file.hpp"
+#include "io/files/digest.hpp"
+#include "io/files/output_file.hpp"
+#include "study/partition/shard_file.hpp"
+#include "study/store/database.hpp"
 #include "verification/support.hpp"
 #include "verification/unit/hostile.hpp"
 

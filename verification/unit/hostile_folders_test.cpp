@@ -7,18 +7,13 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "io/output_file.hpp"
+#include "io/files/output_file.hpp"
 #include "verification/support.hpp"
 #include "verification/unit/hostile.hpp"
 
 using namespace freeplay;
 
 namespace {
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// Replaces every string of a document, and every number where `numbers`.
 void infect(nlohmann::json& at, const std::string& text, bool numbers) {
@@ -101,7 +96,7 @@ TEST_CASE("a stranger's texts in the folders of every verb", "[security][hostile
     for (std::size_t i = 0; i < texts.size(); ++i) {
       const auto place = fmt::format("r{}-{}", m, i);
       for (std::size_t f = 0; f < files.size(); ++f) {
-        auto text = text_of(bait.folder / made / files[f]);
+        auto text = test::file_text(bait.folder / made / files[f]);
         if (f == i % files.size() && files[f].extension() == ".json") {
           auto document = nlohmann::json::parse(text);
           infect(document, texts[i], i / files.size() % 2 == 1);
@@ -115,7 +110,7 @@ TEST_CASE("a stranger's texts in the folders of every verb", "[security][hostile
       run({"figures", place});
       if (run({"report", place}) == 0) {
         // The page's own two scripts and no element more, whatever the files say.
-        const auto page = text_of(bait.folder / place / "report.html");
+        const auto page = test::file_text(bait.folder / place / "report.html");
         CHECK(count(page, "<script") == 2);
         CHECK(count(page, "</script") == 2);
         CHECK(count(page, "<title") == 1);

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "io/output_file.hpp"
+#include "io/files/output_file.hpp"
 #include "verification/support.hpp"
 #include "verification/unit/hostile.hpp"
 

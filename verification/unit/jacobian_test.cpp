@@ -6,10 +6,10 @@
 
 #include <random>
 
+#include "dynamics/system.hpp"
 #include "formulations/penalty/dynamics.hpp"
-#include "model/laws.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "mechanism/laws.hpp"
+#include "mechanism/scene.hpp"
 
 using namespace freeplay;
 

@@ -6,11 +6,11 @@
 #include <random>
 
 #include "facade/simulation.hpp"
-#include "formulations/laws/coupled_friction.hpp"
-#include "formulations/nonsmooth/bound_iteration.hpp"
+#include "formulations/contact/bound_iteration.hpp"
+#include "formulations/contact/coupled_friction.hpp"
 #include "formulations/penalty/dynamics.hpp"
-#include "io/write_scene.hpp"
-#include "model/scene.hpp"
+#include "io/scene/write_scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/cross/snapshot_check.hpp"
 #include "verification/support.hpp"
 

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/system.hpp"
 #include "facade/judge.hpp"
-#include "io/run_json.hpp"
-#include "model/assembly.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "io/files/run_json.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/references/hertz_impact.hpp"
 #include "verification/support.hpp"
 

@@ -9,8 +9,8 @@
 #include <fstream>
 #include <random>
 
-#include "model/four_bar.hpp"
-#include "model/mechanism.hpp"
+#include "dynamics/assembly/four_bar.hpp"
+#include "mechanism/mechanism.hpp"
 #include "numerics/rank.hpp"
 #include "verification/support.hpp"
 

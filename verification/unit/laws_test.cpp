@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formulations/laws/contact_law.hpp"
-#include "formulations/laws/friction_law.hpp"
-#include "model/laws.hpp"
-#include "model/scene.hpp"
+#include "formulations/contact/contact_law.hpp"
+#include "formulations/contact/friction_law.hpp"
+#include "mechanism/laws.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/support.hpp"
 

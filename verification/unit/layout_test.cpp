@@ -6,8 +6,8 @@
 #include <sstream>
 
 #include "cli/wrapped.hpp"
-#include "model/scene.hpp"
-#include "study/compare.hpp"
+#include "mechanism/scene.hpp"
+#include "study/comparison/compare.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -8,7 +8,7 @@
 #include <optional>
 #include <random>
 
-#include "formulations/nonsmooth/contact_problem.hpp"
+#include "formulations/contact/contact_problem.hpp"
 
 using namespace freeplay;
 

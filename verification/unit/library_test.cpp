@@ -15,10 +15,10 @@
 #include <sstream>
 #include <thread>
 
+#include "dynamics/assembly/assembly.hpp"
 #include "freeplay.hpp"
-#include "io/output_file.hpp"
-#include "model/assembly.hpp"
-#include "model/scene.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

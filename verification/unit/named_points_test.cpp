@@ -1,8 +1,8 @@
 // Points of a body by name, in a frame of the author's choice.
 #include <catch2/catch.hpp>
 
-#include "io/write_scene.hpp"
-#include "model/scene.hpp"
+#include "io/scene/write_scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -3,10 +3,10 @@
 
 #include <cmath>
 
-#include "io/open_scene.hpp"
-#include "model/scene.hpp"
-#include "study/near_pose.hpp"
-#include "study/perturb.hpp"
+#include "io/scene/open_scene.hpp"
+#include "mechanism/scene.hpp"
+#include "study/runs/near_pose.hpp"
+#include "study/runs/perturb.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

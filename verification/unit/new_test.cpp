@@ -5,18 +5,13 @@
 #include <sstream>
 
 #include "facade/simulation.hpp"
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
 
 namespace {
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 std::vector<std::string> kinds() {
   std::vector<std::string> names;
@@ -37,8 +32,9 @@ TEST_CASE("every new scene is commented and runs in both formulations", "[new]")
     const auto made = test::freeplay("new " + kind + " -o " + file.string());
     CAPTURE(made.err);
     REQUIRE(made.status == 0);
-    CHECK(text_of(file) == text_of(test::source_folder() / "src/cli/templates" / (kind + ".toml")));
-    CHECK_THAT(text_of(file), Contains("# "));
+    CHECK(test::file_text(file) ==
+          test::file_text(test::source_folder() / "src/cli/templates" / (kind + ".toml")));
+    CHECK_THAT(test::file_text(file), Contains("# "));
     auto scene = read_scene(file);
     scene.run.duration = 0.02;
     CHECK(scene.idle.empty());
@@ -57,7 +53,7 @@ TEST_CASE("a new scene never takes the place of a file", "[new][errors]") {
   auto refused = test::freeplay("new pendulum -o " + file.string());
   CHECK(refused.status == 2);
   CHECK_THAT(refused.err, Contains("mine.toml: is there already and is left as it is"));
-  CHECK(text_of(file) == "mine");
+  CHECK(test::file_text(file) == "mine");
   std::filesystem::create_symlink(folder.path() / "nowhere.toml", folder.path() / "link.toml");
   CHECK(test::freeplay("new pendulum -o " + (folder.path() / "link.toml").string()).status == 2);
   CHECK(!std::filesystem::exists(folder.path() / "nowhere.toml"));
@@ -90,5 +86,5 @@ TEST_CASE("check draws the assembled pose, whatever names and titles a scene has
   check(test::scene_file("bouncing_ball").string());
   check(test::scene_file("hanging_mass").string());
   check(test::scene_file("cradle").string());
-  CHECK_THAT(text_of(out / "figures/pose.gp"), !Contains("system"));
+  CHECK_THAT(test::file_text(out / "figures/pose.gp"), !Contains("system"));
 }

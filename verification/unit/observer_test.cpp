@@ -3,11 +3,11 @@
 
 #include <cmath>
 
+#include "facade/run_folder.hpp"
 #include "facade/simulation.hpp"
-#include "io/output_file.hpp"
-#include "io/run_folder.hpp"
-#include "model/scene.hpp"
-#include "sim/trajectory.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/trajectory.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -9,11 +9,11 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "io/output_file.hpp"
-#include "measure/instrument.hpp"
-#include "sim/contact_log.hpp"
-#include "sim/statistics.hpp"
-#include "study/compare.hpp"
+#include "io/files/output_file.hpp"
+#include "simulation/contact_log.hpp"
+#include "simulation/instrument.hpp"
+#include "simulation/statistics.hpp"
+#include "study/comparison/compare.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -9,9 +9,9 @@
 
 #include "facade/law_plugin.hpp"
 #include "facade/simulation.hpp"
-#include "io/output_file.hpp"
-#include "model/outside.hpp"
-#include "model/scene.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/outside.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -1,5 +1,5 @@
 // Keys that only some laws, integrators and schemes read: refused under the others, in a file and as an option; and what is
-// read has an effect. The rows of own_keys() (model/options.hpp) say which; here it is derived again from runs.
+// read has an effect. The rows of own_keys() (mechanism/options.hpp) say which; here it is derived again from runs.
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "io/recorded_run.hpp"
-#include "io/schema.hpp"
-#include "io/write_scene.hpp"
-#include "model/scene.hpp"
+#include "io/files/recorded_run.hpp"
+#include "io/scene/schema.hpp"
+#include "io/scene/write_scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/piles.hpp"
 #include "verification/support.hpp"
 
@@ -281,7 +281,7 @@ TEST_CASE("revolutions and seconds have the same bounds", "[scene]") {
   const auto turning = bare.substr(0, bare.find("[run]")) +
                        "[joints.pin]\ntype = \"revolute\"\nbetween = [\"ground\", \"b\"]\n"
                        "[drives.d]\njoint = \"pin\"\nspeed = 2.0\n[run]\n";
-  // 2 rad/s: a turn of π s. The bounds of seconds are 1e-18 and 1e9 (model/magnitude.hpp).
+  // 2 rad/s: a turn of π s. The bounds of seconds are 1e-18 and 1e9 (mechanism/magnitude.hpp).
   CHECK(said(turning + "revolutions = 3e8\n") == "accepted");
   CHECK_THAT(said(turning + "revolutions = 4e8\n"),
              Contains("s.toml:11:15: run.revolutions: must be at most 1e+09 s, is 125663706"));

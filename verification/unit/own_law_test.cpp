@@ -7,13 +7,13 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "dynamics/system.hpp"
 #include "facade/law_plugin.hpp"
 #include "facade/simulation.hpp"
-#include "formulations/laws/contact_law.hpp"
-#include "io/output_file.hpp"
-#include "model/error.hpp"
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "formulations/contact/contact_law.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/error.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -9,11 +9,11 @@
 #include <optional>
 #include <string>
 
+#include "dynamics/assembly/whole_turn.hpp"
 #include "facade/judge.hpp"
-#include "model/scene.hpp"
-#include "model/sense.hpp"
-#include "model/whole_turn.hpp"
-#include "sim/progress.hpp"
+#include "mechanism/scene.hpp"
+#include "mechanism/sense.hpp"
+#include "simulation/progress.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
@@ -21,14 +21,9 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-std::string contents(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 /// The text of flores' scene with another rod, m between its pins, and without what `gone` begins.
 std::string flores(double rod, bool loose, bool guided = true) {
-  auto text = contents(test::flores());
+  auto text = test::file_text(test::flores());
   const auto replace = [&](const std::string& a, const std::string& b) {
     REQUIRE(text.find(a) != text.npos);
     text.replace(text.find(a), a.size(), b);

@@ -8,25 +8,20 @@
 #include <numbers>
 #include <sstream>
 
-#include "io/csv.hpp"
-#include "io/output_file.hpp"
-#include "model/error.hpp"
-#include "model/planar.hpp"
-#include "plots/column_plot.hpp"
-#include "plots/loose_joints.hpp"
-#include "plots/spectrum.hpp"
-#include "sim/columns.hpp"
+#include "dynamics/planar.hpp"
+#include "io/files/csv.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/error.hpp"
+#include "plots/drawing/column_plot.hpp"
+#include "plots/drawing/spectrum.hpp"
+#include "plots/tables/loose_joints.hpp"
+#include "simulation/columns.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
 
 namespace {
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 void write_run(const std::filesystem::path& folder, const std::string& scene, double duration) {
   make_folder(folder);
@@ -44,7 +39,7 @@ void write_run(const std::filesystem::path& folder, const std::string& scene, do
 
 /// The blocks of a figure's data: rows of numbers.
 std::vector<std::vector<std::vector<double>>> data_of(const std::filesystem::path& file) {
-  std::istringstream in(text_of(file));
+  std::istringstream in(test::file_text(file));
   std::vector<std::vector<std::vector<double>>> blocks;
   std::string line;
   while (std::getline(in, line)) {
@@ -151,7 +146,7 @@ TEST_CASE("freeplay plot draws what is asked for and lists what there is", "[fig
   REQUIRE(o.status == 0);
   CHECK_THAT(o.out, Contains("one/figures/mine.pdf"));
   // b.y (m) and b.ax (m/s²) apart, p.fx by itself: three panels of two runs.
-  const auto script = text_of(one / "figures/mine.gp");
+  const auto script = test::file_text(one / "figures/mine.gp");
   CHECK(count(script, "\nplot ") == 3);
   CHECK_THAT(script, Contains("set xlabel \"b.x (m)\"") && Contains("set ylabel \"b.y (m)\"") &&
                          Contains("set ylabel \"p.fx (N)\"") && Contains("title \"one\"") &&
@@ -187,7 +182,7 @@ TEST_CASE("freeplay plot draws what is asked for and lists what there is", "[fig
 
   // A file with a header alone, as events.csv of a run that touches nothing, and one with nothing at all.
   for (const char* file : {"events.csv", "trajectory.csv"}) {
-    const auto whole = text_of(one / file);
+    const auto whole = test::file_text(one / file);
     write_file(one / file, whole.substr(0, whole.find('\n') + 1));
     refused(file == std::string("events.csv") ? "--y impulse_n" : "--y b.x",
             (std::string(file) + ": has no rows").c_str());
@@ -305,8 +300,8 @@ TEST_CASE("loose joints stand within their play, so many to a page", "[figures][
     const auto file = place / "figures" / (name + ".gp");
     if (!std::filesystem::exists(file)) break;
     ++pages;
-    panels += count(text_of(file), "\nplot ");
-    const auto png = text_of(place / "figures" / (name + ".png"));
+    panels += count(test::file_text(file), "\nplot ");
+    const auto png = test::file_text(place / "figures" / (name + ".png"));
     const auto height = 256 * static_cast<unsigned char>(png[22]) + static_cast<unsigned char>(png[23]);
     CHECK(height <= 2300);  // 23 cm at 100 dots each
     CHECK(height > 400);
@@ -332,7 +327,7 @@ TEST_CASE("a run draws its figures, and drawing changes nothing", "[figures][plo
   const std::filesystem::path figures = out + "/figures";
   REQUIRE(test::freeplay(line + " --no-figures").status == 0);
   CHECK_FALSE(std::filesystem::exists(figures));
-  const auto bytes = [&](const char* file) { return text_of(std::filesystem::path(out) / file); };
+  const auto bytes = [&](const char* file) { return test::file_text(std::filesystem::path(out) / file); };
   const std::string before[] = {bytes("trajectory.csv"), bytes("events.csv"), bytes("signals.csv")};
 
   const auto drawn = test::freeplay(line + " --plot gudgeon.gap,slider.vx");
@@ -346,7 +341,7 @@ TEST_CASE("a run draws its figures, and drawing changes nothing", "[figures][plo
       CHECK(std::filesystem::exists(figures / (std::string(name) + suffix)));
   }
   // A twentieth of a turn: what is first and what is last are the same, and stand once.
-  const auto orbit = text_of(figures / "journal_orbit.gp");
+  const auto orbit = test::file_text(figures / "journal_orbit.gp");
   CHECK(count(orbit, "\nplot ") == 1);
   CHECK_THAT(orbit, Contains("whole run") && !Contains("first turn"));
   CHECK(bytes("trajectory.csv") == before[0]);

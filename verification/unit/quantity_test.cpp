@@ -1,13 +1,13 @@
 // Numbers with a unit as text: every unit there and back, digits, dimensions, and where a scene takes them.
-#include "io/quantity.hpp"
+#include "io/scene/quantity.hpp"
 
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
 #include <numbers>
 
-#include "io/write_scene.hpp"
-#include "model/scene.hpp"
+#include "io/scene/write_scene.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -5,22 +5,16 @@
 #include <fstream>
 #include <sstream>
 
-#include "io/output_file.hpp"
-#include "io/schema.hpp"
-#include "model/scene.hpp"
-#include "study/calibrate.hpp"
+#include "io/files/output_file.hpp"
+#include "io/scene/schema.hpp"
+#include "mechanism/scene.hpp"
+#include "study/calibration/calibrate.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
 
 namespace {
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  REQUIRE(in);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 std::string message(const std::string& text) {
   try {
@@ -59,7 +53,7 @@ starts = 1
 
 TEST_CASE("a key that no reader knows is refused in every table of every kind", "[scene][refused]") {
   // One scene has each kind of everything; a drive by torque is one of them, and at a prescribed speed another.
-  const auto lines = lines_of(text_of(test::scene_file("every_key")));
+  const auto lines = lines_of(test::file_text(test::scene_file("every_key")));
   int tables = 0, keys = 0;
   for (std::size_t i = 0; i < lines.size(); ++i) {
     auto changed = lines;

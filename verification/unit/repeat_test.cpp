@@ -9,14 +9,14 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "dynamics/assembly/assembly.hpp"
+#include "facade/run_folder.hpp"
 #include "facade/simulation.hpp"
-#include "io/digest.hpp"
-#include "io/output_file.hpp"
-#include "io/run_folder.hpp"
-#include "io/write_scene.hpp"
-#include "model/assembly.hpp"
-#include "model/scene.hpp"
-#include "study/compare.hpp"
+#include "io/files/digest.hpp"
+#include "io/files/output_file.hpp"
+#include "io/scene/write_scene.hpp"
+#include "mechanism/scene.hpp"
+#include "study/comparison/compare.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

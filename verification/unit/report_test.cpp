@@ -1,6 +1,6 @@
 // The page of a result folder: nothing lost by thinning, texts as data, sizes, and folders that have none. What the page does in
 // a browser is judged by scripts/report-test.
-#include "report/report.hpp"
+#include "plots/report/report.hpp"
 
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
@@ -10,13 +10,13 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "io/output_file.hpp"
-#include "model/error.hpp"
-#include "model/scene.hpp"
-#include "plots/table.hpp"
-#include "report/page.hpp"
-#include "report/thinning.hpp"
-#include "study/compare.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/error.hpp"
+#include "mechanism/scene.hpp"
+#include "plots/report/page.hpp"
+#include "plots/report/thinning.hpp"
+#include "plots/tables/table.hpp"
+#include "study/comparison/compare.hpp"
 #include "verification/support.hpp"
 #include "verification/unit/hostile.hpp"
 

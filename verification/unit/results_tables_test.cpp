@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "study/results.hpp"
-#include "study/results_tables.hpp"
+#include "study/store/results.hpp"
+#include "study/store/results_tables.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

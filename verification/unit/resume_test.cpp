@@ -18,9 +18,9 @@
 #include <random>
 #include <thread>
 
-#include "io/open_scene.hpp"
-#include "io/output_file.hpp"
-#include "io/run_folder.hpp"
+#include "facade/run_folder.hpp"
+#include "io/files/output_file.hpp"
+#include "io/scene/open_scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

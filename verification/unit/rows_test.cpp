@@ -6,10 +6,10 @@
 #include <fstream>
 #include <string>
 
+#include "facade/run_folder.hpp"
 #include "facade/simulation.hpp"
-#include "io/run_folder.hpp"
-#include "model/scene.hpp"
-#include "sim/trajectory.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/trajectory.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -1,6 +1,6 @@
 // Reading scenes: the reference scene, overrides, every kind of bad input with the message it must get, and
 // docs/scene.md in step with the schema.
-#include "model/scene.hpp"
+#include "mechanism/scene.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -8,9 +8,9 @@
 #include <numbers>
 #include <sstream>
 
-#include "io/schema.hpp"
-#include "io/write_scene.hpp"
-#include "model/magnitude.hpp"
+#include "io/scene/schema.hpp"
+#include "io/scene/write_scene.hpp"
+#include "mechanism/magnitude.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

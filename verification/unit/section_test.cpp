@@ -10,9 +10,9 @@
 #include <numbers>
 
 #include "facade/simulation.hpp"
-#include "io/output_file.hpp"
-#include "model/scene.hpp"
-#include "study/section_run.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/scene.hpp"
+#include "study/runs/section_run.hpp"
 #include "verification/references/bouncing_on_table.hpp"
 #include "verification/support.hpp"
 

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "model/scene.hpp"
-#include "model/sense.hpp"
-#include "study/data_units.hpp"
+#include "mechanism/scene.hpp"
+#include "mechanism/sense.hpp"
+#include "study/calibration/data_units.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -8,13 +8,13 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "io/output_file.hpp"
-#include "model/error.hpp"
-#include "study/divided_sweep.hpp"
-#include "study/merge.hpp"
-#include "study/shard.hpp"
-#include "study/shard_file.hpp"
-#include "study/sweep.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/error.hpp"
+#include "study/partition/divided_sweep.hpp"
+#include "study/partition/merge.hpp"
+#include "study/partition/shard.hpp"
+#include "study/partition/shard_file.hpp"
+#include "study/sweep/sweep.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -14,12 +14,12 @@
 #include <thread>
 
 #include "cli/default_folder.hpp"
-#include "io/open_scene.hpp"
-#include "io/output_file.hpp"
-#include "io/result_set.hpp"
-#include "io/run_folder.hpp"
-#include "model/scene.hpp"
-#include "study/sweep.hpp"
+#include "facade/run_folder.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/result_set.hpp"
+#include "io/scene/open_scene.hpp"
+#include "mechanism/scene.hpp"
+#include "study/sweep/sweep.hpp"
 #include "verification/killed/contents.hpp"
 #include "verification/killed/process.hpp"
 #include "verification/support.hpp"
@@ -29,11 +29,6 @@ using Catch::Matchers::Contains;
 using killed::runs_in;
 
 namespace {
-
-std::string bytes_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
   const auto at = text.find(from);
@@ -46,7 +41,7 @@ struct Desk {
   test::TemporaryFolder folder;
   std::filesystem::path scene = folder.path() / "scene.toml", study = folder.path() / "study.toml",
                         out = folder.path() / "out";
-  std::string scene_text = bytes_of(test::source_folder() / "cases/flores2011-experiment/guide.toml");
+  std::string scene_text = test::file_text(test::source_folder() / "cases/flores2011-experiment/guide.toml");
   std::string study_text = R"(scene = "scene.toml"
 claims = "flores2011"
 joint = "gudgeon"
@@ -310,7 +305,7 @@ TEST_CASE("a lock that is planted leads nowhere", "[folders]") {
   std::filesystem::remove(lock);
   std::filesystem::create_hard_link(victim, lock);
   CHECK_THROWS_WITH(FolderLock(folder.path() / "out", "run"), Contains("must be a file of its own"));
-  CHECK(bytes_of(victim) == "kept");
+  CHECK(test::file_text(victim) == "kept");
 }
 
 TEST_CASE("results are replaced as a whole, and links lead nowhere", "[folders]") {
@@ -329,18 +324,18 @@ TEST_CASE("results are replaced as a whole, and links lead nowhere", "[folders]"
   make("one", true);
   write_file(out / "penalty/notes.txt", "the user's");
   make("two", false);
-  CHECK(bytes_of(out / "comparison.json") == "one");
+  CHECK(test::file_text(out / "comparison.json") == "one");
   make("two", true);
-  CHECK(bytes_of(out / "penalty/run.json") == "two");
+  CHECK(test::file_text(out / "penalty/run.json") == "two");
   CHECK_FALSE(std::filesystem::exists(out / "penalty/forces.csv"));  // of the older
-  CHECK(bytes_of(out / "penalty/notes.txt") == "the user's");
+  CHECK(test::file_text(out / "penalty/notes.txt") == "the user's");
   // A folder that leads elsewhere.
   make_folder(folder.path() / "elsewhere");
   write_file(folder.path() / "elsewhere/run.json", "kept");
   std::filesystem::remove_all(out / "penalty");
   std::filesystem::create_directory_symlink(folder.path() / "elsewhere", out / "penalty");
   CHECK_THROWS_WITH(make("three", true), Contains("is a link"));
-  CHECK(bytes_of(folder.path() / "elsewhere/run.json") == "kept");
+  CHECK(test::file_text(folder.path() / "elsewhere/run.json") == "kept");
 }
 
 TEST_CASE("a half-moved set that somebody planted moves what a verb makes, and through no link",
@@ -354,8 +349,8 @@ TEST_CASE("a half-moved set that somebody planted moves what a verb makes, and t
   write_file(out / ".laws.complete/laws.json", "{}");
   std::filesystem::create_directory_symlink(home, out / "a");
   settle_result_sets(out);
-  CHECK(bytes_of(home / "keys/one") == "kept");
-  CHECK(bytes_of(out / "laws.json") == "{}");
+  CHECK(test::file_text(home / "keys/one") == "kept");
+  CHECK(test::file_text(out / "laws.json") == "{}");
   CHECK_FALSE(std::filesystem::exists(out / ".laws.complete"));
 }
 
@@ -366,7 +361,7 @@ TEST_CASE("what is in the way of results is told before any older one is gone", 
   write_file(out / "comparison.json", "older");
   const auto refused = [&](const char* why) {
     CHECK_THROWS_WITH(ResultSet(out, "compare"), Contains(why));
-    CHECK(bytes_of(out / "comparison.json") == "older");
+    CHECK(test::file_text(out / "comparison.json") == "older");
   };
   write_file(out / "penalty", "a file");
   refused("is a file where a folder goes");
@@ -384,7 +379,7 @@ TEST_CASE("what is in the way of results is told before any older one is gone", 
     std::filesystem::create_directory_symlink(folder.path() / "elsewhere", out / "figures");  // meanwhile
     CHECK_THROWS_WITH(set.commit(), Contains("is a link"));
   }
-  CHECK(bytes_of(out / "comparison.json") == "older");
+  CHECK(test::file_text(out / "comparison.json") == "older");
 }
 
 TEST_CASE("a database is the file of its name, whatever the name", "[study][folders]") {

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "io/output_file.hpp"
+#include "io/files/output_file.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <fstream>
 
+#include "dynamics/assembly/assembly.hpp"
 #include "facade/simulation.hpp"
-#include "io/located.hpp"
-#include "io/pose_file.hpp"
-#include "model/assembly.hpp"
-#include "model/scene.hpp"
-#include "study/case_run.hpp"
+#include "io/scene/located.hpp"
+#include "io/scene/pose_file.hpp"
+#include "mechanism/scene.hpp"
+#include "study/runs/case_run.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -9,11 +9,11 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "io/output_file.hpp"
-#include "io/run_json.hpp"
-#include "model/error.hpp"
-#include "study/provenance.hpp"
-#include "study/sweep.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/run_json.hpp"
+#include "mechanism/error.hpp"
+#include "study/settings/provenance.hpp"
+#include "study/sweep/sweep.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
@@ -21,16 +21,11 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-std::string bytes_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 /// A study of two starts in both formulations with a scene of its own, in a folder.
 struct Desk {
   test::TemporaryFolder folder;
   std::filesystem::path scene = folder.path() / "scene.toml", study = folder.path() / "study.toml";
-  std::string scene_text = bytes_of(test::source_folder() / "cases/flores2011-experiment/guide.toml");
+  std::string scene_text = test::file_text(test::source_folder() / "cases/flores2011-experiment/guide.toml");
   std::string study_text = R"(scene = "scene.toml"
 joint = "gudgeon"
 accelerometer = "accelerometer"
@@ -157,7 +152,7 @@ data = "measured.csv"
   write_file(desk.study, desk.study_text);
   const auto own = desk.identity_of_study();
   const auto moved = [&](const std::filesystem::path& file, const std::string& text) {
-    const auto before = bytes_of(file);
+    const auto before = test::file_text(file);
     write_file(file, text);
     const auto now = desk.identity_of_study();
     write_file(file, before);
@@ -165,17 +160,17 @@ data = "measured.csv"
   };
   CHECK_FALSE(moved(desk.study, "# Why.\n\n" + desk.study_text));
   CHECK_FALSE(moved(desk.scene, "# Why.\n\n" + desk.scene_text));
-  CHECK_FALSE(moved(fit, "# Why.\n\n" + bytes_of(fit)));
+  CHECK_FALSE(moved(fit, "# Why.\n\n" + test::file_text(fit)));
   CHECK(moved(desk.study, replaced(desk.study_text, "low = 1e-4", "low = 2e-4")));
   CHECK(moved(desk.scene,
               replaced(desk.scene_text, "[surfaces.", "[lubricants.oil]\nviscosity = 0.04\n[surfaces.")));
   CHECK(moved(data, "t,acceleration\n0,2\n"));
-  CHECK(moved(fit, bytes_of(fit) + "seed = 3\n"));
+  CHECK(moved(fit, test::file_text(fit) + "seed = 3\n"));
   CHECK(desk.identity_of_study() == own);
   // Elsewhere it is the same.
   Desk other;
-  write_file(other.folder.path() / "measured.csv", bytes_of(data));
-  write_file(other.folder.path() / "fit.toml", bytes_of(fit));
+  write_file(other.folder.path() / "measured.csv", test::file_text(data));
+  write_file(other.folder.path() / "fit.toml", test::file_text(fit));
   write_file(other.study, desk.study_text);
   CHECK(other.identity_of_study() == own);
   std::filesystem::remove(data);

@@ -11,13 +11,13 @@
 #include <thread>
 
 #include "facade/simulation.hpp"
-#include "io/output_file.hpp"
+#include "io/files/output_file.hpp"
 #include "measure/measurement.hpp"
-#include "model/scene.hpp"
-#include "study/calibrate.hpp"
-#include "study/case_run.hpp"
-#include "study/intervals.hpp"
-#include "study/perturb.hpp"
+#include "mechanism/scene.hpp"
+#include "study/calibration/calibrate.hpp"
+#include "study/runs/case_run.hpp"
+#include "study/runs/perturb.hpp"
+#include "study/sweep/intervals.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 
-#include "io/output_file.hpp"
-#include "model/error.hpp"
-#include "plots/figure.hpp"
-#include "plots/style.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/error.hpp"
+#include "plots/drawing/figure.hpp"
+#include "plots/drawing/style.hpp"
 #include "verification/support.hpp"
 #include "verification/unit/hostile.hpp"
 
@@ -18,11 +18,6 @@ using namespace freeplay;
 using Catch::Matchers::Contains;
 
 namespace {
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 void write_style(const std::filesystem::path& folder, const std::string& text) {
   make_folder(folder / "figures");
@@ -40,7 +35,7 @@ void write_drift(const std::filesystem::path& folder) {
 
 /// Width and height of a PNG, from its header.
 std::pair<int, int> pixels(const std::filesystem::path& png) {
-  const auto bytes = text_of(png);
+  const auto bytes = test::file_text(png);
   REQUIRE(bytes.size() > 24);
   const auto number = [&](std::size_t at) {
     int n = 0;
@@ -118,18 +113,18 @@ TEST_CASE("a style gives sizes on paper, in every format, and survives", "[figur
   write_style(place, style);
   for (int i = 0; i < 2; ++i) {
     REQUIRE(test::freeplay("figures " + place.string()).status == 0);
-    CHECK(text_of(place / "figures/style.toml") == style);
+    CHECK(test::file_text(place / "figures/style.toml") == style);
   }
   const auto figure = [&](const char* suffix) { return place / "figures" / (std::string("drift") + suffix); };
   // 90 mm by 60 mm: 100 dots a cm, 96 units an inch, 72 points an inch.
   CHECK(pixels(figure(".png")) == std::pair{900, 600});
-  CHECK_THAT(text_of(figure(".svg")), Contains("viewBox=\"0 0 340 227\""));
-  CHECK_THAT(text_of(figure(".eps")), Contains("%%BoundingBox: 0 0 255 170"));
-  CHECK_THAT(text_of(figure(".svg")), Contains("font-size=\"12.00\""));  // 9 pt are 9 · 96/72 units
-  CHECK_THAT(text_of(figure("_latex.tex")), Contains("\\includegraphics") && Contains("drift_latex"));
-  CHECK(text_of(figure(".pdf")).starts_with("%PDF"));
+  CHECK_THAT(test::file_text(figure(".svg")), Contains("viewBox=\"0 0 340 227\""));
+  CHECK_THAT(test::file_text(figure(".eps")), Contains("%%BoundingBox: 0 0 255 170"));
+  CHECK_THAT(test::file_text(figure(".svg")), Contains("font-size=\"12.00\""));  // 9 pt are 9 · 96/72 units
+  CHECK_THAT(test::file_text(figure("_latex.tex")), Contains("\\includegraphics") && Contains("drift_latex"));
+  CHECK(test::file_text(figure(".pdf")).starts_with("%PDF"));
   // Each terminal is set once, by the one script that draws them all.
-  const auto script = text_of(figure(".gp"));
+  const auto script = test::file_text(figure(".gp"));
   for (const char* terminal : {"pdfcairo", "pngcairo", "epscairo", "set terminal svg"}) {
     CAPTURE(terminal);
     const auto first = script.find(terminal);
@@ -140,7 +135,7 @@ TEST_CASE("a style gives sizes on paper, in every format, and survives", "[figur
   remove_file(place / "figures/style.toml");
   REQUIRE(test::freeplay("figures " + place.string()).status == 0);
   CHECK(pixels(figure(".png")) == std::pair{1600, 1300});
-  CHECK_THAT(text_of(figure(".gp")), Contains("SIZE = 7 "));
+  CHECK_THAT(test::file_text(figure(".gp")), Contains("SIZE = 7 "));
   // Nothing is left that shows the older style.
   for (const char* suffix : {".svg", ".eps", "_latex.tex", "_latex.pdf", "_latex.gp"}) {
     CAPTURE(suffix);

@@ -8,10 +8,10 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "io/output_file.hpp"
-#include "io/shell_words.hpp"
-#include "study/division.hpp"
-#include "study/shard_file.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/shell_words.hpp"
+#include "study/partition/division.hpp"
+#include "study/partition/shard_file.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

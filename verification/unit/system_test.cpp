@@ -6,8 +6,8 @@
 #include <map>
 #include <random>
 
-#include "model/scene.hpp"
-#include "model/system.hpp"
+#include "dynamics/system.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

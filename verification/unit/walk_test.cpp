@@ -4,8 +4,8 @@
 
 #include <cstdlib>
 
-#include "io/output_file.hpp"
-#include "io/section.hpp"
+#include "io/files/output_file.hpp"
+#include "io/scene/section.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -5,7 +5,7 @@
 #include <memory>
 #include <numbers>
 
-#include "sim/windows.hpp"
+#include "simulation/windows.hpp"
 
 using namespace freeplay;
 

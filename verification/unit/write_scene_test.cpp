@@ -1,6 +1,6 @@
 // Writing scenes: what to_toml says of every scene there is reads back bit for bit, first_difference finds
 // what differs, and Scene::set does what --set does.
-#include "io/write_scene.hpp"
+#include "io/scene/write_scene.hpp"
 
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
@@ -16,10 +16,10 @@
 #include <regex>
 #include <set>
 
-#include "io/schema.hpp"
-#include "io/toml_value.hpp"
-#include "io/visible.hpp"
-#include "model/scene.hpp"
+#include "io/files/visible.hpp"
+#include "io/scene/schema.hpp"
+#include "io/scene/toml_value.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

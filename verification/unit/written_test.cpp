@@ -8,9 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "formulations/nonsmooth/contact_problem.hpp"
-#include "io/output_file.hpp"
-#include "model/scene.hpp"
+#include "formulations/contact/contact_problem.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/scene.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;

@@ -1,0 +1,303 @@
+// Which impulses are taken where the laws admit several: contacts share their loads, or see fewer freedoms than they
+// have rows (a lever on a stop sees one), and D is singular; or friction admits several motions. Taken are the least,
+//
+//     Σ D_NN P_N² + η² Σ D_TT P_T²  →  min,   η = 1e-3,
+//
+// over all that the laws admit. For each motion these are a convex set, so the least are one, whatever solver or mirror
+// image asked; where two motions have equal impulses, as mirror images of each other, one of them is taken. Normal impulses count before tangential ones: friction that may help to stop the
+// contact does so, as it does along the impact while the contact slides, and in the direction that dissipates.
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "formulations/contact/contact_problem.hpp"
+#include "numerics/least_squares.hpp"
+
+namespace freeplay {
+namespace {
+
+/// What a contact does: pressed or not, and its tangent; right: it slides with u_T > 0. A contact without pressure still
+/// rubs where it has a bound of its own, as in expansion.
+struct Doing {
+  bool pressed;
+  enum class Slide { none, stick, right, left } slide;
+};
+using Slide = Doing::Slide;
+
+std::vector<Doing> choices(const ContactUnknown& c) {
+  std::vector<Doing> list;
+  const auto rub = [&](bool pressed) {
+    for (const auto slide : {Slide::stick, Slide::right, Slide::left}) list.push_back({pressed, slide});
+  };
+  if (c.normal < 0 || (c.tangent >= 0 && c.bound > 0))
+    rub(false);
+  else
+    list.push_back({false, Slide::none});
+  if (c.normal < 0) return list;
+  if (c.tangent >= 0)
+    rub(true);
+  else
+    list.push_back({true, Slide::none});
+  return list;
+}
+
+/// The problem in units of one: rows and impulses by √D_rr, all by the greatest rate.
+struct Scaled {
+  struct Contact {
+    int normal, tangent;
+    double friction, bound, target_n, target_t;
+  };
+  std::vector<Contact> contacts;
+  Eigen::MatrixXd D;
+  Eigen::VectorXd b, root, weight;
+  double unit = 0;
+
+  explicit Scaled(const ContactProblem& p) {
+    const int m = p.rows;
+    root = p.D.diagonal().head(m).cwiseAbs();
+    // A row that nothing moves is a constant rate.
+    root = root.cwiseMax(1e-14 * root.maxCoeff()).cwiseSqrt();
+    D = p.D.topLeftCorner(m, m);
+    for (int r = 0; r < m; ++r)
+      for (int s = 0; s < m; ++s) D(r, s) /= root[r] * root[s];
+    b = p.b.head(m).cwiseQuotient(root);
+    weight.setOnes(m);
+    unit = b.cwiseAbs().maxCoeff();
+    for (const auto& u : p.unknowns) {
+      const double n = u.normal >= 0 ? root[u.normal] : 1, t = u.tangent >= 0 ? root[u.tangent] : 1;
+      contacts.push_back(
+          {u.normal, u.tangent, u.friction * t / n, u.bound * t, u.target_n / n, u.target_t / t});
+      unit = std::max({unit, std::abs(u.target_n / n), u.tangent >= 0 ? std::abs(u.target_t / t) : 0});
+      if (u.tangent >= 0) weight[u.tangent] = 1e-3;
+    }
+    if (!(unit > 0)) unit = 1;
+    b /= unit;
+    for (auto& c : contacts) {
+      c.bound /= unit;
+      c.target_n /= unit;
+      c.target_t /= unit;
+    }
+  }
+};
+
+constexpr double rounding = 1e-11;  // of rates and impulses of size one
+
+// Of islands that are asked for their least: two rows a contact, up to four conditions. Thousands of modes may be tried, each without memory.
+constexpr int most_rows = 2 * ContactProblem::most_for_least_of_mode, most_conditions = 2 * most_rows;
+using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_rows, 1>;
+using Block = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_rows, most_rows>;
+using Row = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, most_rows>;
+
+/// Conditions `rows` P + `constants` ≥ 0 of a mode, by its unknowns x: P = E x + f.
+struct Mode {
+  const Scaled& p;
+  Block D, E, K0;  // K0 P are the rates that are to be `zero_at`
+  Column f, zero_at;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, most_conditions, most_rows>
+      rows;  // of P
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_conditions, 1> constants;
+  Eigen::Index conditions = 0, zeros = 0;
+
+  explicit Mode(const Scaled& problem) : p(problem), D(problem.D) {}
+
+  void at_least(const Row& row, double constant) {
+    rows.row(conditions) = row;
+    constants[conditions++] = constant;
+  }
+  /// The rate of this row is `at`.
+  void held(int row, double at) {
+    K0.row(zeros) = D.row(row);
+    zero_at[zeros++] = at - p.b[row];
+  }
+
+  void pose(const std::vector<Doing>& ways) {
+    const auto m = p.b.size();
+    conditions = zeros = 0;
+    rows.resize(2 * m + 2, m);
+    constants.resize(2 * m + 2);
+    K0.resize(m, m);
+    zero_at.resize(m);
+    f.setZero(m);
+    E.setZero(m, m);
+    Eigen::Index x = 0;
+    for (std::size_t i = 0; i < ways.size(); ++i) {
+      const auto& c = p.contacts[i];
+      const auto [pressed, slide] = ways[i];
+      const double side = slide == Slide::right ? -1 : slide == Slide::left ? 1 : 0;  // of the friction
+      if (pressed) {
+        held(c.normal, c.target_n);
+        E(c.normal, x) = 1;
+        if (side != 0) E(c.tangent, x) = side * c.friction;
+        ++x;
+        at_least(unit(c.normal), 0);
+      } else if (c.normal >= 0) {
+        at_least(D.row(c.normal), p.b[c.normal] - c.target_n);
+      }
+      if (side != 0) {
+        f[c.tangent] = side * c.bound;
+        at_least(-side * D.row(c.tangent), -side * (p.b[c.tangent] - c.target_t));
+      } else if (slide == Slide::stick) {
+        held(c.tangent, c.target_t);
+        E(c.tangent, x++) = 1;
+        for (const double sign : {1.0, -1.0}) {
+          Row row = sign * unit(c.tangent);
+          if (c.normal >= 0) row[c.normal] = c.friction;
+          at_least(row, c.bound);
+        }
+      }
+    }
+    E.conservativeResize(m, x);
+  }
+
+  Row unit(int row) const { return Row::Unit(p.b.size(), row); }
+
+  /// The least impulses of the mode, or false where it admits none.
+  bool least(Column& P) const {
+    Column x(E.cols());
+    Block free;  // directions of x that leave those rates
+    if (zeros > 0) {
+      const Block K = K0.topRows(zeros) * E;
+      const Column y = zero_at.head(zeros) - K0.topRows(zeros) * f;
+      Eigen::CompleteOrthogonalDecomposition<Block> solver;
+      solver.setThreshold(1e-10);
+      solver.compute(K);
+      x = solver.solve(y);
+      if (!((K * x - y).cwiseAbs().maxCoeff() <= rounding * (1 + x.cwiseAbs().maxCoeff()))) return false;
+      const auto rank = solver.rank();
+      if (rank < x.size()) free = solver.matrixZ().adjoint().rightCols(x.size() - rank);
+      if (rank < x.size()) free = solver.colsPermutation() * free;
+    }
+    P = E * x + f;
+    const double none = rounding * (1 + P.cwiseAbs().maxCoeff());
+    const auto n = conditions;
+    const auto short_by = [&] { return n > 0 ? -(rows.topRows(n) * P + constants.head(n)).minCoeff() : 0; };
+    if (free.size() == 0) return !(short_by() > none);
+    // |W(P + E free s)| with W E free = Q R, r = R s + QᵀWP: the least r with G r ≥ h.
+    const Eigen::MatrixXd move = E * free;
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(p.weight.asDiagonal() * move);
+    const auto d = free.cols();
+    const Eigen::MatrixXd R = qr.matrixQR().topLeftCorner(d, d).triangularView<Eigen::Upper>();
+    const Eigen::MatrixXd Q = qr.householderQ() * Eigen::MatrixXd::Identity(P.size(), d);
+    const Eigen::VectorXd offset = Q.transpose() * p.weight.cwiseProduct(P);
+    // P = P₀ + step (r − offset)
+    const Eigen::MatrixXd step = R.triangularView<Eigen::Upper>().solve<Eigen::OnTheRight>(move);
+    const Eigen::VectorXd base = P - step * offset;
+    Eigen::MatrixXd G(n, d);
+    Eigen::VectorXd h(n), r;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      G.row(i) = rows.row(i) * step;
+      h[i] = -constants[i] - rows.row(i).dot(base);
+      const double length = G.row(i).norm();
+      if (length <= 1e-10 * rows.row(i).norm()) {  // a row that the impulses do not change
+        if (h[i] > none) return false;
+        G.row(i).setZero();
+        h[i] = -1;
+        continue;
+      }
+      G.row(i) /= length;
+      h[i] /= length;
+    }
+    if (!least_distance(G, h, none, r)) return false;
+    P = base + step * r;
+    return !(short_by() > 10 * none);
+  }
+};
+
+}  // namespace
+
+/// Of an island: the least over all its modes or, where they are too many, over the mode of the impulses given.
+bool ContactProblem::take_least_of_island() {
+  const Scaled scaled(*this);
+  Mode mode(scaled);
+  const auto n = unknowns.size();
+  std::vector<std::vector<Doing>> all(n);
+  for (std::size_t i = 0; i < n; ++i) all[i] = choices(unknowns[i]);
+  if (n > most_for_least) {  // of the motion that was found
+    const double none = 1e-8 * scale();
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto& c = unknowns[i];
+      const bool pressed = c.normal >= 0 && rate(c.normal) - c.target_n <= none;
+      const double u = c.tangent >= 0 ? rate(c.tangent) - c.target_t : 0;
+      const auto slide = c.tangent < 0 ? Slide::none
+                         : u > none    ? Slide::right
+                         : u < -none   ? Slide::left
+                                       : Slide::stick;
+      std::erase_if(all[i], [&](const Doing& doing) {
+        return doing.pressed != pressed || (doing.slide != Slide::none && doing.slide != slide);
+      });
+      if (all[i].empty()) return false;
+    }
+  }
+  std::vector<Doing> ways(n);
+  std::vector<std::size_t> at(n, 0);
+  Column P, best;
+  double least = INFINITY;
+  for (std::size_t i = 0; i < n;) {
+    for (std::size_t k = 0; k < n; ++k) ways[k] = all[k][at[k]];
+    mode.pose(ways);
+    if (mode.least(P))
+      if (const double length = scaled.weight.cwiseProduct(P).norm(); length < least * (1 - 1e-9)) {
+        least = length;
+        best = P;
+      }
+    for (i = 0; i < n && ++at[i] == all[i].size(); ++i) at[i] = 0;
+  }
+  if (best.size() == 0) return false;
+  best = scaled.unit * best.cwiseQuotient(scaled.root);
+  for (auto& c : unknowns) {
+    c.impulse_n = c.normal >= 0 ? std::max(0.0, best[c.normal]) : 0;
+    c.impulse_t = c.tangent >= 0 ? best[c.tangent] : 0;
+  }
+  return true;
+}
+
+bool ContactProblem::regular() {
+  for (const auto& c : unknowns)
+    if (c.normal >= 0 && c.tangent >= 0 &&
+        D(c.normal, c.normal) <= c.friction * std::abs(D(c.normal, c.tangent)))
+      return false;
+  for (int r = 0; r < rows; ++r)
+    for (int s = 0; s <= r; ++s) {
+      double sum = D(r, s);
+      for (int k = 0; k < s; ++k) sum -= factor_(r, k) * factor_(s, k);
+      if (r > s)
+        factor_(r, s) = sum / factor_(s, s);
+      else if (sum > 1e-10 * D(r, r))
+        factor_(r, r) = std::sqrt(sum);
+      else
+        return false;
+    }
+  return true;
+}
+
+bool ContactProblem::wants_least() {
+  if (least == Least::never) return false;
+  const bool alone = unknowns.size() == 1;
+  if (least == Least::where_singular) return !alone && !regular();
+  // One contact, or contacts without friction, with a regular D have one solution.
+  const bool smooth = std::ranges::all_of(unknowns, [](const ContactUnknown& c) { return c.tangent < 0; });
+  return !((alone || smooth) && regular());
+}
+
+bool ContactProblem::take_least(double accepted, bool solved) {
+  std::vector<int> label, members;
+  const int islands = label_islands(label);
+  bool found = true;
+  for (int k = 0; k < islands; ++k) {
+    auto part = island(label, k, members);
+    const double left = solved ? part.residual() : INFINITY;
+    // Rounding may leave the least impulses with more than the solver's left: they have the same rates then.
+    if (members.size() > most_for_least_of_mode || !part.take_least_of_island() ||
+        !(part.residual() <= std::max({accepted, part.attainable(), left}))) {
+      found = false;
+      continue;
+    }
+    for (std::size_t i = 0; i < members.size(); ++i) {
+      unknowns[members[i]].impulse_n = part.unknowns[i].impulse_n;
+      unknowns[members[i]].impulse_t = part.unknowns[i].impulse_t;
+    }
+  }
+  return found;
+}
+
+}  // namespace freeplay

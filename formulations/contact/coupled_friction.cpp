@@ -1,0 +1,159 @@
+#include "formulations/contact/coupled_friction.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace freeplay {
+
+CoupledFriction::CoupledFriction(const System& system) : which_(system.reactive_frictions()) {
+  for (const int k : which_) bounds_.push_back(*system.friction_facts(k).reaction);
+  const auto n = static_cast<Eigen::Index>(which_.size());
+  for (auto* x : {&factor_, &force_, &other_, &trial_, &F_, &step_, &far_, &weight_, &image_}) x->setZero(n);
+  base_.setZero(2 * n);
+  R_.setZero(2 * n, n);
+  slope_.setIdentity(n, n);
+  if (n > 0) lu_.compute(slope_);
+}
+
+void CoupledFriction::base(const double* lambda) {
+  for (int k = 0; k < size(); ++k)
+    for (const int i : {0, 1}) base_[2 * k + i] = lambda[bound(k).row + i];
+}
+
+void CoupledFriction::column(int j, const double* lambda) {
+  for (int k = 0; k < size(); ++k)
+    for (const int i : {0, 1}) R_(2 * k + i, j) = lambda[bound(k).row + i];
+}
+
+std::array<double, 2> CoupledFriction::multipliers(int k, const Eigen::VectorXd& f) const {
+  std::array<double, 2> l{base_[2 * k], base_[2 * k + 1]};
+  for (int j = 0; j < size(); ++j)
+    for (const int i : {0, 1}) l[static_cast<std::size_t>(i)] += R_(2 * k + i, j) * f[j];
+  return l;
+}
+
+double CoupledFriction::support(int k) const {
+  const auto l = multipliers(k, force_);
+  return bound(k).support(l[0], l[1]);
+}
+
+/// Fills F at f and scale_; returns max |F|.
+double CoupledFriction::miss(const Eigen::VectorXd& f) {
+  double worst = 0;
+  scale_ = 0;
+  for (int k = 0; k < size(); ++k) {
+    const auto l = multipliers(k, f);
+    const double S = bound(k).support(l[0], l[1]);
+    F_[k] = f[k] + factor_[k] * S;
+    const double size = std::abs(F_[k]);
+    if (!(size <= worst)) worst = std::isnan(size) ? INFINITY : size;
+    scale_ = std::max(scale_, std::abs(factor_[k]) * S);
+  }
+  return worst;
+}
+
+bool CoupledFriction::newton(Eigen::VectorXd& f) {
+  double left = miss(f);
+  for (int i = 0; i < 60; ++i) {
+    if (left <= 1e-15 * scale_) return true;
+    std::swap(force_, f);  // slopes() are at force_
+    slopes();
+    std::swap(force_, f);
+    step_ = lu_.solve(F_);
+    double share = 1, next = INFINITY;
+    for (int halved = 0; halved < 12; ++halved, share *= 0.5) {
+      trial_ = f - share * step_;
+      next = miss(trial_);
+      if (next < left) break;
+    }
+    if (!(next < left)) break;  // rounding, or no way on
+    f.swap(trial_);
+    left = next;
+  }
+  left = miss(f);
+  return left <= 1e-11 * scale_;
+}
+
+double CoupledFriction::gain() const {
+  const int n = size();
+  weight_.setOnes();
+  double least = INFINITY;
+  for (int i = 0; i < 20; ++i) {
+    double most = 0;
+    for (int k = 0; k < n; ++k) {
+      image_[k] = 0;
+      for (int j = 0; j < n; ++j)
+        image_[k] += std::abs(factor_[k]) * bound(k).support(R_(2 * k, j), R_(2 * k + 1, j)) * weight_[j];
+      most = std::max(most, image_[k] / weight_[k]);  // Collatz and Wielandt: an upper bound
+    }
+    least = std::min(least, most);
+    if (least < 1 || !(most > 0)) break;
+    weight_ = 0.5 * (weight_ + image_ / image_.maxCoeff());
+  }
+  return least;
+}
+
+CoupledFriction::Outcome CoupledFriction::solve() {
+  const int n = size();
+  for (int k = 0; k < n; ++k) force_[k] = -factor_[k] * bound(k).support(base_[2 * k], base_[2 * k + 1]);
+  other_ = force_;
+  bool found = newton(other_);
+  const bool one = gain() < 1;
+  if (!found) {
+    other_.setZero();
+    found = newton(other_);
+  }
+  if (found && one) {
+    force_ = other_;
+    residual_ = scale_ > 0 ? miss(force_) / scale_ : 0;
+    return Outcome::solved;
+  }
+  // From far off, where S is all but linear.
+  const double far = std::max(1e3 * other_.cwiseAbs().maxCoeff(), 1e-300);
+  for (const double by : {1.0, 1e-2}) {
+    for (int k = 0; k < n; ++k) far_[k] = -std::copysign(factor_[k] != 0 ? by * far : 0, factor_[k]);
+    if (!newton(far_)) continue;
+    if (found && (far_ - other_).cwiseAbs().maxCoeff() > 1e-6 * far_.cwiseAbs().maxCoeff())
+      return Outcome::several;
+    other_ = far_;
+    found = true;
+  }
+  if (!found) return Outcome::none;
+  force_ = other_;
+  residual_ = miss(force_) / std::max(scale_, 1e-300);
+  return Outcome::solved;
+}
+
+/// lu_ of 1 + c S' R at force_.
+void CoupledFriction::slopes() {
+  for (int k = 0; k < size(); ++k) {
+    const auto l = multipliers(k, force_);
+    const auto g = bound(k).slope(l[0], l[1]);
+    for (int j = 0; j < size(); ++j)
+      slope_(k, j) = (k == j) + factor_[k] * (g[0] * R_(2 * k, j) + g[1] * R_(2 * k + 1, j));
+  }
+  lu_.compute(slope_);
+}
+
+void CoupledFriction::prepare_follow() { slopes(); }
+
+void CoupledFriction::follow(const double* dlambda, double* df) {
+  for (int k = 0; k < size(); ++k) {
+    const auto l = multipliers(k, force_);
+    const auto g = bound(k).slope(l[0], l[1]);
+    const int row = bound(k).row;
+    step_[k] = -factor_[k] * (g[0] * dlambda[row] + g[1] * dlambda[row + 1]);
+  }
+  trial_ = lu_.solve(step_);
+  for (int k = 0; k < size(); ++k) df[k] = trial_[k];
+}
+
+const char* words_of(CoupledFriction::Outcome outcome) {
+  return outcome == CoupledFriction::Outcome::several
+             ? "friction in joints admits more than one motion: the reactions that bound it grow faster than it does "
+               "(the mechanism is self-locking there)"
+             : "friction in joints admits no finite reactions: they grow faster than the friction that they bound (the "
+               "mechanism is self-locking there)";
+}
+
+}  // namespace freeplay

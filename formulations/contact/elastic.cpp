@@ -1,0 +1,151 @@
+#include "formulations/contact/elastic.hpp"
+
+#include <boost/math/quadrature/gauss_kronrod.hpp>
+#include <boost/math/tools/roots.hpp>
+#include <limits>
+
+namespace freeplay {
+namespace {
+
+/// After a switch that lists every case.
+[[noreturn]] inline void unreachable() { __builtin_unreachable(); }
+
+/// Solves δ = f [ln(A/f) + B] for f on its rising branch, f < A e^(B − 1), by Newton's method kept inside a bracket.
+double logarithmic_root(double delta, double A, double B) {
+  if (delta == 0) return 0;
+  const double top = A * std::exp(B - 1);
+  const auto g = [&](double f) {
+    const double bracket = std::log(A / f) + B;
+    return std::pair{f * bracket - delta, bracket - 1};
+  };
+  const double guess = delta / std::max(1.5, std::log(A / delta) + B);
+  std::uintmax_t most = 100;
+  return boost::math::tools::newton_raphson_iterate(g, std::min(guess, 0.5 * top), guess * 1e-6, top, 52,
+                                                    most);
+}
+
+}  // namespace
+
+bool ElasticLaw::is_power() const {
+  switch (kind) {
+    case Kind::hertz:
+    case Kind::power:
+    case Kind::linear:
+      return true;
+    case Kind::logarithmic:
+    case Kind::liu:
+    case Kind::persson:
+    case Kind::own:
+      return false;
+  }
+  unreachable();
+}
+
+double ElasticLaw::limit() const {
+  switch (kind) {
+    case Kind::hertz:
+    case Kind::power:
+    case Kind::linear:
+    case Kind::liu:
+    case Kind::own:
+      return std::numeric_limits<double>::infinity();
+    case Kind::logarithmic:
+      return 4 * clearance * std::exp(offset - 1);  // where dδ/df = 0: δ = f
+    case Kind::persson: {
+      // The denominator 2 − ln(b² + 1) − 2b⁴ vanishes at b² = 0.83462…: the load of a full conformal contact.
+      constexpr double b2 = 0.834615245477657;
+      return 2 * clearance * b2 / (1 - b2);
+    }
+  }
+  unreachable();
+}
+
+double ElasticLaw::other_force(double delta) const {
+  switch (kind) {
+    case Kind::hertz:
+      return stiffness * delta * std::sqrt(delta);
+    case Kind::power:
+      return stiffness * std::pow(delta, exponent);
+    case Kind::linear:
+      return stiffness * delta;
+    case Kind::logarithmic:
+      if (!(delta < limit())) return std::numeric_limits<double>::quiet_NaN();
+      return stiffness * logarithmic_root(delta, 4 * clearance, offset);
+    case Kind::liu:
+      return stiffness * delta * std::sqrt(delta / (2 * (clearance + delta)));
+    case Kind::persson: {
+      if (!(delta < limit())) return std::numeric_limits<double>::quiet_NaN();
+      const double b2 = delta / (2 * clearance + delta);
+      return stiffness * clearance * b2 * (b2 + 1) / (2 - std::log1p(b2) - 2 * b2 * b2);
+    }
+    case Kind::own:
+      return delta > 0 ? own_force(delta, 0, 1) : 0;
+  }
+  unreachable();
+}
+
+double ElasticLaw::own_force(double delta, double rate, double v0) const {
+  const double f = outside->force(outside->context.get(), contact, delta, rate, v0);
+  return f < 0 ? 0 : f;  // a NaN stays one
+}
+
+double ElasticLaw::slope(double delta) const {
+  switch (kind) {
+    case Kind::hertz:
+      return 1.5 * stiffness * std::sqrt(delta);
+    case Kind::power:
+      return exponent * stiffness * std::pow(delta, exponent - 1);
+    case Kind::linear:
+      return stiffness;
+    case Kind::logarithmic: {
+      // dF/dδ = K/(dδ/df), dδ/df = ln(A/f) + B − 1; vertical at δ = 0, where f → 0.
+      if (!(delta > 0 && delta < limit())) return delta == 0 ? 0 : std::numeric_limits<double>::quiet_NaN();
+      const double f = logarithmic_root(delta, 4 * clearance, offset);
+      return stiffness / (std::log(4 * clearance / f) + offset - 1);
+    }
+    case Kind::liu: {
+      const double s = clearance + delta;
+      return stiffness * std::sqrt(delta / (2 * s)) * (1 + 0.5 * clearance / s);
+    }
+    case Kind::persson: {
+      if (!(delta < limit())) return std::numeric_limits<double>::quiet_NaN();
+      const double s = 2 * clearance + delta, b2 = delta / s;
+      const double top = b2 * (b2 + 1), bottom = 2 - std::log1p(b2) - 2 * b2 * b2;
+      const double by_b2 = ((2 * b2 + 1) * bottom + top * (1 / (1 + b2) + 4 * b2)) / (bottom * bottom);
+      return stiffness * clearance * by_b2 * 2 * clearance / (s * s);
+    }
+    case Kind::own: {
+      const double h = 6e-6 * delta;
+      return delta > 0 ? (force(delta + h) - force(delta - h)) / (2 * h) : 0;
+    }
+  }
+  unreachable();
+}
+
+double ElasticLaw::energy(double delta) const {
+  if (!(delta > 0)) return 0;
+  switch (kind) {
+    case Kind::hertz:
+      return 0.4 * force(delta) * delta;
+    case Kind::power:
+      return force(delta) * delta / (exponent + 1);
+    case Kind::linear:
+      return 0.5 * force(delta) * delta;
+    case Kind::logarithmic: {
+      // ∫ F (dδ/df) df with dδ/df = ln(A/f) + B − 1.
+      const double f = force(delta) / stiffness;
+      return stiffness * f * f * (0.5 * (std::log(4 * clearance / f) + offset - 1) + 0.25);
+    }
+    case Kind::liu:
+    case Kind::persson:
+    case Kind::own: {
+      // With δ = s² the integrand is smooth at zero.
+      const auto g = [&](double s) { return 2 * s * force(s * s); };
+      return boost::math::quadrature::gauss_kronrod<double, 31>::integrate(g, 0.0, std::sqrt(delta), 5,
+                                                                           1e-13);
+    }
+  }
+  unreachable();
+}
+
+}  // namespace freeplay

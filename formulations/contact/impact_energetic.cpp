@@ -1,0 +1,118 @@
+// The energetic law for several contacts that D couples: of each i
+//
+//     z_i (u_N + u_N⁺)_i = 2 e_i² W_i,   z = r P_C,   W the work of compression (taken up, ≥ 0),
+//
+// with u_N the rates after compression and z the impulses of expansion. Without friction u_N = 0 and u_N⁺ = D z, so that z
+// makes ½ zᵀD z − Σ 2 e_i² W_i ln z_i least: a convex function, whose least is one and is found by Newton's method from
+// anywhere. From there Newton's method on the condition itself, through expansion with friction.
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "formulations/contact/impact.hpp"
+
+namespace freeplay {
+namespace {
+
+/// The z > 0 with z_i (D z)_i = work_i, or false where D lets impulses grow without moving anything.
+bool without_friction(const Eigen::MatrixXd& D, const Eigen::VectorXd& work, Eigen::VectorXd& z) {
+  const auto value = [&](const Eigen::VectorXd& x) {
+    return 0.5 * x.dot(D * x) - work.dot(x.array().log().matrix());
+  };
+  // What is left of each condition, relative: rounding hides what the value still has to fall long before that.
+  const auto miss = [&](const Eigen::VectorXd& x) {
+    return (x.cwiseProduct(D * x) - work).cwiseQuotient(work).cwiseAbs().maxCoeff();
+  };
+  z = (work.array() / D.diagonal().array()).sqrt();
+  for (int i = 0; i < 100; ++i) {
+    const double left = miss(z);
+    if (!(left > 1e-13)) return true;
+    const Eigen::VectorXd slope = D * z - work.cwiseQuotient(z);
+    Eigen::MatrixXd curved = D;
+    curved.diagonal() += work.cwiseQuotient(z.cwiseAbs2());
+    const Eigen::VectorXd step = curved.llt().solve(-slope);
+    double length = 1;
+    for (Eigen::Index k = 0; k < z.size(); ++k)
+      if (step[k] < 0) length = std::min(length, -0.9 * z[k] / step[k]);
+    const double now = value(z), fall = slope.dot(step);
+    const auto better = [&](const Eigen::VectorXd& x) {
+      return value(x) <= now + 0.1 * length * fall || miss(x) <= 0.5 * left;
+    };
+    while (length > 1e-10 && !better(z + length * step)) length *= 0.5;
+    if (!(length > 1e-10)) break;
+    z += length * step;
+  }
+  return miss(z) <= 1e-10;
+}
+
+}  // namespace
+
+/// Compression, then expansion with ratios that give each contact its work. Poisson's ratios where none are found.
+bool ImpactProblem::energetic(std::vector<ImpactContact>& contacts) {
+  constexpr int most = 30;
+  constexpr double met = 1e-11;
+  if (!compress(contacts)) return false;
+  std::vector<double> poisson, ratio;
+  std::vector<int> at, row;  // contacts that expand, and their rows
+  std::vector<double> owed;
+  double greatest = 0;
+  for (const auto& c : compression_) greatest = std::max(greatest, -2 * c.work_n);
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const auto& c = contacts[k];
+    const double work = -2 * compression_[k].work_n;
+    poisson.push_back(c.restitution);
+    ratio.push_back(c.restitution);
+    // What rounding leaves of an impulse owes nothing.
+    const double none = 1e-10 * before_.cwiseAbs().maxCoeff();
+    if (c.restitution == 0 || compression_[k].impulse_n * problem_.D(c.normal, c.normal) <= none) continue;
+    if (!(work > 1e-12 * greatest)) {
+      // Compressed without work, as between bodies that touch and stop together: it owes none in expansion, where it has only
+      // the impulse that keeps it from closing.
+      if (work > -1e-12 * greatest) ratio.back() = 0;
+      continue;
+    }
+    at.push_back(static_cast<int>(k));
+    row.push_back(c.normal);
+    owed.push_back(c.restitution * c.restitution * work);
+  }
+  const auto n = static_cast<Eigen::Index>(at.size());
+  if (n == 0) return expand(contacts, poisson);
+  const Eigen::VectorXd work = Eigen::Map<const Eigen::VectorXd>(owed.data(), n);
+  Eigen::VectorXd z, left(n), trial(n);
+  // What is left of each contact's condition, relative.
+  const auto miss = [&](const Eigen::VectorXd& impulse, Eigen::VectorXd& out) {
+    for (Eigen::Index i = 0; i < n; ++i) ratio[at[i]] = impulse[i] / compression_[at[i]].impulse_n;
+    if (!expand(contacts, ratio)) return false;
+    for (Eigen::Index i = 0; i < n; ++i) out[i] = 2 * expansion_[at[i]].work_n / work[i] - 1;
+    return out.allFinite();
+  };
+  const Eigen::MatrixXd D = problem_.D(row, row);
+  bool found = without_friction(D, work, z) && miss(z, left);
+  for (int i = 0; found && i < most && left.cwiseAbs().maxCoeff() > met; ++i) {
+    Eigen::MatrixXd J(n, n);  // of a piecewise smooth condition, by differences
+    for (Eigen::Index k = 0; found && k < n; ++k) {
+      Eigen::VectorXd moved = z;
+      moved[k] *= 1 + 1e-7;
+      found = miss(moved, trial);
+      J.col(k) = (trial - left) / (moved[k] - z[k]);
+    }
+    if (!found) break;
+    const Eigen::VectorXd step = J.partialPivLu().solve(-left);
+    found = false;
+    if (!((step.cwiseQuotient(z)).maxCoeff() < 100)) break;  // wedged: no impulse changes what is left
+    for (double length = 1; !found && length > 1e-2; length *= 0.5) {
+      const Eigen::VectorXd next = z + length * step;
+      found = (next.array() > 0).all() && miss(next, trial) &&
+              trial.cwiseAbs().maxCoeff() < left.cwiseAbs().maxCoeff();
+      if (found) z = next;
+    }
+    left = trial;
+  }
+  if (found && left.cwiseAbs().maxCoeff() <= met) return miss(z, left);
+  if (!expand(contacts, poisson)) return false;
+  wedged_ = true;
+  return true;
+}
+
+}  // namespace freeplay

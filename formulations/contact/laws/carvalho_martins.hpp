@@ -1,0 +1,19 @@
+//     χ = 3(1 − e)(11 − e)/[2(1 + 9e)]
+//
+// A. S. Carvalho, J. M. Martins, Exact restitution and generalizations for the Hunt–Crossley contact model,
+// Mech. Mach. Theory 139 (2019) 174: the first integral solved approximately.
+#pragma once
+
+#include "formulations/contact/contact_parts.hpp"
+
+namespace freeplay {
+
+template <>
+struct Law<ContactLaw::carvalho_martins> : PointLaw {
+  static constexpr std::string_view text = "carvalho-martins", formula = "χ = 3(1 − e)(11 − e)/[2(1 + 9e)]",
+                                    source = "Carvalho, Martins, Mech. Mach. Theory 139 (2019) 174",
+                                    range = "0 ≤ e ≤ 1";
+  static double chi(double e) { return 1.5 * (1 - e) * (11 - e) / (1 + 9 * e); }
+};
+
+}  // namespace freeplay

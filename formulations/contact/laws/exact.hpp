@@ -1,0 +1,18 @@
+//     χ(1 + e) = ln[(1 + χ)/(1 − χe)]
+//
+// The first integral of a free impact (see contact_law.hpp), solved for χ: delivers what is asked for.
+#pragma once
+
+#include "formulations/contact/contact_parts.hpp"
+
+namespace freeplay {
+
+template <>
+struct Law<ContactLaw::exact> : PointLaw {
+  static constexpr std::string_view text = "exact", formula = "χ(1 + e) = ln[(1 + χ)/(1 − χe)]",
+                                    source = "first integral of a free impact", range = "0 < e ≤ 1";
+  static constexpr bool positive_restitution = true;
+  static double chi(double e) { return exact_damping_factor(e); }
+};
+
+}  // namespace freeplay

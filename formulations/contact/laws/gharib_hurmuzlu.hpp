@@ -1,0 +1,21 @@
+//     χ = 1/e
+//
+// From the energy lost in an impact that returns little; at e = 1 it still delivers 0.594.
+// M. Gharib, Y. Hurmuzlu, A new contact force model for low coefficient of restitution impact, J. Appl. Mech. 79 (2012)
+// 064506.
+#pragma once
+
+#include "formulations/contact/contact_parts.hpp"
+
+namespace freeplay {
+
+template <>
+struct Law<ContactLaw::gharib_hurmuzlu> : PointLaw {
+  static constexpr std::string_view text = "gharib-hurmuzlu", formula = "χ = 1/e",
+                                    source = "Gharib, Hurmuzlu, J. Appl. Mech. 79 (2012) 064506",
+                                    range = "e near 0; never delivers more than 0.594";
+  static constexpr bool positive_restitution = true;
+  static double chi(double e) { return 1 / e; }
+};
+
+}  // namespace freeplay

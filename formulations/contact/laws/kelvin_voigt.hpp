@@ -1,0 +1,21 @@
+//     F = K δ + D δ̇ ≥ 0
+//
+// A linear spring and damper, K and D from the scene. The force jumps at entry, and what it delivers depends on the
+// mass: kelvin_voigt_restitution().
+#pragma once
+
+#include "formulations/contact/contact_parts.hpp"
+
+namespace freeplay {
+
+template <>
+struct Law<ContactLaw::kelvin_voigt> : SpringDamperLaw {
+  static constexpr std::string_view text = "kelvin-voigt", formula = "F = Kδ + Dδ̇ ≥ 0",
+                                    source = "linear spring and damper",
+                                    range = "teaching contrast: force jumps at entry";
+  static ElasticLaw elastic(double stiffness, double clearance) {
+    return {ElasticLaw::Kind::linear, stiffness, 1, clearance, 0};
+  }
+};
+
+}  // namespace freeplay

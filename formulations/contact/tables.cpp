@@ -1,0 +1,71 @@
+// The tables of all laws, made from the enumerators: each law's row stands in its own file.
+#include <array>
+
+#include "formulations/contact/contact_parts.hpp"
+#include "formulations/contact/friction_parts.hpp"
+#include "generated/contact_laws.hpp"
+#include "generated/friction_laws.hpp"
+#include "mechanism/laws.hpp"
+
+namespace freeplay {
+namespace {
+
+template <ScopedEnum E, class Facts, class F>
+constexpr auto table(F row) {
+  return each_enumerator<E, std::array<Facts, static_cast<std::size_t>(enumerators<E>())>>(row);
+}
+
+constexpr auto contact = table<ContactLaw, ContactLawFacts>([](auto law) {
+  using L = Law<law()>;
+  return ContactLawFacts{.law = law(),
+                         .text = L::text,
+                         .formula = L::formula,
+                         .source = L::source,
+                         .range = L::range,
+                         .kind = L::kind,
+                         .takes_restitution = L::takes_restitution,
+                         .positive_restitution = L::positive_restitution,
+                         .damping = L::damping,
+                         .least_clearance = L::least_clearance,
+                         .clearance_end = L::clearance_end};
+});
+
+constexpr auto friction = table<FrictionLaw, FrictionLawFacts>([](auto law) {
+  using L = Law<law()>;
+  return FrictionLawFacts{.law = law(),
+                          .text = L::text,
+                          .formula = L::formula,
+                          .source = L::source,
+                          .range = L::range,
+                          .keys = L::keys,
+                          .bristle = L::bristle,
+                          .positive_v0 = L::positive_v0,
+                          .v1_above_v0 = L::v1_above_v0};
+});
+
+/// No two laws of one name.
+constexpr bool distinct(const auto& laws) {
+  for (std::size_t i = 0; i < laws.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (laws[i].text == laws[j].text) return false;
+  return true;
+}
+static_assert(distinct(contact) && distinct(friction));
+
+/// A line law takes its damping factor from a point law.
+constexpr bool damped_by_point_laws() {
+  for (const auto& l : contact)
+    if (l.damping && contact[static_cast<std::size_t>(*l.damping)].kind != ContactKind::point) return false;
+  return true;
+}
+static_assert(damped_by_point_laws());
+
+}  // namespace
+
+std::span<const ContactLawFacts> contact_laws() { return contact; }
+const ContactLawFacts& facts_of(ContactLaw law) { return contact[static_cast<std::size_t>(law)]; }
+
+std::span<const FrictionLawFacts> friction_laws() { return friction; }
+const FrictionLawFacts& facts_of(FrictionLaw law) { return friction[static_cast<std::size_t>(law)]; }
+
+}  // namespace freeplay

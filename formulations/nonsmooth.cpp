@@ -1,0 +1,158 @@
+#include "formulations/nonsmooth.hpp"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/redundancy.hpp"
+#include "formulations/automatic/automatic.hpp"
+#include "formulations/integrators/tolerance.hpp"
+#include "formulations/marched.hpp"
+#include "mechanism/scene.hpp"
+
+namespace freeplay {
+namespace {
+
+/// An impact acts up to a step late, with the speed of the step's beginning: after a flight from rest of N
+/// steps that is 1/N off.
+constexpr double fewest_steps = 30;
+
+/// What both schemes say of themselves in the same way. A Stepper adds singular() and nearest_singular().
+template <class Stepper>
+class Nonsmooth final : public Marched<Stepper> {
+  using Marched<Stepper>::system_, Marched<Stepper>::stepper_;
+
+ public:
+  Nonsmooth(const System& system, const State& state, std::vector<double> restitution, Stepper stepper,
+            double accepted)
+      : Marched<Stepper>(Family::nonsmooth, system, state, std::move(stepper)),
+        restitution_(std::move(restitution)),
+        accepted_(accepted) {}
+  std::vector<ContactModel> contact_models() const override {
+    std::vector<ContactModel> models;
+    for (int k = 0; k < system_.reported(); ++k)
+      models.push_back({*system_.contact_facts(k).surface.restitution, restitution_[k], 0, 0, 0});
+    return models;
+  }
+  std::vector<std::string> notes() const override {
+    std::vector<std::string> notes;
+    if (stepper_.singular())
+      notes.push_back("constraint rows depend on each other: reactions are those of least norm");
+    else if (stepper_.nearest_singular() < singular_pivot)
+      notes.push_back(singular_note);
+    const auto& w = stepper_.work();
+    const auto& e = stepper_.extremes();
+    if (w.lcp_retries > 0)
+      notes.push_back(
+          fmt::format("{} of {} contact problems were left to another solver after one had failed",
+                      w.lcp_retries, w.lcp_solves));
+    stepper_.tell(notes);
+    if (e.ambiguous > 0)
+      notes.push_back(fmt::format("{} contact problems had more than one motion (Painlevé)", e.ambiguous));
+    if (e.lcp_residual > accepted_)
+      notes.push_back(
+          fmt::format("contact problems were solved to {:.2g} of their greatest rate only, instead of "
+                      "nonsmooth.lcp_tolerance",
+                      e.lcp_residual));
+    if (e.shortest_flight < fewest_steps)
+      notes.push_back(fmt::format(
+          "DOUBTFUL: a flight that ended in one of the fastest impacts lasted {:.2g} steps: times and speeds "
+          "may be {:.0f} % off; take a shorter nonsmooth.step, or event-driven",
+          e.shortest_flight, 100 / std::max(1.0, e.shortest_flight)));
+    if constexpr (requires { stepper_.unseen(); }) unseen_note(stepper_.unseen(), notes);
+    if constexpr (requires { stepper_.passage(); })
+      if (const auto& p = stepper_.passage(); p.share > 0.5)
+        notes.push_back(fmt::format(
+            "DOUBTFUL: {} moved {:.2g} times the width of what it could pass through in one step, and may have passed "
+            "unseen; take a nonsmooth.step of less than {:.1g} times this one, or event-driven",
+            system_.contact_facts(p.contact).name, p.share, 0.5 / p.share));
+    return notes;
+  }
+
+ private:
+  std::vector<double> restitution_;
+  double accepted_;  // residual of a contact problem, relative
+};
+
+/// Chosen steps leave a state that is known to their tolerance: a tenth of that for what follows.
+double tolerance_after_steps(const NonsmoothOptions& options) {
+  return std::max(options.tolerance, 0.1 * options.step_tolerance);
+}
+
+/// `hands_over`: to time stepping, where modes would be decided together.
+EventDriven make_event_driven(const Scene& scene, const System& system,
+                              const std::vector<double>& restitution, RowFacts facts, const State& state,
+                              bool hands_over) {
+  const auto scales = make_scales(scene.mechanism, system, state);
+  auto norm = motion_norm(system, scales, scene.nonsmooth.tolerance);
+  if (system.states() > 0) add_states(norm, system, 2 * system.n() + 2 * system.contacts());
+  // Where all that touches is decided together, what is slower than 1e-5 of the speed scale is at rest, and accelerations
+  // have kinks inside a step: errors of a hundredth of that are none.
+  auto coarse = norm;
+  coarse.tolerance = hands_over ? tolerance_after_steps(scene.nonsmooth) : std::max(norm.tolerance, 1e-7);
+  EventDynamics dynamics(system, scene.nonsmooth, restitution, facts, scales.speed);
+  const double first = 1e-3 * scales.time;
+  const auto method = [&](const ErrorNorm& accepted, long first_probe) {
+    return EventDriven::Method(Dopri5(accepted, first), accepted, first, first_probe);
+  };
+  // Films are stiff from the beginning of every mode. What is decided together has no derivative, nor has friction that
+  // reactions bound.
+  const long first_probe = dynamics.has_films() && system.reactive_frictions().empty() ? 100 : 0;
+  EventDriven scheme(std::move(dynamics), method(norm, first_probe),
+                     method(coarse, hands_over ? first_probe : 0), scales.time,
+                     scene.nonsmooth.tolerance * scales.length);
+  if (scales.guessed) scheme.find_pace(scales.length);
+  return scheme;
+}
+
+}  // namespace
+
+std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& system, const State& state,
+                                            const std::vector<double>& restitution) {
+  refuse_undetermined_friction(system, state);
+  if (!system.reactive_frictions().empty() && system.contacts() > 0 &&
+      scene.nonsmooth.impact_law != ImpactLaw::newton)
+    throw ModelError(
+        "nonsmooth.impact_law",
+        "must be \"newton\" where joints have friction from their reactions: within an impact it is bounded "
+        "by their impulses, which the phases of the other laws do not have");
+  std::vector<double> e = restitution;
+  for (int k = static_cast<int>(e.size()); k < system.reported(); ++k) {
+    const auto& surface = system.contact_facts(k).surface;
+    if (!surface.restitution)
+      throw ModelError(fmt::format("surfaces.{}.restitution", surface.name),
+                       "is missing: an impact law needs it");
+    e.push_back(*surface.restitution);
+  }
+  const RowFacts facts{!redundant_rows(system, state.q).empty(), scene.run.eliminate};
+  const auto with = [&](auto stepper) -> std::unique_ptr<Formulation> {
+    return std::make_unique<Nonsmooth<decltype(stepper)>>(system, state, e, std::move(stepper),
+                                                          scene.nonsmooth.lcp_tolerance);
+  };
+  if (scene.nonsmooth.impact_law != ImpactLaw::newton)
+    for (const auto& s : scene.mechanism.surfaces)
+      if (s.tangential_restitution > 0)
+        throw ModelError(fmt::format("surfaces.{}.tangential_restitution", s.name),
+                         "belongs to nonsmooth.impact_law = \"newton\"; leave it out");
+  const auto controlled = [&] {
+    const auto scales = make_scales(scene.mechanism, system, state);
+    return ControlledMoreau(system, MoreauStepper(system, scene.nonsmooth, 0, e, facts),
+                            motion_norm(system, scales, scene.nonsmooth.step_tolerance), scales);
+  };
+  switch (scene.nonsmooth.scheme_in_force()) {
+    case Scheme::moreau_jean:
+      if (!scene.nonsmooth.step) return with(controlled());
+      return with(MoreauStepper(system, scene.nonsmooth, *scene.nonsmooth.step, e, facts));
+    case Scheme::event_driven:
+      return with(make_event_driven(scene, system, e, facts, state, false));
+    case Scheme::automatic:
+      if (!choice_of(scene.nonsmooth.impact_law).traits.time_stepping)
+        return with(make_event_driven(scene, system, e, facts, state, false));  // nobody to hand over to
+      return with(AutomaticStepper(make_event_driven(scene, system, e, facts, state, true), controlled(),
+                                   tolerance_after_steps(scene.nonsmooth)));
+  }
+  throw std::logic_error("no such scheme");
+}
+
+}  // namespace freeplay

@@ -1,0 +1,111 @@
+// Films in a step of Moreau's, implicit in the velocities. With y = Rᵀv the rates of a film's rows at q_m (ġ, w_t and the
+// relative spin), F its force at the thickness of q_m and D = RᵀAR,
+//
+//     p = h F(y_θ),     y_θ = (1 − θ) Rᵀv + θ Rᵀv⁺ − (θ − ½) h γ,     v⁺ = v_free + A R p,
+//
+// by Newton's method: p = p₀ + J (y_θ − y₀), J = h ∂F/∂y, so that (1 − θJD) p = p₀ + J (y_θ,free − y₀). What presses beside
+// it meets the film's resistance: its response A W becomes A W + A R (1 − θJD)⁻¹ θJ RᵀA W. With z = h C D of either
+// row, C the full film's resistance along it,
+//
+//     θ = 1/(1 − e^(−z)) − 1/z = ½ + z/12 − …
+//
+// is exact for one constant resistance: of second order where the step resolves the film, and without the ringing of θ = ½
+// (v⁺ = −v as z → ∞) where it does not (Liniger and Willoughby, SIAM J. Numer. Anal. 7 (1970) 47, exponential fitting).
+// What stops within a step goes the way of y_θ, not of the ends' mean: with δ = Rᵀ(v⁺ − v) − h γ the change of the rates,
+// positions are moved along A R by what gives the rows h (θ − ½) δ.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "dynamics/system.hpp"
+#include "formulations/contact/film.hpp"
+#include "numerics/saddle_point.hpp"
+
+namespace freeplay {
+
+class FilmStep {
+ public:
+  explicit FilmStep(const System& system);
+  bool any() const { return !films_.empty(); }
+  int size() const { return static_cast<int>(films_.size()); }
+  int contact(int film) const { return films_[static_cast<std::size_t>(film)].contact; }
+
+  /// Takes the row of a film's contact at q_m, and its gap (m) at the beginning of the step.
+  void take(int film, const ContactRow& row, double gap);
+  /// Once all rows are taken: a step of h (s) from v_old; `saddle` is factorised at q_m.
+  void begin(double h, SaddlePoint& saddle, const double* v_old);
+  /// Linearises about the step that would end with v_new.
+  void linearise(const double* v_new);
+  /// Adds the films to a motion without them.
+  void resist(double* v, double* lambda);
+  /// The response of a row's impulse, and its reactions, with the films' resistance.
+  void relax(double* own, double* own_reaction) const;
+  /// Greatest change of a coordinate's rate that the last resist() made: what rounding is judged by.
+  double greatest_change() const;
+  /// Impulses at the end of the step.
+  void finish(const double* v_old, const double* v_new);
+  /// Moves positions at the end of the step by what films stopped within it, but those of contacts that `pressed`.
+  template <class Pressed>
+  void displace(double* q, Pressed pressed) const {
+    for (const auto& f : films_)
+      for (int a = 0; f.first >= 0 && !pressed(f.contact) && a < 2; ++a)
+        for (int i = 0; i < n_; ++i) q[i] += beyond_[2 * f.first / 3 + a] * response(f.first + a)[i];
+  }
+  /// What they took (J).
+  double loss(const double* v_old, const double* v_new) const;
+  /// Adds their impulses; of those the share that a change `struck` of the velocities made goes to `within`.
+  void report(const System& system, const double* q, const Evaluation& e, const double* struck,
+              Forces& smooth, Forces& within) const;
+
+  /// What a step changed of a film's thickness, over that: the greatest where the film mattered, and whose.
+  struct Leap {
+    double share = 0;
+    int contact = -1;
+    template <class M>
+    void remember(M& m) {
+      m(share, contact);
+    }
+  };
+  Leap leap;
+
+ private:
+  struct Place {
+    int contact = -1;
+    Film law;
+    ContactRow row;
+    double gap = 0;                      // m, at the beginning of the step
+    double mobility = 0;                 // 1/kg, of its normal row
+    int first = -1;                      // of its three rows here, −1: dry in this step
+    std::array<double, 3> y_old, gamma;  // Rᵀv, γ
+    std::array<double, 3> theta, y, p;   // y_θ of the linearisation, and its impulses
+    std::array<std::array<double, 3>, 3> J;
+    const SparseRow& of(int a) const { return a == 0 ? row.normal : a == 1 ? row.film : row.spin; }
+  };
+  double* response(int r) { return response_.data() + static_cast<long>(r) * n_; }
+  const double* response(int r) const { return response_.data() + static_cast<long>(r) * n_; }
+  double* reaction(int r) { return reaction_.data() + static_cast<long>(r) * m_; }
+  const double* reaction(int r) const { return reaction_.data() + static_cast<long>(r) * m_; }
+  double mean_rate(const Place& f, int a, const double* v_new) const {
+    return (1 - f.theta[a]) * f.y_old[a] + f.theta[a] * f.of(a).dot(v_new) -
+           (f.theta[a] - 0.5) * h_ * f.gamma[a];
+  }
+  void set_theta(Place& f);
+  static std::array<double, 2> resistance(const Place& f, double gap);
+  void apply(double* v, double* lambda) const;
+
+  std::vector<Place> films_;
+  int n_, m_, used_ = 0;
+  double h_ = 0;
+  std::vector<double> response_, reaction_;  // A R and its multipliers, a column for each row
+  Eigen::MatrixXd D_, K_, E_;
+  Eigen::PartialPivLU<Eigen::MatrixXd> lu_, E_lu_;
+  Eigen::VectorXd way_,
+      beyond_;  // m of normal and film rows, and the movement along A R (kg m) that makes them
+  mutable Eigen::VectorXd rhs_, p_;
+};
+
+}  // namespace freeplay

@@ -1,0 +1,304 @@
+#include "plots/drawing/figure.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "io/files/digest.hpp"
+#include "io/files/input_file.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/visible.hpp"
+#include "plots/drawing/gnuplot.hpp"
+
+namespace freeplay::plots {
+namespace {
+
+/// What a figure says of its origin: program, commit, case.
+std::string origin(const Figure& f, const std::filesystem::path& folder) {
+  const JsonFile source(folder / f.source);
+  return fmt::format("freeplay {} ({}), {}", source.text("provenance.version"),
+                     source.text("provenance.commit"),
+                     f.scene_file.empty() ? source.text("provenance.scene_file") : f.scene_file);
+}
+
+/// Line styles that differ in dash and width as well as in colour: 1 penalty, 2 nonsmooth, 3 ideal, 4 help
+/// lines.
+constexpr Word look =
+    "set style line 1 lc rgb C1 lw 1.6 dt 1 pt 6 ps 1.1\n"
+    "set style line 2 lc rgb C2 lw 1.3 dt (12,5) pt 2 ps 1.0\n"
+    "set style line 3 lc rgb C3 lw 2.2 dt (2,4)\n"
+    "set style line 4 lc rgb 0x888888 lw 1.0 dt 1\n"
+    "set border lw 0.8\n"
+    "set tics nomirror scale 0.6\n"
+    "set grid lt 1 lc rgb 0xd4d4d4 lw 0.7\n"
+    "set key top right samplen 3 spacing 1.1\n"
+    "set pointsize 1\n"
+    "set bmargin at screen Y(1.5)\n";  // above what the figure says of its origin
+
+/// How a format is drawn, and its file: NAME and the suffix.
+struct Terminal {
+  Format format;
+  const char* suffix;
+  double unit;  ///< of its size, per cm
+  double
+      font_scale;  ///< such that a point is one on paper: cairo's terminals take 4/3 pt at scale 1, SVG has 96 units an inch
+  double line_scale;
+};
+constexpr double dots = 100;  ///< per cm, of a PNG
+constexpr Terminal terminals[] = {
+    {Format::pdf, ".pdf", 1, 0.75, 1},
+    {Format::png, ".png", dots, 0.75 * 2.54 * dots / 72, 2},
+    {Format::svg, ".svg", 96 / 2.54, 96.0 / 72, 1},
+    {Format::eps, ".eps", 1, 0.75, 1},
+    {Format::cairolatex, "_latex.tex", 1, 1, 1},
+};
+const Terminal& terminal_of(Format format) {
+  return *std::ranges::find(terminals, format, &Terminal::format);
+}
+
+struct Paper {
+  double width, height;  ///< cm
+};
+
+/// A narrower figure keeps the size of its texts, and so more of its height than of its width.
+Paper paper_of(const Figure& f, const Style& style) {
+  if (f.sized) return {f.width_cm, f.height_cm};
+  const double width = width_of(f, style);
+  const double taller =
+      std::sqrt(width / f.width_cm * std::max(1.0, style.font_size / Style::usual_font_size));
+  return {width, style.height ? 0.1 * *style.height : f.height_cm * taller};
+}
+
+Script terminal(const Terminal& t, const Paper& paper, const Style& style) {
+  const auto font = fmt::format("{},{}", style.font, style.font_size);
+  const double width = t.unit * paper.width, height = t.unit * paper.height;
+  Script size;
+  switch (t.format) {
+    case Format::pdf:
+      size.add("pdfcairo size {:.6g}cm,{:.6g}cm", width, height);
+      break;
+    case Format::eps:
+      size.add("epscairo size {:.6g}cm,{:.6g}cm", width, height);
+      break;
+    case Format::png:
+      size.add("pngcairo size {:.0f},{:.0f}", width, height);
+      break;
+    case Format::svg:
+      size.add("svg size {:.0f},{:.0f}", width, height);
+      break;
+    case Format::cairolatex:  // texts are the document's
+      return size.add("cairolatex pdf size {:.6g}cm,{:.6g}cm linewidth {:.6g}", width, height,
+                      t.line_scale * style.line_width);
+  }
+  return size.add(" font {} fontscale {:.6g} linewidth {:.6g}", font, t.font_scale,
+                  t.line_scale * style.line_width);
+}
+
+/// What does not depend on the format: sizes, colours, line styles.
+Script beginning(const Paper& paper, const Style& style, double font_size) {
+  Script script;
+  script.add(
+      "set encoding utf8\nWIDTH = {:.6g}; HEIGHT = {:.6g}  # cm\nSIZE = {:.6g}  # pt\n"
+      "X(cm) = cm*SIZE/{:.1f}/WIDTH; Y(cm) = cm*SIZE/{:.1f}/HEIGHT\n"
+      "SMALL = sprintf(',%g', 0.88*SIZE); TINY = sprintf(',%g', 0.8*SIZE)\n",
+      paper.width, paper.height, font_size, Style::usual_font_size, Style::usual_font_size);
+  script.add("MONO = {}\n", style.monochrome ? 1 : 0);
+  for (std::size_t i = 0; i < 9; ++i)
+    script.add("C{} = 0x{:06x}\n", i + 1, style.monochrome ? 0u : style.colours[i % style.colours.size()]);
+  return script.add("{}", look);
+}
+
+/// What a figure says of its origin, in its lower right corner.
+Script signature(const std::string& origin) {
+  return Script().add(
+      "set label 100 {} at screen 1-X(0.3), screen Y(0.12) right font TINY tc rgb 0x888888 noenhanced\n",
+      origin);
+}
+
+/// The same figure in every format but LaTeX's: each in a pass of its own over the one script.
+std::string script_of(const Figure& f, const std::vector<Format>& formats, const Style& style,
+                      const std::string& from) {
+  const auto paper = paper_of(f, style);
+  Script script;
+  script.add(
+      "# Draw again: run gnuplot on this file, in its own folder.\nif (!exists(\"PASS\")) PASS = 1\nreset\n");
+  std::size_t pass = 0;
+  for (const auto format : formats) {
+    const auto& t = terminal_of(format);
+    script.add("if (PASS == {}) set terminal {}; set output {}\n", ++pass, terminal(t, paper, style),
+               f.name + t.suffix);
+  }
+  script.add("DATA = {}\n{}{}{}unset output\nPASS = PASS + 1\nif (PASS <= {}) load {}\n", f.name + ".dat",
+             beginning(paper, style, style.font_size), signature(from), f.script, pass, f.name + ".gp");
+  return script.text();
+}
+
+/// For LaTeX, which sets the texts in the document's own font, of 10 pt as a rule; the document says where it comes from.
+std::string latex_script(const Figure& f, const Style& style) {
+  const auto paper = paper_of(f, style);
+  const auto& t = terminal_of(Format::cairolatex);
+  Script name, data;
+  name.add("{}", f.name + t.suffix);
+  data.add("{}", f.name + ".dat");
+  Script script;
+  script.add(
+      "# Draw again: run gnuplot on this file, in its own folder. Then \\input the .tex in a LaTeX document.\n");
+  script.add("set terminal {}\n", terminal(t, paper, style));
+  const auto files = fmt::format("set output {}\nDATA = {}\n", name.text(), data.text());  // no texts for TeX
+  Script body;
+  body.add("{}{}unset output\n", beginning(paper, style, f.sized ? style.font_size : 10), f.script);
+  return script.text() + files + body.tex();
+}
+
+/// A folder to draw in, which goes with what is left in it.
+class DrawingPlace {
+ public:
+  explicit DrawingPlace(const std::filesystem::path& folder) : folder_(folder) {
+    make_folder(folder.parent_path());
+    std::filesystem::remove_all(folder);  // of a drawing that was killed
+    make_folder(folder);
+  }
+  ~DrawingPlace() {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+  DrawingPlace(const DrawingPlace&) = delete;
+  DrawingPlace& operator=(const DrawingPlace&) = delete;
+  std::filesystem::path operator/(const std::string& name) const { return folder_ / name; }
+  const std::filesystem::path& path() const { return folder_; }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+}  // namespace
+
+Block::Block(std::string_view heading) : text_("# " + visible(heading) + "\n") {}
+
+Block& Block::row(const std::vector<double>& values) {
+  fmt::format_to(std::back_inserter(text_), "{}\n", fmt::join(values, " "));
+  filled_ = true;
+  return *this;
+}
+
+Block& Block::gap() {
+  text_ += "\n";
+  return *this;
+}
+
+std::string file_name(std::string_view kind, std::string_view of) {
+  return fmt::format("{}_{}", kind, safe_name(of));
+}
+
+std::string safe_name(std::string_view of) {
+  constexpr std::size_t longest = 60;
+  std::string name(of.substr(0, longest));
+  for (char& c : name)
+    if (!((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+          c == '-' || c == '.'))
+      c = '_';
+  if (name != of) name += fmt::format("_{:016x}", checksum(of));
+  return name;
+}
+
+double tic_step(double range, bool narrow) {
+  const double part = std::max(range, 1e-300) / (narrow ? 3.4 : 5),
+               power = std::pow(10, std::floor(std::log10(part)));
+  for (const double step : {1.0, 2.0, 2.5, 5.0})
+    if (part <= step * power) return step * power;
+  return 10 * power;
+}
+
+bool is_narrow(const Figure& f, const Style& style) {
+  return width_of(f, style) < 12 * style.font_size / Style::usual_font_size;
+}
+
+double width_of(const Figure& f, const Style& style) { return style.width ? 0.1 * *style.width : f.width_cm; }
+
+std::filesystem::path draw(const Figure& f, const std::filesystem::path& folder) {
+  if (f.blocks.empty()) throw OutputError(f.name + ": nothing to draw");
+  const auto style = style_of(folder);
+  auto formats = f.formats.empty() ? style.formats : f.formats;
+  const auto first = formats.front();
+  const bool latex = std::erase(formats, Format::cairolatex) > 0;
+  if (std::ranges::find(formats, Format::png) == formats.end()) formats.push_back(Format::png);
+  const auto from = origin(f, folder);
+  std::string data;
+  for (const auto& block : f.blocks)  // gnuplot does not count a block without rows
+    data += block.text() + (block.empty() ? "NaN NaN\n" : "") + "\n\n";
+  const auto figures = folder / "figures";
+  const DrawingPlace place(figures / (f.name + ".partial"));
+  const auto draw_by = [&](const std::string& script, const std::string& text, std::vector<std::string> makes,
+                           std::uintmax_t least) {
+    write_file(place / script, text);
+    const auto said = run_gnuplot(place.path(), script);
+    for (const auto& name : makes)
+      if (const auto made = place / name;
+          !said.empty() || !std::filesystem::exists(made) || std::filesystem::file_size(made) < least)
+        throw OutputError(fmt::format("{}: gnuplot did not draw it{}", (figures / name).string(),
+                                      said.empty() ? "" : ": " + said));
+    makes.push_back(script);
+    for (const auto& name : makes) move_file(place.path(), figures, name);
+  };
+  write_file(place / (f.name + ".dat"), data);
+  std::vector<std::string> files;
+  for (const auto format : formats) files.push_back(f.name + terminal_of(format).suffix);
+  draw_by(f.name + ".gp", script_of(f, formats, style, from), files, 2000);
+  if (latex)
+    draw_by(f.name + "_latex.gp", latex_script(f, style), {f.name + "_latex.tex", f.name + "_latex.pdf"},
+            500);  // texts, and with them fonts, are LaTeX's
+  move_file(place.path(), figures, f.name + ".dat");
+  if (!f.formats.empty()) return figures / (f.name + terminal_of(first).suffix);
+  // What the style does not ask for any more would show another run, or another style.
+  std::error_code ignored;
+  for (const auto& t : terminals)
+    if (t.format != Format::cairolatex && std::ranges::find(formats, t.format) == formats.end())
+      std::filesystem::remove(figures / (f.name + t.suffix), ignored);
+  if (!latex)
+    for (const char* suffix : {"_latex.gp", "_latex.tex", "_latex.pdf"})
+      std::filesystem::remove(figures / (f.name + suffix), ignored);
+  return figures / (f.name + terminal_of(first).suffix);
+}
+
+void remove_of_run(const std::filesystem::path& folder) {
+  constexpr const char* kinds[] = {"motion",        "phase_portrait", "signals",       "spectra",
+                                   "journal_orbit", "reaction_",      "bearing_load_", "drive_torque"};
+  constexpr const char* files[] = {".dat", ".gp", ".pdf", ".png", ".svg", ".eps", ".tex"};
+  const auto figures = folder / "figures";
+  std::error_code none;
+  if (!std::filesystem::is_directory(std::filesystem::symlink_status(figures, none))) return;
+  std::vector<std::filesystem::path> old;
+  for (const auto& entry : std::filesystem::directory_iterator(figures)) {
+    const auto name = entry.path().filename().string();
+    if (std::ranges::any_of(kinds, [&](const char* kind) { return name.starts_with(kind); }) &&
+        std::ranges::any_of(files, [&](const char* end) { return name.ends_with(end); }))
+      old.push_back(entry.path());
+  }
+  for (const auto& path : old) remove_file(path);
+}
+
+std::vector<std::filesystem::path> all(const std::filesystem::path& folder) {
+  return all(folder, StopToken{});
+}
+
+std::vector<std::filesystem::path> all(const std::filesystem::path& folder, const StopToken& stop) {
+  const Drawing* const drawings[] = {
+#define FIGURES(name) &(name),
+#include "plots/figures/figures.def"
+#undef FIGURES
+  };
+  std::vector<std::filesystem::path> made;
+  for (const auto* drawing : drawings) {
+    if (stop()) break;
+    if (std::ranges::none_of(drawing->needs,
+                             [&](const char* f) { return std::filesystem::exists(folder / f); }))
+      continue;
+    const auto paths = drawing->draw(folder);
+    made.insert(made.end(), paths.begin(), paths.end());
+  }
+  return made;
+}
+
+}  // namespace freeplay::plots

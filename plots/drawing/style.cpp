@@ -1,0 +1,167 @@
+#include "plots/drawing/style.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+
+#include "io/files/child.hpp"
+#include "io/files/visible.hpp"
+#include "io/scene/schema.hpp"
+#include "io/scene/section.hpp"
+
+namespace freeplay::plots {
+namespace {
+
+/// Widths of columns as the publishers' pages for authors give them.
+constexpr PageSize sizes[] = {
+    {"one-column", 90, "Elsevier, artwork sizing: single column"},
+    {"one-and-a-half-column", 140, "Elsevier: 1.5 column"},
+    {"two-column", 190, "Elsevier: double column"},
+    {"springer-one-column", 84, "Springer, large journals: one column"},
+    {"springer-two-column", 174, "Springer, large journals: two columns"},
+    {"ieee-one-column", 88.9, "IEEE: 3.5 in"},
+    {"ieee-two-column", 181.9, "IEEE: 7.16 in"},
+    {"slide", 254, "a slide of 10 in"},
+};
+
+struct NamedColour {
+  std::string_view name;
+  unsigned value;
+};
+/// Okabe and Ito (2008), told apart by colour-blind readers too, and basic names as in CSS Color Level 4.
+constexpr NamedColour named_colours[] = {
+    {"black", 0x000000},   {"grey", 0x808080},      {"silver", 0xc0c0c0},    {"red", 0xff0000},
+    {"maroon", 0x800000},  {"olive", 0x808000},     {"green", 0x008000},     {"teal", 0x008080},
+    {"blue", 0x0000ff},    {"navy", 0x000080},      {"purple", 0x800080},    {"brown", 0xa52a2a},
+    {"orange", 0xffa500},  {"magenta", 0xff00ff},   {"cyan", 0x00ffff},      {"gold", 0xffd700},
+    {"crimson", 0xdc143c}, {"steelblue", 0x4682b4}, {"darkgreen", 0x006400}, {"darkorange", 0xff8c00},
+};
+constexpr unsigned okabe_ito[] = {0x0072b2, 0xd55e00, 0x000000, 0x009e73,
+                                  0xcc79a7, 0xe69f00, 0x56b4e9, 0xf0e442};
+constexpr std::size_t most_colours = 16;
+
+constexpr Range text_size{[](double x) { return x >= 4 && x <= 40; }, "between 4 and 40"};
+constexpr Range times{[](double x) { return x >= 0.2 && x <= 10; }, "between 0.2 and 10"};
+constexpr Range paper{[](double x) { return x >= 30 && x <= 1000; }, "between 30 and 1000"};
+
+std::vector<std::string> words(const auto& all) {
+  std::vector<std::string> list;
+  for (const auto& one : all) list.emplace_back(one.name);
+  return list;
+}
+
+/// #rrggbb or a name.
+std::optional<unsigned> colour(std::string_view text) {
+  const auto named = std::ranges::find(named_colours, text, &NamedColour::name);
+  if (named != std::end(named_colours)) return named->value;
+  if (text.size() != 7 || text.front() != '#') return std::nullopt;
+  unsigned value = 0;
+  const auto [end, error] = std::from_chars(text.data() + 1, text.data() + text.size(), value, 16);
+  return error == std::errc() && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
+}
+
+/// "; did you mean …?", or what there is.
+std::string remedy(std::string_view word, const std::vector<std::string>& known) {
+  const auto near = nearest_word(word, known);
+  return near.empty() ? listed("there are", known) : fmt::format("; did you mean {}?", near);
+}
+
+/// Whether fontconfig, which gnuplot takes fonts from, has a family; true where that cannot be asked. It would otherwise
+/// take another one and say nothing.
+bool installed(const std::string& font) {
+  std::string pattern = ":family=";
+  for (const char c : font) pattern += c == '-' ? std::string("\\-") : std::string(1, c);
+  return run_child({.command = {"fc-list", "-q", pattern}, .seconds = 10}).status != 1;
+}
+
+std::string font(Section& s, const std::string& fallback) {
+  if (!s.has("font")) return s.text("font", fallback);
+  const auto name = s.text("font");
+  const auto plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == ' ' || c == '-';
+  };
+  if (name.empty() || name.size() > 60 || name.front() == ' ' || name.front() == '-' ||
+      !std::ranges::all_of(name, plain))
+    s.fail("font",
+           fmt::format("must be the name of a font's family, letters, digits, spaces and -, is \"{}\"",
+                       visible_brief(name, 40)));
+  if (!installed(name))
+    s.fail("font", fmt::format("\"{}\" is not installed here; fc-list : family lists what is", name));
+  return name;
+}
+
+std::vector<unsigned> colours(Section& s, std::vector<unsigned> fallback) {
+  if (!s.has("colours")) return fallback;
+  if (s.is_text("colours")) {
+    const auto name = s.text("colours");
+    if (name == "okabe-ito") return {std::begin(okabe_ito), std::end(okabe_ito)};
+    s.fail("colours",
+           fmt::format("\"{0}\" is no palette, \"okabe-ito\" is; colours stand in a list, [\"{0}\"]",
+                       visible_brief(name, 40)));
+  }
+  const auto list = s.names("colours");
+  if (list.empty() || list.size() > most_colours)
+    s.fail("colours", fmt::format("must be 1 to {} colours, is a list of {}", most_colours, list.size()));
+  std::vector<unsigned> values;
+  for (const auto& name : list) {
+    const auto value = colour(name);
+    if (!value)
+      s.fail("colours", fmt::format("\"{}\" is no colour: \"#rrggbb\" or a name{}", visible_brief(name, 40),
+                                    remedy(name, words(named_colours))));
+    values.push_back(*value);
+  }
+  return values;
+}
+
+std::vector<Format> formats(Section& s, std::vector<Format> fallback) {
+  if (!s.has("format")) return fallback;
+  const auto list = s.is_text("format") ? std::vector{s.text("format")} : s.names("format");
+  if (list.empty()) s.fail("format", "must name at least one");
+  try {
+    return formats_named(list);
+  } catch (const SceneError& e) {
+    s.fail("format", e.what());
+  }
+}
+
+}  // namespace
+
+std::span<const PageSize> page_sizes() { return sizes; }
+
+std::vector<Format> formats_named(const std::vector<std::string>& names) {
+  std::vector<Format> list;
+  for (const auto& name : names) {
+    const auto it = std::ranges::find(format_names, name, &FormatFacts::name);
+    if (it == format_names.end())
+      throw SceneError(fmt::format("\"{}\" is no format of figures{}", visible_brief(name, 40),
+                                   listed("there are", words(format_names))));
+    if (std::ranges::find(list, it->format) == list.end()) list.push_back(it->format);
+  }
+  return list;
+}
+
+Style style_of(const std::filesystem::path& folder) {
+  Style style;
+  const auto file = folder / "figures" / "style.toml";
+  std::error_code none;
+  if (!std::filesystem::exists(std::filesystem::symlink_status(file, none))) return style;
+  const SceneSource source{.name = file.string()};
+  const toml::table document = parse_toml(read_text(file), file.string());
+  refuse_unknown_keys(document, "style", source);
+  Section s(document, "", "style", source);
+  style.font = font(s, style.font);
+  style.font_size = s.number("font_size", text_size, style.font_size);
+  style.line_width = s.number("line_width", times, style.line_width);
+  style.colours = colours(s, style.colours);
+  style.monochrome = s.flag("monochrome", false);
+  if (s.has("size")) style.width = sizes[s.choice("size", words(sizes))].width;
+  if (s.has("size") && s.has("width")) s.fail("width", "is given by size already; one of both");
+  if (s.has("width")) style.width = s.number(Key{"width", "mm", ""}, paper);
+  if (s.has("height")) style.height = s.number(Key{"height", "mm", ""}, paper);
+  style.formats = formats(s, style.formats);
+  s.done("a style");
+  return style;
+}
+
+}  // namespace freeplay::plots

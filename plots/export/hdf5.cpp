@@ -1,0 +1,256 @@
+// A result folder as one HDF5 file. Each table is read twice: first to see that all of it can be read, how many rows it has and
+// how long its texts are, then to write it; so a damaged table is refused before anything is written.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <tuple>
+
+#include "io/files/input_file.hpp"
+#include "io/files/visible.hpp"
+#include "mechanism/error.hpp"
+#include "plots/export/export.hpp"
+#include "plots/export/hdf5_file.hpp"
+#include "plots/export/hdf5_json.hpp"
+#include "plots/tables/columns.hpp"
+#include "plots/tables/table.hpp"
+#include "version.hpp"
+
+namespace freeplay {
+namespace {
+
+using Path = std::filesystem::path;
+using plots::Rows;
+
+/// A table as its first reading found it.
+struct Found {
+  Path file;
+  std::vector<std::string> names;
+  std::vector<std::size_t> widths;  ///< of texts, bytes; 0: a column of numbers
+  std::size_t rows = 0;
+};
+
+/// A folder with the results of one run, or of one verb.
+struct Source {
+  std::string group;  ///< "" of the folder itself
+  Path folder;
+  std::vector<Found> tables;
+  std::vector<Path> documents;
+};
+
+/// Columns that hold names, whatever these look like.
+bool holds_names(std::string_view column) {
+  return column == "joint" || column == "kind" || column == "channel" || column == "name";
+}
+
+bool is_number(const std::string& text) {
+  double x = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), x);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+void ask(const StopToken& stop) {
+  if (stop()) throw Interrupted();
+}
+
+/// A column's first field says what the others must be. An empty field is NaN among numbers.
+Found first_reading(const Path& file, const StopToken& stop) {
+  Rows in(file);
+  Found found{file, in.names(), std::vector<std::size_t>(in.names().size(), 0), 0};
+  if (std::set(found.names.begin(), found.names.end()).size() != found.names.size())
+    throw SceneError(file.string() + ":1: has two columns of the same name");
+  enum class Kind { open, number, text };
+  std::vector<Kind> kinds;
+  for (const auto& name : found.names) kinds.push_back(holds_names(name) ? Kind::text : Kind::open);
+  while (in.next()) {
+    if (found.rows++ % 4096 == 0) ask(stop);
+    for (std::size_t i = 0; i < kinds.size(); ++i) {
+      if (kinds[i] == Kind::number) {
+        in.maybe_number(i);
+        continue;
+      }
+      const auto& text = in.maybe_label(i);
+      if (kinds[i] == Kind::open && !text.empty()) kinds[i] = is_number(text) ? Kind::number : Kind::text;
+      if (kinds[i] == Kind::text) found.widths[i] = std::max(found.widths[i], text.size());
+    }
+  }
+  for (std::size_t i = 0; i < kinds.size(); ++i)
+    if (kinds[i] == Kind::text) found.widths[i] = std::max<std::size_t>(found.widths[i], 1);
+  return found;
+}
+
+/// Regular files of the folder alone: what a link leads to is none of its results.
+Source read_first(const std::string& group, const Path& folder, const StopToken& stop) {
+  Source source{group, folder, {}, {}};
+  std::vector<Path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    std::error_code error;
+    if (std::filesystem::is_regular_file(entry.symlink_status(error)) &&
+        !entry.path().filename().string().starts_with('.'))
+      files.push_back(entry.path());
+  }
+  std::ranges::sort(files);
+  for (const auto& file : files) {
+    if (file.extension() == ".json") source.documents.push_back(file);
+    if (file.extension() == ".csv") source.tables.push_back(first_reading(file, stop));
+  }
+  return source;
+}
+
+std::vector<Source> sources_in(const Path& folder, const StopToken& stop) {
+  std::vector<Source> list{read_first("", folder, stop)};
+  if (std::filesystem::exists(folder / "comparison.json"))
+    for (const char* run : {"penalty", "nonsmooth", "ideal"}) {
+      std::error_code error;
+      if (std::filesystem::is_directory(std::filesystem::symlink_status(folder / run, error)))
+        list.push_back(read_first(run, folder / run, stop));
+    }
+  for (const auto& source : list)
+    if (!source.tables.empty()) return list;
+  throw SceneError(
+      folder.string() +
+      ": has no result tables to export; give a folder made by freeplay run, compare or another verb");
+}
+
+/// Of 64-bit numbers 32 MiB at most are held, whatever the number of columns.
+std::size_t block_length(std::size_t columns) {
+  return std::clamp<std::size_t>((std::size_t{4} << 20) / std::max<std::size_t>(columns, 1), 64, 16384);
+}
+
+[[noreturn]] void changed(const Path& file) {
+  throw SceneError(file.string() + ": has changed while it was read; export it when nothing writes there");
+}
+
+/// Columns of one table, block by block.
+class TableWriter {
+ public:
+  TableWriter(const hdf5::File& file, hid_t parent, const Found& found, const StopToken& stop)
+      : file_(file),
+        found_(found),
+        stop_(stop),
+        length_(block_length(found.names.size())),
+        group_(file.group(parent, found.file.stem().string())) {
+    const hdf5::Block block{found.rows, length_};
+    for (std::size_t i = 0; i < found.names.size(); ++i) {
+      const bool number = found.widths[i] == 0;
+      columns_.push_back(number ? file.numbers(group_.id(), found.names[i], block)
+                                : file.texts(group_.id(), found.names[i], block, found.widths[i]));
+      if (number) file.set(columns_.back().id(), "units", hdf5::unit_of(found.names[i]));
+    }
+    numbers_.resize(columns_.size());
+    bytes_.resize(columns_.size());
+    file.set(group_.id(), "source", found.file.filename().string());
+    file.set(group_.id(), "rows", static_cast<std::int64_t>(found.rows));
+    file.set(group_.id(), "columns", found.names);
+  }
+  const hdf5::Handle& group() const { return group_; }
+
+  void write() {
+    Rows in(found_.file);
+    if (in.names() != found_.names) changed(found_.file);
+    std::size_t row = 0;
+    for (; in.next(); ++row) {
+      if (row > 0 && row % length_ == 0) flush(row);
+      for (std::size_t i = 0; i < columns_.size(); ++i) take(in, i);
+    }
+    if (row != found_.rows) changed(found_.file);
+    flush(row);
+  }
+
+ private:
+  void take(const Rows& in, std::size_t i) {
+    const auto width = found_.widths[i];
+    if (width == 0) {
+      numbers_[i].push_back(in.maybe_number(i));
+      return;
+    }
+    const auto& text = in.maybe_label(i);
+    if (text.size() > width) changed(found_.file);
+    bytes_[i].insert(bytes_[i].end(), text.begin(), text.end());
+    bytes_[i].resize(bytes_[i].size() + width - text.size(), 0);
+  }
+  /// The rows up to `end`, which are kept.
+  void flush(std::size_t end) {
+    ask(stop_);
+    if (end > found_.rows) changed(found_.file);
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      if (const auto width = found_.widths[i]; width > 0)
+        file_.write(columns_[i], written_, end - written_, width, bytes_[i]);
+      else
+        file_.write(columns_[i], written_, numbers_[i]);
+      numbers_[i].clear();
+      bytes_[i].clear();
+    }
+    written_ = end;
+  }
+
+  const hdf5::File& file_;
+  const Found& found_;
+  StopToken stop_;
+  std::size_t length_, written_ = 0;
+  hdf5::Handle group_;
+  std::vector<hdf5::Handle> columns_;
+  std::vector<std::vector<double>> numbers_;
+  std::vector<std::vector<char>> bytes_;
+};
+
+/// Instruments have units of their own: arrays of their names and units beside the samples.
+void tell_channels(const hdf5::File& file, hid_t signals, const Path& folder) {
+  std::vector<std::string> channels, units;
+  const plots::RunColumns run(folder);
+  for (const auto& column : run.all())
+    if (!column.channel.empty()) {
+      channels.push_back(column.channel);
+      units.push_back(column.unit);
+    }
+  if (channels.empty()) return;
+  file.set(signals, "channels", channels);
+  file.set(signals, "channel_units", units);
+}
+
+void write(const hdf5::File& file, hid_t at, const Source& source, const StopToken& stop, Exported& done) {
+  for (const auto& path : source.documents) {
+    const JsonFile json(path);
+    const auto name = path.filename().string();
+    file.set(at, name, read_file(path, most_of_a_result));
+    if (name != "run.json" || !json.document().is_object()) continue;
+    hdf5::mirror(file, file.group(at, "run").id(), json.document());
+    if (const auto contacts = hdf5::statistics(file, at, json.document())) {
+      ++done.tables;
+      done.rows += contacts;
+    }
+  }
+  const bool run = std::filesystem::exists(source.folder / "run.json");
+  for (const auto& table : source.tables) {
+    TableWriter writer(file, at, table, stop);
+    writer.write();
+    if (run && table.file.filename() == "signals.csv")
+      tell_channels(file, writer.group().id(), source.folder);
+    ++done.tables;
+    done.rows += table.rows;
+  }
+}
+
+}  // namespace
+
+void require_hdf5() { hdf5::library(); }
+
+Exported export_hdf5(const Path& folder, const Path& path, StopToken stop) {
+  require_hdf5();
+  const auto sources = sources_in(folder, stop);
+  Exported done;
+  hdf5::File file(path);
+  file.set(file.root(), "exported_by", fmt::format("freeplay {} ({})", version, commit));
+  for (const auto& source : sources)
+    if (source.group.empty())
+      write(file, file.root(), source, stop, done);
+    else
+      write(file, file.group(file.root(), source.group).id(), source, stop, done);
+  file.commit();
+  return done;
+}
+
+}  // namespace freeplay

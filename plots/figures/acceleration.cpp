@@ -1,0 +1,103 @@
+// Acceleration through the scene's accelerometer over the crank angle of the last whole revolution: both
+// formulations and the ideal joint.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "io/files/input_file.hpp"
+#include "mechanism/scene.hpp"
+#include "plots/drawing/figure.hpp"
+#include "plots/tables/table.hpp"
+
+namespace freeplay::plots {
+namespace {
+
+constexpr double turn = 2 * std::numbers::pi;
+
+struct Trace {
+  std::string channel;
+  bool turns = false;  ///< whether the crank's angle is known, and grows or falls
+  Block block{"angle (degrees) or t (s), acceleration (m/s^2)"};
+};
+
+/// The first accelerometer of the scene that a run was made of; "" where there is none, or none can be known: another
+/// channel is no acceleration.
+std::string accelerometer(const std::filesystem::path& run) {
+  try {
+    const JsonFile json(run / "run.json");
+    const auto scene = parse_scene(json.text("provenance.scene"), json.text("provenance.scene_file"),
+                                   json.texts("provenance.overrides"));
+    for (const auto& i : scene.instruments)
+      if (i.kind == Instrument::Kind::accelerometer) return i.name;
+  } catch (const SceneError&) {
+  }
+  return "";
+}
+
+/// The last whole turn of the accelerometer, at the crank's own angles; without a crank the last tenth of the time. The
+/// file is read twice: where the turn begins is known at its end.
+Trace last_turn(const std::filesystem::path& file) {
+  Trace trace{.channel = accelerometer(file.parent_path())};
+  const auto each = [&](const auto& take) {
+    Rows rows(file);
+    const auto channel = rows.place("channel"), t = rows.place("t"), angle = rows.place("crank_angle"),
+               value = rows.place("value");
+    while (rows.next()) take(rows.name(channel), rows.number(t), rows.number(angle), rows.number(value));
+  };
+  double front = NAN, back = NAN, end = 0;
+  each([&](const std::string&, double t, double angle, double) {
+    if (std::isnan(front)) front = angle;
+    back = angle;
+    end = t;
+  });
+  trace.turns = back < front || back > front;
+  if (trace.channel.empty()) return trace;
+  const double sense = trace.turns && back < front ? -1 : 1;
+  const double last = sense * back / turn, start = sense * front / turn;
+  const double whole = std::floor(last + 1e-9 * (last - start)) - 1;
+  const double first = std::max(whole, std::floor(start + 1e-9));
+  each([&](const std::string& channel, double t, double angle, double value) {
+    if (channel != trace.channel) return;
+    const double along = sense * angle / turn - first;
+    if (trace.turns ? along < 0 || along > 1 : t < 0.9 * end) return;
+    trace.block.row({trace.turns ? 360 * (sense > 0 ? along : 1 - along) : t, value});
+  });
+  return trace;
+}
+
+std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+  const auto file = [&](const char* run) { return folder / run / "signals.csv"; };
+  if (!std::filesystem::exists(file("penalty"))) return {};
+  Figure f{.name = "acceleration", .source = "comparison.json"};
+  const char* const titles[][2] = {
+      {"penalty", "penalty"}, {"nonsmooth", "nonsmooth"}, {"ideal", "ideal joint"}};
+  Script plot;
+  std::string channel;
+  bool turns = false;
+  for (int i = 0; i < 3; ++i) {
+    if (!std::filesystem::exists(file(titles[i][0]))) continue;
+    const auto trace = last_turn(file(titles[i][0]));
+    if (i == 0) turns = trace.turns;
+    if (trace.block.empty()) continue;
+    channel = trace.channel;
+    plot.add("{}DATA index {} using 1:2 with lines ls {} title {}", plot.empty() ? Word("plot ") : Word(", "),
+             f.blocks.size(), i + 1, titles[i][1]);
+    f.blocks.push_back(trace.block);
+  }
+  if (plot.empty()) return {};
+  if (turns)
+    f.script.add("set xlabel 'Crank angle (°)'\nset xrange [0:360]\nset xtics 45\n");
+  else
+    f.script.add("set xlabel 'Time (s)'\n");
+  f.script.add("set ylabel {} noenhanced\nset key outside top center horizontal\n{}\n",
+               fmt::format("Acceleration, {} (m/s²)", channel), plot);
+  return {draw(f, folder)};
+}
+
+}  // namespace
+
+const Drawing acceleration{{"comparison.json"}, draw_all};
+
+}  // namespace freeplay::plots

@@ -1,0 +1,154 @@
+// Where motions settle: section points over a parameter, one colour for each branch; and the attractor that each start of a
+// grid leads to.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "io/files/input_file.hpp"
+#include "plots/drawing/figure.hpp"
+#include "plots/drawing/style.hpp"
+#include "plots/tables/table.hpp"
+
+namespace freeplay::plots {
+namespace {
+
+std::string with_unit(const std::string& name, const std::string& unit) {
+  return name + (unit.empty() ? "" : " (" + unit + ")");
+}
+std::string axis_label(const JsonFile& document, const std::string& path) {
+  return with_unit(document.text(path + ".name"), document.text(path + ".unit"));
+}
+
+/// Dots of the first colour upwards, over rings of the second downwards, so that neither hides the other; what began from drawn starts
+/// lies below both in grey.
+constexpr Word branch_colours[] = {"0x9aa0a6", "C1", "C2"};
+constexpr Word branch_marks[] = {"7", "7", "6"};
+constexpr Word no_points =
+    "set label 1 'no point of the section' at graph 0.5, graph 0.5 center tc rgb 0x888888\n";
+int place_of(const std::string& branch) { return branch == "up" ? 1 : branch == "down" ? 2 : 0; }
+
+std::vector<std::filesystem::path> draw_bifurcation(const std::filesystem::path& folder) {
+  const JsonFile document(folder / "bifurcation.json");
+  const auto column = document.text("bifurcation.columns.0.name");
+  Rows rows(folder / "bifurcation.csv");
+  const auto branch = rows.place("branch"), value = rows.place("value"), at = rows.place(column);
+  Block blocks[] = {Block("from drawn starts"), Block("swept upwards"), Block("swept downwards")};
+  Block none[] = {Block("from drawn starts, no points"), Block("swept upwards, no points"),
+                  Block("swept downwards, no points")};
+  double least = INFINITY, most = -INFINITY;  // of all values, those without points among them
+  while (rows.next()) {
+    const double x = rows.number(value), y = rows.number(at);
+    if (std::isfinite(x)) {
+      least = std::min(least, x);
+      most = std::max(most, x);
+    }
+    const auto k = static_cast<std::size_t>(place_of(rows.name(branch)));
+    if (std::isfinite(x) && std::isfinite(y))
+      blocks[k].row({x, y});
+    else if (std::isfinite(x))
+      none[k].row({x, 0.012 + 0.016 * static_cast<double>(k)});
+  }
+  Figure f{.name = "bifurcation", .height_cm = 10, .source = "bifurcation.json"};
+  constexpr Word titles[] = {"from drawn starts", "swept upwards", "swept downwards"};
+  Script plot;
+  bool points = false, without = false;
+  const auto opening = [&] { return plot.empty() ? Word("plot ") : Word(", "); };
+  for (const std::size_t k : {0u, 2u, 1u}) {
+    if (blocks[k].empty()) continue;
+    plot.add(
+        "{}DATA index {} using 1:2 with points pt {} ps {} lw 0.6 lc rgb {} notitle, keyentry with points pt {} ps 0.8 lc rgb {} "
+        "title '{}'",
+        opening(), f.blocks.size(), branch_marks[k], k == 2 ? 0.6 : 0.3, branch_colours[k], branch_marks[k],
+        branch_colours[k], titles[k]);
+    f.blocks.push_back(blocks[k]);
+    points = true;
+  }
+  // What was run and met the section nowhere stands along the bottom: an answer, and not a value left out.
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (none[k].empty()) continue;
+    plot.add("{}DATA index {} using 1:2 axes x1y2 with points pt 5 ps 0.3 lc rgb {} notitle", opening(),
+             f.blocks.size(), branch_colours[k]);
+    f.blocks.push_back(none[k]);
+    without = true;
+  }
+  if (f.blocks.empty()) return {};
+  if (without)
+    plot.add(", keyentry with points pt 5 ps 0.6 lc rgb 0x888888 title 'no points (at the bottom)'");
+  f.script.add(
+      "set xlabel {} noenhanced\nset ylabel {} noenhanced\nset key outside top center horizontal samplen 1\n"
+      "set xrange [{}:{}]\nset autoscale yfix\nset offsets 0, 0, graph 0.04, graph 0.04\n",
+      axis_label(document, "bifurcation.axis"),
+      with_unit(column, document.text("bifurcation.columns.0.unit")),
+      least - (most > least ? 0.01 * (most - least) : 1), most + (most > least ? 0.01 * (most - least) : 1));
+  f.script.add("set y2range [0:1]\n");
+  if (!points) f.script.add("{}set yrange [0:1]\nset format y ''\n", no_points);
+  if (column == "phase") f.script.add("set offsets 0, 0, 0, 0\nset yrange [0:1]\n");
+  f.script.add("{}\n", plot);
+  return {draw(f, folder)};
+}
+
+constexpr unsigned basin_colours[] = {0x0b3c8c, 0xe0a458, 0x1a7f37, 0xcf222e, 0x7b3fa0, 0x3d9be0, 0x8a6d3b};
+constexpr unsigned greys[] = {0x303030, 0xd8d8d8, 0x787878, 0xa8a8a8, 0x505050, 0xc0c0c0, 0x909090};
+constexpr unsigned gave_up = 0xf0f0f0;
+
+/// Of a map: those of the style where it names any, greys where it wants no colour.
+unsigned colour_of(const Style& style, int attractor) {
+  if (attractor < 0) return gave_up;
+  const auto k = static_cast<std::size_t>(attractor);
+  if (style.monochrome) return greys[k % std::size(greys)];
+  if (style.colours != Style{}.colours) return style.colours[k % style.colours.size()];
+  return basin_colours[k % std::size(basin_colours)];
+}
+
+/// Half the way to the nearest neighbour, of the cells' edges.
+double half_step(std::vector<double> values) {
+  std::ranges::sort(values);
+  double least = INFINITY;
+  for (std::size_t i = 1; i < values.size(); ++i)
+    if (values[i] > values[i - 1]) least = std::min(least, values[i] - values[i - 1]);
+  return std::isfinite(least) ? 0.5 * least : 0.5;
+}
+
+std::vector<std::filesystem::path> draw_basin(const std::filesystem::path& folder) {
+  const JsonFile document(folder / "basin.json");
+  const Table table(folder / "basin.csv", {}, {"x", "y", "attractor"});
+  const auto &x = table.column("x"), &y = table.column("y"), &attractor = table.column("attractor");
+  if (table.rows() == 0) return {};
+  const double dx = half_step(x), dy = half_step(y);
+  std::map<int, Block> cells;
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    const int a = static_cast<int>(attractor[i]);
+    cells.try_emplace(a, Block("x, y, half a cell")).first->second.row({x[i], y[i], dx, dy});
+  }
+  const auto style = style_of(folder);
+  Figure f{.name = "basin", .height_cm = 11, .source = "basin.json"};
+  Script plot;
+  for (const auto& [a, block] : cells) {
+    std::string title = "gave up";
+    if (a >= 0) {
+      const auto path = fmt::format("basin.attractors.{}.", a);
+      title = document.text(path + "kind");
+      if (const auto cycle = document.text(path + "cycle"); !cycle.empty() && cycle.size() < 60)
+        title += ": " + cycle;
+    }
+    plot.add(
+        "{}DATA index {} using 1:2:3:4 with boxxyerror fs solid noborder lc rgb 0x{:06x} title {} noenhanced",
+        plot.empty() ? Word("plot ") : Word(", "), f.blocks.size(), colour_of(style, a), title);
+    f.blocks.push_back(block);
+  }
+  f.script.add(
+      "set xlabel {} noenhanced\nset ylabel {} noenhanced\nset key outside top center vertical maxrows 4\n"
+      "set autoscale noextend\n{}\n",
+      axis_label(document, "basin.x"), axis_label(document, "basin.y"), plot);
+  return {draw(f, folder)};
+}
+
+}  // namespace
+
+const Drawing bifurcation{{"bifurcation.json"}, draw_bifurcation};
+const Drawing basin{{"basin.json"}, draw_basin};
+
+}  // namespace freeplay::plots

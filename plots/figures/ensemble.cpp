@@ -1,0 +1,51 @@
+// Bands of an ensemble: at each time the quantiles of its starts, 5 to 95 % and 25 to 75 %, and the median.
+#include <fmt/format.h>
+
+#include <map>
+
+#include "plots/drawing/figure.hpp"
+#include "plots/tables/table.hpp"
+
+namespace freeplay::plots {
+namespace {
+
+constexpr std::size_t most = 4;  // columns in one figure
+
+std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+  const Table table(folder / "bands.csv", {"column"}, {"t", "q05", "q25", "q50", "q75", "q95"});
+  const auto& name = table.text("column");
+  Figure f{.name = "ensemble", .source = "ensemble.json"};
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    if (names.empty() || names.back() != name[i]) {
+      if (names.size() == most) break;
+      names.push_back(name[i]);
+      f.blocks.emplace_back(name[i] + ": t (s), quantiles 5, 25, 50, 75, 95 %");
+    }
+    std::vector<double> row;
+    for (const char* column : {"t", "q05", "q25", "q50", "q75", "q95"})
+      row.push_back(table.column(column)[i]);
+    f.blocks.back().row(row);
+  }
+  if (names.empty()) return {};
+  f.height_cm = 3 + 5 * static_cast<double>(names.size());
+  f.script.add(
+      "set multiplot layout {},1 margins X(2.4),1-X(0.4),Y(1.5),1-Y(1.1) spacing 0,Y(1.6)\n"
+      "set style fill transparent solid 0.25 noborder\nset key center at graph 0.5, graph 1.09 "
+      "horizontal maxrows 1 samplen 2 font SMALL\nset xlabel 'Time (s)'\n",
+      names.size());
+  for (std::size_t i = 0; i < names.size(); ++i)
+    f.script.add(
+        "set ylabel {0} noenhanced\nplot DATA index {1} using 1:2:6 with filledcurves lc rgb C2 title {2}, '' index {1} "
+        "using 1:3:5 with filledcurves lc rgb C1 title {3}, '' index {1} using 1:4 with lines lw 1.5 lc rgb C1 title {4}\n"
+        "unset key\n",
+        names[i], i, Word("'5 to 95 %'"), Word("'25 to 75 %'"), Word("'median'"));
+  f.script.add("unset multiplot\n");
+  return {draw(f, folder)};
+}
+
+}  // namespace
+
+const Drawing ensemble{{"ensemble.json"}, draw_all};
+
+}  // namespace freeplay::plots

@@ -1,0 +1,134 @@
+// What the joints and drives carry: reactions and driving torques over the crank angle, and polar load
+// diagrams of the revolute joints, both formulations over the ideal mechanism. Of a driven mechanism the last
+// whole turn, else the whole run.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "plots/drawing/figure.hpp"
+#include "plots/drawing/force_panels.hpp"
+#include "plots/tables/force_table.hpp"
+
+namespace freeplay::plots {
+namespace {
+
+constexpr Word force_x{"F_x (N)", "$F_x$ (N)"}, force_y{"F_y (N)", "$F_y$ (N)"};
+
+/// |F| and its components; of a loose guide |F| of all corners and of each, of a loose slot of its sides.
+std::filesystem::path reaction(const ForceTable& table, const std::filesystem::path& folder,
+                               const std::string& name) {
+  const auto size = table.magnitudes(name);
+  const double rounding = std::max(1e-6 * greatest(size), 1e-9);
+  std::vector<ForcePanel> panels;
+  const bool slot = table.any(name + ".right.fx"),
+             guide = slot || table.any(name + "." + guide_corners[0] + ".fx");
+  panels.push_back({"|F| (N)", slot ? "both sides" : guide ? "all corners" : "", size, true});
+  if (guide) {
+    for (const auto* corner : guide_corners)
+      if (table.any(name + "." + corner + ".fx")) {
+        std::string label = corner;
+        std::ranges::replace(label, '_', ' ');
+        panels.push_back({"|F| (N)", label, table.magnitudes(name + "." + corner), true});
+      }
+  } else {
+    // A component that is nothing but rounding, such as a revolute joint's moment, has no panel; a moment's
+    // arm is of the order of a metre or less.
+    for (const auto& [quantity, suffix] :
+         {std::pair{force_x, ".fx"}, {force_y, ".fy"}, {Word("M (N m)"), ".m"}})
+      if (auto v = table.columns(name, suffix); greatest(v) > rounding)
+        panels.push_back({quantity, "", std::move(v), false});
+  }
+  return stack(table, folder, file_name("reaction", name), table.heading(name), std::move(panels), rounding);
+}
+
+std::filesystem::path drive_torque(const ForceTable& table, const std::filesystem::path& folder) {
+  std::vector<ForcePanel> panels;
+  double size = 0;
+  for (const auto& name : table.drives()) {
+    panels.push_back({"Torque (N m)", name, table.columns(name, ".torque"), false});
+    size = std::max(size, greatest(panels.back().runs));
+  }
+  return stack(table, folder, "drive_torque", "", std::move(panels), std::max(1e-6 * size, 1e-9));
+}
+
+/// Fx against Fy, a panel for each formulation with the ideal joint in it.
+std::filesystem::path bearing_load(const ForceTable& table, const std::filesystem::path& folder,
+                                   const std::string& name) {
+  const auto& runs = table.runs();
+  const auto x = table.columns(name, ".fx"), y = table.columns(name, ".fy");
+  auto across = range_of(x), up = range_of(y);
+  // The origin in sight, the same scale on both axes.
+  for (auto* range : {&across, &up}) {
+    const double margin = 0.06 * (range->high - range->low);
+    range->low = std::min(range->low, -margin);
+    range->high = std::max(range->high, margin);
+  }
+  const double span = std::max({across.high - across.low, up.high - up.low, 1e-9});
+  widen(across, span);
+  widen(up, span);
+
+  Figure f{.name = file_name("bearing_load", name), .height_cm = 9, .source = table.source()};
+  std::vector<std::size_t> panels;
+  std::optional<std::size_t> ideal;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    auto& block = f.blocks.emplace_back(fmt::format("{}: F_x, F_y (N)", runs[r].title));
+    for (std::size_t i = 0; i < std::min(x[r].size(), y[r].size()); ++i) block.row({x[r][i], y[r][i]});
+    if (x[r].empty() || y[r].empty()) continue;
+    if (runs[r].style == 3)
+      ideal = r;
+    else
+      panels.push_back(r);
+  }
+  if (panels.empty()) return {};
+  // Square panels, whatever the page.
+  const auto style = style_of(folder);
+  const double scale = style.font_size / Style::usual_font_size, count = static_cast<double>(panels.size());
+  f.width_cm = style.width ? 0.1 * *style.width : panels.size() == 1 ? 9 : 16;
+  const double side = (f.width_cm - scale * (1.6 + 0.4 + 1.8 * (count - 1))) / count;
+  f.height_cm = std::max(side, 1.0) + scale * (1.4 + 1.6);
+  f.sized = true;
+  f.script.add(
+      "set multiplot layout 1,{} margins X(1.6),1-X(0.4),Y(1.4),1-Y(1.6) spacing X(1.8),0\nset size ratio -1\n"
+      "set xrange [{:.5g}:{:.5g}]\nset yrange [{:.5g}:{:.5g}]\nset xlabel '{}'\n"
+      "set xtics {:.6g}\nset ytics {:.6g}\nset ylabel '{}' offset 0.8\nset xzeroaxis ls 4\nset yzeroaxis ls 4\n"
+      "set label 1 {} at screen X(0.3),1-Y(0.3) noenhanced\nset key at screen 1-X(0.3),1-Y(0.12) right top\n"
+      "set title offset 0,-0.6\n"
+      "set label 2 {} at screen X(0.3),1-Y(0.7) font TINY tc rgb 0x555555 noenhanced\n",
+      panels.size(), across.low, across.high, up.low, up.high, force_x, tic_step(span, side < 5 * scale),
+      tic_step(span), force_y, table.heading(name), table.extent());
+  for (std::size_t k = 0; k < panels.size(); ++k) {
+    const auto r = panels[k];
+    std::size_t outside = 0;
+    for (std::size_t i = 0; i < x[r].size(); ++i)
+      outside += x[r][i] < across.low || x[r][i] > across.high || y[r][i] < up.low || y[r][i] > up.high;
+    f.script.add("set title {}", runs[r].title);
+    if (outside > 0) f.script.add(".{}", fmt::format(" (outside: {} of {})", outside, x[r].size()));
+    f.script.add("\nplot DATA index {} using 1:2 with lines ls {} lw 0.8 dt 1 notitle", r, runs[r].style);
+    if (ideal)
+      f.script.add(", DATA index {} using 1:2 with lines ls 3 lw 1.4 {}", *ideal,
+                   k == 0 ? Word("title 'ideal joint'") : Word("notitle"));
+    f.script.add("\n");
+    if (k == 0) f.script.add("unset label 1\nunset label 2\nunset label 100\n");
+  }
+  f.script.add("unset multiplot\n");
+  return draw(f, folder);
+}
+
+std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+  const ForceTable table(folder);
+  std::vector<std::filesystem::path> made;
+  for (const auto& name : table.joints()) {
+    made.push_back(reaction(table, folder, name));
+    if (table.revolute(name)) made.push_back(bearing_load(table, folder, name));
+  }
+  made.push_back(drive_torque(table, folder));
+  std::erase_if(made, [](const std::filesystem::path& path) { return path.empty(); });
+  return made;
+}
+
+}  // namespace
+
+const Drawing forces{{"comparison.json", "run.json"}, draw_all};
+
+}  // namespace freeplay::plots

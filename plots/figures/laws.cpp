@@ -1,0 +1,140 @@
+// Contact and friction laws: hysteresis loops of one free impact, delivered over requested restitution,
+// friction over sliding speed. Each curve carries its name at its side or in the key, with dash and colour.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "io/files/input_file.hpp"
+#include "mechanism/laws.hpp"
+#include "plots/drawing/figure.hpp"
+#include "plots/drawing/style.hpp"
+#include "plots/tables/table.hpp"
+
+namespace freeplay::plots {
+namespace {
+
+struct Curves {
+  std::vector<std::string> names;
+  std::vector<Block> blocks;
+};
+
+/// One block per law, in the order of the file; x and y scaled.
+Curves read(const std::filesystem::path& file, const std::string& x, const std::string& y, double sx,
+            double sy) {
+  const Table table(file, {"law"}, {x, y});
+  const auto& law = table.text("law");
+  const auto &a = table.column(x), &b = table.column(y);
+  Curves c;
+  for (std::size_t i = 0; i < law.size(); ++i) {
+    if (c.names.empty() || c.names.back() != law[i]) {
+      c.names.push_back(law[i]);
+      c.blocks.emplace_back(fmt::format("{}: {}, {}", law[i], x, y));
+    }
+    c.blocks.back().row({sx * a[i], sy * b[i]});
+  }
+  return c;
+}
+
+constexpr Word colours[] = {"C1", "C2", "C4", "C5", "C3", "0x888888", "C8"};
+constexpr Word dashes[] = {"1", "(14,5)", "(3,4)", "(14,4,3,4)"};
+
+/// Adds the plot command for all curves of one kind.
+void plot(const Curves& c, bool (*chosen)(const std::string&), Script& script) {
+  std::size_t style = 0;
+  for (std::size_t i = 0; i < c.names.size(); ++i) {
+    if (!chosen(c.names[i])) continue;
+    script.add("{}DATA index {} using 1:2 with lines lc rgb {} dt {} lw 1.4 title {} noenhanced",
+               style == 0 ? Word("plot ") : Word(", "), i, colours[style % std::size(colours)],
+               dashes[style % std::size(dashes)], c.names[i]);
+    ++style;
+  }
+  script.add("\n");
+}
+
+bool line_contact(const std::string& name) {
+  const auto law = std::ranges::find(contact_laws(), name, &ContactLawFacts::text);
+  return law != contact_laws().end() && law->kind == ContactKind::line;
+}
+
+/// Where the laws are named: beside the panel, or in a narrow figure below it, in two columns. Of panel `k` of `panels`.
+struct Legend {
+  bool below;
+  std::size_t panels, rows;
+
+  Legend(const Figure& f, const Style& style, std::size_t panels, std::size_t laws)
+      : below(is_narrow(f, style)), panels(panels), rows((laws + 1) / 2) {}
+  double height() const { return below ? 0.4 + 0.34 * static_cast<double>(rows) : 0; }  ///< cm
+  Script at(std::size_t k) const {
+    if (!below) return Script().add("set key outside right top vertical Left reverse\n");
+    const auto n = static_cast<double>(panels);
+    return Script().add(
+        "B = Y({0}); S = Y({1}); H = (1 - Y(0.9) - B - {2}*S)/{3}\n"
+        "set key at screen X(0.9), screen B + {4}*(H + S) - Y(1.25) left top vertical Left reverse maxrows {5} samplen 2 "
+        "font SMALL\n",
+        1.6 + height(), 2.4 + height(), n - 1, n, n - 1 - static_cast<double>(k), rows);
+  }
+};
+
+std::filesystem::path impact_loops(const std::filesystem::path& folder) {
+  const auto c = read(folder / "impact_loops.csv", "delta", "force", 1e6, 1e-3);
+  const JsonFile facts(folder / "laws.json");
+  const bool lines = std::ranges::any_of(c.names, line_contact);
+  Figure f{
+      .name = "impact_loops", .height_cm = lines ? 19.0 : 10.0, .blocks = c.blocks, .source = "laws.json"};
+  const auto style = style_of(folder);
+  const std::size_t panels = lines ? 2 : 1;
+  const auto of_lines = static_cast<std::size_t>(std::ranges::count_if(c.names, line_contact));
+  const Legend key(f, style, panels, std::max(of_lines, c.names.size() - of_lines));
+  if (key.below) f.height_cm *= 1.4;
+  f.script.add(
+      "set multiplot layout {},1 margins X(1.7),1-X({}),Y({}),1-Y(0.9) spacing 0,Y({})\n{}set xlabel 'Penetration (µm)'\nset ylabel 'Normal force (kN)'\n"
+      "set xrange [0:*]\nset yrange [0:*]\nset title 'Point contacts: {:.4g} kg at {:.4g} m/s, e = {:.3g} "
+      "asked for'\n",
+      panels, key.below ? 0.5 : 4.6, key.below ? 1.6 + key.height() : 1.5, 2.4 + key.height(), key.at(0),
+      facts.number("mass_kg"), facts.number("approach_m_per_s"), facts.number("restitution_asked"));
+  plot(
+      c, [](const std::string& n) { return !line_contact(n); }, f.script);
+  if (lines) {
+    f.script.add("unset label 100\n{}set title 'Line contacts, the same impact'\n", key.at(1));
+    plot(c, line_contact, f.script);
+  }
+  f.script.add("unset multiplot\n");
+  return draw(f, folder);
+}
+
+bool any(const std::string&) { return true; }
+
+std::filesystem::path delivered_restitution(const std::filesystem::path& folder) {
+  const auto c = read(folder / "delivered.csv", "requested", "delivered", 1, 1);
+  Figure f{.name = "delivered_restitution", .height_cm = 10, .blocks = c.blocks, .source = "laws.json"};
+  const Legend key(f, style_of(folder), 1, c.names.size());
+  if (key.below) f.height_cm *= 1.4;
+  f.script.add("{}", key.at(0));
+  if (key.below) f.script.add("set bmargin at screen B\nset tmargin at screen 1-Y(0.4)\n");
+  f.script.add(
+      "set xlabel 'Restitution asked for'\n"
+      "set ylabel 'Restitution delivered in a free impact'\nset xrange [0:1]\nset yrange [0:1.02]\n");
+  plot(c, any, f.script);
+  return draw(f, folder);
+}
+
+std::filesystem::path friction_laws(const std::filesystem::path& folder) {
+  const auto c = read(folder / "friction.csv", "speed", "coefficient", 1e3, 1);
+  Figure f{.name = "friction_laws", .blocks = c.blocks, .source = "laws.json"};
+  f.script.add(
+      "set key bottom right Left reverse\nset xrange [-5:5]\nset yrange [-1.1:1.1]\nset xlabel 'Sliding speed (mm/s)'\nset ylabel "
+      "'{}'\n",
+      Word("Friction force / (µ F_N)", "Friction force / ($\\mu F_N$)"));
+  plot(c, any, f.script);
+  return draw(f, folder);
+}
+
+std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+  return {impact_loops(folder), delivered_restitution(folder), friction_laws(folder)};
+}
+
+}  // namespace
+
+const Drawing laws{{"laws.json"}, draw_all};
+
+}  // namespace freeplay::plots

@@ -1,0 +1,79 @@
+// The impacts of both formulations up to the horizon: approach speed over time, and below it what each pair
+// differs by, as shares of the nonsmooth value (time: of the interval since the previous impact).
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "io/files/input_file.hpp"
+#include "plots/drawing/figure.hpp"
+
+namespace freeplay::plots {
+namespace {
+
+std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+  const JsonFile comparison(folder / "comparison.json");
+  const auto* pairs = comparison.find("pairing.pairs");
+  if (!pairs || !pairs->is_array()) comparison.fail("pairing.pairs", "a list");
+  if (pairs->empty()) return {};
+
+  Figure f{.name = "paired_impacts", .height_cm = 12, .source = "comparison.json"};
+  Block penalty("penalty: t (ms), approach speed (m/s)"), nonsmooth("nonsmooth: the same");
+  Block difference("number, |difference| of time / interval, of approach speed, of impulse");
+  double before = 0, interval = NAN, least = INFINITY, most = 0, least_share = INFINITY, most_share = 0;
+  int number = 0;
+  for (std::size_t i = 0; i < pairs->size(); ++i) {
+    const auto get = [&](const char* run, const char* key) {
+      return comparison.number(fmt::format("pairing.pairs.{}.{}.{}", i, run, key));
+    };
+    const double tp = get("penalty", "t_s"), tn = get("nonsmooth", "t_s");
+    const double vp = -get("penalty", "v_n_minus_m_per_s"), vn = -get("nonsmooth", "v_n_minus_m_per_s");
+    const double Pp = get("penalty", "impulse_n_N_s"), Pn = get("nonsmooth", "impulse_n_N_s");
+    least = std::min({least, vp, vn});
+    most = std::max({most, vp, vn});
+    penalty.row({1e3 * tp, vp});
+    nonsmooth.row({1e3 * tn, vn});
+    const auto share = [](double a, double b) { return a > 0 && b > 0 ? std::abs(a / b - 1) : NAN; };
+    // Contacts that strike at once share the interval before them, as TouchComparison has it.
+    if (tn - before > 1e-6 * tn) interval = tn - before;
+    const double shown[] = {std::abs(tp - tn) / interval, share(vp, vn), share(Pp, Pn)};
+    for (const double x : shown)
+      if (x > 0) least_share = std::min(least_share, x), most_share = std::max(most_share, x);
+    difference.row({static_cast<double>(++number), shown[0], shown[1], shown[2]});
+    before = tn;
+  }
+  f.blocks = {penalty, nonsmooth, difference};
+  // Of one pair gnuplot would find an empty range; within a decade it would put no number on a logarithmic axis.
+  const bool wide = least > 0 && most > 10 * least;
+  Script range, shares;
+  if (wide)
+    range.add("[{:.4g}:{:.4g}]", 0.8 * least, 1.25 * most);
+  else
+    range.add("[0:{:.4g}]", most > 0 ? 1.15 * most : 1);
+  // Whole decades, with the points off the frame.
+  if (least_share < INFINITY)
+    shares.add("[{:.4g}:{:.4g}]", std::pow(10, std::floor(std::log10(0.8 * least_share))),
+               std::pow(10, std::ceil(std::log10(1.25 * most_share))));
+  else
+    shares.add("[1e-16:1]");
+  f.script.add(
+      "set multiplot layout 2,1 margins X(1.9),1-X(0.5),Y(1.5),1-Y(0.9) spacing 0,Y(2)\nset key center at graph 0.5, "
+      "graph 1.08 horizontal maxrows 1 samplen 1\nset pointsize 1.1\nset xlabel 'Time (ms)'\nset ylabel 'Approach "
+      "speed (m/s)'\n{}set format y '%g'\nset yrange {}\nset xrange [0:{:.4g}]\nplot DATA index 0 using "
+      "1:2 with points ls 1 title 'penalty', DATA index 1 using 1:2 with points ls 2 title "
+      "'nonsmooth'\nunset label 100\nset xlabel 'Number of the impact'\nset ylabel 'Difference "
+      "(share)'\nset logscale y\nset format y {}\nset yrange {}\nset xrange [0.5:{}]\nset xtics {}\nplot DATA index 2 using 1:2 "
+      "with points pt 4 lc rgb C3 title 'time', '' index 2 using 1:3 with "
+      "points pt 8 lc rgb C1 title 'speed', '' index 2 using 1:4 with points pt 2 lc rgb "
+      "C2 title 'impulse'\nunset multiplot\n",
+      wide ? Word("set logscale y\n") : Word(""), range, 1.05e3 * comparison.number("pairing.horizon_s"),
+      powers, shares, number + 0.5, number > 20 ? number / 10 : 1);
+  return {draw(f, folder)};
+}
+
+}  // namespace
+
+const Drawing paired_impacts{{"comparison.json"}, draw_all};
+
+}  // namespace freeplay::plots

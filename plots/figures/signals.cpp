@@ -1,0 +1,124 @@
+// What a run's instruments showed: each channel over time, and its spectrum behind the transient.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "plots/drawing/column_plot.hpp"
+#include "plots/drawing/figure.hpp"
+#include "plots/drawing/spectrum.hpp"
+#include "plots/tables/columns.hpp"
+#include "plots/tables/run_facts.hpp"
+#include "plots/tables/table.hpp"
+
+namespace freeplay::plots {
+namespace {
+
+constexpr std::size_t most_channels = 6, most_points = 8000;
+constexpr double most_samples = 1 << 18;  ///< of a spectrum
+
+struct Channel {
+  std::string name, unit;
+  Points points;  ///< over t
+};
+
+std::string label(const Channel& c) {
+  return c.unit.empty() ? c.name : fmt::format("{} ({})", c.name, c.unit);
+}
+
+/// Time between the first two samples of each channel (s).
+std::map<std::string, double> intervals(const std::filesystem::path& file) {
+  Rows rows(file);
+  const auto channel = rows.place("channel"), t = rows.place("t");
+  std::map<std::string, double> first, list;
+  for (long i = 0; i < 100'000 && rows.next(); ++i) {
+    const auto& name = rows.name(channel);
+    const auto [it, is_first] = first.emplace(name, rows.number(t));
+    if (!is_first) list.emplace(name, rows.number(t) - it->second);
+  }
+  for (const auto& [name, time] : first) list.emplace(name, INFINITY);
+  return list;
+}
+
+/// Panels of channels one above the other.
+std::filesystem::path stacked(const char* name, const std::filesystem::path& folder,
+                              const std::vector<Channel>& channels, const std::vector<Points>& curves,
+                              const std::string& abscissa, const Script& axes) {
+  const auto count = static_cast<double>(channels.size());
+  Figure f{.name = name, .height_cm = channels.size() == 1 ? 8 : 2.4 + 3.4 * count, .source = "run.json"};
+  f.script.add(
+      "set multiplot layout {},1 margins X(1.9),1-X(0.5),Y(1.5),1-Y(0.5) spacing 0,Y(0.45)\nunset key\nset format x ''\n{}",
+      channels.size(), axes);
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    Block block(fmt::format("{}, {}", abscissa, label(channels[i])));
+    for (std::size_t k = 0; k < curves[i].x.size(); ++k) block.row({curves[i].x[k], curves[i].y[k]});
+    if (i + 1 == channels.size()) f.script.add("set format x\nset xlabel {} noenhanced\n", abscissa);
+    f.script.add("set ylabel {} noenhanced\nplot DATA index {} using 1:2 with lines lw 1 lc rgb C{}\n{}",
+                 label(channels[i]), i, 1 + i, i == 0 ? Word("unset label 100\n") : Word(""));
+    f.blocks.push_back(std::move(block));
+  }
+  f.script.add("unset multiplot\n");
+  return draw(f, folder);
+}
+
+std::vector<std::filesystem::path> spectra(const std::filesystem::path& folder,
+                                           const std::vector<Channel>& channels) {
+  std::vector<Channel> drawn;
+  std::vector<Points> curves;
+  for (const auto& c : channels) {
+    if (c.points.x.size() < 16) continue;
+    const double sampling =
+        static_cast<double>(c.points.x.size() - 1) / (c.points.x.back() - c.points.x.front());
+    auto s = spectrum_of(c.points.y, sampling);
+    if (std::ranges::all_of(s.amplitude, [](double a) { return !(a > 0); })) continue;
+    for (auto& a : s.amplitude) a = std::max(a, 1e-300);  // a logarithm follows
+    drawn.push_back(c);
+    curves.push_back(thinned({std::move(s.frequency), std::move(s.amplitude)}, most_points));
+  }
+  if (drawn.empty()) return {};
+  Script axes;
+  double top = 0;
+  for (const auto& c : curves) top = std::max(top, c.x.back());
+  // Lines of rounding far below the greatest are not to stretch the axes.
+  axes.add("set logscale y\nset format y {}\nset xrange [0:{:.6g}]\n", powers, top);
+  for (auto& c : curves) {
+    const double least = 1e-9 * *std::ranges::max_element(c.y);
+    for (auto& a : c.y) a = std::max(a, least);
+  }
+  return {stacked("spectra", folder, drawn, curves, "Frequency (Hz)", axes)};
+}
+
+std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+  if (std::filesystem::exists(folder / "comparison.json") || runs_in(folder).empty() ||
+      !std::filesystem::exists(folder / "signals.csv"))
+    return {};
+  const RunColumns columns(folder);
+  const auto* t = columns.find("t");
+  const double end = end_of(folder), discard = discard_of(folder);
+  const auto turn = turn_of(scene_of_run(folder).get());
+  const Span span = turn && end > 5 * *turn ? last_part(turn, end, 2) : Span{0, end, "whole run"};
+  const auto interval = intervals(folder / "signals.csv");
+  std::vector<Channel> channels;
+  std::vector<Points> curves;
+  for (const auto& c : columns.all()) {
+    if (c.channel.empty() || channels.size() == most_channels) continue;
+    auto shown = thinned(columns.read(*t, c, span.from, span.to, {}), most_points);
+    if (shown.x.size() < 2) continue;
+    curves.push_back(std::move(shown));
+    const double begin = std::max(discard < end ? discard : 0, end - most_samples * interval.at(c.channel));
+    channels.push_back({c.name, c.unit, columns.read(*t, c, begin, end, {})});
+  }
+  if (channels.empty()) return {};
+  std::vector<std::filesystem::path> made{
+      stacked("signals", folder, channels, curves, "Time (s): " + span.name,
+              Script().add("set xrange [{:.8g}:{:.8g}]\n", span.from, span.to))};
+  for (auto& path : spectra(folder, channels)) made.push_back(std::move(path));
+  return made;
+}
+
+}  // namespace
+
+const Drawing signals{{"run.json"}, draw_all};
+
+}  // namespace freeplay::plots

@@ -1,0 +1,123 @@
+// Work–precision figures: error over right-hand sides, one figure for each scene of a trade-off; a line where
+// the penalty formulation's model, not its numerics, stands.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "io/files/input_file.hpp"
+#include "mechanism/error.hpp"
+#include "plots/drawing/figure.hpp"
+#include "plots/tables/table.hpp"
+#include "values/family.hpp"
+
+namespace freeplay::plots {
+
+namespace {
+
+constexpr Word colours[] = {"C1", "C4", "C9", "C6", "C2", "C5", "C8", "C3", "C7"};
+constexpr std::size_t most_scenes = 64;  ///< a figure each
+
+/// Rows of a trade-off, and what its figures share.
+struct Tradeoff {
+  explicit Tradeoff(const std::filesystem::path& folder)
+      : table(folder / "tradeoff.csv", {"scene", "method", "formulation"},
+              {"events", "state", "rhs", "cpu_s"}),
+        document(folder / "tradeoff.json") {
+    const auto collect = [&](const char* column, std::vector<std::string>& list) {
+      for (const auto& name : table.text(column))
+        if (std::ranges::find(list, name) == list.end()) list.push_back(name);
+    };
+    collect("scene", scenes);
+    collect("method", methods);
+    if (scenes.size() > most_scenes)
+      throw SceneError(fmt::format("{}: names {} scenes; figures are drawn of at most {}",
+                                   (folder / "tradeoff.csv").string(), scenes.size(), most_scenes));
+  }
+  Table table;
+  JsonFile document;
+  std::vector<std::string> scenes, methods;
+};
+
+/// Which formulation of a scene is left out of its figure, and why; empty: none is.
+std::string left_out(const Tradeoff& t, const std::string& name) {
+  // Without judged touches a formulation's `events` is NaN throughout (an infinity is a touch missed).
+  std::vector<std::string> all, judged;
+  for (std::size_t i = 0; i < t.table.rows(); ++i) {
+    if (t.table.text("scene")[i] != name) continue;
+    all.push_back(t.table.text("formulation")[i]);
+    if (!std::isnan(t.table.column("events")[i])) judged.push_back(all.back());
+  }
+  for (const auto& one : family_names())
+    if (!judged.empty() && std::ranges::find(all, one) != all.end() &&
+        std::ranges::find(judged, one) == judged.end())
+      return fmt::format("{}: no touch to judge by, left out", one);
+  return "";
+}
+
+/// Adds the panel over CPU time, or over right-hand sides; false when there is nothing to show.
+bool add_panel(const Tradeoff& t, const std::string& name, bool touches, bool time, double model_error,
+               const std::string& omitted, Figure& f) {
+  const auto& error = t.table.column(touches ? "events" : "state");
+  const auto& cost = t.table.column(time ? "cpu_s" : "rhs");
+  Script plot;
+  for (std::size_t k = 0; k < t.methods.size(); ++k) {
+    Block block(t.methods[k]);
+    for (std::size_t i = 0; i < t.table.rows(); ++i)
+      if (t.table.text("scene")[i] == name && t.table.text("method")[i] == t.methods[k] &&
+          std::isfinite(error[i]))
+        block.row({time ? 1e3 * cost[i] : cost[i], error[i]});
+    if (block.empty()) continue;
+    plot.add(
+        "{}DATA index {} using 1:($2 > 1e-16 ? $2 : 1e-16) with linespoints lw 1.2 dt {} pt {} lc rgb {} ",
+        plot.empty() ? Word("plot ") : Word(", "), f.blocks.size(), 1 + k % 4, 1 + k,
+        colours[k % std::size(colours)]);
+    if (time)
+      plot.add("notitle");
+    else
+      plot.add("title {} noenhanced", t.methods[k]);
+    f.blocks.push_back(block);
+  }
+  if (plot.empty()) return false;
+  f.script.add("unset label 2\n");
+  if (model_error > 0)  // of its finite stiffness; named in the key, where no curve lies over it
+    plot.add(", {} with lines lw 1.4 dt (8,5) lc rgb 0x555555 {}", model_error,
+             time ? Word("notitle") : Word("title 'penalty: model error'"));
+  if (!omitted.empty())
+    f.script.add("set label 2 {} at graph 0, graph 1.02 font TINY tc rgb 0x555555 noenhanced\n", omitted);
+  f.script.add("set xlabel {}\n{}\nunset ylabel\n", time ? "CPU (ms)" : "Right-hand sides", plot);
+  return true;
+}
+
+std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+  const Tradeoff t(folder);
+  std::vector<std::filesystem::path> made;
+  for (const auto& name : t.scenes) {
+    Figure f{.name = file_name("tradeoff", name), .height_cm = 10.4, .source = "tradeoff.json"};
+    if (t.document.find("scenes." + name + ".scene_file"))
+      f.scene_file = t.document.text("scenes." + name + ".scene_file");
+    bool touches = false;
+    for (std::size_t i = 0; i < t.table.rows(); ++i)
+      touches = touches || (t.table.text("scene")[i] == name && !std::isnan(t.table.column("events")[i]));
+    const auto* model = t.document.find("scenes." + name + ".model_error_of_penalty");
+    const double model_error = touches && model && model->is_number() ? model->get<double>() : 0;
+    f.script.add(
+        "set multiplot layout 1,2 margins X(1.8),1-X(0.4),Y(3.1),1-Y(0.5) spacing X(1.6),0\nset logscale xy\nset format "
+        "{}\nset key at "
+        "screen 0.5,Y(0.35) center bottom vertical maxrows 4 font SMALL\nset ylabel {}\n",
+        powers, touches ? "Error of touches (relative)" : "Error of velocities (relative)");
+    const auto omitted = left_out(t, name);
+    for (const bool time : {false, true})
+      if (!add_panel(t, name, touches, time, model_error, omitted, f)) break;
+    f.script.add("unset multiplot\n");
+    if (!f.blocks.empty()) made.push_back(draw(f, folder));
+  }
+  return made;
+}
+
+}  // namespace
+
+const Drawing tradeoff{{"tradeoff.json"}, draw_all};
+
+}  // namespace freeplay::plots

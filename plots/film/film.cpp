@@ -1,0 +1,151 @@
+#include "plots/film/film.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "io/files/child.hpp"
+#include "io/files/input_file.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/result_set.hpp"
+#include "mechanism/error.hpp"
+#include "plots/film/film_drawing.hpp"
+
+namespace freeplay::report {
+namespace {
+
+using Path = std::filesystem::path;
+
+constexpr double usual_length = 20;  // s
+constexpr double rounding = 1e-9;    // of a frame
+
+std::vector<FilmRun> runs_of(const Path& folder) {
+  auto folders = plots::runs_in(folder);
+  if (folders.empty())
+    throw SceneError(folder.string() +
+                     ": holds no run that a film could show; give a folder made by freeplay run or compare");
+  // What a comparison is about are the two loose runs.
+  if (folders.size() > 1) std::erase_if(folders, [](const auto& run) { return run.title == "ideal joint"; });
+  std::vector<FilmRun> runs;
+  for (const auto& run : folders) runs.push_back(film_run(run, 6000));
+  return runs;
+}
+
+/// The next of 1, 2, 5 times a power of ten.
+double round_above(double x) {
+  const double power = std::pow(10, std::floor(std::log10(x)));
+  return power * (x <= power ? 1 : x <= 2 * power ? 2 : x <= 5 * power ? 5 : 10);
+}
+
+/// When the film begins and ends, how fast it runs, and so how many frames it has.
+Film plan(const std::vector<FilmRun>& runs, const FilmOptions& asked) {
+  double begin = INFINITY, end = -INFINITY;
+  for (const auto& run : runs) begin = std::min(begin, run.t.front()), end = std::max(end, run.t.back());
+  Film film;
+  film.from = asked.from.value_or(begin), film.until = asked.until.value_or(end);
+  const auto inside = [&](double t, const char* name) {
+    if (t < begin || t > end)
+      throw SceneError(fmt::format("{} {:g}: the run goes from {:g} to {:g} s", name, t, begin, end));
+  };
+  if (asked.from) inside(*asked.from, "--from");
+  if (asked.until) inside(*asked.until, "--until");
+  if (film.until < film.from || (film.until == film.from && asked.until))
+    throw SceneError(fmt::format("--until {:g}: is not behind --from {:g}", film.until, film.from));
+  const double length = film.until - film.from;
+  film.speed = asked.speed.value_or(length > 0 ? round_above(length / usual_length) : 1);
+  const double frames = std::floor(length / film.speed * asked.fps + rounding) + 1;
+  if (frames > static_cast<double>(most_frames))
+    throw SceneError(
+        fmt::format("{:.0f} frames, more than {}: take a greater --speed, a smaller --fps, or a part with "
+                    "--from and --until",
+                    frames, most_frames));
+  film.frames = static_cast<std::size_t>(frames);
+  return film;
+}
+
+std::string name_of(std::size_t frame) { return fmt::format("frame_{:06}.svg", frame + 1); }
+
+void draw_frames(const FilmDrawing& drawing, const Film& film, double fps, const Path& place, StopToken stop,
+                 const std::function<void(double)>& progress) {
+  const double step = film.speed / fps;
+  for (std::size_t k = 0; k < film.frames; ++k) {
+    if (stop()) throw Interrupted();
+    const double t = std::min(film.from + static_cast<double>(k) * step, film.until);
+    write_file(place / name_of(k), drawing.frame(t, 0.5 * step));
+    progress(static_cast<double>(k + 1) / static_cast<double>(film.frames));
+  }
+}
+
+bool has_ffmpeg(StopToken stop) {
+  return run_child(
+             {.command = {"ffmpeg", "-nostdin", "-hide_banner", "-version"}, .seconds = 20, .stop = stop})
+             .status == 0;
+}
+
+/// `how`: what stands between the frames and the file, whose names are fixed and which lies in `place`.
+void encode(const Path& place, const FilmOptions& asked, const Film& film, std::vector<std::string> how,
+            const std::string& file, StopToken stop) {
+  std::vector<std::string> command{
+      "ffmpeg",        "-nostdin", "-hide_banner", "-loglevel",
+      "error",         "-y",       "-framerate",   fmt::format("{:.6g}", asked.fps),
+      "-start_number", "1",        "-i",           "frame_%06d.svg"};
+  command.insert(command.end(), how.begin(), how.end());
+  // The same frames are the same bytes.
+  for (const char* word : {"-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact"})
+    command.emplace_back(word);
+  command.push_back(file);
+  const double longest = 60 + 2 * static_cast<double>(film.frames);
+  const auto end =
+      run_child({.command = std::move(command), .folder = place, .seconds = longest, .stop = stop});
+  if (end.late)
+    throw OutputError(fmt::format("ffmpeg took longer than {:.0f} s for {} and was ended", longest, file));
+  if (end.status == 127) throw OutputError("ffmpeg cannot be started");
+  if (end.status != 0)
+    throw OutputError(fmt::format("ffmpeg made no {} (status {}): {}", file, end.status,
+                                  end.errors.substr(0, end.errors.find('\n'))));
+}
+
+}  // namespace
+
+Film make_film(const Path& folder, const Path& place, const FilmOptions& asked, StopToken stop,
+               const std::function<void(double)>& progress) {
+  const auto runs = runs_of(folder);
+  auto film = plan(runs, asked);
+  auto options = asked;
+  if (!options.mp4 && !options.gif && !options.svg) {
+    options.mp4 = has_ffmpeg(stop);
+    options.svg = film.without_ffmpeg = !options.mp4;
+  } else if ((options.mp4 || options.gif) && !has_ffmpeg(stop)) {
+    throw SceneError(fmt::format("{}: ffmpeg is not there (Debian: apt install ffmpeg); --svg needs nothing",
+                                 options.mp4 ? "--mp4" : "--gif"));
+  }
+  const JsonFile first(plots::runs_in(folder).front().folder / "run.json");
+  const auto* given = first.find("provenance.title");
+  const auto title = given && given->is_string() ? given->get<std::string>() : folder.filename().string();
+  const FilmDrawing drawing(runs, {.title = title, .width = options.width, .over = options.over});
+  film.width = drawing.width(), film.height = drawing.height();
+
+  ResultSet set(place, "animate");
+  draw_frames(drawing, film, options.fps, set.place(), stop, progress);
+  if (options.mp4) {
+    encode(set.place(), options, film, {"-c:v", "libx264", "-pix_fmt", "yuv420p", "-movflags", "+faststart"},
+           "animation.mp4", stop);
+    film.files.push_back(place / "animation.mp4");
+  }
+  if (options.gif) {
+    encode(set.place(), options, film,
+           {"-filter_complex", "split[a][b];[a]palettegen=stats_mode=diff[p];[b][p]paletteuse", "-loop", "0"},
+           "animation.gif", stop);
+    film.files.push_back(place / "animation.gif");
+  }
+  if (options.svg)
+    film.files.push_back(place / name_of(0));
+  else
+    for (std::size_t k = 0; k < film.frames; ++k) remove_file(set.place() / name_of(k));
+  set.commit();
+  return film;
+}
+
+}  // namespace freeplay::report

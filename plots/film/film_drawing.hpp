@@ -1,0 +1,54 @@
+// One frame of a film: the mechanism of each run, loose joints magnified beside it, time and crank angle below.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "plots/film/film_run.hpp"
+#include "plots/report/svg.hpp"
+
+namespace freeplay::report {
+
+struct FilmLook {
+  std::string title;
+  int width = 960;    ///< px; the height follows from what the runs show
+  bool over = false;  ///< runs over one another instead of side by side
+};
+
+class FilmDrawing {
+ public:
+  /// Of runs that stay as they are while this is used.
+  FilmDrawing(const std::vector<FilmRun>& runs, FilmLook look);
+
+  int width() const { return look_.width; }
+  int height() const { return height_; }  ///< px, even: films ask for it
+  /// SVG of the time t (s); impacts within `reach` (s) of it have their ring.
+  std::string frame(double t, double reach) const;
+
+  /// px in a frame, of a point of run r in the world (m); of its journal k, the centre.
+  Vec2 place(std::size_t r, const Vec2& point) const;
+  Vec2 journal(std::size_t r, std::size_t k, double t) const;
+
+ private:
+  struct Panel {
+    Vec2 corner;
+    double width, height;
+    std::vector<std::size_t> runs;
+  };
+  Vec2 in_panel(const Vec2& point) const;
+  void draw_mechanism(Svg& svg, const Panel& panel, double t, double reach) const;
+  void draw_loose(Svg& svg, std::size_t k, double t) const;
+  void draw_scale(Svg& svg, const Panel& panel) const;
+  Vec2 loose_middle(std::size_t k) const;
+
+  const std::vector<FilmRun>& runs_;
+  FilmLook look_;
+  std::vector<Panel> panels_;
+  std::vector<std::string> names_;  // of the joints that are magnified
+  std::size_t hidden_ = 0;          // those for which there is no room
+  double scale_ = 1;                // px per m
+  Vec2 middle_;                     // m, in the middle of a panel
+  int height_ = 0;
+};
+
+}  // namespace freeplay::report

@@ -1,0 +1,238 @@
+#include "plots/report/facts.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace freeplay::report {
+namespace {
+
+using nlohmann::json;
+
+std::string shown(const json& value) {
+  if (value.is_number_float()) return fmt::format("{:.6g}", value.get<double>());
+  if (value.is_number_integer()) return fmt::format("{}", value.get<std::int64_t>());
+  if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
+  if (value.is_string()) return value.get<std::string>();
+  return value.is_null() ? "–" : "";
+}
+
+/// greatest_impulse_N_s: the words of a key, its unit after a comma.
+std::string words_of(std::string key) {
+  for (const auto& [end, unit] : {std::pair{"_N_s", "N s"},
+                                  {"_m_per_s", "m/s"},
+                                  {"_KiB", "KiB"},
+                                  {"_J", "J"},
+                                  {"_rad", "rad"},
+                                  {"_m", "m"},
+                                  {"_s", "s"}})
+    if (key.ends_with(end)) {
+      key = key.substr(0, key.size() - std::string_view(end).size()) + ", " + unit;
+      break;
+    }
+  std::ranges::replace(key, '_', ' ');
+  return key;
+}
+
+/// Rows by the keys of an object that the files have at `path`, a column each file.
+json side_by_side(const std::string& title, const std::vector<RunFacts>& runs, const std::string& path,
+                  const std::string& unit) {
+  json table = {{"title", title}, {"head", json::array({""})}, {"rows", json::array()}};
+  std::vector<std::string> keys;
+  for (const auto& run : runs) {
+    table["head"].push_back(run.name);
+    const auto* object = run.json->find(path);
+    if (!object || !object->is_object()) continue;
+    for (const auto& [key, value] : object->items())
+      if (!value.is_structured() && std::ranges::find(keys, key) == keys.end()) keys.push_back(key);
+  }
+  for (const auto& key : keys) {
+    json row = {words_of(key) + unit};
+    for (const auto& run : runs) {
+      const auto* object = run.json->find(path);
+      row.push_back(object && object->is_object() && object->contains(key) ? shown(object->at(key)) : "–");
+    }
+    table["rows"].push_back(row);
+  }
+  return table;
+}
+
+void add(json& list, json table) {
+  if (!table["rows"].empty()) list.push_back(std::move(table));
+}
+
+std::vector<std::string> contacts_of(const std::vector<RunFacts>& runs) {
+  std::vector<std::string> names;
+  for (const auto& run : runs)
+    if (const auto* contacts = run.json->find("contacts"); contacts && contacts->is_object())
+      for (const auto& [name, value] : contacts->items())
+        if (value.is_object() && std::ranges::find(names, name) == names.end()) names.push_back(name);
+  return names;
+}
+
+/// Of one contact; its name may hold dots, so that it has no path.
+json contact_table(const std::string& name, const std::vector<RunFacts>& runs) {
+  json table = {{"title", "Contact " + name}, {"head", json::array({""})}, {"rows", json::array()}};
+  std::vector<std::string> keys;
+  std::vector<const json*> found;
+  for (const auto& run : runs) {
+    table["head"].push_back(run.name);
+    const auto* contacts = run.json->find("contacts");
+    const bool has =
+        contacts && contacts->is_object() && contacts->contains(name) && contacts->at(name).is_object();
+    found.push_back(has ? &contacts->at(name) : nullptr);
+    if (has)
+      for (const auto& [key, value] : found.back()->items())
+        if (!value.is_structured() && std::ranges::find(keys, key) == keys.end()) keys.push_back(key);
+  }
+  for (const auto& key : keys) {
+    json row = {words_of(key)};
+    for (const auto* contact : found)
+      row.push_back(contact && contact->contains(key) ? shown(contact->at(key)) : "–");
+    table["rows"].push_back(row);
+  }
+  return table;
+}
+
+std::string text_at(const JsonFile& file, const char* path) {
+  const auto* value = file.find(path);
+  return value && value->is_string() ? value->get<std::string>() : "";
+}
+
+}  // namespace
+
+json tables(const std::vector<RunFacts>& runs) {
+  constexpr std::size_t most = 40;  // contacts
+  auto list = json::array();
+  add(list, side_by_side("Energy ledger, whole run", runs, "energy_J", ", J"));
+  add(list, side_by_side("Energy after the discarded time", runs, "window.energy_J", ", J"));
+  const auto contacts = contacts_of(runs);
+  for (std::size_t i = 0; i < std::min(most, contacts.size()); ++i)
+    add(list, contact_table(contacts[i], runs));
+  if (contacts.size() > most)
+    list.push_back({{"title", fmt::format("{} contacts more, in run.json", contacts.size() - most)},
+                    {"head", json::array()},
+                    {"rows", json::array()}});
+  add(list, side_by_side("Work done", runs, "work", ""));
+  add(list, side_by_side("Cost", runs, "cost", ""));
+  return list;
+}
+
+json markdown_tables(const std::filesystem::path& file) {
+  auto list = json::array();
+  std::istringstream in(read_file(file, most_of_a_text));
+  std::string line, said;
+  bool in_table = false;
+  const auto cells = [](const std::string& text) {
+    auto row = json::array();
+    std::size_t at = 1;
+    while (at < text.size()) {
+      const auto to = text.find('|', at);
+      if (to == text.npos) break;
+      auto cell = text.substr(at, to - at);
+      const auto first = cell.find_first_not_of(' ');
+      row.push_back(first == cell.npos ? "" : cell.substr(first, cell.find_last_not_of(' ') - first + 1));
+      at = to + 1;
+    }
+    return row;
+  };
+  const auto say = [&] {
+    if (!said.empty()) list.push_back({{"text", said}});
+    said.clear();
+  };
+  while (std::getline(in, line)) {
+    for (std::size_t at = 0; (at = line.find("\\*", at)) != line.npos; ++at) line.erase(at, 1);  // \* is *
+    if (line.starts_with("| ---")) continue;
+    if (line.starts_with('|')) {
+      say();
+      if (!in_table)
+        list.push_back({{"title", ""}, {"head", cells(line)}, {"rows", json::array()}});
+      else
+        list.back()["rows"].push_back(cells(line));
+      in_table = true;
+      continue;
+    }
+    in_table = false;
+    if (line.empty())
+      say();
+    else if (line.starts_with("## "))
+      say(), said = line.substr(3);
+    else if (!line.starts_with('#'))
+      said += (said.empty() ? "" : "\n") + line;
+  }
+  say();
+  return list;
+}
+
+json notes(const std::vector<RunFacts>& runs) {
+  auto list = json::array();
+  const auto add_note = [&](bool doubtful, const std::string& text) {
+    if (std::ranges::any_of(list, [&](const json& n) { return n["text"] == text; })) return;
+    list.push_back({{"doubtful", doubtful}, {"text", text}});
+  };
+  for (const auto& run : runs) {
+    const auto status = text_at(*run.json, "ending.status"), reason = text_at(*run.json, "ending.reason");
+    if (!status.empty() && status != "finished")
+      add_note(true,
+               fmt::format("{}: the run is {}{}{}", run.name, status, reason.empty() ? "" : ": ", reason));
+    if (const auto* said = run.json->find("notes"); said && said->is_array())
+      for (const auto& note : *said)
+        if (note.is_string()) {
+          const auto text = note.get<std::string>();
+          add_note(text.find("DOUBTFUL") != text.npos, run.name + ": " + text);
+        }
+  }
+  std::stable_sort(list.begin(), list.end(), [](const json& a, const json& b) {
+    return a["doubtful"].get<bool>() && !b["doubtful"].get<bool>();
+  });
+  return list;
+}
+
+json provenance_table(const std::vector<RunFacts>& files) {
+  json table = {{"title", "Provenance"}, {"head", json::array({""})}, {"rows", json::array()}};
+  for (const auto& file : files) table["head"].push_back(file.name);
+  for (const auto& [path, what] : {std::pair{"provenance.version", "freeplay"},
+                                   {"provenance.commit", "commit"},
+                                   {"provenance.identity.digest", "digest of the identity"},
+                                   {"provenance.scene_file", "scene"},
+                                   {"provenance.format_note", "format"}}) {
+    json row = {what};
+    for (const auto& file : files) row.push_back(text_at(*file.json, path));
+    table["rows"].push_back(row);
+  }
+  json made = {"program"};
+  for (const auto& file : files) {
+    std::string text;
+    if (const auto* lines = file.json->find("provenance.identity.program"); lines && lines->is_array())
+      for (const auto& line : *lines)
+        if (line.is_string()) text += (text.empty() ? "" : ", ") + line.get<std::string>();
+    made.push_back(text);
+  }
+  table["rows"].push_back(made);
+  return table;
+}
+
+std::string shell_word(const std::string& text) {
+  constexpr std::string_view plain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+.,:/=@%";
+  if (!text.empty() && text.find_first_not_of(plain) == text.npos) return text;
+  std::string out = "'";
+  for (const char c : text)
+    if (c == '\'')
+      out += "'\\''";
+    else
+      out += c;
+  return out + "'";
+}
+
+std::string overrides_of(const JsonFile& file) {
+  std::string out;
+  if (const auto* list = file.find("provenance.overrides"); list && list->is_array())
+    for (const auto& one : *list)
+      if (one.is_string()) out += " --set " + shell_word(one.get<std::string>());
+  return out;
+}
+
+}  // namespace freeplay::report

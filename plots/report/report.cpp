@@ -1,0 +1,124 @@
+#include "plots/report/report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <list>
+#include <nlohmann/json.hpp>
+
+#include "io/files/visible.hpp"
+#include "mechanism/scene.hpp"
+#include "plots/report/curves.hpp"
+#include "plots/report/events.hpp"
+#include "plots/report/facts.hpp"
+#include "plots/report/motion.hpp"
+#include "plots/report/page.hpp"
+#include "plots/report/study_page.hpp"
+#include "plots/tables/run_facts.hpp"
+
+namespace freeplay::report {
+namespace {
+
+using nlohmann::json;
+
+// Numbers of a page, of some seven bytes each; of these half is motion.
+constexpr long numbers_of_a_page = 620'000;
+constexpr long fewest_frames = 300, most_frames = 6000;
+constexpr std::size_t most_events = 20'000;
+
+std::string text_at(const JsonFile& file, const char* path) {
+  const auto* value = file.find(path);
+  return value && value->is_string() ? value->get<std::string>() : "";
+}
+
+json run_part(const plots::RunFolder& run, long numbers) {
+  const auto scene = plots::scene_of_run(run.folder);
+  const auto events = read_events(run.folder, most_events / 2);
+  const long frames =
+      std::clamp(numbers / 2 / numbers_of_frame(run.folder, scene.get()), fewest_frames, most_frames);
+  const auto beside = hardest(events, static_cast<std::size_t>(frames / 6));
+  json part = {{"name", run.title}, {"events", to_json(events)}};
+  part["motion"] = motion(run.folder, scene.get(), frames - 2 * static_cast<long>(beside.size()), beside);
+  part["curves"] = curves(run.folder, numbers / 2);
+  if (const auto turn = plots::turn_of(scene.get())) part["turn"] = *turn;
+  return part;
+}
+
+/// What makes a run again, from the folder that the page is of.
+std::vector<std::string> commands(const JsonFile& file, const std::string& formulation, bool forces_asked) {
+  const auto scene = text_at(file, "provenance.scene_file");
+  if (scene.empty()) return {"freeplay run --from run.json"};
+  const auto set = overrides_of(file);
+  const bool twice = forces_asked && set.find("run.forces=true") == set.npos;
+  const std::string forces = twice ? " --forces" : "";
+  if (formulation.empty()) return {"freeplay compare " + shell_word(scene) + set + forces};
+  return {"freeplay run --from run.json",
+          "freeplay run " + shell_word(scene) + " --formulation " + shell_word(formulation) + set + forces};
+}
+
+json runs_document(const std::filesystem::path& folder, const std::vector<plots::RunFolder>& runs) {
+  const bool comparison = std::filesystem::exists(folder / "comparison.json");
+  std::list<JsonFile> files;
+  std::vector<RunFacts> facts;
+  for (const auto& run : runs) facts.push_back({run.title, &files.emplace_back(run.folder / "run.json")});
+  const auto& first = files.front();
+  json document = {{"kind", comparison ? "comparison" : "run"}};
+  document["title"] = text_at(first, "provenance.title");
+  document["notes"] = notes(facts);
+  document["tables"] = json::array();
+  if (comparison) {
+    const JsonFile both(folder / "comparison.json");
+    if (const auto* open = both.find("not_matched"); open && open->is_object() && !open->empty())
+      for (const auto& [contact, why] : open->items())
+        document["notes"].push_back(
+            {{"doubtful", false}, {"text", "not matched in " + contact + ": " + why.dump()}});
+    if (std::filesystem::exists(folder / "comparison.md"))
+      document["comparison"] = markdown_tables(folder / "comparison.md");
+    if (const auto* pairs = both.find("pairing.horizon_s"); pairs && pairs->is_number())
+      document["horizon"] = pairs->get<double>();
+  }
+  document["tables"] = tables(facts);
+  document["provenance"] = provenance_table(facts);
+  document["scene"] = text_at(first, "provenance.scene");
+  const bool forces = std::filesystem::exists(runs.front().folder / "forces.csv");
+  document["commands"] = commands(first, comparison ? "" : text_at(first, "formulation"), forces);
+  document["runs"] = json::array();
+  const long numbers = numbers_of_a_page / static_cast<long>(runs.size());
+  for (const auto& run : runs) document["runs"].push_back(run_part(run, numbers));
+  return document;
+}
+
+/// Nothing that a text hides, moves or reorders reaches a reader, in a page as in a terminal.
+void make_visible(json& value) {
+  if (value.is_string())
+    value = visible(value.get_ref<const std::string&>(), "\n\t");
+  else if (value.is_structured())
+    for (auto& part : value)
+      if (part.is_structured() || part.is_string()) make_visible(part);
+}
+
+}  // namespace
+
+json document_of(const std::filesystem::path& folder) {
+  json document;
+  if (const auto runs = plots::runs_in(folder); !runs.empty())
+    document = runs_document(folder, runs);
+  else if (holds_study(folder))
+    document = study_document(folder);
+  else
+    throw SceneError(
+        folder.string() +
+        ": has no results that a page could show; give a folder made by freeplay run, compare, sweep, "
+        "bifurcation or basin");
+  document["folder"] = folder.filename().string();
+  make_visible(document);
+  return document;
+}
+
+std::string report_page(const std::filesystem::path& folder) {
+  const auto document = document_of(folder);
+  const auto title = document["title"].get<std::string>();
+  return page(title.empty() ? document["folder"].get<std::string>() : title, document);
+}
+
+}  // namespace freeplay::report

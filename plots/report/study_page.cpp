@@ -1,0 +1,175 @@
+#include "plots/report/study_page.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "io/files/input_file.hpp"
+#include "measure/turns.hpp"
+#include "mechanism/error.hpp"
+#include "plots/report/facts.hpp"
+#include "plots/report/thinning.hpp"
+#include "plots/tables/table.hpp"
+#include "study/store/database.hpp"
+
+namespace freeplay::report {
+namespace {
+
+using nlohmann::json;
+using Statement = Database::Statement;
+
+constexpr std::size_t most_runs = 5000;       // of a sweep that a page shows
+constexpr std::size_t most_points = 120'000;  // of a diagram
+constexpr long values_of_a_sparkline = 64;
+
+std::string text_at(const JsonFile& file, const std::string& path) {
+  const auto* value = file.find(path);
+  return value && value->is_string() ? value->get<std::string>() : "";
+}
+
+bool has(const Database& database, const char* name) {
+  Statement s(database, "SELECT 1 FROM sqlite_master WHERE name = ?");
+  return s.bind(std::string(name)).step();
+}
+
+/// The last turn's acceleration of a run, by its digest; empty where it has none.
+json sparkline(Statement& of_run, const std::string& run) {
+  of_run.again();
+  of_run.bind(run);
+  auto list = json::array();
+  if (!of_run.step()) return list;
+  const auto values = of_run.floats(0);
+  ThinnedTable thinned(static_cast<long>(values.size()), 1, values_of_a_sparkline);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double y = values[i];
+    thinned.take(static_cast<double>(i), {&y, 1});
+  }
+  thinned.finish();
+  return numbers(thinned.column(0), 3);
+}
+
+json sweep_document(const std::filesystem::path& folder) {
+  const Database database(folder / "sweep.db", Database::Access::read);
+  const bool named = has(database, "named");
+  if (!named && !has(database, "runs"))
+    throw SceneError((folder / "sweep.db").string() + ": holds no runs of a sweep");
+  const std::string from = named ? "named" : "runs";
+  json document = {{"kind", "sweep"}, {"title", ""}, {"runs", json::array()}};
+  Statement count(database, "SELECT count(*) FROM " + from);
+  document["all"] = count.step() ? count.whole(0) : 0;
+  const bool traced = has(database, "traces");
+  Statement trace(database,
+                  traced ? "SELECT acceleration FROM traces WHERE run = ?" : "SELECT NULL WHERE ? = ''");
+  Statement rows(database, "SELECT * FROM " + from + " ORDER BY variant, formulation, start");
+  const auto statistics = TurnMetrics::names();
+  std::vector<int> places;
+  std::vector<std::string> names;
+  std::size_t axes = 0;
+  bool begun = false;
+  while (rows.step()) {
+    if (!begun) {
+      bool of_axes = true;
+      for (int k = 0; k < rows.columns(); ++k) {
+        const auto name = rows.name(k);
+        if (name == "run" || name == "variant" || name == "formulation" || name == "start" ||
+            name == "status" || name == "reason" || name == "run id")
+          continue;
+        of_axes = of_axes && std::ranges::find(statistics, name) == std::end(statistics);
+        axes += of_axes;
+        names.push_back(name), places.push_back(k);
+      }
+      begun = true;
+    }
+    if (document["runs"].size() == most_runs) break;
+    json run = {{"texts", json::array()}, {"values", json::array()}};
+    std::string key;
+    for (int k = 0; k < rows.columns(); ++k) {
+      if (rows.name(k) == "run") key = rows.text(k);
+      for (const char* text : {"variant", "formulation", "status", "reason"})
+        if (rows.name(k) == text) run[text] = rows.text(k);
+      if (rows.name(k) == "start") run["start"] = rows.whole(k);
+    }
+    for (const int place : places)
+      run["values"].push_back(
+          rows.absent(place) || rows.is_text(place) ? json() : json(rounded(rows.number(place), 6)));
+    run.erase("texts");
+    run["key"] = key;
+    run["line"] = sparkline(trace, key);
+    document["runs"].push_back(std::move(run));
+  }
+  document["columns"] = names;
+  document["axes"] = axes;
+  document["commands"] = {"freeplay sweep STUDY -o " + shell_word(folder.filename().string())};
+  return document;
+}
+
+json axis_of(const JsonFile& facts, const std::string& at) {
+  json axis = {{"scale", 1.0}};
+  for (const char* part : {"name", "key", "unit"}) axis[part] = text_at(facts, at + "." + part);
+  if (const auto* scale = facts.find(at + ".scale"); scale && scale->is_number()) axis["scale"] = *scale;
+  return axis;
+}
+
+/// Points of a bifurcation, or cells of a basin: the table's columns by name.
+json attractors_document(const std::filesystem::path& folder, const std::string& kind) {
+  const JsonFile facts(folder / (kind + ".json"));
+  json document = {{"kind", kind}, {"title", text_at(facts, "provenance.title")}};
+  plots::Rows rows(folder / (kind + ".csv"));
+  const auto& names = rows.names();
+  std::vector<std::vector<double>> numbers_of(names.size());
+  std::vector<std::vector<std::string>> words_of(names.size());
+  const auto is_word = [&](std::size_t k) {
+    return names[k] == "branch" || names[k] == "kind" || names[k] == "doubt";
+  };
+  long all = 0;
+  std::size_t kept = 0;
+  while (rows.next()) {
+    ++all;
+    if (kept == most_points) continue;
+    ++kept;
+    for (std::size_t k = 0; k < names.size(); ++k)
+      if (is_word(k))
+        words_of[k].push_back(rows.name(k));
+      else
+        numbers_of[k].push_back(rows.maybe_number(k));
+  }
+  document["all"] = all;
+  document["columns"] = json::array();
+  for (std::size_t k = 0; k < names.size(); ++k)
+    document["columns"].push_back(is_word(k) ? json{{"name", names[k]}, {"words", words_of[k]}}
+                                             : json{{"name", names[k]}, {"y", numbers(numbers_of[k], 6)}});
+  for (const char* part : {"axis", "x", "y"})
+    if (facts.find(kind + "." + part)) document[part] = axis_of(facts, kind + "." + part);
+  document["formulation"] = text_at(facts, kind + ".formulation");
+  document["section"] = text_at(facts, kind + ".section");
+  const auto scene = text_at(facts, "provenance.scene_file");
+  document["scene_file"] = shell_word(scene);
+  document["overrides"] = overrides_of(facts);
+  document["provenance"] = provenance_table({{kind, &facts}});
+  document["scene"] =
+      text_at(facts, "provenance.study") + "\n\n# the scene\n" + text_at(facts, "provenance.scene");
+  document["commands"] = {"freeplay " + kind + " STUDY -o " + shell_word(folder.filename().string())};
+  return document;
+}
+
+}  // namespace
+
+bool holds_study(const std::filesystem::path& folder) {
+  return std::ranges::any_of(std::array{"sweep.db", "bifurcation.csv", "basin.csv"},
+                             [&](const char* name) { return std::filesystem::exists(folder / name); });
+}
+
+json study_document(const std::filesystem::path& folder) {
+  json document;
+  for (const char* kind : {"bifurcation", "basin"})
+    if (document.is_null() && std::filesystem::exists(folder / (std::string(kind) + ".csv")))
+      document = attractors_document(folder, kind);
+  if (document.is_null()) document = sweep_document(folder);
+  document["notes"] = json::array();
+  document["tables"] = json::array();
+  return document;
+}
+
+}  // namespace freeplay::report

@@ -1,0 +1,172 @@
+// Which runs, joints, drives and columns the figures of forces are of.
+#include "plots/tables/force_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "io/files/input_file.hpp"
+#include "mechanism/scene.hpp"
+#include "values/family.hpp"
+
+namespace freeplay::plots {
+namespace {
+
+constexpr std::size_t most_points = 2000;  ///< of a curve; more rows are merged
+constexpr std::size_t most_joints = 12;
+constexpr std::size_t most_drives = 6;
+
+/// The scene that a run's run.json carries, when this program can read it.
+std::shared_ptr<const Scene> scene_of(const JsonFile& run) {
+  try {
+    return std::make_shared<const Scene>(parse_scene(
+        run.text("provenance.scene"), run.text("provenance.scene_file"), run.texts("provenance.overrides")));
+  } catch (const SceneError&) {
+    return {};
+  }
+}
+
+}  // namespace
+
+ForceTable::ForceTable(const std::filesystem::path& folder) {
+  if (std::filesystem::exists(folder / "comparison.json")) {
+    source_ = "comparison.json";
+    add(folder / "penalty", "penalty", 1);
+    add(folder / "nonsmooth", "nonsmooth", 2);
+    add(folder / "ideal", "ideal joint", 3);
+  } else if (std::filesystem::exists(folder / "run.json")) {
+    const auto family =
+        family_named(JsonFile(folder / "run.json").text("formulation")).value_or(Family::penalty);
+    add(folder, name_of(family), family == Family::penalty ? 1 : 2);
+  }
+  if (scene_)
+    if (const auto* drive = main_drive(scene_->mechanism); drive && drive->speed != 0) drive_ = *drive;
+  std::size_t longest = 0;
+  for (auto& run : runs_) {
+    keep_last_turn(run, drive_ ? &*drive_ : nullptr);
+    longest = std::max(longest, run.x.size());
+  }
+  for (auto& run : runs_) {
+    merge(run, std::max<std::size_t>(1, (longest + most_points - 1) / most_points));
+    interval_ = std::max(interval_, run.interval);
+  }
+}
+
+void ForceTable::add(const std::filesystem::path& folder, const char* title, int style) {
+  if (!std::filesystem::exists(folder / "forces.csv")) return;
+  const JsonFile json(folder / "run.json");
+  if (!scene_) scene_ = scene_of(json);
+  if (json.find("undetermined_reactions"))
+    for (const auto& name : json.texts("undetermined_reactions")) undetermined_.insert(name);
+  auto run = read_force_run(folder / "forces.csv", title, style);
+  if (run.t.size() > 2) runs_.push_back(std::move(run));
+}
+
+/// A force with a moment is a joint's or a contact's; a force without one is a load.
+std::vector<std::string> ForceTable::joints() const {
+  std::vector<std::string> list;
+  for (const auto& run : runs_)
+    for (const auto& column : run.names) {
+      if (!column.ends_with(".m")) continue;
+      auto name = column.substr(0, column.size() - 2);
+      for (const auto* corner : guide_corners)
+        if (name.ends_with(std::string(".") + corner)) name.resize(name.size() - std::strlen(corner) - 1);
+      if (std::ranges::find(list, name) == list.end()) list.push_back(name);
+    }
+  if (list.size() > most_joints) {
+    std::stable_partition(list.begin(), list.end(), [&](const std::string& name) { return loose(name); });
+    list.resize(most_joints);
+  }
+  return list;
+}
+
+std::vector<std::string> ForceTable::drives() const {
+  std::vector<std::string> list;
+  for (const auto& run : runs_)
+    for (const auto& column : run.names) {
+      if (!column.ends_with(".torque")) continue;
+      const auto name = column.substr(0, column.size() - 7);
+      const auto is = [&](const Drive& d) {
+        return std::visit([](const auto& x) { return x.name; }, d) == name;
+      };
+      if (scene_ && std::ranges::none_of(scene_->mechanism.drives, is)) continue;
+      if (std::ranges::find(list, name) == list.end() && list.size() < most_drives) list.push_back(name);
+    }
+  return list;
+}
+
+const Joint* ForceTable::joint(const std::string& name) const {
+  if (!scene_) return nullptr;
+  const auto& list = scene_->mechanism.joints;
+  const auto it = std::ranges::find(list, name, [](const Joint& j) { return name_of(j); });
+  return it == list.end() ? nullptr : &*it;
+}
+
+bool ForceTable::revolute(const std::string& name) const {
+  const auto* j = joint(name);
+  return j && std::holds_alternative<RevoluteJoint>(*j);
+}
+
+bool ForceTable::loose(const std::string& name) const {
+  const auto has_clearance = [](const auto& x) {
+    if constexpr (requires { x.clearance; })
+      return x.clearance.has_value();
+    else
+      return false;
+  };
+  const auto* j = joint(name);
+  return j && std::visit(has_clearance, *j);
+}
+
+std::string ForceTable::heading(const std::string& name) const {
+  const auto* j = joint(name);
+  const char* open = undetermined_.contains(name) ? " (of least norm: not determined by mechanics)" : "";
+  if (!j) return name + ": force on the second body" + open;
+  const int body = bodies_of(*j)[1];
+  return fmt::format("{}: force on {}{}", name,
+                     body == ground ? "the ground" : scene_->mechanism.bodies[body].name, open);
+}
+
+bool ForceTable::any(const std::string& column) const {
+  return std::ranges::any_of(runs_, [&](const ForceRun& run) { return run.find(column) != nullptr; });
+}
+
+std::vector<Values> ForceTable::columns(const std::string& name, const char* suffix) const {
+  std::vector<Values> list;
+  for (const auto& run : runs_) {
+    Values sum;
+    if (const auto* v = run.find(name + suffix)) sum = *v;
+    for (const auto* corner : guide_corners)
+      if (const auto* v = run.find(name + "." + corner + suffix)) {
+        sum.resize(v->size(), 0.0);
+        std::ranges::transform(sum, *v, sum.begin(), std::plus<>());
+      }
+    if (std::ranges::none_of(sum, [](double x) { return std::isfinite(x); })) sum.clear();
+    list.push_back(std::move(sum));
+  }
+  return list;
+}
+
+std::vector<Values> ForceTable::magnitudes(const std::string& name) const {
+  auto x = columns(name, ".fx");
+  const auto y = columns(name, ".fy");
+  for (std::size_t r = 0; r < x.size(); ++r) {
+    x[r].resize(std::min(x[r].size(), y[r].size()));
+    std::ranges::transform(x[r], y[r], x[r].begin(), [](double a, double b) { return std::hypot(a, b); });
+  }
+  return x;
+}
+
+std::string ForceTable::abscissa() const {
+  return fmt::format("{}: {}", turns() ? "Crank angle (°)" : "Time (s)", extent());
+}
+
+std::string ForceTable::extent() const {
+  return fmt::format("{}, means over {}", runs_.front().part,
+                     interval_ < 1e-3 ? fmt::format("{:.3g} µs", 1e6 * interval_)
+                                      : fmt::format("{:.3g} ms", 1e3 * interval_));
+}
+
+}  // namespace freeplay::plots

@@ -1,0 +1,82 @@
+#include "plots/tables/run_facts.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "io/files/input_file.hpp"
+#include "io/files/recorded_run.hpp"
+#include "mechanism/scene.hpp"
+#include "plots/tables/table.hpp"
+#include "values/family.hpp"
+
+namespace freeplay::plots {
+
+std::shared_ptr<const Scene> scene_of_run(const std::filesystem::path& folder) {
+  const JsonFile run(folder / "run.json");
+  try {
+    return std::make_shared<const Scene>(parse_scene(
+        run.text("provenance.scene"), run.text("provenance.scene_file"), run.texts("provenance.overrides")));
+  } catch (const SceneError&) {
+  }
+  try {  // made in code, or naming files that are gone: by what it was made of
+    return std::make_shared<const Scene>(read_run(folder / "run.json").setup.scene);
+  } catch (const SceneError&) {
+    return {};
+  }
+}
+
+std::optional<double> turn_of(const Scene* scene) {
+  const auto* drive = scene ? main_drive(scene->mechanism) : nullptr;
+  if (!drive || drive->speed == 0) return std::nullopt;
+  return 2 * std::numbers::pi / std::abs(drive->speed);
+}
+
+Span first_part(std::optional<double> turn, double end) {
+  if (!turn) return {0, 0.1 * end, "first tenth"};
+  return {0, std::min(*turn, end), "first turn"};
+}
+
+Span last_part(std::optional<double> turn, double end, int turns) {
+  if (!turn) return {0.9 * end, end, "last tenth"};
+  while (turns > 1 && (turns + 0.5) * *turn > end) --turns;  // not all of a short run
+  if (turns * *turn >= end) return {0, end, "whole run"};
+  return {end - turns * *turn, end, turns == 1 ? "last turn" : fmt::format("last {} turns", turns)};
+}
+
+std::vector<RunFolder> runs_in(const std::filesystem::path& folder) {
+  std::vector<RunFolder> list;
+  const auto add = [&](const std::filesystem::path& run, const char* title, int style) {
+    if (std::filesystem::exists(run / "trajectory.csv") && std::filesystem::exists(run / "run.json"))
+      list.push_back({run, title, style});
+  };
+  if (std::filesystem::exists(folder / "comparison.json")) {
+    add(folder / "penalty", "penalty", 1);
+    add(folder / "nonsmooth", "nonsmooth", 2);
+    add(folder / "ideal", "ideal joint", 3);
+  } else if (std::filesystem::exists(folder / "run.json")) {
+    const auto family =
+        family_named(JsonFile(folder / "run.json").text("formulation")).value_or(Family::penalty);
+    add(folder, name_of(family), family == Family::penalty ? 1 : 2);
+  }
+  return list;
+}
+
+double end_of(const std::filesystem::path& folder) {
+  Rows rows(folder / "trajectory.csv");
+  const auto t = rows.place("t");
+  double end = 0;
+  while (rows.next()) end = rows.number(t);
+  return end;
+}
+
+double discard_of(const std::filesystem::path& folder) {
+  const JsonFile run(folder / "run.json");
+  const auto* discard = run.find("provenance.options.run.discard");
+  return discard && discard->is_number() ? discard->get<double>() : 0;
+}
+
+}  // namespace freeplay::plots

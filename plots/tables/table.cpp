@@ -1,0 +1,122 @@
+#include "plots/tables/table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "io/files/visible.hpp"
+#include "mechanism/error.hpp"
+#include "values/name_length.hpp"
+
+namespace freeplay::plots {
+namespace {
+
+constexpr std::size_t longest_label = 200;
+constexpr std::size_t most_rows = 10'000'000;  ///< of a table that is read whole
+
+bool is_name(std::string_view text) {
+  const auto plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string_view(" _-+.:").find(c) != std::string_view::npos;
+  };
+  return !text.empty() && text.size() <= longest_entry && std::ranges::all_of(text, plain);
+}
+
+}  // namespace
+
+Rows::Rows(const std::filesystem::path& file) : file_(file.string()), lines_(file) {
+  if (!lines_.next(line_))
+    throw SceneError(file_ + ": is empty; a header with the names of columns was expected");
+  split();
+  fields_.resize(count_);
+  names_ = fields_;
+  for (std::size_t i = 0; i < names_.size(); ++i)
+    if (!is_name(names_[i])) refuse(i, "the name of a column");
+}
+
+void Rows::split() {
+  count_ = 0;
+  for (std::size_t from = 0; from <= line_.size(); ++count_) {
+    const auto to = std::min(line_.find(',', from), line_.size());
+    if (count_ == fields_.size()) fields_.emplace_back();
+    fields_[count_].assign(line_, from, to - from);
+    from = to + 1;
+  }
+}
+
+bool Rows::next() {
+  if (!lines_.next(line_)) return false;
+  split();
+  if (count_ != names_.size())
+    throw SceneError(
+        fmt::format("{}:{}: has {} fields, the header {}", file_, lines_.number(), count_, names_.size()));
+  return true;
+}
+
+bool Rows::has(std::string_view column) const { return std::ranges::find(names_, column) != names_.end(); }
+
+std::size_t Rows::place(std::string_view column) const {
+  const auto it = std::ranges::find(names_, column);
+  if (it == names_.end()) throw SceneError(fmt::format("{}:1: has no column {}", file_, column));
+  return static_cast<std::size_t>(it - names_.begin());
+}
+
+void Rows::refuse(std::size_t place, const char* must) const {
+  throw SceneError(fmt::format(
+      "{}:{}: field {}{}: must be {}, is \"{}\"", file_, lines_.number(), place + 1,
+      place < names_.size() && lines_.number() > 1 ? " (" + visible_brief(names_[place]) + ")" : "", must,
+      visible_brief(fields_[place], 60)));
+}
+
+double Rows::number(std::size_t place) const {
+  const auto& text = fields_[place];
+  double x = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), x);
+  if (error != std::errc() || end != text.data() + text.size()) refuse(place, "a number");
+  return x;
+}
+
+double Rows::maybe_number(std::size_t place) const {
+  return fields_[place].empty() ? std::nan("") : number(place);
+}
+
+const std::string& Rows::name(std::size_t place) const {
+  if (!is_name(fields_[place])) refuse(place, "a name");
+  return fields_[place];
+}
+
+const std::string& Rows::label(std::size_t place) const {
+  const auto& text = fields_[place];
+  if (text.empty() || text.size() > longest_label || visible(text) != text) refuse(place, "a short text");
+  return text;
+}
+
+const std::string& Rows::maybe_label(std::size_t place) const {
+  return fields_[place].empty() ? fields_[place] : label(place);
+}
+
+Table::Table(const std::filesystem::path& file, const std::vector<std::string>& names,
+             const std::vector<std::string>& numbers, const std::vector<std::string>& labels) {
+  Rows in(file);
+  struct Taken {
+    std::size_t place;
+    std::vector<std::string>* list;
+    bool name;
+  };
+  std::vector<Taken> taken;
+  for (const auto& column : names) taken.push_back({in.place(column), &texts_[column], true});
+  for (const auto& column : labels) taken.push_back({in.place(column), &texts_[column], false});
+  std::vector<std::pair<std::size_t, std::vector<double>*>> counted;
+  for (const auto& column : numbers) counted.emplace_back(in.place(column), &numbers_[column]);
+  while (in.next()) {
+    if (++rows_ > most_rows)
+      throw SceneError(fmt::format("{}: has more than {} rows: it is no table that freeplay wrote",
+                                   file.string(), most_rows));
+    for (const auto& t : taken) t.list->push_back(t.name ? in.name(t.place) : in.label(t.place));
+    for (const auto& [place, list] : counted) list->push_back(in.number(place));
+  }
+}
+
+}  // namespace freeplay::plots

@@ -1,0 +1,89 @@
+// How curves of drives and loads are read against their argument (mechanism/argument.hpp).
+// A time step that sweeps over an interval of x is given the mean over it, so that no pulse falls between two steps.
+#pragma once
+
+#include <optional>
+#include <type_traits>
+#include <utility>
+
+#include "dynamics/curve_reader.hpp"
+#include "dynamics/kinematics.hpp"
+#include "dynamics/phase.hpp"
+#include "mechanism/argument.hpp"
+#include "mechanism/piecewise.hpp"
+
+namespace freeplay {
+
+/// The joint that a curve is read at, laid flat.
+struct ReadJoint {
+  int of = -1;  ///< OtherJoint::of
+  Link link = {};
+  const Link& or_own(const Link& own) const { return of >= 0 ? link : own; }
+};
+
+/// y at the argument. `place`: angle or position now; `rate(v)`: its rate at these velocities.
+template <class T, class M, class Rate>
+T read_at(const Piecewise& y, Argument x, const M& m, const T& place, Rate rate) {
+  if (y.is_constant()) return y.value(T(0));
+  if (x == Argument::speed) return y.value(rate(m.v));
+  if constexpr (std::is_same_v<T, double>)
+    if (const auto* s = m.reading.sweep) {
+      if (x == Argument::time) return y.mean(m.t - 0.5 * s->h, m.t + 0.5 * s->h);
+      const double from = place - 0.5 * s->h * rate(s->start);
+      return y.mean(from, from + s->h * rate(s->mean));
+    }
+  if (x == Argument::time) return y.value(m.t);
+  return m.piece ? y.value(place, m.piece->inside()) : y.value(place);
+}
+
+/// The kinks that integrators must not jump over, where there are any.
+inline std::optional<Phase> phase_of(const Piecewise& y, Argument x, const Link& link,
+                                     const Vec2* axis = nullptr) {
+  if (x != Argument::angle && x != Argument::position) return {};
+  auto knots = y.knots();
+  if (knots.empty()) return {};
+  Phase phase{link, std::move(knots), y.period()};
+  phase.swept = true;
+  if (axis) {
+    phase.of = Phase::Of::travel;
+    phase.axis = *axis;
+  }
+  return phase;
+}
+
+/// How steps see the curve; none where it is constant. `axis`: of a travel, in the first body's frame.
+inline std::optional<CurveReader> reader_of(const std::string& name, const Piecewise& y, Argument x,
+                                            const Link& link, const Vec2* axis = nullptr) {
+  if (y.is_constant()) return {};
+  CurveReader reader{name, CurveReader::Of::place, {link, y.knots(), y.period()}, y};
+  if (x == Argument::time) reader.of = CurveReader::Of::time;
+  if (x == Argument::speed) reader.of = CurveReader::Of::speed;
+  if (axis) {
+    reader.place.of = Phase::Of::travel;
+    reader.place.axis = *axis;
+  }
+  return reader;
+}
+
+/// y at the angle of a link.
+template <class T, class M>
+T read_at_angle(const Piecewise& y, const M& m, const Link& link) {
+  return read_at<T>(y, Argument::angle, m, m.angle(link),
+                    [&](const auto* v) { return omega(v, link.j) - omega(v, link.i); });
+}
+
+/// Forces along the axis of a sliding joint act on both bodies where the second one's point is.
+template <class T>
+struct AlongAxis {
+  Arms<T> arms;
+  Vec2Of<T> axis;
+  T place;
+
+  AlongAxis(const Link& link, const Vec2& own_axis, const T* q, const EvaluationOf<T>& e)
+      : arms(freeplay::arms(link, q, e)), axis(turned(link.i, own_axis, e)), place(dot(axis, arms.d)) {
+    arms.ri += arms.d;
+  }
+  T rate(const Link& link, const T* v) const { return dot(axis, relative_velocity(link, arms, v)); }
+};
+
+}  // namespace freeplay

@@ -1,0 +1,33 @@
+#include "dynamics/assembly/curvatures.hpp"
+
+namespace freeplay {
+
+using Eigen::MatrixXd, Eigen::VectorXd;
+
+MatrixXd null_space(const MatrixXd& C, const VectorXd& weights) {
+  const VectorXd back = weights.cwiseSqrt().cwiseInverse();
+  if (C.rows() == 0) return back.asDiagonal();
+  Eigen::ColPivHouseholderQR<MatrixXd> qr;
+  qr.setThreshold(1e-10);
+  qr.compute((C * back.asDiagonal()).transpose());
+  const MatrixXd Q = qr.householderQ();
+  return back.asDiagonal() * Q.rightCols(Q.cols() - qr.rank());
+}
+
+Curvatures curvatures(const MatrixXd& K, const MatrixXd& Z, const VectorXd& weights) {
+  if (Z.cols() == 0) return {VectorXd(0), VectorXd(0), Z};
+  const MatrixXd H = Z.transpose() * K * Z;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> apart(0.5 * (H + H.transpose()));
+  Curvatures c{apart.eigenvalues(), {}, Z * apart.eigenvectors()};
+  const MatrixXd size = K.cwiseAbs();
+  const VectorXd back = weights.cwiseSqrt().cwiseInverse();
+  const double all = K.size() > 0 ? (back.asDiagonal() * size * back.asDiagonal()).maxCoeff() : 0;
+  c.doubt.resize(c.value.size());
+  for (int d = 0; d < c.value.size(); ++d) {
+    const VectorXd x = c.direction.col(d).cwiseAbs();
+    c.doubt[d] = 1e-11 * x.dot(size * x) + 1e-14 * all;
+  }
+  return c;
+}
+
+}  // namespace freeplay

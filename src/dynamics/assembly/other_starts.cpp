@@ -1,0 +1,244 @@
+#include "dynamics/assembly/other_starts.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+#include "dynamics/assembly/joint_places.hpp"
+
+namespace freeplay {
+namespace {
+
+constexpr std::size_t most_dyads = 5;
+constexpr int most_drawn = 48;
+constexpr std::size_t most_work = 4000;  // bodies times poses
+
+const Joint& joint_at(const Mechanism& m, int k) { return m.joints[static_cast<std::size_t>(k)]; }
+
+/// Which end of a joint is in the body.
+int end_in(const Joint& joint, int body) { return bodies_of(joint)[0] == body ? 0 : 1; }
+
+/// rad, θ of the second body less that of the first where a joint or its drive holds it; false: it turns freely.
+bool held_angle(const Mechanism& m, int joint, double& angle) {
+  const bool held = std::visit(
+      [&](const auto& j) {
+        if constexpr (requires { j.angle + 0.0; }) {
+          angle = j.angle;
+          return true;
+        } else {
+          return false;
+        }
+      },
+      joint_at(m, joint));
+  if (held) return true;
+  for (const auto& drive : m.drives)
+    if (std::visit(
+            [&](const auto& d) {
+              if constexpr (requires {
+                              d.joint == joint;
+                              d.initial_angle + 0.0;
+                            }) {
+                if (d.joint != joint) return false;
+                angle = d.initial_angle;
+                return true;
+              } else {
+                return false;
+              }
+            },
+            drive))
+      return true;
+  return false;
+}
+
+/// The direction in which a joint lets its second body slide, in the world; zero: it does not.
+Vec2 slide_of(const Joint& joint, const std::vector<double>& q) {
+  return std::visit(
+      [&](const auto& j) {
+        if constexpr (requires { j.axis.x(); })
+          return place_of(q, j.between[0], j.axis) - place_of(q, j.between[0], {0, 0});
+        else
+          return Vec2{0, 0};
+      },
+      joint);
+}
+
+void put(std::vector<double>& q, int body, const Vec2& position, double angle) {
+  const auto c = static_cast<std::size_t>(planar::first(body));
+  q[c] = position.x();
+  q[c + 1] = position.y();
+  q[c + 2] = angle;
+}
+
+/// Places a body so that its end of `joint` is at `p`.
+void hang(std::vector<double>& q, int body, const Joint& joint, const Vec2& p, double angle) {
+  put(q, body, {0, 0}, angle);
+  put(q, body, p - place_of(q, body, end_of(joint, end_in(joint, body))), angle);
+}
+
+double fraction(double x) { return x - std::floor(x); }
+
+/// All bodies that joints connect with the ground, each hung on one that is nearer to it: at the angle of its own unless a
+/// joint or a drive holds it, and slid along a guide by so much.
+std::vector<double> hang_all(const Mechanism& m, std::vector<double> q, const auto& angle_of,
+                             const auto& slide_by) {
+  std::vector<char> placed(m.bodies.size(), 0);
+  for (bool more = true; more;) {
+    more = false;
+    auto now = placed;
+    for (std::size_t k = 0; k < m.joints.size(); ++k) {
+      const auto& joint = m.joints[k];
+      const auto pair = bodies_of(joint);
+      const auto before = [&](int body) { return body == ground || placed[static_cast<std::size_t>(body)]; };
+      if (before(pair[0]) == before(pair[1])) continue;
+      const int end = before(pair[0]) ? 1 : 0, body = pair[end], hung_on = pair[1 - end];
+      if (now[static_cast<std::size_t>(body)]) continue;
+      double relative = 0, angle = angle_of(body);
+      if (held_angle(m, static_cast<int>(k), relative))
+        angle =
+            (hung_on == ground ? 0 : planar::angle(q.data(), hung_on)) + (end == 1 ? relative : -relative);
+      hang(q, body, joint, end_place(joint, 1 - end, q), angle);
+      if (const auto* rod = std::get_if<RodJoint>(&joint))
+        hang(q, body, joint,
+             end_place(joint, 1 - end, q) + rod->length * Vec2{std::cos(angle), std::sin(angle)}, angle);
+      const Vec2 slide = slide_of(joint, q);
+      if (!slide.is_zero())
+        hang(q, body, joint, end_place(joint, 1 - end, q) + slide_by(body) * slide, angle);
+      now[static_cast<std::size_t>(body)] = 1;
+      more = true;
+    }
+    placed = now;
+  }
+  return q;
+}
+
+}  // namespace
+
+std::vector<double> hung(const Mechanism& m, const std::vector<double>& q) {
+  return hang_all(
+      m, q, [&](int body) { return planar::angle(q.data(), body); }, [](int) { return 0.0; });
+}
+
+bool states_no_place(const Mechanism& m) {
+  const bool turned = std::ranges::any_of(m.bodies, [](const Body& b) { return b.angle != 0; }) ||
+                      std::ranges::any_of(m.drives, [](const Drive& drive) {
+                        return std::visit(
+                            [](const auto& d) {
+                              if constexpr (requires { d.initial_angle != 0; })
+                                return d.initial_angle != 0;
+                              else
+                                return false;
+                            },
+                            drive);
+                      });
+  return turned && std::ranges::all_of(m.bodies, [](const Body& b) { return b.position.is_zero(); });
+}
+
+void unwind(const Mechanism& m, const std::vector<double>& given, std::vector<double>& q) {
+  std::vector<char> held(m.bodies.size(), 0);
+  for (std::size_t k = 0; k < m.joints.size(); ++k) {
+    double angle = 0;
+    if (held_angle(m, static_cast<int>(k), angle))
+      for (const int body : bodies_of(m.joints[k]))
+        if (body != ground) held[static_cast<std::size_t>(body)] = 1;
+  }
+  for (std::size_t b = 0; b < held.size(); ++b) {
+    auto& angle = q[planar::first(b) + 2];
+    const double turns = std::round((angle - planar::angle(given.data(), b)) / (2 * std::numbers::pi));
+    if (!held[b] && turns != 0) angle -= 2 * std::numbers::pi * turns;
+  }
+}
+
+OtherStarts::OtherStarts(const Mechanism& mechanism, std::vector<double> near, double length)
+    : m_(mechanism), near_(std::move(near)), length_(length) {
+  find_dyads();
+  for (unsigned set = 1; set < (1U << dyads_.size()); ++set) order_.push_back(set);
+  std::ranges::stable_sort(order_, {}, [](unsigned set) { return std::popcount(set); });
+  const auto bodies = std::max<std::size_t>(1, m_.bodies.size());
+  const int most = std::max(4, static_cast<int>(most_work / bodies));
+  flips_ = std::min(static_cast<int>(order_.size()), most);
+  drawn_ = std::min(most_drawn, most);
+}
+
+void OtherStarts::find_dyads() {
+  std::vector<std::vector<int>> of(m_.bodies.size());
+  for (std::size_t k = 0; k < m_.joints.size(); ++k)
+    for (const int body : bodies_of(m_.joints[k]))
+      if (body != ground) of[static_cast<std::size_t>(body)].push_back(static_cast<int>(k));
+  const auto another = [&](int body, int J, int not_to) {
+    for (const int k : of[static_cast<std::size_t>(body)]) {
+      const auto pair = bodies_of(joint_at(m_, k));
+      if (k != J && pair[0] != not_to && pair[1] != not_to) return k;
+    }
+    return -1;
+  };
+  for (std::size_t k = 0; k < m_.joints.size() && dyads_.size() < most_dyads; ++k) {
+    const auto [i, j] = bodies_of(m_.joints[k]);
+    double angle = 0;
+    const auto J = static_cast<int>(k);
+    if (i == ground || j == ground || held_angle(m_, J, angle)) continue;
+    const int K = another(i, J, j), L = another(j, J, i);
+    // A link that a drive holds against the ground does not turn over.
+    if (K < 0 || L < 0 || (held_angle(m_, K, angle) && slide_of(joint_at(m_, K), near_).is_zero()) ||
+        (held_angle(m_, L, angle) && slide_of(joint_at(m_, L), near_).is_zero()))
+      continue;
+    dyads_.push_back({i, j, J, K, L});
+  }
+}
+
+void OtherStarts::turn_over(const Dyad& d, std::vector<double>& q) const {
+  const Joint &J = joint_at(m_, d.J), &K = joint_at(m_, d.K), &L = joint_at(m_, d.L);
+  const Vec2 p = joint_place(J, q), k = end_place(K, end_in(K, d.i), q), l = end_place(L, end_in(L, d.j), q);
+  const Vec2 along_k = slide_of(K, q), along_l = slide_of(L, q);
+  // The mirror line goes through a fixed joint and, for a slider, across its guide.
+  const Vec2 from = !along_k.is_zero() ? l : k;
+  const Vec2 line = !along_l.is_zero() ? perp(along_l) : !along_k.is_zero() ? perp(along_k) : l - k;
+  if (!(line.squared_norm() > 0)) return;
+  const Vec2 r = p - from, mirrored = from + 2 * (dot(r, line) / line.squared_norm()) * line - r;
+  const auto move = [&](int body, const Joint& other, const Vec2& pivot, bool slides) {
+    double angle = planar::angle(q.data(), body);
+    if (!slides) {
+      const Vec2 before = p - pivot, after = mirrored - pivot;
+      angle += std::atan2(cross(before, after), dot(before, after));
+      hang(q, body, other, pivot, angle);
+    } else {
+      hang(q, body, J, mirrored, angle);
+    }
+  };
+  move(d.i, K, k, !along_k.is_zero());
+  move(d.j, L, l, !along_l.is_zero());
+}
+
+std::vector<double> OtherStarts::drawn(int n) const {
+  // φ of as many dimensions as bodies: φ^(d+1) = φ + 1, by its fixed point.
+  const auto bodies = static_cast<int>(m_.bodies.size());
+  double phi = 2;
+  for (int i = 0; i < 60; ++i) phi = std::pow(1 + phi, 1.0 / (bodies + 1));
+  const auto share = [&](int body) { return fraction(0.5 + (n + 1) * std::pow(phi, -(body + 1))); };
+  return hang_all(
+      m_, near_, [&](int body) { return 2 * std::numbers::pi * share(body); },
+      [&](int body) { return length_ * (2 * share(body) - 1); });
+}
+
+std::vector<double> OtherStarts::pose(int n) const {
+  if (n >= flips_) return drawn(n - flips_);
+  auto q = near_;
+  for (std::size_t d = 0; d < dyads_.size(); ++d)
+    if (order_[static_cast<std::size_t>(n)] & (1U << d)) turn_over(dyads_[d], q);
+  return q;
+}
+
+std::string OtherStarts::what(int n) const {
+  if (n >= flips_) return fmt::format("drawn angles, set {} of {}", n - flips_ + 1, drawn_);
+  std::string names;
+  for (std::size_t d = 0; d < dyads_.size(); ++d)
+    if (order_[static_cast<std::size_t>(n)] & (1U << d))
+      names += fmt::format("{}{} and {}", names.empty() ? "" : ", ",
+                           m_.bodies[static_cast<std::size_t>(dyads_[d].i)].name,
+                           m_.bodies[static_cast<std::size_t>(dyads_[d].j)].name);
+  return names + " turned over";
+}
+
+}  // namespace freeplay

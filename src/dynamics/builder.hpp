@@ -1,0 +1,97 @@
+// What elements build a System from. Each element's build() calls what it needs; links count towards
+// System::longest_arm(), free links do not.
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <string>
+
+#include "dynamics/system.hpp"
+#include "mechanism/mechanism.hpp"
+
+namespace freeplay {
+
+class Builder {
+ public:
+  Builder(System& system, const Mechanism& mechanism) : s_(system), mechanism_(mechanism) {}
+  const Mechanism& mechanism() const { return mechanism_; }
+
+  Link link(const std::array<int, 2>& between, const std::array<Vec2, 2>& at);
+  Link free_link(const std::array<int, 2>& between, const std::array<Vec2, 2>& at) const {
+    return {between[0], between[1], at[0], at[1]};
+  }
+  /// The bodies of a joint, at their centres of mass.
+  Link joint_link(int joint) const { return free_link(bodies_of(mechanism_.joints[joint]), {}); }
+  double longest_arm() const { return s_.longest_arm_; }
+  /// No body may turn further than this in a step (rad).
+  void limit_turn(double angle) { s_.longest_turn_ = std::min(s_.longest_turn_, angle); }
+  /// A length that counts as an arm does (m).
+  void reach(double length) { s_.longest_arm_ = std::max(s_.longest_arm_, length); }
+
+  /// @name Constraint rows
+  ///@{
+  void points(const Link& link, const std::string& name);
+  void slide(const Link& link, const Vec2& axis, const std::string& name);
+  void distance(const Link& link, double length, const std::string& name);
+  void angle(const Link& link, double angle, const std::string& name);
+  void prescribed(const Link& link, double angle, double speed, const std::string& name);
+  /// Of the angle, or of the place along an axis; against time, or the angle of joint `of` (−1: time).
+  void motion(const Link& link, const Piecewise& course, const Vec2* axis, int of, const std::string& name);
+  template <class Mesh>
+  void mesh(const Link& link, const Mesh& mesh, const std::string& name) {
+    s_.rare_rows_ = true;
+    MeshRow<Mesh> row{link, mesh, s_.G_.rows};
+    const int bodies[] = {link.i, link.j};
+    for (std::size_t k = 0; k < 2; ++k) {
+      if (bodies[k] == ground) continue;
+      row.first[k] = entry(3 * bodies[k], 0);
+      entry(3 * bodies[k] + 1, 0);
+      entry(3 * bodies[k] + 2, 0);
+    }
+    std::get<std::vector<MeshRow<Mesh>>>(s_.constraints_).push_back(row);
+    end_row(name, false);
+  }
+  ///@}
+
+  /// @name Contacts
+  ///@{
+  ContactFacts facts(const std::string& name, const std::array<int, 2>& between, int surface) const;
+  void round(const Link& link, double side, double rest, double radius_i, double radius_j,
+             const ContactFacts& facts) {
+    pair(RoundPair{link, side, rest, radius_i, radius_j}, facts);
+  }
+  void line(const Link& link, double side, const Vec2& axis, double rest, double radius,
+            const ContactFacts& facts) {
+    pair(LinePair{link, side, axis, rest, radius}, facts);
+  }
+  template <class Mesh>
+  void flank(const Link& link, const Mesh& mesh, const ContactFacts& facts) {
+    pair(FlankPair<Mesh>{link, mesh}, facts);
+  }
+  void angle_stop(const AngleStopPair& stop, const ContactFacts& facts) { pair(stop, facts); }
+  ///@}
+
+  /// Coulomb friction of a fixed bound along an axis of the first body.
+  void sliding(const Link& link, const Vec2& axis, const std::string& name, double bound,
+               const std::optional<double>& regularisation);
+  /// The same, and along the surface of a pin, of a bound from the joint's reaction.
+  void sliding(const Link& link, const Vec2& axis, const std::string& name, const ReactionBound& bound,
+               const std::optional<double>& regularisation);
+  void spinning(const Link& link, double radius, const std::string& name, const ReactionBound& bound,
+                const std::optional<double>& regularisation);
+  /// With the rows of an ideal joint's reaction.
+  ReactionBound reaction_bound(int joint) const;
+
+  /// Any kind of pair.
+  void pair(const Pair& pair, const ContactFacts& facts);
+
+ private:
+  int entry(int column, double constant);
+  void end_row(const std::string& name, bool angle);
+  void turn_entries(const Link& link);
+
+  System& s_;
+  const Mechanism& mechanism_;
+};
+
+}  // namespace freeplay

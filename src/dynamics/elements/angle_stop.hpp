@@ -1,0 +1,27 @@
+// Dynamics of mechanism/elements/angle_stop.hpp; the equations stand there.
+#pragma once
+
+#include "dynamics/elements/dynamics.hpp"
+#include "mechanism/elements/angle_stop.hpp"
+
+namespace freeplay {
+
+template <>
+struct Dynamics<AngleStop> : AngleStop {
+  void reserve(auto& b) const { b.reach(radius); }
+
+  void build(auto& b) const {
+    const auto& on = std::get<RevoluteJoint>(b.mechanism().joints[joint]);
+    for (const auto& [limit, side] : {std::pair{stop.lower, -1}, std::pair{stop.upper, 1}}) {
+      if (!limit) continue;
+      auto facts = stop.contact(b, name, on.between, side > 0, radius);
+      // What would rub there an ideal joint holds.
+      facts.surface.friction.reset();
+      const Vec2 normal =
+          direction ? Vec2{side * std::sin(*direction), -side * std::cos(*direction)} : Vec2{};
+      b.angle_stop({b.link(on.between, on.at), double(side), *limit, radius, normal}, facts);
+    }
+  }
+};
+
+}  // namespace freeplay

@@ -1,0 +1,25 @@
+// Dynamics of mechanism/elements/motion_drive.hpp; the equations stand there.
+#pragma once
+
+#include "dynamics/elements/dynamics.hpp"
+#include "mechanism/elements/motion_drive.hpp"
+#include "mechanism/piecewise.hpp"
+
+namespace freeplay {
+
+template <>
+struct Dynamics<MotionDrive> : MotionDrive {
+  auto link(auto& b) const {
+    const auto& m = b.mechanism();
+    if (!slides(m)) return b.joint_link(joint);
+    const auto& on = std::get<TranslationalJoint>(m.joints[joint]);
+    return b.free_link(on.between, on.at);
+  }
+  void build(auto& b) const {
+    const auto& m = b.mechanism();
+    const Vec2* axis = slides(m) ? &std::get<TranslationalJoint>(m.joints[joint]).axis : nullptr;
+    b.motion(link(b), course(m.curves), axis, of, name);
+  }
+};
+
+}  // namespace freeplay

@@ -1,0 +1,22 @@
+// Dynamics of mechanism/elements/plane_contact.hpp; the equations stand there.
+#pragma once
+
+#include "dynamics/elements/dynamics.hpp"
+#include "mechanism/elements/plane_contact.hpp"
+
+namespace freeplay {
+
+template <>
+struct Dynamics<PlaneContact> : PlaneContact {
+  void build(auto& b) const {
+    auto facts = b.facts(name, between, surface);
+    facts.radius = radius;
+    facts.stiffness = stiffness;
+    facts.arm = b.longest_arm();
+    facts.clearance = 1e-3 * std::max(radius, facts.arm);  // a scale for tolerances
+    if (!(facts.clearance > 0)) facts.clearance = 1e-3;
+    b.line(b.link(between, at), 1, axis, radius, radius, facts);
+  }
+};
+
+}  // namespace freeplay

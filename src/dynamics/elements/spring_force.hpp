@@ -1,0 +1,138 @@
+// The force, kinks and energy of a SpringLaw (mechanism/elements/spring_law.hpp, where the equations stand).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "dynamics/kinematics.hpp"
+#include "mechanism/elements/spring_law.hpp"
+#include "numerics/dual.hpp"
+
+namespace freeplay {
+
+struct SpringForce : SpringLaw {
+  /// E with its line or polynomial at `at`.
+  template <class T>
+  T elastic(double stiffness, double rest, const T& s, double at) const {
+    if (!table.empty()) return line(table, segment(table, at), s);
+    const T x = s - rest;
+    return preload.value_or(0) + x * (stiffness + cubic.value_or(0) * x * x);
+  }
+  template <class T>
+  T damper(double damping, const T& rate) const {
+    if (damping_table.empty()) return damping * rate;
+    return line(damping_table, segment(damping_table, value_of(rate)), rate);
+  }
+  /// F, and its part that is no change of U.
+  template <class T>
+  struct Force {
+    T whole{0}, damping{0};
+  };
+  /// `rate` is asked for only where there is a damper.
+  template <class T>
+  Force<T> force(double stiffness, double rest, double damper_rate, const T& s, const T& rate,
+                 const Piece* piece) const {
+    const double at = piece ? piece->inside() : value_of(s);
+    if (one_way && !acts(elastic(stiffness, rest, at, at))) return {};
+    const T e = elastic(stiffness, rest, s, at);
+    if (!damps(damper_rate)) return {e, T(0)};
+    const T resists = damper(damper_rate, rate);
+    if (one_way && !acts(value_of(e))) {  // beyond the piece, without a jump at its end either way
+      const bool tautens = *one_way == OneWay::pull ? resists > T(0) : resists < T(0);
+      return {tautens ? e + resists : e, tautens ? resists : T(0)};
+    }
+    T whole = e + resists;
+    if (one_way && !acts(value_of(whole))) whole = T(0);
+    return {whole, whole - e};
+  }
+
+  /// Where E changes its slope or, one way, its sign, increasing; none that lies where nothing acts.
+  std::vector<double> kinks(double stiffness, double rest) const {
+    std::vector<double> list;
+    const auto e = [&](double s) { return elastic(stiffness, rest, s, s); };
+    if (table.empty()) {
+      if (one_way) list.push_back(root(stiffness, rest));
+      return list;
+    }
+    const std::size_t n = table.size();
+    double steepest = 0;
+    for (std::size_t i = 0; i + 1 < n; ++i) steepest = std::max(steepest, std::abs(slope(table, i)));
+    for (std::size_t i = 1; i + 1 < n; ++i)
+      if (std::abs(slope(table, i) - slope(table, i - 1)) > 1e-9 * steepest && acts(e(table[i].first)))
+        list.push_back(table[i].first);
+    if (one_way)
+      for (std::size_t i = 0; i + 1 < n; ++i) {
+        const double k = slope(table, i);
+        if (k == 0) continue;
+        const double zero = table[i].first - table[i].second / k;
+        const bool from = i == 0 || zero >= table[i].first, to = i + 2 == n || zero <= table[i + 1].first;
+        if (from && to) list.push_back(zero);
+      }
+    std::ranges::sort(list);
+    const auto same = [](double a, double b) { return b - a <= 1e-12 * std::max(std::abs(a), std::abs(b)); };
+    list.erase(std::unique(list.begin(), list.end(), same), list.end());
+    return list;
+  }
+
+  /// U from where E is zero, or from rest, or from a table's first point.
+  double energy(double stiffness, double rest, double s) const {
+    if (table.empty()) {
+      const auto stored = [&](double at) {
+        const double x = at - rest;
+        return x * (preload.value_or(0) + x * (0.5 * stiffness + 0.25 * cubic.value_or(0) * x * x));
+      };
+      if (!one_way) return stored(s);
+      const double zero = root(stiffness, rest);
+      return acts(elastic(stiffness, rest, s, s)) ? stored(s) - stored(zero) : 0;
+    }
+    const double from = table.front().first, a = std::min(from, s), b = std::max(from, s);
+    double sum = 0, at = a;
+    for (std::size_t i = 0; i + 1 < table.size(); ++i) {
+      const double end = i + 2 == table.size() ? b : std::min(b, table[i + 1].first);
+      if (end > at) {
+        sum += area(at, line(table, i, at), end, line(table, i, end));
+        at = end;
+      }
+    }
+    return s < from ? -sum : sum;
+  }
+
+ private:
+  static std::size_t segment(const SpringTable& t, double s) {
+    const auto after = std::ranges::upper_bound(t, s, {}, &std::pair<double, double>::first);
+    const auto i = after == t.begin() ? 0 : after - t.begin() - 1;
+    return std::min(static_cast<std::size_t>(i), t.size() - 2);
+  }
+  static double slope(const SpringTable& t, std::size_t i) {
+    return (t[i + 1].second - t[i].second) / (t[i + 1].first - t[i].first);
+  }
+  template <class T>
+  static T line(const SpringTable& t, std::size_t i, const T& s) {
+    return t[i].second + slope(t, i) * (s - t[i].first);
+  }
+  /// ∫ of what acts of a line.
+  double area(double a, double ea, double b, double eb) const {
+    if (acts(ea) && acts(eb)) return 0.5 * (b - a) * (ea + eb);
+    if (!acts(ea) && !acts(eb)) return 0;
+    const double width = (b - a) * (acts(ea) ? ea / (ea - eb) : eb / (eb - ea));
+    return 0.5 * width * (acts(ea) ? ea : eb);
+  }
+  /// Where preload + stiffness x + cubic x³, which rises, is zero: on the tangent's side, so Newton comes from one side.
+  double root(double stiffness, double rest) const {
+    const double p = preload.value_or(0), c = cubic.value_or(0);
+    if (p == 0) return rest;
+    double x = stiffness > 0 ? -p / stiffness : -std::cbrt(p / c);
+    if (c > 0 && stiffness > 0) {
+      if (const double other = -std::cbrt(p / c); std::abs(other) < std::abs(x)) x = other;
+      for (int i = 0; i < 60; ++i) {
+        const double step = (p + x * (stiffness + c * x * x)) / (stiffness + 3 * c * x * x);
+        x -= step;
+        if (std::abs(step) <= 1e-16 * std::abs(x)) break;
+      }
+    }
+    return rest + x;
+  }
+};
+
+}  // namespace freeplay

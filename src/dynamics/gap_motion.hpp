@@ -1,0 +1,165 @@
+// What a gap can do within a step, from how the bodies move in it. With d from the first body's point to the
+// second's, s_i and s_j their arms, and bounds on the bodies' velocities and accelerations over the step,
+//
+//     |ḋ| ≤ |ẋ_j − ẋ_i| + Σ |s| |ω|,     |d̈| ≤ |ẍ_j − ẍ_i| + Σ |s| (ω² + |α|),
+//
+// so that |d|, between two times h apart, is convex but for |d̈|: |d| ≤ greater of its ends + |d̈| h²/8, and
+// |d|″ ≥ −|d̈|, |d|″ ≤ |d̈| + |ḋ|²/|d|. A distance along a turning wall has bounds on its second derivative alone.
+// From these it is proved, not sampled, that a gap keeps its sign or its rate keeps its own.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <vector>
+
+#include "dynamics/evaluation.hpp"
+#include "dynamics/kinematics.hpp"
+#include "dynamics/planar.hpp"
+
+namespace freeplay {
+
+/// A function's value and its rate of change.
+struct Watched {
+  double value = 0, rate = 0;
+};
+
+/// Bounds on the rate and the acceleration of one coordinate over a step.
+struct CubicBounds {
+  double speed, acceleration;
+};
+/// Of the cubic through rates and accelerations at both ends of a step of length h, which lies within its control
+/// points; where the cubic through positions and rates bends more, by that.
+inline CubicBounds cubic_bounds(double h, double q0, double v0, double a0, double q1, double v1, double a1) {
+  const auto size = [](double x) { return x < 0 ? -x : x; };
+  const auto more = [](double x, double y) { return x < y ? y : x; };
+  const double third = h / 3, per = 1 / h;
+  const double slope = 6 * per * (q1 - q0) - 3 * (v0 + v1), tilt = v1 - v0;
+  return {
+      more(more(size(v0), size(v1)), more(size(v0 + third * a0), size(v1 - third * a1))),
+      more(more(more(size(a0), size(a1)), size(3 * per * tilt - a0 - a1)), per * (size(slope) + size(tilt)))};
+}
+
+/// Bounds on the rates and accelerations of all coordinates over a step.
+struct MotionBounds {
+  std::vector<double> speed, acceleration;  ///< m/s, m/s² or rad/s, rad/s²: one per coordinate
+  double duration = 0;                      ///< s
+
+  /// Of a step of length h by cubic_bounds, each array of n.
+  void enclose(double h, std::size_t n, const double* q0, const double* v0, const double* a0,
+               const double* q1, const double* v1, const double* a1) {
+    duration = h;
+    speed.resize(n);
+    acceleration.resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto b = cubic_bounds(h, q0[i], v0[i], a0[i], q1[i], v1[i], a1[i]);
+      speed[i] = b.speed;
+      acceleration[i] = b.acceleration;
+    }
+  }
+  /// Widens them where an interpolant departs by up to `apart` (of the rate of coordinate i) from that cubic, and its
+  /// derivative by `steep` times that over the step's length.
+  void widen(std::size_t i, double apart, double steep) {
+    speed[i] += apart;
+    acceleration[i] += steep / duration * apart;
+  }
+};
+
+/// How a watched distance y may bend within a step.
+struct GapMotion {
+  /// y = |d| − rest outside, y = rest − |d| inside, or along a wall.
+  enum class Shape { outside, inside, straight };
+  Shape shape = Shape::straight;
+  double speed = 0;  ///< m/s, bound on |ḋ|
+  double bend = 0;   ///< m/s², bound on |d̈|; along a wall on |ÿ|
+  double rest = 0;   ///< m
+
+  /// The same of −y.
+  GapMotion opposite() const {
+    auto m = *this;
+    if (shape != Shape::straight) m.shape = shape == Shape::inside ? Shape::outside : Shape::inside;
+    return m;
+  }
+
+  /// No value of y between a and b, h apart in time, is less.
+  double least(const Watched& a, const Watched& b, double h) const {
+    // Inside, |d| is at most its greater end, but for |d̈|; outside it may dip between them.
+    const double chord =
+        shape == Shape::outside ? -INFINITY : std::min(a.value, b.value) - 0.125 * bend * h * h;
+    const double down = bends(a, b, h).down;
+    if (!std::isfinite(down)) return chord;
+    // y + ½ down (t − a)(t − b) is convex: it lies above its tangents, and y above it.
+    const double fall = a.rate - 0.5 * down * h, rise = b.rate + 0.5 * down * h;
+    double low = std::min(a.value, b.value);
+    if (fall < 0 && rise > 0) {
+      const double s = (b.value - a.value - rise * h) / (fall - rise);
+      low = std::min(low, a.value + fall * std::clamp(s, 0.0, h));
+    }
+    return std::max(low, chord);
+  }
+  /// Whether y surely rises, or surely falls, all the way.
+  bool rises(const Watched& a, const Watched& b, double h) const {
+    const auto [down, up] = bends(a, b, h);
+    return one_way(a.rate, b.rate, h, down, up);
+  }
+  bool falls(const Watched& a, const Watched& b, double h) const {
+    const auto [down, up] = bends(a, b, h);
+    return one_way(-a.rate, -b.rate, h, up, down);
+  }
+
+ private:
+  struct Bends {
+    double down, up;  ///< −down ≤ ÿ ≤ up
+  };
+  Bends bends(const Watched& a, const Watched& b, double h) const {
+    if (shape == Shape::straight) return {bend, bend};
+    const double sign = shape == Shape::outside ? 1 : -1;
+    const double length = std::max(rest + sign * a.value, rest + sign * b.value) - speed * h;
+    const double swirl = length > 0 ? bend + speed * speed / length : INFINITY;
+    return sign > 0 ? Bends{bend, swirl} : Bends{swirl, bend};
+  }
+  /// A rate that is ra and rb at the ends, falls by at most `down` and rises by at most `up`, stays above zero.
+  static bool one_way(double ra, double rb, double h, double down, double up) {
+    if (!(ra > 0 && rb > 0) || !std::isfinite(down + up)) return false;
+    const double both = down + up;
+    const double s = both > 0 ? std::clamp((ra - rb + up * h) / both, 0.0, h) : 0;
+    return ra - down * s > 0;
+  }
+};
+
+/// How far a link's points move against each other within h (s) at these rates, by arcs: |ẋ_j − ẋ_i| h + Σ |s| |ω| h.
+inline double path(const Link& link, const double* v, double h) {
+  Vec2 across{0, 0};
+  double along = 0;
+  for (const auto& [body, arm, sign] :
+       {std::tuple{link.i, link.si, -1.0}, std::tuple{link.j, link.sj, 1.0}}) {
+    if (body == ground) continue;
+    across += sign * planar::velocity(v, body);
+    along += arm.norm() * std::abs(planar::rate(v, body));
+  }
+  return (across.norm() + along) * h;
+}
+
+/// Bounds on the motion of a link's second point against its first.
+inline GapMotion relative_motion(const Link& link, const MotionBounds& b) {
+  double vx = 0, vy = 0, ax = 0, ay = 0;
+  GapMotion m;
+  const auto add = [&](int body, const Vec2& arm) {
+    if (body == ground) return;
+    const int c = planar::first(body);
+    vx += b.speed[c];
+    vy += b.speed[c + 1];
+    ax += b.acceleration[c];
+    ay += b.acceleration[c + 1];
+    const double length = arm.norm(), turn = b.speed[c + 2];
+    m.speed += length * turn;
+    m.bend += length * (turn * turn + b.acceleration[c + 2]);
+  };
+  add(link.i, link.si);
+  add(link.j, link.sj);
+  m.speed += std::sqrt(vx * vx + vy * vy);
+  m.bend += std::sqrt(ax * ax + ay * ay);
+  return m;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,44 @@
+// What a kind of instrument is made of, and the keys that several share. A kind is one enumerator of Instrument::Kind
+// and one file of instruments/ that specialises Sensor for it, with
+//
+//     type, what, meaning      its word in a scene, whose keys they are, what it measures
+//     senses                   what it looks at
+//     keys(k, i)               its keys (see keys.hpp)
+//     measure(i, x)            what it makes of positions, of velocities, or of the force of an element
+//     watches(i, element)      forces only: whether the element is one of those it adds up
+#pragma once
+
+#include "mechanism/instrument.hpp"
+
+namespace freeplay {
+
+template <Instrument::Kind kind>
+struct Sensor;
+
+/// How samples are taken and spoiled.
+void sample_keys(auto& k, auto& i) {
+  k.need({"sampling", "Hz", "samples per second in signals.csv"}, i.sampling, positive);
+  k.take({"noise", "of the channel", "standard deviation of a sample's noise"}, i.noise, non_negative);
+  if (k.when(i.noise.has_value()))
+    k.take({"seed", "", "of the noise, a whole number; each channel, start and run has its own from it"},
+           i.seed, whole);
+}
+
+void full_scale_keys(auto& k, auto& i) {
+  k.take({"range", "of the channel",
+          "full scale: samples are kept within ± this, at the last whole step where there is a resolution"},
+         i.range, positive);
+  k.take({"resolution", "of the channel", "step of the samples, rounded down"}, i.resolution, positive);
+}
+
+/// Butterworth low-pass before the samples.
+void low_pass_keys(auto& k, auto& i) {
+  k.need({"bandwidth", "Hz", "−3 dB frequency of its Butterworth low-pass"}, i.bandwidth, positive);
+  k.take({"order", "", "order of the low-pass, 1 to 8"}, i.order, one_to_eight);
+}
+void check_sampling(auto& k, auto& i) {
+  k.check(i.sampling > 2 * i.bandwidth, "sampling", "must exceed twice the bandwidth ", i.bandwidth,
+          " Hz, is ", i.sampling, " Hz");
+}
+
+}  // namespace freeplay

@@ -1,0 +1,168 @@
+// A mechanism's motion at one instant, as elements ask for it: angles, arms and relative velocities. That a
+// body has three coordinates x, y, θ is known to src/dynamics alone.
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "mechanism/body.hpp"
+#include "values/vec2.hpp"
+
+namespace freeplay {
+
+/// Powers of drives and loads (W): what they put into the mechanism.
+template <class T>
+struct LoadPower {
+  T drive = 0;    ///< torque drives
+  T load = 0;     ///< constant forces and torques
+  T damping = 0;  ///< dampers, ≤ 0
+};
+
+struct Piece;
+
+/// What a System computes at one state.
+template <class T>
+struct EvaluationOf {
+  std::vector<T> cosine, sine;       ///< of each body's angle
+  std::vector<T> phi, phi_t, gamma;  ///< one per constraint row
+  std::vector<T> bend;               ///< y″ of each prescribed motion
+  std::vector<T> G;                  ///< values in the order of System::pattern()
+  std::vector<T> force;              ///< n
+  LoadPower<T> power;
+  const Piece* pieces = nullptr;  ///< that System::phases are held to, of the last place()
+};
+using Evaluation = EvaluationOf<double>;
+
+/// Two bodies and the arms of an element's points in their frames.
+struct Link {
+  int i = ground, j = ground;
+  Vec2 si{0, 0}, sj{0, 0};
+};
+
+/// World arms and r_j^P − r_i^P.
+template <class T>
+struct Arms {
+  Vec2Of<T> ri, rj, d;
+};
+
+template <class T>
+T omega(const T* v, int body) {
+  return body == ground ? T(0) : v[3 * body + 2];
+}
+template <class T>
+T theta(const T* q, int body) {
+  return body == ground ? T(0) : q[3 * body + 2];
+}
+
+/// A body's place or velocity: of its centre of mass in the world.
+inline Vec2 centre(const double* x, int body) {
+  return body == ground ? Vec2{0, 0} : Vec2{x[3 * body], x[3 * body + 1]};
+}
+
+/// A vector of a body's frame in the world. Always inlined: rows ask for it a dozen times a step.
+template <class T>
+[[gnu::always_inline]] inline Vec2Of<T> turned(int body, const Vec2& s, const EvaluationOf<T>& e) {
+  if (body == ground) return {T(s.x()), T(s.y())};
+  const T &c = e.cosine[body], &sn = e.sine[body];
+  return {c * s.x() - sn * s.y(), sn * s.x() + c * s.y()};
+}
+
+template <class T>
+Arms<T> arms(const Link& link, const T* q, const EvaluationOf<T>& e) {
+  Arms<T> a;
+  a.ri = turned(link.i, link.si, e);
+  a.rj = turned(link.j, link.sj, e);
+  a.d = {a.rj.x() - a.ri.x(), a.rj.y() - a.ri.y()};
+  if (link.i != ground) a.d -= Vec2Of<T>{q[3 * link.i], q[3 * link.i + 1]};
+  if (link.j != ground) a.d += Vec2Of<T>{q[3 * link.j], q[3 * link.j + 1]};
+  return a;
+}
+
+template <class T>
+Vec2Of<T> relative_velocity(const Link& link, const Arms<T>& a, const T* v) {
+  Vec2Of<T> u{T(0), T(0)};
+  const auto add = [&](int body, const Vec2Of<T>& arm, double sign) {
+    if (body == ground) return;
+    const T& w = v[3 * body + 2];
+    u.x() += sign * (v[3 * body] - w * arm.y());
+    u.y() += sign * (v[3 * body + 1] + w * arm.x());
+  };
+  add(link.i, a.ri, -1);
+  add(link.j, a.rj, 1);
+  return u;
+}
+
+/// What a whole time step sweeps over, for what must not be sampled at its middle alone.
+struct Sweep {
+  double h = 0;  ///< s
+  const double* start =
+      nullptr;  ///< rates at its beginning, which the positions of its middle were found with
+  const double* mean = nullptr;  ///< mean rates of the step, as far as they are known
+};
+
+/// What lies between two kinks of a table against an angle (rad, of the angle as it is, turns included), or of a force
+/// against a distance (m); infinite where there is no further one.
+struct Piece {
+  double low = 0, high = 0;
+  /// Some place within.
+  double inside() const {
+    if (low > -INFINITY && high < INFINITY) return 0.5 * (low + high);
+    return low > -INFINITY ? low + 1 : high < INFINITY ? high - 1 : 0;
+  }
+  template <class M>
+  void remember(M& m) {
+    m(low, high);
+  }
+};
+
+/// How tables are read: each as it stands, or by its mean over a time step, or on the pieces that are held during a
+/// step (one of System::phases each), so that it is smooth however far a stage reaches.
+struct Reading {
+  const Sweep* sweep = nullptr;
+  const Piece* pieces = nullptr;
+};
+
+/// A state as drives and loads see it.
+template <class T>
+struct Motion {
+  T t;
+  const T* q;
+  const T* v;  ///< nullptr where no velocity is known
+  const EvaluationOf<T>& e;
+  Reading reading = {};
+  const Piece* piece = nullptr;  ///< of the element that is asked, if it is held to one
+
+  Arms<T> arms(const Link& link) const { return freeplay::arms(link, q, e); }
+  Vec2Of<T> relative_velocity(const Link& link, const Arms<T>& a) const {
+    return freeplay::relative_velocity(link, a, v);
+  }
+  /// θ_j − θ_i and ω_j − ω_i.
+  T angle(const Link& link) const { return theta(q, link.j) - theta(q, link.i); }
+  T spin(const Link& link) const { return omega(v, link.j) - omega(v, link.i); }
+  /// The same as the element of this phase sees it (−1: none).
+  Motion of(int phase) const {
+    auto m = *this;
+    if (phase >= 0 && reading.pieces) m.piece = reading.pieces + phase;
+    return m;
+  }
+  /// θ_j − θ_i at the beginning of a swept step and at its end.
+  std::array<double, 2> swept(const Link& link) const {
+    const auto& s = *reading.sweep;
+    const double from = angle(link) - 0.5 * s.h * (omega(s.start, link.j) - omega(s.start, link.i));
+    return {from, from + s.h * (omega(s.mean, link.j) - omega(s.mean, link.i))};
+  }
+};
+
+/// Positions alone, for potentials.
+struct Placement {
+  const double* q;
+  /// A body's point in the world (m).
+  Vec2 point(int body, const Vec2& s) const {
+    if (body == ground) return s;
+    const double c = std::cos(q[3 * body + 2]), sn = std::sin(q[3 * body + 2]);
+    return {q[3 * body] + c * s.x() - sn * s.y(), q[3 * body + 1] + sn * s.x() + c * s.y()};
+  }
+  double angle(const Link& link) const { return theta(q, link.j) - theta(q, link.i); }
+};
+
+}  // namespace freeplay

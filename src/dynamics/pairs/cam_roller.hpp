@@ -1,0 +1,125 @@
+// A roller of radius R on body j against a cam on body i. Its centre rolls along the pitch curve, which stands in polar form
+// in the cam's frame: p(φ) = r(φ) e(φ), r = base radius + R + h(φ). g is the centre's distance from that curve, along its
+// outward normal u at the place nearest to it, τ = perp u, ρ its radius of curvature there (< 0: hollow). With
+// d = r_j − r_i and w = ḋ − ω_i perp d, the centre's velocity in the cam's frame,
+//
+//     g = u·(d − p),    ġ = u·w,          g̈ = u·d̈ + α_i τ·d + 2 ω_i τ·w + ω_i² u·d + (τ·w)²/(ρ + g)
+//     v_T = τ·w − R (ω_j − ω_i),          v̇_T = τ·d̈ − α_i u·d − 2 ω_i u·w + ω_i² τ·d − (τ·w)(u·w)/(ρ + g) − R (α_j − α_i)
+//
+// The nearest place is found by Newton's method from the centre's own polar angle: nothing is remembered. Of a hollow pitch
+// curve it is the nearest while the centre is within the hollow's radius.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/pairs/pair.hpp"
+#include "mechanism/cam_profile.hpp"
+
+namespace freeplay {
+
+struct CamRollerPair {
+  Link link;
+  double pitch_radius = 0;  ///< m, base radius + R
+  double radius = 0;        ///< m, R
+  double least_round = 0;   ///< m, least radius of curvature of the pitch curve where it is convex
+  double least_hollow = 0;  ///< m, likewise where it is hollow, infinite where it is not
+  CamProfile profile;
+
+  double gap(const Vec2& d, const Evaluation& e) const {
+    const Vec2 c = in_cam(d, e);
+    const auto p = place(nearest(c));
+    return cross(c - p.at, p.slope) / p.slope.norm();
+  }
+  /// How the gap may bend within a step; d at its end.
+  GapMotion motion(const MotionBounds& bounds, const Vec2& d) const {
+    auto m = relative_motion(link, bounds);
+    const double turn = omega(bounds.speed.data(), link.i), twist = omega(bounds.acceleration.data(), link.i);
+    const double reach = d.norm() + m.speed * bounds.duration, w = m.speed + turn * reach;
+    m.bend += twist * reach + 2 * turn * w + turn * turn * reach;
+    // Within a hollow's radius of it; a centre that is further away stands off by much and is no concern of the next step.
+    m.bend += w * w * std::max(1 / least_round, 2 / least_hollow);
+    return m;
+  }
+  /// What share of the narrowest rise or return passes the roller in a time h.
+  double passage(const double* v, double h) const {
+    return std::abs(omega(v, link.i)) * h / profile.narrowest();
+  }
+
+  template <class T>
+  void rows(const ContactFacts& facts, const Arms<T>& a, const T* v, const EvaluationOf<T>& e,
+            ContactRowOf<T>& row) const {
+    const int i = link.i, j = link.j;
+    const Vec2Of<T> c = in_cam(a.d, e);
+    const double at = nearest({value_of(c.x()), value_of(c.y())});
+    const auto p = place(at);
+    // The derivatives of the place nearest to it: one Newton step with those of c.
+    const double bend = dot(Vec2{value_of(c.x()), value_of(c.y())} - p.at, p.curl) - dot(p.slope, p.slope);
+    const T off = (c.x() - p.at.x()) * p.slope.x() + (c.y() - p.at.y()) * p.slope.y();
+    const T phi = at - (off - value_of(off)) / bend;
+    const auto y = profile.at(at);
+    const T r = pitch_radius + lifted(phi, y.h, y.d1), r1 = lifted(phi, y.d1, y.d2),
+            r2 = lifted(phi, y.d2, y.d3);
+    const T co = lifted(phi, std::cos(at), -std::sin(at)), si = lifted(phi, std::sin(at), std::cos(at));
+    const Vec2Of<T> radial{co, si}, round{-si, co};
+    const Vec2Of<T> slope{r1 * radial.x() + r * round.x(), r1 * radial.y() + r * round.y()};
+    const T square = slope.squared_norm(), length = slope.norm();
+    const T rho = square * length / (r * r + 2 * r1 * r1 - r * r2);
+    // Back to the world: u, and the tangent round the cam counter-clockwise.
+    const Vec2Of<T> tau = in_world(Vec2Of<T>{slope.x() / length, slope.y() / length}, e), u = -perp(tau);
+    row.gap = ((c.x() - r * co) * slope.y() - (c.y() - r * si) * slope.x()) / length;
+
+    const T wi = omega(v, i), wj = omega(v, j), height = dot(u, a.d), along = dot(tau, a.d);
+    const Vec2Of<T> rate = relative_velocity(link, a, v);
+    const T closing = dot(u, rate) + wi * along, slide = dot(tau, rate) - wi * height;
+    const T swirl = slide / (rho + row.gap);
+    const Vec2Of<T> still = centripetal(a.ri, wi, a.rj, wj), back = -u;
+    row.gamma_n = -(dot(u, still) + 2 * wi * slide + wi * wi * height + swirl * slide);
+    push(row.normal, i, back, T(cross(a.ri, back) + along));
+    push(row.normal, j, u, cross(a.rj, u));
+    if (!facts.surface.friction) return;
+    row.gamma_t = -(dot(tau, still) - 2 * wi * closing + wi * wi * along - swirl * closing);
+    const Vec2Of<T> behind = -tau;
+    push(row.tangent, i, behind, T(cross(a.ri, behind) - (height - radius)));
+    push(row.tangent, j, tau, T(cross(a.rj, tau) - radius));
+  }
+
+ private:
+  struct Place {
+    Vec2 at, slope, curl;  ///< p, p', p''
+  };
+  Place place(double phi) const {
+    const auto y = profile.at(phi);
+    const double r = pitch_radius + y.h;
+    const Vec2 e{std::cos(phi), std::sin(phi)}, f = perp(e);
+    return {r * e, y.d1 * e + r * f, (y.d2 - r) * e + 2 * y.d1 * f};
+  }
+  /// φ of the place nearest to c: Newton on (c − p)·p' = 0, whose slope is < 0 at a least distance.
+  double nearest(const Vec2& c) const {
+    double phi = std::atan2(c.y(), c.x());
+    for (int i = 0; i < 30; ++i) {
+      const auto p = place(phi);
+      const Vec2 away = c - p.at;
+      const double length = dot(p.slope, p.slope);
+      const double bend = std::min(dot(away, p.curl) - length, -0.25 * length);
+      const double step = std::clamp(-dot(away, p.slope) / bend, -0.2, 0.2);
+      phi += step;
+      if (std::abs(step) <= 1e-15 * (1 + std::abs(phi))) break;
+    }
+    return phi;
+  }
+  template <class T>
+  Vec2Of<T> in_cam(const Vec2Of<T>& d, const EvaluationOf<T>& e) const {
+    if (link.i == ground) return d;
+    const T &c = e.cosine[link.i], &s = e.sine[link.i];
+    return {c * d.x() + s * d.y(), c * d.y() - s * d.x()};
+  }
+  template <class T>
+  Vec2Of<T> in_world(const Vec2Of<T>& d, const EvaluationOf<T>& e) const {
+    if (link.i == ground) return d;
+    const T &c = e.cosine[link.i], &s = e.sine[link.i];
+    return {c * d.x() - s * d.y(), s * d.x() + c * d.y()};
+  }
+};
+
+}  // namespace freeplay

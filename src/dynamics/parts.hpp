@@ -1,0 +1,45 @@
+// The parts that a System is made of: constraint rows and contact pairs, each kind a file of rows/ and pairs/ and listed here
+// once. Drives and loads stand in placed.hpp.
+#pragma once
+
+#include <string>
+#include <tuple>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "dynamics/pairs/angle_stop.hpp"
+#include "dynamics/pairs/cam_flat.hpp"
+#include "dynamics/pairs/cam_roller.hpp"
+#include "dynamics/pairs/flank.hpp"
+#include "dynamics/pairs/line.hpp"
+#include "dynamics/pairs/round.hpp"
+#include "dynamics/rows/angle.hpp"
+#include "dynamics/rows/distance.hpp"
+#include "dynamics/rows/mesh.hpp"
+#include "dynamics/rows/motion.hpp"
+#include "dynamics/rows/point.hpp"
+#include "dynamics/rows/slide.hpp"
+#include "dynamics/rows/sliding.hpp"
+#include "dynamics/rows/spin.hpp"
+
+namespace freeplay {
+
+using ConstraintRows =
+    std::tuple<std::vector<PointRows>, std::vector<SlideRow>, std::vector<AngleRow>, std::vector<SpeedRow>,
+               std::vector<MotionRow>, std::vector<MeshRow<InvoluteMesh>>, std::vector<MeshRow<RackMesh>>,
+               std::vector<DistanceRow>>;
+using Pair = std::variant<RoundPair, LinePair, CamFlatPair, CamRollerPair, FlankPair<InvoluteMesh>,
+                          FlankPair<RackMesh>, AngleStopPair>;
+using FrictionRow = std::variant<SlidingRow, SpinRow>;
+
+/// What an element makes the solver carry.
+struct Carried {
+  std::string name;
+  std::string_view kind;  ///< its word in a scene
+  int rows = 0, contacts = 0, frictions = 0, states = 0;
+  bool force = false;  ///< a term of the right-hand side
+  int families = 0;    ///< of contacts that are found as they come near
+};
+
+}  // namespace freeplay

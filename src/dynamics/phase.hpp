@@ -1,0 +1,77 @@
+// What a force has kinks against, as integrators see it: between two of them it is smooth. A relative angle, the travel of a
+// point along an axis of the first body, or the distance of two points:
+//
+//     θ = θ_j − θ_i,     s = a·d,   ṡ = a·ḋ + ω_i perp a·d,   |s̈| ≤ |d̈| + 2 |ω_i ḋ| + (ω_i² + |α_i|) |d|,     |d|
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "dynamics/gap_motion.hpp"
+#include "dynamics/kinematics.hpp"
+
+namespace freeplay {
+
+struct Phase {
+  static constexpr double turn = 6.283185307179586;
+  enum class Of { angle, travel, distance };
+  Link link = {};
+  std::vector<double> kinks = {};  ///< rad or m, increasing, within one period
+  double period = 0;               ///< rad or m; 0: they do not repeat
+  Of of = Of::angle;
+  Vec2 axis{1, 0};  ///< a of a travel, in the first body's frame
+  /// Of a curve, whose steps in time go from kink to kink (integrators/curve_limit.hpp), else of a spring: they end at its kinks.
+  bool swept = false;
+
+  /// The coordinate and its rate.
+  Watched at(const double* q, const double* v) const {
+    if (of == Of::angle) return {theta(q, link.j) - theta(q, link.i), omega(v, link.j) - omega(v, link.i)};
+    const Placement placed{q};
+    const auto arm = [&](int body, const Vec2& s) { return placed.point(body, s) - centre(q, body); };
+    const Arms<double> a{arm(link.i, link.si), arm(link.j, link.sj),
+                         placed.point(link.j, link.sj) - placed.point(link.i, link.si)};
+    const Vec2 rate = freeplay::relative_velocity(link, a, v);
+    if (of == Of::travel) {
+      const Vec2 along = placed.point(link.i, link.si + axis) - placed.point(link.i, link.si);
+      return {dot(along, a.d), dot(along, rate) + omega(v, link.i) * dot(perp(along), a.d)};
+    }
+    const double length = a.d.norm();
+    return {length, length > 0 ? dot(a.d, rate) / length : 0};
+  }
+
+  /// How what is left of a piece, upwards or downwards, may bend within a step that ends at q.
+  GapMotion motion(const MotionBounds& bounds, const Piece& piece, bool up, const double* q) const {
+    const double alpha = omega(bounds.acceleration.data(), link.i);
+    if (of == Of::angle)
+      return {GapMotion::Shape::straight, 0, alpha + omega(bounds.acceleration.data(), link.j), 0};
+    auto m = relative_motion(link, bounds);
+    if (of == Of::distance) {
+      m.shape = up ? GapMotion::Shape::inside : GapMotion::Shape::outside;
+      m.rest = up ? piece.high : piece.low;
+      return m;
+    }
+    if (link.i == ground) return m;
+    const Placement placed{q};
+    const double turning = omega(bounds.speed.data(), link.i);
+    const double reach =
+        (placed.point(link.j, link.sj) - placed.point(link.i, link.si)).norm() + m.speed * bounds.duration;
+    m.bend += 2 * turning * m.speed + (turning * turning + alpha) * reach;
+    return m;
+  }
+
+  /// The piece that a coordinate is on; where it stands on a kink (to rounding), the one above or below.
+  Piece piece(double x, bool above) const { return piece(x, above, 1e-12 * std::fmax(1, std::abs(x))); }
+  Piece piece(double x, bool above, double rounding) const {
+    const double from = above ? x + rounding : x - rounding;
+    const double turns = period > 0 ? std::floor((from - kinks.front()) / period) : 0;
+    const double within = from - period * turns;
+    std::size_t i = 0;
+    while (i < kinks.size() && kinks[i] <= within) ++i;
+    // The kinks before and after it, over the ends of the period.
+    const double low = i > 0 ? kinks[i - 1] : period > 0 ? kinks.back() - period : -INFINITY;
+    const double high = i < kinks.size() ? kinks[i] : period > 0 ? kinks.front() + period : INFINITY;
+    return {low + period * turns, high + period * turns};
+  }
+};
+
+}  // namespace freeplay

@@ -1,0 +1,349 @@
+// From a Mechanism to a System: which rows there are, and which of their entries never change.
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "dynamics/argument.hpp"
+#include "dynamics/builder.hpp"
+#include "dynamics/placed.hpp"
+#include "dynamics/point_bodies.hpp"
+
+namespace freeplay {
+
+Link Builder::link(const std::array<int, 2>& between, const std::array<Vec2, 2>& at) {
+  for (const int end : {0, 1})
+    if (between[end] != ground) s_.longest_arm_ = std::max(s_.longest_arm_, at[end].norm());
+  return free_link(between, at);
+}
+
+int Builder::entry(int column, double constant) {
+  s_.G_.column.push_back(column);
+  s_.constant_G_.push_back(constant);
+  return static_cast<int>(s_.constant_G_.size()) - 1;
+}
+
+void Builder::end_row(const std::string& name, bool angle) {
+  s_.G_.end_row();
+  s_.row_names_.push_back(name);
+  s_.angle_rows_.push_back(angle);
+}
+
+void Builder::points(const Link& link, const std::string& name) {
+  PointRows rows{link, s_.G_.rows};
+  for (const int axis : {0, 1}) {
+    if (link.i != ground) {
+      entry(3 * link.i + axis, -1);
+      if (!link.si.is_zero()) rows.theta_i[axis] = entry(3 * link.i + 2, 0);
+    }
+    if (link.j != ground) {
+      entry(3 * link.j + axis, 1);
+      if (!link.sj.is_zero()) rows.theta_j[axis] = entry(3 * link.j + 2, 0);
+    }
+    end_row(name, false);
+  }
+  std::get<std::vector<PointRows>>(s_.constraints_).push_back(rows);
+}
+
+void Builder::slide(const Link& link, const Vec2& axis, const std::string& name) {
+  // Between ground and a body the normal stands still: an entry that is zero stays so.
+  SlideRow slide{link, axis, s_.G_.rows, link.i != ground || axis.y() != 0,
+                 link.i != ground || axis.x() != 0};
+  slide.first = static_cast<int>(s_.constant_G_.size());
+  for (const int b : {link.i, link.j}) {
+    if (b == ground) continue;
+    if (b == link.i || slide.x) entry(3 * b, 0);
+    if (b == link.i || slide.y) entry(3 * b + 1, 0);
+    if (b == link.i || !link.sj.is_zero()) entry(3 * b + 2, 0);
+  }
+  slide.last = static_cast<int>(s_.constant_G_.size());
+  end_row(name, false);
+  std::get<std::vector<SlideRow>>(s_.constraints_).push_back(slide);
+}
+
+void Builder::distance(const Link& link, double length, const std::string& name) {
+  s_.rare_rows_ = true;
+  DistanceRow row{link, length, s_.G_.rows};
+  const int bodies[] = {link.i, link.j};
+  const Vec2 arms[] = {link.si, link.sj};
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (bodies[k] == ground) continue;
+    row.first[k] = entry(3 * bodies[k], 0);
+    entry(3 * bodies[k] + 1, 0);
+    if (!arms[k].is_zero()) row.theta[k] = entry(3 * bodies[k] + 2, 0);
+  }
+  std::get<std::vector<DistanceRow>>(s_.constraints_).push_back(row);
+  end_row(name, false);
+}
+
+void Builder::turn_entries(const Link& link) {
+  if (link.i != ground) entry(3 * link.i + 2, -1);
+  if (link.j != ground) entry(3 * link.j + 2, 1);
+}
+
+void Builder::angle(const Link& link, double angle, const std::string& name) {
+  std::get<std::vector<AngleRow>>(s_.constraints_).push_back({link, s_.G_.rows, angle});
+  turn_entries(link);
+  end_row(name, true);
+}
+
+void Builder::prescribed(const Link& link, double angle, double speed, const std::string& name) {
+  auto& drives = std::get<std::vector<SpeedRow>>(s_.constraints_);
+  drives.push_back({link, s_.G_.rows, angle, speed});
+  turn_entries(link);
+  end_row(name, true);
+}
+
+void Builder::motion(const Link& link, const Piecewise& course, const Vec2* axis, int of,
+                     const std::string& name) {
+  s_.rare_rows_ = true;
+  auto& motions = std::get<std::vector<MotionRow>>(s_.constraints_);
+  MotionRow m{link, s_.G_.rows, static_cast<int>(motions.size()), course};
+  const auto turn = [&](int body) {
+    const double none = 0;
+    if (body == ground) return -1;
+    if (body == link.i) {
+      if (m.of_i[2] < 0) m.of_i[2] = entry(3 * body + 2, none);
+      return m.of_i[2];
+    }
+    if (body == link.j) {
+      if (m.of_j[2] < 0) m.of_j[2] = entry(3 * body + 2, none);
+      return m.of_j[2];
+    }
+    return entry(3 * body + 2, none);
+  };
+  if (axis) {
+    m.slides = true;
+    m.axis = *axis;
+    // Between ground and a body the axis stands still: an entry that is zero stays so.
+    const bool still = link.i == ground;
+    for (const int c : {0, 1}) {
+      if (!still) m.of_i[c] = entry(3 * link.i + c, 0);
+      if (link.j != ground && (!still || (c == 0 ? axis->x() : axis->y()) != 0))
+        m.of_j[c] = entry(3 * link.j + c, 0);
+    }
+    if (!still) turn(link.i);
+    if (!still || !link.sj.is_zero()) turn(link.j);
+  } else {
+    turn(link.i);
+    turn(link.j);
+  }
+  if (of >= 0) {
+    m.follows = true;
+    m.other = joint_link(of);
+    m.other_i = turn(m.other.i);
+    m.other_j = turn(m.other.j);
+    if (axis) reach(course.greatest().value);  // a lift may be all the length there is
+    // No step jumps over a knot: a narrow rise stands between two of them.
+    if (auto knots = course.knots(); !knots.empty()) {
+      m.phase = s_.phases();
+      s_.phases_.push_back({m.other, std::move(knots), course.period(), Phase::Of::angle, {1, 0}, true});
+    }
+  }
+  const auto x = m.follows ? Argument::angle : Argument::time;
+  if (auto reader = reader_of(name, course, x, m.follows ? m.other : link))
+    s_.curve_readers_.push_back(std::move(*reader));
+  motions.push_back(m);
+  end_row(name, !axis);
+}
+
+ContactFacts Builder::facts(const std::string& name, const std::array<int, 2>& between, int surface) const {
+  ContactFacts facts;
+  facts.name = name;
+  facts.bodies = between;
+  facts.surface = mechanism_.surfaces[surface];
+  return facts;
+}
+
+void Builder::pair(const Pair& pair, const ContactFacts& facts) {
+  s_.pairs_.push_back(pair);
+  s_.contact_facts_.push_back(facts);
+}
+
+void Builder::sliding(const Link& link, const Vec2& axis, const std::string& name, double bound,
+                      const std::optional<double>& regularisation) {
+  s_.slidings_.push_back(SlidingRow{link, axis});
+  s_.friction_facts_.push_back({name, bound, regularisation});
+}
+
+void Builder::sliding(const Link& link, const Vec2& axis, const std::string& name, const ReactionBound& bound,
+                      const std::optional<double>& regularisation) {
+  s_.reactive_.push_back(s_.frictions());
+  sliding(link, axis, name, 0.0, regularisation);
+  s_.friction_facts_.back().reaction = bound;
+}
+
+void Builder::spinning(const Link& link, double radius, const std::string& name, const ReactionBound& bound,
+                       const std::optional<double>& regularisation) {
+  s_.reactive_.push_back(s_.frictions());
+  s_.slidings_.push_back(SpinRow{link, radius});
+  s_.friction_facts_.push_back({name, 0, regularisation, bound});
+}
+
+ReactionBound Builder::reaction_bound(int joint) const {
+  ReactionBound bound;
+  for (const auto& r : s_.reactions_)
+    if (r.element == joint) bound.row = r.begin;
+  bound.element = joint;
+  bound.pin = std::holds_alternative<RevoluteJoint>(mechanism_.joints[joint]);
+  return bound;
+}
+
+/// A joint, contact, drive or load: its rows, and what it makes the solver carry.
+template <class Element>
+void System::add(Builder& builder, const Element& element, int joint) {
+  const int rows = G_.rows, contacts = this->contacts(), frictions = this->frictions();
+  const Dynamics<Element> dynamics{element};
+  if constexpr (requires { dynamics.build(builder); }) dynamics.build(builder);
+  Carried carried{element.name, word_of<Element>(), G_.rows - rows, this->contacts() - contacts,
+                  this->frictions() - frictions};
+  if constexpr (requires { element.between, element.at; }) {
+    if (carried.rows > 0)  // an ideal joint
+      reactions_.push_back({builder.free_link(element.between, element.at), rows, G_.rows, joint});
+  }
+  if constexpr (Acts<Element>) carried.force = true;
+  if constexpr (requires { dynamics.has_state(); }) carried.states = dynamics.has_state();
+  contact_joints_.resize(pairs_.size(), joint);
+  carried_.push_back(std::move(carried));
+}
+
+template <class Element>
+void System::place_load(Builder& builder, const Element& element) {
+  const Dynamics<Element> dynamics{element};
+  if constexpr (requires { dynamics.build(builder); }) {
+    if constexpr (Element::reports == ForceElement::Kind::drive)
+      reactions_.push_back({dynamics.link(builder), G_.rows, G_.rows + 1, -1});
+  }
+  add(builder, element, -1);
+  if constexpr (Acts<Element>) {
+    Placed<Element> placed{dynamics, dynamics.link(builder), -1, -1};
+    auto& facts = placed.facts;
+    if constexpr (requires { facts.prepare(builder.mechanism()); }) facts.prepare(builder.mechanism());
+    if constexpr (requires { facts.read.link; })
+      if (facts.read.of >= 0) facts.read.link = builder.joint_link(facts.read.of);
+    acts_ = true;
+    loads_work_ |= facts.does_work();
+    if constexpr (requires { facts.needs_velocity(); }) velocity_forces_ |= facts.needs_velocity();
+    if constexpr (requires { facts.has_state(); })
+      if (facts.has_state()) {
+        placed.state = states();
+        state_scales_.push_back(facts.state_scale());
+        if constexpr (requires { facts.needs_velocity(); }) velocity_flows_ = true;
+      }
+    const auto hold = [&](Phase phase) {
+      placed.phase = phases();
+      (phase.swept ? sweeps_ : spring_kinks_) = true;
+      phases_.push_back(std::move(phase));
+    };
+    if constexpr (requires { facts.angle_kinks(); })
+      if (auto kinks = facts.angle_kinks(); !kinks.empty())
+        hold({placed.link, std::move(kinks), Phase::turn, Phase::Of::angle, {1, 0}, true});
+    if constexpr (requires { facts.kinks(); })
+      if (auto kinks = facts.kinks(); !kinks.empty())
+        hold({placed.link, std::move(kinks), 0, Dynamics<Element>::kinks_of});
+    if constexpr (requires { facts.phase(placed.link); })
+      if (auto phase = facts.phase(placed.link)) hold(std::move(*phase));
+    if constexpr (requires { facts.reader(placed.link); })
+      if (auto reader = facts.reader(placed.link)) curve_readers_.push_back(std::move(*reader));
+    if constexpr (requires { facts.bump; }) {
+      Phase phase{placed.link, {}};
+      for (const auto& limit : {facts.bump.lower, facts.bump.upper})
+        if (limit) phase.kinks.push_back(*limit);
+      if constexpr (requires { facts.axis; }) {
+        phase.of = Phase::Of::travel;
+        phase.axis = facts.axis;
+        for (const double limit : phase.kinks)
+          builder.reach(std::abs(limit));  // its lengths may be all there are
+      }
+      hold(std::move(phase));
+    }
+    std::get<std::vector<Placed<Element>>>(placed_->lists).push_back(placed);
+  }
+}
+
+System::System(const Mechanism& m) : placed_(std::make_shared<PlacedElements>()), gravity_(m.gravity) {
+  check_point_bodies(m);
+  G_.columns = 3 * static_cast<int>(m.bodies.size());
+  for (const auto& b : m.bodies) {
+    // The angle of a point is held: what stands for its inertia acts on nothing.
+    mass_.insert(mass_.end(), {b.mass, b.mass, b.point ? b.mass : b.inertia});
+    constant_force_.insert(constant_force_.end(), {b.mass * gravity_.x(), b.mass * gravity_.y(), 0.0});
+  }
+  Builder builder(*this, m);
+  const auto each = [](const auto& elements, auto f) {
+    for (std::size_t i = 0; i < elements.size(); ++i)
+      std::visit([&](const auto& element) { f(element, static_cast<int>(i)); }, elements[i]);
+  };
+  for (int b = 0; b < bodies(); ++b)
+    if (m.bodies[static_cast<std::size_t>(b)].point) {
+      builder.angle({ground, b}, 0, m.bodies[static_cast<std::size_t>(b)].name);
+      ++points_;
+    }
+  each(m.joints, [&](const auto& joint, int j) { add(builder, joint, j); });
+  // All arms are known before a wall takes its scale from them, so that the contacts' order does not matter.
+  each(m.contacts, [&](const auto& contact, int) {
+    if constexpr (requires { contact.at; }) builder.link(contact.between, contact.at);
+    const Dynamics<std::decay_t<decltype(contact)>> dynamics{contact};
+    if constexpr (requires { dynamics.reserve(builder); }) dynamics.reserve(builder);
+  });
+  each(m.contacts, [&](const auto& contact, int) { add(builder, contact, -1); });
+  add_groups(builder, m);
+  each(m.drives, [&](const auto& drive, int) { place_load(builder, drive); });
+  if (const int joint = crank_joint(m); joint >= 0) crank_ = builder.joint_link(joint);
+  each(m.loads, [&](const auto& load, int) { place_load(builder, load); });
+  add_families();
+  list_elements(m);
+}
+
+/// Pairs of small groups are contacts; those of others are kept as families.
+void System::add_groups(Builder& builder, const Mechanism& m) {
+  std::vector<std::string> bodies;
+  for (const auto& group : m.groups) {
+    auto families = families_of(m, group, longest_arm_);
+    if (families.empty()) continue;
+    Carried carried{group.name, "group"};
+    if (found_near(group, families)) {
+      carried.families = static_cast<int>(families.size());
+      std::ranges::move(families, std::back_inserter(families_));
+    } else {
+      if (bodies.empty())
+        for (const auto& b : m.bodies) bodies.push_back(b.name);
+      const int before = contacts();
+      for (const auto& family : families)
+        family.each([&](int i, int j) {
+          auto facts = family.facts;
+          facts.name = pair_name(family.name, bodies, i, j);
+          facts.bodies = {i, j};
+          builder.pair(family.pair(i, j), facts);
+        });
+      carried.contacts = contacts() - before;
+    }
+    contact_joints_.resize(pairs_.size(), -1);
+    carried_.push_back(std::move(carried));
+  }
+}
+
+void System::add_families() {
+  for (const auto& family : families_) {
+    contact_facts_.push_back(family.facts);
+    contact_joints_.push_back(-1);
+  }
+}
+
+template <class T>
+EvaluationOf<T> System::make_evaluation() const {
+  EvaluationOf<T> e;
+  e.cosine.assign(bodies(), 1);
+  e.sine.assign(bodies(), 0);
+  e.phi.assign(rows(), 0);
+  e.phi_t.assign(rows(), 0);
+  e.gamma.assign(rows(), 0);
+  e.bend.assign(std::get<std::vector<MotionRow>>(constraints_).size(), 0);
+  for (const auto& d : std::get<std::vector<SpeedRow>>(constraints_)) e.phi_t[d.row] = -d.speed;
+  e.G.assign(constant_G_.begin(), constant_G_.end());
+  e.force.assign(constant_force_.begin(), constant_force_.end());
+  return e;
+}
+template Evaluation System::make_evaluation() const;
+template EvaluationOf<Gradient> System::make_evaluation() const;
+
+}  // namespace freeplay

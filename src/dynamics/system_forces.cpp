@@ -1,0 +1,101 @@
+// Applied forces, their potential, and the powers of what has none: every drive and load in turn.
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/placed.hpp"
+#include "dynamics/system.hpp"
+
+namespace freeplay {
+namespace {
+
+/// Where drives and loads put what they do: generalised forces and powers.
+template <class T>
+struct Into {
+  std::vector<T>& f;
+  LoadPower<T>& power;
+
+  /// A force on the second body at its arm, and its reaction on the first.
+  void pull(const Link& link, const Arms<T>& a, const Vec2Of<T>& force) const {
+    const auto push = [&](int body, const Vec2Of<T>& arm, double sign) {
+      if (body == ground) return;
+      f[3 * body] += sign * force.x();
+      f[3 * body + 1] += sign * force.y();
+      f[3 * body + 2] += sign * cross(arm, force);
+    };
+    push(link.i, a.ri, -1);
+    push(link.j, a.rj, 1);
+  }
+  void couple(const Link& link, const T& torque) const {
+    if (link.i != ground) f[3 * link.i + 2] -= torque;
+    if (link.j != ground) f[3 * link.j + 2] += torque;
+  }
+};
+
+}  // namespace
+
+template <class T>
+void System::forces(std::type_identity_t<T> t, const T* q, const T* v, const T* z, EvaluationOf<T>& e,
+                    const Reading& reading) const {
+  std::ranges::copy(constant_force_, e.force.begin());
+  e.power = {};
+  if (!acts_) return;
+  const Motion<T> motion{t, q, v, e, reading};
+  const Into<T> out{e.force, e.power};
+  for_each_item(placed_->lists, [&]<class Facts>(const Placed<Facts>& x) {
+    if constexpr (Acts<Facts>)
+      x.facts.template act<T>(motion.of(x.phase), x.link, x.state < 0 ? nullptr : z + x.state, out);
+  });
+}
+
+template <class T>
+void System::flow(std::type_identity_t<T> t, const T* q, const T* v, const T* z, T* dz,
+                  const Reading& reading) const {
+  if (state_scales_.empty()) return;
+  const EvaluationOf<T> none;
+  const Motion<T> motion{t, q, v, none, reading};
+  for_each_item(placed_->lists, [&]<class Facts>(const Placed<Facts>& x) {
+    if constexpr (requires { x.facts.has_state(); })
+      if (x.state >= 0) dz[x.state] = x.facts.flow(motion.of(x.phase), x.link, z[x.state]);
+  });
+}
+
+double System::next_knot(double t) const {
+  double next = INFINITY;
+  for_each_item(placed_->lists, [&]<class Facts>(const Placed<Facts>& x) {
+    if constexpr (requires { x.facts.next_knot(t); }) next = std::min(next, x.facts.next_knot(t));
+  });
+  for (const auto& row : std::get<std::vector<MotionRow>>(constraints_))
+    if (!row.follows) next = std::min(next, row.course.next_knot(t));
+  return next;
+}
+
+double System::kinetic(const double* v) const {
+  double sum = 0;
+  for (std::size_t i = 0; i < mass_.size(); ++i) sum += 0.5 * mass_[i] * v[i] * v[i];
+  return sum;
+}
+
+double System::potential(const double* q) const {
+  double sum = 0;
+  const bool heavy = gravity_.x() != 0 || gravity_.y() != 0;
+  for (std::size_t b = 0; heavy && b < mass_.size(); b += 3)
+    sum -= mass_[b] * (gravity_.x() * q[b] + gravity_.y() * q[b + 1]);
+  if (!acts_) return sum;
+  const Placement placement{q};
+  for_each_item(placed_->lists, [&]<class Facts>(const Placed<Facts>& x) {
+    if constexpr (requires { x.facts.potential(placement, x.link); })
+      sum += x.facts.potential(placement, x.link);
+  });
+  return sum;
+}
+
+template void System::forces(double, const double*, const double*, const double*, Evaluation&,
+                             const Reading&) const;
+template void System::forces(Gradient, const Gradient*, const Gradient*, const Gradient*,
+                             EvaluationOf<Gradient>&, const Reading&) const;
+template void System::flow(double, const double*, const double*, const double*, double*,
+                           const Reading&) const;
+template void System::flow(Gradient, const Gradient*, const Gradient*, const Gradient*, Gradient*,
+                           const Reading&) const;
+
+}  // namespace freeplay

@@ -1,0 +1,264 @@
+#include "facade/run_folder.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "facade/companion.hpp"
+#include "facade/simulation.hpp"
+#include "io/files/csv.hpp"
+#include "io/files/folder_lock.hpp"
+#include "io/files/recorded_run.hpp"
+#include "io/files/run_json.hpp"
+#include "io/files/run_set.hpp"
+#include "io/files/sealed.hpp"
+#include "io/scene/located.hpp"
+#include "simulation/statistics.hpp"
+#include "simulation/windows.hpp"
+#include "values/snapshot.hpp"
+
+namespace freeplay {
+namespace {
+
+constexpr int checkpoint_version = 3;
+class Progress final : public Observer {
+ public:
+  Progress(std::function<void(double)> show, double duration) : show_(std::move(show)), duration_(duration) {}
+  void step(const Step& step) override {
+    if (step.t1 < next_) return;
+    next_ = step.t1 + duration_ / 200;
+    show_(step.t1 / duration_);
+  }
+
+ private:
+  std::function<void(double)> show_;
+  double duration_, next_ = 0;
+};
+
+/// A run's files and statistics, and where they stand.
+struct Recorders {
+  Recorders(const Simulation& simulation, const std::filesystem::path& folder, bool resumed)
+      : statistics(simulation.scene().run.discard),
+        windows(simulation.scene().run.discard, simulation.scene().run.duration) {
+    const auto& layout = simulation.layout();
+    const auto add = [&](auto& file, const char* name) { file.emplace(folder / name, resumed); };
+    add(trajectory, "trajectory.csv");
+    if (!layout.contacts.empty()) add(events, "events.csv");
+    if (!layout.channels.empty()) add(signals, "signals.csv");
+    if (simulation.scene().run.forces) add(forces, "forces.csv");
+  }
+  std::vector<FileObserver*> files() {
+    std::vector<FileObserver*> list{&*trajectory};
+    if (events) list.push_back(&*events);
+    if (signals) list.push_back(&*signals);
+    if (forces) list.push_back(&*forces);
+    return list;
+  }
+  std::vector<std::string> names() {
+    std::vector<std::string> list;
+    for (auto* file : files()) list.push_back(file->name());
+    return list;
+  }
+  template <class M>
+  void remember(M& m) {
+    std::vector<Observer*> all{&statistics, &windows};
+    for (auto* file : files()) all.push_back(file);
+    for (auto* observer : all) {
+      m.part("observer");
+      if constexpr (M::reading)
+        observer->load(m);
+      else
+        observer->save(m);
+    }
+  }
+  ContactStatistics statistics;
+  WindowStatistics windows;
+  std::optional<TrajectoryCsv> trajectory;
+  std::optional<EventsCsv> events;
+  std::optional<SignalsCsv> signals;
+  std::optional<ForcesCsv> forces;
+};
+
+/// What a run that goes on later must know: its identity says what to run.
+struct Checkpoint {
+  Identity identity;
+  Origin origin;
+  double t = 0;
+  std::vector<std::byte> memory, recorders;
+
+  template <class M>
+  void remember(M& m) {
+    m(identity.scene, identity.formulation, identity.given, identity.program, origin, t, memory, recorders);
+  }
+  Snapshot snapshot() const { return {t, identity.program, identity.formulation, identity.scene, memory}; }
+};
+
+void write_checkpoint(const Simulation& simulation, const RunPlan& plan, Recorders& recorders) {
+  auto now = simulation.snapshot();
+  Checkpoint c{simulation.identity(), origin_of(simulation.scene()), now.t, std::move(now.memory), {}};
+  MemoryWriter of_recorders(c.recorders);
+  of_recorders(recorders);
+  std::vector<std::byte> bytes;
+  MemoryWriter m(bytes);
+  m(c);
+  write_sealed(*plan.folder / checkpoint_name, "checkpoint", checkpoint_version, bytes);
+  for (auto* file : recorders.files()) file->keep();
+}
+
+/// The last observer of a run: when it sees a step, the others have.
+class Checkpoints final : public Observer {
+ public:
+  Checkpoints(const Simulation& simulation, const RunPlan& plan, Recorders& recorders)
+      : simulation_(simulation), plan_(plan), recorders_(recorders), last_(Clock::now()) {}
+  void step(const Step& step) override {
+    cut_ = step.cut();
+    if (!(plan_.checkpoint > 0) || cut_ || ++steps_ % 64 != 0) return;
+    const auto now = Clock::now();
+    if (std::chrono::duration<double>(now - last_).count() < plan_.checkpoint) return;
+    write_checkpoint(simulation_, plan_, recorders_);
+    last_ = Clock::now();
+  }
+
+  /// The run was asked to stop while others recorded its last step: they missed some of it, and only the
+  /// checkpoint before can be gone on from.
+  bool cut() const { return cut_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  const Simulation& simulation_;
+  const RunPlan& plan_;
+  Recorders& recorders_;
+  Clock::time_point last_;
+  long steps_ = 0;
+  bool cut_ = false;
+};
+
+Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) {
+  const auto& folder = *plan.folder;
+  Progress progress(plan.on_progress, simulation.scene().run.duration);
+  Checkpoints checkpoints(simulation, plan, recorders);
+  std::vector<Observer*> observers;
+  if (plan.on_progress) observers.push_back(&progress);
+  observers.push_back(&recorders.statistics);
+  observers.push_back(&recorders.windows);
+  for (auto* file : recorders.files()) observers.push_back(file);
+  observers.push_back(&checkpoints);
+
+  auto result = simulation.run({.observers = observers, .most_events = plan.most_events, .stop = plan.stop});
+  recorders.statistics.into(result);
+  recorders.windows.into(result);
+  const bool later =
+      (plan.checkpoint > 0 || has_checkpoint(folder)) && result.ending.status == Ending::Status::interrupted;
+  if (later && !checkpoints.cut()) write_checkpoint(simulation, plan, recorders);
+  if (result.ending.status == Ending::Status::interrupted && holds_finished_run(folder)) {
+    result.notes.emplace_back("interrupted: the finished run that stands in the folder stays there");
+    return result;  // what is to be gone on with stays beside it
+  }
+  for (auto* file : recorders.files()) file->settle();
+  if (plan.companion)
+    add_companion(simulation, {.matched = plan.matched, .start = plan.start}, plan.stop, result);
+  auto document = to_json(result);
+  document["provenance"] = provenance(simulation.scene(), simulation.identity());
+  RunSet set(folder, recorders.names());
+  set.summarise(document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  for (auto* file : recorders.files()) file->keep();  // from here on the new run is what the folder holds
+  set.remove_older();
+  for (auto* file : recorders.files()) file->commit();
+  set.commit(later);
+  return result;
+}
+
+}  // namespace
+
+Result run_scene(const Scene& scene, const RunPlan& plan) {
+  try {
+    Simulation simulation(scene, plan.formulation,
+                          {.matched = plan.matched, .start = plan.start, .stop = plan.stop});
+    if (!plan.folder) {
+      ContactStatistics statistics(scene.run.discard);
+      Progress progress(plan.on_progress, scene.run.duration);
+      std::vector<Observer*> observers{&statistics};
+      if (plan.on_progress) observers.push_back(&progress);
+      auto result =
+          simulation.run({.observers = observers, .most_events = plan.most_events, .stop = plan.stop});
+      statistics.into(result);
+      if (plan.companion)
+        add_companion(simulation, {.matched = plan.matched, .start = plan.start}, plan.stop, result);
+      return result;
+    }
+    if (scene.run.forces) refuse_shared_names(simulation.layout());
+    require_room(scene, estimate_output(scene, simulation.state()), plan.runs_alike, *plan.folder,
+                 plan.most_output);
+    make_folder(*plan.folder);
+    const FolderLock lock(*plan.folder, "run");
+    settle_run(*plan.folder);
+    std::filesystem::remove(*plan.folder / checkpoint_name);  // of a run that this one replaces
+    Recorders recorders(simulation, *plan.folder, false);
+    if (plan.checkpoint > 0) {
+      for (auto* file : recorders.files()) file->begin(simulation.layout(), simulation.state());
+      write_checkpoint(simulation, plan, recorders);
+    }
+    return drive(simulation, plan, recorders);
+  } catch (const SceneError&) {
+    throw;
+  } catch (const ModelError& e) {
+    throw located(scene, e);
+  }
+}
+
+bool has_checkpoint(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  return std::filesystem::exists(folder / checkpoint_name, ignored);
+}
+
+Result resume_run(const std::filesystem::path& folder, const RunPlan& asked) {
+  if (!std::filesystem::is_directory(folder))
+    throw SnapshotError(
+        fmt::format("{}: has no {} to go on from; it is no folder", folder.string(), checkpoint_name));
+  const FolderLock lock(folder, "run --resume");
+  settle_run(folder);
+  if (!has_checkpoint(folder))
+    throw SnapshotError(fmt::format("{}: has no {} to go on from; {}", folder.string(), checkpoint_name,
+                                    std::filesystem::exists(folder / "run.json")
+                                        ? "its run has ended"
+                                        : "give the folder of an interrupted run"));
+  const auto bytes = read_sealed(folder / checkpoint_name, "checkpoint", checkpoint_version);
+  Checkpoint c;
+  auto plan = asked;
+  plan.folder = folder;
+  const auto refuse = [&](const std::exception& why) {
+    return SnapshotError(fmt::format("{}: {}", (folder / checkpoint_name).string(), why.what()));
+  };
+  try {
+    MemoryReader m(bytes);
+    m(c);
+    const auto snapshot = c.snapshot();
+    snapshot.require_program();  // before its scene is read, which may be of another time
+    auto setup = setup_of(c.identity, c.origin);
+    setup.give(plan.outside);
+    plan.formulation = setup.formulation;
+    plan.matched = setup.matched;
+    plan.start = setup.start;
+    Simulation simulation(setup.scene, plan.formulation,
+                          {.matched = plan.matched, .start = plan.start, .stop = plan.stop});
+    simulation.restore(snapshot);
+    Recorders recorders(simulation, folder, true);
+    MemoryReader of_recorders(c.recorders);
+    of_recorders(recorders);
+    // Nothing is touched before all of it is known to fit. Without a half beside it a file in its place would be gone on
+    // with: that is right where this run was interrupted, and would spoil another that has ended.
+    if (holds_finished_run(folder)) require_halves(folder, recorders.names());
+    for (auto* file : recorders.files()) file->go_on();
+    return drive(simulation, plan, recorders);
+  } catch (const MemoryError& e) {
+    throw refuse(e);
+  } catch (const SnapshotError& e) {
+    throw refuse(e);
+  }
+}
+
+}  // namespace freeplay

@@ -1,0 +1,136 @@
+#include "io/files/folder_lock.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <ctime>
+#include <thread>
+
+#include "io/files/output_file.hpp"
+
+namespace freeplay {
+namespace {
+
+constexpr int most_seats = 1024;
+constexpr int record_size = 128;
+
+/// Locks of the open file, not of the process: two of one process hold each other off as well.
+struct flock range(int type, int byte) {
+  struct flock lock {};
+  lock.l_type = static_cast<short>(type);
+  lock.l_whence = SEEK_SET;
+  lock.l_start = byte;
+  lock.l_len = 1;
+  return lock;
+}
+
+bool try_lock(int descriptor, int type, int byte) {
+  auto lock = range(type, byte);
+  return fcntl(descriptor, F_OFD_SETLK, &lock) == 0;
+}
+
+bool locked_by_another(int descriptor, int byte) {
+  auto lock = range(F_WRLCK, byte);
+  return fcntl(descriptor, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
+}
+
+std::string record(std::string_view verb) {
+  std::array<char, 64> host{};
+  gethostname(host.data(), host.size() - 1);
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  std::array<char, 32> since{};
+  std::strftime(since.data(), since.size(), "%Y-%m-%d %H:%M:%S", &local);
+  auto text =
+      fmt::format("freeplay {}, process {} on {}, since {}", verb, getpid(), host.data(), since.data());
+  text.resize(record_size - 1, ' ');
+  return text + '\n';
+}
+
+/// The record of a seat. It is read from a file, so only what can be printed is let through.
+std::string read_record(int descriptor, int seat) {
+  std::array<char, record_size> bytes{};
+  const auto n = pread(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(seat) * record_size);
+  std::string text;
+  for (ssize_t i = 0; i < n && bytes[static_cast<std::size_t>(i)] != '\n'; ++i) {
+    const char c = bytes[static_cast<std::size_t>(i)];
+    text += c >= ' ' && c <= '~' ? c : '?';
+  }
+  text.resize(text.find_last_not_of(' ') + 1);  // npos + 1 = 0
+  return text.starts_with("freeplay ") ? text : "a process that has just begun";
+}
+
+std::string holders(int descriptor, int but) {
+  std::string list;
+  for (int seat = 1; seat <= most_seats; ++seat)
+    if (seat != but && locked_by_another(descriptor, seat))
+      list += (list.empty() ? "" : "; ") + read_record(descriptor, seat);
+  return list;
+}
+
+}  // namespace
+
+FolderLock::FolderLock(const std::filesystem::path& folder, std::string_view verb, Use use)
+    : folder_(folder), file_(folder / ".freeplay.lock"), use_(use) {
+  // One who leaves is alone with the file for a moment, to remove it: that is no reason to refuse another.
+  for (int tries = 0; !acquire(); ++tries) {
+    const bool last = tries >= 20;
+    auto who = last ? holders(descriptor_, 0) : std::string();
+    close(descriptor_);
+    descriptor_ = -1;
+    if (last)
+      throw OutputError(fmt::format(
+          "{}: another freeplay is writing into this folder ({}); wait for it, or give another folder with -o",
+          folder.string(), who.empty() ? "a process that has just begun" : who));
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  while (!try_lock(descriptor_, F_WRLCK, ++seat_))
+    if (seat_ == most_seats)
+      refuse(fmt::format("{} processes write into this folder, and no more can", most_seats));
+  const auto text = record(verb);  // on a full disk it is missing, and others are told less
+  (void)!pwrite(descriptor_, text.data(), text.size(), static_cast<off_t>(seat_) * record_size);
+}
+
+bool FolderLock::acquire() {
+  for (;;) {
+    descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
+    if (descriptor_ < 0)
+      refuse(errno == ELOOP ? "is a link, and none is followed"
+                            : fmt::format("cannot be written: {}", std::strerror(errno)));
+    struct stat found {};
+    if (fstat(descriptor_, &found) != 0 || !S_ISREG(found.st_mode) || found.st_nlink > 1)
+      refuse("must be a file of its own");
+    if (!try_lock(descriptor_, use_ == Use::alone ? F_WRLCK : F_RDLCK, 0)) {
+      if (errno != EAGAIN && errno != EACCES)
+        refuse(fmt::format("cannot be locked: {}", std::strerror(errno)));
+      return false;
+    }
+    // One who left may have removed the file between the two: its lock is worth nothing then.
+    if (fstat(descriptor_, &found) == 0 && found.st_nlink == 1) return true;
+    close(descriptor_);
+  }
+}
+
+void FolderLock::refuse(const std::string& why) const {
+  if (descriptor_ >= 0) close(descriptor_);
+  throw OutputError(fmt::format("{}: {}", file_.string(), why));
+}
+
+FolderLock::~FolderLock() {
+  // The last one takes the file along.
+  if (try_lock(descriptor_, F_WRLCK, 0)) unlink(file_.c_str());
+  close(descriptor_);
+}
+
+bool FolderLock::taken(int seat) const { return seat == seat_ || locked_by_another(descriptor_, seat); }
+
+std::string FolderLock::others() const { return holders(descriptor_, seat_); }
+
+}  // namespace freeplay

@@ -1,0 +1,197 @@
+#include "io/files/result_set.hpp"
+
+#include <fmt/format.h>
+#include <fnmatch.h>
+
+#include <algorithm>
+#include <system_error>
+#include <vector>
+
+#include "io/files/output_file.hpp"
+
+namespace freeplay {
+namespace {
+
+using Path = std::filesystem::path;
+
+/// The results of a verb: patterns of files in its folder, or one folder below.
+struct Members {
+  const char* verb;
+  std::vector<const char*> patterns;
+};
+
+/// First the file that says that the others are results.
+const std::vector<Members>& all_members() {
+  static const std::vector<Members> list = {
+      {"compare",
+       {"comparison.json", "comparison.md", "penalty/run.json", "penalty/*.csv", "nonsmooth/run.json",
+        "nonsmooth/*.csv", "ideal/run.json", "ideal/*.csv", "figures/acceleration*", "figures/journal_orbit*",
+        "figures/paired_impacts*", "figures/reaction_*", "figures/bearing_load_*", "figures/drive_torque*"}},
+      {"laws",
+       {"laws.json", "impact_loops.csv", "delivered.csv", "friction.csv", "figures/impact_loops*",
+        "figures/delivered_restitution*", "figures/friction_laws*"}},
+      {"modes", {"modes.json", "modes.csv", "equilibrium.csv", "static_forces.csv"}},
+      {"drift", {"drift.json", "drift.csv", "figures/drift*"}},
+      {"poincare", {"section.json", "section.csv", "figures/poincare*"}},
+      {"bifurcation", {"bifurcation.json", "bifurcation.csv", "figures/bifurcation*"}},
+      {"basin", {"basin.json", "basin.csv", "figures/basin*"}},
+      {"check", {"pose.json", "pose.csv", "figures/pose*"}},
+      {"validate", {"validation.json", "overlay.csv", "figures/overlay*"}},
+      {"validate-study",
+       {"experiment.json", "experiment.md", "calibration.json", "cells.csv", "traces.csv", "spectra.csv",
+        "figures/experiment_*"}},
+      {"tradeoff", {"tradeoff.json", "tradeoff.csv", "figures/tradeoff_*"}},
+      {"ensemble", {"ensemble.json", "statistics.csv", "starts.csv", "bands.csv", "figures/ensemble*"}},
+      {"scaling", {"scaling.json", "scaling.csv", "figures/scaling*"}},
+      {"export", {"mechanism.pvd", "frame_*.vtp"}},
+      {"animate", {"animation.mp4", "animation.gif", "frame_*.svg"}},
+      {"extremes", {"extremes.json", "extremes.csv", "limits.csv", "figures/extremes*"}},
+  };
+  return list;
+}
+
+const Members& members_of(const std::string& verb) {
+  const auto members = std::ranges::find(all_members(), verb, &Members::verb);
+  if (members == all_members().end()) throw std::logic_error(verb + " has no list of its results");
+  return *members;
+}
+
+Path stage(const Path& folder, const std::string& verb, const char* name) {
+  return folder / fmt::format(".{}.{}", verb, name);
+}
+
+[[noreturn]] void fail(const Path& path, const std::string& what, const std::error_code& error) {
+  throw OutputError(fmt::format("{}: {}: {}", path.string(), what, error.message()));
+}
+
+void move(const Path& from, const Path& to) {
+  std::error_code error;
+  std::filesystem::rename(from, to, error);
+  if (error) fail(to, "cannot be put in its place", error);
+}
+
+/// A folder of its own, or nothing; not one that a link leads to.
+bool is_own_folder(const Path& path) {
+  std::error_code error;
+  const auto status = std::filesystem::symlink_status(path, error);
+  if (std::filesystem::is_symlink(status))
+    throw OutputError(fmt::format("{}: is a link, and none is followed to where results go", path.string()));
+  return std::filesystem::is_directory(status);
+}
+
+bool is_folder(const std::filesystem::directory_entry& entry) {
+  std::error_code error;
+  return std::filesystem::is_directory(entry.symlink_status(error));
+}
+
+/// Nothing, or a folder of its own.
+void require_folder(const Path& path) {
+  std::error_code error;
+  if (!is_own_folder(path) && std::filesystem::exists(std::filesystem::symlink_status(path, error)))
+    throw OutputError(fmt::format("{}: is a file where a folder goes", path.string()));
+}
+
+/// Calls f with the folder of each pattern, where there is one, and every entry in it that the pattern names.
+void each_member(const Path& folder, const Members& members, auto f) {
+  for (const Path pattern : members.patterns) {
+    const auto place = (folder / pattern).parent_path();
+    if (pattern.has_parent_path() && !is_own_folder(place)) continue;
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator(place, error))
+      if (fnmatch(pattern.filename().c_str(), entry.path().filename().c_str(), 0) == 0) f(pattern, entry);
+  }
+}
+
+/// Throws OutputError where the results could not be put, before any older one is gone: where a folder stands in the place of a
+/// file, a file or a link in that of a folder.
+void require_places(const Path& folder, const Members& members) {
+  for (const Path pattern : members.patterns)
+    if (pattern.has_parent_path()) require_folder(folder / pattern.parent_path());
+  for (const auto* name : {"complete", "moving"}) require_folder(stage(folder, members.verb, name));
+  each_member(folder, members, [](const Path& pattern, const auto& entry) {
+    // A drawing that was killed leaves figures/NAME.partial, a folder, which is none of the results.
+    if (is_folder(entry) && pattern.native().find('*') == std::string::npos)
+      throw OutputError(fmt::format("{}: is a folder where a result goes", entry.path().string()));
+  });
+}
+
+void remove_older(const Path& folder, const Members& members) {
+  std::vector<Path> found;
+  each_member(folder, members, [&](const Path&, const auto& entry) {
+    if (!is_folder(entry)) found.push_back(entry.path());
+  });
+  for (const auto& path : found) remove_file(path);
+  std::error_code ignored;
+  for (const Path pattern : members.patterns)
+    if (pattern.has_parent_path())
+      std::filesystem::remove(folder / pattern.parent_path(), ignored);  // where nothing else is in it
+}
+
+/// Only what the verb makes, and no link: the folder may be somebody's who left more in it.
+void move_in(const Path& from, const Path& folder, const Members& members) {
+  std::vector<Path> files;
+  each_member(from, members, [&](const Path& pattern, const auto& entry) {
+    std::error_code error;
+    if (std::filesystem::is_regular_file(entry.symlink_status(error)))
+      files.push_back(pattern.parent_path() / entry.path().filename());
+  });
+  // Those in folders first: the file that says that they are results stands beside these.
+  std::ranges::sort(files, {}, [](const Path& file) { return std::pair(!file.has_parent_path(), file); });
+  for (const auto& file : files) {
+    const auto place = (folder / file).parent_path();
+    make_folder(place);
+    move_file((from / file).parent_path(), place, file.filename().string());
+  }
+  std::error_code error;
+  std::filesystem::remove_all(from, error);
+}
+
+void settle(const Path& folder, const Members& members) {
+  const auto complete = stage(folder, members.verb, "complete"),
+             moving = stage(folder, members.verb, "moving");
+  if (is_own_folder(complete)) {
+    require_places(folder, members);
+    remove_older(folder, members);
+    move(complete, moving);
+  }
+  if (is_own_folder(moving)) move_in(moving, folder, members);
+}
+
+}  // namespace
+
+void settle_result_sets(const Path& folder) {
+  for (const auto& members : all_members()) {
+    settle(folder, members);
+    std::error_code error;
+    std::filesystem::remove_all(stage(folder, members.verb, "new"), error);
+  }
+}
+
+ResultSet::Folder::Folder(const Path& where) : path(where), made(!std::filesystem::exists(where)) {
+  make_folder(path);
+}
+ResultSet::Folder::~Folder() {
+  std::error_code ignored;
+  if (made && std::filesystem::is_empty(path, ignored)) std::filesystem::remove(path, ignored);
+}
+
+ResultSet::ResultSet(const Path& folder, const std::string& verb)
+    : folder_(folder), lock_(folder, verb), verb_(verb), place_(stage(folder, verb, "new")) {
+  require_places(folder, members_of(verb));
+  settle_result_sets(folder);
+  make_folder(place_);
+}
+
+ResultSet::~ResultSet() {
+  std::error_code ignored;
+  std::filesystem::remove_all(place_, ignored);
+}
+
+void ResultSet::commit() {
+  const auto& members = members_of(verb_);
+  require_places(lock_.folder(), members);
+  move(place_, stage(lock_.folder(), verb_, "complete"));
+  settle(lock_.folder(), members);
+}
+
+}  // namespace freeplay

@@ -1,0 +1,118 @@
+#include "io/files/visible.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <iterator>
+
+namespace freeplay {
+namespace {
+
+/// Bytes of the character that begins with `lead`; 0 for what begins none (RFC 3629).
+std::size_t length_of(unsigned char lead) {
+  if (lead < 0x80) return 1;
+  if (lead >= 0xC2 && lead <= 0xDF) return 2;
+  if (lead >= 0xE0 && lead <= 0xEF) return 3;
+  if (lead >= 0xF0 && lead <= 0xF4) return 4;
+  return 0;
+}
+
+/// How many bytes at the beginning of `text` are of one character, and how many that character has; {0, 1} where none
+/// begins. Of a character cut off at the end, fewer than it has.
+struct Extent {
+  std::size_t there, whole;
+};
+Extent extent_of(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const auto whole = length_of(byte(0));
+  if (whole == 0) return {0, 1};
+  std::size_t there = 1;
+  for (; there < std::min(whole, text.size()); ++there) {
+    unsigned char low = 0x80, high = 0xBF;
+    if (there == 1) {  // no longer spelling than needed, no surrogate, nothing beyond U+10FFFF
+      if (byte(0) == 0xE0) low = 0xA0;
+      if (byte(0) == 0xED) high = 0x9F;
+      if (byte(0) == 0xF0) low = 0x90;
+      if (byte(0) == 0xF4) high = 0x8F;
+    }
+    if (byte(there) < low || byte(there) > high) return {0, 1};
+  }
+  return {there, whole};
+}
+
+std::uint32_t code_of(std::string_view character) {
+  const auto lead = static_cast<unsigned char>(character[0]);
+  if (character.size() == 1) return lead;
+  std::uint32_t code = lead & (0xFFu >> (character.size() + 1));
+  for (const char c : character.substr(1)) code = code << 6 | (static_cast<unsigned char>(c) & 0x3Fu);
+  return code;
+}
+
+/// Controls (C0, DEL, C1), direction marks (Unicode's Bidi_Control), separators of lines and paragraphs, and what has no
+/// width of its own: zero-width characters, the byte-order mark, annotations, tags.
+bool is_hidden(std::uint32_t code) {
+  constexpr std::pair<std::uint32_t, std::uint32_t> ranges[] = {
+      {0x00, 0x1F},     {0x7F, 0x9F},     {0xAD, 0xAD},      {0x61C, 0x61C},
+      {0x180E, 0x180E}, {0x200B, 0x200F}, {0x2028, 0x202E},  {0x2060, 0x206F},
+      {0xFEFF, 0xFEFF}, {0xFFF9, 0xFFFB}, {0xE0000, 0xE007F}};
+  return std::ranges::any_of(ranges, [code](const auto& r) { return code >= r.first && code <= r.second; });
+}
+
+void spell(std::uint32_t code, std::string& out) {
+  if (code == '\n')
+    out += "\\n";
+  else if (code == '\t')
+    out += "\\t";
+  else if (code == '\r')
+    out += "\\r";
+  else
+    out += code < 0x80 ? fmt::format("\\x{:02x}", code) : fmt::format("\\u{{{:x}}}", code);
+}
+
+/// Appends what may be shown of `text`; returns how much of it is left over, the beginning of a last character.
+std::size_t show(std::string_view text, std::string_view kept, std::string& out) {
+  while (!text.empty()) {
+    const auto [there, whole] = extent_of(text);
+    if (there > 0 && there < whole) return there;
+    const auto character = text.substr(0, whole);
+    if (there == 0)
+      fmt::format_to(std::back_inserter(out), "\\x{:02x}", static_cast<unsigned char>(text[0]));
+    else if (const auto code = code_of(character);
+             is_hidden(code) && (whole > 1 || kept.find(text[0]) == kept.npos))
+      spell(code, out);
+    else
+      out += character;
+    text.remove_prefix(whole);
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::string visible(std::string_view text, std::string_view kept) {
+  std::string out;
+  const auto left = show(text, kept, out);
+  for (const char c : text.substr(text.size() - left))
+    fmt::format_to(std::back_inserter(out), "\\x{:02x}", static_cast<unsigned char>(c));
+  return out;
+}
+
+std::string VisibleStream::pass(std::string_view piece) {
+  waiting_ += piece;
+  std::string out;
+  const auto left = show(waiting_, kept_, out);
+  waiting_.erase(0, waiting_.size() - left);
+  return out;
+}
+
+std::string visible_brief(std::string_view text, std::size_t most) {
+  // Characters are at most four bytes: what is far too long need not be looked at.
+  auto all = visible(text.substr(0, 4 * most + 4));
+  std::size_t characters = 0;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if ((all[i] & 0xC0) != 0x80 && ++characters > most) return all.substr(0, i) + "…";
+  return all;
+}
+
+}  // namespace freeplay

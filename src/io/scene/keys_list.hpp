@@ -1,0 +1,214 @@
+// Lists keys (see mechanism/keys.hpp): a row for each of a scene's, in which kinds that share a key are put together.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <initializer_list>
+#include <string>
+#include <vector>
+
+#include "mechanism/body.hpp"
+#include "mechanism/configuration.hpp"
+#include "mechanism/curve.hpp"
+#include "mechanism/elements.hpp"
+#include "mechanism/group.hpp"
+#include "mechanism/keys.hpp"
+#include "mechanism/options.hpp"
+#include "mechanism/surface.hpp"
+#include "values/vec2.hpp"
+
+namespace freeplay {
+
+class KeysList {
+ public:
+  struct Row {
+    std::string path, type, unit, fallback, meaning;
+  };
+
+  /// A table whose keys are listed from here on: bodies.*; `kinds`: words of all that share it.
+  void open(std::string table, std::vector<std::string> kinds = {}) {
+    table_ = std::move(table);
+    kinds_ = std::move(kinds);
+    kind_.clear();
+    begin_ = entries_.size();
+  }
+  void kind(std::string_view word) { kind_ = word; }
+  /// The row of the key that chooses a kind, first of its table.
+  template <class E>
+  void kind_row(const char* fallback, const E& all) {
+    plain({"type", "", ""}, "text", fallback, words_of(all));
+  }
+  /// A row of its own.
+  void plain(const Key& key, std::string type, std::string fallback, std::string meaning);
+  /// Behind the last key of a kind.
+  void leave_group() { group_.clear(); }
+  /// Puts together what kinds of the open table share.
+  void close();
+  std::vector<Row> take() { return std::move(rows_); }
+
+  template <class X>
+  void need(const Key& key, X& x, const Range& = any_number) {
+    add(key, type_of(x), "required");
+  }
+  template <class X>
+  void take(const Key& key, X& x, const Range& = any_number) {
+    add(key, type_of(x), shown(x));
+  }
+  template <class E>
+  void choose(const Key& key, E& x) {
+    add({key.name, key.unit, {}}, "text", fmt::format("\"{}\"", text_of(x)),
+        std::string(key.meaning) + words_of(choices(x)));
+  }
+  template <class E>
+  void choose(const Key& key, std::optional<E>&) {
+    add({key.name, key.unit, {}, key.fallback}, "text", "–",
+        std::string(key.meaning) + words_of(choices(E{})));
+  }
+  void number_or(std::string_view word, const Key& key, std::optional<double>&, const Range&) {
+    add(key, "number or text", fmt::format("\"{}\"", word));
+  }
+  void flag(const Key& key, bool& x) { take(key, x); }
+  template <class E>
+  void choose_other(const Key& key, E& x) {
+    choose(key, x);
+  }
+  template <class E>
+  void choose_listed(const Key& key, E& x) {
+    add(key, "text", fmt::format("\"{}\"", text_of(x)));
+  }
+  template <class E, class Fits>
+  void choose_some(const Key& key, std::optional<E>&, Fits) {
+    add(key, "text", "–");
+  }
+  template <class G>
+  G* group(std::string_view name, std::optional<G>& x) {
+    group_ = name;
+    return &x.emplace();
+  }
+  bool when(bool) const { return true; }
+  bool when(bool, std::initializer_list<std::string_view>, const char*) const { return true; }
+  /// The choices that read a key stand behind its meaning.
+  template <class O>
+  bool own(std::string_view name, const O& o) {
+    const auto& row = own_key(o, name);
+    only_ = fmt::format("; read with {}", row.belongs);
+    return true;
+  }
+  bool when_given(std::string_view) const { return true; }
+  template <class... Pieces>
+  void check(bool, std::string_view, const Pieces&...) const {}
+  template <class Number>
+  void either(const Key& other, const Range&, double (*)(double), const Key& own, const Range&, Number&) {
+    add(other, "number", "–");
+    add(own, "number", "–");
+  }
+  void table(const Key& constant, const Key& points, TorqueDrive::Table&) {
+    add(constant, "number", "–");
+    add(points, "points or file", "–");
+  }
+  void samples(const Key& points, const Key& file, const Key& columns, Curve::Points&) {
+    add(points, "points", "–");
+    add(file, "text", "–");
+    add(columns, "names", "the first two");
+  }
+  void curve(const Key& key, int&, Curve::Use = Curve::Use::value) { add(key, "text", "required"); }
+  void maybe_curve(const Key& key, int&, Curve::Use = Curve::Use::value) { add(key, "text", "–"); }
+  void moving_joint(const Key& key, int&) { add(key, "text", "required"); }
+  void maybe_joint(const Key& key, int&) { add(key, "text", "–"); }
+  void joint_place(const Key& key, double&, int) { add(key, "number", std::string(key.fallback)); }
+  void number_or_curve(const Key& key, CurveOr&, const Range& = any_number) {
+    add(key, "number or text", "required");
+  }
+  void pairs(const Key& key, TorqueDrive::Table&) { add(key, "points or file", "–"); }
+  void places(const Key& list, const Key& grid, const Key& origin, const Key& spacing, const Key& stagger,
+              std::vector<Vec2>&) {
+    add(list, "points or file", "–");
+    add(grid, "point", "–");
+    add(origin, "point", "[0, 0]");
+    add(spacing, "point", "required");
+    add(stagger, "number", "0");
+  }
+  void way(const Key& key, std::vector<Vec2>&) { add(key, "points", "–"); }
+  void groups(const Key& key, std::vector<int>&) { add(key, "name or names", "–"); }
+  void maybe_surface(const Key& key, std::optional<int>&) { add(key, "text", std::string(key.fallback)); }
+  void length(const Key& turns, const Key& seconds, double&) {
+    add(turns, "number", "–");
+    add(seconds, "number", "–");
+  }
+  void part_of_length(const Key& key, double&) { add(key, "number", "0"); }
+  void between(std::string_view meaning, std::array<int, 2>&) {
+    add({"between", "", meaning}, "names", "required");
+  }
+  void ends(std::string_view meaning, std::array<Vec2, 2>&) {
+    add({"at", "m", meaning}, "points or names", "[[0, 0], [0, 0]]");
+  }
+  void points(const Key& key, std::string_view, std::vector<NamedPoint>&) { add(key, "table", "–"); }
+  void point_of(const Key& key, int, Vec2& at) { add(key, "point or name", shown(at)); }
+  void angles(const Key& key, std::vector<JointAngle>&) { add(key, "names", "–"); }
+  void axis(std::string_view meaning, Vec2&) { add({"axis", "", meaning}, "point", "[1, 0]"); }
+  void radii(const Key& key, std::array<double, 2>&) { add(key, "point", "required"); }
+  void body(const Key& key, int&) { add(key, "text", "required"); }
+  const Surface* surface(const Key& key, int&) {
+    add(key, "text", "required");
+    return nullptr;
+  }
+  void lubricant(const Key& key, int&, double, const std::optional<double>&) { add(key, "text", "–"); }
+  void drive(const Key& key, std::string&) { add(key, "text", "required"); }
+  template <class J>
+  const J* joint(const Key& key, int&) {
+    add(key, "text", "required");
+    return nullptr;
+  }
+  template <class... Kinds>
+  const Joint* joint_of(const Key& key, int&) {
+    add(key, "text", "required");
+    return nullptr;
+  }
+  template <class Of>
+  void from_bodies(const Key& key, double&, const std::array<int, 2>&, const char*, Of) {
+    add(key, "number", std::string(key.fallback));
+  }
+  void any_joint(const Key& key, int&, std::array<int, 2>&) { add(key, "text", "required"); }
+  void joint_angle(const Key& key, double&, int) { add(key, "number", std::string(key.fallback)); }
+
+ private:
+  struct Entry {
+    std::string name, type, unit, fallback, meaning, kind;
+  };
+  void add(const Key& key, std::string type, std::string fallback, std::string meaning = {});
+
+  static std::string type_of(double) { return "number"; }
+  static std::string type_of(const std::optional<double>&) { return "number"; }
+  static std::string type_of(const std::optional<Vec2>&) { return "point"; }
+  static std::string type_of(unsigned) { return "number"; }
+  static std::string type_of(int) { return "number"; }
+  static std::string type_of(bool) { return "true or false"; }
+  static std::string type_of(const Vec2&) { return "point"; }
+  static std::string shown(double x);
+  static std::string shown(const std::optional<double>&) { return "–"; }
+  static std::string shown(const std::optional<Vec2>&) { return "–"; }
+  static std::string shown(unsigned x) { return fmt::format("{}", x); }
+  static std::string shown(int x) { return fmt::format("{}", x); }
+  static std::string shown(bool x) { return x ? "true" : "false"; }
+  static std::string shown(const Vec2& x) { return fmt::format("[{}, {}]", x.x(), x.y()); }
+  template <class Choices>
+  static std::string words_of(const Choices& all) {
+    std::string list;
+    std::size_t i = 0;
+    for (const auto& choice : all) {
+      list += i == 0 ? "" : i + 1 == all.size() ? " or " : ", ";
+      list += fmt::format("\"{}\"", choice.text);
+      if (!choice.meaning.empty()) list += fmt::format(" ({})", choice.meaning);
+      ++i;
+    }
+    return list;
+  }
+
+  std::string table_, kind_, group_, only_;
+  std::vector<std::string> kinds_;
+  std::vector<Entry> entries_;
+  std::size_t begin_ = 0;
+  std::vector<Row> rows_;
+};
+
+}  // namespace freeplay

@@ -1,0 +1,399 @@
+#include "io/scene/keys_reader.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "io/scene/points_file.hpp"
+#include "io/scene/quantity.hpp"
+#include "io/scene/spelling.hpp"
+#include "io/scene/toml_value.hpp"
+
+namespace freeplay {
+namespace {
+
+template <class Range, class Name>
+int index_of(const Range& range, const std::string& name, Name name_of_item) {
+  const auto it = std::ranges::find_if(range, [&](const auto& item) { return name_of_item(item) == name; });
+  return it == std::end(range) ? -1 : static_cast<int>(it - std::begin(range));
+}
+const auto own_name = [](const auto& item) { return item.name; };
+
+/// "there is no WHAT "name"", and which there are.
+template <class Range, class Name>
+std::string unknown(const std::string& what, const std::string& name, const Range& range, Name name_of_item,
+                    std::vector<std::string> names = {}) {
+  for (const auto& item : range) names.push_back(name_of_item(item));
+  return fmt::format("there is no {} {}{}", what, toml_quoted(name),
+                     meant(name, names, "there is:", Beside::list));
+}
+
+}  // namespace
+
+void KeysReader::one_of(const Key& a, const Key& b) const {
+  const auto wrong = fmt::format("needs exactly one of {} and {}", a.name, b.name);
+  if (!s_.has(a.name) && !s_.has(b.name)) s_.lacks("", wrong);
+  if (s_.has(a.name) && s_.has(b.name)) s_.fail("", wrong);
+}
+
+void KeysReader::table(const Key& constant, const Key& points, TorqueDrive::Table& table) {
+  if (s_.has(constant.name)) return void(table.emplace_back(0.0, s_.number(constant, any_number)));
+  pairs(points, table);
+}
+
+void KeysReader::pairs(const Key& key, TorqueDrive::Table& table) {
+  if (!s_.has(key.name)) return;
+  if (s_.is_text(key.name)) {
+    table =
+        read_points(s_.named_text(key.name), {}, [&](const std::string& wrong) { s_.fail(key.name, wrong); });
+    if (table.empty()) s_.fail(key.name, "must have points below its header, has none");
+    bounded(key.name, table.size());
+  } else {
+    for (const auto& p : s_.points(key)) table.emplace_back(p.x(), p.y());
+  }
+  for (std::size_t i = 1; i < table.size(); ++i)
+    if (!(table[i].first > table[i - 1].first))
+      s_.fail(key.name, fmt::format("must increase in its first column; {} follows {}", table[i].first,
+                                    table[i - 1].first));
+}
+
+void KeysReader::places(const Key& list, const Key& grid, const Key& origin, const Key& spacing,
+                        const Key& stagger, std::vector<Vec2>& places) {
+  one_of(list, grid);
+  if (s_.has(list.name)) {
+    for (const auto* key : {&origin, &spacing, &stagger})
+      if (s_.has(key->name)) s_.fail(key->name, fmt::format("belongs to {}", grid.name));
+    if (s_.is_text(list.name)) {
+      for (const auto& [x, y] : read_points(s_.named_text(list.name), {},
+                                            [&](const std::string& wrong) { s_.fail(list.name, wrong); }))
+        places.emplace_back(x, y);
+    } else {
+      places = s_.points(list);
+    }
+    if (places.empty()) s_.fail(list.name, "must have at least one point, has none");
+    return bounded(list.name, places.size());
+  }
+  const Vec2 count = s_.point(grid), step = s_.point(spacing), first = s_.point(origin, {0, 0});
+  const double by = s_.number(stagger, any_number, 0);
+  const auto fits = [](double x) { return x >= 1 && x <= 1e5 && x == std::floor(x); };
+  if (!fits(count.x()) || !fits(count.y()))
+    s_.fail(grid.name, fmt::format("must be two whole numbers from 1, [columns, rows], is [{:.6g}, {:.6g}]",
+                                   count.x(), count.y()));
+  bounded(grid.name, static_cast<std::size_t>(count.x() * count.y()));
+  for (int row = 0; row < count.y(); ++row)
+    for (int column = 0; column < count.x(); ++column)
+      places.emplace_back(first.x() + column * step.x() + (row % 2 == 1 ? by : 0),
+                          first.y() + row * step.y());
+}
+
+void KeysReader::way(const Key& key, std::vector<Vec2>& points) {
+  if (!s_.has(key.name)) return;
+  points = s_.points(key);
+  if (points.size() < 2) s_.fail(key.name, fmt::format("must be at least two points, is {}", points.size()));
+  for (std::size_t i = 1; i < points.size(); ++i)
+    if (!((points[i] - points[i - 1]).norm() > 0))
+      s_.fail(key.name, fmt::format("points {} and {} are the same: no wall goes through them", i, i + 1));
+}
+
+void KeysReader::groups(const Key& key, std::vector<int>& list) {
+  if (!s_.has(key.name)) return;
+  for (const auto& name : s_.name_or_names(key.name)) {
+    const int group = index_of(mechanism_.groups, name, own_name);
+    if (group < 0) s_.fail(key.name, unknown("group above it called", name, mechanism_.groups, own_name));
+    if (std::ranges::find(list, group) != list.end())
+      s_.fail(key.name, fmt::format("names {} twice", toml_quoted(name)));
+    list.push_back(group);
+  }
+}
+
+void KeysReader::bounded(std::string_view key, std::size_t points) const {
+  constexpr std::size_t most = 100'000;  // what a canonical text can hold with room
+  if (points > most) s_.fail(key, fmt::format("must have at most {} points, has {}", most, points));
+}
+
+void KeysReader::samples(const Key& points, const Key& file, const Key& columns, Curve::Points& list) {
+  one_of(points, file);
+  const auto& given = s_.has(points.name) ? points : file;
+  if (s_.has(points.name)) {
+    if (s_.has(columns.name)) s_.fail(columns.name, fmt::format("names columns of a {}", file.name));
+    for (const auto& p : s_.points(points.name)) list.emplace_back(p.x(), p.y());
+  } else {
+    const auto names = s_.has(columns.name) ? s_.names(columns.name) : std::vector<std::string>();
+    if (!names.empty() && names.size() != 2)
+      s_.fail(columns.name, fmt::format("must name two columns, those of x and y, names {}", names.size()));
+    list = read_points(s_.named_text(file.name), names,
+                       [&](const std::string& wrong) { s_.fail(file.name, wrong); });
+  }
+  if (list.size() < 2) s_.fail(given.name, fmt::format("must have at least two points, has {}", list.size()));
+  bounded(given.name, list.size());
+  for (std::size_t i = 1; i < list.size(); ++i)
+    if (!(list[i].first > list[i - 1].first))
+      s_.fail(given.name,
+              fmt::format("must increase in x; {:.9g} follows {:.9g}", list[i].first, list[i - 1].first));
+}
+
+void KeysReader::curve(const Key& key, int& curve, Curve::Use use) {
+  const auto name = s_.text(key.name);
+  curve = index_of(mechanism_.curves, name, own_name);
+  if (curve < 0) s_.fail(key.name, unknown("curve", name, mechanism_.curves, own_name));
+  if (const auto why = mechanism_.curves[static_cast<std::size_t>(curve)].refusal(use); !why.empty())
+    s_.fail(key.name, fmt::format("the curve {} {}", toml_quoted(name), why));
+  named_.push_back({std::string(key.name), curve,
+                    use == Curve::Use::place  ? (slides_ ? "m" : "rad")
+                    : use == Curve::Use::rate ? (slides_ ? "m/s" : "rad/s")
+                                              : key.unit});
+}
+
+void KeysReader::settle() const {
+  for (const auto& judge : own_) judge();
+  for (const auto& [key, index, y] : named_) {
+    const auto& name = mechanism_.curves[static_cast<std::size_t>(index)].name;
+    const auto hold = [&, &key = key](const char* which, std::initializer_list<std::string_view> wanted) {
+      const auto* given = s_.given("curves." + name, fmt::format("of {}", which));
+      if (!given || std::ranges::any_of(wanted, [&](auto unit) { return same_quantity(*given, unit); }))
+        return;
+      s_.fail(key, fmt::format("the {} of the curve {} is {}, {} is wanted", which, toml_quoted(name),
+                               quantity_name(*given), quantity_name(*wanted.begin())));
+    };
+    hold("y", {y});
+    if (follows_ || against_ == Argument::angle)
+      hold("x", {"rad"});
+    else if (against_ == Argument::position)
+      hold("x", {"m"});
+    else if (against_ == Argument::speed && y == "N")
+      hold("x", {"m/s"});
+    else if (against_ == Argument::speed && y == "N m")
+      hold("x", {"rad/s"});
+    else if (against_ == Argument::speed)
+      hold("x", {"m/s", "rad/s"});
+    else
+      hold("x", {"s"});
+  }
+}
+
+/// A text is a curve's name, or a number with its unit, which no name is: there is a blank in it, or no curve is called so.
+void KeysReader::number_or_curve(const Key& key, CurveOr& x, const Range& range) {
+  const auto names_one = [&](const std::string& text) {
+    return text.find(' ') == std::string::npos &&
+           (!begins_with_number(text) || index_of(mechanism_.curves, text, own_name) >= 0);
+  };
+  if (!s_.has(key.name) || (s_.is_text(key.name) && names_one(s_.text(key.name)))) return curve(key, x.curve);
+  x.constant = s_.number(key, range);
+}
+
+/// In turns, where the length is; with a unit of its own always a time.
+void KeysReader::part_of_length(const Key& key, double& x) {
+  x = s_.is_text(key.name) ? s_.number(Key{key.name, "s", key.meaning}, non_negative)
+                           : s_.number(key, non_negative, 0) * unit_;
+}
+
+void KeysReader::unread(std::string_view key, bool laid_aside, std::string_view by, std::string_view chosen,
+                        std::string_view belongs) const {
+  const auto why = fmt::format("is not read with {} = \"{}\": it belongs to {}", by, chosen, belongs);
+  if (laid_aside) return s_.idle(key, why);
+  try {
+    s_.fail(key, why + "; leave it out");
+  } catch (const SceneError& e) {
+    throw UnreadKey(e);
+  }
+}
+
+void KeysReader::length(const Key& turns, const Key& seconds, double& duration) {
+  one_of(turns, seconds);
+  if (!s_.has(turns.name)) return void(duration = s_.number(seconds, positive));
+  const auto* drive = main_drive(mechanism_);
+  if (!drive || drive->speed == 0)
+    s_.fail(turns.name,
+            fmt::format("needs a drive that turns at a prescribed speed; give {} (s) instead", seconds.name));
+  unit_ = 2 * std::numbers::pi / std::abs(drive->speed);
+  duration = s_.number(turns, positive) * unit_;
+  s_.require_sense(turns.name, seconds.unit, duration);
+}
+
+int KeysReader::body_index(std::string_view key, const std::string& name) const {
+  if (name == "ground") return ground;
+  const int i = index_of(mechanism_.bodies, name, own_name);
+  if (i < 0) s_.fail(key, unknown("body", name, mechanism_.bodies, own_name, {"ground"}));
+  return i;
+}
+
+void KeysReader::between(std::string_view, std::array<int, 2>& pair) {
+  const auto names = s_.names("between");
+  if (names.size() != 2) s_.fail("between", fmt::format("must name two bodies, names {}", names.size()));
+  pair = {body_index("between", names[0]), body_index("between", names[1])};
+  if (pair[0] == pair[1]) s_.fail("between", fmt::format("joins \"{}\" to itself", names[0]));
+  pair_ = pair;
+}
+
+Vec2 KeysReader::named_point(std::string_view key, int body, const std::string& name) const {
+  if (body == ground && fixed_.points.empty())
+    s_.fail(key, fmt::format("{}: the ground has no named points; give its coordinates [x, y], or "
+                             "[ground] with points = {{ {} = [x, y] }}",
+                             toml_quoted(name), toml_quoted(name)));
+  const auto& points =
+      body == ground ? fixed_.points : mechanism_.bodies[static_cast<std::size_t>(body)].points;
+  const auto found = std::ranges::find(points, name, &NamedPoint::name);
+  if (found == points.end())
+    s_.fail(key,
+            unknown("point of " + (body == ground
+                                       ? "the ground"
+                                       : "bodies." + mechanism_.bodies[static_cast<std::size_t>(body)].name),
+                    name, points, own_name));
+  return found->at;
+}
+
+void KeysReader::point_of(const Key& key, int body, Vec2& at) {
+  at = s_.is_text(key.name) ? named_point(key.name, body, s_.text(key.name)) : s_.point(key, at);
+}
+
+void KeysReader::points(const Key& key, std::string_view centre, std::vector<NamedPoint>& list) {
+  if (!centre.empty()) list.push_back({std::string(centre), {0, 0}});
+  if (!s_.has(key.name)) return;
+  for (const auto& [name, at] : s_.named_points(key)) {
+    if (!centre.empty() && name == centre)
+      list.front().at = at;
+    else
+      list.push_back({name, at});
+  }
+  if (centre.empty()) return;
+  const Vec2 from = list.front().at;
+  for (auto& point : list) point.at = point.at - from;
+}
+
+void KeysReader::ends(std::string_view, std::array<Vec2, 2>& at) {
+  if (!s_.has("at")) return;
+  const auto points = s_.points(Key{"at", "m", {}}, [&](std::size_t end, const std::string& name) {
+    if (end > 1) s_.fail("at", "must be two points, one in each body, are more");
+    return named_point("at", pair_[end], name);
+  });
+  if (points.size() != 2)
+    s_.fail("at", fmt::format("must be two points, one in each body, is {}", points.size()));
+  at = {points[0], points[1]};
+}
+
+void KeysReader::angles(const Key& key, std::vector<JointAngle>& list) {
+  if (!s_.has(key.name)) return;
+  const auto its_name = [](const Joint& j) { return name_of(j); };
+  const auto joint = [&](const std::string& name) { return index_of(mechanism_.joints, name, its_name); };
+  for (const auto& text : s_.names(key.name)) {
+    // Names may hold a - themselves: every way to cut the text into three is tried.
+    std::vector<JointAngle> found;
+    for (auto a = text.find('-'); a != text.npos; a = text.find('-', a + 1))
+      for (auto b = text.find('-', a + 1); b != text.npos; b = text.find('-', b + 1)) {
+        const JointAngle angle{
+            {joint(text.substr(0, a)), joint(text.substr(a + 1, b - a - 1)), joint(text.substr(b + 1))}};
+        const auto [A, B, C] = angle.joints;
+        if (A >= 0 && B >= 0 && C >= 0 && A != B && B != C) found.push_back(angle);
+      }
+    if (found.size() == 1) {
+      list.push_back(found.front());
+      continue;
+    }
+    std::vector<std::string> names;
+    for (const auto& j : mechanism_.joints) names.push_back(name_of(j));
+    s_.fail(key.name, found.empty()
+                          ? fmt::format("{} is no angle A-B-C at joint B between joints A and C{}",
+                                        toml_quoted(text), listed("joints are", names))
+                          : fmt::format("{} may be read in {} ways; give the joints names without -",
+                                        toml_quoted(text), found.size()));
+  }
+}
+
+void KeysReader::axis(std::string_view, Vec2& axis) {
+  axis = s_.point("axis", {1, 0});
+  if (!(axis.norm() > 0)) s_.fail("axis", "must not be zero");
+  // Dividing a unit vector by its length once more may move it by a rounding: what to_toml writes stands.
+  if (std::abs(axis.squared_norm() - 1) > 1e-15) axis = axis.direction();
+}
+
+void KeysReader::radii(const Key& key, std::array<double, 2>& radii) {
+  const Vec2 both = s_.point(key);
+  if (!(both.x() > 0 && both.y() > 0)) s_.fail(key.name, "must be two positive lengths");
+  radii = {both.x(), both.y()};
+}
+
+void KeysReader::body(const Key& key, int& body) {
+  body = body_index(key.name, s_.text(key.name));
+  if (body == ground) s_.fail(key.name, "must be a moving body, is the ground");
+}
+
+const Surface* KeysReader::surface(const Key& key, int& surface) {
+  const auto name = s_.text(key.name);
+  surface = index_of(mechanism_.surfaces, name, own_name);
+  if (surface < 0) s_.fail(key.name, unknown("surface", name, mechanism_.surfaces, own_name));
+  return &mechanism_.surfaces[static_cast<std::size_t>(surface)];
+}
+
+void KeysReader::lubricant(const Key& key, int& lubricant, double clearance,
+                           const std::optional<double>& bearing_length) {
+  if (!s_.has(key.name)) return;
+  const auto name = s_.text(key.name);
+  lubricant = index_of(mechanism_.lubricants, name, own_name);
+  if (lubricant < 0) s_.fail(key.name, unknown("lubricant", name, mechanism_.lubricants, own_name));
+  if (!bearing_length) s_.fail("bearing_length", "is missing: the force of a lubricant's film needs it");
+  const auto& oil = mechanism_.lubricants[static_cast<std::size_t>(lubricant)];
+  if (oil.hand_over && *oil.hand_over >= clearance)
+    s_.fail(key.name, "its hand_over must be less than the clearance of the joint");
+}
+
+void KeysReader::drive(const Key& key, std::string& drive) {
+  drive = s_.text(key.name);
+  const auto its_name = [](const Drive& d) { return name_of(d); };
+  if (index_of(mechanism_.drives, drive, its_name) < 0)
+    s_.fail(key.name, unknown("drive", drive, mechanism_.drives, its_name));
+}
+
+int KeysReader::joint_index(const Key& key) {
+  const auto name = s_.text(key.name);
+  const auto its_name = [](const Joint& j) { return name_of(j); };
+  const int joint = index_of(mechanism_.joints, name, its_name);
+  if (joint < 0) s_.fail(key.name, unknown("joint", name, mechanism_.joints, its_name));
+  return joint;
+}
+
+void KeysReader::any_joint(const Key& key, int& joint, std::array<int, 2>& pair) {
+  joint = joint_index(key);
+  pair = bodies_of(mechanism_.joints[static_cast<std::size_t>(joint)]);
+}
+
+void KeysReader::moving_joint(const Key& key, int& joint) {
+  joint = joint_index(key);
+  const auto& found = mechanism_.joints[static_cast<std::size_t>(joint)];
+  slides_ = std::holds_alternative<TranslationalJoint>(found);
+  if (!std::holds_alternative<RevoluteJoint>(found) && !std::holds_alternative<TranslationalJoint>(found))
+    s_.fail(key.name,
+            fmt::format("must be a revolute or translational joint, {} is a {} joint",
+                        toml_quoted(name_of(found)),
+                        std::visit([](const auto& j) { return std::decay_t<decltype(j)>::type; }, found)));
+}
+
+void KeysReader::joint_place(const Key& key, double& place, int joint) {
+  const auto* slider = std::get_if<TranslationalJoint>(&mechanism_.joints[static_cast<std::size_t>(joint)]);
+  // Its unit is that of the joint.
+  if (!slider) return joint_angle(Key{key.name, "rad", key.meaning, key.fallback}, place, joint);
+  const auto turned = [](const Vec2& s, double angle) {
+    const double c = std::cos(angle), n = std::sin(angle);
+    return Vec2{c * s.x() - n * s.y(), n * s.x() + c * s.y()};
+  };
+  const auto point = [&](int end) {
+    const int body = slider->between[static_cast<std::size_t>(end)];
+    const auto& own = slider->at[static_cast<std::size_t>(end)];
+    if (body == ground) return own;
+    const auto& b = mechanism_.bodies[static_cast<std::size_t>(body)];
+    return b.position + turned(own, b.angle);
+  };
+  const int first = slider->between[0];
+  const auto axis =
+      turned(slider->axis, first == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(first)].angle);
+  place =
+      s_.number(Key{key.name, "m", key.meaning, key.fallback}, any_number, dot(axis, point(1) - point(0)));
+}
+
+void KeysReader::joint_angle(const Key& key, double& angle, int joint) {
+  const auto& pair = bodies_of(mechanism_.joints[static_cast<std::size_t>(joint)]);
+  const auto of = [&](int b) {
+    return b == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(b)].angle;
+  };
+  angle = s_.number(key, any_number, of(pair[1]) - of(pair[0]));
+}
+
+}  // namespace freeplay

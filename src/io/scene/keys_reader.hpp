@@ -1,0 +1,265 @@
+// Fills facts and options from a section of a scene file, key by key (see mechanism/keys.hpp).
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <initializer_list>
+#include <string>
+#include <vector>
+
+#include "dynamics/argument.hpp"
+#include "io/scene/section.hpp"
+#include "mechanism/ground.hpp"
+#include "mechanism/mechanism.hpp"
+#include "mechanism/options.hpp"
+
+namespace freeplay {
+
+/// The words of an enumeration, in the order of its values.
+template <class E>
+std::vector<std::string> words() {
+  std::vector<std::string> list;
+  for (const auto& choice : choices(E{})) list.emplace_back(choice.text);
+  return list;
+}
+
+class KeysReader {
+ public:
+  /// `fixed`: whose points elements may name.
+  KeysReader(Section& section, const Mechanism& mechanism, const Ground& fixed)
+      : s_(section), mechanism_(mechanism), fixed_(fixed) {}
+
+  void need(const Key& key, double& x, const Range& range) { x = s_.number(key, range); }
+  void need(const Key& key, Vec2& x) { x = s_.point(key); }
+  void take(const Key& key, double& x, const Range& range = any_number) { x = s_.number(key, range, x); }
+  void take(const Key& key, std::optional<double>& x, const Range& range) { x = s_.maybe_number(key, range); }
+  void take(const Key& key, Vec2& x) { x = s_.point(key, x); }
+  void take(const Key& key, std::optional<Vec2>& x) {
+    if (s_.has(key.name)) x = s_.point(key);
+  }
+  void take(const Key& key, bool& x) { x = s_.flag(key.name, x); }
+  void flag(const Key& key, bool& x) { take(key, x); }
+  void take(const Key& key, std::string& x) { x = s_.text(key.name, x); }
+  template <class Whole>
+  requires std::is_integral_v<Whole>
+  void take(const Key& key, Whole& x, const Range& range) {
+    x = static_cast<Whole>(s_.number(key, range, static_cast<double>(x)));
+  }
+
+  template <class E>
+  void choose(const Key& key, E& x) {
+    if constexpr (requires { removed_words(E{}); })
+      for (const auto& word : removed_words(E{}))
+        if (s_.has(key.name) && s_.text(key.name) == word.text)
+          s_.fail(key.name, fmt::format("\"{}\" has been removed: {}", word.text, word.instead));
+    x = static_cast<E>(s_.choice(key.name, words<E>(), static_cast<int>(x)));
+    if constexpr (std::is_same_v<E, Argument>) against_ = x;
+  }
+  template <class E>
+  void choose(const Key& key, std::optional<E>& x) {
+    if (s_.has(key.name)) choose(key, x.emplace());
+  }
+  /// A number, or a word for none.
+  void number_or(std::string_view word, const Key& key, std::optional<double>& x, const Range& range) {
+    x = s_.number_or(word, key, range);
+  }
+  /// Written only where it is not the first word: older scenes keep their canonical text.
+  template <class E>
+  void choose_other(const Key& key, E& x) {
+    choose(key, x);
+  }
+  template <class E>
+  void choose_listed(const Key& key, E& x) {
+    choose(key, x);
+  }
+  /// A word of those whose value `fits`.
+  template <class E, class Fits>
+  void choose_some(const Key& key, std::optional<E>& x, Fits fits) {
+    if (!s_.has(key.name)) return;
+    std::vector<E> values;
+    std::vector<std::string> texts;
+    for (const auto& choice : choices(E{}))
+      if (fits(choice.value)) {
+        values.push_back(choice.value);
+        texts.emplace_back(choice.text);
+      }
+    x = values[static_cast<std::size_t>(s_.choice(key.name, texts))];
+  }
+
+  template <class G>
+  G* group(std::string_view name, std::optional<G>& x) {
+    if (!s_.has(name)) return nullptr;
+    return &x.emplace();
+  }
+  bool when(bool holds) const { return holds; }
+  /// Keys that hold only under a condition; given without it they are refused with `why`.
+  bool when(bool holds, std::initializer_list<std::string_view> keys, const char* why) const {
+    if (!holds)
+      for (const auto key : keys)
+        if (s_.has(key)) s_.fail(key, why);
+    return holds;
+  }
+  /// A key that only some choices read. Choices may stand behind it: settle() judges it, and here its value is checked.
+  template <class O>
+  bool own(std::string_view name, const O& o) {
+    own_.push_back([this, &o, &row = own_key(o, name)] { settle(o, row); });
+    return true;
+  }
+  bool when_given(std::string_view name) const { return s_.has(name); }
+  template <class... Pieces>
+  void check(bool holds, std::string_view name, const Pieces&... pieces) const {
+    if (!holds) s_.fail(name, (piece(pieces) + ...));
+  }
+
+  /// One of two spellings: `other` is converted, `own` is the value itself.
+  template <class Number>
+  void either(const Key& other, const Range& range, double (*convert)(double), const Key& own,
+              const Range& own_range, Number& x) {
+    one_of(other, own);
+    x = s_.has(own.name) ? s_.number(own, own_range) : convert(s_.number(other, range));
+  }
+  void table(const Key& constant, const Key& points, TorqueDrive::Table& table);
+  /// Points of a curve: there, or in a file that the scene names.
+  void samples(const Key& points, const Key& file, const Key& columns, Curve::Points& list);
+  /// The curve of that name, if it can be used so.
+  void curve(const Key& key, int& curve, Curve::Use use = Curve::Use::value);
+  void maybe_curve(const Key& key, int& index, Curve::Use use = Curve::Use::value) {
+    if (s_.has(key.name)) curve(key, index, use);
+  }
+  /// A number, or the name of a curve.
+  void number_or_curve(const Key& key, CurveOr& x, const Range& range = any_number);
+  /// A list of points whose first column increases, or none: there, or in a file whose name stands in its place.
+  void pairs(const Key& key, TorqueDrive::Table& table);
+  /// Centres of many discs: there, in a file, or on a grid.
+  void places(const Key& list, const Key& grid, const Key& origin, const Key& spacing, const Key& stagger,
+              std::vector<Vec2>& places);
+  /// Points of a way, each apart from the one before.
+  void way(const Key& key, std::vector<Vec2>& points);
+  /// Groups that stand above.
+  void groups(const Key& key, std::vector<int>& list);
+  void maybe_surface(const Key& key, std::optional<int>& index) {
+    if (s_.has(key.name)) surface(key, index.emplace(-1));
+  }
+  void length(const Key& turns, const Key& seconds, double& duration);
+  void part_of_length(const Key& key, double& x);
+
+  void between(std::string_view meaning, std::array<int, 2>& pair);
+  void ends(std::string_view meaning, std::array<Vec2, 2>& at);
+  /// Points of a body by name, in a frame of the user's choice in which `centre` names the centre of mass: here from it.
+  void points(const Key& key, std::string_view centre, std::vector<NamedPoint>& list);
+  /// A point of a body, by name or by coordinates.
+  void point_of(const Key& key, int body, Vec2& at);
+  /// Angles by the names of three joints, "A-B-C".
+  void angles(const Key& key, std::vector<JointAngle>& list);
+  void axis(std::string_view meaning, Vec2& axis);
+  void radii(const Key& key, std::array<double, 2>& radii);
+  void body(const Key& key, int& body);
+  const Surface* surface(const Key& key, int& surface);
+  void lubricant(const Key& key, int& lubricant, double clearance,
+                 const std::optional<double>& bearing_length);
+  void drive(const Key& key, std::string& drive);
+  void any_joint(const Key& key, int& joint, std::array<int, 2>& pair);
+  /// One that moves in one way: revolute or translational.
+  void moving_joint(const Key& key, int& joint);
+  /// A revolute joint, if one is named.
+  void maybe_joint(const Key& key, int& index) {
+    if (!s_.has(key.name)) return;
+    joint<RevoluteJoint>(key, index);
+    follows_ = true;
+  }
+  /// The angle or the place along its axis that the bodies give a joint, unless it stands there.
+  void joint_place(const Key& key, double& place, int joint);
+  /// A joint of kind J.
+  template <class J>
+  const J* joint(const Key& key, int& joint) {
+    joint = joint_index(key);
+    const auto* found = std::get_if<J>(&mechanism_.joints[static_cast<std::size_t>(joint)]);
+    if (!found)
+      s_.fail(key.name, fmt::format("must be a {} joint, \"{}\" is not", J::type,
+                                    name_of(mechanism_.joints[static_cast<std::size_t>(joint)])));
+    return found;
+  }
+  /// A joint of one of these kinds.
+  template <class... Kinds>
+  const Joint* joint_of(const Key& key, int& joint) {
+    joint = joint_index(key);
+    const auto* found = &mechanism_.joints[static_cast<std::size_t>(joint)];
+    if (!(std::holds_alternative<Kinds>(*found) || ...)) {
+      std::string list;
+      ((list += fmt::format("{}{}", list.empty() ? "" : " or ", Kinds::type)), ...);
+      s_.fail(key.name, fmt::format("must be a {} joint, \"{}\" is not", list, name_of(*found)));
+    }
+    return found;
+  }
+  /// What `of` makes of two bodies at the start, unless it stands there; `without`: what is wrong where that is nothing.
+  template <class Of>
+  void from_bodies(const Key& key, double& x, const std::array<int, 2>& pair, const char* without, Of of) {
+    const auto body = [&](int b) {
+      return b == ground ? Body{} : mechanism_.bodies[static_cast<std::size_t>(b)];
+    };
+    if (s_.has(key.name)) return void(x = s_.number(key.name, any_number));
+    const std::optional<double> found = of(body(pair[0]), body(pair[1]));
+    if (!found) s_.lacks("", fmt::format("{} {}", key.name, without));
+    x = *found;
+  }
+  /// The angle that the bodies' own angles give a joint, unless it stands there.
+  void joint_angle(const Key& key, double& angle, int joint);
+
+  /// Now that all is read: holds the curves that were named to the units that their own numbers have, and refuses keys
+  /// that the choices in force do not read.
+  void settle() const;
+
+ private:
+  static std::string piece(double x) { return fmt::format("{:.6g}", x); }
+  static std::string piece(const char* text) { return text; }
+  /// Refuses a key that is given and not read. A key of the file gives way to a choice that an option made in place of the
+  /// file's, and is noted.
+  template <class O>
+  void settle(const O& o, const OwnKey<O>& row) const {
+    if (!s_.has(row.name) || row.read(o, row.name)) return;
+    const auto option = [&](std::string_view key) { return !key.empty() && s_.by_option(key); };
+    const bool chosen = option(row.by) || option(row.also[0]) || option(row.also[1]);
+    unread(row.name, chosen && !option(row.name), row.by, row.chosen(o), row.belongs);
+  }
+  void unread(std::string_view key, bool laid_aside, std::string_view by, std::string_view chosen,
+              std::string_view belongs) const;
+  void one_of(const Key& a, const Key& b) const;
+  void bounded(std::string_view key, std::size_t points) const;
+  int body_index(std::string_view key, const std::string& name) const;
+  int joint_index(const Key& key);
+  Vec2 named_point(std::string_view key, int body, const std::string& name) const;
+
+  Section& s_;
+  const Mechanism& mechanism_;
+  const Ground& fixed_;
+  double unit_ = 1;                          // s, of what is counted in turns
+  std::array<int, 2> pair_{ground, ground};  // of the element's ends
+  struct Named {
+    std::string key;
+    int curve;
+    std::string_view unit;  // of y
+  };
+  std::vector<Named> named_;
+  std::vector<std::function<void()>> own_;  // keys that only some choices read
+  Argument against_ = Argument::time;
+  bool follows_ = false, slides_ = false;  // the angle of another joint; a joint whose motion is prescribed
+};
+
+/// Reads all keys of x and refuses any other. `complete` sets what is left open before it is judged.
+template <class X, class Complete = void (*)(X&)>
+void read_keys(
+    Section& section, const Mechanism& mechanism, X& x, const Ground& fixed = {},
+    const Complete& complete = [](X&) {}) {
+  KeysReader reader(section, mechanism, fixed);
+  X::keys(reader, x);
+  complete(x);
+  reader.settle();
+  if constexpr (requires { x.what(); })
+    section.done(std::string(x.what()));
+  else
+    section.done(std::string(X::what));
+}
+
+}  // namespace freeplay

@@ -1,0 +1,86 @@
+#include "io/scene/points_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <sstream>
+
+#include "io/scene/toml_value.hpp"
+
+namespace freeplay {
+namespace {
+
+std::string trimmed(std::string text) {
+  const auto first = text.find_first_not_of(" \t\r\"");
+  if (first == text.npos) return "";
+  return text.substr(first, text.find_last_not_of(" \t\r\"") - first + 1);
+}
+
+std::vector<std::string> fields(const std::string& line) {
+  std::vector<std::string> list;
+  std::istringstream in(line);
+  for (std::string field; std::getline(in, field, ',');) list.push_back(trimmed(field));
+  if (!line.empty() && line.back() == ',') list.emplace_back();
+  return list;
+}
+
+std::optional<double> number_in(const std::string& field) {
+  double x = 0;
+  const auto* end = field.data() + field.size();
+  const auto [stop, error] = std::from_chars(field.data(), end, x);
+  return error == std::errc() && stop == end ? std::optional(x) : std::nullopt;
+}
+
+}  // namespace
+
+std::vector<std::pair<double, double>> read_points(const std::string& text,
+                                                   const std::vector<std::string>& columns,
+                                                   const std::function<void(const std::string&)>& fail) {
+  std::istringstream in(text.starts_with("\xEF\xBB\xBF") ? text.substr(3) : text);
+  std::string line;
+  long number = 0;
+  std::vector<std::string> header;
+  std::array<std::size_t, 2> place{0, 1};
+  std::vector<std::pair<double, double>> points;
+  while (std::getline(in, line)) {
+    ++number;
+    if (trimmed(line).empty() || line[0] == '#') continue;
+    const auto list = fields(line);
+    if (header.empty()) {
+      header = list;
+      if (header.size() < 2)
+        fail(fmt::format("line {}: a header of at least two columns was expected", number));
+      if (std::ranges::all_of(header, [](const std::string& field) { return number_in(field).has_value(); }))
+        fail(fmt::format("line {}: a header that names the columns was expected, these are numbers", number));
+      for (std::size_t i = 0; i < columns.size(); ++i) {
+        const auto found = std::ranges::find(header, columns[i]);
+        if (found == header.end()) {
+          std::string names;
+          for (const auto& name : header) names += (names.empty() ? "" : ", ") + toml_quoted(name);
+          fail(fmt::format("has no column {}; there are: {}", toml_quoted(columns[i]), names));
+        }
+        place[i] = static_cast<std::size_t>(found - header.begin());
+      }
+      continue;
+    }
+    if (list.size() != header.size())
+      fail(fmt::format("line {} has {} fields, the header {}", number, list.size(), header.size()));
+    std::array<double, 2> point{};
+    for (std::size_t i = 0; i < 2; ++i) {
+      const auto& field = list[place[i]];
+      const auto x = number_in(field);
+      if (!x || !std::isfinite(*x))
+        fail(fmt::format("line {}: {}: {} is not a finite number", number, header[place[i]],
+                         toml_quoted(field)));
+      point[i] = *x;
+    }
+    points.emplace_back(point[0], point[1]);
+  }
+  return points;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,209 @@
+#include "io/scene/pose_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "dynamics/assembly/joint_places.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/run_json.hpp"
+#include "mechanism/scene.hpp"
+
+namespace freeplay {
+namespace {
+
+class PoseShapes {
+ public:
+  PoseShapes(const Mechanism& m, const std::vector<double>& q) : m_(m), q_(q), corners_(m.bodies.size()) {}
+
+  std::vector<PoseShape> make() {
+    for (const auto& joint : m_.joints) std::visit([&](const auto& j) { ends(j, true); }, joint);
+    for (const auto& contact : m_.contacts) std::visit([&](const auto& c) { ends(c, false); }, contact);
+    for (const auto& load : m_.loads)
+      std::visit(
+          [&](const auto& l) {
+            ends(l, false);
+            if constexpr (requires { l.body, l.at.x(); }) corner(l.body, l.at);
+          },
+          load);
+    for (std::size_t b = 0; b < corners_.size(); ++b) link(static_cast<int>(b));
+    for (const auto& joint : m_.joints) std::visit([&](const auto& j) { draw_joint(j); }, joint);
+    for (const auto& contact : m_.contacts) std::visit([&](const auto& c) { draw_contact(c); }, contact);
+    for (const auto& group : m_.groups) draw_group(group);
+    for (const auto& load : m_.loads) std::visit([&](const auto& l) { draw_load(l); }, load);
+    return std::move(out_);
+  }
+
+ private:
+  /// At p, which moves with `body`; what `more` says, with `other`.
+  void row(const char* shape, const std::string& name, int body, const Vec2& p, const Vec2& more = {0, 0},
+           int other = ground) {
+    out_.push_back({shape, name, body, p, other, more});
+  }
+  void corner(int body, const Vec2& at) {
+    if (body == ground) return;
+    auto& list = corners_[static_cast<std::size_t>(body)];
+    const auto near = [&](const Vec2& other) { return (other - at).norm() < 1e-12 + 1e-9 * at.norm(); };
+    if (std::ranges::none_of(list, near)) list.push_back(at);
+  }
+  /// An element's points are corners of its bodies. A slider's point in the body that it slides on is none, nor is a disc's
+  /// centre; a bushing has an axis and does not slide.
+  template <class X>
+  void ends(const X& x, bool joint) {
+    if constexpr (requires { x.between[0], x.at[0].x(); }) {
+      if constexpr (requires { x.radii; }) return;
+      const bool slides = requires { x.axis; }
+      &&!std::is_same_v<X, Bushing>;
+      if (!slides) corner(x.between[0], x.at[0]);
+      if (joint || !slides) corner(x.between[1], x.at[1]);
+    }
+  }
+  /// Through the points, round their middle; a body with one point reaches to its centre of mass.
+  void link(int body) {
+    auto list = corners_[static_cast<std::size_t>(body)];
+    const auto& name = m_.bodies[static_cast<std::size_t>(body)].name;
+    if (list.size() == 1 && list[0].norm() > 0) list.push_back({0, 0});
+    if (list.size() > 2) {
+      Vec2 middle{0, 0};
+      for (const auto& p : list) middle += p / static_cast<double>(list.size());
+      std::ranges::sort(list, {},
+                        [&](const Vec2& p) { return std::atan2(p.y() - middle.y(), p.x() - middle.x()); });
+      const auto first = list.front();
+      list.push_back(first);
+    }
+    if (list.size() > 1)
+      for (const auto& p : list) row("link", name, body, place_of(q_, body, p));
+    if (!m_.bodies[static_cast<std::size_t>(body)].of_group)  // its disc shows it
+      row("mass", name, body, place_of(q_, body, {0, 0}));
+  }
+  void draw_joint(const GearJoint& j) {
+    for (const int end : {0, 1})
+      row("disc", j.name, j.between[end], place_of(q_, j.between[end], j.at[end]), {j.pitch(end), 0});
+  }
+  void draw_joint(const RackJoint& j) {
+    row("disc", j.name, j.between[0], place_of(q_, j.between[0], j.at[0]), {j.pitch_radius, 0});
+    line(j.name, j.between[1], place_of(q_, j.between[1], j.at[1]), direction(j.between[1], j.axis),
+         2 * j.pitch_radius);
+  }
+  /// The slot as a line through its pin, as long as the pin is likely to go; a guide has a box, and both may stand at one place.
+  void draw_joint(const SlotJoint& j) {
+    const auto pin = place_of(q_, j.between[1], j.at[1]), along = direction(j.between[0], j.axis);
+    const auto middle = place_of(q_, j.between[0], j.at[0]);
+    const double reach = std::max(j.at[1].norm(), (pin - middle).norm());
+    line(j.name, j.between[0], middle, along, 1.25 * reach);
+    row(j.clearance ? "disc" : "pin", j.name, j.between[1], pin,
+        {j.clearance ? j.clearance->pin_radius : 0, 0});
+  }
+  void draw_joint(const RodJoint& j) {
+    row("line", j.name, j.between[0], place_of(q_, j.between[0], j.at[0]),
+        place_of(q_, j.between[1], j.at[1]), j.between[1]);
+  }
+  /// Its discs, and its walls from point to point.
+  void draw_group(const Group& group) {
+    for (int n = 0; n < group.size(); ++n)
+      row("disc", group.name, group.first + n, place_of(q_, group.first + n, {0, 0}), {group.radius, 0});
+    for (int w = 0; w < group.wall_count(); ++w) {
+      const auto from = group.walls[static_cast<std::size_t>(w)],
+                 to = group.walls[static_cast<std::size_t>(w) + 1];
+      line(group.name, ground, 0.5 * (from + to), (to - from).direction(), 0.5 * (to - from).norm());
+    }
+  }
+  /// The cam's outline, its follower's face or roller.
+  void draw_contact(const CamContact& c) {
+    const auto profile = c.profile();
+    const auto roller = c.follower == CamContact::Follower::roller ? c.roller_radius : 0;
+    for (int i = 0; i <= 180; ++i) {
+      const double phi = 2 * std::numbers::pi * i / 180;
+      const auto lift = profile.at(phi);
+      const double h = c.base_radius + roller + lift.h, slope = lift.d1;
+      const Vec2 n{std::cos(phi), std::sin(phi)}, t = perp(n);
+      // Under a face h is the distance of its tangent, else of the roller's centre.
+      const Vec2 across = (h * n - slope * t) / std::hypot(h, slope);
+      row("outline", c.name, c.between[0],
+          place_of(q_, c.between[0], c.at[0] + (roller > 0 ? h * n - roller * across : h * n + slope * t)));
+    }
+    const auto p = place_of(q_, c.between[1], c.at[1]);
+    if (roller > 0)
+      row("disc", c.name, c.between[1], p, {roller, 0});
+    else
+      line(c.name, c.between[1], p, direction(c.between[1], c.axis), c.base_radius);
+  }
+  void line(const std::string& name, int body, const Vec2& middle, const Vec2& along, double half) {
+    row("line", name, body, middle - half * along, middle + half * along, body);
+  }
+  template <class J>
+  void draw_joint(const J& j) {
+    const Joint joint = j;
+    const auto p = joint_place(joint, q_);
+    const int holder =
+        j.between[1] == ground ? j.between[0] : j.between[1];  // the body that joint_place is of
+    if constexpr (requires { j.axis.x(); }) {
+      row("slider", j.name, holder, p, direction(j.between[0], j.axis), j.between[0]);
+    } else if constexpr (requires { j.clearance->bearing_radius; }) {
+      row(j.clearance ? "loose" : "pin", j.name, j.clearance ? j.between[0] : holder,
+          j.clearance ? end_place(joint, 0, q_) : p, {j.clearance ? j.clearance->bearing_radius : 0, 0});
+    } else {
+      row(std::string_view(J::type) == "rigid" ? "weld" : "joint", j.name, holder, p);
+    }
+    if (!(requires { j.axis.x(); }) && (j.between[0] == ground || j.between[1] == ground))
+      row("support", j.name, ground, p);
+  }
+  void draw_contact(const auto& c) {
+    if constexpr (requires {
+                    c.axis.x();
+                    c.between[0], c.at[0].x();
+                  })
+      row("wall", c.name, c.between[0], place_of(q_, c.between[0], c.at[0]), direction(c.between[0], c.axis),
+          c.between[0]);
+    if constexpr (requires {
+                    c.radius + 0.0;
+                    c.between[0], c.at[0].x();
+                  })
+      row("disc", c.name, c.between[1], place_of(q_, c.between[1], c.at[1]), {c.radius, 0});
+    if constexpr (requires {
+                    c.radii[0] + 0.0;
+                    c.between[0], c.at[0].x();
+                  })
+      for (const int end : {0, 1})
+        row("disc", c.name, c.between[end], place_of(q_, c.between[end], c.at[end]), {c.radii[end], 0});
+  }
+  void draw_load(const auto& l) {
+    if constexpr (requires { l.between[0], l.at[0].x(); }) {
+      row("spring", l.name, l.between[0], place_of(q_, l.between[0], l.at[0]),
+          place_of(q_, l.between[1], l.at[1]), l.between[1]);
+      for (const int end : {0, 1})
+        if (l.between[end] == ground) row("support", l.name, ground, l.at[end]);
+    }
+  }
+  Vec2 direction(int body, const Vec2& axis) const {
+    return place_of(q_, body, axis) - place_of(q_, body, {0, 0});
+  }
+
+  const Mechanism& m_;
+  const std::vector<double>& q_;
+  std::vector<std::vector<Vec2>> corners_;
+  std::vector<PoseShape> out_;
+};
+
+}  // namespace
+
+std::vector<PoseShape> pose_shapes(const Scene& scene, const std::vector<double>& q) {
+  return PoseShapes(scene.mechanism, q).make();
+}
+
+std::string pose_table(const Scene& scene, const State& state) {
+  std::string table = "shape,name,x,y,a,b\n";
+  for (const auto& s : pose_shapes(scene, state.q))
+    table += fmt::format("{},{},{},{},{},{}\n", s.kind, s.name, s.at.x(), s.at.y(), s.more.x(), s.more.y());
+  return table;
+}
+
+void write_pose(const Scene& scene, const State& state, const std::filesystem::path& folder) {
+  write_file(folder / "pose.csv", pose_table(scene, state));
+  write_json(folder / "pose.json", {{"title", scene.mechanism.title}, {"provenance", provenance(scene)}});
+}
+
+}  // namespace freeplay

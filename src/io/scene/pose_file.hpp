@@ -1,0 +1,50 @@
+// The pose of a mechanism as a table of shapes, from which plots/drawing/pose.cpp draws it:
+//
+//     shape,name,x,y,a,b          m
+//
+//     link      a corner of a body: a link through its points; those of three points and more are closed
+//     mass      the body's centre of mass
+//     pin       a revolute joint; loose: one with play, a the bearing's radius
+//     weld      a rigid joint
+//     slider    a joint with an axis, (a, b) its unit vector
+//     support   a point that the ground holds
+//     wall      a straight contact, (a, b) along it
+//     disc      a round contact or a gear's pitch circle, a its radius
+//     outline   a point of a cam's outline
+//     line      a rack's pitch line or a follower's face, to (a, b)
+//     spring    a load between (x, y) and (a, b)
+//     joint     any other kind
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "values/state.hpp"
+#include "values/vec2.hpp"
+
+namespace freeplay {
+
+struct Scene;
+
+/// A row of it, and what it moves with: −1 the ground.
+struct PoseShape {
+  std::string_view kind;
+  std::string name;
+  int body;   ///< of the point (x, y)
+  Vec2 at;    ///< m, in the world
+  int other;  ///< of (a, b), where that is a point or a direction
+  Vec2 more;
+};
+
+/// The shapes of a mechanism whose bodies are at q.
+std::vector<PoseShape> pose_shapes(const Scene& scene, const std::vector<double>& q);
+
+/// The table, with its header.
+std::string pose_table(const Scene& scene, const State& state);
+
+/// pose.csv, and pose.json with its provenance.
+void write_pose(const Scene& scene, const State& state, const std::filesystem::path& folder);
+
+}  // namespace freeplay

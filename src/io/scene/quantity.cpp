@@ -1,0 +1,330 @@
+#include "io/scene/quantity.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include "io/files/visible.hpp"
+#include "io/scene/toml_value.hpp"
+
+namespace freeplay {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+constexpr NamedUnit units[] = {
+    {"m", "", 0, 1, 1, true},
+    {"g", "", -3, 1, 1, true},  // of the base unit kg
+    {"s", "", 0, 1, 1, true},
+    {"rad", "", 0, 1, 1, true},
+    {"A", "", 0, 1, 1, true},
+    {"N", "kg m/s2", 0, 1, 1, true},
+    {"Pa", "N/m2", 0, 1, 1, true},
+    {"J", "N m", 0, 1, 1, true},
+    {"W", "J/s", 0, 1, 1, true},
+    {"Nm", "N m", 0, 1, 1, true},
+    {"Nmm", "N mm"},
+    {"Ns", "N s"},
+    {"Hz", "1/s", 0, 1, 1, true},
+    {"V", "W/A", 0, 1, 1, true},
+    {"ohm", "V/A", 0, 1, 1, true},
+    {"Ω", "V/A", 0, 1, 1, true},
+    {"H", "V s/A", 0, 1, 1, true},
+    {"%", "1", -2},
+    {"deg", "rad", 0, pi, 180},
+    {"°", "rad", 0, pi, 180},
+    {"degree", "rad", 0, pi, 180},
+    {"degrees", "rad", 0, pi, 180},
+    {"rev", "rad", 0, 2 * pi},
+    {"turn", "rad", 0, 2 * pi},
+    {"turns", "rad", 0, 2 * pi},
+    {"rpm", "rad/s", 0, 2 * pi, 60},
+    {"min", "s", 0, 60},
+    {"h", "s", 2, 36},
+    {"t", "kg", 3},
+    {"bar", "Pa", 5, 1, 1, true},
+    {"P", "Pa s", -1, 1, 1, true},
+    {"in", "m", -4, 254},
+    {"ft", "m", -4, 3048},
+    {"lb", "kg", -8, 45359237},
+    {"lbf", "N", -13, 44482216152605},
+    {"psi", "lbf/in2"},
+    {"kgf", "N", -5, 980665},
+};
+
+/// What quantities are called in a message, by the unit of each.
+constexpr std::pair<std::string_view, std::string_view> quantities[] = {
+    {"", "a pure number"},
+    {"m", "a length"},
+    {"m2", "an area"},
+    {"m3", "a volume"},
+    {"kg", "a mass"},
+    {"s", "a time"},
+    {"rad", "an angle"},
+    {"1/s", "a frequency"},
+    {"m/s", "a speed"},
+    {"m/s2", "an acceleration"},
+    {"rad/s", "an angular velocity"},
+    {"rad/s2", "an angular acceleration"},
+    {"kg m2", "a moment of inertia"},
+    {"kg m/s", "an impulse"},
+    {"N", "a force"},
+    {"N m", "a torque or an energy"},
+    {"W", "a power"},
+    {"N/m", "a stiffness"},
+    {"N m/rad", "a torsional stiffness"},
+    {"N s/m", "a damping"},
+    {"N m s/rad", "a torsional damping"},
+    {"Pa", "a pressure"},
+    {"Pa s", "a viscosity"},
+    {"s/m", "the inverse of a speed"},
+    {"1/m", "the inverse of a length"},
+    {"m/rad", "a length a radian"},
+    {"A", "a current"},
+    {"V", "a voltage"},
+    {"ohm", "a resistance"},
+    {"H", "an inductance"},
+    {"N m/A", "a torque per current"},
+    {"V s/rad", "a voltage per angular velocity"},
+};
+
+constexpr std::pair<std::string_view, int> prefixes[] = {{"p", -12}, {"n", -9}, {"µ", -6}, {"μ", -6},
+                                                         {"u", -6},  {"m", -3}, {"c", -2}, {"d", -1},
+                                                         {"k", 3},   {"M", 6},  {"G", 9},  {"T", 12}};
+
+/// kg^p0 m^p1 s^p2 rad^p3 A^p4 · 10^decimal · a/b
+struct Unit {
+  std::array<int, 5> powers{};
+  int decimal = 0;
+  double a = 1, b = 1;
+
+  void times(const Unit& other, int power) {
+    for (std::size_t i = 0; i < powers.size(); ++i) powers[i] += power * other.powers[i];
+    decimal += power * other.decimal;
+    for (int i = 0; i < std::abs(power); ++i) {
+      a *= power > 0 ? other.a : other.b;
+      b *= power > 0 ? other.b : other.a;
+    }
+  }
+};
+
+std::optional<Unit> parse(std::string_view text, std::string& unknown);
+
+/// Which power a base unit counts in.
+std::size_t base_of(std::string_view symbol) {
+  constexpr std::string_view symbols[] = {"g", "m", "s", "rad", "A"};
+  return static_cast<std::size_t>(std::ranges::find(symbols, symbol) - std::begin(symbols));
+}
+
+std::optional<Unit> factor(std::string_view symbol) {
+  Unit u;
+  std::string unknown;
+  for (const auto& named : units) {
+    int shift = 0;
+    const bool prefixed = named.prefixes && symbol.ends_with(named.symbol) &&
+                          std::ranges::any_of(prefixes, [&](const auto& prefix) {
+                            shift = prefix.second;
+                            return symbol.substr(0, symbol.size() - named.symbol.size()) == prefix.first;
+                          });
+    if (named.symbol != symbol && !prefixed) continue;
+    if (named.means.empty())
+      u.powers[base_of(named.symbol)] = 1;
+    else
+      u = *parse(named.means, unknown);
+    u.decimal += named.decimal + (prefixed ? shift : 0);
+    u.a *= named.a;
+    u.b *= named.b;
+    return u;
+  }
+  return std::nullopt;
+}
+
+constexpr std::string_view letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ%";
+
+/// Whether text begins with `piece`, which is then taken off.
+bool take(std::string_view& text, std::string_view piece) {
+  if (!text.starts_with(piece)) return false;
+  text.remove_prefix(piece.size());
+  return true;
+}
+
+/// The power behind a symbol: 2, ^2, ², -1, ⁻¹; 1 where none stands. 0: not a power.
+int power(std::string_view& text) {
+  constexpr std::pair<std::string_view, int> digits[] = {{"1", 1}, {"2", 2}, {"3", 3}, {"4", 4},
+                                                         {"¹", 1}, {"²", 2}, {"³", 3}, {"⁴", 4}};
+  const bool caret = take(text, "^");
+  const bool negative = take(text, "-") || take(text, "−") || take(text, "⁻");
+  for (const auto& [digit, value] : digits)
+    if (take(text, digit)) return negative ? -value : value;
+  return caret || negative ? 0 : 1;
+}
+
+std::optional<Unit> parse(std::string_view text, std::string& unknown) {
+  Unit unit;
+  const auto bad = [&](std::string_view what) {
+    unknown = what;
+    return std::nullopt;
+  };
+  if (take(text, "1") && !text.empty() && text.front() != '/' && text.front() != ' ') return bad("1");
+  bool divides = false, wanting = false;
+  while (!text.empty()) {
+    if (take(text, " ") || take(text, "·") || take(text, "*")) continue;
+    if (take(text, "/")) {
+      if (divides) return bad("/");
+      divides = wanting = true;
+      continue;
+    }
+    std::size_t end = 0;
+    while (end < text.size()) {
+      const auto rest = text.substr(end);
+      if (letters.find(rest.front()) != letters.npos)
+        ++end;
+      else if (rest.starts_with("µ") || rest.starts_with("μ") || rest.starts_with("°") ||
+               rest.starts_with("Ω"))
+        end += 2;
+      else
+        break;
+    }
+    const auto symbol = text.substr(0, end);
+    const auto one = factor(symbol);
+    if (symbol.empty() || !one) return bad(symbol.empty() ? text : symbol);
+    text.remove_prefix(end);
+    const int p = power(text);
+    if (p == 0) return bad(symbol);
+    unit.times(*one, divides ? -p : p);
+    divides = wanting = false;
+  }
+  if (wanting) return bad("/");
+  for (const int p : unit.powers)
+    if (std::abs(p) > 12) return bad("power");
+  return unit;
+}
+
+/// Length of the number that a text begins with: sign, digits with a point, exponent.
+std::size_t number_length(std::string_view text) {
+  std::size_t i = 0, digits = 0;
+  const auto run = [&] {
+    while (i < text.size() && text[i] >= '0' && text[i] <= '9') ++i, ++digits;
+  };
+  if (i < text.size() && (text[i] == '-' || text[i] == '+')) ++i;
+  run();
+  if (i < text.size() && text[i] == '.') ++i, run();
+  if (digits == 0) return 0;
+  if (i + 1 < text.size() && (text[i] == 'e' || text[i] == 'E')) {
+    auto j = i + 1;
+    if (text[j] == '-' || text[j] == '+') ++j;
+    if (j < text.size() && text[j] >= '0' && text[j] <= '9') {
+      while (j < text.size() && text[j] >= '0' && text[j] <= '9') ++j;
+      i = j;
+    }
+  }
+  return i;
+}
+
+/// The number times 10^shift, rounded once. Exponents beyond any double's are cut before they overflow an int.
+double shifted(std::string_view number, int shift) {
+  const auto e = number.find_first_of("eE");
+  const std::string mantissa(number.substr(0, e));
+  long exponent = e == number.npos ? 0 : std::strtol(std::string(number.substr(e + 1)).c_str(), nullptr, 10);
+  exponent = std::clamp(exponent, -100000L, 100000L) + shift;
+  return std::strtod(fmt::format("{}e{}", mantissa, exponent).c_str(), nullptr);
+}
+
+/// In base units, "kg m^2".
+std::string spelt_of(const Unit& unit) {
+  std::string spelt;
+  constexpr std::string_view base[] = {"kg", "m", "s", "rad", "A"};
+  for (std::size_t i = 0; i < unit.powers.size(); ++i)
+    if (const int p = unit.powers[i]; p != 0)
+      spelt += fmt::format("{}{}{}", spelt.empty() ? "" : " ", base[i], p == 1 ? "" : fmt::format("^{}", p));
+  return spelt;
+}
+
+std::string name_of(const Unit& unit) {
+  std::string unknown;
+  for (const auto& [symbol, name] : quantities)
+    if (parse(symbol, unknown)->powers == unit.powers) return std::string(name);
+  return "a quantity in " + spelt_of(unit);
+}
+
+}  // namespace
+
+std::span<const NamedUnit> named_units() { return units; }
+
+std::string row_of(const NamedUnit& unit) {
+  std::string unknown;
+  const auto u = *factor(unit.symbol);
+  const auto base = std::ranges::find_if(
+      quantities, [&](const auto& q) { return parse(q.first, unknown)->powers == u.powers; });
+  const auto in = base == std::end(quantities) ? std::string_view("") : base->first;
+  return fmt::format("| {} | {} | {:.10g} {} | {} |\n", unit.symbol, name_of(u),
+                     u.a / u.b * std::pow(10.0, u.decimal), in, unit.prefixes ? "yes" : "");
+}
+
+bool begins_with_number(std::string_view text) { return number_length(text) > 0; }
+
+std::string quantity_name(std::string_view unit) {
+  std::string unknown;
+  const auto u = parse(unit, unknown);
+  return u ? name_of(*u) : "";
+}
+
+bool same_quantity(std::string_view a, std::string_view b) {
+  std::string unknown;
+  const auto one = parse(a, unknown), other = parse(b, unknown);
+  return one && other && one->powers == other->powers;
+}
+
+Quantity read_any_quantity(std::string_view text) {
+  auto own = text.substr(number_length(text));
+  while (own.starts_with(' ')) own.remove_prefix(1);
+  std::string unknown;
+  const auto given = parse(own, unknown);
+  if (own.empty() || !given)
+    return {0, fmt::format("{}: {}", toml_quoted(visible_brief(text, 60)),
+                           own.empty()
+                               ? "names no unit; leave the quotes out"
+                               : toml_quoted(visible_brief(unknown, 40)) + " is no unit that is known here")};
+  auto quantity = read_quantity(text, spelt_of(*given));
+  quantity.unit = spelt_of(*given);
+  return quantity;
+}
+
+Quantity read_quantity(std::string_view text, std::string_view unit) {
+  const auto length = number_length(text);
+  const auto number = text.substr(0, length);
+  auto own = text.substr(length);
+  while (own.starts_with(' ')) own.remove_prefix(1);
+  std::string unknown;
+  const auto quoted = toml_quoted(visible_brief(text, 60));
+  const auto wanted = parse(unit, unknown);
+  if (!wanted)
+    return {0, fmt::format("{}: a number without a unit is wanted here (its unit: {})", quoted, unit)};
+  const auto want = fmt::format("{} is wanted{}", name_of(*wanted),
+                                unit.empty() ? "" : fmt::format(" (a number without a unit is in {})", unit));
+  if (own.empty() && !unit.empty())
+    return {0, fmt::format("must be a number, is a text: {} names no unit; {}", quoted, want)};
+  if (own.empty()) return {0, fmt::format("must be a number, is a text: {}; leave the quotes out", quoted)};
+  const auto given = parse(own, unknown);
+  if (!given)
+    return {0, fmt::format("{}: {} is no unit that is known here; {}", quoted,
+                           toml_quoted(visible_brief(unknown, 40)), want)};
+  if (given->powers != wanted->powers) return {0, fmt::format("{} is {}, {}", quoted, name_of(*given), want)};
+  const int shift = given->decimal - wanted->decimal;
+  if (given->a == wanted->a && given->b == wanted->b) return {shifted(number, shift)};
+  double x = shifted(number, 0);
+  if (given->a != 1) x *= given->a;
+  if (given->b != 1) x /= given->b;
+  if (wanted->b != 1) x *= wanted->b;
+  if (wanted->a != 1) x /= wanted->a;
+  const double power = std::pow(10.0, std::abs(shift));  // exact to 10^22
+  return {shift < 0 ? x / power : x * power};
+}
+
+}  // namespace freeplay

@@ -1,0 +1,134 @@
+// Reads the mechanism of a scene: each table's kind from the list of its kinds, and the kind's own keys.
+#include "io/scene/read_mechanism.hpp"
+
+#include <fmt/format.h>
+
+#include "io/scene/keys_reader.hpp"
+
+namespace freeplay {
+namespace {
+
+/// What elements may name.
+struct Scope {
+  const Mechanism& mechanism;
+  const Ground& fixed;
+};
+
+/// One of the kinds in V by its word in `type`.
+template <class V, std::size_t... I>
+V read_kind(const std::string& name, const Scope& scope, Section& s, std::index_sequence<I...>) {
+  const int kind = s.choice("type", {std::string(std::variant_alternative_t<I, V>::type)...});
+  V element;
+  const auto read = [&]<std::size_t K>() {
+    auto& x = element.template emplace<K>();
+    x.name = name;
+    read_keys(s, scope.mechanism, x, scope.fixed);
+  };
+  static_cast<void>(((kind == static_cast<int>(I) ? (read.template operator()<I>(), true) : false) || ...));
+  return element;
+}
+
+/// One of the kinds in V by which of its keys stands there.
+template <class V, std::size_t... I>
+V read_chosen(const std::string& name, const Scope& scope, Section& s, std::index_sequence<I...>) {
+  int given = 0;
+  std::string all;
+  V element;
+  const auto look = [&]<std::size_t K>() {
+    for (const auto key : std::variant_alternative_t<K, V>::chosen_by) {
+      all += fmt::format("{}{}", all.empty() ? "" : ", ", key);
+      if (!s.has(key)) continue;
+      ++given;
+      element.template emplace<K>().name = name;
+    }
+  };
+  (look.template operator()<I>(), ...);
+  if (given == 0) s.lacks("", fmt::format("needs exactly one of {}", all));
+  if (given > 1) s.fail("", fmt::format("needs exactly one of {}", all));
+  std::visit([&](auto& x) { read_keys(s, scope.mechanism, x, scope.fixed); }, element);
+  return element;
+}
+
+template <class V>
+V read_element(const std::string& name, const Scope& scope, Section& s) {
+  constexpr auto kinds = std::make_index_sequence<std::variant_size_v<V>>{};
+  if constexpr (requires { std::variant_alternative_t<0, V>::chosen_by; })
+    return read_chosen<V>(name, scope, s, kinds);
+  else
+    return read_kind<V>(name, scope, s, kinds);
+}
+
+/// Groups, and their discs behind the other bodies.
+void read_groups(Section& root, Mechanism& m) {
+  const auto own = m.bodies.size();
+  for (auto& [name, s] : root.children("groups")) {
+    Group group;
+    group.name = name;
+    read_keys(s, m, group);
+    group.first = static_cast<int>(m.bodies.size());
+    for (std::size_t b = 0; b < m.bodies.size(); ++b)
+      for (int n = 0; b < own && n < group.size(); ++n)
+        if (m.bodies[b].name == group.body_name(n + 1))
+          s.fail("", fmt::format("its disc {} is called as bodies.{} is", n + 1, m.bodies[b].name));
+    for (int n = 0; n < group.size(); ++n) m.bodies.push_back(group.body(n));
+    m.groups.push_back(std::move(group));
+  }
+}
+
+}  // namespace
+
+Mechanism read_mechanism(Section& root) {
+  Mechanism m;
+  m.title = root.text("title", "");
+  m.gravity = root.point("gravity", {0, 0});
+  Ground fixed;
+  auto frame = root.child("ground");
+  read_keys(frame, m, fixed);
+  const Scope scope{m, fixed};
+  const auto facts = [&]<class X>(const char* table, std::vector<X>& list) {
+    for (auto& [name, s] : root.children(table)) {
+      X x;
+      x.name = name;
+      read_keys(s, m, x);
+      list.push_back(std::move(x));
+    }
+  };
+  const auto elements = [&]<class V>(const char* table, std::vector<V>& list) {
+    for (auto& [name, s] : root.children(table)) list.push_back(read_element<V>(name, scope, s));
+  };
+  facts("bodies", m.bodies);
+  facts("surfaces", m.surfaces);
+  read_groups(root, m);
+  if (m.bodies.empty())
+    root.fail("bodies", "a scene needs at least one body: [bodies.NAME] with mass and inertia");
+  facts("lubricants", m.lubricants);
+  facts("curves", m.curves);
+  elements("joints", m.joints);
+  for (auto& [name, s] : root.children("contacts")) {
+    for (const auto& joint : m.joints)
+      if (name_of(joint) == name)
+        s.fail("", "there is a joint of that name; events could not tell them apart");
+    m.contacts.push_back(read_element<Contact>(name, scope, s));
+  }
+  const std::string* crank = nullptr;
+  for (auto& [name, s] : root.children("drives")) {
+    m.drives.push_back(read_element<Drive>(name, scope, s));
+    const bool counts = std::visit(
+        [](const auto& d) {
+          if constexpr (requires { d.crank; }) return d.crank;
+          return false;
+        },
+        m.drives.back());
+    if (!counts) continue;
+    if (const auto* motion = std::get_if<MotionDrive>(&m.drives.back()); motion && motion->slides(m))
+      s.fail("crank", "needs a revolute joint, whose turns are counted; a translational one has no angle");
+    if (crank) s.fail("crank", fmt::format("drives.{} counts the turns already; one drive may", *crank));
+    crank = &name;
+  }
+  elements("loads", m.loads);
+  auto assembly = root.child("assembly");
+  read_keys(assembly, m, m.assembly);
+  return m;
+}
+
+}  // namespace freeplay

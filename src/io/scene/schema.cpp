@@ -1,0 +1,305 @@
+#include "io/scene/schema.hpp"
+
+#include <algorithm>
+#include <map>
+#include <vector>
+
+#include "dynamics/instruments.hpp"
+#include "io/scene/keys_list.hpp"
+#include "mechanism/body.hpp"
+#include "mechanism/curve.hpp"
+#include "mechanism/elements.hpp"
+#include "mechanism/ground.hpp"
+#include "mechanism/group.hpp"
+#include "mechanism/options.hpp"
+#include "mechanism/surface.hpp"
+
+namespace freeplay {
+namespace {
+
+/// Keys of a study, which src/study reads.
+constexpr SchemaKey study_keys[] = {
+    {"study.title", "text", "", "\"\"", "what the study asks"},
+    {"study.scene", "text", "", "required", "scene file, relative to the study's"},
+    {"study.claims", "text", "", "–", "list of published findings to judge: \"flores2011\""},
+    {"study.fit", "text", "", "–",
+     "study whose calibration `validate` runs first; adds a variant \"calibrated\""},
+    {"study.joint", "text or names", "", "all",
+     "joints and contacts that flights and impacts are taken from; `validate` and `calibrate` need one"},
+    {"study.accelerometer", "text", "", "–",
+     "instrument whose signal is judged; `validate` and `calibrate` need it"},
+    {"study.position", "text", "", "–", "LVDT of the same sampling"},
+    {"study.formulations", "names", "", "both", "\"penalty\", \"nonsmooth\""},
+    {"study.restitution", "text", "", "\"delivered\"",
+     "the impact law's: \"delivered\" by the penalty law, or \"as-given\""},
+    {"study.period", "number", "s", "the drive's",
+     "what counts as one revolution: a turn of the drive of prescribed speed, or the period of the curves"},
+    {"study.revolutions", "number", "", "50", "periods counted in each run"},
+    {"study.discard", "number", "", "2", "periods before those"},
+    {"study.duration", "number", "s", "–", "counted in each run, in place of revolutions and discard"},
+    {"study.discard_time", "number", "s", "0", "before that"},
+    {"study.starts", "number", "", "8", "perturbed starts of each case; 1 where a scene has none"},
+    {"study.seed", "number", "", "1", "of the starts, and of the points that are drawn; a whole number"},
+    {"study.turn", "number", "", "1", "share of a turn that the crank's start angle is drawn from"},
+    {"study.play", "number", "", "0.9", "share of the clearance that loose parts start within"},
+    {"study.flight_angle", "number", "degrees", "2",
+     "flights count that last at least this turn of the crank"},
+    {"study.impact_speed", "number", "m/s", "0.01", "impacts count that approach at least this fast"},
+    {"study.line_share", "number", "", "0.05",
+     "a line of the spectrum is dominant from this share of the ideal greatest acceleration"},
+    {"study.sample", "text", "", "–",
+     "how the axes with low and high are drawn: \"random\", \"latin-hypercube\" or \"sobol\""},
+    {"study.samples", "number", "", "–", "how many points are drawn"},
+    {"study.where", "text", "", "–", "what a cell must satisfy to be run, an expression of the axes"},
+    {"study.axes.*.key", "text", "", "–", "scene key that varies; or keys"},
+    {"study.axes.*.keys", "names", "", "–", "several that vary together"},
+    {"study.axes.*.values", "numbers", "", "–",
+     "what it takes, with units where numbers are texts; of several keys also a list for each point, [[a, b], ...]"},
+    {"study.axes.*.range", "numbers", "", "–", "[low, high, n]: n values, evenly, in place of a list"},
+    {"study.axes.*.log_range", "numbers", "", "–", "[low, high, n]: n values in equal ratios"},
+    {"study.axes.*.low", "number", "", "–", "least value of an axis that is drawn"},
+    {"study.axes.*.high", "number", "", "–", "greatest value of an axis that is drawn"},
+    {"study.axes.*.spacing", "text", "", "\"linear\"", "of an axis that is drawn; or \"log\""},
+    {"study.axes.*.unit", "text", "", "\"\"", "as shown"},
+    {"study.axes.*.scale", "number", "", "1", "shown value over the key's"},
+    {"study.measure.*.column", "text", "", "required",
+     "column of trajectory.csv or forces.csv, an instrument, or a number of run.json"},
+    {"study.measure.*.reduce", "text", "", "required",
+     "\"mean\", \"rms\", \"min\", \"max\", \"peak\", \"first\", \"last\", \"std\", \"quantile\" or \"count\""},
+    {"study.measure.*.q", "number", "", "required", "of the quantile, from 0 to 1"},
+    {"study.measure.*.each", "text", "", "–", "\"period\": reduced over each period, then their mean"},
+    {"study.measure.*.at", "text", "", "–",
+     "section: only its points count; \"every period\", \"JOINT.angle crosses VALUE upwards\", \"each touch\""},
+    {"study.derived", "table", "", "–",
+     "NAME = \"expression of axes, statistics and measures\", for as many as there are"},
+    {"study.variants.*.title", "text", "", "its name", "what it switches on"},
+    {"study.variants.*.scene", "text", "", "the study's", "another scene file"},
+    {"study.variants.*.set", "names", "", "[]", "keys of the scene, KEY=VALUE"},
+    {"study.variants.*.formulations", "names", "", "the study's", "as in the study"},
+    {"study.variants.*.starts", "number", "", "the study's", "as in the study"},
+    {"study.variants.*.revolutions", "number", "", "the study's", "as in the study"},
+    {"study.calibrate.formulation", "text", "", "\"nonsmooth\"", "which is fitted"},
+    {"study.calibrate.points", "number", "", "64", "of the space-filling set that the surface is fitted to"},
+    {"study.calibrate.starts", "number", "", "2", "perturbed starts of each point and target"},
+    {"study.calibrate.revolutions", "number", "", "20",
+     "counted in each run; at most as many whole turns as a target's file has"},
+    {"study.calibrate.refinements", "number", "", "3",
+     "at most as often points are added about the optimum; a whole number"},
+    {"study.calibrate.unknowns.*.key", "text", "", "required", "scene key that is fitted"},
+    {"study.calibrate.unknowns.*.low", "number", "", "required", "least value"},
+    {"study.calibrate.unknowns.*.high", "number", "", "required", "greatest value"},
+    {"study.calibrate.unknowns.*.scale", "text", "", "\"linear\"", "or \"log\""},
+    {"study.calibrate.unknowns.*.unit", "text", "", "\"\"", "as shown"},
+    {"study.calibrate.targets.*.set", "names", "", "[]", "keys of the scene for this target, KEY=VALUE"},
+    {"study.calibrate.targets.*.statistic", "text", "", "required",
+     "of a run; docs/study.md lists them; or a measure of the study"},
+    {"study.calibrate.targets.*.value", "number", "", "–", "as measured"},
+    {"study.calibrate.targets.*.data", "text", "", "–",
+     "measured file that the statistic is computed from, instead"},
+    {"study.calibrate.targets.*.tolerance", "number", "", "0.1",
+     "relative standard uncertainty of the value"},
+    {"study.bifurcation.axis", "text", "", "the first", "axis of the study that is swept"},
+    {"study.bifurcation.direction", "text", "", "\"both\"",
+     "\"up\", \"down\" or \"both\": each value begins where its neighbour ended; \"none\""},
+    {"study.bifurcation.starts", "number", "", "0", "drawn starts of each value, besides"},
+    {"study.bifurcation.formulation", "text", "", "\"nonsmooth\"", "which runs"},
+    {"study.bifurcation.set", "names", "", "[]", "keys of the scene, KEY=VALUE"},
+    {"study.bifurcation.section", "text", "", "\"every period\"",
+     "instants that the motion is looked at: docs/attractors.md"},
+    {"study.bifurcation.period", "number", "s", "of the drive", "that discard and keep count"},
+    {"study.bifurcation.discard", "number", "", "200", "periods before the points that are kept"},
+    {"study.bifurcation.keep", "number", "", "60", "periods of those points"},
+    {"study.bifurcation.columns", "names", "", "of the section",
+     "of the points, by which attractors are told apart; the first is shown"},
+    {"study.bifurcation.tolerance", "number", "", "0.001",
+     "of a column's scale, within which two points are one"},
+    {"study.bifurcation.most_period", "number", "", "16", "the longest period that is looked for"},
+    {"study.basin.x", "text", "", "the first", "axis of the study across"},
+    {"study.basin.y", "text", "", "the second", "axis of the study upwards"},
+    {"study.basin.formulation", "text", "", "\"nonsmooth\"", "which runs"},
+    {"study.basin.set", "names", "", "[]", "keys of the scene, KEY=VALUE"},
+    {"study.basin.section", "text", "", "\"every period\"",
+     "instants that the motion is looked at: docs/attractors.md"},
+    {"study.basin.period", "number", "s", "of the drive", "that discard and keep count"},
+    {"study.basin.discard", "number", "", "200", "periods before the points that are kept"},
+    {"study.basin.keep", "number", "", "60", "periods of those points"},
+    {"study.basin.columns", "names", "", "of the section",
+     "of the points, by which attractors are told apart; the first is shown"},
+    {"study.basin.tolerance", "number", "", "0.001", "of a column's scale, within which two points are one"},
+    {"study.basin.most_period", "number", "", "16", "the longest period that is looked for"},
+};
+
+/// Keys of figures' style, which plots/drawing/style.cpp reads.
+constexpr SchemaKey style_keys[] = {
+    {"style.font", "text", "", "\"DejaVu Sans\"", "family of the texts, one that is installed"},
+    {"style.font_size", "number", "", "7", "size of the texts on paper, in points of 1/72 in, 4 to 40"},
+    {"style.line_width", "number", "", "1", "times as wide as lines are drawn otherwise, 0.2 to 10"},
+    {"style.colours", "text or names", "", "–",
+     "of penalty, nonsmooth, the ideal joint and further curves, taken in turn: \"#rrggbb\" or names; or "
+     "\"okabe-ito\""},
+    {"style.monochrome", "true or false", "", "false", "black lines, told apart by dashes and marks"},
+    {"style.size", "text", "", "–",
+     "width that a journal asks for: \"one-column\" (90 mm), \"one-and-a-half-column\" (140), \"two-column\" (190), "
+     "\"springer-one-column\" (84), \"springer-two-column\" (174), \"ieee-one-column\" (88.9), \"ieee-two-column\" "
+     "(181.9), \"slide\" (254)"},
+    {"style.width", "number", "", "each figure's own",
+     "width on paper in mm, or with its unit, \"9 cm\"; or size"},
+    {"style.height", "number", "", "each figure's own", "height on paper in mm, likewise"},
+    {"style.format", "text or names", "", "\"pdf\"",
+     "for papers: \"pdf\", \"svg\", \"eps\", \"cairolatex\"; \"png\" for no other. A PNG is drawn in any case"},
+};
+
+/// The rows of all kinds in V: of one table that `type` or a key of its own chooses from.
+template <class V, std::size_t... I>
+void list_kinds(KeysList& list, const char* table, std::index_sequence<I...>) {
+  const std::vector<std::string> kinds{std::string(word_of<std::variant_alternative_t<I, V>>())...};
+  list.open(table, kinds);
+  const auto add = [&]<class X>(X x) {
+    list.kind(word_of<X>());
+    X::keys(list, x);
+    list.leave_group();
+  };
+  if constexpr (requires { std::variant_alternative_t<0, V>::type; })
+    list.kind_row("required", std::vector<Choice<int>>{{0, std::variant_alternative_t<I, V>::type}...});
+  (add(std::variant_alternative_t<I, V>{}), ...);
+  list.close();
+}
+template <class V>
+void list_kinds(KeysList& list, const char* table) {
+  list_kinds<V>(list, table, std::make_index_sequence<std::variant_size_v<V>>{});
+}
+template <class X>
+void list_facts(KeysList& list, const char* table) {
+  list.open(table);
+  X x;
+  X::keys(list, x);
+  list.close();
+}
+
+std::vector<KeysList::Row> scene_rows() {
+  KeysList list;
+  list.open("");
+  list.plain(
+      {"format", "", ""}, "number", "2",
+      "format of the scene, a whole number; one that is stated keeps its meaning when defaults change; 2 is "
+      "the newest");
+  list.plain({"title", "", ""}, "text", "\"\"", "what the scene is; stands in results and figures");
+  list.plain({"gravity", "m/s²", ""}, "point", "[0, 0]", "acceleration of gravity in the plane of motion");
+  list_facts<Ground>(list, "ground");
+  list_facts<Body>(list, "bodies.*");
+  list_kinds<Joint>(list, "joints.*");
+  list_kinds<Contact>(list, "contacts.*");
+  list_facts<Group>(list, "groups.*");
+  list_facts<Lubricant>(list, "lubricants.*");
+  list_facts<Surface>(list, "surfaces.*");
+  list_kinds<Drive>(list, "drives.*");
+  list_facts<Curve>(list, "curves.*");
+  list_kinds<Load>(list, "loads.*");
+  list_facts<Configuration>(list, "assembly");
+  list_facts<RunOptions>(list, "run");
+  list_facts<PenaltyOptions>(list, "penalty");
+  list_facts<NonsmoothOptions>(list, "nonsmooth");
+  list.open("instruments.*", [] {
+    std::vector<std::string> kinds;
+    for (const auto& choice : instrument_names) kinds.emplace_back(choice.text);
+    return kinds;
+  }());
+  list.kind_row("\"accelerometer\"", instrument_names);
+  for (const auto& choice : instrument_names) {
+    Instrument instrument;
+    list.kind(choice.text);
+    with_kind(choice.value, [&](auto kind) { kind.keys(list, instrument); });
+  }
+  list.close();
+  return list.take();
+}
+
+/// All rows, made once; texts live as long as the program.
+const std::vector<SchemaKey>& keys() {
+  static const auto rows = scene_rows();
+  static const auto list = [] {
+    std::vector<SchemaKey> keys;
+    for (const auto& r : rows) keys.push_back({r.path, r.type, r.unit, r.fallback, r.meaning});
+    keys.insert(keys.end(), std::begin(study_keys), std::end(study_keys));
+    keys.insert(keys.end(), std::begin(style_keys), std::end(style_keys));
+    return keys;
+  }();
+  return list;
+}
+
+/// What the tables of the schema describe.
+constexpr std::pair<std::string_view, std::string_view> tables[] = {
+    {"", "a scene"},
+    {"ground", "[ground]"},
+    {"bodies.*", "a body"},
+    {"joints.*", "a joint"},
+    {"contacts.*", "a contact"},
+    {"groups.*", "a group"},
+    {"lubricants.*", "a lubricant"},
+    {"surfaces.*", "a surface"},
+    {"drives.*", "a drive"},
+    {"curves.*", "a curve"},
+    {"loads.*", "a load"},
+    {"assembly", "[assembly]"},
+    {"run", "[run]"},
+    {"penalty", "[penalty]"},
+    {"nonsmooth", "[nonsmooth]"},
+    {"instruments.*", "an instrument"},
+    {"study", "a study"},
+    {"study.axes.*", "an axis"},
+    {"study.measure.*", "a measure"},
+    {"study.variants.*", "a variant"},
+    {"study.calibrate", "[calibrate]"},
+    {"study.calibrate.unknowns.*", "an unknown"},
+    {"study.calibrate.targets.*", "a target"},
+    {"study.bifurcation", "[bifurcation]"},
+    {"study.basin", "[basin]"},
+    {"style", "a style"}};
+
+}  // namespace
+
+std::span<const SchemaKey> schema() { return keys(); }
+
+bool of_scene(const SchemaKey& key) {
+  return !key.path.starts_with("study.") && !key.path.starts_with("style.");
+}
+
+const SchemaKey* find_key(std::string_view path) {
+  const auto it = std::ranges::find(keys(), path, &SchemaKey::path);
+  return it == keys().end() ? nullptr : &*it;
+}
+
+std::string_view unit_of(const std::string& key) {
+  const auto first = key.find('.'), last = key.rfind('.');
+  const auto* row = find_key(first == last ? key : key.substr(0, first) + ".*" + key.substr(last));
+  return row ? row->unit : "";
+}
+
+const std::vector<std::string>& keys_of(std::string_view table) {
+  using Names = std::map<std::string, std::vector<std::string>, std::less<>>;
+  static const auto all = [] {  // sought once: every scene of a sweep asks for them
+    Names found;
+    const auto add = [&](std::string_view in, std::string_view name) {
+      auto& names = found[std::string(in)];
+      if (std::ranges::find(names, name) == names.end()) names.emplace_back(name);
+    };
+    for (const auto& key : keys()) {
+      if (of_scene(key)) add("", key.path.substr(0, key.path.find('.')));
+      for (auto dot = key.path.find('.'); dot != key.path.npos; dot = key.path.find('.', dot + 1)) {
+        const auto rest = key.path.substr(dot + 1);
+        add(key.path.substr(0, dot), rest.substr(0, rest.find('.')));
+      }
+    }
+    return found;
+  }();
+  static const std::vector<std::string> none;
+  const auto it = all.find(table);
+  return it == all.end() ? none : it->second;
+}
+
+std::string_view what_is(std::string_view table) {
+  const auto it = std::ranges::find(tables, table, &std::pair<std::string_view, std::string_view>::first);
+  return it == std::end(tables) ? "a table" : it->second;
+}
+
+}  // namespace freeplay

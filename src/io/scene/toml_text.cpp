@@ -1,0 +1,168 @@
+// From a file to a TOML document: what the parser cannot take is refused before it.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+
+#include "io/files/input_file.hpp"
+#include "io/scene/section.hpp"
+
+namespace freeplay {
+namespace {
+
+/// A place in a text: columns count characters, not bytes.
+struct Place {
+  int line = 1, column = 0;
+  void pass(char c) {
+    if (c == '\n')
+      ++line, column = 0;
+    else
+      column += (c & 0xC0) != 0x80;
+  }
+};
+
+/// Of the character that begins at `byte`.
+Place place_of(std::string_view text, std::size_t byte) {
+  Place place;
+  for (const char c : text.substr(0, byte)) place.pass(c);
+  ++place.column;
+  return place;
+}
+
+[[noreturn]] void refuse(const std::string& name, int line, int column, const std::string& why) {
+  throw SceneError(fmt::format("{}:{}:{}: not TOML: {}", name, line, column, why));
+}
+
+/// The length of the UTF-8 character that begins the text (RFC 3629: no overlong form, no surrogate, nothing beyond
+/// U+10FFFF), or 0.
+std::size_t character_length(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
+  const auto follows = [&](std::size_t i) { return (byte(i) & 0xC0) == 0x80; };
+  const unsigned first = byte(0), second = byte(1);
+  if (first < 0x80) return 1;
+  if (first < 0xC2 || first > 0xF4 || !follows(1)) return 0;
+  if (first < 0xE0) return 2;
+  if (!follows(2) || (first == 0xE0 && second < 0xA0) || (first == 0xED && second >= 0xA0)) return 0;
+  if (first < 0xF0) return 3;
+  return !follows(3) || (first == 0xF0 && second < 0x90) || (first == 0xF4 && second >= 0x90) ? 0 : 4;
+}
+
+/// TOML is UTF-8 without NUL.
+void refuse_what_is_no_text(std::string_view text, const std::string& name) {
+  for (std::size_t i = 0; i < text.size();) {
+    const auto length = character_length(text.substr(i));
+    if (length == 0 || text[i] == '\0') {
+      const auto place = place_of(text, i);
+      refuse(name, place.line, place.column,
+             length == 0 ? fmt::format("byte 0x{:02X} is no UTF-8; save the file as UTF-8",
+                                       static_cast<unsigned char>(text[i]))
+                         : "a NUL character stands here; is it a text?");
+    }
+    i += length;
+  }
+}
+
+/// Outside quotes and comments TOML has ASCII alone, and the header of a table begins with a name (not [#a]): refused
+/// here in words that say so.
+void refuse_stray_characters(std::string_view text, const std::string& name) {
+  Place place;
+  std::string quote;                     // that the present string ends with
+  int depth = 0;                         // of brackets
+  bool comment = false, header = false;  // within a comment; past the [ of a table's header
+  bool blank = true;                     // nothing yet on this line
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    const auto pass = [&](std::size_t more) {
+      for (; more > 0 && i + 1 < text.size(); --more) place.pass(text[++i]);
+    };
+    const bool new_line = c == '\n' && !header;
+    const Place before = place;
+    place.pass(c);
+    if (quote.empty() && !comment && !header) {
+      if (c == '[' && blank && depth == 0) header = true;
+      depth = std::max(0, depth + (c == '[' || c == '{') - (c == ']' || c == '}'));
+      if (c == '[' && header) continue;
+    }
+    if (c != ' ' && c != '\t') blank = false;
+    if (new_line) {
+      comment = false;
+      blank = true;
+      if (quote.size() == 1) quote.clear();  // an open string: the parser's affair
+    } else if (!quote.empty()) {
+      if (c == '\\' && quote[0] == '"')
+        pass(1);
+      else if (text.compare(i, quote.size(), quote) == 0) {
+        pass(quote.size() - 1);
+        quote.clear();
+      }
+    } else if (comment) {
+      continue;
+    } else if (header && c != '[' && c != ' ' && c != '\t') {
+      const bool quoted = c == '"' || c == '\'';
+      if (!quoted && !std::isalnum(static_cast<unsigned char>(c)) && c != '_' && c != '-')
+        refuse(name, before.line, before.column + 1,
+               "the name of a table must begin with a letter, a digit, _ or -");
+      header = false;
+      if (quoted) quote = c;
+    } else if (c == '#') {
+      comment = true;
+    } else if (c == '"' || c == '\'') {
+      quote = text.compare(i, 3, std::string(3, c)) == 0 ? std::string(3, c) : std::string(1, c);
+      pass(quote.size() - 1);
+    } else if (static_cast<unsigned char>(c) >= 0x80) {
+      refuse(name, place.line, place.column,
+             "a character beyond ASCII may stand in quotes or a comment only");
+    }
+  }
+}
+
+/// Where the parser's assumptions break: the last byte of the shortest beginning of the text that breaks them.
+Place breaking_place(std::string_view text, const std::string& name) {
+  const auto breaks = [&](std::size_t size) {
+    try {
+      static_cast<void>(toml::parse(text.substr(0, size), name));
+    } catch (const toml::parse_error&) {
+    } catch (const BrokenAssumption&) {
+      return true;
+    }
+    return false;
+  };
+  std::size_t whole = 0, broken = text.size();
+  while (whole + 1 < broken) {
+    const auto middle = whole + (broken - whole) / 2;
+    (breaks(middle) ? broken : whole) = middle;
+  }
+  return place_of(text, broken - 1);
+}
+
+/// What the parser found, as the end of one line: "Error while parsing X: Y" is "X: Y".
+std::string finding(std::string_view description) {
+  constexpr std::string_view opening = "Error while parsing ";
+  if (description.starts_with(opening)) description.remove_prefix(opening.size());
+  std::string line;
+  for (const char c : description) line += static_cast<unsigned char>(c) < 0x20 || c == 0x7F ? '?' : c;
+  return line;
+}
+
+}  // namespace
+
+toml::table parse_toml(const std::string& text, const std::string& name) {
+  std::string_view body = text;
+  if (body.starts_with("\xEF\xBB\xBF")) body.remove_prefix(3);
+  refuse_what_is_no_text(body, name);
+  refuse_stray_characters(body, name);
+  try {
+    return toml::parse(body, name);
+  } catch (const toml::parse_error& e) {
+    const auto where = e.source().begin;
+    refuse(name, static_cast<int>(where.line), static_cast<int>(where.column), finding(e.description()));
+  } catch (const BrokenAssumption&) {
+    const auto place = breaking_place(body, name);
+    refuse(name, place.line, place.column, "a value, name or bracket stands where none may");
+  }
+}
+
+std::string read_text(const std::filesystem::path& file) { return read_file(file, most_of_a_text); }
+
+}  // namespace freeplay

@@ -1,0 +1,86 @@
+// A document against the schema, before any of it is read.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+
+#include "io/scene/schema.hpp"
+#include "io/scene/section.hpp"
+#include "io/scene/spelling.hpp"
+
+namespace freeplay {
+namespace {
+
+/// A key that the schema does not have.
+struct Unknown {
+  const toml::node* node;
+  std::string path, table, name;
+};
+
+/// Options come before the file: they are what the user has just typed.
+bool before(const Unknown& a, const Unknown& b) { return a.node->source().begin < b.node->source().begin; }
+
+/// The unknown key that stands first in `table` and below; `path` is the table's dotted key.
+std::optional<Unknown> first_unknown(const toml::table& table, const std::string& path,
+                                     std::string_view pattern) {
+  const auto& known = keys_of(pattern);
+  const bool names = std::ranges::find(known, "*") != known.end();
+  std::optional<Unknown> first;
+  for (const auto& [key, node] : table) {
+    const std::string name(key.str());
+    const auto own = path.empty() ? name : fmt::format("{}.{}", path, name);
+    const auto below = pattern.empty() ? name : fmt::format("{}.{}", pattern, names ? "*" : name);
+    std::optional<Unknown> found;
+    if (!names && std::ranges::find(known, name) == known.end())
+      found = Unknown{&node, own, std::string(pattern), name};
+    else if (const auto* sub = node.as_table(); sub && !find_key(below))
+      found = first_unknown(*sub, own, below);
+    if (found && (!first || before(*found, *first))) first = std::move(found);
+  }
+  return first;
+}
+
+/// What was meant: a name of this table that is near, else the table whose key it is, else what there is.
+std::string remedy(const Unknown& unknown) {
+  const auto& known = keys_of(unknown.table);
+  if (unknown.table == "study" && unknown.name == "study")
+    return "; a study's keys stand at its root: [axes.NAME], without study";
+  if (const auto near = nearest_word(unknown.name, known); !near.empty())
+    return fmt::format("; did you mean {}?", near);
+  const auto document =
+      unknown.table.substr(0, unknown.table.find('.'));  // "study" or "style", of a scene none
+  const auto same = [&](const SchemaKey& key) {
+    return document == "study" || document == "style" ? key.path.starts_with(document + ".") : of_scene(key);
+  };
+  for (const auto& key : schema())
+    if (!unknown.node->is_table() && key.path.ends_with("." + unknown.name) && same(key))
+      return fmt::format("; it is one of {}", key.path.substr(0, key.path.rfind('.')));
+  return listed("there are", known);
+}
+
+/// A scene in the place of a study, or the other way round: its first key would be told as a misspelt one.
+void refuse_mistaken(const toml::table& document, std::string_view pattern, const SceneSource& source) {
+  const bool scene = document.contains("bodies") || document.contains("joints"),
+             study = document.contains("scene");
+  if (scene == study) return;
+  if (pattern == "study" && scene)
+    throw SceneError(
+        fmt::format("{}: this is a scene; a study is a file that names one, scene = \"{}\": docs/study.md",
+                    source.name, std::filesystem::path(source.name).filename().string()));
+  if (pattern.empty() && study)
+    throw SceneError(fmt::format(
+        "{}: this is a study, for freeplay sweep, bifurcation or basin; the scene is the file that it names",
+        source.name));
+}
+
+}  // namespace
+
+void refuse_unknown_keys(const toml::table& document, std::string_view pattern, const SceneSource& source) {
+  refuse_mistaken(document, pattern, source);
+  if (const auto unknown = first_unknown(document, "", pattern))
+    source.fail(unknown->node, unknown->path,
+                fmt::format("is not a key of {}{}", what_is(unknown->table), remedy(*unknown)));
+}
+
+}  // namespace freeplay

@@ -1,0 +1,28 @@
+// What a drive's or a load's curve y(x) is read against: time, the angle or the place of what it acts on, its speed, or the
+// angle of another joint (gas on a piston, against its crank).
+#pragma once
+
+#include "mechanism/keys.hpp"
+
+namespace freeplay {
+
+enum class Argument { time, angle, position, speed };
+inline constexpr auto argument_names =
+    complete<Argument>({{Argument::time, "time", "s"},
+                        {Argument::angle, "angle", "rad, of what turns"},
+                        {Argument::position, "position", "m, of what slides"},
+                        {Argument::speed, "speed", "rad/s or m/s, of the same"}});
+constexpr std::span<const Choice<Argument>> choices(Argument) { return argument_names; }
+
+/// The joint whose angle a curve is read against, where it is another than what the element turns itself.
+struct OtherJoint {
+  int of = -1;  ///< index into Mechanism::joints, −1: none
+
+  static void keys(auto& k, auto& o, Argument against, bool reads) {
+    if (k.when(reads && against == Argument::angle, {"of"}, "goes with a curve against = \"angle\""))
+      k.maybe_joint({"of", "", "revolute joint whose angle the curve is read against; left out: its own"},
+                    o.of);
+  }
+};
+
+}  // namespace freeplay

@@ -1,0 +1,83 @@
+// A cam's lift against the angle φ on it, once round, in pieces with a' ≤ φ − a < width:
+//
+//     h(u) = Σ c_k u^k + A cos(w u) + B sin(w u),    u = φ − a
+//
+// Standard laws of a rise by L over β, s = u/β (a return is a rise run backwards; Norton, Cam Design and Manufacturing
+// Handbook, ch. 2 and 3):
+//
+//     harmonic      h = L/2 (1 − cos πs)              cycloidal   h = L (s − sin(2πs)/2π)
+//     polynomial    h = L (10 s³ − 15 s⁴ + 6 s⁵)
+//
+// A table's lifts are joined by the periodic cubic spline, whose second derivative is continuous.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "mechanism/keys.hpp"
+
+namespace freeplay {
+
+enum class CamLaw { cycloidal, polynomial, harmonic };
+inline constexpr auto cam_law_names =
+    complete<CamLaw>({{CamLaw::cycloidal, "cycloidal"},
+                      {CamLaw::polynomial, "polynomial", "3-4-5"},
+                      {CamLaw::harmonic, "harmonic",
+                       "rise and return of π each are an eccentric disc; else its second derivative jumps"}});
+constexpr std::span<const Choice<CamLaw>> choices(CamLaw) { return cam_law_names; }
+
+class CamProfile {
+ public:
+  static constexpr double turn = 6.283185307179586;
+  /// h and its derivatives by φ: m, m/rad, ...
+  struct Value {
+    double h = 0, d1 = 0, d2 = 0, d3 = 0;
+  };
+  /// Greatest sizes over a turn: true bounds, not samples.
+  struct Bounds {
+    double d1 = 0, d2 = 0;
+  };
+
+  CamProfile() = default;
+  /// Rise, dwell and return from the angle `start` on, then no lift.
+  static CamProfile standard(CamLaw law, double lift, double start, double rise, double dwell, double fall);
+  /// Through (angle, lift), three or more, increasing within a turn.
+  static CamProfile through(const std::vector<std::pair<double, double>>& points);
+
+  Value at(double phi) const;
+  const Bounds& bounds() const { return bounds_; }
+  /// rad, of the narrowest piece that lifts.
+  double narrowest() const { return narrowest_; }
+  /// Calls f(φ, Value) closely round the turn, at least 16 times a piece.
+  template <class F>
+  void each(F f) const {
+    for (const auto& p : pieces_) {
+      const int n = samples();
+      for (int i = 0; i <= n; ++i) f(p.begin + p.width * i / n, value(p, p.width * i / n));
+    }
+  }
+
+ private:
+  struct Piece {
+    double begin = 0, width = 0;
+    double c[6] = {0, 0, 0, 0, 0, 0};
+    double A = 0, B = 0, w = 0;
+  };
+  static Value value(const Piece& p, double u);
+  static Piece ramp(CamLaw law, double lift, double begin, double width, bool down);
+  int samples() const { return pieces_.size() > 64 ? 16 : 1024; }
+  void finish();
+
+  std::vector<Piece> pieces_;  // without gaps, from pieces_[0].begin over one turn
+  Bounds bounds_;
+  double narrowest_ = turn;
+};
+
+/// f(x) of a number that may carry derivatives, from f and f' at its value.
+inline double lifted(double, double f, double) { return f; }
+template <class T>
+T lifted(const T& x, double f, double df) {
+  return x.chain(f, df);
+}
+
+}  // namespace freeplay

@@ -1,0 +1,62 @@
+// Which of its poses a mechanism is to be put together in: of a four-bar loop the open or the crossed one (dynamics/assembly/four_bar.hpp),
+// of any other the sign of an angle A-B-C, from BA to BC counterclockwise, between −π and π, A, B and C being joints.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mechanism/keys.hpp"
+
+namespace freeplay {
+
+struct Mechanism;
+
+/// The angle at joint `joints[1]`.
+struct JointAngle {
+  std::array<int, 3> joints{};  ///< indices into Mechanism::joints
+};
+
+struct Configuration {
+  enum class Branch { open, crossed };
+  static constexpr std::string_view what = "[assembly]";
+  std::optional<Branch> branch = {};                     ///< of the only four-bar loop
+  std::vector<JointAngle> positive = {}, negative = {};  ///< angles of these signs
+
+  bool asks() const { return branch || !positive.empty() || !negative.empty(); }
+
+  static void keys(auto& k, auto& c) {
+    k.choose({"branch", "", "pose of the mechanism's only four-bar loop: "}, c.branch);
+    k.angles(
+        {"positive", "",
+         "list of angles \"A-B-C\" at joint B, from joint A to joint C counterclockwise, that are positive in the "
+         "pose asked for"},
+        c.positive);
+    k.angles({"negative", "", "angles that are negative in it, likewise"}, c.negative);
+  }
+};
+
+inline constexpr auto branch_names = complete<Configuration::Branch>(
+    {{Configuration::Branch::open, "open",
+      "the first pivot and the coupler's far joint on either side of the line between the other two"},
+     {Configuration::Branch::crossed, "crossed", "on the same side"}});
+constexpr std::span<const Choice<Configuration::Branch>> choices(Configuration::Branch) {
+  return branch_names;
+}
+
+/// sin of a named angle in a pose, 0 where two of its joints coincide.
+double sine_of(const Mechanism& mechanism, const JointAngle& angle, const std::vector<double>& q);
+/// rad, between −π and π.
+double angle_of(const Mechanism& mechanism, const JointAngle& angle, const std::vector<double>& q);
+/// "A-B-C"
+std::string spelt(const Mechanism& mechanism, const JointAngle& angle);
+
+/// What in a pose is not as asked for: its key, and the words. Both empty where all is.
+struct Mismatch {
+  std::string key, what;
+};
+Mismatch mismatch(const Mechanism& mechanism, const std::vector<double>& q);
+
+}  // namespace freeplay

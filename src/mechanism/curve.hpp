@@ -1,0 +1,129 @@
+// A function of one variable as a scene states it, y(x); what x and y are, whoever names the curve says. With
+// s = (x − start)/rise from 0 to 1:
+//
+//     constant             y = value
+//     ramp                 y = from + (to − from) p(s), before and after it constant
+//     rise-dwell-return    a ramp, a dwell at `to`, a ramp back, a rest at `from`; once or again and again
+//     harmonic             y = mean + amplitude sin(2π x/period + phase)
+//     table                through points: by straight lines, or by a cubic spline, whose second derivative is continuous
+//
+// with the profile p = 10 s³ − 15 s⁴ + 6 s⁵ (3-4-5 polynomial) or s − sin(2πs)/(2π) (cycloidal), both without a jump in
+// the second derivative (Norton, Cam Design and Manufacturing Handbook, ch. 3).
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "mechanism/keys.hpp"
+
+namespace freeplay {
+
+class Piecewise;
+
+struct Curve {
+  enum class Shape { constant, ramp, rise_dwell_return, harmonic, table };
+  enum class Profile { polynomial, cycloidal };
+  enum class Between { linear, spline };
+  /// What a curve is taken for: y itself, the rate of a motion, or its place, whose slope may not jump.
+  enum class Use { value, rate, place };
+  using Points = std::vector<std::pair<double, double>>;
+
+  std::string name;
+  Shape shape = Shape::constant;
+  double value = 0;
+  double from = 0, to = 0;
+  double start = 0;                      ///< in x, as all lengths that follow
+  double rise = 0;                       ///< > 0
+  double dwell = 0, fall = 0, rest = 0;  ///< fall > 0
+  Profile profile = Profile::polynomial;
+  double mean = 0, amplitude = 0;
+  double period = 0;   ///< > 0
+  double phase = 0;    ///< rad
+  Points points = {};  ///< x increasing, at least two
+  Between between = Between::linear;
+  bool repeats = false;
+
+  std::string_view what() const;
+  static void keys(auto& k, auto& c) {
+    const auto is = [&](Shape shape) { return k.when(c.shape == shape); };
+    k.choose({"shape", "", "y(x) is "}, c.shape);
+    if (is(Shape::constant)) k.need({"value", "of y", "y everywhere"}, c.value, any_number);
+    if (k.when(c.shape == Shape::ramp || c.shape == Shape::rise_dwell_return)) {
+      k.take({"from", "of y", "y at first"}, c.from);
+      k.need({"to", "of y", "y after the rise"}, c.to, any_number);
+      k.take({"start", "of x", "where the rise begins"}, c.start);
+      k.need({"rise", "of x", "length of the rise"}, c.rise, positive);
+      k.choose({"profile", "", "of rise and return: "}, c.profile);
+    }
+    if (is(Shape::rise_dwell_return)) {
+      k.take({"dwell", "of x", "length of the dwell at `to`"}, c.dwell, non_negative);
+      k.need({"return", "of x", "length of the return"}, c.fall, positive);
+      k.take({"rest", "of x", "length of the rest at `from` behind it, before it repeats"}, c.rest,
+             non_negative);
+    }
+    if (is(Shape::harmonic)) {
+      k.take({"mean", "of y", "y in the middle"}, c.mean);
+      k.need({"amplitude", "of y", "greatest departure from it"}, c.amplitude, any_number);
+      k.either(
+          {"frequency", "Hz", "of a curve against time; or period"}, positive, [](double f) { return 1 / f; },
+          {"period", "of x", "length of one oscillation"}, positive, c.period);
+      k.take({"phase", "rad", "of the sine at x = 0"}, c.phase);
+    }
+    if (is(Shape::table)) {
+      k.samples({"points", "x and y", "[[x, y], ...], x increasing; or file"},
+                {"file", "", "CSV file with a header, beside the scene or below, that the points stand in"},
+                {"columns", "", "names of its columns for x and y"}, c.points);
+      k.choose({"between", "", "between the points: "}, c.between);
+    }
+    if (k.when(c.shape == Shape::table || c.shape == Shape::rise_dwell_return))
+      k.take({"repeat", "", "again and again; else constant before the first point and behind the last"},
+             c.repeats);
+  }
+
+  /// The function; throws nothing. `use`: a spline's ends are flat where it is a place, else without curvature.
+  Piecewise lay(Use use = Use::value) const;
+  /// Why it cannot be used so, or "": y may not jump, nor the slope of a place.
+  std::string refusal(Use use) const;
+};
+
+inline constexpr auto curve_shapes =
+    complete<Curve::Shape>({{Curve::Shape::constant, "constant"},
+                            {Curve::Shape::ramp, "ramp"},
+                            {Curve::Shape::rise_dwell_return, "rise-dwell-return"},
+                            {Curve::Shape::harmonic, "harmonic"},
+                            {Curve::Shape::table, "table"}});
+inline constexpr auto curve_profiles = complete<Curve::Profile>(
+    {{Curve::Profile::polynomial, "polynomial", "3-4-5"}, {Curve::Profile::cycloidal, "cycloidal"}});
+inline constexpr auto curve_betweens =
+    complete<Curve::Between>({{Curve::Between::linear, "linear", "straight lines"},
+                              {Curve::Between::spline, "spline", "cubic, second derivative continuous"}});
+constexpr std::span<const Choice<Curve::Shape>> choices(Curve::Shape) { return curve_shapes; }
+constexpr std::span<const Choice<Curve::Profile>> choices(Curve::Profile) { return curve_profiles; }
+constexpr std::span<const Choice<Curve::Between>> choices(Curve::Between) { return curve_betweens; }
+
+inline std::string_view Curve::what() const {
+  switch (shape) {
+    case Shape::constant:
+      return "a constant curve";
+    case Shape::ramp:
+      return "a ramp";
+    case Shape::rise_dwell_return:
+      return "a rise, dwell and return";
+    case Shape::harmonic:
+      return "a harmonic curve";
+    case Shape::table:
+      return "a table";
+  }
+  return "a curve";
+}
+
+/// A constant, or the value of a curve that is named in its place.
+struct CurveOr {
+  double constant = 0;
+  int curve = -1;  ///< index into Mechanism::curves, −1: the constant
+
+  Piecewise lay(const std::vector<Curve>& curves) const;
+};
+
+}  // namespace freeplay

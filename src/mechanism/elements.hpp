@@ -1,0 +1,64 @@
+// The kinds of element that a mechanism may have. Each kind of joint, contact, drive and load is a file of elements/, and is
+// listed here once: reader, canonical text, documentation and System go over these lists.
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "mechanism/elements/angle_stop.hpp"
+#include "mechanism/elements/bump_stop.hpp"
+#include "mechanism/elements/bushing.hpp"
+#include "mechanism/elements/cam_contact.hpp"
+#include "mechanism/elements/dc_motor.hpp"
+#include "mechanism/elements/disc_contact.hpp"
+#include "mechanism/elements/effort_drive.hpp"
+#include "mechanism/elements/force_load.hpp"
+#include "mechanism/elements/gear_joint.hpp"
+#include "mechanism/elements/governor.hpp"
+#include "mechanism/elements/induction_motor.hpp"
+#include "mechanism/elements/joint_friction.hpp"
+#include "mechanism/elements/motion_drive.hpp"
+#include "mechanism/elements/plane_contact.hpp"
+#include "mechanism/elements/rack_joint.hpp"
+#include "mechanism/elements/revolute_joint.hpp"
+#include "mechanism/elements/rigid_joint.hpp"
+#include "mechanism/elements/rod_joint.hpp"
+#include "mechanism/elements/slot_joint.hpp"
+#include "mechanism/elements/speed_drive.hpp"
+#include "mechanism/elements/spring_damper.hpp"
+#include "mechanism/elements/torque_drive.hpp"
+#include "mechanism/elements/torque_load.hpp"
+#include "mechanism/elements/torsional_spring_damper.hpp"
+#include "mechanism/elements/translational_joint.hpp"
+#include "mechanism/elements/travel_stop.hpp"
+
+namespace freeplay {
+
+using Joint =
+    std::variant<RevoluteJoint, TranslationalJoint, RigidJoint, GearJoint, RackJoint, SlotJoint, RodJoint>;
+using Contact = std::variant<PlaneContact, DiscContact, CamContact, TravelStop, AngleStop>;
+using Drive = std::variant<SpeedDrive, TorqueDrive, MotionDrive, TorqueCurveDrive, ForceDrive, DcMotor,
+                           InductionMotor, Governor>;
+using Load = std::variant<ForceLoad, TorqueLoad, SpringDamper, TorsionalSpringDamper, JointFriction, Bushing,
+                          BumpStop, TorsionalBumpStop>;
+
+/// The word for a kind of element: its `type` in a scene, or for drives "speed drive".
+template <class Kind>
+constexpr std::string_view word_of() {
+  if constexpr (requires { Kind::type; })
+    return Kind::type;
+  else
+    return Kind::what.substr(Kind::what.find(' ') + 1);
+}
+/// The name of any element.
+template <class... Kinds>
+const std::string& name_of(const std::variant<Kinds...>& element) {
+  return std::visit([](const auto& x) -> const std::string& { return x.name; }, element);
+}
+inline const std::array<int, 2>& bodies_of(const Joint& joint) {
+  return std::visit([](const auto& j) -> const std::array<int, 2>& { return j.between; }, joint);
+}
+
+}  // namespace freeplay

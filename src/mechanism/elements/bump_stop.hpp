@@ -1,0 +1,64 @@
+// One-sided springs and dampers: a bump stop of the travel x = a·(r_j − r_i) along an axis a of the first body, and one of
+// the angle θ_j − θ_i. Beyond a limit by y > 0 they push back, and never pull,
+//
+//     F = max(0, stiffness y + damping ẏ),     U = ½ stiffness y²,     dissipated (F − stiffness y) ẏ ≥ 0
+//
+// The force acts on both bodies through the second one's point.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+
+#include "mechanism/body.hpp"
+#include "values/forces.hpp"
+
+namespace freeplay {
+
+/// What both kinds share: limits, and the force along what they limit.
+struct Bump {
+  std::optional<double> lower = {}, upper = {};  ///< m or rad, one of them at least
+  double stiffness = 0;                          ///< N/m or N m/rad
+  double damping = 0;                            ///< N s/m or N m s/rad
+
+  static void keys(auto& k, auto& b, std::string_view unit, std::string_view rate, std::string_view speed) {
+    k.take({"lower", unit, "below it the stop pushes up; left out: no stop there"}, b.lower, any_number);
+    k.take({"upper", unit, "above it the stop pushes back; left out: no stop there"}, b.upper, any_number);
+    k.check(b.lower || b.upper, "", "needs lower or upper, or both");
+    k.check(!(b.lower && b.upper) || *b.lower < *b.upper, "upper", "must be greater than lower");
+    k.take({"stiffness", rate, "rate, ≥ 0"}, b.stiffness, non_negative);
+    k.take({"damping", speed, "damping, ≥ 0"}, b.damping, non_negative);
+  }
+};
+
+struct BumpStop {
+  static constexpr std::string_view type = "bump-stop", what = "a bump stop";
+  static constexpr auto reports = ForceElement::Kind::force;
+  std::string name;
+  std::array<int, 2> between{ground, ground};
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
+  Vec2 axis{1, 0};  ///< unit vector in the first body's frame
+  Bump bump;        ///< limits in m
+
+  static void keys(auto& k, auto& l) {
+    k.between("two bodies, or \"ground\" and a body", l.between);
+    k.ends("its two ends", l.at);
+    k.axis("direction of the travel in the first body's frame", l.axis);
+    Bump::keys(k, l.bump, "m", "N/m", "N s/m");
+  }
+};
+
+struct TorsionalBumpStop {
+  static constexpr std::string_view type = "torsional-bump-stop", what = "a torsional bump stop";
+  static constexpr auto reports = ForceElement::Kind::torque;
+  std::string name;
+  std::array<int, 2> between{ground, ground};
+  Bump bump;  ///< limits in rad, of θ_second − θ_first
+
+  static void keys(auto& k, auto& l) {
+    k.between("two bodies, or \"ground\" and a body", l.between);
+    Bump::keys(k, l.bump, "rad", "N m/rad", "N m s/rad");
+  }
+};
+
+}  // namespace freeplay

@@ -1,0 +1,129 @@
+// A cam of the first body under a follower of the second: one contact, which may be lost.
+//
+//     flat      the follower's face touches an outline that reaches base_radius + lift(ψ) in the direction ψ (pairs/cam_flat.hpp)
+//     roller    the centre of the follower's roller runs on the pitch curve of polar radius base_radius + roller_radius +
+//               lift(φ) (pairs/cam_roller.hpp)
+//
+// so that either follower, guided straight towards the cam's point, moves by the lift. Angles are measured on the cam from
+// its body's x axis, counter-clockwise. The stiffness of penalty contacts is that of its most curved place all round.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "mechanism/body.hpp"
+#include "mechanism/cam_profile.hpp"
+#include "mechanism/elements/spring_law.hpp"
+
+namespace freeplay {
+
+struct CamContact {
+  enum class Follower { flat, roller };
+  static constexpr std::string_view type = "cam";
+  std::string name;
+  std::array<int, 2> between{ground, ground};
+  std::array<Vec2, 2> at{Vec2{0, 0},
+                         Vec2{0, 0}};  ///< the cam's point; a point of the face, or the roller's centre
+  Follower follower = Follower::flat;
+  Vec2 axis{1, 0};  ///< unit vector along the face, in the second body's frame; the cam lies on its left
+  double roller_radius = 0;  ///< m, > 0 of a roller
+  double base_radius = 0;    ///< m, > 0
+  CamLaw law = CamLaw::cycloidal;
+  double lift = 0;                                  ///< m, ≥ 0
+  double start = 0, rise = 0, dwell = 0, fall = 0;  ///< rad
+  SpringTable table = {};                           ///< (angle, lift); empty: by the law
+  int surface = -1;
+
+  std::string_view what() const {
+    return follower == Follower::flat ? "a cam with a flat follower" : "a cam with a roller";
+  }
+
+  CamProfile profile() const {
+    return table.empty() ? CamProfile::standard(law, lift, start, rise, dwell, fall)
+                         : CamProfile::through(table);
+  }
+  /// Least radii of curvature of what the follower's point runs on, and where: of the outline under a flat face, H + H'',
+  /// of the pitch curve of a roller; `hollow` where it bends the other way.
+  struct Curvature {
+    double round = std::numeric_limits<double>::infinity(), hollow = round, at = 0;
+    double least_lift = 0;
+  };
+  Curvature curvature(const CamProfile& profile) const {
+    Curvature c;
+    profile.each([&](double phi, const CamProfile::Value& y) {
+      c.least_lift = std::min(c.least_lift, y.h);
+      double rho = base_radius + y.h + y.d2;
+      if (follower == Follower::roller) {
+        const double r = base_radius + roller_radius + y.h, square = r * r + y.d1 * y.d1;
+        rho = square * std::sqrt(square) / (r * r + 2 * y.d1 * y.d1 - r * y.d2);
+        if (rho < 0) c.hollow = std::min(c.hollow, -rho);
+        if (!(rho > 0)) return;
+      }
+      if (rho < c.round) c.round = rho, c.at = phi;
+    });
+    return c;
+  }
+
+  static void keys(auto& k, auto& c) {
+    k.between("two bodies, or \"ground\" and a body; a plane or a cam is on the first", c.between);
+    k.ends("the cam's point, from which angles and radii count; a point of the face, or the roller's centre",
+           c.at);
+    k.choose({"follower", "", "the second body's part: "}, c.follower);
+    if (k.when(c.follower == Follower::flat, {"axis"}, "is of a flat follower"))
+      k.axis("direction of the face in the second body's frame; the cam lies on its left", c.axis);
+    if (k.when(c.follower == Follower::roller, {"roller_radius"}, "is of a roller"))
+      k.need({"roller_radius", "m", "radius of the roller"}, c.roller_radius, positive);
+    k.need({"base_radius", "m", "radius of the cam where it does not lift"}, c.base_radius, positive);
+    k.pairs(
+        {"lift_table", "rad, m",
+         "[[angle on the cam, lift], ...], increasing within a turn: joined by a periodic cubic spline; in place of "
+         "law, lift, rise, dwell, return"},
+        c.table);
+    if (k.when(c.table.empty(), {"law", "lift", "start", "rise", "dwell", "return"},
+               "goes without lift_table, which gives the lift at every angle")) {
+      k.choose({"law", "", "of rise and return: "}, c.law);
+      k.need({"lift", "m", "greatest lift"}, c.lift, non_negative);
+      k.take({"start", "rad", "angle on the cam where the rise begins"}, c.start);
+      k.need({"rise", "rad", "angle of the rise"}, c.rise, positive);
+      k.take({"dwell", "rad", "angle of the dwell at the greatest lift"}, c.dwell, non_negative);
+      k.need({"return", "rad", "angle of the return; no lift over the rest of the turn"}, c.fall, positive);
+      k.check(c.rise + c.dwell + c.fall <= CamProfile::turn * (1 + 1e-9), "rise",
+              "rise, dwell and return must fit into a turn, 2π, are ", c.rise + c.dwell + c.fall);
+    } else {
+      k.check(c.table.size() >= 3, "lift_table", "must have three points or more, has ",
+              static_cast<double>(c.table.size()));
+      k.check(c.table.back().first < c.table.front().first + CamProfile::turn * (1 - 1e-9), "lift_table",
+              "must stay within one turn, without the first point again at its end; spans ",
+              c.table.back().first - c.table.front().first);
+    }
+    k.surface({"surface", "", "the surface of the contact"}, c.surface);
+    c.check_outline(k);
+  }
+  /// Refuses an outline that cannot be made.
+  void check_outline(auto& k) const {
+    if (table.empty() && !(rise > 0)) return;  // the list of keys
+    const auto c = curvature(profile());
+    const char* key = table.empty() ? "lift" : "lift_table";
+    k.check(c.least_lift > -base_radius, key, "reaches below the cam's point: least lift ", c.least_lift);
+    if (follower == Follower::flat)
+      k.check(c.round > 0, "base_radius", "is too small for this lift: base_radius + lift + lift'' is ",
+              c.round, " m at ", c.at,
+              " rad, the outline would have a hollow or a cusp that a flat face cannot follow");
+    else
+      k.check(c.round > roller_radius, "roller_radius",
+              "is too great for this lift: the pitch curve has a radius of ", c.round, " m at ", c.at,
+              " rad, the roller would undercut the cam");
+  }
+};
+
+inline constexpr auto follower_names =
+    complete<CamContact::Follower>({{CamContact::Follower::flat, "flat", "a straight face"},
+                                    {CamContact::Follower::roller, "roller", "a disc"}});
+constexpr std::span<const Choice<CamContact::Follower>> choices(CamContact::Follower) {
+  return follower_names;
+}
+
+}  // namespace freeplay

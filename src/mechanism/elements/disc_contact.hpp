@@ -1,0 +1,29 @@
+// Two discs that may touch from outside: one contact (pairs/round.hpp).
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "mechanism/body.hpp"
+
+namespace freeplay {
+
+struct DiscContact {
+  static constexpr std::string_view type = "discs";
+  std::string name;
+  std::array<int, 2> between{ground, ground};
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< centres
+  std::array<double, 2> radii{0, 0};               ///< m, > 0
+  int surface = -1;
+
+  std::string_view what() const { return "a contact of discs"; }
+
+  static void keys(auto& k, auto& c) {
+    k.between("two bodies, or \"ground\" and a body; a plane is on the first", c.between);
+    k.ends("their centres", c.at);
+    k.radii({"radii", "m", "both radii; they touch from outside"}, c.radii);
+    k.surface({"surface", "", "the surface of the contact"}, c.surface);
+  }
+};
+
+}  // namespace freeplay

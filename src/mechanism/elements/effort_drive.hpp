@@ -1,0 +1,65 @@
+// Torque of a revolute joint or force along the axis of a translational one, on the second body and its opposite on the
+// first, by a curve against time, the joint's angle or place, its speed, or the angle of another joint; both power the drive: M (ω_j − ω_i), F ṡ.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <type_traits>
+
+#include "mechanism/argument.hpp"
+#include "mechanism/curve.hpp"
+#include "mechanism/elements/revolute_joint.hpp"
+#include "mechanism/elements/translational_joint.hpp"
+#include "values/forces.hpp"
+
+namespace freeplay {
+
+struct TorqueCurveDrive {
+  static constexpr std::string_view what = "a torque curve drive";
+  static constexpr std::array<std::string_view, 1> chosen_by{"torque_curve"};
+  static constexpr auto reports = ForceElement::Kind::drive;
+  std::string name;
+  int joint = -1;
+  int curve = -1;  ///< index into Mechanism::curves
+  Argument against = Argument::time;
+  OtherJoint other = {};
+
+  static void keys(auto& k, auto& d) {
+    k.template joint<RevoluteJoint>({"joint", "", "the revolute joint that is driven"}, d.joint);
+    k.curve({"torque_curve", "N m", "name of the curve of the torque on the second body"}, d.curve);
+    k.choose({"against", "", "what the curve is read against: "}, d.against);
+    k.check(d.against != Argument::position, "against", "a revolute joint has an angle, no position");
+    OtherJoint::keys(k, d.other, d.against, true);
+  }
+  double greatest_effort(const auto& mechanism) const {
+    return mechanism.curves[curve].lay().greatest().value;
+  }
+};
+
+struct ForceDrive {
+  static constexpr std::string_view what = "a force drive";
+  static constexpr std::array<std::string_view, 1> chosen_by{"force"};
+  static constexpr auto reports = ForceElement::Kind::push;
+  std::string name;
+  int joint = -1;
+  CurveOr force = {};
+  Argument against = Argument::time;
+  OtherJoint other = {};
+
+  static void keys(auto& k, auto& d) {
+    k.template joint<TranslationalJoint>({"joint", "", "the translational joint that is driven"}, d.joint);
+    k.number_or_curve(
+        {"force", "N", "along its axis on the second body, its opposite on the first; a number or a curve"},
+        d.force);
+    if (k.when(d.force.curve >= 0, {"against"}, "goes with a curve"))
+      k.choose({"against", "", "what the curve is read against: "}, d.against);
+    OtherJoint::keys(k, d.other, d.against, d.force.curve >= 0);
+    k.check(
+        d.against != Argument::angle || d.other.of >= 0, "against",
+        "a translational joint has a position, no angle; `of` names a revolute joint whose angle is meant");
+  }
+  double greatest_effort(const auto& mechanism) const { return force.lay(mechanism.curves).greatest().value; }
+};
+
+}  // namespace freeplay

@@ -1,0 +1,53 @@
+// Force F on a point of a body, in the world's directions or in the body's own; its power is F·v_P. A curve may scale it:
+// F(x) = force·factor(x). In memory a function from outside may stand in its place (mechanism/own_force.hpp).
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "mechanism/argument.hpp"
+#include "mechanism/body.hpp"
+#include "mechanism/curve.hpp"
+#include "mechanism/own_force.hpp"
+#include "values/forces.hpp"
+
+namespace freeplay {
+
+struct ForceLoad {
+  enum class Axes { world, body };
+  static constexpr std::string_view type = "force", what = "a force";
+  static constexpr auto reports = ForceElement::Kind::force;
+  std::string name;
+  int body = ground;
+  Vec2 at{0, 0};     ///< m, in the body's frame
+  Vec2 force{0, 0};  ///< N
+  Axes axes = Axes::world;
+  int factor = -1;  ///< index into Mechanism::curves, −1: the force is constant
+  Argument against = Argument::time;
+  OtherJoint other = {};
+  std::shared_ptr<const OwnForce> own = {};  ///< in place of force and factor; no key
+
+  static void keys(auto& k, auto& l) {
+    k.body({"body", "", "the loaded body"}, l.body);
+    k.point_of({"at", "m", "the loaded point in the body's frame"}, l.body, l.at);
+    k.need({"force", "N", "the force, or what `factor` scales"}, l.force);
+    k.choose_other({"axes", "", "directions of the force: "}, l.axes);
+    k.maybe_curve({"factor", "", "name of a curve that scales it; left out: constant"}, l.factor);
+    if (k.when(l.factor >= 0, {"against"}, "goes with factor"))
+      k.choose({"against", "", "what the factor is read against: "}, l.against);
+    OtherJoint::keys(k, l.other, l.against, l.factor >= 0);
+    k.check(l.axes == Axes::world || l.against != Argument::position, "against",
+            "a force in the body's own directions has no direction in the world to take a position along");
+    k.check(l.factor < 0 || !l.force.is_zero(), "force", "must not be zero where a factor scales it");
+  }
+};
+
+inline constexpr auto force_axes =
+    complete<ForceLoad::Axes>({{ForceLoad::Axes::world, "world", "they stand still"},
+                               {ForceLoad::Axes::body, "body", "they turn with the body"}});
+constexpr std::span<const Choice<ForceLoad::Axes>> choices(ForceLoad::Axes) { return force_axes; }
+
+}  // namespace freeplay

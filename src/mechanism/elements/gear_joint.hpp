@@ -1,0 +1,137 @@
+// A pair of gears with involute teeth, ideal or with backlash; their centres are held by other joints, and need not stand
+// still (mesh/involute.hpp).
+//
+//     ideal          one flank stays closed:                  one row
+//     with backlash  two flanks that may touch, face to face:  two contacts (pairs/flank.hpp)
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string>
+
+#include "mechanism/body.hpp"
+#include "mechanism/mesh.hpp"
+
+namespace freeplay {
+
+/// Which flank an ideal pair of teeth carries by.
+enum class Flank { forward, backward };
+inline constexpr auto flank_names =
+    complete<Flank>({{Flank::forward, "forward", "the first turning counter-clockwise pushes the second"},
+                     {Flank::backward, "backward", "turning clockwise"}});
+constexpr std::span<const Choice<Flank>> choices(Flank) { return flank_names; }
+constexpr double side_of(Flank flank) { return flank == Flank::forward ? 1 : -1; }
+
+/// Play between teeth.
+struct Backlash {
+  double normal = 0;                     ///< m, > 0, along the line of action, at the standard distance
+  std::optional<double> stiffness = {};  ///< N/m, > 0, of the mesh along the line of action
+  int surface = -1;                      ///< index into Mechanism::surfaces
+
+  static void keys(auto& k, auto& b) {
+    k.need({"backlash", "m",
+            "play of the teeth along the line of action, at the standard distance; left out: ideal"},
+           b.normal, positive);
+    k.take(
+        {"mesh_stiffness", "N/m",
+         "of the teeth along the line of action, for penalty contacts (ISO 6336-1: about 2e10 N/m² times the "
+         "face width); left out: Hertz's point contact of the flanks' curvature at the pitch point"},
+        b.stiffness, positive);
+    const auto* s = k.surface({"surface", "", "the surface of its contacts"}, b.surface);
+    k.check(!s || !s->friction, "surface",
+            "must be one without friction: how teeth slide on each other is not modelled");
+  }
+};
+
+inline constexpr double pressure_angle_20 = 20 * std::numbers::pi / 180;
+inline constexpr Range acute{[](double x) { return x > 0 && x < std::numbers::pi / 2; },
+                             "between 0 and 1.5708 rad, both left out (20 degrees are 0.34907)"};
+inline bool whole_teeth(double z) { return z >= 1 && z <= 1e6 && z == std::round(z); }
+
+struct GearJoint {
+  static constexpr std::string_view type = "gear";
+  std::string name;
+  std::array<int, 2> between{ground, ground};
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< centres
+  std::optional<Vec2> teeth = {};                  ///< numbers of teeth; goes with module
+  std::optional<double> tooth_module = {};         ///< m
+  std::optional<Vec2> pitch_radii = {};            ///< m, in place of both
+  double pressure_angle = pressure_angle_20;       ///< rad, at the standard distance
+  bool internal = false;                           ///< the first is a ring with its teeth inside
+  Flank flank = Flank::forward;                    ///< of an ideal pair
+  /// rad: angle of the second body at which, the first at angle 0 and the centres along x, its teeth stand amid the gaps.
+  double phase = 0;
+  std::optional<Backlash> clearance = {};  ///< absent: an ideal joint
+
+  std::string_view what() const { return clearance ? "a gear pair" : "a gear pair without backlash"; }
+
+  static void keys(auto& k, auto& j) {
+    k.between("two bodies, or \"ground\" and a body", j.between);
+    k.ends("the centres of the gears", j.at);
+    k.take({"teeth", "", "both numbers of teeth; or pitch_radii"}, j.teeth);
+    k.check(!j.teeth || (whole_teeth(j.teeth->x()) && whole_teeth(j.teeth->y())), "teeth",
+            "must be two whole numbers from 1");
+    k.take({"module", "m", "pitch diameter by number of teeth; goes with teeth"}, j.tooth_module, positive);
+    k.take({"pitch_radii", "m", "both pitch radii, where the numbers of teeth are not known"}, j.pitch_radii);
+    k.check(!j.pitch_radii || (j.pitch_radii->x() > 0 && j.pitch_radii->y() > 0), "pitch_radii",
+            "must be two positive lengths");
+    k.check(j.teeth.has_value() != j.pitch_radii.has_value(), "",
+            "needs exactly one of teeth (with module) and pitch_radii");
+    k.check(j.teeth.has_value() == j.tooth_module.has_value(), j.teeth ? "teeth" : "module",
+            "teeth and module go together; one of them is missing");
+    k.take({"pressure_angle", "rad", "of the teeth at the standard distance; left out: 20 degrees"},
+           j.pressure_angle, acute);
+    k.take({"internal", "", "the first gear is a ring with its teeth inside"}, j.internal);
+    k.check(!j.internal || j.pitch(0) > j.pitch(1), "internal",
+            "makes the first gear the ring, which must be the larger one");
+    k.choose({"flank", "", "of a pair without play, the flank that carries: "}, j.flank);
+    k.from_bodies(
+        {"phase", "rad",
+         "angle of the second body at which, the first at angle 0 and the second centre in the direction of "
+         "x from the first's, its teeth stand amid the gaps",
+         "from the bodies"},
+        j.phase, j.between,
+        "follows from the bodies' positions, and there the centres are too close for these gears, or too far "
+        "apart; give the bodies' position, or phase",
+        [&](const Body& one, const Body& two) { return j.phase_of(one, two, !k.when_given("backlash")); });
+    if (auto* c = k.group("backlash", j.clearance)) {
+      Backlash::keys(k, *c);
+      k.check(j.flank == Flank::forward, "flank",
+              "is of a pair without play; with backlash either flank carries");
+    }
+  }
+
+  /// m
+  double pitch(int which) const {
+    if (pitch_radii) return which == 0 ? pitch_radii->x() : pitch_radii->y();
+    return teeth && tooth_module ? 0.5 * *tooth_module * (which == 0 ? teeth->x() : teeth->y()) : 0;
+  }
+  /// Its flank on one side with this play (m).
+  InvoluteFlank mesh(double side, double play) const {
+    const double c = std::cos(pressure_angle), kind = internal ? -1 : 1;
+    InvoluteFlank m{side, kind, c * pitch(0), kind * c * pitch(1)};
+    m.rest = 0.5 * play - kind * m.involute(m.sum() / c);
+    m.phase = -m.Rj * phase;
+    m.period = 2 * std::numbers::pi * (teeth ? m.Ri / teeth->x() : m.sum());
+    return m;
+  }
+  /// The phase by which bodies stand amid the gaps, or where an ideal pair closes; none where they cannot mesh.
+  std::optional<double> phase_of(const Body& one, const Body& two, bool ideal) const {
+    const auto m = mesh(side_of(flank), 0);
+    const Vec2 d = placed(two, at[1]) - placed(one, at[0]);
+    // Teeth are a module high beyond their pitch circles.
+    const double far = std::abs(d.norm() - m.sum() / std::cos(pressure_angle));
+    if (!(d.norm() > m.sum()) || (tooth_module && far > 2 * *tooth_module)) return {};
+    double middle = m.sum() * std::atan2(d.y(), d.x()) - m.Ri * one.angle - m.Rj * two.angle;
+    if (ideal) middle += m.side * m.kind * (m.involute(d.norm()) + m.kind * m.rest);
+    return -middle / m.Rj;
+  }
+  static Vec2 placed(const Body& b, const Vec2& s) {
+    const double c = std::cos(b.angle), n = std::sin(b.angle);
+    return b.position + Vec2{c * s.x() - n * s.y(), n * s.x() + c * s.y()};
+  }
+};
+
+}  // namespace freeplay

@@ -1,0 +1,75 @@
+// Prescribed motion of a joint along a curve, one row (rows/motion.hpp). With s the angle θ_second − θ_first of a
+// revolute joint, or the place of a translational one along its axis:
+//
+//     s = y(t) or y(angle of another joint)        or        ṡ = y(t),  s = initial + ∫₀ᵗ y
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <string>
+#include <variant>
+
+#include "mechanism/curve.hpp"
+#include "mechanism/elements/revolute_joint.hpp"
+#include "mechanism/elements/translational_joint.hpp"
+#include "values/forces.hpp"
+
+namespace freeplay {
+
+struct MotionDrive {
+  static constexpr std::string_view what = "a motion drive";
+  static constexpr std::array<std::string_view, 2> chosen_by{"position", "velocity"};
+  static constexpr auto reports = ForceElement::Kind::drive;
+  std::string name;
+  int joint = -1;
+  int position = -1, velocity = -1;  ///< index into Mechanism::curves of the one that is given, −1: the other
+  int of = -1;                       ///< joint whose angle the position follows, −1: time
+  double initial = 0;                ///< rad or m, at t = 0, beside a velocity
+  bool crank = false;
+
+  static void keys(auto& k, auto& d) {
+    k.moving_joint({"joint", "", "the revolute or translational joint that is driven"}, d.joint);
+    k.maybe_curve(
+        {"position", "",
+         "curve of the joint's angle (rad) or place along its axis (m) against time (s) or the angle "
+         "of another joint"},
+        d.position, Curve::Use::place);
+    k.maybe_curve({"velocity", "", "curve of its rate (rad/s or m/s) against time (s)"}, d.velocity,
+                  Curve::Use::rate);
+    if (k.when(d.position >= 0, {"of"}, "goes with position"))
+      k.maybe_joint({"of", "", "revolute joint whose angle (rad) the position follows; left out: time"},
+                    d.of);
+    k.check(d.of < 0 || d.of != d.joint, "of", "is the driven joint itself");
+    if (k.when(d.velocity >= 0, {"initial"}, "goes with velocity"))
+      k.joint_place(
+          {"initial", "rad or m", "angle or place at t = 0; default: that of the bodies", "from the bodies"},
+          d.initial, d.joint);
+    k.take({"crank", "", "its joint's angle is the crank's even if it is not the first"}, d.crank);
+  }
+
+  bool slides(const auto& mechanism) const {
+    return std::holds_alternative<TranslationalJoint>(mechanism.joints[joint]);
+  }
+  ForceElement::Kind kind(const auto& mechanism) const {
+    return slides(mechanism) ? ForceElement::Kind::push : ForceElement::Kind::drive;
+  }
+  /// Greatest prescribed rate: rad/s, m/s; 0 where it follows an angle.
+  double pace(const auto& mechanism) const { return slides(mechanism) ? 0 : greatest_rate(mechanism); }
+  double slide_pace(const auto& mechanism) const { return slides(mechanism) ? greatest_rate(mechanism) : 0; }
+  double greatest_rate(const auto& mechanism) const {
+    return of >= 0 ? 0 : course(mechanism.curves).greatest().slope;
+  }
+  /// s, in which the prescribed rate changes by itself: 1/ω of a sine; infinite where it stays, or follows an angle.
+  double change_time(const auto& mechanism) const {
+    if (of >= 0) return INFINITY;
+    const auto most = course(mechanism.curves).greatest();
+    return most.bend > 0 ? most.slope / most.bend : INFINITY;
+  }
+  /// s, of time or an angle.
+  auto course(const auto& curves) const {
+    if (position >= 0) return curves[position].lay(Curve::Use::place);
+    return curves[velocity].lay(Curve::Use::rate).antiderivative(0, initial);
+  }
+};
+
+}  // namespace freeplay

@@ -1,0 +1,39 @@
+// A disc (or a point) of the second body against a straight wall of the first: one contact (pairs/line.hpp).
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <string>
+
+#include "mechanism/body.hpp"
+
+namespace freeplay {
+
+struct PlaneContact {
+  static constexpr std::string_view type = "plane";
+  std::string name;
+  std::array<int, 2> between{ground, ground};
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< a point of the wall, the disc's centre
+  Vec2 axis{1, 0};    ///< unit vector along the wall, in the first body's frame; free space lies on its left
+  double radius = 0;  ///< m, ≥ 0
+  std::optional<double> stiffness = {};  ///< N/m, > 0, of penalty contacts; absent: of Hertz's contact
+  int surface = -1;
+
+  std::string_view what() const { return "a plane contact"; }
+
+  static void keys(auto& k, auto& c) {
+    k.between("two bodies, or \"ground\" and a body; a plane is on the first", c.between);
+    k.ends("a point of the wall, and the centre of the disc", c.at);
+    k.axis("direction of the wall in the first body's frame; free space lies on its left", c.axis);
+    k.take({"radius", "m", "radius of the disc; 0: a point"}, c.radius, non_negative);
+    k.take(
+        {"stiffness", "N/m",
+         "of the contact, for penalty contacts, which need it of a point; left out: Hertz's, of the disc's radius and "
+         "the surface"},
+        c.stiffness, positive);
+    k.surface({"surface", "", "the surface of the contact"}, c.surface);
+  }
+};
+
+}  // namespace freeplay

@@ -1,0 +1,74 @@
+// A gear on the first body and a rack on the second, ideal or with backlash; what guides the rack is another joint
+// (mesh/rack.hpp).
+//
+//     ideal          one flank stays closed:                  one row
+//     with backlash  two flanks that may touch, face to face:  two contacts (pairs/flank.hpp)
+#pragma once
+
+#include "mechanism/elements/gear_joint.hpp"
+
+namespace freeplay {
+
+struct RackJoint {
+  static constexpr std::string_view type = "rack";
+  std::string name;
+  std::array<int, 2> between{ground, ground};
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< the gear's centre, a point of the rack's pitch line
+  Vec2 axis{1, 0};  ///< unit vector along the rack in the second body's frame; the gear lies on its left
+  double pitch_radius = 0;  ///< m, of the gear
+  std::optional<double> tooth_module =
+      {};  ///< m: the teeth's distance along the rack by π; absent: not known
+  double pressure_angle = pressure_angle_20;  ///< rad
+  Flank flank = Flank::forward;               ///< of an ideal pair
+  double phase =
+      0;  ///< rad: angle of the gear less the rack's at which a tooth stands amid a gap at the rack's point
+  std::optional<Backlash> clearance = {};  ///< absent: an ideal joint
+
+  std::string_view what() const { return clearance ? "a rack" : "a rack without backlash"; }
+
+  static void keys(auto& k, auto& j) {
+    k.between("two bodies, or \"ground\" and a body", j.between);
+    k.ends("the gear's centre, and a point of the rack's pitch line", j.at);
+    k.axis("direction of the rack in the second body's frame; the gear lies on its left", j.axis);
+    k.need({"pitch_radius", "m", "of the gear"}, j.pitch_radius, positive);
+    k.take({"module", "m", "of the rack's teeth, π times which they are apart"}, j.tooth_module, positive);
+    k.take({"pressure_angle", "rad", "of the teeth at the standard distance; left out: 20 degrees"},
+           j.pressure_angle, acute);
+    k.choose({"flank", "", "of a pair without play, the flank that carries: "}, j.flank);
+    k.from_bodies(
+        {"phase", "rad",
+         "angle of the gear less that of the rack at which, opposite the rack's point, its teeth stand amid "
+         "the gaps",
+         "from the bodies"},
+        j.phase, j.between,
+        "follows from the bodies' positions, and there the gear does not lie on the left of the rack's axis; "
+        "give the bodies' position, or phase",
+        [&](const Body& one, const Body& two) { return j.phase_of(one, two, !k.when_given("backlash")); });
+    if (auto* c = k.group("backlash", j.clearance)) {
+      Backlash::keys(k, *c);
+      k.check(j.flank == Flank::forward, "flank",
+              "is of a pair without play; with backlash either flank carries");
+    }
+  }
+
+  RackFlank mesh(double side, double play) const {
+    const double c = std::cos(pressure_angle), s = std::sin(pressure_angle), base = c * pitch_radius;
+    RackFlank m{side, axis, c, s, base, 0.5 * play - s * pitch_radius, -base * phase};
+    if (tooth_module) m.period = std::numbers::pi * *tooth_module * c;
+    return m;
+  }
+  std::optional<double> phase_of(const Body& one, const Body& two, bool ideal) const {
+    const auto m = mesh(side_of(flank), 0);
+    const Vec2 d = GearJoint::placed(two, at[1]) - GearJoint::placed(one, at[0]);
+    Body turn;
+    turn.angle = two.angle;
+    const Vec2 A = GearJoint::placed(turn, axis);
+    const double below = -dot(perp(A), d);
+    if (!(below > 0)) return {};
+    double middle = m.cosine * dot(A, d) - m.base * (one.angle - two.angle);
+    if (ideal) middle += m.side * (m.rest + m.sine * below);
+    return -middle / m.base;
+  }
+};
+
+}  // namespace freeplay

@@ -1,0 +1,56 @@
+// Revolute joint, ideal or loose. The bearing is on the first body, the journal on the second.
+//
+//     ideal    r_j^P − r_i^P = 0:  two rows
+//     loose    a circle inside a circle: one contact (pairs/round.hpp), with a film if it names a lubricant
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+
+#include "mechanism/body.hpp"
+
+namespace freeplay {
+
+/// Play of a revolute joint.
+struct Clearance {
+  double radial = 0;                          ///< m, > 0: bearing radius less journal radius
+  double bearing_radius = 0;                  ///< m, > radial
+  int surface = -1;                           ///< index into Mechanism::surfaces
+  std::optional<double> bearing_length = {};  ///< m, > 0: line contacts and films need it
+  int lubricant = -1;                         ///< index into Mechanism::lubricants, −1: dry
+};
+
+/// Two points kept together, each in its body's frame (ground: world), m from the centre of mass.
+struct RevoluteJoint {
+  static constexpr std::string_view type = "revolute";
+  std::string name;
+  std::array<int, 2> between{ground, ground};
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
+  std::optional<Clearance> clearance = {};  ///< absent: an ideal joint
+
+  std::string_view what() const {
+    return clearance ? "a revolute joint" : "a revolute joint without clearance";
+  }
+
+  static void keys(auto& k, auto& j) {
+    k.between("two bodies, or \"ground\" and a body", j.between);
+    k.ends("the joint's point in each body's frame, from its centre of mass; ground: world", j.at);
+    if (auto* c = k.group("clearance", j.clearance)) {
+      k.need({"clearance", "m", "radial clearance, bearing radius less journal radius; left out: ideal"},
+             c->radial, positive);
+      k.need(
+          {"bearing_radius", "m", "radius of the bearing, on the first body; the journal is on the second"},
+          c->bearing_radius, positive);
+      k.check(c->bearing_radius > c->radial, "bearing_radius", "must be greater than the clearance ",
+              c->radial, ", is ", c->bearing_radius);
+      k.take({"bearing_length", "m", "length of the bearing; line-contact laws need it"}, c->bearing_length,
+             positive);
+      k.lubricant({"lubricant", "", "what fills it; left out: dry"}, c->lubricant, c->radial,
+                  c->bearing_length);
+      k.surface({"surface", "", "the surface of its contacts"}, c->surface);
+    }
+  }
+};
+
+}  // namespace freeplay

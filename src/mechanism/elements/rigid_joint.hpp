@@ -1,0 +1,27 @@
+// Two bodies welded together at a point, at a fixed relative angle: three rows.
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "mechanism/body.hpp"
+
+namespace freeplay {
+
+struct RigidJoint {
+  static constexpr std::string_view type = "rigid";
+  std::string name;
+  std::array<int, 2> between{ground, ground};
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
+  double angle = 0;  ///< rad, θ of the second body less θ of the first
+
+  std::string_view what() const { return "a rigid joint"; }
+
+  static void keys(auto& k, auto& j) {
+    k.between("two bodies, or \"ground\" and a body", j.between);
+    k.ends("the joint's point in each body's frame, from its centre of mass; ground: world", j.at);
+    k.take({"angle", "rad", "angle of the second body less that of the first"}, j.angle);
+  }
+};
+
+}  // namespace freeplay

@@ -1,0 +1,27 @@
+// A massless rod between two bodies, pinned at both ends: it keeps two points at a distance (rows/distance.hpp), one row.
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "mechanism/body.hpp"
+
+namespace freeplay {
+
+struct RodJoint {
+  static constexpr std::string_view type = "rod";
+  std::string name;
+  std::array<int, 2> between{ground, ground};
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
+  double length = 0;  ///< m, > 0
+
+  std::string_view what() const { return "a rod"; }
+
+  static void keys(auto& k, auto& j) {
+    k.between("two bodies, or \"ground\" and a body", j.between);
+    k.ends("its two ends", j.at);
+    k.need({"length", "m", "distance of its ends"}, j.length, positive);
+  }
+};
+
+}  // namespace freeplay

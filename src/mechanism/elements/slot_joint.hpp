@@ -1,0 +1,46 @@
+// A round pin of the second body in a straight slot of the first, ideal or loose. Where the slot ends, a travel stop
+// (elements/travel_stop.hpp) says.
+//
+//     ideal    no offset across the slot:                       one row
+//     loose    the pin between two walls, each of which it may touch: two contacts (pairs/line.hpp)
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+
+#include "mechanism/body.hpp"
+
+namespace freeplay {
+
+/// Play of a pin in a slot.
+struct SlotClearance {
+  double half_play = 0;   ///< m, > 0: half the slot's width less the pin's radius
+  double pin_radius = 0;  ///< m, > 0
+  int surface = -1;       ///< index into Mechanism::surfaces
+};
+
+struct SlotJoint {
+  static constexpr std::string_view type = "slot";
+  std::string name;
+  std::array<int, 2> between{ground, ground};
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< a point of the slot's middle line, the pin's centre
+  Vec2 axis{1, 0};                                 ///< unit vector along the slot, in the first body's frame
+  std::optional<SlotClearance> clearance = {};     ///< absent: an ideal joint
+
+  std::string_view what() const { return clearance ? "a slot" : "a slot without clearance"; }
+
+  static void keys(auto& k, auto& j) {
+    k.between("two bodies, or \"ground\" and a body", j.between);
+    k.ends("a point of the slot's middle line, and the pin's centre", j.at);
+    k.axis("direction of the slot in the first body's frame", j.axis);
+    if (auto* c = k.group("clearance", j.clearance)) {
+      k.need({"clearance", "m", "half the slot's width less the pin's radius; left out: ideal"}, c->half_play,
+             positive);
+      k.need({"pin_radius", "m", "radius of the pin, on the second body"}, c->pin_radius, positive);
+      k.surface({"surface", "", "the surface of its contacts"}, c->surface);
+    }
+  }
+};
+
+}  // namespace freeplay

@@ -1,0 +1,42 @@
+// Prescribed relative speed of a joint's two bodies, one row:
+//
+//     θ_second − θ_first = initial_angle + speed·t
+#pragma once
+
+#include <array>
+#include <numbers>
+#include <string>
+
+#include "mechanism/elements/revolute_joint.hpp"
+#include "values/forces.hpp"
+
+namespace freeplay {
+
+struct SpeedDrive {
+  static constexpr std::string_view what = "a speed drive";
+  static constexpr std::array<std::string_view, 2> chosen_by{"speed_rpm", "speed"};
+  static constexpr auto reports = ForceElement::Kind::drive;
+  std::string name;
+  int joint = -1;
+  double speed = 0;          ///< rad/s
+  double initial_angle = 0;  ///< rad, at t = 0
+  bool crank = false;        ///< its joint's turns are counted, whichever drive stands first
+
+  static double from_rpm(double rpm) { return rpm * 2 * std::numbers::pi / 60; }
+
+  static void keys(auto& k, auto& d) {
+    k.template joint<RevoluteJoint>(
+        {"joint", "", "the revolute joint that is driven (translational: none yet)"}, d.joint);
+    k.either({"speed_rpm", "rpm", "prescribed speed of the second body relative to the first"}, any_number,
+             from_rpm, {"speed", "rad/s", "the same in rad/s; or speed_rpm"}, any_number, d.speed);
+    k.joint_angle({"initial_angle", "rad",
+                   "relative angle at t = 0; default: that of the bodies' `angle` keys", "from the bodies"},
+                  d.initial_angle, d.joint);
+    k.take({"crank", "",
+            "this drive's turns are counted (crank_angle, revolutions); else those of the first that has a "
+            "prescribed speed"},
+           d.crank);
+  }
+};
+
+}  // namespace freeplay

@@ -1,0 +1,58 @@
+// Spring and damper between two points: pulls them together with
+//
+//     F = stiffness (l − free_length) + damping l̇,     U = ½ stiffness (l − free_length)²
+//
+// along the line through them, l their distance. Where they coincide there is no direction and no force; what passes through
+// that place is turned round at once, F a jump, which is found as kinks are. What goes
+// beyond constant rates (a cubic term, preload, tables, one way only) is spring_law.hpp's.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "mechanism/body.hpp"
+#include "mechanism/elements/spring_law.hpp"
+#include "values/forces.hpp"
+
+namespace freeplay {
+
+struct SpringDamper {
+  static constexpr std::string_view type = "spring-damper", what = "a spring-damper";
+  static constexpr auto reports = ForceElement::Kind::force;
+  std::string name;
+  std::array<int, 2> between{ground, ground};
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
+  double stiffness = 0;    ///< N/m
+  double damping = 0;      ///< N s/m
+  double free_length = 0;  ///< m
+  SpringLaw law = {};      ///< what is not constant of it
+
+  static void keys(auto& k, auto& l) {
+    k.between("two bodies, or \"ground\" and a body", l.between);
+    k.ends("its two ends", l.at);
+    k.pairs({"force_table", "m, N",
+             "[[length, pull], ...] in place of stiffness and free_length: linear between, its end "
+             "slopes go on"},
+            l.law.table);
+    const bool rates = k.when(l.law.table.empty(), {"stiffness", "free_length", "cubic", "preload"},
+                              "goes without force_table, which gives the force at every length");
+    if (rates) k.take({"stiffness", "N/m", "rate, ≥ 0"}, l.stiffness, non_negative);
+    k.pairs(
+        {"damping_table", "m/s, N", "[[speed of lengthening, pull], ...] in place of damping; has [0, 0]"},
+        l.law.damping_table);
+    if (k.when(l.law.damping_table.empty(), {"damping"},
+               "goes without damping_table, which gives the force at every speed"))
+      k.take({"damping", "N s/m", "damping, ≥ 0"}, l.damping, non_negative);
+    if (rates) {
+      k.take({"free_length", "m", "length without force"}, l.free_length, non_negative);
+      k.take({"cubic", "N/m³", "times the cube of the extension: hardens, < 0 softens"}, l.law.cubic,
+             any_number);
+      k.take({"preload", "N", "pull at free_length"}, l.law.preload, any_number);
+    }
+    k.choose({"one_way", "", "left out: both ways; "}, l.law.one_way);
+    l.law.check(k, "force_table", "damping_table", l.stiffness);
+  }
+};
+
+}  // namespace freeplay

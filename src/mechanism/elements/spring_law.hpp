@@ -1,0 +1,67 @@
+// What a spring and damper exert beyond a constant rate, against a coordinate s: a distance (m, pulling together) or a
+// relative angle (rad, turning back). With x = s − rest,
+//
+//     E(s) = preload + stiffness x + cubic x³,  or a table's,      D(ṡ) = damping ṡ,  or a table's
+//     F = E + D,                                                   U = ∫ E ds
+//
+// Tables are linear between their points and go on beyond them at their last slopes. One that only pulls exerts
+// max(0, E + D) where E > 0 and nothing elsewhere, one that only pushes min(0, E + D) where E < 0: so a cable's damper
+// acts while it is taut. Where E changes its slope or its sign is a kink (dynamics/phase.hpp): on a piece between two of
+// them F is one formula, also beyond the piece's ends, where it may have the other sign.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "mechanism/keys.hpp"
+
+namespace freeplay {
+
+enum class OneWay { pull, push };
+inline constexpr auto one_way_names = complete<OneWay>(
+    {{OneWay::pull, "pull", "against lengthening alone, as a cable; of angles, against growing"},
+     {OneWay::push, "push", "against shortening alone; of angles, against falling"}});
+constexpr std::span<const Choice<OneWay>> choices(OneWay) { return one_way_names; }
+
+/// Points (s, E) or (ṡ, D), the first column increasing.
+using SpringTable = std::vector<std::pair<double, double>>;
+
+struct SpringLaw {
+  std::optional<double> cubic = {};    ///< N/m³ or N m/rad³
+  std::optional<double> preload = {};  ///< N or N m, at rest
+  std::optional<OneWay> one_way = {};
+  SpringTable table = {};          ///< E; empty: by its rate
+  SpringTable damping_table = {};  ///< D; empty: by its rate
+
+  bool plain() const { return !cubic && !preload && !one_way && table.empty() && damping_table.empty(); }
+
+  /// Refuses what is no spring.
+  void check(auto& k, std::string_view table_key, std::string_view damping_key, double stiffness) const {
+    k.check(table.size() != 1, table_key, "must have two points or more, has 1");
+    k.check(damping_table.size() != 1, damping_key, "must have two points or more, has 1");
+    bool resists = true, through_zero = damping_table.empty();
+    for (const auto& [speed, force] : damping_table) {
+      resists = resists && speed * force >= 0;
+      through_zero = through_zero || (speed == 0 && force == 0);
+    }
+    k.check(through_zero, damping_key, "must have the point [0, 0]: at rest a damper exerts nothing");
+    k.check(resists, damping_key, "must resist: no force against the sign of its speed");
+    if (!one_way) return;
+    k.check(cubic.value_or(0) >= 0, "cubic", "must be 0 or greater where one_way is set, is ",
+            cubic.value_or(0));
+    k.check(stiffness > 0 || cubic.value_or(0) > 0 || !table.empty(), "one_way",
+            "needs a stiffness, cubic or table that acts one way; there is none");
+  }
+
+  /// Whether a one-way spring acts where E is this.
+  bool acts(double elastic) const {
+    return !one_way || (*one_way == OneWay::pull ? elastic > 0 : elastic < 0);
+  }
+  bool damps(double damping) const { return damping > 0 || !damping_table.empty(); }
+};
+
+}  // namespace freeplay

@@ -1,0 +1,36 @@
+// Torque on a body; a curve may scale it: M(x) = torque·factor(x).
+#pragma once
+
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "mechanism/argument.hpp"
+#include "mechanism/body.hpp"
+#include "mechanism/curve.hpp"
+#include "values/forces.hpp"
+
+namespace freeplay {
+
+struct TorqueLoad {
+  static constexpr std::string_view type = "torque", what = "a torque";
+  static constexpr auto reports = ForceElement::Kind::torque;
+  std::string name;
+  int body = ground;
+  double torque = 0;  ///< N m
+  int factor = -1;    ///< index into Mechanism::curves, −1: the torque is constant
+  Argument against = Argument::time;
+  OtherJoint other = {};
+
+  static void keys(auto& k, auto& l) {
+    k.body({"body", "", "the loaded body"}, l.body);
+    k.need({"torque", "N m", "the torque, or what `factor` scales"}, l.torque, any_number);
+    k.maybe_curve({"factor", "", "name of a curve that scales it; left out: constant"}, l.factor);
+    if (k.when(l.factor >= 0, {"against"}, "goes with factor"))
+      k.choose({"against", "", "what the factor is read against: "}, l.against);
+    k.check(l.against != Argument::position, "against", "a torque has an angle, no position");
+    OtherJoint::keys(k, l.other, l.against, l.factor >= 0);
+  }
+};
+
+}  // namespace freeplay

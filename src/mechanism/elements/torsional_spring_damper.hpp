@@ -1,0 +1,54 @@
+// Torsional spring and damper: turns its two bodies towards a relative angle φ = θ_j − θ_i with
+//
+//     M = −stiffness (φ − free_angle) − damping φ̇,     U = ½ stiffness (φ − free_angle)²
+//
+// What goes beyond constant rates (a cubic term, preload, tables, one way only) is spring_law.hpp's, M = −F.
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "mechanism/body.hpp"
+#include "mechanism/elements/spring_law.hpp"
+#include "values/forces.hpp"
+
+namespace freeplay {
+
+struct TorsionalSpringDamper {
+  static constexpr std::string_view type = "torsional-spring-damper", what = "a torsional spring-damper";
+  static constexpr auto reports = ForceElement::Kind::torque;
+  std::string name;
+  std::array<int, 2> between{ground, ground};
+  double stiffness = 0;   ///< N m/rad
+  double damping = 0;     ///< N m s/rad
+  double free_angle = 0;  ///< rad, of θ_second − θ_first
+  SpringLaw law = {};     ///< what is not constant of it
+
+  static void keys(auto& k, auto& l) {
+    k.between("two bodies, or \"ground\" and a body", l.between);
+    k.pairs(
+        {"torque_table", "rad, N m",
+         "[[relative angle, torque back], ...] in place of stiffness and free_angle: linear between, its end "
+         "slopes go on"},
+        l.law.table);
+    const bool rates = k.when(l.law.table.empty(), {"stiffness", "free_angle", "cubic", "preload"},
+                              "goes without torque_table, which gives the torque at every angle");
+    if (rates) k.take({"stiffness", "N m/rad", "rate, ≥ 0"}, l.stiffness, non_negative);
+    k.pairs({"damping_table", "rad/s, N m",
+             "[[relative speed, torque back], ...] in place of damping; has [0, 0]"},
+            l.law.damping_table);
+    if (k.when(l.law.damping_table.empty(), {"damping"},
+               "goes without damping_table, which gives the torque at every speed"))
+      k.take({"damping", "N m s/rad", "damping, ≥ 0"}, l.damping, non_negative);
+    if (rates) {
+      k.take({"free_angle", "rad", "relative angle without torque"}, l.free_angle);
+      k.take({"cubic", "N m/rad³", "times the cube of the angle: hardens, < 0 softens"}, l.law.cubic,
+             any_number);
+      k.take({"preload", "N m", "torque back at free_angle"}, l.law.preload, any_number);
+    }
+    k.choose({"one_way", "", "left out: both ways; "}, l.law.one_way);
+    l.law.check(k, "torque_table", "damping_table", l.stiffness);
+  }
+};
+
+}  // namespace freeplay

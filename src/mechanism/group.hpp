@@ -1,0 +1,87 @@
+// Many discs of one kind, declared once: their mass and radius, where they begin, what they touch.
+//
+// Each is a body called NAME-1, NAME-2, …, in the order of its place, and touches the others of its group, those of the groups
+// named, and straight walls of the ground, each without end, from one point of a line through the next.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mechanism/body.hpp"
+
+namespace freeplay {
+
+struct Group {
+  /// How its pairs are kept: each as a contact of its own with columns and statistics, or found as they come near and told
+  /// by their events and by sums over each wall (docs/decisions/028-groups.md).
+  enum class Pairs { each, near };
+  static constexpr std::string_view what = "a group";
+  /// Pairs up to which each is a contact of its own where nothing is said.
+  static constexpr long most_listed = 300;
+
+  std::string name;
+  double mass = 0;                       ///< kg, of each
+  double radius = 0;                     ///< m, > 0
+  std::optional<double> inertia = {};    ///< kg m²; left out: m r²/2 of a solid disc
+  std::vector<Vec2> positions;           ///< m, centres at the start
+  Vec2 velocity{0, 0};                   ///< m/s, of all at the start
+  double angular_velocity = 0;           ///< rad/s, of all at the start
+  std::vector<Vec2> walls;               ///< m, free space on the left of the way from point to point
+  std::vector<int> touches;              ///< groups before it
+  int surface = -1;                      ///< of all its contacts
+  std::optional<int> wall_surface = {};  ///< of those with walls, if it is another
+  std::optional<Pairs> pairs = {};
+  int first = 0;       ///< index of its first body
+  bool alone = false;  ///< they touch nothing: idealised()
+
+  int size() const { return static_cast<int>(positions.size()); }
+  double moment() const { return inertia.value_or(0.5 * mass * radius * radius); }
+  int wall_count() const { return walls.empty() ? 0 : static_cast<int>(walls.size()) - 1; }
+  /// Number n from 1.
+  std::string body_name(int n) const { return name + "-" + std::to_string(n); }
+  /// Its n-th body, from 0.
+  Body body(int n) const {
+    Body b;
+    b.name = body_name(n + 1);
+    b.mass = mass;
+    b.inertia = moment();
+    b.position = positions[static_cast<std::size_t>(n)];
+    b.velocity = velocity;
+    b.angular_velocity = angular_velocity;
+    b.of_group = true;
+    return b;
+  }
+
+  static void keys(auto& k, auto& g);
+};
+
+inline constexpr auto group_pairs_names = complete<Group::Pairs>(
+    {{Group::Pairs::each, "each", "every pair is a contact with columns of its own"},
+     {Group::Pairs::near, "near", "found as they come near, for time stepping with a fixed step"}});
+constexpr std::span<const Choice<Group::Pairs>> choices(Group::Pairs) { return group_pairs_names; }
+
+void Group::keys(auto& k, auto& g) {
+  k.need({"mass", "kg", "mass of each disc, > 0"}, g.mass, positive);
+  k.need({"radius", "m", "of each disc, > 0"}, g.radius, positive);
+  k.take({"inertia", "kg m²", "of each about its centre, > 0; left out: mass radius²/2, of a solid disc"},
+         g.inertia, positive);
+  k.places({"positions", "m", "centres at the start, [[x, y], ...], or a CSV file of two columns; or grid"},
+           {"grid", "", "[columns, rows] of discs, numbered row by row from the lowest; or positions"},
+           {"origin", "m", "grid: centre of the first disc"},
+           {"spacing", "m", "grid: from column to column and from row to row"},
+           {"stagger", "m", "grid: by which every second row is moved along x"}, g.positions);
+  k.take({"velocity", "m/s", "of every disc at the start"}, g.velocity);
+  k.take({"angular_velocity", "rad/s", "of every disc at the start"}, g.angular_velocity);
+  k.way(
+      {"walls", "m",
+       "points of a line of walls of the ground, NAME-wall1 through the first two and so on, each straight and without "
+       "end; the discs lie on its left"},
+      g.walls);
+  k.groups({"touches", "", "groups above it whose discs its own touch"}, g.touches);
+  k.surface({"surface", "", "of the contacts of its discs"}, g.surface);
+  k.maybe_surface({"wall_surface", "", "of the contacts with walls", "surface"}, g.wall_surface);
+  k.choose({"pairs", "", "", "by their number"}, g.pairs);
+}
+
+}  // namespace freeplay

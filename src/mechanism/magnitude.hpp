@@ -1,0 +1,82 @@
+// What a number of each unit may amount to. Far beyond, a result says nothing of a mechanism: sums lose what they are
+// made of to rounding, squares overflow, a file grows without end. Questions within these bounds are asked in
+// mechanism/sense.hpp.
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+
+namespace freeplay {
+
+struct Magnitude {
+  std::string_view unit;   ///< as keys spell it; "": a pure number, or one of another channel's unit
+  double least = 0;        ///< of what must be greater than 0
+  double greatest = 0;     ///< of |x|
+  std::string_view why{};  ///< the reason of the bounds
+};
+
+/// Of what follows from masses, lengths and times, in whatever units those are thought of.
+inline constexpr std::string_view beyond = "products of a few numbers beyond leave the range of a double";
+
+inline constexpr std::array magnitudes{
+    Magnitude{"", 0, 1e15, "the digits of a double end there"},
+    Magnitude{
+        "m", 1e-18, 1e9,
+        "a thousandth of an atom's nucleus; at 1e9 m a coordinate is rounded to 1e-7 m, which no clearance bears"},
+    Magnitude{"rad", 0, 1e9, "there an angle is rounded to 1e-7 rad"},
+    Magnitude{"m or rad", 0, 1e9, "as lengths and angles"},
+    Magnitude{"degrees", 0, 1e9, "as angles in rad"},
+    Magnitude{"s", 1e-18, 1e9,
+              "light crosses less than 1e-9 m in 1e-18 s; in 1e9 s, 30 years, time is rounded to 1e-7 s"},
+    Magnitude{"Hz", 1e-9, 1e9, "once in 30 years; in 1e-9 s sound in steel goes 6e-6 m"},
+    Magnitude{"1/s", 0, 1e15, "faster than atoms move"},
+    Magnitude{"m/s", 0, 299792458, "the speed of light"},
+    Magnitude{"rad/s", 0, 1e12, "a point at 0.3 mm would pass light"},
+    Magnitude{"rpm", 0, 1e13, "a point at 0.3 mm would pass light"},
+    Magnitude{"m/s²", 0, 1e16, "a neutron star's gravity is 2e12 m/s²"},
+    Magnitude{"kg", 1e-40, 1e40, beyond},
+    Magnitude{"kg m²", 1e-76, 1e58, "the least mass and length, and the greatest"},
+    Magnitude{"N", 0, 1e45, beyond},
+    Magnitude{"N m", 0, 1e45, beyond},
+    Magnitude{"N/m", 0, 1e45, beyond},
+    Magnitude{"N/m or N m/rad", 0, 1e45, beyond},
+    Magnitude{"N s/m", 0, 1e45, beyond},
+    Magnitude{"N s/m or N m s/rad", 0, 1e45, beyond},
+    Magnitude{"Pa", 1e-45, 1e45, beyond},
+    Magnitude{"Pa s", 1e-45, 1e45, beyond},
+    Magnitude{"s/m", 0, 1e15, "friction that changes within 1e-15 m/s"},
+    Magnitude{"1/m", 0, 1e18, "bristles shorter than a thousandth of an atom's nucleus"},
+    Magnitude{"s or rad, N m", 0, 1e45, "as torques"},
+    Magnitude{"V", 0, 1e45, beyond},
+    Magnitude{"ohm", 1e-30, 1e30, beyond},
+    Magnitude{"H", 1e-30, 1e30, beyond},
+    Magnitude{"N m/A", 1e-30, 1e30, beyond},
+    Magnitude{"V s/rad", 1e-30, 1e30, beyond},
+    Magnitude{"N m s/rad", 0, 1e45, beyond},
+    Magnitude{"N m/rad", 0, 1e45, beyond},
+    Magnitude{"rad or m", 0, 1e9, "as angles and lengths"},
+    Magnitude{"of x", 0, 1e15, "as times, angles and speeds"},
+    Magnitude{"of y", 0, 1e45, beyond},
+    Magnitude{"x and y", 0, 1e45, beyond},
+    Magnitude{"m, N", 0, 1e45, "as forces"},
+    Magnitude{"rad, N m", 0, 1e45, "as torques"},
+    Magnitude{"m/s, N or rad/s, N m", 0, 1e45, "as forces"},
+    Magnitude{"N or N m", 0, 1e45, beyond},
+    Magnitude{"N/m³ or N m/rad³", 0, 1e45, beyond},
+    Magnitude{"rad, m", 0, 1e9, "as angles"},
+    Magnitude{"as the length", 0, 1e15, "as the length of the run"},
+    Magnitude{"of the channel", 0, 1e45, beyond},
+};
+
+/// The row of a unit, or nullptr.
+constexpr const Magnitude* magnitude_of(std::string_view unit) {
+  for (const auto& m : magnitudes)
+    if (m.unit == unit) return &m;
+  return nullptr;
+}
+
+/// As docs/scene.md shows it.
+std::string row_of(const Magnitude& m);
+
+}  // namespace freeplay

@@ -1,0 +1,49 @@
+#include "mechanism/mechanism.hpp"
+
+namespace freeplay {
+
+Mechanism idealised(Mechanism mechanism) {
+  mechanism.contacts.clear();
+  for (auto& group : mechanism.groups) {  // bodies alone
+    group.walls.clear();
+    group.touches.clear();
+    group.alone = true;
+  }
+  for (auto& joint : mechanism.joints)
+    std::visit(
+        [](auto& j) {
+          if constexpr (requires { j.clearance; }) j.clearance.reset();
+        },
+        joint);
+  return mechanism;
+}
+
+const SpeedDrive* main_drive(const Mechanism& mechanism) {
+  const SpeedDrive* first = nullptr;
+  for (const auto& drive : mechanism.drives) {
+    if (const auto* motion = std::get_if<MotionDrive>(&drive); motion && motion->crank) return nullptr;
+    if (const auto* speed = std::get_if<SpeedDrive>(&drive)) {
+      if (speed->crank) return speed;
+      if (!first) first = speed;
+    }
+  }
+  return first;
+}
+
+int crank_joint(const Mechanism& mechanism) {
+  if (const auto* speed = main_drive(mechanism)) return speed->joint;
+  const auto joint = [](const Drive& drive) {
+    return std::visit([](const auto& d) { return d.joint; }, drive);
+  };
+  int motion = -1, turning = -1;
+  for (const auto& drive : mechanism.drives) {
+    if (!std::holds_alternative<RevoluteJoint>(mechanism.joints[joint(drive)])) continue;
+    if (turning < 0) turning = joint(drive);
+    const auto* prescribed = std::get_if<MotionDrive>(&drive);
+    if (prescribed && prescribed->crank) return prescribed->joint;
+    if (prescribed && motion < 0) motion = prescribed->joint;
+  }
+  return motion >= 0 ? motion : turning;
+}
+
+}  // namespace freeplay

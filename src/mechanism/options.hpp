@@ -1,0 +1,398 @@
+// What the author of a scene asks of a run and of each formulation. Options say their unit, their meaning and the
+// inequality they stand in; every word that a scene may use stands in one table here, but for the laws of contact
+// and friction, which are files of formulations/contact and listed by mechanism/laws.hpp.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "mechanism/keys.hpp"
+#include "mechanism/laws.hpp"
+#include "mechanism/own_law.hpp"
+#include "values/enumerators.hpp"
+
+namespace freeplay {
+
+/// A key that only some choices of other keys read. The reader refuses it under any other choice, the canonical text of a
+/// scene leaves it out there, and docs/scene.md names the choices: all three take them from the rows of own_keys().
+template <class Options>
+struct OwnKey {
+  std::string_view name;
+  bool (*read)(const Options&, std::string_view name);  ///< whether the choices in force read it
+  std::string_view by;                                  ///< the key that chooses
+  std::string_view (*chosen)(const Options&);           ///< the word in force there
+  std::string_view belongs;                             ///< the choices that read it
+  std::array<std::string_view, 2> also = {};            ///< further keys that decide
+};
+
+/// The row of a key; every options struct whose keys() call k.own() has own_keys(options) beside it.
+template <class Options>
+constexpr const OwnKey<Options>& own_key(const Options& o, std::string_view name) {
+  for (const auto& row : own_keys(o))
+    if (row.name == name) return row;
+  throw std::logic_error("own_keys() lacks a key");
+}
+
+struct RunOptions {
+  enum class Start {
+    assembled,  ///< rough positions made consistent, journals inside their bearings
+    ideal,      ///< the ideal joints' positions and velocities: journals concentric
+    given,      ///< positions and velocities as they stand; refused if they are not consistent
+    equilibrium  ///< at rest where the forces balance, the place that descent from the rough positions comes to
+  };
+  double duration = 0;  ///< s, > 0
+  double discard = 0;   ///< s left out of the statistics, 0 ≤ discard < duration
+  Start start = Start::assembled;
+  bool eliminate = true;                   ///< coordinates that a row alone fixes leave the solves beforehand
+  bool forces = false;                     ///< forces.csv beside trajectory.csv
+  std::optional<double> output_step = {};  ///< s between rows of trajectory.csv; default duration/20000
+
+  static constexpr std::string_view what = "[run]";
+  static void keys(auto& k, auto& o) {
+    k.length({"revolutions", "", "length of the run in turns of the driven joint; or duration"},
+             {"duration", "s", "length of the run; or revolutions"}, o.duration);
+    k.part_of_length(
+        {"discard", "as the length",
+         "start of the run left out of the statistics: revolutions, with `duration` seconds", "0"},
+        o.discard);
+    k.check(o.discard < o.duration, "discard", "must be less than the length of the run");
+    k.choose({"start", "", ""}, o.start);
+    k.take(
+        {"eliminate", "",
+         "coordinates that one constraint row alone fixes leave the solves beforehand; false keeps the whole DAE"},
+        o.eliminate);
+    k.take(
+        {"forces", "", "write forces.csv: reactions, contact forces, drive torques, loads and accelerations"},
+        o.forces);
+    k.take({"output_step", "s", "spacing of the rows of trajectory.csv and forces.csv", "duration/20000"},
+           o.output_step, positive);
+    k.check(!o.output_step || *o.output_step >= 1e-8 * o.duration, "output_step", "must be at least ",
+            1e-8 * o.duration, " s: a hundred million rows of trajectory.csv");
+  }
+};
+
+/// One enumerator a law, in the order that `freeplay laws` lists them. What is known of each stands in its own file,
+/// formulations/contact/laws/NAME.hpp.
+enum class ContactLaw {
+  hertz,
+  hunt_crossley,
+  herbert_mcwhannell,
+  lee_wang,
+  lankarani_nikravesh,
+  gonthier,
+  zhiying_qishao,
+  flores,
+  hu_guo,
+  carvalho_martins,
+  exact,
+  kelvin_voigt,
+  johnson,
+  esdu,
+  radzimovsky,
+  liu,
+  persson,
+  pereira,
+  gharib_hurmuzlu
+};
+/// Likewise, formulations/contact/friction/NAME.hpp.
+enum class FrictionLaw { ambrosio, threlfall, bengisu_akay, lugre, brown_mcphee, andersson };
+enum class Integrator { rk4, dopri5, bulirsch_stoer, adams_bashforth_moulton, rosenbrock4 };
+
+template <>
+struct Traits<Integrator> {
+  bool adaptive = true;        ///< takes penalty.tolerance; else penalty.step
+  bool keeps_history = false;  ///< of earlier steps: nothing may move the state between two
+};
+
+enum class Stabilisation {
+  none,
+  baumgarte,
+  projection  ///< least mass-weighted movement onto Φ = 0, then onto G v + Φ_t = 0, after each accepted step
+};
+
+struct PenaltyOptions {
+  ContactLaw contact = ContactLaw::exact;
+  /// In place of `contact`; no key.
+  std::shared_ptr<const OwnLaw> own = {};
+  /// A point law's χ(e) for a line contact; hertz: none. Default: the line law's own, or exact.
+  std::optional<ContactLaw> damping = {};
+  std::optional<double> kelvin_stiffness = {};  ///< N/m
+  std::optional<double> kelvin_damping = {};    ///< N s/m
+  FrictionLaw friction = FrictionLaw::ambrosio;
+  double friction_v0 = 1e-4;  ///< m/s: the speed that each friction law is regularised with
+  double friction_v1 = 1e-3;  ///< m/s, > friction_v0: full friction (Ambrósio); Stribeck's speed (Andersson)
+  double friction_static = 1;   ///< μ_s/μ ≥ 1 (Bengisu–Akay, LuGre, Brown–McPhee, Andersson)
+  double friction_decay = 1e3;  ///< s/m, ξ of Bengisu–Akay
+  double friction_viscous = 0;  ///< s/m: adds F_N·friction_viscous·v_T (LuGre's σ₂, Brown–McPhee, Andersson)
+  double bristle_stiffness = 1e5;  ///< 1/m, LuGre's σ₀ over F_N
+  double bristle_damping = 10;     ///< s/m, LuGre's σ₁ over F_N
+  Stabilisation stabilisation = Stabilisation::baumgarte;
+  double alpha = 5;  ///< 1/s: G a = γ − 2αΦ̇ − β²Φ
+  double beta = 5;   ///< 1/s
+  Integrator integrator = Integrator::adams_bashforth_moulton;
+  double tolerance =
+      1e-9;            ///< a step is accepted when every |error_i| ≤ tolerance·scale_i (see tolerance.hpp)
+  double step = 1e-6;  ///< s, of the fixed-step integrator
+  std::optional<double> v0_floor = {};  ///< m/s: least v₀ a contact may start with; default see tolerance.hpp
+
+  static constexpr std::string_view what = "[penalty]";
+  static void keys(auto& k, auto& o) {
+    k.choose_listed({"contact", "", "contact law; `freeplay laws` lists all"}, o.contact);
+    if (k.own("damping", o))
+      k.choose_some(
+          {"damping", "",
+           "the point law whose damping factor a line contact takes, \"hertz\" for none; pereira: its own",
+           "\"exact\""},
+          o.damping, [](ContactLaw law) { return facts_of(law).kind == ContactKind::point; });
+    if (k.own("kelvin_stiffness", o)) k.take({"kelvin_stiffness", "N/m", "K"}, o.kelvin_stiffness, positive);
+    if (k.own("kelvin_damping", o)) k.take({"kelvin_damping", "N s/m", "D"}, o.kelvin_damping, non_negative);
+    k.choose({"friction", "", ""}, o.friction);
+    const auto& friction = facts_of(o.friction);
+    const auto of_friction = [&](const Key& key, auto& x, const Range& range) {
+      if (k.own(key.name, o)) k.take(key, x, range);
+    };
+    k.take(
+        {"friction_v0", "m/s",
+         "sliding speed that regularises friction: none below it (Ambrósio), v₀ (Threlfall, Bengisu–Akay), "
+         "Stribeck's (LuGre), v_t (Brown–McPhee)"},
+        o.friction_v0, friction.positive_v0 ? positive : non_negative);
+    of_friction({"friction_v1", "m/s",
+                 "Ambrósio: full friction above this sliding speed; Andersson: Stribeck's speed"},
+                o.friction_v1, positive);
+    of_friction({"friction_static", "",
+                 "Bengisu–Akay, LuGre, Brown–McPhee, Andersson: static over kinetic friction, ≥ 1"},
+                o.friction_static, one_or_more);
+    of_friction({"friction_decay", "s/m", "Bengisu–Akay: ξ, decay from static to kinetic friction"},
+                o.friction_decay, non_negative);
+    of_friction(
+        {"friction_viscous", "s/m", "LuGre, Brown–McPhee, Andersson: viscous friction over the normal force"},
+        o.friction_viscous, non_negative);
+    of_friction({"bristle_stiffness", "1/m", "LuGre: σ₀ over the normal force"}, o.bristle_stiffness,
+                positive);
+    of_friction({"bristle_damping", "s/m", "LuGre: σ₁ over the normal force"}, o.bristle_damping,
+                non_negative);
+    k.check(!friction.v1_above_v0 || o.friction_v1 > o.friction_v0, "friction_v1",
+            "must be greater than friction_v0 = ", o.friction_v0, ", is ", o.friction_v1);
+    k.choose({"stabilisation", "", ""}, o.stabilisation);
+    if (k.own("alpha", o)) k.take({"alpha", "1/s", "damping, ≥ 0"}, o.alpha, non_negative);
+    if (k.own("beta", o)) k.take({"beta", "1/s", "frequency, ≥ 0"}, o.beta, non_negative);
+    k.choose({"integrator", "", ""}, o.integrator);
+    k.check(!(choice_of(o.integrator).traits.keeps_history && o.stabilisation == Stabilisation::projection),
+            "stabilisation",
+            "\"projection\" moves the state after each step, which a multistep integrator cannot take; use "
+            "\"baumgarte\", or a one-step integrator");
+    k.take({"tolerance", "",
+            "adaptive integrators: a step is accepted when every |error| is below tolerance × scale"},
+           o.tolerance, positive);
+    if (k.own("step", o)) k.take({"step", "s", "of the fixed-step integrator"}, o.step, positive);
+    k.take(
+        {"v0_floor", "m/s", "least approach speed that a contact's damping is scaled with", "see penalty.md"},
+        o.v0_floor, positive);
+  }
+};
+
+enum class Scheme { automatic, moreau_jean, event_driven };
+
+template <>
+struct Traits<Scheme> {
+  bool adaptive = false;  ///< takes nonsmooth.tolerance; else nonsmooth.step
+};
+
+/// How the contact problem is solved; automatic: closed form for one contact, enumeration for two, Lemke up
+/// to ContactProblem::most_for_lemke contacts, Gauss–Seidel beyond. The others take over when one fails.
+enum class LcpSolver { automatic, enumeration, lemke, gauss_seidel, newton };
+/// Restitution by rates (Newton), impulses (Poisson) or work of the normal impulse (Stronge).
+enum class ImpactLaw { newton, poisson, energetic };
+
+template <>
+struct Traits<ImpactLaw> {
+  bool time_stepping =
+      false;  ///< whether a step's impulse, of impacts and lasting contact together, can obey it
+};
+
+struct NonsmoothOptions {
+  /// Default: Moreau–Jean where `step` is a number, else automatic.
+  std::optional<Scheme> scheme = {};
+  std::optional<double> step = {};  ///< s, of Moreau–Jean; empty: "automatic", chosen by step_tolerance
+  double step_tolerance = 1e-6;     ///< of time steps that are chosen, as `tolerance`
+  double tolerance = 1e-10;         ///< of the event-driven scheme's integrator, as penalty.tolerance
+  LcpSolver solver = LcpSolver::automatic;
+  double lcp_tolerance = 1e-10;  ///< a solve is accepted when its relative residual is below
+  ImpactLaw impact_law = ImpactLaw::newton;
+
+  constexpr Scheme scheme_in_force() const {
+    return scheme.value_or(step ? Scheme::moreau_jean : Scheme::automatic);
+  }
+  /// Whether time steps are taken and chosen by step_tolerance.
+  constexpr bool chooses_steps() const;
+
+  static constexpr std::string_view what = "[nonsmooth]";
+  static void keys(auto& k, auto& o) {
+    k.choose({"scheme", "", "", "automatic, or moreau-jean where `step` is a number"}, o.scheme);
+    if (k.own("step", o))
+      k.number_or("automatic", {"step", "s", "time step; \"automatic\": chosen by an estimate of the error"},
+                  o.step, positive);
+    if (k.own("step_tolerance", o))
+      k.take({"step_tolerance", "",
+              "a time step that is chosen is accepted when every |error| is below step_tolerance × scale"},
+             o.step_tolerance, positive);
+    if (k.own("tolerance", o))
+      k.take({"tolerance", "",
+              "a step between events is accepted when every |error| is below tolerance × scale"},
+             o.tolerance, positive);
+    k.choose({"solver", "", "of the contact problem; another takes over when one fails: "}, o.solver);
+    k.take({"lcp_tolerance", "", "a complementarity solve is accepted when its relative residual is below"},
+           o.lcp_tolerance, positive);
+    k.choose({"impact_law", "", "what restitution is a ratio of; time stepping has only the first: "},
+             o.impact_law);
+    k.check(
+        o.scheme_in_force() != Scheme::moreau_jean || choice_of(o.impact_law).traits.time_stepping,
+        "impact_law",
+        "time stepping has only \"newton\": a step's impulse is of impacts and of lasting contact together, "
+        "and the others would let a resting contact rebound; use scheme = \"event-driven\"");
+  }
+};
+
+/// @name Their words
+///@{
+inline constexpr auto start_names = complete<RunOptions::Start>(
+    {{RunOptions::Start::assembled, "assembled", "rough positions made consistent"},
+     {RunOptions::Start::ideal, "ideal", "the ideal joints' configuration and velocities"},
+     {RunOptions::Start::given, "given", "as they stand"},
+     {RunOptions::Start::equilibrium, "equilibrium", "at rest where the forces balance"}});
+inline constexpr auto integrator_names = complete<Integrator>(
+    {{Integrator::rk4, "rk4", "fixed step; the others are adaptive", {.adaptive = false}},
+     {Integrator::dopri5, "dopri5"},
+     {Integrator::bulirsch_stoer, "bulirsch_stoer"},
+     {Integrator::adams_bashforth_moulton, "adams_bashforth_moulton", "multistep", {.keeps_history = true}},
+     {Integrator::rosenbrock4, "rosenbrock4", "implicit, for stiff scenes"}});
+inline constexpr auto stabilisation_names =
+    complete<Stabilisation>({{Stabilisation::none, "none"},
+                             {Stabilisation::baumgarte, "baumgarte"},
+                             {Stabilisation::projection, "projection", "after each accepted step"}});
+inline constexpr auto scheme_names =
+    complete<Scheme>({{Scheme::automatic,
+                       "automatic",
+                       "event-driven, time stepping where events are too many",
+                       {.adaptive = true}},
+                      {Scheme::moreau_jean, "moreau-jean", "time stepping"},
+                      {Scheme::event_driven,
+                       "event-driven",
+                       "impacts and changes of contact located one by one",
+                       {.adaptive = true}}});
+inline constexpr auto solver_names = complete<LcpSolver>(
+    {{LcpSolver::automatic, "automatic",
+      "closed form for one contact, enumeration for two, then Lemke, Gauss-Seidel for many"},
+     {LcpSolver::enumeration, "enumeration"},
+     {LcpSolver::lemke, "lemke"},
+     {LcpSolver::gauss_seidel, "gauss-seidel"},
+     {LcpSolver::newton, "newton"}});
+inline constexpr auto impact_law_names =
+    complete<ImpactLaw>({{ImpactLaw::newton, "newton", "rates", {.time_stepping = true}},
+                         {ImpactLaw::poisson, "poisson", "impulses"},
+                         {ImpactLaw::energetic, "energetic", "work, Stronge"}});
+constexpr std::span<const Choice<RunOptions::Start>> choices(RunOptions::Start) { return start_names; }
+std::span<const Choice<ContactLaw>> choices(ContactLaw);
+std::span<const Choice<FrictionLaw>> choices(FrictionLaw);
+constexpr std::span<const Choice<Integrator>> choices(Integrator) { return integrator_names; }
+/// Fehlberg's 7(8) pair estimates its error by k₁ + k₁₁ − k₁₂ − k₁₃, two stages at each end of the step: of a force of
+/// time alone that is 0 whatever the error (Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, II.5).
+inline constexpr RemovedWord removed_integrators[] = {
+    {"fehlberg78",
+     "its error estimate is zero for forces of time alone; use \"bulirsch_stoer\", of high order as well"}};
+constexpr std::span<const RemovedWord> removed_words(Integrator) { return removed_integrators; }
+constexpr std::span<const Choice<Stabilisation>> choices(Stabilisation) { return stabilisation_names; }
+constexpr std::span<const Choice<Scheme>> choices(Scheme) { return scheme_names; }
+constexpr std::span<const Choice<LcpSolver>> choices(LcpSolver) { return solver_names; }
+constexpr std::span<const Choice<ImpactLaw>> choices(ImpactLaw) { return impact_law_names; }
+///@}
+
+constexpr bool NonsmoothOptions::chooses_steps() const {
+  const auto in_force = scheme_in_force();
+  return (in_force == Scheme::moreau_jean && !step) ||
+         (in_force == Scheme::automatic && choice_of(impact_law).traits.time_stepping);
+}
+
+/// @name Keys that only some choices read
+///@{
+inline constexpr std::array penalty_own_keys = [] {
+  using O = PenaltyOptions;
+  using Row = OwnKey<O>;
+  constexpr auto contact = [](const O& o) { return facts_of(o.contact).text; };
+  constexpr auto line = [](const O& o, std::string_view) {
+    return facts_of(o.contact).kind == ContactKind::line;
+  };
+  constexpr auto kelvin = [](const O& o, std::string_view) {
+    return facts_of(o.contact).kind == ContactKind::spring_damper;
+  };
+  constexpr auto friction = [](const O& o) { return facts_of(o.friction).text; };
+  constexpr auto of_law = [](const O& o, std::string_view key) { return facts_of(o.friction).reads(key); };
+  constexpr auto stabilisation = [](const O& o) { return text_of(o.stabilisation); };
+  constexpr auto baumgarte = [](const O& o, std::string_view) {
+    return o.stabilisation == Stabilisation::baumgarte;
+  };
+  constexpr auto integrator = [](const O& o) { return text_of(o.integrator); };
+  constexpr auto fixed = [](const O& o, std::string_view) {
+    return !choice_of(o.integrator).traits.adaptive;
+  };
+  constexpr std::string_view lines = "line contacts, johnson and below in `freeplay laws`",
+                             laws = "friction laws that name it in `freeplay laws`";
+  return std::array{Row{"damping", line, "contact", contact, lines},
+                    Row{"kelvin_stiffness", kelvin, "contact", contact, "contact = \"kelvin-voigt\""},
+                    Row{"kelvin_damping", kelvin, "contact", contact, "contact = \"kelvin-voigt\""},
+                    Row{"friction_v1", of_law, "friction", friction, laws},
+                    Row{"friction_static", of_law, "friction", friction, laws},
+                    Row{"friction_decay", of_law, "friction", friction, laws},
+                    Row{"friction_viscous", of_law, "friction", friction, laws},
+                    Row{"bristle_stiffness", of_law, "friction", friction, laws},
+                    Row{"bristle_damping", of_law, "friction", friction, laws},
+                    Row{"alpha", baumgarte, "stabilisation", stabilisation, "stabilisation = \"baumgarte\""},
+                    Row{"beta", baumgarte, "stabilisation", stabilisation, "stabilisation = \"baumgarte\""},
+                    Row{"step", fixed, "integrator", integrator, "integrator = \"rk4\""}};
+}();
+inline constexpr std::array nonsmooth_own_keys = [] {
+  using O = NonsmoothOptions;
+  using Row = OwnKey<O>;
+  constexpr auto scheme = [](const O& o) { return text_of(o.scheme_in_force()); };
+  return std::array{
+      // The automatic scheme chooses the steps of its time stepping: "automatic" is true of it, a number is not.
+      Row{"step",
+          [](const O& o, std::string_view) {
+            return o.scheme_in_force() == Scheme::moreau_jean ||
+                   (o.scheme_in_force() == Scheme::automatic && !o.step);
+          },
+          "scheme", scheme, "scheme = \"moreau-jean\""},
+      Row{"step_tolerance",
+          [](const O& o, std::string_view) { return o.chooses_steps(); },
+          "scheme",
+          scheme,
+          "scheme = \"automatic\" with impact_law \"newton\", and \"moreau-jean\" with step \"automatic\"",
+          {"step", "impact_law"}},
+      Row{"tolerance",
+          [](const O& o, std::string_view) { return choice_of(o.scheme_in_force()).traits.adaptive; },
+          "scheme", scheme, "scheme = \"automatic\" and \"event-driven\""}};
+}();
+constexpr std::span<const OwnKey<PenaltyOptions>> own_keys(const PenaltyOptions&) { return penalty_own_keys; }
+constexpr std::span<const OwnKey<NonsmoothOptions>> own_keys(const NonsmoothOptions&) {
+  return nonsmooth_own_keys;
+}
+///@}
+
+/// The key that makes the steps of a run finer when it is made smaller: what a message may advise.
+constexpr std::string_view fineness_key(const PenaltyOptions& o) {
+  return choice_of(o.integrator).traits.adaptive ? "penalty.tolerance" : "penalty.step";
+}
+/// `stepped`: the automatic scheme handed over to time stepping.
+constexpr std::string_view fineness_key(const NonsmoothOptions& o, bool stepped = false) {
+  if (o.scheme_in_force() == Scheme::moreau_jean && o.step) return "nonsmooth.step";
+  return o.chooses_steps() && (stepped || o.scheme_in_force() == Scheme::moreau_jean)
+             ? "nonsmooth.step_tolerance"
+             : "nonsmooth.tolerance";
+}
+
+}  // namespace freeplay

@@ -1,0 +1,203 @@
+// A function of one variable made of stretches. From origin x_k on, with u = x − x_k,
+//
+//     f(x) = Σ_n c_n uⁿ + A sin(ω u + φ),
+//
+// so its derivatives and its integral are known exactly. Before the first end and behind the last the first and the last
+// stretch go on; or the function repeats with a period, each turn by `gain` above the one before.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "numerics/dual.hpp"
+
+namespace freeplay {
+
+/// A function's value with its first and second derivative.
+template <class T>
+struct Jet {
+  T value = 0, slope = 0, bend = 0;
+};
+
+class Piecewise {
+ public:
+  static constexpr int terms = 7;
+  static_assert(terms % 2 == 1);
+  struct Stretch {
+    double begin = 0;  ///< the stretch before ends here; the first one's is not looked at unless it repeats
+    std::array<double, terms> c{};
+    double amplitude = 0, rate = 0, phase = 0;
+    double origin = 0;  ///< u = x − origin
+  };
+
+  Piecewise() : Piecewise({Stretch{}}) {}
+  /// At least one stretch, in order.
+  explicit Piecewise(std::vector<Stretch> stretches, double period = 0, double gain = 0)
+      : stretches_(std::move(stretches)), period_(period), gain_(gain) {}
+
+  double period() const { return period_; }
+  bool is_constant() const {
+    const auto& s = stretches_.front();
+    return stretches_.size() == 1 && s.amplitude == 0 && gain_ == 0 &&
+           std::all_of(s.c.begin() + 1, s.c.end(), [](double x) { return x == 0; });
+  }
+
+  /// @name At x; `within`: on the stretch that this place lies on, also beyond its ends
+  ///@{
+  template <class T>
+  T value(const T& x) const {
+    return value(x, value_of(x));
+  }
+  template <class T>
+  T value(const T& x, double within) const {
+    using std::sin;
+    const auto p = find(within);
+    const auto& s = *p.stretch;
+    const T u = x - (s.origin + p.shift);
+    T y = s.c[terms - 1];
+    for (int n = terms - 2; n >= 0; --n) y = y * u + s.c[n];
+    if (s.amplitude != 0) y += s.amplitude * sin(s.rate * u + s.phase);
+    return y + p.above;
+  }
+  template <class T>
+  Jet<T> jet(const T& x) const {
+    return jet(x, value_of(x));
+  }
+  template <class T>
+  Jet<T> jet(const T& x, double within) const {
+    using std::cos, std::sin;
+    const auto p = find(within);
+    const auto& s = *p.stretch;
+    const T u = x - (s.origin + p.shift);
+    Jet<T> j{T(s.c[terms - 1]), T(0), T(0)};
+    for (int n = terms - 2; n >= 0; --n) {
+      j.bend = j.bend * u + 2 * j.slope;
+      j.slope = j.slope * u + j.value;
+      j.value = j.value * u + s.c[n];
+    }
+    if (s.amplitude != 0) {
+      const T angle = s.rate * u + s.phase;
+      const T up = s.amplitude * sin(angle), along = s.amplitude * cos(angle);
+      j.value += up;
+      j.slope += s.rate * along;
+      j.bend -= s.rate * s.rate * up;
+    }
+    j.value += p.above;
+    return j;
+  }
+  ///@}
+
+  /// ∫ f from a to b.
+  double integral(double a, double b) const {
+    if (b < a) return -integral(b, a);
+    if (period_ > 0 && b - a > period_) {
+      const double turns = std::floor((b - a) / period_), first = by_stretches(a, a + period_);
+      const double to = a + turns * period_;
+      return turns * first + gain_ * period_ * turns * (turns - 1) / 2 + by_stretches(to, b);
+    }
+    return by_stretches(a, b);
+  }
+  /// Its mean between a and b; its value where they are the same.
+  double mean(double a, double b) const {
+    const double middle = 0.5 * (a + b);
+    if (!(std::abs(b - a) > 1e-12 * std::max(1.0, std::abs(middle)))) return value(middle);
+    return integral(a, b) / (b - a);
+  }
+  /// F with F′ = f and F(at) = value.
+  Piecewise antiderivative(double at, double value) const;
+
+  /// Where stretches meet: all, or of one period, increasing.
+  std::vector<double> knots() const {
+    std::vector<double> list;
+    for (std::size_t k = period_ > 0 ? 0 : 1; k < stretches_.size(); ++k) list.push_back(stretches_[k].begin);
+    return list;
+  }
+  /// The first knot behind x; infinite where there is none.
+  double next_knot(double x) const {
+    if (period_ == 0) {
+      const auto next = std::upper_bound(stretches_.begin() + 1, stretches_.end(), x, behind);
+      return next == stretches_.end() ? INFINITY : next->begin;
+    }
+    const double shift = period_ * std::floor((x - stretches_.front().begin) / period_);
+    for (const double more : {shift, shift + period_, shift + 2 * period_}) {
+      auto next = std::upper_bound(stretches_.begin(), stretches_.end(), x - more, behind);
+      while (next != stretches_.end() && !(next->begin + more > x)) ++next;  // but for rounding
+      if (next != stretches_.end()) return next->begin + more;
+    }
+    return x + period_;
+  }
+  /// The length that the stretch at x varies over (dynamics/curve_reader.hpp): infinite for a straight line.
+  double variation(double x) const {
+    const auto& s = *find(x).stretch;
+    if (s.amplitude != 0) return 6.283185307179586 / std::abs(s.rate);
+    int degree = terms - 1;
+    while (degree > 0 && s.c[static_cast<std::size_t>(degree)] == 0) --degree;
+    if (degree < 2) return INFINITY;
+    const bool last = &s == &stretches_.back();
+    if (period_ == 0 && (last || &s == &stretches_.front())) return INFINITY;
+    const double length = (last ? stretches_.front().begin + period_ : (&s + 1)->begin) - s.begin;
+    return degree < 4 ? 4 * length : length;
+  }
+  /// What jumps at a knot: the value, its first and its second derivative, as the size of the jumps.
+  Jet<double> jump(double knot) const {
+    const double after = 0.5 * (knot + std::min(next_knot(knot), knot + 1)), before = before_knot(knot);
+    const auto a = jet(knot, before), b = jet(knot, after);
+    return {std::abs(b.value - a.value), std::abs(b.slope - a.slope), std::abs(b.bend - a.bend)};
+  }
+  /// The greatest |f|, |f′| and |f″| at places that stretches are sampled at, from 0 or the first knot on.
+  Jet<double> greatest() const;
+
+ private:
+  struct Place {
+    const Stretch* stretch;
+    double shift, above;  ///< of the turn that it is on
+  };
+  static bool behind(double x, const Stretch& s) { return x < s.begin; }
+  Place find(double x) const {
+    double turns = 0;
+    if (period_ > 0) turns = std::floor((x - stretches_.front().begin) / period_);
+    const double shift = turns * period_;
+    const auto next = std::upper_bound(stretches_.begin() + 1, stretches_.end(), x - shift, behind);
+    return {&*(next - 1), shift, turns * gain_};
+  }
+  double by_stretches(double a, double b) const {
+    double sum = 0, at = a;
+    while (at < b) {
+      const double next = std::min(next_knot(at), b), middle = at + 0.5 * (next - at);
+      sum += (next - at) * level(middle, 0.5 * (next - at));
+      at = next;
+    }
+    return sum;
+  }
+  /// The mean of the stretch around `middle` from middle − d to middle + d, with its Taylor series there,
+  ///     Σ_k even f⁽ᵏ⁾ dᵏ/(k + 1)!    and    A sin(·) sin(ωd)/(ωd):
+  /// no difference of two integrals, of which little would be left over a short interval.
+  double level(double middle, double d) const {
+    const auto p = find(middle);
+    const auto& s = *p.stretch;
+    const double u = middle - (s.origin + p.shift);
+    auto t = s.c;  // f⁽ᵏ⁾/k!, by Horner's scheme again and again
+    for (int k = 0; k < terms; ++k)
+      for (int n = terms - 2; n >= k; --n) t[n] += u * t[n + 1];
+    double y = 0;
+    for (int k = terms - 1; k >= 0; k -= 2) y = y * d * d + t[k] / (k + 1);
+    if (s.amplitude != 0) {
+      const double w = s.rate * d;
+      y += s.amplitude * std::sin(s.rate * u + s.phase) * (w != 0 ? std::sin(w) / w : 1);
+    }
+    return y + p.above;
+  }
+  /// A place on the stretch that ends at a knot.
+  double before_knot(double knot) const {
+    double last = period_ > 0 ? knot - period_ : knot - 1;
+    for (double at = last; at < knot; at = next_knot(at)) last = at;
+    return 0.5 * (last + knot);
+  }
+  std::vector<Stretch> stretches_;
+  double period_ = 0, gain_ = 0;
+};
+
+}  // namespace freeplay

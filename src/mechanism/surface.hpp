@@ -1,0 +1,69 @@
+// What bodies are made of where they touch, and what fills a clearance.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+
+#include "mechanism/keys.hpp"
+
+namespace freeplay {
+
+/// A pair of like materials in contact. What is left out is not modelled: without `friction` the contact
+/// has no tangent row, without `young` no penalty law can be made from it.
+struct Surface {
+  static constexpr std::string_view what = "a surface";
+  std::string name;
+  std::optional<double> young = {};        ///< Pa, > 0
+  std::optional<double> poisson = {};      ///< in [0, 0.5]
+  std::optional<double> restitution = {};  ///< asked for, in [0, 1]
+  std::optional<double> friction = {};     ///< Coulomb's μ, ≥ 0
+  double tangential_restitution = 0;       ///< e_T in [0, 1], of impact laws
+
+  static void keys(auto& k, auto& s) {
+    k.take({"young", "Pa", "Young's modulus, > 0; the penalty formulation needs it"}, s.young, positive);
+    k.take({"poisson", "", "Poisson's ratio, 0 to 0.5; goes with young"}, s.poisson, zero_to_half);
+    k.take({"restitution", "", "coefficient of restitution asked for, 0 to 1"}, s.restitution, zero_to_one);
+    k.take({"friction", "", "Coulomb's coefficient, ≥ 0; left out: frictionless"}, s.friction, non_negative);
+    k.take(
+        {"tangential_restitution", "", "e_T of impact laws, 0 to 1: Coulomb's law acts on v_T⁺ + e_T v_T⁻"},
+        s.tangential_restitution, zero_to_one);
+    k.check(s.young.has_value() == s.poisson.has_value(), s.young ? "young" : "poisson",
+            "young and poisson go together; one of them is missing");
+  }
+};
+
+/// What fills a clearance.
+struct Lubricant {
+  enum class Film { short_bearing, long_bearing };
+  enum class Cavitation { half_sommerfeld, none };
+  static constexpr std::string_view what = "a lubricant";
+  std::string name;
+  double viscosity = 0;  ///< Pa s, > 0
+  Film film = Film::short_bearing;
+  Cavitation cavitation = Cavitation::half_sommerfeld;
+  std::optional<double> hand_over =
+      {};  ///< m: film thickness below which dry contact takes over; default 0.01 clearance
+
+  static void keys(auto& k, auto& l) {
+    k.need({"viscosity", "Pa s", "dynamic viscosity, > 0"}, l.viscosity, positive);
+    k.choose({"film", "", "journal bearing: "}, l.film);
+    k.choose({"cavitation", "", ""}, l.cavitation);
+    k.take({"hand_over", "m", "film thickness below which the film fades out and dry contact takes over",
+            "clearance/100"},
+           l.hand_over, positive);
+  }
+};
+
+inline constexpr auto film_names =
+    complete<Lubricant::Film>({{Lubricant::Film::short_bearing, "short", "Ocvirk"},
+                               {Lubricant::Film::long_bearing, "long", "Sommerfeld"}});
+inline constexpr auto cavitation_names = complete<Lubricant::Cavitation>(
+    {{Lubricant::Cavitation::half_sommerfeld, "half-sommerfeld", "no tension in the film"},
+     {Lubricant::Cavitation::none, "none", "full film"}});
+constexpr std::span<const Choice<Lubricant::Film>> choices(Lubricant::Film) { return film_names; }
+constexpr std::span<const Choice<Lubricant::Cavitation>> choices(Lubricant::Cavitation) {
+  return cavitation_names;
+}
+
+}  // namespace freeplay

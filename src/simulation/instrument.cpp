@@ -1,0 +1,137 @@
+#include "simulation/instrument.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+namespace freeplay {
+
+LowPass::LowPass(double bandwidth, int order) {
+  const double cut = 2 * std::numbers::pi * bandwidth;
+  const auto pole = [&](int k) {
+    return std::polar(cut, std::numbers::pi * (2 * k + order - 1) / (2.0 * order));
+  };
+  for (int k = 1; k <= (order + 1) / 2; ++k) {
+    Complex residue = 1;
+    for (int j = 1; j <= order; ++j) {
+      residue *= cut;
+      if (j != k) residue /= pole(k) - pole(j);
+    }
+    const bool real = 2 * k == order + 1;
+    pole_[modes_] = real ? Complex(-cut) : pole(k);
+    residue_[modes_++] = real ? residue.real() : 2.0 * residue;  // a pair gives twice its real part
+  }
+}
+
+void LowPass::reset(double input) {
+  for (int k = 0; k < modes_; ++k) z_[k] = -input / pole_[k];
+}
+
+void LowPass::advance(double h, double a) {
+  if (std::abs(h - h_) > 1e-9 * h) {  // steps that differ by rounding share their coefficients
+    h_ = h;
+    for (int k = 0; k < modes_; ++k) {
+      decay_[k] = std::exp(pole_[k] * h);
+      gain_[k] = (decay_[k] - 1.0) / pole_[k];
+    }
+  }
+  for (int k = 0; k < modes_; ++k) z_[k] = decay_[k] * z_[k] + gain_[k] * a;
+}
+
+double LowPass::output() const {
+  double y = 0;
+  for (int k = 0; k < modes_; ++k) y += residue_[k].real() * z_[k].real() - residue_[k].imag() * z_[k].imag();
+  return y;
+}
+
+namespace {
+
+/// SplitMix64: the output of a counter.
+std::uint64_t mixed(std::uint64_t counter) {
+  std::uint64_t z = counter * 0x9e3779b97f4a7c15u + 0x9e3779b97f4a7c15u;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+  return z ^ (z >> 31);
+}
+
+/// Uniform in (0, 1].
+double uniform(std::uint64_t counter) { return static_cast<double>((mixed(counter) >> 11) + 1) * 0x1p-53; }
+
+/// Where a channel's counter begins.
+std::uint64_t stream_of(const Instrument& settings, std::uint64_t run) {
+  std::uint64_t stream = mixed(settings.seed);
+  for (const char c : settings.name) stream = mixed(stream ^ static_cast<unsigned char>(c));
+  return mixed(stream ^ mixed(run));
+}
+
+/// A standard normal number (Box and Muller).
+double normal(std::uint64_t stream, std::uint64_t index) {
+  const std::uint64_t counter = stream + 2 * index;
+  return std::sqrt(-2 * std::log(uniform(counter))) * std::cos(2 * std::numbers::pi * uniform(counter + 1));
+}
+
+}  // namespace
+
+Channel::Channel(const Instrument& settings, std::uint64_t run)
+    : settings_(settings),
+      sensing_(sensing_of(settings.kind)),
+      filter_(std::max(settings.bandwidth, 1.0), settings.order),
+      stream_(stream_of(settings, run)) {}
+
+void Channel::begin(double t, bool anew) {
+  if (anew) {
+    started_ = false;
+    early_ = 0;
+  }
+  if (next_sample() > t) return;
+  index_ = std::max(index_, static_cast<long>(std::floor(t * settings_.sampling)));
+  while (next_sample() <= t) ++index_;
+}
+
+double Channel::measure(const double* x) const {
+  double value = 0;
+  with_kind(settings_.kind, [&](auto kind) {
+    if constexpr (requires { kind.measure(settings_, x); }) value = kind.measure(settings_, x);
+  });
+  return value;
+}
+
+double Channel::measure(const ElementForce& force) const {
+  double value = 0;
+  with_kind(settings_.kind, [&](auto kind) {
+    if constexpr (requires { kind.measure(settings_, force); }) value = kind.measure(settings_, force);
+  });
+  return value;
+}
+
+double Channel::shown(double value) const {
+  if (settings_.noise) value += *settings_.noise * normal(stream_, static_cast<std::uint64_t>(index_));
+  if (!settings_.resolution)
+    return settings_.range ? std::clamp(value, -*settings_.range, *settings_.range) : value;
+  double code = std::floor(value / *settings_.resolution);
+  if (settings_.range) {
+    const double last = std::floor(*settings_.range / *settings_.resolution * (1 + 1e-12));
+    code = std::clamp(code, -last, last);
+  }
+  return *settings_.resolution * code;
+}
+
+bool Channel::feed(double t0, double t1, double v0, double v1) {
+  const double h = t1 - t0;
+  if (h > 0) {
+    const double a = (v1 - v0) / h;
+    if (!started_) {
+      filter_.reset(a);
+      filter_.kick(early_);
+      early_ = 0;
+    }
+    started_ = true;
+    filter_.advance(h, a);
+  }
+  if (t1 < next_sample() - near()) return false;
+  ++index_;
+  return true;
+}
+
+}  // namespace freeplay

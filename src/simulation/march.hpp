@@ -1,0 +1,133 @@
+// The stepping loop, one instance for each kind of stepper: no virtual call, no allocation, no string inside,
+// but for showing a step to whoever watches.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "dynamics/system.hpp"
+#include "simulation/formulation.hpp"
+#include "simulation/progress.hpp"
+#include "simulation/watch.hpp"
+
+namespace freeplay {
+
+/// A stepper's last step as observers see it. A Stepper has t_old(), t(), v_old(), v(), z() and
+/// interpolate(t, q, v) within its last step, multipliers(), struck() where it steps over impacts, and of forces forces(t, out), add_impulse(a, b,
+/// sum), before() and within() as in Step; its owner ledger() and keep_passed().
+template <class Owner, class Stepper>
+class StepOf final : public Step {
+ public:
+  StepOf(Owner& owner, const System& system, Stepper& stepper, const Watch& watch)
+      : owner_(owner), system_(system), stepper_(stepper), watch_(watch), e_(system.make_evaluation()) {}
+  void renew() {
+    const auto n = static_cast<std::size_t>(system_.n());
+    t0 = stepper_.t_old();
+    t1 = stepper_.t();
+    asked_ = 0;
+    cut_ = false;
+    v0 = {stepper_.v_old(), n};
+    v1 = {stepper_.v(), n};
+  }
+  void state(double t, std::span<double> q, std::span<double> v) const override {
+    stepper_.interpolate(t, q.data(), v.data());
+  }
+  std::span<const double> z() const override { return stepper_.z(); }
+  std::span<const double> multipliers() const override { return stepper_.multipliers(); }
+  void contacts(double t, std::span<const double> q, std::span<ContactPlace> out) const override {
+    if (system_.contacts() == 0) return;
+    system_.place(t, q.data(), e_);
+    for (int k = 0; k < system_.contacts(); ++k) {
+      const auto eccentricity = system_.eccentricity(k, q.data(), e_);
+      out[k] = {eccentricity.x(), eccentricity.y(), system_.gap(k, q.data(), e_)};
+    }
+  }
+  EnergyLedger ledger() const override { return owner_.ledger(); }
+  Struck struck() const override {
+    if constexpr (requires { stepper_.struck(); })
+      return stepper_.struck();
+    else
+      return Step::struck();
+  }
+  /// Only of a step with very many rows: what else is left of one is soon recorded, and is then not lost.
+  bool stopped() const override { return cut_ = cut_ || (++asked_ > 10000 && watch_.stop()); }
+  bool cut() const override { return cut_; }
+  void forces(double t, Forces& out) const override { stepper_.forces(t, shaped(out)); }
+  void add_impulse(double a, double b, Forces& sum) const override {
+    stepper_.add_impulse(a, b, shaped(sum));
+  }
+  const Forces& before() const override { return wanted(), stepper_.before(); }
+  const Forces& within() const override { return wanted(), stepper_.within(); }
+
+ private:
+  void wanted() const {
+    if (!watch_.wants_forces())
+      throw std::logic_error("forces of a step are known only where an observer's wants() ask for them");
+  }
+  Forces& shaped(Forces& f) const {
+    wanted();
+    f.elements.resize(elements_);
+    f.acceleration.resize(static_cast<std::size_t>(system_.n()));
+    return f;
+  }
+
+  Owner& owner_;
+  const System& system_;
+  Stepper& stepper_;
+  const Watch& watch_;
+  mutable Evaluation e_;
+  mutable long asked_ = 0;  // during this step
+  mutable bool cut_ = false;
+  std::size_t elements_ = system_.force_elements().size();
+};
+
+/// Why a run that crawls is stopped; names the contact that is nearest by its own measure.
+inline std::string crawl_reason(const System& system, const Progress& progress, double t, const double* q) {
+  auto e = system.make_evaluation();
+  system.place(t, q, e);
+  std::string nearest;
+  double least = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < system.contacts(); ++k) {
+    const auto& facts = system.contact_facts(k);
+    const double apart = std::abs(system.gap(k, q, e)) / facts.measure();
+    if (!(apart < least)) continue;
+    least = apart;
+    nearest = facts.has_clearance ? fmt::format("{} (clearance {:.3g} m)", facts.name, facts.clearance)
+                                  : facts.name;
+  }
+  return fmt::format(
+      "t = {:.9g} s: steps are down to {:.2g} s, {:.1g} of them to the end{}; {}take a coarser step or tolerance, or a "
+      "shorter run",
+      t, progress.pace(), progress.needed(), nearest.empty() ? "" : ", at " + nearest,
+      nearest.empty() ? "" : "make that contact looser or leave it out, or ");
+}
+
+/// A Stepper also has step(t_end), which advances by one step not beyond t_end and is false when it cannot (then
+/// failure() says why).
+template <class Owner, class Stepper>
+Ending march(Owner& owner, const System& system, Stepper& stepper, double t_end, ContactLog& log,
+             Watch& watch) {
+  StepOf<Owner, Stepper> step(owner, system, stepper, watch);
+  stepper.watch_forces(watch.wants_forces());
+  Progress progress(stepper.t(), t_end);
+  while (stepper.t() < t_end) {
+    if (watch.stop()) return {Ending::Status::interrupted, "interrupted"};
+    if (!stepper.step(t_end)) return {Ending::Status::failed, stepper.failure()};
+    owner.keep_passed();
+    if (progress.crawls(stepper.t()))
+      return {Ending::Status::failed, crawl_reason(system, progress, stepper.t(), stepper.q())};
+    log.advance(stepper.t());
+    watch.drain(log);
+    if (!watch.any()) continue;
+    step.renew();
+    watch.step(step);
+    if (step.cut()) return {Ending::Status::interrupted, "interrupted"};  // also in the last step
+  }
+  return {};
+}
+
+}  // namespace freeplay

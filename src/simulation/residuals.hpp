@@ -1,0 +1,20 @@
+// How well a state keeps the constraint rows.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/system.hpp"
+#include "values/ledger.hpp"
+
+namespace freeplay {
+
+/// Takes |Φ| of an evaluation that has been placed into the greatest so far, rows in m apart from those in rad.
+inline void keep_residuals(const System& system, const Evaluation& e, Extremes& extremes) {
+  for (int k = 0; k < system.rows(); ++k) {
+    double& worst = system.is_angle_row(k) ? extremes.constraint_angle : extremes.constraint_length;
+    worst = std::max(worst, std::abs(e.phi[k]));
+  }
+}
+
+}  // namespace freeplay

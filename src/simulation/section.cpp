@@ -1,0 +1,269 @@
+#include "simulation/section.hpp"
+
+#include <algorithm>
+#include <boost/math/tools/toms748_solve.hpp>
+#include <cmath>
+#include <numbers>
+
+namespace freeplay {
+namespace {
+
+constexpr double turn = 2 * std::numbers::pi;
+/// Steps that a touch may wait to be settled: four durations of the elastic impact, each of some tens of steps.
+constexpr std::size_t most_places = 8192;
+
+/// Within (−π, π].
+double wrapped(double angle) {
+  const double x = std::remainder(angle, turn);
+  return x <= -std::numbers::pi ? x + turn : x;
+}
+
+/// Share of the period, in [0, 1).
+double phase_of(double t, double period) {
+  const double x = std::fmod(t, period) / period;
+  return x < 0 ? x + 1 : x;
+}
+
+double difference(const StateColumn& c, std::span<const double> x) {
+  const auto of = [&](int i) { return i >= 0 ? x[static_cast<std::size_t>(i)] : 0.0; };
+  return of(c.first) - of(c.second);
+}
+
+/// Which side of the value: below and above it, or between which turns.
+double side(const SectionRule& rule, double s) {
+  if (rule.what.angle) return std::floor(s / turn);
+  return s < 0 ? -1 : 0;
+}
+
+}  // namespace
+
+double StateColumn::circle() const { return kind == Kind::phase ? 1 : angle ? turn : 0; }
+
+SectionPoints::SectionPoints(SectionRule rule, std::vector<StateColumn> columns, double discard)
+    : rule_(std::move(rule)), columns_(std::move(columns)), discard_(discard) {
+  using Kind = StateColumn::Kind;
+  for (const auto& c : columns_)
+    wants_contacts_ |= c.kind == Kind::ex || c.kind == Kind::ey || c.kind == Kind::gap ||
+                       c.kind == Kind::ex_c || c.kind == Kind::ey_c;
+}
+
+void SectionPoints::begin(const Layout& layout, const State& state) {
+  begin_ = state.t;
+  q_ = state.q;
+  v_ = state.v;
+  contacts_.resize(layout.contacts.size());
+  last_ = distance(state.q);
+  newest_ = -1;
+  touches_.clear();
+  if (rule_.kind == SectionRule::Kind::touch && places_.empty()) places_.resize(most_places);
+  if (rule_.kind == SectionRule::Kind::touch) {  // where the first step begins
+    auto& p = places_[0];
+    p = {state.t, false, state.q, state.v};
+    newest_ = 0;
+  }
+  if (rule_.kind != SectionRule::Kind::period) return;
+  index_ = std::max(0L, static_cast<long>(std::floor((begin_ - rule_.from) / rule_.period)) - 1);
+  while (rule_.from + static_cast<double>(index_) * rule_.period <= begin_) ++index_;
+}
+
+void SectionPoints::step(const Step& step) {
+  switch (rule_.kind) {
+    case SectionRule::Kind::period:
+      return each_period(step);
+    case SectionRule::Kind::crossing:
+      return crossings(step);
+    case SectionRule::Kind::touch:
+      settle_touches(step);
+      return keep_place(step);
+  }
+}
+
+void SectionPoints::each_period(const Step& step) {
+  for (;; ++index_) {
+    const double t = rule_.from + static_cast<double>(index_) * rule_.period;
+    if (t > step.t1) return;
+    point(step, std::max(t, step.t0));
+  }
+}
+
+double SectionPoints::distance(std::span<const double> q) const {
+  return difference(rule_.what, q) - rule_.value;
+}
+double SectionPoints::rate(std::span<const double> v) const { return difference(rule_.what, v); }
+double SectionPoints::distance_at(const Step& step, double t) {
+  step.state(t, q_, v_);
+  return distance(q_);
+}
+
+void SectionPoints::crossings(const Step& step) {
+  const double before = last_;
+  last_ = distance_at(step, step.t1);
+  const double r0 = rate(step.v0), r1 = rate(step.v1);
+  // Both ends on one side, which it may have left meanwhile: it moved away from where it now comes back to.
+  if (side(rule_, before) == side(rule_, last_) && r0 * r1 < 0 && step.t1 > step.t0) {
+    const auto rate_at = [&](double t) {
+      step.state(t, q_, v_);
+      return rate(v_);
+    };
+    std::uintmax_t most = 100;
+    const double a = rate_at(step.t0), b = rate_at(step.t1);
+    if (a * b < 0) {
+      const auto [low, high] = boost::math::tools::toms748_solve(
+          rate_at, step.t0, step.t1, a, b, boost::math::tools::eps_tolerance<double>(50), most);
+      const double middle = 0.5 * (low + high);
+      const double s = distance_at(step, middle);
+      cross(step, step.t0, middle, before, s);
+      cross(step, middle, step.t1, s, last_);
+      return;
+    }
+  }
+  cross(step, step.t0, step.t1, before, last_);
+}
+
+/// The crossings between two places in a step, between which what crosses rises or falls.
+void SectionPoints::cross(const Step& step, double a, double b, double s_a, double s_b) {
+  const double from = side(rule_, s_a), to = side(rule_, s_b);
+  if (from == to || !std::isfinite(from) || !std::isfinite(to)) return;
+  const bool rises = to > from;
+  using Direction = SectionRule::Direction;
+  if (rule_.direction != Direction::either && rises != (rule_.direction == Direction::upwards)) return;
+  for (double k = rises ? from + 1 : from; rises ? k <= to : k > to; k += rises ? 1 : -1) {
+    const double level = rule_.what.angle ? k * turn : 0;
+    const auto f = [&](double t) { return distance_at(step, t) - level; };
+    const double f_a = f(a), f_b = f(b);
+    double at = f_a == 0 ? a : b;
+    if (f_a * f_b < 0) {
+      std::uintmax_t most = 100;
+      const auto [low, high] = boost::math::tools::toms748_solve(
+          f, a, b, f_a, f_b, boost::math::tools::eps_tolerance<double>(51), most);
+      at = 0.5 * (low + high);
+    } else if (f_a * f_b > 0) {
+      at = a;  // crossed as it was moved between two steps
+    }
+    point(step, at);
+  }
+}
+
+void SectionPoints::event(const Event& event) {
+  if (rule_.kind != SectionRule::Kind::touch || event.kind == EventKind::separation) return;
+  if (!rule_.contacts.empty() && std::ranges::find(rule_.contacts, event.contact) == rule_.contacts.end())
+    return;
+  if (event.t > begin_) touches_.push_back(event);
+}
+
+void SectionPoints::keep_place(const Step& step) {
+  auto& p = places_[static_cast<std::size_t>(++newest_) % places_.size()];
+  p.t = step.t1;
+  p.struck = !step.struck().v.empty();
+  p.q.resize(q_.size());
+  p.v.resize(v_.size());
+  step.state(step.t1, p.q, p.v);
+}
+
+/// Those that lie before the step that is shown: what settled them is shown before it.
+void SectionPoints::settle_touches(const Step& step) {
+  std::size_t done = 0;
+  for (; done < touches_.size(); ++done) {
+    const auto& e = touches_[done];
+    if (e.t > step.t1) break;
+    if (e.t <= place(newest_).t) {
+      if (touched(e.t))
+        keep(step, e.t, -e.v_n_minus);
+      else
+        ++lost_;
+      continue;
+    }
+    // Within this very step: it steps over its impacts, or ends a row of them.
+    const double share = step.t1 > step.t0 ? (e.t - step.t0) / (step.t1 - step.t0) : 0;
+    step.state(step.t1, q_, v_);
+    const auto& p = place(newest_);
+    for (std::size_t i = 0; i < q_.size(); ++i) q_[i] = p.q[i] + share * (q_[i] - p.q[i]);
+    v_.assign(step.v0.begin(), step.v0.end());
+    keep(step, e.t, -e.v_n_minus);
+  }
+  touches_.erase(touches_.begin(), touches_.begin() + static_cast<long>(done));
+}
+
+/// The state at a time that is past, into q_ and v_; false where it is not kept any more.
+bool SectionPoints::touched(double t) {
+  const long oldest = std::max(0L, newest_ - static_cast<long>(places_.size()) + 1);
+  long low = oldest, high = newest_;  // the first place that is not before t
+  while (low < high) {
+    const long middle = low + (high - low) / 2;
+    if (place(middle).t < t)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  const auto& p = place(low);
+  const double rounding = 1e-12 * std::abs(t);
+  if (!p.struck && p.t - t <= rounding) {  // landed on
+    q_ = p.q;
+    v_ = p.v;
+    return true;
+  }
+  if (low == oldest) return false;
+  const auto& o = place(low - 1);
+  const double h = p.t - o.t, s = h > 0 ? (t - o.t) / h : 0;
+  v_ = o.v;
+  for (std::size_t i = 0; i < q_.size(); ++i) {
+    q_[i] = o.q[i] + s * (p.q[i] - o.q[i]);
+    if (!p.struck) v_[i] += s * (p.v[i] - o.v[i]);
+  }
+  return true;
+}
+
+void SectionPoints::point(const Step& step, double t) {
+  if (t < discard_) return;
+  step.state(t, q_, v_);
+  keep(step, t, std::nan(""));
+}
+
+/// The columns of the state in q_ and v_.
+void SectionPoints::keep(const Step& step, double t, double approach) {
+  if (t < discard_) return;
+  if (t_.size() == most) {
+    ++beyond_;
+    return;
+  }
+  if (wants_contacts_) step.contacts(t, q_, contacts_);
+  t_.push_back(t);
+  for (const auto& c : columns_) {
+    const auto contact = [&]() -> const ContactPlace& {
+      return contacts_[static_cast<std::size_t>(c.first)];
+    };
+    double x = approach;
+    switch (c.kind) {
+      case StateColumn::Kind::coordinate:
+        x = difference(c, q_);
+        if (c.angle) x = wrapped(x);
+        break;
+      case StateColumn::Kind::rate:
+        x = difference(c, v_);
+        break;
+      case StateColumn::Kind::ex:
+        x = contact().ex;
+        break;
+      case StateColumn::Kind::ey:
+        x = contact().ey;
+        break;
+      case StateColumn::Kind::gap:
+        x = contact().gap;
+        break;
+      case StateColumn::Kind::ex_c:
+        x = contact().ex / (contact().gap + std::hypot(contact().ex, contact().ey));
+        break;
+      case StateColumn::Kind::ey_c:
+        x = contact().ey / (contact().gap + std::hypot(contact().ex, contact().ey));
+        break;
+      case StateColumn::Kind::phase:
+        x = phase_of(t, rule_.period);
+        break;
+      case StateColumn::Kind::approach:
+        break;
+    }
+    rows_.push_back(x);
+  }
+}
+
+}  // namespace freeplay

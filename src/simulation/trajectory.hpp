@@ -1,0 +1,97 @@
+// Observers that keep what they see in memory.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "simulation/observer.hpp"
+
+namespace freeplay {
+
+/// Multiples of a step in time, each once, by their index, and the end of the scene's run. A multiple that is a run's end
+/// but for rounding stands at the end exactly: 20000·(0.03/20000) is greater than 0.03.
+class Grid {
+ public:
+  /// Begins behind t: a row at t itself is the caller's; step (s) ≤ 0: no rows. `end`: of the run, `last`: of the
+  /// scene's (s), which has a row also where it is no multiple.
+  void begin(double t, double step, double end, double last);
+  /// Another run goes on to an end of its own.
+  void go_on_to(double end) {
+    end_ = end;
+    if (step_ <= 0) return;
+    if (beyond(index_ - 1)) --index_;  // its row stands at the scene's end
+    next_ = multiple(index_);
+  }
+  double next() const { return next_; }
+  void advance() { next_ = multiple(++index_); }
+  template <class M>
+  void remember(M& m) {
+    m(step_, next_, index_, end_, last_);
+  }
+
+ private:
+  double rounding() const;
+  /// Whether a multiple is the first beyond the scene's end, which is no multiple.
+  bool beyond(long index) const;
+  double multiple(long index) const;
+  double step_ = 0, next_ = 0, end_ = 0, last_ = 0;
+  long index_ = 0;
+};
+
+/// Rows of the state, at multiples of the scene's output step or of one's own.
+class Trajectory final : public Observer {
+ public:
+  Trajectory() = default;
+  explicit Trajectory(double step) : step_(step) {}  ///< s
+
+  std::size_t size() const { return t_.size(); }
+  double t(std::size_t row) const { return t_[row]; }
+  /// x, y, θ of each body (m, rad), and their rates.
+  std::span<const double> q(std::size_t row) const { return {q_.data() + row * n_, n_}; }
+  std::span<const double> v(std::size_t row) const { return {v_.data() + row * n_, n_}; }
+
+  void begin(const Layout& layout, const State& state) override;
+  void step(const Step& step) override;
+
+ private:
+  double step_ = 0;
+  std::size_t n_ = 0;
+  Grid grid_;
+  std::vector<double> t_, q_, v_;
+};
+
+/// Rows of the energy ledger, at the first step's end from each multiple of the output step or of one's own.
+class Energies final : public Observer {
+ public:
+  Energies() = default;
+  explicit Energies(double step) : step_(step) {}  ///< s
+  struct Row {
+    double t = 0;  ///< s
+    EnergyLedger ledger;
+  };
+  std::vector<Row> rows;
+
+  void begin(const Layout& layout, const State& state) override;
+  void step(const Step& step) override;
+
+ private:
+  double step_ = 0;
+  Grid grid_;
+};
+
+/// The events, up to a number.
+class EventList final : public Observer {
+ public:
+  explicit EventList(std::size_t most) : most_(most) {}
+  std::vector<Event> events;
+  long seen = 0;
+  Wants wants() const override { return {.steps = false}; }
+  void event(const Event& e) override;
+  void save(MemoryWriter& m) override;
+  void load(MemoryReader& m) override;
+
+ private:
+  std::size_t most_;
+};
+
+}  // namespace freeplay

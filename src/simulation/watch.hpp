@@ -1,0 +1,44 @@
+// What stands between the stepping loop and those who watch: passes events, steps and samples on, and knows when
+// to stop.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "simulation/contact_log.hpp"
+#include "simulation/observer.hpp"
+#include "simulation/sensors.hpp"
+#include "values/stop.hpp"
+
+namespace freeplay {
+
+class Watch {
+ public:
+  Watch(const Layout& layout, Sensors& sensors, std::vector<Observer*> observers, StopToken stop);
+
+  bool stop() const { return stop_(); }
+  /// Anybody to show steps to.
+  bool any() const { return wants_.steps || wants_.samples; }
+  bool wants_forces() const { return wants_.forces; }
+
+  void begin(const State& state);
+  /// Settled events, in the order of time.
+  void drain(ContactLog& log) {
+    if (log.has_pending()) log.drain([this](const ContactEvent& e) { event(e); });
+  }
+  void step(const Step& step);
+  void end(const Ending& ending, double t, const ContactLog& log);
+
+ private:
+  void event(const ContactEvent& e);
+
+  const Layout& layout_;
+  Sensors& sensors_;
+  std::vector<Observer*> observers_, of_steps_;  // the latter want steps
+  StopToken stop_;
+  Wants wants_;
+  Sensors::Sink sink_;
+  Event event_;  // the one being shown
+};
+
+}  // namespace freeplay

@@ -1,0 +1,241 @@
+#include "study/attractors/attractor_runs.hpp"
+
+#include <fmt/format.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <atomic>
+#include <cmath>
+#include <mutex>
+
+#include "dynamics/assembly/assembly.hpp"
+#include "io/scene/located.hpp"
+#include "io/scene/toml_value.hpp"
+#include "mechanism/scene.hpp"
+#include "study/runs/perturb.hpp"
+
+namespace freeplay {
+namespace {
+
+/// Where a run ended, for the next of its chain.
+struct Handed {
+  State state;
+  std::vector<double> drive_angles;  ///< rad, of the scene's drives; NaN for those that prescribe no speed
+};
+
+std::vector<double> drive_angles(const Scene& scene, double t) {
+  std::vector<double> angles;
+  for (const auto& drive : scene.mechanism.drives) {
+    const auto* speed = std::get_if<SpeedDrive>(&drive);
+    angles.push_back(speed ? speed->initial_angle + speed->speed * t : std::nan(""));
+  }
+  return angles;
+}
+
+/// Lets a scene begin where another value's run ended.
+State take_over(Scene& scene, const Handed& from, const StopToken& stop) {
+  for (std::size_t i = 0; i < scene.mechanism.drives.size() && i < from.drive_angles.size(); ++i)
+    if (auto* speed = std::get_if<SpeedDrive>(&scene.mechanism.drives[i]);
+        speed && !std::isnan(from.drive_angles[i]))
+      speed->initial_angle = from.drive_angles[i];
+  auto mechanism = scene.mechanism;
+  start_from(mechanism, from.state);
+  auto state = assemble(mechanism, RunOptions::Start::assembled, nullptr, stop);
+  state.t = 0;
+  if (from.state.z.size() == state.z.size() || state.z.empty()) state.z = from.state.z;
+  return state;
+}
+
+class Settling {
+ public:
+  Settling(const Study& study, const AttractorPlan& plan, const std::vector<Chain>& chains,
+           AttractorStore& store, StopToken stop,
+           const std::function<void(const ChainProgress&)>& on_progress, SettledRuns& result)
+      : study_(study),
+        plan_(plan),
+        chains_(chains),
+        store_(store),
+        stop_(stop),
+        on_progress_(on_progress),
+        r_(result) {
+    for (const auto& chain : chains) {
+      total_ += chain.links.size();
+      r_.chains.emplace_back(chain.links.size());
+    }
+  }
+
+  Scene scene_of(const ChainLink& link) const try {
+    auto overrides = plan_.overrides;
+    overrides.insert(overrides.end(), link.overrides.begin(), link.overrides.end());
+    auto scene = read_scene(study_.scene, overrides, study_.reach == Reach::anywhere);
+    if (link.start >= 0 && differ(scene, study_.perturbation))
+      scene = perturbed(scene, stop_, study_.seed, link.start, study_.perturbation);
+    return scene;
+  } catch (const SceneError& e) {
+    throw in_study(study_, e);
+  }
+
+  SectionRequest request(const char* table) const {
+    const auto of = std::string(table) + ".";
+    SectionRequest r{.formulation = plan_.formulation,
+                     .section = plan_.section,
+                     .columns = plan_.columns,
+                     .period = plan_.period ? plan_.period : study_.period,
+                     .discard = plan_.discard,
+                     .keep = plan_.keep,
+                     .section_key = of + "section",
+                     .column_key = of + "columns",
+                     .periods_key = of + "keep"};
+    return r;
+  }
+
+  /// What the study asks wrongly, at its place there.
+  SectionPlan plan_of(const Scene& scene, const SectionRequest& asked, const std::string& table) const try {
+    return SectionSimulation(scene, asked, stop_).plan();
+  } catch (const ModelError& e) {
+    if (!e.key.starts_with(table + ".")) throw;
+    throw error_at(study_, {table, e.key.substr(table.size() + 1)}, e.message);
+  }
+
+  /// Every scene is read; the first of each chain is made ready, and says which columns there are.
+  void check(const char* table) {
+    auto asked = request(table);
+    for (const auto& chain : chains_)
+      for (std::size_t i = 0; i < chain.links.size() && !stop_(); ++i) {
+        const bool first = r_.columns.empty();
+        auto plain = chain.links[i];
+        if (!first) plain.start = -1;
+        const auto scene = scene_of(plain);
+        if (chain.links[i].start > 0 && !differ(scene, study_.perturbation))
+          throw error_at(
+              study_, {table, "starts"},
+              fmt::format("{}: all would begin alike: it has no drive of prescribed speed to turn, and no "
+                          "loose part to place",
+                          study_.scene.string()));
+        if (!first) continue;
+        auto plan = plan_of(scene, asked, table);
+        if (asked.columns.empty()) {
+          asked.columns = plan.shown;
+          plan = plan_of(scene, asked, table);
+        }
+        r_.columns = plan.columns;
+        r_.period = plan.period;
+      }
+    asked_ = asked;
+    for (const auto& c : r_.columns) r_.likeness.circles.push_back(c.column.circle());
+    r_.likeness.tolerance = plan_.tolerance;
+    r_.likeness.most = plan_.most_period;
+  }
+
+  void run(int threads) {
+    oneapi::tbb::task_arena arena(threads > 0 ? threads : oneapi::tbb::task_arena::automatic);
+    arena.execute([&] {
+      oneapi::tbb::parallel_for(
+          oneapi::tbb::blocked_range<std::size_t>(0, chains_.size(), 1),
+          [&](const auto& range) {
+            for (auto i = range.begin(); i < range.end(); ++i) along(i);
+          },
+          oneapi::tbb::simple_partitioner());
+    });
+    r_.interrupted = stop_();
+  }
+
+ private:
+  bool stopped() const { return stop_() || failed_; }
+
+  void along(std::size_t chain) try {
+    std::optional<Handed> handed;
+    for (std::size_t i = 0; i < chains_[chain].links.size() && !stopped(); ++i) {
+      auto& made = r_.chains[chain][i];
+      if (!one(chains_[chain], chains_[chain].links[i], handed, made)) return;
+      const std::lock_guard lock(mutex_);
+      if (on_progress_) on_progress_({++done_, total_});
+    }
+  } catch (const Interrupted&) {  // while a start was made
+  } catch (...) {
+    failed_ = true;
+    throw;
+  }
+
+  /// A run of a chain; false when it was interrupted.
+  bool one(const Chain& chain, const ChainLink& link, std::optional<Handed>& handed, SettledRun& made) {
+    auto scene = scene_of(link);
+    auto asked = asked_;
+    if (handed) asked.start = located_in(scene, [&] { return take_over(scene, *handed, stop_); });
+    SectionSimulation simulation(scene, asked, stop_);
+    const auto& plan = simulation.plan();
+    const auto key = key_of(chain, link, simulation.identity(), plan);
+    made.branch = chain.branch;
+    made.values = link.values;
+    bool there = false;
+    {
+      const std::lock_guard lock(mutex_);
+      there = store_.find(key, made);
+    }
+    if (!there) {
+      const auto run = simulation.run();
+      if (run.ending.status == Ending::Status::interrupted) return false;
+      made.failure = run.ending.status == Ending::Status::failed ? run.ending.reason : "";
+      for (const auto& note : run.notes)
+        if (note.starts_with("DOUBTFUL")) made.doubt += (made.doubt.empty() ? "" : "; ") + note;
+      made.t = run.t;
+      made.rows = run.rows;
+      made.end = run.end;
+      const std::lock_guard lock(mutex_);
+      store_.store(key, made, r_.columns);
+    }
+    made.attractor = attractor_of(made.rows, r_.likeness);
+    {
+      const std::lock_guard lock(mutex_);
+      ++(there ? r_.found : r_.made);
+    }
+    // A run that gave up leads nowhere: the next value begins where the last good one ended.
+    if (made.finished()) handed = Handed{made.end, drive_angles(scene, plan.until)};
+    return true;
+  }
+
+  std::string key_of(const Chain& chain, const ChainLink& link, Identity identity,
+                     const SectionPlan& plan) const {
+    identity.given +=
+        fmt::format("branch = {}\nvalues = {}\nsection = {}\nuntil = {}\ndiscard = {}\n",
+                    toml_quoted(chain.branch), toml_numbers(link.values), toml_quoted(plan_.section),
+                    toml_number(plan.until), toml_number(plan.discard));
+    for (const auto& column : asked_.columns)
+      identity.given += fmt::format("column = {}\n", toml_quoted(column));
+    return identity.digest();
+  }
+
+  const Study& study_;
+  const AttractorPlan& plan_;
+  const std::vector<Chain>& chains_;
+  AttractorStore& store_;
+  StopToken stop_;
+  const std::function<void(const ChainProgress&)>& on_progress_;
+  SettledRuns& r_;
+  SectionRequest asked_;
+  std::size_t total_ = 0, done_ = 0;
+  std::mutex mutex_;
+  std::atomic<bool> failed_{false};
+};
+
+}  // namespace
+
+SettledRuns settle(const Study& study, const AttractorPlan& plan, const char* table,
+                   const std::vector<Chain>& chains, AttractorStore& store, int threads, StopToken stop,
+                   const std::function<void(const ChainProgress&)>& on_progress) {
+  SettledRuns result;
+  Settling settling(study, plan, chains, store, stop, on_progress, result);
+  settling.check(table);
+  if (!stop()) settling.run(threads);
+  result.interrupted = stop();
+  return result;
+}
+
+std::vector<std::string> settings_at(const Axis& axis, std::size_t place) {
+  std::vector<std::string> list{fmt::format("{}={}", axis.key, axis.values[place])};
+  for (std::size_t k = 0; k < axis.others.size(); ++k)
+    list.push_back(fmt::format("{}={}", axis.others[k], axis.other_values[k][place]));
+  return list;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,284 @@
+#include "study/attractors/attractor_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <set>
+
+namespace freeplay {
+namespace {
+
+/// Calls f(run, attractor's number) for every run that was made, chain by chain.
+void each_run(const SettledRuns& runs, const Told& told, auto f) {
+  for (std::size_t c = 0; c < runs.chains.size(); ++c)
+    for (std::size_t i = 0; i < runs.chains[c].size(); ++i)
+      if (!runs.chains[c][i].values.empty()) f(runs.chains[c][i], told.of[c][i]);
+}
+
+nlohmann::json to_json(const std::vector<NamedColumn>& columns) {
+  auto list = nlohmann::json::array();
+  for (const auto& c : columns) list.push_back({{"name", c.name}, {"unit", c.unit}});
+  return list;
+}
+
+nlohmann::json to_json(const Axis& axis) {
+  return {{"name", axis.name}, {"key", axis.key}, {"unit", axis.unit}, {"scale", axis.scale}};
+}
+
+nlohmann::json common_json(const SettledRuns& runs, const AttractorPlan& plan) {
+  std::size_t all = 0, failed = 0, doubtful = 0;
+  for (const auto& chain : runs.chains)
+    for (const auto& run : chain) {
+      all += !run.values.empty();
+      failed += !run.finished();
+      doubtful += !run.doubt.empty();
+    }
+  return {{"section", plan.section},
+          {"formulation", plan.formulation},
+          {"period_s", runs.period},
+          {"discard_periods", plan.discard},
+          {"keep_periods", plan.keep},
+          {"tolerance", plan.tolerance},
+          {"most_period", plan.most_period},
+          {"columns", to_json(runs.columns)},
+          {"runs", all},
+          {"failed", failed},
+          {"doubtful", doubtful}};
+}
+
+std::string shown(double x) { return fmt::format("{:.6g}", x); }
+
+/// What the branches come to at one value.
+struct Kinds {
+  std::set<int> settled;  ///< attractors but the aperiodic one
+  bool aperiodic = false;
+};
+
+/// "WHAT: 0.3 to 0.5, 0.7 UNIT", the stretches of values that hold it; nothing where none does.
+std::string listed(const char* what, const std::string& unit, const std::map<double, Kinds>& kinds,
+                   bool (*holds)(const Kinds&)) {
+  std::string text;
+  for (auto it = kinds.begin(); it != kinds.end();) {
+    const auto first = it;
+    auto last = it;
+    for (; it != kinds.end() && holds(it->second); ++it) last = it;
+    if (it == first) {
+      ++it;
+      continue;
+    }
+    text +=
+        (text.empty() ? "" : ", ") + shown(first->first) + (last != first ? " to " + shown(last->first) : "");
+  }
+  return text.empty() ? "" : fmt::format("{}: {}{}{}\n", what, text, unit.empty() ? "" : " ", unit);
+}
+
+/// "BODY.y = 0.1, 0.2 m; ..." of one cycle, at most four points.
+std::string cycle(const Attractor& a, const std::vector<NamedColumn>& columns) {
+  if (a.period <= 0) return "";
+  std::string text;
+  for (std::size_t j = 0; j < columns.size(); ++j) {
+    text += (j > 0 ? "; " : "") + columns[j].name + " = ";
+    const auto most = std::min(a.period, 4);
+    for (int i = 0; i < most; ++i)
+      text += fmt::format("{}{:.4g}", i > 0 ? ", " : "",
+                          a.points[static_cast<std::size_t>(i) * columns.size() + j]);
+    if (a.period > most) text += ", ...";
+    if (!columns[j].unit.empty()) text += " " + columns[j].unit;
+  }
+  return text;
+}
+
+}  // namespace
+
+std::vector<Chain> bifurcation_chains(const Study& study) {
+  const auto& plan = *study.bifurcation;
+  const auto& axis = study.axes[plan.axis];
+  std::vector<std::size_t> places(axis.values.size());
+  std::iota(places.begin(), places.end(), 0);
+  std::ranges::sort(places, {}, [&](std::size_t i) { return axis.values[i]; });
+  const auto link = [&](std::size_t place, int start) {
+    return ChainLink{settings_at(axis, place), {axis.values[place]}, start};
+  };
+  std::vector<Chain> chains;
+  if (plan.up) {
+    chains.push_back({"up", {}});
+    for (const auto place : places) chains.back().links.push_back(link(place, -1));
+  }
+  if (plan.down) {
+    chains.push_back({"down", {}});
+    for (auto i = places.size(); i-- > 0;) chains.back().links.push_back(link(places[i], -1));
+  }
+  for (int start = 0; start < plan.starts; ++start)
+    for (const auto place : places) chains.push_back({fmt::format("start {}", start), {link(place, start)}});
+  return chains;
+}
+
+std::vector<Chain> basin_chains(const Study& study) {
+  const auto &x = study.axes[study.basin->x], &y = study.axes[study.basin->y];
+  std::vector<Chain> chains;
+  for (std::size_t j = 0; j < y.values.size(); ++j)
+    for (std::size_t i = 0; i < x.values.size(); ++i) {
+      auto overrides = settings_at(x, i);
+      const auto others = settings_at(y, j);
+      overrides.insert(overrides.end(), others.begin(), others.end());
+      chains.push_back({"grid", {{std::move(overrides), {x.values[i], y.values[j]}}}});
+    }
+  return chains;
+}
+
+Told told_at_each_value(const SettledRuns& runs) {
+  std::map<double, std::vector<Attractor>> at;
+  Told told;
+  for (const auto& chain : runs.chains) {
+    told.of.emplace_back();
+    for (const auto& run : chain)
+      told.of.back().push_back(
+          run.values.empty() || !run.finished()
+              ? -1
+              : static_cast<int>(place_among(at[run.values[0]], run.attractor, runs.likeness)));
+  }
+  return told;
+}
+
+Told told_at_all(const SettledRuns& runs) {
+  Told told;
+  for (const auto& chain : runs.chains) {
+    told.of.emplace_back();
+    for (const auto& run : chain)
+      told.of.back().push_back(run.values.empty() || !run.finished()
+                                   ? -1
+                                   : static_cast<int>(place_among(told.list, run.attractor, runs.likeness)));
+  }
+  return told;
+}
+
+std::string bifurcation_csv(const Study& study, const SettledRuns& runs, const Told& told) {
+  const auto& axis = study.axes[study.bifurcation->axis];
+  std::string csv = "branch,value,attractor,period,t";
+  for (const auto& c : runs.columns) csv += "," + c.name;
+  csv += "\n";
+  each_run(runs, told, [&](const SettledRun& run, int attractor) {
+    const auto head =
+        fmt::format("{},{},{},{}", run.branch, run.values[0] * axis.scale, attractor, run.attractor.period);
+    if (run.t.empty()) {  // so that the table says that it was run
+      csv += head + ",nan";
+      for (std::size_t j = 0; j < runs.columns.size(); ++j) csv += ",nan";
+      csv += "\n";
+    }
+    for (std::size_t i = 0; i < run.t.size(); ++i) {
+      csv += fmt::format("{},{}", head, run.t[i]);
+      for (std::size_t j = 0; j < runs.columns.size(); ++j)
+        csv += fmt::format(",{}", run.rows[i * runs.columns.size() + j]);
+      csv += "\n";
+    }
+  });
+  return csv;
+}
+
+nlohmann::json bifurcation_json(const Study& study, const SettledRuns& runs, const Told& told) {
+  auto document = common_json(runs, *study.bifurcation);
+  document["axis"] = to_json(study.axes[study.bifurcation->axis]);
+  auto list = nlohmann::json::array();
+  each_run(runs, told, [&](const SettledRun& run, int attractor) {
+    nlohmann::json one = {{"branch", run.branch},
+                          {"value", run.values[0]},
+                          {"attractor", attractor},
+                          {"kind", run.finished() ? run.attractor.name() : "failed"},
+                          {"points", run.t.size()}};
+    if (!run.failure.empty()) one["failure"] = run.failure;
+    if (!run.doubt.empty()) one["doubt"] = run.doubt;
+    list.push_back(std::move(one));
+  });
+  document["at"] = std::move(list);
+  return document;
+}
+
+std::string bifurcation_text(const Study& study, const SettledRuns& runs, const Told& told) {
+  const auto& axis = study.axes[study.bifurcation->axis];
+  struct Stretch {
+    double from, to;
+    std::string kind;
+  };
+  std::vector<std::pair<std::string, std::vector<Stretch>>> branches;
+  std::map<double, Kinds> kinds;
+  each_run(runs, told, [&](const SettledRun& run, int attractor) {
+    const double x = run.values[0] * axis.scale;
+    auto& at = kinds[x];
+    if (run.finished() && run.attractor.period == Attractor::aperiodic) at.aperiodic = true;
+    if (run.finished() && run.attractor.period != Attractor::aperiodic) at.settled.insert(attractor);
+    const auto kind = run.finished() ? run.attractor.name() : "failed";
+    if (branches.empty() || branches.back().first != run.branch)
+      branches.emplace_back(run.branch, std::vector<Stretch>());
+    auto& list = branches.back().second;
+    if (list.empty() || list.back().kind != kind) list.push_back({x, x, kind});
+    list.back().to = x;
+  });
+  std::string text = fmt::format("{:<10}{:>14}{:>14}  attractor ({})\n", "branch", "from", "to",
+                                 axis.unit.empty() ? axis.name : axis.name + ", " + axis.unit);
+  for (const auto& [branch, list] : branches)
+    for (const auto& s : list)
+      text += fmt::format("{:<10}{:>14}{:>14}  {}\n", branch, shown(s.from), shown(s.to), s.kind);
+  text += listed("several attractors at one value", axis.unit, kinds,
+                 [](const Kinds& k) { return k.settled.size() > 1; });
+  text += listed("settled or aperiodic by the branch (both attract, or more discard tells)", axis.unit, kinds,
+                 [](const Kinds& k) { return k.settled.size() == 1 && k.aperiodic; });
+  return text;
+}
+
+std::string basin_csv(const Study& study, const SettledRuns& runs, const Told& told) {
+  const auto &x = study.axes[study.basin->x], &y = study.axes[study.basin->y];
+  std::string csv = "x,y,attractor,period";
+  for (const auto& c : runs.columns) csv += "," + c.name;
+  csv += "\n";
+  const auto width = runs.columns.size();
+  each_run(runs, told, [&](const SettledRun& run, int attractor) {
+    csv += fmt::format("{},{},{},{}", run.values[0] * x.scale, run.values[1] * y.scale, attractor,
+                       run.attractor.period);
+    for (std::size_t j = 0; j < width; ++j)
+      csv += fmt::format(",{}", run.t.empty() ? std::nan("") : run.rows[run.rows.size() - width + j]);
+    csv += "\n";
+  });
+  return csv;
+}
+
+nlohmann::json basin_json(const Study& study, const SettledRuns& runs, const Told& told) {
+  auto document = common_json(runs, *study.basin);
+  document["x"] = to_json(study.axes[study.basin->x]);
+  document["y"] = to_json(study.axes[study.basin->y]);
+  std::vector<std::size_t> cells(told.list.size(), 0);
+  each_run(runs, told, [&](const SettledRun&, int attractor) {
+    if (attractor >= 0) ++cells[static_cast<std::size_t>(attractor)];
+  });
+  auto list = nlohmann::json::array();
+  for (std::size_t a = 0; a < told.list.size(); ++a)
+    list.push_back({{"kind", told.list[a].name()},
+                    {"cycle", cycle(told.list[a], runs.columns)},
+                    {"points", told.list[a].points},
+                    {"cells", cells[a]}});
+  document["attractors"] = std::move(list);
+  return document;
+}
+
+std::string basin_text(const Study&, const SettledRuns& runs, const Told& told) {
+  std::vector<std::size_t> cells(told.list.size(), 0);
+  std::size_t all = 0;
+  each_run(runs, told, [&](const SettledRun&, int attractor) {
+    ++all;
+    if (attractor >= 0) ++cells[static_cast<std::size_t>(attractor)];
+  });
+  std::string text = fmt::format("{:<10}{:>8}{:>8}  {}\n", "attractor", "cells", "share", "kind");
+  for (std::size_t a = 0; a < told.list.size(); ++a) {
+    text +=
+        fmt::format("{:<10}{:>8}{:>7.1f}%  {}\n", a, cells[a],
+                    100.0 * static_cast<double>(cells[a]) / static_cast<double>(all), told.list[a].name());
+    if (const auto points = cycle(told.list[a], runs.columns); !points.empty())
+      text += fmt::format("{:28}{}\n", "", points);
+  }
+  return text;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,325 @@
+// The optimum of calibration's misfit, its profiles and its sample: bounded problems of few unknowns.
+#include <algorithm>
+#include <array>
+#include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <functional>
+#include <random>
+#include <stdexcept>
+
+#include "study/calibration/calibrate.hpp"
+
+namespace freeplay {
+namespace {
+
+using Vector = Eigen::VectorXd;
+
+struct Minimum {
+  Vector xi;
+  double value = INFINITY;
+};
+
+/// The minima of f in [−1, 1]ⁿ with some of the unknowns held, by Newton's method with Levenberg's damping; unknowns that
+/// f drives against their limit rest there. f is smooth and cheap: gradient and Hessian are central differences.
+class Minimiser {
+ public:
+  explicit Minimiser(std::function<double(const Vector&)> f) : f_(std::move(f)) {}
+  double operator()(const Vector& xi) const { return f_(xi); }
+  /// Not above f at the start.
+  Minimum from(const Vector& start, std::initializer_list<Eigen::Index> held = {}) const {
+    Minimum here{start, f_(start)};
+    double damping = 1e-3;
+    for (int i = 0; i < 60 && damping < 1e12; ++i) {
+      const auto [g, H] = derivatives(here);
+      std::vector<Eigen::Index> free;
+      for (Eigen::Index j = 0; j < g.size(); ++j)
+        if (std::ranges::count(held, j) == 0 && !(std::abs(here.xi[j]) >= 1 && g[j] * here.xi[j] < 0))
+          free.push_back(j);
+      if (free.empty() || Vector(g(free)).lpNorm<Eigen::Infinity>() < 1e-7) break;
+      bool better = false;
+      while (!better && damping < 1e12) {
+        Eigen::MatrixXd damped = H(free, free);
+        damped.diagonal().array() += damping;
+        const Eigen::LLT<Eigen::MatrixXd> factors(damped);
+        damping *= 8;
+        if (factors.info() != Eigen::Success) continue;
+        Vector next = here.xi;
+        next(free) -= factors.solve(Vector(g(free)));
+        next = next.cwiseMax(-1).cwiseMin(1);
+        const double moved = (next - here.xi).lpNorm<Eigen::Infinity>(), value = f_(next);
+        if (moved < 1e-10) return here;
+        better = value < here.value;
+        if (better) here = {std::move(next), value};
+      }
+      damping = std::max(damping / 64, 1e-9);
+    }
+    return here;
+  }
+
+ private:
+  struct Derivatives {
+    Vector gradient;
+    Eigen::MatrixXd hessian;
+  };
+  Derivatives derivatives(const Minimum& here) const {
+    constexpr double step = 1e-4;
+    const auto n = here.xi.size();
+    Derivatives d{Vector(n), Eigen::MatrixXd(n, n)};
+    const auto at = [&](Eigen::Index i, double di, Eigen::Index j, double dj) {
+      Vector xi = here.xi;
+      xi[i] += di;
+      xi[j] += dj;
+      return f_(xi);
+    };
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double above = at(i, step, i, 0), below = at(i, -step, i, 0);
+      d.gradient[i] = (above - below) / (2 * step);
+      d.hessian(i, i) = (above - 2 * here.value + below) / (step * step);
+      for (Eigen::Index j = 0; j < i; ++j)
+        d.hessian(i, j) = d.hessian(j, i) =
+            (at(i, step, j, step) - at(i, step, j, -step) - at(i, -step, j, step) + at(i, -step, j, -step)) /
+            (4 * step * step);
+    }
+    return d;
+  }
+  std::function<double(const Vector&)> f_;
+};
+
+/// Points all over the ranges, by their f: f may have several minima.
+std::vector<Minimum> overview(const Minimiser& f, Eigen::Index n) {
+  const auto points = space_filling(static_cast<int>(n), 128 * static_cast<int>(n));
+  std::vector<Minimum> list;
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    const Vector xi = points.row(i).transpose();
+    list.push_back({xi, f(xi)});
+  }
+  list.push_back({Vector::Zero(n), f(Vector::Zero(n))});
+  std::erase_if(list, [](const Minimum& m) { return !std::isfinite(m.value); });
+  std::ranges::sort(list, {}, &Minimum::value);
+  return list;
+}
+
+Minimum global(const Minimiser& f, const std::vector<Minimum>& points) {
+  Minimum best;
+  std::vector<Vector> starts;
+  for (const auto& p : points) {
+    if (starts.size() == 8) break;
+    if (std::ranges::any_of(starts, [&](const Vector& s) { return (s - p.xi).norm() < 0.3; })) continue;
+    starts.push_back(p.xi);
+    if (auto found = f.from(p.xi); found.value < best.value) best = std::move(found);
+  }
+  if (!std::isfinite(best.value))
+    throw std::runtime_error(
+        "calibration: the fit found no minimum; widen the ranges of the unknowns, or give more points");
+  return best;
+}
+
+constexpr int grid = 32;  // steps of a profile over the range
+
+/// The profile of one unknown: where it is within `most`. Ends of the range that are within are open.
+class Profile {
+ public:
+  Profile(const Minimiser& f, const std::vector<Minimum>& points, const Minimum& best, Eigen::Index unknown,
+          double most)
+      : f_(f), points_(points), best_(best), j_(unknown), most_(most), lowest_(best) {
+    for (const int way : {-1, 1}) follow(way);
+  }
+  double low() const { return ends_[0]; }
+  double high() const { return ends_[1]; }
+  bool open_low() const { return open_[0]; }
+  bool open_high() const { return open_[1]; }
+  /// The least that was met on the way.
+  const Minimum& lowest() const { return lowest_; }
+
+ private:
+  Minimum at(double x, const Vector& near) {
+    Vector start = near;
+    start[j_] = x;
+    auto least = f_.from(start, {j_});
+    // The best of all points in this slice, for another minimum than the one that is followed.
+    const auto other =
+        std::ranges::find_if(points_, [&](const Minimum& m) { return std::abs(m.xi[j_] - x) < 2.0 / grid; });
+    if (other != points_.end()) {
+      start = other->xi;
+      start[j_] = x;
+      if (auto found = f_.from(start, {j_}); found.value < least.value) least = std::move(found);
+    }
+    if (least.value < lowest_.value) lowest_ = least;
+    return least;
+  }
+  void follow(int way) {
+    const std::size_t end = way < 0 ? 0 : 1;
+    Minimum here = best_;
+    Minimum inside = best_, outside;
+    ends_[end] = best_.xi[j_];
+    bool crossed = false;
+    while (way * here.xi[j_] < 1) {
+      const double x = std::clamp(here.xi[j_] + way * 2.0 / grid, -1.0, 1.0);
+      auto next = at(x, here.xi);
+      if (next.value <= best_.value + most_) {
+        inside = next;
+        crossed = false;
+      } else if (!crossed) {
+        outside = next;
+        crossed = true;
+      }
+      here = std::move(next);
+    }
+    open_[end] = !crossed;
+    ends_[end] = crossed ? between(inside, outside) : static_cast<double>(way);
+  }
+  /// Where the profile crosses: the Illinois form of the false position.
+  double between(Minimum inside, const Minimum& outside) {
+    const double level = best_.value + most_;
+    double a = inside.xi[j_], b = outside.xi[j_], fa = inside.value - level, fb = outside.value - level;
+    double x = a;
+    for (int i = 0, side = 0; i < 40 && std::abs(b - a) > 1e-6; ++i) {
+      x = (a * fb - b * fa) / (fb - fa);
+      auto middle = at(x, inside.xi);
+      const double fx = middle.value - level;
+      if (std::abs(fx) < 1e-6) break;
+      if (fx <= 0) {
+        a = x;
+        fa = fx;
+        inside = std::move(middle);
+        if (side == -1) fb *= 0.5;
+        side = -1;
+      } else {
+        b = x;
+        fb = fx;
+        if (side == 1) fa *= 0.5;
+        side = 1;
+      }
+    }
+    return x;
+  }
+
+  const Minimiser& f_;
+  const std::vector<Minimum>& points_;
+  Minimum best_;
+  Eigen::Index j_;
+  double most_;
+  Minimum lowest_;
+  std::array<double, 2> ends_{};
+  std::array<bool, 2> open_{};
+};
+
+/// t_ν(0.975).
+double student(double freedom) {
+  return freedom < 1e6 ? boost::math::quantile(boost::math::students_t(std::max(freedom, 1.0)), 0.975)
+                       : boost::math::quantile(boost::math::normal(), 0.975);
+}
+
+/// (JᵀV⁻¹J + w)⁻¹.
+Eigen::MatrixXd laplace(const Misfit& misfit, const Vector& xi, const std::vector<bool>& used) {
+  Eigen::MatrixXd information = Misfit::pull * Eigen::MatrixXd::Identity(xi.size(), xi.size());
+  if (std::ranges::any_of(used, std::identity{})) {
+    const auto J = misfit.jacobian(xi, used);
+    information += J.transpose() * misfit.at(xi, used).covariance.ldlt().solve(J);
+  }
+  return information.inverse();
+}
+
+}  // namespace
+
+double unscaled(const Unknown& u, double xi) {
+  const double s = 0.5 * (xi + 1);
+  return u.logarithmic ? u.low * std::pow(u.high / u.low, s) : u.low + s * (u.high - u.low);
+}
+
+Fit fit(const Misfit& misfit, const std::vector<bool>& used, const std::vector<Unknown>& unknowns) {
+  const auto n = static_cast<Eigen::Index>(unknowns.size());
+  const Minimiser f([&](const Vector& xi) { return misfit.at(xi, used).value; });
+  const auto points = overview(f, n);
+  auto best = global(f, points);
+  Fit found;
+  found.used = used;
+  // A profile that finds less than the optimum has found a better one.
+  for (int again = 0; again < 3; ++again) {
+    const double t = student(misfit.freedom(best.xi, used));
+    found.unknowns.clear();
+    Minimum lowest = best;
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const Profile p(f, points, best, j, t * t);
+      const auto at = [&](double xi) { return unscaled(unknowns[static_cast<std::size_t>(j)], xi); };
+      found.unknowns.push_back({at(best.xi[j]), at(p.low()), at(p.high()), p.open_low(), p.open_high()});
+      if (p.lowest().value < lowest.value) lowest = p.lowest();
+    }
+    if (lowest.value > best.value - 1e-3) break;
+    best = f.from(lowest.xi);
+  }
+  found.xi = best.xi;
+  found.least = best.value;
+  const auto at = misfit.at(best.xi, used);
+  found.squares = at.squares;
+  found.objective = at.squares + Misfit::pull * best.xi.squaredNorm();
+  found.degrees = std::max(1, static_cast<int>(std::ranges::count(used, true)) - static_cast<int>(n));
+  found.rejected = found.squares > boost::math::quantile(boost::math::chi_squared(found.degrees), 0.99);
+
+  const auto covariance = laplace(misfit, best.xi, used);
+  const Vector scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
+  found.correlation = scale.asDiagonal() * covariance * scale.asDiagonal();
+  for (const auto& target : misfit.targets()) {
+    const Vector g = target.surface.gradient(best.xi);
+    const double y = target.surface(best.xi);
+    const double half = 1.96 * std::sqrt(g.dot(covariance * g) + target.surface.variance(best.xi));
+    found.on_surface.push_back({std::exp(y), std::exp(y - half), std::exp(y + half)});
+  }
+  found.draws = sample(misfit, found, draws);
+  return found;
+}
+
+std::vector<MisfitPoint> misfit_map(const Misfit& misfit, const Fit& fit, Eigen::Index x, Eigen::Index y) {
+  constexpr int steps = 30;
+  const Minimiser f([&](const Vector& xi) { return misfit.at(xi, fit.used).value; });
+  std::vector<MisfitPoint> map;
+  Vector row = fit.xi;  // where the row before began
+  for (int i = 0; i <= steps; ++i) {
+    Vector here = row;
+    here[x] = -1 + 2.0 * i / steps;
+    for (int j = 0; j <= steps; ++j) {
+      here[y] = -1 + 2.0 * j / steps;
+      const auto least = f.from(here, {x, y});
+      here = least.xi;
+      if (j == 0) row = here;
+      map.push_back({here[x], here[y], least.value - fit.least});
+    }
+  }
+  return map;
+}
+
+Eigen::MatrixXd sample(const Misfit& misfit, const Fit& fit, int count, double width) {
+  constexpr int between = 25;  // steps from one to the next
+  const auto n = fit.xi.size();
+  std::mt19937_64 generator(1);
+  const auto uniform = [&] { return (static_cast<double>(generator() >> 11) + 0.5) * 0x1p-53; };
+  const auto normal = [&] {  // not std::normal_distribution, which is another one in every library
+    return boost::math::quantile(boost::math::normal(), uniform());
+  };
+  // The step that suits a normal distribution (Roberts, Gelman and Gilks, Ann. Appl. Probab. 7 (1997) 110), within the ranges.
+  Eigen::MatrixXd covariance = width * width * laplace(misfit, fit.xi, fit.used);
+  const Vector limit = covariance.diagonal().cwiseSqrt().cwiseMax(0.6).cwiseInverse() * 0.6;
+  covariance = limit.asDiagonal() * covariance * limit.asDiagonal();
+  const Eigen::MatrixXd L =
+      2.4 / std::sqrt(static_cast<double>(n)) * Eigen::MatrixXd(covariance.llt().matrixL());
+  Eigen::MatrixXd points(count, n);
+  Vector here = fit.xi;
+  double value = fit.least;
+  for (int k = 0; k < count * between; ++k) {
+    const Vector next = here + L * Vector::NullaryExpr(n, normal);
+    const double u = uniform();
+    if (next.lpNorm<Eigen::Infinity>() <= 1) {
+      const double there = misfit.at(next, fit.used).value;
+      if (there - value < -2 * width * width * std::log(u)) {
+        here = next;
+        value = there;
+      }
+    }
+    if (k % between == between - 1) points.row(k / between) = here.transpose();
+  }
+  return points;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,225 @@
+#include "study/comparison/compare.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "dynamics/system.hpp"
+#include "facade/run_folder.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/run_json.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/touches.hpp"
+
+namespace freeplay {
+namespace {
+
+/// A touch with the flight before it and how long it lasted.
+struct Touch {
+  ContactEvent event;
+  double flight = 0;  ///< s, since the contact's loss before, or since the start
+  double lasted = 0;  ///< s; infinite where no separation follows
+};
+
+/// Touches of each contact. One that rests at the start is none.
+std::vector<std::vector<Touch>> touches(const std::vector<ContactEvent>& events, int joints) {
+  std::vector<std::vector<Touch>> of(joints);
+  std::vector<double> left(joints);
+  for (const auto& e : events) {
+    auto& list = of[e.contact];
+    if (e.kind == EventKind::separation) {
+      left[e.contact] = e.t;
+      if (!list.empty() && list.back().event.kind == EventKind::contact) list.back().lasted = e.duration;
+      continue;
+    }
+    const bool impact = e.kind == EventKind::impact;
+    if (is_touch(e)) list.push_back({e, e.t - left[e.contact], impact ? e.duration : INFINITY});
+    left[e.contact] = e.t + (impact ? e.duration : 0);
+  }
+  return of;
+}
+
+/// What the pairs so far say of how far the two motions are apart.
+struct Spread {
+  double time = 0;     ///< s, greatest difference of times, with the contacts' own durations
+  double rate = 1e-3;  ///< greatest relative difference of speeds before and after
+
+  void add(const Touch& a, const Touch& b) {
+    const auto& p = a.event;
+    const auto& n = b.event;
+    const double longest =
+        std::max(p.kind == EventKind::impact ? p.duration : 0, n.kind == EventKind::impact ? n.duration : 0);
+    time = std::max(time, std::abs(p.t - n.t) + longest);
+    const auto grow = [&](double x, double y) {
+      if (x * y > 0) rate = std::max(rate, std::abs(x - y) / std::min(std::abs(x), std::abs(y)));
+    };
+    grow(p.v_n_minus, n.v_n_minus);
+    if (p.kind == n.kind && p.kind == EventKind::impact) grow(p.v_n_plus, n.v_n_plus);
+  }
+};
+
+/// Why two touches do not belong together; empty when they do.
+std::string parted(const Touch& a, const Touch& b, const Spread& spread, double turn) {
+  const double flight = std::min(a.flight, b.flight), apart = std::abs(a.event.t - b.event.t);
+  if (!(apart <= 0.25 * flight)) return "its times differ by more than a quarter of the flight before it";
+  if (!(apart <= turn / 36)) return "its times differ by more than ten degrees of a turn";
+  const double known = a.event.t_uncertainty + b.event.t_uncertainty;
+  if (!(apart <= 10 * (spread.time + spread.rate * flight + known)))
+    return "its times differ tenfold of what the touches before it make of its flight";
+  const double ratio = a.event.v_n_minus / b.event.v_n_minus;
+  if (!(ratio < 2 && ratio > 0.5)) return "its approach speeds differ twofold";
+  if (a.event.kind != b.event.kind && !(std::max(a.lasted, b.lasted) <= 0.25 * flight))
+    return fmt::format("it is an impact in {} and begins a lasting contact in the other",
+                       a.event.kind == EventKind::impact ? "penalty" : "nonsmooth");
+  return "";
+}
+
+nlohmann::json to_json(const ContactEvent& e) {
+  return {{"t_s", e.t},
+          {"kind", name_of(e.kind)},
+          {"crank_angle_rad", e.crank_angle},
+          {"v_n_minus_m_per_s", e.v_n_minus},
+          {"v_n_plus_m_per_s", e.v_n_plus},
+          {"impulse_n_N_s", e.impulse_n},
+          {"t_uncertainty_s", e.t_uncertainty}};
+}
+
+}  // namespace
+
+Pairing pair_impacts(const std::vector<ContactEvent>& penalty, const std::vector<ContactEvent>& nonsmooth,
+                     int joints, double until, double turn, const std::vector<std::string>& names) {
+  Pairing p;
+  const auto a = touches(penalty, joints), b = touches(nonsmooth, joints);
+  std::vector<std::size_t> next(joints);
+  Spread spread;
+  double end = until;
+  p.ended_by =
+      until < INFINITY ? "the list of a run's events that was kept ends there" : "all touches are paired";
+  for (;;) {  // in the order of time; each turn takes a touch from the lists
+    int first = -1;
+    double t = until;
+    for (int k = 0; k < joints; ++k)
+      for (const auto* list : {&a[k], &b[k]})
+        if (next[k] < list->size() && (*list)[next[k]].event.t < t) t = (*list)[next[k]].event.t, first = k;
+    if (first < 0) break;
+    const auto i = next[first]++;
+    std::string why;
+    if (i >= a[first].size() || i >= b[first].size())
+      why = fmt::format("only the {} run has it", i < a[first].size() ? "penalty" : "nonsmooth");
+    else
+      why = parted(a[first][i], b[first][i], spread, turn);
+    if (!why.empty()) {
+      end = t;
+      std::string whose;
+      if (joints > 1)
+        whose = names.empty() ? fmt::format(" of contact {}", first + 1)
+                              : " of " + names[static_cast<std::size_t>(first)];
+      p.ended_by = fmt::format("touch {}{} has no partner: {}", i + 1, whose, why);
+      break;
+    }
+    spread.add(a[first][i], b[first][i]);
+    p.pairs.push_back({a[first][i].event, b[first][i].event});
+  }
+  std::erase_if(p.pairs, [&](const ImpactPair& x) { return std::max(x.penalty.t, x.nonsmooth.t) >= end; });
+  std::ranges::sort(p.pairs, {}, [](const ImpactPair& x) { return x.nonsmooth.t; });
+  if (p.pairs.empty() && end == INFINITY) p.ended_by = "neither run touches";
+  if (!p.pairs.empty()) p.horizon = std::max(p.pairs.back().penalty.t, p.pairs.back().nonsmooth.t);
+  return p;
+}
+
+namespace {
+
+/// Of each contact what penalty's law and the impact law do not have in common though both were to be the same.
+void find_not_matched(const Scene& scene, Comparison& c) {
+  const System system(scene.mechanism);
+  for (int k = 0; k < system.contacts(); ++k) {
+    auto& list = c.not_matched.emplace_back();
+    const auto& surface = system.contact_facts(k).surface;
+    c.frictional.push_back(surface.friction.value_or(0) > 0);
+    if (!(std::abs(c.penalty.contacts[k].model.restitution_delivered -
+                   c.nonsmooth.contacts[k].model.restitution_delivered) < 1e-9))
+      list.emplace_back("restitution as given");
+    if (surface.tangential_restitution > 0 && c.frictional.back())
+      list.push_back(fmt::format("tangential restitution {:.3g} is unknown to the contact law",
+                                 surface.tangential_restitution));
+  }
+}
+
+}  // namespace
+
+Comparison compare(const Scene& scene, const CompareSetup& setup, const std::filesystem::path& folder) {
+  Comparison c;
+  c.matched = setup.matched;
+  const auto progress = [&](const char* which) {
+    return [&setup, which](double done) {
+      if (setup.on_progress) setup.on_progress(which, done);
+    };
+  };
+  int left = 3;
+  const auto run = [&](const Scene& one, const char* formulation, const char* name) {
+    return run_scene(one, {.formulation = formulation,
+                           .matched = setup.matched,
+                           .folder = folder / name,
+                           .on_progress = progress(name),
+                           .stop = setup.stop,
+                           .companion = true,
+                           .most_output = setup.most_output,
+                           .runs_alike = left--});
+  };
+  c.penalty = run(scene, "penalty", "penalty");
+  if (c.penalty.ending.status == Ending::Status::interrupted) return c;
+  c.nonsmooth = run(scene, "nonsmooth", "nonsmooth");
+  if (c.nonsmooth.ending.status == Ending::Status::interrupted) return c;
+  for (const auto& contact : c.penalty.contacts) c.joints.push_back(contact.name);
+  if (!c.joints.empty()) {
+    Scene ideal = scene;
+    ideal.mechanism = idealised(scene.mechanism);
+    ideal.run.start = RunOptions::Start::ideal;
+    try {
+      c.ideal = run(ideal, "penalty", "ideal");
+    } catch (const ModelError&) {
+      // A mechanism that closes only thanks to its play has no ideal motion to show.
+      c.nonsmooth.notes.push_back("with ideal joints the mechanism does not assemble; no ideal run");
+    }
+  }
+  const auto known = [](const Result& r) { return r.events_cut() ? r.events.back().t : INFINITY; };
+  c.pairing = pair_impacts({c.penalty.events.begin(), c.penalty.events.end()},
+                           {c.nonsmooth.events.begin(), c.nonsmooth.events.end()},
+                           static_cast<int>(c.joints.size()), std::min(known(c.penalty), known(c.nonsmooth)),
+                           c.penalty.revolutions > 0 ? c.penalty.observed / c.penalty.revolutions : INFINITY,
+                           c.joints);
+  find_not_matched(scene, c);
+
+  auto document = to_json(c);
+  document["provenance"] = provenance(scene);
+  write_file(folder / "comparison.json",
+             document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  write_file(folder / "comparison.md", comparison_table(scene, c, true));
+  return c;
+}
+
+nlohmann::json to_json(const Comparison& c) {
+  nlohmann::json pairs = nlohmann::json::array();
+  for (const auto& p : c.pairing.pairs)
+    pairs.push_back({{"joint", c.joints[p.penalty.contact]},
+                     {"penalty", to_json(p.penalty)},
+                     {"nonsmooth", to_json(p.nonsmooth)}});
+  bool restitution = true;
+  nlohmann::json open = nlohmann::json::object();
+  for (std::size_t k = 0; k < c.not_matched.size(); ++k) {
+    if (!c.not_matched[k].empty()) open[c.joints[k]] = c.not_matched[k];
+    restitution = restitution && c.not_matched[k].empty();
+  }
+  nlohmann::json j = {
+      {"restitution_matched", restitution},
+      {"not_matched", open},
+      {"penalty", to_json(c.penalty)},
+      {"nonsmooth", to_json(c.nonsmooth)},
+      {"pairing", {{"horizon_s", c.pairing.horizon}, {"ended_by", c.pairing.ended_by}, {"pairs", pairs}}}};
+  if (c.ideal) j["ideal"] = to_json(*c.ideal);
+  return j;
+}
+
+}  // namespace freeplay

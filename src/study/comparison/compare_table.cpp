@@ -1,0 +1,205 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "mechanism/lubricated.hpp"
+#include "mechanism/scene.hpp"
+#include "study/comparison/compare.hpp"
+
+namespace freeplay {
+namespace {
+
+/// Rows of text cells, laid out for a terminal or as Markdown.
+class Table {
+ public:
+  Table(bool markdown, std::vector<int> widths) : markdown_(markdown), widths_(std::move(widths)) {}
+  void head(const std::vector<std::string>& cells) {
+    row(cells);
+    std::string rule = markdown_ ? "|" : "";
+    for (int w : widths_)
+      rule += markdown_ ? " --- |" : std::string(static_cast<std::size_t>(w - 1), '-') + " ";
+    while (rule.back() == ' ') rule.pop_back();
+    text += rule + "\n";
+  }
+  void row(const std::vector<std::string>& cells) {
+    if (markdown_) text += "|";
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (markdown_)
+        text += " " + cells[i] + " |";
+      else
+        text += i == 0 ? first(cells[i]) : fmt::format("{:>{}} ", cells[i], widths_[i] - 1);
+    }
+    while (!text.empty() && text.back() == ' ') text.pop_back();
+    text += "\n";
+  }
+  std::string text;
+
+ private:
+  /// A name that leaves no room for the others stands on a line of its own.
+  std::string first(const std::string& name) const {
+    const auto width = static_cast<std::size_t>(widths_.front());
+    return name.size() < width ? fmt::format("{:<{}}", name, width)
+                               : fmt::format("{}\n{:{}}", name, "", width);
+  }
+  bool markdown_;
+  std::vector<int> widths_;
+};
+
+std::string number(double x) { return fmt::format("{:.4g}", x); }
+
+/// Two digits, without a power of ten where a whole number says it: 100, 1200.
+std::string two_digits(double x) {
+  if (!(std::abs(x) >= 99.5 && std::abs(x) < 1e5)) return fmt::format("{:.2g}", x);
+  const double unit = std::pow(10, std::floor(std::log10(std::abs(x))) - 1);
+  return fmt::format("{:.0f}", std::round(x / unit) * unit);
+}
+
+/// A value with its standard error, both to the error's first digit (its second where the first is 1). Without an
+/// error two digits, which is what one window may show.
+std::string with_error(double value, double error, const char* unit = "") {
+  if (!std::isfinite(error) || !std::isfinite(value)) return two_digits(value) + unit;
+  if (error <= 1e-12 * std::abs(value)) return fmt::format("{:.4g} ± 0{}", value, unit);
+  int place = static_cast<int>(std::floor(std::log10(error)));
+  if (error / std::pow(10, place) < 1.95) --place;
+  const double size = std::max(std::abs(value), error);
+  // Small and large numbers by a power of ten.
+  const int power =
+      size < 1e-3 || size >= 1e5 || place > 0 ? static_cast<int>(std::floor(std::log10(size))) : 0;
+  const double scale = std::pow(10, power);
+  const int digits = std::max(0, power - place);
+  const auto text = fmt::format("{:.{}f} ± {:.{}f}", value / scale, digits, error / scale, digits);
+  return power == 0 ? text + unit : fmt::format("({})e{}{}", text, power, unit);
+}
+std::string percent(double value, double error) { return with_error(100 * value, 100 * error, " %"); }
+
+/// What the two laws of a contact have in common.
+std::string matching(const Comparison& c, std::size_t k) {
+  if (c.not_matched.at(k).empty()) return "matched";
+  return fmt::format("NOT matched: {}", fmt::join(c.not_matched[k], "; "));
+}
+
+/// What is said of restitutions, and the contacts of which it holds.
+std::vector<std::pair<std::string, std::vector<std::string>>> restitutions(const Comparison& c) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> list;
+  for (std::size_t k = 0; k < c.joints.size(); ++k) {
+    const auto& p = c.penalty.contacts[k].model;
+    const auto what =
+        fmt::format("asked {:.3g}; delivered by the contact law {:.4g},\nby the impact law {:.4g} ({})",
+                    p.restitution_asked, p.restitution_delivered,
+                    c.nonsmooth.contacts[k].model.restitution_delivered, matching(c, k));
+    auto same = std::ranges::find(list, what, [](const auto& item) { return item.first; });
+    if (same == list.end()) same = list.insert(list.end(), {what, {}});
+    same->second.push_back(c.joints[k]);
+  }
+  return list;
+}
+
+/// What statistics are over, and where their errors come from.
+std::string about_window(const Result& r) {
+  std::string text = r.revolutions > 0 ? fmt::format("{:.4g} revolutions", r.revolutions)
+                                       : fmt::format("{:.4g} s", r.observed);
+  if (!r.window || r.window->batches == 0) return text + ": one window, no error bar";
+  return text +
+         fmt::format(";\n±: standard error, from {} batches of {:.3g} s", r.window->batches, r.window->batch);
+}
+
+}  // namespace
+
+std::string comparison_table(const Scene& scene, const Comparison& c, bool markdown) {
+  std::string out = markdown ? "# " : "";
+  out += (scene.mechanism.title.empty() ? scene.file.string() : scene.mechanism.title) + "\n\n";
+  const auto& p = c.penalty;
+  const auto& n = c.nonsmooth;
+  for (const auto* run : {&p, &n})
+    if (run->ending.status == Ending::Status::failed)
+      out +=
+          fmt::format("{} STOPPED at t = {:.6g} s: {}\n\n", run->formulation, run->t_end, run->ending.reason);
+
+  for (const auto& [what, names] : restitutions(c))
+    out += fmt::format("Restitution of {}: {}\n", fmt::join(names, ", "), what);
+  if (std::ranges::any_of(c.frictional, std::identity{}))
+    out += fmt::format("Friction: {} (regularised) in penalty, Coulomb's set-valued law in nonsmooth\n",
+                       text_of(scene.penalty.friction));
+  if (!c.joints.empty()) out += "\n";
+
+  Table t(markdown, {44, 17, 17});
+  t.head({"", "penalty", "nonsmooth"});
+  const auto line = [&](const std::string& name, auto get) { t.row({name, get(p), get(n)}); };
+  for (std::size_t k = 0; k < c.joints.size(); ++k) {
+    const auto of = [&](auto field) { return [&, field](const Result& r) { return field(r.contacts[k]); }; };
+    const auto& name = c.joints[k];
+    line(name + (lubricated(scene.mechanism, name) ? ": on its film" : ": free flight"),
+         of([](const auto& x) { return percent(x.flight_fraction, x.flight_error); }));
+    line(name + ": in impacts", of([](const auto& x) { return percent(x.impact_fraction, x.impact_error); }));
+    line(name + ": lasting contact",
+         of([](const auto& x) { return percent(x.lasting_fraction, x.lasting_error); }));
+    line(name + (p.revolutions > 0 ? ": impacts per revolution *" : ": impacts per second *"),
+         of([](const auto& x) { return with_error(x.impacts_per_revolution, x.impacts_error); }));
+    line(name + ": fastest approach, m/s", of([](const auto& x) { return number(x.fastest_approach); }));
+    line(name + ": greatest impulse of an impact, N s",
+         of([](const auto& x) { return number(x.greatest_impulse); }));
+    line(name + ": greatest penetration / " + p.contacts[k].measure + " **",
+         of([](const auto& x) { return number(x.penetration_ratio); }));
+  }
+  line("greatest constraint violation, m **",
+       [](const auto& r) { return number(r.extremes.constraint_length); });
+  line("greatest constraint violation, rad **",
+       [](const auto& r) { return number(r.extremes.constraint_angle); });
+  const auto energy = [&](Window::Term term, const char* what, bool always) {
+    const auto of = [&](const Result& r) { return r.window ? r.window->energy[term] : 0; };
+    if (always || of(p) != 0 || of(n) != 0)
+      line(fmt::format("energy: {}, J", what), [&](const Result& r) {
+        return with_error(of(r), r.window && r.window->batches > 0 ? r.window->error[term] : NAN);
+      });
+  };
+  energy(Window::drives, "work of drives", true);
+  energy(Window::loads, "work of loads", false);
+  energy(Window::contacts, "dissipated in contacts", true);
+  energy(Window::friction, "dissipated by friction", true);
+  energy(Window::dampers, "dissipated in dampers", false);
+  energy(Window::films, "dissipated in films", false);
+  energy(Window::stored, "stored", true);
+  energy(Window::stabilisation, "work of stabilisation", true);
+  line("energy: closure of the balance, whole run, J",
+       [](const auto& r) { return number(r.ledger.closure()); });
+  line("steps", [](const auto& r) { return fmt::format("{}", r.work.steps); });
+  line("right-hand sides", [](const auto& r) { return fmt::format("{}", r.work.rhs); });
+  line("complementarity problems", [](const auto& r) { return fmt::format("{}", r.work.lcp_solves); });
+  line("CPU time, s", [](const auto& r) { return number(r.cpu_seconds); });
+  out += t.text;
+  out += fmt::format("{}{}statistics and energies after {:.4g} s, over {}\n", markdown ? "\n" : "",
+                     c.joints.empty() ? "" : "* faster than a tenth of the fastest; ", scene.run.discard,
+                     about_window(p));
+  out += fmt::format("{} of the whole run, whose validity they bear on\n", markdown ? "\\*\\*" : "**");
+  for (const auto* run : {&p, &n})
+    for (const auto& note : run->notes) out += fmt::format("{}: {}\n", run->formulation, note);
+  if (c.joints.empty()) return out;
+  if (c.pairing.pairs.empty()) return out + fmt::format("\nNo impacts are paired: {}\n", c.pairing.ended_by);
+
+  out +=
+      fmt::format("\n{}Impacts paired up to the horizon t = {:.6g} ms, where\n{}\n{}", markdown ? "## " : "",
+                  1e3 * c.pairing.horizon, c.pairing.ended_by, markdown ? "\n" : "");
+  Table pairs(markdown, {12, 11, 11, 11, 9, 9, 9, 8});
+  pairs.head({"joint", "t pen. ms", "nonsmooth", "diff us", "v pen.", "nonsm.", "P pen.", "nonsm."});
+  std::size_t shown = 0;
+  for (const auto& x : c.pairing.pairs) {
+    if (!markdown && ++shown > 20) {
+      pairs.text += fmt::format("... {} more in comparison.md\n", c.pairing.pairs.size() - 20);
+      break;
+    }
+    const auto impulse = [](const ContactEvent& e) {
+      return e.kind == EventKind::impact ? fmt::format("{:.5f}", e.impulse_n) : std::string("lasting");
+    };
+    pairs.row({c.joints[x.penalty.contact], fmt::format("{:.5f}", 1e3 * x.penalty.t),
+               fmt::format("{:.5f}", 1e3 * x.nonsmooth.t),
+               fmt::format("{:.2f}", 1e6 * (x.nonsmooth.t - x.penalty.t)),
+               fmt::format("{:.5f}", -x.penalty.v_n_minus), fmt::format("{:.5f}", -x.nonsmooth.v_n_minus),
+               impulse(x.penalty), impulse(x.nonsmooth)});
+  }
+  return out + pairs.text + (markdown ? "\n" : "") + "v: approach speed, m/s; P: normal impulse, N s\n";
+}
+
+}  // namespace freeplay

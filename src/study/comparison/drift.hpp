@@ -1,0 +1,33 @@
+// What each stabilisation of the penalty formulation does to the constraints and to the energy balance over a
+// run.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "values/result.hpp"
+#include "values/stop.hpp"
+
+namespace freeplay {
+
+struct Scene;
+
+struct DriftRun {
+  std::string stabilisation;
+  Ending ending;
+  double greatest_length = 0, greatest_angle = 0;  ///< m, rad: greatest |Φ|
+  double closure = 0, stabilisation_work = 0;      ///< J
+  long rhs = 0;
+  double cpu_seconds = 0;
+};
+
+/// Runs the scene without stabilisation, with Baumgarte's and with projection, by a one-step integrator
+/// (dopri5 unless the scene names another), and writes drift.csv (stabilisation,t,length,angle,closure) and
+/// drift.json into the folder.
+std::vector<DriftRun> measure_drift(const Scene& scene, const StopToken& stop,
+                                    const std::filesystem::path& folder,
+                                    const std::function<void(const std::string&, double)>& on_progress);
+
+}  // namespace freeplay

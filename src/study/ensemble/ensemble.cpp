@@ -1,0 +1,248 @@
+#include "study/ensemble/ensemble.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <set>
+
+#include "facade/simulation.hpp"
+#include "io/files/visible.hpp"
+#include "mechanism/error.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/clock.hpp"
+#include "simulation/columns.hpp"
+#include "simulation/statistics.hpp"
+#include "simulation/windows.hpp"
+#include "study/runs/measurer.hpp"
+#include "study/runs/near_pose.hpp"
+
+namespace freeplay {
+namespace {
+
+constexpr double most_bytes = 2e9;
+
+/// A run's chosen columns at given times.
+class Sampled final : public Observer {
+ public:
+  Sampled(const std::vector<Column>& columns, const std::vector<double>& times, double* rows)
+      : columns_(columns), times_(times), rows_(rows) {}
+
+  void begin(const Layout& layout, const State& state) override {
+    q_.resize(state.q.size());
+    v_.resize(state.v.size());
+    contacts_.resize(layout.contacts.size());
+    for (const auto& c : columns_) places_ |= c.of == Column::Of::contact;
+  }
+  void step(const Step& step) override {
+    // The last time may be beyond the last step's end by rounding.
+    const double slack = 1e-12 * times_.back();
+    for (; next_ < times_.size() && times_[next_] <= step.t1 + slack; ++next_) {
+      const double t = std::clamp(times_[next_], step.t0, step.t1);
+      step.state(t, q_, v_);
+      if (places_) step.contacts(t, q_, contacts_);
+      for (const auto& c : columns_) *rows_++ = value(c, t);
+    }
+  }
+
+ private:
+  double value(const Column& c, double t) const {
+    switch (c.of) {
+      case Column::Of::position:
+        return q_[c.index];
+      case Column::Of::velocity:
+        return v_[c.index];
+      case Column::Of::contact:
+        return contacts_[c.index].*c.place;
+      default:
+        return t;
+    }
+  }
+
+  const std::vector<Column>& columns_;
+  const std::vector<double>& times_;
+  double* rows_;
+  std::size_t next_ = 0;
+  bool places_ = false;
+  std::vector<double> q_, v_;
+  std::vector<ContactPlace> contacts_;
+};
+
+std::vector<Column> chosen(const Layout& layout, const std::vector<std::string>& names) {
+  std::vector<Column> all = trajectory_columns(layout), found;
+  std::vector<std::string> there;
+  std::erase_if(all, [](const Column& c) { return c.of == Column::Of::time; });
+  for (const auto& c : all) there.push_back(c.name());
+  for (const auto& name : names) {
+    const auto at = std::ranges::find(there, name);
+    if (at == there.end())
+      throw SceneError(fmt::format("--column {}: is no column of trajectory.csv; there are {}", visible(name),
+                                   fmt::join(there, ", ")));
+    found.push_back(all[static_cast<std::size_t>(at - there.begin())]);
+  }
+  if (!names.empty()) return found;
+  for (const auto& c : all)
+    if (layout.contacts.empty() ? c.of == Column::Of::position
+                                : c.of == Column::Of::contact && std::string_view(c.part) == "gap")
+      found.push_back(c);
+  return found;
+}
+
+/// What the machine did, and not the mechanism.
+bool of_the_machine(const std::string& name) {
+  return name.starts_with("work.") || name.find("seconds") != name.npos || name.find("memory") != name.npos;
+}
+
+void put_statistics(Ensemble& all, const std::vector<StartOutcome>& outcomes) {
+  std::set<std::string> names;
+  for (const auto& o : outcomes)
+    for (const auto& number : o.numbers) names.insert(number.first);
+  all.statistics.assign(names.begin(), names.end());
+  for (const auto& o : outcomes) {
+    auto& row = all.runs.emplace_back();
+    for (const auto& name : all.statistics) {
+      const auto at = o.numbers.find(name);
+      row.push_back(at == o.numbers.end() ? std::nan("") : at->second);
+    }
+  }
+  for (std::size_t s = 0; s < all.statistics.size(); ++s) {
+    std::vector<double> values;
+    for (const auto& row : all.runs) values.push_back(row[s]);
+    all.spreads.push_back(spread(std::move(values)));
+  }
+}
+
+}  // namespace
+
+Spread spread(std::vector<double> values) {
+  std::erase_if(values, [](double x) { return !std::isfinite(x); });
+  Spread s;
+  s.of = interval(values);
+  s.quantile.fill(std::nan(""));
+  s.error = std::nan("");
+  if (values.empty()) return s;
+  std::ranges::sort(values);
+  for (std::size_t i = 0; i < band_levels.size(); ++i) s.quantile[i] = quantile(values, band_levels[i]);
+  if (values.size() < 2) return s;
+  double squares = 0;
+  for (const double x : values) squares += (x - s.of.mean) * (x - s.of.mean);
+  const auto n = static_cast<double>(values.size());
+  s.error = std::sqrt(squares / (n - 1) / n);
+  return s;
+}
+
+std::size_t Ensemble::finished() const {
+  return static_cast<std::size_t>(std::ranges::count_if(failures, [](const auto& f) { return f.empty(); }));
+}
+
+Starts::Starts(const Scene& scene, const EnsemblePlan& plan) : scene_(scene), plan_(plan) {
+  require_differing_starts(scene, plan.how);
+  if (scene.run.start == RunOptions::Start::equilibrium)
+    throw SceneError(
+        fmt::format("{}: starts in equilibrium, from which its loose parts are not moved; give run.start "
+                    "= \"ideal\"",
+                    scene.file.string()));
+  const auto layout = Simulation(scene, plan.formulation, {.matched = true, .stop = plan.stop}).layout();
+  columns_ = chosen(layout, plan.columns);
+  const double from = scene.run.discard, to = scene.run.duration;
+  for (int i = 0; i < plan.rows; ++i) times_.push_back(from + (to - from) * i / (plan.rows - 1));
+  const double bytes =
+      8.0 * plan.starts * static_cast<double>(plan.rows) * static_cast<double>(columns_.size());
+  if (bytes > most_bytes)
+    throw SceneError(fmt::format(
+        "--rows {}: bands of {} starts and {} columns take {:.3g} GB of memory, and at most {:.0f} "
+        "are allowed; take fewer rows or columns",
+        plan.rows, plan.starts, columns_.size(), 1e-9 * bytes, 1e-9 * most_bytes));
+  near_ = near_pose(scene, plan.stop);
+}
+
+StartOutcome Starts::make(int start) const {
+  const double began = thread_seconds();
+  StartOutcome out;
+  try {
+    const auto moved = perturbed(scene_, near_, plan_.stop, plan_.seed, start, plan_.how);
+    Simulation simulation(moved, plan_.formulation, {.matched = true, .stop = plan_.stop});
+    out.rows.assign(times_.size() * columns_.size(), std::nan(""));
+    Sampled sampled(columns_, times_, out.rows.data());
+    ContactStatistics contacts(moved.run.discard);
+    WindowStatistics window(moved.run.discard, moved.run.duration);
+    auto run = simulation.run(
+        {.observers = {&contacts, &window, &sampled}, .keep_events = false, .stop = plan_.stop});
+    out.interrupted = run.ending.status == Ending::Status::interrupted;
+    if (run.ending.status != Ending::Status::finished) {
+      out.failure = run.ending.reason.empty() ? "did not finish" : run.ending.reason;
+    } else {
+      contacts.into(run);
+      window.into(run);
+      out.numbers = numbers_of(run);
+      std::erase_if(out.numbers,
+                    [](const auto& n) { return !std::isfinite(n.second) || of_the_machine(n.first); });
+    }
+    out.steps = run.work.steps;
+  } catch (const Interrupted&) {
+    out.interrupted = true;
+    out.failure = "interrupted";
+  } catch (const ModelError& e) {
+    out.failure = e.what();
+  }
+  out.cpu_seconds = thread_seconds() - began;
+  return out;
+}
+
+Ensemble Starts::together(const std::vector<StartOutcome>& outcomes) const {
+  Ensemble all;
+  for (const auto& c : columns_) all.columns.push_back(c.name());
+  all.t = times_;
+  all.interrupted = plan_.stop();
+  for (const auto& o : outcomes) {
+    all.failures.push_back(o.failure);
+    all.cpu_seconds += o.cpu_seconds;
+    all.steps += o.steps;
+  }
+  if (all.interrupted) return all;
+  put_statistics(all, outcomes);
+  std::vector<double> values;
+  for (std::size_t place = 0; place < times_.size() * columns_.size(); ++place) {
+    values.clear();
+    for (const auto& o : outcomes)
+      if (o.failure.empty()) values.push_back(o.rows[place]);
+    all.bands.push_back(spread(values));
+  }
+  return all;
+}
+
+Ensemble run_ensemble(const Scene& scene, const EnsemblePlan& plan,
+                      const std::function<void(double)>& on_progress, const KnownStarts& known) {
+  const auto began = std::chrono::steady_clock::now();
+  const Starts starts(scene, plan);
+  std::vector<StartOutcome> outcomes(static_cast<std::size_t>(plan.starts));
+  std::mutex guard;
+  int done = 0;
+  oneapi::tbb::task_arena arena(plan.threads > 0 ? plan.threads : oneapi::tbb::task_arena::automatic);
+  arena.execute([&] {
+    oneapi::tbb::parallel_for(0, plan.starts, [&](int k) {
+      if (plan.stop()) return;
+      auto& outcome = outcomes[static_cast<std::size_t>(k)];
+      const auto there = [&] {
+        const std::lock_guard lock(guard);
+        return known && known(k, outcome);
+      };
+      if (!there()) outcome = starts.make(k);
+      const std::lock_guard lock(guard);
+      if (on_progress) on_progress(static_cast<double>(++done) / plan.starts);
+    });
+  });
+  auto all = starts.together(outcomes);
+  all.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  return all;
+}
+
+}  // namespace freeplay

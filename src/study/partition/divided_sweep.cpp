@@ -1,0 +1,94 @@
+#include "study/partition/divided_sweep.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <unordered_map>
+
+#include "io/files/digest.hpp"
+#include "mechanism/error.hpp"
+#include "study/settings/provenance.hpp"
+#include "study/sweep/sweep.hpp"
+
+namespace freeplay {
+namespace {
+
+constexpr std::size_t most_reasons = 5;
+
+/// These runs, each with the name that the plan gave it.
+std::vector<PlannedRun> runs_of(const Study& study, const Conduct& conduct, const std::vector<Unit>& units) {
+  auto all = cases(study);
+  std::vector<PlannedRun> runs;
+  std::unordered_map<std::size_t, Identity> known;  // of first starts
+  for (const auto& unit : units) {
+    if (conduct.stop()) throw Interrupted();
+    auto changed = [&] {
+      return SceneError(
+          fmt::format("{}: its run {} is not the one that was planned; plan again into another folder",
+                      study.file.string(), unit.number));
+    };
+    if (unit.number >= all.size()) throw changed();
+    auto& one = all[unit.number];
+    const auto first = unit.number - static_cast<std::size_t>(one.start);
+    if (!known.contains(first)) known[first] = identity(study, all[first], conduct);
+    if (run_key(known[first], one.start) != unit.key) throw changed();
+    runs.push_back({unit.key, one});
+  }
+  return runs;
+}
+
+}  // namespace
+
+std::string subject_of(const Study& study) {
+  auto origin = provenance(study);
+  // What people read of it may change.
+  return digest(origin.contains("identity") ? origin["identity"].dump() : origin.dump());
+}
+
+Division divided_sweep(const Study& study, const Conduct& conduct, const char* verb,
+                       std::vector<std::string> arguments, std::string subject) {
+  return {.verb = verb,
+          .arguments = std::move(arguments),
+          .subject = std::move(subject),
+          .units =
+              [&study, conduct] {
+                std::unordered_map<std::string, std::size_t> place;
+                std::vector<Unit> units;
+                const auto planned = plan(study, conduct);
+                if (conduct.stop()) throw Interrupted();
+                // A case stands in the list of all before those that are the same run.
+                const auto all = cases(study);
+                std::size_t at = 0;
+                for (const auto& run : planned) {
+                  while (!(all[at].start == run.what.start && all[at].formulation == run.what.formulation &&
+                           all[at].variant == run.what.variant && all[at].values == run.what.values))
+                    ++at;
+                  units.push_back({run.key, at});
+                }
+                return units;
+              },
+          .make =
+              [&study, conduct, verb](const FolderLock& lock, const std::vector<Unit>& units,
+                                      const MakeUnits& how) {
+                const Conduct own{conduct.matched, how.stop};
+                Results results(lock.folder() / fmt::format("{}.db", verb), study, how.stop);
+                const auto summary = sweep(study, runs_of(study, own, units), own, results, lock, how.threads,
+                                           [&](const SweepProgress& p) {
+                                             if (how.on_progress) how.on_progress(p.done);
+                                           });
+                MadeUnits made{.failed = 0, .reasons = {}, .interrupted = summary.interrupted};
+                for (const auto& [variant, formulation, reason] : results.failures()) {
+                  ++made.failed;
+                  if (made.reasons.size() < most_reasons)
+                    made.reasons.push_back(fmt::format("{}, {}: {}", variant, formulation, reason));
+                }
+                return made;
+              },
+          .finish =
+              [&study, verb](const std::filesystem::path& folder) {
+                Results results(folder / fmt::format("{}.db", verb), study);
+                results.derive(study);
+              }};
+}
+
+}  // namespace freeplay

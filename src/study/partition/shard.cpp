@@ -1,0 +1,245 @@
+#include "study/partition/shard.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdlib>
+#include <fstream>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "io/files/input_file.hpp"
+#include "io/files/output_file.hpp"
+#include "mechanism/error.hpp"
+#include "study/partition/shard_file.hpp"
+#include "study/store/database.hpp"
+#include "study/store/scratch.hpp"
+
+namespace freeplay {
+namespace {
+
+constexpr double say_seconds = 5;    // between two states
+constexpr double copy_seconds = 60;  // between two copies at least,
+constexpr double copy_share = 0.02;  // and of the time at most
+
+double now() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+std::string environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value ? value : "";
+}
+
+std::string host() {
+  if (auto node = environment("SLURMD_NODENAME"); !node.empty()) return node;
+  std::array<char, 256> name{};
+  return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "?";
+}
+
+class Making {
+ public:
+  Making(const Division& study, const Manifest& manifest, const std::filesystem::path& folder,
+         const ShardAsked& asked)
+      : study_(study),
+        manifest_(manifest),
+        folder_(folder),
+        place_(shards_folder(folder)),
+        asked_(asked),
+        earlier_(state_of(folder, asked.shard).seconds),
+        scratch_(asked.scratch, manifest.plan),
+        file_(scratch_.folder() / (study.verb + ".db")) {
+    go_on_from_copy();
+  }
+
+  ShardMade make() {
+    const auto units = units_of(manifest_, folder_, asked_.shard);
+    total_ = units.size();
+    say("running");
+    MadeUnits made;
+    {
+      const std::jthread watch([this](const std::stop_token& end) { keep_copies(end); });
+      made = study_.make(
+          scratch_.lock(), units,
+          {.threads = asked_.threads, .stop = asked_.stop, .on_progress = [this](std::size_t done) {
+             done_ = done;
+             if (asked_.on_progress) asked_.on_progress(done, total_);
+           }});
+    }
+    if (made.interrupted) {
+      if (asked_.on_stop) asked_.on_stop();
+      bring_copy();
+      say("stopped");
+      return {.seal = {}, .interrupted = true};
+    }
+    return {.seal = seal(made, units.size())};
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  double seconds() const { return std::chrono::duration<double>(Clock::now() - began_).count(); }
+  std::filesystem::path part() const { return place_ / fmt::format("{}.part.db", asked_.shard); }
+
+  void go_on_from_copy() {
+    if (std::error_code none; !std::filesystem::exists(std::filesystem::symlink_status(part(), none))) return;
+    try {
+      const Database sound(part(), Database::Access::sealed);
+    } catch (const DamagedDatabase&) {
+      return;  // what it held is made again
+    }
+    copy_whole(part(), file_);
+  }
+
+  void say(const char* state, const std::string& why = {}) const {
+    const nlohmann::json j = {{"state", state},
+                              {"reason", why},
+                              {"host", host()},
+                              {"job", environment("SLURM_JOB_ID")},
+                              {"done", done_.load()},
+                              {"total", total_},
+                              {"seconds", earlier_ + seconds()},
+                              {"when", now()}};
+    write_whole(place_ / fmt::format("{}.state.json", asked_.shard),
+                j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  }
+
+  void bring_copy() {
+    if (!std::filesystem::exists(file_)) return;
+    const auto copy = scratch_.folder() / "copy.db";
+    copy_database(file_, copy);
+    copy_whole(copy, part());
+    std::filesystem::remove(copy);
+  }
+
+  /// Beside the making: says how far it is, and brings copies.
+  void keep_copies(const std::stop_token& end) {
+    std::mutex mutex;
+    std::condition_variable_any wake;
+    std::unique_lock lock(mutex);
+    double next = copy_seconds;
+    while (!wake.wait_for(lock, end, std::chrono::duration<double>(say_seconds),
+                          [&] { return end.stop_requested(); })) {
+      if (end.stop_requested()) return;
+      try {
+        if (seconds() >= next) {
+          const double began = seconds();
+          bring_copy();
+          next = seconds() + std::max(copy_seconds, (seconds() - began) / copy_share);
+        }
+        say("running");
+      } catch (const std::exception&) {
+        // A shared folder that is away for a while: the next time will do; the seal is what counts.
+      }
+    }
+  }
+
+  Seal seal(const MadeUnits& made, std::size_t units) {
+    const auto whole = scratch_.folder() / "whole.db";
+    copy_database(file_, whole);
+    Seal s{.plan = manifest_.plan,
+           .file = {},
+           .checksum = file_checksum(whole),
+           .bytes = std::filesystem::file_size(whole),
+           .shard = asked_.shard,
+           .shards = manifest_.shards,
+           .units = units,
+           .failed = made.failed,
+           .reasons = made.reasons,
+           .seconds = earlier_ + seconds(),
+           .host = host()};
+    s.file = fmt::format("{}-{}.db", asked_.shard, s.checksum);
+    copy_whole(whole, place_ / s.file);
+    const nlohmann::json j = {{"plan", s.plan},       {"file", s.file},     {"checksum", s.checksum},
+                              {"bytes", s.bytes},     {"shard", s.shard},   {"shards", s.shards},
+                              {"units", s.units},     {"failed", s.failed}, {"reasons", s.reasons},
+                              {"seconds", s.seconds}, {"host", s.host}};
+    write_whole(place_ / fmt::format("{}.json", asked_.shard),
+                j.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    remove_what_is_left(s.file);
+    return s;
+  }
+
+  /// Of this shard: copies and states of its making, and files that no seal names any more.
+  void remove_what_is_left(const std::string& sealed) const {
+    std::error_code none;
+    std::filesystem::remove(part(), none);
+    std::filesystem::remove(place_ / fmt::format("{}.state.json", asked_.shard), none);
+    for (const auto& entry : std::filesystem::directory_iterator(place_, none)) {
+      const auto name = entry.path().filename().string();
+      if (name.starts_with(fmt::format("{}-", asked_.shard)) && name != sealed)
+        std::filesystem::remove(entry.path(), none);
+    }
+  }
+
+  const Division& study_;
+  const Manifest& manifest_;
+  std::filesystem::path folder_, place_;
+  const ShardAsked& asked_;
+  double earlier_;
+  Scratch scratch_;
+  std::filesystem::path file_;
+  std::size_t total_ = 0;
+  std::atomic<std::size_t> done_{0};
+  Clock::time_point began_ = Clock::now();
+};
+
+void note_failure(const std::filesystem::path& folder, const ShardAsked& asked, const std::string& why) {
+  auto s = state_of(folder, asked.shard);
+  const nlohmann::json j = {
+      {"state", "failed"}, {"reason", why},    {"host", host()},       {"job", environment("SLURM_JOB_ID")},
+      {"done", s.done},    {"total", s.total}, {"seconds", s.seconds}, {"when", now()}};
+  try {
+    write_whole(shards_folder(folder) / fmt::format("{}.state.json", asked.shard),
+                j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  } catch (const OutputError&) {
+    // The shared folder itself refuses; the caller tells why.
+  }
+}
+
+}  // namespace
+
+ShardMade make_shard(const Division& study, const std::filesystem::path& folder, const ShardAsked& asked) {
+  const auto manifest = read_manifest(folder);
+  require_same(manifest, study, folder);
+  if (asked.shard < 1 || asked.shard > manifest.shards)
+    throw SceneError(fmt::format("--shard {}: there are shards 1 to {}", asked.shard, manifest.shards));
+  if (const auto there = read_seal(folder, asked.shard);
+      there && fault_of(*there, manifest, folder, true).empty())
+    return {.seal = *there, .found = true};
+  try {
+    return Making(study, manifest, folder, asked).make();
+  } catch (const Interrupted&) {
+    return {.seal = {}, .interrupted = true};
+  } catch (const std::exception& e) {
+    note_failure(folder, asked, e.what());
+    throw;
+  }
+}
+
+ShardState state_of(const std::filesystem::path& folder, std::size_t shard) {
+  const auto file = shards_folder(folder) / fmt::format("{}.state.json", shard);
+  if (!std::filesystem::exists(file)) return {};
+  try {
+    const JsonFile read(file);
+    const auto& j = read.document();
+    const auto count = [&](const char* key) {
+      return j.contains(key) && j[key].is_number_unsigned() ? j[key].get<std::size_t>() : 0;
+    };
+    return {.state = j.value("state", ""),
+            .reason = j.value("reason", ""),
+            .host = j.value("host", ""),
+            .job = j.value("job", ""),
+            .done = count("done"),
+            .total = count("total"),
+            .seconds = j.value("seconds", 0.0),
+            .when = j.value("when", 0.0)};
+  } catch (const std::exception&) {
+    return {};  // it may be written at this instant, elsewhere
+  }
+}
+
+}  // namespace freeplay

@@ -1,0 +1,254 @@
+#include "study/runs/case_run.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "facade/identify.hpp"
+#include "facade/simulation.hpp"
+#include "io/files/visible.hpp"
+#include "io/scene/located.hpp"
+#include "io/scene/open_scene.hpp"
+#include "io/scene/read_section.hpp"
+#include "io/scene/toml_value.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/clock.hpp"
+#include "study/runs/ideal_turn.hpp"
+#include "study/runs/near_pose.hpp"
+#include "study/runs/turn_feed.hpp"
+#include "study/settings/design.hpp"
+
+namespace freeplay {
+namespace {
+
+/// The study's contacts among the scene's, or all of them: the first and the others, −1: none.
+void set_contacts(const Study& study, const Scene& scene, const std::vector<std::string>& names,
+                  TurnRules& rules) {
+  std::vector<int> found;
+  for (std::size_t k = 0; k < names.size(); ++k)
+    if (study.joints.empty() || std::ranges::count(study.joints, names[k]) > 0)
+      found.push_back(static_cast<int>(k));
+  for (const auto& joint : study.joints)
+    if (std::ranges::count(names, joint) == 0)
+      throw error_at(
+          study, {"joint"},
+          fmt::format("\"{}\" has no clearance in {}; {}", visible(joint), scene.file.string(),
+                      names.empty() ? "no joint has" : fmt::format("{} have", fmt::join(names, ", "))));
+  rules.joint = found.empty() ? -1 : found.front();
+  rules.others.clear();
+  if (!found.empty()) rules.others.assign(found.begin() + 1, found.end());
+}
+
+/// A turn that the study counts by: of the period that it gives, or of what drives the scene; without one its speed is 0.
+void set_turn(const Study& study, const Scene& scene, TurnRules& rules) {
+  const auto* drive = main_drive(scene.mechanism);
+  rules.speed = rules.crank_start = 0;
+  if (!study.period && drive && drive->speed != 0) {
+    rules.speed = drive->speed;
+    rules.crank_start = drive->initial_angle;
+  } else if (const auto period = study.period ? study.period : drive_period(scene)) {
+    rules.speed = 2 * std::numbers::pi / *period;
+  }
+}
+
+bool turns_at_a_speed(const Scene& scene) {
+  const auto* drive = main_drive(scene.mechanism);
+  return drive && drive->speed != 0;
+}
+
+}  // namespace
+
+std::vector<Case> cases(const Study& study) {
+  std::vector<Case> all;
+  const auto list = cells(study);
+  for (const auto& variant : study.variants)
+    for (const auto& cell : list) {
+      Case one{variant.name,        "",
+               cell.values,         0,
+               variant.revolutions, variant.scene,
+               variant.overrides,   variant.sampling,
+               variant.noise};
+      one.overrides.insert(one.overrides.end(), cell.overrides.begin(), cell.overrides.end());
+      for (const auto& formulation : variant.formulations)
+        for (int start = 0; start < variant.starts; ++start) {
+          one.formulation = formulation;
+          one.start = start;
+          all.push_back(one);
+        }
+    }
+  return all;
+}
+
+namespace {
+
+/// The scene of a case, as long as the study asks, at the start that the scene gives.
+Scene unmoved(const Study& study, const Case& one) try {
+  auto scene = read_scene(one.scene, one.overrides, study.reach == Reach::anywhere);
+  TurnRules rules;
+  set_turn(study, scene, rules);
+  if (study.duration) {
+    scene.run.discard = study.discard_time.value_or(0);
+    scene.run.duration = scene.run.discard + *study.duration;
+  } else if (rules.speed != 0) {
+    const double turn = 2 * std::numbers::pi / std::abs(rules.speed);
+    scene.run.discard = study.discard * turn;
+    scene.run.duration = (study.discard + one.revolutions) * turn;
+  } else if (study.in_periods) {
+    throw error_at(study, {},
+                   fmt::format("revolutions and discard count periods, and nothing drives {} with one: give "
+                               "period, or duration and discard_time (s)",
+                               scene.file.string()));
+  }
+  return scene;
+} catch (const SceneError& e) {
+  throw in_study(study, e);
+}
+
+}  // namespace
+
+Identity identity(const Study& study, const Case& one, const Conduct& conduct) {
+  auto scene = unmoved(study, one);
+  scene.mechanism.title.clear();  // says nothing that a run depends on
+  try {
+    auto found = identify(scene, one.formulation, study.matched && conduct.matched);
+    found.given = settings_text(study) + fmt::format("variant = {}\nvalues = {}\n", toml_quoted(one.variant),
+                                                     toml_numbers(one.values));
+    if (one.sampling > 0) found.given += fmt::format("sampling = {}\n", toml_number(one.sampling));
+    if (one.noise > 0) found.given += fmt::format("noise = {}\n", toml_number(one.noise));
+    return found;
+  } catch (const SceneError&) {
+    throw;
+  } catch (const ModelError& e) {
+    throw located(scene, e);
+  }
+}
+
+void require_runnable(const Study& study, const Case& one, const Conduct& conduct) {
+  const auto scene = unmoved(study, one);
+  TurnRules rules;
+  channels(study, scene, rules);
+  try {
+    Simulation simulation(scene, one.formulation,
+                          {.matched = study.matched && conduct.matched, .stop = conduct.stop});
+    set_contacts(study, scene, simulation.layout().contacts, rules);
+    if (differ(scene, study.perturbation) && scene.run.start == RunOptions::Start::equilibrium)
+      (void)scene_of(study, one, conduct);  // refuses it
+    require_columns(study, scene, simulation, counted_time(study, scene));
+  } catch (const SceneError&) {
+    throw;
+  } catch (const ModelError& e) {
+    throw located(scene, e);
+  }
+}
+
+CountedTime counted_time(const Study& study, const Scene& scene) {
+  TurnRules rules;
+  set_turn(study, scene, rules);
+  return {scene.run.discard, scene.run.duration,
+          rules.speed != 0 ? 2 * std::numbers::pi / std::abs(rules.speed) : 0};
+}
+
+bool has_starts(const Study& study, const Case& one) {
+  const auto scene = unmoved(study, one);
+  return differ(scene, study.perturbation);
+}
+
+void require_signal(const Study& study, const char* by) {
+  const auto lacks = [&](const char* key, const char* what) {
+    return error_at(study, {key}, fmt::format("{} needs {}", by, what));
+  };
+  if (study.accelerometer.empty()) throw lacks("accelerometer", "an accelerometer, whose signal it judges");
+  if (study.joints.size() != 1) throw lacks("joint", "one joint, whose flights and impacts it judges");
+  if (!turns_at_a_speed(*open_scene(study.scene, {}, study.reach == Reach::anywhere)))
+    throw lacks("scene", "a scene with a drive that turns at a prescribed speed, to count turns");
+}
+
+std::string run_key(Identity all_starts, int start) {
+  all_starts.given += fmt::format("start = {}\n", start);
+  return all_starts.digest();
+}
+
+namespace {
+
+/// The scene from the case's own start.
+Scene moved(const Study& study, const Case& one, const Scene& scene, const Conduct& conduct) {
+  if (!differ(scene, study.perturbation)) return scene;
+  if (scene.run.start == RunOptions::Start::equilibrium)
+    throw SceneError(
+        fmt::format("{}: starts in equilibrium, from which its loose parts are not moved; take the study's "
+                    "play = 0",
+                    scene.file.string()));
+  return perturbed(scene, (*conduct.poses)(scene, conduct.stop), conduct.stop, study.seed, one.start,
+                   study.perturbation);
+}
+
+}  // namespace
+
+Scene scene_of(const Study& study, const Case& one, const Conduct& conduct) {
+  return moved(study, one, unmoved(study, one), conduct);
+}
+
+std::shared_ptr<IdealMaxima> Conduct::known_of_none() { return std::make_shared<IdealMaxima>(); }
+std::shared_ptr<NearPoses> Conduct::near_none() { return std::make_shared<NearPoses>(); }
+
+CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct) {
+  const double began = thread_seconds();
+  Scene given = unmoved(study, one);
+  TurnRules rules;
+  const auto [channel, lvdt] = channels(study, given, rules);
+  int every = 1;
+  if (one.sampling > 0 && channel >= 0) {  // no coarser than the instrument's own, which its filter may need
+    auto& own = given.instruments[channel].sampling;
+    every = static_cast<int>(std::ceil(own / one.sampling * (1 - 1e-9)));
+    own = every * one.sampling;
+    if (lvdt >= 0) given.instruments[lvdt].sampling = own;
+    rules.sampling = own;
+  }
+  const Scene scene = moved(study, one, given, conduct);
+  set_turn(study, scene, rules);
+  rules.discard = scene.run.discard;
+  rules.flight_angle = study.flight_angle;
+  rules.impact_speed = study.impact_speed;
+  rules.line_share = study.line_share;
+  Simulation simulation(scene, one.formulation,
+                        {.matched = study.matched && conduct.matched, .stop = conduct.stop});
+  set_contacts(study, scene, simulation.layout().contacts, rules);
+  // What compares with the ideal mechanism needs a motion that repeats whatever the play.
+  rules.ideal_maximum = channel >= 0 && turns_at_a_speed(scene)
+                            ? (*conduct.ideals)(study, given, one.formulation, conduct)
+                            : std::nan("");
+
+  TurnMeter meter(rules);
+  Feed feed(meter, channel, lvdt, every, {one.noise, study.seed, one.start});
+  RunRequest request{
+      .until = rules.discard, .observers = {&feed}, .keep_events = false, .stop = conduct.stop};
+  const Measurer measurer(study, scene, simulation.layout(), counted_time(study, scene));
+  for (auto* observer : measurer.observers()) request.observers.push_back(observer);
+  auto run = simulation.run(request);
+  const auto lost = [&] {
+    const auto l = simulation.ledger();
+    return l.contact + l.friction + l.film;
+  };
+  const double before = lost();
+  if (run.ending.status == Ending::Status::finished) {
+    request.until = scene.run.duration;
+    run = simulation.run(request);
+  }
+  CaseResult result;
+  result.ending = run.ending;
+  result.notes = run.notes;
+  if (result.ending.status == Ending::Status::finished) {
+    feed.finish();
+    result.metrics = meter.finish(scene.run.duration, lost() - before);
+    result.contacts = simulation.layout().contacts;
+    result.measured = measurer.finish(run);
+  }
+  result.work = run.work;
+  result.cpu_seconds = thread_seconds() - began;
+  return result;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,93 @@
+#include "study/runs/ideal_turn.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "facade/identify.hpp"
+#include "facade/simulation.hpp"
+#include "mechanism/scene.hpp"
+#include "study/runs/turn_feed.hpp"
+
+namespace freeplay {
+namespace {
+
+/// s, until what an accelerometer began with has decayed to a millionth: its slowest pole has the real part
+/// −ω_c sin(π/(2n)).
+double settling(const Instrument& i) {
+  const double pi = std::numbers::pi;
+  return i.bandwidth > 0 ? std::log(1e6) / (2 * pi * i.bandwidth * std::sin(pi / (2 * i.order))) : 0;
+}
+
+/// The scene with ideal joints, for a turn after its instruments have settled; the turn's rules go with it.
+Scene ideal_scene(const Study& study, const Scene& scene, TurnRules& rules) {
+  const auto* drive = main_drive(scene.mechanism);
+  const auto [channel, lvdt] = channels(study, scene, rules);
+  rules.speed = drive->speed;
+  rules.crank_start = drive->initial_angle;
+  rules.joint = -1;
+  const double turn = 2 * std::numbers::pi / std::abs(drive->speed);
+  rules.discard = turn * std::max(1.0, std::ceil(settling(scene.instruments[channel]) / turn));
+  Scene ideal = scene;
+  ideal.mechanism = idealised(scene.mechanism);
+  ideal.run.duration = rules.discard + turn + 2 / rules.sampling;
+  ideal.run.discard = 0;
+  ideal.run.start = RunOptions::Start::assembled;
+  for (auto& i : ideal.instruments) i.noise.reset();
+  return ideal;
+}
+
+TurnMetrics turn_of(const Study& study, const Scene& ideal, const TurnRules& rules,
+                    const std::string& formulation, const Conduct& conduct) {
+  TurnRules same;
+  const auto [channel, lvdt] = channels(study, ideal, same);
+  Simulation simulation(ideal, formulation,
+                        {.matched = study.matched && conduct.matched, .stop = conduct.stop});
+  TurnMeter meter(rules);
+  Feed feed(meter, channel, lvdt);
+  const auto run = simulation.run({.observers = {&feed}, .keep_events = false, .stop = conduct.stop});
+  if (run.ending.status == Ending::Status::interrupted) throw Interrupted();
+  return meter.finish(simulation.t(), std::nan(""));  // of a run that stopped early: NaN
+}
+
+}  // namespace
+
+TurnMetrics ideal_turn(const Study& study, const Scene& scene, const std::string& formulation,
+                       const Conduct& conduct) {
+  TurnRules rules;
+  const auto ideal = ideal_scene(study, scene, rules);
+  return turn_of(study, ideal, rules, formulation, conduct);
+}
+
+double IdealMaxima::operator()(const Study& study, const Scene& scene, const std::string& formulation,
+                               const Conduct& conduct) {
+  TurnRules rules;
+  const auto ideal = ideal_scene(study, scene, rules);
+  auto identity = identify(ideal, formulation, study.matched && conduct.matched);
+  identity.given += "accelerometer = " + study.accelerometer + "\n";
+  std::promise<double> made;
+  std::shared_future<double> found;
+  bool mine = false;
+  {
+    const std::lock_guard lock(mutex_);
+    auto& entry = found_[identity.digest()];
+    if (!entry.valid()) {
+      entry = made.get_future().share();
+      mine = true;
+    }
+    found = entry;
+  }
+  if (mine) try {
+      made.set_value(turn_of(study, ideal, rules, formulation, conduct).value[TurnMetrics::peak_max]);
+    } catch (...) {
+      made.set_exception(std::current_exception());
+    }
+  return found.get();
+}
+
+std::size_t IdealMaxima::made() const {
+  const std::lock_guard lock(mutex_);
+  return found_.size();
+}
+
+}  // namespace freeplay

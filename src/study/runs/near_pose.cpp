@@ -1,0 +1,40 @@
+#include "study/runs/near_pose.hpp"
+
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/system.hpp"
+#include "facade/identify.hpp"
+#include "mechanism/error.hpp"
+#include "mechanism/scene.hpp"
+
+namespace freeplay {
+
+std::vector<double> near_pose(const Scene& scene, const StopToken& stop) {
+  using Start = RunOptions::Start;
+  if (scene.run.start == Start::given || scene.run.start == Start::equilibrium) return {};
+  try {
+    const auto ideal = idealised(scene.mechanism);
+    auto q = assemble(ideal, scene.run.start, nullptr, stop).q;
+    const System system(ideal);
+    const auto independent = static_cast<std::size_t>(system.rows()) - redundant_rows(system, q).size();
+    if (independent < q.size()) return {};
+    return q;
+  } catch (const ModelError&) {
+    return {};  // a scene that closes only where its joints are moved: whoever moves them says what is wrong
+  }
+}
+
+std::vector<double> NearPoses::operator()(const Scene& scene, const StopToken& stop) {
+  Scene ideal = scene;
+  ideal.mechanism = idealised(scene.mechanism);
+  ideal.instruments.clear();
+  const auto key = identify(ideal, "penalty", false).digest();
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto at = found_.find(key); at != found_.end()) return at->second;
+  }
+  auto q = near_pose(scene, stop);
+  const std::lock_guard lock(mutex_);
+  return found_.emplace(key, std::move(q)).first->second;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,135 @@
+#include "study/runs/perturb.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <variant>
+
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/planar.hpp"
+#include "facade/simulation.hpp"
+#include "io/scene/located.hpp"
+#include "mechanism/scene.hpp"
+#include "study/runs/near_pose.hpp"
+
+namespace freeplay {
+namespace {
+
+/// Uniform in [0, 1), the same on every machine (the standard leaves its own distributions open).
+double uniform(std::mt19937_64& engine) { return static_cast<double>(engine() >> 11) * 0x1p-53; }
+
+/// Where in its play a joint's first point may stand: every kind of joint says so.
+Vec2 play(const RevoluteJoint& joint, std::mt19937_64& engine, double share) {
+  if (!joint.clearance) return {};
+  const double r = share * joint.clearance->radial * std::sqrt(uniform(engine));
+  const double angle = 2 * std::numbers::pi * uniform(engine);
+  return {r * std::cos(angle), r * std::sin(angle)};
+}
+Vec2 play(const TranslationalJoint& joint, std::mt19937_64& engine, double share) {
+  if (!joint.clearance) return {};
+  const double across = share * joint.clearance->half_play * (2 * uniform(engine) - 1);
+  return across * Vec2(-joint.axis.y(), joint.axis.x());
+}
+Vec2 play(const SlotJoint& joint, std::mt19937_64& engine, double share) {
+  if (!joint.clearance) return {};
+  const double across = share * joint.clearance->half_play * (2 * uniform(engine) - 1);
+  return across * perp(joint.axis);
+}
+/// Teeth start amid their gaps: their play is not between the centres.
+Vec2 play(const GearJoint&, std::mt19937_64&, double) { return {}; }
+Vec2 play(const RackJoint&, std::mt19937_64&, double) { return {}; }
+Vec2 play(const RigidJoint&, std::mt19937_64&, double) { return {}; }
+Vec2 play(const RodJoint&, std::mt19937_64&, double) { return {}; }
+
+/// Moves the points of the ideal mechanism's joints where the given one has play.
+void offset(Mechanism& ideal, const Mechanism& given, std::mt19937_64& engine, double share) {
+  for (std::size_t i = 0; i < given.joints.size(); ++i)
+    std::visit(
+        [&](const auto& joint) {
+          std::get<std::decay_t<decltype(joint)>>(ideal.joints[i]).at[0] += play(joint, engine, share);
+        },
+        given.joints[i]);
+}
+
+}  // namespace
+
+bool differ(const Scene& scene, const Perturbation& how) {
+  const auto* drive = main_drive(scene.mechanism);
+  if (how.turn > 0 && drive && drive->speed != 0) return true;
+  // Placed at random, a loose part is elsewhere than its joint's middle.
+  std::mt19937_64 engine;
+  Mechanism moved = scene.mechanism;
+  offset(moved, scene.mechanism, engine, how.play);
+  for (std::size_t i = 0; i < moved.joints.size(); ++i)
+    if (std::visit(
+            [&](const auto& joint) {
+              return joint.at[0] != std::get<std::decay_t<decltype(joint)>>(scene.mechanism.joints[i]).at[0];
+            },
+            moved.joints[i]))
+      return true;
+  return false;
+}
+
+void require_differing_starts(const Scene& scene, const Perturbation& how, const std::string& use) {
+  if (!differ(scene, how))
+    throw AlikeStarts(
+        fmt::format("{}: its starts are all alike: {}, and no part of it has room to begin elsewhere{}",
+                    scene.file.string(),
+                    how.turn > 0 ? "nothing drives it at a prescribed speed" : "all keep its angles", use));
+}
+
+Scene perturbed(const Scene& scene, const StopToken& stop, std::uint64_t seed, int start,
+                const Perturbation& how) {
+  return perturbed(scene, near_pose(scene, stop), stop, seed, start, how);
+}
+
+Scene perturbed(const Scene& scene, const std::vector<double>& near, const StopToken& stop,
+                std::uint64_t seed, int start, const Perturbation& how) {
+  std::mt19937_64 engine(seed + 0x9e3779b97f4a7c15u * static_cast<std::uint64_t>(start));
+  engine.discard(8);
+  Scene ideal = scene;
+  ideal.mechanism = idealised(scene.mechanism);
+  ideal.instruments.clear();
+  ideal.run.discard = 0;
+  const double turned = how.turn * uniform(engine);
+  offset(ideal.mechanism, scene.mechanism, engine, how.play);
+  for (std::size_t b = 0; !near.empty() && b < ideal.mechanism.bodies.size(); ++b) {
+    ideal.mechanism.bodies[b].position = planar::position(near.data(), b);
+    ideal.mechanism.bodies[b].angle = planar::angle(near.data(), b);
+  }
+
+  // Places that are given hold with the joints' own play, not with what it is drawn to.
+  const auto from =
+      scene.run.start == RunOptions::Start::given ? RunOptions::Start::assembled : scene.run.start;
+  State state = located_in(scene, [&] { return assemble(ideal.mechanism, from, nullptr, stop); });
+  double time = 0;
+  if (const auto* drive = main_drive(scene.mechanism); drive && drive->speed != 0 && turned > 0) {
+    for (const auto& other : scene.mechanism.drives)
+      if (const auto* motion = std::get_if<MotionDrive>(&other))
+        throw SceneError(fmt::format(
+            "{}: drives.{}: a motion along a curve begins at t = 0, and cannot start from other crank angles; take "
+            "study.turn = 0",
+            scene.file.string(), motion->name));
+    time = turned * 2 * std::numbers::pi / std::abs(drive->speed);
+    ideal.run.duration = time;
+    Simulation simulation(ideal, "penalty", {.start = state, .stop = stop});
+    const auto ending = simulation.run({.until = time, .keep_events = false, .stop = stop}).ending;
+    if (ending.status == Ending::Status::interrupted) throw Interrupted();
+    if (ending.status == Ending::Status::failed)
+      throw SceneError(fmt::format("{}: the ideal mechanism cannot be turned to a start: {}",
+                                   scene.file.string(), ending.reason));
+    state = simulation.state();
+  }
+  Scene moved = scene;
+  start_from(moved.mechanism, state);
+  // A four-bar that turns is open and crossed by turns: what is asked of the pose was asked at the scene's own angle.
+  if (time > 0) moved.mechanism.assembly = {};
+  for (auto& drive : moved.mechanism.drives)
+    if (auto* speed = std::get_if<SpeedDrive>(&drive)) speed->initial_angle += speed->speed * time;
+  moved.run.start = RunOptions::Start::given;
+  return moved;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,87 @@
+#include "study/runs/section_run.hpp"
+
+#include <fmt/format.h>
+
+#include "io/scene/located.hpp"
+#include "mechanism/scene.hpp"
+
+namespace freeplay {
+namespace {
+
+SectionPlan plan_of(const Scene& scene, const Layout& layout, const SectionRequest& r) {
+  SectionPlan p;
+  p.rule = read_section(r.section, scene, layout, r.section_key, r.period);
+  p.period = r.period.value_or(p.rule.period);
+  if (!(p.period > 0)) p.period = drive_period(scene).value_or(0);
+  if (r.columns.empty())
+    p.columns = all_columns(scene, layout, p.rule);
+  else
+    for (const auto& name : r.columns)
+      p.columns.push_back(read_column(name, scene, layout, p.rule, r.column_key));
+  p.shown = shown_columns(scene, layout, p.rule);
+  if ((r.discard || r.keep) && !(p.period > 0))
+    throw ModelError(
+        r.periods_key,
+        "counts periods, and no drive of the scene has one, or several differ; say which: \"every 0.1 s\"");
+  p.discard = r.discard ? *r.discard * p.period : scene.run.discard;
+  p.until = r.keep ? (r.discard.value_or(0) + *r.keep) * p.period : scene.run.duration;
+  if (!(p.until > p.discard))
+    throw ModelError(
+        "run.duration",
+        fmt::format("{} s: nothing is left of it behind the {} s that are discarded", p.until, p.discard));
+  if (const double count = (p.until - p.discard) / p.rule.period;
+      p.rule.kind == SectionRule::Kind::period && count > static_cast<double>(SectionPoints::most))
+    throw ModelError(r.section_key,
+                     fmt::format("asks for {:.3g} points; at most {} are kept: take a longer interval or "
+                                 "a shorter run",
+                                 count, SectionPoints::most));
+  return p;
+}
+
+/// The scene without what a section does not look at.
+Scene bare(const Scene& scene) {
+  Scene s = scene;
+  s.instruments.clear();
+  return s;
+}
+
+}  // namespace
+
+SectionSimulation::SectionSimulation(const Scene& scene, const SectionRequest& request, StopToken stop)
+    : stop_(stop),
+      simulation_(located_in(scene,
+                             [&] {
+                               return Simulation(bare(scene), request.formulation,
+                                                 {.start = request.start, .stop = stop});
+                             })),
+      plan_(located_in(scene, [&] { return plan_of(scene, simulation_.layout(), request); })) {}
+
+SectionRun SectionSimulation::run() {
+  SectionRun run;
+  run.plan = plan_;
+  std::vector<StateColumn> columns;
+  for (const auto& c : plan_.columns) columns.push_back(c.column);
+  SectionPoints points(plan_.rule, columns, plan_.discard);
+  const auto result =
+      simulation_.run({.until = plan_.until, .observers = {&points}, .keep_events = false, .stop = stop_});
+  run.ending = result.ending;
+  run.work = result.work;
+  run.cpu_seconds = result.cpu_seconds;
+  run.notes = result.notes;
+  run.end = simulation_.state();
+  if (points.lost() > 0)
+    run.notes.push_back(
+        fmt::format("DOUBTFUL: {} touches were settled after too many steps to know their state; they are no "
+                    "points of the section",
+                    points.lost()));
+  if (points.beyond() > 0)
+    run.notes.push_back(fmt::format("{} further points of the section are left out: {} are kept",
+                                    points.beyond(), SectionPoints::most));
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    run.t.push_back(points.t(i));
+    run.rows.insert(run.rows.end(), points.row(i).begin(), points.row(i).end());
+  }
+  return run;
+}
+
+}  // namespace freeplay

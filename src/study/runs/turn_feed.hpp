@@ -1,0 +1,80 @@
+// What a turn's statistics are fed with: the study's instruments among the scene's, and an observer.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "measure/turns.hpp"
+#include "simulation/observer.hpp"
+#include "study/settings/study.hpp"
+
+namespace freeplay {
+
+struct Scene;
+
+/// The study's accelerometer and LVDT (−1: none) among the scene's instruments; sets the rules' sampling. Throws SceneError
+/// where the scene has no such instrument.
+std::pair<int, int> channels(const Study& study, const Scene& scene, TurnRules& rules);
+
+/// White noise of a measurement's samples, by Box and Muller: equal seeds and starts, equal bits.
+class SampleNoise {
+ public:
+  SampleNoise(double size, std::uint64_t seed, int start)
+      : size_(size), engine_(seed ^ (0x9e3779b97f4a7c15u * (static_cast<std::uint64_t>(start) + 1))) {
+    engine_.discard(8);
+  }
+  double operator()() {
+    if (size_ == 0) return 0;
+    const auto uniform = [&] { return (static_cast<double>(engine_() >> 11) + 0.5) * 0x1p-53; };
+    const double radius = std::sqrt(-2 * std::log(uniform()));
+    return size_ * radius * std::cos(2 * std::numbers::pi * uniform());
+  }
+
+ private:
+  double size_;
+  std::mt19937_64 engine_;
+};
+
+/// Gives a meter the samples of two channels, of the accelerometer each `every`-th with noise, and events.
+class Feed final : public Observer {
+ public:
+  Feed(TurnMeter& meter, int acceleration, int position, int every = 1, const SampleNoise& noise = {0, 0, 0})
+      : meter_(meter), acceleration_(acceleration), position_(position), every_(every), noise_(noise) {}
+  Wants wants() const override { return {.samples = true, .steps = false}; }
+  void event(const Event& e) override { meter_.event(e); }
+  void sample(std::size_t channel, double t, double value) override {
+    if (static_cast<int>(channel) == acceleration_ && seen_++ % every_ == 0)
+      meter_.acceleration(t, value + noise_());
+    if (static_cast<int>(channel) == position_) meter_.position(t, value);
+  }
+  void end(const RunEnd& end) override {
+    held_back_.assign(end.held_back.begin(), end.held_back.end());
+    for (std::size_t k = 0; k < end.undecided_since.size(); ++k)
+      if (!std::isnan(end.undecided_since[k])) {
+        ContactEvent open;  // touched, and not known to be an impact or a lasting contact
+        open.t = end.undecided_since[k];
+        open.contact = static_cast<int>(k);
+        open.kind = EventKind::contact;
+        held_back_.push_back(open);
+      }
+    std::ranges::sort(held_back_, {}, &ContactEvent::t);
+  }
+  /// After the run: events that a touch before them still held back.
+  void finish() {
+    for (const auto& e : held_back_) meter_.event(e);
+  }
+
+ private:
+  TurnMeter& meter_;
+  int acceleration_, position_, every_;
+  long seen_ = 0;
+  SampleNoise noise_;
+  std::vector<ContactEvent> held_back_;
+};
+
+}  // namespace freeplay

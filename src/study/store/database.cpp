@@ -1,0 +1,422 @@
+#include "study/store/database.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sqlite3.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cassert>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <optional>
+#include <string_view>
+#include <thread>
+
+#include "io/files/input_file.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/visible.hpp"
+
+namespace freeplay {
+static_assert(std::endian::native == std::endian::little, "blobs have the lowest byte first");
+namespace {
+
+// A transaction takes milliseconds; eight processes queue for less than a second.
+constexpr std::chrono::milliseconds between_tries(10), patience(60000);
+
+// The slowest statement of a sweep of 10^6 runs, the index of its impacts, takes 5 s for 746 MB on a local disk.
+constexpr double least_seconds = 120, bytes_a_second = 1e6;
+constexpr int steps_between_looks = 100'000;  // of SQLite's machine, 5 ms
+
+double seconds_now() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC_COARSE, &now);  // read twice for each row: the coarse clock takes 5 ns
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// s that a statement may take on a file as large as it is now.
+double allowed_seconds(const std::filesystem::path& file) {
+  std::error_code none;
+  const auto bytes = std::filesystem::file_size(file, none);
+  return least_seconds + (none ? 0 : static_cast<double>(bytes) / bytes_a_second);
+}
+
+/// Why the database does not do what it is asked, and what would help.
+std::string reason(int code) {
+  switch (code & 0xff) {
+    case SQLITE_NOTADB:
+      return "it is no database of results; move it away, or give another folder with -o";
+    case SQLITE_CORRUPT:
+    case SQLITE_ERROR:
+    case SQLITE_MISMATCH:
+    case SQLITE_SCHEMA:
+      return "it is damaged, or another program's; restore it, or give another folder with -o";
+    case SQLITE_CONSTRAINT:
+      return "it would hold a run twice, or rows of a run that is not there; make its runs again";
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      return "another program holds it; try again when that has ended";
+    case SQLITE_FULL:
+      return "the disk is full";
+    case SQLITE_READONLY:
+    case SQLITE_PERM:
+      return "it may not be written here";
+    case SQLITE_CANTOPEN:
+      return "the file or its folder cannot be opened";
+    case SQLITE_NOMEM:
+      return "out of memory";
+    default:
+      return fmt::format("the disk refused (code {})", code);
+  }
+}
+
+/// Whether it is the file that is wrong, and not the disk or another program.
+bool is_damage(int code) {
+  constexpr std::array codes{SQLITE_NOTADB,   SQLITE_CORRUPT, SQLITE_ERROR,
+                             SQLITE_MISMATCH, SQLITE_SCHEMA,  SQLITE_CONSTRAINT};
+  return std::ranges::find(codes, code & 0xff) != codes.end();
+}
+
+/// A path that has no links in it but perhaps its last name: SQLite is asked to follow none.
+std::filesystem::path without_links(const std::filesystem::path& file) {
+  std::error_code none;
+  const auto folder = std::filesystem::canonical(
+      file.has_parent_path() ? file.parent_path() : std::filesystem::path("."), none);
+  return none ? std::filesystem::absolute(file) : folder / file.filename();
+}
+
+/// The name of a file that nobody writes and that is read without locks, which a shared folder may not have.
+std::string immutable(const std::filesystem::path& file) {
+  std::string uri = "file:";
+  for (const char c : file.string())
+    uri += c == '%' || c == '?' || c == '#' ? fmt::format("%{:02x}", static_cast<unsigned char>(c))
+                                            : std::string(1, c);
+  return uri + "?immutable=1&mode=ro";
+}
+
+/// Bytes of a regular file, none where there is nothing of that name. Nothing is opened: when a process closes any descriptor
+/// of a file it loses all its locks on it, SQLite's too.
+std::optional<std::uint64_t> size_of(const std::filesystem::path& file, bool written) {
+  if (written) require_own(file);
+  struct stat about {};
+  if (lstat(file.c_str(), &about) != 0) return std::nullopt;
+  if (!S_ISREG(about.st_mode))
+    throw SceneError(fmt::format("{}: is {}; results are read from a file", file.string(),
+                                 S_ISLNK(about.st_mode) ? "a symbolic link" : "no file"));
+  const auto bytes = static_cast<std::uint64_t>(about.st_size);
+  if (bytes > most_of_a_database)
+    throw SceneError(fmt::format("{}: is larger than {} GiB, the most that a database of results may have",
+                                 file.string(), most_of_a_database >> 30));
+  return bytes;
+}
+
+/// A rollback journal that ends in this mark names another file, which SQLite removes when it has rolled back
+/// (sqlite.org/fileformat2.html, section 3). This program changes one file at a time and leaves no such journal.
+void require_no_other_name(const std::filesystem::path& journal) {
+  constexpr std::string_view mark("\xd9\xd5\x05\xf9\x20\xa1\x63\xd7");
+  const auto from = open_regular(journal, most_of_a_database, Links::refused);
+  std::array<char, mark.size()> end{};
+  if (from.bytes < end.size() ||
+      pread(from.descriptor.number(), end.data(), end.size(), static_cast<off_t>(from.bytes - end.size())) !=
+          static_cast<ssize_t>(end.size()) ||
+      std::string_view(end.data(), end.size()) != mark)
+    return;
+  throw SceneError(fmt::format(
+      "{}: is a journal that names another file, which SQLite would remove; freeplay leaves no such journal: remove it",
+      journal.string()));
+}
+
+}  // namespace
+
+void Database::fail(int code) const {
+  if ((code & 0xff) == SQLITE_INTERRUPT)
+    refuse(fmt::format(
+        "a question to it is not answered in {:.0f} s, the most for its size; it is damaged, or its disk too slow",
+        allowed_seconds(file_)));
+  if ((code & 0xff) == SQLITE_AUTH) refuse("it has parts that no statement of freeplay's may reach");
+  const auto what = fmt::format("{}: cannot be read or written: {}", file_.string(), reason(code));
+  if (is_damage(code) && (access_ == Access::read || access_ == Access::sealed)) throw DamagedDatabase(what);
+  throw OutputError(what);
+}
+
+void Database::fail() const { fail(sqlite3_errcode(db_)); }
+
+void Database::refuse(const std::string& why) const {
+  const auto what = fmt::format("{}: is not used: {}", file_.string(), why);
+  if (access_ == Access::read || access_ == Access::sealed) throw SceneError(what);
+  throw OutputError(what + ", or give another folder with -o");
+}
+
+void Database::execute(const std::string& sql) const { Statement(*this, sql).step(); }
+
+long Database::last_id() const { return sqlite3_last_insert_rowid(db_); }
+
+int Database::wait(void* self, int tries) {
+  if (static_cast<Database*>(self)->stop_() || tries * between_tries > patience) return 0;
+  std::this_thread::sleep_for(between_tries);
+  return 1;
+}
+
+int Database::is_late(void* self) {
+  const auto& own = *static_cast<const Database*>(self);
+  const double spent = seconds_now() - own.began_;
+  return spent > least_seconds && spent > allowed_seconds(own.file_);
+}
+
+int Database::allowed(void* self, int what, const char* first, const char* second, const char* schema,
+                      const char*) {
+  const std::string_view in = schema ? schema : "", named = first ? first : "";
+  switch (what) {
+    case SQLITE_SELECT:
+    case SQLITE_READ:
+    case SQLITE_RECURSIVE:
+    case SQLITE_TRANSACTION:
+    case SQLITE_CREATE_TEMP_TABLE:
+    case SQLITE_CREATE_TEMP_INDEX:
+      return SQLITE_OK;
+    case SQLITE_FUNCTION:
+      return second && std::string_view(second) == "load_extension" ? SQLITE_DENY : SQLITE_OK;
+    case SQLITE_PRAGMA:
+      return named == "user_version" ? SQLITE_OK : SQLITE_DENY;
+    case SQLITE_INSERT:
+    case SQLITE_UPDATE:
+    case SQLITE_DELETE:
+      if (in == "temp") return SQLITE_OK;
+      [[fallthrough]];
+    case SQLITE_CREATE_TABLE:
+    case SQLITE_CREATE_INDEX:
+    case SQLITE_CREATE_VIEW:
+    case SQLITE_DROP_TABLE:
+    case SQLITE_DROP_INDEX:
+    case SQLITE_DROP_VIEW:
+    case SQLITE_REINDEX: {  // CREATE INDEX asks for it
+      const auto access = static_cast<const Database*>(self)->access_;
+      return access == Access::write || access == Access::build ? SQLITE_OK : SQLITE_DENY;
+    }
+    default:  // triggers, virtual tables, ATTACH, ALTER, …
+      return SQLITE_DENY;
+  }
+}
+
+Database::Database(const std::filesystem::path& file, Access access, StopToken stop)
+    : file_(file), access_(access), stop_(stop) {
+  const bool written = access == Access::write || access == Access::build;
+  const auto own = size_of(file, written);
+  if (!own && !written) throw SceneError(file.string() + ": no such file");
+  std::uint64_t beside = 0;
+  bool had_shm = false;
+  if (access != Access::sealed)
+    for (const char* part : {"-wal", "-journal", "-shm"}) {
+      const auto bytes = size_of(file.string() + part, written);
+      had_shm = bytes && std::string_view(part) == "-shm";
+      if (!had_shm) beside += bytes.value_or(0);
+    }
+  if (beside > 0)
+    if (const std::filesystem::path journal = file.string() + "-journal"; std::filesystem::exists(journal))
+      require_no_other_name(journal);
+  try {
+    const auto place = without_links(file);
+    if (written)
+      open(place.string(), SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
+    else if (access == Access::sealed || beside == 0)
+      open(immutable(place), SQLITE_OPEN_READONLY | SQLITE_OPEN_URI);
+    else
+      open(place.string(), SQLITE_OPEN_READONLY);
+    configure();
+    if (own.value_or(0) + beside > 0) {
+      // What is refused stays as it is: nothing of the log beside it is brought into it.
+      sqlite3_db_config(db_, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, beside > 0 ? 1 : 0, nullptr);
+      require_own();
+      sqlite3_db_config(db_, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 0, nullptr);
+    } else if (!written) {
+      fail(SQLITE_NOTADB);  // an empty file
+    }
+    if (access == Access::write) prepare_for_writing();
+    sqlite3_set_authorizer(db_, allowed, this);
+  } catch (...) {
+    sqlite3_close(db_);
+    if (std::error_code none; access != Access::sealed && beside > 0 && !had_shm)
+      std::filesystem::remove(file.string() + "-shm", none);
+    throw;
+  }
+}
+
+void Database::open(const std::string& name, int flags) {
+  // A merge's connections are one thread's, and it asks for each value: without a lock for each.
+  if (access_ == Access::sealed || access_ == Access::build) flags |= SQLITE_OPEN_NOMUTEX;
+  if (sqlite3_open_v2(name.c_str(), &db_, flags | SQLITE_OPEN_NOFOLLOW, nullptr) != SQLITE_OK) fail();
+}
+
+void Database::configure() {
+  sqlite3_busy_handler(db_, wait, this);
+  if (access_ ==
+      Access::build)  // the file is nobody's until it is renamed: a power failure leaves nothing that counts
+    for (const char* pragma : {"journal_mode = OFF", "synchronous = OFF", "cache_size = -262144",
+                               "temp_store = FILE", "locking_mode = EXCLUSIVE"})
+      execute(fmt::format("PRAGMA {}", pragma));
+  for (const auto& [what, on] : {std::pair{SQLITE_DBCONFIG_DEFENSIVE, 1},
+                                 {SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0},
+                                 {SQLITE_DBCONFIG_ENABLE_TRIGGER, 0},
+                                 {SQLITE_DBCONFIG_ENABLE_LOAD_EXTENSION, 0},
+                                 {SQLITE_DBCONFIG_DQS_DDL, 0},
+                                 {SQLITE_DBCONFIG_DQS_DML, 0}})
+    sqlite3_db_config(db_, what, on, nullptr);
+  sqlite3_limit(db_, SQLITE_LIMIT_ATTACHED, 0);
+  sqlite3_progress_handler(db_, steps_between_looks, is_late, this);
+  execute("PRAGMA cell_size_check = ON");
+}
+
+std::vector<SchemaObject> Database::schema() const {
+  std::vector<SchemaObject> objects;
+  Statement s(*this, "SELECT type, name, tbl_name, sql FROM sqlite_master ORDER BY rowid");
+  while (s.step()) {
+    // An index that SQLite makes of UNIQUE or PRIMARY KEY has no definition.
+    if (s.absent(3) && s.text(0) == "index" && s.text(1).starts_with("sqlite_autoindex_")) continue;
+    objects.push_back({s.text(0), s.text(1), s.text(2), s.text(3)});
+  }
+  return objects;
+}
+
+long Database::kind() const {
+  Statement s(*this, "PRAGMA user_version");
+  return s.step() ? s.whole(0) : 0;
+}
+
+void Database::require_own() {
+  const auto answer = [this](const char* question) {
+    Statement s(*this, question);
+    return s.step() ? s.text(0) : std::string();
+  };
+  const auto objects = schema();
+  for (const auto& object : objects)
+    if (!own_definition(object))
+      refuse(fmt::format("it defines the {} {}, which freeplay does not make; remove that",
+                         visible_brief(object.type, 12), visible_brief(object.name, 60)));
+  if (answer("PRAGMA encoding") != "UTF-8")
+    refuse("its texts are not UTF-8, as freeplay writes them; make its runs again");
+  if (std::stod("0" + answer("PRAGMA page_count")) * std::stod("0" + answer("PRAGMA page_size")) >
+      static_cast<double>(most_of_a_database))
+    fail(SQLITE_CORRUPT);
+  if (answer("PRAGMA quick_check(1)") != "ok") fail(SQLITE_CORRUPT);
+}
+
+void Database::prepare_for_writing() {
+  // A user's query, however long, does not hold up the runs; a stop at any moment loses unstored runs only. SQLite does
+  // not wait by itself for another process that is just doing the same.
+  for (int tries = 0; sqlite3_exec(db_, "PRAGMA journal_mode = WAL", nullptr, nullptr, nullptr) != SQLITE_OK;)
+    if (sqlite3_errcode(db_) != SQLITE_BUSY || !wait(this, tries++)) fail();
+  execute("PRAGMA foreign_keys = ON");
+  // Of a commit the kernel is told, the disk at checkpoints: a killed program loses none, a power failure the last.
+  execute("PRAGMA synchronous = NORMAL");
+}
+
+void Database::copy_to(const std::filesystem::path& file) const {
+  std::filesystem::remove(file);
+  const Database copy(file, Access::build, stop_);
+  sqlite3_backup* const work = sqlite3_backup_init(copy.db_, "main", db_, "main");
+  if (!work) copy.fail();
+  int code = SQLITE_OK;
+  for (int tries = 0; (code = sqlite3_backup_step(work, -1)) == SQLITE_BUSY || code == SQLITE_LOCKED;)
+    if (!wait(const_cast<Database*>(this), tries++)) break;
+  sqlite3_backup_finish(work);
+  if (code != SQLITE_DONE) copy.fail(code);
+  // The copy says of itself that a log lies beside it, as the original does.
+  sqlite3_set_authorizer(copy.db_, nullptr, nullptr);
+  copy.execute("PRAGMA journal_mode = DELETE");
+}
+
+Database::~Database() { sqlite3_close(db_); }
+
+Database::Statement::Statement(const Database& owner, const std::string& sql) : owner_(owner) {
+  const char* rest = nullptr;
+  owner.began_ = seconds_now();
+  if (sqlite3_prepare_v2(owner.db_, sql.c_str(), -1, &statement_, &rest) != SQLITE_OK) owner.fail();
+  assert(!*rest);  // one statement
+}
+Database::Statement::~Statement() { sqlite3_finalize(statement_); }
+
+Database::Statement& Database::Statement::bind(double x) {
+  sqlite3_bind_double(statement_, ++bound_, x);
+  return *this;
+}
+Database::Statement& Database::Statement::bind(long x) {
+  sqlite3_bind_int64(statement_, ++bound_, x);
+  return *this;
+}
+Database::Statement& Database::Statement::bind(const std::string& x) {
+  sqlite3_bind_text(statement_, ++bound_, x.c_str(), -1, SQLITE_TRANSIENT);
+  return *this;
+}
+Database::Statement& Database::Statement::bind(std::span<const float> x) {
+  return bind_bytes(std::as_bytes(x));
+}
+Database::Statement& Database::Statement::bind(std::span<const double> x) {
+  return bind_bytes(std::as_bytes(x));
+}
+Database::Statement& Database::Statement::bind_bytes(std::span<const std::byte> x) {
+  if (x.empty())
+    sqlite3_bind_null(statement_, ++bound_);
+  else
+    sqlite3_bind_blob64(statement_, ++bound_, x.data(), x.size(), SQLITE_TRANSIENT);
+  return *this;
+}
+Database::Statement& Database::Statement::bind(const Statement& row, int column) {
+  sqlite3_bind_value(statement_, ++bound_, sqlite3_column_value(row.statement_, column));
+  return *this;
+}
+bool Database::Statement::step() {
+  owner_.began_ = seconds_now() - spent_;
+  const int status = sqlite3_step(statement_);
+  spent_ = seconds_now() - owner_.began_;
+  if (status != SQLITE_ROW && status != SQLITE_DONE) owner_.fail();
+  return status == SQLITE_ROW;
+}
+void Database::Statement::again() {
+  step();
+  sqlite3_reset(statement_);
+  bound_ = 0;
+  spent_ = 0;
+}
+std::string Database::Statement::text(int column) const {
+  const auto* t = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
+  return t ? std::string(t, static_cast<std::size_t>(sqlite3_column_bytes(statement_, column))) : "";
+}
+double Database::Statement::number(int column) const {
+  if (sqlite3_column_type(statement_, column) == SQLITE_NULL) return std::nan("");
+  return sqlite3_column_double(statement_, column);
+}
+long Database::Statement::whole(int column) const { return sqlite3_column_int64(statement_, column); }
+int Database::Statement::columns() const { return sqlite3_column_count(statement_); }
+std::string Database::Statement::name(int column) const { return sqlite3_column_name(statement_, column); }
+bool Database::Statement::absent(int column) const {
+  return sqlite3_column_type(statement_, column) == SQLITE_NULL;
+}
+bool Database::Statement::is_text(int column) const {
+  return sqlite3_column_type(statement_, column) == SQLITE_TEXT;
+}
+template <class T>
+std::vector<T> Database::Statement::numbers(int column) const {
+  const auto* blob = sqlite3_column_blob(statement_, column);
+  std::vector<T> list(static_cast<std::size_t>(sqlite3_column_bytes(statement_, column)) / sizeof(T));
+  if (!list.empty()) std::memcpy(list.data(), blob, list.size() * sizeof(T));
+  return list;
+}
+std::vector<float> Database::Statement::floats(int column) const { return numbers<float>(column); }
+std::vector<double> Database::Statement::doubles(int column) const { return numbers<double>(column); }
+
+Database::Transaction::Transaction(const Database& owner) : owner_(owner) {
+  owner.execute("BEGIN IMMEDIATE");
+}
+Database::Transaction::~Transaction() {
+  if (open_) sqlite3_exec(owner_.db_, "ROLLBACK", nullptr, nullptr, nullptr);
+}
+void Database::Transaction::commit() {
+  owner_.execute("COMMIT");
+  open_ = false;
+}
+
+}  // namespace freeplay

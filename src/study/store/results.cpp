@@ -1,0 +1,169 @@
+#include "study/store/results.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "study/store/results_inserts.hpp"
+#include "study/store/results_tables.hpp"
+#include "study/store/work_list.hpp"
+
+namespace freeplay {
+namespace {
+
+using Statement = Database::Statement;
+
+/// A run that the study does not name any more stays, and is left out of what is made of the others. `derived`: further columns.
+void make_view(const Database& database, const std::string& columns, const std::string& derived) {
+  database.execute(
+      fmt::format("CREATE VIEW named AS SELECT {}{} FROM runs{} WHERE runs.run NOT IN "
+                  "(SELECT run FROM work WHERE state = 'kept')",
+                  columns, derived, derived.empty() ? "" : " LEFT JOIN derived ON derived.run = runs.run"));
+}
+
+}  // namespace
+
+Results::Results(const std::filesystem::path& file, const Study& study, StopToken stop)
+    : database_(file, Database::Access::write, stop), axes_(study.axes.size()), shown_(shown_columns(study)) {
+  for (const auto& m : study.measures) measures_.push_back(m.name);
+  Database::Transaction whole(database_);  // two processes may open a new file at a time
+  const bool fresh = require_tables(database_, study);
+  WorkList::make_table(database_);
+  if (fresh) make_view(database_, shown_, "");
+  whole.commit();
+}
+
+Results::~Results() = default;
+
+std::set<std::string> Results::keys() const {
+  std::set<std::string> keys;
+  Statement s(database_, "SELECT run FROM runs");
+  while (s.step()) keys.insert(s.text(0));
+  return keys;
+}
+
+std::vector<RunRow> Results::runs(const std::set<std::string>& keys) const {
+  std::vector<RunRow> rows;
+  std::string order = "variant, formulation";
+  for (std::size_t i = 0; i < axes_; ++i) order += fmt::format(", {}", 5 + i);
+  Statement s(database_, "SELECT * FROM named WHERE status = 'finished' ORDER BY " + order + ", start");
+  while (s.step()) {
+    if (!keys.empty() && !keys.contains(s.text(0))) continue;
+    RunRow r{s.text(0), s.text(1), s.text(2), static_cast<int>(s.number(3)), {}, {}, {}, {}};
+    int column = 4;
+    for (std::size_t i = 0; i < axes_; ++i) r.values.push_back(s.number(column++));
+    for (auto& x : r.metric) x = s.number(column++);
+    for (std::size_t i = 0; i < measures_.size(); ++i) r.measures.push_back(s.number(column++));
+    r.doubt = s.text(column + 1);
+    rows.push_back(std::move(r));
+  }
+  return rows;
+}
+
+std::vector<std::array<std::string, 3>> Results::failures() const {
+  std::vector<std::array<std::string, 3>> list;
+  Statement s(database_,
+              "SELECT variant, formulation, reason FROM named WHERE status != 'finished' ORDER BY run");
+  while (s.step()) list.push_back({s.text(0), s.text(1), s.text(2)});
+  return list;
+}
+
+std::vector<KeptRuns> Results::kept() const {
+  std::vector<KeptRuns> list;
+  Statement s(
+      database_,
+      "SELECT variant, formulation, count(*) FROM runs WHERE run IN (SELECT run FROM work WHERE state = "
+      "'kept') GROUP BY 1, 2 ORDER BY 1, 2");
+  while (s.step()) list.push_back({s.text(0), s.text(1), static_cast<std::size_t>(s.whole(2))});
+  return list;
+}
+
+void Results::prune() {
+  Database::Transaction whole(database_);
+  database_.execute("DELETE FROM runs WHERE run IN (SELECT run FROM work WHERE state = 'kept')");
+  database_.execute("DELETE FROM work WHERE state = 'kept'");
+  whole.commit();
+}
+
+std::vector<Flight> Results::flights(const std::string& key) const {
+  std::vector<Flight> list;
+  Statement s(database_, "SELECT loss, angle, duration, deceleration FROM flights WHERE run = ?");
+  s.bind(key);
+  while (s.step()) list.push_back({s.number(0), s.number(1), s.number(2), s.number(3)});
+  return list;
+}
+
+std::vector<CountedImpact> Results::impacts(const std::string& key) const {
+  std::vector<CountedImpact> list;
+  Statement s(database_, "SELECT angle, approach, impulse FROM impacts WHERE run = ?");
+  s.bind(key);
+  while (s.step()) list.push_back({s.number(0), s.number(1), s.number(2)});
+  return list;
+}
+
+std::vector<double> Results::spectrum(const std::string& key) const {
+  Statement s(database_, "SELECT amplitude FROM spectra WHERE run = ?");
+  s.bind(key);
+  if (!s.step()) return {};
+  const auto blob = s.floats(0);
+  return {blob.begin(), blob.end()};
+}
+
+std::vector<TracePoint> Results::trace(const std::string& key) const {
+  Statement s(database_, "SELECT angle, acceleration, position FROM traces WHERE run = ?");
+  s.bind(key);
+  if (!s.step()) return {};
+  return unpacked({s.floats(0), s.floats(1), s.floats(2)});
+}
+
+Deriver::Deriver(const Study& study) {
+  auto names = names_of(study, true);
+  for (const auto& d : study.derived) {
+    expressions_.emplace_back(d.expression, names);
+    names.push_back(d.name);
+  }
+}
+
+std::vector<double> Deriver::operator()(const RunRow& row) const {
+  auto values = row.values;
+  values.insert(values.end(), row.metric.begin(), row.metric.end());
+  values.insert(values.end(), row.measures.begin(), row.measures.end());
+  const auto given = values.size();
+  for (const auto& expression : expressions_) values.push_back(expression(values));
+  values.erase(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(given));
+  return values;
+}
+
+void Results::derive(const Study& study) {
+  const Deriver derived(study);
+  std::string columns, shown, marks = "?";
+  for (const auto& d : study.derived) {
+    columns += fmt::format(", \"{}\" REAL", d.name);
+    shown += fmt::format(", derived.\"{}\"", d.name);
+    marks += ", ?";
+  }
+  Database::Transaction whole(database_);
+  database_.execute("DROP VIEW IF EXISTS named");
+  database_.execute("DROP TABLE IF EXISTS derived");
+  database_.execute(fmt::format(
+      "CREATE TABLE derived (run TEXT PRIMARY KEY REFERENCES runs(run) ON DELETE CASCADE{}) WITHOUT ROWID",
+      columns));
+  make_view(database_, shown_, shown);
+  const auto rows = runs();
+  {
+    Statement s(database_, fmt::format("INSERT INTO derived VALUES ({})", marks));
+    for (const auto& row : rows) {
+      s.bind(row.key);
+      for (const double x : derived(row)) s.bind(x);
+      s.again();
+    }
+  }
+  whole.commit();
+}
+
+double Results::cpu_seconds() const {
+  Statement s(database_, "SELECT sum(cpu_s) FROM costs WHERE run IN (SELECT run FROM named)");
+  return s.step() ? s.number(0) : 0;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,134 @@
+#include "study/store/results_tables.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "io/files/output_file.hpp"
+
+namespace freeplay {
+namespace {
+
+using Statement = Database::Statement;
+
+/// What a file is made of, in its user_version. 0: keys of the commit and a list of fields; 1: keys that are digests of
+/// identities, a row for each harmonic and sample; 2: a file of attractors; 3: blobs, by whole numbers.
+constexpr int kind_of_file = 3;
+
+/// What a run has many of: the table, the view that shows it, its columns.
+struct Many {
+  const char *table, *view, *columns;
+};
+constexpr Many of_runs[] = {
+    {"turn_rows", "turns", "turn INTEGER, peak REAL"},
+    {"flight_rows", "flights", "loss REAL, angle REAL, duration REAL, deceleration REAL, contact TEXT"},
+    {"impact_rows", "impacts", "angle REAL, approach REAL, impulse REAL, contact TEXT"},
+    {"measure_rows", "measures", "measure TEXT, number INTEGER, t REAL, value REAL"},
+    {"cost_rows", "costs", "cpu_s REAL, steps INTEGER, right_hand_sides INTEGER, pivots INTEGER"},
+    {"spectrum_blobs", "spectra", "amplitude BLOB"},
+    {"trace_blobs", "traces", "angle BLOB, acceleration BLOB, position BLOB"}};
+
+std::string table_of_runs(const Study& study) {
+  std::string columns;
+  for (const auto& axis : study.axes) columns += fmt::format("\"{}\" REAL, ", axis.name);
+  for (const auto& name : TurnMetrics::names()) columns += fmt::format("{} REAL, ", name);
+  for (const auto& measure : study.measures) columns += fmt::format("\"{}\" REAL, ", measure.name);
+  return fmt::format(
+      "CREATE TABLE runs (run TEXT UNIQUE, variant TEXT, formulation TEXT, start INTEGER, {}"
+      "status TEXT, reason TEXT, \"run id\" INTEGER PRIMARY KEY)",
+      columns);
+}
+
+/// The names in a list of columns, each after a comma.
+std::string names_in(const std::string& columns) {
+  std::string names;
+  for (std::size_t at = 0; at < columns.size();
+       at = columns.find(", ", at) == columns.npos ? columns.size() : columns.find(", ", at) + 2)
+    names += ", many." + columns.substr(at, columns.find(' ', at) - at);
+  return names;
+}
+
+void require_kind(const Database& database) {
+  if (const auto kind = database.kind(); kind != kind_of_file)
+    throw OutputError(fmt::format(
+        "{}: its runs were stored by {} freeplay, by keys or in tables that are not this one's; they stay as they "
+        "are, and none is used: give another folder with -o, or move the file away",
+        database.file().string(), kind < kind_of_file ? "an earlier" : "a later"));
+}
+
+}  // namespace
+
+std::string shown_columns(const Study& study) {
+  std::string names = "runs.run, runs.variant, runs.formulation, runs.start";
+  for (const auto& axis : study.axes) names += fmt::format(", runs.\"{}\"", axis.name);
+  for (const auto& name : TurnMetrics::names()) names += fmt::format(", runs.{}", name);
+  for (const auto& measure : study.measures) names += fmt::format(", runs.\"{}\"", measure.name);
+  return names + ", runs.status, runs.reason";
+}
+
+bool require_tables(const Database& database, const Study& study) {
+  const auto table = table_of_runs(study);
+  {
+    Statement existing(database, "SELECT sql FROM sqlite_master WHERE name = 'runs'");
+    if (existing.step()) {
+      require_kind(database);
+      Statement parts(database, "SELECT 1 FROM sqlite_master WHERE name = 'trace_blobs'");
+      if (existing.text(0) != table || !parts.step())
+        throw OutputError(fmt::format(
+            "{}: holds another study, or one of another version; give another folder with -o, or remove it",
+            database.file().string()));
+      return false;
+    }
+  }
+  database.execute(fmt::format("PRAGMA user_version = {}", kind_of_file));
+  database.execute(table);
+  for (const auto& [rows, view, columns] : of_runs) {
+    const bool single = std::string_view(columns).find("BLOB") != std::string_view::npos;
+    database.execute(
+        fmt::format("CREATE TABLE {} (id INTEGER {}REFERENCES runs(\"run id\") ON DELETE CASCADE, {})", rows,
+                    single ? "PRIMARY KEY " : "", columns));
+    if (!single) database.execute(fmt::format("CREATE INDEX {0}_id ON {0}(id)", rows));
+    database.execute(fmt::format(
+        "CREATE VIEW {} AS SELECT runs.run AS run{} FROM runs JOIN {} AS many ON many.id = runs.\"run id\"",
+        view, names_in(columns), rows));
+  }
+  return true;
+}
+
+PackedTrace packed(const std::vector<TracePoint>& trace) {
+  PackedTrace out;
+  const auto n = trace.size();
+  if (n == 0) return out;
+  const double first = trace.front().angle,
+               step = n > 1 ? (trace.back().angle - first) / static_cast<double>(n - 1) : 0;
+  bool even = n > 2, placed = false;
+  for (std::size_t i = 0; i < n; ++i) {
+    even = even && std::abs(trace[i].angle - first - static_cast<double>(i) * step) <= 1e-6 * step;
+    placed = placed || !std::isnan(trace[i].position);
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!even || i == 0 || i == n - 1) out.angle.push_back(static_cast<float>(trace[i].angle));
+    out.acceleration.push_back(static_cast<float>(trace[i].acceleration));
+    if (placed) out.position.push_back(static_cast<float>(trace[i].position));
+  }
+  return out;
+}
+
+std::vector<TracePoint> unpacked(const PackedTrace& trace) {
+  const auto n = trace.acceleration.size();
+  const bool even = trace.angle.size() != n;
+  // A file may have been written by anyone: what does not fit together is no trace.
+  if ((even && (trace.angle.size() != 2 || n < 2)) || (!trace.position.empty() && trace.position.size() != n))
+    return {};
+  std::vector<TracePoint> out(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(std::max<std::size_t>(n - 1, 1));
+    out[i].angle = even ? trace.angle[0] + share * (double(trace.angle[1]) - trace.angle[0]) : trace.angle[i];
+    out[i].acceleration = trace.acceleration[i];
+    out[i].position = trace.position.empty() ? std::nan("") : trace.position[i];
+  }
+  return out;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,158 @@
+#include "study/store/work_list.hpp"
+
+#include <fmt/format.h>
+
+#include <vector>
+
+#include "io/files/output_file.hpp"
+
+namespace freeplay {
+namespace {
+
+using Statement = Database::Statement;
+
+std::size_t count(const Database& database, const std::string& rows) {
+  Statement s(database, "SELECT count(*) FROM " + rows);
+  s.step();
+  return static_cast<std::size_t>(s.whole(0));
+}
+
+}  // namespace
+
+void WorkList::make_table(const Database& database) {
+  database.execute("CREATE TABLE IF NOT EXISTS work (run TEXT PRIMARY KEY, state TEXT, seat INTEGER)");
+  database.execute("CREATE INDEX IF NOT EXISTS work_state ON work(state)");
+  database.execute("CREATE TABLE IF NOT EXISTS sweeps (seat INTEGER PRIMARY KEY)");
+}
+
+const char* const WorkList::done =
+    "INSERT INTO work VALUES (?, 'done', NULL) ON CONFLICT DO UPDATE SET state = 'done', seat = NULL";
+
+WorkList::WorkList(const Database& database, const FolderLock& lock, const std::vector<std::string>& runs,
+                   Earlier earlier)
+    : database_(database), lock_(lock) {
+  database_.execute("CREATE TEMP TABLE IF NOT EXISTS asked (run TEXT PRIMARY KEY)");
+  Database::Transaction whole(database_);
+  database_.execute("DELETE FROM asked");
+  {
+    Statement s(database_, "INSERT OR IGNORE INTO asked VALUES (?)");
+    for (const auto& run : runs) {
+      s.bind(run);
+      s.again();
+    }
+  }
+  forget_the_dead();
+  if (count(database_, "sweeps") > 0)
+    require_the_others_list();
+  else
+    make_list(runs, earlier);
+  Statement(database_, "INSERT INTO sweeps VALUES (?)").bind(static_cast<long>(lock_.seat())).step();
+  found_ = count(database_, "asked WHERE run IN (SELECT run FROM runs)");
+  marked_ = marked_done();
+  kept_ = count(database_, "work WHERE state = 'kept'");
+  whole.commit();
+}
+
+void WorkList::forget_the_dead() {
+  std::vector<long> dead{lock_.seat()};  // what an earlier process with this seat left
+  {
+    Statement s(database_, "SELECT seat FROM sweeps UNION SELECT seat FROM work WHERE state = 'claimed'");
+    while (s.step())
+      if (!lock_.taken(static_cast<int>(s.whole(0)))) dead.push_back(s.whole(0));
+  }
+  for (const long seat : dead) {
+    open_again(seat);
+    Statement(database_, "DELETE FROM sweeps WHERE seat = ?").bind(seat).step();
+  }
+}
+
+void WorkList::open_again(long seat) {
+  lost_ += count(database_, fmt::format("work WHERE state = 'claimed' AND seat = {}", seat));
+  Statement(database_, "UPDATE work SET state = 'open', seat = NULL WHERE state = 'claimed' AND seat = ?")
+      .bind(seat)
+      .step();
+}
+
+void WorkList::require_the_others_list() const {
+  const char* named = "SELECT run FROM work WHERE state != 'kept'";
+  if (count(database_, fmt::format("asked WHERE run NOT IN ({})", named)) +
+          count(database_, fmt::format("({}) WHERE run NOT IN (SELECT run FROM asked)", named)) >
+      0)
+    throw OutputError(fmt::format(
+        "{}: another form of this study is being run into it ({}); wait for its end, or give another folder with -o",
+        database_.file().string(), lock_.others()));
+}
+
+void WorkList::make_list(const std::vector<std::string>& runs, Earlier earlier) {
+  const std::string others = "run NOT IN (SELECT run FROM asked)";
+  const char* state = earlier == Earlier::kept ? "kept" : "done";
+  database_.execute(fmt::format("DELETE FROM work WHERE {} AND run NOT IN (SELECT run FROM runs)", others));
+  if (earlier == Earlier::kept) database_.execute("UPDATE work SET state = 'kept' WHERE " + others);
+  database_.execute(
+      fmt::format("INSERT OR IGNORE INTO work SELECT run, '{}', NULL FROM runs WHERE {}", state, others));
+  Statement s(database_,  // in the study's order
+              "INSERT INTO work VALUES (?1, CASE WHEN EXISTS (SELECT 1 FROM runs WHERE run = ?1) THEN 'done' "
+              "ELSE 'open' END, NULL) ON CONFLICT DO UPDATE SET state = excluded.state, seat = NULL");
+  for (const auto& run : runs) {
+    s.bind(run);
+    s.again();
+  }
+}
+
+WorkList::~WorkList() {
+  try {
+    Database::Transaction whole(database_);
+    const long seat = lock_.seat();
+    Statement(database_, "UPDATE work SET state = 'open', seat = NULL WHERE state = 'claimed' AND seat = ?")
+        .bind(seat)
+        .step();
+    Statement(database_, "DELETE FROM sweeps WHERE seat = ?").bind(seat).step();
+    whole.commit();
+  } catch (const OutputError&) {
+    // The claims end with this process.
+  }
+}
+
+std::optional<std::string> WorkList::claim() {
+  auto one = claim(1);
+  if (one.empty()) return std::nullopt;
+  return std::move(one.front());
+}
+
+std::vector<std::string> WorkList::claim(int most) {
+  Database::Transaction whole(database_);
+  const auto open = [&] {
+    std::vector<std::string> runs;
+    Statement s(database_, "SELECT run FROM work WHERE state = 'open' LIMIT ?");
+    s.bind(static_cast<long>(most));
+    while (s.step()) runs.push_back(s.text(0));
+    return runs;
+  };
+  auto runs = open();
+  if (runs.empty()) {
+    std::vector<long> dead;
+    {
+      Statement s(database_, "SELECT DISTINCT seat FROM work WHERE state = 'claimed'");
+      while (s.step())
+        if (!lock_.taken(static_cast<int>(s.whole(0)))) dead.push_back(s.whole(0));
+    }
+    for (const long seat : dead) open_again(seat);
+    runs = open();
+  }
+  Statement claimed(database_, "UPDATE work SET state = 'claimed', seat = ? WHERE run = ?");
+  for (const auto& run : runs) claimed.bind(static_cast<long>(lock_.seat())).bind(run).again();
+  whole.commit();
+  return runs;
+}
+
+std::size_t WorkList::marked_done() const { return count(database_, "work WHERE state = 'done'"); }
+
+// By the index of states: a list of all that are asked for would be gone through.
+std::size_t WorkList::done_now() const { return found_ + marked_done() - marked_; }
+
+bool WorkList::ended() const {
+  Statement s(database_, "SELECT 1 FROM work WHERE state IN ('open', 'claimed') LIMIT 1");
+  return !s.step();
+}
+
+}  // namespace freeplay

@@ -1,0 +1,189 @@
+// Threads take runs from what the process has claimed, and put what they made beside it; claims and results go to the database
+// in batches, a transaction each, as long as a batch takes to make:
+//
+//     open → claimed (batch) → made by a thread → stored (batch)
+//
+// Long runs are batches of one. A killed process loses the runs that it had claimed and not stored.
+#include "study/sweep/sweep.hpp"
+
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <unordered_map>
+
+namespace freeplay {
+namespace {
+
+constexpr double batch_seconds = 0.25;  // of claims, and until what is made is stored
+constexpr std::size_t most_in_batch = 256;
+constexpr double count_seconds = 2;  // between counts of what others have made
+
+/// One process' part in a study.
+class Sweep {
+ public:
+  Sweep(const Study& study, const std::vector<PlannedRun>& runs, const Conduct& conduct, Results& results,
+        const FolderLock& lock, WorkList::Earlier earlier,
+        const std::function<void(const SweepProgress&)>& on_progress)
+      : study_(study), conduct_(conduct), results_(results), on_progress_(on_progress) {
+    std::vector<std::string> keys;
+    for (const auto& run : runs) {
+      keys.push_back(run.key);
+      cases_[run.key] = &run.what;
+    }
+    work_.emplace(results.database(), lock, keys, earlier);
+    summary_.total = runs.size();
+    summary_.found = work_->found();
+    summary_.kept = work_->kept();
+    done_ = summary_.found;
+    summary_.keys = {keys.begin(), keys.end()};
+  }
+
+  SweepSummary run(int threads) {
+    oneapi::tbb::task_arena arena(threads > 0 ? threads : oneapi::tbb::task_arena::automatic);
+    workers_ = arena.max_concurrency();
+    try {
+      while (!stopped()) {
+        arena.execute([&] {
+          oneapi::tbb::parallel_for(
+              oneapi::tbb::blocked_range<int>(0, workers_, 1), [&](const auto&) { work(); },
+              oneapi::tbb::simple_partitioner());
+        });
+        store_made();
+        if (work_->ended()) break;
+        // Others make what is left, or are gone before they have.
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      }
+    } catch (...) {
+      store_made();
+      throw;
+    }
+    store_made();
+    summary_.interrupted = conduct_.stop();
+    summary_.wall_seconds = seconds();
+    summary_.lost = work_->lost();
+    if (!summary_.interrupted) summary_.elsewhere = summary_.total - summary_.found - summary_.ran;
+    return std::move(summary_);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  bool stopped() const { return conduct_.stop() || failed_; }
+  double seconds() const { return std::chrono::duration<double>(Clock::now() - began_).count(); }
+
+  /// One thread's part: a run after the other while there are any.
+  void work() {
+    try {
+      while (!stopped()) {
+        const auto key = next();
+        if (!key) return;
+        const auto& one = *cases_.at(*key);
+        auto result = run_case(study_, one, conduct_);
+        if (result.ending.status == Ending::Status::interrupted) return;
+        result.metrics.turns = {};  // are not stored
+        result.metrics.mean_turn = {};
+        keep({*key, &one, std::move(result)});
+      }
+    } catch (const Interrupted&) {  // while a start was made: its run is none
+    } catch (...) {
+      failed_ = true;  // the others end the runs that they are at
+      throw;
+    }
+  }
+
+  /// As many as all threads make in a batch's time, by what they have made so far.
+  int batch() const {
+    const double made = static_cast<double>(summary_.ran);
+    const double most = made > 0 ? batch_seconds * made / std::max(seconds(), 1e-3) : 1;
+    return static_cast<int>(std::clamp(most, 1.0, static_cast<double>(most_in_batch)));
+  }
+
+  std::optional<std::string> next() {
+    const std::lock_guard lock(mutex_);
+    if (claimed_.empty()) {
+      const std::lock_guard own(database_);
+      const auto more = work_->claim(batch());
+      claimed_.assign(more.begin(), more.end());
+    }
+    if (claimed_.empty()) return std::nullopt;
+    auto key = std::move(claimed_.front());
+    claimed_.pop_front();
+    return key;
+  }
+
+  void keep(MadeRun made) {
+    std::vector<MadeRun> due;
+    {
+      const std::lock_guard lock(mutex_);
+      ++summary_.ran;
+      ++done_;
+      summary_.failed += made.result.ending.status == Ending::Status::failed;
+      made_.push_back(std::move(made));
+      // The first at once: whoever looks sees that it goes on.
+      if (summary_.ran == 1 || made_.size() >= most_in_batch || seconds() - stored_at_ >= batch_seconds) {
+        due.swap(made_);
+        stored_at_ = seconds();
+      }
+    }
+    store(due);
+    report();
+  }
+
+  void store_made() {
+    std::vector<MadeRun> due;
+    due.swap(made_);
+    store(due);
+  }
+  void store(const std::vector<MadeRun>& due) {
+    if (due.empty()) return;
+    const std::lock_guard own(database_);
+    results_.store(due);
+  }
+
+  void report() {
+    if (!on_progress_) return;
+    const std::lock_guard lock(mutex_);
+    if (seconds() - counted_at_ >= count_seconds) {
+      counted_at_ = seconds();
+      const std::lock_guard own(database_);
+      done_ = std::max(done_, work_->done_now() + made_.size());
+    }
+    on_progress_({done_, summary_.total,
+                  seconds() / static_cast<double>(done_ - summary_.found) *
+                      static_cast<double>(summary_.total - done_)});
+  }
+
+  const Study& study_;
+  const Conduct& conduct_;
+  Results& results_;
+  const std::function<void(const SweepProgress&)>& on_progress_;
+  std::unordered_map<std::string, const Case*> cases_;
+  std::optional<WorkList> work_;
+  SweepSummary summary_;
+  int workers_ = 1;
+  std::mutex mutex_;  // of what follows, and of the summary
+  std::deque<std::string> claimed_;
+  std::vector<MadeRun> made_;              // and not stored
+  std::size_t done_ = 0;                   // by all processes, as far as known
+  double stored_at_ = 0, counted_at_ = 0;  // s
+  std::mutex database_;                    // taken after mutex_, if both
+  std::atomic<bool> failed_{false};
+  Clock::time_point began_ = Clock::now();
+};
+
+}  // namespace
+
+SweepSummary sweep(const Study& study, const std::vector<PlannedRun>& runs, const Conduct& conduct,
+                   Results& results, const FolderLock& lock, int threads,
+                   const std::function<void(const SweepProgress&)>& on_progress, WorkList::Earlier earlier) {
+  return Sweep(study, runs, conduct, results, lock, earlier, on_progress).run(threads);
+}
+
+}  // namespace freeplay
