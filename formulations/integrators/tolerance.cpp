@@ -129,14 +129,6 @@ double feature_length(const System& system, const State& start, double arm) {
   return least;
 }
 
-/// m/s, of the fastest coordinate at the start, angles at `arm`.
-double start_speed(const System& system, const State& start, double arm) {
-  double speed = 0;
-  for (int i = 0; i < system.n(); ++i)
-    speed = std::max(speed, std::abs(start.v[static_cast<std::size_t>(i)]) * (system.is_angle(i) ? arm : 1));
-  return speed;
-}
-
 }  // namespace
 
 Scales make_scales(const Mechanism& mechanism, const System& system, const State& start) {
@@ -161,21 +153,20 @@ Scales make_scales(const Mechanism& mechanism, const System& system, const State
         },
         drive);
   omega = std::max(omega, along / arm);
-  s.speed = std::max(s.length * omega, std::sqrt(mechanism.gravity.norm() * s.length));
+  s.speed = std::max({s.length * omega, std::sqrt(mechanism.gravity.norm() * s.length), 1e-3 * s.length});
   double pace = s.speed;  // m/s, of the time scale
   if (omega == 0 && mechanism.gravity.is_zero()) {
     s.guessed = true;
-    const double within = std::min(s.length, feature_length(system, start, arm));
-    // A thousandth of the length in a second, or less where all that moves is slower.
-    const double least = std::min(1e-3 * s.length, start_speed(system, start, arm));
-    s.speed = pace = std::max(least, greatest_speed(system, start.v.data()));
+    // What moves within features of its forces may be as much slower. Below 1e-4 of the length rounding of places would decide.
+    const double within = std::clamp(feature_length(system, start, arm), 1e-4 * s.length, s.length);
+    const double fastest = greatest_speed(system, start.v.data());
+    s.speed = std::max(1e-3 * within, fastest);
+    pace = std::max(pace, fastest);
     for (const auto& push : pushes(mechanism, system, start, arm)) {
       s.speed = std::max(s.speed, push.speed(within));
       pace = std::max(pace, std::sqrt(push.acceleration * s.length));
     }
   }
-  if (!(s.speed > 0)) s.speed = 1e-3 * s.length;
-  if (!(pace > 0)) pace = s.speed;
   s.fastest = std::max({s.speed, arm * omega, std::sqrt(mechanism.gravity.norm() * arm),
                         greatest_speed(system, start.v.data())});
   s.angle = s.length / arm;
