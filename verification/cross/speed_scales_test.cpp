@@ -1,0 +1,177 @@
+// Speed scales that tolerances are measured by, where neither a drive nor gravity sets a pace: slow and small motions, and starts
+// of next to no speed.
+#include <fmt/format.h>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "facade/simulation.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/observer.hpp"
+#include "verification/support.hpp"
+
+using namespace freeplay;
+using std::numbers::pi;
+
+TEST_CASE("a start of next to no speed changes nothing of a pulse", "[penalty][event-driven]") {
+  // A triangle of 20 us and 1000 N about 0.30001 s on 1 kg: v = 0.01 m/s, x = 0.01 (1 - 0.30001) m. A scale of 1e-12 m/s made the
+  // tolerance finer than rounding, and one step passed over the pulse. The tolerance is 1e-8 of 1 m and of 1e-3 m/s.
+  for (const char* speed : {"0", "1e-300", "1e-12"})
+    for (const Family family : {Family::penalty, Family::nonsmooth}) {
+      CAPTURE(speed, name_of(family));
+      const auto scene = parse_scene(fmt::format(R"(
+[bodies.body]
+mass = 1.0
+inertia = 0.1
+velocity = [{}, 0.0]
+[loads.push]
+type = "force"
+body = "body"
+force = [1.0, 0.0]
+factor = "pulse"
+[curves.pulse]
+shape = "table"
+points = [[0.0, 0.0], [0.3, 0.0], [0.30001, 1e3], [0.30002, 0.0], [1.0, 0.0]]
+[run]
+duration = 1.0
+start = "given"
+)",
+                                                 speed),
+                                     "pulse");
+      const auto run = test::simulate(scene, family);
+      CAPTURE(run.ending.reason);
+      REQUIRE(run.ending.status == Ending::Status::finished);
+      CHECK(run.final_state.v[0] == Approx(0.01).epsilon(1e-6));
+      CHECK(run.final_state.q[0] == Approx(0.01 * (1 - 0.30001)).epsilon(1e-6));
+    }
+}
+
+TEST_CASE("drive work far above the energy of its clearance does not shorten the steps",
+          "[penalty][curves]") {
+  // A block flies freely between stops of 45 µm on a slide that a curve moves (scene 758 of the random scenes of seed 555). The
+  // work of the drive was controlled by the kinetic energy at 5e-8 m/s, below its own rounding: 3.4 million steps.
+  auto scene = parse_scene(R"(
+[bodies.slide]
+mass = 1
+inertia = 1
+[joints.guide]
+type = "translational"
+between = ["ground", "slide"]
+[curves.y0]
+shape = "table"
+points = [[4.08659046251, -7.17720946042e-05], [7.11509827997, 2.84139205512e-05], [9.63888357018, 3.4481712368e-05]]
+[drives.d0]
+joint = "guide"
+velocity = "y0"
+initial = -0.000197497475218
+[bodies.block]
+mass = 2.72529801391
+inertia = 1
+position = [-0.000164008354758, 0]
+velocity = [1.23282297184e-05, 0]
+[joints.on]
+type = "translational"
+between = ["slide", "block"]
+[contacts.stop]
+type = "travel-stop"
+joint = "on"
+lower = 0
+upper = 4.52599705303e-05
+stiffness = 65655583.4404
+surface = "s"
+[surfaces.s]
+young = 2e11
+poisson = 0.3
+restitution = 0.702169564868
+[loads.spring]
+type = "spring-damper"
+between = ["ground", "block"]
+at = [[-0.00623706894109, 0], [0, 0]]
+stiffness = 6.80938359753
+free_length = 0.00616738781351
+[run]
+duration = 0.512048416053
+start = "assembled"
+[penalty]
+v0_floor = 7.07120172412e-07
+friction_v0 = 7.07120172412e-07
+friction_v1 = 7.07120172412e-06
+alpha = 19.5294032488
+beta = 19.5294032488
+)",
+                           "758");
+  for (const auto integrator : {Integrator::adams_bashforth_moulton, Integrator::rosenbrock4}) {
+    CAPTURE(static_cast<int>(integrator));
+    scene.penalty.integrator = integrator;
+    test::Listener look;
+    long steps = 0;
+    std::atomic<bool> stop = false;
+    look.on_step = [&](const Step&) { stop = ++steps > 10000; };
+    Simulation simulation(scene, "penalty");
+    const auto run = simulation.run({.observers = {&look}, .stop = StopToken(stop)});
+    CHECK(run.ending.status == Ending::Status::finished);
+  }
+}
+
+TEST_CASE("a motion far slower and smaller than its arms keeps its energy",
+          "[integrators][curves][event-driven]") {
+  // Scene 1376 of the random scenes of seed 8675309: M = A sin(2πθ/p) on a rotor at 2.5e-7 rad/s, 25 hills of 1.5e-4 rad in four hours;
+  // E = ½ J ω² + A p/(2π) cos(2πθ/p). Some 50 steps a hill leave 1e-8 of ω each, by random signs √1250 · 2e-8 = 7e-7 of E. Bound, set
+  // after seeing: seven times that. By a scale of 1e-3 rad/s it was off by 4.8e-5 (bulirsch_stoer) to 5e-4 (dopri5).
+  constexpr double J = 0.0130480311483, A = -6.99899223804e-11, p = 0.000147342645013;
+  auto scene = parse_scene(R"(
+[bodies.rotor]
+mass = 1
+inertia = 0.0130480311483
+angle = -0.00249239488328
+angular_velocity = 2.45967683912e-07
+[joints.on]
+type = "revolute"
+between = ["ground", "rotor"]
+[curves.push]
+shape = "harmonic"
+amplitude = -6.99899223804e-11
+period = 0.000147342645013
+[drives.push]
+joint = "on"
+torque_curve = "push"
+against = "angle"
+[run]
+duration = 15100.1645737
+start = "given"
+)",
+                           "1376");
+  const auto energy = [&](double theta, double omega) {
+    return 0.5 * J * omega * omega + A * p / (2 * pi) * std::cos(2 * pi * theta / p);
+  };
+  const double first = energy(-0.00249239488328, 2.45967683912e-07);
+  const auto check = [&](Family family) {
+    const auto run = test::simulate(scene, family);
+    REQUIRE(run.ending.status == Ending::Status::finished);
+    CHECK(energy(run.final_state.q[2], run.final_state.v[2]) == Approx(first).epsilon(5e-6));
+  };
+  check(Family::nonsmooth);
+  for (const auto integrator :
+       {Integrator::dopri5, Integrator::bulirsch_stoer, Integrator::adams_bashforth_moulton}) {
+    CAPTURE(static_cast<int>(integrator));
+    scene.penalty.integrator = integrator;
+    check(Family::penalty);
+  }
+}
+
+TEST_CASE("a long run is no stiffer than a short one", "[penalty]") {
+  // 3e8 s at 3,700 steps a turn: the pace of the motion says what progress is, not the end of the run.
+  auto scene = read_scene(test::flores());
+  scene.instruments.clear();
+  scene.run.duration = 3e8;
+  Simulation simulation(scene, "penalty");
+  std::atomic<bool> stop{false};
+  test::Listener listener;
+  long steps = 0;
+  listener.on_step = [&](const Step&) { stop = ++steps > 400000; };
+  const auto run = simulation.run({.observers = {&listener}, .keep_events = false, .stop = StopToken(stop)});
+  CAPTURE(run.ending.reason, run.t_end);
+  CHECK(run.ending.status == Ending::Status::interrupted);
+}
