@@ -80,15 +80,15 @@ start = "assembled"
                      speed, drive);
 }
 
-/// A rotor that turns at 10 rad/s, and a follower at a curve of its angle.
-std::string follower(const std::string& curve) {
-  return R"(
+/// A rotor (J, kg m²) at 10 rad/s at the start, and a follower (m, kg) at a curve of its angle; `more`: other tables.
+std::string follower(double J, double m, const std::string& more, const std::string& curve) {
+  return fmt::format(R"(
 [bodies.rotor]
 mass = 1.0
-inertia = 0.01
+inertia = {}
 angular_velocity = 10.0
 [bodies.follower]
-mass = 0.5
+mass = {}
 inertia = 1e-4
 [joints.shaft]
 type = "revolute"
@@ -97,22 +97,24 @@ between = ["ground", "rotor"]
 type = "translational"
 between = ["ground", "follower"]
 axis = [0, 1]
-[drives.motor]
-joint = "shaft"
-speed = 10.0
 [drives.cam]
 joint = "guide"
 position = "lift"
 of = "shaft"
+{}
 [curves.lift]
-)" + curve +
-         R"(
+{}
+)",
+                     J, m, more, curve);
+}
+constexpr const char* motor = R"(
+[drives.motor]
+joint = "shaft"
+speed = 10.0
 [run]
 duration = 0.6
-discard = 0
 start = "assembled"
 )";
-}
 
 double smooth_rise(double s) { return s * s * s * (10 + s * (-15 + 6 * s)); }
 
@@ -275,7 +277,7 @@ TEST_CASE("curves: a place that follows a joint's angle, on its curve in every r
   // leaves a rate of second order, which the cubic takes part of: a hundred times that.
   for (const auto* scheme : {"automatic", "event-driven", "moreau-jean"}) {
     CAPTURE(scheme);
-    const auto rows = rows_of(scene_of(follower(R"(shape = "rise-dwell-return"
+    const auto rows = rows_of(scene_of(follower(0.01, 0.5, motor, R"(shape = "rise-dwell-return"
 to = 0.03
 start = 0.5
 rise = 1.0
@@ -301,7 +303,7 @@ TEST_CASE("curves: a place that follows a joint's angle by a spline, on its curv
   };
   for (const auto* scheme : {"automatic", "event-driven", "moreau-jean"}) {
     CAPTURE(scheme);
-    const auto rows = rows_of(scene_of(follower(R"(shape = "table"
+    const auto rows = rows_of(scene_of(follower(0.01, 0.5, motor, R"(shape = "table"
 between = "spline"
 points = [[0.5, 0.0], [1.5, 0.03], [2.5, 0.0]])"),
                                        scheme),
@@ -319,34 +321,7 @@ TEST_CASE("curves: a follower's spring turns a rotor back where its energy ends"
   const double turn = 1 + 0.5 * low;
   for (const auto* scheme : {"automatic", "event-driven", "moreau-jean"}) {
     CAPTURE(scheme);
-    const auto rows = rows_of(scene_of(R"(
-[bodies.rotor]
-mass = 1.0
-inertia = 0.002
-angular_velocity = 10.0
-[bodies.follower]
-mass = 0.05
-inertia = 1e-5
-[joints.shaft]
-type = "revolute"
-between = ["ground", "rotor"]
-[joints.guide]
-type = "translational"
-between = ["ground", "follower"]
-axis = [0, 1]
-[drives.cam]
-joint = "guide"
-position = "lift"
-of = "shaft"
-[curves.lift]
-shape = "rise-dwell-return"
-to = 0.03
-start = 1.0
-rise = 0.5
-dwell = 0.2
-return = 0.5
-rest = 5.083185307179586
-repeat = true
+    const auto rows = rows_of(scene_of(follower(0.002, 0.05, R"(
 [loads.spring]
 type = "spring-damper"
 between = ["ground", "follower"]
@@ -355,9 +330,16 @@ stiffness = 1000.0
 free_length = 1.0
 [run]
 duration = 0.4
-discard = 0
 start = "assembled"
 )",
+                                                R"(shape = "rise-dwell-return"
+to = 0.03
+start = 1.0
+rise = 0.5
+dwell = 0.2
+return = 0.5
+rest = 5.083185307179586
+repeat = true)"),
                                        scheme),
                               6, 1e-4);
     // Rows miss the turning point by up to half their distance: ½ α (5e-5 s)², with α = k y y′/J < 400 rad/s² · 60.
