@@ -8,7 +8,7 @@ namespace freeplay {
 namespace {
 
 /// Operations of one factorisation beyond which sweeps are the cheaper way.
-constexpr double most_operations = 3e7;
+constexpr double most_operations_of_long_islands = 3e7;
 /// Unknowns of an island of loose bodies beyond which dense matrices are no way out.
 constexpr int most_loose = 64;
 /// Half-bandwidth of D, in rows, up to which loose bodies hang in a chain: Newton's method meets it in a few steps, where
@@ -123,7 +123,7 @@ double ContactIslands::project(const Island& x, bool with_jacobian, double proxi
 
 bool ContactIslands::newton(Island& x, double accepted, int most) {
   const int rows = static_cast<int>(x.slots.size()), width = order_rows(x);
-  if (static_cast<double>(rows) * width * width > most_operations) return false;
+  if (static_cast<double>(rows) * width * width > most_operations_of_long_islands) return false;
   F_.resize(x.slots.size());
   step_.resize(x.slots.size());
   for (int i = 0; i < most; ++i) {
@@ -150,7 +150,7 @@ bool ContactIslands::newton(Island& x, double accepted, int most) {
 
 bool ContactIslands::hold(Island& x) {
   const int rows = static_cast<int>(x.slots.size()), width = order_rows(x);
-  if (static_cast<double>(rows) * width * width > most_operations) return false;
+  if (static_cast<double>(rows) * width * width > most_operations_of_long_islands) return false;
   step_.resize(x.slots.size());
   for (const double proximal : {0.0, 1e-9, 1e-6}) {
     band_.begin(rows, width);

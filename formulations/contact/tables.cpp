@@ -15,7 +15,7 @@ constexpr auto table(F row) {
   return each_enumerator<E, std::array<Facts, static_cast<std::size_t>(enumerators<E>())>>(row);
 }
 
-constexpr auto contact = table<ContactLaw, ContactLawFacts>([](auto law) {
+constexpr auto all_contact_laws = table<ContactLaw, ContactLawFacts>([](auto law) {
   using L = Law<law()>;
   return ContactLawFacts{.law = law(),
                          .text = L::text,
@@ -30,7 +30,7 @@ constexpr auto contact = table<ContactLaw, ContactLawFacts>([](auto law) {
                          .clearance_end = L::clearance_end};
 });
 
-constexpr auto friction = table<FrictionLaw, FrictionLawFacts>([](auto law) {
+constexpr auto all_friction_laws = table<FrictionLaw, FrictionLawFacts>([](auto law) {
   using L = Law<law()>;
   return FrictionLawFacts{.law = law(),
                           .text = L::text,
@@ -50,22 +50,23 @@ constexpr bool distinct(const auto& laws) {
       if (laws[i].text == laws[j].text) return false;
   return true;
 }
-static_assert(distinct(contact) && distinct(friction));
+static_assert(distinct(all_contact_laws) && distinct(all_friction_laws));
 
 /// A line law takes its damping factor from a point law.
 constexpr bool damped_by_point_laws() {
-  for (const auto& l : contact)
-    if (l.damping && contact[static_cast<std::size_t>(*l.damping)].kind != ContactKind::point) return false;
+  for (const auto& l : all_contact_laws)
+    if (l.damping && all_contact_laws[static_cast<std::size_t>(*l.damping)].kind != ContactKind::point)
+      return false;
   return true;
 }
 static_assert(damped_by_point_laws());
 
 }  // namespace
 
-std::span<const ContactLawFacts> contact_laws() { return contact; }
-const ContactLawFacts& facts_of(ContactLaw law) { return contact[static_cast<std::size_t>(law)]; }
+std::span<const ContactLawFacts> contact_laws() { return all_contact_laws; }
+const ContactLawFacts& facts_of(ContactLaw law) { return all_contact_laws[static_cast<std::size_t>(law)]; }
 
-std::span<const FrictionLawFacts> friction_laws() { return friction; }
-const FrictionLawFacts& facts_of(FrictionLaw law) { return friction[static_cast<std::size_t>(law)]; }
+std::span<const FrictionLawFacts> friction_laws() { return all_friction_laws; }
+const FrictionLawFacts& facts_of(FrictionLaw law) { return all_friction_laws[static_cast<std::size_t>(law)]; }
 
 }  // namespace freeplay

@@ -15,8 +15,8 @@ int random_scenes(const StrangersRequest& request, const std::filesystem::path& 
   using namespace verification::random_scenes;
   make_folder(folder);
   const FolderLock lock(folder, "extremes");
-  Request asked{static_cast<std::uint64_t>(request.seed), request.first, request.count, request.kinds,
-                request.way};
+  verification::random_scenes::Request asked{static_cast<std::uint64_t>(request.seed), request.first,
+                                             request.count, request.kinds, request.way};
   if (request.only >= 0) {
     const auto scene = draw(asked.seed, request.only, request.kinds);
     int defects = 0;

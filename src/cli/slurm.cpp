@@ -13,7 +13,7 @@ namespace freeplay::cli {
 namespace {
 
 /// s that a command of Slurm may take: a controller under load answers within its MessageTimeout, of 10 s as a rule.
-double patience() {
+double seconds_a_command() {
   constexpr double usual = 60;
   const char* const given = std::getenv("FREEPLAY_SLURM_SECONDS");
   if (!given) return usual;
@@ -28,7 +28,7 @@ double patience() {
 }  // namespace
 
 std::optional<Said> ask(const std::vector<std::string>& command, StopToken stop) {
-  const double seconds = patience();
+  const double seconds = seconds_a_command();
   auto end = run_child({.command = command, .seconds = seconds, .listen = true, .stop = stop});
   if (end.status == 127 && end.output.empty()) return std::nullopt;
   Said said{std::move(end.output), std::move(end.errors), end.status == 0 && !end.late};

@@ -9,7 +9,6 @@ namespace freeplay {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double pi = std::numbers::pi;
 
 using Weights = std::vector<double>;  // of harmonics, from 0 on
 
@@ -21,7 +20,8 @@ Correlation correlation(const Weights& w, const Harmonics& m, const Harmonics& x
   Correlation c;
   for (std::size_t k = 1; k < std::min({w.size(), m.size(), x.size()}); ++k) {
     const auto n = static_cast<double>(k);
-    const auto term = w[k] * m[k] * std::conj(x[k]) * std::polar(1.0, std::fmod(n * alpha, 2 * pi));
+    const auto term =
+        w[k] * m[k] * std::conj(x[k]) * std::polar(1.0, std::fmod(n * alpha, 2 * std::numbers::pi));
     c.value += term.real();
     c.first -= n * term.imag();
     c.second -= n * n * term.real();
@@ -37,7 +37,7 @@ std::pair<double, double> extremes(const Weights& w, const Harmonics& m, const H
   Eigen::FFT<double> fft;
   fft.inv(grid, terms);
   const auto refined = [&](auto best) {
-    const double cell = 2 * pi / static_cast<double>(size),
+    const double cell = 2 * std::numbers::pi / static_cast<double>(size),
                  start = cell * static_cast<double>(best - grid.begin());
     double alpha = start;
     for (int i = 0; i < 20; ++i) {
@@ -107,7 +107,7 @@ Harmonics mean_of(const std::vector<Harmonics>& turns) {
 
 Harmonics moved(Harmonics x, double alpha) {
   for (std::size_t k = 0; k < x.size(); ++k)
-    x[k] *= std::polar(1.0, -std::fmod(static_cast<double>(k) * alpha, 2 * pi));
+    x[k] *= std::polar(1.0, -std::fmod(static_cast<double>(k) * alpha, 2 * std::numbers::pi));
   return x;
 }
 
@@ -136,7 +136,7 @@ Alignment align(const std::vector<Harmonics>& measured, const std::vector<Harmon
   a.decided = scattered ? other - best > 15 * best / static_cast<double>(2 * count) : other > 4 * best;
   a.sign = a.decided && down > up ? -1 : 1;
   const double alpha = a.sign > 0 ? greatest : least;
-  a.phase = std::remainder(alpha, 2 * pi);
+  a.phase = std::remainder(alpha, 2 * std::numbers::pi);
   a.gain = (a.sign > 0 ? up : down) / size;
   const auto of_measured = scatter(w, measured, M, X, alpha), of_model = scatter(w, model, X, X, 0);
   a.gain_error = std::sqrt(of_measured.gain + a.gain * a.gain * of_model.gain);

@@ -8,7 +8,6 @@ namespace freeplay {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double pi = std::numbers::pi;
 
 /// The least number from n on without factors but 2, 3 and 5, which a fast transform likes.
 std::size_t smooth(std::size_t n) {
@@ -39,7 +38,7 @@ const TurnTransform::Chirp& TurnTransform::chirp_of(double step, std::size_t n, 
   Chirp c{.n = n, .m = m, .size = smooth(n + m), .phase = {}, .transform = {}};
   for (std::size_t k = 0; k < std::max(n, m); ++k) {  // reduced before it loses digits
     const auto square = static_cast<double>(k) * static_cast<double>(k);
-    c.phase.push_back(std::polar(1.0, std::fmod(0.5 * step * square, 2 * pi)));
+    c.phase.push_back(std::polar(1.0, std::fmod(0.5 * step * square, 2 * std::numbers::pi)));
   }
   List w(c.size);
   std::copy_n(c.phase.begin(), m, w.begin());
@@ -103,7 +102,7 @@ Harmonics TurnTransform::even(double start, double step, std::span<const double>
   if (product.empty()) product = product_of(chirp(step, std::vector<double>(values.size(), 1), 2 * highest_));
   auto c = solve(sums, product);
   for (std::size_t k = 0; k < c.size(); ++k)
-    c[k] *= std::polar(1.0, -std::fmod(static_cast<double>(k) * start, 2 * pi));
+    c[k] *= std::polar(1.0, -std::fmod(static_cast<double>(k) * start, 2 * std::numbers::pi));
   return c;
 }
 
@@ -114,11 +113,11 @@ TurnTransform::List TurnTransform::sums(std::span<const double> angles, std::spa
   constexpr int width = 16, nodes = 32;
   constexpr double beta = 2.3 * width;
   const auto n = smooth(std::max<std::size_t>(4 * static_cast<std::size_t>(most) + 2, 2 * width));
-  const double spacing = 2 * pi / static_cast<double>(n), reach = 0.5 * width * spacing;
+  const double spacing = 2 * std::numbers::pi / static_cast<double>(n), reach = 0.5 * width * spacing;
   List grid(n), transform;
   for (std::size_t j = 0; j < angles.size(); ++j) {
-    double at = std::fmod(angles[j], 2 * pi);
-    if (at < 0) at += 2 * pi;
+    double at = std::fmod(angles[j], 2 * std::numbers::pi);
+    if (at < 0) at += 2 * std::numbers::pi;
     const auto first = static_cast<long>(std::ceil((at - reach) / spacing));
     for (long l = first; l < first + width; ++l) {
       const double z = (static_cast<double>(l) * spacing - at) / reach, left = 1 - z * z;
@@ -132,11 +131,11 @@ TurnTransform::List TurnTransform::sums(std::span<const double> angles, std::spa
     // The hump's transform with z = sin θ: periodic to rounding, so equal steps are exact.
     double hump = 0;
     for (int i = 0; i < nodes; ++i) {
-      const double theta = pi / 2 * (i + 0.5) / nodes;
+      const double theta = std::numbers::pi / 2 * (i + 0.5) / nodes;
       hump += std::exp(beta * (std::cos(theta) - 1)) *
               std::cos(reach * static_cast<double>(k) * std::sin(theta)) * std::cos(theta);
     }
-    transform[k] *= spacing / (reach * hump * pi / nodes);
+    transform[k] *= spacing / (reach * hump * std::numbers::pi / nodes);
   }
   return transform;
 }
@@ -151,8 +150,9 @@ std::vector<double> bin_means(const Harmonics& c, int bins) {
   std::vector<Complex> folded(n), values;
   for (std::size_t k = 0; k < c.size(); ++k) {
     // The mean over a bin of e^{ikφ} is its value at the middle times sin(x)/x, x half the bin's phase.
-    const double x = static_cast<double>(k) * pi / bins;
-    folded[k % n] += c[k] * (k == 0 ? 0.5 : std::sin(x) / x) * std::polar(1.0, std::fmod(x, 2 * pi));
+    const double x = static_cast<double>(k) * std::numbers::pi / bins;
+    folded[k % n] +=
+        c[k] * (k == 0 ? 0.5 : std::sin(x) / x) * std::polar(1.0, std::fmod(x, 2 * std::numbers::pi));
   }
   Eigen::FFT<double> fft;
   fft.inv(values, folded);

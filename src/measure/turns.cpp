@@ -11,7 +11,6 @@
 namespace freeplay {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 const double nan = std::nan("");
 
 double mean(const std::vector<double>& x) {
@@ -57,8 +56,8 @@ double quantile(const std::vector<double>& sorted, double p) {
 double mean_angle(const std::vector<double>& degrees) {
   if (degrees.empty()) return nan;
   std::complex<double> sum = 0;
-  for (double d : degrees) sum += std::polar(1.0, d * pi / 180);
-  return whole_circle(std::arg(sum) * 180 / pi);
+  for (double d : degrees) sum += std::polar(1.0, d * std::numbers::pi / 180);
+  return whole_circle(std::arg(sum) * 180 / std::numbers::pi);
 }
 
 double whole_circle(double degrees) {
@@ -70,10 +69,10 @@ double half_circle(double degrees) { return whole_circle(degrees + 180) - 180; }
 
 double TurnMeter::degrees(double t) const {
   if (rules_.speed == 0) return nan;
-  return whole_circle((rules_.crank_start + rules_.speed * t) * 180 / pi);
+  return whole_circle((rules_.crank_start + rules_.speed * t) * 180 / std::numbers::pi);
 }
 
-double TurnMeter::turn() const { return 2 * pi / std::abs(rules_.speed); }
+double TurnMeter::turn() const { return 2 * std::numbers::pi / std::abs(rules_.speed); }
 
 /// The contact is closed from t to `until`; NaN: to its next loss.
 void TurnMeter::touch(Touching& one, int contact, double t, double until) {
@@ -123,8 +122,8 @@ std::size_t TurnMeter::first_of(int whole_turn) const {
 void TurnMeter::flight(TurnMetrics& m, const Flown& flown) const {
   const auto [from, to, contact] = flown;
   const bool turns = rules_.speed != 0;
-  Flight f{degrees(from), turns ? std::abs(rules_.speed) * (to - from) * 180 / pi : nan, to - from, nan,
-           contact};
+  Flight f{degrees(from), turns ? std::abs(rules_.speed) * (to - from) * 180 / std::numbers::pi : nan,
+           to - from, nan, contact};
   if (f.angle < rules_.flight_angle) return;
   const long i = static_cast<long>(std::ceil(from * rules_.sampling)) - first_x_;
   const long j = static_cast<long>(std::floor(to * rules_.sampling)) - first_x_;
@@ -259,7 +258,7 @@ void TurnMeter::harmonics(TurnMetrics& m, int turns) const {
 void TurnMeter::last_turn(TurnMetrics& m) const {
   const std::size_t count = first_of(1);
   const auto turned = [&](std::size_t i) {
-    return std::floor((rules_.crank_start + rules_.speed * times_[i]) / (2 * pi));
+    return std::floor((rules_.crank_start + rules_.speed * times_[i]) / (2 * std::numbers::pi));
   };
   std::size_t first = acceleration_.size() - count;
   for (std::size_t i = first; i > 0; --i)

@@ -43,7 +43,7 @@ void poses(Findings& f) {
 }
 
 /// With ideal joints the pose is a function of the crank's angle alone, so a scheme errs by what it lets drift.
-void turning(Findings& f) {
+void driven_turn(Findings& f) {
   struct How {
     const char* name;
     Family family;
@@ -86,7 +86,7 @@ void turning(Findings& f) {
     }
 }
 
-void pendulum(Findings& f) {
+void pendulum_let_go(Findings& f) {
   const reference::Pendulum p{1, 0.03, 0.3, 9.81, M_PI / 2};
   const double quarter = reference::pendulum_period(p) / 4;
   for (const auto& [name, family, scheme, bound, reason] :
@@ -130,8 +130,8 @@ void same_facts_by_other_words(Findings& f) {
 Findings assembly() {
   Findings f;
   poses(f);
-  turning(f);
-  pendulum(f);
+  driven_turn(f);
+  pendulum_let_go(f);
   same_facts_by_other_words(f);
   return f;
 }

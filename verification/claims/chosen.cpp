@@ -139,7 +139,7 @@ void at_rest(Findings& f) {
 }
 
 /// Sliding that turns round: from how many starts it is off by more than what is accepted.
-void turning(Findings& f) {
+void turning_friction(Findings& f) {
   double worst = 0;
   for (const double tolerance : {1e-4, 1e-5, 1e-6, 1e-7})
     for (const double v0 : {0.25, 0.27, 0.3, 0.31, 0.32}) {
@@ -204,7 +204,7 @@ Findings chosen() {
   smooth(f);
   sliding(f);
   at_rest(f);
-  turning(f);
+  turning_friction(f);
   handovers(f);
   return f;
 }

@@ -66,7 +66,7 @@ void slider_crank(Findings& f) {
   }
 }
 
-void four_bars(Findings& f) {
+void rows_of_four_bars(Findings& f) {
   // Twenty seconds through the aligned positions, where the rows lose rank.
   for (const int count : {1, 5}) {
     auto scene = test::row_of_four_bars(count, 0);
@@ -133,7 +133,7 @@ Findings mechanisms() {
   Findings f;
   seven_bodies(f);
   slider_crank(f);
-  four_bars(f);
+  rows_of_four_bars(f);
   guide_flight(f);
   guide(f);
   return f;

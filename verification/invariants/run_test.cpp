@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
-#include <cstdlib>
-#include <new>
 #include <optional>
 #include <string>
 
@@ -12,29 +10,12 @@
 #include "io/files/csv.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/statistics.hpp"
+#include "verification/invariants/allocations.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
 
 #if !defined(__SANITIZE_ADDRESS__)
-namespace {
-long allocations = 0;
-thread_local long taken = 0;  // by malloc: Eigen's memory too
-}  // namespace
-// glibc's own, which this one stands before.
-extern "C" void* __libc_malloc(std::size_t size);
-extern "C" void* malloc(std::size_t size) noexcept {
-  ++taken;
-  return __libc_malloc(size);
-}
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
-[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
-
 namespace {
 
 /// Allocations between two steps of a run of 0.6 s with every observer, forces or none: a run allocates before its first
@@ -49,8 +30,8 @@ long allocated(Simulation& simulation, bool with_forces, Work& work) {
   long first = -1, last = -1;
   test::Listener counter;
   counter.on_step = [&](const Step& step) {
-    if (step.t1 > 1e-3 && first < 0) first = allocations;
-    last = allocations;
+    if (step.t1 > 1e-3 && first < 0) first = test::operator_new_calls();
+    last = test::operator_new_calls();
   };
   std::vector<Observer*> observers{&trajectory, &events, &signals, &statistics, &counter};
   if (with_forces) observers.push_back(&forces);
@@ -118,12 +99,12 @@ TEST_CASE("no element takes memory within steps, by any scheme", "[allocation]")
   long last = 0, steps = 0, taking = 0;
   test::Listener counter;
   counter.on_step = [&](const Step& step) {
-    const long now = taken;
+    const long now = test::malloc_calls();
     if (step.t1 > 0.02 * c.until) {
       ++steps;
       taking += now > last;
     }
-    last = taken;
+    last = test::malloc_calls();
   };
   const auto run = simulation.run({.until = c.until, .observers = {&counter}, .keep_events = false});
   REQUIRE(run.ending.status == Ending::Status::finished);
@@ -150,12 +131,12 @@ TEST_CASE("no solver of contact problems takes memory within steps", "[allocatio
   long last = 0, steps = 0, taking = 0;
   test::Listener counter;
   counter.on_step = [&](const Step& step) {
-    const long now = taken;
+    const long now = test::malloc_calls();
     if (step.t1 > 0.04) {  // behind the first problems of each size
       ++steps;
       taking += now > last;
     }
-    last = taken;
+    last = test::malloc_calls();
   };
   const auto run = simulation.run({.until = 0.2, .observers = {&counter}, .keep_events = false});
   REQUIRE(run.ending.status == Ending::Status::finished);
@@ -179,12 +160,12 @@ TEST_CASE("a heap of pairs that come and go takes no memory once it lies", "[all
   long last = 0, steps = 0, taking = 0;
   test::Listener counter;
   counter.on_step = [&](const Step& step) {
-    const long now = taken;
+    const long now = test::malloc_calls();
     if (step.t1 > 0.02) {
       ++steps;
       taking += now > last;
     }
-    last = taken;
+    last = test::malloc_calls();
   };
   const auto run = simulation.run({.observers = {&counter}, .keep_events = false});
   REQUIRE(run.ending.status == Ending::Status::finished);
