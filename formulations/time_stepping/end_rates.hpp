@@ -31,7 +31,8 @@ class EndRates {
     SparseRow beside;
   };
   template <class Visit>
-  void each_pressed(const StepData& step, const ContactSet& contacts, const StepProblem& problem, Visit visit);
+  void each_pressed(const StepData& step, const ContactSet& contacts, const StepProblem& problem,
+                    Visit visit);
   template <class Visit>
   void each_sticking_joint(const StepData& step, const StepProblem& problem, Visit visit);
   void take(ImpulseResponses& responses, const SparseRow& row, double least);

@@ -7,7 +7,7 @@ namespace freeplay {
 
 MeanVelocity::Verdict MeanVelocity::judge(int iteration, const MidpointTerms& terms, const Motion& motion,
                                           Kind kind, std::vector<double>& v_mean) {
-  constexpr int damped_after = 10;     // a pulse may throw it to and fro
+  constexpr int damped_after = 10;  // a pulse may throw it to and fro
   constexpr int rounding_after = 20;
   constexpr int most = 50, most_swept = 100;
   const double h = motion.h;
@@ -19,8 +19,8 @@ MeanVelocity::Verdict MeanVelocity::judge(int iteration, const MidpointTerms& te
     const double arm = c % 3 == 2 ? std::sqrt(terms.mass[c] / terms.mass[c - 1]) : 1;
     change = std::max(change, arm * std::abs(motion.v[c] - last[c]));
     // At rest rates are the rounding of forces that balance.
-    size = std::max(size,
-                    arm * std::max(std::abs(mean), 0.01 * h * std::abs(terms.force[c]) / terms.mass[c]));
+    size =
+        std::max(size, arm * std::max(std::abs(mean), 0.01 * h * std::abs(terms.force[c]) / terms.mass[c]));
     place = std::max(place, arm * std::abs(motion.q_mid[c]));
     v_mean[c] = mean;
   }

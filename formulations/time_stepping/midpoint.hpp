@@ -40,10 +40,10 @@ class MeanVelocity {
     bool sweeps = false, films = false, fixed = false;
   };
   struct Motion {
-    double h;                                  ///< s
-    const double *q_mid, *v_old, *v;           ///< v: the solution at v_mean
-    double reach;                              ///< m, the mechanism's longest arm
-    double film_change;                        ///< greatest change of a rate by films
+    double h;                         ///< s
+    const double *q_mid, *v_old, *v;  ///< v: the solution at v_mean
+    double reach;                     ///< m, the mechanism's longest arm
+    double film_change;               ///< greatest change of a rate by films
   };
 
   Verdict judge(int iteration, const MidpointTerms& terms, const Motion& motion, Kind kind,

@@ -30,8 +30,10 @@ class OnsetSearch {
   /// @name Of the last first_onset()
   ///@{
   bool bounded() const { return bounded_; }  ///< how gaps may bend within the pair is known
-  double unseen() const { return unseen_; }  ///< over the clearance: how deep a contact may have been
-  ///@}
+  double unseen() const {
+    return unseen_;
+  }  ///< over the clearance: how deep a contact may have been
+     ///@}
 
  private:
   /// Half of a pair.

@@ -73,7 +73,8 @@ void ReactionBounds::follow(StepData& s, const StepProblem& p, const ImpulseResp
         for (const int which : {0, 1})
           if (row >= 0) reactions[which] += impulse * responses.reaction(row)[bound.row + which];
     const auto& u = p.friction(k);
-    const double own = driven_[static_cast<std::size_t>(k)] > 0 ? problem.b[u.tangent] : problem.rate(u.tangent),
+    const double own = driven_[static_cast<std::size_t>(k)] > 0 ? problem.b[u.tangent]
+                                                                : problem.rate(u.tangent),
                  after = own + 0.5 * h * p.slide_gamma[k],
                  mean = 0.5 * (p.slides[k].dot(s.v_old.data()) + after);
     image_[i] = bound.coefficient(mean) * bound.support(reactions[0], reactions[1]);
@@ -100,8 +101,7 @@ ContactSolution ReactionBounds::settle(const Eigen::VectorXd& first, StepData& s
   iteration_.start(first);
   ContactSolution result;
   do {
-    for (int i = 0; i < coupled_.size(); ++i)
-      p.friction(coupled_.friction(i)).bound = iteration_.bounds()[i];
+    for (int i = 0; i < coupled_.size(); ++i) p.friction(coupled_.friction(i)).bound = iteration_.bounds()[i];
     hold_driven(p);
     result = p.solve_laws(s);
     if (!result.solved) return result;

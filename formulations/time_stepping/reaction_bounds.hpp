@@ -40,10 +40,11 @@ class ReactionBounds {
 
   CoupledFriction coupled_;
   BoundIteration iteration_;
-  std::vector<double> q_end_, v_end_, taken_back_;  // what EndRates will do, and where it finds the step's end
-  std::vector<double> driven_;                      // of each friction element's row: > 0, driven
-  Eigen::VectorXd image_, start_;                   // bounds that the present impulses give
-  std::vector<ContactUnknown> found_;               // one motion, while others are looked for
+  std::vector<double> q_end_, v_end_,
+      taken_back_;                     // what EndRates will do, and where it finds the step's end
+  std::vector<double> driven_;         // of each friction element's row: > 0, driven
+  Eigen::VectorXd image_, start_;      // bounds that the present impulses give
+  std::vector<ContactUnknown> found_;  // one motion, while others are looked for
 };
 
 }  // namespace freeplay

@@ -39,7 +39,7 @@ class StepPace {
   double calm_speed = 0;              // m/s, the fastest when impacts last gave nothing
   long gains = 0;                     // impacts that raised the energy when the pace was last looked at
   long calm_gains = 0;                // the same when calm_speed was taken
-  ///@}
+                                      ///@}
 
  private:
   void find();

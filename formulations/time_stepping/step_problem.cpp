@@ -69,8 +69,8 @@ StepProblem::StepProblem(const StepData& step, const NonsmoothOptions& options, 
     problem.reserve(rows);
     return;
   }
-  islands_ = std::make_unique<ContactIslands>(step.saddle, step.system.n(), options.solver,
-                                              options.lcp_tolerance);
+  islands_ =
+      std::make_unique<ContactIslands>(step.saddle, step.system.n(), options.solver, options.lcp_tolerance);
   problem.reserve_rates(rows);
   place_.reserve(static_cast<std::size_t>(rows));
   id_.reserve(static_cast<std::size_t>(rows));
@@ -135,12 +135,14 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
   id_.clear();
   if (islands_ && problem.b.size() < static_cast<Eigen::Index>(responses.rows().size()))
     problem.reserve_rates(static_cast<int>(responses.rows().size()));
-  problem.least = contacts.find_struck(s) ? ContactProblem::Least::where_singular : ContactProblem::Least::never;
+  problem.least =
+      contacts.find_struck(s) ? ContactProblem::Least::where_singular : ContactProblem::Least::never;
   // An impact's impulses are no guess for the step behind it: in a wedge they may be a solution of their own, that jams.
   // In a heap of loose bodies somewhere is always one: there each contact has its own.
   const auto struck_last = [](const StepContact& c) { return c.steps == 1 && c.last_n > 0; };
   const bool heap = islands_ && s.system.rows() == 0,
-             any = !heap && std::ranges::any_of(contacts.live(), [&](int k) { return struck_last(contacts[k]); });
+             any = !heap &&
+                   std::ranges::any_of(contacts.live(), [&](int k) { return struck_last(contacts[k]); });
   for (const int k : contacts.live()) {
     auto& c = contacts[k];
     c.unknown = -1;
@@ -168,8 +170,8 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
   for (int k = 0; k < s.system.frictions(); ++k) {
     ContactUnknown u;
     if (islands_) id_.push_back(k);
-    u.tangent = add_row(slides[k], -0.5 * h * slide_gamma[k], islands_ ? responses.friction(k) : 0, s.v.data(),
-                        responses);
+    u.tangent = add_row(slides[k], -0.5 * h * slide_gamma[k], islands_ ? responses.friction(k) : 0,
+                        s.v.data(), responses);
     u.bound = h * s.system.friction_facts(k).bound;
     u.impulse_t = slide_last[k];
     problem.unknowns.push_back(u);
@@ -181,7 +183,7 @@ bool StepProblem::solve_contacts(StepData& s, ContactSet& contacts, ImpulseRespo
                                  FilmStep& films) {
   if (!islands_)
     assemble(problem, s, responses, films, late_multipliers_ ? Multipliers::kept : Multipliers::all);
-  const auto result = islands_              ? solve_islands(s, responses)
+  const auto result = islands_             ? solve_islands(s, responses)
                       : bounds_.size() > 0 ? bounds_.solve(s, *this, responses)
                                            : solve_laws(s);
   if (!result.solved) {

@@ -68,18 +68,23 @@ TEST_CASE("the mean velocity of a damped step is found, or said not to be", "[mo
     REQUIRE(iterate({}, v, [&](const std::vector<double>& mean) {
               return std::vector{start[0] - z * mean[0], start[1] - z * mean[1], start[2] - z * mean[2]};
             }) == Verdict::met);
-    for (std::size_t i = 0; i < 3; ++i) CHECK(v[i] == Approx((2 - z) / (2 + z) * start[i]).epsilon(1e-11));
+    for (std::size_t i = 0; i < 3; ++i) CHECK(v[i] == Approx((2 - z) / (2 + z) * start[i]).epsilon(2e-9));
   }
   std::vector<double> v{3, 0, 0};
   CHECK(iterate({}, v, [](const std::vector<double>& mean) {
           return std::vector{3 - 5 * mean[0], 0.0, 0.0};
         }) == Verdict::diverged);
   // To and fro without an end: a failure, a film's fixed step that goes on, a pulse that turns the motion round.
-  const auto flip = [n = 0](const std::vector<double>&) mutable { return std::vector{++n % 2 ? 1.0 : 2.0, 0.0, 0.0}; };
-  CHECK(iterate({}, v, flip) == Verdict::diverged);
-  CHECK(iterate({.films = true, .fixed = true}, v, flip) == Verdict::unsettled);
-  CHECK(iterate({.films = true}, v, flip) == Verdict::diverged);
-  CHECK(iterate({.sweeps = true}, v, flip) == Verdict::unswept);
+  const auto flip = [](MeanVelocity::Kind kind) {
+    std::vector<double> start{1, 0, 0};
+    return iterate(kind, start, [n = 0](const std::vector<double>&) mutable {
+      return std::vector{++n % 2 ? 1.0 : 2.0, 0.0, 0.0};
+    });
+  };
+  CHECK(flip({}) == Verdict::diverged);
+  CHECK(flip({.films = true, .fixed = true}) == Verdict::unsettled);
+  CHECK(flip({.films = true}) == Verdict::diverged);
+  CHECK(flip({.sweeps = true}) == Verdict::unswept);
 }
 
 TEST_CASE("the floor of adaptive steps rises among crowded impacts and comes down again", "[moreau][step]") {
