@@ -135,21 +135,21 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
       if (s.tangential_restitution > 0)
         throw ModelError(fmt::format("surfaces.{}.tangential_restitution", s.name),
                          "belongs to nonsmooth.impact_law = \"newton\"; leave it out");
-  const auto controlled = [&] {
+  const auto adaptive = [&] {
     const auto scales = make_scales(scene.mechanism, system, state);
-    return ControlledMoreau(system, MoreauStepper(system, scene.nonsmooth, 0, e, facts),
-                            motion_norm(system, scales, scene.nonsmooth.step_tolerance), scales);
+    return AdaptiveMoreau(system, MoreauStepper(system, scene.nonsmooth, 0, e, facts),
+                          motion_norm(system, scales, scene.nonsmooth.step_tolerance), scales);
   };
   switch (scene.nonsmooth.scheme_in_force()) {
     case Scheme::moreau_jean:
-      if (!scene.nonsmooth.step) return with(controlled());
+      if (!scene.nonsmooth.step) return with(adaptive());
       return with(MoreauStepper(system, scene.nonsmooth, *scene.nonsmooth.step, e, facts));
     case Scheme::event_driven:
       return with(make_event_driven(scene, system, e, facts, state, false));
     case Scheme::automatic:
       if (!choice_of(scene.nonsmooth.impact_law).traits.time_stepping)
         return with(make_event_driven(scene, system, e, facts, state, false));  // nobody to hand over to
-      return with(AutomaticStepper(make_event_driven(scene, system, e, facts, state, true), controlled(),
+      return with(AutomaticStepper(make_event_driven(scene, system, e, facts, state, true), adaptive(),
                                    tolerance_after_steps(scene.nonsmooth)));
   }
   throw std::logic_error("no such scheme");

@@ -6,7 +6,7 @@
 
 namespace freeplay {
 
-AutomaticStepper::AutomaticStepper(EventDriven events, ControlledMoreau stepping, double after)
+AutomaticStepper::AutomaticStepper(EventDriven events, AdaptiveMoreau stepping, double after)
     : events_(std::move(events)), stepping_(std::move(stepping)), after_(after) {
   events_.give_way();
   wait_ = 0.1 * events_.time_scale();
@@ -47,7 +47,7 @@ bool AutomaticStepper::step(double t_end) {
     return false;
   }
   shown_ = true;
-  stepping_.moreau().work().stepped += stepping_.t() - stepping_.t_old();
+  stepping_.work().stepped += stepping_.t() - stepping_.t_old();
   if (calm())
     return_to_events(false);
   else if (costs_more())
@@ -131,7 +131,7 @@ void AutomaticStepper::pass_on(const std::string& why) {
   since_ = from.state.t;
   begin_stretch(since_, from.work);
   ++told_.count;
-  stepping_.moreau().work().handovers = told_.count;
+  stepping_.work().handovers = told_.count;
   // A mode that did not last: wait longer before the next.
   wait_ = since_ - returned_ < wait_ && told_.count > 1 ? std::min(2 * wait_, 1e3 * events_.time_scale())
                                                         : 0.1 * events_.time_scale();

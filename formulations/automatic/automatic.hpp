@@ -18,14 +18,14 @@
 #include <vector>
 
 #include "formulations/event_driven/event_driven.hpp"
-#include "formulations/time_stepping/controlled.hpp"
+#include "formulations/time_stepping/adaptive.hpp"
 
 namespace freeplay {
 
 class AutomaticStepper {
  public:
   /// `after`: what steps of `events` are held to once `stepping` had the state.
-  AutomaticStepper(EventDriven events, ControlledMoreau stepping, double after);
+  AutomaticStepper(EventDriven events, AdaptiveMoreau stepping, double after);
 
   void start(const State& state, ContactLog& log);
   bool step(double t_end);
@@ -88,7 +88,7 @@ class AutomaticStepper {
   void return_to_events(bool trial);
 
   EventDriven events_;
-  ControlledMoreau stepping_;
+  AdaptiveMoreau stepping_;
   ContactLog* log_ = nullptr;
   bool steps_ = false;                          // the next step is time stepping's
   bool shown_ = false;                          // the last one was

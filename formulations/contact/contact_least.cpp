@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formulations/contact/contact_problem.hpp"
+#include "formulations/contact/contact_least.hpp"
 #include "numerics/least_squares.hpp"
 
 namespace freeplay {
@@ -52,7 +52,7 @@ struct Scaled {
   Eigen::VectorXd b, root, weight;
   double unit = 0;
 
-  explicit Scaled(const ContactProblem& p) {
+  explicit Scaled(const ContactEquations& p) {
     const int m = p.rows;
     root = p.D.diagonal().head(m).cwiseAbs();
     // A row that nothing moves is a constant rate.
@@ -83,7 +83,7 @@ struct Scaled {
 constexpr double rounding = 1e-11;  // of rates and impulses of size one
 
 // Of islands that are asked for their least: two rows a contact, up to four conditions. Thousands of modes may be tried, each without memory.
-constexpr int most_rows = 2 * ContactProblem::most_for_least_of_mode, most_conditions = 2 * most_rows;
+constexpr int most_rows = 2 * most_for_least_of_mode, most_conditions = 2 * most_rows;
 using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_rows, 1>;
 using Block = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_rows, most_rows>;
 using Row = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, most_rows>;
@@ -203,21 +203,20 @@ struct Mode {
   }
 };
 
-}  // namespace
-
 /// Of an island: the least over all its modes or, where they are too many, over the mode of the impulses given.
-bool ContactProblem::take_least_of_island() {
-  const Scaled scaled(*this);
+bool take_least_of_island(ContactEquations& p) {
+  auto& unknowns = p.unknowns;
+  const Scaled scaled(p);
   Mode mode(scaled);
   const auto n = unknowns.size();
   std::vector<std::vector<Doing>> all(n);
   for (std::size_t i = 0; i < n; ++i) all[i] = choices(unknowns[i]);
   if (n > most_for_least) {  // of the motion that was found
-    const double none = 1e-8 * scale();
+    const double none = 1e-8 * p.scale();
     for (std::size_t i = 0; i < n; ++i) {
       const auto& c = unknowns[i];
-      const bool pressed = c.normal >= 0 && rate(c.normal) - c.target_n <= none;
-      const double u = c.tangent >= 0 ? rate(c.tangent) - c.target_t : 0;
+      const bool pressed = c.normal >= 0 && p.rate(c.normal) - c.target_n <= none;
+      const double u = c.tangent >= 0 ? p.rate(c.tangent) - c.target_t : 0;
       const auto slide = c.tangent < 0 ? Slide::none
                          : u > none    ? Slide::right
                          : u < -none   ? Slide::left
@@ -251,51 +250,56 @@ bool ContactProblem::take_least_of_island() {
   return true;
 }
 
-bool ContactProblem::regular() {
-  for (const auto& c : unknowns)
+/// Whether D is positive definite beyond rounding, and friction nowhere as much as may admit a second motion.
+bool regular(const ContactEquations& p, SolverRoom& room) {
+  const auto& D = p.D;
+  const int rows = p.rows;
+  auto& factor = room.factor;
+  if (factor.rows() < rows) factor.setZero(D.rows(), D.rows());
+  for (const auto& c : p.unknowns)
     if (c.normal >= 0 && c.tangent >= 0 &&
         D(c.normal, c.normal) <= c.friction * std::abs(D(c.normal, c.tangent)))
       return false;
   for (int r = 0; r < rows; ++r)
     for (int s = 0; s <= r; ++s) {
       double sum = D(r, s);
-      for (int k = 0; k < s; ++k) sum -= factor_(r, k) * factor_(s, k);
+      for (int k = 0; k < s; ++k) sum -= factor(r, k) * factor(s, k);
       if (r > s)
-        factor_(r, s) = sum / factor_(s, s);
+        factor(r, s) = sum / factor(s, s);
       else if (sum > 1e-10 * D(r, r))
-        factor_(r, r) = std::sqrt(sum);
+        factor(r, r) = std::sqrt(sum);
       else
         return false;
     }
   return true;
 }
 
-bool ContactProblem::wants_least() {
+}  // namespace
+
+bool wants_least(Least least, const ContactEquations& p, SolverRoom& room) {
+  const auto& unknowns = p.unknowns;
   if (least == Least::never) return false;
   const bool alone = unknowns.size() == 1;
-  if (least == Least::where_singular) return !alone && !regular();
+  if (least == Least::where_singular) return !alone && !regular(p, room);
   // One contact, or contacts without friction, with a regular D have one solution.
   const bool smooth = std::ranges::all_of(unknowns, [](const ContactUnknown& c) { return c.tangent < 0; });
-  return !((alone || smooth) && regular());
+  return !((alone || smooth) && regular(p, room));
 }
 
-bool ContactProblem::take_least(double accepted, bool solved) {
+bool take_least(ContactEquations& p, double accepted, bool solved) {
   std::vector<int> label, members;
-  const int islands = label_islands(label);
+  const int islands = p.label_islands(label);
   bool found = true;
   for (int k = 0; k < islands; ++k) {
-    auto part = island(label, k, members);
+    auto part = p.island(label, k, members);
     const double left = solved ? part.residual() : INFINITY;
     // Rounding may leave the least impulses with more than the solver's left: they have the same rates then.
-    if (members.size() > most_for_least_of_mode || !part.take_least_of_island() ||
+    if (members.size() > most_for_least_of_mode || !take_least_of_island(part) ||
         !(part.residual() <= std::max({accepted, part.attainable(), left}))) {
       found = false;
       continue;
     }
-    for (std::size_t i = 0; i < members.size(); ++i) {
-      unknowns[members[i]].impulse_n = part.unknowns[i].impulse_n;
-      unknowns[members[i]].impulse_t = part.unknowns[i].impulse_t;
-    }
+    p.take_impulses(part, members);
   }
   return found;
 }

@@ -1,74 +1,18 @@
-// All consistent modes of a contact problem, island by island: whether there is a solution, and one motion.
+#include "formulations/contact/contact_modes.hpp"
+
 #include <fmt/format.h>
 
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
-#include "formulations/contact/contact_problem.hpp"
 #include "numerics/least_squares.hpp"
 
 namespace freeplay {
-int ContactProblem::label_islands(std::vector<int>& label) const {
-  const auto n = unknowns.size();
-  label.resize(n);
-  std::iota(label.begin(), label.end(), 0);
-  const auto root = [&](int i) {
-    while (label[i] != i) i = label[i] = label[label[i]];
-    return i;
-  };
-  const auto coupled = [&](int r, int s) {
-    if (r < 0 || s < 0) return false;
-    const double size = std::sqrt(std::abs(D(r, r) * D(s, s)));
-    return std::abs(D(r, s)) > 1e-14 * size || std::abs(D(s, r)) > 1e-14 * size;
-  };
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      for (const int r : {unknowns[i].normal, unknowns[i].tangent})
-        for (const int s : {unknowns[j].normal, unknowns[j].tangent})
-          if (coupled(r, s)) label[root(static_cast<int>(i))] = root(static_cast<int>(j));
-  int islands = 0;
-  std::vector<int> number(n, -1);
-  for (std::size_t i = 0; i < n; ++i) {
-    const int r = root(static_cast<int>(i));
-    if (number[r] < 0) number[r] = islands++;
-  }
-  std::vector<int> roots(n);
-  for (std::size_t i = 0; i < n; ++i) roots[i] = number[root(static_cast<int>(i))];
-  label = roots;
-  return islands;
-}
 
-ContactProblem ContactProblem::island(const std::vector<int>& label, int which,
-                                      std::vector<int>& members) const {
-  ContactProblem part(solver_, tolerance_);
-  members.clear();
-  std::vector<int> rows_of;
-  for (std::size_t i = 0; i < unknowns.size(); ++i) {
-    if (label[i] != which) continue;
-    members.push_back(static_cast<int>(i));
-    auto u = unknowns[i];
-    for (int* row : {&u.normal, &u.tangent})
-      if (*row >= 0) {
-        rows_of.push_back(*row);
-        *row = part.rows++;
-      }
-    part.unknowns.push_back(u);
-  }
-  part.reserve(part.rows);
-  part.modes_left = modes_left;
-  part.least_scale_ = std::max(scale(), least_scale_);
-  for (int r = 0; r < part.rows; ++r) {
-    part.b[r] = b[rows_of[r]];
-    for (int s = 0; s < part.rows; ++s) part.D(r, s) = D(rows_of[r], rows_of[s]);
-  }
-  return part;
-}
-
-long ContactProblem::number_of_modes() const {
+long number_of_modes(const ContactEquations& problem) {
   long number = 1;
-  for (const auto& c : unknowns) {
+  for (const auto& c : problem.unknowns) {
     const int ways = (c.normal >= 0) + (c.tangent >= 0 ? 3 : c.normal >= 0);
     if (number > 1'000'000'000 / ways) return 1'000'000'000;
     number *= ways;
@@ -76,13 +20,17 @@ long ContactProblem::number_of_modes() const {
   return number;
 }
 
-ContactModes ContactProblem::modes(int most) const {
+ContactModes find_modes(const ContactEquations& p, int most, long left) {
+  const auto& unknowns = p.unknowns;
+  const auto& D = p.D;
+  const auto& b = p.b;
+  const int rows = p.rows;
   using Way = ContactMode::Way;
   ContactModes result;
   const int n = static_cast<int>(unknowns.size());
-  if (n > most_for_modes || number_of_modes() > modes_left) return result;
+  if (n > most_for_modes || number_of_modes(p) > left) return result;
   result.decided = true;
-  const double size = std::max({scale(), least_scale_, 1e-300}), none = 1e-8 * size;
+  const double size = std::max({p.scale(), p.least_scale, 1e-300}), none = 1e-8 * size;
   std::vector<Way> way(n);
   const auto first = [&](int i) { return unknowns[i].normal < 0 ? Way::stick : Way::open; };
   const auto last = [&](int i) { return unknowns[i].tangent < 0 ? Way::stick : Way::left; };
@@ -182,39 +130,29 @@ ContactModes ContactProblem::modes(int most) const {
   }
 }
 
-bool ContactProblem::doubtful() const {
-  return std::ranges::any_of(unknowns, [&](const ContactUnknown& c) {
-    if (c.normal < 0) return false;
-    const double own = D(c.normal, c.normal);
-    return c.tangent < 0 ? own <= 0 : c.impulse_n > 0 && own <= c.friction * std::abs(D(c.normal, c.tangent));
-  });
-}
-
-std::vector<ContactModes> ContactProblem::doubtful_motions(std::vector<std::vector<int>>& members) const {
+std::vector<ContactModes> doubtful_motions(const ContactEquations& problem, long left,
+                                           std::vector<std::vector<int>>& members) {
   std::vector<int> label;
   std::vector<ContactModes> found;
   members.clear();
-  long left = modes_left;
-  const int islands = label_islands(label);
+  const int islands = problem.label_islands(label);
   for (int k = 0; k < islands; ++k) {
     std::vector<int> of;
-    auto part = island(label, k, of);
+    const auto part = problem.island(label, k, of);
     if (!part.doubtful()) continue;
-    part.modes_left = left;
-    found.push_back(part.modes(4));
+    found.push_back(find_modes(part, 4, left));
     left -= found.back().tried;
     members.push_back(of);
   }
   return found;
 }
 
-std::string describe_motions(const ContactProblem& problem, const std::function<std::string(int)>& name,
+std::string describe_motions(const ContactEquations& problem, const std::function<std::string(int)>& name,
                              const char* unit) {
   using Way = ContactMode::Way;
   std::vector<std::vector<int>> members;
-  auto asked = problem;
-  asked.modes_left = 1'000'000;  // what a solve has found can be told
-  const auto islands = asked.doubtful_motions(members);
+  constexpr long enough = 1'000'000;  // what a solve has found can be told
+  const auto islands = doubtful_motions(problem, enough, members);
   std::string text;
   for (std::size_t k = 0; k < islands.size(); ++k) {
     if (islands[k].motions.size() < 2) continue;
@@ -251,7 +189,7 @@ std::string undecided_note(long count) {
   return fmt::format(
       "whether friction admits other motions was not decided in {} contact problems: they couple more than {} contacts, "
       "or the run had tried its number of modes",
-      count, ContactProblem::most_for_modes);
+      count, most_for_modes);
 }
 
 }  // namespace freeplay

@@ -21,79 +21,42 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "formulations/contact/contact_problem.hpp"
+#include "formulations/contact/impact_laws.hpp"
 
 namespace freeplay {
-
-/// A contact that takes part: rows of D and u, its coefficients, and its impulses.
-struct ImpactContact {
-  int normal = -1,
-      tangent = -1;  ///< tangent −1: frictionless; normal −1: friction of a joint, Newton's law alone
-  double restitution = 0, tangential_restitution = 0, friction = 0;
-  double impulse_n = 0, impulse_t = 0;  ///< N s
-  double bound = 0;                     ///< N s, of friction beside μ times the normal impulse
-  double work_n = 0, work_t = 0;  ///< J, of a phase's impulses on the rates as they were; negative: lost
-};
 
 /// An impact starts from no guess and fills what it reads: nothing passes from one to the next but the modes left to
 /// try.
 class ImpactProblem {
  public:
-  ImpactProblem(ImpactLaw law, LcpSolver solver, double tolerance) : law_(law), problem_(solver, tolerance) {
-    problem_.least = ContactProblem::Least::always;
-  }
+  ImpactProblem(ImpactLaw law, LcpSolver solver, double tolerance) : law_(law), island_(solver, tolerance) {}
 
   /// Solves for the impulses; `u` are the rates before. An empty text, or why there are none.
   std::string solve(const Eigen::MatrixXd& D, const Eigen::VectorXd& u, int rows,
                     std::vector<ImpactContact>& contacts);
   /// Of the last solve: work of the impulses on the contacts' rates (J, negative: lost), normal and
   /// tangential.
-  double normal_work() const { return normal_work_; }
-  double tangential_work() const { return tangential_work_; }
-  const ContactSolution& solution() const { return solution_; }
+  double normal_work() const { return island_.normal_work; }
+  double tangential_work() const { return island_.tangential_work; }
+  const ContactSolution& solution() const { return island_.solution; }
   /// The last solve took e = 0, for no impulses were found that keep the law: contacts that share a body between
   /// walls may be asked for rates that cannot be had together, as a disc in a channel of its own width.
   bool inelastic() const { return inelastic_; }
   /// The last solve by the energetic law took Poisson's ratios, for none were found that give the contacts' works:
   /// friction between several may let there be none.
-  bool wedged() const { return wedged_; }
-  long& modes_left() { return problem_.modes_left; }
+  bool wedged() const { return island_.wedged; }
+  long& modes_left() { return island_.problem.modes_left; }
 
  private:
   std::string solve_island(std::vector<ImpactContact>& contacts);
-  bool by_law(std::vector<ImpactContact>& contacts);
-  bool newton(std::vector<ImpactContact>& contacts);
-  enum class Phase { compression, expansion };
-  bool follow(Phase phase, const std::vector<double>& ratio, Eigen::VectorXd& rates,
-              std::vector<ImpactContact>& done);
-  bool piece(Phase phase, const std::vector<double>& ratio, double from, double to,
-             const Eigen::VectorXd& rates);
-  double ahead(Phase phase, const ImpactContact& c, double at, const Eigen::VectorXd& rates) const;
-  bool goes_on(Phase phase, double from, const Eigen::VectorXd& rates) const;
-  double first_change(Phase phase, double from, const Eigen::VectorXd& rates, double early,
-                      double late) const;
-  std::optional<double> piece_until_change(Phase phase, const std::vector<double>& ratio, double from,
-                                           const Eigen::VectorXd& rates);
-  bool compress(const std::vector<ImpactContact>& contacts);
-  bool expand(std::vector<ImpactContact>& contacts, const std::vector<double>& ratio);
-  bool routh(ImpactContact& contact);
-  bool energetic(std::vector<ImpactContact>& contacts);
-  void prepare(const std::vector<ImpactContact>& contacts);
-  void act(Eigen::VectorXd& rates, const ImpactContact& by) const;
-  void book_at_once(const std::vector<ImpactContact>& contacts);
-  bool solve_problem();
 
   ImpactLaw law_;
-  ContactProblem problem_;    // of the present island
-  ContactSolution solution_;  // of all islands and phases
-  Eigen::VectorXd before_, after_compression_, after_, trial_, early_, late_;
-  std::vector<ImpactContact> compression_, expansion_, piece_;
-  double normal_work_ = 0, tangential_work_ = 0;
-  bool inelastic_ = false, wedged_ = false;
+  ImpactIsland island_;  // the present one, with the sums of all
+  ImpactPhases phases_;
+  bool inelastic_ = false;
 };
 
 }  // namespace freeplay

@@ -1,4 +1,4 @@
-// The energetic law for several contacts that D couples: of each i
+// The energetic law. For several contacts that D couples, of each i
 //
 //     z_i (u_N + u_N⁺)_i = 2 e_i² W_i,   z = r P_C,   W the work of compression (taken up, ≥ 0),
 //
@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formulations/contact/impact.hpp"
+#include "formulations/contact/impact_laws.hpp"
 
 namespace freeplay {
 namespace {
@@ -46,26 +46,26 @@ bool without_friction(const Eigen::MatrixXd& D, const Eigen::VectorXd& work, Eig
   return miss(z) <= 1e-10;
 }
 
-}  // namespace
-
 /// Compression, then expansion with ratios that give each contact its work. Poisson's ratios where none are found.
-bool ImpactProblem::energetic(std::vector<ImpactContact>& contacts) {
+bool expand_by_works(ImpactIsland& island, ImpactPhases& phases, ImpactContacts& contacts) {
   constexpr int most = 30;
   constexpr double met = 1e-11;
-  if (!compress(contacts)) return false;
+  if (!phases.compress(island, contacts)) return false;
+  const auto& compression = phases.compression();
   std::vector<double> poisson, ratio;
   std::vector<int> at, row;  // contacts that expand, and their rows
   std::vector<double> owed;
   double greatest = 0;
-  for (const auto& c : compression_) greatest = std::max(greatest, -2 * c.work_n);
+  for (const auto& c : compression) greatest = std::max(greatest, -2 * c.work_n);
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     const auto& c = contacts[k];
-    const double work = -2 * compression_[k].work_n;
+    const double work = -2 * compression[k].work_n;
     poisson.push_back(c.restitution);
     ratio.push_back(c.restitution);
     // What rounding leaves of an impulse owes nothing.
-    const double none = 1e-10 * before_.cwiseAbs().maxCoeff();
-    if (c.restitution == 0 || compression_[k].impulse_n * problem_.D(c.normal, c.normal) <= none) continue;
+    const double none = 1e-10 * island.greatest_rate();
+    if (c.restitution == 0 || compression[k].impulse_n * island.problem.D(c.normal, c.normal) <= none)
+      continue;
     if (!(work > 1e-12 * greatest)) {
       // Compressed without work, as between bodies that touch and stop together: it owes none in expansion, where it has only
       // the impulse that keeps it from closing.
@@ -77,17 +77,17 @@ bool ImpactProblem::energetic(std::vector<ImpactContact>& contacts) {
     owed.push_back(c.restitution * c.restitution * work);
   }
   const auto n = static_cast<Eigen::Index>(at.size());
-  if (n == 0) return expand(contacts, poisson);
+  if (n == 0) return phases.expand(island, contacts, poisson);
   const Eigen::VectorXd work = Eigen::Map<const Eigen::VectorXd>(owed.data(), n);
   Eigen::VectorXd z, left(n), trial(n);
   // What is left of each contact's condition, relative.
   const auto miss = [&](const Eigen::VectorXd& impulse, Eigen::VectorXd& out) {
-    for (Eigen::Index i = 0; i < n; ++i) ratio[at[i]] = impulse[i] / compression_[at[i]].impulse_n;
-    if (!expand(contacts, ratio)) return false;
-    for (Eigen::Index i = 0; i < n; ++i) out[i] = 2 * expansion_[at[i]].work_n / work[i] - 1;
+    for (Eigen::Index i = 0; i < n; ++i) ratio[at[i]] = impulse[i] / compression[at[i]].impulse_n;
+    if (!phases.expand(island, contacts, ratio)) return false;
+    for (Eigen::Index i = 0; i < n; ++i) out[i] = 2 * phases.expansion()[at[i]].work_n / work[i] - 1;
     return out.allFinite();
   };
-  const Eigen::MatrixXd D = problem_.D(row, row);
+  const Eigen::MatrixXd D = island.problem.D(row, row);
   bool found = without_friction(D, work, z) && miss(z, left);
   for (int i = 0; found && i < most && left.cwiseAbs().maxCoeff() > met; ++i) {
     Eigen::MatrixXd J(n, n);  // of a piecewise smooth condition, by differences
@@ -110,8 +110,17 @@ bool ImpactProblem::energetic(std::vector<ImpactContact>& contacts) {
     left = trial;
   }
   if (found && left.cwiseAbs().maxCoeff() <= met) return miss(z, left);
-  if (!expand(contacts, poisson)) return false;
-  wedged_ = true;
+  if (!phases.expand(island, contacts, poisson)) return false;
+  island.wedged = true;
+  return true;
+}
+
+}  // namespace
+
+bool energetic_impact(ImpactIsland& island, ImpactPhases& phases, ImpactContacts& contacts) {
+  if (contacts.size() == 1) return routh_impact(ImpactLaw::energetic, island, contacts.front());
+  if (!expand_by_works(island, phases, contacts)) return false;
+  phases.add_works(island);
   return true;
 }
 

@@ -1,0 +1,256 @@
+#include "formulations/contact/free_sweeps.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace freeplay {
+namespace {
+
+/// δ of one attempt after the other: the greater, the further away it may begin, and the more rounds it takes.
+constexpr std::array deltas{1e-4, 1e-2, 1e-3};
+/// Operations of one factorisation beyond which sweeps are the cheaper way.
+constexpr double most_operations = 4e8;
+
+}  // namespace
+
+bool FreeSweeps::gather(const SparseIsland& x, const std::vector<SparseRow>& rows, const SaddlePoint& saddle,
+                        int columns) {
+  contacts_.clear();
+  if (place_of_column_.empty()) place_of_column_.assign(static_cast<std::size_t>(columns), -1);
+  columns_.clear();
+  bool all = true;
+  for (const auto& u : x.unknowns) {
+    Contact f;
+    const auto take = [&](int row, std::array<double, Contact::most>& along) {
+      if (row < 0) return;
+      const auto& w = rows[x.slots[row]];
+      for (int i = 0; i < w.size; ++i) {
+        const int c = w.column[i];
+        if (saddle.part_of(c) >= 0) all = false;
+        auto& place = place_of_column_[c];
+        if (place < 0) {
+          place = static_cast<int>(columns_.size());
+          columns_.push_back(c);
+        }
+        int k = 0;
+        while (k < f.size && f.column[k] != place) ++k;
+        if (k == Contact::most) {
+          all = false;
+          return;
+        }
+        if (k == f.size) {
+          f.column[k] = place;
+          f.mobility[k] = saddle.free_mobility(c);
+          ++f.size;
+        }
+        along[k] += w.value[i];
+      }
+    };
+    take(u.normal, f.normal);
+    take(u.tangent, f.tangent);
+    for (int k = 0; k < f.size; ++k) {
+      f.nn += f.normal[k] * f.normal[k] * f.mobility[k];
+      f.nt += f.normal[k] * f.tangent[k] * f.mobility[k];
+      f.tt += f.tangent[k] * f.tangent[k] * f.mobility[k];
+    }
+    f.bn = u.normal >= 0 ? x.b[u.normal] : 0;
+    f.bt = u.tangent >= 0 ? x.b[u.tangent] : 0;
+    contacts_.push_back(f);
+  }
+  for (const int c : columns_) place_of_column_[c] = -1;
+  return all;
+}
+
+/// y of the present impulses, without what rounding has left.
+void FreeSweeps::sum(const SparseIsland& x) {
+  y_.assign(columns_.size(), 0.0);
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    const auto& f = contacts_[i];
+    const auto& u = x.unknowns[i];
+    for (int k = 0; k < f.size; ++k)
+      y_[f.column[k]] += f.mobility[k] * (f.normal[k] * u.impulse_n + f.tangent[k] * u.impulse_t);
+  }
+}
+
+/// contact_residual() with the rates that y gives.
+double FreeSweeps::residual(const SparseIsland& x) const {
+  return contact_residual(
+      x.unknowns,
+      [&](std::size_t i) {
+        const auto& f = contacts_[i];
+        return RowState{f.rates(y_)[0], f.nn, x.unknowns[i].impulse_n};
+      },
+      [&](std::size_t i) {
+        const auto& f = contacts_[i];
+        return RowState{f.rates(y_)[1], f.tt, x.unknowns[i].impulse_t};
+      });
+}
+
+/// place_ of columns in the order of a breadth-first walk over bodies, begun at the end of another; width_ and masses.
+void FreeSweeps::order_columns() {
+  const int count = static_cast<int>(contacts_.size()), columns = static_cast<int>(columns_.size());
+  begin_.assign(static_cast<std::size_t>(columns) + 1, 0);
+  for (const auto& f : contacts_)
+    for (int k = 0; k < f.size; ++k) ++begin_[f.column[k] + 1];
+  for (int c = 0; c < columns; ++c) begin_[c + 1] += begin_[c];
+  of_.resize(static_cast<std::size_t>(begin_[columns]));
+  place_.assign(begin_.begin(), begin_.end());
+  for (int i = 0; i < count; ++i)
+    for (int k = 0; k < contacts_[i].size; ++k) of_[place_[contacts_[i].column[k]]++] = i;
+  int start = 0;
+  for (int walk = 0; walk < 2; ++walk) {
+    place_.assign(static_cast<std::size_t>(columns), -1);
+    walk_.assign(1, start);
+    place_[start] = 0;
+    for (std::size_t n = 0; n < walk_.size(); ++n)
+      for (int e = begin_[walk_[n]]; e < begin_[walk_[n] + 1]; ++e)
+        for (int k = 0; k < contacts_[of_[e]].size; ++k)
+          if (const int c = contacts_[of_[e]].column[k]; place_[c] < 0) {
+            place_[c] = static_cast<int>(walk_.size());
+            walk_.push_back(c);
+          }
+    start = walk_.back();
+  }
+  width_ = 0;
+  for (const auto& f : contacts_)
+    for (int k = 0; k < f.size; ++k)
+      for (int l = 0; l < k; ++l)
+        width_ = std::max(width_, std::abs(place_[f.column[k]] - place_[f.column[l]]));
+  if (static_cast<int>(walk_.size()) < columns || 2.0 * columns * width_ * width_ > most_operations)
+    width_ = columns;
+  mass_.assign(static_cast<std::size_t>(columns), 0.0);
+  for (const auto& f : contacts_)
+    for (int k = 0; k < f.size; ++k) mass_[f.column[k]] = f.mobility[k] > 0 ? 1 / f.mobility[k] : 0;
+}
+
+/// The impulses that y gives about P⁰ in P_: F = M y − Σ W P, its Jacobian where asked for; the greatest rate that F is.
+double FreeSweeps::evaluate(SparseIsland& x, double delta, bool with_jacobian) {
+  const int count = static_cast<int>(contacts_.size()), columns = static_cast<int>(columns_.size());
+  F_.resize(static_cast<std::size_t>(columns));
+  for (int c = 0; c < columns; ++c) F_[c] = mass_[c] * y_[c];
+  if (with_jacobian) {
+    band_.begin(columns, width_);
+    for (int c = 0; c < columns; ++c) band_.at(place_[c], place_[c]) = mass_[c];
+  }
+  for (int i = 0; i < count; ++i) {
+    const auto& f = contacts_[i];
+    auto& c = x.unknowns[i];
+    const auto [un, ut] = f.rates(y_);
+    const double gn = c.normal >= 0 && f.nn > 0 ? 1 / (delta * f.nn) : 0,
+                 gt = c.tangent >= 0 && f.tt > 0 ? 1 / (delta * f.tt) : 0;
+    const double zn = P_[2 * i] - gn * (un - c.target_n), zt = P_[2 * i + 1] - gt * (ut - c.target_t);
+    c.impulse_n = c.normal >= 0 ? std::max(0.0, zn) : 0;
+    const double bound = c.bound + c.friction * c.impulse_n;
+    c.impulse_t = c.tangent >= 0 ? std::clamp(zt, -bound, bound) : 0;
+    if (c.impulse_n == 0 && c.impulse_t == 0) continue;
+    for (int k = 0; k < f.size; ++k)
+      F_[f.column[k]] -= f.normal[k] * c.impulse_n + f.tangent[k] * c.impulse_t;
+    if (!with_jacobian) continue;
+    const bool sticks = c.tangent >= 0 && c.impulse_t == zt;
+    const double nn = c.impulse_n > 0 ? gn : 0, tt = sticks ? gt : 0,
+                 tn = c.tangent >= 0 && !sticks ? (zt > 0 ? c.friction : -c.friction) * nn : 0;
+    for (int k = 0; k < f.size; ++k) {
+      const double by_n = f.normal[k] * nn + f.tangent[k] * tn, by_t = f.tangent[k] * tt;
+      for (int l = 0; l < f.size; ++l)
+        band_.at(place_[f.column[k]], place_[f.column[l]]) += by_n * f.normal[l] + by_t * f.tangent[l];
+    }
+  }
+  double worst = 0;
+  for (int c = 0; c < columns; ++c)
+    if (mass_[c] > 0) worst = std::max(worst, std::abs(F_[c]) / mass_[c]);
+  return worst;
+}
+
+/// Newton's steps about the present impulses. Near the solution one or two meet it; where they do not, sweeps come nearer at
+/// less cost.
+void FreeSweeps::newton_round(SparseIsland& x, double accepted, double delta, int& steps) {
+  const int columns = static_cast<int>(columns_.size());
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    P_[2 * i] = x.unknowns[i].impulse_n;
+    P_[2 * i + 1] = x.unknowns[i].impulse_t;
+  }
+  double off = INFINITY, first = 0;
+  for (int i = 0; i < 12 && off > std::max(0.01 * accepted, 1e-7 * first) && !(i > 1 && off > 0.1 * first);
+       ++i) {
+    ++steps;
+    const double from = evaluate(x, delta, true);
+    if (!std::isfinite(from)) return;
+    if (i == 0) first = from;
+    if (!band_.factor(0)) return;
+    for (int c = 0; c < columns; ++c) step_[place_[c]] = -F_[c];
+    band_.solve(step_.data());
+    double share = 1, taken = 0;
+    for (int k = 0; k < 4; ++k, share *= 0.5) {
+      for (int c = 0; c < columns; ++c) y_[c] += (share - taken) * step_[place_[c]];
+      taken = share;
+      off = evaluate(x, delta, false);
+      if (off < from) break;
+    }
+  }
+}
+
+bool FreeSweeps::newton(SparseIsland& x, double accepted, double delta, int& steps) {
+  P_.resize(2 * contacts_.size());
+  step_.resize(columns_.size());
+  double before = residual(x);
+  for (int round = 0; round < 20; ++round) {
+    before_newton_ = x.unknowns;
+    newton_round(x, accepted, delta, steps);
+    sum(x);
+    const double left = residual(x);
+    if (left <= accepted) return true;
+    if (!(left < 0.7 * before)) {  // no nearer: sweeps have a better place to go on from
+      if (!(left < before)) x.unknowns = before_newton_;
+      sum(x);
+      return false;
+    }
+    before = left;
+  }
+  return false;
+}
+
+/// Every contact once, each solved exactly with the others held. False where friction admits no impulse.
+bool FreeSweeps::sweep(SparseIsland& x, bool back, double& moved) {
+  const int count = static_cast<int>(contacts_.size());
+  for (int n = 0; n < count; ++n) {
+    const int i = back ? count - 1 - n : n;
+    const auto& f = contacts_[i];
+    auto& c = x.unknowns[i];
+    const double Pn = c.impulse_n, Pt = c.impulse_t;
+    const auto [un, ut] = f.rates(y_);
+    if (c.normal >= 0 && Pn == 0 && Pt == 0 && un >= c.target_n && c.bound == 0)
+      continue;  // open, and stays so
+    if (!solve_one(c, un - f.nn * Pn - f.nt * Pt, ut - f.nt * Pn - f.tt * Pt, f.nn, f.nt, f.tt)) return false;
+    const double dn = c.impulse_n - Pn, dt = c.impulse_t - Pt;
+    moved = std::max({moved, f.nn * std::abs(dn), f.tt * std::abs(dt)});
+    for (int k = 0; k < f.size; ++k)
+      y_[f.column[k]] += f.mobility[k] * (f.normal[k] * dn + f.tangent[k] * dt);
+  }
+  return true;
+}
+
+SolverSummary FreeSweeps::solve(SparseIsland& x, double accepted, int most) {
+  sum(x);
+  width_ = -1;
+  int done = 0, next = 50;  // next: sweep before which Newton's method is tried
+  std::size_t attempts = 0;
+  for (int n = 0; n < most; ++n) {
+    if (n == next) {
+      if (width_ < 0) order_columns();
+      if (width_ < static_cast<int>(columns_.size()) &&
+          newton(x, accepted, deltas[attempts++ % deltas.size()], done))
+        return {true, done};
+      next += std::min(next, 400);
+    }
+    ++done;
+    double moved = 0;
+    if (!sweep(x, n % 2 != 0, moved)) return {false, done};
+    if (!(moved <= accepted) && n % 20 != 19) continue;
+    sum(x);
+    if (residual(x) <= accepted) return {true, done};
+    if (!std::isfinite(moved)) return {false, done};
+  }
+  return {false, done};
+}
+
+}  // namespace freeplay

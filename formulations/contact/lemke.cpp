@@ -1,0 +1,143 @@
+// Lemke's method (numerics/lcp.hpp) on contact problems. As a linear complementarity problem (Glocker, Set-Valued Force Laws, 2001):
+// with P_T = P_R − μP_N and u_T = u_R − u_L the unknowns are z = (P_N, P_R, u_L) and
+// w = (u_N⁺ + e u_N⁻, u_R, P_L = 2μP_N − P_R).
+#include <algorithm>
+#include <cmath>
+
+#include "formulations/contact/solvers.hpp"
+
+namespace freeplay {
+
+void SolverRoom::reserve_lemke(int n) {
+  if (n <= lemke_size) return;
+  lemke_size = std::max(n, 2 * lemke_size);
+  lemke = Lemke(lemke_size);
+  A.setZero(lemke_size, lemke_size);
+  q.setZero(std::max<Eigen::Index>(lemke_size, q.size()));
+  z.setZero(lemke_size);
+}
+
+SolverSummary lemke(ContactEquations& p, double, SolverRoom& room) {
+  auto& unknowns = p.unknowns;
+  const auto& D = p.D;
+  const auto& b = p.b;
+  const int rows = p.rows;
+  int normals = 0, tangents = 0;
+  for (const auto& c : unknowns) {
+    normals += c.normal >= 0;
+    tangents += c.tangent >= 0;
+  }
+  const int n = normals + 2 * tangents;
+  room.reserve_lemke(n);
+  auto &q = room.q, &z = room.z;
+  auto& A = room.A;
+  // Impulses are scaled by the greatest diagonal entry of D, so that every row and unknown is a velocity.
+  const double scale = 1 / D.diagonal().head(rows).maxCoeff();
+  A.topLeftCorner(n, n).setZero();
+  // Place of each unknown among (P_N ..., P_R ..., u_L ...), counted in the order of `unknowns`.
+  const auto fill_row = [&](int place, int row, double base) {
+    q[place] = base;
+    int i = 0, j = 0;
+    for (const auto& c : unknowns) {
+      const double Dt = c.tangent >= 0 ? D(row, c.tangent) * scale : 0;
+      if (c.normal >= 0) A(place, i++) += D(row, c.normal) * scale - c.friction * Dt;
+      if (c.tangent < 0) continue;
+      q[place] -= D(row, c.tangent) * c.bound;
+      A(place, normals + j++) += Dt;
+    }
+  };
+  int i = 0, j = 0;
+  for (const auto& c : unknowns) {
+    if (c.normal >= 0) fill_row(i, c.normal, b[c.normal] - c.target_n);
+    if (c.tangent >= 0) {
+      const int R = normals + j, L = normals + tangents + j;
+      fill_row(R, c.tangent, b[c.tangent] - c.target_t);
+      A(R, L) = 1;
+      A(L, R) = -1;
+      q[L] = 2 * c.bound / scale;
+      if (c.normal >= 0) A(L, i) = 2 * c.friction;
+      ++j;
+    }
+    i += c.normal >= 0;
+  }
+  const auto result = room.lemke.solve(n, A.data(), static_cast<int>(A.rows()), q.data(), z.data());
+  i = j = 0;
+  for (auto& c : unknowns) {
+    c.impulse_n = c.normal >= 0 ? z[i] * scale : 0;
+    if (c.tangent >= 0)
+      c.impulse_t = z[normals + j++] * scale - c.friction * c.impulse_n - c.bound;
+    else
+      c.impulse_t = 0;
+    i += c.normal >= 0;
+  }
+  return {result.status == LcpResult::Status::solved, result.pivots};
+}
+
+/// The problem as Anitescu and Potra pose it (Nonlinear Dynamics 14 (1997) 231): z = (P_N, P_+, P_−, λ), with
+/// P_T = P_+ − P_− and w = (u_N − target, u_T + λ, −u_T + λ, bound + μP_N − P_+ − P_−). Its matrix is copositive when D
+/// has no negative eigenvalue, so Lemke's method ends in a solution wherever no P ≥ 0 with WP = 0 gains from the
+/// targets, in inelastic problems always. Newton's steps then take out its rounding.
+SolverSummary copositive_lemke(ContactEquations& p, double accepted, SolverRoom& room) {
+  auto& unknowns = p.unknowns;
+  const auto& D = p.D;
+  const auto& b = p.b;
+  const int rows = p.rows;
+  int normals = 0, tangents = 0;
+  for (const auto& c : unknowns) {
+    normals += c.normal >= 0;
+    tangents += c.tangent >= 0;
+  }
+  const int n = normals + 3 * tangents;
+  room.reserve_lemke(n);
+  auto &q = room.q, &z = room.z;
+  auto& A = room.A;
+  const double scale = 1 / D.diagonal().head(rows).maxCoeff();
+  A.topLeftCorner(n, n).setZero();
+  const auto fill_row = [&](int place, int row, double sign) {
+    int i = 0, j = normals;
+    for (const auto& c : unknowns) {
+      if (c.normal >= 0) A(place, i++) = sign * D(row, c.normal) * scale;
+      if (c.tangent < 0) continue;
+      A(place, j) = sign * D(row, c.tangent) * scale;
+      A(place, tangents + j) = -A(place, j);
+      ++j;
+    }
+  };
+  int i = 0, j = normals;
+  for (const auto& c : unknowns) {
+    if (c.normal >= 0) {
+      fill_row(i, c.normal, 1);
+      q[i] = b[c.normal] - c.target_n;
+    }
+    if (c.tangent >= 0) {
+      const int right = j, left = j + tangents, lambda = left + tangents;
+      fill_row(right, c.tangent, 1);
+      fill_row(left, c.tangent, -1);
+      q[right] = b[c.tangent] - c.target_t;
+      q[left] = -q[right];
+      q[lambda] = c.bound / scale;
+      A(right, lambda) = A(left, lambda) = 1;
+      A(lambda, right) = A(lambda, left) = -1;
+      if (c.normal >= 0) A(lambda, i) = c.friction;
+      ++j;
+    }
+    i += c.normal >= 0;
+  }
+  const auto result = room.lemke.solve(n, A.data(), static_cast<int>(A.rows()), q.data(), z.data());
+  i = 0;
+  j = normals;
+  for (auto& c : unknowns) {
+    c.impulse_n = c.normal >= 0 ? z[i++] * scale : 0;
+    c.impulse_t = c.tangent >= 0 ? (z[j] - z[j + tangents]) * scale : 0;
+    j += c.tangent >= 0;
+  }
+  if (result.status == LcpResult::Status::ray) return {false, result.pivots};
+  const auto found = unknowns;
+  const double left = p.residual();
+  if (left <= std::max(accepted, p.attainable())) return {true, result.pivots};
+  const auto refined = newton_from(From::given, p, accepted);
+  if (!refined.solved && !(p.residual() < left)) unknowns = found;
+  return {refined.solved, result.pivots + refined.iterations};
+}
+
+}  // namespace freeplay

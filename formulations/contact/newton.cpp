@@ -1,0 +1,120 @@
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+
+#include "formulations/contact/solvers.hpp"
+
+namespace freeplay {
+
+/// Newton's method on the projections P_N = (P_N − ρ u_N)⁺, P_T = clamp(P_T − ρ u_T, ±bound) (Alart and
+/// Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353), the step halved while it does not help.
+SolverSummary newton_from(From from, ContactEquations& p, double accepted) {
+  auto& unknowns = p.unknowns;
+  const auto& D = p.D;
+  const int rows = p.rows;
+  int steps = 0;
+  const int most = from == From::nothing ? 100 : from == From::given ? 20 : 4;
+  constexpr int few = 24;  // rows that stand on the stack: no step of a small mechanism takes memory
+  const auto within = [&]<int room>(std::integral_constant<int, room>) {
+    using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, room, 1>;
+    using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, room, room>;
+    Vector F(rows), P(rows), step(rows);
+    Matrix J(rows, rows);
+    const auto gather = [&] {
+      for (const auto& c : unknowns) {
+        if (c.normal >= 0) P[c.normal] = c.impulse_n;
+        if (c.tangent >= 0) P[c.tangent] = c.impulse_t;
+      }
+    };
+    const auto scatter = [&](const Vector& x) {
+      for (auto& c : unknowns) {
+        if (c.normal >= 0) c.impulse_n = x[c.normal];
+        if (c.tangent >= 0) c.impulse_t = x[c.tangent];
+      }
+    };
+    const auto evaluate = [&](bool with_jacobian) {
+      for (const auto& c : unknowns) {
+        const int n = c.normal, t = c.tangent;
+        bool pressed = false;
+        if (n >= 0) {
+          const double rho = 1 / D(n, n), trial = c.impulse_n - rho * (p.rate(n) - c.target_n);
+          pressed = trial > 0;
+          F[n] = c.impulse_n - (pressed ? trial : 0);
+          if (with_jacobian) {
+            J.row(n).setZero();
+            if (pressed)
+              J.row(n) = rho * D.row(n).head(rows);
+            else
+              J(n, n) = 1;
+          }
+        }
+        if (t < 0) continue;
+        const double rho = 1 / D(t, t), bound = c.bound + c.friction * std::max(0.0, c.impulse_n);
+        const double trial = c.impulse_t - rho * (p.rate(t) - c.target_t);
+        const double kept = std::clamp(trial, -bound, bound);
+        F[t] = c.impulse_t - kept;
+        if (!with_jacobian) continue;
+        J.row(t).setZero();
+        if (kept == trial) {
+          J.row(t) = rho * D.row(t).head(rows);
+        } else {
+          J(t, t) = 1;
+          if (n >= 0 && c.impulse_n > 0) J(t, n) = trial > 0 ? -c.friction : c.friction;
+        }
+      }
+      return F.squaredNorm();
+    };
+    if (from == From::nothing)
+      for (auto& c : unknowns) c.impulse_n = c.impulse_t = 0;
+    for (int i = 0; i < most; ++i) {
+      ++steps;
+      const double before = evaluate(true);
+      if (p.residual() <= accepted) return true;
+      if (!std::isfinite(before)) return false;
+      gather();
+      const Eigen::PartialPivLU<Matrix> lu(J);
+      const auto pivots = lu.matrixLU().diagonal().cwiseAbs();
+      if (pivots.minCoeff() > 1e-12 * pivots.maxCoeff()) {
+        step = -lu.solve(F);
+      } else if (from == From::last) {
+        return false;
+      } else {  // forces are not unique: the least change of them
+        Eigen::CompleteOrthogonalDecomposition<Matrix> decomposition;
+        decomposition.setThreshold(1e-11);
+        step = -decomposition.compute(J).solve(F);
+      }
+      double s = 1;
+      for (int k = 0; k < 12; ++k, s *= 0.5) {
+        scatter(P + s * step);
+        if (evaluate(false) < before) break;
+      }
+    }
+    return false;
+  };
+  const bool solved = rows <= few ? within(std::integral_constant<int, few>())
+                                  : within(std::integral_constant<int, Eigen::Dynamic>());
+  return {solved, steps};
+}
+
+SolverSummary newton(ContactEquations& p, double accepted, SolverRoom&) {
+  return newton_from(From::nothing, p, accepted);
+}
+
+SolverSummary newton_from_last(ContactEquations& p, double accepted, SolverRoom& room) {
+  auto& unknowns = p.unknowns;
+  if (std::ranges::none_of(unknowns, [](const auto& c) { return c.impulse_n > 0 || c.impulse_t != 0; }))
+    return {};
+  auto& last = room.last;
+  last.clear();
+  for (const auto& c : unknowns) last.push_back({c.impulse_n, c.impulse_t});
+  const auto result = newton_from(From::last, p, accepted);
+  for (std::size_t i = 0; !result.solved && i < last.size(); ++i) {
+    unknowns[i].impulse_n = last[i][0];
+    unknowns[i].impulse_t = last[i][1];
+  }
+  return result;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,148 @@
+// Moreau–Jean time stepping whose steps are chosen by an estimate of their error (Studer, Leine and Glocker, Int. J.
+// Numer. Meth. Engng 76 (2008) 1747, extrapolate smooth stretches and shrink the steps that hold a switching; what follows
+// is our own way to do so).
+//
+// *Smooth steps.* What is closed takes part, without restitution; what is open does not. A pair of steps is taken, judged and
+// extrapolated (step_pair.hpp), down to a floor of the step (step_pace.hpp).
+//
+// *Impacts.* The first contact onset on the path is searched (onset_search.hpp). The step is made again to end there, and one short
+// step over the impact follows, by the impact law and with all contacts: of length tolerance × ℓ over the approach speed, so
+// that an impact that acts anywhere in it moves nothing by more than tolerance × ℓ. Impacts are thus of the step's own problem:
+// several at once, with what rests, in any number.
+//
+// *Accumulation of impacts.* A bounce not higher than tolerance × clearance, or not longer than two floors, is over: its contact
+// is closed.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "formulations/automatic/handover.hpp"
+#include "formulations/integrators/methods.hpp"
+#include "formulations/integrators/tolerance.hpp"
+#include "formulations/time_stepping/moreau.hpp"
+#include "formulations/time_stepping/onset_search.hpp"
+#include "formulations/time_stepping/step_pace.hpp"
+#include "formulations/time_stepping/step_pair.hpp"
+
+namespace freeplay {
+
+class AdaptiveMoreau {
+ public:
+  /// `moreau` without a step of its own; `norm`: accepted errors of [q, v].
+  AdaptiveMoreau(const System& system, MoreauStepper moreau, const ErrorNorm& norm, const Scales& scales);
+
+  void start(const State& state, ContactLog& log);
+  /// Goes on from where another scheme left, and hands back.
+  void take_over(const Handover& from, ContactLog& log);
+  Handover hand_over();
+  /// One accepted step, which ends at t_end at the latest.
+  bool step(double t_end);
+  const std::string& failure() const { return failure_; }
+
+  template <class M>
+  void remember(M& m) {
+    m.part("controlled");
+    auto& f = found_;
+    m(moreau_, pair_.start.t, pair_.start.q, pair_.start.v, pair_.middle_q, pair_.middle_v, pair_.middle_t,
+      h_, pace_.floor, pace_.least_floor, pace_.fastest, pace_.pace, striking_, smooth_step_, f.unseen,
+      steps_, pace_.steps, pace_.since, calm_since_, f.floored, f.most_floored, f.longest_floor, f.ended,
+      f.ended_time, pair_.smooth, pair_.within, pace_.film_pace, pace_.calm_speed, pace_.gains,
+      pace_.calm_gains, pace_.strikes);
+  }
+
+  double t() const { return moreau_.t(); }
+  double t_old() const { return pair_.start.t; }
+  const double* v() const { return moreau_.v(); }
+  const double* v_old() const { return pair_.start.v.data(); }
+  const double* q() const { return moreau_.q(); }
+  void interpolate(double t, double* q, double* v) const;
+  /// Smooth steps have no impacts.
+  Struck struck() const { return smooth_step_ ? Struck{t(), {}} : moreau_.struck(); }
+  std::span<const double> z() const { return moreau_.z(); }
+  std::span<const double> multipliers() const { return moreau_.multipliers(); }
+
+  /// @name Forces: of a step its impulses over its length; see MoreauStepper
+  ///@{
+  void watch_forces(bool on) {
+    pair_.watch_forces(on);
+    moreau_.watch_forces(on);
+  }
+  void forces(double, Forces& out) const {
+    out.clear();
+    if (t() > t_old()) out.add(1 / (t() - t_old()), pair_.smooth);
+  }
+  void add_impulse(double a, double b, Forces& sum) const {
+    if (b > a) sum.add((b - a) / (t() - t_old()), pair_.smooth);
+  }
+  const Forces& before() const { return moreau_.before(); }
+  const Forces& within() const { return pair_.within; }
+  ///@}
+  const EnergyLedger& integrals() const { return moreau_.integrals(); }
+  std::array<double, 2> outside_work() const { return moreau_.outside_work(); }
+  const Extremes& extremes() const { return moreau_.extremes(); }
+  const Work& work() const { return moreau_.work(); }
+  Work& work() { return moreau_.totals().work; }
+  void tell(std::vector<std::string>& notes) const;
+  double unseen() const { return found_.unseen; }
+  bool singular() const { return moreau_.singular(); }
+  double nearest_singular() const { return moreau_.nearest_singular(); }
+
+  /// Whether the next step is one over an impact.
+  bool strikes_next() const { return striking_; }
+  /// s: no impact since then.
+  double calm_since() const { return calm_since_; }
+  double first_step() const { return 1e-3 * scales_.time; }
+
+ private:
+  /// One try of a smooth step.
+  struct Attempt {
+    double end;    // s, at the latest
+    double least;  // s, what rounding leaves of times
+    double h;      // s
+    int landings = 0, halvings = 0;
+  };
+  enum class Outcome { accepted, again, failed };
+  Outcome attempt(Attempt& a, double t_end);
+  void refuse(Attempt& a, double shorter);
+  bool land_on_onset(Attempt& a, const OnsetSearch::Onset& onset);
+  bool land_on_kink(Attempt& a, double floor);
+  bool smooth_step(double t_end, double rounding);
+  bool impact_step(double t_end);
+  void close_after_impact();
+  void settle();
+  double curve_limit() const;
+  bool bounce_is_over(const OnsetSearch::Onset& onset) const;
+  int found_inside() const;
+  bool fail_inside(int contact);
+  double near(int k) const { return search_.near(k, moreau_.q()); }
+  StepContact& contact(int k) { return moreau_.contacts()[k]; }
+  bool fail(const std::string& why) {
+    failure_ = why;
+    return false;
+  }
+
+  const System& system_;
+  MoreauStepper moreau_;
+  double tolerance_;
+  Scales scales_;
+  StepPair pair_;
+  OnsetSearch search_;
+  StepPace pace_;
+  double h_ = 0;             // s, of the next step
+  bool striking_ = false;    // the next step is one over an impact
+  bool smooth_step_ = true;  // the last one was not
+  long steps_ = 0;
+  double calm_since_ = 0;  // s
+  /// What a reader of the results must know.
+  struct Found {
+    double unseen = 0;                           // over the clearance, the greatest
+    long floored = 0;                            // steps at the floor beyond the tolerance
+    double most_floored = 0, longest_floor = 0;  // over the tolerance; s
+    long ended = 0;                              // bounces
+    double ended_time = 0;                       // s, the longest
+  } found_;
+  std::string failure_;
+};
+
+}  // namespace freeplay

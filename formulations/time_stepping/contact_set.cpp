@@ -1,0 +1,195 @@
+#include "formulations/time_stepping/contact_set.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace freeplay {
+
+ContactSet::ContactSet(const System& system, const std::vector<double>& restitution, double step)
+    : system_(system), step_(step), contacts_(system.contacts()), a_gamma_(system.n()) {
+  for (int k = 0; k < system.contacts(); ++k) {
+    live_.push_back(k);
+    contacts_[k].restitution = restitution[k];
+  }
+  if (system.families().empty()) return;
+  near_ = std::make_unique<Near>(system);
+  near_->restitution.assign(restitution.begin() + system.contacts(), restitution.end());
+}
+
+/// With s.end placed at the start.
+void ContactSet::start(StepData& s, ImpulseResponses& responses) {
+  for (int k = 0; k < system_.contacts(); ++k) {
+    auto& c = contacts_[k];
+    c.gap = system_.gap(k, s.q.data(), s.end);
+    c.t_left = c.gap > 0 ? s.t : -INFINITY;
+    c.closed = false;
+  }
+  if (!near_) return;
+  auto& list = near_->neighbours;
+  list.find(s.q.data(), list.advised(2 * step_ * list.fastest(s.v.data())));
+  give_slots(s.q.data(), s, responses);
+  for (const int k : seated()) contacts_[k].t_left = contacts_[k].gap > 0 ? s.t : -INFINITY;
+}
+
+void ContactSet::look_at_rows(StepData& s, ImpulseResponses& responses) {
+  for (const int k : live_) look(k, s.q_mid.data(), s.v_old.data(), s.middle, contacts_[k].row);
+  keep_near(s.length(), s.q_old.data(), s.v_old.data(), s.v_old.data(), s, responses);
+}
+
+void ContactSet::begin(const StepData& s, bool many) {
+  for (const int k : live_) {
+    auto& c = contacts_[k];
+    c.struck = false;
+    c.active = many && c.steps > 1 && c.last_n > 0 && c.row.normal.size > 0 && in_reach(c, s.reach);
+  }
+}
+
+bool ContactSet::activate(StepData& s, ImpulseResponses& responses) {
+  const double h = s.length();
+  bool added = false;
+  keep_near(h, s.q_old.data(), s.v_old.data(), s.v.data(), s, responses);
+  for (const int k : live_) {
+    auto& c = contacts_[k];
+    if (c.active || c.row.normal.size == 0 || !in_reach(c, s.reach)) continue;
+    const double end_gap = c.row.gap + 0.5 * h * (c.row.normal.dot(s.v.data()) - 0.25 * h * c.row.gamma_n);
+    added |= c.active = end_gap <= (c.closed ? slack : 0);
+  }
+  return added;
+}
+
+/// In impact is what was open before and approaches faster than rows turn within the step: what is slower has come off a
+/// contact that lasts, and goes on with it.
+bool ContactSet::find_struck(StepData& s) {
+  const double h = s.length();
+  bool any = false;
+  const auto approach = [&](const StepContact& c) { return -c.row.normal.dot(s.v_old.data()); };
+  for (const int k : live_) {
+    auto& c = contacts_[k];
+    if (!c.active) continue;
+    c.bias_n = 0.5 * h * c.row.gamma_n;
+    c.bias_t = 0.5 * h * c.row.gamma_t;
+    c.struck = s.reach == StepReach::all && c.steps == 0 && approach(c) > 10 * std::abs(c.bias_n);
+    any |= c.struck;
+  }
+  if (!any) return false;
+  if (system_.rows() == 0)
+    std::ranges::fill(a_gamma_, 0.0);
+  else
+    s.saddle.solve(nullptr, s.middle.gamma.data(), a_gamma_.data(), s.dlambda.data(),
+                   SaddlePoint::Multipliers::kept);
+  any = false;
+  for (const int k : live_) {
+    auto& c = contacts_[k];
+    if (!c.active || !c.struck) continue;
+    const double bias = 0.5 * h * c.row.normal.dot(a_gamma_.data());
+    c.struck = approach(c) > 10 * std::abs(bias);
+    if (!c.struck) continue;
+    any = true;
+    c.bias_n = bias;
+    if (c.row.tangent.size > 0) c.bias_t = 0.5 * h * c.row.tangent.dot(a_gamma_.data());
+  }
+  return any;
+}
+
+void ContactSet::look(int k, const double* q, const double* v, const Evaluation& e, ContactRow& row) const {
+  if (!is_seated(k)) return system_.contact(k, q, v, e, row);
+  System::contact(shape(k), facts(k), q, v, e, row);
+}
+
+double ContactSet::gap(int k, const double* q, const Evaluation& e) const {
+  return is_seated(k) ? System::gap(shape(k), q, e) : system_.gap(k, q, e);
+}
+
+void ContactSet::renew_pairs(double h, const double* q, const double* v0, const double* v1, StepData& s,
+                             ImpulseResponses& responses) {
+  auto& list = near_->neighbours;
+  const double moved = list.moved(q, h, v0, v1);
+  if (moved < list.reach() || !std::isfinite(moved)) return;
+  // From here on only the step's own motion counts.
+  const double ahead =
+      h > 0 ? h * std::max(list.fastest(v0), list.fastest(v1)) : step_ * list.fastest(s.v.data());
+  list.find(q, list.advised(2 * ahead));
+  give_slots(q, s, responses);
+}
+
+/// Gives slots to what the list has found, where it has none, and takes those of what it has lost. A pair in contact stays.
+void ContactSet::give_slots(const double* q, StepData& s, ImpulseResponses& responses) {
+  auto& near = *near_;
+  const int own = system_.contacts();
+  const auto& found = near.neighbours.found();
+  near.kept.assign(live_.begin() + own, live_.end());
+  live_.resize(static_cast<std::size_t>(own));
+  const auto leave = [&](int k) {
+    if (contacts_[k].steps > 0 || s.log->is_open(k) || contacts_[k].last_n > 0) {
+      live_.push_back(k);
+      return;
+    }
+    contacts_[k] = {};
+    near.free.push_back(k);
+  };
+  std::size_t old = 0;
+  for (const auto& wanted : found) {
+    while (old < near.kept.size() && pair(near.kept[old]) < wanted) leave(near.kept[old++]);
+    if (old < near.kept.size() && pair(near.kept[old]) == wanted) {
+      live_.push_back(near.kept[old++]);
+      continue;
+    }
+    const int k = new_slot(s, responses);
+    const auto& family = system_.families()[static_cast<std::size_t>(wanted.family)];
+    near.slots[static_cast<std::size_t>(k - own)] = {wanted, family.pair(wanted.i, wanted.j)};
+    auto& c = contacts_[k];
+    c.restitution = near.restitution[static_cast<std::size_t>(wanted.family)];
+    c.gap = gap(k, q, s.end);
+    c.t_left = -INFINITY;  // of a flight that was long
+    look(k, s.q_mid.data(), s.v_old.data(), s.middle, c.row);
+    responses.renew(k);
+    live_.push_back(k);
+  }
+  while (old < near.kept.size()) leave(near.kept[old++]);
+}
+
+/// A free slot, or one more with room for its rows.
+int ContactSet::new_slot(StepData& s, ImpulseResponses& responses) {
+  auto& near = *near_;
+  if (!near.free.empty()) {
+    const int k = near.free.back();
+    near.free.pop_back();
+    return k;
+  }
+  near.slots.emplace_back();
+  const int k = static_cast<int>(contacts_.size());
+  contacts_.emplace_back();
+  s.log->make_room(k);
+  responses.add_contact();
+  return k;
+}
+
+/// After a snapshot's slots have been read: what follows from them.
+void ContactSet::take_slots_again(StepData& s, ImpulseResponses& responses) {
+  const auto slots = std::move(near_->slots);
+  const int own = system_.contacts(), families = static_cast<int>(system_.families().size());
+  near_->slots.clear();
+  auto free = std::exchange(near_->free, {});
+  contacts_.resize(static_cast<std::size_t>(own));
+  responses.keep_contacts(own);
+  for (const auto& slot : slots) {
+    const auto& p = slot.pair;
+    if (p.family < 0 || p.family >= families || p.i < ground || p.i >= system_.bodies() || p.j < 0 ||
+        p.j >= system_.bodies())
+      throw MemoryError("the snapshot's pairs are of another mechanism");
+    const int k = new_slot(s, responses);
+    const auto family = static_cast<std::size_t>(p.family);
+    near_->slots.back() = {p, system_.families()[family].pair(p.i, p.j)};
+    contacts_[k].restitution = near_->restitution[family];
+  }
+  for (const int k : free)
+    if (k < own || k >= static_cast<int>(contacts_.size()))
+      throw MemoryError("the snapshot's pairs are of another mechanism");
+  for (const int k : live_)
+    if (k < 0 || k >= static_cast<int>(contacts_.size()))
+      throw MemoryError("the snapshot's pairs are of another mechanism");
+  near_->free = std::move(free);
+}
+
+}  // namespace freeplay

@@ -1,0 +1,243 @@
+#include "formulations/time_stepping/position_correction.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "simulation/residuals.hpp"
+
+namespace freeplay {
+namespace {
+
+using Multipliers = SaddlePoint::Multipliers;
+
+void place_end(StepData& s) { s.system.place_near(s.t, s.q.data(), s.q_mid.data(), s.middle, s.end); }
+
+void move(StepData& s, const std::vector<double>& dq) {
+  for (int i = 0; i < s.system.n(); ++i) s.q[i] += dq[i];
+}
+
+void look(const StepData& s, ContactSet& contacts) {
+  for (const int k : contacts.live()) contacts[k].gap = contacts.gap(k, s.q.data(), s.end);
+}
+
+/// What gaps between many bodies are known to (m). Of a row that just fits between two walls not all can be without it, and to ask
+/// for that in every step would cost more than the steps.
+double rounding_of_places(const StepData& s) {
+  double farthest = 0;
+  for (int i = 0; i < s.system.n(); ++i)
+    if (i % 3 != 2) farthest = std::max(farthest, std::abs(s.q[i]));
+  return 8 * std::numeric_limits<double>::epsilon() * farthest;
+}
+
+/// The greatest overlap of what the step may act on (m, ≤ 0).
+double deepest(const StepData& s, const ContactSet& contacts) {
+  double least = 0;
+  for (const int k : contacts.live())
+    if (contacts.in_reach(contacts[k], s.reach)) least = std::min(least, contacts[k].gap);
+  return least;
+}
+
+/// What a curve of time is ahead of the mean of its end rates is driven too: its lift against gravity and springs is work of
+/// drives. (Its share of meet_constraints()'s move.)
+void book_leads(StepData& s) {
+  const int first_driven = s.system.rows() - s.system.drive_rows();
+  for (int k = 0; k < s.system.rows(); ++k) {
+    const bool timed = k >= first_driven && (s.middle.phi_t[k] != 0 || s.end.phi_t[k] != 0);
+    s.r[k] = timed ? -s.end.phi[k] : 0;
+  }
+  s.saddle.solve(nullptr, s.r.data(), s.dq.data(), s.dlambda.data(), Multipliers::kept);
+  for (int i = 0; i < s.system.n(); ++i) s.dq[i] += s.q[i];
+  const double lift = s.system.potential(s.dq.data()) - s.system.potential(s.q.data());
+  s.totals.integrals.drive += lift;
+  s.totals.integrals.stabilisation -= lift;
+}
+
+/// One Newton step onto Φ(q⁺, t⁺) = 0.
+void meet_constraints(StepData& s) {
+  for (int k = 0; k < s.system.rows(); ++k) s.r[k] = -s.end.phi[k];
+  s.saddle.solve(nullptr, s.r.data(), s.dq.data(), s.dlambda.data(), Multipliers::kept);
+  move(s, s.dq);
+  place_end(s);
+}
+
+}  // namespace
+
+PositionCorrection::PositionCorrection(const StepData& step, double tolerance, bool many)
+    : problem_(LcpSolver::automatic, tolerance) {
+  const int contacts = step.system.contacts();
+  if (!many) {
+    problem_.reserve(contacts);
+    return;
+  }
+  problem_.reserve_rates(contacts);
+  islands_ = std::make_unique<ContactIslands>(step.saddle, step.system.n(), LcpSolver::automatic, tolerance);
+  place_.reserve(static_cast<std::size_t>(contacts));
+  id_.reserve(static_cast<std::size_t>(contacts));
+}
+
+void PositionCorrection::bring_back(StepData& s, ContactSet& contacts, const StepProblem& problem,
+                                    ImpulseResponses& responses, FilmStep& films) {
+  if (islands_) islands_->use(s.saddle);
+  const double potential = s.system.potential(s.q.data());
+  if (films.any()) films.displace(s.q.data(), [&](int k) { return contacts[k].unknown >= 0; });
+  place_end(s);
+  if (s.system.has_motions()) book_leads(s);
+  if (s.system.rows() > 0) meet_constraints(s);
+  contacts.keep_near(0, s.q.data(), nullptr, nullptr, s, responses);
+  look(s, contacts);
+  const bool held = islands_ && hold_lasting(s, contacts, problem, responses);
+  if (held) {
+    place_end(s);
+    look(s, contacts);
+  }
+  const double rounding = islands_ ? rounding_of_places(s) : 0;
+  bool moved = false;
+  for (const int k : contacts.live()) {
+    const auto& c = contacts[k];
+    moved |= c.gap < -rounding && contacts.in_reach(c, s.reach) && !(held && c.held);
+  }
+  if (moved) open_gaps(s, contacts, problem, responses, films.any());
+  if (s.smooth()) draw_closed(s, contacts, problem, responses);
+  s.totals.integrals.stabilisation += s.system.potential(s.q.data()) - potential;
+  if (moved) contacts.keep_near(0, s.q.data(), nullptr, nullptr, s, responses);
+  auto& extremes = s.totals.extremes;
+  for (const int k : contacts.live()) {
+    auto& c = contacts[k];
+    if (moved || s.smooth()) c.gap = contacts.gap(k, s.q.data(), s.end);
+    auto& most = extremes.penetration[contacts.told_as(k)];
+    if (contacts.in_reach(c, s.reach)) most = std::max(most, -c.gap);
+  }
+  keep_residuals(s.system, s.end, extremes);
+}
+
+/// Adds a contact's gap to the problem; its row is in this place.
+void PositionCorrection::add(const StepContact& contact, int place) {
+  if (islands_) place_.push_back(place);
+  ContactUnknown u;
+  u.normal = problem_.rows;
+  problem_.b[problem_.rows++] = contact.gap;
+  problem_.unknowns.push_back(u);
+}
+
+/// Brings what lasts in loose joints back to its gap's zero, from either side, as joints are: its status is known, and one
+/// linear problem finds what a search for it would a contact at a time. Discs and walls, whose heaps are redundant and
+/// whose pairs come and go, are left to the search. True where something has moved.
+bool PositionCorrection::hold_lasting(StepData& s, ContactSet& contacts, const StepProblem& problem,
+                                      ImpulseResponses& responses) {
+  problem_.clear();
+  place_.clear();
+  for (int k = 0; k < s.system.contacts(); ++k) {
+    auto& c = contacts[k];
+    const auto* u = problem.unknown_of(c);
+    c.held = s.system.contact_facts(k).has_clearance && c.active && u && u->impulse_n > 0 &&
+             c.row.normal.size > 0 && contacts.in_reach(c, s.reach);
+    if (!c.held) continue;
+    const int place = responses.first(k);
+    responses.row(place) = c.row.normal;
+    responses.respond(s.saddle, place);
+    add(c, place);
+  }
+  if (problem_.rows == 0) return false;
+  if (!islands_->hold(problem_, place_, responses.rows(), responses.sparse())) {
+    for (auto& c : contacts.all()) c.held = false;
+    return false;
+  }
+  for (const auto& u : problem_.unknowns) responses.push(place(u.normal), u.impulse_n, s.q.data());
+  return true;
+}
+
+void PositionCorrection::open_gaps(StepData& s, ContactSet& contacts, const StepProblem& problem,
+                                   ImpulseResponses& responses, bool films) {
+  problem_.clear();
+  place_.clear();
+  id_.clear();
+  if (problem_.b.size() < static_cast<Eigen::Index>(contacts.all().size()))
+    problem_.reserve_rates(static_cast<int>(contacts.all().size()));
+  for (const int k : contacts.live()) {
+    const auto& c = contacts[k];
+    if (c.row.normal.size == 0 || !contacts.in_reach(c, s.reach) || (c.gap >= 0 && c.unknown < 0)) continue;
+    const int place = islands_ ? responses.first(k) : problem_.rows;
+    if (islands_) id_.push_back(k);
+    // The velocities' problem has left the response to this very row where it was its own place.
+    const auto* u = problem.unknown_of(c);
+    const bool known = !islands_ && !films && u && u->normal == place;
+    if (!known) {
+      responses.row(place) = c.row.normal;
+      responses.respond(s.saddle, place);
+    }
+    add(c, place);
+  }
+  const auto result = solve(responses);
+  s.totals.work.pivots += result.pivots;
+  if (result.solved) {
+    for (const auto& u : problem_.unknowns)
+      if (u.impulse_n > 0) responses.push(place(u.normal), u.impulse_n, s.q.data());
+    place_end(s);
+    return;
+  }
+  const double before = deepest(s, contacts);
+  compromise(s, responses);
+  move(s, s.dq);
+  place_end(s);
+  look(s, contacts);
+  if (!(deepest(s, contacts) >= before)) {
+    for (int i = 0; i < s.system.n(); ++i) s.q[i] -= s.dq[i];
+    place_end(s);
+  }
+}
+
+ContactSolution PositionCorrection::solve(const ImpulseResponses& responses) {
+  if (islands_) {
+    islands_->clear();
+    return islands_->solve(problem_, place_, id_, responses.rows(), responses.sparse());
+  }
+  auto& D = problem_.D;
+  for (int r = 0; r < problem_.rows; ++r)
+    for (int c = 0; c <= r; ++c) D(r, c) = D(c, r) = responses.row(r).dot(responses.response(c));
+  return problem_.solve();
+}
+
+/// dq of a position problem that has no solution: a row of bodies that just fits between two walls asks by rounding for more
+/// room than there is. Sweeps find what of it there is room for; what stays is the run's greatest penetration.
+void PositionCorrection::compromise(StepData& s, const ImpulseResponses& responses) {
+  constexpr int sweeps = 200;
+  std::ranges::fill(s.dq, 0.0);
+  for (auto& u : problem_.unknowns) u.impulse_n = 0;
+  for (int sweep = 0; sweep < sweeps; ++sweep)
+    for (auto& u : problem_.unknowns) {
+      const int at = place(u.normal);
+      const double mobility = responses.along(responses.row(at), at);
+      if (!(mobility > 0)) continue;
+      const double gap = problem_.b[u.normal] + responses.row(at).dot(s.dq.data());
+      const double by = std::max(-u.impulse_n, -gap / mobility);
+      u.impulse_n += by;
+      responses.push(at, by, s.dq.data());
+    }
+}
+
+/// What is pressed drifts off by an error of third order as well as in: it is moved back one by one, which is enough for
+/// gaps that are a small part of the tolerance.
+void PositionCorrection::draw_closed(StepData& s, ContactSet& contacts, const StepProblem& problem,
+                                     ImpulseResponses& responses) {
+  for (int k = 0; k < s.system.contacts(); ++k) {
+    auto& c = contacts[k];
+    const auto* u = problem.unknown_of(c);
+    if (!c.closed || !u || !(u->impulse_n > 0)) continue;
+    c.gap = s.system.gap(k, s.q.data(), s.end);
+    if (!(c.gap > 0.01 * contacts.slack)) continue;
+    if (islands_) {
+      const int place = responses.first(k);
+      responses.row(place) = c.row.normal;
+      responses.respond(s.saddle, place);
+      responses.push(place, -c.gap / responses.along(c.row.normal, place), s.q.data());
+    } else {
+      s.saddle.respond(c.row.normal, nullptr, 0, s.dq.data(), s.dlambda.data(), Multipliers::kept);
+      const double by = c.gap / c.row.normal.dot(s.dq.data());
+      for (int i = 0; i < s.system.n(); ++i) s.q[i] -= by * s.dq[i];
+    }
+    s.system.place(s.t, s.q.data(), s.end);
+    c.gap = s.system.gap(k, s.q.data(), s.end);
+  }
+}
+
+}  // namespace freeplay

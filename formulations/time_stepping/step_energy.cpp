@@ -1,0 +1,84 @@
+#include "formulations/time_stepping/step_energy.hpp"
+
+#include <algorithm>
+
+namespace freeplay {
+namespace {
+
+/// Of constraint rows: the drives' work, and what constraint errors do.
+void account_rows(StepData& s) {
+  const int first_driven = s.system.rows() - (s.system.has_motions() ? s.system.drive_rows() : 0);
+  // Where velocities meet the rates at both ends (EndRates), what all rows do at their mean is the drives' alone: ideal joints do
+  // nothing, and that their rows turn within the step is the step's error, of an order that would add up turn by turn.
+  const bool met = s.smooth() && s.system.drive_rows() > 0;
+  const auto& G = s.system.pattern();
+  const int* column = G.column.data();
+  const double *value = s.middle.G.data(), *mean = s.v_mean.data();
+  auto& integrals = s.totals.integrals;
+  double drive = integrals.drive, stabilisation = integrals.stabilisation;
+  for (int k = 0, e = 0; k < G.rows; ++k) {
+    const double impulse = s.lambda[k], driven = s.middle.phi_t[k];
+    drive += impulse * driven;
+    double rate = 0;
+    for (const int end = G.begin[k + 1]; e < end; ++e) rate += value[e] * mean[column[e]];
+    const double work = impulse * (rate + driven);
+    // What follows a curve has its own rates at both ends of the step: it is driven at their mean, not at that of its curve.
+    if (met || (k >= first_driven && driven != 0))
+      drive -= work;
+    else
+      stabilisation -= work;
+  }
+  integrals.drive = drive;
+  integrals.stabilisation = stabilisation;
+}
+
+/// Of contacts and friction: their losses; what they gave in all.
+double account_contacts(StepData& s, const StepProblem& problem, const ImpulseResponses& responses) {
+  auto& integrals = s.totals.integrals;
+  double gain = 0;
+  for (const auto& c : problem.problem.unknowns) {
+    const auto mean_rate = [&](int row) { return responses.row(problem.place(row)).dot(s.v_mean.data()); };
+    double work = 0;
+    if (c.normal >= 0) {
+      const double normal = c.impulse_n * mean_rate(c.normal);
+      integrals.contact -= normal;
+      work += normal;
+    }
+    if (c.tangent >= 0) {
+      const double tangential = c.impulse_t * mean_rate(c.tangent);
+      integrals.friction -= tangential;
+      work += tangential;
+    }
+    gain += work;
+  }
+  return gain;
+}
+
+}  // namespace
+
+void account_step(StepData& s, const ContactSet& contacts, const StepProblem& problem,
+                  const ImpulseResponses& responses, const FilmStep& films, bool struck, bool fixed) {
+  const double h = s.length();
+  auto& integrals = s.totals.integrals;
+  for (int i = 0; i < s.system.n(); ++i) s.v_mean[i] = 0.5 * (s.v_old[i] + s.v[i]);
+  account_rows(s);
+  if (films.any()) integrals.film += films.loss(s.v_old.data(), s.v.data());
+  double approach = 0;  // Σ P_N |u_N⁻|
+  for (const int k : contacts.live())
+    if (const auto* u = problem.unknown_of(contacts[k]))
+      approach += u->impulse_n * std::max(0.0, -contacts[k].u_n_minus);
+  const double gain = account_contacts(s, problem, responses);
+  // A step's share of lasting contact may add h² times forces; more is an impact that raised the energy. Adaptive steps over
+  // impacts are the shortest.
+  if (struck)
+    s.totals.extremes.count_gain(gain > (fixed ? 1e-3 : 1e-5) * approach ? gain : 0,
+                                 s.system.kinetic(s.v_old.data()), 1e-9);
+  if (!s.system.has_loads()) return;
+  const Sweep sweep{h, s.v_old.data(), s.v_mean.data()};
+  s.system.forces(s.t_old + 0.5 * h, s.q_mid.data(), s.v_mean.data(), s.z_mid.data(), s.middle, {&sweep});
+  integrals.drive += h * s.middle.power.drive;
+  integrals.load += h * s.middle.power.load;
+  integrals.damping -= h * s.middle.power.damping;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,57 @@
+// One step of h and two of h/2 from the same state, of what is closed. They differ by three times the error of the two, which is
+// accepted up to nonsmooth.step_tolerance in the norm of the event-driven scheme's integrator; where all three pressed, stuck and
+// slid alike their extrapolation goes on. Where they did not, the difference itself is the error.
+#pragma once
+
+#include <vector>
+
+#include "formulations/integrators/tolerance.hpp"
+#include "formulations/time_stepping/moreau.hpp"
+
+namespace freeplay {
+
+class StepPair {
+ public:
+  StepPair(const System& system, const ErrorNorm& norm, double speed_scale);
+
+  /// Takes the steps from `start`, where the stepper is; the two half steps stand. False where one failed.
+  bool take(MoreauStepper& moreau, double h);
+  /// All three pressed, stuck and slid alike, and nothing turned round within one.
+  bool alike() const { return modes_whole_ == modes_first_ && modes_first_ == modes_second_ && turned_ == 0; }
+  /// Over what is accepted.
+  double error(const MoreauStepper& moreau) const;
+  void extrapolate(MoreauStepper& moreau);
+
+  /// @name Forces of the pair
+  ///@{
+  void watch_forces(bool on);
+  bool watching() const { return watching_; }
+  /// Those of a single step.
+  void take_forces(const MoreauStepper& moreau);
+  Forces smooth, within;
+  ///@}
+
+  /// @name The path: Hermite's cubics through three states
+  ///@{
+  MoreauStepper::Place start;
+  std::vector<double> middle_q, middle_v;
+  double middle_t = 0;  // s
+  void interpolate(const MoreauStepper& moreau, double t, double* q, double* v) const;
+  ///@}
+
+ private:
+  double difference(const MoreauStepper& moreau) const;
+  double unseen_by_halves() const;
+
+  const System& system_;
+  ErrorNorm norm_;
+  double speed_scale_;  // m/s
+  MoreauStepper::Place whole_;
+  std::vector<signed char> modes_whole_, modes_first_, modes_second_;
+  std::vector<double> pressed_first_;  // N s, of the contacts in the first half step
+  double turned_ = 0, lifted_ = 0;     // m/s; see step_modes.hpp
+  bool watching_ = false;
+  Forces whole_smooth_;
+};
+
+}  // namespace freeplay
