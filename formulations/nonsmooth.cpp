@@ -80,27 +80,21 @@ double tolerance_after_steps(const NonsmoothOptions& options) {
   return std::max(options.tolerance, 0.1 * options.step_tolerance);
 }
 
-/// `hands_over`: to time stepping, where modes would be decided together.
 EventDriven make_event_driven(const Scene& scene, const System& system,
-                              const std::vector<double>& restitution, RowFacts facts, const State& state,
-                              bool hands_over) {
+                              const std::vector<double>& restitution, RowFacts facts, const State& state) {
   const auto scales = make_scales(scene.mechanism, system, state);
   auto norm = motion_norm(system, scales, scene.nonsmooth.tolerance);
   if (system.states() > 0) add_states(norm, system, 2 * system.n() + 2 * system.contacts());
-  // Where all that touches is decided together, what is slower than 1e-5 of the speed scale is at rest, and accelerations
-  // have kinks inside a step: errors of a hundredth of that are none.
   auto coarse = norm;
-  coarse.tolerance = hands_over ? tolerance_after_steps(scene.nonsmooth) : std::max(norm.tolerance, 1e-7);
+  coarse.tolerance = tolerance_after_steps(scene.nonsmooth);
   EventDynamics dynamics(system, scene.nonsmooth, restitution, facts, scales.speed);
   const double first = 1e-3 * scales.time;
-  const auto method = [&](const ErrorNorm& accepted, long first_probe) {
+  // Films are stiff from the beginning of every mode. Friction that reactions bound has no derivative.
+  const long first_probe = dynamics.has_films() && system.reactive_frictions().empty() ? 100 : 0;
+  const auto method = [&](const ErrorNorm& accepted) {
     return EventDriven::Method(Dopri5(accepted, first), accepted, first, first_probe);
   };
-  // Films are stiff from the beginning of every mode. What is decided together has no derivative, nor has friction that
-  // reactions bound.
-  const long first_probe = dynamics.has_films() && system.reactive_frictions().empty() ? 100 : 0;
-  EventDriven scheme(std::move(dynamics), method(norm, first_probe),
-                     method(coarse, hands_over ? first_probe : 0), scales.time,
+  EventDriven scheme(std::move(dynamics), method(norm), method(coarse), scales.time,
                      scene.nonsmooth.tolerance * scales.length);
   if (scales.guessed) scheme.find_pace(scales.length);
   return scheme;
@@ -145,11 +139,11 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
       if (!scene.nonsmooth.step) return with(adaptive());
       return with(MoreauStepper(system, scene.nonsmooth, *scene.nonsmooth.step, e, facts));
     case Scheme::event_driven:
-      return with(make_event_driven(scene, system, e, facts, state, false));
+      return with(make_event_driven(scene, system, e, facts, state));
     case Scheme::automatic:
       if (!choice_of(scene.nonsmooth.impact_law).traits.time_stepping)
-        return with(make_event_driven(scene, system, e, facts, state, false));  // nobody to hand over to
-      return with(AutomaticStepper(make_event_driven(scene, system, e, facts, state, true), adaptive(),
+        return with(make_event_driven(scene, system, e, facts, state));  // nobody to hand over to
+      return with(AutomaticStepper(make_event_driven(scene, system, e, facts, state), adaptive(),
                                    tolerance_after_steps(scene.nonsmooth)));
   }
   throw std::logic_error("no such scheme");

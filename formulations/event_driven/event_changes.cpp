@@ -183,7 +183,7 @@ void EventDynamics::pose(const Vector& x, const std::vector<int>& candidates) {
     if (c.row.tangent.size > 0) {
       mu = *system_.contact_facts(k).surface.friction;
       const double rate = c.row.tangent.dot(v);
-      slip = std::abs(rate) > rest_speed() ? (rate > 0 ? 1 : -1) : c.forced;
+      slip = std::abs(rate) > slide_tolerance() ? (rate > 0 ? 1 : -1) : c.forced;
     }
     u.normal = add(c.row.normal, slip != 0 ? &c.row.tangent : nullptr, -slip * mu);
     status_.b[u.normal] = c.row.normal.dot(a_.data()) - c.row.gamma_n;
@@ -244,19 +244,9 @@ std::string EventDynamics::unsolved(const ContactSolution& solution) const {
       sliding);
 }
 
-ContactSolution EventDynamics::solve_posed(From from) {
-  if (from == From::nothing) return status_.solve();
-  guess_last();  // forces that are not unique stay as they were
-  auto near = status_.solve_near();
-  if (from == From::last_mode) return near.solved && status_.doubtful() ? status_.solve() : near;
-  work.pivots += near.pivots;
-  return !near.solved && reporting_ ? status_.solve() : near;
-}
-
 /// The problem in accelerations, with the bounds that its reactions give. In trouble_ why it cannot be posed, or why no
 /// bounds are found.
-ContactSolution EventDynamics::settle_bounds(const Vector& x, double t, const std::vector<int>& candidates,
-                                             From from) {
+ContactSolution EventDynamics::settle_bounds(const Vector& x, double t, const std::vector<int>& candidates) {
   ContactSolution solution;
   const auto pose_and_solve = [&] {
     if (!solve_free(x, t)) {
@@ -265,7 +255,7 @@ ContactSolution EventDynamics::settle_bounds(const Vector& x, double t, const st
       return false;
     }
     pose(x, candidates);
-    solution = solve_posed(from);
+    solution = status_.solve();
     return solution.solved;
   };
   if (coupled_.size() == 0) {
@@ -326,7 +316,7 @@ bool EventDynamics::other_motion(const Vector& x, double t, const std::vector<in
   bool other = false;
   for (const double from : {0.0, 100.0}) {
     for (int i = 0; i < coupled_.size(); ++i) preloaded_[coupled_.friction(i)].bound = from * size;
-    const auto again = settle_bounds(x, t, candidates, From::nothing);
+    const auto again = settle_bounds(x, t, candidates);
     trouble_.clear();
     if (!again.solved) continue;
     const auto now = forces();
@@ -349,7 +339,7 @@ std::string EventDynamics::choose(const Vector& x, double t, const std::vector<i
   for (int k = 0; k < system_.frictions(); ++k) {
     const double u = slide_rate(k, x, t);
     auto& p = preloaded_[k];
-    p.slip = std::abs(u) > p.share * rest_speed() ? (u > 0 ? 1 : -1) : p.forced;
+    p.slip = std::abs(u) > p.share * slide_tolerance() ? (u > 0 ? 1 : -1) : p.forced;
   }
   if (candidates.empty() && std::ranges::none_of(preloaded_, [](const auto& p) { return p.slip == 0; }))
     return "";
@@ -357,7 +347,7 @@ std::string EventDynamics::choose(const Vector& x, double t, const std::vector<i
   // Accelerations with nothing closed and resting joints without friction.
   ++work.lcp_solves;
   trouble_.clear();
-  const auto solution = settle_bounds(x, t, candidates, together_ ? From::last_mode : From::nothing);
+  const auto solution = settle_bounds(x, t, candidates);
   if (!trouble_.empty()) return trouble_;
   if (coupled_.size() > 0 && solution.solved && other_motion(x, t, candidates))
     return words_of(CoupledFriction::Outcome::several);
@@ -383,13 +373,6 @@ std::string EventDynamics::choose(const Vector& x, double t, const std::vector<i
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     auto& c = contacts_[candidates[i]];
     const auto& u = status_.unknowns[i];
-    if (together_) {
-      c.closed = true;
-      c.slip = posed_slips_[i];
-      c.lambda_n = u.impulse_n;
-      c.lambda_t = u.impulse_t;
-      continue;
-    }
     c.closed = u.impulse_n * status_.D(u.normal, u.normal) > 1e-11 * status_.scale();
     c.resting = !c.closed;
     if (!c.closed) continue;
@@ -398,10 +381,7 @@ std::string EventDynamics::choose(const Vector& x, double t, const std::vector<i
   for (std::size_t i = 0; i < posed_resting_.size(); ++i) {
     auto& p = preloaded_[posed_resting_[i]];
     const auto& u = status_.unknowns[candidates.size() + i];
-    if (together_)
-      p.lambda = u.impulse_t;
-    else
-      p.slip = slip_of(u);
+    p.slip = slip_of(u);
   }
   return "";
 }

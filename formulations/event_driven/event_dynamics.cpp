@@ -116,10 +116,8 @@ void EventDynamics::add_films(const double* q, const double* v) {
 bool EventDynamics::solve_mode(const Vector& x, double t) {
   const double *q = x.data(), *v = q + system_.n();
   const int n = system_.n(), m = system_.rows();
-  if (together_) return solve_together(x, t);
   if (coupled_.size() > 0) {
-    if (!std::ranges::all_of(x, [](double y) { return std::isfinite(y); }))
-      return false;  // a stage after one that failed
+    if (!is_finite(x)) return false;  // a stage after one that failed
     trouble_.clear();
     for (int k = 0; k < coupled_.size(); ++k) preloaded_[coupled_.friction(k)].bound = 0;
   }
@@ -314,67 +312,6 @@ void EventDynamics::share_friction() {
   solution_ = share.asDiagonal() * decomposition.solve(rhs_.head(used_));
 }
 
-/// Starts the posed problem from the forces of the last evaluation.
-void EventDynamics::guess_last() {
-  for (std::size_t i = 0; i < posed_.size(); ++i) {
-    status_.unknowns[i].impulse_n = contacts_[posed_[i]].lambda_n;
-    if (posed_slips_[i] == 0) status_.unknowns[i].impulse_t = contacts_[posed_[i]].lambda_t;
-  }
-  for (std::size_t i = 0; i < posed_resting_.size(); ++i)
-    status_.unknowns[posed_.size() + i].impulse_t = preloaded_[posed_resting_[i]].lambda;
-}
-
-/// The same with all that touches decided by the problem in accelerations.
-bool EventDynamics::solve_together(const Vector& x, double t) {
-  const int n = system_.n(), m = system_.rows();
-  if (!std::ranges::all_of(x, [](double y) { return std::isfinite(y); }))
-    return false;  // a stage after one that failed
-  trouble_.clear();
-  posed_.clear();
-  for (int k = 0; k < system_.contacts(); ++k) {
-    auto& c = contacts_[k];
-    c.unknown = c.tangent_unknown = -1;
-    if (c.closed)
-      posed_.push_back(k);
-    else
-      c.lambda_n = c.lambda_t = 0;
-  }
-  const auto solution = settle_bounds(x, t, std::vector<int>(posed_), From::last);
-  if (!trouble_.empty()) return false;
-  jam_ = !solution.solved;
-  jam_proved_ = solution.impossible;
-  if (!solution.solved) {
-    trouble_ = unsolved(solution);
-    return false;
-  }
-  const auto take = [&](int row, double force) {
-    if (row < 0 || force == 0) return;
-    for (int i = 0; i < n; ++i) a_[i] += force * response(row)[i];
-    for (int k = 0; k < m; ++k) lambda_[k] += force * reaction(row)[k];
-  };
-  for (std::size_t i = 0; i < posed_.size(); ++i) {
-    auto& c = contacts_[posed_[i]];
-    const auto& u = status_.unknowns[i];
-    take(u.normal, u.impulse_n);
-    take(u.tangent, u.impulse_t);
-    c.lambda_n = u.impulse_n;
-    c.mobility = status_.D(u.normal, u.normal);
-    if (c.row.tangent.size == 0) continue;
-    const double bound = *system_.contact_facts(posed_[i]).surface.friction * c.lambda_n;
-    c.lambda_t = posed_slips_[i] != 0 ? -posed_slips_[i] * bound : u.impulse_t;
-    c.held = posed_slips_[i] == 0 && std::abs(c.lambda_t) < bound * (1 - 1e-9);
-  }
-  for (std::size_t i = 0; i < posed_resting_.size(); ++i) {
-    auto& p = preloaded_[posed_resting_[i]];
-    const auto& u = status_.unknowns[posed_.size() + i];
-    take(u.tangent, u.impulse_t);
-    p.lambda = u.impulse_t;
-    p.held = std::abs(p.lambda) < u.bound * (1 - 1e-9);
-  }
-  keep_bounds();
-  return true;
-}
-
 void EventDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   t = std::min(t, knot);
   const int n = system_.n(), m = system_.rows();
@@ -415,7 +352,6 @@ void EventDynamics::take_mode(const EventDynamics& other) {
   phases = other.phases;
   forget_place();
   knot = other.knot;
-  together_ = other.together_;
   for (std::size_t k = 0; k < preloaded_.size(); ++k) preloaded_[k].slip = other.preloaded_[k].slip;
 }
 
@@ -527,15 +463,12 @@ void EventDynamics::project(Vector& x, double t, Forces* book) {
             rhs_[add(row, nullptr, 0)] = value;
             owners_.push_back({k, -1, tangent});
           };
-          // Together, what does not press opens, and what is at its bound begins to slide.
-          if (together_ ? rate < 0 || c.lambda_n > 0 : c.closed || rate <= speed_tolerance_)
-            want(c.row.normal, rate, false);
+          if (c.closed || rate <= speed_tolerance_) want(c.row.normal, rate, false);
           if (!c.closed) continue;
-          if (c.slip == 0 && c.row.tangent.size > 0 && (!together_ || c.held))
-            want(c.row.tangent, c.row.tangent.dot(v), true);
+          if (c.slip == 0 && c.row.tangent.size > 0) want(c.row.tangent, c.row.tangent.dot(v), true);
         }
         for (int k = 0; k < system_.frictions(); ++k) {
-          if (preloaded_[k].slip != 0 || (together_ && !preloaded_[k].held)) continue;
+          if (preloaded_[k].slip != 0) continue;
           system_.friction(k, q, v, e_, preloaded_[k].row);
           rhs_[add(preloaded_[k].row, nullptr, 0)] = preloaded_[k].row.dot(v);
           owners_.push_back({-1, k, true});

@@ -15,6 +15,8 @@
 // integrals].
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -31,6 +33,10 @@
 
 namespace freeplay {
 
+inline bool is_finite(const std::vector<double>& x) {
+  return std::ranges::all_of(x, [](double y) { return std::isfinite(y); });
+}
+
 class EventDynamics {
  public:
   using Vector = std::vector<double>;
@@ -42,7 +48,6 @@ class EventDynamics {
     int forced = 0;  ///< it has just been torn from sticking this way: the next choice starts from that
     /// Closed without load: no force acts, and the gap stays zero by project() until its rate is more than rounding.
     bool resting = false;
-    bool held = false;  ///< it stuck below its bound at the last evaluation of all together
     double restitution = 0;
     ContactRow row;
     double lambda_n = 0, lambda_t = 0;  ///< N, at the last evaluation
@@ -50,12 +55,11 @@ class EventDynamics {
     int unknown = -1, tangent_unknown = -1;
     template <class M>
     void remember(M& m) {
-      m(closed, slip, forced, resting, held, row, lambda_n, lambda_t, mobility, unknown, tangent_unknown);
+      m(closed, slip, forced, resting, row, lambda_n, lambda_t, mobility, unknown, tangent_unknown);
     }
   };
   struct Preloaded {
     int slip = 0, forced = 0;  ///< as of a contact
-    bool held = false;
     SparseRow row;
     double gamma = 0, rate = 0, lambda = 0;
     double bound = 0;  ///< N, at the last evaluation
@@ -64,25 +68,19 @@ class EventDynamics {
     int unknown = -1;
     template <class M>
     void remember(M& m) {
-      m(slip, forced, held, row, gamma, rate, lambda, bound, unknown);
+      m(slip, forced, row, gamma, rate, lambda, bound, unknown);
     }
   };
 
   EventDynamics(const System& system, const NonsmoothOptions& options, std::vector<double> restitution,
                 RowFacts facts, double speed_scale);
 
-  /// While it is set, a mode holds only which contacts touch and which way they slide; what those do that touch
-  /// at rest (press, open, stick, begin to slide) the problem in accelerations of all of them decides at each
-  /// evaluation. For where modes would change without end: forces of a hyperstatic pile are not unique, so
-  /// the bounds of one choice of them tell nothing.
-  void set_together(bool on) { together_ = on; }
-  bool together() const { return together_; }
   /// Why the last evaluation failed; empty when it did not.
   const std::string& trouble() const { return trouble_; }
 
   /// dx/dt of the present mode.
   void operator()(const Vector& x, Vector& dxdt, double t);
-  /// ∂(dx/dt)/∂x of the present mode (column-major, size() × size()) and ∂(dx/dt)/∂t; not for together() (event_jacobian.cpp).
+  /// ∂(dx/dt)/∂x of the present mode (column-major, size() × size()) and ∂(dx/dt)/∂t (event_jacobian.cpp).
   void jacobian(const Vector& x, double t, double* J, double* dfdt);
   /// Makes what jacobian() works in, which it else makes when first called.
   void reserve_jacobian();
@@ -167,14 +165,12 @@ class EventDynamics {
   std::vector<Contact>& contacts() { return contacts_; }
   const std::vector<Contact>& contacts() const { return contacts_; }
   std::vector<Preloaded>& preloaded() { return preloaded_; }
+  const std::vector<Preloaded>& preloaded() const { return preloaded_; }
   /// Below it a relative speed is none (m/s): rounding of the velocities, or 1e-10 of the scene's scale.
   double speed_tolerance() const { return speed_tolerance_; }
   /// Below it a sliding speed is none: the accelerations decide which way it goes on. Wider, because a
   /// located end of sliding is only as sharp as the dense output.
   double slide_tolerance() const { return slide_tolerance_; }
-  /// The same in the present mode: all together, a contact is at rest up to a hundred times that, lest what
-  /// hardly moves change its way at every step.
-  double rest_speed() const { return (together_ ? 100 : 1) * slide_tolerance_; }
   void measure_speeds(const Vector& x);
 
   Phases phases;  ///< the pieces of torque tables that the present mode is held to
@@ -192,8 +188,8 @@ class EventDynamics {
     m.part("event dynamics");
     for (auto& c : contacts_) m(c);
     for (auto& p : preloaded_) m(p);
-    m(phases, together_, saddle_, speed_tolerance_, slide_tolerance_, a_, work, extremes, contact_loss,
-      stabilisation, undecided, wedged, status_.modes_left, impact_.modes_left());
+    m(phases, saddle_, speed_tolerance_, slide_tolerance_, a_, work, extremes, contact_loss, stabilisation,
+      undecided, wedged, status_.modes_left, impact_.modes_left());
   }
   /// To be called where a phase goes over to another piece.
   void forget_place() { placed_t_ = __builtin_nan(""); }
@@ -208,22 +204,16 @@ class EventDynamics {
   void solve_rows();
   bool add_coupled();
   void keep_bounds();
-  /// How the posed problem is solved: anew; for a mode, or for an evaluation, from the last forces where all that touches
-  /// is decided together.
-  enum class From { nothing, last_mode, last };
-  ContactSolution solve_posed(From from);
-  ContactSolution settle_bounds(const Vector& x, double t, const std::vector<int>& candidates, From from);
+  ContactSolution settle_bounds(const Vector& x, double t, const std::vector<int>& candidates);
   bool other_motion(const Vector& x, double t, const std::vector<int>& candidates);
   void press_jammed();
   std::string strike_bounded(const Vector& x, std::size_t contacts);
   bool solve_free(const Vector& x, double t);
   bool solve_mode(const Vector& x, double t);
   bool passes_pole();
-  bool solve_together(const Vector& x, double t);
   std::string name_of_unknown(int i) const;
   std::string unsolved(const ContactSolution& solution) const;
   void pose(const Vector& x, const std::vector<int>& candidates);
-  void guess_last();
   /// Room for the responses of so many rows, and for what they do to each other; keeps what is there.
   void make_room(int rows);
   /// Adds a column A·`column` to the responses and its row; returns its index.
@@ -260,7 +250,7 @@ class EventDynamics {
   BoundIteration bounds_;
   Eigen::VectorXd bound_image_;
   bool dependent_ = false;  // the active rows depend on each other
-  bool together_ = false, jam_ = false, jam_proved_ = false;
+  bool jam_ = false, jam_proved_ = false;
   bool reporting_ = false;
   double jam_rate_ = 0;
   int turn_ = 1, orientation_ = 0;  // signs of the determinant of what holds: now, and since the mode began

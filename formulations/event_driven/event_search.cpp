@@ -1,146 +1,179 @@
-// Where a mode ends: the search on the dense output of a step, and the landing.
-#include <algorithm>
-#include <cmath>
+#include "formulations/event_driven/event_search.hpp"
 
-#include "formulations/event_driven/event_driven.hpp"
+#include <algorithm>
+
+#include "formulations/integrators/curve_limit.hpp"
 
 namespace freeplay {
 
-double EventDriven::rounding(int k) const { return gap_rounding(dynamics_.system(), k, q()); }
+EventSearch::EventSearch(const EventDynamics& dynamics)
+    : marks_(static_cast<std::size_t>(dynamics.system().contacts())),
+      slope_(static_cast<std::size_t>(dynamics.size())),
+      scratch_(static_cast<std::size_t>(dynamics.size())) {}
 
-/// How far a gap may go below zero before it counts as closed (m).
-double EventDriven::slack(int k) const {
-  if (dynamics_.contacts()[k].resting) return dynamics_.closed_gap(k, q());
-  return rounding(k);
-}
-/// A hop not higher than this (m) is over.
-double EventDriven::least_hop(int k) const {
-  return std::max(1e-9 * dynamics_.system().contact_facts(k).clearance, 1e3 * rounding(k));
-}
-
-Watched EventDriven::gap_at(int k, double t) {
-  const auto& x = at(t);
-  const auto& row = dynamics_.look(k, x, t);
-  // A contact that has just opened starts within rounding of zero.
-  return {row.gap + slack(k) + mark_[k].allowance, row.normal.dot(x.data() + dynamics_.system().n())};
+const EventSearch::Vector& EventSearch::at(const Method& m, double t) const {
+  if (t >= m.t) return m.x;
+  m.interpolate(t, scratch_);
+  return scratch_;
 }
 
-/// Gaps at the end of a step. One that begins below zero opens from there: the correction of what is closed
-/// moved it, or its impact was merged with another's.
-void EventDriven::mark_gaps(bool begin) {
-  for (int k = 0; k < dynamics_.system().contacts(); ++k) {
-    auto& mark = mark_[k];
+ModeEvent EventSearch::find(EventDynamics& d, Method& m) {
+  auto first = shorten_until_bounded(d, m);
+  ++d.work.steps;
+  d.work.rejected = m.rejected;
+  find_mode_events(d, m, first);
+  find_phase_events(d, m, first);
+  return first;
+}
+
+void EventSearch::land(EventDynamics& d, Method& m, ModeEvent& event) {
+  land_on_first(
+      m, event, [&](ModeEvent& at) { land_on(d, m, at); },
+      [&](const ModeEvent&) {
+        ModeEvent lost;
+        lost.t = m.t;
+        find_gap_events(d, m, lost);
+        unseen_ = std::max(unseen_, step_unseen_);
+        return lost;
+      });
+}
+
+Watched EventSearch::gap_at(EventDynamics& d, const Method& m, int k, double t) {
+  const auto& x = at(m, t);
+  const auto& row = d.look(k, x, t);
+  // How far a gap may go below zero before it counts as closed. A contact that has just opened starts within rounding of zero.
+  const double slack =
+      d.contacts()[k].resting ? d.closed_gap(k, m.x.data()) : gap_rounding(d.system(), k, m.x.data());
+  return {row.gap + slack + marks_[k].allowance, row.normal.dot(x.data() + d.system().n())};
+}
+
+void EventSearch::mark_gaps(EventDynamics& d, const Method& m, bool begin) {
+  for (int k = 0; k < d.system().contacts(); ++k) {
+    auto& mark = marks_[k];
     if (begin || mark.allowance > 0) {
       const double before = begin ? INFINITY : mark.allowance;
       mark.allowance = 0;
-      const double below = gap_at(k, method_.t).value;
+      const double below = gap_at(d, m, k, m.t).value;
       if (below < 0) mark.allowance = std::min(-below, before);
     }
-    mark.gap = gap_at(k, method_.t);
+    mark.gap = gap_at(d, m, k, m.t);
   }
 }
 
-GapMotion EventDriven::motion_of(int k) {
-  return narrowed(
-      dynamics_.gap_motion(k, bounds_, method_.x), dynamics_.system(), k, method_,
-      [&] { return dynamics_.look(k, method_.x, method_.t).normal; }, scratch_);
+/// The first loss of a gap in the last step, which is made again, shorter, while it took a curve's argument further than it
+/// may, as a body that came to speed does, or while it is so long that nothing bounds how a gap bends in it, or that it leaves open
+/// whether a gap was lost.
+ModeEvent EventSearch::shorten_until_bounded(EventDynamics& d, Method& m) {
+  int halvings = 0;
+  for (int tries = 0;; ++tries) {
+    ModeEvent first;
+    first.t = m.t;
+    double over = curve_overreach(d.system(), m.t_old, m.x_old.data(), m.x_old.data() + d.system().n(), m.t,
+                                  m.x.data(), m.x.data() + d.system().n(), Knots::located);
+    if (!(over > most_overreach)) {
+      if ((find_gap_events(d, m, first) && (step_unseen_ <= seen_depth || halvings++ == most_halvings)) ||
+          !is_finite(m.x)) {
+        unseen_ = std::max(unseen_, step_unseen_);
+        return first;
+      }
+      over = 2;
+    }
+    if (tries == 60) return first;
+    ++m.rejected;
+    m.land(d, m.t_old + (m.t - m.t_old) / over);
+    m.limit_step(2 * (m.t - m.t_old));
+  }
 }
 
 /// False where the last step is too long: nothing bounds how a gap bends in it, or a contact would be found only when it lies
 /// a hundredth of its clearance inside its wall.
-bool EventDriven::find_gap_events(Event& first) {
-  const auto& system = dynamics_.system();
-  if (!(method_.t > method_.t_old)) return true;
-  if (system.contacts() > 0) method_.enclose(static_cast<std::size_t>(system.n()), bounds_);
+bool EventSearch::find_gap_events(EventDynamics& d, Method& m, ModeEvent& first) {
+  const auto& system = d.system();
+  if (!(m.t > m.t_old)) return true;
+  if (system.contacts() > 0) m.enclose(static_cast<std::size_t>(system.n()), bounds_);
   step_unseen_ = 0;
-  for (int k = 0; k < dynamics_.system().contacts(); ++k) {
-    if (dynamics_.contacts()[k].closed) continue;
-    const auto motion = motion_of(k);
+  for (int k = 0; k < system.contacts(); ++k) {
+    if (d.contacts()[k].closed) continue;
+    const auto motion = narrowed(
+        d.gap_motion(k, bounds_, m.x), system, k, m, [&] { return d.look(k, m.x, m.t).normal; }, scratch_);
     if (!std::isfinite(motion.bend)) return false;
-    const auto end = gap_at(k, method_.t);
+    const auto end = gap_at(d, m, k, m.t);
     double unseen = 0;
-    const auto t = first_loss([&](double at) { return gap_at(k, at); }, method_.t_old, method_.t,
-                              mark_[k].gap, end, motion, rounding(k), unseen);
+    const auto t = first_loss([&](double at) { return gap_at(d, m, k, at); }, m.t_old, m.t, marks_[k].gap,
+                              end, motion, gap_rounding(d.system(), k, m.x.data()), unseen);
     const double clearance = system.contact_facts(k).clearance;
-    if (t && mark_[k].gap.value >= -too_deep * clearance && gap_at(k, *t).value < -too_deep * clearance)
+    if (t && marks_[k].gap.value >= -too_deep * clearance &&
+        gap_at(d, m, k, *t).value < -too_deep * clearance)
       return false;
     step_unseen_ = std::max(step_unseen_, unseen / clearance);
-    if (t && (*t < first.t || first.kind == Event::Kind::none)) first = {Event::Kind::gap, k, *t};
+    if (t && (*t < first.t || first.kind == ModeEvent::Kind::none)) first = {ModeEvent::Kind::gap, k, *t};
   }
   return true;
 }
 
 /// Angles that come to a kink of their torque table.
-void EventDriven::find_phase_events(Event& first) {
-  if (!dynamics_.phases.any()) return;
+void EventSearch::find_phase_events(EventDynamics& d, const Method& m, ModeEvent& first) {
+  if (!d.phases.any()) return;
   double unseen = 0;
-  const auto& system = dynamics_.system();
-  if (system.contacts() == 0) method_.enclose(static_cast<std::size_t>(system.n()), bounds_);
-  const auto c = dynamics_.phases.first(system, method_.t_old, method_.t, method_.x_old, method_.x, bounds_,
-                                        first.kind == Event::Kind::none ? INFINITY : first.t, unseen,
-                                        [&](double t) -> const std::vector<double>& { return at(t); });
-  if (c.phase >= 0) first = {c.up ? Event::Kind::phase_up : Event::Kind::phase_down, c.phase, c.t};
+  const auto& system = d.system();
+  if (system.contacts() == 0) m.enclose(static_cast<std::size_t>(system.n()), bounds_);
+  const auto c = d.phases.first(system, m.t_old, m.t, m.x_old, m.x, bounds_,
+                                first.kind == ModeEvent::Kind::none ? INFINITY : first.t, unseen,
+                                [&](double t) -> const std::vector<double>& { return at(m, t); });
+  if (c.phase >= 0) first = {c.up ? ModeEvent::Kind::phase_up : ModeEvent::Kind::phase_down, c.phase, c.t};
 }
 
 /// What must stay positive for the mode to last, from the last evaluation of the dynamics.
-void EventDriven::watch(const std::vector<double>& x, std::vector<double>& values) {
+void EventSearch::watch(const EventDynamics& d, const Vector& x, Vector& values) {
   values.clear();
   watched_.clear();
-  const auto put = [&](Event::Kind kind, int k, double value) {
+  const auto put = [&](ModeEvent::Kind kind, int k, double value) {
     watched_.push_back({kind, k, 0});
     values.push_back(value);
   };
-  const double* v = x.data() + dynamics_.system().n();
-  for (int k = 0; k < dynamics_.system().contacts(); ++k) {
-    const auto& c = dynamics_.contacts()[k];
+  const double* v = x.data() + d.system().n();
+  for (int k = 0; k < d.system().contacts(); ++k) {
+    const auto& c = d.contacts()[k];
     if (!c.closed) continue;
-    const double rest = 2 * dynamics_.rest_speed();  // a speed at which what was at rest has begun to move
-    const bool together = dynamics_.together();
-    put(Event::Kind::force, k, together ? rest - c.row.normal.dot(v) : c.lambda_n);
+    put(ModeEvent::Kind::force, k, c.lambda_n);
     if (c.row.tangent.size == 0) continue;
-    if (together && c.slip == 0) {
-      put(Event::Kind::stick, k, rest - std::abs(c.row.tangent.dot(v)));
-      continue;
-    }
-    const double bound = *dynamics_.system().contact_facts(k).surface.friction * c.lambda_n;
+    const double bound = *d.system().contact_facts(k).surface.friction * c.lambda_n;
     if (c.slip == 0)
-      put(Event::Kind::stick, k, bound - std::abs(c.lambda_t));
+      put(ModeEvent::Kind::stick, k, bound - std::abs(c.lambda_t));
     else
-      put(Event::Kind::slip, k, c.slip * c.row.tangent.dot(v));
+      put(ModeEvent::Kind::slip, k, c.slip * c.row.tangent.dot(v));
   }
-  for (int k = 0; k < dynamics_.system().frictions(); ++k) {
-    const auto& p = dynamics_.preloaded()[k];
-    if (p.slip == 0 && dynamics_.together())
-      put(Event::Kind::slide_stick, k, 2 * p.share * dynamics_.rest_speed() - std::abs(p.rate));
-    else if (p.slip == 0)
-      put(Event::Kind::slide_stick, k, p.bound - std::abs(p.lambda));
+  for (int k = 0; k < d.system().frictions(); ++k) {
+    const auto& p = d.preloaded()[k];
+    if (p.slip == 0)
+      put(ModeEvent::Kind::slide_stick, k, p.bound - std::abs(p.lambda));
     else
-      put(Event::Kind::slide_slip, k, p.slip * p.rate);
+      put(ModeEvent::Kind::slide_slip, k, p.slip * p.rate);
   }
 }
 
-void EventDriven::values_at(double t, std::vector<double>& values) {
-  const auto& x = at(t);
-  dynamics_(x, slope_, t);
-  watch(x, values);
+void EventSearch::values_at(EventDynamics& d, const Method& m, double t, Vector& values) {
+  const auto& x = at(m, t);
+  d(x, slope_, t);
+  watch(d, x, values);
 }
 
 /// Where what is watched, positive at a step's ends and middle, falls below zero between them, as sliding does that turns round
 /// for a moment: looked for around the vertex of the parabola through the three where that comes near zero.
-std::optional<EventDriven::Dip> EventDriven::find_dip(std::size_t i, double start, double middle, double end,
-                                                      double shift) {
+std::optional<EventSearch::Dip> EventSearch::find_dip(EventDynamics& d, const Method& m, std::size_t i,
+                                                      double start, double middle, double end, double shift) {
   const double bend = 2 * (start - 2 * middle + end), slope = 4 * middle - 3 * start - end;
   if (!(bend > 0 && slope < 0 && slope > -2 * bend)) return {};
   const double least = std::min({start, middle, end});
   if (!(start - 0.25 * slope * slope / bend < 0.5 * least)) return {};
-  const double t0 = method_.t_old, h = method_.t - t0, vertex = -0.5 * slope / bend;
+  const double t0 = m.t_old, h = m.t - t0, vertex = -0.5 * slope / bend;
   // By thirds around the vertex, as far as the parabola may be wrong.
   double from = std::max(0.0, vertex - 0.25), to = std::min(1.0, vertex + 0.25);
   for (int tries = 0; tries < 12; ++tries) {
     const double s[2] = {from + (to - from) / 3, to - (to - from) / 3};
     double f[2];
     for (int k = 0; k < 2; ++k) {
-      values_at(t0 + s[k] * h, between_);
+      values_at(d, m, t0 + s[k] * h, between_);
       f[k] = between_[i] + shift;
       if (f[k] < 0) return Dip{t0 + s[k] * h, f[k]};
     }
@@ -153,32 +186,33 @@ std::optional<EventDriven::Dip> EventDriven::find_dip(std::size_t i, double star
   return {};
 }
 
-void EventDriven::find_mode_events(Event& first) {
+void EventSearch::find_mode_events(EventDynamics& d, const Method& m, ModeEvent& first) {
   if (watched_.empty()) return;
-  const double t0 = method_.t_old, t1 = method_.t, tm = 0.5 * (t0 + t1);
-  values_at(tm, middle_);
-  values_at(t1, after_);
+  const double t0 = m.t_old, t1 = m.t, tm = 0.5 * (t0 + t1);
+  values_at(d, m, tm, middle_);
+  values_at(d, m, t1, after_);
   const auto take = [&](std::size_t i, double a, double b, double fa, double fb, double shift) {
     auto event = watched_[i];
     event.t = a;
     if (fa > 0) {
-      std::vector<double> values;
+      Vector values;
       event.t = bracketed_root(
           [&](double s) {
-            values_at(s, values);
+            values_at(d, m, s, values);
             return values[i] + shift;
           },
           a, b, fa, fb);
     }
-    if (event.t < first.t || first.kind == Event::Kind::none) first = event;
+    if (event.t < first.t || first.kind == ModeEvent::Kind::none) first = event;
   };
   for (std::size_t i = 0; i < watched_.size(); ++i) {
-    const bool speed = watched_[i].kind == Event::Kind::slip || watched_[i].kind == Event::Kind::slide_slip;
+    const bool speed =
+        watched_[i].kind == ModeEvent::Kind::slip || watched_[i].kind == ModeEvent::Kind::slide_slip;
     // A surface that has just begun to slide, or is held still at its bound, is at rest within the tolerance.
-    const double tolerance = watched_[i].kind == Event::Kind::slide_slip
-                                 ? dynamics_.preloaded()[static_cast<std::size_t>(watched_[i].index)].share *
-                                       dynamics_.slide_tolerance()
-                                 : dynamics_.slide_tolerance();
+    const double tolerance =
+        watched_[i].kind == ModeEvent::Kind::slide_slip
+            ? d.preloaded()[static_cast<std::size_t>(watched_[i].index)].share * d.slide_tolerance()
+            : d.slide_tolerance();
     const bool fresh = speed && before_[i] <= tolerance;
     const double shift = fresh ? tolerance : 0;
     const double start = (fresh ? std::max(before_[i], 0.0) : before_[i]) + shift;
@@ -186,25 +220,25 @@ void EventDriven::find_mode_events(Event& first) {
       take(i, t0, tm, start, middle_[i] + shift, shift);
     else if (after_[i] + shift < 0)
       take(i, tm, t1, middle_[i] + shift, after_[i] + shift, shift);
-    else if (const auto dip = find_dip(i, start, middle_[i] + shift, after_[i] + shift, shift))
+    else if (const auto dip = find_dip(d, m, i, start, middle_[i] + shift, after_[i] + shift, shift))
       take(i, t0, dip->t, start, dip->value, shift);
   }
 }
 
 /// Steps from the old state to the event.
-void EventDriven::land(Event& event) {
-  ++dynamics_.work.events;
-  if (event.kind == Event::Kind::phase_up || event.kind == Event::Kind::phase_down) {
-    Phases::Crossing c{event.index, event.kind == Event::Kind::phase_up, event.t};
-    dynamics_.phases.land(dynamics_.system(), method_, dynamics_, c);
+void EventSearch::land_on(EventDynamics& d, Method& m, ModeEvent& event) {
+  ++d.work.events;
+  if (event.is_phase()) {
+    Phases::Crossing c{event.index, event.kind == ModeEvent::Kind::phase_up, event.t};
+    d.phases.land(d.system(), m, d, c);
     event.t = c.t;
-  } else if (event.kind != Event::Kind::gap || dynamics_.contacts()[event.index].resting ||
-             mark_[event.index].allowance > 0)
-    land_at(method_, dynamics_, event.t);
+  } else if (event.kind != ModeEvent::Kind::gap || d.contacts()[event.index].resting ||
+             marks_[event.index].allowance > 0)
+    land_at(m, d, event.t);
   else
-    land_on_gap(method_, dynamics_, event.t, rounding(event.index), [&] {
-      const auto& row = dynamics_.look(event.index, method_.x, method_.t);
-      return Watched{row.gap, row.normal.dot(v())};
+    land_on_gap(m, d, event.t, gap_rounding(d.system(), event.index, m.x.data()), [&] {
+      const auto& row = d.look(event.index, m.x, m.t);
+      return Watched{row.gap, row.normal.dot(m.x.data() + d.system().n())};
     });
 }
 

@@ -24,7 +24,7 @@
 namespace freeplay {
 namespace {
 
-constexpr int checkpoint_version = 3;
+constexpr int checkpoint_version = 4;
 class Progress final : public Observer {
  public:
   Progress(std::function<void(double)> show, double duration) : show_(std::move(show)), duration_(duration) {}

@@ -10,7 +10,7 @@
 namespace freeplay {
 namespace {
 
-constexpr int format_version = 1;
+constexpr int format_version = 2;
 
 template <class M, class S>
 void fields(M& m, S& s) {

@@ -90,16 +90,11 @@ TEST_CASE("automatic: what event-driven does not finish is finished, and nothing
     CHECK(run.ledger.kinetic + run.ledger.potential < run.ledger.initial + 1e-6 * run.ledger.scale());
     for (const auto& c : run.contacts) CHECK(c.penetration_ratio < 1e-6);
     // Momenta: the same forces and states, integrated to the tolerances.
-    // Forces of contacts that are decided together jump within steps, and the run says so.
-    const bool together = std::ranges::any_of(
-        run.notes, [](const auto& n) { return n.find("decided together jump") != n.npos; });
-    if (!together) {
-      CHECK(b.momentum < 1e-6);
-      CHECK(b.moment < 1e-6);
-      // Impulses of a smooth time step are extrapolated in forces and not in events: the difference is what a step may be off,
-      // 1e-6 of the scale each, some hundreds of them.
-      CHECK(b.impulses < 1e-3);
-    }
+    CHECK(b.momentum < 1e-6);
+    CHECK(b.moment < 1e-6);
+    // Impulses of a smooth time step are extrapolated in forces and not in events: the difference is what a step may be off,
+    // 1e-6 of the scale each, some hundreds of them.
+    CHECK(b.impulses < 1e-3);
     CHECK(b.out_of_turn == 0);
     const auto told =
         std::ranges::find_if(run.notes, [](const auto& n) { return n.starts_with("time stepping"); });

@@ -190,11 +190,11 @@ TEST_CASE("snapshots: what does not belong is refused, and nothing is touched", 
     CAPTURE(flipped.substr(0, body));
     CHECK_THROWS_AS(Snapshot::read(file), SnapshotError);
   }
-  const std::string version = "freeplay snapshot 1 ";
+  const std::string version = "freeplay snapshot 2 ";
   REQUIRE(whole.starts_with(version));
-  read_refused("freeplay snapshot 2 " + whole.substr(version.size()),
-               "is a snapshot of version 2; this program reads version 1");
-  read_refused("freeplay checkpoint 1 " + whole.substr(version.size()), "is no snapshot of freeplay");
+  read_refused("freeplay snapshot 1 " + whole.substr(version.size()),
+               "is a snapshot of version 1; this program reads version 2");
+  read_refused("freeplay checkpoint 2 " + whole.substr(version.size()), "is no snapshot of freeplay");
   read_refused("t,x,y\n0,0,0\n", "is no snapshot of freeplay");
   CHECK_THROWS_WITH(Snapshot::read(folder.path()), Contains("is a folder, not a file"));
   CHECK_THROWS_WITH(Snapshot::read(folder.path() / "none"), Contains("none"));

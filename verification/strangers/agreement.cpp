@@ -163,9 +163,7 @@ std::optional<std::string> coarser(Subject& s) {
   const auto found = look(scene, s.way, {.until = until, .at = r.at.t});
   // That run's own notes count, not those of the one that is judged.
   for (const auto& note : found.result.notes)
-    if (note.starts_with("DOUBTFUL") || note.find(paradox) != note.npos ||
-        note.find("decided together") != note.npos)
-      return {};
+    if (note.starts_with("DOUBTFUL") || note.find(paradox) != note.npos) return {};
   // Where it handed over to time stepping that has a tolerance of its own.
   const double least = found.result.work.handovers > 0 ? scene.nonsmooth.step_tolerance : s.tolerance();
   return off_reference(found, r, allowed(s, std::max(tolerance, least)), reached(found));

@@ -161,7 +161,8 @@ std::optional<std::string> times(Subject& s) {
   const double end = run.t_end * (1 + 1e-12), step = s.way.stepped ? *s.scene.nonsmooth.step : 0;
   double before = 0, unsure = 0;
   for (const auto& e : run.events) {
-    if (!(e.t >= 0 && e.t <= end))
+    // The end of an accumulation of impacts may lie behind the instant at which a run stops.
+    if (!(e.t >= 0 && e.t - e.t_uncertainty <= end))
       return fmt::format("an event of {} at {:.6g} s, the run ends at {:.6g} s", e.joint, e.t, run.t_end);
     unsure = std::max(unsure, e.t_uncertainty);
     if (!(e.t >= before - step - unsure - 1e-12 * end))

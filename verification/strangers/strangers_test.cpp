@@ -49,7 +49,7 @@ TEST_CASE("strangers that once were silently wrong, or refused for the program's
       {1, 219, "event-driven"},
       {1, 387, "event-driven"},
       {1, 493, "event-driven"},
-      {1, 2170, "event-driven"},
+      {1, 2170, "automatic"},
       {77, 398, "event-driven"},
   }));
   const auto stranger = draw(seed, index);

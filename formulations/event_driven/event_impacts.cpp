@@ -1,0 +1,175 @@
+#include "formulations/event_driven/event_impacts.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace freeplay {
+namespace {
+
+bool contains(const std::vector<int>& list, int k) { return std::ranges::find(list, k) != list.end(); }
+
+/// A bounce not higher than this (m) is over.
+double least_bounce(const EventDynamics& d, int k, const std::vector<double>& x) {
+  return std::max(1e-9 * d.system().contact_facts(k).clearance, 1e3 * gap_rounding(d.system(), k, x.data()));
+}
+
+}  // namespace
+
+EventImpacts::EventImpacts(int contacts, double position_error) : position_error_(position_error) {
+  for (auto* x : {&rate_, &sliding_, &ending_}) x->resize(static_cast<std::size_t>(contacts));
+}
+
+std::vector<int> EventImpacts::touching(EventDynamics& d, const Vector& x, double t, const ModeEvent& event) {
+  const double* v = x.data() + d.system().n();
+  std::vector<int> list;
+  for (int k = 0; k < d.system().contacts(); ++k) {
+    const auto& row = d.look(k, x, t);
+    rate_[k] = row.normal.dot(v);
+    sliding_[k] = row.tangent.dot(v);
+    ending_[k] = 0;
+    const bool here = event.kind == ModeEvent::Kind::gap && event.index == k;
+    const double near = std::max({1e-10 * d.system().contact_facts(k).clearance, position_error_,
+                                  8 * gap_rounding(d.system(), k, x.data())}) +
+                        1e-14 * d.system().longest_arm();
+    // What leaves takes part where contacts strike each other to and fro at one instant: without approach it is only
+    // kept from approaching.
+    const bool crowded = crowd_ >= 8;
+    if (d.contacts()[k].closed || here ||
+        (row.normal.size > 0 && row.gap <= near && (crowded || rate_[k] <= d.speed_tolerance())))
+      list.push_back(k);
+  }
+  return list;
+}
+
+std::string EventImpacts::solve(EventDynamics& d, Vector& x, double t, const ModeEvent& event,
+                                std::vector<int>& touching, EventPace& pace, EventFindings& findings,
+                                WatchedForces& forces) {
+  thrown_.clear();
+  const double tiny = d.speed_tolerance();
+  const auto& system = d.system();
+  const double* v = x.data() + system.n();
+  std::vector<int> approaching;
+  std::ranges::copy_if(touching, std::back_inserter(approaching), [&](int k) { return rate_[k] < -tiny; });
+  if (approaching.empty()) return stay(d, x, t, event, touching);
+  // In impact at once with the one whose gap came to zero.
+  if (touching.size() > 1)
+    for (const int k : approaching)
+      if (!d.contacts()[k].closed) findings.merged = std::max(findings.merged, std::abs(d.look(k, x, t).gap));
+  crowd_ = t - last_ <= pace.instant() ? crowd_ + 1 : 0;
+  last_ = t;
+  const auto before = x;
+  const double loss_before = d.contact_loss;
+  EventFindings::Unloaded unloaded_ones;
+  const auto strike = [&](const std::vector<int>& soft) {
+    auto reason = d.strike(x, t, touching, soft);
+    if (!reason.empty()) return reason;
+    unloaded_ones = unloaded(d, t, event, touching);
+    forces.strike(d, x, touching);
+    return reason;
+  };
+  if (auto reason = strike({}); !reason.empty()) return reason;
+  const auto leaving = [&](int k) { return d.look(k, x, t).normal.dot(v) > tiny; };
+  auto staying = touching;
+  std::erase_if(staying, leaving);
+  if (auto reason = pace.impact(t, approaching); !reason.empty()) return reason;
+  findings.most_kinetic = std::max(findings.most_kinetic, system.kinetic(v));
+  std::vector<int> over;
+  // One pass, or, where contacts throw each other off, until no more of them is over.
+  for (std::size_t round = 0; round <= touching.size(); ++round) {
+    const auto known = over.size();
+    thrown_.clear();
+    if (auto reason = end_bounces(d, x, t, touching, staying, over); !reason.empty()) return reason;
+    if (over.size() == known) break;
+    x = before;
+    d.contact_loss = loss_before;
+    if (auto reason = strike(over); !reason.empty()) return reason;
+    staying = touching;
+    std::erase_if(staying, leaving);
+    if (touching.size() < 3) break;
+  }
+  forces.keep_strike();
+  if (findings.unloaded.count == 0) findings.unloaded = unloaded_ones;
+  const double kinetic = system.kinetic(before.data() + system.n());
+  if (d.struck_inelastic()) findings.inelastic.take(kinetic - system.kinetic(v));
+  d.extremes.count_gain(d.impact_gain(), kinetic, 1e-12);
+  for (const int k : thrown_)
+    if (!contains(staying, k)) staying.push_back(k);
+  std::ranges::sort(staying);
+  touching = staying;
+  return "";
+}
+
+/// Without an impact: what was closed does not leave by its drift, but by its force.
+std::string EventImpacts::stay(EventDynamics& d, const Vector& x, double t, const ModeEvent& event,
+                               std::vector<int>& touching) const {
+  const auto held = [&](int k) {
+    return d.contacts()[k].closed && !(event.kind == ModeEvent::Kind::force && event.index == k);
+  };
+  std::erase_if(touching, [&](int k) { return rate_[k] > d.speed_tolerance() && !held(k); });
+  // One whose gap closed within rounding while it opened: if what it does is no bounce, it has not left.
+  const int k = event.kind == ModeEvent::Kind::gap ? event.index : -1;
+  if (k < 0 || contains(touching, k)) return "";
+  if (auto reason = d.choose(x, t, touching); !reason.empty() && !d.jammed()) return reason;
+  const double g = d.jammed() ? 0 : d.gap_acceleration(k, x, t), u = rate_[k];
+  if (g < 0 && 0.5 * u * u / -g <= least_bounce(d, k, x)) touching.push_back(k);
+  std::ranges::sort(touching);
+  return "";
+}
+
+/// Of the contacts in impact that leave again, those whose bounces are over, with the time left in ending_.
+std::string EventImpacts::end_bounces(EventDynamics& d, const Vector& x, double t,
+                                      const std::vector<int>& struck, const std::vector<int>& staying,
+                                      std::vector<int>& over) {
+  auto held = staying;
+  decided_ = staying;
+  // What is held to stay may press others to stay, as a peg presses a wall that alone carries nothing: until none is added.
+  for (std::size_t round = 0; round < struck.size(); ++round) {
+    bool chosen = false, added = false;
+    for (const int k : struck) {
+      if (contains(held, k)) continue;
+      const double u = d.look(k, x, t).normal.dot(x.data() + d.system().n());
+      // What had its impact without restitution already, and leaves still, is thrown off by its neighbours.
+      const bool bounced = rate_[k] < -d.speed_tolerance() && !contains(over, k);
+      const double e = bounced ? u / -rate_[k] : 0;
+      if (!(e < 1)) continue;
+      if (!chosen)
+        if (auto reason = d.choose(x, t, decided_); !reason.empty())
+          return d.jammed() ? "" : reason;  // locked up: nothing is known of what would press, and no bounce ends here
+      chosen = true;
+      const double g = d.gap_acceleration(k, x, t);
+      if (!(g < 0) || 0.5 * u * u / -g > least_bounce(d, k, x)) continue;
+      (bounced ? over : thrown_).push_back(k);
+      ending_[k] = bounced ? 2 * u / -g / (1 - e) : 0;
+      held.push_back(k);
+      added = true;
+    }
+    if (!added) break;
+    std::ranges::sort(held);
+    decided_ = held;
+  }
+  return "";
+}
+
+/// Of the contacts of the last strike those that neither approached nor bore a load before it, and have an impulse in it. An
+/// impact without them would leave them approaching: whether their gaps are zero decides the motion.
+EventFindings::Unloaded EventImpacts::unloaded(const EventDynamics& d, double t, const ModeEvent& event,
+                                               const std::vector<int>& struck) const {
+  double greatest = 0;
+  for (const int k : struck) greatest = std::max(greatest, std::abs(rate_[k]));
+  EventFindings::Unloaded found;
+  for (std::size_t i = 0; i < struck.size(); ++i) {
+    const int k = struck[i];
+    const bool located = event.kind == ModeEvent::Kind::gap && event.index == k;
+    if (d.contacts()[k].closed || located || rate_[k] < -d.speed_tolerance() ||
+        d.struck_rate(i) <= 1e-9 * greatest)
+      continue;
+    if (found.count++ == 0) {
+      found.contact = k;
+      found.t = t;
+    }
+    found.gap = std::max(found.gap, std::abs(d.contacts()[k].row.gap));
+  }
+  return found;
+}
+
+}  // namespace freeplay

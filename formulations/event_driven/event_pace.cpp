@@ -1,0 +1,75 @@
+#include "formulations/event_driven/event_pace.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace freeplay {
+
+void EventPace::quicken(double time_scale) {
+  time_scale_ = std::min(time_scale_, time_scale);
+  span_ = 0.1 * time_scale_;
+}
+
+std::string EventPace::too_many(std::string what) {
+  exceeded_ = true;
+  return what;
+}
+
+/// A thousand events in next to no time, or some ten thousands in a small part of the time in which anything moves, are no
+/// motion that the scheme can follow.
+std::string EventPace::event(double t) {
+  constexpr long window = 10'000, most = 3;
+  if (++events_ % 1000 == 0) {
+    if (t - thousand_since_ < 1e-3 * time_scale_)
+      return too_many(fmt::format(
+          "1000 impacts and changes of contact within {:.2g} s: they follow each other too fast to be told one by one",
+          t - thousand_since_));
+    thousand_since_ = t;
+  }
+  if (events_ % window != 0) return "";
+  const double passed = t - window_since_;
+  window_since_ = t;
+  slow_windows_ = passed < 0.2 * time_scale_ ? slow_windows_ + 1 : 0;
+  if (slow_windows_ < most) return "";
+  return too_many(fmt::format(
+      "the last {} impacts and changes of contact took {:.2g} s; at this pace {:.2g} of them make a second: more than "
+      "can be told one by one",
+      window, passed, static_cast<double>(window) / passed));
+}
+
+/// Modes that change again and again, faster than anything moves, are no sequence of events.
+std::string EventPace::mode_change(double t) {
+  constexpr int most = 16;
+  if (changes_ == 0 || t - changes_since_ > 1e-6 * time_scale_) {
+    changes_ = 0;
+    changes_since_ = t;
+  }
+  return ++changes_ < most ? "" : too_many("modes of contact change again and again");
+}
+
+/// One contact alone has an end that is known exactly; several may throw each other to and fro for ever.
+std::string EventPace::impact(double t, const std::vector<int>& approaching) {
+  constexpr int most = 100;
+  if (t - impacts_since_ > span_) {
+    impacts_ = 0;
+    impacts_since_ = t;
+    first_ = -1;
+    several_ = false;
+  }
+  for (const int k : approaching) {
+    if (first_ < 0) first_ = k;
+    several_ = several_ || k != first_;
+  }
+  return ++impacts_ >= most && several_ ? too_many("contacts kick each other too fast to be told one by one")
+                                        : "";
+}
+
+void EventPace::restart() {
+  events_ = impacts_ = changes_ = slow_windows_ = 0;
+  first_ = -1;
+  several_ = exceeded_ = false;
+  thousand_since_ = window_since_ = impacts_since_ = changes_since_ = -INFINITY;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,66 @@
+// Forces of an event-driven run, while somebody watches them: by another of its dynamics, so that watching moves no digit of
+// the motion.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "formulations/event_driven/event_dynamics.hpp"
+#include "formulations/probe.hpp"
+
+namespace freeplay {
+
+class WatchedForces {
+ public:
+  void watch(bool on, const EventDynamics& dynamics) {
+    watching_ = on;
+    if (on && !probe_) make_probe(dynamics);
+  }
+  bool watching() const { return watching_; }
+  /// Before a step.
+  void clear() {
+    if (!watching_) return;
+    before_.clear();
+    within_.clear();
+  }
+  void clear_before() {
+    if (watching_) before_.clear();
+  }
+  /// At x in the mode of the last step, which lasts until the next one begins.
+  void at(const EventDynamics& dynamics, const std::vector<double>& x, double t, Forces& out) {
+    probe_->take_mode(dynamics);
+    probe_->report(x, t, out);
+  }
+  /// Impulses of an impact, before they are known to stand.
+  void strike(EventDynamics& dynamics, const std::vector<double>& x, const std::vector<int>& struck) {
+    if (watching_) dynamics.report_strike(x, struck, strike_);
+  }
+  void keep_strike() {
+    if (watching_) before_.add(1, strike_);
+  }
+  /// What takes the impulses of projections before a step and within it; null while nobody watches.
+  Forces* impulses_before() { return watching_ ? &before_ : nullptr; }
+  Forces* impulses_within() { return watching_ ? &within_ : nullptr; }
+  const Forces& before() const { return before_; }
+  const Forces& within() const { return within_; }
+  Forces& scratch() { return scratch_; }
+  /// Instants at which no forces were found.
+  long unreported() const { return probe_ ? probe_->unreported : 0; }
+
+  template <class M>
+  void remember(M& m, const EventDynamics& dynamics) {
+    remember_probe(m, probe_, watching_, [&] { make_probe(dynamics); });
+  }
+
+ private:
+  void make_probe(const EventDynamics& dynamics) {
+    probe_ = dynamics.twin();
+    before_ = within_ = strike_ = scratch_ = dynamics.system().make_forces();
+  }
+
+  bool watching_ = false;
+  std::unique_ptr<EventDynamics> probe_;  // made when forces are first watched
+  Forces before_, within_, strike_, scratch_;
+};
+
+}  // namespace freeplay
