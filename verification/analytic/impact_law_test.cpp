@@ -11,7 +11,7 @@
 #include "mechanism/scene.hpp"
 #include "verification/references/impact_tables.hpp"
 #include "verification/references/loose_guide.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

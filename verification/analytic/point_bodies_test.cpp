@@ -15,7 +15,7 @@
 #include "mechanism/scene.hpp"
 #include "verification/references/cooper_verner.hpp"
 #include "verification/references/pendulum.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -5,7 +5,7 @@
 #include "mechanism/scene.hpp"
 #include "verification/references/block_on_slope.hpp"
 #include "verification/references/bouncing_ball.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

@@ -8,7 +8,7 @@
 #include "verification/claims/claim.hpp"
 #include "verification/claims/force_claims.hpp"
 #include "verification/references/cam_follower.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification {
 namespace {

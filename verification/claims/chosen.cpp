@@ -6,10 +6,10 @@
 
 #include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
-#include "verification/handovers.hpp"
-#include "verification/piles.hpp"
 #include "verification/references/bouncing_ball.hpp"
-#include "verification/support.hpp"
+#include "verification/support/handovers.hpp"
+#include "verification/support/piles.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification {
 namespace {

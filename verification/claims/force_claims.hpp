@@ -10,7 +10,7 @@
 #include "verification/claims/claim.hpp"
 #include "verification/claims/force_balance.hpp"
 #include "verification/references/slider_crank_forces.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification::force_claims {
 

@@ -10,7 +10,7 @@
 #include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/gears.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification::gear_claims {
 

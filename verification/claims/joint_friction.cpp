@@ -12,7 +12,7 @@
 #include "verification/claims/claim.hpp"
 #include "verification/references/four_bar_friction.hpp"
 #include "verification/references/joint_friction.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification {
 namespace {

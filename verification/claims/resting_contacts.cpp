@@ -9,7 +9,7 @@
 #include "facade/simulation.hpp"
 #include "mechanism/mechanism.hpp"
 #include "verification/claims/equilibrium_claims.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification::equilibrium_claims {
 

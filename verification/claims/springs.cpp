@@ -7,7 +7,7 @@
 #include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/springs.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification {
 namespace {

@@ -8,7 +8,7 @@
 #include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/throw_at_peg.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification {
 namespace {

@@ -10,9 +10,9 @@
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
 #include "values/memory.hpp"
-#include "verification/handovers.hpp"
-#include "verification/piles.hpp"
-#include "verification/support.hpp"
+#include "verification/support/handovers.hpp"
+#include "verification/support/piles.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

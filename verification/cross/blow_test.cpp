@@ -8,7 +8,7 @@
 #include "facade/simulation.hpp"
 #include "formulations/contact/contact_law.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -6,7 +6,7 @@
 #include "verification/references/block_on_slope.hpp"
 #include "verification/references/bouncing_ball.hpp"
 #include "verification/references/pendulum.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

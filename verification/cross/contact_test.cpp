@@ -9,7 +9,7 @@
 #include "mechanism/scene.hpp"
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/references/impact_tables.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

@@ -11,7 +11,7 @@
 #include "facade/simulation.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/references/curve_shapes.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

@@ -8,7 +8,7 @@
 #include "facade/simulation.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/instrument.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

@@ -12,7 +12,7 @@
 #include "formulations/integrators/odeint_memory.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/observer.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -10,9 +10,9 @@
 
 #include "formulations/contact/contact_problem.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/piles.hpp"
-#include "verification/random_contact.hpp"
-#include "verification/support.hpp"
+#include "verification/support/piles.hpp"
+#include "verification/support/random_contact.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

@@ -15,8 +15,8 @@
 #include "simulation/statistics.hpp"
 #include "simulation/trajectory.hpp"
 #include "values/snapshot.hpp"
-#include "verification/piles.hpp"
-#include "verification/support.hpp"
+#include "verification/support/piles.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::snapshots {
 

@@ -10,7 +10,7 @@
 #include "facade/simulation.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/observer.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using std::numbers::pi;

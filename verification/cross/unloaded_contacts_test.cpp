@@ -14,7 +14,7 @@
 #include "mechanism/scene.hpp"
 #include "verification/cross/snapshot_check.hpp"
 #include "verification/references/bead_column.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -12,7 +12,7 @@
 #include "io/files/csv.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/statistics.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

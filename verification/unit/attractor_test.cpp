@@ -12,7 +12,7 @@
 
 #include "study/attractors/attractor_table.hpp"
 #include "verification/references/bouncing_on_table.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

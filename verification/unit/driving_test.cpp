@@ -17,7 +17,7 @@
 #include "mechanism/scene.hpp"
 #include "numerics/spline.hpp"
 #include "simulation/observer.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

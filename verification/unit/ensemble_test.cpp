@@ -13,7 +13,7 @@
 #include "study/partition/divided_ensemble.hpp"
 #include "study/partition/merge.hpp"
 #include "study/partition/shard.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

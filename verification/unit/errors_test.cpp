@@ -17,7 +17,7 @@
 #include "mechanism/scene.hpp"
 #include "study/runs/case_run.hpp"
 #include "study/settings/study.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

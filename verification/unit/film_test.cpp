@@ -11,7 +11,7 @@
 #include "dynamics/system.hpp"
 #include "facade/simulation.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

@@ -16,7 +16,7 @@
 #include "io/files/output_file.hpp"
 #include "mechanism/error.hpp"
 #include "study/sweep/sweep.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -12,7 +12,7 @@
 #include "io/scene/write_scene.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/cross/snapshot_check.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -11,7 +11,7 @@
 #include "io/files/run_json.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/references/hertz_impact.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -10,7 +10,7 @@
 #include "mechanism/laws.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/references/delivered_restitution.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

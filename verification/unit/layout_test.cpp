@@ -8,7 +8,7 @@
 #include "cli/wrapped.hpp"
 #include "mechanism/scene.hpp"
 #include "study/comparison/compare.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

@@ -19,7 +19,7 @@
 #include "freeplay.hpp"
 #include "io/files/output_file.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

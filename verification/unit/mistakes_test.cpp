@@ -3,7 +3,7 @@
 
 #include <fstream>
 
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

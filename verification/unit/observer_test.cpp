@@ -8,7 +8,7 @@
 #include "io/files/output_file.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/trajectory.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

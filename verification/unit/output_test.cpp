@@ -14,7 +14,7 @@
 #include "simulation/instrument.hpp"
 #include "simulation/statistics.hpp"
 #include "study/comparison/compare.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -14,8 +14,8 @@
 #include "io/scene/schema.hpp"
 #include "io/scene/write_scene.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/piles.hpp"
-#include "verification/support.hpp"
+#include "verification/support/piles.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -8,7 +8,7 @@
 
 #include "io/scene/write_scene.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -9,7 +9,7 @@
 #include "io/scene/schema.hpp"
 #include "mechanism/scene.hpp"
 #include "study/calibration/calibrate.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -11,7 +11,7 @@
 #include "io/scene/schema.hpp"
 #include "io/scene/write_scene.hpp"
 #include "mechanism/magnitude.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -14,7 +14,7 @@
 #include "mechanism/scene.hpp"
 #include "study/runs/section_run.hpp"
 #include "verification/references/bouncing_on_table.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

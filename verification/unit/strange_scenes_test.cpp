@@ -12,7 +12,7 @@
 #include "io/scene/pose_file.hpp"
 #include "mechanism/scene.hpp"
 #include "study/runs/case_run.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -14,7 +14,7 @@
 #include "mechanism/error.hpp"
 #include "study/settings/provenance.hpp"
 #include "study/sweep/sweep.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

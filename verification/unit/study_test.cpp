@@ -18,7 +18,7 @@
 #include "study/runs/case_run.hpp"
 #include "study/runs/perturb.hpp"
 #include "study/sweep/intervals.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -20,7 +20,7 @@
 #include "io/scene/schema.hpp"
 #include "io/scene/toml_value.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -11,7 +11,7 @@
 #include "formulations/contact/contact_problem.hpp"
 #include "io/files/output_file.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 
