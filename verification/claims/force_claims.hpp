@@ -57,7 +57,7 @@ Result run(const Scene& scene, Family family, std::vector<Observer*> observers,
 
 /// A run by its files. Throws when it does not finish.
 struct Files {
-  Table trajectory, forces;
+  test::Columns trajectory, forces;
   Result result;
   Layout layout;
 };
