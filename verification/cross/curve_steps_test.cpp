@@ -63,30 +63,10 @@ start = "assembled"
 
 /// A rotor (J, kg m²) at 10 rad/s at the start, and a follower (m, kg) at a curve of its angle; `more`: other tables.
 std::string follower(double J, double m, const std::string& more, const std::string& curve) {
-  return fmt::format(R"(
-[bodies.rotor]
-mass = 1.0
-inertia = {}
-angular_velocity = 10.0
-[bodies.follower]
-mass = {}
-inertia = 1e-4
-[joints.shaft]
-type = "revolute"
-between = ["ground", "rotor"]
-[joints.guide]
-type = "translational"
-between = ["ground", "follower"]
-axis = [0, 1]
-[drives.cam]
-joint = "guide"
-position = "lift"
-of = "shaft"
-{}
-[curves.lift]
-{}
-)",
-                     J, m, more, curve);
+  return test::body("rotor", 1, J, "angular_velocity = 10.0\n") + test::body("follower", m, 1e-4) +
+         test::pin("shaft", "ground", "rotor") + test::guide("guide", "ground", "follower", {0, 1}) +
+         "[drives.cam]\njoint = \"guide\"\nposition = \"lift\"\nof = \"shaft\"\n" + more +
+         "\n[curves.lift]\n" + curve + "\n";
 }
 constexpr const char* motor = R"(
 [drives.motor]

@@ -17,6 +17,7 @@
 #include "mechanism/scene.hpp"
 #include "study/runs/case_run.hpp"
 #include "study/settings/study.hpp"
+#include "verification/support/scene_text.hpp"
 #include "verification/support/support.hpp"
 #include "verification/support/texts.hpp"
 
@@ -42,22 +43,9 @@ std::string utf8(unsigned code) {
 
 /// A rod between two pins of the ground that are `apart` from each other.
 std::string rod(double length, double apart) {
-  return fmt::format(R"([bodies.rod]
-mass = 1
-inertia = 0.01
-position = [0.1, 0.02]
-[joints.left]
-type = "revolute"
-between = ["ground", "rod"]
-at = [[0, 0], [{0}, 0]]
-[joints.right]
-type = "revolute"
-between = ["ground", "rod"]
-at = [[{1}, 0], [{2}, 0]]
-[run]
-duration = 1
-)",
-                     -length / 2, apart, length / 2);
+  return test::body("rod", 1, 0.01, "position = [0.1, 0.02]\n") +
+         test::pin("left", "ground", "rod", {}, {-length / 2, 0}) +
+         test::pin("right", "ground", "rod", {apart, 0}, {length / 2, 0}) + test::run_for(1);
 }
 
 std::string not_assembled(const std::string& text) {
@@ -195,33 +183,12 @@ TEST_CASE("what cannot be closed is told by the joint and the distance of the be
               "joints.right: cannot be closed: in the best pose found it stays open by 0.35 m, \"left\" by 0.35 m"));
   // A crank that its drive holds where the rod does not reach: the joints are named, and what the drive would have to do.
   const auto driven = [](double angle) {
-    return fmt::format(R"([bodies.crank]
-mass = 1
-inertia = 0.01
-[bodies.rod]
-mass = 1
-inertia = 0.01
-position = [0.5, 0.1]
-[joints.axle]
-type = "revolute"
-between = ["ground", "crank"]
-at = [[0, 0], [-0.5, 0]]
-[joints.pin]
-type = "revolute"
-between = ["crank", "rod"]
-at = [[0.5, 0], [-0.5, 0]]
-[joints.anchor]
-type = "revolute"
-between = ["ground", "rod"]
-at = [[1.5, 0], [0.5, 0]]
-[drives.motor]
-joint = "axle"
-speed = 0
-initial_angle = {}
-[run]
-duration = 1
-)",
-                       angle);
+    return test::body("crank", 1, 0.01) + test::body("rod", 1, 0.01, "position = [0.5, 0.1]\n") +
+           test::pin("axle", "ground", "crank", {}, {-0.5, 0}) +
+           test::pin("pin", "crank", "rod", {0.5, 0}, {-0.5, 0}) +
+           test::pin("anchor", "ground", "rod", {1.5, 0}, {0.5, 0}) +
+           fmt::format("[drives.motor]\njoint = \"axle\"\nspeed = 0\ninitial_angle = {}\n", angle) +
+           test::run_for(1);
   };
   // The pin is 1 m from the anchor where (1.5 − cos θ)² + sin² θ = 1, at cos θ = 3/4.
   CHECK(not_assembled(driven(std::acos(0.75))) == "accepted");

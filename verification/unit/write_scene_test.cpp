@@ -44,15 +44,13 @@ bool same_bits(double a, double b) {
 }
 
 /// Studies lie beside the scenes; they have no bodies.
-bool is_scene(const std::filesystem::path& file) {
-  return test::file_text(file).find("[bodies.") != std::string::npos;
-}
-
 std::vector<std::filesystem::path> all_scenes() {
   std::vector<std::filesystem::path> list;
   for (const auto* folder : {"cases", "verification/scenes"})
     for (const auto& entry : std::filesystem::recursive_directory_iterator(test::source_folder() / folder))
-      if (entry.path().extension() == ".toml" && is_scene(entry.path())) list.push_back(entry.path());
+      if (entry.path().extension() == ".toml" &&
+          test::file_text(entry.path()).find("[bodies.") != std::string::npos)
+        list.push_back(entry.path());
   return list;
 }
 
