@@ -18,7 +18,7 @@
 #include "io/files/run_json.hpp"
 #include "plots/drawing/figure.hpp"
 #include "verification/extremes/extremes.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::cli {
 

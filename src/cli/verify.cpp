@@ -18,7 +18,7 @@
 #include "mechanism/error.hpp"
 #include "plots/drawing/figure.hpp"
 #include "verification/claims/claim.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::cli {
 namespace {

@@ -20,7 +20,7 @@
 #include "study/runs/ideal_turn.hpp"
 #include "study/sweep/intervals.hpp"
 #include "verification/references/slider_crank.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -4,7 +4,7 @@
 #include "formulations/make.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification {
 namespace {

@@ -10,7 +10,7 @@
 #include "verification/claims/claim.hpp"
 #include "verification/references/four_bar_pose.hpp"
 #include "verification/references/pendulum.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification {
 namespace {

@@ -8,7 +8,8 @@
 #include "verification/claims/claim.hpp"
 #include "verification/claims/force_claims.hpp"
 #include "verification/references/cam_follower.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/ways.hpp"
 
 namespace freeplay::verification {
 namespace {
@@ -16,16 +17,9 @@ namespace {
 using force_claims::find;
 
 constexpr double step = 1e-5;  // s, of time steps
-struct Way {
-  const char* name;
-  Family family = Family::nonsmooth;
-  std::optional<Scheme> scheme = {};
-  bool stepped() const { return scheme == Scheme::moreau_jean; }
-};
-constexpr Way penalty{"penalty", Family::penalty},
-    event_driven{"event-driven", Family::nonsmooth, Scheme::event_driven},
-    automatic{"automatic", Family::nonsmooth, Scheme::automatic},
-    moreau{"Moreau–Jean at 1e-5 s", Family::nonsmooth, Scheme::moreau_jean};
+using test::Way;
+const Way ways[] = {test::penalty, test::event_driven, test::automatic,
+                    test::fixed_steps(step, "Moreau–Jean at 1e-5 s")};
 
 /// An eccentric cam at `speed`, the follower above it at rest on its lowest place; `profile` and `friction` as keys.
 Scene scene_of(const reference::EccentricCam& c, double speed, double turns, const std::string& follower,
@@ -77,8 +71,7 @@ start = "given"
                                        speed, c.mass, height, friction, follower, profile, height + 0.5,
                                        c.stiffness, -(c.preload - c.mass * gravity), turns),
                            "cam");
-  scene.nonsmooth.scheme = way.scheme;
-  if (way.stepped()) scene.nonsmooth.step = step;
+  way.choose(scene);
   return scene;
 }
 std::string eccentric(double e) {
@@ -104,17 +97,16 @@ Off off(const Scene& scene, const Way& way, double speed, Force force, Torque to
   listener.want.forces = true;
   listener.on_step = [&](const Step& s) {
     // Steps start from rest on the cam; a contact that is laid down oscillates on its stiffness first. The last may be short.
-    if (way.family == Family::penalty && speed * s.t0 < 0.5 * M_PI) return;
-    if (way.stepped() && (s.t0 < 1.5 * step || s.t1 > scene.run.duration - 1.5 * step)) return;
-    const double t = way.stepped() ? 0.5 * (s.t0 + s.t1) : s.t1, phi = speed * t;
+    if (way.penalty() && speed * s.t0 < 0.5 * M_PI) return;
+    if (way.fixed() && (s.t0 < 1.5 * step || s.t1 > scene.run.duration - 1.5 * step)) return;
+    const double t = way.fixed() ? 0.5 * (s.t0 + s.t1) : s.t1, phi = speed * t;
     s.forces(t, now);
     most_force = greatest(most_force, std::abs(force(phi)));
     most_torque = greatest(most_torque, std::abs(torque(phi)));
     sum.force = greatest(sum.force, std::abs(now.elements[lobe].fn - force(phi)));
     sum.torque = greatest(sum.torque, std::abs(now.elements[motor].m - torque(phi)));
   };
-  const auto result = simulation.run({.observers = {&listener}});
-  if (result.ending.status != Ending::Status::finished) throw std::runtime_error(result.ending.reason);
+  const auto result = test::finished(simulation, {&listener});
   return {sum.force / most_force, sum.torque / most_torque};
 }
 
@@ -130,8 +122,7 @@ double height(const Scene& scene, const reference::EccentricCam& c, double speed
     s.state(s.t1, q, v);
     most = greatest(most, q[4] - c.radius - c.lift(speed * s.t1));
   };
-  const auto result = simulation.run({.observers = {&listener}});
-  if (result.ending.status != Ending::Status::finished) throw std::runtime_error(result.ending.reason);
+  const auto result = test::finished(simulation, {&listener});
   return most;
 }
 
@@ -150,8 +141,8 @@ void forces(Findings& f) {
               o.force, bound, source, reason);
     f.at_most("its cam's torque, likewise", "", o.torque, bound, source, reason);
   };
-  for (const auto& way : {penalty, event_driven, automatic, moreau}) {
-    const bool soft = way.family == Family::penalty, rough = way.stepped();
+  for (const auto& way : ways) {
+    const bool soft = way.penalty(), rough = way.fixed();
     const double bound = soft ? 0.02 : rough ? 2e-3 : 1e-7;
     const char* reason =
         soft    ? "contact of 1e-6 m by 1e-2 m of lift, and what its oscillation leaves after a quarter turn"
@@ -188,18 +179,17 @@ void jumps(Findings& f) {
   const double R = 0.03;
   const reference::EccentricCam c{0.01, 0.2, 800, 11.962, R};
   const double jump = c.jump_speed();
-  for (const auto& way : {penalty, event_driven, automatic, moreau}) {
+  for (const auto& way : ways) {
     const auto losses = [&](double share, double from = 0.5 * M_PI) {
       const auto run =
-          test::simulate(scene_of(c, share * jump, 3, flat, R, eccentric(0.01), way), way.family);
-      if (run.ending.status != Ending::Status::finished) throw std::runtime_error(run.ending.reason);
+          test::finished(scene_of(c, share * jump, 3, flat, R, eccentric(0.01), way), way.family);
       std::vector<double> angles;
       for (const auto& e : run.events)
         if (e.kind == EventKind::separation && e.crank_angle > from) angles.push_back(e.crank_angle);
       return angles;
     };
-    const bool soft = way.family == Family::penalty;
-    if (way.stepped())
+    const bool soft = way.penalty();
+    if (way.fixed())
       // What is pressed drifts off by an error of third order a step, until that is more than the force takes back.
       f.at_most(
           fmt::format("at 0.98 of the jump speed, greatest height over the cam in 3 turns, {}", way.name),
@@ -211,33 +201,32 @@ void jumps(Findings& f) {
                       way.name),
           "", static_cast<double>(losses(0.98).size()), 0, source,
           "the least force is 4 % of the preload's and the spring's sum still");
-    const auto angles = losses(1.02, way.stepped() ? c.lost_at(1.02 * jump) - 0.01 : 0.5 * M_PI);
+    const auto angles = losses(1.02, way.fixed() ? c.lost_at(1.02 * jump) - 0.01 : 0.5 * M_PI);
     f.within(fmt::format("at 1.02 of it, cam angle of the first loss, {}{}", way.name,
-                         way.stepped() ? ", but for hops of a step before" : ""),
+                         way.fixed() ? ", but for hops of a step before" : ""),
              "rad", angles.empty() ? NAN : angles.front(), c.lost_at(1.02 * jump),
-             soft            ? 0.05
-             : way.stepped() ? 0.01
-                             : 1e-6,
+             soft          ? 0.05
+             : way.fixed() ? 0.01
+                           : 1e-6,
              source,
-             soft            ? "unloading a contact of 5e3/s takes 2e-4 s, twice"
-             : way.stepped() ? "h ω = 1.2e-3 rad, and the force is first order"
-                             : "tolerance 1e-10, and a force that falls by 3e3 N/s");
+             soft          ? "unloading a contact of 5e3/s takes 2e-4 s, twice"
+             : way.fixed() ? "h ω = 1.2e-3 rad, and the force is first order"
+                           : "tolerance 1e-10, and a force that falls by 3e3 N/s");
   }
   // cases/cam-follower: well above it.
   const double speed = 1300 * 2 * M_PI / 60;
   const auto landing = c.landing(speed);
-  for (const auto& way : {penalty, event_driven, automatic, moreau}) {
-    const auto run = test::simulate(scene_of(c, speed, 1, flat, R, eccentric(0.01), way), way.family);
-    if (run.ending.status != Ending::Status::finished) throw std::runtime_error(run.ending.reason);
-    const bool soft = way.family == Family::penalty;
-    const double off = soft ? 1e-3 : way.stepped() ? 3e-4 : 1e-7;
+  for (const auto& way : ways) {
+    const auto run = test::finished(scene_of(c, speed, 1, flat, R, eccentric(0.01), way), way.family);
+    const bool soft = way.penalty();
+    const double off = soft ? 1e-3 : way.fixed() ? 3e-4 : 1e-7;
     const char* reason = soft ? "as it leaves 0.05 rad late at the most, with 1e-3 of its speed more or less"
-                         : way.stepped() ? "leaves a step late, 1e-3 rad; lands in whole steps"
-                                         : "tolerance 1e-10";
+                         : way.fixed() ? "leaves a step late, 1e-3 rad; lands in whole steps"
+                                       : "tolerance 1e-10";
     double t = NAN, rate = NAN;
     for (const auto& e : run.events)
       if (e.kind != EventKind::separation && e.crank_angle > 0.5 * M_PI &&
-          !(way.stepped() && e.v_n_minus > -1e-3)) {
+          !(way.fixed() && e.v_n_minus > -1e-3)) {
         t = e.t, rate = e.v_n_minus;
         break;
       }

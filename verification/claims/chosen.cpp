@@ -2,14 +2,13 @@
 // falls, and that nothing is lost between the schemes.
 #include <fmt/format.h>
 
-#include <stdexcept>
-
 #include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
-#include "verification/handovers.hpp"
-#include "verification/piles.hpp"
 #include "verification/references/bouncing_ball.hpp"
-#include "verification/support.hpp"
+#include "verification/support/handovers.hpp"
+#include "verification/support/piles.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/ways.hpp"
 
 namespace freeplay::verification {
 namespace {
@@ -23,11 +22,7 @@ Scene by(Scene scene, Scheme scheme, double tolerance = 1e-6) {
   return scene;
 }
 
-Result finished(const Scene& scene) {
-  auto run = test::simulate(scene, Family::nonsmooth);
-  if (run.ending.status != Ending::Status::finished) throw std::runtime_error(run.ending.reason);
-  return run;
-}
+Result finished(const Scene& scene) { return test::finished(scene, Family::nonsmooth); }
 
 /// The paper's first six touches.
 void rig(Findings& f) {

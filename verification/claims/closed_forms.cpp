@@ -9,7 +9,7 @@
 #include "verification/references/hertz_impact.hpp"
 #include "verification/references/pendulum.hpp"
 #include "verification/references/ring_and_journal.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "verification/claims/claim.hpp"
 #include "verification/claims/piles.hpp"
-#include "verification/random_contact.hpp"
+#include "verification/support/random_contact.hpp"
 
 namespace freeplay::verification {
 namespace {

@@ -14,22 +14,17 @@
 #include "simulation/observer.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/drives.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/ways.hpp"
 
 namespace freeplay::verification {
 namespace {
 
 constexpr double h = 1e-4;  // s, of time stepping
 
-struct Way {
-  const char* name;
-  const char* formulation;
-  std::string scheme;
-  bool stepping;
-};
-const Way ways[] = {{"penalty", "penalty", "event-driven", false},
-                    {"Moreau–Jean", "nonsmooth", "moreau-jean", true},
-                    {"event-driven", "nonsmooth", "event-driven", false},
-                    {"automatic", "nonsmooth", "automatic", false}};
+using test::Way;
+const Way ways[] = {test::penalty, test::fixed_steps(h), test::event_driven, test::automatic};
 
 /// What a run came to: its end, the greatest departure of what `off` looks at on the way, and its ledger.
 struct Outcome {
@@ -66,41 +61,22 @@ class Watch final : public Observer {
 };
 
 Outcome run(const std::string& text, double duration, const Way& way, Watch::Off off = nullptr) {
-  const auto scene = parse_scene(
-      text +
-          fmt::format("[run]\nduration = {}\n[penalty]\ntolerance = 1e-10\n[nonsmooth]\nscheme = \"{}\"\n{}",
-                      duration, way.scheme,
-                      way.scheme == "moreau-jean" ? fmt::format("step = {}\n", h) : "tolerance = 1e-10\n"),
-      "driving");
-  Simulation simulation(scene, way.formulation);
-  Watch watch(off, way.stepping);
-  RunRequest request;
-  if (off) request.observers = {&watch};
-  const auto result = simulation.run(request);
-  if (result.ending.status != Ending::Status::finished) throw std::runtime_error(result.ending.reason);
+  const auto scene = test::scene_by(way, text + test::run_for(duration), {"penalty.tolerance=1e-10"});
+  Simulation simulation(scene, test::name_of(way.family));
+  Watch watch(off, way.fixed());
+  test::finished(simulation, off ? std::vector<Observer*>{&watch} : std::vector<Observer*>{});
   const auto ledger = simulation.ledger();
   return {simulation.state(), watch.worst, std::abs(ledger.closure()),
           std::max({std::abs(ledger.drive), std::abs(ledger.load), ledger.kinetic})};
 }
 
 constexpr double inertia = 0.05;
-const std::string rotor = R"([bodies.rotor]
-mass = 2.0
-inertia = 0.05
-[joints.main]
-type = "revolute"
-between = ["ground", "rotor"]
-[drives.motor]
+const std::string rotor =
+    test::body("rotor", 2.0, 0.05) + test::pin("main", "ground", "rotor") + R"([drives.motor]
 joint = "main"
 )";
-const std::string slider = R"([bodies.block]
-mass = 2.0
-inertia = 0.05
-[joints.guide]
-type = "translational"
-between = ["ground", "block"]
-axis = [0.8, 0.6]
-[drives.motor]
+const std::string slider =
+    test::body("block", 2.0, 0.05) + test::guide("guide", "ground", "block", {0.8, 0.6}) + R"([drives.motor]
 joint = "guide"
 )";
 
@@ -110,7 +86,6 @@ constexpr double answer = 100 * 1e-10 * (2 * 5 * 10 + 5 * 5);
 const char* const stabilised =
     "Baumgarte answers a hundred tolerances of a violation, and of its rate at 10 m/s or 10 rad/s, with β² and 2α times that, over the "
     "greatest acceleration";
-bool penalised(const Way& way) { return way.formulation == std::string("penalty"); }
 
 const char* const second_order = "second order: (h/τ)² of the fastest time τ in play, and room of ten";
 
@@ -130,8 +105,8 @@ void dc_motors(Findings& f) {
       // τ = R J/k² = 0.47 s, L/R = 6.7e-3 s
       f.relative(
           fmt::format("DC motor {} inductance, {}: speed after 0.5 s", L > 0 ? "with" : "without", way.name),
-          "rad/s", o.end.v[2], motor.speed(0.5), way.stepping ? 10 * h * h / (L > 0 ? 4.4e-5 : 0.2) : 1e-7,
-          L > 0 ? "two exponentials" : "U/k (1 − exp(−t/τ))", way.stepping ? second_order : tight);
+          "rad/s", o.end.v[2], motor.speed(0.5), way.fixed() ? 10 * h * h / (L > 0 ? 4.4e-5 : 0.2) : 1e-7,
+          L > 0 ? "two exponentials" : "U/k (1 − exp(−t/τ))", way.fixed() ? second_order : tight);
       closure(f, way, o);
     }
   }
@@ -178,8 +153,8 @@ void governors(Findings& f) {
   for (const auto& way : ways) {
     const auto o = run(text, 1.0, way);
     f.relative(fmt::format("governor, {}: speed after 1 s", way.name), "rad/s", o.end.v[2],
-               reference::governed_speed(30, 0.2, 1.0, inertia, 1.0), way.stepping ? 10 * h * h * 20 : 1e-7,
-               "PI loop on an inertia, second order", way.stepping ? second_order : tight);
+               reference::governed_speed(30, 0.2, 1.0, inertia, 1.0), way.fixed() ? 10 * h * h * 20 : 1e-7,
+               "PI loop on an inertia, second order", way.fixed() ? second_order : tight);
     closure(f, way, o);
   }
 }
@@ -195,7 +170,7 @@ void prescribed(Findings& f) {
     for (const auto& way : ways) {
       const auto o = run(text, 0.25, way);
       f.within(fmt::format("{} start-up, {}: angle half-way up", name, way.name), "rad", o.end.q[2],
-               20 * 0.5 * p.integral, penalised(way) ? 1e-8 : 1e-12, "the profile's integral",
+               20 * 0.5 * p.integral, way.penalty() ? 1e-8 : 1e-12, "the profile's integral",
                "prescribed: rounding; penalty: 1e-10 a step in a radian, by a hundred");
       closure(f, way, o);
     }
@@ -214,13 +189,13 @@ void prescribed(Findings& f) {
                             return std::abs(now.elements[1].m - inertia * a) / (inertia * 80);
                           })
                           .worst,
-                way.stepping     ? 1e-6
-                : penalised(way) ? answer / 75
-                                 : 1e-10,
+                way.fixed()     ? 1e-6
+                : way.penalty() ? answer / 75
+                                : 1e-10,
                 "the profile's derivative",
-                way.stepping     ? "a step's mean against its middle: (h/0.5 s)² of a few tens"
-                : penalised(way) ? stabilised
-                                 : "prescribed: rounding");
+                way.fixed()     ? "a step's mean against its middle: (h/0.5 s)² of a few tens"
+                : way.penalty() ? stabilised
+                                : "prescribed: rounding");
   }
   const auto shaken =
       slider +
@@ -233,38 +208,28 @@ void prescribed(Findings& f) {
       return std::hypot(e.fx - 0.8 * force, e.fy - 0.6 * force) / (0.1 * w * w);
     });
     f.within(fmt::format("slider driven to and fro, {}: its place after 0.7 s", way.name), "m",
-             0.8 * o.end.q[0] + 0.6 * o.end.q[1], 0.05 * std::sin(0.7 * w), penalised(way) ? 1e-8 : 1e-12,
+             0.8 * o.end.q[0] + 0.6 * o.end.q[1], 0.05 * std::sin(0.7 * w), way.penalty() ? 1e-8 : 1e-12,
              "A sin ωt", "as prescribed; penalty: its tolerance");
     f.at_most(fmt::format("{}: force of its drive less m a, over the greatest", way.name), "", o.worst,
-              way.stepping     ? w * w * h * h
-              : penalised(way) ? answer / (0.05 * w * w)
-                               : 1e-10,
+              way.fixed()     ? w * w * h * h
+              : way.penalty() ? answer / (0.05 * w * w)
+                              : 1e-10,
               "−m A ω² sin ωt",
-              way.stepping     ? "a step's mean: (ω h)²"
-              : penalised(way) ? stabilised
-                               : "prescribed: rounding");
+              way.fixed()     ? "a step's mean: (ω h)²"
+              : way.penalty() ? stabilised
+                              : "prescribed: rounding");
   }
 }
 
 /// A ball rests on a plate that rises with 2 m/s² and then, from 0.5 s on, falls away with 14 m/s²: it leaves at that instant.
 void plates(Findings& f) {
-  const std::string text = R"(gravity = [0.0, -9.81]
-[bodies.plate]
-mass = 5.0
-inertia = 0.3
-[bodies.ball]
-mass = 1.0
-inertia = 0.004
-position = [0.0, 0.1]
-[surfaces.s]
+  const std::string text = "gravity = [0.0, -9.81]\n" + test::body("plate", 5.0, 0.3) +
+                           test::body("ball", 1.0, 0.004, "position = [0.0, 0.1]\n") + R"([surfaces.s]
 young = 2e9
 poisson = 0.3
 restitution = 0.5
-[joints.guide]
-type = "translational"
-between = ["ground", "plate"]
-axis = [0.0, 1.0]
-[contacts.c]
+)" + test::guide("guide", "ground", "plate", {0.0, 1.0}) +
+                           R"([contacts.c]
 type = "plane"
 between = ["plate", "ball"]
 axis = [1.0, 0.0]
@@ -282,33 +247,22 @@ velocity = "v"
     // Penalty: K δ^1.5 = m (g + a) with K = 4/3 E/(1 − ν²) √R gives δ = 7e-6 m; released, it throws at ω δ < 5e-3 m/s.
     f.within(fmt::format("ball on a plate that falls away, {}: its height after 0.9 s", way.name), "m",
              o.end.q[4], 0.1 + 0.25 + 0.4 - 0.5 * 9.81 * 0.16,
-             penalised(way) ? 0.4 * 5e-3
-             : way.stepping ? 1.4 * h
-                            : 1e-9,
+             way.penalty() ? 0.4 * 5e-3
+             : way.fixed() ? 1.4 * h
+                           : 1e-9,
              "a throw from 0.25 m at 1 m/s",
-             penalised(way) ? "what its compression throws it by"
-             : way.stepping ? "a step at 14 m/s² too late"
-                            : tight);
+             way.penalty() ? "what its compression throws it by"
+             : way.fixed() ? "a step at 14 m/s² too late"
+                           : tight);
     closure(f, way, o);
   }
 }
 
 /// A follower on a cam's law, of the angle of another joint that turns at 10 rad/s.
 void followed(Findings& f) {
-  const std::string text = R"([bodies.cam]
-mass = 1.0
-inertia = 0.01
-[bodies.block]
-mass = 2.0
-inertia = 0.05
-[joints.main]
-type = "revolute"
-between = ["ground", "cam"]
-[joints.guide]
-type = "translational"
-between = ["ground", "block"]
-axis = [0.0, 1.0]
-[curves.lift]
+  const std::string text = test::body("cam", 1.0, 0.01) + test::body("block", 2.0, 0.05) +
+                           test::pin("main", "ground", "cam") +
+                           test::guide("guide", "ground", "block", {0.0, 1.0}) + R"([curves.lift]
 shape = "rise-dwell-return"
 to = 0.03
 rise = 2.0
@@ -339,16 +293,16 @@ of = "main"
     });
     const auto p = reference::polynomial_rise((10 - 2 * std::numbers::pi - 3) / 2);
     f.within(fmt::format("follower of a cam's law, {}: lift after 1 s", way.name), "m", o.end.q[4],
-             0.03 * (1 - p.value), penalised(way) ? 1e-8 : 1e-10, "3-4-5 polynomial",
+             0.03 * (1 - p.value), way.penalty() ? 1e-8 : 1e-10, "3-4-5 polynomial",
              "as prescribed; penalty: its tolerance");
     f.at_most(fmt::format("{}: forces of follower and crank, over the greatest", way.name), "", o.worst,
-              way.stepping     ? 0.01
-              : penalised(way) ? answer / 4.33
-                               : 1e-10,
+              way.fixed()     ? 0.01
+              : way.penalty() ? answer / 4.33
+                              : 1e-10,
               "m Ω² s″, and M Ω = F ṡ",
-              way.stepping ? "a step over a knot, where s‴ jumps: h Ω p‴/(2 p″) = 5e-3, and room of two"
-              : penalised(way) ? stabilised
-                               : "prescribed: rounding");
+              way.fixed() ? "a step over a knot, where s‴ jumps: h Ω p‴/(2 p″) = 5e-3, and room of two"
+              : way.penalty() ? stabilised
+                              : "prescribed: rounding");
     closure(f, way, o);
   }
 }
@@ -367,11 +321,7 @@ void efforts(Findings& f) {
   turning.insert(turning.find("inertia = 0.05\n"), "angular_velocity = 5\n");
   const auto pushed =
       slider + "force = \"wave\"\n[curves.wave]\nshape = \"harmonic\"\namplitude = 4\nperiod = 0.8\n";
-  const auto spun = R"([bodies.disc]
-mass = 2.0
-inertia = 0.05
-angular_velocity = 3
-[curves.rise]
+  const auto spun = test::body("disc", 2.0, 0.05, "angular_velocity = 3\n") + R"([curves.rise]
 shape = "table"
 points = [[0, 0], [1, 1]]
 [loads.jet]
@@ -384,8 +334,8 @@ factor = "rise"
   for (const auto& way : ways) {
     const auto claim = [&](const char* what, const char* unit, double measured, double expected, double bound,
                            const char* source) {
-      f.relative(fmt::format("{}, {}", what, way.name), unit, measured, expected, way.stepping ? bound : 1e-7,
-                 source, way.stepping ? second_order : tight);
+      f.relative(fmt::format("{}, {}", what, way.name), unit, measured, expected, way.fixed() ? bound : 1e-7,
+                 source, way.fixed() ? second_order : tight);
     };
     const auto slow = run(falling, 0.5, way);
     claim("torque that falls with speed: speed after 0.5 s", "rad/s", slow.end.v[2],

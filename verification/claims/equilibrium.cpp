@@ -6,7 +6,7 @@
 #include "dynamics/assembly/assembly.hpp"
 #include "formulations/make.hpp"
 #include "verification/references/pendulum.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification::equilibrium_claims {
 

@@ -2,13 +2,12 @@
 // limits of no oil and of very thick oil, and a mechanism by one formulation against the other.
 #include <fmt/format.h>
 
-#include <stdexcept>
-
 #include "facade/simulation.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/journal_bearing.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/ways.hpp"
 
 namespace freeplay::verification {
 namespace {
@@ -17,17 +16,9 @@ using reference::JournalBearing;
 
 constexpr double R = 20e-3, L = 15e-3, c = 0.1e-3, g = 9.81;
 
-struct Way {
-  const char* name;
-  Family family;
-  Scheme scheme = Scheme::event_driven;
-  double step = 0;  // s, 0: chosen
-};
-constexpr Way ways[] = {{"penalty", Family::penalty},
-                        {"Moreau–Jean, fixed steps", Family::nonsmooth, Scheme::moreau_jean, 1e-5},
-                        {"Moreau–Jean, chosen steps", Family::nonsmooth, Scheme::moreau_jean},
-                        {"event-driven", Family::nonsmooth, Scheme::event_driven},
-                        {"automatic", Family::nonsmooth, Scheme::automatic}};
+using test::Way;
+const Way ways[] = {test::penalty, test::fixed_steps(1e-5, "Moreau–Jean, fixed steps"), test::chosen_steps,
+                    test::event_driven, test::automatic};
 
 std::string name_of(const JournalBearing& b) {
   return fmt::format("{} {} film", b.is_short ? "short" : "long", b.cavitated ? "half-Sommerfeld" : "full");
@@ -71,12 +62,8 @@ duration = {}
 }
 
 Result by(Scene scene, const Way& way) {
-  scene.nonsmooth.scheme = way.scheme;
-  scene.nonsmooth.step.reset();
-  if (way.step > 0) scene.nonsmooth.step = way.step;
-  auto run = test::simulate(scene, way.family);
-  if (run.ending.status != Ending::Status::finished) throw std::runtime_error(run.ending.reason);
-  return run;
+  way.choose(scene);
+  return test::finished(scene, way.family);
 }
 
 /// A shaft whose speed hardly changes settles where the cavitated film carries it.
@@ -233,7 +220,7 @@ void pin(Findings& f) {
     for (std::size_t i = 0; i < run.final_state.q.size(); ++i)
       apart = greatest(apart, std::abs(run.final_state.q[i] - exact.final_state.q[i]) *
                                   (i % 3 == 2 ? 0.15 : 1) / clearance);
-    const bool chosen = way.scheme == Scheme::moreau_jean && way.step == 0;
+    const bool chosen = way.chosen();
     const double bound = way.step > 0 ? 1e-4 : chosen ? 5e-3 : 1e-6;
     const auto what = fmt::format("lubricated gudgeon pin, {}", way.name);
     f.at_most(what + ": places after one turn, apart from penalty's at 1e-12, over clearance", "", apart,

@@ -245,20 +245,7 @@ double BalanceWatch::left(bool angular) const {
   return most;
 }
 
-Table::Table(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  std::string line, field;
-  std::getline(in, line);
-  for (std::istringstream fields(line); std::getline(fields, field, ',');)
-    index_.emplace(field, index_.size());
-  while (std::getline(in, line)) {
-    auto& row = rows_.emplace_back();
-    for (std::istringstream fields(line); std::getline(fields, field, ',');) row.push_back(std::stod(field));
-    if (row.size() != index_.size()) throw std::runtime_error(file.string() + ": a line is too short");
-  }
-}
-
-std::vector<ElementForce> elements_of(const Table& forces, std::size_t row,
+std::vector<ElementForce> elements_of(const test::Columns& forces, std::size_t row,
                                       const std::vector<ForceElement>& list, const std::string& suffix) {
   std::vector<ElementForce> out(list.size());
   const auto read = [&](const std::string& column, double& to) {

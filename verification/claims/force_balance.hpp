@@ -12,6 +12,7 @@
 
 #include "mechanism/mechanism.hpp"
 #include "simulation/trajectory.hpp"
+#include "verification/support/columns.hpp"
 
 namespace freeplay::verification {
 
@@ -97,21 +98,8 @@ class BalanceWatch final : public Observer {
   Forces sum_, piece_;
 };
 
-/// A file of columns, each found by its name.
-class Table {
- public:
-  explicit Table(const std::filesystem::path& file);
-  std::size_t rows() const { return rows_.size(); }
-  bool has(const std::string& column) const { return index_.contains(column); }
-  double at(std::size_t row, const std::string& column) const { return rows_[row][index_.at(column)]; }
-
- private:
-  std::map<std::string, std::size_t> index_;
-  std::vector<std::vector<double>> rows_;
-};
-
 /// The elements of one row of forces.csv, m and F on the second body; `suffix` "_mean" for the means.
-std::vector<ElementForce> elements_of(const Table& forces, std::size_t row,
+std::vector<ElementForce> elements_of(const test::Columns& forces, std::size_t row,
                                       const std::vector<ForceElement>& list, const std::string& suffix = "");
 
 }  // namespace freeplay::verification

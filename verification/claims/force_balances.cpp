@@ -116,7 +116,7 @@ void tolerances(Findings& f, const State& start) {
 
 namespace {
 
-std::vector<double> row_of(const Table& table, std::size_t row, const Layout& layout,
+std::vector<double> row_of(const test::Columns& table, std::size_t row, const Layout& layout,
                            std::initializer_list<const char*> names) {
   std::vector<double> out;
   for (const auto& body : layout.bodies)

@@ -10,7 +10,7 @@
 #include "verification/claims/claim.hpp"
 #include "verification/claims/force_balance.hpp"
 #include "verification/references/slider_crank_forces.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification::force_claims {
 
@@ -57,7 +57,7 @@ Result run(const Scene& scene, Family family, std::vector<Observer*> observers,
 
 /// A run by its files. Throws when it does not finish.
 struct Files {
-  Table trajectory, forces;
+  test::Columns trajectory, forces;
   Result result;
   Layout layout;
 };

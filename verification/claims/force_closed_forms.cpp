@@ -9,6 +9,7 @@
 #include "mechanism/options.hpp"
 #include "verification/claims/force_claims.hpp"
 #include "verification/references/bearing_load.hpp"
+#include "verification/support/ways.hpp"
 
 namespace freeplay::verification::force_claims {
 namespace {
@@ -53,8 +54,7 @@ std::array<double, 2> off_reference(const reference::LoadedSliderCrank<double>& 
         moment_off = greatest(moment_off, std::abs(now.elements[element].m - expected));
     }
   };
-  const auto result = simulation.run({.observers = {&listener}});
-  if (result.ending.status != Ending::Status::finished) throw std::runtime_error(result.ending.reason);
+  test::finished(simulation, {&listener});
   return {force_off / force, moment_off / moment};
 }
 

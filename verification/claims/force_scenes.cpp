@@ -8,6 +8,7 @@
 #include "io/files/csv.hpp"
 #include "mechanism/options.hpp"
 #include "verification/claims/force_claims.hpp"
+#include "verification/support/ways.hpp"
 
 namespace freeplay::verification::force_claims {
 
@@ -81,10 +82,7 @@ reference::LoadedSliderCrank<double> loaded() {
 Result run(const Scene& scene, Family family, std::vector<Observer*> observers,
            const std::optional<State>& start) {
   Simulation simulation(scene, test::name_of(family), {.start = start});
-  auto result = simulation.run({.observers = std::move(observers)});
-  if (result.ending.status != Ending::Status::finished)
-    throw std::runtime_error(fmt::format("{}: {}", result.formulation, result.ending.reason));
-  return result;
+  return test::finished(simulation, std::move(observers));
 }
 
 Files files(const Scene& scene, Family family, const std::optional<State>& start) {
@@ -92,12 +90,11 @@ Files files(const Scene& scene, Family family, const std::optional<State>& start
   TrajectoryCsv trajectory(folder.path() / "trajectory.csv");
   ForcesCsv forces(folder.path() / "forces.csv");
   Simulation simulation(scene, test::name_of(family), {.start = start});
-  auto result = simulation.run({.observers = {&trajectory, &forces}});
-  if (result.ending.status != Ending::Status::finished) throw std::runtime_error(result.ending.reason);
+  auto result = test::finished(simulation, {&trajectory, &forces});
   trajectory.commit();
   forces.commit();
-  return {Table(folder.path() / "trajectory.csv"), Table(folder.path() / "forces.csv"), std::move(result),
-          simulation.layout()};
+  return {test::Columns(folder.path() / "trajectory.csv"), test::Columns(folder.path() / "forces.csv"),
+          std::move(result), simulation.layout()};
 }
 
 std::size_t find(const Layout& layout, const std::string& name) {

@@ -10,7 +10,8 @@
 #include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/gears.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/ways.hpp"
 
 namespace freeplay::verification::gear_claims {
 
@@ -27,20 +28,14 @@ void bumps(Findings& f);  ///< a block against a damped spring that cannot pull,
 
 inline constexpr double alpha = 20 * M_PI / 180;
 
-/// A way to run a scene, and what it can be held to.
-struct Way {
-  const char* name;
-  Family family;
-  Scheme scheme;
-  double step;    ///< s, 0: chosen
+/// A way, and what it can be held to.
+struct Way : test::Way {
   double speeds;  ///< relative error of speeds and impulses
   const char* reason;
 };
 extern const std::array<Way, 4> ways;
 
 Scene scene_by(const std::string& text, const Way& way);
-/// Throws when it does not finish.
-Result finished(const Scene& scene, const Way& way);
 /// Blows of a run against those of a closed form: each one's impulse and approach, and its time.
 void blows(Findings& f, const std::string& what, const Way& way, const Result& run,
            const std::vector<reference::Blow>& exact, double e);

@@ -1,5 +1,6 @@
 // Gears whose centres move, and racks: ratios, and what the involute keeps.
 #include "verification/claims/gear_claims.hpp"
+#include "verification/support/scene_text.hpp"
 
 #include <fmt/format.h>
 
@@ -9,31 +10,13 @@
 namespace freeplay::verification::gear_claims {
 
 void planet(Findings& f) {
-  const std::string text = R"([bodies.sun]
-mass = 1.0
-inertia = 0.001
-angular_velocity = 30.0
-[bodies.carrier]
-mass = 1.0
-inertia = 0.01
-angular_velocity = 7.5
-[bodies.planet]
-mass = 0.5
-inertia = 0.0005
-position = [0.1, 0.0]
-velocity = [0.0, 0.75]
-angular_velocity = -15.0
-[joints.sun_pin]
-type = "revolute"
-between = ["ground", "sun"]
-[joints.carrier_pin]
-type = "revolute"
-between = ["ground", "carrier"]
-[joints.planet_pin]
-type = "revolute"
-between = ["carrier", "planet"]
-at = [[0.1, 0.0], [0.0, 0.0]]
-[joints.inner]
+  const std::string text =
+      test::body("sun", 1.0, 0.001, "angular_velocity = 30.0\n") +
+      test::body("carrier", 1.0, 0.01, "angular_velocity = 7.5\n") +
+      test::body("planet", 0.5, 0.0005,
+                 "position = [0.1, 0.0]\nvelocity = [0.0, 0.75]\nangular_velocity = -15.0\n") +
+      test::pin("sun_pin", "ground", "sun") + test::pin("carrier_pin", "ground", "carrier") +
+      test::pin("planet_pin", "carrier", "planet", {0.1, 0.0}) + R"([joints.inner]
 type = "gear"
 between = ["sun", "planet"]
 teeth = [20, 20]
@@ -49,10 +32,7 @@ restitution = 0.2
 [drives.motor]
 joint = "sun_pin"
 speed = 30.0
-[run]
-duration = 3.0
-start = "assembled"
-)";
+)" + test::run_for(3.0, "start = \"assembled\"\n");
   const auto with = [&](const std::string& more) {
     auto s = text;
     for (auto at = s.find("MORE"); at != s.npos; at = s.find("MORE")) s.replace(at, 4, more);
@@ -61,20 +41,20 @@ start = "assembled"
   const double carrier = 30.0 * 20 / 80 * 3;
   for (const auto& way : ways) {
     auto scene = scene_by(with(""), way);
-    if (way.step > 0) scene.nonsmooth.step = 1e-4;
-    const auto end = finished(scene, way).final_state;
-    const double bound = way.family == Family::penalty ? 1e-7 : 1e-10;
-    const char* why = way.family == Family::penalty ? "drift at α = β = 5, 1e-8 m over 0.05 m at most"
-                                                    : "positions brought back to rounding each step";
+    if (way.fixed()) scene.nonsmooth.step = 1e-4;
+    const auto end = test::finished(scene, way.family).final_state;
+    const double bound = way.penalty() ? 1e-7 : 1e-10;
+    const char* why = way.penalty() ? "drift at α = β = 5, 1e-8 m over 0.05 m at most"
+                                    : "positions brought back to rounding each step";
     f.within(fmt::format("planetary gear, ring fixed, ten turns of the sun and more, {}: carrier", way.name),
              "rad", end.q[5], carrier, bound, "Willis: ω_c = ω_s z_s/(z_s + z_r)", why);
     f.within("its planet", "rad", end.q[8], -2 * carrier, bound, "ω_p = ω_c (1 − z_r/z_p)", why);
   }
   for (const auto& way : ways) {
     auto scene = scene_by(with("backlash = 1e-4\nmesh_stiffness = 2e8\nsurface = \"steel\"\n"), way);
-    if (way.step > 0) scene.nonsmooth.step = 2e-5;
+    if (way.fixed()) scene.nonsmooth.step = 2e-5;
     scene.run.duration = 1;
-    const auto end = finished(scene, way).final_state;
+    const auto end = test::finished(scene, way.family).final_state;
     // Mid-play at the start; each mesh gives half its backlash, and a hair of penetration.
     f.within(fmt::format("with backlash, five turns of the sun, {}: carrier", way.name), "rad", end.q[5],
              carrier / 3, (1e-4 + 1e-6) / (4 * 0.05 * std::cos(alpha)), "Willis",
@@ -83,50 +63,24 @@ start = "assembled"
 }
 
 void distance(Findings& f) {
-  const std::string text = R"([bodies.pinion]
-mass = 1.0
-inertia = 0.001
-angular_velocity = 30.0
-[bodies.hub]
-mass = 1.0
-inertia = 0.01
-position = [0.151, 0.0]
-velocity = [0.05, 0.0]
-[bodies.wheel]
-mass = 2.0
-inertia = 0.004
-position = [0.151, 0.0]
-velocity = [0.05, 0.0]
-angular_velocity = -15.0
-[joints.front]
-type = "revolute"
-between = ["ground", "pinion"]
-[joints.guide]
-type = "translational"
-between = ["ground", "hub"]
-[joints.rear]
-type = "revolute"
-between = ["hub", "wheel"]
-[joints.mesh]
+  const std::string text =
+      test::body("pinion", 1.0, 0.001, "angular_velocity = 30.0\n") +
+      test::body("hub", 1.0, 0.01, "position = [0.151, 0.0]\nvelocity = [0.05, 0.0]\n") +
+      test::body("wheel", 2.0, 0.004,
+                 "position = [0.151, 0.0]\nvelocity = [0.05, 0.0]\nangular_velocity = -15.0\n") +
+      test::pin("front", "ground", "pinion") + test::guide("guide", "ground", "hub") +
+      test::pin("rear", "hub", "wheel") + R"([joints.mesh]
 type = "gear"
 between = ["pinion", "wheel"]
 teeth = [20, 40]
 module = 5e-3
-[loads.spring]
-type = "spring-damper"
-between = ["ground", "hub"]
-at = [[0.35, 0.0], [0.0, 0.0]]
-stiffness = 30000.0
-free_length = 0.2
-[run]
-duration = 0.5
-start = "assembled"
-)";
+)" + test::spring("spring", "ground", "hub", {0.35, 0.0}, {0.0, 0.0}, 30000.0, 0.2) +
+      test::run_for(0.5, "start = \"assembled\"\n");
   const long double S = 0.15L * std::cos(20 * M_PIl / 180);
   for (const auto& way : ways) {
     auto scene = scene_by(text, way);
-    if (way.step > 0) scene.nonsmooth.step = 1e-4;
-    if (way.family == Family::penalty) scene.penalty.tolerance = 1e-12;
+    if (way.fixed()) scene.nonsmooth.step = 1e-4;
+    if (way.penalty()) scene.penalty.tolerance = 1e-12;
     double worst = 0;
     test::Listener listener;
     std::vector<double> q(9), v(9);
@@ -140,43 +94,28 @@ start = "assembled"
                        double(std::abs(turned - reference::involute(S, a) + reference::involute(S, 0.151L))));
     };
     Simulation simulation(scene, test::name_of(way.family));
-    const auto run = simulation.run({.observers = {&listener}});
-    if (run.ending.status != Ending::Status::finished) throw std::runtime_error(run.ending.reason);
+    const auto run = test::finished(simulation, {&listener});
     const std::string name = fmt::format("gears whose distance swings, {}", way.name);
-    f.at_most(name + ": S inv α = r₁ θ₁ + r₂ θ₂, greatest error", "m", worst,
-              way.family == Family::penalty ? 1e-9 : 1e-12, "the involute function",
-              way.family == Family::penalty ? "drift at α = β = 5, as of all joints"
-                                            : "positions are brought back");
+    f.at_most(name + ": S inv α = r₁ θ₁ + r₂ θ₂, greatest error", "m", worst, way.penalty() ? 1e-9 : 1e-12,
+              "the involute function",
+              way.penalty() ? "drift at α = β = 5, as of all joints" : "positions are brought back");
     f.between("the same: how far the distance swings", "m", most - least, 5e-4, 0.01, "",
               "it does move: 0.05 m/s against 100 rad/s");
     const auto& l = run.ledger;
     f.at_most("the same: change of the energy over it", "",
-              std::abs((l.kinetic + l.potential) / l.initial - 1), way.step > 0 ? 2e-4 : 1e-7,
+              std::abs((l.kinetic + l.potential) / l.initial - 1), way.fixed() ? 2e-4 : 1e-7,
               "no force does work",
-              way.step > 0 ? "the midpoint rule's energy swings by (ω h)² with the spring, and room of two"
-                           : "tolerance in each of some thousand steps");
+              way.fixed() ? "the midpoint rule's energy swings by (ω h)² with the spring, and room of two"
+                          : "tolerance in each of some thousand steps");
   }
 }
 
 namespace {
 
 std::string rack(const std::string& mesh, const std::string& more) {
-  return R"([bodies.pinion]
-mass = 1.0
-inertia = 0.001
-angular_velocity = 10.0
-[bodies.bar]
-mass = 2.0
-inertia = 0.004
-position = [0.3, -0.05]
-[joints.front]
-type = "revolute"
-between = ["ground", "pinion"]
-[joints.guide]
-type = "translational"
-between = ["ground", "bar"]
-at = [[0.0, -0.05], [0.0, 0.0]]
-[joints.mesh]
+  return test::body("pinion", 1.0, 0.001, "angular_velocity = 10.0\n") +
+         test::body("bar", 2.0, 0.004, "position = [0.3, -0.05]\n") + test::pin("front", "ground", "pinion") +
+         test::guide("guide", "ground", "bar", {1, 0}, {0.0, -0.05}) + R"([joints.mesh]
 type = "rack"
 between = ["pinion", "bar"]
 pitch_radius = 0.05
@@ -198,25 +137,23 @@ void racks(Findings& f) {
   for (const auto& way : ways) {
     auto scene = scene_by(rack(loose_teeth, "[run]\nduration = 1\nstart = \"given\"\n"), way);
     scene.run.duration = exact.back().t + 0.5 * flight;
-    blows(f, "gear and rack rattle", way, finished(scene, way), exact, e);
+    blows(f, "gear and rack rattle", way, test::finished(scene, way.family), exact, e);
     scene = scene_by(
         rack("",
              fmt::format(
                  "[loads.a]\ntype = \"torque\"\nbody = \"pinion\"\ntorque = {}\n[run]\nduration = 0.1\n", M)),
         way);
-    if (way.step > 0) scene.nonsmooth.step = 1e-5;
-    const auto end = finished(scene, way).final_state;
-    const double bound = way.family == Family::penalty ? 1e-8 : 1e-11;
-    f.within(
-        fmt::format("ideal rack under a torque, {}: its speed", way.name), "m/s", end.v[3], r * end.v[2],
-        bound, "v = r ω",
-        way.family == Family::penalty ? "drift of the rates at α = β = 5" : "rows hold at every step's end");
+    if (way.fixed()) scene.nonsmooth.step = 1e-5;
+    const auto end = test::finished(scene, way.family).final_state;
+    const double bound = way.penalty() ? 1e-8 : 1e-11;
+    f.within(fmt::format("ideal rack under a torque, {}: its speed", way.name), "m/s", end.v[3], r * end.v[2],
+             bound, "v = r ω",
+             way.penalty() ? "drift of the rates at α = β = 5" : "rows hold at every step's end");
     scene.run.duration = 0.001;
     const auto at = force_of(scene, way.family, "front");
     f.at_most("the same: the gear's bearing, error over the force", "",
-              std::hypot(at.fx - 2 * a, at.fy + 2 * a * std::tan(alpha)) / (2 * a),
-              way.step > 0 ? 1e-7 : 1e-9, "m a along the rack and m a tan α across it",
-              "constant forces: rounding, and room");
+              std::hypot(at.fx - 2 * a, at.fy + 2 * a * std::tan(alpha)) / (2 * a), way.fixed() ? 1e-7 : 1e-9,
+              "m a along the rack and m a tan α across it", "constant forces: rounding, and room");
   }
 }
 

@@ -1,36 +1,25 @@
 // Gear pairs: rattle, and reactions along the line of action; the ways that the whole set is run by.
 #include "verification/claims/gear_claims.hpp"
+#include "verification/support/scene_text.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
-#include <stdexcept>
 
 namespace freeplay::verification::gear_claims {
 
 const std::array<Way, 4> ways{
-    Way{"penalty", Family::penalty, Scheme::moreau_jean, 0, 1e-6,
+    Way{test::penalty, 1e-6,
         "\"exact\" delivers e whatever the stiffness; tolerance 1e-10 in the some ten steps of a contact"},
-    Way{"Moreau–Jean at 1e-6 s", Family::nonsmooth, Scheme::moreau_jean, 1e-6, 1e-11,
-        "no force between blows: rounding"},
-    Way{"event-driven", Family::nonsmooth, Scheme::event_driven, 0, 1e-11,
-        "no force between blows: rounding"},
-    Way{"automatic", Family::nonsmooth, Scheme::automatic, 0, 1e-11, "no force between blows: rounding"}};
+    Way{test::fixed_steps(1e-6, "Moreau–Jean at 1e-6 s"), 1e-11, "no force between blows: rounding"},
+    Way{test::event_driven, 1e-11, "no force between blows: rounding"},
+    Way{test::automatic, 1e-11, "no force between blows: rounding"}};
 
 Scene scene_by(const std::string& text, const Way& way) {
-  auto scene = parse_scene("format = 2\n" + text, "gears");
+  auto scene = test::scene_by(way, "format = 2\n" + text);
   scene.penalty.contact = ContactLaw::exact;
   scene.penalty.tolerance = 1e-10;
-  scene.nonsmooth.scheme = way.scheme;
-  scene.nonsmooth.step.reset();
-  if (way.step > 0) scene.nonsmooth.step = way.step;
   return scene;
-}
-
-Result finished(const Scene& scene, const Way& way) {
-  auto run = test::simulate(scene, way.family);
-  if (run.ending.status != Ending::Status::finished) throw std::runtime_error(run.ending.reason);
-  return run;
 }
 
 void blows(Findings& f, const std::string& what, const Way& way, const Result& run,
@@ -40,7 +29,7 @@ void blows(Findings& f, const std::string& what, const Way& way, const Result& r
   for (std::size_t k = 0; k < found.size() && k < exact.size(); ++k) {
     off = greatest(off, std::abs(found[k].impulse_n / exact[k].impulse - 1));
     off = greatest(off, std::abs(-found[k].v_n_minus / exact[k].approach - 1));
-    told += way.step > 0 ? way.step : found[k].t_uncertainty;
+    told += way.fixed() ? way.step : found[k].t_uncertainty;
     const double rounding = 1e-15 * static_cast<double>(k + 1) / exact.back().approach;
     late = greatest(late, std::abs(found[k].t - exact[k].t) / ((1 + 1 / e) * told + rounding));
   }
@@ -68,30 +57,17 @@ ElementForce force_of(const Scene& scene, Family family, const std::string& name
     for (std::size_t k = 0; k < elements.size(); ++k)
       if (elements[k].name == name) found = now.elements[k];
   };
-  const auto run = simulation.run({.observers = {&listener}});
-  if (run.ending.status != Ending::Status::finished) throw std::runtime_error(run.ending.reason);
+  test::finished(simulation, {&listener});
   return found;
 }
 
 namespace {
 
 std::string pair_of_gears(const std::string& mesh, const std::string& more) {
-  return R"([bodies.pinion]
-mass = 1.0
-inertia = 0.001
-angular_velocity = 10.0
-[bodies.wheel]
-mass = 2.0
-inertia = 0.004
-position = [0.15, 0.0]
-[joints.front]
-type = "revolute"
-between = ["ground", "pinion"]
-[joints.rear]
-type = "revolute"
-between = ["ground", "wheel"]
-at = [[0.15, 0.0], [0.0, 0.0]]
-[joints.mesh]
+  return test::body("pinion", 1.0, 0.001, "angular_velocity = 10.0\n") +
+         test::body("wheel", 2.0, 0.004, "position = [0.15, 0.0]\n") +
+         test::pin("front", "ground", "pinion") + test::pin("rear", "ground", "wheel", {0.15, 0.0}) +
+         R"([joints.mesh]
 type = "gear"
 between = ["pinion", "wheel"]
 teeth = [20, 40]
@@ -112,7 +88,7 @@ void rattle(Findings& f) {
   for (const auto& way : ways) {
     auto scene = scene_by(pair_of_gears(loose_teeth, "[run]\nduration = 1\nstart = \"given\"\n"), way);
     scene.run.duration = exact.back().t + 0.5 * flight;
-    const auto run = finished(scene, way);
+    const auto run = test::finished(scene, way.family);
     blows(f, "gears rattle", way, run, exact, e);
     // P alternates between the flanks.
     double sum = 0;
@@ -139,9 +115,9 @@ void reactions(Findings& f) {
                           M1, M2)),
           way);
       const auto at = force_of(scene, way.family, "front"), mesh = force_of(scene, way.family, "mesh");
-      const double bound = way.step > 0 ? 1e-7 : 1e-9;
-      const char* why = way.step > 0 ? "rounding of velocities, 1e-15 m/s, over a step, and room"
-                                     : "constant forces: rounding over steps of 1e-4 s";
+      const double bound = way.fixed() ? 1e-7 : 1e-9;
+      const char* why = way.fixed() ? "rounding of velocities, 1e-15 m/s, over a step, and room"
+                                    : "constant forces: rounding over steps of 1e-4 s";
       const auto off = [&](const ElementForce& e, double fx, double fy) {
         return std::hypot(e.fx - fx, e.fy - fy) / F;
       };

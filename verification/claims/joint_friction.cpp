@@ -12,24 +12,21 @@
 #include "verification/claims/claim.hpp"
 #include "verification/references/four_bar_friction.hpp"
 #include "verification/references/joint_friction.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/ways.hpp"
 
 namespace freeplay::verification {
 namespace {
 
 constexpr double h = 1e-4;  // s, of fixed steps
 
-struct Way {
-  const char* name;
-  Family family;
-  std::vector<std::string> options;
-};
-const std::array ways{
-    Way{"penalty", Family::penalty, {"penalty.integrator=\"rosenbrock4\"", "penalty.tolerance=1e-10"}},
-    Way{"Moreau–Jean", Family::nonsmooth, {"nonsmooth.scheme=\"moreau-jean\"", "nonsmooth.step=1e-4"}},
-    Way{"Moreau–Jean, chosen steps", Family::nonsmooth, {"nonsmooth.scheme=\"moreau-jean\""}},
-    Way{"event-driven", Family::nonsmooth, {"nonsmooth.scheme=\"event-driven\""}},
-    Way{"automatic", Family::nonsmooth, {"nonsmooth.scheme=\"automatic\""}}};
+using test::Way;
+const Way ways[] = {
+    {"penalty", Family::penalty, {}, 0, {"penalty.integrator=\"rosenbrock4\"", "penalty.tolerance=1e-10"}},
+    test::fixed_steps(h),
+    test::chosen_steps,
+    test::event_driven,
+    test::automatic};
 
 /// One body on one joint with friction.
 std::string one(double spin, const std::string& body, const std::string& joint, const std::string& friction,
@@ -40,16 +37,6 @@ std::string one(double spin, const std::string& body, const std::string& joint, 
       spin, body, joint, friction, duration, more);
 }
 
-Result finished(const std::string& text, const Way& way, std::vector<std::string> options = {}) {
-  options.insert(options.end(), way.options.begin(), way.options.end());
-  auto run = test::simulate(parse_scene(text, way.name, options), way.family);
-  if (run.ending.status != Ending::Status::finished)
-    throw std::runtime_error(fmt::format("{}: {}", way.name, run.ending.reason));
-  return run;
-}
-
-bool fixed(const Way& way) { return way.options.size() > 1 && way.family == Family::nonsmooth; }
-bool chosen(const Way& way) { return std::string_view(way.name).ends_with("chosen steps"); }
 std::string said(const char* what, const Way& way) { return fmt::format("{}, {}", what, way.name); }
 
 constexpr const char* constant =
@@ -61,31 +48,31 @@ void wheels(Findings& f) {
   const double alpha = reference::wheel_deceleration(0.2, 0.02, 2, 9.81, 0.01);
   const auto friction = "friction = 0.2\npin_radius = 0.02";
   for (const auto& way : ways) {
-    const auto run = finished(one(30, wheel_body, pin, friction, 0.5), way);
+    const auto run = test::finished(way, one(30, wheel_body, pin, friction, 0.5));
     f.relative(said("a wheel on its pin: speed after 0.5 s", way), "rad/s", run.final_state.v[2],
                30 - 0.5 * alpha, 1e-9, "ω̇ = −μ r m g/J", constant);
     const double lost = 0.5 * 0.01 * (900 - std::pow(30 - 0.5 * alpha, 2));
     f.relative("the same: lost to friction in the books", "J", run.ledger.friction, lost, 1e-8,
                "½ J (ω₀² − ω²)", constant);
-    const auto back = finished(one(-30, wheel_body, pin, friction, 0.5), way);
+    const auto back = test::finished(way, one(-30, wheel_body, pin, friction, 0.5));
     f.within("the same, turning the other way: sum of both speeds", "rad/s",
              back.final_state.v[2] + run.final_state.v[2], 0, 1e-12 * 30, "mirror image", "rounding");
-    const auto still = finished(one(3, wheel_body, pin, friction, 0.6), way);
+    const auto still = test::finished(way, one(3, wheel_body, pin, friction, 0.6));
     // The regularised couple is linear below 1e-6 m/s.
     f.at_most(said("the same from 3 rad/s, which last 0.382 s: speed after 0.6 s", way), "rad/s",
-              std::abs(still.final_state.v[2]), way.family == Family::penalty ? 1e-6 / 0.02 : 1e-9,
-              "it stands", "penalty: the speed of its regularisation over r; else rounding");
+              std::abs(still.final_state.v[2]), way.penalty() ? 1e-6 / 0.02 : 1e-9, "it stands",
+              "penalty: the speed of its regularisation over r; else rounding");
     f.within(
         "the same: angle it came to", "rad", still.final_state.q[2], 4.5 / alpha, 3e-6, "ω₀²/(2 ω̇)",
         "penalty: 1e-6/r times the rest of the time; time stepping: ω̇ h² of the step that it stands in, 8e-8; chosen "
         "steps: their tolerance, 1e-6");
-    const auto none = finished(one(30, wheel_body, pin, "friction = 0.0\npin_radius = 0.02", 0.5), way);
+    const auto none = test::finished(way, one(30, wheel_body, pin, "friction = 0.0\npin_radius = 0.02", 0.5));
     f.within(said("the same with μ = 0: speed", way), "rad/s", none.final_state.v[2], 30, 3e-14 * 30,
              "nothing resists", "rounding");
-    const auto thin = finished(one(30, wheel_body, pin, "friction = 0.2\npin_radius = 1e-9", 0.5), way);
+    const auto thin = test::finished(way, one(30, wheel_body, pin, "friction = 0.2\npin_radius = 1e-9", 0.5));
     f.within("the same with a pin of 1e-9 m: loss of speed over that of 0.02 m", "",
-             (30 - thin.final_state.v[2]) / (0.5 * alpha), way.family == Family::penalty ? 1.5e-9 : 5e-8,
-             1e-12, "in proportion to r; penalty: u = r ω is 3e-8 m/s, a thirtieth of the regularisation's",
+             (30 - thin.final_state.v[2]) / (0.5 * alpha), way.penalty() ? 1.5e-9 : 5e-8, 1e-12,
+             "in proportion to r; penalty: u = r ω is 3e-8 m/s, a thirtieth of the regularisation's",
              "1e-14 of 30 rad/s over 3.9 rad/s, and room of ten");
   }
 }
@@ -93,16 +80,15 @@ void wheels(Findings& f) {
 void stribeck(Findings& f) {
   const double T = reference::stribeck_time(0.1, 0.3, 0.05, 0.02, 2, 9.81, 0.01, 5, 1);
   for (const auto& way : ways) {
-    const auto run =
-        finished(one(5, wheel_body, pin,
-                     "friction = 0.1\npin_radius = 0.02\nstatic_friction = 0.3\nstribeck_speed = 0.05", T),
-                 way);
+    const auto run = test::finished(
+        way, one(5, wheel_body, pin,
+                 "friction = 0.1\npin_radius = 0.02\nstatic_friction = 0.3\nstribeck_speed = 0.05", T));
     f.relative(
         said("a wheel by Stribeck's law: speed when it should be 1 rad/s", way), "rad/s",
         run.final_state.v[2], 1,
-        fixed(way)    ? 1e-5
-        : chosen(way) ? 1e-4
-                      : 1e-7,
+        way.fixed()    ? 1e-5
+        : way.chosen() ? 1e-4
+                       : 1e-7,
         "∫ J dω/(r m g μ(rω)) by Simpson's rule",
         "time stepping: (h/τ)² with τ ≥ 0.05 s in which μ changes, 4e-6, and room; chosen steps: their tolerance "
         "over some hundred steps; else 1e-10 in a step");
@@ -113,23 +99,24 @@ void rotors(Findings& f) {
   const reference::EccentricRotor rotor{0.3, 0.05, 2, 0.04, 0.01 + 2 * 0.04 * 0.04};
   const double w0 = 20, T = 0.5;
   for (const auto& way : ways) {
-    const auto run = finished(
+    const auto run = test::finished(
+        way,
         one(w0, "mass = 2.0\ninertia = 0.01\nposition = [0.04, 0]\nvelocity = [0, 0.8]",
             "type = \"revolute\"\nat = [[0, 0], [-0.04, 0]]", "friction = 0.3\npin_radius = 0.05", T),
-        way, {"gravity=[0,0]"});
+        {"gravity=[0,0]"});
     f.relative(
         said("a rotor whose friction holds its own reaction: speed after 0.5 s", way), "rad/s",
         run.final_state.v[2], rotor.speed(w0, T),
-        fixed(way)    ? 4e-6
-        : chosen(way) ? 1e-4
-                      : 1e-7,
+        way.fixed()    ? 4e-6
+        : way.chosen() ? 1e-4
+                       : 1e-7,
         "ω₀/(1 + c ω₀ t), c = k/√(1 − k²), k = μ r m ε/J",
         "time stepping: (ω h)² = 4e-6; chosen steps: their tolerance over some hundred steps; else 1e-10 in a step");
     f.at_most("the same: energy that the books do not explain, over the first", "",
               std::abs(run.ledger.closure()) / run.ledger.initial,
-              fixed(way)    ? 4e-6
-              : chosen(way) ? 1e-4
-                            : 1e-7,
+              way.fixed()    ? 4e-6
+              : way.chosen() ? 1e-4
+                             : 1e-7,
               "energy", "as the speed");
   }
 }
@@ -143,36 +130,38 @@ void blocks(Findings& f) {
   for (const auto& way : ways) {
     const double weight = 3 * 9.81, mu = 0.25;
     for (const double side : {1.0, -1.0}) {
-      const auto run = finished(one(0, block, guide, "friction = 0.25", 0.4, pull(side * 12)), way);
+      const auto run = test::finished(way, one(0, block, guide, "friction = 0.25", 0.4, pull(side * 12)));
       f.within(
           said(side > 0 ? "a block pulled along its guide by 12 N: speed after 0.4 s" : "pulled to the left",
                way),
           "m/s", run.final_state.v[0], side * 0.4 * (12 - mu * weight) / 3,
-          way.family == Family::penalty ? 2e-6
-          : chosen(way)                 ? 1e-6
-                                        : 1e-9,
+          way.penalty()  ? 2e-6
+          : way.chosen() ? 1e-6
+                         : 1e-9,
           "(F − μ m g)/m",
           "penalty: the speed of the regularisation, twice; chosen steps: their tolerance; else rounding");
     }
-    const auto held = finished(one(0, block, guide, "friction = 0.25", 0.4, pull(0.99 * mu * weight)), way);
+    const auto held =
+        test::finished(way, one(0, block, guide, "friction = 0.25", 0.4, pull(0.99 * mu * weight)));
     f.at_most(said("the same with 0.99 μ m g: speed", way), "m/s", std::abs(held.final_state.v[0]),
-              way.family == Family::penalty ? 1e-6 : 1e-12, "it holds",
+              way.penalty() ? 1e-6 : 1e-12, "it holds",
               "penalty: it creeps below the regularisation's speed; else none");
     // A force along the axis, b off it, on a slider of length L: no weight, the couple alone presses.
     for (const double b : {0.15, 0.3}) {
       const double k = reference::cantilever_share(0.25, b, 0.1);
-      const auto run = finished(
+      const auto run = test::finished(
+          way,
           one(0, block, guide, "friction = 0.25\nslider_length = 0.1", 0.4,
               fmt::format("[loads.pull]\ntype = \"force\"\nbody = \"b\"\nat = [0, {}]\nforce = [6, 0]\n", b)),
-          way, {"gravity=[0,0]"});
+          {"gravity=[0,0]"});
       f.within(
           said(k < 1 ? "pulled off its axis, 2 μ b/L = 0.75: speed after 0.4 s"
                      : "the same, 2 μ b/L = 1.5: self-locking, speed",
                way),
           "m/s", run.final_state.v[0], k < 1 ? 0.4 * (1 - k) * 6 / 3 : 0,
-          way.family == Family::penalty ? 2e-6
-          : chosen(way)                 ? 1e-6
-                                        : 1e-9,
+          way.penalty()  ? 2e-6
+          : way.chosen() ? 1e-6
+                         : 1e-9,
           "(1 − 2 μ b/L) F/m",
           "penalty: the speed of the regularisation, twice; chosen steps: their tolerance; else rounding");
     }
@@ -186,12 +175,11 @@ void pendulums(Findings& f) {
     for (const double share : {0.98, 1.02}) {
       const double angle = std::asin(share * mu * r / l);
       const auto run =
-          finished(one(0,
-                       fmt::format("mass = 1.0\ninertia = 0.001\nposition = [{}, {}]\nangle = {}",
-                                   l * std::sin(angle), -l * std::cos(angle), angle),
-                       fmt::format("type = \"revolute\"\nat = [[0, 0], [0, {}]]", l),
-                       "friction = 0.3\npin_radius = 0.02", 0.1),
-                   way);
+          test::finished(way, one(0,
+                                  fmt::format("mass = 1.0\ninertia = 0.001\nposition = [{}, {}]\nangle = {}",
+                                              l * std::sin(angle), -l * std::cos(angle), angle),
+                                  fmt::format("type = \"revolute\"\nat = [[0, 0], [0, {}]]", l),
+                                  "friction = 0.3\npin_radius = 0.02", 0.1));
       const double rate = std::sqrt(9.81 * l / (0.001 + l * l)), beyond = angle - std::asin(mu * r / l);
       const double expected = -rate * beyond * std::sin(rate * 0.1);
       f.within(
@@ -199,8 +187,8 @@ void pendulums(Findings& f) {
                          : "the same 2 % beyond",
                way),
           "rad/s", run.final_state.v[2], share < 1 ? 0 : expected,
-          share < 1 ? (way.family == Family::penalty ? 1e-6 / r : 1e-9)
-                    : 0.01 * std::abs(expected) + 2e-6 / r * (way.family == Family::penalty),
+          share < 1 ? (way.penalty() ? 1e-6 / r : 1e-9)
+                    : 0.01 * std::abs(expected) + 2e-6 / r * (way.penalty()),
           "rest while l sin θ ≤ μ r, else δ' = −δ₀ Ω sin Ω t about the angle where l sin θ = μ r, Ω² = m g l/J",
           "within: as above; beyond: 1 %, for |F| is m g up to l ω̇/g and ω², 1e-3, and penalty its regularisation");
     }
@@ -215,9 +203,8 @@ void impacts(Findings& f) {
       "[surfaces.s]\nrestitution = 0.5\n[contacts.wall]\ntype = \"plane\"\nbetween = [\"ground\", \"b\"]\n"
       "at = [[0, 0], [0.2, 0]]\nsurface = \"s\"\n");
   for (const auto& way : ways) {
-    if (way.family == Family::penalty)
-      continue;  // its friction follows the speed within the impact: another law
-    const auto run = finished(text, way, {"gravity=[0,0]"});
+    if (way.penalty()) continue;  // its friction follows the speed within the impact: another law
+    const auto run = test::finished(way, text, {"gravity=[0,0]"});
     const auto hit = test::touch(run, 0);
     f.relative(
         said("a rod on a pin strikes a wall: impulse over approach speed", way), "N s²/m",
@@ -226,7 +213,7 @@ void impacts(Findings& f) {
         "time stepping: the step's own m l ω² h beside m l (1 + e) ω across it, and the angle ω h at the touch, squared: 1e-7; "
         "what lasts in the event's step; room");
     f.relative("the same: its speed after over before", "", hit.v_n_plus / -hit.v_n_minus, e,
-               fixed(way) ? 1e-3 : 1e-6, "Newton's law",
+               way.fixed() ? 1e-3 : 1e-6, "Newton's law",
                "time stepping: ω̇ h/ω of the step, 1e-4, and room; else rounding");
   }
 }
@@ -237,7 +224,8 @@ void four_bars(Findings& f) {
   for (const auto& way : ways) {
     auto options = way.options;
     options.insert(options.end(), {"run.revolutions=1", "run.discard=0"});
-    const auto scene = read_scene(test::source_folder() / "cases/four-bar-friction/scene.toml", options);
+    auto scene = read_scene(test::source_folder() / "cases/four-bar-friction/scene.toml", options);
+    way.choose(scene);
     Simulation simulation(scene, test::name_of(way.family));
     const auto& layout = simulation.layout();
     const auto find = [&](const std::string& name) {
@@ -276,9 +264,8 @@ void four_bars(Findings& f) {
                                                    now.elements[joints[p]].fy - exact.force[p][1]));
       }
     };
-    const auto run = simulation.run({.observers = {&listener}});
-    if (run.ending.status != Ending::Status::finished) throw std::runtime_error(run.ending.reason);
-    const double bound = fixed(way) ? 1e-4 : chosen(way) ? std::pow(3 * bar.speed * longest, 2) / 24 : 1e-6;
+    const auto run = test::finished(simulation, {&listener});
+    const double bound = way.fixed() ? 1e-4 : way.chosen() ? std::pow(3 * bar.speed * longest, 2) / 24 : 1e-6;
     const char* const why =
         "time stepping: forces of a step are its mean, (n ω h)²/24 off its middle in the n-th harmonic, n = 3 for chosen steps "
         "by the longest of them; of fixed ones 4e-7, and drift of the order (ω h)², 1e-6, at the reversals' kinks, room of a "
@@ -294,9 +281,9 @@ void four_bars(Findings& f) {
     f.at_most(
         "the same: energy that the books do not explain over what friction took", "",
         std::abs(run.ledger.closure()) / run.ledger.friction,
-        fixed(way)    ? 1e-5
-        : chosen(way) ? 1e-3
-                      : 1e-6,
+        way.fixed()    ? 1e-5
+        : way.chosen() ? 1e-3
+                       : 1e-6,
         "energy",
         "time stepping: (ω h)² and a reversal's step; chosen steps: their tolerance; else 1e-10 in a step");
   }

@@ -7,7 +7,7 @@
 #include "verification/references/loose_guide_flight.hpp"
 #include "verification/references/seven_body.hpp"
 #include "verification/references/slider_crank.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification {
 namespace {

@@ -9,7 +9,7 @@
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/references/impact_tables.hpp"
 #include "verification/references/slider_crank_oracle.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification {
 

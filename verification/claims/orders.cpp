@@ -6,7 +6,7 @@
 #include "verification/references/hertz_impact.hpp"
 #include "verification/references/pendulum.hpp"
 #include "verification/references/slider_crank_oracle.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification {
 namespace {

@@ -1,6 +1,6 @@
 // Piles of discs by both nonsmooth schemes: forces at rest against weights by hand, and random piles that run to their
 // ends with their ledgers closed.
-#include "verification/piles.hpp"
+#include "verification/support/piles.hpp"
 
 #include "mechanism/scene.hpp"
 #include "verification/claims/force_claims.hpp"

@@ -9,7 +9,7 @@
 #include "simulation/trajectory.hpp"
 #include "study/comparison/compare.hpp"
 #include "verification/claims/claim.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification {
 namespace {

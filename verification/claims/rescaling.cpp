@@ -12,7 +12,7 @@
 #include "mechanism/scene.hpp"
 #include "study/runs/section_run.hpp"
 #include "verification/claims/claim.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification {
 namespace {

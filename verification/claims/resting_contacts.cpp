@@ -9,7 +9,8 @@
 #include "facade/simulation.hpp"
 #include "mechanism/mechanism.hpp"
 #include "verification/claims/equilibrium_claims.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/ways.hpp"
 
 namespace freeplay::verification::equilibrium_claims {
 
@@ -21,15 +22,8 @@ Scene lamp_scene(bool loose) {
   return scene;
 }
 
-struct Way {
-  const char* name;
-  Family family;
-  std::optional<Scheme> scheme;
-};
-constexpr Way ways[] = {{"penalty", Family::penalty, {}},
-                        {"Moreau–Jean", Family::nonsmooth, Scheme::moreau_jean},
-                        {"event-driven", Family::nonsmooth, Scheme::event_driven},
-                        {"automatic", Family::nonsmooth, Scheme::automatic}};
+using test::Way;
+const Way ways[] = {test::penalty, test::fixed_steps(1e-4), test::event_driven, test::automatic};
 
 }  // namespace
 
@@ -126,8 +120,7 @@ void stays(Findings& f) {
   for (const auto& [what, facts] : scenes)
     for (const auto& way : ways) {
       auto scene = facts;
-      if (way.scheme) scene.nonsmooth.scheme = way.scheme;
-      if (way.scheme == Scheme::moreau_jean) scene.nonsmooth.step = 1e-4;
+      way.choose(scene);
       const auto still = rest(scene, way.family);
       Simulation simulation(scene, test::name_of(way.family));
       const auto start = simulation.state();
@@ -138,7 +131,7 @@ void stays(Findings& f) {
                  std::vector<double>(start.q.size())};
       listener.on_step = [&](const Step& step) {
         // What a time step does in which a contact begins is an impact's.
-        if (way.scheme == Scheme::moreau_jean && step.t0 == 0) return;
+        if (way.fixed() && step.t0 == 0) return;
         step.forces(0.5 * (step.t0 + step.t1), now);
         for (std::size_t i = 0; i < now.elements.size(); ++i)
           force = greatest(force, std::hypot(now.elements[i].fx - still.forces.elements[i].fx,

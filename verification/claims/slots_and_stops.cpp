@@ -1,5 +1,6 @@
 // Pins in slots, end stops and bump stops: flights, blows and what the joints feel of them.
 #include "verification/claims/gear_claims.hpp"
+#include "verification/support/scene_text.hpp"
 
 #include <fmt/format.h>
 
@@ -52,8 +53,8 @@ start = "given"
   for (const auto& way : ways) {
     auto scene = scene_by(with("clearance = 1e-4\npin_radius = 8e-3\nsurface = \"steel\"\n"), way);
     scene.run.duration = t + 3e-3;  // the whole contact, under a contact law
-    const auto touch = test::touch(finished(scene, way), 0);
-    const bool stepped = way.step > 0, chosen = way.scheme == Scheme::automatic;
+    const auto touch = test::touch(test::finished(scene, way.family), 0);
+    const bool stepped = way.fixed(), chosen = way.scheme == Scheme::automatic;
     f.within(fmt::format("Scotch yoke with a loose pin, {}: its first flight", way.name), "s", touch.t, t,
              stepped  ? way.step
              : chosen ? touch.t_uncertainty + 1e-9
@@ -72,24 +73,18 @@ start = "given"
                  stepped || chosen ? 1e-4 : 1e-9, "(1 + e) m u: the crank is driven",
                  stepped || chosen ? "a step's own force" : "rounding");
     scene = scene_by(with(""), way);
-    if (way.step > 0) scene.nonsmooth.step = 1e-5;
-    const auto end = finished(scene, way).final_state;
+    if (way.fixed()) scene.nonsmooth.step = 1e-5;
+    const auto end = test::finished(scene, way.family).final_state;
     const double angle = phi + w * 0.1;
     f.within(fmt::format("ideal Scotch yoke, {}: yoke", way.name), "m", end.q[3], r * std::cos(angle),
-             way.family == Family::penalty ? 1e-9 : 1e-11, "x = r cos φ",
-             way.family == Family::penalty ? "drift at α = β = 5" : "positions are brought back");
+             way.penalty() ? 1e-9 : 1e-11, "x = r cos φ",
+             way.penalty() ? "drift at α = β = 5" : "positions are brought back");
   }
 }
 
 void stops(Findings& f) {
-  const std::string slide = R"([bodies.block]
-mass = 2.0
-inertia = 0.01
-velocity = [1.5, 0.0]
-[joints.guide]
-type = "translational"
-between = ["ground", "block"]
-[contacts.end]
+  const std::string slide = test::body("block", 2.0, 0.01, "velocity = [1.5, 0.0]\n") +
+                            test::guide("guide", "ground", "block") + R"([contacts.end]
 type = "travel-stop"
 joint = "guide"
 lower = -0.1
@@ -98,19 +93,16 @@ stiffness = 1e11
 surface = "rubber"
 [surfaces.rubber]
 restitution = 0.7
-[run]
-duration = 1
-start = "given"
-)";
+)" + test::run_for(1, "start = \"given\"\n");
   const double e = 0.7;
   const auto exact = reference::bounces(0.2, 0.3, 1.5, e, 2.0, 4);
   for (const auto& way : ways) {
     auto scene = scene_by(slide, way);
     scene.run.duration = exact.back().t + 0.1;
-    if (way.step > 0) scene.nonsmooth.step = 1e-4;
+    if (way.fixed()) scene.nonsmooth.step = 1e-4;
     auto by = way;
     if (by.step > 0) by.step = 1e-4;
-    blows(f, "block between end stops", by, finished(scene, way), exact, e);
+    blows(f, "block between end stops", by, test::finished(scene, way.family), exact, e);
   }
   // A rod on a pin against a stop, at its centre of percussion and nearer: what the pin feels.
   const double l = 0.1, Jc = 0.01, JO = Jc + l * l, w = 10, limit = 0.5, er = 0.6, T = 0.06;
@@ -142,7 +134,7 @@ start = "given"
                                   radius);
     for (const auto& way : ways) {
       auto scene = scene_by(text, way);
-      if (way.step > 0) scene.nonsmooth.step = 1e-5;
+      if (way.fixed()) scene.nonsmooth.step = 1e-5;
       Simulation simulation(scene, test::name_of(way.family));
       const auto& elements = simulation.layout().forces;
       Forces sum;
@@ -161,13 +153,13 @@ start = "given"
       for (std::size_t k = 0; k < elements.size(); ++k)
         if (elements[k].name == "pin") pin = sum.elements[k];
       const std::string name = fmt::format("rod on a pin against a stop at {:.3g} m, {}", radius, way.name);
-      const double bound = way.family == Family::penalty ? 1e-6 : way.step > 0 ? 1e-6 : 1e-9;
+      const double bound = way.penalty() ? 1e-6 : way.fixed() ? 1e-6 : 1e-9;
       f.relative(name + ": speed after it", "rad/s", run.final_state.v[2], -er * w, bound, "−e ω",
-                 way.family == Family::penalty ? "\"exact\" delivers e; drift"
-                 : way.step > 0                ? "rates at a step's end: (ω h)² and room"
-                                               : "tolerance");
-      f.within("the same: time of it", "s", touch.t, limit / w, way.step > 0 ? 1e-5 : 1e-8, "constant speed",
-               way.step > 0 ? "a step" : "tolerance");
+                 way.penalty() ? "\"exact\" delivers e; drift"
+                 : way.fixed() ? "rates at a step's end: (ω h)² and room"
+                               : "tolerance");
+      f.within("the same: time of it", "s", touch.t, limit / w, way.fixed() ? 1e-5 : 1e-8, "constant speed",
+               way.fixed() ? "a step" : "tolerance");
       // Momentum of the rod less what the stop did; the stop's impulse acts along −perp c.
       const double P = JO * (1 + er) * w / radius, end = limit - er * (w * T - limit);
       const double px = l * (er * w * std::sin(end)), py = l * (-er * w * std::cos(end) - w);
@@ -175,9 +167,9 @@ start = "given"
       const double scale = l * w * (1 + er);
       f.at_most("the same: impulse of the pin, error over m l Δω", "",
                 std::hypot(pin.fx - bx, pin.fy - by) / scale,
-                way.family == Family::penalty ? 2e-3
-                : way.step > 0                ? 2e-3
-                                              : 1e-8,
+                way.penalty() ? 2e-3
+                : way.fixed() ? 2e-3
+                              : 1e-8,
                 "momentum of the rod by hand",
                 way.family == Family::nonsmooth && way.step == 0
                     ? "tolerance"
@@ -215,9 +207,9 @@ start = "given"
 )",
                                        k, 2 * zeta * w0 * m);
   for (const auto& way : ways) {
-    const auto run = finished(scene_by(text, way), way);
+    const auto run = test::finished(scene_by(text, way), way.family);
     const auto& end = run.final_state;
-    const bool stepped = way.step > 0, chosen = way.scheme == Scheme::automatic;
+    const bool stepped = way.fixed(), chosen = way.scheme == Scheme::automatic;
     const double bound = stepped ? 1e-4 : chosen ? 1e-4 : 1e-7;
     const char* why = stepped ? "the force begins within a step: ζ ω₀ h, 3e-5, and room"
                       : chosen

@@ -7,43 +7,30 @@
 #include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/springs.hpp"
-#include "verification/support.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/ways.hpp"
 
 namespace freeplay::verification {
 namespace {
 
-struct Way {
-  const char* name;
-  Family family = Family::nonsmooth;
-  std::optional<Scheme> scheme = {};
-  double step = 0;  ///< s, > 0: of fixed steps
-};
+using test::Way;
 constexpr double step = 1e-4;
-constexpr Way ways[] = {{"penalty", Family::penalty},
-                        {"event-driven", Family::nonsmooth, Scheme::event_driven},
-                        {"automatic", Family::nonsmooth, Scheme::automatic},
-                        {"Moreau–Jean, chosen steps", Family::nonsmooth, Scheme::moreau_jean},
-                        {"Moreau–Jean at 1e-4 s", Family::nonsmooth, Scheme::moreau_jean, step}};
+const Way ways[] = {test::penalty, test::event_driven, test::automatic, test::chosen_steps,
+                    test::fixed_steps(step, "Moreau–Jean at 1e-4 s")};
 
 /// Final state. Throws when the run does not finish.
 State end_of(const std::string& text, const Way& way) {
-  auto scene = parse_scene(text, "spring");
-  scene.nonsmooth.scheme = way.scheme;
+  auto scene = test::scene_by(way, text);
   scene.nonsmooth.step_tolerance = 1e-9;
-  if (way.step > 0) scene.nonsmooth.step = way.step;
-  const auto run = test::simulate(scene, way.family);
-  if (run.ending.status != Ending::Status::finished) throw std::runtime_error(run.ending.reason);
-  return run.final_state;
+  return test::finished(scene, way.family).final_state;
 }
 
 /// A bound for each way: of integrators that control their error, of chosen time steps, of steps of 1e-4 s.
 struct Bounds {
   double adaptive, chosen, fixed;
   const char* reason;
-  double of(const Way& way) const {
-    if (way.step > 0) return fixed;
-    return way.family == Family::nonsmooth && *way.scheme == Scheme::moreau_jean ? chosen : adaptive;
-  }
+  double of(const Way& way) const { return way.fixed() ? fixed : way.chosen() ? chosen : adaptive; }
 };
 constexpr const char* usual =
     "tolerances of 1e-9 a step over some thousand steps; fixed steps: phase lags by (ωh)²/24 of ωt, twice that";
@@ -160,13 +147,8 @@ start = "given"
              "as above; without the cable it would be back 10 ms later, 4 cm off");
   }
   const auto soft = on_spring(1, 0, 2, 5, "stiffness = 1e4\nfree_length = 1\none_way = \"pull\"");
-  const auto torsional = fmt::format(R"(
-[bodies.rotor]
-mass = 1.0
-inertia = 1.0
-angle = 0.0
-angular_velocity = 2.0
-[loads.upper]
+  const auto torsional =
+      test::body("rotor", 1.0, 1.0, "angle = 0.0\nangular_velocity = 2.0\n") + R"([loads.upper]
 type = "torsional-spring-damper"
 between = ["ground", "rotor"]
 stiffness = 1e4
@@ -178,10 +160,7 @@ between = ["ground", "rotor"]
 stiffness = 1e4
 free_angle = -1.0
 one_way = "push"
-[run]
-duration = 5.0
-start = "given"
-)");
+)" + test::run_for(5.0, "start = \"given\"\n");
   for (const auto& way : ways) {
     const Bounds softer{1e-6, 1e-5, 5e-4,
                         "as above; a fixed step knows each of 10 kinks to (ωh)²/2 = 5e-5 of the speed"};
@@ -227,20 +206,10 @@ start = "given"
              "the same", bounds.reason);
   }
   // Two free bodies: what acts on the first acts at the same place as on the second.
-  const std::string pair = R"(
-[bodies.a]
-mass = 1.0
-inertia = 0.02
-position = [0.0, 0.0]
-velocity = [0.3, -0.1]
-angular_velocity = 3.0
-[bodies.b]
-mass = 2.0
-inertia = 0.05
-position = [0.5, 0.03]
-velocity = [0.1, 0.4]
-angular_velocity = -2.0
-[loads.bushing]
+  const std::string pair =
+      test::body("a", 1.0, 0.02, "position = [0.0, 0.0]\nvelocity = [0.3, -0.1]\nangular_velocity = 3.0\n") +
+      test::body("b", 2.0, 0.05, "position = [0.5, 0.03]\nvelocity = [0.1, 0.4]\nangular_velocity = -2.0\n") +
+      R"([loads.bushing]
 type = "bushing"
 between = ["a", "b"]
 at = [[0.2, 0.0], [-0.25, 0.01]]
@@ -249,10 +218,7 @@ stiffness = [300.0, 2000.0]
 damping = [1.0, 2.0]
 torsional_stiffness = 4.0
 torsional_damping = 0.01
-[run]
-duration = 2.0
-start = "given"
-)";
+)" + test::run_for(2.0, "start = \"given\"\n");
   const auto momentum = [](const std::vector<double>& q, const std::vector<double>& v) {
     return (q[0] * v[1] - q[1] * v[0]) + 0.02 * v[2] + 2 * (q[3] * v[4] - q[4] * v[3]) + 0.05 * v[5];
   };
@@ -279,11 +245,10 @@ void press(Findings& f) {
                           {"drives.motor.speed_rpm=6", "run.revolutions=0.5"});
   for (auto& b : scene.mechanism.bodies) b.velocity = 0.1 * b.velocity, b.angular_velocity *= 0.1;
   for (const auto& way : ways) {
-    if (way.scheme == Scheme::moreau_jean && way.step == 0) continue;  // as automatic
+    if (way.chosen()) continue;  // as automatic
     scene.nonsmooth.scheme = way.scheme;
     if (way.step > 0) scene.nonsmooth.step = 0.2 * way.step;
-    const auto run = test::simulate(scene, way.family);
-    if (run.ending.status != Ending::Status::finished) throw std::runtime_error(run.ending.reason);
+    const auto run = test::finished(scene, way.family);
     const auto& q = run.final_state.q;
     // Two surfaces of one steel: 1/E* = 2 (1 − ν²)/E.
     const double K = 2.0 / 3 * 2.07e11 / (1 - 0.3 * 0.3) * std::sqrt(0.02);

@@ -13,7 +13,7 @@
 #include "mechanism/scene.hpp"
 #include "simulation/statistics.hpp"
 #include "verification/claims/claim.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification {
 namespace {

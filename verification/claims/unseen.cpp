@@ -8,7 +8,8 @@
 #include "mechanism/scene.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/throw_at_peg.hpp"
-#include "verification/support.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification {
 namespace {
@@ -173,13 +174,8 @@ void at_once(Findings& f) {
 
 /// Steep friction: slip at 250 m/s against a wall, µ = 1, regularised within 1 mm/s.
 void steep(Findings& f) {
-  auto scene = parse_scene(R"(
-[bodies.ball]
-mass = 0.12
-inertia = 2e-6
-position = [0, 0.1]
-velocity = [100, -250]
-[surfaces.s]
+  auto scene = parse_scene(test::body("ball", 0.12, 2e-6, "position = [0, 0.1]\nvelocity = [100, -250]\n") +
+                               R"([surfaces.s]
 young = 5e8
 poisson = 0.3
 restitution = 0.5
@@ -189,10 +185,8 @@ type = "plane"
 between = ["ground", "ball"]
 radius = 0.006
 surface = "s"
-[run]
-duration = 2e-3
-start = "given"
-[penalty]
+)" + test::run_for(2e-3, "start = \"given\"\n") +
+                               R"([penalty]
 contact = "exact"
 )",
                            "steep");

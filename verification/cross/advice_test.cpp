@@ -14,7 +14,7 @@
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/references/loose_guide.hpp"
 #include "verification/references/slider_crank_oracle.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

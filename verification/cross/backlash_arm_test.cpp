@@ -6,7 +6,7 @@
 
 #include "io/scene/open_scene.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

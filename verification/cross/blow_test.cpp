@@ -8,7 +8,8 @@
 #include "facade/simulation.hpp"
 #include "formulations/contact/contact_law.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/ways.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -149,8 +150,7 @@ TEST_CASE("a body may start where its soft contact bears it", "[penalty][start]"
                        fmt::format("bodies.ball.position=[0, {}]", 0.1 - deep)});
   };
   CAPTURE(young, depth);
-  const auto run = test::simulate(scene(depth), Family::penalty);
-  REQUIRE(run.ending.status == Ending::Status::finished);
+  const auto run = test::finished(scene(depth), Family::penalty);
   CHECK(0.1 - run.final_state.q[1] == Approx(depth).epsilon(1e-6).margin(1e-16 * 100));
   CHECK(run.contacts[0].penetration == Approx(depth).epsilon(1e-6));
   CHECK_THROWS_WITH(test::simulate(scene(0.011), Family::penalty),
@@ -165,8 +165,7 @@ TEST_CASE("a contact that rests does not part in a short last step", "[nonsmooth
     const auto scene =
         read_scene(test::scene_file("ring"), {"nonsmooth.scheme=moreau-jean", "nonsmooth.step=1e-5",
                                               "run.discard=0", fmt::format("run.duration={}", duration)});
-    const auto run = test::simulate(scene, Family::nonsmooth);
-    REQUIRE(run.ending.status == Ending::Status::finished);
+    const auto run = test::finished(scene, Family::nonsmooth);
     REQUIRE_FALSE(run.events.empty());
     CHECK(run.events.back().kind == EventKind::contact);
   }
@@ -193,8 +192,7 @@ TEST_CASE("what a contact has stored is lost where damping holds its force at ze
                  {"penalty.integrator=" + integrator, "penalty.v0_floor=1e-6", "gravity=[0, 9.81]",
                   "bodies.ball.mass=1e-3", "bodies.ball.position=[0, 0.0999]", "surfaces.steel.young=1e7",
                   "surfaces.steel.restitution=0.5", "run.duration=0.01"});
-  const auto run = test::simulate(scene, Family::penalty);
-  REQUIRE(run.ending.status == Ending::Status::finished);
+  const auto run = test::finished(scene, Family::penalty);
   const double K = hertz_stiffness(1e7, 0.3, 0.1);
   CHECK(run.ledger.contact == Approx(0.4 * K * std::pow(1e-4, 2.5)).epsilon(1e-8));
 }
@@ -207,8 +205,7 @@ TEST_CASE("a torque on one body makes no contact of another slower than the floo
        "bodies.ball.position=[3, 0.5]", "bodies.ball.velocity=[0, -1]", "surfaces.steel.restitution=0.5",
        "joints.axle.type=revolute", "joints.axle.between=[\"ground\", \"wheel\"]", "drives.motor.joint=axle",
        "drives.motor.torque=1000", "run.duration=0.45"});
-  const auto run = test::simulate(scene, Family::penalty);
-  REQUIRE(run.ending.status == Ending::Status::finished);
+  const auto run = test::finished(scene, Family::penalty);
   REQUIRE_FALSE(run.events.empty());
   CHECK(run.events.front().v_n_minus == Approx(-1).epsilon(1e-9));
   CHECK(run.events.front().v_n_plus ==

@@ -10,7 +10,7 @@
 #include "mechanism/scene.hpp"
 #include "simulation/touches.hpp"
 #include "verification/references/bouncing_ball.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -9,7 +9,8 @@
 #include "mechanism/scene.hpp"
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/references/impact_tables.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/ways.hpp"
 
 using namespace freeplay;
 
@@ -59,9 +60,8 @@ Scene hanging(double lift) {
 TEST_CASE("a contact that begins at rest settles, in both formulations", "[contact]") {
   auto scene = hanging(0);
   for (const auto family : {Family::penalty, Family::nonsmooth}) {
-    const auto run = test::simulate(scene, family);
     CAPTURE(family == Family::penalty);
-    REQUIRE(run.ending.status == Ending::Status::finished);
+    const auto run = test::finished(scene, family);
     // The weight compresses the contact by (mg/K)^(2/3) = 1e-7 m; nothing moves farther than a few times
     // that.
     CHECK(run.contacts[0].penetration < 1e-6);
@@ -73,8 +73,7 @@ TEST_CASE("a contact that begins at rest settles, in both formulations", "[conta
 TEST_CASE("a state that starts inside the wall is a contact from the first instant", "[contact]") {
   // 2 µm inside: Hertz's energy 0.4 K δ^2.5 throws the journal up; it must not exceed that energy.
   auto scene = hanging(-2e-6);
-  const auto run = test::simulate(scene, Family::penalty);
-  REQUIRE(run.ending.status == Ending::Status::finished);
+  const auto run = test::finished(scene, Family::penalty);
   const double K = hertz_stiffness(207e9, 0.3, 10e-3 * 9.5e-3 / 0.5e-3),
                stored = 0.4 * K * std::pow(2e-6, 2.5);
   CHECK(run.ledger.initial - 0.471 * 9.81 * (-0.15 - 0.5e-3 - 2e-6) == Approx(stored).epsilon(1e-6));
@@ -89,9 +88,8 @@ TEST_CASE("a journal that only grazes the wall is handled", "[contact]") {
     auto scene = hanging(1e-9);
     scene.mechanism.bodies[0].velocity = Vec2(0, std::sqrt(2 * 9.81 * (1e-3 - 1e-9) * factor));
     scene.mechanism.surfaces[0].friction.reset();
-    const auto run = test::simulate(scene, Family::penalty);
     CAPTURE(factor);
-    REQUIRE(run.ending.status == Ending::Status::finished);
+    const auto run = test::finished(scene, Family::penalty);
     CHECK(std::abs(run.ledger.closure()) < 1e-6 * run.ledger.scale());
   }
 }

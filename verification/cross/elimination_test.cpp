@@ -9,7 +9,7 @@
 #include "dynamics/system.hpp"
 #include "mechanism/scene.hpp"
 #include "numerics/saddle_point.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

@@ -7,34 +7,30 @@
 #include "facade/simulation.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/cross/snapshot_check.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/ways.hpp"
 
 using namespace freeplay;
 
 namespace {
 
-struct Way {
-  const char* name;
-  Family family;
-  std::vector<std::string> keys;
-};
-const std::vector<Way> ways{
-    {"fixed steps", Family::nonsmooth, {"nonsmooth.scheme=\"moreau-jean\"", "nonsmooth.step=1e-5"}},
-    {"chosen steps", Family::nonsmooth, {"nonsmooth.scheme=\"moreau-jean\"", "nonsmooth.step=\"automatic\""}},
-    {"event-driven", Family::nonsmooth, {"nonsmooth.scheme=\"event-driven\""}},
-    {"automatic", Family::nonsmooth, {}},
-    {"penalty", Family::penalty, {"penalty.contact=\"exact\""}}};
+using test::Way;
+const std::vector<Way> ways{test::fixed_steps(1e-5),
+                            test::chosen_steps,
+                            test::event_driven,
+                            test::automatic,
+                            {"penalty", Family::penalty, {}, 0, {"penalty.contact=\"exact\""}}};
 
 Scene pin(std::vector<std::string> keys, const Way& way) {
-  keys.insert(keys.end(), way.keys.begin(), way.keys.end());
+  keys.insert(keys.end(), way.options.begin(), way.options.end());
   keys.push_back("run.discard=0");
-  return read_scene(test::source_folder() / "cases/lubricated-pin/scene.toml", keys);
+  auto scene = read_scene(test::source_folder() / "cases/lubricated-pin/scene.toml", keys);
+  way.choose(scene);
+  return scene;
 }
 
 Result finished(const Scene& scene, const Way& way) {
-  auto run = test::simulate(scene, way.family);
-  CAPTURE(way.name, run.ending.reason);
-  REQUIRE(run.ending.status == Ending::Status::finished);
+  auto run = test::finished(scene, way.family);
   CHECK(std::abs(run.ledger.closure()) < 1e-6 * run.ledger.scale());
   return run;
 }
@@ -86,10 +82,8 @@ TEST_CASE("where the film is too thin to carry, dry contact takes over at gap 0"
 }
 
 TEST_CASE("a fixed step that jumps over a film's thickness says so", "[films]") {
-  const auto run =
-      finished(pin({"lubricants.oil.viscosity=0.002", "nonsmooth.step=2e-3", "run.revolutions=0.3"},
-                   {"", Family::nonsmooth, {"nonsmooth.scheme=\"moreau-jean\""}}),
-               ways[0]);
+  const auto coarse = test::fixed_steps(2e-3);
+  const auto run = finished(pin({"lubricants.oil.viscosity=0.002", "run.revolutions=0.3"}, coarse), coarse);
   CHECK(
       std::ranges::any_of(run.notes, [](const std::string& note) { return note.find("film") != note.npos; }));
   const auto fine = finished(pin({"run.revolutions=0.1"}, ways[0]), ways[0]);

@@ -10,7 +10,7 @@
 #include "facade/simulation.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/trajectory.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 
@@ -125,49 +125,6 @@ TEST_CASE("a load cell in a guide takes its friction with it", "[forces]") {
       CHECK(last[0] == Approx(-std::min(pull, 5.0)).epsilon(1e-6));
       CHECK(last[1] == Approx(2 * 9.81).epsilon(1e-9));
     }
-}
-
-TEST_CASE("powers of drives and loads add up to the change of energy", "[forces]") {
-  // Every joint ideal, so that nothing else does work but gravity.
-  auto scene = read_scene(test::scene_file("forces"));
-  scene.mechanism = idealised(scene.mechanism);
-  scene.run.duration = 0.02;
-  scene.penalty.integrator = Integrator::dopri5;
-  const auto start = assemble(scene.mechanism, scene.run.start);
-  const auto energy = [&](const State& s) {
-    double sum = 0;
-    for (std::size_t b = 0; b < scene.mechanism.bodies.size(); ++b) {
-      const auto& body = scene.mechanism.bodies[b];
-      const double *q = s.q.data() + 3 * b, *v = s.v.data() + 3 * b;
-      sum += 0.5 * (body.mass * (v[0] * v[0] + v[1] * v[1]) + body.inertia * v[2] * v[2]) -
-             body.mass * (scene.mechanism.gravity.x() * q[0] + scene.mechanism.gravity.y() * q[1]);
-    }
-    return sum;
-  };
-  for (const auto& [family, scheme] : {std::pair{Family::penalty, Scheme::event_driven},
-                                       {Family::nonsmooth, Scheme::event_driven},
-                                       {Family::nonsmooth, Scheme::moreau_jean}}) {
-    scene.nonsmooth.scheme = scheme;
-    Simulation simulation(scene, test::name_of(family), {.start = start});
-    Forces sum{std::vector<ElementForce>(simulation.layout().forces.size()),
-               std::vector<double>(start.v.size())};
-    test::Listener listener;
-    listener.want.forces = true;
-    listener.on_step = [&](const Step& step) {
-      sum.add(1, step.before());
-      step.add_impulse(step.t0, step.t1, sum);
-      sum.add(1, step.within());
-    };
-    const double before = energy(simulation.state());
-    const auto result = simulation.run({.observers = {&listener}});
-    INFO(result.ending.reason);
-    REQUIRE(result.ending.status == Ending::Status::finished);
-    double work = 0;
-    for (const auto& e : sum.elements) work += e.power;
-    CAPTURE(result.formulation, result.ledger.stabilisation, before);
-    CHECK(work == Approx(energy(simulation.state()) - before).margin(1e-6 * result.ledger.scale()));
-    CHECK(std::abs(work) > 0.1);
-  }
 }
 
 TEST_CASE("a time step's forces leave its impacts out, and what lasts in", "[forces]") {

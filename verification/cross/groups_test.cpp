@@ -14,6 +14,8 @@
 #include "mechanism/group.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/cross/snapshot_check.hpp"
+#include "verification/support/texts.hpp"
+#include "verification/support/ways.hpp"
 
 using namespace freeplay;
 
@@ -79,9 +81,7 @@ std::string declared(double duration = 0.3) {
 State end_of(const std::string& text, Family family, Scheme scheme, long* touches = nullptr) {
   auto scene = parse_scene(text, "discs.toml");
   scene.nonsmooth.scheme = scheme;
-  const auto r = test::simulate(scene, family);
-  INFO(r.ending.reason);
-  REQUIRE(r.ending.status == Ending::Status::finished);
+  const auto r = test::finished(scene, family);
   if (touches) *touches = r.work.events;
   return r.final_state;
 }
@@ -184,32 +184,6 @@ TEST_CASE("the list of neighbours has every pair within reach, and none is misse
   }
 }
 
-TEST_CASE("a column of discs at rest carries what lies above", "[groups]") {
-  // n discs between walls that they do not press: contact k bears m g (n − k).
-  const int n = 6;
-  auto scene = parse_scene(
-      fmt::format(
-          "gravity = [0, -9.81]\n[groups.g]\nmass = 0.3\nradius = 0.1\ngrid = [1, {}]\norigin = [0, 0.1]\n"
-          "spacing = [1, 0.2]\nwalls = [[0, 0], [1, 0]]\nsurface = \"s\"\npairs = \"near\"\n",
-          n) +
-          surface + run_keys(0.5, 1e-3),
-      "column.toml");
-  Simulation simulation(scene, "nonsmooth");
-  double floor = 0, sum = 0;
-  test::Listener listener;
-  listener.want.forces = true;
-  listener.on_step = [&](const Step& step) {
-    Forces now;
-    step.forces(step.t1, now);
-    for (std::size_t e = 0; e < simulation.layout().forces.size(); ++e)
-      (simulation.layout().forces[e].name == "g-wall1" ? floor : sum) = now.elements[e].fn;
-  };
-  REQUIRE(simulation.run({.observers = {&listener}}).ending.status == Ending::Status::finished);
-  // Solved to 1e-10 of the greatest rate of a step, g h: of the least load, a disc's weight, less than 1e-7 with room.
-  CHECK(floor == Approx(n * 0.3 * 9.81).epsilon(1e-7));
-  CHECK(sum == Approx(0.5 * n * (n - 1) * 0.3 * 9.81).epsilon(1e-7));
-}
-
 TEST_CASE("rows of discs that just fit between two walls stay where they are", "[groups]") {
   // Their gaps are those of rounding, above and below zero: no room is left to bring the one back without the other.
   for (const auto& [columns, rows] : {std::pair{5, 10}, {10, 10}, {12, 3}})
@@ -225,9 +199,7 @@ TEST_CASE("rows of discs that just fit between two walls stay where they are", "
           "grid.toml");
       Simulation simulation(scene, "nonsmooth");
       const auto begin = simulation.state().q;
-      const auto result = simulation.run({});
-      INFO(result.ending.reason);
-      REQUIRE(result.ending.status == Ending::Status::finished);
+      const auto result = test::finished(simulation);
       const auto end = simulation.state().q;
       double moved = 0;
       for (std::size_t i = 0; i < end.size(); ++i)
@@ -291,63 +263,12 @@ TEST_CASE("a box of discs comes to rest: its floor bears their weight, its walls
   CHECK(deepest < 0.1 * 0.5 * h);
 }
 
-TEST_CASE("discs that meet without loss keep their momentum, their energy and their moment of momentum",
-          "[groups]") {
-  // No walls, no weight: nothing acts but the contacts, of e = 1 and without friction, whose impulses are along the line of centres.
-  const int n = 30;
-  const double mass = 0.2, h = 1e-4;
-  const auto group = [](const char* name, double x, double speed, const char* more) {
-    return fmt::format(
-        "[groups.{}]\nmass = 0.2\nradius = 0.05\ngrid = [3, 5]\norigin = [{}, {}]\n"
-        "spacing = [0.12, 0.12]\nstagger = 0.02\nvelocity = [{}, {}]\nsurface = \"s\"\npairs = \"near\"\n{}",
-        name, x, 0.1 * x, speed, 0.1 * speed, more);
-  };
-  Simulation simulation(parse_scene(group("a", 0, 0.8, "") + group("b", 0.4, -0.7, "touches = \"a\"\n") +
-                                        "[surfaces.s]\nrestitution = 1\n" + run_keys(0.6, h),
-                                    "gas.toml"),
-                        "nonsmooth");
-  const auto start = simulation.state();
-  const auto sums = [&](const State& s) {
-    std::array<double, 4> all{};  // P_x, P_y, L, 2T
-    for (int b = 0; b < n; ++b) {
-      const double *x = s.q.data() + 3 * b, *v = s.v.data() + 3 * b;
-      all[0] += mass * v[0];
-      all[1] += mass * v[1];
-      all[2] += mass * (x[0] * v[1] - x[1] * v[0]);
-      all[3] += mass * (v[0] * v[0] + v[1] * v[1]);
-    }
-    return all;
-  };
-  const auto before = sums(start);
-  const auto run = simulation.run({});
-  REQUIRE(run.ending.status == Ending::Status::finished);
-  REQUIRE(run.work.events > 20);
-  const auto after = sums(run.final_state);
-  const double p = mass * n, scale = before[3];
-  CHECK(after[0] == Approx(before[0]).margin(1e-12 * p));
-  CHECK(after[1] == Approx(before[1]).margin(1e-12 * p));
-  // An impulse that meets u⁺ = −u⁻ does no work, to the tolerance of the contact problems. Positions brought back are no impulse's
-  // doing: they move levers by h u at most.
-  CHECK(after[3] == Approx(scale).epsilon(1e-6));
-  CHECK(after[2] == Approx(before[2]).margin(static_cast<double>(run.work.events) * p * h));
-}
-
 TEST_CASE("a group that cannot be is refused where it stands", "[groups][scene]") {
   const auto refused = [](const std::string& from, const std::string& to, const std::string& says) {
-    auto text = grouped("near");
-    const auto at = text.find(from);
-    REQUIRE(at != text.npos);
-    text.replace(at, from.size(), to);
     CAPTURE(says);
-    try {
-      const auto scene = parse_scene(text, "g.toml");
-      Simulation simulation(scene, "nonsmooth");
-      FAIL("not refused");
-    } catch (const SceneError& e) {
-      CHECK_THAT(std::string(e.what()), Catch::Contains(says));
-    } catch (const ModelError& e) {
-      CHECK_THAT(std::string(e.what()), Catch::Contains(says));
-    }
+    const auto text = test::replaced(grouped("near"), from, to);
+    CHECK_THAT(test::refusal_of([&] { Simulation(parse_scene(text, "g.toml"), "nonsmooth"); }),
+               Catch::Contains(says));
   };
   refused("radius = 0.05", "radius = 0", "groups.g.radius: must be greater than 0");
   refused("mass = 0.2\n", "", "groups.g.mass: is missing");

@@ -8,7 +8,8 @@
 #include "facade/simulation.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/instrument.hpp"
-#include "verification/support.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 
@@ -118,20 +119,11 @@ TEST_CASE("Butterworth low-passes of every order: gain, cut-off, impulse", "[ins
 }
 
 TEST_CASE("an encoder counts, an LVDT follows, noise has its size", "[instruments]") {
-  auto scene = parse_scene(R"(
-[bodies.wheel]
-mass = 1.0
-inertia = 1.0
-position = [0.1, 0.0]
-velocity = [0.0, 0.2]
-angular_velocity = 2.0
-[joints.axle]
-type = "revolute"
-between = ["ground", "wheel"]
-at = [[0, 0], [-0.1, 0]]
-[run]
-duration = 1.0
-[instruments.angle]
+  auto scene =
+      parse_scene(test::body("wheel", 1.0, 1.0,
+                             "position = [0.1, 0.0]\nvelocity = [0.0, 0.2]\nangular_velocity = 2.0\n") +
+                      test::pin("axle", "ground", "wheel", {0, 0}, {-0.1, 0}) + test::run_for(1.0) +
+                      R"([instruments.angle]
 type = "encoder"
 joint = "axle"
 counts = 100
@@ -148,7 +140,7 @@ sampling = 50000.0
 noise = 0.5
 range = 10.0
 )",
-                           "s.toml");
+                  "s.toml");
   test::Listener listener;
   double squares = 0;
   int count[3] = {0, 0, 0};

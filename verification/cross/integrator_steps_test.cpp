@@ -12,11 +12,15 @@
 #include "formulations/integrators/odeint_memory.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/observer.hpp"
-#include "verification/support.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
+#include "verification/support/ways.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
 using std::numbers::pi;
+using test::notes_of;
 
 namespace {
 
@@ -37,12 +41,6 @@ axis = [1, 0]
 {})",
                                  speed, more),
                      "slider.toml", sets);
-}
-
-std::string said(const Result& run) {
-  std::string all;
-  for (const auto& note : run.notes) all += note + "\n";
-  return all;
 }
 
 }  // namespace
@@ -81,14 +79,13 @@ TEST_CASE("a smooth push against the place does its work by every integrator", "
                           "\"position\"\n[run]\nduration = 2.0\nstart = \"given\"\n",
                           profile, from),
               1, {"penalty.integrator=" + integrator, fmt::format("penalty.tolerance={}", tolerance)});
-          const auto run = test::simulate(scene, Family::penalty);
-          CAPTURE(profile, from, integrator, tolerance, run.ending.reason);
-          REQUIRE(run.ending.status == Ending::Status::finished);
+          CAPTURE(profile, from, integrator, tolerance);
+          const auto run = test::finished(scene, Family::penalty);
           const double x = run.final_state.q[0];
           const double work = from * 0.5 + 0.5 * (from + 10) * 0.3 + 10 * (x - 0.8);
           // Some hundred steps at the tolerance, of speeds of up to 10 m/s.
           CHECK(run.final_state.v[0] == Approx(std::sqrt(1 + work)).epsilon(0).margin(1e3 * tolerance));
-          CHECK_THAT(said(run), !Contains("DOUBTFUL"));
+          CHECK_THAT(notes_of(run), !Contains("DOUBTFUL"));
         }
 }
 
@@ -112,7 +109,7 @@ TEST_CASE("a bump stop's damper takes what its closed form takes", "[integrators
       const double x = at + y(low) + off * (0.3 - at / v - low);
       for (const auto& integrator : adaptive)
         for (const double tolerance : {1e-7, 1e-9}) {
-          const auto run = test::simulate(
+          const auto run = test::finished(
               slider(
                   fmt::format("[loads.stop]\ntype = \"bump-stop\"\nbetween = [\"ground\", \"slider\"]\nat = "
                               "[[0, 0], [0, 0]]\naxis = [1, 0]\nupper = {}\nstiffness = {}\ndamping = "
@@ -120,14 +117,13 @@ TEST_CASE("a bump stop's damper takes what its closed form takes", "[integrators
                               at, k, c),
                   v, {"penalty.integrator=" + integrator, fmt::format("penalty.tolerance={}", tolerance)}),
               Family::penalty);
-          CAPTURE(k, share, integrator, tolerance, said(run), run.ledger.closure());
-          REQUIRE(run.ending.status == Ending::Status::finished);
+          CAPTURE(k, share, integrator, tolerance, notes_of(run), run.ledger.closure());
           // A hundred steps at the tolerance, of 1 m/s and 1 J; the force has a kink where the stop lets go.
           const double bound = 300 * tolerance;
           CHECK(run.final_state.v[0] == Approx(off).margin(bound).epsilon(0));
           CHECK(run.final_state.q[0] == Approx(x).margin(bound).epsilon(0));
           CHECK(run.ledger.damping == Approx(loss).margin(bound).epsilon(0));
-          CHECK_THAT(said(run), !Contains("DOUBTFUL"));
+          CHECK_THAT(notes_of(run), !Contains("DOUBTFUL"));
         }
     }
 }
@@ -145,11 +141,11 @@ TEST_CASE("a motion that ends near rest is judged by the energy that passed", "[
   const auto judge = [&](const Result& run) {
     REQUIRE(run.ending.status == Ending::Status::finished);
     const double most = 2 * A / (m * w), energy = 0.5 * m * most * most;  // m/s, J
-    CAPTURE(said(run), run.final_state.v[0], run.ledger.closure(), run.ledger.passed);
+    CAPTURE(notes_of(run), run.final_state.v[0], run.ledger.closure(), run.ledger.passed);
     CHECK(run.ledger.scale() < 1e-3 * energy);  // nothing is left
     CHECK(run.ledger.passed == Approx(energy).epsilon(0.05));
     CHECK(std::abs(run.final_state.v[0]) < 1e-4 * most);
-    CHECK_THAT(said(run), !Contains("DOUBTFUL"));
+    CHECK_THAT(notes_of(run), !Contains("DOUBTFUL"));
   };
   for (const auto& integrator : adaptive)
     judge(test::simulate(driven({"penalty.integrator=" + integrator}), Family::penalty));
@@ -159,189 +155,31 @@ TEST_CASE("a motion that ends near rest is judged by the energy that passed", "[
   judge(test::simulate(driven({"nonsmooth.scheme=moreau-jean", "nonsmooth.step=1e-4"}), Family::nonsmooth));
 }
 
-TEST_CASE("a force of 3 kHz is followed in every row", "[integrators][curves]") {
-  // v = A/(m ω) (1 − cos ωt), x = A/(m ω) (t − sin ωt/ω), at rest again after 150 periods.
-  const double A = 10, m = 2, w = 2 * pi * 3000, size = A / (m * w), duration = 0.05;
-  const auto scene = [&](const std::vector<std::string>& sets) {
-    return slider(fmt::format("[curves.push]\nshape = \"harmonic\"\namplitude = {}\nfrequency = 3000\n"
-                              "[drives.push]\njoint = \"guide\"\nforce = \"push\"\n[run]\nduration = {}\n"
-                              "start = \"given\"\n",
-                              A, duration),
-                  0, sets);
-  };
-  const auto worst = [&](const Scene& driven, Family family, std::string& notes) {
-    Simulation simulation(driven, test::name_of(family));
-    double off = 0;
-    const auto n = simulation.state().q.size();
-    std::vector<double> q(n), v(n);
-    test::Listener listener;
-    listener.on_step = [&](const Step& step) {
-      for (int i = 1; i <= 8; ++i) {
-        const double t = step.t0 + (step.t1 - step.t0) * i / 8;
-        step.state(t, q, v);
-        off = std::max({off, std::abs(v[0] / size - (1 - std::cos(w * t))),
-                        std::abs(q[0] - size * (t - std::sin(w * t) / w)) / (size * duration)});
-      }
-    };
-    const auto run = simulation.run({.observers = {&listener}});
-    REQUIRE(run.ending.status == Ending::Status::finished);
-    notes = said(run);
-    return off;
-  };
-  std::string notes;
-  for (const auto& integrator : adaptive) {
-    // A sixteenth of a period leaves a cubic between the ends of a step (2π/16)⁴/384 = 6e-5 of the sine off.
-    const double off = worst(scene({"penalty.integrator=" + integrator}), Family::penalty, notes);
-    CAPTURE(integrator, off, notes);
-    CHECK(off < 1e-4);
-    CHECK_THAT(notes, !Contains("DOUBTFUL"));
-  }
-  const auto fixed = [&](double step) {
-    return scene({"penalty.integrator=rk4", fmt::format("penalty.step={}", step)});
-  };
-  CHECK(worst(fixed(1e-5), Family::penalty, notes) < 1e-4);
-  CHECK_THAT(notes, !Contains("DOUBTFUL"));
-  worst(fixed(1e-4), Family::penalty, notes);  // 3.3 steps a period
-  CHECK_THAT(notes, Contains("DOUBTFUL: penalty.step is 4.8 times as long as"));
-}
-
 TEST_CASE("a force that turns round 3000 times a second is followed for a second", "[integrators][curves]") {
   // x = A/(m ω) t at whole periods, at rest: the speed that a step may have wrong is of the force's own impulse, 2A/ω, not of
   // what the greatest force would give within the arm.
   const double A = 10, m = 2, w = 2 * pi * 3000, size = A / (m * w);
   for (const auto* integrator : {"adams_bashforth_moulton", "rosenbrock4"}) {
-    const auto run = test::simulate(
+    const auto run = test::finished(
         slider(fmt::format("[curves.push]\nshape = \"harmonic\"\namplitude = {}\nfrequency = 3000\n"
                            "[drives.push]\njoint = \"guide\"\nforce = \"push\"\n[run]\nduration = 1.0\n"
                            "start = \"given\"\n",
                            A),
                0, {fmt::format("penalty.integrator={}", integrator)}),
         Family::penalty);
-    CAPTURE(integrator, said(run), run.final_state.q[0] / size - 1, run.final_state.v[0] / size);
-    REQUIRE(run.ending.status == Ending::Status::finished);
+    CAPTURE(integrator, notes_of(run), run.final_state.q[0] / size - 1, run.final_state.v[0] / size);
     // 1e-8 a step of the scale of 1e-3 m/s (tolerance.hpp), in 6e4 steps whose errors follow the sine's sign: a hundred of them.
     CHECK(run.final_state.q[0] == Approx(size).epsilon(4e-6));
     CHECK(std::abs(run.final_state.v[0]) < 4e-6 * size);
-    CHECK_THAT(said(run), !Contains("DOUBTFUL"));
+    CHECK_THAT(notes_of(run), !Contains("DOUBTFUL"));
   }
-}
-
-TEST_CASE("a place that follows another joint's angle is lifted as its curve says", "[integrators][curves]") {
-  const auto scene = [](const std::string& integrator, double stiffness) {
-    return parse_scene(fmt::format(R"(
-[bodies.rotor]
-mass = 1.0
-inertia = 0.01
-angular_velocity = 6.0
-[bodies.slide]
-mass = 0.5
-inertia = 0.001
-position = [1, 0]
-[joints.main]
-type = "revolute"
-between = ["ground", "rotor"]
-at = [[0, 0], [0, 0]]
-[joints.guide]
-type = "translational"
-between = ["ground", "slide"]
-at = [[1, 0], [0, 0]]
-axis = [0, 1]
-[curves.lift]
-shape = "rise-dwell-return"
-to = 0.03
-start = 1.0
-rise = 1.0
-dwell = 0.5
-return = 1.0
-[drives.cam]
-joint = "guide"
-position = "lift"
-of = "main"
-[loads.spring]
-type = "spring-damper"
-between = ["ground", "slide"]
-at = [[1, -1], [0, 0]]
-free_length = 1.0
-stiffness = {}
-[run]
-duration = 1.0
-start = "given"
-)",
-                                   stiffness),
-                       "follower.toml", {"penalty.integrator=" + integrator});
-  };
-  const auto lift = [](double angle) {
-    const auto p = [](double s) { return s * s * s * (10 + s * (-15 + 6 * s)); };
-    if (angle < 1 || angle > 3.5) return 0.0;
-    return 0.03 * (angle < 2 ? p(angle - 1) : angle < 2.5 ? 1.0 : 1 - p(angle - 2.5));
-  };
-  for (const double stiffness : {0.0, 1000.0})
-    for (const auto& integrator : adaptive) {
-      Simulation simulation(scene(integrator, stiffness), "penalty");
-      std::vector<double> q(6), v(6);
-      double off = 0, highest = 0, furthest = 0;
-      test::Listener listener;
-      listener.on_step = [&](const Step& step) {
-        step.state(step.t1, q, v);
-        off = std::max(off, std::abs(q[4] - lift(q[2])));
-        highest = std::max(highest, q[4]);
-        furthest = std::max(furthest, q[2]);
-      };
-      const auto run = simulation.run({.observers = {&listener}});
-      CAPTURE(integrator, stiffness, off, highest, furthest, said(run));
-      REQUIRE(run.ending.status == Ending::Status::finished);
-      // Some hundred steps at a tolerance of 1e-9 of an arm of 1 m.
-      CHECK(off < 1e-7);
-      CHECK_THAT(said(run), !Contains("DOUBTFUL"));
-      const double energy = 0.5 * 0.01 * 6 * 6;
-      if (stiffness == 0) {
-        CHECK(highest == Approx(0.03).epsilon(1e-5));
-        CHECK(run.final_state.v[2] == Approx(6).epsilon(1e-6));  // the slide gives back what it took
-      } else {  // ½ k y² = ½ J ω² below the top: the rotor turns back, and leaves as it came
-        const double top = std::sqrt(2 * energy / stiffness);
-        CHECK(highest < top + 1e-7);
-        CHECK(highest > 0.98 * top);
-        CHECK(furthest < 2);
-        CHECK(run.final_state.v[2] == Approx(-6).epsilon(1e-6));
-      }
-    }
-}
-
-TEST_CASE("a barrier higher than the energy throws the slider back", "[integrators][curves]") {
-  // 1 J against a hill of ½ 0.02 m 250 N = 2.5 J, whose sides do no net work: it comes back with −v₀.
-  for (const auto& between : {"linear", "spline"})
-    for (const auto& integrator : adaptive) {
-      const auto run = test::simulate(
-          slider(
-              fmt::format("[curves.hill]\nshape = \"table\"\npoints = [[0.47, 0], [0.48, 0], [0.49, -250], "
-                          "[0.5, 0], [0.51, 250], [0.52, 0], [0.53, 0]]\nbetween = \"{}\"\n[drives.hill]\n"
-                          "joint = \"guide\"\nforce = \"hill\"\nagainst = \"position\"\n[run]\nduration "
-                          "= 1.5\nstart = \"given\"\n",
-                          between),
-              1, {"penalty.integrator=" + integrator}),
-          Family::penalty);
-      CAPTURE(between, integrator, said(run), run.ending.reason);
-      REQUIRE(run.ending.status == Ending::Status::finished);
-      // Some hundred steps at a tolerance of 1e-9.
-      CHECK(run.final_state.v[0] == Approx(-1).epsilon(0).margin(1e-6));
-      CHECK_THAT(said(run), !Contains("DOUBTFUL"));
-    }
 }
 
 TEST_CASE("a fixed step settles where great forces balance near rest", "[curves]") {
   // 125 N against a spring of 64 N/m with a damper of 2 N s/m: what is left near rest is rounding, 500 times below the
   // step of mass/damping that the stop used to name.
-  const auto run = test::simulate(parse_scene(R"(
-gravity = [0, -9.81]
-[bodies.slider]
-mass = 0.1059
-inertia = 1.0
-[joints.guide]
-type = "translational"
-between = ["ground", "slider"]
-at = [[0, 0], [0, 0]]
-axis = [1, 0]
-[curves.push]
+  const auto run = test::simulate(parse_scene("gravity = [0, -9.81]\n" + test::body("slider", 0.1059, 1.0) +
+                                                  test::guide("guide", "ground", "slider") + R"([curves.push]
 shape = "ramp"
 from = 28.99
 to = -124.8
@@ -350,17 +188,8 @@ rise = 0.2273
 [drives.push]
 joint = "guide"
 force = "push"
-[loads.spring]
-type = "spring-damper"
-between = ["ground", "slider"]
-at = [[-1, 0], [0, 0]]
-stiffness = 63.63
-damping = 2.224
-free_length = 1
-[run]
-duration = 4.0
-start = "given"
-[nonsmooth]
+)" + test::spring("spring", "ground", "slider", {-1, 0}, {0, 0}, 63.63, 1, "damping = 2.224\n") +
+                                                  test::run_for(4.0, "start = \"given\"\n") + R"([nonsmooth]
 scheme = "moreau-jean"
 step = 1e-4
 )",

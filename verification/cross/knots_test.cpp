@@ -7,7 +7,8 @@
 
 #include "facade/simulation.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/ways.hpp"
 
 using namespace freeplay;
 
@@ -94,8 +95,7 @@ TEST_CASE("pulses shorter than any step turn a wheel by their area", "[knots]") 
     }
     CAPTURE(trial, least);
     const auto scene = wheel(table, sets);
-    const auto run = test::simulate(scene, family == "penalty" ? Family::penalty : Family::nonsmooth);
-    REQUIRE(run.ending.status == Ending::Status::finished);
+    const auto run = test::finished(scene, family == "penalty" ? Family::penalty : Family::nonsmooth);
     const auto [speed, angle] = moments(table);
     // Torques are linear between knots: quadratures of second order and more are exact there. What is left is rounding of the
     // knots themselves (1e-16 of 1 s, in a width of 1e-9: 1e-7 of the pulse) and each method's tolerance.

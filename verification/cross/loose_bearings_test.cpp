@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "study/runs/case_run.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

@@ -16,7 +16,7 @@
 #include "study/comparison/drift.hpp"
 #include "study/ensemble/ensemble.hpp"
 #include "verification/cross/snapshot_check.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <numbers>
 #include <set>
-#include <sstream>
 #include <tuple>
 
 #include "facade/run_folder.hpp"
@@ -16,7 +14,9 @@
 #include "io/scene/write_scene.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/instrument.hpp"
-#include "verification/support.hpp"
+#include "verification/support/columns.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -45,16 +45,8 @@ Scene thrown(double gap, double bandwidth, std::vector<std::string> sets) {
   sets.push_back(fmt::format("bodies.plate.position=[0.0, {}]", 0.2 + gap));
   for (const char* sensor : {"felt", "force"})
     sets.push_back(fmt::format("instruments.{}.bandwidth={}", sensor, bandwidth));
-  return parse_scene(R"(
-[bodies.block]
-mass = 2.0
-inertia = 0.01
-velocity = [0.0, -0.5]
-[bodies.plate]
-mass = 0.5
-inertia = 0.01
-velocity = [0.0, -0.5]
-[joints.bolt]
+  return parse_scene(test::body("block", 2.0, 0.01, "velocity = [0.0, -0.5]\n") +
+                         test::body("plate", 0.5, 0.01, "velocity = [0.0, -0.5]\n") + R"([joints.bolt]
 type = "rigid"
 between = ["block", "plate"]
 at = [[0, 0.1], [0, 0]]
@@ -66,10 +58,8 @@ radius = 0.1
 surface = "steel"
 [surfaces.steel]
 restitution = 0.6
-[run]
-duration = 2e-3
-start = "given"
-[instruments.felt]
+)" + test::run_for(2e-3, "start = \"given\"\n") +
+                         R"([instruments.felt]
 type = "accelerometer"
 body = "block"
 axis = [0.0, 1.0]
@@ -132,54 +122,35 @@ TEST_CASE("an event-driven or stepped run under a table of time records finite r
   auto sets = scheme;
   if (sets.size() > 1) sets[1] = "nonsmooth.step=1e-3";
   // Knots on rows, between rows, closer than a row, and one that ends where the pendulum is pushed hardest.
-  const auto scene = parse_scene(R"(
-gravity = [0.0, -9.81]
-[bodies.rod]
-mass = 1.0
-inertia = 0.1
-position = [0.0, -0.5]
-[joints.pin]
-type = "revolute"
-between = ["ground", "rod"]
-at = [[0, 0], [0, 0.5]]
-[drives.motor]
+  const auto scene =
+      parse_scene("gravity = [0.0, -9.81]\n" + test::body("rod", 1.0, 0.1, "position = [0.0, -0.5]\n") +
+                      test::pin("pin", "ground", "rod", {0, 0}, {0, 0.5}) + R"([drives.motor]
 joint = "pin"
 torque_table = [[0.0, 0.0], [0.1, 3.0], [0.30005, -20.0], [0.3000500001, 20.0], [0.4, 0.0], [0.71, 1.0]]
-[run]
-duration = 1.0
-output_step = 5e-5
-forces = true
-[instruments.felt]
+)" + test::run_for(1.0, "output_step = 5e-5\nforces = true\n") +
+                      R"([instruments.felt]
 type = "accelerometer"
 body = "rod"
 bandwidth = 400.0
 sampling = 1000.0
 )",
-                                 "table.toml", sets);
+                  "table.toml", sets);
   test::TemporaryFolder folder;
   REQUIRE(run_scene(scene, {.formulation = "nonsmooth", .folder = folder.path() / "o"}).ending.status ==
           Ending::Status::finished);
   for (const auto& [name, rows, column] :
-       {std::tuple{"trajectory.csv", 20001, 0}, {"forces.csv", 20001, 0}, {"signals.csv", 1000, 1}}) {
+       {std::tuple{"trajectory.csv", 20001u, 0u}, {"forces.csv", 20001u, 0u}, {"signals.csv", 1000u, 1u}}) {
     CAPTURE(name);
-    std::ifstream in(folder.path() / "o" / name);
-    std::string line;
-    std::getline(in, line);
+    const test::Columns file(folder.path() / "o" / name);
     const double spacing = rows > 10000 ? 5e-5 : 1e-3;
-    int count = 0, off = 0, unsound = 0;
-    while (std::getline(in, line)) {
-      std::istringstream fields(line);
-      std::string field;
-      for (int i = 0; std::getline(fields, field, ','); ++i) {
-        const bool word = i == 0 && column == 1;
-        const double x = word ? 0 : std::stod(field);
-        unsound += !std::isfinite(x);
-        // Row n stands at n·spacing (signals begin at 1) but for the rounding of that product.
-        if (i == column) off += std::abs(x - (count + column) * spacing) > 1e-12;
-      }
-      ++count;
+    int off = 0, unsound = 0;
+    for (std::size_t n = 0; n < file.rows(); ++n) {
+      // Row n stands at n·spacing (signals begin at 1) but for the rounding of that product; their first column is a name.
+      const auto& row = file.row(n);
+      unsound += !std::all_of(row.begin() + column, row.end(), [](double x) { return std::isfinite(x); });
+      off += std::abs(row[column] - static_cast<double>(n + column) * spacing) > 1e-12;
     }
-    CHECK(count == rows);
+    CHECK(file.rows() == rows);
     CHECK(off == 0);
     CHECK(unsound == 0);
   }
@@ -318,20 +289,9 @@ TEST_CASE("a converter's codes are whole multiples of its resolution within its 
 
 TEST_CASE("tables that options make come behind the file's, in the order of the options",
           "[scene][recording]") {
-  const std::string text = R"(
-[bodies.wheel]
-mass = 1.0
-inertia = 0.1
-[bodies.arm]
-mass = 1.0
-inertia = 0.1
-[joints.axle]
-type = "revolute"
-between = ["ground", "wheel"]
-[joints.pin]
-type = "revolute"
-between = ["ground", "arm"]
-[drives.motor]
+  const std::string text = test::body("wheel", 1.0, 0.1) + test::body("arm", 1.0, 0.1) +
+                           test::pin("axle", "ground", "wheel") + test::pin("pin", "ground", "arm") +
+                           R"([drives.motor]
 joint = "axle"
 speed = 3.0
 [run]

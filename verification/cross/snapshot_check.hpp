@@ -15,8 +15,9 @@
 #include "simulation/statistics.hpp"
 #include "simulation/trajectory.hpp"
 #include "values/snapshot.hpp"
-#include "verification/piles.hpp"
-#include "verification/support.hpp"
+#include "verification/support/piles.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::snapshots {
 
@@ -304,25 +305,10 @@ sampling = 2000.0
 /// A block on a rail whose guide is preloaded, on a spring and a damper, knocking a stop; a flywheel on a
 /// torsional spring, driven by a table of torques.
 inline std::string loads() {
-  return R"(
-gravity = [0.0, -9.81]
-[bodies.block]
-mass = 1.0
-inertia = 0.01
-position = [0.0, 0.0]
-velocity = [0.5, 0.0]
-[bodies.wheel]
-mass = 1.0
-inertia = 0.01
-position = [3.0, 0.0]
-[joints.guide]
-type = "translational"
-between = ["ground", "block"]
-[joints.axle]
-type = "revolute"
-between = ["ground", "wheel"]
-at = [[3.0, 0.0], [0.0, 0.0]]
-[contacts.stop]
+  return "gravity = [0.0, -9.81]\n" +
+         test::body("block", 1.0, 0.01, "position = [0.0, 0.0]\nvelocity = [0.5, 0.0]\n") +
+         test::body("wheel", 1.0, 0.01, "position = [3.0, 0.0]\n") + test::guide("guide", "ground", "block") +
+         test::pin("axle", "ground", "wheel", {3.0, 0.0}) + R"([contacts.stop]
 type = "plane"
 between = ["ground", "block"]
 at = [[0.06, 0.0], [0.05, 0.0]]
@@ -334,14 +320,8 @@ friction = 0.2
 [drives.brake]
 joint = "axle"
 torque_table = [[0.0, 0.1], [0.02, 0.5], [0.05, -0.4], [0.07, 0.0]]
-[loads.spring]
-type = "spring-damper"
-between = ["ground", "block"]
-at = [[0.5, 0.0], [0.0, 0.0]]
-stiffness = 400.0
-damping = 3.0
-free_length = 0.4
-[loads.bar]
+)" + test::spring("spring", "ground", "block", {0.5, 0.0}, {0.0, 0.0}, 400.0, 0.4, "damping = 3.0\n") +
+         R"([loads.bar]
 type = "torsional-spring-damper"
 between = ["ground", "wheel"]
 stiffness = 2.0

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "verification/cross/snapshot_check.hpp"
+#include "verification/support/ways.hpp"
 
 using namespace freeplay;
 using namespace freeplay::snapshots;
@@ -13,8 +14,7 @@ TEST_CASE("snapshots: back to before the first step, in a simulation that has a 
     Simulation simulation(scene, formulation);
     const auto empty = simulation.snapshot();
     Record first(simulation, true), second(simulation, true);
-    const auto whole = simulation.run({.observers = {&first}});
-    REQUIRE(whole.ending.status == Ending::Status::finished);
+    const auto whole = test::finished(simulation, {&first});
     simulation.restore(empty);
     REQUIRE(simulation.t() == 0);
     const auto again = simulation.run({.observers = {&second}});

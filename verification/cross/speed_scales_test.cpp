@@ -10,7 +10,9 @@
 #include "facade/simulation.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/observer.hpp"
-#include "verification/support.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/ways.hpp"
 
 using namespace freeplay;
 using std::numbers::pi;
@@ -40,9 +42,7 @@ start = "given"
 )",
                                                  speed),
                                      "pulse");
-      const auto run = test::simulate(scene, family);
-      CAPTURE(run.ending.reason);
-      REQUIRE(run.ending.status == Ending::Status::finished);
+      const auto run = test::finished(scene, family);
       CHECK(run.final_state.v[0] == Approx(0.01).epsilon(1e-6));
       CHECK(run.final_state.q[0] == Approx(0.01 * (1 - 0.30001)).epsilon(1e-6));
     }
@@ -52,29 +52,18 @@ TEST_CASE("drive work far above the energy of its clearance does not shorten the
           "[penalty][curves]") {
   // A block flies freely between stops of 45 µm on a slide that a curve moves (scene 758 of the random scenes of seed 555). The
   // work of the drive was controlled by the kinetic energy at 5e-8 m/s, below its own rounding: 3.4 million steps.
-  auto scene = parse_scene(R"(
-[bodies.slide]
-mass = 1
-inertia = 1
-[joints.guide]
-type = "translational"
-between = ["ground", "slide"]
-[curves.y0]
+  auto scene =
+      parse_scene(test::body("slide", 1, 1) + test::guide("guide", "ground", "slide") + R"([curves.y0]
 shape = "table"
 points = [[4.08659046251, -7.17720946042e-05], [7.11509827997, 2.84139205512e-05], [9.63888357018, 3.4481712368e-05]]
 [drives.d0]
 joint = "guide"
 velocity = "y0"
 initial = -0.000197497475218
-[bodies.block]
-mass = 2.72529801391
-inertia = 1
-position = [-0.000164008354758, 0]
-velocity = [1.23282297184e-05, 0]
-[joints.on]
-type = "translational"
-between = ["slide", "block"]
-[contacts.stop]
+)" +
+                      test::body("block", 2.72529801391, 1,
+                                 "position = [-0.000164008354758, 0]\nvelocity = [1.23282297184e-05, 0]\n") +
+                      test::guide("on", "slide", "block") + R"([contacts.stop]
 type = "travel-stop"
 joint = "on"
 lower = 0
@@ -85,23 +74,17 @@ surface = "s"
 young = 2e11
 poisson = 0.3
 restitution = 0.702169564868
-[loads.spring]
-type = "spring-damper"
-between = ["ground", "block"]
-at = [[-0.00623706894109, 0], [0, 0]]
-stiffness = 6.80938359753
-free_length = 0.00616738781351
-[run]
-duration = 0.512048416053
-start = "assembled"
-[penalty]
+)" +
+                      test::spring("spring", "ground", "block", {-0.00623706894109, 0}, {0, 0}, 6.80938359753,
+                                   0.00616738781351) +
+                      test::run_for(0.512048416053, "start = \"assembled\"\n") + R"([penalty]
 v0_floor = 7.07120172412e-07
 friction_v0 = 7.07120172412e-07
 friction_v1 = 7.07120172412e-06
 alpha = 19.5294032488
 beta = 19.5294032488
 )",
-                           "758");
+                  "758");
   for (const auto integrator : {Integrator::adams_bashforth_moulton, Integrator::rosenbrock4}) {
     CAPTURE(static_cast<int>(integrator));
     scene.penalty.integrator = integrator;
@@ -121,16 +104,9 @@ TEST_CASE("a motion far slower and smaller than its arms keeps its energy",
   // E = ½ J ω² + A p/(2π) cos(2πθ/p). Some 50 steps a hill leave 1e-8 of ω each, by random signs √1250 · 2e-8 = 7e-7 of E. Bound, set
   // after seeing: seven times that. By a scale of 1e-3 rad/s it was off by 4.8e-5 (bulirsch_stoer) to 5e-4 (dopri5).
   constexpr double J = 0.0130480311483, A = -6.99899223804e-11, p = 0.000147342645013;
-  auto scene = parse_scene(R"(
-[bodies.rotor]
-mass = 1
-inertia = 0.0130480311483
-angle = -0.00249239488328
-angular_velocity = 2.45967683912e-07
-[joints.on]
-type = "revolute"
-between = ["ground", "rotor"]
-[curves.push]
+  auto scene = parse_scene(test::body("rotor", 1, 0.0130480311483,
+                                      "angle = -0.00249239488328\nangular_velocity = 2.45967683912e-07\n") +
+                               test::pin("on", "ground", "rotor") + R"([curves.push]
 shape = "harmonic"
 amplitude = -6.99899223804e-11
 period = 0.000147342645013
@@ -138,18 +114,14 @@ period = 0.000147342645013
 joint = "on"
 torque_curve = "push"
 against = "angle"
-[run]
-duration = 15100.1645737
-start = "given"
-)",
+)" + test::run_for(15100.1645737, "start = \"given\"\n"),
                            "1376");
   const auto energy = [&](double theta, double omega) {
     return 0.5 * J * omega * omega + A * p / (2 * pi) * std::cos(2 * pi * theta / p);
   };
   const double first = energy(-0.00249239488328, 2.45967683912e-07);
   const auto check = [&](Family family) {
-    const auto run = test::simulate(scene, family);
-    REQUIRE(run.ending.status == Ending::Status::finished);
+    const auto run = test::finished(scene, family);
     CHECK(energy(run.final_state.q[2], run.final_state.v[2]) == Approx(first).epsilon(5e-6));
   };
   check(Family::nonsmooth);

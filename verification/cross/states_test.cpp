@@ -6,7 +6,9 @@
 
 #include "facade/simulation.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/ways.hpp"
 
 using namespace freeplay;
 
@@ -15,14 +17,8 @@ namespace {
 constexpr double J = 0.2, T = 0.05, u = 3, until = 0.2;
 
 Scene rotor() {
-  auto scene = parse_scene(R"(
-[bodies.rotor]
-mass = 1
-inertia = 0.2
-[joints.shaft]
-type = "revolute"
-between = ["ground", "rotor"]
-[drives.motor]
+  auto scene =
+      parse_scene(test::body("rotor", 1, 0.2) + test::pin("shaft", "ground", "rotor") + R"([drives.motor]
 joint = "shaft"
 torque = 3
 lag = 0.05
@@ -31,10 +27,8 @@ type = "torque"
 drive = "motor"
 bandwidth = 1e5
 sampling = 1e6
-[run]
-duration = 0.2
-)",
-                           "rotor");
+)" + test::run_for(0.2),
+                  "rotor");
   scene.penalty.step = 1e-3;  // read by rk4 alone
   return scene;
 }
@@ -52,8 +46,7 @@ TEST_CASE("a lagging torque: all integrators carry its state", "[states]") {
     CAPTURE(static_cast<int>(integrator));
     scene.penalty.integrator = integrator;
     Simulation simulation(scene, "penalty");
-    const auto run = simulation.run();
-    REQUIRE(run.ending.status == Ending::Status::finished);
+    const auto run = test::finished(simulation);
     const auto state = simulation.state();
     REQUIRE(state.z.size() == 1);
     // rk4: (h/T)⁴/120 of a step, 2e-9, over a few time constants; the others their tolerance of 1e-9 a step.

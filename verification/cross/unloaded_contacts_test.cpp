@@ -14,10 +14,13 @@
 #include "mechanism/scene.hpp"
 #include "verification/cross/snapshot_check.hpp"
 #include "verification/references/bead_column.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
+#include "verification/support/ways.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
+using test::notes_of;
 
 namespace {
 
@@ -96,16 +99,8 @@ Result run(const Beads& beads, Scheme scheme, ImpactLaw law = ImpactLaw::newton)
   scene.nonsmooth.scheme = scheme;
   scene.nonsmooth.impact_law = law;
   if (scheme == Scheme::moreau_jean) scene.nonsmooth.step = 1e-5 * beads.time();
-  auto result = test::simulate(scene, Family::nonsmooth);
-  INFO(result.ending.reason);
-  REQUIRE(result.ending.status == Ending::Status::finished);
+  auto result = test::finished(scene, Family::nonsmooth);
   return result;
-}
-
-std::string said(const Result& run) {
-  std::string all;
-  for (const auto& note : run.notes) all += note + "\n";
-  return all;
 }
 
 /// All beads where a single ball would be.
@@ -161,7 +156,7 @@ TEST_CASE("a column of touching beads by the other impact laws, and by time step
     const Beads beads;
     const auto result = run(beads, Scheme::event_driven, law);
     check_column(beads, result, near, 10 * near);
-    CHECK_THAT(said(result), !Contains("Poisson's ratios"));
+    CHECK_THAT(notes_of(result), !Contains("Poisson's ratios"));
   }
   // A fixed step moves each of five impacts by up to a step, and with it the height by 2 v h.
   const Beads beads;
@@ -200,14 +195,14 @@ TEST_CASE("an impact that rounding of gaps would decide says so, and no other",
           "[cross][event-driven][unloaded]") {
   Beads beads;
   beads.duration = 0.3;
-  const auto note = said(run(beads, Scheme::event_driven));
+  const auto note = notes_of(run(beads, Scheme::event_driven));
   CHECK_THAT(note, Contains("9 unloaded contacts") && Contains("t = 0.101968 s") && Contains("c1"));
   CHECK_THAT(note, !Contains("DOUBTFUL"));
   beads.rows = 1;
-  CHECK_THAT(said(run(beads, Scheme::event_driven)), !Contains("unloaded"));
+  CHECK_THAT(notes_of(run(beads, Scheme::event_driven)), !Contains("unloaded"));
   beads.rows = 2;
   beads.apart = 1e-6;
-  CHECK_THAT(said(run(beads, Scheme::event_driven)), !Contains("unloaded"));
+  CHECK_THAT(notes_of(run(beads, Scheme::event_driven)), !Contains("unloaded"));
 }
 
 TEST_CASE("a column of touching beads continues from a snapshot bit for bit", "[snapshot][unloaded]") {
@@ -229,9 +224,7 @@ void check_chain(const Beads& beads, Integrator integrator) {
   scene.penalty.integrator = integrator;
   // Of fixed steps a contact of 1e-4 s has 200.
   if (integrator == Integrator::rk4) scene.penalty.step = 5e-7 * beads.time();
-  const auto result = test::simulate(scene, Family::penalty);
-  INFO(result.ending.reason);
-  REQUIRE(result.ending.status == Ending::Status::finished);
+  const auto result = test::finished(scene, Family::penalty);
   const double E = young, R = 0.005;  // at scale 1
   reference::HertzChain chain{mass,
                               R,
@@ -260,7 +253,7 @@ void check_chain(const Beads& beads, Integrator integrator) {
   }
   const auto& l = result.ledger;
   CHECK(l.kinetic + l.potential + l.elastic == Approx(l.initial).epsilon(1e-6));
-  CHECK_THAT(said(result), !Contains("flights before them"));
+  CHECK_THAT(notes_of(result), !Contains("flights before them"));
 }
 
 constexpr Integrator all_integrators[] = {Integrator::rk4, Integrator::dopri5, Integrator::bulirsch_stoer,

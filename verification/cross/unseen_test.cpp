@@ -6,18 +6,15 @@
 #include "dynamics/system.hpp"
 #include "io/scene/open_scene.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 
 namespace {
 
 Scene thrown(double off, double speed) {
-  auto scene = parse_scene(R"(
-[bodies.ball]
-mass = 0.2
-inertia = 1e-5
-[surfaces.s]
+  auto scene = parse_scene(test::body("ball", 0.2, 1e-5) + R"([surfaces.s]
 young = 2e11
 poisson = 0.3
 restitution = 0.6
@@ -26,10 +23,7 @@ type = "discs"
 between = ["ground", "ball"]
 radii = [0.02, 0.03]
 surface = "s"
-[run]
-duration = 1
-start = "given"
-)",
+)" + test::run_for(1, "start = \"given\"\n"),
                            "throw");
   auto& ball = scene.mechanism.bodies[0];
   ball.position = {-0.5, off};
@@ -46,25 +40,6 @@ bool says(const Result& run, const char* what) {
 
 }  // namespace
 
-TEST_CASE("a path that is tangent to a peg makes no impact, one a hair nearer does", "[unseen]") {
-  // 0.05 is the sum of the radii; by hand the chord at a depth d is 2√(2·0.05 d).
-  for (const double speed : {0.1, 10.0, 1000.0})
-    for (const auto integrator : {Integrator::dopri5, Integrator::adams_bashforth_moulton,
-                                  Integrator::bulirsch_stoer, Integrator::rosenbrock4}) {
-      auto scene = thrown(0.05 * (1 + 1e-14), speed);  // to rounding
-      scene.penalty.integrator = integrator;
-      CAPTURE(speed, static_cast<int>(integrator));
-      CHECK(test::simulate(scene, Family::penalty).events_seen == 0);
-      scene.mechanism.bodies[0].position = {-0.5, 0.05 * (1 - 1e-9)};
-      CHECK(test::simulate(scene, Family::penalty).events_seen == 1);
-    }
-  auto scene = thrown(0.05 * (1 + 1e-14), 1);
-  scene.nonsmooth.scheme = Scheme::event_driven;
-  CHECK(test::simulate(scene, Family::nonsmooth).events_seen == 0);
-  scene.mechanism.bodies[0].position = {-0.5, 0.05 * (1 - 1e-9)};
-  CHECK(test::simulate(scene, Family::nonsmooth).events_seen == 1);
-}
-
 TEST_CASE("time stepping says when it may have passed through, and only then", "[unseen]") {
   auto scene = thrown(0.01, 100);
   scene.nonsmooth.scheme = Scheme::moreau_jean;
@@ -80,21 +55,13 @@ TEST_CASE("time stepping says when it may have passed through, and only then", "
 }
 
 TEST_CASE("a table against an angle has its kinks, and a piece between each two", "[unseen]") {
-  const auto scene = parse_scene(R"(
-[bodies.rotor]
-mass = 1
-inertia = 0.5
-[joints.pin]
-type = "revolute"
-between = ["ground", "rotor"]
-[drives.motor]
+  const auto scene =
+      parse_scene(test::body("rotor", 1, 0.5) + test::pin("pin", "ground", "rotor") + R"([drives.motor]
 joint = "pin"
 against = "angle"
 torque_table = [[-1, 0], [0, 1], [1, 2], [2, 0]]
-[run]
-duration = 1
-)",
-                                 "table");
+)" + test::run_for(1),
+                  "table");
   const System system(scene.mechanism);
   REQUIRE(system.phases() == 1);
   // The slope changes at −1 (from the way back), 1 and 2; at 0 it does not.
@@ -117,14 +84,7 @@ TEST_CASE("a bump on a body that spins finds a peg at any spin", "[unseen]") {
   // A disc of 5 mm on an arm of 1 m touches a fixed one of 5 mm at the circle's top when the arm is acos-near to it:
   // |d| = 2 sin(φ/2) = 0.01, φ short of a right angle.
   for (const double spin : {1.0, 1e3, 1e5}) {
-    auto scene = parse_scene(R"(
-[bodies.arm]
-mass = 1
-inertia = 0.5
-[joints.pin]
-type = "revolute"
-between = ["ground", "arm"]
-[surfaces.s]
+    auto scene = parse_scene(test::body("arm", 1, 0.5) + test::pin("pin", "ground", "arm") + R"([surfaces.s]
 young = 2e11
 poisson = 0.3
 restitution = 0.5
@@ -134,10 +94,7 @@ between = ["ground", "arm"]
 at = [[0, 1], [1, 0]]
 radii = [0.005, 0.005]
 surface = "s"
-[run]
-duration = 1
-start = "given"
-)",
+)" + test::run_for(1, "start = \"given\"\n"),
                              "spin");
     scene.mechanism.bodies[0].angular_velocity = spin;
     scene.run.duration = 3 / spin;

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "verification/extremes/extremes.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using namespace freeplay::verification;

@@ -5,9 +5,9 @@
 #include "facade/run_folder.hpp"
 #include "io/files/run_json.hpp"
 #include "mechanism/error.hpp"
-#include "verification/apart.hpp"
 #include "verification/extremes/extremes.hpp"
-#include "verification/support.hpp"
+#include "verification/support/apart.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification {
 

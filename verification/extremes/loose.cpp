@@ -6,7 +6,7 @@
 
 #include "mechanism/scene.hpp"
 #include "verification/extremes/extremes.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification {
 namespace {

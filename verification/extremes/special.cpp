@@ -8,7 +8,7 @@
 #include "mechanism/scene.hpp"
 #include "verification/extremes/extremes.hpp"
 #include "verification/references/slider_crank.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification {
 

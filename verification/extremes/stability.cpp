@@ -15,7 +15,7 @@
 #include "mechanism/scene.hpp"
 #include "verification/extremes/extremes.hpp"
 #include "verification/references/slider_crank_oracle.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification {
 namespace {

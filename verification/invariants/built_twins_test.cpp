@@ -7,7 +7,7 @@
 
 #include "mechanism/scene.hpp"
 #include "verification/strangers/transform.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using verification::strangers::mirrored;

@@ -10,7 +10,7 @@
 #include "facade/simulation.hpp"
 #include "formulations/contact/impact.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

@@ -7,7 +7,7 @@
 
 #include "formulations/contact/impact.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

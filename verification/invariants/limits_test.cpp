@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "io/scene/open_scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -11,7 +11,7 @@
 #include "mechanism/scene.hpp"
 #include "simulation/statistics.hpp"
 #include "verification/invariants/allocations.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "io/files/output_file.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::killed {
 namespace {

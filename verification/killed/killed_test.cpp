@@ -5,7 +5,7 @@
 #include <cstdlib>
 
 #include "verification/killed/campaign.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using namespace freeplay::killed;

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

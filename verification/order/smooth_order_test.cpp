@@ -7,7 +7,7 @@
 #include "numerics/rosenbrock4.hpp"
 #include "verification/references/pendulum.hpp"
 #include "verification/references/seven_body.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

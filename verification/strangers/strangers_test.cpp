@@ -11,7 +11,7 @@
 #include "verification/strangers/sight.hpp"
 #include "verification/strangers/strangers.hpp"
 #include "verification/strangers/transform.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using namespace freeplay::verification;

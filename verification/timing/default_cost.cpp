@@ -1,13 +1,13 @@
 // What the default scheme costs beside the event-driven one, and how true its first touches are (target freeplay-default):
-// 200 random linkages (verification/linkages.hpp). A line each, then what they amount to.
+// 200 random linkages (verification/support/linkages.hpp). A line each, then what they amount to.
 #include <fmt/format.h>
 
 #include <cstdlib>
 
 #include "facade/simulation.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/linkages.hpp"
-#include "verification/support.hpp"
+#include "verification/support/linkages.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

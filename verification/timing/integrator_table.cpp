@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

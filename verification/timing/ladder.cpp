@@ -15,7 +15,7 @@
 #include "numerics/saddle_point.hpp"
 #include "simulation/statistics.hpp"
 #include "verification/references/slider_crank_oracle.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

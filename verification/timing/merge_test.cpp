@@ -13,7 +13,7 @@
 #include "study/partition/merge.hpp"
 #include "study/partition/shard.hpp"
 #include "study/partition/shard_file.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

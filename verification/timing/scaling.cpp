@@ -9,8 +9,8 @@
 #include <stdexcept>
 
 #include "facade/simulation.hpp"
-#include "verification/apart.hpp"
-#include "verification/support.hpp"
+#include "verification/support/apart.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification {
 

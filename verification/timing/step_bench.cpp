@@ -8,7 +8,7 @@
 #include "formulations/penalty/dynamics.hpp"
 #include "formulations/time_stepping/moreau.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

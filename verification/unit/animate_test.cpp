@@ -12,7 +12,7 @@
 #include "plots/film/film.hpp"
 #include "plots/film/film_drawing.hpp"
 #include "plots/tables/table.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using namespace freeplay::report;

@@ -7,7 +7,8 @@
 
 #include "dynamics/system.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -40,21 +41,10 @@ TEST_CASE("the reference scene assembles from no positions at all", "[assembly]"
 
 TEST_CASE("a rough start moves as little as the masses say", "[assembly]") {
   // Two free bodies whose points must meet: the lighter one moves farther, in the ratio of the masses.
-  const auto scene = parse_scene(R"(
-[bodies.heavy]
-mass = 3
-inertia = 1
-[bodies.light]
-mass = 1
-inertia = 1
-position = [0.4, 0]
-[joints.j]
-type = "revolute"
-between = ["heavy", "light"]
-[run]
-duration = 1
-)",
-                                 "two");
+  const auto scene =
+      parse_scene(test::body("heavy", 3, 1) + test::body("light", 1, 1, "position = [0.4, 0]\n") +
+                      test::pin("j", "heavy", "light") + test::run_for(1),
+                  "two");
   const State s = assemble(scene.mechanism, RunOptions::Start::assembled);
   REQUIRE(s.q[0] == Approx(0.1).epsilon(1e-7));
   REQUIRE(s.q[3] == Approx(0.1).epsilon(1e-7));
@@ -134,22 +124,10 @@ TEST_CASE("four-bars from rough positions, and undriven at a position of their o
 
 TEST_CASE("what cannot be assembled is refused with the joint and the distance", "[assembly]") {
   // A rod of 0.3 m between a pivot and a point 1 m away: 0.7 m are missing.
-  const auto scene = parse_scene(R"(
-[bodies.rod]
-mass = 1
-inertia = 0.01
-[joints.left]
-type = "revolute"
-between = ["ground", "rod"]
-at = [[0, 0], [-0.15, 0]]
-[joints.right]
-type = "revolute"
-between = ["ground", "rod"]
-at = [[1, 0], [0.15, 0]]
-[run]
-duration = 1
-)",
-                                 "short");
+  const auto scene =
+      parse_scene(test::body("rod", 1, 0.01) + test::pin("left", "ground", "rod", {0, 0}, {-0.15, 0}) +
+                      test::pin("right", "ground", "rod", {1, 0}, {0.15, 0}) + test::run_for(1),
+                  "short");
   try {
     assemble(scene.mechanism, RunOptions::Start::assembled);
     FAIL("assembled");
@@ -160,23 +138,15 @@ duration = 1
 }
 
 TEST_CASE("contradicting drives are refused", "[assembly]") {
-  const auto scene = parse_scene(R"(
-[bodies.wheel]
-mass = 1
-inertia = 0.01
-[joints.axle]
-type = "revolute"
-between = ["ground", "wheel"]
-[drives.a]
+  const auto scene =
+      parse_scene(test::body("wheel", 1, 0.01) + test::pin("axle", "ground", "wheel") + R"([drives.a]
 joint = "axle"
 speed_rpm = 10
 [drives.b]
 joint = "axle"
 speed_rpm = 20
-[run]
-duration = 1
-)",
-                                 "drives");
+)" + test::run_for(1),
+                  "drives");
   REQUIRE_THROWS_WITH(assemble(scene.mechanism, RunOptions::Start::assembled), Contains("contradict"));
 }
 
@@ -224,39 +194,24 @@ TEST_CASE("a loose mechanism that gives no velocities starts as the ideal one mo
 
 TEST_CASE("a loose mechanism whose ideal one cannot move starts with what the drive turns", "[assembly]") {
   // Two cranks on one axle line, driven, and a link that is too short for both pins at once but for its play.
-  const auto scene = parse_scene(R"(
-[bodies.crank]
-mass = 1
-inertia = 0.01
-position = [0.05, 0]
-[bodies.link]
-mass = 1
-inertia = 0.01
-position = [0.2, 0]
-[joints.axle]
-type = "revolute"
-between = ["ground", "crank"]
-at = [[0, 0], [-0.05, 0]]
-[joints.pin]
+  const auto scene =
+      parse_scene(test::body("crank", 1, 0.01, "position = [0.05, 0]\n") +
+                      test::body("link", 1, 0.01, "position = [0.2, 0]\n") +
+                      test::pin("axle", "ground", "crank", {0, 0}, {-0.05, 0}) + R"([joints.pin]
 type = "revolute"
 between = ["crank", "link"]
 at = [[0.05, 0], [-0.1, 0]]
 clearance = 1e-3
 bearing_radius = 1e-2
 surface = "s"
-[joints.anchor]
-type = "revolute"
-between = ["ground", "link"]
-at = [[0.3005, 0], [0.1, 0]]
-[surfaces.s]
+)" + test::pin("anchor", "ground", "link", {0.3005, 0}, {0.1, 0}) +
+                      R"([surfaces.s]
 restitution = 0.5
 [drives.motor]
 joint = "axle"
 speed = 10
-[run]
-duration = 0.001
-)",
-                                 "locked");
+)" + test::run_for(0.001),
+                  "locked");
   std::string assumed;
   const State s = assemble(scene.mechanism, RunOptions::Start::assembled, &assumed);
   CHECK_THAT(assumed, Contains("the mechanism cannot move"));

@@ -12,7 +12,8 @@
 
 #include "study/attractors/attractor_table.hpp"
 #include "verification/references/bouncing_on_table.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 
@@ -240,16 +241,11 @@ TEST_CASE("what a study asks wrongly of its attractors is refused at its place",
   const test::TemporaryFolder folder;
   const auto scene = (test::source_folder() / "cases/ball-on-table/scene.toml").string();
   const std::string axes = "[axes.a]\nkey = \"curves.shake.amplitude\"\nvalues = [1e-4, 2e-4]\n";
-  const auto why = [&](const std::string& rest) -> std::string {
-    try {
+  const auto why = [&](const std::string& rest) {
+    return test::refusal_of([&] {
       const auto study = study_of(folder, "scene = \"" + scene + "\"\n" + axes + rest);
-      AttractorStore store(folder.path() / "a.db", {});
-      if (study.bifurcation)
-        settle(study, *study.bifurcation, "bifurcation", bifurcation_chains(study), store, 1, {}, {});
-    } catch (const ModelError& e) {
-      return e.what();
-    }
-    return "";
+      if (study.bifurcation) run_bifurcation(study, folder.path() / "a.db");
+    });
   };
   using Catch::Contains;
   CHECK_THAT(why("[bifurcation]\naxis = \"b\"\n"),

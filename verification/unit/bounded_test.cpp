@@ -21,7 +21,7 @@
 #include "io/files/output_file.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -14,7 +14,7 @@
 #include "io/files/output_file.hpp"
 #include "mechanism/scene.hpp"
 #include "study/calibration/calibrate.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -9,7 +9,8 @@
 #include "io/scene/open_scene.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 
@@ -228,12 +229,7 @@ TEST_CASE("a table's spline goes through its points, once round and smoothly", "
 TEST_CASE("outlines that cannot be made are refused with the reason", "[cam][scene]") {
   const auto refused = [](const std::string& keys, const std::string& why) {
     CAPTURE(keys);
-    try {
-      pair_of(keys);
-      FAIL("read");
-    } catch (const SceneError& e) {
-      CHECK_THAT(e.what(), Catch::Contains(why));
-    }
+    CHECK_THAT(test::refusal_of<SceneError>([&] { pair_of(keys); }), Catch::Contains(why));
   };
   const std::string steep = "law = \"cycloidal\"\nlift = 0.3\nrise = 1.0\nreturn = 1.0\n";
   refused("base_radius = 0.2\n" + steep, "a flat face cannot follow");

@@ -6,7 +6,7 @@
 #include <regex>
 
 #include "verification/claims/claim.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay::verification;
 

@@ -10,18 +10,13 @@
 #include <sstream>
 
 #include "io/files/output_file.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
 
 namespace {
-
-nlohmann::json json_of(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  REQUIRE(in);
-  return nlohmann::json::parse(in);
-}
 
 std::string case_file(const char* name) {
   return (test::source_folder() / "cases/flores2011-experiment" / name).string();
@@ -50,7 +45,7 @@ TEST_CASE("validate holds a run against itself and sees another clearance", "[pr
     CAPTURE(o.out, o.err);
     REQUIRE(o.status == 0);
     CHECK_THAT(o.out, Contains("peak ratio, median"));
-    return json_of(folder.path() / (set.empty() ? "same" : "other") / "validation.json");
+    return test::read_json(folder.path() / (set.empty() ? "same" : "other") / "validation.json");
   };
   const auto ratio = [](const nlohmann::json& v) {
     return v["models"]["nonsmooth"]["peak_ratio_median"].get<double>();
@@ -120,7 +115,7 @@ TEST_CASE("tradeoff: finer settings cost more and miss less, statistics have the
         line.find("Model") == std::string::npos)
       CHECK(line.size() <= 80);
   }
-  const auto document = json_of(folder.path() / "out/tradeoff.json");
+  const auto document = test::read_json(folder.path() / "out/tradeoff.json");
   const auto of = [&](const char* scene, const std::string& method, double fineness) {
     for (const auto& s : document["scenes"][scene]["settings"])
       if (s["method"] == method && s["fineness"].get<double>() == Approx(fineness)) return s;
@@ -179,7 +174,7 @@ TEST_CASE("validate a study: calibration, matrix, verdicts, figures, and again w
   const auto o = test::freeplay(command);
   CAPTURE(o.err);
   REQUIRE(o.status <= 1);  // two turns need not bear out any finding
-  const auto first = json_of(folder.path() / "out/experiment.json");
+  const auto first = test::read_json(folder.path() / "out/experiment.json");
   for (const char* variant : {"chain", "paper", "guide", "calibrated"}) {
     CAPTURE(variant);
     CHECK(first["verdicts"][variant]["nonsmooth"].size() > 8);
@@ -190,11 +185,11 @@ TEST_CASE("validate a study: calibration, matrix, verdicts, figures, and again w
   for (const char* part : {"X6", "X9", "calibrated", "Fitted", "predicted"}) CHECK_THAT(text, Contains(part));
   // Again: all runs are there, the verdicts are the same.
   REQUIRE(test::freeplay(command).status == o.status);
-  CHECK(json_of(folder.path() / "out/experiment.json")["verdicts"] == first["verdicts"]);
+  CHECK(test::read_json(folder.path() / "out/experiment.json")["verdicts"] == first["verdicts"]);
   // Of two turns runs may well contradict a fit: then the command says so, and ends accordingly.
   const auto again =
       test::freeplay("calibrate " + place + "/calibrate.toml --allow-outside -o " + place + "/out");
-  const auto all = json_of(folder.path() / "out/calibration.json")["fitted_to_all"];
+  const auto all = test::read_json(folder.path() / "out/calibration.json")["fitted_to_all"];
   bool contradicted = false;
   for (const auto& target : all["fitted"])
     contradicted = contradicted || target["contradicted_by_runs"].get<bool>();

@@ -6,7 +6,7 @@
 
 #include "mechanism/scene.hpp"
 #include "study/comparison/compare.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

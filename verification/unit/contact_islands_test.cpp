@@ -7,7 +7,7 @@
 #include <Eigen/LU>
 #include <random>
 
-#include "verification/random_contact.hpp"
+#include "verification/support/random_contact.hpp"
 
 using namespace freeplay;
 

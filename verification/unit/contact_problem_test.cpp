@@ -9,8 +9,8 @@
 #include "facade/simulation.hpp"
 #include "mechanism/scene.hpp"
 #include "numerics/saddle_point.hpp"
-#include "verification/random_contact.hpp"
-#include "verification/support.hpp"
+#include "verification/support/random_contact.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using test::Random;

@@ -10,7 +10,8 @@
 #include "io/files/output_file.hpp"
 #include "mechanism/error.hpp"
 #include "study/settings/design.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -24,12 +25,7 @@ struct Desk {
     return read_study(folder.path() / "study.toml");
   }
   std::string refusal(const std::string& text) const {
-    try {
-      (void)cells(study(text));
-    } catch (const SceneError& e) {
-      return e.what();
-    }
-    return "accepted";
+    return test::refusal_of<SceneError>([&] { (void)cells(study(text)); });
   }
 };
 

@@ -1,11 +1,10 @@
-// Curves and what names them: splines and stretches against their definitions, files of points, what the reader refuses,
-// the exact Jacobian of what curves, motors and governors do.
+// What drives a mechanism along curves: files of points, what the reader refuses, the exact Jacobian of curves, motors and
+// governors, rows within long steps.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <numbers>
 #include <random>
 
 #include "dynamics/system.hpp"
@@ -13,121 +12,22 @@
 #include "formulations/penalty/dynamics.hpp"
 #include "io/scene/write_scene.hpp"
 #include "mechanism/curve.hpp"
-#include "mechanism/piecewise.hpp"
 #include "mechanism/scene.hpp"
-#include "numerics/spline.hpp"
-#include "simulation/observer.hpp"
-#include "verification/support.hpp"
+#include "verification/support/jacobian_check.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
+using test::refusal;
 
 namespace {
 
-Curve table(Curve::Points points, Curve::Between between, bool repeats = false) {
-  Curve c;
-  c.shape = Curve::Shape::table;
-  c.points = std::move(points);
-  c.between = between;
-  c.repeats = repeats;
-  return c;
-}
-
-const std::string rotor = R"([bodies.rotor]
-mass = 2.0
-inertia = 0.05
-[joints.main]
-type = "revolute"
-between = ["ground", "rotor"]
-)";
+const std::string rotor = test::body("rotor", 2.0, 0.05) + test::pin("main", "ground", "rotor");
 const std::string length = "[run]\nduration = 0.5\n";
 
-std::string said(const std::string& text, const std::string& file = "s.toml") {
-  try {
-    parse_scene(text, file);
-  } catch (const SceneError& e) {
-    return e.what();
-  }
-  return "accepted";
-}
-
 }  // namespace
-
-TEST_CASE("splines of each kind meet their definition", "[driving]") {
-  SECTION("a clamped cubic is met exactly where its ends are flat") {
-    // 3x² − 2x³ has slope 0 at 0 and 1.
-    std::vector<std::pair<double, double>> knots;
-    for (const double x : {0.0, 0.2, 0.3, 0.7, 1.0}) knots.emplace_back(x, x * x * (3 - 2 * x));
-    const auto m = spline_slopes(knots, SplineEnds::flat);
-    for (std::size_t i = 0; i < knots.size(); ++i)
-      CHECK(m[i] == Approx(6 * knots[i].first * (1 - knots[i].first)).margin(1e-13));
-  }
-  SECTION("second derivatives are continuous, and end as they should") {
-    const Curve::Points points{{0, 1}, {0.4, -2}, {0.5, 3}, {1.1, 0}, {2, 1}};
-    for (const bool repeats : {false, true}) {
-      const auto y = table(points, Curve::Between::spline, repeats).lay();
-      for (const double knot : y.knots()) {
-        const auto jump = y.jump(knot);
-        CHECK(jump.value < 1e-12);
-        if (!repeats && (knot == 0 || knot == 2)) continue;  // goes on without slope
-        CHECK(jump.slope < 1e-11);
-        CHECK(jump.bend < 1e-9);
-      }
-      if (!repeats) CHECK(std::abs(y.jet(0.0, 0.1).bend) < 1e-10);
-    }
-  }
-  SECTION("two and three points that repeat") {
-    for (const auto& points : {Curve::Points{{0, 1}, {2, 1}}, Curve::Points{{0, 0}, {1, 4}, {3, 0}}}) {
-      const auto y = table(points, Curve::Between::spline, true).lay();
-      for (const double knot : y.knots()) CHECK(y.jump(knot).bend < 1e-12);
-      for (const auto& [x, value] : points) CHECK(y.value(x + 30) == Approx(value).margin(1e-12));
-    }
-  }
-}
-
-TEST_CASE("derivatives, integrals and means of every shape agree", "[driving]") {
-  Curve ramp, cycle, wave;
-  ramp.shape = Curve::Shape::ramp;
-  ramp.from = 1, ramp.to = -3, ramp.start = 0.3, ramp.rise = 0.8;
-  cycle.shape = Curve::Shape::rise_dwell_return;
-  cycle.to = 2, cycle.start = -0.2, cycle.rise = 0.5, cycle.dwell = 0.2, cycle.fall = 0.7, cycle.rest = 0.3;
-  cycle.profile = Curve::Profile::cycloidal;
-  cycle.repeats = true;
-  wave.shape = Curve::Shape::harmonic;
-  wave.mean = 0.4, wave.amplitude = 2, wave.period = 0.9, wave.phase = 0.3;
-  const auto points = Curve::Points{{-0.4, 1}, {0.4, -2}, {0.5, 3}, {1.1, 1}};
-  for (const auto& curve :
-       {ramp, cycle, wave, table(points, Curve::Between::linear, true), table(points, Curve::Between::spline),
-        table(points, Curve::Between::spline, true)}) {
-    CAPTURE(curve.what());
-    const auto y = curve.lay();
-    const auto F = y.antiderivative(0.2, 7);
-    CHECK(F.value(0.2) == Approx(7));
-    for (const double x : {-3.3, -0.35, 0.1, 0.47, 0.9, 2.9, 12.6}) {
-      const double d = 1e-5;
-      const auto jet = y.jet(x);
-      CHECK(jet.value == Approx(y.value(x)).margin(1e-12));
-      CHECK(jet.slope == Approx((y.value(x + d) - y.value(x - d)) / (2 * d)).margin(1e-5));
-      CHECK(jet.bend == Approx((y.jet(x + d).slope - y.jet(x - d).slope) / (2 * d)).margin(1e-3));
-      CHECK(F.jet(x).slope == Approx(y.value(x)).margin(1e-10));
-      // Over several periods, and by the midpoint rule.
-      CHECK(y.integral(x, x + 4.7) == Approx(F.value(x + 4.7) - F.value(x)).margin(1e-9));
-      double sum = 0;
-      for (int i = 0; i < 20000; ++i) sum += y.value(x + (i + 0.5) * 1.3 / 20000);
-      CHECK(y.mean(x, x + 1.3) == Approx(sum / 20000).margin(1e-6));
-      const double knot = y.next_knot(x);
-      CHECK(knot > x);
-      CHECK((knot == INFINITY || y.next_knot(knot) > knot));
-    }
-  }
-}
-
-TEST_CASE("a pulse that no step samples is in the mean", "[driving]") {
-  const auto y =
-      table({{0, 0}, {0.5, 0}, {0.5 + 1e-6, 1e6}, {0.5 + 2e-6, 0}, {1, 0}}, Curve::Between::linear).lay();
-  CHECK(y.mean(0.4, 0.6) == Approx(5).epsilon(1e-6));
-  CHECK(y.greatest().value == Approx(1e6).epsilon(0.05));
-}
 
 TEST_CASE("points may stand in a file beside the scene", "[driving]") {
   const test::TemporaryFolder folder;
@@ -153,7 +53,7 @@ TEST_CASE("points may stand in a file beside the scene", "[driving]") {
   CHECK_THAT(facts, !Contains("m.csv"));
   CHECK(to_toml(parse_scene(facts, "elsewhere/x.toml")) == facts);
 
-  const auto in = [&](const std::string& lines) { return said(text(lines), scene_file.string()); };
+  const auto in = [&](const std::string& lines) { return refusal(text(lines), {}, scene_file.string()); };
   CHECK_THAT(in("file = \"../m.csv\"\n"), Contains("does not lie beside the scene or below"));
   CHECK_NOTHROW(parse_scene(text("file = \"../m.csv\"\n"), scene_file.string(), {}, true));
   CHECK_THAT(in("file = \"none.csv\"\n"), Contains("curves.c.file"));
@@ -199,8 +99,8 @@ TEST_CASE("tables of springs, torques and cams may stand in files likewise", "[d
   CHECK(to_toml(by_file) == to_toml(by_points));
   CHECK(by_file.files.size() == 3);
   const auto in = [&](const char* name) {
-    return said(text(std::string("\"") + name + "\"", "[[0, 0], [2, 0.004], [4, 0.001]]", pull),
-                scene_file.string());
+    return refusal(text(std::string("\"") + name + "\"", "[[0, 0], [2, 0.004], [4, 0.001]]", pull), {},
+                   scene_file.string());
   };
   CHECK_THAT(in("back.csv"), Contains("loads.k.force_table: must increase in its first column; 0 follows 0"));
   CHECK_THAT(in("none.csv"), Contains("loads.k.force_table: must have points below its header"));
@@ -208,30 +108,9 @@ TEST_CASE("tables of springs, torques and cams may stand in files likewise", "[d
   CHECK_THAT(in("../pull.csv"), Contains("does not lie beside the scene or below"));
 }
 
-TEST_CASE("a mean over a short interval loses nothing", "[driving]") {
-  // f and its mean over x ± d differ by f″d²/6 < 1e-15 here; a difference of two integrals had 1e-16/d of it.
-  Curve sine;
-  sine.shape = Curve::Shape::harmonic;
-  sine.amplitude = 2, sine.period = 0.7, sine.phase = 0.4, sine.mean = 0.3;
-  Curve hump;
-  hump.shape = Curve::Shape::rise_dwell_return;
-  hump.to = 3, hump.rise = 0.5, hump.fall = 0.6, hump.repeats = true;
-  const double d = 1e-9;
-  for (const auto& y : {sine.lay(), hump.lay(), table({{-1, -50}, {1, 50}}, Curve::Between::linear).lay()})
-    for (const double x : {0.03, 0.31, 0.77}) {
-      CHECK(y.mean(x - d, x + d) == Approx(y.value(x)).epsilon(1e-14));
-      CHECK(y.mean(x + d, x - d) == y.mean(x - d, x + d));
-    }
-  // Over longer ones it is the mean of two halves, across knots and periods too.
-  for (const auto& y : {sine.lay(), hump.lay()})
-    CHECK(y.mean(0.1, 5.1) == Approx(0.5 * (y.mean(0.1, 2.6) + y.mean(2.6, 5.1))).epsilon(1e-13));
-  // 3-4-5: ∫ over the whole rise is half of it.
-  CHECK(hump.lay().mean(0, 0.5) == Approx(1.5).epsilon(1e-14));
-}
-
 TEST_CASE("what curves and drives cannot be is refused where it stands", "[driving]") {
   const auto drive = [](const std::string& lines, const std::string& curve = "") {
-    return said(rotor + curve + "[drives.d]\njoint = \"main\"\n" + lines + length);
+    return refusal(rotor + curve + "[drives.d]\njoint = \"main\"\n" + lines + length);
   };
   const std::string lines = "[curves.c]\nshape = \"table\"\npoints = [[0, 0], [1, 1], [2, 0]]\n";
   CHECK(drive("velocity = \"c\"\n", lines) == "accepted");
@@ -249,14 +128,14 @@ TEST_CASE("what curves and drives cannot be is refused where it stands", "[drivi
              Contains("is the driven joint itself"));
   CHECK_THAT(drive("force = 3\n"), Contains("must be a translational joint"));
   CHECK_THAT(
-      said(rotor + "[bodies.block]\nmass = 1\ninertia = 1\n[joints.guide]\ntype = \"translational\"\n" +
-           "between = [\"ground\", \"block\"]\n" + lines +
-           "[drives.d]\njoint = \"guide\"\nvelocity = \"c\"\ncrank = true\n" + length),
+      refusal(rotor + "[bodies.block]\nmass = 1\ninertia = 1\n[joints.guide]\ntype = \"translational\"\n" +
+              "between = [\"ground\", \"block\"]\n" + lines +
+              "[drives.d]\njoint = \"guide\"\nvelocity = \"c\"\ncrank = true\n" + length),
       Contains("drives.d.crank: needs a revolute joint"));
-  CHECK_THAT(said(rotor + "[bodies.wheel]\nmass = 1\ninertia = 1\nposition = [0.3, 0]\n" +
-                  "[joints.mesh]\ntype = \"gear\"\nbetween = [\"rotor\", \"wheel\"]\n" +
-                  "pitch_radii = [0.1, 0.2]\n" + lines + "[drives.d]\njoint = \"mesh\"\nvelocity = \"c\"\n" +
-                  length),
+  CHECK_THAT(refusal(rotor + "[bodies.wheel]\nmass = 1\ninertia = 1\nposition = [0.3, 0]\n" +
+                     "[joints.mesh]\ntype = \"gear\"\nbetween = [\"rotor\", \"wheel\"]\n" +
+                     "pitch_radii = [0.1, 0.2]\n" + lines +
+                     "[drives.d]\njoint = \"mesh\"\nvelocity = \"c\"\n" + length),
              Contains("drives.d.joint: must be a revolute or translational joint, \"mesh\" is a gear joint"));
   CHECK_THAT(drive("torque_curve = \"c\"\nagainst = \"position\"\n", lines),
              Contains("has an angle, no position"));
@@ -271,10 +150,11 @@ TEST_CASE("what curves and drives cannot be is refused where it stands", "[drivi
   CHECK_THAT(drive("velocity = \"c\"\n", "[curves.c]\nshape = \"ramp\"\nto = 3\nrise = 1\ndwell = 2\n"),
              Contains("curves.c.dwell: does not apply to a ramp"));
   const auto load = [](const std::string& more) {
-    return said(rotor +
-                "[curves.c]\nshape = \"constant\"\nvalue = 1\n[loads.l]\ntype = \"force\"\nbody = \"rotor\"\n"
-                "force = [1, 0]\n" +
-                more + length);
+    return refusal(
+        rotor +
+        "[curves.c]\nshape = \"constant\"\nvalue = 1\n[loads.l]\ntype = \"force\"\nbody = \"rotor\"\n"
+        "force = [1, 0]\n" +
+        more + length);
   };
   CHECK_THAT(load("against = \"angle\"\n"), Contains("goes with factor"));
   CHECK_THAT(load("factor = \"c\"\nagainst = \"position\"\naxes = \"body\"\n"),
@@ -282,15 +162,8 @@ TEST_CASE("what curves and drives cannot be is refused where it stands", "[drivi
 }
 
 TEST_CASE("the canonical text repeats every kind of drive", "[driving]") {
-  const auto scene = parse_scene(rotor + R"([bodies.block]
-mass = 1
-inertia = 1
-position = [0.4, 0.3]
-[joints.guide]
-type = "translational"
-between = ["ground", "block"]
-axis = [0.8, 0.6]
-[curves.up]
+  const auto scene = parse_scene(rotor + test::body("block", 1, 1, "position = [0.4, 0.3]\n") +
+                                     test::guide("guide", "ground", "block", {0.8, 0.6}) + R"([curves.up]
 shape = "ramp"
 to = 3
 rise = 0.2
@@ -335,29 +208,11 @@ factor = "up"
 }
 
 TEST_CASE("the exact Jacobian holds for curves, motors and governors", "[driving][jacobian]") {
-  const auto scene = parse_scene(R"([bodies.a]
-mass = 1.5
-inertia = 0.2
-[bodies.b]
-mass = 0.7
-inertia = 0.1
-[bodies.c]
-mass = 0.4
-inertia = 0.3
-[joints.pin]
-type = "revolute"
-between = ["ground", "a"]
-at = [[0.1, 0.2], [0.3, -0.1]]
-[joints.slide]
-type = "translational"
-between = ["a", "b"]
-at = [[0.02, 0.03], [-0.04, 0.05]]
-axis = [0.6, 0.8]
-[joints.free]
-type = "revolute"
-between = ["a", "c"]
-at = [[0.1, 0.0], [0.2, 0.1]]
-[curves.wave]
+  const auto scene =
+      parse_scene(test::body("a", 1.5, 0.2) + test::body("b", 0.7, 0.1) + test::body("c", 0.4, 0.3) +
+                      test::pin("pin", "ground", "a", {0.1, 0.2}, {0.3, -0.1}) +
+                      test::guide("slide", "a", "b", {0.6, 0.8}, {0.02, 0.03}, {-0.04, 0.05}) +
+                      test::pin("free", "a", "c", {0.1, 0.0}, {0.2, 0.1}) + R"([curves.wave]
 shape = "harmonic"
 amplitude = 0.7
 period = 2.1
@@ -421,39 +276,15 @@ torque = 0.3
 factor = "bent"
 against = "speed"
 )" + length,
-                                 "jacobian");
+                  "jacobian");
   const System system(scene.mechanism);
   PenaltyDynamics f(system, scene.penalty, {}, RowFacts{false});
   std::mt19937 engine(7);
   std::uniform_real_distribution<double> uniform(-1, 1);
   PenaltyDynamics::Vector x(static_cast<std::size_t>(f.size()));
   for (auto& y : x) y = uniform(engine);
-  const double t = 0.4;
   f.phases.start(system, x.data(), x.data() + system.n());
-  const int N = f.size();
-  std::vector<double> J(static_cast<std::size_t>(N * N)), dfdt(static_cast<std::size_t>(N));
-  f.jacobian(x, t, J.data(), dfdt.data());
-  const auto difference = [&](int j, double s) {
-    PenaltyDynamics::Vector lo = x, hi = x, a(x.size()), b(x.size());
-    double ta = t, tb = t;
-    (j < N ? lo[static_cast<std::size_t>(j)] : ta) -= s;
-    (j < N ? hi[static_cast<std::size_t>(j)] : tb) += s;
-    f(lo, a, ta);
-    f(hi, b, tb);
-    for (std::size_t i = 0; i < a.size(); ++i) a[i] = (b[i] - a[i]) / (2 * s);
-    return a;
-  };
-  for (int j = 0; j <= N; ++j) {
-    auto coarse = difference(j, 2e-4);
-    const auto fine = difference(j, 1e-4);
-    for (int i = 0; i < N; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      const double expected = (4 * fine[k] - coarse[k]) / 3;
-      CAPTURE(i, j);
-      CHECK((j < N ? J[static_cast<std::size_t>(j * N + i)] : dfdt[k]) ==
-            Approx(expected).epsilon(1e-6).margin(1e-6 * 100));
-    }
-  }
+  CHECK(test::jacobian_error(f, x, 0.4) < 1e-6);
 }
 
 TEST_CASE("a run with motors goes on from a snapshot bit for bit", "[driving]") {
@@ -542,36 +373,17 @@ integrator = ")" +
 
 TEST_CASE("a force and a torque may be read against another joint's angle", "[driving]") {
   // A crank turns at 10 rad/s from 0.3 rad; what is read is 4 sin φ, so that a rate is (4/10 Ω)(cos 0.3 − cos φ) over its inertia.
-  const std::string start = R"(format = 2
-[bodies.crank]
-mass = 1
-inertia = 0.1
-angle = 0.3
-[bodies.block]
-mass = 2
-inertia = 0.5
-[bodies.rotor]
-mass = 2
-inertia = 0.5
-[joints.shaft]
-type = "revolute"
-between = ["ground", "crank"]
-[joints.guide]
-type = "translational"
-between = ["ground", "block"]
-[joints.main]
-type = "revolute"
-between = ["ground", "rotor"]
-[drives.motor]
+  const std::string start = "format = 2\n" + test::body("crank", 1, 0.1, "angle = 0.3\n") +
+                            test::body("block", 2, 0.5) + test::body("rotor", 2, 0.5) +
+                            test::pin("shaft", "ground", "crank") + test::guide("guide", "ground", "block") +
+                            test::pin("main", "ground", "rotor") + R"([drives.motor]
 joint = "shaft"
 speed = 10
 [curves.gas]
 shape = "harmonic"
 amplitude = 4
 period = "1 turn"
-[run]
-duration = 0.7
-)";
+)" + test::run_for(0.7);
   const std::string reads = "against = \"angle\"\nof = \"shaft\"\n";
   struct Kind {
     std::string text;
@@ -592,5 +404,6 @@ duration = 0.7
   REQUIRE(simulation.run().ending.status == Ending::Status::finished);
   CHECK(simulation.state().v[kind.rate] ==
         Approx(4 / (10 * kind.inertia) * (std::cos(0.3) - std::cos(7.3))).epsilon(1e-7));
-  CHECK_THAT(said(text + kind.text + "of = \"shaft\"\n"), Contains("goes with a curve against = \"angle\""));
+  CHECK_THAT(refusal(text + kind.text + "of = \"shaft\"\n"),
+             Contains("goes with a curve against = \"angle\""));
 }

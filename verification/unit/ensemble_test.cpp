@@ -13,7 +13,8 @@
 #include "study/partition/divided_ensemble.hpp"
 #include "study/partition/merge.hpp"
 #include "study/partition/shard.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -83,12 +84,7 @@ TEST_CASE("a larger ensemble begins with a smaller one", "[study][ensemble]") {
 
 TEST_CASE("ensembles that cannot be are refused in one line", "[study][ensemble]") {
   const auto says = [](const EnsemblePlan& plan) {
-    try {
-      run_ensemble(*rig(), plan, {});
-    } catch (const SceneError& e) {
-      return std::string(e.what());
-    }
-    return std::string();
+    return test::refusal_of([&] { run_ensemble(*rig(), plan, {}); });
   };
   CHECK_THAT(says({.starts = 2, .columns = {"nobody.x"}}), Contains("--column nobody.x: is no column"));
   CHECK_THAT(says({.starts = 1'000'000, .rows = 10'000}), Contains("--rows 10000") && Contains("fewer rows"));

@@ -14,7 +14,7 @@
 #include "mechanism/scene.hpp"
 #include "study/runs/perturb.hpp"
 #include "verification/strangers/strangers.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -17,29 +17,16 @@
 #include "mechanism/scene.hpp"
 #include "study/runs/case_run.hpp"
 #include "study/settings/study.hpp"
-#include "verification/support.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
 using Catch::Matchers::StartsWith;
+using test::refusal, test::replaced;
 
 namespace {
-
-std::string said(const std::string& text, const std::vector<std::string>& overrides = {}) {
-  try {
-    const auto scene = parse_scene(text, "s.toml", overrides);
-  } catch (const SceneError& e) {
-    return e.what();
-  }
-  return "accepted";
-}
-
-/// `scene` with its first `from` replaced.
-std::string with(std::string scene, const std::string& from, const std::string& to) {
-  const auto at = scene.find(from);
-  REQUIRE(at != std::string::npos);
-  return scene.replace(at, from.size(), to);
-}
 
 std::string flores() { return test::file_text(test::flores()); }
 
@@ -56,56 +43,38 @@ std::string utf8(unsigned code) {
 
 /// A rod between two pins of the ground that are `apart` from each other.
 std::string rod(double length, double apart) {
-  return fmt::format(R"([bodies.rod]
-mass = 1
-inertia = 0.01
-position = [0.1, 0.02]
-[joints.left]
-type = "revolute"
-between = ["ground", "rod"]
-at = [[0, 0], [{0}, 0]]
-[joints.right]
-type = "revolute"
-between = ["ground", "rod"]
-at = [[{1}, 0], [{2}, 0]]
-[run]
-duration = 1
-)",
-                     -length / 2, apart, length / 2);
+  return test::body("rod", 1, 0.01, "position = [0.1, 0.02]\n") +
+         test::pin("left", "ground", "rod", {}, {-length / 2, 0}) +
+         test::pin("right", "ground", "rod", {apart, 0}, {length / 2, 0}) + test::run_for(1);
 }
 
 std::string not_assembled(const std::string& text) {
   const auto scene = parse_scene(text, "s.toml");
-  try {
-    assemble(scene.mechanism, RunOptions::Start::assembled);
-  } catch (const ModelError& e) {
-    return e.what();
-  }
-  return "assembled";
+  return test::refusal_of([&] { assemble(scene.mechanism, RunOptions::Start::assembled); });
 }
 
 }  // namespace
 
 TEST_CASE("a text that is no TOML in UTF-8 is refused in its place, and one with a mark is read",
           "[scene][errors]") {
-  CHECK_THAT(said("mass = 1.0\"é\"\n"), StartsWith("s.toml:1:11: not TOML: "));
-  CHECK(said("\xEF\xBB\xBF" + flores()) == "accepted");
-  CHECK_THAT(said("\xEF\xBB\xBFmass = = 1\n"), StartsWith("s.toml:1:8: not TOML: "));
-  CHECK_THAT(said(std::string("\xFF\xFE[\0b\0", 6)),
+  CHECK_THAT(refusal("mass = 1.0\"é\"\n"), StartsWith("s.toml:1:11: not TOML: "));
+  CHECK(refusal("\xEF\xBB\xBF" + flores()) == "accepted");
+  CHECK_THAT(refusal("\xEF\xBB\xBFmass = = 1\n"), StartsWith("s.toml:1:8: not TOML: "));
+  CHECK_THAT(refusal(std::string("\xFF\xFE[\0b\0", 6)),
              StartsWith("s.toml:1:1: not TOML: byte 0xFF is no UTF-8"));
-  CHECK_THAT(said(std::string("title = \"ä\"\nx = \"a\0b\"\n", 23)),
+  CHECK_THAT(refusal(std::string("title = \"ä\"\nx = \"a\0b\"\n", 23)),
              StartsWith("s.toml:2:7: not TOML: a NUL character"));
   // Columns count characters.
-  CHECK_THAT(said("title = \"äöü\" x\n"), StartsWith("s.toml:1:15: "));
+  CHECK_THAT(refusal("title = \"äöü\" x\n"), StartsWith("s.toml:1:15: "));
   // Cut short, overlong, a surrogate, beyond the last.
   for (const char* bytes : {"\xC3", "\x80", "\xC0\xAF", "\xE0\x80\xAF", "\xED\xA0\x80", "\xF4\x90\x80\x80",
                             "\xF5", "\xE2\x82", "\xF0\x9F\x92"}) {
-    const auto message = said("# ok\ntitle = \"a" + std::string(bytes) + "\"\n");
+    const auto message = refusal("# ok\ntitle = \"a" + std::string(bytes) + "\"\n");
     CAPTURE(message);
     CHECK_THAT(message, StartsWith("s.toml:2:11: not TOML: byte 0x") && Contains("is no UTF-8"));
   }
   // What breaks the parser's own assumptions has a place too.
-  CHECK_THAT(said("a = 1\n[b]\nc = [1,,\n"), StartsWith("s.toml:3:"));
+  CHECK_THAT(refusal("a = 1\n[b]\nc = [1,,\n"), StartsWith("s.toml:3:"));
 }
 
 TEST_CASE("any character may stand in a text, and none outside does harm", "[scene][errors]") {
@@ -129,17 +98,17 @@ TEST_CASE("any character may stand in a text, and none outside does harm", "[sce
 
 TEST_CASE("a misspelt key is told before what follows from it", "[scene][errors]") {
   // Without its clearance the gudgeon's bearing_radius would not apply.
-  CHECK_THAT(said(with(flores(), "clearance =", "clearence =")),
+  CHECK_THAT(refusal(replaced(flores(), "clearance =", "clearence =")),
              Contains("joints.gudgeon.clearence: is not a key of a joint; did you mean clearance?"));
-  CHECK_THAT(said(with(flores(), "speed_rpm", "sped_rpm")), Contains("did you mean speed_rpm?"));
-  CHECK_THAT(said(with(flores(), "[joints.main]", "[joint.main]")),
+  CHECK_THAT(refusal(replaced(flores(), "speed_rpm", "sped_rpm")), Contains("did you mean speed_rpm?"));
+  CHECK_THAT(refusal(replaced(flores(), "[joints.main]", "[joint.main]")),
              Contains("joint: is not a key of a scene; did you mean joints?"));
   // The first in the file, and what is a key elsewhere.
-  const auto two = with(with(flores(), "mass =", "mas ="), "poisson =", "poison =");
-  CHECK_THAT(said(two), Contains(".mas: is not a key of a body; did you mean mass?"));
-  CHECK_THAT(said(with(flores(), "surface =", "friction = 0.1\nsurface =")),
+  const auto two = replaced(replaced(flores(), "mass =", "mas ="), "poisson =", "poison =");
+  CHECK_THAT(refusal(two), Contains(".mas: is not a key of a body; did you mean mass?"));
+  CHECK_THAT(refusal(replaced(flores(), "surface =", "friction = 0.1\nsurface =")),
              Contains("joints.gudgeon.friction: is not a key of a joint; it is one of surfaces.*"));
-  CHECK_THAT(said(with(flores(), "[run]", "[run]\nqqqqqqqqq = 1")),
+  CHECK_THAT(refusal(replaced(flores(), "[run]", "[run]\nqqqqqqqqq = 1")),
              Contains("is not a key of [run]\n  there are duration,") ||
                  Contains("is not a key of [run]; there are"));
 }
@@ -147,29 +116,29 @@ TEST_CASE("a misspelt key is told before what follows from it", "[scene][errors]
 TEST_CASE("an option is named as it was typed", "[scene][errors]") {
   const auto scene = flores();
   CHECK_THAT(
-      said(scene, {"joints.gudgen.clearance=1e-3"}),
+      refusal(scene, {"joints.gudgen.clearance=1e-3"}),
       StartsWith(
           "--set joints.gudgen.clearance=1e-3: joints.gudgen: there is no such joint; did you mean gudgeon?"));
-  CHECK_THAT(said(scene, {"drives.q.crank=true"}),
+  CHECK_THAT(refusal(scene, {"drives.q.crank=true"}),
              StartsWith("--set drives.q.crank=true: drives.q: there is no such drive; there is "));
-  CHECK_THAT(said(scene, {"bodies.crnk.mass=2"}), Contains("there is no such body; did you mean crank?"));
+  CHECK_THAT(refusal(scene, {"bodies.crnk.mass=2"}), Contains("there is no such body; did you mean crank?"));
   // A surface needs nothing: one that nothing names would be without effect.
-  CHECK_THAT(said(scene, {"surfaces.stel.friction=0.1"}),
+  CHECK_THAT(refusal(scene, {"surfaces.stel.friction=0.1"}),
              Contains("there is no such surface; did you mean steel?"));
-  CHECK(said(scene, {"surfaces.brass.friction=0.1", "joints.gudgeon.surface=brass"}) == "accepted");
-  CHECK(said(scene, {"loads.push.type=force", "loads.push.body=slider", "loads.push.force=[1, 0]"}) ==
+  CHECK(refusal(scene, {"surfaces.brass.friction=0.1", "joints.gudgeon.surface=brass"}) == "accepted");
+  CHECK(refusal(scene, {"loads.push.type=force", "loads.push.body=slider", "loads.push.force=[1, 0]"}) ==
         "accepted");
   CHECK_THAT(
-      said(scene, {"joints.gudgeon.clearence=1"}),
+      refusal(scene, {"joints.gudgeon.clearence=1"}),
       StartsWith(
           "--set joints.gudgeon.clearence=1: joints.gudgeon.clearence: is not a key of a joint; did you"));
   // The file's key is where it is seen, the option what made it wrong.
-  CHECK_THAT(said(scene, {"joints.gudgeon.clearance=1"}),
+  CHECK_THAT(refusal(scene, {"joints.gudgeon.clearance=1"}),
              StartsWith("s.toml:") && Contains("bearing_radius: must be greater than the clearance") &&
                  Contains("(with --set joints.gudgeon.clearance=1)"));
   for (const auto* broken : {"=1", "a", "a=", "bodies..mass=1", "bodies.crank.=1", "title.x=1", ".a=1"})
-    CHECK_THAT(said(scene, {broken}), StartsWith(fmt::format("--set {}: ", broken)));
-  CHECK_THAT(said(scene, {"title=1\nmass = 2"}), StartsWith("--set title=1\\nmass = 2: "));
+    CHECK_THAT(refusal(scene, {broken}), StartsWith(fmt::format("--set {}: ", broken)));
+  CHECK_THAT(refusal(scene, {"title=1\nmass = 2"}), StartsWith("--set title=1\\nmass = 2: "));
 }
 
 TEST_CASE("what a study sets wrongly is told at its place in the study", "[study][errors]") {
@@ -179,14 +148,11 @@ TEST_CASE("what a study sets wrongly is told at its place in the study", "[study
         folder.path() / "study.toml",
         fmt::format("scene = \"{}\"\njoint = \"gudgeon\"\naccelerometer = \"accelerometer\"\n{}",
                     (test::source_folder() / "cases/flores2011-experiment/guide.toml").string(), rest));
-    try {
+    const auto said = test::refusal_of([&] {
       const auto study = read_study(folder.path() / "study.toml");
       for (const auto& one : cases(study)) identity(study, one, {});
-    } catch (const SceneError& e) {
-      const std::string what = e.what();
-      return what.substr(what.find("study.toml"));
-    }
-    return std::string("accepted");
+    });
+    return said.substr(said.find("study.toml"));
   };
   CHECK_THAT(
       refused("[axes.c]\nkey = \"joints.gudgen.clearance\"\nvalues = [1e-3]\n"),
@@ -217,36 +183,15 @@ TEST_CASE("what cannot be closed is told by the joint and the distance of the be
               "joints.right: cannot be closed: in the best pose found it stays open by 0.35 m, \"left\" by 0.35 m"));
   // A crank that its drive holds where the rod does not reach: the joints are named, and what the drive would have to do.
   const auto driven = [](double angle) {
-    return fmt::format(R"([bodies.crank]
-mass = 1
-inertia = 0.01
-[bodies.rod]
-mass = 1
-inertia = 0.01
-position = [0.5, 0.1]
-[joints.axle]
-type = "revolute"
-between = ["ground", "crank"]
-at = [[0, 0], [-0.5, 0]]
-[joints.pin]
-type = "revolute"
-between = ["crank", "rod"]
-at = [[0.5, 0], [-0.5, 0]]
-[joints.anchor]
-type = "revolute"
-between = ["ground", "rod"]
-at = [[1.5, 0], [0.5, 0]]
-[drives.motor]
-joint = "axle"
-speed = 0
-initial_angle = {}
-[run]
-duration = 1
-)",
-                       angle);
+    return test::body("crank", 1, 0.01) + test::body("rod", 1, 0.01, "position = [0.5, 0.1]\n") +
+           test::pin("axle", "ground", "crank", {}, {-0.5, 0}) +
+           test::pin("pin", "crank", "rod", {0.5, 0}, {-0.5, 0}) +
+           test::pin("anchor", "ground", "rod", {1.5, 0}, {0.5, 0}) +
+           fmt::format("[drives.motor]\njoint = \"axle\"\nspeed = 0\ninitial_angle = {}\n", angle) +
+           test::run_for(1);
   };
   // The pin is 1 m from the anchor where (1.5 − cos θ)² + sin² θ = 1, at cos θ = 3/4.
-  CHECK(not_assembled(driven(std::acos(0.75))) == "assembled");
+  CHECK(not_assembled(driven(std::acos(0.75))) == "accepted");
   // At a right angle it is √(1.5² + 1) = 1.8028 m away: 0.8028 m too far, in three joints.
   const auto message = not_assembled(driven(std::acos(0.0)));
   CAPTURE(message);
@@ -265,7 +210,7 @@ duration = 1
 
 TEST_CASE("a snapshot changed in any of its bytes is taken or refused, and refused leaves what was",
           "[snapshot][errors]") {
-  const auto scene = parse_scene(with(flores(), "revolutions = 12", "revolutions = 0.01"), "s.toml",
+  const auto scene = parse_scene(replaced(flores(), "revolutions = 12", "revolutions = 0.01"), "s.toml",
                                  {"run.discard=0", "nonsmooth.scheme=event-driven"});
   for (const auto* formulation : {"penalty", "nonsmooth"}) {
     Simulation simulation(scene, formulation);
@@ -323,7 +268,7 @@ TEST_CASE("a hundred errors are told in a line of the program's own words", "[pr
   int number = 0;
   const auto changed = [&](const std::string& from, const std::string& to, const std::string& expected) {
     const auto name = fmt::format("s{}.toml", ++number);
-    all.push_back({"check " + file(name, with(scene, from, to)),
+    all.push_back({"check " + file(name, replaced(scene, from, to)),
                    expected.starts_with(":") ? name + expected : expected});
   };
   // The file: what is no TOML, unknown keys, wrong kinds, values out of range, names of nothing.
@@ -435,8 +380,8 @@ TEST_CASE("a hundred errors are told in a line of the program's own words", "[pr
   study(head + "[variants.v]\nset = [1]\n", "must be a list of names");
   study(head + "formulations = [\"magic\"]\n", "magic");
   study(head + "starts = 0\n", "a whole number from 1");
-  study(with(head, "\"accelerometer\"", "\"nope\""), "nope");
-  study(with(head, "guide.toml", "none.toml"), "no such file");
+  study(replaced(head, "\"accelerometer\"", "\"nope\""), "nope");
+  study(replaced(head, "guide.toml", "none.toml"), "no such file");
   study(head, "has no [calibrate]", "calibrate --allow-outside ");
   study("scene = = 1\n", "not TOML");
   // Measurements.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "study/settings/expression.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -20,12 +21,7 @@ double value(const std::string& text, const std::vector<double>& values = {2e-4,
   return Expression(text, names)(values);
 }
 std::string refusal(const std::string& text) {
-  try {
-    Expression(text, names);
-  } catch (const ExpressionError& e) {
-    return e.what();
-  }
-  return "accepted";
+  return test::refusal_of<ExpressionError>([&] { Expression(text, names); });
 }
 
 }  // namespace

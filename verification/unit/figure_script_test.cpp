@@ -13,7 +13,7 @@
 #include "io/files/visible.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/gnuplot.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 #include "verification/unit/hostile.hpp"
 
 using namespace freeplay;

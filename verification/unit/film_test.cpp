@@ -6,12 +6,6 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
-#include <functional>
-
-#include "dynamics/system.hpp"
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
-#include "verification/support.hpp"
 
 using namespace freeplay;
 
@@ -94,78 +88,4 @@ TEST_CASE("full films have the classical closed forms", "[film]") {
     CHECK(lo.force(e, 1, 0).radial == Approx(-ul / std::pow(s2, 1.5)));
     CHECK(lo.force(e, 0, 1).tangential == Approx(-ul / ((2 + e * e) * std::sqrt(s2)) * 2));
   }
-}
-
-namespace {
-/// A shaft (2 kg) in a fixed bearing, turning at 100 rad/s under its weight, in a short film.
-Scene shaft(double viscosity) {
-  auto scene = parse_scene(R"(
-gravity = [0, -9.81]
-[bodies.shaft]
-mass = 2
-inertia = 0.5
-angular_velocity = 100
-[lubricants.oil]
-viscosity = 0.04
-[surfaces.steel]
-young = 2e11
-poisson = 0.3
-restitution = 0.5
-[joints.bearing]
-type = "revolute"
-between = ["ground", "shaft"]
-clearance = 0.1e-3
-bearing_radius = 20e-3
-bearing_length = 20e-3
-surface = "steel"
-lubricant = "oil"
-[run]
-duration = 0.2
-)",
-                           "shaft");
-  scene.mechanism.lubricants[0].viscosity = viscosity;
-  return scene;
-}
-}  // namespace
-
-TEST_CASE("a loaded shaft settles where the film carries its weight", "[film]") {
-  const auto scene = shaft(0.02);
-  const System system(scene.mechanism);
-  Simulation simulation(scene, "penalty");
-  REQUIRE(simulation.run().ending.status == Ending::Status::finished);
-  const auto s = simulation.state();
-  auto e = system.make_evaluation();
-  system.place(s.t, s.q.data(), e);
-  const Vec2 d = system.eccentricity(0, s.q.data(), e), n = d.direction();
-  const double epsilon = d.norm() / 0.1e-3, omega = s.v[2];
-  // Equilibrium: ė = 0, so w = −ω̄ × e is tangential, −½ω|e|; the film's force is the weight, read off
-  // quadrature.
-  const Film f{Film::Kind::short_bearing, true, 0.02, 0.02, 0.02, 0.1e-3, 1e-6};
-  const auto F = by_quadrature(f, epsilon, 0, -0.5 * omega * d.norm());
-  const Vec2 force = F.radial * n + F.tangential * perp(n);
-  CAPTURE(epsilon, omega);
-  CHECK(epsilon > 0.01);
-  CHECK(epsilon < 0.95);
-  // What is left of settling (the film's time constant is far below 0.2 s) and of the speed's slow decay.
-  CHECK(force.x() == Approx(0).margin(1e-3 * 2 * 9.81));
-  CHECK(force.y() == Approx(2 * 9.81).epsilon(1e-3));
-  const auto l = simulation.ledger();
-  CHECK(l.film > 0);
-  CHECK(std::abs(l.closure()) < 1e-6 * l.scale());
-}
-
-TEST_CASE("a thin film hands over to dry contact, a scene without lubricant has none", "[film]") {
-  // Squeezed to its hand-over thickness of 1 µm a short film of viscosity μ resists with some 1e10 μ N s/m
-  // here: at 1e-9 Pa s that is nothing beside a contact.
-  auto scene = shaft(1e-9);
-  scene.mechanism.bodies[0].angular_velocity = 0;
-  scene.run.duration = 0.05;
-  const auto run = test::simulate(scene, Family::penalty);
-  REQUIRE(run.ending.status == Ending::Status::finished);
-  CHECK(run.contacts[0].impacts >= 2);  // at e = 0.5 it bounces before it rests
-  CHECK(run.ledger.film > 0);
-  CHECK(run.ledger.film < run.ledger.contact);
-  CHECK(std::abs(run.ledger.closure()) < 1e-6 * run.ledger.scale());
-  const auto dry = read_scene(test::flores());
-  CHECK_FALSE(System(dry.mechanism).contact_facts(0).lubricant);
 }

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "verification/experiment/flores2011.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using namespace freeplay::verification;

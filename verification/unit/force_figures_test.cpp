@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "io/files/output_file.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

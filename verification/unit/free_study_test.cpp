@@ -1,13 +1,10 @@
 // Studies of anything: without a drive of prescribed speed, without an accelerometer, of every column of the result files, with what is
 // derived from it, in the database and out of it.
 #include <fmt/format.h>
-#include <sqlite3.h>
 #include <boost/math/special_functions/ellint_1.hpp>
 #include <catch2/catch.hpp>
 
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <numbers>
 #include <set>
@@ -16,128 +13,28 @@
 #include "io/files/output_file.hpp"
 #include "mechanism/error.hpp"
 #include "study/sweep/sweep.hpp"
-#include "verification/support.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/study_desk.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
 
 namespace {
 
-using Path = std::filesystem::path;
-using Rows = std::vector<std::vector<std::string>>;
+using test::StudyDesk, test::Rows, test::value_of;
 
-std::string bytes_of(const Path& file) {
-  std::ifstream in(file, std::ios::binary);
-  REQUIRE(in);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-Rows read_csv(const Path& file) {
-  Rows rows(1, {""});
-  bool quoted = false;
-  for (const char c : bytes_of(file)) {
-    if (c == '"') quoted = !quoted;
-    if (c == ',' && !quoted)
-      rows.back().emplace_back();
-    else if (c == '\n' && !quoted)
-      rows.push_back({""});
-    else
-      rows.back().back() += c;
+/// The case of a pendulum whose bar states an angle and no position: it hangs where the pin is.
+struct Pendulum : StudyDesk {
+  explicit Pendulum(const std::string& angle) : StudyDesk("pendulum") {
+    change("position = [\"0.3 m\", 0]\n", "angle = " + angle + "\n");
   }
-  rows.pop_back();
-  return rows;
-}
-
-/// A case's scene in a folder, and studies of it.
-struct Desk {
-  explicit Desk(const std::string& name) {
-    write_file(folder.path() / "scene.toml", bytes_of(test::source_folder() / "cases" / name / "scene.toml"));
-  }
-  test::Outcome sweep(const std::string& text, const std::string& options = "") const {
-    write_file(folder.path() / "study.toml", text);
-    return test::freeplay(fmt::format("sweep {} -o {} {}", (folder.path() / "study.toml").string(),
-                                      (folder.path() / "out").string(), options));
-  }
-  /// What the study says of its runs, a map of names to values each; what is absent is not in it.
-  std::vector<std::map<std::string, std::string>> table(const std::string& text) const {
-    const auto o = sweep(text, "--export table.csv");
-    CAPTURE(o.out, o.err);
-    REQUIRE(o.status == 0);
-    const auto rows = read_csv(folder.path() / "out/table.csv");
-    std::vector<std::map<std::string, std::string>> all;
-    for (std::size_t i = 1; i < rows.size(); ++i) {
-      REQUIRE(rows[i].size() == rows[0].size());
-      auto& run = all.emplace_back();
-      for (std::size_t c = 0; c < rows[i].size(); ++c)
-        if (!rows[i][c].empty()) run[rows[0][c]] = rows[i][c];
-    }
-    return all;
-  }
-  /// Rows of a query.
-  Rows ask(const std::string& sql) const {
-    sqlite3* db = nullptr;
-    REQUIRE(sqlite3_open_v2((folder.path() / "out/sweep.db").c_str(), &db, SQLITE_OPEN_READONLY, nullptr) ==
-            SQLITE_OK);
-    Rows rows;
-    const auto row = [](void* to, int n, char** values, char**) {
-      auto& list = static_cast<Rows*>(to)->emplace_back();
-      for (int i = 0; i < n; ++i) list.emplace_back(values[i] ? values[i] : "NULL");
-      return 0;
-    };
-    REQUIRE(sqlite3_exec(db, sql.c_str(), row, &rows, nullptr) == SQLITE_OK);
-    sqlite3_close(db);
-    return rows;
-  }
-  test::TemporaryFolder folder;
 };
-
-double of(const std::map<std::string, std::string>& run, const std::string& name) {
-  CAPTURE(name);
-  REQUIRE(run.contains(name));
-  return std::stod(run.at(name));
-}
-
-/// The example of docs/study.md.
-std::string example() {
-  const auto page = bytes_of(test::source_folder() / "docs/study.md");
-  const auto begin = page.find("```toml\n");
-  REQUIRE(begin != page.npos);
-  return page.substr(begin + 8, page.find("```", begin + 8) - begin - 8);
-}
 
 }  // namespace
 
-TEST_CASE("the study that docs/study.md shows: a ball rebounds to e²h", "[studies][program]") {
-  // v₋ = √(2gh) at the first touch, e v₋ behind it, and (e v₋)²/(2g) = e²h up: rows and ends of steps are at most
-  // Δt = duration/20000 apart, so the highest is missed by g Δt²/8 = 3e-10 m at most; locating the touch errs by less.
-  const Desk desk("bouncing-ball");
-  const auto runs = desk.table(example());
-  REQUIRE(runs.size() >= 5);
-  std::set<double> restitutions;
-  for (const auto& run : runs) {
-    const double e = of(run, "e");
-    restitutions.insert(e);
-    CHECK(std::abs(of(run, "rise") - e * e * 0.5) < 1e-8);
-    CHECK(std::abs(of(run, "share") - e * e) < 3e-8);
-    // No instrument, no drive: what needs one is absent, not zero.
-    for (const char* name :
-         {"peak_max", "rms", "ratio_max", "lines", "impacts_per_turn", "energy_per_turn", "loss_angle"})
-      CHECK_FALSE(run.contains(name));
-    // It rests after ever smaller rebounds, from t₁(1 + e)/(1 − e) on, t₁ = √(2h/g): the rest of the window it does not fly.
-    const double rest = std::sqrt(1 / 9.81) * (1 + e) / (1 - e);
-    CHECK(of(run, "flight_share") == Approx(std::min(1.0, (rest - 0.33) / 0.3)).margin(1e-4));
-  }
-  CHECK(restitutions.size() == runs.size());
-}
-
 TEST_CASE("a pendulum's period over its amplitude is the elliptic integral", "[studies][program]") {
-  const Desk desk("pendulum");
-  // A bar of its own, at an angle and nowhere: it hangs where the pin is.
-  auto scene = bytes_of(desk.folder.path() / "scene.toml");
-  const std::string at = "position = [\"0.3 m\", 0]\n";
-  REQUIRE(scene.find(at) != scene.npos);
-  scene.replace(scene.find(at), at.size(), "angle = 0.1\n");
-  write_file(desk.folder.path() / "scene.toml", scene);
+  const Pendulum desk("0.1");
   const auto runs = desk.table(R"(scene = "scene.toml"
 duration = 3
 [axes.angle]
@@ -158,19 +55,19 @@ amplitude = "angle + pi/2"
   REQUIRE(runs.size() == 8);
   for (const auto& run : runs) {
     // k = sin(α/2) of the amplitude α from the vertical; ω₀² = m g a/(J + m a²) = 9.81·0.3/(0.03 + 0.09).
-    const double amplitude = of(run, "angle") + std::numbers::pi / 2;
+    const double amplitude = value_of(run, "angle") + std::numbers::pi / 2;
     const double period = 4 * boost::math::ellint_1(std::sin(amplitude / 2)) / std::sqrt(24.525);
     CAPTURE(amplitude, run.at("formulation"));
-    CHECK(of(run, "amplitude") == Approx(amplitude));
-    CHECK(of(run, "period") == Approx(period).epsilon(1e-5));
-    CHECK(of(run, "crossings") == std::floor(3 / (period / 2) + 0.5));
+    CHECK(value_of(run, "amplitude") == Approx(amplitude));
+    CHECK(value_of(run, "period") == Approx(period).epsilon(1e-5));
+    CHECK(value_of(run, "crossings") == std::floor(3 / (period / 2) + 0.5));
     CHECK_FALSE(run.contains("flight_share"));
   }
 }
 
 TEST_CASE("every column of trajectory.csv, forces.csv and signals.csv is measured as it is written",
           "[studies][program]") {
-  const Desk desk("motor-startup");
+  const StudyDesk desk("motor-startup");
   const auto out = desk.folder.path() / "run";
   const auto o =
       test::freeplay(fmt::format("run {} --formulation nonsmooth --forces --set run.duration=0.08 --set "
@@ -180,7 +77,7 @@ TEST_CASE("every column of trajectory.csv, forces.csv and signals.csv is measure
   // The rows between 0.02 s and 0.06 s, both included, of every table.
   std::map<std::string, std::vector<double>> written;
   for (const char* file : {"trajectory.csv", "forces.csv"}) {
-    const auto rows = read_csv(out / file);
+    const auto rows = test::read_csv(out / file);
     for (std::size_t c = 0; c < rows[0].size(); ++c) {
       auto& list = written[rows[0][c]];
       list.clear();
@@ -191,7 +88,7 @@ TEST_CASE("every column of trajectory.csv, forces.csv and signals.csv is measure
     }
   }
   std::vector<double> samples;
-  for (const auto& row : read_csv(out / "signals.csv"))
+  for (const auto& row : test::read_csv(out / "signals.csv"))
     if (row[0] == "accelerometer" && std::stod(row[1]) >= 0.02 && std::stod(row[1]) <= 0.06)
       samples.push_back(std::stod(row[3]));
   REQUIRE(samples.size() >= 400);
@@ -229,40 +126,36 @@ TEST_CASE("every column of trajectory.csv, forces.csv and signals.csv is measure
     double size = 0;
     for (const double x : list) size = std::max(size, std::abs(x));
     CAPTURE(columns[i]);
-    CHECK(of(run, fmt::format("m{}_last", i)) == Approx(list.back()).margin(1e-12 * size));
-    CHECK(of(run, fmt::format("m{}_mean", i)) == Approx(integral / 0.04).margin(1e-9 * size));
+    CHECK(value_of(run, fmt::format("m{}_last", i)) == Approx(list.back()).margin(1e-12 * size));
+    CHECK(value_of(run, fmt::format("m{}_mean", i)) == Approx(integral / 0.04).margin(1e-9 * size));
     // Ends of steps between the rows count too. The study's run ends a step where its window begins, and differs by that.
-    CHECK(of(run, fmt::format("m{}_max", i)) >= greatest - 1e-7 * size);
+    CHECK(value_of(run, fmt::format("m{}_max", i)) >= greatest - 1e-7 * size);
   }
   double sum = 0, peak = 0;
   for (const double a : samples) {
     sum += a;
     peak = std::max(peak, std::abs(a));
   }
-  CHECK(of(run, "signal_mean") == Approx(sum / static_cast<double>(samples.size())));
-  CHECK(of(run, "signal_peak") == Approx(peak));
+  CHECK(value_of(run, "signal_mean") == Approx(sum / static_cast<double>(samples.size())));
+  CHECK(value_of(run, "signal_peak") == Approx(peak));
   auto gaps = written["gudgeon.gap"];
   double squares = 0, integral = 0;
   for (std::size_t k = 1; k < gaps.size(); ++k) {
     integral += 0.5e-4 * (gaps[k - 1] + gaps[k]) / 0.04;
     squares += 0.5e-4 * (gaps[k - 1] * gaps[k - 1] + gaps[k] * gaps[k]) / 0.04;
   }
-  CHECK(of(run, "gap_rms") == Approx(std::sqrt(squares)));
-  CHECK(of(run, "gap_std") == Approx(std::sqrt(squares - integral * integral)).epsilon(1e-6));
+  CHECK(value_of(run, "gap_rms") == Approx(std::sqrt(squares)));
+  CHECK(value_of(run, "gap_std") == Approx(std::sqrt(squares - integral * integral)).epsilon(1e-6));
   std::ranges::sort(gaps);
-  CHECK(of(run, "gap_median") == Approx(gaps[200]));
-  CHECK(of(run, "gap_count") == 401);
-  CHECK(of(run, "impacts") >= 1);
+  CHECK(value_of(run, "gap_median") == Approx(gaps[200]));
+  CHECK(value_of(run, "gap_count") == 401);
+  CHECK(value_of(run, "impacts") >= 1);
 }
 
 TEST_CASE("a measure of each period, and at each", "[studies][program]") {
   // Swings of 60° about the bottom, of the period T: the angle's greatest in each period is the start's, and so it is at every
   // period's end; the mean of a whole period is the bottom.
-  const Desk desk("pendulum");
-  auto scene = bytes_of(desk.folder.path() / "scene.toml");
-  const std::string at = "position = [\"0.3 m\", 0]\n";
-  scene.replace(scene.find(at), at.size(), "angle = \"-30 deg\"\n");
-  write_file(desk.folder.path() / "scene.toml", scene);
+  const Pendulum desk("\"-30 deg\"");
   const double period = 4 * boost::math::ellint_1(0.5) / std::sqrt(24.525), start = -std::numbers::pi / 6;
   const auto runs = desk.table(fmt::format(R"(scene = "scene.toml"
 formulations = ["penalty"]
@@ -288,10 +181,10 @@ at = "every period"
 )",
                                            period));
   REQUIRE(runs.size() == 1);
-  CHECK(of(runs[0], "highest") == Approx(start).margin(1e-5));
-  CHECK(of(runs[0], "middle") == Approx(-std::numbers::pi / 2).margin(1e-5));
-  CHECK(of(runs[0], "begun") == Approx(start).margin(1e-5));
-  CHECK(of(runs[0], "spread") == Approx(0).margin(1e-5));
+  CHECK(value_of(runs[0], "highest") == Approx(start).margin(1e-5));
+  CHECK(value_of(runs[0], "middle") == Approx(-std::numbers::pi / 2).margin(1e-5));
+  CHECK(value_of(runs[0], "begun") == Approx(start).margin(1e-5));
+  CHECK(value_of(runs[0], "spread") == Approx(0).margin(1e-5));
   const auto parts =
       desk.ask("select number, t, value from measures where measure = 'highest' order by number");
   REQUIRE(parts.size() == 4);
@@ -309,24 +202,16 @@ TEST_CASE(
     "[studies][program]") {
   // J ω' = M sin(2πt/T) from rest: ω = (M/(Jw))(1 − cos wt), w = 2π/T. Over a period the mean is M/(Jw), the standard deviation
   // 1/√2 of it, the greatest twice it, and the torque's mean power nothing.
-  const Desk desk("pendulum");
-  write_file(desk.folder.path() / "scene.toml", R"(format = 2
-[bodies.rotor]
-mass = 1
-inertia = 0.02
-[joints.pin]
-type = "revolute"
-between = ["ground", "rotor"]
-[curves.pull]
+  const StudyDesk desk("pendulum");
+  write_file(desk.folder.path() / "scene.toml", "format = 2\n" + test::body("rotor", 1, 0.02) +
+                                                    test::pin("pin", "ground", "rotor") + R"([curves.pull]
 shape = "harmonic"
 amplitude = 0.1
 frequency = 5
 [drives.motor]
 joint = "pin"
 torque_curve = "pull"
-[run]
-duration = 1
-)");
+)" + test::run_for(1));
   const std::string study = R"(scene = "scene.toml"
 revolutions = 3
 discard = 1
@@ -356,16 +241,16 @@ reduce = "mean"
   const auto runs = desk.table(study);
   REQUIRE(runs.size() == 4);
   for (const auto& run : runs) {
-    const double rate = of(run, "torque") / (0.02 * 10 * std::numbers::pi);
+    const double rate = value_of(run, "torque") / (0.02 * 10 * std::numbers::pi);
     CAPTURE(run.at("formulation"), rate);
-    CHECK(of(run, "mean") == Approx(rate).epsilon(1e-5));
-    CHECK(of(run, "all") == Approx(rate).epsilon(1e-5));
-    CHECK(of(run, "spread") == Approx(rate / std::sqrt(2)).epsilon(1e-5));
-    CHECK(of(run, "fastest") == Approx(2 * rate).epsilon(1e-5));
-    CHECK(std::abs(of(run, "power")) < 1e-5 * rate * of(run, "torque"));
-    CHECK(std::abs(of(run, "torque_mean")) < 1e-5 * of(run, "torque"));
+    CHECK(value_of(run, "mean") == Approx(rate).epsilon(1e-5));
+    CHECK(value_of(run, "all") == Approx(rate).epsilon(1e-5));
+    CHECK(value_of(run, "spread") == Approx(rate / std::sqrt(2)).epsilon(1e-5));
+    CHECK(value_of(run, "fastest") == Approx(2 * rate).epsilon(1e-5));
+    CHECK(std::abs(value_of(run, "power")) < 1e-5 * rate * value_of(run, "torque"));
+    CHECK(std::abs(value_of(run, "torque_mean")) < 1e-5 * value_of(run, "torque"));
     CHECK_FALSE(run.contains("impacts_per_turn"));  // no contacts
-    CHECK(of(run, "energy_per_turn") == 0);
+    CHECK(value_of(run, "energy_per_turn") == 0);
   }
   CHECK(desk.ask("select count(*), min(t), max(t) from measures")[0] ==
         std::vector<std::string>{"12", "0.2", "0.6"});
@@ -379,8 +264,8 @@ reduce = "mean"
 
 TEST_CASE("an accelerometer on what nothing drives: what it shows of the whole window, and nothing of turns",
           "[studies][program]") {
-  const Desk desk("bouncing-ball");
-  write_file(desk.folder.path() / "scene.toml", bytes_of(desk.folder.path() / "scene.toml") + R"(
+  const StudyDesk desk("bouncing-ball");
+  write_file(desk.folder.path() / "scene.toml", test::file_text(desk.folder.path() / "scene.toml") + R"(
 [instruments.falling]
 body = "ball"
 axis = [0.0, 1.0]
@@ -392,9 +277,9 @@ sampling = 10000.0
       "discard_time = 0.05\nduration = 0.25\n");
   REQUIRE(runs.size() == 2);
   for (const auto& run : runs) {  // in free fall, the filter settled
-    CHECK(of(run, "peak_max") == Approx(9.81).epsilon(1e-6));
-    CHECK(of(run, "rms") == Approx(9.81).epsilon(1e-6));
-    CHECK(of(run, "flight_share") == 1);
+    CHECK(value_of(run, "peak_max") == Approx(9.81).epsilon(1e-6));
+    CHECK(value_of(run, "rms") == Approx(9.81).epsilon(1e-6));
+    CHECK(value_of(run, "flight_share") == 1);
     for (const char* name :
          {"peak_median", "ratio_median", "ratio_max", "lines", "line_greatest", "impacts_per_turn"})
       CHECK_FALSE(run.contains(name));
@@ -404,7 +289,7 @@ sampling = 10000.0
 TEST_CASE("a measure at each touch", "[studies][program]") {
   // A ball that falls h = 0.5 m touches after t₁ = √(2h/g) with √(2gh), then after flights of 2e t₁, 2e² t₁ with e and e² of it:
   // to t₁(1 + 2e + 2e²) = 0.798 s three times, and the fourth is beyond 0.85 s with e = 1/2 (0.878 s).
-  const Desk desk("bouncing-ball");
+  const StudyDesk desk("bouncing-ball");
   const auto runs = desk.table(R"(scene = "scene.toml"
 formulations = ["nonsmooth"]
 restitution = "as-given"
@@ -426,14 +311,14 @@ q = 0.5
 bounced = "second/9.81^0.5"              # √(2gh) = √g of half a metre
 )");
   REQUIRE(runs.size() == 1);
-  CHECK(of(runs[0], "touches") == 3);
-  CHECK(of(runs[0], "first") == Approx(std::sqrt(1 / 9.81)).epsilon(1e-9));
-  CHECK(of(runs[0], "bounced") == Approx(0.5).epsilon(1e-9));
+  CHECK(value_of(runs[0], "touches") == 3);
+  CHECK(value_of(runs[0], "first") == Approx(std::sqrt(1 / 9.81)).epsilon(1e-9));
+  CHECK(value_of(runs[0], "bounced") == Approx(0.5).epsilon(1e-9));
   CHECK(desk.ask("select count(*) from measures where measure = 'second'")[0][0] == "3");
 }
 
 TEST_CASE("what is derived changes without a run, and what has no value is NULL", "[studies][program]") {
-  const Desk desk("bouncing-ball");
+  const StudyDesk desk("bouncing-ball");
   const std::string study = R"(scene = "scene.toml"
 formulations = ["nonsmooth"]
 duration = 0.1
@@ -460,7 +345,7 @@ reduce = "min"
 }
 
 TEST_CASE("a bad measure or window is refused before anything is touched", "[studies][program]") {
-  const Desk desk("motor-startup");
+  const StudyDesk desk("motor-startup");
   const auto says = [&](const std::string& text, const std::string& what) {
     const auto o = desk.sweep("scene = \"scene.toml\"\nformulations = [\"nonsmooth\"]\n" + text);
     CAPTURE(text, o.out, o.err);
@@ -508,7 +393,7 @@ TEST_CASE("a bad measure or window is refused before anything is touched", "[stu
     CHECK(o.status == 2);
     CHECK_THAT(o.err, Contains("must be the name of a file in the result folder"));
   }
-  const auto alike = Desk("bouncing-ball").sweep("scene = \"scene.toml\"\nduration = 0.1\nstarts = 3\n");
+  const auto alike = StudyDesk("bouncing-ball").sweep("scene = \"scene.toml\"\nduration = 0.1\nstarts = 3\n");
   CHECK(alike.status == 2);
   CHECK_THAT(alike.err, Contains("are all alike"));
 }
@@ -542,60 +427,4 @@ TEST_CASE("flights and impacts of several contacts are counted together", "[stud
   CHECK(m.flights.size() == 7);  // the first of contact 5 began where it was lost, that of contact 2 before
   CHECK(m.value[TurnMetrics::flight_share] == Approx(0.5));
   CHECK(std::ranges::count(m.flights, 5, &Flight::contact) == 4);
-}
-
-TEST_CASE("the studies of cases/ can be run", "[studies]") {
-  for (const char* name : {"pendulum", "motor-startup", "flores2011"}) {
-    CAPTURE(name);
-    const auto study = read_study(test::source_folder() / "cases" / name / "study.toml", Reach::beside);
-    CHECK(plan(study, {}).size() >= 6);
-    CHECK_FALSE(study.derived.empty());
-  }
-}
-
-TEST_CASE("docs/study.md lists every table and column of the database", "[studies][docs][program]") {
-  const Desk desk("bouncing-ball");
-  REQUIRE(desk.sweep(example()).status == 0);
-  const auto study = read_study(desk.folder.path() / "study.toml");
-  std::map<std::string, std::vector<std::string>> stated, there;
-  std::istringstream page(bytes_of(test::source_folder() / "docs/study.md"));
-  bool within = false;
-  for (std::string line; std::getline(page, line);) {
-    if (line.starts_with("| table |")) within = true;
-    if (within && !line.starts_with("|")) break;
-    if (!within || line.starts_with("| table |") || line.starts_with("| ---")) continue;
-    std::istringstream cells(line.substr(2));
-    std::string table, columns;
-    std::getline(cells, table, '|');
-    std::getline(cells, columns, '|');
-    table.erase(table.find_last_not_of(' ') + 1);
-    auto& list = stated[table];
-    std::istringstream words(columns);
-    for (std::string word; std::getline(words, word, ',');) {
-      word.erase(0, word.find_first_not_of(' '));
-      word.erase(word.find_last_not_of(' ') + 1);
-      if (word == "*axes*")
-        for (const auto& a : study.axes) list.push_back(a.name);
-      else if (word == "*statistics*")
-        list.insert(list.end(), TurnMetrics::names().begin(), TurnMetrics::names().end());
-      else if (word == "*measures*")
-        for (const auto& m : study.measures) list.push_back(m.name);
-      else if (word == "*derived*")
-        for (const auto& d : study.derived) list.push_back(d.name);
-      else if (word == "*those of runs*")
-        list.insert(list.end(), stated["runs"].begin(), stated["runs"].end());
-      else
-        list.push_back(word);
-    }
-  }
-  // Behind the views runs are named by a whole number, in tables that nobody need ask.
-  for (const auto& table :
-       desk.ask("select name from sqlite_master where type in ('table', 'view') and name not like "
-                "'sqlite_%' and name not like '%\\_rows' escape '\\' and name not like '%\\_blobs' "
-                "escape '\\'"))
-    for (const auto& column :
-         desk.ask(fmt::format("select name from pragma_table_info('{}') where name <> 'run id'", table[0])))
-      there[table[0]].push_back(column[0]);
-  REQUIRE(there.size() > 8);
-  CHECK(stated == there);
 }

@@ -8,7 +8,7 @@
 
 #include "io/scene/section.hpp"
 #include "io/scene/spelling.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

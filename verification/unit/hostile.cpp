@@ -15,7 +15,7 @@
 
 #include "io/files/input_file.hpp"
 #include "io/files/output_file.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::test {
 

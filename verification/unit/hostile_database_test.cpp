@@ -16,7 +16,7 @@
 #include "io/files/output_file.hpp"
 #include "study/partition/shard_file.hpp"
 #include "study/store/database.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 #include "verification/unit/hostile.hpp"
 
 using namespace freeplay;

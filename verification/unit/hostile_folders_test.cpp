@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "io/files/output_file.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 #include "verification/unit/hostile.hpp"
 
 using namespace freeplay;

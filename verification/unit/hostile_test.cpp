@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/files/output_file.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 #include "verification/unit/hostile.hpp"
 
 using namespace freeplay;

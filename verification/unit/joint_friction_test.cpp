@@ -12,7 +12,10 @@
 #include "io/scene/write_scene.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/cross/snapshot_check.hpp"
-#include "verification/support.hpp"
+#include "verification/support/jacobian_check.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -21,18 +24,8 @@ namespace {
 
 /// A rotor of 2 kg m² about its pin at `off` from its centre, spinning without weight; `rub`: keys of its friction.
 std::string rotor(const std::string& rub, const std::string& more = "") {
-  return R"(
-[bodies.b]
-mass = 1
-inertia = 0.005
-position = [0.1, 0]
-velocity = [0, 2]
-angular_velocity = 20
-[joints.j]
-type = "revolute"
-between = ["ground", "b"]
-at = [[0, 0], [-0.1, 0]]
-[loads.rub]
+  return test::body("b", 1, 0.005, "position = [0.1, 0]\nvelocity = [0, 2]\nangular_velocity = 20\n") +
+         test::pin("j", "ground", "b", {0, 0}, {-0.1, 0}) + R"([loads.rub]
 type = "joint-friction"
 joint = "j"
 regularisation = 1e-6
@@ -45,16 +38,8 @@ integrator = "rosenbrock4"
 )" + more;
 }
 std::string block(const std::string& rub, const std::string& more = "") {
-  return R"(
-gravity = [0, -9.81]
-[bodies.b]
-mass = 1
-inertia = 0.005
-velocity = [1, 0]
-[joints.j]
-type = "translational"
-between = ["ground", "b"]
-[loads.rub]
+  return "gravity = [0, -9.81]\n" + test::body("b", 1, 0.005, "velocity = [1, 0]\n") +
+         test::guide("j", "ground", "b") + R"([loads.rub]
 type = "joint-friction"
 joint = "j"
 regularisation = 1e-6
@@ -65,14 +50,9 @@ duration = 0.05
 )";
 }
 
-std::string message(const std::string& text, const std::string& formulation = "") {
-  try {
-    const auto scene = parse_scene(text, "s.toml");
-    if (!formulation.empty()) Simulation simulation(scene, formulation);
-  } catch (const std::exception& e) {
-    return e.what();
-  }
-  return "accepted";
+/// What a simulation by the formulation is refused with.
+std::string refusal(const std::string& text, const std::string& formulation) {
+  return test::refusal_of<std::exception>([&] { Simulation(parse_scene(text, "s.toml"), formulation); });
 }
 
 Ending end_of(const std::string& text, Family family, const std::vector<std::string>& options) {
@@ -87,7 +67,7 @@ TEST_CASE("keys of friction in joints that are refused", "[joint-friction]") {
   };
   const std::string pin = "friction = 0.2\npin_radius = 0.01\n";
   for (const auto& [text, expected] :
-       {Bad{rotor("force = 1\n"), "s.toml:14:9: loads.rub.joint: must be a translational joint"},
+       {Bad{rotor("force = 1\n"), "s.toml:13:9: loads.rub.joint: must be a translational joint"},
         Bad{rotor("friction = 0.2\n"), "loads.rub.pin_radius: is missing"},
         Bad{rotor("friction = -0.2\npin_radius = 0.01\n"), "loads.rub.friction: must be 0 or greater"},
         Bad{rotor("friction = 0.2\npin_radius = 0\n"), "loads.rub.pin_radius: must be greater than 0"},
@@ -102,7 +82,7 @@ TEST_CASE("keys of friction in joints that are refused", "[joint-friction]") {
         Bad{block("friction = 0.1\nslider_length = -1\n"),
             "loads.rub.slider_length: must be greater than 0"}}) {
     CAPTURE(text);
-    CHECK_THAT(message(text), Contains(expected));
+    CHECK_THAT(test::refusal(text), Contains(expected));
   }
   for (const auto& good : {rotor(pin + "static_friction = 0.3\nstribeck_speed = 0.01\n"),
                            block("friction = 0.1\nslider_length = 0.2\n"), block("force = 1\n")}) {
@@ -115,10 +95,10 @@ TEST_CASE("friction from a reaction that mechanics does not determine is refused
   const std::string twice = "[joints.second]\ntype = \"translational\"\nbetween = [\"ground\", \"b\"]\n";
   for (const char* formulation : {"penalty", "nonsmooth"})
     CHECK_THAT(
-        message(block("friction = 0.1\n", twice), formulation),
+        refusal(block("friction = 0.1\n", twice), formulation),
         Contains(
             "loads.rub.joint: the reaction of j bounds this friction, and mechanics does not determine it"));
-  CHECK(message(block("force = 1\n", twice), "nonsmooth") == "accepted");
+  CHECK(refusal(block("force = 1\n", twice), "nonsmooth") == "accepted");
 }
 
 TEST_CASE("impact laws of phases are refused with it", "[joint-friction]") {
@@ -126,7 +106,7 @@ TEST_CASE("impact laws of phases are refused with it", "[joint-friction]") {
       "friction = 0.1\n",
       "[surfaces.s]\nrestitution = 0.5\n[contacts.wall]\ntype = \"plane\"\nbetween = [\"ground\", \"b\"]\n"
       "at = [[0.01, 0], [0, 0]]\naxis = [0, 1]\nsurface = \"s\"\n[nonsmooth]\nimpact_law = \"poisson\"\n");
-  CHECK_THAT(message(text, "nonsmooth"), Contains("nonsmooth.impact_law: must be \"newton\""));
+  CHECK_THAT(refusal(text, "nonsmooth"), Contains("nonsmooth.impact_law: must be \"newton\""));
 }
 
 TEST_CASE("a rotor whose friction outgrows itself has no motion that slides", "[joint-friction]") {
@@ -201,34 +181,12 @@ TEST_CASE("bounds that follow from themselves are found, and none where there ar
 }
 
 TEST_CASE("snapshots: friction in pins and guides", "[joint-friction][snapshot]") {
-  const auto text = R"(
-gravity = [0, -9.81]
-[bodies.crank]
-mass = 1
-inertia = 0.002
-[bodies.rod]
-mass = 0.5
-inertia = 0.001
-position = [0.2, 0]
-[bodies.slider]
-mass = 0.4
-inertia = 0.001
-position = [0.35, 0]
-[joints.main]
-type = "revolute"
-between = ["ground", "crank"]
-[joints.big_end]
-type = "revolute"
-between = ["crank", "rod"]
-at = [[0.05, 0], [-0.15, 0]]
-[joints.gudgeon]
-type = "revolute"
-between = ["rod", "slider"]
-at = [[0.15, 0], [0, 0]]
-[joints.guide]
-type = "translational"
-between = ["ground", "slider"]
-[loads.rub_main]
+  using namespace test;
+  const auto text =
+      "gravity = [0, -9.81]\n" + body("crank", 1, 0.002) + body("rod", 0.5, 0.001, "position = [0.2, 0]\n") +
+      body("slider", 0.4, 0.001, "position = [0.35, 0]\n") + pin("main", "ground", "crank") +
+      pin("big_end", "crank", "rod", {0.05, 0}, {-0.15, 0}) + pin("gudgeon", "rod", "slider", {0.15, 0}) +
+      guide("guide", "ground", "slider") + R"([loads.rub_main]
 type = "joint-friction"
 joint = "main"
 friction = 0.2
@@ -258,25 +216,7 @@ integrator = "rosenbrock4"
 }
 
 TEST_CASE("the exact Jacobian with friction that its reaction bounds", "[joint-friction][jacobian]") {
-  auto scene = parse_scene(R"(
-gravity = [0.3, -9.81]
-[bodies.a]
-mass = 1.5
-inertia = 0.02
-[bodies.b]
-mass = 0.7
-inertia = 0.01
-[joints.pin]
-type = "revolute"
-between = ["ground", "a"]
-at = [[0.1, 0.2], [0.3, -0.1]]
-[joints.slide]
-type = "translational"
-between = ["a", "b"]
-at = [[0.02, 0.03], [-0.04, 0.05]]
-axis = [0.6, 0.8]
-angle = 0.2
-[loads.rub_pin]
+  const auto scene = parse_scene(test::two_bodies() + R"([loads.rub_pin]
 type = "joint-friction"
 joint = "pin"
 friction = 0.4
@@ -293,7 +233,7 @@ regularisation = 10.0
 [run]
 duration = 1
 )",
-                           "jacobian");
+                                 "jacobian");
   const System system(scene.mechanism);
   std::mt19937 engine(20261122);
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -301,29 +241,7 @@ duration = 1
     PenaltyDynamics f(system, scene.penalty, {}, RowFacts{false});
     PenaltyDynamics::Vector x(f.size());
     for (auto& y : x) y = uniform(engine);
-    const int N = f.size();
-    std::vector<double> J(N * N), dfdt(N);
-    f.jacobian(x, 0.4, J.data(), dfdt.data());
-    double worst = 0;
-    for (int j = 0; j < N; ++j) {
-      const auto difference = [&](double s) {
-        auto lo = x, hi = x;
-        PenaltyDynamics::Vector a(N), b(N);
-        lo[j] -= s;
-        hi[j] += s;
-        f(lo, a, 0.4);
-        f(hi, b, 0.4);
-        for (int i = 0; i < N; ++i) a[i] = (b[i] - a[i]) / (2 * s);
-        return a;
-      };
-      const auto coarse = difference(2e-4), fine = difference(1e-4);
-      for (int i = 0; i < N; ++i) {
-        const double d = (4 * fine[i] - coarse[i]) / 3;
-        worst = std::max(worst,
-                         std::abs(d - J[static_cast<std::size_t>(j) * N + i]) / std::max(1.0, std::abs(d)));
-      }
-    }
     CAPTURE(trial);
-    CHECK(worst < 1e-6);
+    CHECK(test::jacobian_error(f, x, 0.4) < 1e-6);
   }
 }

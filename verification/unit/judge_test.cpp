@@ -11,10 +11,12 @@
 #include "io/files/run_json.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/references/hertz_impact.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
+using test::notes_of;
 
 namespace {
 
@@ -45,12 +47,6 @@ contact = "exact"
                      "ball");
 }
 
-std::string said(const Result& run) {
-  std::string all;
-  for (const auto& note : run.notes) all += note + "\n";
-  return all;
-}
-
 }  // namespace
 
 TEST_CASE("a ball's penetration is told over its radius, its impacts over their flights", "[judge]") {
@@ -60,7 +56,7 @@ TEST_CASE("a ball's penetration is told over its radius, its impacts over their 
   const auto exact = reference::elastic_impact(K, mass, v);
   const auto run = test::simulate(ball(young, poisson, 1), Family::penalty);
   const auto& c = run.contacts.at(0);
-  CAPTURE(said(run));
+  CAPTURE(notes_of(run));
   CHECK(c.measure == "radius");
   // The ball's weight adds g δ of v²/2 while it is pressed in: 1e-5.
   CHECK(c.penetration_ratio == Approx(exact.depth / radius).epsilon(1e-4));
@@ -76,19 +72,19 @@ TEST_CASE("a contact that is too soft is doubted by its radius, or by its flight
   // δ/R by Hertz, (5 m v²/(4K))^(2/5)/R, is 1.4 for a jelly of 20 kPa.
   const auto jelly = test::simulate(ball(2e4, 0.45, 0.8), Family::penalty);
   CHECK(jelly.contacts[0].penetration_ratio > 0.1);
-  CHECK_THAT(said(jelly),
+  CHECK_THAT(notes_of(jelly),
              Contains("DOUBTFUL: floor overlapped by up to") && Contains("of its radius of curvature"));
-  CHECK_THAT(said(jelly), !Contains("clearance"));
+  CHECK_THAT(notes_of(jelly), !Contains("clearance"));
   // A nylon ball dropped from 4 µm: v = 8.9 mm/s, flights of 2 v/g = 1.8 ms and Hertz's 2.94 δ/v = 1.3 ms of contact,
   // 0.7 of them before the ball's weight makes contacts longer, though it sinks in by a thousandth of its radius.
   auto low = ball(1e9, 0.45, 0.99);
   low.mechanism.bodies[0].position.y() = radius + 4e-6;
   low.run.duration = 0.03;
   const auto quivers = test::simulate(low, Family::penalty);
-  CAPTURE(said(quivers), quivers.contacts[0].penetration_ratio);
+  CAPTURE(notes_of(quivers), quivers.contacts[0].penetration_ratio);
   CHECK(quivers.contacts[0].penetration_ratio < 1e-3);
   CHECK(quivers.contacts[0].impact_over_flight > 0.5);
-  CHECK_THAT(said(quivers), Contains("of the flights before them"));
+  CHECK_THAT(notes_of(quivers), Contains("of the flights before them"));
 }
 
 TEST_CASE("what rests gains no energy by rounding", "[judge]") {
@@ -104,7 +100,7 @@ TEST_CASE("what rests gains no energy by rounding", "[judge]") {
         CAPTURE(y, angle, static_cast<int>(scheme));
         const auto run = test::simulate(other, Family::nonsmooth);
         CHECK(run.ending.status == Ending::Status::finished);
-        CHECK_THAT(said(run), !Contains("raised the energy"));
+        CHECK_THAT(notes_of(run), !Contains("raised the energy"));
         CHECK(run.extremes.gains == 0);
       }
   // Counted against the greatest kinetic energy seen: of 1e-3 J, 1e-9 is a gain and 1e-16 none, also at rest.
@@ -127,7 +123,7 @@ TEST_CASE("contacts that give energy are told, and doubted where they drive the 
     if (gain > 0) run.extremes.gains = 3;
     run.extremes.greatest_gain = gain;
     warn(run, Family::nonsmooth, "nonsmooth.step");
-    return said(run);
+    return notes_of(run);
   };
   CHECK(told(0, 0.2, -0.1).empty());  // one gives what the other takes
   CHECK(told(0, -0.05, 0.03).empty());
@@ -146,7 +142,7 @@ TEST_CASE("contacts that give energy are told, and doubted where they drive the 
   run.extremes.greatest_gain = 0.5;
   run.extremes.greatest_kinetic = 2;
   warn(run, Family::nonsmooth, "nonsmooth.step");
-  CHECK_THAT(said(run),
+  CHECK_THAT(notes_of(run),
              Contains("DOUBTFUL: 400 impacts raised the energy, by up to 0.5 J where there is 2 J"));
 }
 

@@ -12,7 +12,7 @@
 #include "dynamics/assembly/four_bar.hpp"
 #include "mechanism/mechanism.hpp"
 #include "numerics/rank.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

@@ -7,10 +7,11 @@
 
 #include "formulations/contact/contact_law.hpp"
 #include "formulations/contact/friction_law.hpp"
+#include "mechanism/error.hpp"
 #include "mechanism/laws.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/references/delivered_restitution.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -48,6 +49,33 @@ TEST_CASE("every law delivers what the implicit equation says, e = 0.1 ... 0.9",
   for (int i = 1; i <= 9; ++i)
     REQUIRE(exact_damping_factor(0.1 * i) ==
             Approx(static_cast<double>(reference::exact_chi(0.1 * i))).epsilon(1e-10));
+}
+
+TEST_CASE("the exact law delivers what it is asked for, near both ends as well", "[laws]") {
+  for (double e : {1e-3, 0.01, 0.05, 0.2, 0.46, 0.8, 0.99, 0.9985, 0.999, 0.9995, 0.9999, 0.999999, 1 - 1e-11,
+                   1 - 1e-15}) {
+    CAPTURE(e);
+    const double chi = exact_damping_factor(e);
+    // Where χ → 0 the equation's root is conditioned like 1/χ: allow rounding over χ.
+    REQUIRE(delivered_restitution(chi) == Approx(e).epsilon(1e-12 + 1e-15 / chi));
+  }
+  REQUIRE(exact_damping_factor(1) == 0);
+  REQUIRE(delivered_restitution(0) == 1);
+  REQUIRE_THROWS_AS(damping_factor(ContactLaw::exact, 0), ModelError);
+  REQUIRE_THROWS_AS(damping_factor(ContactLaw::flores, 0), ModelError);
+}
+
+TEST_CASE("stiffness is the one of the paper's equation (4)", "[laws]") {
+  // Flores et al. 2011, equation (4) with E = 207 GPa, ν = 0.3, R_i = 11.125 mm: five printed digits.
+  const double c[] = {0.10e-3, 0.25e-3, 0.50e-3, 1.00e-3};
+  const double K[] = {1.6795e11, 1.0550e11, 7.373e10, 5.090e10};
+  for (int i = 0; i < 4; ++i)
+    REQUIRE(hertz_stiffness(207e9, 0.3, 11.125e-3 * (11.125e-3 - c[i]) / c[i]) == Approx(K[i]).epsilon(1e-4));
+}
+
+TEST_CASE("regularised friction", "[laws]") {
+  REQUIRE(preloaded_friction(10, 1e-3, 5e-4) == Approx(-5));
+  REQUIRE(preloaded_friction(10, 1e-3, -1.0) == 10);
 }
 
 TEST_CASE("a law is found by its enumerator, and the names of a scene are those of the list", "[laws]") {

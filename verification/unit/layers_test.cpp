@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 namespace fs = std::filesystem;
@@ -98,7 +98,7 @@ TEST_CASE("a wrong include is found", "[layers]") {
                                  {"src/dynamics/system.hpp", "src/simulation/observer.hpp"},
                                  {"src/study/sweep/sweep.cpp", "plots/tables/table.hpp"},
                                  {"src/io/files/csv.cpp", "formulations/make.hpp"},
-                                 {"plots/report/page.cpp", "verification/support.hpp"},
+                                 {"plots/report/page.cpp", "verification/support/support.hpp"},
                                  {"verification/references/slider_crank.hpp", "src/dynamics/system.hpp"}}) {
     CAPTURE(from, to);
     CHECK(wrong({{from, to}}).size() == 1);

@@ -8,18 +8,13 @@
 #include "cli/wrapped.hpp"
 #include "mechanism/scene.hpp"
 #include "study/comparison/compare.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
+using test::lines_of;
 
 namespace {
-
-std::vector<std::string> lines_of(const std::string& text) {
-  std::vector<std::string> lines;
-  std::istringstream in(text);
-  for (std::string line; std::getline(in, line);) lines.push_back(line);
-  return lines;
-}
 
 /// Characters, of UTF-8 without wide ones.
 std::size_t width(const std::string& text) {

@@ -19,7 +19,8 @@
 #include "freeplay.hpp"
 #include "io/files/output_file.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -27,19 +28,6 @@ using Catch::Matchers::Contains;
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string content(const fs::path& file) {
-  std::ifstream in(file);
-  REQUIRE(in);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-std::vector<std::string> lines(const std::string& text) {
-  std::vector<std::string> all;
-  std::istringstream in(text);
-  for (std::string line; std::getline(in, line);) all.push_back(line);
-  return all;
-}
 
 struct Shell {
   int status;
@@ -50,7 +38,7 @@ Shell shell(const fs::path& folder, const std::string& command) {
   const auto log = folder / "said";
   const int status = std::system(
       fmt::format("cd '{}' && ( {} ) >'{}' 2>&1 </dev/null", folder.string(), command, log.string()).c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), content(log)};
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), test::file_text(log)};
 }
 std::string quiet(const fs::path& folder, const std::string& command) {
   const auto done = shell(folder, command);
@@ -85,9 +73,7 @@ class Installed {
 
 /// A row of events.csv as main.cpp prints an event.
 std::string as_printed(const std::string& row) {
-  std::vector<std::string> field;
-  std::istringstream in(row);
-  for (std::string f; std::getline(in, f, ',');) field.push_back(f);
+  const auto field = test::fields_of(row);
   REQUIRE(field.size() == 12);
   char out[200];
   std::snprintf(out, sizeof out, "%.12g %s %g", std::stod(field[0]), field[1].c_str(), std::stod(field[8]));
@@ -96,8 +82,7 @@ std::string as_printed(const std::string& row) {
 
 std::vector<double> numbers(const std::string& row) {
   std::vector<double> all;
-  std::istringstream in(row);
-  for (std::string f; std::getline(in, f, ',');)
+  for (const auto& f : test::fields_of(row))
     if (f.find_first_not_of("0123456789+-.e") == f.npos) all.push_back(std::stod(f));
   REQUIRE(all.size() == 10);
   return all;
@@ -121,21 +106,21 @@ TEST_CASE("a program outside the tree prints the events of the command", "[libra
   const auto place = installed.folder() / "ten-lines";
   fs::create_directories(place);
   fs::copy_file(test::flores(), place / "scene.toml", fs::copy_options::overwrite_existing);
-  const auto printed = lines(quiet(place, installed.example("main")));
+  const auto printed = test::lines_of(quiet(place, installed.example("main")));
   REQUIRE(printed.size() > 20);
 
   // The same second: 10/3 turns at 200 rpm.
   const std::string command = fmt::format(
       "{} run scene.toml --formulation nonsmooth --set joints.gudgeon.clearance=1e-3", installed.program());
   quiet(place, command + " --set run.revolutions=3.3333333333333335 -o second");
-  auto rows = lines(content(place / "second/events.csv"));
+  auto rows = test::lines_of(test::file_text(place / "second/events.csv"));
   rows.erase(rows.begin());
   REQUIRE(rows.size() == printed.size());
   for (std::size_t i = 0; i < rows.size(); ++i) CHECK(printed[i] == as_printed(rows[i]));
 
   // And the whole scene, whose run goes on: what the first second had settled is the beginning of it.
   quiet(place, command + " -o whole");
-  auto whole = lines(content(place / "whole/events.csv"));
+  auto whole = test::lines_of(test::file_text(place / "whole/events.csv"));
   whole.erase(whole.begin());
   REQUIRE(whole.size() > rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) CHECK(whole[i] == rows[i]);
@@ -147,12 +132,13 @@ TEST_CASE("all digits of all columns, in both formulations", "[library]") {
   fs::create_directories(place);
   const auto scene = test::flores().string();
   for (const std::string formulation : {"nonsmooth", "penalty"}) {
-    const auto printed = lines(quiet(place, fmt::format("{} {} {} 1.0 joints.gudgeon.clearance=1e-3",
-                                                        installed.example("events"), scene, formulation)));
+    const auto printed =
+        test::lines_of(quiet(place, fmt::format("{} {} {} 1.0 joints.gudgeon.clearance=1e-3",
+                                                installed.example("events"), scene, formulation)));
     quiet(place, fmt::format("{} run {} --formulation {} --set joints.gudgeon.clearance=1e-3 "
                              "--set run.revolutions=3.3333333333333335 -o {}",
                              installed.program(), scene, formulation, formulation));
-    auto rows = lines(content(place / formulation / "events.csv"));
+    auto rows = test::lines_of(test::file_text(place / formulation / "events.csv"));
     rows.erase(rows.begin());
     REQUIRE(rows.size() == printed.size());
     REQUIRE(rows.size() > 20);
@@ -177,8 +163,8 @@ TEST_CASE("the public headers need the standard library alone, each by itself", 
     if (!entry.is_regular_file()) continue;
     const auto name = fs::relative(entry.path(), headers).string();
     INFO(name);
-    const auto text = content(entry.path());
-    for (const auto& line : lines(text)) {
+    const auto text = test::file_text(entry.path());
+    for (const auto& line : test::lines_of(text)) {
       if (!line.starts_with("#include")) continue;
       for (const char* foreign :
            {"Eigen", "toml", "boost", "fmt", "nlohmann", "klu", "coin", "tbb", "sqlite"})
@@ -211,7 +197,7 @@ TEST_CASE("what is installed is for users", "[library]") {
   // Where the project was built stands in no file that CMake reads.
   for (const auto& file : found)
     if (file.ends_with(".cmake")) {
-      const auto text = content(prefix / file);
+      const auto text = test::file_text(prefix / file);
       CHECK_THAT(text, !Contains(test::source_folder().string() + "/src"));
       CHECK_THAT(text, !Contains(std::string(FREEPLAY_BINARY_DIR) + "/lib"));
     }
@@ -424,11 +410,11 @@ TEST_CASE("a scene in code is refused where a file would be", "[library]") {
 TEST_CASE("what docs/library.md shows is compiled", "[library]") {
   std::string examples;
   for (const auto& entry : fs::directory_iterator(test::source_folder() / "verification/library"))
-    examples += even(content(entry.path())) + " ";
+    examples += even(test::file_text(entry.path())) + " ";
   bool within = false;
   std::string block, language;
   int count = 0;
-  for (const auto& line : lines(content(test::source_folder() / "docs/library.md"))) {
+  for (const auto& line : test::lines_of(test::file_text(test::source_folder() / "docs/library.md"))) {
     if (!line.starts_with("```")) {
       if (within) block += line + "\n";
       continue;

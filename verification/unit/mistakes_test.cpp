@@ -3,7 +3,8 @@
 
 #include <fstream>
 
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -48,13 +49,9 @@ struct Told {
 
 /// What `freeplay check` says of the scene with `from` replaced by `to`, without the folder's name.
 Told told(const std::string& from, const std::string& to) {
-  auto text = scene();
-  const auto at = text.find(from);
-  REQUIRE(at != text.npos);
-  text.replace(at, from.size(), to);
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "s.toml";
-  std::ofstream(file) << text;
+  std::ofstream(file) << test::replaced(scene(), from, to);
   const auto outcome = test::freeplay("check " + file.string());
   auto words = outcome.err;
   for (auto p = words.find(folder.path().string()); p != words.npos; p = words.find(folder.path().string()))

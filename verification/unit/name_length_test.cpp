@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "values/name_length.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::StartsWith;

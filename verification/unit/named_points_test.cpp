@@ -3,7 +3,8 @@
 
 #include "io/scene/write_scene.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -37,15 +38,6 @@ duration = 1
 }
 const std::string named = "points = { A = [0, 0], B = [\"300 mm\", 0.05], mass_centre = [0.12, 0.01] }";
 
-std::string refused(const std::string& text, const std::vector<std::string>& set = {}) {
-  try {
-    parse_scene(text, "s.toml", set);
-  } catch (const SceneError& e) {
-    return e.what();
-  }
-  return "accepted";
-}
-
 }  // namespace
 
 TEST_CASE("named points are the same scene as their coordinates, bit for bit", "[points][scene]") {
@@ -75,27 +67,28 @@ TEST_CASE("named points are the same scene as their coordinates, bit for bit", "
 }
 
 TEST_CASE("a point that is not there is refused with those that are", "[points][errors]") {
-  CHECK_THAT(refused(scene(named, "[\"C\", \"hole\"]")),
+  CHECK_THAT(test::refusal(scene(named, "[\"C\", \"hole\"]")),
              Contains("s.toml:12:6: joints.pin.at: there is no point of bodies.rod \"C\"; there is: "
                       "mass_centre, A, B"));
-  CHECK_THAT(refused(scene(named, "[\"hole\", \"B\"]")),
+  CHECK_THAT(test::refusal(scene(named, "[\"hole\", \"B\"]")),
              Contains("there is no point of bodies.rod \"hole\""));
-  CHECK_THAT(refused(scene("", "[\"A\", \"hole\"]")), Contains("there is no point of bodies.rod \"A\""));
-  CHECK_THAT(refused(scene(named, "[\"B\", \"hole\", \"hole\"]")), Contains("must be two points"));
-  CHECK_THAT(refused(scene(named, "[\"B\", \"hole\"]", "\"D\"")),
+  CHECK_THAT(test::refusal(scene("", "[\"A\", \"hole\"]")),
+             Contains("there is no point of bodies.rod \"A\""));
+  CHECK_THAT(test::refusal(scene(named, "[\"B\", \"hole\", \"hole\"]")), Contains("must be two points"));
+  CHECK_THAT(test::refusal(scene(named, "[\"B\", \"hole\"]", "\"D\"")),
              Contains("loads.push.at: there is no point"));
-  CHECK_THAT(refused(scene("points = 3", "[\"B\", \"hole\"]")),
+  CHECK_THAT(test::refusal(scene("points = 3", "[\"B\", \"hole\"]")),
              Contains("bodies.rod.points: must be a table of points"));
-  CHECK_THAT(refused(scene("points = { B = 3 }", "[\"B\", \"hole\"]")),
+  CHECK_THAT(test::refusal(scene("points = { B = 3 }", "[\"B\", \"hole\"]")),
              Contains("bodies.rod.points.B: must be a pair [x, y], is a number"));
-  CHECK_THAT(refused(scene("points = { B = [\"1 kg\", 0] }", "[\"B\", \"hole\"]")),
+  CHECK_THAT(test::refusal(scene("points = { B = [\"1 kg\", 0] }", "[\"B\", \"hole\"]")),
              Contains("bodies.rod.points.B: \"1 kg\" is a mass, a length is wanted"));
-  CHECK_THAT(refused(scene("points = { B = [1e300, 0] }", "[\"B\", \"hole\"]")),
+  CHECK_THAT(test::refusal(scene("points = { B = [1e300, 0] }", "[\"B\", \"hole\"]")),
              Contains("must be at most 1e+09 m"));
-  CHECK_THAT(refused(scene("points = { \"a b\" = [1, 0] }", "[\"B\", \"hole\"]")),
+  CHECK_THAT(test::refusal(scene("points = { \"a b\" = [1, 0] }", "[\"B\", \"hole\"]")),
              Contains("a name must be made of letters"));
   const auto text = scene(named, "[\"B\", \"hole\"]");
-  CHECK_THAT(refused(text, {"joints.pin.between=[\"ground\", \"mate\"]"}),
+  CHECK_THAT(test::refusal(text, {"joints.pin.between=[\"ground\", \"mate\"]"}),
              Contains("the ground has no named points"));
 }
 
@@ -117,11 +110,11 @@ TEST_CASE("places of the ground have names as those of bodies", "[points]") {
   CHECK(to_toml(parse_scene(to_toml(by_name), "again")) == to_toml(by_name));
   const auto moved = parse_scene(text(fixed, "[\"wall\", [0, 0]]"), "s.toml", {"ground.points.wall=[1, 0]"});
   CHECK(std::get<RevoluteJoint>(moved.mechanism.joints[0]).at[0] == Vec2{1, 0});
-  CHECK_THAT(refused(text(fixed, "[\"wal\", [0, 0]]")),
+  CHECK_THAT(test::refusal(text(fixed, "[\"wal\", [0, 0]]")),
              Contains("there is no point of the ground \"wal\"") && Contains("wall"));
-  CHECK_THAT(refused(text("", "[\"wall\", [0, 0]]")),
+  CHECK_THAT(test::refusal(text("", "[\"wall\", [0, 0]]")),
              Contains("the ground has no named points") && Contains("points = { \"wall\" = [x, y] }"));
-  CHECK_THAT(refused(text("[ground]\npoints = { wall = 3 }\n", "[\"wall\", [0, 0]]")),
+  CHECK_THAT(test::refusal(text("[ground]\npoints = { wall = 3 }\n", "[\"wall\", [0, 0]]")),
              Contains("ground.points.wall: must be a pair [x, y]"));
-  CHECK_THAT(refused(text("[ground]\nmass = 3\n", "[\"wall\", [0, 0]]")), Contains("ground.mass"));
+  CHECK_THAT(test::refusal(text("[ground]\nmass = 3\n", "[\"wall\", [0, 0]]")), Contains("ground.mass"));
 }

@@ -7,7 +7,7 @@
 #include "mechanism/scene.hpp"
 #include "study/runs/near_pose.hpp"
 #include "study/runs/perturb.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

@@ -8,7 +8,8 @@
 #include "io/files/output_file.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/trajectory.hpp"
-#include "verification/support.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 
@@ -120,24 +121,14 @@ TEST_CASE("what a run cannot be asked for is refused", "[observers]") {
 
 TEST_CASE("columns of forces.csv have names of their own", "[observers]") {
   test::TemporaryFolder folder;
-  auto scene = parse_scene(R"(
-[bodies.wheel]
-mass = 1
-inertia = 1
-[joints.axle]
-type = "revolute"
-between = ["ground", "wheel"]
-[drives.spin]
+  auto scene = parse_scene(test::body("wheel", 1, 1) + test::pin("axle", "ground", "wheel") + R"([drives.spin]
 joint = "axle"
 torque = 1
 [loads.spin]
 type = "torque"
 body = "wheel"
 torque = 2
-[run]
-duration = 0.01
-forces = true
-)",
+)" + test::run_for(0.01, "forces = true\n"),
                            "wheel");
   CHECK_THROWS_WITH(run_scene(scene, {.formulation = "penalty", .folder = folder.path() / "a"}),
                     Catch::Matchers::Contains("loads.spin") && Catch::Matchers::Contains("rename"));

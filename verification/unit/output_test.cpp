@@ -1,4 +1,4 @@
-// Files, events, the low-pass, pairing, and the program as a user meets it.
+// Files, events, pairing, and the program as a user meets it.
 #include <sys/resource.h>
 #include <catch2/catch.hpp>
 #include <csignal>
@@ -7,14 +7,13 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "io/files/output_file.hpp"
 #include "simulation/contact_log.hpp"
-#include "simulation/instrument.hpp"
 #include "simulation/statistics.hpp"
 #include "study/comparison/compare.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -60,31 +59,6 @@ TEST_CASE("a file appears whole or not at all", "[files]") {
   }
   REQUIRE_FALSE(std::filesystem::exists(folder.path() / "b.csv"));
   REQUIRE_THROWS_AS(OutputFile(folder.path() / "none" / "c.csv"), OutputError);
-}
-
-TEST_CASE("the low-pass follows its transfer function and takes an impulse exactly", "[instruments]") {
-  const double f = 1000, wc = 2 * std::numbers::pi * f;
-  // Sine of frequency f through a Butterworth of the same band: gain 1/√2. Pieces of 1e-7 s: error
-  // (ω h)²/24 ≈ 2e-8.
-  LowPass filter(f);
-  filter.reset(0);
-  const double h = 1e-7;
-  double greatest = 0;
-  for (int i = 0; i < 100000; ++i) {
-    const double a = std::cos(wc * i * h), b = std::cos(wc * (i + 1) * h);
-    filter.advance(h, (a - b) / (wc * h));  // the mean of sin over the piece
-    if (i > 80000) greatest = std::max(greatest, std::abs(filter.output()));
-  }
-  REQUIRE(greatest == Approx(1 / std::numbers::sqrt2).epsilon(1e-6));
-  // A velocity jump Δv gives y(t) = Δv √2 ω_c e^(−σt) sin σt with σ = ω_c/√2; a jump spread over h is off by
-  // σh.
-  LowPass jump(f);
-  jump.reset(0);
-  jump.advance(1e-9, 0.3 / 1e-9);
-  const double t = 2e-4, sigma = wc / std::numbers::sqrt2;
-  jump.advance(t, 0);
-  REQUIRE(jump.output() ==
-          Approx(0.3 * std::numbers::sqrt2 * wc * std::exp(-sigma * t) * std::sin(sigma * t)).epsilon(1e-5));
 }
 
 TEST_CASE("contact log: impacts, lasting contact, order, tallies", "[events]") {
@@ -217,8 +191,7 @@ TEST_CASE("the program: run and compare leave the promised files", "[program]") 
     CHECK(std::filesystem::exists(out / name));
     CHECK(std::filesystem::file_size(out / name) > 100);
   }
-  std::ifstream in(out / "comparison.json");
-  const auto j = nlohmann::json::parse(in);
+  const auto j = test::read_json(out / "comparison.json");
   CHECK(j["penalty"]["contacts"]["gudgeon"]["restitution_delivered"].get<double>() == Approx(0.46));
   CHECK(j["nonsmooth"]["contacts"]["gudgeon"]["restitution_delivered"].get<double>() == Approx(0.46));
   CHECK(j["pairing"]["pairs"].size() >= 3);
@@ -240,8 +213,7 @@ TEST_CASE("the program: memory does not grow with the length of a run", "[progra
                            " --set run.discard=0 --set run.output_step=1e-4 " + "--set run.revolutions=" +
                            revolutions + " --formulation " + formulation + " -o " + out.string())
                 .status == 0);
-    std::ifstream in(out / "run.json");
-    return nlohmann::json::parse(in)["cost"]["peak_memory_KiB"].get<long>();
+    return test::read_json(out / "run.json")["cost"]["peak_memory_KiB"].get<long>();
   };
   for (const auto* formulation : {"nonsmooth", "penalty"})
     // Twelve times the run may cost pages of noise, not twelve times the rows (4 MB of trajectory each

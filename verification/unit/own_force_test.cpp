@@ -12,7 +12,8 @@
 #include "io/files/output_file.hpp"
 #include "mechanism/outside.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/ways.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -63,8 +64,7 @@ TEST_CASE("a spring with a damper given from outside moves a body as the closed 
   auto scene = free_body("", {fmt::format("{}={}", way.key, way.value)});
   put(scene, in_hand(oscillator));
   Simulation simulation(scene, way.formulation);
-  const auto result = simulation.run();
-  REQUIRE(result.ending.status == Ending::Status::finished);
+  const auto result = test::finished(simulation);
   CHECK(result.final_state.q[0] == Approx(step_response(1.5)).margin(way.bound));
   CHECK(result.final_state.q[2] == Approx(3).margin(1e-9));
   CHECK(std::abs(result.ledger.closure()) < 1e-4 * result.ledger.scale());

@@ -14,11 +14,13 @@
 #include "io/scene/schema.hpp"
 #include "io/scene/write_scene.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/piles.hpp"
-#include "verification/support.hpp"
+#include "verification/support/piles.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
+using test::refusal;
 
 namespace {
 
@@ -52,15 +54,6 @@ const std::map<std::string, std::string> values = {{"nonsmooth.step", "2e-3"},
                                                    {"penalty.friction_v1", "2e-3"},
                                                    {"penalty.v0_floor", "10"}};
 
-std::string said(const std::string& text, const std::vector<std::string>& options = {}) {
-  try {
-    parse_scene(text, "s.toml", options);
-    return "accepted";
-  } catch (const SceneError& e) {
-    return e.what();
-  }
-}
-
 /// The line of a text that begins with `key`.
 int line_of(const std::string& text, const std::string& key) {
   return static_cast<int>(
@@ -74,7 +67,7 @@ bool accepted(const std::string& table, const Way& way, const std::string& key, 
   const auto text = bare + "[" + table + "]\n" + way.lines;
   if (way.lines.find("\n" + name + " =") != way.lines.npos) return true;  // it stands there
   const auto own = text + name + " = " + value + "\n";
-  const auto in_file = said(own), as_option = said(text, {key + "=" + value});
+  const auto in_file = refusal(own), as_option = refusal(text, {key + "=" + value});
   CAPTURE(way.name, key, in_file, as_option);
   if (in_file == "accepted") {
     CHECK(as_option == "accepted");
@@ -206,9 +199,9 @@ TEST_CASE("every key of [run], [penalty] and [nonsmooth] is one of these tests'"
                                                                              : "0.5";
     if (name == "revolutions" || name == "duration") continue;
     for (const auto& way : schemes)
-      CHECK(said(bare + name + " = " + value + "\n[nonsmooth]\n" + way.lines) == "accepted");
+      CHECK(refusal(bare + name + " = " + value + "\n[nonsmooth]\n" + way.lines) == "accepted");
     for (const auto& way : integrators)
-      CHECK(said(bare + name + " = " + value + "\n[penalty]\n" + way.lines) == "accepted");
+      CHECK(refusal(bare + name + " = " + value + "\n[penalty]\n" + way.lines) == "accepted");
   }
 }
 
@@ -233,13 +226,13 @@ TEST_CASE("keys of a file give way to a choice that an option makes, and are not
   CHECK(same_facts(scene, plain));
   CHECK(parse_scene(to_toml(scene), "again").idle.empty());
   // A wrong value is refused all the same; so is a key that an option gives beside the choice, in either order.
-  CHECK_THAT(said(bare + "[nonsmooth]\nstep = -1\n", {"nonsmooth.scheme=event-driven"}),
+  CHECK_THAT(refusal(bare + "[nonsmooth]\nstep = -1\n", {"nonsmooth.scheme=event-driven"}),
              Contains("nonsmooth.step: must be greater than 0"));
   for (const auto& options :
        std::vector<std::vector<std::string>>{{"nonsmooth.scheme=automatic", "nonsmooth.step=1e-4"},
                                              {"nonsmooth.step=1e-4", "nonsmooth.scheme=automatic"}})
     CHECK_THAT(
-        said(bare, options),
+        refusal(bare, options),
         Contains("--set nonsmooth.step=1e-4: nonsmooth.step: is not read with scheme = \"automatic\""));
   // In code the later of two settings chooses.
   auto in_code = parse_scene(bare, "s.toml");
@@ -282,9 +275,10 @@ TEST_CASE("revolutions and seconds have the same bounds", "[scene]") {
                        "[joints.pin]\ntype = \"revolute\"\nbetween = [\"ground\", \"b\"]\n"
                        "[drives.d]\njoint = \"pin\"\nspeed = 2.0\n[run]\n";
   // 2 rad/s: a turn of π s. The bounds of seconds are 1e-18 and 1e9 (mechanism/magnitude.hpp).
-  CHECK(said(turning + "revolutions = 3e8\n") == "accepted");
-  CHECK_THAT(said(turning + "revolutions = 4e8\n"),
+  CHECK(refusal(turning + "revolutions = 3e8\n") == "accepted");
+  CHECK_THAT(refusal(turning + "revolutions = 4e8\n"),
              Contains("s.toml:11:15: run.revolutions: must be at most 1e+09 s, is 125663706"));
-  CHECK_THAT(said(turning + "revolutions = 1e-301\n"), Contains("run.revolutions: must be at least 1e-18 s"));
-  CHECK(said(turning + "revolutions = 1e-18\n") == "accepted");
+  CHECK_THAT(refusal(turning + "revolutions = 1e-301\n"),
+             Contains("run.revolutions: must be at least 1e-18 s"));
+  CHECK(refusal(turning + "revolutions = 1e-18\n") == "accepted");
 }

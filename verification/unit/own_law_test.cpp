@@ -14,7 +14,8 @@
 #include "io/files/output_file.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/ways.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -52,8 +53,7 @@ TEST_CASE("a built-in law given from outside moves the rig the same way", "[own-
   const auto expected = inside.run();
   scene.penalty.own = own(built_in(scene));
   Simulation outside(scene, "penalty");
-  const auto found = outside.run();
-  REQUIRE(found.ending.status == Ending::Status::finished);
+  const auto found = test::finished(outside);
   REQUIRE(found.events.size() == expected.events.size());
   REQUIRE(found.events.size() >= 2);
   // Explicit methods take the same steps but for the last bits of the formula; an implicit one has its matrix by differences.
@@ -138,11 +138,7 @@ TEST_CASE("a plugin is loaded by its file, and its run is repeated with it alone
   REQUIRE(
       test::freeplay(run + "--formulation penalty -o " + place("one") + " --law-plugin " + plugin.string())
           .status == 0);
-  const auto text = [&](const std::string& file) {
-    std::ifstream in(file);
-    return std::string(std::istreambuf_iterator<char>(in), {});
-  };
-  CHECK_THAT(text(place("one") + "/run.json"),
+  CHECK_THAT(test::file_text(place("one") + "/run.json"),
              Contains("law = \\\"law.so\\\"") && Contains("normal forces are those of law.so"));
   auto told = test::freeplay("run --no-figures --from " + place("one") + " -o " + place("two"));
   CHECK(told.status == 2);
@@ -150,7 +146,8 @@ TEST_CASE("a plugin is loaded by its file, and its run is repeated with it alone
   REQUIRE(test::freeplay("run --no-figures --from " + place("one") + " -o " + place("two") +
                          " --law-plugin " + plugin.string())
               .status == 0);
-  CHECK(text(place("one") + "/trajectory.csv") == text(place("two") + "/trajectory.csv"));
+  CHECK(test::file_text(place("one") + "/trajectory.csv") ==
+        test::file_text(place("two") + "/trajectory.csv"));
 
   told = test::freeplay(run + "--formulation nonsmooth -o " + place("three") + " --law-plugin " +
                         plugin.string());
@@ -169,7 +166,7 @@ TEST_CASE("a plugin is loaded by its file, and its run is repeated with it alone
   // Cut short anywhere: what is mapped behind a file's end cannot be read.
   REQUIRE(compiled(
       version + "double freeplay_normal_force(const char* c, double d, double r, double v) { return d; }\n"));
-  const auto whole = text(plugin.string());
+  const auto whole = test::file_text(plugin.string());
   REQUIRE(whole.size() > 8192);
   for (std::size_t size = 4; size < whole.size(); size += size < 4096 ? 509 : 1021) {
     CAPTURE(size);

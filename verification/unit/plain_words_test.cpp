@@ -14,7 +14,7 @@
 #include "mechanism/scene.hpp"
 #include "mechanism/sense.hpp"
 #include "simulation/progress.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -11,7 +11,7 @@
 
 #include "io/files/input_file.hpp"
 #include "io/files/output_file.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 #include "verification/unit/hostile.hpp"
 
 using namespace freeplay;

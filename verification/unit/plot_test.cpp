@@ -16,7 +16,7 @@
 #include "plots/drawing/spectrum.hpp"
 #include "plots/tables/loose_joints.hpp"
 #include "simulation/columns.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

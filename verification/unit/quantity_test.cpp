@@ -8,7 +8,8 @@
 
 #include "io/scene/write_scene.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -52,15 +53,6 @@ speed = "120 rpm"
 duration = "200 ms"
 discard = "0.1 s"
 )";
-}
-
-std::string refused(const std::string& clearance) {
-  try {
-    parse_scene(scene_text(clearance), "s.toml");
-  } catch (const SceneError& e) {
-    return e.what();
-  }
-  return "accepted";
 }
 
 }  // namespace
@@ -177,11 +169,11 @@ TEST_CASE("a scene's numbers may have units, and its facts are the same bits in 
   CHECK(std::get<RevoluteJoint>(scene.mechanism.joints[1]).clearance->radial == 2e-4);
   CHECK(std::get<RevoluteJoint>(scene.mechanism.joints[1]).at == loose.at);
 
-  CHECK_THAT(refused("\"0.1 kg\""),
+  CHECK_THAT(test::refusal(scene_text("\"0.1 kg\"")),
              Contains("s.toml:15:13: joints.loose.clearance: \"0.1 kg\" is a mass, a length is wanted"));
-  CHECK_THAT(refused("\"-0.1 mm\""), Contains("must be greater than 0, is -0.0001"));
-  CHECK_THAT(refused("\"1e30 km\""), Contains("must be at most 1e+09 m"));
-  CHECK_THAT(refused("\"small\""), Contains("must be a number, is a text"));
+  CHECK_THAT(test::refusal(scene_text("\"-0.1 mm\"")), Contains("must be greater than 0, is -0.0001"));
+  CHECK_THAT(test::refusal(scene_text("\"1e30 km\"")), Contains("must be at most 1e+09 m"));
+  CHECK_THAT(test::refusal(scene_text("\"small\"")), Contains("must be a number, is a text"));
 }
 
 TEST_CASE("a part of the run in turns may be given as a time", "[units][scene]") {
@@ -207,12 +199,7 @@ between = ["ground", "block"]
 duration = 0.5
 )";
   const auto said = [&](const std::string& curve, const std::string& drive) {
-    try {
-      parse_scene(start + "[curves.c]\n" + curve + "[drives.d]\n" + drive, "s.toml");
-    } catch (const SceneError& e) {
-      return std::string(e.what());
-    }
-    return std::string("accepted");
+    return test::refusal(start + "[curves.c]\n" + curve + "[drives.d]\n" + drive);
   };
   const auto* spin = "joint = \"main\"\nvelocity = \"c\"\n";
   const auto* slide = "joint = \"guide\"\nvelocity = \"c\"\ninitial = \"20 mm\"\n";

@@ -2,35 +2,17 @@
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
-#include <fstream>
-#include <sstream>
-
 #include "io/files/output_file.hpp"
 #include "io/scene/schema.hpp"
 #include "mechanism/scene.hpp"
 #include "study/calibration/calibrate.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
 
 namespace {
-
-std::string message(const std::string& text) {
-  try {
-    parse_scene(text, "s.toml");
-  } catch (const SceneError& e) {
-    return e.what();
-  }
-  return "accepted";
-}
-
-std::vector<std::string> lines_of(const std::string& text) {
-  std::vector<std::string> lines;
-  std::istringstream in(text);
-  for (std::string line; std::getline(in, line);) lines.push_back(line);
-  return lines;
-}
 
 std::string joined(const std::vector<std::string>& lines) {
   std::string text;
@@ -53,21 +35,21 @@ starts = 1
 
 TEST_CASE("a key that no reader knows is refused in every table of every kind", "[scene][refused]") {
   // One scene has each kind of everything; a drive by torque is one of them, and at a prescribed speed another.
-  const auto lines = lines_of(test::file_text(test::scene_file("every_key")));
+  const auto lines = test::lines_of(test::file_text(test::scene_file("every_key")));
   int tables = 0, keys = 0;
   for (std::size_t i = 0; i < lines.size(); ++i) {
     auto changed = lines;
     const auto equals = lines[i].find(" =");
     if (lines[i].starts_with("[")) {
       changed.insert(changed.begin() + static_cast<long>(i) + 1, "qqq = 1");
-      const auto said = message(joined(changed));
+      const auto said = test::refusal(joined(changed));
       CAPTURE(lines[i], said);
       CHECK_THAT(said, Contains(fmt::format("s.toml:{}:", i + 2)) && Contains("qqq: is not a key of"));
       ++tables;
     } else if (!lines[i].starts_with("#") && equals != std::string::npos) {
       // A letter too many: it is named, or what is missing or has no place without it.
       changed[i].insert(equals, "q");
-      const auto said = message(joined(changed));
+      const auto said = test::refusal(joined(changed));
       CAPTURE(lines[i], said);
       CHECK_THAT(said, Contains("s.toml:"));
       ++keys;
@@ -83,13 +65,7 @@ TEST_CASE("studies that no calibration can be made of are refused, and why", "[s
                         const std::string& options = "") {
     write_file(folder.path() / "study.toml",
                study_head + "[calibrate]\n" + options + "\n" + unknowns + targets);
-    try {
-      const auto study = read_study(folder.path() / "study.toml");
-      plan_calibration(study, Conduct{});
-    } catch (const SceneError& e) {
-      return std::string(e.what());
-    }
-    return std::string("accepted");
+    return test::refusal_of([&] { plan_calibration(read_study(folder.path() / "study.toml"), Conduct{}); });
   };
   const std::string unknown = "[calibrate.unknowns.a]\nkey = \"loads.bearing.force\"\nlow = 1\nhigh = 2\n",
                     target = "[calibrate.targets.t]\nstatistic = \"rms\"\n", good = target + "value = 3.0\n";

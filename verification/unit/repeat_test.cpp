@@ -4,8 +4,6 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -17,7 +15,8 @@
 #include "io/scene/write_scene.hpp"
 #include "mechanism/scene.hpp"
 #include "study/comparison/compare.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -26,17 +25,13 @@ using Words = std::vector<std::string>;
 
 namespace {
 
-std::string bytes_of(const Path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-nlohmann::json json_of(const Path& folder) { return nlohmann::json::parse(bytes_of(folder / "run.json")); }
+nlohmann::json json_of(const Path& folder) { return test::read_json(folder / "run.json"); }
 
 /// All files of a run by their names, run.json without what it cost.
 std::map<std::string, std::string> results_of(const Path& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder))
-    if (entry.is_regular_file()) files[entry.path().filename().string()] = bytes_of(entry.path());
+    if (entry.is_regular_file()) files[entry.path().filename().string()] = test::file_text(entry.path());
   auto document = json_of(folder);
   document.erase("cost");
   files["run.json"] = document.dump(2);
@@ -70,7 +65,7 @@ Path rig() { return test::source_folder() / "cases/flores2011/scene.toml"; }
 
 /// A copy of the rig's scene that the test may change, and its short run.
 Path copied(const Path& folder) {
-  write_file(folder / "scene.toml", bytes_of(rig()));
+  write_file(folder / "scene.toml", test::file_text(rig()));
   return folder / "scene.toml";
 }
 const Words short_run{"run.revolutions=0.3", "run.discard=0.05", "run.output_step=1e-4"};
@@ -104,7 +99,7 @@ TEST_CASE("run --from repeats a run of each kind, bit for bit", "[repeat][progra
   const auto scene = copied(place.path());
   for (const auto& kind : kinds) {
     INFO(kind.name);
-    write_file(scene, bytes_of(rig()));
+    write_file(scene, test::file_text(rig()));
     const auto folder = place.path() / kind.name;
     const auto o =
         test::freeplay(fmt::format("run {} --formulation {} -o {}{}{}", scene.string(), kind.formulation,
@@ -176,7 +171,7 @@ TEST_CASE("run --from: another program is told, damage is refused, and nothing e
   const auto folder = place.path() / "run", file = folder / "run.json", again = place.path() / "again";
   const auto scene = read_scene(rig(), with(short_run, {"penalty.tolerance=1e-5", "run.revolutions=0.1"}));
   run_scene(scene, {.formulation = "penalty", .folder = folder});
-  const auto whole = bytes_of(file);
+  const auto whole = test::file_text(file);
   const auto document = json_of(folder);
   const auto repeat = [&](const std::string& options) {
     return test::freeplay(fmt::format("run --from {} -o {}{}", file.string(), again.string(), options));
@@ -243,7 +238,7 @@ TEST_CASE("run --from: another program is told, damage is refused, and nothing e
     const auto o = test::freeplay(fmt::format("run --from {} -o {}", folder.string(), folder.string()));
     CHECK(o.status == 2);
     CHECK_THAT(o.err, Contains("is the run that is to be repeated"));
-    CHECK(bytes_of(file) == whole);
+    CHECK(test::file_text(file) == whole);
   }
   CHECK_FALSE(std::filesystem::exists(again));
 
@@ -256,13 +251,13 @@ TEST_CASE("run --from: another program is told, damage is refused, and nothing e
   CHECK(o.status == 0);
   CHECK_THAT(o.err, Contains("digits may differ"));
   CHECK(std::ranges::count(o.err, '\n') == 1);
-  CHECK(bytes_of(again / "trajectory.csv") == bytes_of(folder / "trajectory.csv"));
+  CHECK(test::file_text(again / "trajectory.csv") == test::file_text(folder / "trajectory.csv"));
   write_file(file, whole);
   check_same(again, folder);  // and its provenance is of the program that repeated it
 }
 
 TEST_CASE("an identity is of the facts, not of their spelling", "[repeat][scene]") {
-  const auto text = bytes_of(rig());
+  const auto text = test::file_text(rig());
   const auto of = [](const Scene& scene, const char* formulation = "penalty", bool matched = false) {
     return Simulation(scene, formulation, {.matched = matched}).identity();
   };
@@ -305,15 +300,8 @@ TEST_CASE("the digest is FNV-1a of 128 bits", "[repeat]") {
 }
 
 TEST_CASE("a scene may state its format, and is told which it was read as", "[repeat][scene]") {
-  const auto text = bytes_of(rig());
-  const auto message = [&](const std::string& line) {
-    try {
-      parse_scene(line + "\n" + text, "s.toml");
-    } catch (const SceneError& e) {
-      return std::string(e.what());
-    }
-    return std::string("accepted");
-  };
+  const auto text = test::file_text(rig());
+  const auto message = [&](const std::string& line) { return test::refusal(line + "\n" + text); };
   CHECK(message("format = 1") == "accepted");
   CHECK(message("format = 2") == "accepted");
   CHECK_THAT(message("format = 0"), Contains("s.toml:1:10: format: must be 1") && Contains("is 0"));

@@ -17,7 +17,7 @@
 #include "plots/report/thinning.hpp"
 #include "plots/tables/table.hpp"
 #include "study/comparison/compare.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 #include "verification/unit/hostile.hpp"
 
 using namespace freeplay;

@@ -5,7 +5,7 @@
 
 #include "study/store/results.hpp"
 #include "study/store/results_tables.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

@@ -21,7 +21,7 @@
 #include "facade/run_folder.hpp"
 #include "io/files/output_file.hpp"
 #include "io/scene/open_scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

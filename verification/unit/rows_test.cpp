@@ -3,14 +3,15 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <string>
 
 #include "facade/run_folder.hpp"
 #include "facade/simulation.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/trajectory.hpp"
-#include "verification/support.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 
@@ -18,17 +19,10 @@ namespace {
 
 /// A rod on a pivot, ideal: one row set, long steps.
 Scene rod(double duration, const std::string& more = "") {
-  auto scene = parse_scene(R"(gravity = [0.0, -9.81]
-[bodies.rod]
-mass = 1
-inertia = 0.0833
-position = [0.5, 0]
-[joints.pivot]
-type = "revolute"
-between = ["ground", "rod"]
-at = [[0, 0], [-0.5, 0]]
-)" + more + "[run]\nduration = 1\n",
-                           "rod");
+  auto scene =
+      parse_scene("gravity = [0.0, -9.81]\n" + test::body("rod", 1, 0.0833, "position = [0.5, 0]\n") +
+                      test::pin("pivot", "ground", "rod", {0, 0}, {-0.5, 0}) + more + "[run]\nduration = 1\n",
+                  "rod");
   scene.run.duration = duration;
   scene.nonsmooth.step = duration / 20;
   return scene;
@@ -36,11 +30,8 @@ at = [[0, 0], [-0.5, 0]]
 
 /// Lines of a CSV file behind its header, and the first field of the last.
 std::pair<long, double> rows_of(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  std::string line, last;
-  long count = -1;
-  while (std::getline(in, line)) ++count, last = line;
-  return {count, std::strtod(last.c_str(), nullptr)};
+  const auto lines = test::lines_of(test::file_text(file));
+  return {static_cast<long>(lines.size()) - 1, std::strtod(lines.back().c_str(), nullptr)};
 }
 
 }  // namespace

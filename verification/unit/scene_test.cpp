@@ -6,26 +6,18 @@
 
 #include <fstream>
 #include <numbers>
-#include <sstream>
 
 #include "io/scene/schema.hpp"
 #include "io/scene/write_scene.hpp"
 #include "mechanism/magnitude.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
+using test::refusal;
 
 namespace {
-
-std::string message(const std::string& text, const std::vector<std::string>& overrides = {}) {
-  try {
-    parse_scene(text, "s.toml", overrides);
-  } catch (const SceneError& e) {
-    return e.what();
-  }
-  return "accepted";
-}
 
 /// A small good scene; `change` replaces its first text by its second.
 std::string scene(const std::string& from = "", const std::string& to = "") {
@@ -104,11 +96,8 @@ TEST_CASE("overrides set any key", "[scene]") {
 }
 
 TEST_CASE("bad scenes are refused with place, key and remedy", "[scene]") {
-  REQUIRE(message(scene()) == "accepted");
-  struct Bad {
-    const char *from, *to, *expected;
-  };
-  const Bad list[] = {
+  REQUIRE(refusal(scene()) == "accepted");
+  const test::Edit list[] = {
       {"mass = 1.0", "mass = -1.0", "s.toml:2:8: bodies.a.mass: must be greater than 0, is -1"},
       {"mass = 1.0", "mass = 0", "bodies.a.mass: must be greater than 0"},
       {"mass = 1.0", "mass = nan", "bodies.a.mass: must be finite"},
@@ -225,15 +214,15 @@ TEST_CASE("bad scenes are refused with place, key and remedy", "[scene]") {
   CHECK(std::size(list) > 60);
   for (const auto& bad : list) {
     CAPTURE(bad.from, bad.to);
-    CHECK_THAT(message(scene(bad.from, bad.to)), Contains(bad.expected));
+    CHECK_THAT(refusal(scene(bad.from, bad.to)), Contains(bad.words));
   }
-  CHECK_THAT(message(""), Contains("a scene needs at least one body"));
-  CHECK_THAT(message(scene(), {"joints.loose.clearance"}), Contains("must be KEY=VALUE"));
-  CHECK_THAT(message(scene(), {"joints.loose.clearance="}), Contains("has no value"));
-  CHECK_THAT(message(scene(), {"joints.loose.clearance=-1"}),
+  CHECK_THAT(refusal(""), Contains("a scene needs at least one body"));
+  CHECK_THAT(refusal(scene(), {"joints.loose.clearance"}), Contains("must be KEY=VALUE"));
+  CHECK_THAT(refusal(scene(), {"joints.loose.clearance="}), Contains("has no value"));
+  CHECK_THAT(refusal(scene(), {"joints.loose.clearance=-1"}),
              Contains("--set joints.loose.clearance=-1: joints.loose.clearance: must be greater than 0"));
-  CHECK_THAT(message(scene(), {"joints.loose.clearence=1"}), Contains("did you mean clearance?"));
-  CHECK_THAT(message(scene(), {"title.x=1"}), !Contains("accepted"));
+  CHECK_THAT(refusal(scene(), {"joints.loose.clearence=1"}), Contains("did you mean clearance?"));
+  CHECK_THAT(refusal(scene(), {"title.x=1"}), !Contains("accepted"));
 }
 
 TEST_CASE(
@@ -267,8 +256,7 @@ TEST_CASE(
 
 TEST_CASE("every unit of a key has bounds, docs/scene.md lists them, and what lies beyond is refused",
           "[scene][docs][bounded]") {
-  std::ifstream in(test::source_folder() / "docs/scene.md");
-  const std::string page{std::istreambuf_iterator<char>(in), {}};
+  const auto page = test::file_text(test::source_folder() / "docs/scene.md");
   for (const auto& m : magnitudes) CHECK_THAT(page, Contains(row_of(m)));
   for (const auto& key : schema()) {
     CAPTURE(key.path);
@@ -297,18 +285,16 @@ TEST_CASE("every key of the schema is read by some scene", "[scene][docs]") {
   // reader does not read it refuses, so reading these variants proves schema and reader in step.
   const auto file = test::scene_file("every_key");
   REQUIRE_NOTHROW(read_scene(file));
-  std::ifstream in(file);
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const auto lines = test::lines_of(test::file_text(file));
   for (const auto& key : schema()) {
     if (!of_scene(key)) continue;
     const auto name = std::string(key.path.substr(key.path.rfind('.') + 1));
     const auto table =
         key.path.find('.') == key.path.npos ? "" : std::string(key.path.substr(0, key.path.find('.')));
     CAPTURE(key.path);
-    std::istringstream lines(text);
-    std::string line, current;
+    std::string current;
     bool found = false;
-    while (std::getline(lines, line)) {
+    for (const auto& line : lines) {
       if (line.starts_with("[")) current = line.substr(1, line.find_first_of(".]") - 1);
       found |= current == table && (line.starts_with(name + " =") || line.starts_with("# " + name + " ="));
     }

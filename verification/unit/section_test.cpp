@@ -14,7 +14,9 @@
 #include "mechanism/scene.hpp"
 #include "study/runs/section_run.hpp"
 #include "verification/references/bouncing_on_table.hpp"
-#include "verification/support.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 
@@ -33,23 +35,9 @@ const Way ways[] = {{"penalty", "penalty.tolerance=1e-10", 1e-6},
                     {"nonsmooth", "nonsmooth.scheme=\"event-driven\"", 1e-6},
                     {"nonsmooth", "nonsmooth.scheme=\"moreau-jean\"", 1e-5}};
 
-const char* oscillator = R"(
-[bodies.mass]
-mass = 2.0
-inertia = 1.0
-position = [0.3, 0.0]
-[joints.guide]
-type = "translational"
-between = ["ground", "mass"]
-axis = [1, 0]
-[loads.spring]
-type = "spring-damper"
-between = ["ground", "mass"]
-at = [[-1, 0], [0, 0]]
-stiffness = 50.0
-free_length = 1.0
-damping = 4.0
-[loads.push]
+const std::string oscillator =
+    test::body("mass", 2.0, 1.0, "position = [0.3, 0.0]\n") + test::guide("guide", "ground", "mass") +
+    test::spring("spring", "ground", "mass", {-1, 0}, {0, 0}, 50.0, 1.0, "damping = 4.0\n") + R"([loads.push]
 type = "force"
 body = "mass"
 force = [3.0, 0.0]
@@ -58,26 +46,11 @@ factor = "wave"
 shape = "harmonic"
 amplitude = 1.0
 period = 2.0
-[run]
-duration = 40
-discard = 30
-start = "given"
-)";
+)" + test::run_for(40, "discard = 30\nstart = \"given\"\n");
 
-const char* swing = R"(
-gravity = [0, -9.81]
-[bodies.bar]
-mass = 1.0
-inertia = 0.03
-position = [0.3, 0.0]
-[joints.pivot]
-type = "revolute"
-between = ["ground", "bar"]
-at = [[0, 0], [-0.3, 0]]
-[run]
-duration = 10
-start = "given"
-)";
+const std::string swing = "gravity = [0, -9.81]\n" + test::body("bar", 1.0, 0.03, "position = [0.3, 0.0]\n") +
+                          test::pin("pivot", "ground", "bar", {0, 0}, {-0.3, 0}) +
+                          test::run_for(10, "start = \"given\"\n");
 
 SectionRun section_of(const Scene& scene, const char* formulation, const std::string& section,
                       std::vector<std::string> columns) {
@@ -255,14 +228,8 @@ TEST_CASE("a run that a section watches is the same to the last digit", "[sectio
 TEST_CASE("what is no section is refused with what would be one", "[section]") {
   const auto scene = read_scene(test::flores());
   const auto pendulum = parse_scene(swing, "swing");
-  const auto why = [](const Scene& s, const std::string& section,
-                      const std::string& column = "phase") -> std::string {
-    try {
-      section_of(s, "nonsmooth", section, {column});
-    } catch (const ModelError& e) {
-      return e.what();
-    }
-    return "";
+  const auto why = [](const Scene& s, const std::string& section, const std::string& column = "phase") {
+    return test::refusal_of([&] { section_of(s, "nonsmooth", section, {column}); });
   };
   using Catch::Contains;
   CHECK_THAT(why(scene, "now and then"), Contains("is no section"));
@@ -312,8 +279,7 @@ TEST_CASE("figures without a point of their section say so", "[section][figures]
     const auto end = test::freeplay(line + " -o " + (folder.path() / "out").string());
     CAPTURE(end.err);
     REQUIRE(end.status == 0);
-    std::ifstream in(folder.path() / "out/figures" / file);
-    return std::string{std::istreambuf_iterator<char>(in), {}};
+    return test::file_text(folder.path() / "out/figures" / file);
   };
   const auto said = Catch::Contains("'no point of the section'");
   CHECK_THAT(script("poincare " + source.string() + " --section 'every 1000 s'", "poincare.gp"), said);

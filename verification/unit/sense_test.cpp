@@ -7,7 +7,7 @@
 #include "mechanism/scene.hpp"
 #include "mechanism/sense.hpp"
 #include "study/calibration/data_units.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

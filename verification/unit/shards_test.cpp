@@ -15,7 +15,7 @@
 #include "study/partition/shard.hpp"
 #include "study/partition/shard_file.hpp"
 #include "study/sweep/sweep.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -22,7 +22,7 @@
 #include "study/sweep/sweep.hpp"
 #include "verification/killed/contents.hpp"
 #include "verification/killed/process.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

@@ -7,7 +7,7 @@
 #include <iterator>
 
 #include "io/files/output_file.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

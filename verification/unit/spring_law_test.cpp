@@ -9,6 +9,7 @@
 #include "io/scene/open_scene.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 
@@ -148,12 +149,7 @@ TEST_CASE("kinks are where a force changes its slope or begins to act", "[spring
 TEST_CASE("what is no spring is refused", "[springs][scene]") {
   const auto refused = [](const std::string& load, const std::string& why) {
     CAPTURE(load);
-    try {
-      two_on(load);
-      FAIL("read");
-    } catch (const SceneError& e) {
-      CHECK_THAT(e.what(), Catch::Contains(why));
-    }
+    CHECK_THAT(test::refusal_of<SceneError>([&] { two_on(load); }), Catch::Contains(why));
   };
   refused(linear + "force_table = [[1, 0]]", "two points");
   refused(linear + "force_table = [[1, 0], [1, 2]]", "must increase");

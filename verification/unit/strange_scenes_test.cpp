@@ -12,7 +12,8 @@
 #include "io/scene/pose_file.hpp"
 #include "mechanism/scene.hpp"
 #include "study/runs/case_run.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -27,12 +28,8 @@ const std::string run = "[run]\nduration = 0.5\n";
 /// What a run by the penalty formulation is refused with.
 std::string refused(const std::string& text) {
   const auto scene = parse_scene(text, "s.toml");
-  try {
-    located_in(scene, [&] { return Simulation(scene, "penalty").state(); });
-  } catch (const SceneError& e) {
-    return e.what();
-  }
-  return "accepted";
+  return test::refusal_of<SceneError>(
+      [&] { located_in(scene, [&] { return Simulation(scene, "penalty").state(); }); });
 }
 
 /// Rows of a pose figure's table that begin so.

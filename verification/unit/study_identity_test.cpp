@@ -1,7 +1,6 @@
 // A study's keys: what is said otherwise runs no run again, what decides a digit does, and keys of another kind
 // are neither used nor lost.
 #include <fmt/format.h>
-#include <sqlite3.h>
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -14,10 +13,13 @@
 #include "mechanism/error.hpp"
 #include "study/settings/provenance.hpp"
 #include "study/sweep/sweep.hpp"
-#include "verification/support.hpp"
+#include "verification/support/study_desk.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
+using test::replaced;
 
 namespace {
 
@@ -46,12 +48,6 @@ starts = 2
   }
   std::string identity_of_study() const { return provenance(read_study(study))["identity"]["digest"]; }
 };
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  REQUIRE(at != text.npos);
-  return text.replace(at, from.size(), to);
-}
 
 }  // namespace
 
@@ -182,22 +178,14 @@ TEST_CASE("a database with keys of another kind is neither used nor lost", "[stu
   const auto command = fmt::format("sweep {} -o {}", desk.study.string(), desk.folder.path().string());
   REQUIRE(test::freeplay(command).status == 0);
   const auto db = desk.folder.path() / "sweep.db";
-  const auto run_sql = [&](const char* sql) {
-    sqlite3* open = nullptr;
-    long found = -1;
-    const auto first = [](void* to, int, char** values, char**) {
-      *static_cast<long*>(to) = std::atol(values[0]);
-      return 0;
-    };
-    REQUIRE(sqlite3_open(db.c_str(), &open) == SQLITE_OK);
-    REQUIRE(sqlite3_exec(open, sql, first, &found, nullptr) == SQLITE_OK);
-    sqlite3_close(open);
-    return found;
+  const auto run_sql = [&](const std::string& sql) {
+    const auto rows = test::query(db, sql);
+    return rows.empty() ? -1 : std::stol(rows[0][0]);
   };
   CHECK(run_sql("PRAGMA user_version") == 3);
   for (const auto& [version, who] : {std::pair(0, "an earlier freeplay"), std::pair(1, "an earlier freeplay"),
                                      std::pair(4, "a later freeplay")}) {
-    run_sql(fmt::format("PRAGMA user_version = {}", version).c_str());
+    run_sql(fmt::format("PRAGMA user_version = {}", version));
     const auto o = test::freeplay(command);
     CAPTURE(o.out, o.err);
     CHECK(o.status == 1);

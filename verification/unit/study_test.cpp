@@ -18,7 +18,8 @@
 #include "study/runs/case_run.hpp"
 #include "study/runs/perturb.hpp"
 #include "study/sweep/intervals.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -43,12 +44,7 @@ std::filesystem::path write(const test::TemporaryFolder& folder, const std::stri
 }
 
 std::string refusal(const std::filesystem::path& file) {
-  try {
-    read_study(file);
-  } catch (const SceneError& e) {
-    return e.what();
-  }
-  return "accepted";
+  return test::refusal_of<SceneError>([&] { read_study(file); });
 }
 
 const std::string two_by_two = study_head + R"(
@@ -223,12 +219,7 @@ TEST_CASE("measured files: what is read, and what is refused", "[study]") {
     return write(folder, "data.csv", text);
   };
   const auto says = [&](const std::filesystem::path& path) {
-    try {
-      read_measurement(path, speed, 10);
-    } catch (const SceneError& e) {
-      return std::string(e.what());
-    }
-    return std::string("accepted");
+    return test::refusal_of<SceneError>([&] { read_measurement(path, speed, 10); });
   };
   const auto wave = [](double t) { return 10 * std::cos(2 * std::numbers::pi * t); };
   const auto good =

@@ -11,7 +11,7 @@
 #include "mechanism/error.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/style.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 #include "verification/unit/hostile.hpp"
 
 using namespace freeplay;

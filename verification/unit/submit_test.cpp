@@ -12,7 +12,7 @@
 #include "io/files/shell_words.hpp"
 #include "study/partition/division.hpp"
 #include "study/partition/shard_file.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;

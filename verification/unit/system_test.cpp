@@ -8,7 +8,8 @@
 
 #include "dynamics/system.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/scene_text.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 
@@ -18,46 +19,18 @@ constexpr double s = 1e-5, bound = 1e-7;
 
 /// A mechanism with an element of every kind, joints between moving bodies and to the ground on either side.
 Scene everything() {
-  return parse_scene(R"(
-gravity = [0.3, -9.81]
-[bodies.a]
-mass = 1.5
-inertia = 0.02
-[bodies.b]
-mass = 0.7
-inertia = 0.01
-[bodies.c]
-mass = 2.0
-inertia = 0.05
-[surfaces.steel]
+  return parse_scene(
+      "gravity = [0.3, -9.81]\n" + test::body("a", 1.5, 0.02) + test::body("b", 0.7, 0.01) +
+          test::body("c", 2.0, 0.05) + R"([surfaces.steel]
 young = 2e11
 poisson = 0.3
 restitution = 0.5
 friction = 0.1
-[joints.pin_ground]
-type = "revolute"
-between = ["ground", "a"]
-at = [[0.1, 0.2], [0.3, -0.1]]
-[joints.pin]
-type = "revolute"
-between = ["a", "b"]
-at = [[-0.2, 0.1], [0.15, 0.05]]
-[joints.pin_back]
-type = "revolute"
-between = ["c", "ground"]
-at = [[0.12, -0.07], [0.5, 0.4]]
-[joints.slide]
-type = "translational"
-between = ["b", "c"]
-at = [[0.02, 0.03], [-0.04, 0.05]]
-axis = [0.6, 0.8]
-angle = 0.2
-[joints.guide]
-type = "translational"
-between = ["ground", "b"]
-at = [[0.1, 0.1], [0.07, -0.02]]
-axis = [1.0, 0.3]
-[joints.weld]
+)" + test::pin("pin_ground", "ground", "a", {0.1, 0.2}, {0.3, -0.1}) +
+          test::pin("pin", "a", "b", {-0.2, 0.1}, {0.15, 0.05}) +
+          test::pin("pin_back", "c", "ground", {0.12, -0.07}, {0.5, 0.4}) +
+          test::guide("slide", "b", "c", {0.6, 0.8}, {0.02, 0.03}, {-0.04, 0.05}, "angle = 0.2\n") +
+          test::guide("guide", "ground", "b", {1.0, 0.3}, {0.1, 0.1}, {0.07, -0.02}) + R"([joints.weld]
 type = "rigid"
 between = ["a", "c"]
 at = [[0.2, 0.3], [0.1, -0.2]]
@@ -112,13 +85,8 @@ surface = "steel"
 [drives.motor]
 joint = "pin"
 speed_rpm = 90
-[loads.spring]
-type = "spring-damper"
-between = ["a", "c"]
-at = [[0.3, 0.1], [0.2, -0.3]]
-stiffness = 40
-free_length = 0.2
-[loads.torsion]
+)" + test::spring("spring", "a", "c", {0.3, 0.1}, {0.2, -0.3}, 40, 0.2) +
+          R"([loads.torsion]
 type = "torsional-spring-damper"
 between = ["b", "c"]
 stiffness = 3
@@ -127,10 +95,8 @@ free_angle = 0.1
 type = "joint-friction"
 joint = "slide"
 force = 5
-[run]
-duration = 1
-)",
-                     "everything");
+)" + test::run_for(1),
+      "everything");
 }
 
 struct Random {
@@ -295,11 +261,7 @@ TEST_CASE("the sliding row of a preloaded joint and its second derivative", "[sy
 }
 
 TEST_CASE("a journal in the middle of its bearing has no normal and no contact", "[system]") {
-  const auto scene = parse_scene(R"(
-[bodies.a]
-mass = 1
-inertia = 1
-[surfaces.s]
+  const auto scene = parse_scene(test::body("a", 1, 1) + R"([surfaces.s]
 restitution = 0.5
 [joints.j]
 type = "revolute"
@@ -307,9 +269,7 @@ between = ["ground", "a"]
 clearance = 1e-3
 bearing_radius = 1e-2
 surface = "s"
-[run]
-duration = 1
-)",
+)" + test::run_for(1),
                                  "concentric");
   const System system(scene.mechanism);
   auto e = system.make_evaluation();
@@ -396,24 +356,9 @@ TEST_CASE("each element says what it makes the solver carry, and together they c
 }
 
 TEST_CASE("the crank of a mechanism that a torque drives is the joint of the first torque", "[system]") {
-  const std::string text = R"(
-[bodies.crank]
-mass = 1.0
-inertia = 0.1
-[bodies.arm]
-mass = 1.0
-inertia = 0.1
-[joints.main]
-type = "revolute"
-between = ["ground", "crank"]
-at = [[0.0, 0.0], [0.0, 0.0]]
-[joints.elbow]
-type = "revolute"
-between = ["crank", "arm"]
-at = [[1.0, 0.0], [0.0, 0.0]]
-[run]
-duration = 1.0
-[drives.first]
+  const std::string text =
+      test::body("crank", 1.0, 0.1) + test::body("arm", 1.0, 0.1) + test::pin("main", "ground", "crank") +
+      test::pin("elbow", "crank", "arm", {1.0, 0.0}) + test::run_for(1.0) + R"([drives.first]
 joint = "elbow"
 torque = 1.0
 )";

@@ -6,7 +6,7 @@
 
 #include "io/files/output_file.hpp"
 #include "io/scene/section.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

@@ -9,7 +9,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
 #include <limits>
 #include <numbers>
 #include <random>
@@ -20,7 +19,8 @@
 #include "io/scene/schema.hpp"
 #include "io/scene/toml_value.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -44,29 +44,20 @@ bool same_bits(double a, double b) {
 }
 
 /// Studies lie beside the scenes; they have no bodies.
-bool is_scene(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
-  return text.find("[bodies.") != text.npos;
-}
-
 std::vector<std::filesystem::path> all_scenes() {
   std::vector<std::filesystem::path> list;
   for (const auto* folder : {"cases", "verification/scenes"})
     for (const auto& entry : std::filesystem::recursive_directory_iterator(test::source_folder() / folder))
-      if (entry.path().extension() == ".toml" && is_scene(entry.path())) list.push_back(entry.path());
+      if (entry.path().extension() == ".toml" &&
+          test::file_text(entry.path()).find("[bodies.") != std::string::npos)
+        list.push_back(entry.path());
   return list;
 }
 
 SpeedDrive& first_drive(Scene& scene) { return std::get<SpeedDrive>(scene.mechanism.drives.at(0)); }
 
 std::string refusal(Scene& scene, const std::string& key, const std::string& value) {
-  try {
-    scene.set(key, value);
-  } catch (const SceneError& e) {
-    return e.what();
-  }
-  return "accepted";
+  return test::refusal_of<SceneError>([&] { scene.set(key, value); });
 }
 
 }  // namespace
@@ -243,13 +234,8 @@ TEST_CASE("scenes built in code read back from their canonical text", "[scene]")
 
 TEST_CASE("what no scene may hold is refused on the way back", "[scene]") {
   const auto good = test::row_of_four_bars(1, 1e-3);
-  const auto message = [](const Scene& scene) -> std::string {
-    try {
-      written_and_read(scene);
-    } catch (const SceneError& e) {
-      return e.what();
-    }
-    return "accepted";
+  const auto message = [](const Scene& scene) {
+    return test::refusal_of<SceneError>([&] { written_and_read(scene); });
   };
   REQUIRE(message(good) == "accepted");
   auto bad = good;

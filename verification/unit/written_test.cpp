@@ -11,7 +11,9 @@
 #include "formulations/contact/contact_problem.hpp"
 #include "io/files/output_file.hpp"
 #include "mechanism/scene.hpp"
-#include "verification/support.hpp"
+#include "verification/support/columns.hpp"
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 
@@ -42,30 +44,6 @@ restitution = 0.5
 start = "given"
 {})",
                      g, from_x, from_y, angle, vx, vy, spin, radius, run);
-}
-
-struct Csv {
-  std::string header;
-  std::vector<std::vector<double>> rows;
-};
-
-Csv csv_of(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  REQUIRE(in);
-  Csv csv;
-  std::getline(in, csv.header);
-  for (std::string line; std::getline(in, line);) {
-    auto& row = csv.rows.emplace_back();
-    std::istringstream cells(line);
-    for (std::string cell; std::getline(cells, cell, ',');) row.push_back(std::stod(cell));
-  }
-  return csv;
-}
-
-nlohmann::json json_of(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  REQUIRE(in);
-  return nlohmann::json::parse(in);
 }
 
 /// Runs a scene by the program, into a folder of its own.
@@ -107,18 +85,18 @@ TEST_CASE("trajectory.csv of a throw is its parabola, row by row", "[written]") 
                                   "nonsmooth --set nonsmooth.scheme=moreau-jean --set nonsmooth.step=1e-3"}) {
       CAPTURE(asked.run, way);
       const auto folder = ran(place, thrown(asked.run), way);
-      const auto csv = csv_of(folder / "trajectory.csv");
-      CHECK(csv.header ==
+      const test::Columns csv(folder / "trajectory.csv");
+      CHECK(csv.header() ==
             "t,stone.x,stone.y,stone.theta,stone.vx,stone.vy,stone.omega,floor.ex,floor.ey,floor.gap");
-      REQUIRE(csv.rows.size() == asked.rows);
+      REQUIRE(csv.rows() == asked.rows);
       // Time stepping is exact at the ends of its steps and straight between them: g h²/8, in speed g h/2 less.
       const double h = way.ends_with("1e-3") ? 1e-3 : 0, off = g * h * h / 8 + 1e-9;
       double worst_t = 0, worst_q = 0, worst_v = 0;
       const auto meet = [](double& worst, double value, double expected) {
         worst = std::max(worst, std::abs(value - expected));
       };
-      for (std::size_t i = 0; i < csv.rows.size(); ++i) {
-        const auto& row = csv.rows[i];
+      for (std::size_t i = 0; i < csv.rows(); ++i) {
+        const auto& row = csv.row(i);
         REQUIRE(row.size() == 10);
         const double t = std::min(static_cast<double>(i) * asked.step, asked.duration);
         meet(worst_t, row[0], t);
@@ -133,7 +111,7 @@ TEST_CASE("trajectory.csv of a throw is its parabola, row by row", "[written]") 
       CHECK(worst_t <= 1e-15);  // multiples of a step but for their rounding
       CHECK(worst_q <= off);
       CHECK(worst_v <= 1e-8);
-      CHECK(csv.rows.back()[0] == asked.duration);
+      CHECK(csv.row(csv.rows() - 1)[0] == asked.duration);
     }
 }
 
@@ -141,7 +119,7 @@ TEST_CASE("run.json says which formulation ran, how it ended and what it left of
           "[written]") {
   test::TemporaryFolder place;
   for (const std::string formulation : {"penalty", "nonsmooth"}) {
-    const auto j = json_of(ran(place, thrown("duration = 0.01"), formulation) / "run.json");
+    const auto j = test::read_json(ran(place, thrown("duration = 0.01"), formulation) / "run.json");
     CHECK(j["formulation"] == formulation);
     CHECK(j["ending"]["status"] == "finished");
     CHECK(j["ending"]["t_s"] == 0.01);
@@ -154,7 +132,7 @@ TEST_CASE("run.json says which formulation ran, how it ended and what it left of
     std::string options = "nonsmooth --set nonsmooth.solver=gauss-seidel --set nonsmooth.lcp_tolerance=";
     options += tolerance;
     for (const auto& set : off_centre) options += " --set '" + set + "'";
-    const auto j = json_of(ran(place, test::scene_file("block_on_corners"), options) / "run.json");
+    const auto j = test::read_json(ran(place, test::scene_file("block_on_corners"), options) / "run.json");
     const double rate = j["greatest_complementarity_residual_m_per_s"];
     CHECK(rate > 0);
     // Relative to the greatest rate: a step's gravity, g h = 1e-3 m/s.
@@ -170,8 +148,8 @@ TEST_CASE("run.json says which formulation ran, how it ended and what it left of
 TEST_CASE("run.json names the scheme that ran", "[written]") {
   test::TemporaryFolder place;
   const auto scheme = [&](const std::string& set) {
-    return json_of(ran(place, thrown("duration = 0.01"), "nonsmooth" + set) /
-                   "run.json")["provenance"]["options"]["nonsmooth"]["scheme"]
+    return test::read_json(ran(place, thrown("duration = 0.01"), "nonsmooth" + set) /
+                           "run.json")["provenance"]["options"]["nonsmooth"]["scheme"]
         .get<std::string>();
   };
   CHECK(scheme("") == "automatic");

@@ -1,4 +1,4 @@
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 #include <sys/wait.h>
 #include <unistd.h>

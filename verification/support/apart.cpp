@@ -1,4 +1,4 @@
-#include "verification/apart.hpp"
+#include "verification/support/apart.hpp"
 
 #include <poll.h>
 #include <sys/prctl.h>

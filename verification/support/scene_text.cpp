@@ -1,0 +1,50 @@
+#include "verification/support/scene_text.hpp"
+
+#include <fmt/format.h>
+
+namespace freeplay::test {
+
+namespace {
+
+std::string joint(const std::string& name, const char* type, const std::string& i, const std::string& j,
+                  Vec2 on_i, Vec2 on_j) {
+  return fmt::format("[joints.{}]\ntype = \"{}\"\nbetween = [\"{}\", \"{}\"]\nat = [[{}, {}], [{}, {}]]\n",
+                     name, type, i, j, on_i.x(), on_i.y(), on_j.x(), on_j.y());
+}
+
+}  // namespace
+
+std::string body(const std::string& name, double mass, double inertia, const std::string& keys) {
+  return fmt::format("[bodies.{}]\nmass = {}\ninertia = {}\n{}", name, mass, inertia, keys);
+}
+
+std::string pin(const std::string& name, const std::string& i, const std::string& j, Vec2 on_i, Vec2 on_j,
+                const std::string& keys) {
+  return joint(name, "revolute", i, j, on_i, on_j) + keys;
+}
+
+std::string guide(const std::string& name, const std::string& i, const std::string& j, Vec2 axis, Vec2 on_i,
+                  Vec2 on_j, const std::string& keys) {
+  return joint(name, "translational", i, j, on_i, on_j) +
+         fmt::format("axis = [{}, {}]\n{}", axis.x(), axis.y(), keys);
+}
+
+std::string spring(const std::string& name, const std::string& i, const std::string& j, Vec2 on_i, Vec2 on_j,
+                   double stiffness, double free_length, const std::string& keys) {
+  return fmt::format(
+      "[loads.{}]\ntype = \"spring-damper\"\nbetween = [\"{}\", \"{}\"]\nat = [[{}, {}], [{}, {}]]\n"
+      "stiffness = {}\nfree_length = {}\n{}",
+      name, i, j, on_i.x(), on_i.y(), on_j.x(), on_j.y(), stiffness, free_length, keys);
+}
+
+std::string run_for(double duration, const std::string& keys) {
+  return fmt::format("[run]\nduration = {}\n{}", duration, keys);
+}
+
+std::string two_bodies() {
+  return "gravity = [0.3, -9.81]\n" + body("a", 1.5, 0.02) + body("b", 0.7, 0.01) +
+         pin("pin", "ground", "a", {0.1, 0.2}, {0.3, -0.1}) +
+         guide("slide", "a", "b", {0.6, 0.8}, {0.02, 0.03}, {-0.04, 0.05}, "angle = 0.2\n");
+}
+
+}  // namespace freeplay::test

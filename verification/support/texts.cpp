@@ -1,0 +1,49 @@
+#include "verification/support/texts.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <stdexcept>
+
+#include "mechanism/scene.hpp"
+#include "verification/support/support.hpp"
+
+namespace freeplay::test {
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+std::vector<std::string> fields_of(const std::string& line) {
+  std::vector<std::string> fields;
+  std::istringstream in(line);
+  for (std::string field; std::getline(in, field, ',');) fields.push_back(field);
+  return fields;
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  if (at == text.npos) throw std::runtime_error(fmt::format("\"{}\" does not stand in the text", from));
+  return text.replace(at, from.size(), to);
+}
+
+nlohmann::json read_json(const std::filesystem::path& file) {
+  return nlohmann::json::parse(file_text(file));
+}
+
+std::string notes_of(const Result& run) {
+  std::string all;
+  for (const auto& note : run.notes) all += note + "\n";
+  return all;
+}
+
+std::string refusal(const std::string& text, const std::vector<std::string>& overrides,
+                    const std::string& file) {
+  return refusal_of<SceneError>([&] { parse_scene(text, file, overrides); });
+}
+
+}  // namespace freeplay::test

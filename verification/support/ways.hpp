@@ -1,0 +1,51 @@
+// Ways to run a scene, and runs that have to finish.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mechanism/options.hpp"
+#include "values/family.hpp"
+#include "values/result.hpp"
+
+namespace freeplay {
+class Observer;
+class Simulation;
+struct Scene;
+}  // namespace freeplay
+
+namespace freeplay::test {
+
+/// A formulation, for the nonsmooth one a scheme, and options of a scene that it is run with.
+struct Way {
+  const char* name;
+  Family family = Family::nonsmooth;
+  std::optional<Scheme> scheme = {};
+  double step = 0;  ///< s, of fixed steps; 0: steps are chosen
+  std::vector<std::string> options = {};
+
+  bool penalty() const { return family == Family::penalty; }
+  bool stepping() const { return scheme == Scheme::moreau_jean; }
+  bool fixed() const { return step > 0; }
+  bool chosen() const { return stepping() && !fixed(); }
+  /// Sets scheme and step, and no option.
+  void choose(Scene& scene) const;
+};
+
+inline const Way penalty{"penalty", Family::penalty};
+inline const Way event_driven{"event-driven", Family::nonsmooth, Scheme::event_driven};
+inline const Way automatic{"automatic", Family::nonsmooth, Scheme::automatic};
+inline const Way chosen_steps{"Moreau–Jean, chosen steps", Family::nonsmooth, Scheme::moreau_jean};
+inline Way fixed_steps(double h, const char* name = "Moreau–Jean") {
+  return {name, Family::nonsmooth, Scheme::moreau_jean, h};
+}
+
+/// A scene's text by a way; `more`: options behind those of the way.
+Scene scene_by(const Way& way, const std::string& text, const std::vector<std::string>& more = {});
+/// Runs in memory. Throw with the reason where the run does not finish.
+Result finished(const Scene& scene, Family family);
+Result finished(const Way& way, const std::string& text, const std::vector<std::string>& more = {});
+Result finished(Simulation& simulation, std::vector<Observer*> observers = {});
+
+}  // namespace freeplay::test
