@@ -6,12 +6,12 @@
 #include <random>
 
 #include "mechanism/scene.hpp"
-#include "verification/strangers/transform.hpp"
+#include "verification/random_scenes/transform.hpp"
 #include "verification/support.hpp"
 
 using namespace freeplay;
-using verification::strangers::mirrored;
-using verification::strangers::rescaled;
+using verification::random_scenes::mirrored;
+using verification::random_scenes::rescaled;
 
 namespace {
 
