@@ -9,6 +9,7 @@
 #include <numbers>
 #include <random>
 #include <string>
+#include <type_traits>
 
 #include "values/vec2.hpp"
 
@@ -17,6 +18,23 @@ namespace freeplay::verification::random_scenes {
 inline std::string text_of(double x) { return fmt::format("{:.12g}", x); }
 /// A number as its text has it: the scene and what is known of it have the same.
 inline double exact(double x) { return std::strtod(text_of(x).c_str(), nullptr); }
+
+inline std::string text_of(Vec2 p) { return fmt::format("[{}, {}]", text_of(p.x()), text_of(p.y())); }
+
+/// A scene's text by a format, in which ' stands for "; numbers and points have 12 digits.
+template <class... X>
+std::string toml(std::string format, const X&... x) {
+  for (auto& c : format)
+    if (c == '\'') c = '"';
+  const auto shown = [](const auto& one) {
+    using One = std::decay_t<decltype(one)>;
+    if constexpr (std::is_same_v<One, double> || std::is_same_v<One, Vec2>)
+      return text_of(one);
+    else
+      return one;
+  };
+  return fmt::format(fmt::runtime(format), shown(x)...);
+}
 
 /// Numbers that a seed and an index alone decide. The standard leaves its distributions open, so these are its own.
 class Draw {

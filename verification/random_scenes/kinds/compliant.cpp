@@ -14,18 +14,17 @@ std::string law(Draw& draw, double rate, double rest, double unit, double force,
     std::string points;
     double at = rest - unit, pull = -rate * unit * draw.between(0.2, 1);
     for (int i = 0; i < draw.whole(2, 5); ++i) {
-      points += fmt::format("{}{}", i ? ", " : "", Draft::point({at, pull}));
+      points += toml("{}{}", i ? ", " : "", Vec2{at, pull});
       at += unit * draw.between(0.2, 1);
       pull += rate * unit * draw.between(0, 1);
     }
-    return fmt::format(
-        "{} = [{}]\n{}", table, points,
-        draw.chance(0.3) ? fmt::format("one_way = \"{}\"\n", draw.chance(0.5) ? "pull" : "push") : "");
+    return toml("{} = [{}]\n{}", table, points,
+                draw.chance(0.3) ? toml("one_way = '{}'\n", draw.chance(0.5) ? "pull" : "push") : "");
   }
-  auto text = fmt::format("stiffness = {}\n{} = {}\n", Draft::number(rate), free, Draft::number(rest));
-  if (draw.chance(0.4)) text += fmt::format("cubic = {}\n", Draft::number(rate / (unit * unit) * draw()));
-  if (draw.chance(0.4)) text += fmt::format("preload = {}\n", Draft::number(force * draw.either_way(1)));
-  if (draw.chance(0.5)) text += fmt::format("one_way = \"{}\"\n", draw.chance(0.6) ? "pull" : "push");
+  auto text = toml("stiffness = {}\n{} = {}\n", rate, free, rest);
+  if (draw.chance(0.4)) text += toml("cubic = {}\n", rate / (unit * unit) * draw());
+  if (draw.chance(0.4)) text += toml("preload = {}\n", force * draw.either_way(1));
+  if (draw.chance(0.5)) text += toml("one_way = '{}'\n", draw.chance(0.6) ? "pull" : "push");
   return text;
 }
 
@@ -39,7 +38,7 @@ void compliant(Draw& draw, Draft& out) {
   double lightest = m;
   for (int i = 0; i < count; ++i) {
     DraftBody b;
-    b.name = fmt::format("b{}", i);
+    b.name = toml("b{}", i);
     b.mass = m * draw.decades(-0.5, 0.5);
     b.inertia = b.mass * L * L * draw.between(0.1, 0.5);
     b.at = {L * (i + 1), L * draw.either_way(0.1)};
@@ -51,22 +50,19 @@ void compliant(Draw& draw, Draft& out) {
     const double rate = b.mass * std::pow(draw.between(1, 6) / s.time(), 2);
     // Cubes, tables and preload make it some three times as fast at the greatest.
     out.fastest = std::max(out.fastest, 6 * std::sqrt(rate / std::min(lightest, b.mass)));
-    const auto between = fmt::format("between = [\"{}\", \"{}\"]\n", last, b.name);
+    const auto between = toml("between = ['{}', '{}']\n", last, b.name);
     const auto damped = draw.chance(0.4);
     if (draw.chance(0.5)) {
-      out.load(
-          "bushing",
-          fmt::format(
-              "{}at = [{}, {}]\naxis = {}\nstiffness = {}\ndamping = {}\ntorsional_stiffness = {}\n", between,
-              Draft::point({last == "ground" ? 0.5 * L : 0.4 * L, 0}), Draft::point({-0.5 * L, 0}),
-              Draft::point(draw.along(1)), Draft::point({rate, rate * draw()}),
-              Draft::point({damped ? b.mass / s.time() * draw() : 0, 0}), Draft::number(0.2 * rate * L * L)));
+      out.load("bushing",
+               toml("{}at = [{}, {}]\naxis = {}\nstiffness = {}\ndamping = {}\ntorsional_stiffness = {}\n",
+                    between, Vec2{last == "ground" ? 0.5 * L : 0.4 * L, 0}, Vec2{-0.5 * L, 0}, draw.along(1),
+                    Vec2{rate, rate * draw()}, Vec2{damped ? b.mass / s.time() * draw() : 0, 0},
+                    0.2 * rate * L * L));
     } else {
-      out.load("spring-damper",
-               between + fmt::format("at = [{}, {}]\n", Draft::point({0, 0}), Draft::point({0.1 * L, 0})) +
-                   law(draw, rate, L * draw.between(0.7, 1.3), 0.5 * L, 0.3 * rate * L, "force_table",
-                       "free_length") +
-                   (damped ? fmt::format("damping = {}\n", Draft::number(b.mass / s.time() * draw())) : ""));
+      out.load("spring-damper", between + toml("at = [{}, {}]\n", Vec2{0, 0}, Vec2{0.1 * L, 0}) +
+                                    law(draw, rate, L * draw.between(0.7, 1.3), 0.5 * L, 0.3 * rate * L,
+                                        "force_table", "free_length") +
+                                    (damped ? toml("damping = {}\n", b.mass / s.time() * draw()) : ""));
       out.load("torsional-spring-damper", between + law(draw, 0.2 * rate * L * L, draw.either_way(0.5), 0.5,
                                                         0.05 * rate * L * L, "torque_table", "free_angle"));
     }
@@ -98,34 +94,31 @@ void cams(Draw& draw, Draft& out) {
   out.joint("revolute", "ground", "cam", {0, 0}, {0, 0});
   const auto shaft = out.last_joint();
   out.joint("translational", "ground", "follower", follower.at, {0, 0},
-            fmt::format("axis = {}\nangle = {}\n", Draft::point(up), Draft::number(follower.angle)));
+            toml("axis = {}\nangle = {}\n", up, follower.angle));
   out.text += "[contacts.lobe]\ntype = \"cam\"\nbetween = [\"cam\", \"follower\"]\nsurface = \"s\"\n";
   // In its own frame the follower stands above the cam.
-  out.text += roller ? fmt::format("follower = \"roller\"\nroller_radius = {}\n", Draft::number(r))
-                     : "axis = [-1, 0]\n";
-  out.text += fmt::format("base_radius = {}\n", Draft::number(R));
+  out.text += roller ? toml("follower = 'roller'\nroller_radius = {}\n", r) : "axis = [-1, 0]\n";
+  out.text += toml("base_radius = {}\n", R);
   if (draw.chance(0.3)) {
     std::string points;
     const int n = draw.whole(5, 12);
     for (int i = 0; i < n; ++i) {
       const double phi = 2 * std::numbers::pi * i / n;
-      points += fmt::format("{}{}", i ? ", " : "", Draft::point({phi, 0.5 * lift * (1 - std::cos(phi))}));
+      points += toml("{}{}", i ? ", " : "", Vec2{phi, 0.5 * lift * (1 - std::cos(phi))});
     }
-    out.text += fmt::format("lift_table = [{}]\n", points);
+    out.text += toml("lift_table = [{}]\n", points);
   } else {
-    out.text += fmt::format("law = \"{}\"\nlift = {}\nstart = {}\nrise = {}\ndwell = {}\nreturn = {}\n",
-                            draw.chance(0.5) ? "cycloidal" : "polynomial", Draft::number(lift),
-                            Draft::number(draw.angle()), Draft::number(draw.between(2, 2.6)),
-                            Draft::number(draw.between(0, 1)), Draft::number(draw.between(2, 2.6)));
+    out.text += toml("law = '{}'\nlift = {}\nstart = {}\nrise = {}\ndwell = {}\nreturn = {}\n",
+                     draw.chance(0.5) ? "cycloidal" : "polynomial", lift, draw.angle(), draw.between(2, 2.6),
+                     draw.between(0, 1), draw.between(2, 2.6));
   }
-  if (driven) out.drive(shaft, fmt::format("speed = {}\n", Draft::number(omega)));
+  if (driven) out.drive(shaft, toml("speed = {}\n", omega));
   const double rate = follower.mass * std::pow(draw.between(0.1, 0.7) * omega, 2);
   out.fastest = std::abs(omega);
   out.load("spring-damper",
-           fmt::format(
-               "between = [\"ground\", \"follower\"]\nat = [{}, [0, 0]]\nstiffness = {}\nfree_length = {}\n",
-               Draft::point((height + 3 * R) * up + dot(perp(up), follower.at) * perp(up)),
-               Draft::number(rate), Draft::number(3 * R + lift * draw.between(0, 6))));
+           toml("between = ['ground', 'follower']\nat = [{}, [0, 0]]\nstiffness = {}\nfree_length = {}\n",
+                (height + 3 * R) * up + dot(perp(up), follower.at) * perp(up), rate,
+                3 * R + lift * draw.between(0, 6)));
   out.speed = s.speed;
   out.flight = 0.2 * lift / s.speed;
   out.duration = draw.between(5, 30) / std::abs(omega);

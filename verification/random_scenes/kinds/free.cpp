@@ -10,7 +10,7 @@ namespace {
 /// A disc of radius R (its own size), as heavy as a factor says; inertia between a ring's and a third of a disc's.
 DraftBody disc(Draw& draw, const char* prefix, int i, double mass, double R) {
   DraftBody b;
-  b.name = fmt::format("{}{}", prefix, i);
+  b.name = toml("{}{}", prefix, i);
   b.mass = mass * mass_factor(draw);
   b.inertia = b.mass * R * R * draw.between(0.15, 1);
   b.angle = draw.angle();
@@ -133,11 +133,9 @@ void box(Draw& draw, Draft& out) {
     const double lightest = std::min(c.bodies[0].mass, c.bodies[1].mass);
     const double rate = lightest * std::pow(draw.between(0.3, 5) / s.time(), 2);
     out.fastest = 2 * std::sqrt(rate / lightest);
-    out.load("spring-damper",
-             fmt::format("between = [\"{}\", \"{}\"]\nstiffness = {}\ndamping = {}\nfree_length = {}\n",
-                         c.bodies[0].name, c.bodies[1].name, Draft::number(rate),
-                         Draft::number(draw.chance(0.5) ? lightest / s.time() * draw() : 0),
-                         Draft::number(0.3 * s.length)));
+    out.load("spring-damper", toml("between = ['{}', '{}']\nstiffness = {}\ndamping = {}\nfree_length = {}\n",
+                                   c.bodies[0].name, c.bodies[1].name, rate,
+                                   draw.chance(0.5) ? lightest / s.time() * draw() : 0, 0.3 * s.length));
   }
   out.speed = s.speed;
   out.flight = 0.3 * s.time();
@@ -207,17 +205,15 @@ void springs(Draw& draw, Draft& out) {
     const double lightest = first ? bodies[i].mass : std::min(bodies[i].mass, bodies[i - 1].mass);
     out.fastest = std::max(out.fastest, 2 * std::sqrt(rate / lightest));
     out.load("spring-damper",
-             fmt::format("between = [\"{}\", \"{}\"]\nstiffness = {}\ndamping = {}\nfree_length = {}\n",
-                         first ? "ground" : bodies[i - 1].name, bodies[i].name, Draft::number(rate),
-                         Draft::number(draw.chance(0.5) ? lightest / s.time() * draw() : 0),
-                         Draft::number(pitch * draw.between(0.6, 1.1))));
+             toml("between = ['{}', '{}']\nstiffness = {}\ndamping = {}\nfree_length = {}\n",
+                  first ? "ground" : bodies[i - 1].name, bodies[i].name, rate,
+                  draw.chance(0.5) ? lightest / s.time() * draw() : 0, pitch * draw.between(0.6, 1.1)));
     if (!first) out.discs(bodies[i - 1].name, bodies[i].name, R, R);
     if (draw.chance(0.3))
-      out.load("torsional-spring-damper",
-               fmt::format("between = [\"ground\", \"{}\"]\nstiffness = {}\ndamping = {}\nfree_angle = {}\n",
-                           bodies[i].name,
-                           Draft::number(bodies[i].inertia * std::pow(draw.between(0.5, 6) / s.time(), 2)),
-                           Draft::number(0.0), Draft::number(draw.either_way(1))));
+      out.load(
+          "torsional-spring-damper",
+          toml("between = ['ground', '{}']\nstiffness = {}\ndamping = {}\nfree_angle = {}\n", bodies[i].name,
+               bodies[i].inertia * std::pow(draw.between(0.5, 6) / s.time(), 2), 0.0, draw.either_way(1)));
   }
   out.wall("ground", bodies[0].name, {pitch * draw.between(0.3, 0.75), 0}, {0, -1}, R);
   out.wall("ground", bodies.back().name, {pitch * (count + draw.between(0.25, 0.7)), 0}, {0, 1}, R);

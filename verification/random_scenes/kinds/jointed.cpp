@@ -26,8 +26,7 @@ Bar bar(Draw& draw, const std::string& name, double mass, double length) {
 
 /// Lines of a loose revolute joint.
 std::string play(double clearance, double bearing, const std::string& more = "") {
-  return fmt::format("clearance = {}\nbearing_radius = {}\nsurface = \"s\"\n{}", Draft::number(clearance),
-                     Draft::number(bearing), more);
+  return toml("clearance = {}\nbearing_radius = {}\nsurface = 's'\n{}", clearance, bearing, more);
 }
 
 /// Radius of the contact of a journal in its bearing.
@@ -38,16 +37,15 @@ std::string table(Draw& draw, double greatest, double width, bool against_angle)
   std::string points;
   if (draw.chance(0.5)) {  // a short pulse
     const double at = draw.between(0.1, 0.8) * width, half = width * draw.decades(-3.5, -1.3);
-    points = fmt::format("[{}, 0.0], [{}, {}], [{}, 0.0]", Draft::number(at), Draft::number(at + half),
-                         Draft::number(greatest * std::min(0.2 * width / half, 100.0)),
-                         Draft::number(at + 2 * half));
+    points = toml("[{}, 0.0], [{}, {}], [{}, 0.0]", at, at + half,
+                  greatest * std::min(0.2 * width / half, 100.0), at + 2 * half);
   } else {
     const int count = draw.whole(2, 6);
     for (int i = 0; i < count; ++i)
-      points += fmt::format("{}[{}, {}]", i ? ", " : "", Draft::number(width * (i + 0.8 * draw()) / count),
-                            Draft::number(greatest * draw.either_way(1)));
+      points += toml("{}[{}, {}]", i ? ", " : "", width * (i + 0.8 * draw()) / count,
+                     greatest * draw.either_way(1));
   }
-  return fmt::format("torque_table = [{}]\nagainst = \"{}\"\n", points, against_angle ? "angle" : "time");
+  return toml("torque_table = [{}]\nagainst = '{}'\n", points, against_angle ? "angle" : "time");
 }
 
 /// Hangs a bar on a point that moves at `speed_at`: its journal (or pin) there, off by `eccentricity`.
@@ -74,7 +72,7 @@ void chain(Draw& draw, Draft& out) {
   std::vector<Bar> bars;
   int loose = 0;
   for (int i = 0; i < links; ++i) {
-    auto b = bar(draw, fmt::format("b{}", i), s.mass * mass_factor(draw), s.length * draw.between(0.5, 1.5));
+    auto b = bar(draw, toml("b{}", i), s.mass * mass_factor(draw), s.length * draw.between(0.5, 1.5));
     const double spin = draw.chance(0.5) ? draw.either_way(1) * s.speed / s.length : 0;
     if (i == 0 && floating) {
       b.body.spin = spin;
@@ -95,13 +93,11 @@ void chain(Draw& draw, Draft& out) {
     bars.push_back(b);
   }
   if (draw.chance(0.2))
-    out.load(
-        "torsional-spring-damper",
-        fmt::format(
-            "between = [\"{}\", \"{}\"]\nstiffness = {}\ndamping = {}\n",
-            links > 1 ? bars[links - 2].body.name : "ground", bars.back().body.name,
-            Draft::number(bars.back().body.inertia * std::pow(draw.between(0.2, 3) * s.speed / s.length, 2)),
-            Draft::number(draw.chance(0.5) ? bars.back().body.inertia * s.speed / s.length * draw() : 0)));
+    out.load("torsional-spring-damper",
+             toml("between = ['{}', '{}']\nstiffness = {}\ndamping = {}\n",
+                  links > 1 ? bars[links - 2].body.name : "ground", bars.back().body.name,
+                  bars.back().body.inertia * std::pow(draw.between(0.2, 3) * s.speed / s.length, 2),
+                  draw.chance(0.5) ? bars.back().body.inertia * s.speed / s.length * draw() : 0));
   const double pace = std::max({slip, std::sqrt(g * c), 0.1 * s.speed * std::sqrt(c / s.length)});
   out.speed = pace;
   out.flight = c / pace;
@@ -149,13 +145,13 @@ void loop(Draw& draw, Draft& out) {
   out.joint("revolute", "crank", "rod", crank.front(), rod.rear(), lines(0));
   if (slider) {
     out.joint("revolute", "rod", "slider", rod.front(), {0, 0}, lines(1));
-    out.joint("translational", "ground", "slider", {0, 0}, {0, 0},
-              loose[2]
-                  ? fmt::format("clearance = {}\nslider_length = {}\nslider_height = {}\ncorner_radius = {}\n"
-                                "surface = \"s\"\n",
-                                Draft::number(c), Draft::number(0.5 * r), Draft::number(0.3 * r),
-                                Draft::number(0.02 * r))
-                  : "");
+    out.joint(
+        "translational", "ground", "slider", {0, 0}, {0, 0},
+        loose[2]
+            ? toml(
+                  "clearance = {}\nslider_length = {}\nslider_height = {}\ncorner_radius = {}\nsurface = 's'\n",
+                  c, 0.5 * r, 0.3 * r, 0.02 * r)
+            : "");
   } else {
     out.joint("revolute", "rod", "rocker", rod.front(), third.front(), lines(1));
     out.joint("revolute", "ground", "rocker", {third.body.world(third.rear()).x(), 0}, third.rear(),
@@ -166,14 +162,12 @@ void loop(Draw& draw, Draft& out) {
   out.flight = std::sqrt(2 * c / a);
   out.duration = std::min(draw.between(5, 40) * out.flight, T);
   if (draw.chance(0.65))
-    out.drive(driven, fmt::format("speed = {}\n", Draft::number(omega)));
+    out.drive(driven, toml("speed = {}\n", omega));
   else if (draw.chance(0.5))
     out.drive(driven, table(draw, s.mass * r * r * omega * omega, 2 * std::numbers::pi * 0.99, true));
   else
-    out.drive(
-        driven,
-        table(draw, s.mass * r * r * omega * omega, out.duration, false) +
-            (draw.chance(0.3) ? fmt::format("lag = {}\n", Draft::number(T * draw.decades(-2, -0.5))) : ""));
+    out.drive(driven, table(draw, s.mass * r * r * omega * omega, out.duration, false) +
+                          (draw.chance(0.3) ? toml("lag = {}\n", T * draw.decades(-2, -0.5)) : ""));
   out.speed = a * out.flight;
   out.surface(draw, s.mass, out.speed, loose[2] && slider ? 0.02 * r : conformal(c, bearing),
               c * draw.decades(-2.7, -1.5));
@@ -201,22 +195,19 @@ void guide(Draw& draw, Draft& out) {
   }
   out.joint(
       "translational", moving ? "frame" : "ground", "slider", {0, 0}, {0, 0},
-      fmt::format("axis = {}\n{}clearance = {}\nslider_length = {}\nslider_height = {}\ncorner_radius = {}\n"
-                  "surface = \"s\"\n",
-                  moving ? "[1, 0]" : Draft::point(axis),
-                  moving ? "" : fmt::format("angle = {}\n", Draft::number(slope)), Draft::number(play),
-                  Draft::number(length), Draft::number(height), Draft::number(0.05 * length)));
+      toml(
+          "axis = {}\n{}clearance = {}\nslider_length = {}\nslider_height = {}\ncorner_radius = {}\nsurface = 's'\n",
+          moving ? Vec2{1, 0} : axis, moving ? "" : toml("angle = {}\n", slope), play, length, height,
+          0.05 * length));
   if (draw.chance(0.6))
-    out.load("force", fmt::format("body = \"slider\"\nat = {}\nforce = {}\n",
-                                  Draft::point({draw.either_way(length), draw.either_way(height)}),
-                                  Draft::point(draw.along(s.mass * s.speed * s.speed / s.length * draw()))));
+    out.load("force", toml("body = 'slider'\nat = {}\nforce = {}\n",
+                           Vec2{draw.either_way(length), draw.either_way(height)},
+                           draw.along(s.mass * s.speed * s.speed / s.length * draw())));
   if (draw.chance(0.3))
-    out.load(
-        "spring-damper",
-        fmt::format(
-            "between = [\"ground\", \"slider\"]\nat = [{}, [0.0, 0.0]]\nstiffness = {}\nfree_length = {}\n",
-            Draft::point(2 * s.length * axis + 0.5 * s.length * perp(axis)),
-            Draft::number(s.mass * std::pow(draw.between(0.5, 4) / s.time(), 2)), Draft::number(s.length)));
+    out.load("spring-damper",
+             toml("between = ['ground', 'slider']\nat = [{}, [0.0, 0.0]]\nstiffness = {}\nfree_length = {}\n",
+                  2 * s.length * axis + 0.5 * s.length * perp(axis),
+                  s.mass * std::pow(draw.between(0.5, 4) / s.time(), 2), s.length));
   out.speed = rattle;
   out.flight = play / rattle;
   out.duration = std::min(draw.between(5, 40) * out.flight, 5 * s.time());
@@ -250,16 +241,14 @@ void bump(Draw& draw, Draft& out) {
     out.discs("rotor", "target", R, target_R, bump_at, {0, 0});
     if (against == 2) {  // a lever on a pin of its own, held by a spring
       out.joint("revolute", "ground", "target", place + Vec2{lever, 0}, {lever, 0}, "");
-      out.load(
-          "torsional-spring-damper",
-          fmt::format(
-              "between = [\"ground\", \"target\"]\nstiffness = {}\ndamping = {}\n",
-              Draft::number(target.mass * lever * lever * omega * omega * draw.between(0.1, 10)),
-              Draft::number(draw.chance(0.5) ? target.mass * lever * lever * std::abs(omega) * draw() : 0)));
+      out.load("torsional-spring-damper",
+               toml("between = ['ground', 'target']\nstiffness = {}\ndamping = {}\n",
+                    target.mass * lever * lever * omega * omega * draw.between(0.1, 10),
+                    draw.chance(0.5) ? target.mass * lever * lever * std::abs(omega) * draw() : 0));
     }
   }
   // Prescribed motion against what is fixed, or what jams, has no answer.
-  if (against == 1 && draw.chance(0.5)) out.drive(shaft, fmt::format("speed = {}\n", Draft::number(omega)));
+  if (against == 1 && draw.chance(0.5)) out.drive(shaft, toml("speed = {}\n", omega));
   out.speed = s.speed;
   out.flight = 1 / std::abs(omega);
   out.duration = draw.between(3, 30) / std::abs(omega);
@@ -285,38 +274,34 @@ void motored(Draw& draw, Draft& out) {
   out.joint("revolute", "rotor", "link", at, link.rear(), play(c, bearing));
   out.flight = std::sqrt(c / arm) / std::abs(omega);
   out.duration = std::min(draw.between(5, 40) * out.flight, 20 / std::abs(omega));
-  const auto n = Draft::number;
   const double fast = std::abs(omega);
   switch (draw.whole(0, 3)) {
     case 0:
       out.table("curves.start",
-                fmt::format("shape = \"ramp\"\nfrom = {}\nto = {}\nrise = {}\nprofile = \"{}\"\n",
-                            n(rotor.spin), n(omega), n(out.duration * draw.between(0.1, 2)),
-                            draw.chance(0.5) ? "polynomial" : "cycloidal"));
-      out.drive(shaft, fmt::format("velocity = \"start\"\ninitial = {}\n", n(rotor.angle)));
+                toml("shape = 'ramp'\nfrom = {}\nto = {}\nrise = {}\nprofile = '{}'\n", rotor.spin, omega,
+                     out.duration * draw.between(0.1, 2), draw.chance(0.5) ? "polynomial" : "cycloidal"));
+      out.drive(shaft, toml("velocity = 'start'\ninitial = {}\n", rotor.angle));
       break;
     case 1: {  // stall torque and no-load speed of the size of the rotor's own
       const double k = torque / fast * draw.decades(-0.5, 0.5);
-      out.drive(shaft, fmt::format("voltage = {}\nresistance = {}\ntorque_constant = {}\n{}", n(omega * k),
-                                   n(k * k / (torque / fast)), n(k),
-                                   draw.chance(0.5) ? fmt::format("inductance = {}\n",
-                                                                  n(k * k / torque * draw.decades(-1, 0)))
-                                                    : ""));
+      out.drive(
+          shaft,
+          toml("voltage = {}\nresistance = {}\ntorque_constant = {}\n{}", omega * k, k * k / (torque / fast),
+               k, draw.chance(0.5) ? toml("inductance = {}\n", k * k / torque * draw.decades(-1, 0)) : ""));
       break;
     }
     case 2:
-      out.drive(shaft, fmt::format("breakdown_torque = {}\nbreakdown_slip = {}\nsynchronous_speed = {}\n",
-                                   n(torque), n(draw.between(0.1, 0.8)), n(omega)));
+      out.drive(shaft, toml("breakdown_torque = {}\nbreakdown_slip = {}\nsynchronous_speed = {}\n", torque,
+                            draw.between(0.1, 0.8), omega));
       break;
     default:
-      out.drive(shaft, fmt::format("target_speed = {}\nproportional = {}\nintegral = {}\n", n(omega),
-                                   n(torque / fast), n(torque * draw.decades(-1, 0.5))));
+      out.drive(shaft, toml("target_speed = {}\nproportional = {}\nintegral = {}\n", omega, torque / fast,
+                            torque * draw.decades(-1, 0.5)));
   }
   if (draw.chance(0.4)) {
-    out.table("curves.swell", fmt::format("shape = \"harmonic\"\namplitude = 1.0\nperiod = {}\n",
-                                          n(out.duration * draw.between(0.2, 2))));
-    out.load("torque", fmt::format("body = \"link\"\ntorque = {}\nfactor = \"swell\"\n",
-                                   n(torque * draw.either_way(1))));
+    out.table("curves.swell", toml("shape = 'harmonic'\namplitude = 1.0\nperiod = {}\n",
+                                   out.duration * draw.between(0.2, 2)));
+    out.load("torque", toml("body = 'link'\ntorque = {}\nfactor = 'swell'\n", torque * draw.either_way(1)));
   }
   out.speed = pace;
   out.surface(draw, s.mass, pace, conformal(c, bearing), c * draw.decades(-2.7, -1.5));
@@ -343,12 +328,10 @@ void pulse(Draw& draw, Draft& out) {
   const bool by_angle = draw.chance(0.5);
   out.drive(shaft, table(draw, s.mass * arm * arm * omega * omega,
                          by_angle ? 2 * std::numbers::pi * 0.99 : out.duration, by_angle) +
-                       (draw.chance(0.2)
-                            ? fmt::format("lag = {}\n", Draft::number(draw.decades(-2, 0) / std::abs(omega)))
-                            : ""));
+                       (draw.chance(0.2) ? toml("lag = {}\n", draw.decades(-2, 0) / std::abs(omega)) : ""));
   if (draw.chance(0.4))
-    out.load("torque", fmt::format("body = \"link\"\ntorque = {}\n",
-                                   Draft::number(s.mass * arm * arm * omega * omega * draw.either_way(1))));
+    out.load("torque",
+             toml("body = 'link'\ntorque = {}\n", s.mass * arm * arm * omega * omega * draw.either_way(1)));
   out.speed = pace;
   out.surface(draw, s.mass, pace, conformal(c, bearing), c * draw.decades(-2.7, -1.5));
 }
@@ -365,12 +348,11 @@ void film(Draw& draw, Draft& out) {
   const double viscosity =
       s.mass * g * 4 * c * c / (std::abs(omega) * R * width * width * width) * draw.decades(-1, 1);
   out.gravity({0, -g});
-  out.text += fmt::format("[lubricants.oil]\nviscosity = {}\nfilm = \"{}\"\ncavitation = \"{}\"\n",
-                          Draft::number(viscosity), draw.chance(0.6) ? "short" : "long",
-                          draw.chance(0.7) ? "half-sommerfeld" : "none");
+  out.text += toml("[lubricants.oil]\nviscosity = {}\nfilm = '{}'\ncavitation = '{}'\n", viscosity,
+                   draw.chance(0.6) ? "short" : "long", draw.chance(0.7) ? "half-sommerfeld" : "none");
   out.body(rotor);
   out.joint("revolute", "ground", "rotor", {0, 0}, {0, 0},
-            play(c, R, fmt::format("bearing_length = {}\nlubricant = \"oil\"\n", Draft::number(width))));
+            play(c, R, toml("bearing_length = {}\nlubricant = 'oil'\n", width)));
   out.speed = c * std::abs(omega);
   out.flight = 1 / std::abs(omega);
   out.duration = draw.between(3, 30) / std::abs(omega);
@@ -387,19 +369,15 @@ void preloaded(Draw& draw, Draft& out) {
   out.gravity(draw.along(draw.chance(0.6) ? s.speed * s.speed / s.length : 0));
   out.body(b);
   out.joint("translational", "ground", "slider", {0, 0}, {0, 0},
-            fmt::format("axis = {}\nangle = {}\n", Draft::point(axis), Draft::number(slope)));
+            toml("axis = {}\nangle = {}\n", axis, slope));
   out.load("joint-friction",
-           fmt::format("joint = \"{}\"\nforce = {}\nregularisation = {}\n", out.last_joint(),
-                       Draft::number(s.mass * s.speed * s.speed / s.length * draw.between(0, 0.6)),
-                       Draft::number(1e-3 * s.speed)));
+           toml("joint = '{}'\nforce = {}\nregularisation = {}\n", out.last_joint(),
+                s.mass * s.speed * s.speed / s.length * draw.between(0, 0.6), 1e-3 * s.speed));
   if (draw.chance(0.6))
-    out.load(
-        "spring-damper",
-        fmt::format(
-            "between = [\"ground\", \"slider\"]\nat = [{}, [0.0, 0.0]]\nstiffness = {}\nfree_length = {}\n",
-            Draft::point(3 * s.length * axis + s.length * perp(axis)),
-            Draft::number(s.mass * std::pow(draw.between(0.5, 4) / s.time(), 2)),
-            Draft::number(2 * s.length)));
+    out.load("spring-damper",
+             toml("between = ['ground', 'slider']\nat = [{}, [0.0, 0.0]]\nstiffness = {}\nfree_length = {}\n",
+                  3 * s.length * axis + s.length * perp(axis),
+                  s.mass * std::pow(draw.between(0.5, 4) / s.time(), 2), 2 * s.length));
   out.wall("ground", "slider", (stop + R) * axis, perp(axis), R);
   out.wall("ground", "slider", -(draw.between(0.3, 3) * s.length + R) * axis, -perp(axis), R);
   out.speed = s.speed;

@@ -27,9 +27,9 @@ Motion moved_along(Draw& draw, Draft& out, const std::string& joint, double peri
 /// A joint's table between the ground, or a body `on`, and another: a slide along x (0) or y (1), or a shaft (2).
 void joint(Draft& out, const std::string& name, int coordinate, const std::string& body,
            const std::string& on = "ground") {
-  out.table("joints." + name, fmt::format("type = \"{}\"\nbetween = [\"{}\", \"{}\"]\n{}",
-                                          coordinate == 2 ? "revolute" : "translational", on, body,
-                                          coordinate == 1 ? "axis = [0, 1]\n" : ""));
+  out.table("joints." + name,
+            toml("type = '{}'\nbetween = ['{}', '{}']\n{}", coordinate == 2 ? "revolute" : "translational",
+                 on, body, coordinate == 1 ? "axis = [0, 1]\n" : ""));
 }
 
 /// A body on the ground of which a curve moves this coordinate by `size` over `period`; `room`: a length of its place.
@@ -74,9 +74,9 @@ void spring(Draft& out, const std::string& from, const std::string& to, Vec2 at,
             double free) {
   out.table(
       "loads.spring",
-      fmt::format("type = \"spring-damper\"\nbetween = [\"{}\", \"{}\"]\nat = [{}, [0, 0]]\nstiffness = {}\n"
-                  "free_length = {}\n",
-                  from, to, Draft::point(at), text_of(stiffness), text_of(free)));
+      toml(
+          "type = 'spring-damper'\nbetween = ['{}', '{}']\nat = [{}, [0, 0]]\nstiffness = {}\nfree_length = {}\n",
+          from, to, at, stiffness, free));
 }
 
 /// Adds what both formulations know of a coordinate between walls; stiffness over the inertia and exponent of the
@@ -124,15 +124,13 @@ void moved_table(Draw& draw, Draft& out) {
     const double x = exact(3 * R * (i - 0.5 * (balls - 1)));
     const double y = exact(motion->at(0).y + R + drop * draw.between(0.3, 1));
     const double v = draw.chance(0.5) ? exact(motion->at(0).slope + 0.3 * speed * draw.either_way(1)) : 0;
-    const auto q = out.body({.name = fmt::format("ball{}", i),
+    const auto q = out.body({.name = toml("ball{}", i),
                              .mass = m,
                              .inertia = exact(0.4 * m * R * R),
                              .at = {x, y},
                              .velocity = {0, v}});
-    out.table(
-        fmt::format("contacts.c{}", i),
-        fmt::format("type = \"plane\"\nbetween = [\"table\", \"ball{}\"]\nradius = {}\nsurface = \"s\"\n", i,
-                    text_of(R)));
+    out.table(toml("contacts.c{}", i),
+              toml("type = 'plane'\nbetween = ['table', 'ball{}']\nradius = {}\nsurface = 's'\n", i, R));
     out.still(q, x, R);
     out.still(q + 2, 0, 1);
     auto one = beside(motion, y, v);
@@ -158,11 +156,9 @@ void moved_stop(Draw& draw, Draft& out) {
   joint(out, "on", 0, "block", "slide");
   const double time = std::min(out.flight * draw.decades(-2, -1.3), 0.01 * std::min(A, room) / speed);
   const double ks = stop_stiffness(out, m, 1, time);
-  out.table(
-      "contacts.stop",
-      fmt::format(
-          "type = \"travel-stop\"\njoint = \"on\"\nlower = 0\nupper = {}\nstiffness = {}\nsurface = \"s\"\n",
-          text_of(room), text_of(ks)));
+  out.table("contacts.stop",
+            toml("type = 'travel-stop'\njoint = 'on'\nlower = 0\nupper = {}\nstiffness = {}\nsurface = 's'\n",
+                 room, ks));
   out.surface(e);
   const bool on_slide = draw.chance(0.5);
   const double far = exact(10 * (A + room) + 3 * motion->size + std::abs(motion->at(0).y)),
@@ -194,13 +190,12 @@ void moved_lever(Draw& draw, Draft& out) {
   const double ks = stop_stiffness(out, J, R * R, out.flight * draw.decades(-2, -1.3));
   out.table(
       "contacts.stop",
-      fmt::format(
-          "type = \"angle-stop\"\njoint = \"pin\"\nradius = {}\nlower = 0\nupper = {}\nstiffness = {}\nsurface = \"s\"\n",
-          text_of(R), text_of(room), text_of(ks)));
+      toml(
+          "type = 'angle-stop'\njoint = 'pin'\nradius = {}\nlower = 0\nupper = {}\nstiffness = {}\nsurface = 's'\n",
+          R, room, ks));
   out.surface(e);
   const double M = exact(draw.chance(0.5) ? J * A * w * w * draw.either_way(0.3) : 0);
-  if (M != 0)
-    out.table("loads.push", fmt::format("type = \"torque\"\nbody = \"arm\"\ntorque = {}\n", text_of(M)));
+  if (M != 0) out.table("loads.push", toml("type = 'torque'\nbody = 'arm'\ntorque = {}\n", M));
   out.still(q, 0, 1);
   out.still(q + 1, 0, 1);
   auto one = beside(motion, x, v);
@@ -227,7 +222,7 @@ void teeth(Draw& draw, Draft& out) {
   if (turns) {
     const auto arm = out.body({.name = "arm", .spin = spin});
     joint(out, "turn", 2, "arm");
-    out.table("drives.turn", fmt::format("joint = \"turn\"\nspeed = {}\ninitial_angle = 0\n", text_of(spin)));
+    out.table("drives.turn", toml("joint = 'turn'\nspeed = {}\ninitial_angle = 0\n", spin));
     out.still(arm, 0, r1);
     out.still(arm + 1, 0, r1);
     out.steady(arm + 2, 0, spin, 1);
@@ -255,14 +250,13 @@ void teeth(Draw& draw, Draft& out) {
                            .velocity = {0, exact(distance * spin)},
                            .spin = v});
   out.table("joints.second",
-            fmt::format("type = \"revolute\"\nbetween = [\"{}\", \"two\"]\nat = [[{}, 0], [0, 0]]\n", on,
-                        text_of(distance)));
+            toml("type = 'revolute'\nbetween = ['{}', 'two']\nat = [[{}, 0], [0, 0]]\n", on, distance));
   const double ks = stop_stiffness(out, J, base * base, out.flight * draw.decades(-2, -1.3));
   out.table(
       "joints.mesh",
-      fmt::format(
-          "type = \"gear\"\nbetween = [\"one\", \"two\"]\npitch_radii = [{}, {}]\nphase = {}\nbacklash = {}\nmesh_stiffness = {}\nsurface = \"s\"\n",
-          text_of(r1), text_of(r2), text_of(phase), text_of(play), text_of(ks)));
+      toml(
+          "type = 'gear'\nbetween = ['one', 'two']\npitch_radii = [{}, {}]\nphase = {}\nbacklash = {}\nmesh_stiffness = {}\nsurface = 's'\n",
+          r1, r2, phase, play, ks));
   out.surface(e);
   const double rate = distance * std::abs(spin), bend = rate * std::abs(spin);
   for (const std::size_t k : {0U, 1U})
@@ -305,9 +299,9 @@ void moved_journal(Draw& draw, Draft& out) {
   const auto q = out.body(pin);
   out.table(
       "joints.loose",
-      fmt::format(
-          "type = \"revolute\"\nbetween = [\"box\", \"pin\"]\nclearance = {}\nbearing_radius = {}\nsurface = \"s\"\n",
-          text_of(c), text_of(R)));
+      toml(
+          "type = 'revolute'\nbetween = ['box', 'pin']\nclearance = {}\nbearing_radius = {}\nsurface = 's'\n",
+          c, R));
   out.surface(e, pin.mass, speed, R * R / c, out.flight * draw.decades(-2, -1.3));
   out.scene.others = {q, q + 1, q + 2};
   out.finish(until * draw.between(0.2, 1));
@@ -331,7 +325,7 @@ void follower(Draw& draw, Draft& out) {
       out.body({.name = "follower", .mass = m, .at = {0, exact(at.y)}, .velocity = {0, exact(at.slope * w)}});
   joint(out, "guide", 1, "follower");
   out.table("drives.lift", "joint = \"guide\"\nposition = \"y\"\nof = \"shaft\"\n");
-  if (driven) out.table("drives.motor", fmt::format("joint = \"shaft\"\nspeed = {}\n", text_of(wx)));
+  if (driven) out.table("drives.motor", toml("joint = 'shaft'\nspeed = {}\n", wx));
   out.still(rotor, 0, lift);
   out.still(rotor + 1, 0, lift);
   out.still(q, 0, lift);
@@ -380,7 +374,7 @@ void two_scales(Draw& draw, Draft& out) {
     const auto rotor = out.body({.name = "slow"});
     const double w = exact(2 * pi * slow);
     joint(out, "shaft", 2, "slow");
-    out.table("drives.motor", fmt::format("joint = \"shaft\"\nspeed = {}\ninitial_angle = 0\n", text_of(w)));
+    out.table("drives.motor", toml("joint = 'shaft'\nspeed = {}\ninitial_angle = 0\n", w));
     out.still(rotor, 0, 1);
     out.still(rotor + 1, 0, 1);
     out.steady(rotor + 2, 0, w, w * until);
@@ -394,8 +388,7 @@ void two_scales(Draw& draw, Draft& out) {
   const double ks = stop_stiffness(out, m, 1, out.flight * draw.decades(-2, -1.3));
   out.table(
       "contacts.stop",
-      fmt::format("type = \"travel-stop\"\njoint = \"on\"\nlower = {}\nstiffness = {}\nsurface = \"s\"\n",
-                  text_of(stop), text_of(ks)));
+      toml("type = 'travel-stop'\njoint = 'on'\nlower = {}\nstiffness = {}\nsurface = 's'\n", stop, ks));
   out.surface(e);
   spring(out, "ground", "block", {-free, 0}, k, free);
   out.still(q + 1, 0, A);

@@ -37,15 +37,13 @@ void push(Draw& draw, Draft& out, const Mover& o, const std::string& lines, cons
           const std::string& of = "") {
   out.table("curves.push", lines);
   const bool drive = draw.chance(0.5);
-  const std::string how =
-      fmt::format("against = \"{}\"\n{}", against, of.empty() ? "" : fmt::format("of = \"{}\"\n", of));
+  const std::string how = toml("against = '{}'\n{}", against, of.empty() ? "" : toml("of = '{}'\n", of));
   if (drive)
-    out.table("drives.push",
-              fmt::format("joint = \"on\"\n{} = \"push\"\n{}", o.turns ? "torque_curve" : "force", how));
+    out.table("drives.push", toml("joint = 'on'\n{} = 'push'\n{}", o.turns ? "torque_curve" : "force", how));
   else
     out.table("loads.push", (o.turns ? "type = \"torque\"\nbody = \"rotor\"\ntorque = 1\n"
                                      : "type = \"force\"\nbody = \"block\"\nforce = [1, 0]\n") +
-                                fmt::format("factor = \"push\"\n{}", how));
+                                toml("factor = 'push'\n{}", how));
 }
 
 void known(Draft& out, std::size_t coordinate, reference::OneCoordinate one, double duration) {
@@ -87,8 +85,7 @@ void pushed(Draw& draw, Draft& out) {
     const auto shape = std::make_shared<CurveShape>(curve.shape);
     const auto cam = out.body({.name = "cam", .angle = start, .spin = w});
     out.table("joints.shaft", "type = \"revolute\"\nbetween = [\"ground\", \"cam\"]\n");
-    out.table("drives.motor",
-              fmt::format("joint = \"shaft\"\nspeed = {}\ninitial_angle = {}\n", text_of(w), text_of(start)));
+    out.table("drives.motor", toml("joint = 'shaft'\nspeed = {}\ninitial_angle = {}\n", w, start));
     out.still(cam, 0, 1);
     out.still(cam + 1, 0, 1);
     out.steady(cam + 2, start, w, turn);
@@ -113,12 +110,12 @@ void pushed(Draw& draw, Draft& out) {
       const double at = exact(fast * (2.0 * i / n - 1) * 1.3),
                    y = exact(force * (1 - 2.0 * i / n + draw.either_way(0.8 / n)));
       shape->points.emplace_back(at, y);
-      points += fmt::format("{}[{}, {}]", i ? ", " : "", text_of(at), text_of(y));
+      points += toml("{}[{}, {}]", i ? ", " : "", at, y);
     }
     shape->prepare();
     push(draw, out, o,
-         fmt::format("shape = \"table\"\npoints = [{}]\n{}", points,
-                     shape->kind == CurveShape::Kind::spline ? "between = \"spline\"\n" : ""),
+         toml("shape = 'table'\npoints = [{}]\n{}", points,
+              shape->kind == CurveShape::Kind::spline ? "between = \"spline\"\n" : ""),
          "speed");
     const double m = o.m;
     one.acceleration = [shape, m](double, double, double u) { return shape->at(u).y / m; };
@@ -142,8 +139,7 @@ void barrier(Draw& draw, Draft& out) {
     shape->kind = CurveShape::Kind::harmonic;
     shape->amplitude = exact(H * pi / wide);
     shape->period = exact(wide);
-    lines = fmt::format("shape = \"harmonic\"\namplitude = {}\nperiod = {}\n", text_of(shape->amplitude),
-                        text_of(wide));
+    lines = toml("shape = 'harmonic'\namplitude = {}\nperiod = {}\n", shape->amplitude, wide);
   } else {
     // Up, flat and down again, alike on both sides: no net work.
     const double a = wide * draw.between(0.05, 0.25), c = wide * 0.5, peak = H / (c - a);
@@ -152,11 +148,11 @@ void barrier(Draw& draw, Draft& out) {
     shape->kind = kind == 1 ? CurveShape::Kind::spline : CurveShape::Kind::lines;
     for (int i = 0; i < 6; ++i) {
       shape->points.emplace_back(exact(at[i]), exact(y[i]));
-      points += fmt::format("{}[{}, {}]", i ? ", " : "", text_of(at[i]), text_of(y[i]));
+      points += toml("{}[{}, {}]", i ? ", " : "", at[i], y[i]);
     }
     shape->repeats = repeats;
-    lines = fmt::format("shape = \"table\"\npoints = [{}]\n{}{}", points,
-                        kind == 1 ? "between = \"spline\"\n" : "", repeats ? "repeat = true\n" : "");
+    lines = toml("shape = 'table'\npoints = [{}]\n{}{}", points, kind == 1 ? "between = \"spline\"\n" : "",
+                 repeats ? "repeat = true\n" : "");
   }
   shape->prepare();
   push(draw, out, o, lines, o.turns ? "angle" : "position");
@@ -184,28 +180,24 @@ void one_way(Draw& draw, Draft& out) {
   const int kind = draw.whole(0, 1);
   reference::OneCoordinate one;
   one.x = x, one.v = v;
-  const std::string between = fmt::format("between = [\"ground\", \"{}\"]\n", o.turns ? "rotor" : "block");
+  const std::string between = toml("between = ['ground', '{}']\n", o.turns ? "rotor" : "block");
   const double pull = exact(draw.chance(0.7) ? m * A * w * w * draw.either_way(0.5) : 0);
   if (pull != 0) {
     if (o.turns)
-      out.table("loads.pull",
-                fmt::format("type = \"torque\"\nbody = \"rotor\"\ntorque = {}\n", text_of(pull)));
+      out.table("loads.pull", toml("type = 'torque'\nbody = 'rotor'\ntorque = {}\n", pull));
     else
-      out.table("loads.pull",
-                fmt::format("type = \"force\"\nbody = \"block\"\nforce = [{}, 0]\n", text_of(pull)));
+      out.table("loads.pull", toml("type = 'force'\nbody = 'block'\nforce = [{}, 0]\n", pull));
   }
   const auto values = [&](const char* key) {
-    return fmt::format("{} = {}\n{}", key, text_of(k),
-                       d > 0 ? fmt::format("damping = {}\n", text_of(d)) : "");
+    return toml("{} = {}\n{}", key, k, d > 0 ? toml("damping = {}\n", d) : "");
   };
   double from = 0;
   if (kind == 0) {  // a bump stop on one side or both
     const double lower = exact(-A * draw.between(0.2, 2)), upper = exact(A * draw.between(0.2, 2));
     const bool low = draw.chance(0.8), up = !low || draw.chance(0.8);
-    out.table("loads.bump",
-              fmt::format("type = \"{}\"\n{}{}{}{}", o.turns ? "torsional-bump-stop" : "bump-stop", between,
-                          values("stiffness"), low ? fmt::format("lower = {}\n", text_of(lower)) : "",
-                          up ? fmt::format("upper = {}\n", text_of(upper)) : ""));
+    out.table("loads.bump", toml("type = '{}'\n{}{}{}{}", o.turns ? "torsional-bump-stop" : "bump-stop",
+                                 between, values("stiffness"), low ? toml("lower = {}\n", lower) : "",
+                                 up ? toml("upper = {}\n", upper) : ""));
     one.acceleration = [=](double, double at, double u) {
       double F = pull;
       if (up && at > upper) F -= std::max(k * (at - upper) + d * u, 0.0);
@@ -222,12 +214,10 @@ void one_way(Draw& draw, Draft& out) {
     const bool pulls = draw.chance(0.5);
     from = o.turns ? 0 : exact(-20 * A);
     const double rest = o.turns ? exact(A * draw.either_way(1)) : exact(20 * A + A * draw.either_way(1));
-    out.table("loads.spring",
-              fmt::format("type = \"{}\"\n{}{}{}{} = {}\none_way = \"{}\"\n",
-                          o.turns ? "torsional-spring-damper" : "spring-damper", between,
-                          o.turns ? "" : fmt::format("at = [[{}, 0], [0, 0]]\n", text_of(from)),
-                          values("stiffness"), o.turns ? "free_angle" : "free_length", text_of(rest),
-                          pulls ? "pull" : "push"));
+    out.table("loads.spring", toml("type = '{}'\n{}{}{}{} = {}\none_way = '{}'\n",
+                                   o.turns ? "torsional-spring-damper" : "spring-damper", between,
+                                   o.turns ? "" : toml("at = [[{}, 0], [0, 0]]\n", from), values("stiffness"),
+                                   o.turns ? "free_angle" : "free_length", rest, pulls ? "pull" : "push"));
     one.acceleration = [=](double, double at, double u) {
       const double y = at - from - rest;
       double F = pull;

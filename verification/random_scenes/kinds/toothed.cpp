@@ -37,30 +37,24 @@ void toothed(Draw& draw, Draft& out) {
     out.joint("translational", "ground", "two", {0, -r1}, {0, 0});
   else
     out.joint("revolute", "ground", "two", two.at, {0, 0},
-              loose ? fmt::format("clearance = {}\nbearing_radius = {}\nsurface = \"s\"\n", Draft::number(c),
-                                  Draft::number(0.2 * r2))
-                    : "");
-  const auto teeth = fmt::format("backlash = {}\nsurface = \"s\"\n", Draft::number(play));
+              loose ? toml("clearance = {}\nbearing_radius = {}\nsurface = 's'\n", c, 0.2 * r2) : "");
+  const auto teeth = toml("backlash = {}\nsurface = 's'\n", play);
   if (rack)
     out.joint(
         "rack", "one", "two", {0, 0}, {0, 0},
-        fmt::format("pitch_radius = {}\n{}{}", Draft::number(r1),
-                    draw.chance(0.5) ? fmt::format("module = {}\n", Draft::number(module)) : "", teeth));
+        toml("pitch_radius = {}\n{}{}", r1, draw.chance(0.5) ? toml("module = {}\n", module) : "", teeth));
   else
-    out.joint(
-        "gear", "one", "two", {0, 0}, {0, 0},
-        (draw.chance(0.5) ? fmt::format("teeth = [{}, {}]\nmodule = {}\n", z1, z2, Draft::number(module))
-                          : fmt::format("pitch_radii = [{}, {}]\n", Draft::number(r1), Draft::number(r2))) +
-            (inner ? "internal = true\n" : "") + fmt::format("phase = {}\n", Draft::number(phase)) + teeth);
+    out.joint("gear", "one", "two", {0, 0}, {0, 0},
+              (draw.chance(0.5) ? toml("teeth = [{}, {}]\nmodule = {}\n", z1, z2, module)
+                                : toml("pitch_radii = [{}, {}]\n", r1, r2)) +
+                  (inner ? "internal = true\n" : "") + toml("phase = {}\n", phase) + teeth);
   const double push = std::min(s.mass, two.mass) * pace * pace / play;
   if (draw.chance(0.4))
-    out.load("torque",
-             fmt::format("body = \"one\"\ntorque = {}\n", Draft::number(push * r1 * draw.either_way(1))));
+    out.load("torque", toml("body = 'one'\ntorque = {}\n", push * r1 * draw.either_way(1)));
   if (draw.chance(0.3))
-    out.load("torsional-spring-damper",
-             fmt::format("between = [\"ground\", \"one\"]\nstiffness = {}\nfree_angle = {}\n",
-                         Draft::number(push * r1 * r1 / play * 0.1), Draft::number(one.angle)));
-  if (draw.chance(0.2)) out.drive(shaft, fmt::format("speed = {}\n", Draft::number(w1)));
+    out.load("torsional-spring-damper", toml("between = ['ground', 'one']\nstiffness = {}\nfree_angle = {}\n",
+                                             push * r1 * r1 / play * 0.1, one.angle));
+  if (draw.chance(0.2)) out.drive(shaft, toml("speed = {}\n", w1));
   out.speed = pace;
   out.flight = play / pace;
   out.duration = draw.between(5, 40) * out.flight;
@@ -81,9 +75,8 @@ void stopped(Draw& draw, Draft& out) {
   double c = R;
   const auto limits = [&](double from, double to) {
     const bool upper = draw.chance(0.85), lower = !upper || draw.chance(0.85);
-    return (lower ? fmt::format("lower = {}\n", Draft::number(from)) : "") +
-           (upper ? fmt::format("upper = {}\n", Draft::number(to)) : "") +
-           fmt::format("curvature_radius = {}\nsurface = \"s\"\n", Draft::number(R));
+    return (lower ? toml("lower = {}\n", from) : "") + (upper ? toml("upper = {}\n", to) : "") +
+           toml("curvature_radius = {}\nsurface = 's'\n", R);
   };
   if (draw.chance(0.5)) out.gravity(draw.along(s.speed * s.speed / s.length));
   if (kind == 0) {  // a lever
@@ -95,17 +88,15 @@ void stopped(Draw& draw, Draft& out) {
     out.joint("revolute", "ground", "mover", {0, 0}, arm);
     const double turn = draw.between(0.3, 4);
     out.stop("angle-stop",
-             fmt::format("radius = {}\n", Draft::number(s.length * draw.between(0.1, 2))) +
-                 (draw.chance(0.6)
-                      ? fmt::format("direction = {}\n", Draft::number(draw.whole(-3000, 3000) / 1024.0))
-                      : "") +
+             toml("radius = {}\n", s.length * draw.between(0.1, 2)) +
+                 (draw.chance(0.6) ? toml("direction = {}\n", draw.whole(-3000, 3000) / 1024.0) : "") +
                  limits(-turn * below / width, turn * (1 - below / width)));
   } else if (kind == 1) {  // a slider
     b.angle = slope;
     b.velocity = s.speed * draw.sign() * axis;
     out.body(b);
     out.joint("translational", "ground", "mover", {0, 0}, {0, 0},
-              fmt::format("axis = {}\nangle = {}\n", Draft::point(axis), Draft::number(slope)));
+              toml("axis = {}\nangle = {}\n", axis, slope));
     out.stop("travel-stop", limits(-below, width - below));
   } else {  // a pin in a slot
     c = s.length * draw.decades(-3.5, -1.7);
@@ -113,13 +104,12 @@ void stopped(Draw& draw, Draft& out) {
     b.spin = draw.either_way(1) * s.speed / s.length;
     out.body(b);
     out.joint("slot", "ground", "mover", {0, 0}, {0, 0},
-              fmt::format("axis = {}\nclearance = {}\npin_radius = {}\nsurface = \"s\"\n", Draft::point(axis),
-                          Draft::number(c), Draft::number(R)));
+              toml("axis = {}\nclearance = {}\npin_radius = {}\nsurface = 's'\n", axis, c, R));
     out.stop("travel-stop", limits(-below, width - below));
   }
   if (draw.chance(0.4))
-    out.load("force", fmt::format("body = \"mover\"\nforce = {}\n",
-                                  Draft::point(draw.along(s.mass * s.speed * s.speed / s.length * draw()))));
+    out.load("force", toml("body = 'mover'\nforce = {}\n",
+                           draw.along(s.mass * s.speed * s.speed / s.length * draw())));
   out.speed = s.speed;
   out.flight = kind == 2 ? std::min(c / (0.1 * s.speed), 0.3 * s.time()) : 0.3 * s.time();
   out.duration = std::min(draw.between(5, 40) * out.flight, 15 * s.time());

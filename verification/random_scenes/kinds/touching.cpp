@@ -10,16 +10,15 @@ namespace {
 double short_radius(Draw& draw) { return exact(draw.whole(5, 500) * 1e-4); }
 
 void disc(Draft& out, std::size_t i, double mass, double R, Vec2 at, Vec2 velocity = {0, 0}) {
-  out.body({.name = fmt::format("d{}", i),
+  out.body({.name = toml("d{}", i),
             .mass = mass,
             .inertia = exact(0.5 * mass * R * R),
             .at = at,
             .velocity = velocity});
 }
 void discs(Draft& out, std::size_t i, std::size_t j, double R) {
-  out.table(fmt::format("contacts.c{}_{}", i, j),
-            fmt::format("type = \"discs\"\nbetween = [\"d{}\", \"d{}\"]\nradii = [{}, {}]\nsurface = \"s\"\n",
-                        i, j, text_of(R), text_of(R)));
+  out.table(toml("contacts.c{}_{}", i, j),
+            toml("type = 'discs'\nbetween = ['d{}', 'd{}']\nradii = [{}, {}]\nsurface = 's'\n", i, j, R, R));
 }
 
 /// One more disc or block of the line, at this place and rate along it.
@@ -78,10 +77,8 @@ void touching_column(Draw& draw, Draft& out) {
     const double m = alike ? mass : exact(mass * draw.decades(-0.7, 0.7));
     add(out, row, m, R, exact(drop + R + 2 * R * static_cast<double>(i)), 0);
     if (i == 0)
-      out.table(
-          "contacts.floor",
-          fmt::format("type = \"plane\"\nbetween = [\"ground\", \"d0\"]\nradius = {}\nsurface = \"s\"\n",
-                      text_of(R)));
+      out.table("contacts.floor",
+                toml("type = 'plane'\nbetween = ['ground', 'd0']\nradius = {}\nsurface = 's'\n", R));
     else
       discs(out, i - 1, i, R);
     stiffness.push_back(i == 0 ? K : K * std::sqrt(0.5));
@@ -112,10 +109,10 @@ void touching_row(Draw& draw, Draft& out) {
     if (i == 0) continue;
     if (blocks) {  // a face of each against a rounded nose of the next; the face is on the right of its body
       out.table(
-          fmt::format("contacts.c{}_{}", i - 1, i),
-          fmt::format(
-              "type = \"plane\"\nbetween = [\"d{}\", \"d{}\"]\nat = [[{}, 0], [0, 0]]\naxis = [0, -1]\nradius = {}\nsurface = \"s\"\n",
-              i - 1, i, text_of(R), text_of(R)));
+          toml("contacts.c{}_{}", i - 1, i),
+          toml(
+              "type = 'plane'\nbetween = ['d{}', 'd{}']\nat = [[{}, 0], [0, 0]]\naxis = [0, -1]\nradius = {}\nsurface = 's'\n",
+              i - 1, i, R, R));
       stiffness.push_back(K);
     } else {
       discs(out, i - 1, i, R);
