@@ -11,6 +11,9 @@
 namespace freeplay::verification::random_scenes {
 namespace {
 
+Vec2 turned(Vec2 p, double a) {
+  return {p.x() * std::cos(a) - p.y() * std::sin(a), p.x() * std::sin(a) + p.y() * std::cos(a)};
+}
 Vec2 flip(Vec2 p) { return {-p.x(), p.y()}; }
 /// Of a wall, whose free space lies on its left.
 Vec2 flip_wall(Vec2 axis) { return {axis.x(), -axis.y()}; }
@@ -167,6 +170,34 @@ Scene mirrored(Scene scene) {
                    [](BumpStop& l) { flip_ends(l.at), l.axis = flip(l.axis); },
                    [](TorsionalBumpStop& l) { turn_limits(l.bump); }},
         load);
+  return scene;
+}
+
+Scene turned(Scene scene, double angle) {
+  auto& m = scene.mechanism;
+  if (!m.drives.empty()) throw std::logic_error("drives are not turned");
+  const auto turn = [&](Vec2& p) { p = turned(p, angle); };
+  turn(m.gravity);
+  for (auto& b : m.bodies) turn(b.position), turn(b.velocity), b.angle += angle;
+  const auto on_ground = [](const auto& one) {
+    if constexpr (requires { one.between; }) return one.between[0] == ground || one.between[1] == ground;
+    return true;
+  };
+  const auto element = [&](auto& one) {
+    if (!on_ground(one)) return;
+    using One = std::decay_t<decltype(one)>;
+    if constexpr (std::is_same_v<One, RevoluteJoint> || std::is_same_v<One, PlaneContact>) {
+      for (const std::size_t end : {0U, 1U})
+        if (one.between[end] == ground) turn(one.at[end]);
+      if constexpr (std::is_same_v<One, PlaneContact>)
+        if (one.between[0] == ground) turn(one.axis);
+    } else {
+      throw std::logic_error("this element on the ground is not turned");
+    }
+  };
+  for (auto& joint : m.joints) std::visit(element, joint);
+  for (auto& contact : m.contacts) std::visit(element, contact);
+  for (auto& load : m.loads) std::visit(element, load);
   return scene;
 }
 

@@ -8,6 +8,10 @@ namespace freeplay::verification::random_scenes {
 /// Seen in a mirror, x → −x: the same motion, mirrored.
 Scene mirrored(Scene scene);
 
+/// Turned about the origin by this angle (rad): the same motion, turned. On the ground there may be revolute joints and
+/// planes; for drives and other elements there it throws std::logic_error.
+Scene turned(Scene scene, double angle);
+
 /// In other units: lengths, masses and times of the scene times these. Powers of two change no digit of an arithmetic
 /// without absolute constants.
 struct Units {
