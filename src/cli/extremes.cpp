@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "cli/default_folder.hpp"
@@ -9,7 +10,6 @@
 #include "cli/ending.hpp"
 #include "cli/progress.hpp"
 #include "cli/random_scenes.hpp"
-#include "cli/strangers.hpp"
 #include "cli/verb.hpp"
 #include "facade/run_folder.hpp"
 #include "facade/simulation.hpp"
@@ -17,7 +17,7 @@
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
 #include "plots/drawing/figure.hpp"
-#include "verification/extremes/extremes.hpp"
+#include "verification/random_scenes/extremes/extremes.hpp"
 #include "verification/support/support.hpp"
 
 namespace freeplay::cli {
@@ -27,16 +27,15 @@ namespace {
 struct ExtremesRequest : Request {
   std::string output;    ///< result folder
   std::string document;  ///< folder for extremes.md and its figure
-  StrangersRequest strangers;
+  RandomScenesRequest scenes;
 };
 
 int extremes(const ExtremesRequest& request) {
-  using namespace verification;
-  if (request.strangers.count > 0) {
-    auto asked = request.strangers;
-    if (!asked.kinds.empty()) return random_scenes(asked, result_folder(request.output, "out/random-scenes"));
+  using namespace verification::random_scenes;
+  if (request.scenes.count > 0) {
+    auto asked = request.scenes;
     asked.document = request.document;
-    return strangers(asked, result_folder(request.output, "out/strangers"));
+    return random_scenes(asked, request.output);
   }
   test::source_folder();  // throws before anything is judged or written
   auto cells = rig_cells();
@@ -47,7 +46,8 @@ int extremes(const ExtremesRequest& request) {
   Progress progress;
   std::string csv = "axis,label,value,formulation,outcome,detail\n", axis;
   nlohmann::json list = nlohmann::json::array();
-  int defects = 0, counts[6] = {};
+  int defects = 0;
+  std::map<Outcome, int> counts;
   std::string text =
       "# The extremes\n\nWritten by `freeplay extremes --document docs`. Each cell is a scene at the edge of "
       "what can be "
@@ -67,26 +67,26 @@ int extremes(const ExtremesRequest& request) {
     c.verdict = judge_apart(c, 1200);  // half a minute for the longest; sanitizers take ten times that
     progress.clear();
     if (c.axis != axis) fmt::print("\n{}\n", axis = c.axis);
-    fmt::print("  {:<32}{:<14}{}\n", c.label, c.formulation, name_of(c.verdict.outcome));
+    fmt::print("  {:<32}{:<14}{}\n", c.label, c.formulation, name_of(c.verdict.outcome, Suite::map));
     if (c.verdict.outcome != Outcome::right) fmt::print("      {}\n", c.verdict.detail);
     std::fflush(stdout);
     if (c.verdict.outcome != Outcome::right)
       text += fmt::format("| {} | {} | {} | {} | {} |\n", c.axis, c.label, c.formulation,
-                          name_of(c.verdict.outcome), c.verdict.detail);
-    ++counts[static_cast<int>(c.verdict.outcome)];
-    defects += is_defect(c.verdict.outcome);
+                          name_of(c.verdict.outcome, Suite::map), c.verdict.detail);
+    ++counts[c.verdict.outcome];
+    defects += is_defect(c.verdict.outcome, Suite::map);
     auto detail = c.verdict.detail, label = c.label, name = c.axis;
     std::ranges::replace(detail, ',', ';');
     if (detail.empty()) detail = "-";
     std::erase(label, ',');
     std::erase(name, ',');
-    csv += fmt::format("{},{},{},{},{},{}\n", name, label, c.value, c.formulation, name_of(c.verdict.outcome),
-                       detail);
+    csv += fmt::format("{},{},{},{},{},{}\n", name, label, c.value, c.formulation,
+                       name_of(c.verdict.outcome, Suite::map), detail);
     list.push_back({{"axis", c.axis},
                     {"label", c.label},
                     {"value", c.value},
                     {"formulation", c.formulation},
-                    {"outcome", name_of(c.verdict.outcome)},
+                    {"outcome", name_of(c.verdict.outcome, Suite::map)},
                     {"detail", c.verdict.detail}});
   }
   nlohmann::json limits = nlohmann::json::array();
@@ -108,14 +108,15 @@ int extremes(const ExtremesRequest& request) {
   write_file(set.place() / "limits.csv", limit_csv);
   set.commit();
   fmt::print("\n{} cells: {} right, {} degraded and said so, {} refused; {} defects\nresults in {}\n",
-             cells.size(), counts[0], counts[1], counts[2], defects, folder.string());
+             cells.size(), counts[Outcome::right], counts[Outcome::doubted], counts[Outcome::refused],
+             defects, folder.string());
   const auto figures = plots::all(folder);
   for (const auto& path : figures) fmt::print("  {}\n", path.string());
   if (!request.document.empty()) {
     text += fmt::format(
         "\n{} cells: {} right, {} degraded and said so, {} refused, {} defects.\n\nPredicted limits, drawn "
         "over the map:\n\n",
-        cells.size(), counts[0], counts[1], counts[2], defects);
+        cells.size(), counts[Outcome::right], counts[Outcome::doubted], counts[Outcome::refused], defects);
     for (const auto& l : predicted_limits())
       text += fmt::format("- {}, {}: {:.3g} ({}).\n", l.axis, l.formulation, l.value, l.source);
     const auto place = real_folder(request.document);
@@ -136,24 +137,23 @@ void extremes_verb(Program& program) {
       .add("--document", request.document,
            "write extremes.md and its figure, or strangers.md, into this folder")
       .takes("FOLDER");
-  const auto count = options
-                         .add("--strangers", request.strangers.count,
-                              "judge this many scenes that nobody designed, in place of the map")
-                         .between(1, 1000000);
-  options.add("--seed", request.strangers.seed, "of the strangers").needs(count).between(0, 1000000000);
+  const auto count =
+      options.add("--strangers", request.scenes.count, "judge this many random scenes, in place of the map")
+          .between(1, 1000000);
+  options.add("--seed", request.scenes.seed, "of the random scenes").needs(count).between(0, 1000000000);
   const auto kinds =
       options
-          .add("--kinds", request.strangers.kinds,
+          .add("--kinds", request.scenes.kinds,
                "judge every row of scenes of these kinds, \"new\" for all: table, stop, barrier, ...")
           .takes("NAMES")
           .needs(count);
-  options.add("--first", request.strangers.first, "with --kinds: begin with this one of them")
+  options.add("--first", request.scenes.first, "with --kinds: begin with this one of them")
       .needs(kinds)
       .between(0, 1000000000);
-  options.add("--way", request.strangers.way, "with --kinds: run by this scheme or integrator alone")
+  options.add("--way", request.scenes.way, "with --kinds: run by this scheme or integrator alone")
       .takes("NAME")
       .needs(kinds);
-  options.add("--only", request.strangers.only, "judge this one of them alone and write its scene.toml")
+  options.add("--only", request.scenes.only, "judge this one of them alone and write its scene.toml")
       .needs(count)
       .between(0, 1000000);
 }

@@ -2,47 +2,91 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 
+#include "cli/default_folder.hpp"
+#include "cli/document.hpp"
 #include "cli/progress.hpp"
 #include "io/files/folder_lock.hpp"
 #include "io/files/output_file.hpp"
-#include "verification/random_scenes/random_scenes.hpp"
+#include "verification/random_scenes/page.hpp"
 
 namespace freeplay::cli {
+namespace {
 
-int random_scenes(const StrangersRequest& request, const std::filesystem::path& folder) {
-  using namespace verification::random_scenes;
+using namespace verification::random_scenes;
+
+/// One scene alone: its files, and a line for each way.
+std::vector<Row> judge_only(const RandomScene& scene, const std::string& way,
+                            const std::filesystem::path& folder) {
+  const bool known = scene.suite == Suite::rows;
+  const auto rows = judge_apart(scene, way);
+  if (!known) write_file(folder / "scene.toml", scene.text);
+  for (const auto& by : ways(scene.suite))
+    if (known && (way.empty() || way == by.name) && has_model(scene, by))
+      write_file(folder / fmt::format("{}.toml", by.name), text_for(scene, by));
+  for (const auto& r : rows)
+    fmt::print("{:<24}{:<16}{:>8.2g} s  {} {}\n", r.way, name_of(r.verdict.outcome, scene.suite),
+               r.verdict.cpu, r.verdict.check, r.verdict.detail);
+  fmt::print("kind {}, in {}\n", scene.kind, folder.string());
+  return rows;
+}
+
+std::string table_file(const std::vector<Row>& rows, std::uint64_t seed) {
+  std::string csv = "seed,index,kind,way,outcome,check,detail\n";
+  for (const auto& r : rows) {
+    auto detail = r.verdict.detail;
+    std::ranges::replace(detail, ',', ';');
+    csv += fmt::format("{},{},{},{},{},{},{}\n", seed, r.index, r.kind, r.way,
+                       name_of(r.verdict.outcome, Suite::agreement),
+                       r.verdict.check.empty() ? "-" : r.verdict.check, detail.empty() ? "-" : detail);
+  }
+  return csv;
+}
+
+}  // namespace
+
+int random_scenes(const RandomScenesRequest& request, const std::string& output) {
+  const Request asked{static_cast<std::uint64_t>(request.seed), request.first, request.count, request.kinds,
+                      request.way};
+  const bool known = !asked.kinds.empty();
+  const auto folder = result_folder(output, known ? "out/random-scenes" : "out/strangers");
   make_folder(folder);
   const FolderLock lock(folder, "extremes");
-  verification::random_scenes::Request asked{static_cast<std::uint64_t>(request.seed), request.first,
-                                             request.count, request.kinds, request.way};
-  if (request.only >= 0) {
-    const auto scene = draw(asked.seed, request.only, request.kinds);
-    int defects = 0;
-    for (const auto& way : ways())
-      if ((request.way.empty() || request.way == way.name) &&
-          (way.family == Family::nonsmooth || scene.penalty))
-        write_file(folder / fmt::format("{}.toml", way.name), text_for(scene, way));
-    judge(scene, request.way, [&](const Way& way, const Verdict& v) {
-      fmt::print("{:<24}{:<16}{:>8.2g} s  {}\n", way.name, name_of(v.outcome), v.cpu, v.what);
-      defects += is_defect(v.outcome);
-    });
-    fmt::print("kind {}, its scenes: {}\n", scene.kind, folder.string());
-    return defects == 0 ? 0 : 1;
-  }
   const auto began = std::chrono::steady_clock::now();
-  Progress progress;
-  const auto judgements =
-      judge_all(asked, folder, [&](double done) { progress.show("random scenes", done); });
-  progress.clear();
+  const bool all = request.only < 0;
+  std::vector<Row> rows;
+  if (all) {
+    Progress progress;
+    rows = judge_all(asked, folder, [&](double done) { progress.show("random scenes", done); });
+    progress.clear();
+  } else {
+    rows = judge_only(draw(asked.seed, request.only, asked.kinds), asked.way, folder);
+  }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  int defects = 0;
-  for (const auto& j : judgements) defects += is_defect(j.verdict.outcome);
-  const auto text = tables(judgements);
-  write_file(folder / "random_scenes.md", text);
-  fmt::print("{}\n{} random scenes of seed {}, {} runs judged in {:.0f} s: {} defects\nresults in {}\n", text,
-             request.count, request.seed, judgements.size(), seconds, defects, folder.string());
+  const auto suite = known ? Suite::rows : Suite::agreement;
+  const auto defect = [&](const Row& r) { return is_defect(r.verdict.outcome, suite); };
+  const auto defects = std::ranges::count_if(rows, defect);
+  if (!known) write_file(folder / "strangers.csv", table_file(rows, asked.seed));
+  if (all) {
+    const auto text = table_of(rows, suite) + "\n" +
+                      (known ? defects_by_kind(rows) : refusals_of(rows) + "\n" + noted_of(rows));
+    if (known) write_file(folder / "random_scenes.md", text);
+    fmt::print("{}\n", text);
+    for (const auto& r : rows)
+      if (!known && defect(r))
+        fmt::print("{} {} ({}, {}): {}: {}\n    freeplay extremes --strangers {} --seed {} --only {}\n",
+                   name_of(r.verdict.outcome, suite), r.index, r.kind, r.way, r.verdict.check,
+                   r.verdict.detail, asked.count, asked.seed, r.index);
+    fmt::print("{} random scenes of seed {}, {} runs judged in {:.0f} s: {} defects\nresults in {}\n",
+               asked.count, asked.seed, rows.size(), seconds, defects, folder.string());
+    if (!known && !request.document.empty()) {
+      const auto place = real_folder(request.document);
+      const auto document = lock_document(place, folder, "extremes");
+      write_file(place / "strangers.md", page_of(rows, asked.seed, asked.count, seconds));
+    }
+  }
   return defects == 0 ? 0 : 1;
 }
 

@@ -1,13 +1,19 @@
-// freeplay extremes --strangers N --kinds NAMES: random scenes whose motion is known at every row.
+// freeplay extremes --strangers N: random scenes in place of the map; with --kinds those that are known at every row.
 #pragma once
 
 #include <filesystem>
-
-#include "cli/strangers.hpp"
+#include <string>
 
 namespace freeplay::cli {
 
-/// Exit status 1 where there is a defect.
-int random_scenes(const StrangersRequest& request, const std::filesystem::path& folder);
+struct RandomScenesRequest {
+  int count = 0, seed = 1;
+  int only = -1;                     ///< judge this one alone and write its scene; −1: all
+  std::string document = {};         ///< folder for strangers.md
+  std::string kinds = {}, way = {};  ///< of scenes that are known at every row; empty: the others, all ways
+  int first = 0;                     ///< of those that are known at every row
+};
+/// Exit status 1 where there is a defect. `output`: result folder, empty: the usual one.
+int random_scenes(const RandomScenesRequest& request, const std::string& output);
 
 }  // namespace freeplay::cli

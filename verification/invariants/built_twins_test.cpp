@@ -6,12 +6,13 @@
 #include <random>
 
 #include "mechanism/scene.hpp"
-#include "verification/strangers/transform.hpp"
+#include "verification/random_scenes/transform.hpp"
 #include "verification/support/support.hpp"
 
 using namespace freeplay;
-using verification::strangers::mirrored;
-using verification::strangers::rescaled;
+using verification::random_scenes::mirrored;
+using verification::random_scenes::rescaled;
+using verification::random_scenes::turned;
 
 namespace {
 
@@ -106,24 +107,6 @@ Scene built(std::mt19937& engine, int trial) {
   if (m.bodies.empty()) m.bodies = {b};
   scene.run.duration = end;
   scene.run.start = RunOptions::Start::given;
-  return scene;
-}
-
-/// The whole scene turned about the origin.
-Scene turned(Scene scene, double a) {
-  auto& m = scene.mechanism;
-  for (auto& b : m.bodies) {
-    b.position = turn(b.position, a);
-    b.velocity = turn(b.velocity, a);
-    b.angle += a;
-  }
-  for (auto& joint : m.joints)
-    std::get<RevoluteJoint>(joint).at[0] = turn(std::get<RevoluteJoint>(joint).at[0], a);
-  for (auto& contact : m.contacts)
-    if (auto* c = std::get_if<PlaneContact>(&contact)) {
-      c->at[0] = turn(c->at[0], a);
-      c->axis = turn(c->axis, a);
-    }
   return scene;
 }
 

@@ -1,395 +1,160 @@
-// One scene by each way, every row of its trajectory compared with what is known.
+// One scene by one way: run, held to every check, and named.
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <numeric>
 
-#include "facade/simulation.hpp"
-#include "mechanism/scene.hpp"
-#include "simulation/clock.hpp"
-#include "simulation/trajectory.hpp"
-#include "verification/random_scenes/builder.hpp"
+#include "dynamics/elements.hpp"
+#include "facade/companion.hpp"
+#include "verification/random_scenes/judge.hpp"
+#include "verification/random_scenes/numbers.hpp"
 
 namespace freeplay::verification::random_scenes {
-
-const char* name_of(Outcome outcome) {
-  constexpr const char* words[] = {"right", "doubted", "falsely doubted", "refused",
-                                   "slow",  "SILENT",  "CRASHED"};
-  return words[static_cast<int>(outcome)];
-}
-
 namespace {
 
-/// Ends a run that has used up its time.
-class Limit final : public Observer {
- public:
-  Limit() : began_(thread_seconds()) {}
-  StopToken token() const { return StopToken(done_); }
-  void step(const Step&) override {
-    if (++steps_ % 32 == 0 && thread_seconds() - began_ > run_limit) done_ = true;
-  }
-  bool over() const { return done_; }
+bool lubricates(const Scene& scene) { return !scene.mechanism.lubricants.empty(); }
 
- private:
-  double began_;
-  long steps_ = 0;
-  std::atomic<bool> done_ = false;
-};
-
-struct Run {
-  Result result;
-  Trajectory rows;
-  bool over = false;
-  std::string refusal;  ///< of the scene
-};
-
-Run run(const Scene& scene, Family family) {
-  Run r;
-  Limit limit;
-  try {
-    Simulation simulation(scene, name_of(family));
-    r.result = simulation.run({.observers = {&r.rows, &limit}, .stop = limit.token()});
-  } catch (const std::exception& e) {
-    r.refusal = e.what();
-  }
-  r.over = limit.over();
-  return r;
+template <class Kind, class List>
+bool has(const List& list) {
+  return std::ranges::any_of(list, [](const auto& one) { return std::holds_alternative<Kind>(one); });
 }
 
-/// What a coordinate is at every row.
-struct Expected {
-  std::size_t coordinate = 0;
-  std::vector<double> x, v;
-  std::vector<double> sensitivity;  ///< of x by shares of the start's size: |Δx| ≤ share · sensitivity
-  std::vector<double> error;        ///< of the reference itself
-  double floor = 0;                 ///< a size that the motion has at least
-  double X = 0, V = 0;              ///< greatest departure from the start and greatest rate
-};
-
-void measure(Expected& e) {
-  for (std::size_t k = 0; k < e.x.size(); ++k) {
-    e.X = std::max(e.X, std::abs(e.x[k] - e.x[0]));
-    e.V = std::max(e.V, std::abs(e.v[k]));
-  }
-}
-void twin(Expected& e, std::span<const double> other, double nudge) {
-  const auto n = std::min(e.x.size(), other.size());
-  e.sensitivity.resize(std::min(e.sensitivity.empty() ? n : e.sensitivity.size(), n));
-  double most = 0;
-  for (std::size_t k = 0; k < e.sensitivity.size(); ++k) {
-    most = std::max(most, 3 * std::abs(other[k] - e.x[k]) / nudge);
-    e.sensitivity[k] = std::max(e.sensitivity[k], most);
-  }
-}
-void check(Expected& e, std::span<const double> finer) {
-  const auto n = std::min(e.x.size(), finer.size());
-  e.x.resize(n), e.v.resize(n);
-  e.error.assign(n, 0);
-  double most = 0;
-  for (std::size_t k = 0; k < n; ++k) e.error[k] = most = std::max(most, std::abs(finer[k] - e.x[k]));
+const Way& way_named(std::string_view name) {
+  return *std::ranges::find(ways(Suite::agreement), name, &Way::name);
 }
 
-constexpr double nudge = 1e-7;
-
-Expected expected_of(const Moving& m, Family family, const std::vector<double>& instants) {
-  const auto& one = family == Family::penalty ? m.compliant : m.rigid;
-  auto finer = one;
-  finer.step *= 0.5, finer.step_in_contact *= 0.5;
-  const auto base = one.at(instants), fine = finer.at(instants);
-  Expected e{m.coordinate, fine.x, fine.v, {}, {}};
-  check(e, base.x);
-  measure(e);
-  auto moved = one, faster = one, heavier = one;
-  moved.x += nudge * e.X;
-  faster.v += nudge * e.V;
-  // What has come to rest has forgotten its start; when it is let go, it has not forgotten what acts.
-  heavier.acceleration = [a = one.acceleration](double t, double x, double v) {
-    return (1 + nudge) * a(t, x, v);
-  };
-  e.sensitivity.assign(e.x.size(), 0);
-  twin(e, moved.at(instants).x, nudge);
-  twin(e, faster.at(instants).x, nudge);
-  twin(e, heavier.at(instants).x, nudge);
-  return e;
+/// The way that knows the scene best: whose single contact onsets the others must meet.
+const Way& best(const Scene& scene, const Way& way, bool touching) {
+  // A contact that rests, or friction of fixed bound, is regularised in penalty: another motion within its own bounds.
+  const bool own = way.family == Family::penalty && (touching || has<JointFriction>(scene.mechanism.loads));
+  return own ? way : way_named("event-driven");
 }
 
-std::vector<Expected> expected_of(const Row& r, Family family, const std::vector<double>& instants) {
-  const auto found =
-      family == Family::penalty ? r.row.compliant(instants, r.compliant_step) : r.row.at(instants, 2000);
-  auto faster = r.row;
-  for (auto& v : faster.v) v *= 1 + nudge;
-  for (std::size_t i = 0; i < faster.mass.size(); ++i) faster.mass[i] *= 1 + nudge * (i % 2 ? 0.7 : -0.4);
-  faster.gravity *= 1 + nudge;
-  const auto twins =
-      family == Family::penalty ? faster.compliant(instants, r.compliant_step) : faster.at(instants, 2000);
-  const auto finer = family == Family::penalty ? r.row.compliant(instants, 0.5 * r.compliant_step) : found;
-  std::vector<Expected> list;
-  for (std::size_t i = 0; i < r.row.mass.size(); ++i) {
-    Expected e{3 * (r.first + i) + r.along, {}, {}, {}, {}};
-    std::vector<double> other, fine;
-    for (std::size_t k = 0; k < found.known; ++k) e.x.push_back(found.x[k][i]), e.v.push_back(found.v[k][i]);
-    for (std::size_t k = 0; k < twins.known; ++k) other.push_back(twins.x[k][i]);
-    for (std::size_t k = 0; k < finer.known; ++k) fine.push_back(finer.x[k][i]);
-    check(e, fine);
-    measure(e);
-    e.sensitivity.assign(e.x.size(), 0);
-    twin(e, other, nudge);
-    list.push_back(std::move(e));
-  }
-  return list;
-}
-
-/// Compliant contacts of a row are known by hand only without loss.
-bool knows(const Row& r, Family family) { return family == Family::nonsmooth || r.row.restitution == 1; }
-
-/// Coordinates that only other runs know: event-driven at 1e-12, or two integrators at 1e-12 as far as they agree.
-std::vector<Expected> expected_of_runs(const RandomScene& scene, Family family) {
-  std::vector<Expected> list;
-  auto others = scene.others;
-  if (scene.row && !knows(*scene.row, family))
-    for (std::size_t i = 0; i < scene.row->row.mass.size(); ++i)
-      others.push_back(3 * (scene.row->first + i) + scene.row->along);
-  if (others.empty()) return list;
-  const auto text = [&](const char* integrator) {
-    const bool penalty = family == Family::penalty;
-    for (const auto& way : ways())
-      if (way.name == std::string(penalty ? integrator : "event-driven"))
-        return text_for(scene, way) + "tolerance = 1e-12\n";
-    return std::string();
-  };
-  auto first = parse_scene(text("adams_bashforth_moulton"), scene.kind);
-  auto second = parse_scene(text("dopri5"), scene.kind), near = first;
-  Draw draw(20261124, 1);
-  for (auto& b : near.mechanism.bodies) {
-    b.mass *= 1 + nudge * draw.either_way(1);
-    b.velocity = (1 + nudge * draw.either_way(1)) * b.velocity;
-  }
-  if (family == Family::nonsmooth) second.nonsmooth.tolerance = 1e-11;
-  const auto a = run(first, family), b = run(second, family), c = run(near, family);
-  const auto column = [](const Run& r, std::size_t i, bool rate) {
-    std::vector<double> x;
-    for (std::size_t k = 0; k < r.rows.size(); ++k) x.push_back(rate ? r.rows.v(k)[i] : r.rows.q(k)[i]);
-    return x;
-  };
-  if (!a.refusal.empty() || !b.refusal.empty() || !c.refusal.empty()) return list;
-  for (const auto i : others) {
-    Expected e{i, column(a, i, false), column(a, i, true), {}, {}};
-    check(e, column(b, i, false));
-    measure(e);
-    e.sensitivity.assign(e.x.size(), 0);
-    twin(e, column(c, i, false), nudge);
-    list.push_back(std::move(e));
-  }
-  // Each is measured by the motion of all, in metres: one that stands still has no size of its own.
-  double X = 0, V = 0;
-  for (const auto& e : list) X = std::max(X, e.X), V = std::max(V, e.V);
-  for (auto& e : list)
-    if (e.coordinate % 3 != 2) e.X = X, e.V = V, e.floor = X;
-  return list;
-}
-
-/// By how much a way may be off, as shares of what a motion amounts to. Adaptive ways: 10⁵ times their tolerance (1e-10,
-/// 1e-9), time steps that are chosen 10⁴ times (1e-6, a hundredth of the motion), since a run has up to some thousand steps,
-/// is measured by scales of its own and its rows come from a dense output of lower order. Fixed steps: four times the step
-/// over the shortest time of the scene, of first order, or a share that rk4 keeps with 40 steps in a contact.
-struct Bounds {
-  double share = 0;       ///< of places
-  double speeds = 0;      ///< of rates
-  double late = 0;        ///< s, an event takes place somewhere within a fixed step
-  double prescribed = 0;  ///< of a prescribed coordinate's size, and of its rate
-  double energy = 0;      ///< of the greatest kinetic energy
-  double step = 0;        ///< s, of fixed steps
-  Bounds tenth() const {
-    return {0.1 * share, 0.1 * speeds, 0.1 * late, 0.1 * prescribed, 0.1 * energy, step};
-  }
-};
-Bounds bounds_of(const RandomScene& scene, const Way& way, const Result& result) {
-  if (way.family == Family::penalty && way.fixed) return {1e-3, 1e-2, 0, 1e-4, 1e-2, scene.contact_step};
-  if (way.family == Family::penalty) return {1e-4, 1e-3, 0, 1e-4, 1e-3, 0};
-  if (way.fixed)
-    return {4 * scene.step / scene.shortest,
-            8 * scene.step / scene.shortest,
-            2 * scene.step,
-            1e-5,
-            0.1,
-            scene.step};
-  const bool stepped = way.name == std::string("moreau-jean adaptive") || result.work.handovers > 0;
-  if (stepped) return {1e-2, 5e-2, 0, 1e-3, 5e-2, 0};
-  return {1e-5, 1e-4, 0, 1e-5, 1e-4, 0};
-}
-
-struct Comparison {
-  double known = 1;      ///< share of the rows
-  std::string worst;     ///< the first row that is off
-  long off = 0, of = 0;  ///< rows
-};
-void add(Comparison& c, bool off, const std::function<std::string()>& what) {
-  ++c.of;
-  if (!off) return;
-  if (++c.off == 1) c.worst = what();
-}
-
-void compare(Comparison& all, const Expected& e, const Trajectory& rows, const Bounds& b) {
-  double S = 0, V = 0;
-  const auto n = std::min({e.x.size(), rows.size(), e.sensitivity.size()});
-  std::size_t k = 0;
-  for (; k < n; ++k) {
-    const double spacing = k > 0 ? rows.t(k) - rows.t(k - 1) : rows.t(k + 1 < n ? k + 1 : k) - rows.t(k);
-    S = std::max({S, std::abs(e.x[k] - e.x[0]) + 1e-9 * e.X, e.floor});
-    const auto ahead = std::min(n - 1, k + 1 + static_cast<std::size_t>(std::min(1e6, b.late / spacing)));
-    for (std::size_t i = k; i <= ahead; ++i) V = std::max(V, std::abs(e.v[i]));
-    const double size = S + e.sensitivity[k], rounding = 1e-12 * (std::abs(e.x[k]) + e.X);
-    const double bound = b.share * size + b.late * V + rounding;
-    if (b.share * e.sensitivity[k] > 0.1 * e.X || e.error[k] > 0.3 * bound) break;
-    const double off = std::abs(rows.q(k)[e.coordinate] - e.x[k]);
-    // A rate is right where it is that of a moment that much earlier or later.
-    const auto m = static_cast<std::size_t>(
-        std::min(50.0, 1 + std::ceil((V > 0 ? bound / (V * spacing) : 0) + b.late / spacing)));
-    double low = INFINITY, high = -INFINITY;
-    for (std::size_t i = k > m ? k - m : 0; i <= std::min(k + m, n - 1); ++i)
-      low = std::min(low, e.v[i]), high = std::max(high, e.v[i]);
-    const double v = rows.v(k)[e.coordinate],
-                 rate = b.speeds * e.V * (1 + (e.X > 0 ? e.sensitivity[k] / e.X : 0)) + 1e-12 * e.V;
-    add(all, !(off <= bound), [&] {
-      return fmt::format(
-          "coordinate {} at t = {:.6g} s (row {}) is {:.2g} off {:.6g}, above {:.2g}; its motion amounts to {:.2g}",
-          e.coordinate, rows.t(k), k, off, e.x[k], bound, e.X);
-    });
-    const double beyond = std::max({low - v, v - high, 0.0});
-    add(all, !(beyond <= rate), [&] {
-      return fmt::format("rate {} at t = {:.6g} s (row {}) is {:.2g} off {:.6g}, above {:.2g}", e.coordinate,
-                         rows.t(k), k, beyond, e.v[k], rate);
-    });
-  }
-  all.known = std::min(all.known, static_cast<double>(k) / static_cast<double>(random_scenes::rows + 1));
-}
-
-/// `least`: what counts as standing still, of the scene's own motion.
-void compare(Comparison& all, const Prescribed& p, const Trajectory& rows, const Bounds& b, double least) {
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    const auto m = p.motion(rows.t(k), rows.q(k), rows.v(k));
-    const double off = std::abs(rows.q(k)[p.coordinate] - m.y),
-                 late = std::abs(rows.v(k)[p.coordinate] - m.slope);
-    const double bound =
-        b.prescribed * p.size + 0.25 * p.bend * b.step * b.step + 1e-12 * (std::abs(m.y) + p.size) + least;
-    const double rate = std::max(10 * b.prescribed, b.speeds) * p.rate + 2 * p.bend * b.step + 1e-12 * p.rate;
-    add(all, !(off <= bound), [&] {
-      return fmt::format(
-          "prescribed coordinate {} at t = {:.6g} s (row {}) is {:.2g} off {:.6g}, above {:.2g}; its motion amounts to {:.2g}",
-          p.coordinate, rows.t(k), k, off, m.y, bound, p.size);
-    });
-    if (p.rate > 0)
-      add(all, !(late <= rate), [&] {
-        return fmt::format("prescribed rate {} at t = {:.6g} s (row {}) is {:.2g} off {:.6g}, above {:.2g}",
-                           p.coordinate, rows.t(k), k, late, m.slope, rate);
-      });
-  }
-}
-
-void compare_energy(Comparison& all, const RandomScene& s, const Trajectory& rows, const Bounds& b) {
-  const double first = s.energy(rows.q(0), rows.v(0));
-  double size = std::abs(first);
-  // A row within a time step that holds an impact lies between the rates before and behind it.
-  const std::size_t m = b.energy > 2e-2 ? 2 : 0;
-  std::vector<double> energies;
-  for (std::size_t k = 0; k < rows.size(); ++k) energies.push_back(s.energy(rows.q(k), rows.v(k)));
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    const double now = energies[k];
-    double off = INFINITY;
-    for (std::size_t i = k > m ? k - m : 0; i <= std::min(k + m, rows.size() - 1); ++i)
-      off = std::min(off, std::abs(energies[i] - first));
-    size = std::max(size, std::abs(now));
-    add(all, !(off <= b.energy * size), [&] {
-      return fmt::format("energy at t = {:.6g} s (row {}) is {:.6g} J, at the start {:.6g} J", rows.t(k), k,
-                         now, first);
-    });
-  }
-}
-
-struct Knowledge {
-  std::vector<Expected> list;
-};
-
-Verdict judge(const RandomScene& scene, const Way& way, const Knowledge& known) {
-  Scene parsed;
-  try {
-    parsed = parse_scene(text_for(scene, way), scene.kind);
-  } catch (const std::exception& e) {
-    return {Outcome::refused, e.what()};
-  }
-  const double before = thread_seconds();
-  auto r = run(parsed, way.family);
-  Verdict v;
-  v.cpu = thread_seconds() - before;
-  if (!r.refusal.empty()) {
-    v.outcome = Outcome::refused, v.what = r.refusal;
-    return v;
-  }
-  const auto compared = [&](const Bounds& bounds) {
-    Comparison c;
-    for (const auto& p : scene.prescribed)
-      compare(c, p, r.rows, bounds, 1e-10 * scene.speed * scene.shortest);
-    for (const auto& e : known.list) compare(c, e, r.rows, bounds);
-    if (scene.energy && !(scene.energy_of_rigid_only && way.family == Family::penalty))
-      compare_energy(c, scene, r.rows, bounds);
-    return c;
-  };
-  const auto bounds = bounds_of(scene, way, r.result);
-  auto c = compared(bounds);
-  if (known.list.size() < scene.moving.size() + scene.others.size() + (scene.row ? 1 : 0)) c.known = 0;
-  v.known = c.known;
-  const bool failed = r.result.ending.status == Ending::Status::failed;
-  std::string doubt;
-  for (const auto& note : r.result.notes)
-    if (note.starts_with("DOUBTFUL")) doubt = note;
-  if (c.off > 0) {
-    v.outcome = doubt.empty() ? Outcome::silent : Outcome::doubted;
-    v.what = fmt::format("{} of {} comparisons off: {}", c.off, c.of, c.worst);
-    if (failed) v.what += "; then stopped: " + r.result.ending.reason;
-    if (!doubt.empty()) v.what += "; said: " + doubt;
-  } else if (r.over) {
-    v.outcome = Outcome::slow;
-    v.what = fmt::format("after {:.0f} s of CPU at t = {:.3g} of {:.3g} s", run_limit, r.result.t_end,
-                         scene.duration);
-  } else if (failed) {
-    v.outcome = Outcome::refused;
-    v.what = r.result.ending.reason;
-  } else if (!doubt.empty()) {
-    // Time steps say so from errors of a thousandth on (docs/results.md), of which their bounds allow ten.
-    const bool stepped = bounds.share >= 1e-2 || way.fixed;
-    const bool right = !stepped || compared(bounds.tenth()).off == 0;
-    v.outcome = c.known > 0.999 && right ? Outcome::falsely_doubted : Outcome::doubted;
-    v.what = doubt;
-  }
-  return v;
+/// What a run amounts to that misses a check by `what`, with its own notes.
+Verdict amounts(const Result& run, const Check& missed, const std::string& what) {
+  auto verdict = beyond_bound(run, what, missed.noted_by);
+  verdict.check = missed.name;
+  if (verdict.outcome == Outcome::refused) verdict.detail = run.ending.reason;
+  return verdict;
 }
 
 }  // namespace
 
-void judge(const RandomScene& scene, const std::string& only_way,
-           const std::function<void(const Way&, const Verdict&)>& seen) {
-  // The instants of the rows, as the program's own grid has them.
-  std::vector<double> instants{0};
-  const double spacing = exact(scene.duration / rows);
-  for (int k = 1; k <= rows; ++k) instants.push_back(k * spacing);
-  if (instants.back() > scene.duration || std::abs(instants.back() - scene.duration) < 1e-9 * spacing)
-    instants.back() = scene.duration;
-  for (const auto family : {Family::nonsmooth, Family::penalty}) {
-    Knowledge known;
-    bool made = false;
-    for (const auto& way : ways()) {
-      if (way.family != family || (!only_way.empty() && only_way != way.name)) continue;
-      if (family == Family::penalty && !scene.penalty) continue;
-      if (!made) {
-        for (const auto& m : scene.moving) known.list.push_back(expected_of(m, family, instants));
-        if (scene.row && knows(*scene.row, family))
-          for (auto& e : expected_of(*scene.row, family, instants)) known.list.push_back(std::move(e));
-        for (auto& e : expected_of_runs(scene, family)) known.list.push_back(std::move(e));
-        made = true;
-      }
-      seen(way, judge(scene, way, known));
-    }
+std::vector<Check> checks() {
+  std::vector<Check> list;
+  for (const auto& all : {conservation_checks(), agreement_checks()})
+    list.insert(list.end(), all.begin(), all.end());
+  return list;
+}
+
+bool Subject::lubricated() const { return lubricates(scene); }
+
+bool Subject::conservative() const {
+  const auto& m = scene.mechanism;
+  if (!m.drives.empty() || lubricated() || has<ForceLoad>(m.loads) || has<TorqueLoad>(m.loads) ||
+      has<JointFriction>(m.loads))
+    return false;
+  const auto dissipates = [](const auto& load) {
+    const Dynamics<std::decay_t<decltype(load)>> dynamics{load};
+    if constexpr (requires { dynamics.does_work(); })
+      return dynamics.does_work();
+    else
+      return false;
+  };
+  for (const auto& load : m.loads)
+    if (std::visit(dissipates, load)) return false;
+  return std::ranges::all_of(m.surfaces,
+                             [](const Surface& s) { return s.restitution.value_or(1) == 1 && !s.friction; });
+}
+
+bool Subject::alone() const {
+  const auto& m = scene.mechanism;
+  const auto grounded = [&m](const auto& one) {
+    return std::visit(
+        [&m](const auto& e) {
+          const auto on = [](const std::array<int, 2>& b) { return b[0] == ground || b[1] == ground; };
+          if constexpr (requires { e.between; })
+            return on(e.between);
+          else
+            return on(bodies_of(m.joints[e.joint]));
+        },
+        one);
+  };
+  return m.gravity.is_zero() && m.drives.empty() && std::ranges::none_of(m.joints, grounded) &&
+         std::ranges::none_of(m.contacts, grounded) && std::ranges::all_of(m.loads, [](const Load& load) {
+           const auto* spring = std::get_if<SpringDamper>(&load);
+           const auto* torsion = std::get_if<TorsionalSpringDamper>(&load);
+           const auto inner = [](const std::array<int, 2>& b) { return b[0] != ground && b[1] != ground; };
+           return spring ? inner(spring->between) : torsion && inner(torsion->between);
+         });
+}
+
+bool Subject::touching() const {
+  for (std::size_t k = 0; k < sight.start_gap.size(); ++k)
+    if (sight.start_gap[k] < 1e-6 * sight.measure[k]) return true;
+  return false;
+}
+
+int chosen(const Subject& s, int of) {
+  std::uint64_t salt = 7919;
+  for (const char* c = s.way.name; *c; ++c) salt = salt * 31 + static_cast<unsigned char>(*c);
+  return Draw(s.drawn.seed ^ salt, static_cast<std::uint64_t>(s.drawn.index)).whole(0, of - 1);
+}
+
+namespace {
+
+/// Without a reference of its own: against other runs, conservation, and what the run's notes say.
+Verdict judge_by_checks(const RandomScene& scene, const Way& way,
+                        const std::function<void(Sight&)>& falsify) {
+  Subject s{scene, scene_for(scene, way), way, {}, {}};
+  try {
+    // Looked at for an instant only: whether contacts touch at the start decides what the run is held to.
+    s.sight = look(s.scene, way, {.until = 0.0});
+    s.reference = make_reference(s.scene, best(s.scene, way, s.touching()));
+    LookRequest request{.forces = chosen(s, 4) == 0};
+    if (s.reference.way) request.at = s.reference.at.t;
+    s.sight = look(s.scene, way, request);
+  } catch (const SceneError& e) {
+    return {Outcome::refused, e.what()};
   }
+  auto& run = s.sight.result;
+  if (s.sight.overtime) {
+    const double end = s.scene.run.duration;
+    const bool goes_on = s.sight.went_on > 1e-3 * end;
+    return {goes_on ? Outcome::refused : Outcome::hung,
+            fmt::format("after {:.0f} s of CPU at t = {:.3g} s of {:.3g} s{}", run_limit(scene.suite),
+                        run.t_end, end, goes_on ? ", and going on" : ""),
+            "", 0, run.cpu_seconds};
+  }
+  if (way.stepped)
+    if (const auto doubt = doubt_first_touches(s.scene, {}, {})) add(*doubt, run);
+  if (falsify) falsify(s.sight);
+  Verdict verdict;
+  if (run.ending.status == Ending::Status::failed) verdict = {Outcome::refused, run.ending.reason};
+  // What is silent outweighs what a note speaks of.
+  for (const auto& check : checks())
+    if (const auto what = check.judge(s)) {
+      const auto found = amounts(run, check, *what);
+      if (verdict.check.empty() || found.outcome > verdict.outcome) verdict = found;
+    }
+  verdict.cpu = run.cpu_seconds;
+  verdict.known = static_cast<double>(s.reference.touches.size());
+  return verdict;
+}
+
+}  // namespace
+
+Verdict judge(const RandomScene& scene, const Way& way, const std::function<void(Sight&)>& falsify) {
+  if (scene.suite == Suite::rows) return KnownRows(scene).judge(way, falsify);
+  return judge_by_checks(scene, way, falsify);
+}
+
+void judge(const RandomScene& scene, std::span<const Way* const> by,
+           const std::function<void(const Verdict&)>& seen) {
+  KnownRows known(scene);
+  for (const auto* way : by) try {
+      seen(scene.suite == Suite::rows ? known.judge(*way) : judge_by_checks(scene, *way, {}));
+    } catch (const std::exception& e) {
+      seen({Outcome::crashed, e.what()});
+    }
 }
 
 }  // namespace freeplay::verification::random_scenes

@@ -6,7 +6,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <csignal>
 #include <stdexcept>
 
@@ -26,6 +25,10 @@ void tell(int end, const std::string& text) {
 }  // namespace
 
 Apart run_apart(const std::function<std::string()>& work, double seconds) {
+  return run_apart([&](const Say& say) { say(work()); }, seconds);
+}
+
+Apart run_apart(const std::function<void(const Say&)>& work, double seconds) {
   int ends[2];
   if (pipe(ends) != 0) throw std::runtime_error("no pipe to a process of its own");
   const pid_t child = fork();
@@ -36,7 +39,7 @@ Apart run_apart(const std::function<std::string()>& work, double seconds) {
     // A crash here is the parent's to report: no handler inherited from a test runner speaks for it.
     for (const int s : {SIGABRT, SIGSEGV, SIGFPE, SIGILL, SIGBUS, SIGTERM}) std::signal(s, SIG_DFL);
     try {
-      tell(ends[1], work());
+      work([&](const std::string& text) { tell(ends[1], text); });
     } catch (...) {  // it was to be told; nothing of this copy may go on beyond here
       _exit(1);
     }
@@ -44,12 +47,9 @@ Apart run_apart(const std::function<std::string()>& work, double seconds) {
   }
   close(ends[1]);
   Apart result;
-  const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   for (;;) {
-    const auto left =
-        std::chrono::duration_cast<std::chrono::milliseconds>(until - std::chrono::steady_clock::now());
     pollfd wait{ends[0], POLLIN, 0};
-    if (poll(&wait, 1, static_cast<int>(std::max<long>(left.count(), 0))) == 0) {
+    if (poll(&wait, 1, static_cast<int>(1000 * seconds)) == 0) {
       result.late = true;
       kill(child, SIGKILL);
       break;

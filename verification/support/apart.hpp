@@ -18,4 +18,9 @@ struct Apart {
 /// lost, and nothing is said.
 Apart run_apart(const std::function<std::string()>& work, double seconds);
 
+/// The same of work that speaks as it goes on: what it had said when it ended early is kept, and it has `seconds` from one
+/// word to the next.
+using Say = std::function<void(const std::string&)>;
+Apart run_apart(const std::function<void(const Say&)>& work, double seconds);
+
 }  // namespace freeplay::verification

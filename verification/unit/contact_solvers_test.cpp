@@ -5,7 +5,7 @@
 #include "formulations/contact/band_newton.hpp"
 #include "formulations/contact/sparse_island.hpp"
 #include "formulations/contact/sparse_sweeps.hpp"
-#include "verification/random_contact.hpp"
+#include "verification/support/random_contact.hpp"
 
 using namespace freeplay;
 

@@ -13,7 +13,7 @@
 #include "formulations/make.hpp"
 #include "mechanism/scene.hpp"
 #include "study/runs/perturb.hpp"
-#include "verification/strangers/strangers.hpp"
+#include "verification/random_scenes/scene.hpp"
 #include "verification/support/support.hpp"
 
 using namespace freeplay;
@@ -118,11 +118,11 @@ TEST_CASE("the verb prints within 80 columns and writes what it found", "[equili
   CHECK(test::freeplay("modes " + file.string() + " --set gravity=[0,0] --about start").status == 0);
 }
 
-TEST_CASE("scenes that nobody designed rest in balance or are refused in words", "[equilibrium]") {
+TEST_CASE("random scenes rest in balance or are refused in words", "[equilibrium]") {
   int rest = 0;
   for (int index = 0; index < 60; ++index) {
-    const auto stranger = verification::strangers::draw(11, index);
-    auto scene = parse_scene(stranger.text, "stranger");
+    const auto drawn = verification::random_scenes::draw(11, index);
+    auto scene = parse_scene(drawn.text, "random scene");
     scene.run.start = RunOptions::Start::equilibrium;
     for (auto& b : scene.mechanism.bodies) {
       b.velocity = {0, 0};
@@ -130,7 +130,7 @@ TEST_CASE("scenes that nobody designed rest in balance or are refused in words",
     }
     const System system(scene.mechanism);
     if (system.n() > 40 || system.drive_rows() > 0) continue;
-    INFO(stranger.text);
+    INFO(drawn.text);
     for (const auto family : {Family::nonsmooth, Family::penalty}) {
       Equilibrium at;
       try {

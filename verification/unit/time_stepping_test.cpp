@@ -14,7 +14,7 @@
 #include "formulations/time_stepping/step_problem.hpp"
 #include "mechanism/scene.hpp"
 #include "numerics/saddle_point.hpp"
-#include "verification/support.hpp"
+#include "verification/support/support.hpp"
 
 using namespace freeplay;
 

@@ -1,0 +1,139 @@
+// What random scenes are made with: numbers from a seed, and a scene as TOML that grows element by element together with
+// what is known of its motion.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <numbers>
+#include <random>
+#include <string>
+
+#include "values/vec2.hpp"
+#include "verification/random_scenes/curves.hpp"
+#include "verification/random_scenes/scene.hpp"
+
+namespace freeplay::verification::random_scenes {
+
+/// A body as it is drawn: what stands in its table.
+struct DraftBody {
+  std::string name;
+  double mass = 1, inertia = 1;
+  Vec2 at{0, 0};
+  double angle = 0;
+  Vec2 velocity{0, 0};
+  double spin = 0;
+
+  /// A point of its frame in the world, and back.
+  Vec2 world(Vec2 s) const { return at + turned(s, angle); }
+  Vec2 velocity_of(Vec2 s) const { return velocity + spin * perp(turned(s, angle)); }
+  static Vec2 turned(Vec2 s, double a) {
+    return {std::cos(a) * s.x() - std::sin(a) * s.y(), std::sin(a) * s.x() + std::cos(a) * s.y()};
+  }
+};
+
+/// Sizes that a scene is drawn around: length (m), speed (m/s), mass (kg).
+struct Sizes {
+  double length = 1, speed = 1, mass = 1;
+  double time() const { return length / speed; }
+};
+/// Sizes over the decades: millimetres to ten metres, five decades of speed, grams to a hundred kilograms.
+Sizes sizes(Draw& draw);
+/// A factor for a mass: mostly mild, now and then up to a thousand either way, so ratios reach 1e6.
+double mass_factor(Draw& draw);
+
+/// A scene in TOML. Numbers have 12 digits: what the last bits of a machine's sines are does not stand in them.
+class Draft {
+ public:
+  explicit Draft(RandomScene& scene) : scene(scene) {}
+  RandomScene& scene;  ///< what is known of the motion, and the scene's own times
+  std::string text;
+  bool given = true;          ///< positions and velocities as they stand; else made consistent
+  double flight = INFINITY;   ///< s, of a short free flight, or the shortest time between events
+  double duration = 1;        ///< s
+  double fastest = 0;         ///< rad/s, of springs: a step is a small part of their swing
+  double speed = 1;           ///< m/s, what friction is regularised by
+  double contact = INFINITY;  ///< s, the shortest time of a compliant contact
+  double longest = 800;       ///< of these, that a run takes at most
+
+  static std::string number(double x) { return text_of(x); }
+  static std::string point(Vec2 p) { return fmt::format("[{}, {}]", number(p.x()), number(p.y())); }
+
+  /// @name Elements
+  ///@{
+  void table(const std::string& name, const std::string& lines) { text += "[" + name + "]\n" + lines; }
+  void gravity(Vec2 g) { text = fmt::format("gravity = {}\n", point(g)) + text; }
+  /// Returns its first coordinate.
+  std::size_t body(const DraftBody& b);
+  /// Between "ground" or bodies, at a point of each; `more`: further lines.
+  void joint(const char* type, const std::string& i, const std::string& j, Vec2 si, Vec2 sj,
+             const std::string& more = "") {
+    table(fmt::format("joints.j{}", joints_++),
+          fmt::format("type = \"{}\"\nbetween = [\"{}\", \"{}\"]\nat = [{}, {}]\n{}", type, i, j, point(si),
+                      point(sj), more));
+  }
+  std::string last_joint() const { return fmt::format("j{}", joints_ - 1); }
+  /// A wall through `at` of `i`, free space on the left of `axis`, against a disc of `j`.
+  void wall(const std::string& i, const std::string& j, Vec2 at, Vec2 axis, double radius,
+            Vec2 centre = {0, 0}) {
+    add("contacts.c", contacts_,
+        fmt::format("type = \"plane\"\nbetween = [\"{}\", \"{}\"]\nat = [{}, {}]\naxis = {}\nradius = {}\n"
+                    "surface = \"s\"\n",
+                    i, j, point(at), point(centre), point(axis), number(radius)));
+  }
+  void discs(const std::string& i, const std::string& j, double Ri, double Rj, Vec2 ci = {0, 0},
+             Vec2 cj = {0, 0}) {
+    add("contacts.c", contacts_,
+        fmt::format("type = \"discs\"\nbetween = [\"{}\", \"{}\"]\nat = [{}, {}]\nradii = [{}, {}]\n"
+                    "surface = \"s\"\n",
+                    i, j, point(ci), point(cj), number(Ri), number(Rj)));
+  }
+  /// An end stop of the last joint.
+  void stop(const char* type, const std::string& lines) {
+    add("contacts.c", contacts_, fmt::format("type = \"{}\"\njoint = \"{}\"\n{}", type, last_joint(), lines));
+  }
+  void load(const char* type, const std::string& lines) {
+    add("loads.l", loads_, fmt::format("type = \"{}\"\n{}", type, lines));
+  }
+  void drive(const std::string& joint, const std::string& lines) {
+    add("drives.d", drives_, fmt::format("joint = \"{}\"\n{}", joint, lines));
+  }
+  /// The one surface of a scene, with a modulus such that a mass m (kg) at a speed v (m/s) goes `depth` (m) deep into
+  /// a contact of radius R (m), and a drawn restitution and friction.
+  void surface(Draw& draw, double m, double v, double R, double depth, bool smooth = false);
+  /// The same with restitution e, and a contact that lasts `time` (s). Returns K of Hertz, N/m^(3/2).
+  double surface(double e, double m, double v, double R, double time);
+  /// The same of stops, whose stiffness is their own.
+  void surface(double e);
+  ///@}
+
+  /// @name What is known of the motion
+  ///@{
+  /// A motion of a joint by a place or a rate. Adds drive and curve.
+  std::shared_ptr<DrivenMotion> driven(const std::string& joint, const DrawnCurve& curve, bool rate,
+                                       double initial, double until);
+  /// A coordinate that does not move from `at`.
+  void still(std::size_t coordinate, double at, double size) { steady(coordinate, at, 0, size); }
+  /// One that moves evenly.
+  void steady(std::size_t coordinate, double at, double rate, double size);
+  void prescribed(std::size_t coordinate, std::shared_ptr<DrivenMotion> motion);
+  ///@}
+
+  /// @name Ends of a scene
+  ///@{
+  /// For checks that need no reference: [run], steps, and speeds that friction is regularised by.
+  void run(Draw& draw);
+  /// For scenes that are known at every row: [run], and steps from the times that were noted.
+  void finish(double duration);
+  ///@}
+
+ private:
+  void add(const char* prefix, int& count, const std::string& lines) {
+    table(fmt::format("{}{}", prefix, count++), lines);
+  }
+  int bodies_ = 0, joints_ = 0, contacts_ = 0, loads_ = 0, drives_ = 0, curves_ = 0;
+};
+
+}  // namespace freeplay::verification::random_scenes

@@ -1,0 +1,21 @@
+// Judges random scenes in this process (runner.hpp: many, each in a process of its own).
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "verification/random_scenes/checks/checks.hpp"
+
+namespace freeplay::verification::random_scenes {
+
+/// Those that need no reference, in their order.
+std::vector<Check> checks();
+
+/// `falsify` changes what was seen of the run before it is judged (for tests of the judge).
+Verdict judge(const RandomScene& scene, const Way& way, const std::function<void(Sight&)>& falsify = {});
+/// By several ways, whose references are made once; `seen` after each.
+void judge(const RandomScene& scene, std::span<const Way* const> by,
+           const std::function<void(const Verdict&)>& seen);
+
+}  // namespace freeplay::verification::random_scenes

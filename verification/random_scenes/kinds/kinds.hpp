@@ -1,0 +1,92 @@
+// The kinds of random scenes: each draws one scene.
+#pragma once
+
+#include "verification/random_scenes/draft.hpp"
+
+namespace freeplay::verification::random_scenes {
+
+/// @name For agreement, conservation: free bodies (free.cpp)
+///@{
+/// Bodies past or against discs and walls, grazing among them.
+void thrown(Draw& draw, Draft& out);
+/// Free discs against each other, nothing else in the world.
+void cluster(Draw& draw, Draft& out);
+/// Discs between four walls.
+void box(Draw& draw, Draft& out);
+/// Discs that fall into a box.
+void pile(Draw& draw, Draft& out);
+/// Starts in contact: rolling, sliding, resting on feet.
+void sliding(Draw& draw, Draft& out);
+/// Masses on springs and dampers between stops.
+void springs(Draw& draw, Draft& out);
+///@}
+/// @name For the same: jointed bodies (jointed.cpp)
+///@{
+/// A spinning rotor's bump against pegs, levers, free discs.
+void bump(Draw& draw, Draft& out);
+/// One to six links, pinned or floating, joints loose.
+void chain(Draw& draw, Draft& out);
+/// Closed chains, driven, one to three joints loose.
+void loop(Draw& draw, Draft& out);
+/// Sliders loose in guides.
+void guide(Draw& draw, Draft& out);
+/// Rotors under pulses and tables, a loose link hung on.
+void pulse(Draw& draw, Draft& out);
+/// Rotors by motors, governors and prescribed starts, a loose link hung on.
+void motored(Draw& draw, Draft& out);
+/// Lubricated journals.
+void film(Draw& draw, Draft& out);
+/// Sliders with friction of fixed bound that run against stops.
+void preloaded(Draw& draw, Draft& out);
+///@}
+/// @name For the same: teeth and end stops (toothed.cpp)
+///@{
+/// Gears outside and inside each other and racks, now and then on loose bearings.
+void toothed(Draw& draw, Draft& out);
+/// Levers, sliders and pins in slots between end stops.
+void stopped(Draw& draw, Draft& out);
+///@}
+/// @name For the same: springs and cams (compliant.cpp)
+///@{
+/// Masses on springs that are no straight lines, and on bushings.
+void compliant(Draw& draw, Draft& out);
+/// Cams, driven or free, under faces and rollers.
+void cams(Draw& draw, Draft& out);
+///@}
+/// @name For known at every row: bodies that curves move (moved.cpp)
+///@{
+/// Balls on a table that a curve moves.
+void moved_table(Draw& draw, Draft& out);
+/// A slider on a spring between stops of a moved slide.
+void moved_stop(Draw& draw, Draft& out);
+/// An arm between angle stops of a moved rotor.
+void moved_lever(Draw& draw, Draft& out);
+/// A wheel between the flanks of one that a curve moves.
+void teeth(Draw& draw, Draft& out);
+/// A journal in a bearing that a curve moves.
+void moved_journal(Draw& draw, Draft& out);
+/// A place that follows a rotor's angle, which turns as it may or as driven.
+void follower(Draw& draw, Draft& out);
+/// A slow drive beside a fast oscillator on a stop.
+void two_scales(Draw& draw, Draft& out);
+///@}
+/// @name For the same: forces (pushed.cpp)
+///@{
+/// Sliders and rotors under forces against time, position, angle and speed.
+void pushed(Draw& draw, Draft& out);
+/// Forces against place without net work.
+void barrier(Draw& draw, Draft& out);
+/// One-way springs and bump stops.
+void one_way(Draw& draw, Draft& out);
+///@}
+/// @name For the same: touching bodies (touching.cpp)
+///@{
+/// Discs on each other, falling on a floor.
+void touching_column(Draw& draw, Draft& out);
+/// Discs or blocks in a row, met by one.
+void touching_row(Draw& draw, Draft& out);
+/// Discs in a grid, met by one.
+void touching_grid(Draw& draw, Draft& out);
+///@}
+
+}  // namespace freeplay::verification::random_scenes

@@ -1,0 +1,178 @@
+#include "verification/random_scenes/page.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <regex>
+
+#include "verification/random_scenes/judge.hpp"
+
+namespace freeplay::verification::random_scenes {
+namespace {
+
+/// Kinds of refusal that were looked at, by a part of their reason, each with why the program may stop there.
+struct Refusal {
+  const char* part;
+  const char* why;
+};
+constexpr Refusal looked_at[] = {
+    {"follow each other too fast",
+     "contacts of a pile kick each other without an end in time; the reason names time "
+     "stepping, which passes it"},
+    {"more than can be told one by one", "as above, at a pace that no run ends"},
+    {"admits more than one motion",
+     "Painlevé's paradox: friction leaves the motion open, and the reason names the motions"},
+    {"admits no acceleration",
+     "Painlevé's paradox: no finite force keeps apart what slides there; time stepping stops it by an impulse"},
+    {"was not solved by any",
+     "no solver finds impulses of several contacts (or friction above 1 in a corner); whether "
+     "there are any is not known, and nothing is made up"},
+    {"the motion may be singular there",
+     "penalty's default integrator finds no step into a hard contact with much "
+     "damping: to be mended, another integrator passes"},
+    {"the motion is singular there",
+     "event-driven's integrator finds no step: to be mended, time stepping passes"},
+    {"too stiff for this integrator",
+     "a contact that lasts is stiffer than an explicit method can follow; the reason "
+     "names the one that can"},
+    {", and going on",
+     "a run that needs more steps than its CPU time: stiff contacts that last, or hops without number, at high speed; it was "
+     "still going on"},
+    {"damper forces do not converge",
+     "a damper that stops its mass within a step; the reason says what step would do"},
+};
+
+}  // namespace
+
+std::string kind_of_refusal(const std::string& reason) {
+  static const std::regex name("\"[^\"]*\"|\\b[bcjld][0-9]+(\\.(rear|front)_(lower|upper))?\\b"),
+      number("[-+]?[0-9]+(\\.[0-9]+)?(e[-+]?[0-9]+)?");
+  return std::regex_replace(std::regex_replace(reason, name, "*"), number, "#");
+}
+
+std::string justification(const std::string& kind) {
+  for (const auto& r : looked_at)
+    if (kind.find(r.part) != kind.npos) return r.why;
+  return {};
+}
+
+std::string table_of(const std::vector<Row>& rows, Suite suite) {
+  std::string text = "| way | runs |", line = "| --- | --- |";
+  const auto column = [&](std::string name) {
+    for (auto& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    text += " " + name + " |", line += " --- |";
+  };
+  std::vector<Outcome> shown;
+  for (int o = 0; o < outcomes; ++o)
+    if (const std::string name = name_of(static_cast<Outcome>(o), suite); !name.empty())
+      shown.push_back(static_cast<Outcome>(o)), column(name);
+  text += suite == Suite::rows ? " all rows known |" : " held to 0, 1, 2, 3 touches |";
+  text += " CPU s, mean | CPU s, greatest |\n" + line + " --- | --- | --- |\n";
+  for (const auto& way : ways(suite)) {
+    std::map<Outcome, int> counts;
+    int held[4] = {}, all = 0, known = 0;
+    double sum = 0, most = 0;
+    for (const auto& r : rows) {
+      if (r.way != way.name) continue;
+      ++counts[r.verdict.outcome], ++all;
+      known += r.verdict.known > 0.999;
+      ++held[std::clamp(static_cast<int>(r.verdict.known), 0, 3)];
+      sum += r.verdict.cpu;
+      most = std::max(most, r.verdict.cpu);
+    }
+    text += fmt::format("| {} | {} |", way.name, all);
+    for (const auto o : shown) text += fmt::format(" {} |", counts[o]);
+    text += suite == Suite::rows ? fmt::format(" {} |", known) : fmt::format(" {} |", fmt::join(held, " / "));
+    text += fmt::format(" {:.2g} | {:.2g} |\n", all ? sum / all : 0, most);
+  }
+  return text;
+}
+
+std::string defects_by_kind(const std::vector<Row>& rows) {
+  std::map<std::string, std::map<std::string, std::map<Outcome, long>>> by_kind;
+  for (const auto& r : rows) ++by_kind[r.kind][r.way][r.verdict.outcome];
+  std::string text =
+      "Silent / falsely doubted / refused / slow / crashed of all runs, by kind and way:\n\n| kind |";
+  std::string line = "| --- |";
+  for (const auto& way : ways(Suite::rows)) text += fmt::format(" {} |", way.name), line += " --- |";
+  text += "\n" + line + "\n";
+  for (auto& [kind, by_way] : by_kind) {
+    text += fmt::format("| {} |", kind);
+    for (const auto& way : ways(Suite::rows)) {
+      auto& n = by_way[way.name];
+      long all = 0;
+      for (const auto& [outcome, count] : n) all += count;
+      if (all == 0)
+        text += " |";
+      else
+        text += fmt::format(" {}/{}/{}/{}/{} of {} |", n[Outcome::silent], n[Outcome::falsely_doubted],
+                            n[Outcome::refused], n[Outcome::hung], n[Outcome::crashed], all);
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+std::string refusals_of(const std::vector<Row>& rows) {
+  std::map<std::pair<std::string, std::string>, std::vector<int>> kinds;
+  for (const auto& r : rows)
+    if (r.verdict.outcome == Outcome::refused)
+      kinds[{r.way, kind_of_refusal(r.verdict.detail)}].push_back(r.index);
+  if (kinds.empty()) return "None was refused.\n";
+  std::string text =
+      "| way | refused, by reason | count | first | why it may be |\n| --- | --- | --- | --- | --- |\n";
+  for (const auto& [kind, list] : kinds)
+    text += fmt::format("| {} | {} | {} | {} | {} |\n", kind.first, kind.second, list.size(), list[0],
+                        justification(kind.second));
+  return text;
+}
+
+std::string noted_of(const std::vector<Row>& rows) {
+  std::map<std::pair<std::string, std::string>, int> kinds;
+  for (const auto& r : rows)
+    if (r.verdict.outcome == Outcome::doubted) {
+      const auto at = r.verdict.detail.find("said: ");
+      auto note =
+          kind_of_refusal(at == std::string::npos ? r.verdict.detail : r.verdict.detail.substr(at + 6));
+      if (const auto end = note.find_first_of(";("); end != note.npos) note.resize(end);
+      ++kinds[{r.way, r.verdict.check + ": " + note}];
+    }
+  if (kinds.empty()) return "None was told.\n";
+  std::string text = "| way | outside the bound of, and what the run said | count |\n| --- | --- | --- |\n";
+  for (const auto& [kind, count] : kinds)
+    text += fmt::format("| {} | {} | {} |\n", kind.first, kind.second, count);
+  return text;
+}
+
+std::string page_of(const std::vector<Row>& rows, std::uint64_t seed, int count, double seconds) {
+  std::string text = fmt::format(
+      "# Random-scene tests without a reference\n\nWritten by `freeplay extremes --strangers {0} --seed {1} --document docs`. {0} scenes, "
+      "drawn by a seed\n(verification/random_scenes/): {2}.\nLengths from a millimetre to ten "
+      "metres, speeds over five decades, mass ratios to 1e6, friction to 1.5, restitution 0 to 1, starts that touch "
+      "or graze.\nEach is run by every way that has a model of it (no restitution of 0 with penalty), judged in a process of its own and without a\nreference of its own. *Right*: within every bound below. "
+      "*Told*: outside one, and the run's notes say DOUBTFUL or name it. *Refused*: stopped with a\nreason, and right "
+      "until then. *Silent*, *hung* (over {3:.0f} s of CPU) and *crashed* are defects. Wall time {4:.0f} s.\n\n",
+      count, seed, fmt::format("{}", fmt::join(kinds(Suite::agreement), ", ")), run_limit(Suite::agreement),
+      seconds);
+  text += table_of(rows, Suite::agreement) +
+          "\n## Checks\n\n| check | what is compared | bound | why |\n| --- | --- | --- | --- |\n";
+  for (const auto& c : checks())
+    text += fmt::format("| {} | {} | {} | {} |\n", c.name, c.asks, c.bound, c.why);
+  text += "\n## Refused\n\n" + refusals_of(rows) + "\n## Told\n\n" + noted_of(rows) + "\n## Defects\n\n";
+  bool any = false;
+  for (const auto& r : rows)
+    if (is_defect(r.verdict.outcome, Suite::agreement)) {
+      any = true;
+      text += fmt::format("- {} ({}, {}): {} {}: {}\n", r.index, r.kind, r.way,
+                          name_of(r.verdict.outcome, Suite::agreement), r.verdict.check, r.verdict.detail);
+    }
+  if (!any) text += "None.\n";
+  return text +
+         fmt::format(
+             "\n`freeplay extremes --strangers {} --seed {} --only I` writes scene I and judges it alone.\n",
+             count, seed);
+}
+
+}  // namespace freeplay::verification::random_scenes

@@ -1,0 +1,391 @@
+// Random scenes: their references against closed forms, and runs that were judged wrongly before.
+#include <fmt/format.h>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "facade/simulation.hpp"
+#include "mechanism/scene.hpp"
+#include "simulation/trajectory.hpp"
+#include "verification/random_scenes/judge.hpp"
+#include "verification/support/support.hpp"
+
+using namespace freeplay;
+using namespace freeplay::verification::random_scenes;
+namespace reference = freeplay::reference;
+
+TEST_CASE("the small integrator bounces a ball as its parabolas do", "[random-scenes]") {
+  reference::OneCoordinate one;
+  const double g = 9.81, drop = 0.1, e = 0.8, fall = std::sqrt(2 * drop / g);
+  one.acceleration = [g](double, double, double) { return -g; };
+  one.walls = {reference::MovingWall{[](double) { return reference::CurvePoint{}; }, 1, e}};
+  one.x = drop;
+  one.step = 1e-3;
+  // The top of the first bounce: e² of the drop, a fall and a rise of e times as long later. Constant accelerations are
+  // exact in Runge–Kutta's method; the impact's instant is bisected to rounding.
+  const auto rows = one.at({fall * (1 + e)});
+  REQUIRE(rows.known == 1);
+  CHECK(std::abs(rows.x[0] - e * e * drop) < 1e-12);
+  CHECK(std::abs(rows.v[0]) < 1e-11);
+  CHECK(rows.impacts == 1);
+}
+
+TEST_CASE("the small integrator's compliant wall delivers the restitution that it is given",
+          "[random-scenes]") {
+  for (const double e : {1.0, 0.7, 0.3}) {
+    reference::OneCoordinate one;
+    one.acceleration = [](double, double, double) { return 0.0; };
+    one.walls = {reference::MovingWall{[](double) { return reference::CurvePoint{}; }, 1, e, 1e6, 1.5}};
+    one.x = 0.01, one.v = -1;
+    one.step = 1e-3, one.step_in_contact = 1e-5;
+    const auto rows = one.at({0.5});
+    CHECK(std::abs(rows.v[0] - e) <
+          1e-6);  // of fourth order in some thousand steps of the contact; δ^1.5 at its ends
+  }
+}
+
+// A cos t against a wall at −1 with A = 1 + 1e-8, e = 1: it arrives at 1.4e-4, is inside for 2.8e-4 of a step of 1e-3 where it is
+// not stopped, and each impact takes 2 arccos(1/A) of a phase away.
+TEST_CASE("the small integrator misses no impact that is next to none", "[random-scenes]") {
+  reference::OneCoordinate one;
+  const double A = 1 + 1e-8;
+  one.acceleration = [](double, double x, double) { return -x; };
+  one.walls = {reference::MovingWall{[](double) { return reference::CurvePoint{-1, 0, 0}; }, 1, 1}};
+  one.x = A, one.step = 1e-3;
+  const double t = 10, phase = t + 2 * 2 * std::acos(1 / A);  // behind two impacts
+  const auto rows = one.at({t});
+  REQUIRE(rows.known == 1);
+  CHECK(rows.impacts == 2);
+  // Runge–Kutta's phase error t h⁴/120 is 8e-14, its loss of amplitude t h⁵/144 7e-17; the shift alone is 5.7e-4.
+  CHECK(std::abs(rows.x[0] - A * std::cos(phase)) < 1e-8);
+}
+
+// a = −1 for x > 0, else 0: from x = −1 at speed 1 it turns at 1/2 and is back at 0 after 3 s.
+TEST_CASE("the small integrator keeps its order where a force jumps", "[random-scenes]") {
+  reference::OneCoordinate one;
+  one.acceleration = [](double, double x, double) { return x > 0 ? -1.0 : 0.0; };
+  one.kinks = {0};
+  one.x = -1, one.v = 1, one.step = 0.3;
+  // Constant accelerations are exact; the kink is bisected to rounding.
+  const auto rows = one.at({2.5, 3.7});
+  REQUIRE(rows.known == 2);
+  CHECK(std::abs(rows.x[0] - 0.375) < 1e-12);
+  CHECK(std::abs(rows.v[0] + 0.5) < 1e-12);
+  CHECK(std::abs(rows.x[1] + 0.7) < 1e-12);
+  CHECK(std::abs(rows.v[1] + 1) < 1e-12);
+}
+
+// Bounces of e = 0.69 on a place of 24 mm whose last are lower than the rounding of it: they end, and the ball stays.
+TEST_CASE("the small integrator's ball comes to rest far from zero", "[random-scenes]") {
+  reference::OneCoordinate one;
+  const double R = 0.0244179048971;
+  one.acceleration = [](double, double, double) { return -9.81; };
+  one.walls = {reference::MovingWall{[R](double) { return reference::CurvePoint{R, 0, 0}; }, 1, 0.69}};
+  one.x = R + 1.4e-6, one.v = 1.2e-3, one.rest = 2e-10, one.step = 1e-6;
+  const auto rows = one.at({0.01}, 20'000);
+  REQUIRE(rows.known == 1);
+  CHECK(rows.x[0] == R);
+  CHECK(rows.v[0] == 0);
+}
+
+TEST_CASE("a column of touching bodies of one restitution bounces as one", "[random-scenes]") {
+  reference::TouchingRow row;
+  row.floor = true;
+  row.gravity = 9.81, row.restitution = 0.7;
+  for (int i = 0; i < 5; ++i) {
+    row.mass.push_back(1 + 0.3 * i), row.v.push_back(0), row.reach.push_back(0.005);
+    row.x.push_back(0.05 + 0.005 + 0.01 * i);
+  }
+  const double fall = std::sqrt(2 * 0.05 / 9.81);
+  const auto rows = row.at({1.7 * fall}, 100);
+  REQUIRE(rows.known == 1);
+  for (std::size_t i = 0; i < 5; ++i)
+    CHECK(std::abs(rows.x[0][i] - 0.005 - 0.01 * static_cast<double>(i) - 0.49 * 0.05) < 1e-12);
+}
+
+TEST_CASE("a random scene is decided by its seed, its index and the kinds", "[random-scenes]") {
+  for (int i = 0; i < 20; ++i) CHECK(draw(5, i, "new").text == draw(5, i, "new").text);
+  CHECK(draw(5, 1, "barrier").kind == "barrier");
+  CHECK_THROWS_WITH(draw(5, 1, "heap"), Catch::Contains("there is no kind of random scene \"heap\""));
+}
+
+// Speeds that a spring gives from rest are no impacts that raise the energy: adaptive time steps ended here so at 0.14 mm/s.
+TEST_CASE("a frictionless stop that a spring accelerates a block to from rest is passed", "[random-scenes]") {
+  const auto scene = parse_scene(R"(format = 2
+[bodies.block]
+mass = 0.01875
+inertia = 1
+position = [0.0235, 0]
+[joints.on]
+type = "translational"
+between = ["ground", "block"]
+[contacts.stop]
+type = "travel-stop"
+joint = "on"
+lower = -0.00318
+stiffness = 3e6
+surface = "s"
+[surfaces.s]
+young = 2e11
+poisson = 0.3
+restitution = 0.66
+[loads.spring]
+type = "spring-damper"
+between = ["ground", "block"]
+at = [[-0.435, 0], [0, 0]]
+stiffness = 972
+free_length = 0.435
+[run]
+duration = 0.01
+[nonsmooth]
+scheme = "moreau-jean"
+)",
+                                 "stop");
+  const auto run = test::simulate(scene, Family::nonsmooth);
+  INFO(run.ending.reason);
+  REQUIRE(run.ending.status == Ending::Status::finished);
+  // From rest at A down to the stop at s: ω(t) with cos ωt₁ = s/A, then back by e of that speed.
+  const double A = 0.0235, s = -0.00318, w = std::sqrt(972 / 0.01875), t1 = std::acos(s / A) / w;
+  const double v = 0.66 * A * w * std::sin(w * t1), t = 0.01 - t1;
+  const double x = s * std::cos(w * t) + v / w * std::sin(w * t);
+  // Time steps that are chosen: a hundredth of the motion, as every row of random scenes.
+  CHECK(std::abs(run.final_state.q[0] - x) < 1e-2 * A);
+}
+
+// A place that stands still up to an angle of 2.4 rad and follows a spline from there, whose second derivative begins with a jump
+// there and ends with one at 9.5 rad. Rows between the ends of long steps were off by 4e-3 of the lift, for the acceleration at
+// a step's end was that behind the knot, and at the last knot the run stopped.
+TEST_CASE("a place that follows an angle is right on both sides of a knot", "[random-scenes]") {
+  reference::CurveShape y;
+  y.kind = reference::CurveShape::Kind::spline;
+  y.ends = reference::CurveShape::Ends::flat;
+  y.points = {{2.4, -0.05}, {3.8, -0.06}, {5.1, -0.045}, {6.4, 0}, {7.7, -0.03}, {8.7, 0.01}, {9.5, -0.05}};
+  y.prepare();
+  for (const auto* way :
+       {"[nonsmooth]\nscheme = \"event-driven\"\n", "[nonsmooth]\n", "[penalty]\n",
+        "[penalty]\nintegrator = \"dopri5\"\n", "[penalty]\nintegrator = \"rosenbrock4\"\n"}) {
+    const auto scene = parse_scene(std::string(R"(format = 2
+[bodies.rotor]
+mass = 1
+inertia = 1.2e-3
+angle = 0.8
+angular_velocity = 477
+[joints.shaft]
+type = "revolute"
+between = ["ground", "rotor"]
+[curves.y]
+shape = "table"
+points = [[2.4, -0.05], [3.8, -0.06], [5.1, -0.045], [6.4, 0], [7.7, -0.03], [8.7, 0.01], [9.5, -0.05]]
+between = "spline"
+[bodies.follower]
+mass = 2e-3
+inertia = 1
+position = [0, -0.05]
+[joints.guide]
+type = "translational"
+between = ["ground", "follower"]
+axis = [0, 1]
+[drives.lift]
+joint = "guide"
+position = "y"
+of = "shaft"
+[run]
+duration = 0.03
+start = "given"
+output_step = 5e-5
+)") + way,
+                                   "follower");
+    INFO(way);
+    Trajectory rows;
+    Simulation simulation(scene, std::string(way).starts_with("[pen") ? "penalty" : "nonsmooth");
+    const auto run = simulation.run({.observers = {&rows}});
+    INFO(run.ending.reason);
+    REQUIRE(run.ending.status == Ending::Status::finished);
+    double place = 0, rate = 0;
+    const double energy = 0.5 * 1.2e-3 * 477 * 477;
+    double lost = 0;
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const auto q = rows.q(k), v = rows.v(k);
+      const auto p = y.at(q[2]);
+      place = std::max(place, std::abs(q[4] - p.y));
+      rate = std::max(rate, std::abs(v[4] - p.slope * v[2]));
+      lost = std::max(lost, std::abs(0.5 * (1.2e-3 * v[2] * v[2] + 2e-3 * v[4] * v[4]) / energy - 1));
+    }
+    // 1e-5 of the lift (0.07 m) and 1e-4 of its fastest (40 m/s), as random scenes ask for; energy by the tolerance of 1e-9 to
+    // 1e-10 and some hundred steps.
+    CHECK(place < 7e-7);
+    CHECK(rate < 4e-3);
+    CHECK(lost < 1e-6);
+  }
+}
+
+// A table that a spline moves, whose knots leave steps of 1e-17 s to bulirsch_stoer: an implicit step takes its place there, and
+// rows within it were shown from the interpolant of a step before, 5e19 of a motion of 5e-7 m off.
+TEST_CASE("rows within an implicit step are that step's own", "[random-scenes]") {
+  reference::CurveShape y;
+  y.kind = reference::CurveShape::Kind::spline;
+  y.repeats = true;
+  y.points = {{3.5e-4, -9.8e-8}, {6.7e-4, -3.6e-7}, {9.5e-4, 4.3e-7}, {1.22e-3, -3.7e-7}, {1.47e-3, -9.8e-8}};
+  y.prepare();
+  const auto scene = parse_scene(R"(format = 2
+gravity = [0, -9.81]
+[bodies.table]
+mass = 1
+inertia = 1
+[joints.guide]
+type = "translational"
+between = ["ground", "table"]
+axis = [0, 1]
+[curves.y]
+shape = "table"
+points = [[3.5e-4, -9.8e-8], [6.7e-4, -3.6e-7], [9.5e-4, 4.3e-7], [1.22e-3, -3.7e-7], [1.47e-3, -9.8e-8]]
+between = "spline"
+repeat = true
+[drives.shaker]
+joint = "guide"
+position = "y"
+[surfaces.s]
+young = 3.7e14
+poisson = 0.3
+restitution = 0.28
+[bodies.ball]
+mass = 1.87
+inertia = 5e-5
+position = [0, 0.0084]
+[contacts.c]
+type = "plane"
+between = ["table", "ball"]
+radius = 0.00838
+surface = "s"
+[run]
+duration = 0.02
+start = "assembled"
+output_step = 1e-5
+[penalty]
+integrator = "bulirsch_stoer"
+)",
+                                 "table");
+  Trajectory rows;
+  const auto run = Simulation(scene, "penalty").run({.observers = {&rows}});
+  REQUIRE(run.ending.status == Ending::Status::finished);
+  double off = 0;
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    off = std::max(off, std::abs(rows.q(k)[1] - y.at(rows.t(k)).y));
+  CHECK(off < 1e-4 * 8e-7);  // of its motion, as random scenes ask of every penalty way
+}
+
+// A rotor on a one-way spring with a damper, on which a torque rests: fixed steps stopped once its speed was the rounding of the two
+// torques that balance, "the forces of dampers do not converge".
+TEST_CASE("fixed steps follow a damped one-way spring down to rest", "[random-scenes]") {
+  const double k = 4008, torque = 3.84, free = -3.65e-4;
+  const auto scene = parse_scene(fmt::format(R"(format = 2
+[bodies.rotor]
+mass = 1
+inertia = 0.3557
+angle = 6e-4
+angular_velocity = -0.8
+[joints.on]
+type = "revolute"
+between = ["ground", "rotor"]
+[loads.pull]
+type = "torque"
+body = "rotor"
+torque = {}
+[loads.spring]
+type = "torsional-spring-damper"
+between = ["ground", "rotor"]
+stiffness = {}
+damping = 29.65
+free_angle = {}
+one_way = "pull"
+[run]
+duration = 1.7
+start = "given"
+[nonsmooth]
+scheme = "moreau-jean"
+step = 3e-4
+)",
+                                             torque, k, free),
+                                 "rotor");
+  const auto run = test::simulate(scene, Family::nonsmooth);
+  INFO(run.ending.reason);
+  REQUIRE(run.ending.status == Ending::Status::finished);
+  // Where the torques balance: it comes down by e^(−d t/2J) = e^−70.
+  CHECK(std::abs(run.final_state.q[2] - (free + torque / k)) < 1e-15);
+}
+
+// Three discs on each other fall on a floor: what compresses the upper contacts comes after their touch, at whose speed, next to
+// none, their damping would begin. A step of bulirsch_stoer is as long as that.
+TEST_CASE("integrators of every order see the impacts that touching discs take", "[random-scenes]") {
+  std::string text =
+      "format = 2\ngravity = [0, -22]\n[surfaces.s]\nyoung = 5.8e11\npoisson = 0.3\nrestitution = 0.88\n";
+  for (int i = 0; i < 3; ++i) {
+    text += fmt::format("[bodies.d{}]\nmass = 1.44\ninertia = 3.3e-5\nposition = [0, {}]\n", i,
+                        0.02448 + 0.0136 * i);
+    text +=
+        i == 0
+            ? "[contacts.floor]\ntype = \"plane\"\nbetween = [\"ground\", \"d0\"]\nradius = 0.0068\nsurface = \"s\"\n"
+            : fmt::format(
+                  "[contacts.c{0}]\ntype = \"discs\"\nbetween = [\"d{0}\", \"d{1}\"]\nradii = [0.0068, 0.0068]\n"
+                  "surface = \"s\"\n",
+                  i - 1, i);
+  }
+  text += "[run]\nduration = 0.05\nstart = \"given\"\n[penalty]\nv0_floor = 8.8e-4\nintegrator = ";
+  std::vector<std::vector<double>> rates;
+  for (const auto* integrator : {"\"dopri5\"", "\"adams_bashforth_moulton\"", "\"bulirsch_stoer\""})
+    rates.push_back(test::simulate(parse_scene(text + integrator, "column"), Family::penalty).final_state.v);
+  // A thousandth of the impact's speed (0.88 m/s), as random scenes ask for; unseen impacts made 5e-3 m/s.
+  for (std::size_t way = 1; way < rates.size(); ++way)
+    for (const std::size_t i : {1U, 4U, 7U}) CHECK(std::abs(rates[way][i] - rates[0][i]) < 1e-3 * 0.88);
+}
+
+// The ball of a random scene at whose end a chosen step had left 1.7e-18 s: halves of that have no length, and the state was not
+// finite.
+TEST_CASE("a run with chosen steps whose end only rounding leaves ahead ends there", "[random-scenes]") {
+  const auto scene = parse_scene(R"(format = 2
+gravity = [0, -9.81]
+[bodies.table]
+mass = 1
+inertia = 1
+[joints.guide]
+type = "translational"
+between = ["ground", "table"]
+axis = [0, 1]
+[curves.y]
+shape = "ramp"
+to = 1.08337206028
+start = 2.36232593591
+rise = 0.480174838526
+profile = "polynomial"
+[drives.lift]
+joint = "guide"
+position = "y"
+[surfaces.s]
+young = 2.93351437496e+14
+poisson = 0.3
+restitution = 1
+[bodies.ball]
+mass = 2.08217153348
+inertia = 4.86140723763e-05
+position = [0, 0.131381743105]
+[contacts.c]
+type = "plane"
+between = ["table", "ball"]
+radius = 0.00763998935741
+surface = "s"
+[run]
+duration = 0.0122776970208
+start = "assembled"
+output_step = 1.22776970208e-05
+[nonsmooth]
+scheme = "moreau-jean"
+)",
+                                 "table");
+  const auto run = test::simulate(scene, Family::nonsmooth);
+  INFO(run.ending.reason);
+  REQUIRE(run.ending.status == Ending::Status::finished);
+  const double t = 0.0122776970208;
+  CHECK(run.t_end == t);
+  // Free fall, which steps of second order meet to rounding.
+  CHECK(std::abs(run.final_state.q[4] - (0.131381743105 - 0.5 * 9.81 * t * t)) < 1e-14);
+}

@@ -1,0 +1,36 @@
+// Judges many random scenes on all cores, each in a process of its own: what crashes or hangs there is a verdict, too.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "verification/random_scenes/scene.hpp"
+
+namespace freeplay::verification::random_scenes {
+
+/// A scene by a way.
+struct Row {
+  int index = 0;
+  std::string kind, way;
+  Verdict verdict;
+};
+
+struct Request {
+  std::uint64_t seed = 1;
+  int first = 0, count = 0;
+  std::string kinds = {};  ///< as `draw` has them
+  std::string way = {};    ///< only this one; empty: all
+};
+
+/// One scene by every way that has a model of it.
+std::vector<Row> judge_apart(const RandomScene& scene, const std::string& only_way = {});
+
+/// Scenes first to first + count − 1, in the order of index and way. `seen` is told the share that is done. Where every row
+/// is known, rows are appended to judgements.csv of the folder as they come, those that stand there already are not judged
+/// again, and a failing scene is written to failing/KIND-INDEX-WAY.toml.
+std::vector<Row> judge_all(const Request& request, const std::filesystem::path& folder,
+                           const std::function<void(double)>& seen = {});
+
+}  // namespace freeplay::verification::random_scenes

@@ -1,0 +1,451 @@
+#include "verification/random_scenes/transform.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+#include "verification/random_scenes/numbers.hpp"
+
+namespace freeplay::verification::random_scenes {
+namespace {
+
+Vec2 turned(Vec2 p, double a) {
+  return {p.x() * std::cos(a) - p.y() * std::sin(a), p.x() * std::sin(a) + p.y() * std::cos(a)};
+}
+Vec2 flip(Vec2 p) { return {-p.x(), p.y()}; }
+/// Of a wall, whose free space lies on its left.
+Vec2 flip_wall(Vec2 axis) { return {axis.x(), -axis.y()}; }
+
+/// To 1e-12, so that what is drawn in 1024ths is itself again when it is mirrored twice.
+double on_grid(double x) { return std::round(x * 0x1p40) * 0x1p-40; }
+
+template <class... F>
+struct Overloaded : F... {
+  using F::operator()...;
+};
+template <class... F>
+Overloaded(F...) -> Overloaded<F...>;
+
+void swap_flank(Flank& flank) { flank = flank == Flank::forward ? Flank::backward : Flank::forward; }
+void turn_limits(auto& limits) {
+  std::swap(limits.lower, limits.upper);
+  for (auto* x : {&limits.lower, &limits.upper})
+    if (*x) **x = -**x;
+}
+void flip_ends(std::array<Vec2, 2>& at) {
+  for (auto& p : at) p = flip(p);
+}
+
+/// The curve with x and y times these, as another of the mechanism's; its index.
+int scaled_curve(Mechanism& m, int curve, double x, double y) {
+  auto c = m.curves[static_cast<std::size_t>(curve)];
+  c.name += "_";
+  for (auto* value : {&c.value, &c.from, &c.to, &c.mean, &c.amplitude}) *value *= y;
+  for (auto* length : {&c.start, &c.rise, &c.dwell, &c.fall, &c.rest, &c.period}) *length *= x;
+  for (auto& [at, value] : c.points) at *= x, value *= y;
+  m.curves.push_back(c);
+  return static_cast<int>(m.curves.size()) - 1;
+}
+void scale(Mechanism& m, CurveOr& value, double x, double y) {
+  value.constant *= y;
+  if (value.curve >= 0) value.curve = scaled_curve(m, value.curve, x, y);
+}
+/// A drive's or load's curve against time alone.
+void need_time(Argument against) {
+  if (against != Argument::time)
+    throw std::logic_error("curves against angles and speeds are not transformed");
+}
+void turn_table(SpringTable& table) {
+  for (auto& [at, force] : table) at = -at, force = -force;
+  std::ranges::reverse(table);
+}
+/// Of a spring against an angle, which counts the other way.
+void flip(SpringLaw& law) {
+  if (law.preload) law.preload = -*law.preload;
+  if (law.one_way) law.one_way = *law.one_way == OneWay::pull ? OneWay::push : OneWay::pull;
+  turn_table(law.table), turn_table(law.damping_table);
+}
+/// Angles on a cam, φ' = π − φ.
+void flip(CamContact& c) {
+  flip_ends(c.at);
+  c.axis = flip_wall(c.axis);
+  c.start = M_PI - (c.start + c.rise + c.dwell + c.fall);
+  std::swap(c.rise, c.fall);
+  for (auto& point : c.table) point.first = M_PI - point.first;
+  std::ranges::reverse(c.table);
+}
+void stretch(SpringTable& table, double along, double force) {
+  for (auto& [at, value] : table) at *= along, value *= force;
+}
+/// A law against a coordinate that is measured in `unit`.
+void rescale(SpringLaw& law, double unit, double force, double time) {
+  if (law.cubic) *law.cubic *= force / (unit * unit * unit);
+  if (law.preload) *law.preload *= force;
+  stretch(law.table, unit, force), stretch(law.damping_table, unit / time, force);
+}
+
+}  // namespace
+
+Scene mirrored(Scene scene) {
+  auto& m = scene.mechanism;
+  m.gravity = flip(m.gravity);
+  std::swap(m.assembly.positive, m.assembly.negative);
+  for (auto& b : m.bodies) {
+    b.position = flip(b.position);
+    b.velocity = flip(b.velocity);
+    b.angle = -b.angle;
+    b.angular_velocity = -b.angular_velocity;
+  }
+  for (auto& joint : m.joints)
+    std::visit(Overloaded{[](RevoluteJoint& j) { flip_ends(j.at); },
+                          [](RigidJoint& j) { flip_ends(j.at), j.angle = -j.angle; },
+                          [](TranslationalJoint& j) {
+                            flip_ends(j.at);
+                            j.axis = flip(j.axis);
+                            j.angle = -j.angle;
+                          },
+                          [](GearJoint& j) {  // mirrored, the centres lie along −x at angle 0
+                            flip_ends(j.at);
+                            if (!j.clearance) swap_flank(j.flank);
+                            j.phase = -j.phase;
+                            const auto mesh = j.mesh(1, 0);
+                            j.phase -= on_grid(mesh.sum() / mesh.Rj * std::numbers::pi);
+                          },
+                          [](RackJoint& j) {
+                            flip_ends(j.at);
+                            if (!j.clearance) swap_flank(j.flank);
+                            j.axis = flip_wall(j.axis);
+                            j.phase = -j.phase;
+                          },
+                          [](SlotJoint& j) { flip_ends(j.at), j.axis = flip(j.axis); },
+                          [](RodJoint& j) { flip_ends(j.at); }},
+               joint);
+  for (auto& contact : m.contacts)
+    std::visit(Overloaded{[](PlaneContact& c) { flip_ends(c.at), c.axis = flip_wall(c.axis); },
+                          [](DiscContact& c) { flip_ends(c.at); }, [](CamContact& c) { flip(c); },
+                          [](TravelStop&) {},
+                          [](AngleStop& c) {
+                            if (c.direction) c.direction = on_grid(std::numbers::pi) - *c.direction;
+                            turn_limits(c.stop);
+                          }},
+               contact);
+  for (auto& drive : m.drives)
+    std::visit(Overloaded{[](SpeedDrive& d) { d.speed = -d.speed, d.initial_angle = -d.initial_angle; },
+                          [](TorqueDrive& d) {
+                            const bool by_angle = d.against == TorqueDrive::Against::angle;
+                            for (auto& [at, torque] : d.table) {
+                              torque = -torque;
+                              if (by_angle) at = -at;
+                            }
+                            if (by_angle) std::ranges::reverse(d.table);
+                          },
+                          [&](MotionDrive& d) {
+                            if (d.slides(m)) return;
+                            if (d.velocity < 0) throw std::logic_error("positions are not transformed");
+                            d.velocity = scaled_curve(m, d.velocity, 1, -1);
+                            d.initial = -d.initial;
+                          },
+                          [&](TorqueCurveDrive& d) {
+                            need_time(d.against);
+                            d.curve = scaled_curve(m, d.curve, 1, -1);
+                          },
+                          [](ForceDrive& d) { need_time(d.against); },
+                          [&](DcMotor& d) { scale(m, d.voltage, 1, -1); },
+                          [](InductionMotor& d) { d.synchronous_speed = -d.synchronous_speed; },
+                          [&](Governor& d) { scale(m, d.target, 1, -1); }},
+               drive);
+  for (auto& load : m.loads)
+    std::visit(
+        Overloaded{[](ForceLoad& l) { need_time(l.against), l.at = flip(l.at), l.force = flip(l.force); },
+                   [](TorqueLoad& l) { need_time(l.against), l.torque = -l.torque; },
+                   [](SpringDamper& l) { flip_ends(l.at); },
+                   [](TorsionalSpringDamper& l) { l.free_angle = -l.free_angle, flip(l.law); },
+                   [](JointFriction&) {},
+                   [](Bushing& l) {
+                     flip_ends(l.at);
+                     l.axis = flip(l.axis), l.free_angle = -l.free_angle;
+                   },
+                   [](BumpStop& l) { flip_ends(l.at), l.axis = flip(l.axis); },
+                   [](TorsionalBumpStop& l) { turn_limits(l.bump); }},
+        load);
+  return scene;
+}
+
+Scene turned(Scene scene, double angle) {
+  auto& m = scene.mechanism;
+  if (!m.drives.empty()) throw std::logic_error("drives are not turned");
+  const auto turn = [&](Vec2& p) { p = turned(p, angle); };
+  turn(m.gravity);
+  for (auto& b : m.bodies) turn(b.position), turn(b.velocity), b.angle += angle;
+  const auto on_ground = [](const auto& one) {
+    if constexpr (requires { one.between; }) return one.between[0] == ground || one.between[1] == ground;
+    return true;
+  };
+  const auto element = [&](auto& one) {
+    if (!on_ground(one)) return;
+    using One = std::decay_t<decltype(one)>;
+    if constexpr (std::is_same_v<One, RevoluteJoint> || std::is_same_v<One, PlaneContact>) {
+      for (const std::size_t end : {0U, 1U})
+        if (one.between[end] == ground) turn(one.at[end]);
+      if constexpr (std::is_same_v<One, PlaneContact>)
+        if (one.between[0] == ground) turn(one.axis);
+    } else {
+      throw std::logic_error("this element on the ground is not turned");
+    }
+  };
+  for (auto& joint : m.joints) std::visit(element, joint);
+  for (auto& contact : m.contacts) std::visit(element, contact);
+  for (auto& load : m.loads) std::visit(element, load);
+  return scene;
+}
+
+Scene rescaled(Scene scene, const Units& u) {
+  const double L = u.length, M = u.mass, T = u.time, force = M * L / (T * T), torque = force * L;
+  auto& m = scene.mechanism;
+  const auto ends = [&](std::array<Vec2, 2>& at) {
+    for (auto& p : at) p = L * p;
+  };
+  const auto maybe = [](std::optional<double>& x, double factor) {
+    if (x) *x *= factor;
+  };
+  const auto backlash = [&](std::optional<Backlash>& b) {
+    if (b) b->normal *= L, maybe(b->stiffness, force / L);
+  };
+  const auto stop = [&](StopFacts& s) { maybe(s.stiffness, force / L), maybe(s.curvature_radius, L); };
+  m.gravity = (L / (T * T)) * m.gravity;
+  for (auto& b : m.bodies) {
+    b.mass *= M;
+    b.inertia *= M * L * L;
+    b.position = L * b.position;
+    b.velocity = (L / T) * b.velocity;
+    b.angular_velocity /= T;
+  }
+  for (auto& joint : m.joints)
+    std::visit(Overloaded{[&](RevoluteJoint& j) {
+                            ends(j.at);
+                            if (!j.clearance) return;
+                            j.clearance->radial *= L;
+                            j.clearance->bearing_radius *= L;
+                            maybe(j.clearance->bearing_length, L);
+                          },
+                          [&](RigidJoint& j) { ends(j.at); },
+                          [&](TranslationalJoint& j) {
+                            ends(j.at);
+                            if (!j.clearance) return;
+                            j.clearance->half_play *= L;
+                            j.clearance->length *= L;
+                            j.clearance->height *= L;
+                            maybe(j.clearance->corner_radius, L);
+                          },
+                          [&](GearJoint& j) {
+                            ends(j.at), maybe(j.tooth_module, L);
+                            if (j.pitch_radii) *j.pitch_radii = L * *j.pitch_radii;
+                            backlash(j.clearance);
+                          },
+                          [&](RackJoint& j) {
+                            ends(j.at), maybe(j.tooth_module, L), j.pitch_radius *= L;
+                            backlash(j.clearance);
+                          },
+                          [&](SlotJoint& j) {
+                            ends(j.at);
+                            if (!j.clearance) return;
+                            j.clearance->half_play *= L;
+                            j.clearance->pin_radius *= L;
+                          },
+                          [&](RodJoint& j) { ends(j.at), j.length *= L; }},
+               joint);
+  for (auto& contact : m.contacts)
+    std::visit(Overloaded{[&](PlaneContact& c) { ends(c.at), c.radius *= L, maybe(c.stiffness, force / L); },
+                          [&](DiscContact& c) {
+                            ends(c.at);
+                            for (auto& R : c.radii) R *= L;
+                          },
+                          [&](CamContact& c) {
+                            ends(c.at);
+                            c.roller_radius *= L, c.base_radius *= L, c.lift *= L;
+                            stretch(c.table, 1, L);
+                          },
+                          [&](TravelStop& c) {
+                            stop(c.stop);
+                            maybe(c.stop.lower, L), maybe(c.stop.upper, L);
+                          },
+                          [&](AngleStop& c) { stop(c.stop), c.radius *= L; }},
+               contact);
+  for (auto& s : m.surfaces) maybe(s.young, force / (L * L));
+  for (auto& l : m.lubricants) l.viscosity *= force * T / (L * L), maybe(l.hand_over, L);
+  for (auto& drive : m.drives)
+    std::visit(Overloaded{[&](SpeedDrive& d) { d.speed /= T; },
+                          [&](TorqueDrive& d) {
+                            for (auto& [at, value] : d.table) {
+                              value *= torque;
+                              if (d.against == TorqueDrive::Against::time) at *= T;
+                            }
+                            maybe(d.lag, T);
+                          },
+                          [&](MotionDrive& d) {
+                            if (d.velocity < 0) throw std::logic_error("positions are not transformed");
+                            d.velocity = scaled_curve(m, d.velocity, T, d.slides(m) ? L / T : 1 / T);
+                            if (d.slides(m)) d.initial *= L;
+                          },
+                          [&](TorqueCurveDrive& d) {
+                            need_time(d.against);
+                            d.curve = scaled_curve(m, d.curve, T, torque);
+                          },
+                          [&](ForceDrive& d) {
+                            need_time(d.against);
+                            scale(m, d.force, T, force);
+                          },
+                          [&](DcMotor& d) {  // amperes stay
+                            scale(m, d.voltage, T, torque / T);
+                            d.resistance *= torque / T;
+                            d.torque_constant *= torque;
+                            maybe(d.emf_constant, torque);
+                            maybe(d.inductance, torque);
+                          },
+                          [&](InductionMotor& d) { d.breakdown_torque *= torque, d.synchronous_speed /= T; },
+                          [&](Governor& d) {
+                            scale(m, d.target, T, 1 / T);
+                            d.proportional *= torque * T;
+                            d.integral *= torque;
+                            maybe(d.limit, torque);
+                          }},
+               drive);
+  for (auto& load : m.loads)
+    std::visit(
+        Overloaded{[&](ForceLoad& l) {
+                     l.at = L * l.at, l.force = force * l.force;
+                     if (l.factor >= 0) need_time(l.against), l.factor = scaled_curve(m, l.factor, T, 1);
+                   },
+                   [&](TorqueLoad& l) {
+                     l.torque *= torque;
+                     if (l.factor >= 0) need_time(l.against), l.factor = scaled_curve(m, l.factor, T, 1);
+                   },
+                   [&](SpringDamper& l) {
+                     ends(l.at);
+                     l.stiffness *= force / L;
+                     l.damping *= force / L * T;
+                     l.free_length *= L;
+                     rescale(l.law, L, force, T);
+                   },
+                   [&](TorsionalSpringDamper& l) {
+                     l.stiffness *= torque, l.damping *= torque * T;
+                     rescale(l.law, 1, torque, T);
+                   },
+                   [&](Bushing& l) {
+                     ends(l.at);
+                     l.stiffness = (force / L) * l.stiffness, l.damping = (force / L * T) * l.damping;
+                     l.turn_stiffness *= torque, l.turn_damping *= torque * T;
+                     rescale(l.radial, L, force, T);
+                   },
+                   [&](JointFriction& l) {
+                     maybe(l.force, force), maybe(l.regularisation, L / T);
+                     if (!l.reaction) return;
+                     l.reaction->pin_radius *= L;
+                     maybe(l.reaction->slider_length, L), maybe(l.reaction->stribeck_speed, L / T);
+                   },
+                   [&](BumpStop& l) {
+                     ends(l.at), maybe(l.bump.lower, L), maybe(l.bump.upper, L);
+                     l.bump.stiffness *= force / L, l.bump.damping *= force / L * T;
+                   },
+                   [&](TorsionalBumpStop& l) { l.bump.stiffness *= torque, l.bump.damping *= torque * T; }},
+        load);
+  scene.run.duration *= T;
+  scene.run.discard *= T;
+  if (scene.nonsmooth.step) *scene.nonsmooth.step *= T;
+  auto& p = scene.penalty;
+  p.step *= T;
+  p.friction_v0 *= L / T;
+  p.friction_v1 *= L / T;
+  p.alpha /= T;
+  p.beta /= T;
+  maybe(p.v0_floor, L / T);
+  return scene;
+}
+
+Scene reordered(Scene scene) {
+  auto& m = scene.mechanism;
+  const int bodies = static_cast<int>(m.bodies.size()), joints = static_cast<int>(m.joints.size());
+  const auto body = [&](int& i) { i = i == ground ? ground : bodies - 1 - i; };
+  const auto both = [&](std::array<int, 2>& between) { body(between[0]), body(between[1]); };
+  const auto joint_of = [&](int& i) { i = joints - 1 - i; };
+  std::ranges::reverse(m.bodies);
+  for (auto& joint : m.joints) std::visit([&](auto& j) { both(j.between); }, joint);
+  for (auto& contact : m.contacts)
+    std::visit(Overloaded{[&](TravelStop& c) { joint_of(c.joint); }, [&](AngleStop& c) { joint_of(c.joint); },
+                          [&](auto& c) { both(c.between); }},
+               contact);
+  for (auto& drive : m.drives) {
+    std::visit([&](auto& d) { joint_of(d.joint); }, drive);
+    if (auto* d = std::get_if<MotionDrive>(&drive); d && d->of >= 0) joint_of(d->of);
+  }
+  for (auto& load : m.loads)
+    std::visit(Overloaded{[&](ForceLoad& l) { body(l.body); }, [&](TorqueLoad& l) { body(l.body); },
+                          [&](JointFriction& l) { joint_of(l.joint); }, [&](auto& l) { both(l.between); }},
+               load);
+  std::ranges::reverse(m.joints);
+  std::ranges::reverse(m.contacts);
+  std::ranges::reverse(m.drives);
+  std::ranges::reverse(m.loads);
+  return scene;
+}
+
+Scene nudged(Scene scene, double share, int which) {
+  Draw draw(20261121, static_cast<std::uint64_t>(which));
+  const auto near = [&](double& x) { x *= 1 + share * draw.either_way(1); };
+  auto& m = scene.mechanism;
+  const bool turns = std::ranges::any_of(m.drives, [](const Drive& d) {
+    return std::holds_alternative<SpeedDrive>(d) || std::holds_alternative<MotionDrive>(d);
+  });
+  // One factor for all velocities keeps them consistent where nothing is prescribed.
+  const double faster = turns ? 1 : 1 + share * draw.either_way(1);
+  for (auto& b : m.bodies) {
+    near(b.mass), near(b.inertia);
+    b.velocity = faster * b.velocity;
+    b.angular_velocity *= faster;
+  }
+  m.gravity = (1 + share * draw.either_way(1)) * m.gravity;
+  for (auto& joint : m.joints)
+    std::visit(Overloaded{[&](RevoluteJoint& j) {
+                            if (j.clearance) near(j.clearance->radial);
+                          },
+                          [](RigidJoint&) {}, [](RodJoint&) {},
+                          [&](TranslationalJoint& j) {
+                            if (j.clearance) near(j.clearance->half_play);
+                          },
+                          [&](SlotJoint& j) {
+                            if (j.clearance) near(j.clearance->half_play);
+                          },
+                          [&](auto& j) {  // teeth
+                            if (j.clearance) near(j.clearance->normal);
+                          }},
+               joint);
+  // Discs and walls move away from each other, never into: a start that touches stays one that can be run.
+  for (auto& contact : m.contacts)
+    std::visit(Overloaded{[&](PlaneContact& c) { c.radius *= 1 - share * draw(); },
+                          [&](DiscContact& c) {
+                            for (auto& R : c.radii) R *= 1 - share * draw();
+                          },
+                          [&](CamContact& c) { c.base_radius *= 1 - share * draw(); }, [](auto&) {}},
+               contact);
+  for (auto& s : m.surfaces) {
+    if (s.restitution && *s.restitution < 1) near(*s.restitution);
+    if (s.friction) near(*s.friction);
+  }
+  for (auto& drive : m.drives)
+    if (auto* d = std::get_if<TorqueDrive>(&drive))
+      for (auto& point : d->table) near(point.second);
+  for (auto& load : m.loads)
+    std::visit(Overloaded{[&](ForceLoad& l) { l.force = (1 + share * draw.either_way(1)) * l.force; },
+                          [&](TorqueLoad& l) { near(l.torque); },
+                          [&](JointFriction& l) { near(l.reaction ? l.reaction->friction : *l.force); },
+                          [&](Bushing& l) { near(l.turn_stiffness), near(l.turn_damping); },
+                          [&](BumpStop& l) { near(l.bump.stiffness), near(l.bump.damping); },
+                          [&](TorsionalBumpStop& l) { near(l.bump.stiffness), near(l.bump.damping); },
+                          [&](auto& l) { near(l.stiffness), near(l.damping); }},
+               load);
+  return scene;
+}
+
+}  // namespace freeplay::verification::random_scenes
