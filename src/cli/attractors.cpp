@@ -77,8 +77,8 @@ Division divided(const Study& study, const AttractorPlan& plan, const Verb& verb
                 MadeUnits made{.failed = 0, .reasons = {}, .interrupted = runs.interrupted};
                 for (const auto& chain : runs.chains)
                   for (const auto& run : chain)
-                    if (!run.finished() && ++made.failed <= 5)
-                      made.reasons.push_back(
+                    if (!run.finished())
+                      made.add_failure(
                           fmt::format("{} at {}: {}", run.branch, fmt::join(run.values, ", "), run.failure));
                 return made;
               }};

@@ -1,5 +1,5 @@
 // freeplay ensemble: perturbed starts of one mechanism, with statistics and bands.
-#include "study/ensemble/ensemble.hpp"
+#include "study/ensemble/ensemble_store.hpp"
 
 #include <fmt/format.h>
 

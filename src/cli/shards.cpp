@@ -35,9 +35,9 @@ int plan_shards(const Division& study, const ShardOptions& asked, const std::fil
   const auto m = make_plan(study, folder, static_cast<std::size_t>(asked.plan));
   fmt::print("{} units in {} shards of {} to {}; the plan is {}\n", m.units, m.shards, m.units / m.shards,
              (m.units + m.shards - 1) / m.shards, (shards_folder(folder) / "manifest.json").string());
-  fmt::print("each: {}\nthen: freeplay {} {} --merge {}\n",
-             command_for(m, folder, fmt::format("--shard k/{}", m.shards)), m.verb, shell_words(m.arguments),
-             shell_words({folder.string()}));
+  fmt::print("each: {}\nthen: {}\n",
+             command_for(m, {"--shard", fmt::format("k/{}", m.shards), "-o", folder.string()}),
+             command_for(m, {"--merge", folder.string()}));
   return 0;
 }
 

@@ -9,7 +9,6 @@
 #include "cli/slurm.hpp"
 #include "cli/verb.hpp"
 #include "cli/wrapped.hpp"
-#include "io/files/shell_words.hpp"
 #include "io/files/visible.hpp"
 #include "study/partition/merge.hpp"
 #include "study/partition/shard.hpp"
@@ -78,9 +77,7 @@ int status(const StatusRequest& request) {
   for (const auto& note : notes) fmt::print("{}", wrapped(note + "\n"));
   if (whole == m.shards)
     fmt::print("{}",
-               wrapped(fmt::format("all are whole: {}\n",
-                                   fmt::format("freeplay {} {} --merge {}", m.verb, shell_words(m.arguments),
-                                               shell_words({folder.string()})))));
+               wrapped(fmt::format("all are whole: {}\n", command_for(m, {"--merge", folder.string()}))));
   return 0;
 }
 

@@ -1,10 +1,7 @@
 // A fuzz target for what lies beside shards: bytes as a manifest, whose plan is made to fit as its writer could, with the units that it
 // names; as a seal; as the state of a shard. Each is read or refused with one SceneError.
-#include <nlohmann/json.hpp>
-
 #include "mechanism/error.hpp"
-#include "study/partition/division.hpp"
-#include "study/partition/shard.hpp"
+#include "study/partition/record.hpp"
 #include "verification/fuzz/judged.hpp"
 
 using namespace freeplay;
@@ -15,15 +12,7 @@ namespace {
 std::string fitting(std::string text) {
   auto j = nlohmann::json::parse(text, nullptr, false);
   try {
-    const Manifest m{.plan = {},
-                     .verb = j.at("verb"),
-                     .arguments = j.at("arguments"),
-                     .subject = j.at("subject"),
-                     .program = j.at("program"),
-                     .units_digest = j.at("units_digest"),
-                     .shards = j.at("shards"),
-                     .units = j.at("units")};
-    j["plan"] = plan_digest(m);
+    j["plan"] = plan_digest(j.get<Manifest>());
     return j.dump();
   } catch (const std::exception&) {
     return text;
@@ -49,7 +38,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     const auto manifest = read_manifest(folder);
     if (seal) fault_of(*seal, manifest, folder, true);
-    command_for(manifest, folder, "--shard 1/1");
+    command_for(manifest, {"--shard", "1/1"});
     // What a study of this many units would take is not asked of a file of a few kilobytes.
     if (manifest.units < 1000) units_of(manifest, folder, 1);
   } catch (const SceneError& e) {

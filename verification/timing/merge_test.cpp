@@ -1,32 +1,21 @@
 // What a merge of a million synthetic runs takes: freeplay-tests "[.merge]". Runs are copies of one that was made, with digests, impacts
 // and costs of their own, in 64 shards.
 #include <fmt/format.h>
-#include <sqlite3.h>
 #include <catch2/catch.hpp>
 
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
 
-#include "io/files/output_file.hpp"
 #include "study/partition/divided_sweep.hpp"
 #include "study/partition/merge.hpp"
 #include "study/partition/shard.hpp"
 #include "study/partition/shard_file.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/ball_study.hpp"
 
 using namespace freeplay;
 
 namespace {
-
-void execute(const std::filesystem::path& file, const std::string& sql) {
-  sqlite3* db = nullptr;
-  REQUIRE(sqlite3_open(file.c_str(), &db) == SQLITE_OK);
-  const int code = sqlite3_exec(db, sql.c_str(), nullptr, nullptr, nullptr);
-  INFO(sqlite3_errmsg(db));
-  CHECK(code == SQLITE_OK);
-  sqlite3_close(db);
-}
 
 /// MB, the greatest so far of this process.
 double peak_memory() {
@@ -42,14 +31,9 @@ TEST_CASE("a million runs are merged within two gigabytes", "[.merge]") {
   const char* asked = std::getenv("FREEPLAY_RUNS");
   const long runs = asked ? std::atol(asked) : 1'000'000;
   constexpr long shards = 64;
-  const test::TemporaryFolder folder;
-  std::filesystem::copy_file(test::source_folder() / "cases/bouncing-ball/scene.toml",
-                             folder.path() / "scene.toml");
-  write_file(
-      folder.path() / "study.toml",
-      "scene = \"scene.toml\"\nformulations = [\"nonsmooth\"]\nrestitution = \"as-given\"\nduration = 1\n"
-      "[axes.e]\nkey = \"surfaces.hard.restitution\"\nvalues = [0.5]\n");
-  const auto study = read_study(folder.path() / "study.toml");
+  const test::BallStudy place("values = [0.5]", "formulations = [\"nonsmooth\"]\n");
+  const auto& folder = place.folder;
+  const auto study = read_study(place.study);
   const auto division = divided_sweep(study, {}, "sweep", {}, subject_of(study));
   make_plan(division, folder.path() / "out", 1);
   make_shard(division, folder.path() / "out", {.shard = 1, .scratch = folder.path() / "scratch"});
@@ -58,7 +42,7 @@ TEST_CASE("a million runs are merged within two gigabytes", "[.merge]") {
   for (long k = 0; k < shards; ++k) {
     files.push_back(folder.path() / fmt::format("{}.db", k));
     copy_database(one, files.back());
-    execute(files.back(), fmt::format(R"(
+    test::execute(files.back(), fmt::format(R"(
 PRAGMA synchronous = OFF; PRAGMA foreign_keys = OFF; BEGIN;
 CREATE TEMP TABLE n AS WITH RECURSIVE n(i) AS (SELECT 2 UNION ALL SELECT i + 1 FROM n WHERE i <= {}) SELECT i FROM n;
 CREATE TEMP TABLE new AS SELECT * FROM runs;
@@ -73,7 +57,7 @@ INSERT INTO work SELECT run, 'done', NULL FROM many;
 DELETE FROM work WHERE run = (SELECT run FROM runs WHERE "run id" = 1);
 DELETE FROM runs WHERE "run id" = 1; DELETE FROM impact_rows WHERE id = 1; DELETE FROM cost_rows WHERE id = 1;
 DELETE FROM trace_blobs; DELETE FROM spectrum_blobs; COMMIT;)",
-                                      runs / shards));
+                                            runs / shards));
   }
   const auto began = std::chrono::steady_clock::now();
   merge_files(files, folder.path() / "all.db");

@@ -10,6 +10,7 @@
 #include "mechanism/scene.hpp"
 #include "simulation/trajectory.hpp"
 #include "study/ensemble/ensemble.hpp"
+#include "study/ensemble/ensemble_store.hpp"
 #include "study/partition/divided_ensemble.hpp"
 #include "study/partition/merge.hpp"
 #include "study/partition/shard.hpp"

@@ -51,7 +51,7 @@ struct Made {
             for (double a = 0; a <= tail; a += tail / 40) r.metrics.impacts.push_back({170 + a, 0.1, 0.05});
             r.metrics.impacts.push_back({150 - 43 + 280, 0.1 * second, 0.05});
           }
-          results.store(fmt::format("{} {} {}", c, n, start), one, r);
+          results.store(std::vector<MadeRun>{{fmt::format("{} {} {}", c, n, start), &one, r}});
         }
     return flores2011(study, results, results.runs(), "v", "penalty", TurnMetrics::ratio_95, fitted);
   }

@@ -1,59 +1,28 @@
 // Databases that were made to do harm, over every verb that opens one: each is refused with one clear error, executes nothing, and
 // leaves what lies inside and outside its folder as it was. Made by SQLite itself, with writable_schema, and by hand.
 #include <fmt/format.h>
-#include <sqlite3.h>
 #include <sys/stat.h>
 #include <catch2/catch.hpp>
 
 #include <chrono>
 #include <fstream>
 #include <functional>
-#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "io/files/digest.hpp"
-#include "io/files/output_file.hpp"
 #include "study/partition/shard_file.hpp"
 #include "study/store/database.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/ball_study.hpp"
 #include "verification/unit/hostile.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
+using test::execute;
 
 namespace {
 
 using Path = std::filesystem::path;
-
-const std::string study = R"(
-scene = "scene.toml"
-restitution = "as-given"
-formulations = ["nonsmooth"]
-discard_time = "0.1 s"
-duration = "0.1 s"
-[axes.e]
-key = "surfaces.hard.restitution"
-values = [0.4, 0.5, 0.6, 0.7]
-)";
-
-/// SQL on a file, as whoever made it may have run it.
-void execute(const Path& file, const std::string& sql, bool keep_log = false) {
-  sqlite3* db = nullptr;
-  REQUIRE(sqlite3_open(file.c_str(), &db) == SQLITE_OK);
-  if (keep_log) sqlite3_db_config(db, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
-  char* why = nullptr;
-  const int code = sqlite3_exec(db, sql.c_str(), nullptr, nullptr, &why);
-  INFO(sql << ": " << (why ? why : ""));
-  CHECK(code == SQLITE_OK);
-  sqlite3_free(why);
-  sqlite3_close(db);
-}
-
-std::string bytes_of(const Path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 void put_bytes(const Path& file, std::streamoff at, const std::string& bytes) {
   std::fstream out(file, std::ios::in | std::ios::out | std::ios::binary);
@@ -212,16 +181,14 @@ std::map<std::string, std::string> contents(const Path& folder) {
       all[name] += std::filesystem::read_symlink(entry.path()).string();
     if (!std::filesystem::is_regular_file(status)) continue;
     const auto size = entry.file_size();
-    all[name] += fmt::format("{} {}", size, size < (1u << 30) ? digest(bytes_of(entry.path())) : "");
+    all[name] += fmt::format("{} {}", size, size < (1u << 30) ? digest(test::file_text(entry.path())) : "");
   }
   return all;
 }
 
 struct Place {
   Place() : bait(folder.path()) {
-    std::filesystem::copy_file(test::source_folder() / "cases/bouncing-ball/scene.toml",
-                               bait.folder / "scene.toml");
-    write_file(bait.folder / "study.toml", study);
+    test::put_ball_study(bait.folder, "values = [0.4, 0.5, 0.6, 0.7]", "formulations = [\"nonsmooth\"]\n");
     for (const char* command :
          {"-o out", "--plan 2 -o divided", "--shard 1/2 -o divided", "--shard 2/2 -o divided"}) {
       const auto told = run("sweep study.toml " + std::string(command));
@@ -245,13 +212,13 @@ struct Place {
   Path victim() const { return folder.path() / "victim.db"; }
   /// The file of shard 1, as its seal names it.
   Path shard() const {
-    const auto seal = nlohmann::json::parse(bytes_of(bait.folder / "divided/shards/1.json"));
+    const auto seal = nlohmann::json::parse(test::file_text(bait.folder / "divided/shards/1.json"));
     return bait.folder / "divided/shards" / seal["file"].get<std::string>();
   }
   /// Makes the seal fit what the file has become: its maker can.
   void seal_again() const {
     const auto file = bait.folder / "divided/shards/1.json";
-    auto seal = nlohmann::json::parse(bytes_of(file));
+    auto seal = nlohmann::json::parse(test::file_text(file));
     const auto place = shard();
     if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(place))) return;
     seal["bytes"] = std::filesystem::file_size(place);
@@ -271,7 +238,7 @@ void judge(const Place& place, const Attack& attack, const Path& database, const
   attack.plant(database, place.victim());
   if (prepare) prepare();
   const auto before = contents(work);
-  const auto victim = bytes_of(place.victim());
+  const auto victim = test::file_text(place.victim());
   const auto began = std::chrono::steady_clock::now();
   const auto told = place.run(command);
   CAPTURE(told.out, told.err);
@@ -280,7 +247,7 @@ void judge(const Place& place, const Attack& attack, const Path& database, const
   CHECK_THAT(told.err, Contains(database.filename().string()) || Contains("1 of 2 shards cannot be merged"));
   CHECK(std::ranges::count(told.err, '\n') == 1);
   CHECK(contents(work) == before);
-  CHECK(bytes_of(place.victim()) == victim);
+  CHECK(test::file_text(place.victim()) == victim);
   CHECK(place.bait.untouched());
   CHECK_FALSE(std::filesystem::exists(place.victim().string() + ".made"));
   // Reading the file once is a matter of milliseconds, planning a study of a second; the bound leaves room for sanitizers and a
@@ -352,7 +319,7 @@ TEST_CASE("a hostile database is refused by every other verb that keeps one",
   // A study judged against the experiment, with a fit and without; with few starts, for they are planned before the database is
   // opened.
   const auto change = [&](const char* file, const std::string& from, const std::string& to) {
-    auto text = bytes_of(folder / file);
+    auto text = test::file_text(folder / file);
     const auto at = text.find(from);
     REQUIRE(at != text.npos);
     write_file(folder / file, text.replace(at, from.size(), to));

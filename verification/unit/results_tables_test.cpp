@@ -69,9 +69,9 @@ TEST_CASE("a batch of runs is stored as its runs one by one", "[study][blobs]") 
   r.metrics.last_turn = even_turn(30, true);
   Results batch(folder.path() / "batch.db", study), single(folder.path() / "single.db", study);
   batch.store(std::vector<MadeRun>{{"a", &first, r}, {"b", &second, r}});
-  single.store("a", first, r);
-  single.store("b", second, r);
-  single.store("b", second, r);  // takes the place of the one before
+  single.store(std::vector<MadeRun>{{"a", &first, r}});
+  for (int times = 0; times < 2; ++times)  // the later takes the place of the one before
+    single.store(std::vector<MadeRun>{{"b", &second, r}});
   for (const auto* results : {&batch, &single}) {
     CHECK(results->runs().size() == 2);
     CHECK(results->impacts("b").size() == 1);

@@ -32,17 +32,12 @@ namespace {
 using Words = std::vector<std::string>;
 using Clock = std::chrono::steady_clock;
 
-std::string bytes_of(const Path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 /// All files of a folder by their names, but for the lock that a killed process leaves.
 std::map<std::string, std::string> files_of(const Path& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder))
     if (entry.is_regular_file() && entry.path().filename() != ".freeplay.lock")
-      files[entry.path().filename().string()] = bytes_of(entry.path());
+      files[entry.path().filename().string()] = test::file_text(entry.path());
   return files;
 }
 
@@ -249,7 +244,7 @@ TEST_CASE("resume: an interrupted run leaves whole files, and goes on", "[resume
     const auto share = [&] { return (0.05 + 0.3 * static_cast<double>(engine() % 1000) / 1000) * length; };
     begin(folder, setup, share(), engine() % 2 ? SIGINT : SIGTERM, "30");
     const auto check_interrupted = [&] {
-      const auto document = nlohmann::json::parse(bytes_of(folder / "run.json"));
+      const auto document = nlohmann::json::parse(test::file_text(folder / "run.json"));
       CHECK(document["ending"]["status"] == "interrupted");
       const auto files = files_of(folder);
       CHECK(files.size() == setup.files.size() + 2);
@@ -258,19 +253,19 @@ TEST_CASE("resume: an interrupted run leaves whole files, and goes on", "[resume
         REQUIRE(files.contains(name));
         const auto& here = files.at(name);
         CHECK(here.ends_with('\n'));
-        CHECK(bytes_of(whole / name).starts_with(here));
+        CHECK(test::file_text(whole / name).starts_with(here));
       }
     };
     check_interrupted();
     for (int i = 0; i < 3; ++i) {  // again, while it resumes; also without checkpoints of its own
-      const auto done = bytes_of(folder / "trajectory.csv").size();
+      const auto done = test::file_text(folder / "trajectory.csv").size();
       Process process(resume_in(folder, i == 1 ? "0" : "30"));
       sleep(share());
       process.signal(SIGINT);
       process.wait();
       if (!has_checkpoint(folder)) break;
       check_interrupted();
-      CHECK(bytes_of(folder / "trajectory.csv").size() >= done);
+      CHECK(test::file_text(folder / "trajectory.csv").size() >= done);
     }
     {  // killed while it resumes what was interrupted: its files are in their places, and move
       Process process(resume_in(folder));
@@ -374,7 +369,7 @@ TEST_CASE("resume: what cannot be gone on with is refused, and nothing is damage
 
   // The checkpoint.
   const std::string checkpoint = "run.checkpoint", head = "freeplay checkpoint 3 ";
-  const auto whole = bytes_of(cut / checkpoint);
+  const auto whole = test::file_text(cut / checkpoint);
   REQUIRE(whole.starts_with(head));
   const auto rewritten = [&](const std::string& bytes) {
     return spoil(cut, checkpoint, [&](const Path& file) { write_file(file, bytes); });
@@ -468,7 +463,7 @@ TEST_CASE("what is interrupted says so in the same words, by every verb", "[resu
                                 FREEPLAY_BINARY_DIR, line, place.path().string(), err.string())
                         .c_str());
     CHECK(WEXITSTATUS(status) == 124);  // it had not ended by itself
-    return bytes_of(err);
+    return test::file_text(err);
   };
   const auto anew = Catch::Contains("interrupted; the same command begins anew, nothing is written"),
              on = Catch::Contains("interrupted; the same command carries on");

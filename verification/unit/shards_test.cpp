@@ -1,57 +1,31 @@
 // Studies divided: any number of shards, in any order, with interruptions, give what one process gives; and what is refused.
 #include <fmt/format.h>
-#include <sqlite3.h>
 #include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "io/files/output_file.hpp"
 #include "mechanism/error.hpp"
 #include "study/partition/divided_sweep.hpp"
 #include "study/partition/merge.hpp"
 #include "study/partition/shard.hpp"
 #include "study/partition/shard_file.hpp"
 #include "study/sweep/sweep.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/ball_study.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
 
 namespace {
 
-const std::string text = R"(
-scene = "scene.toml"
-restitution = "as-given"
-discard_time = "0.33 s"
-duration = "0.3 s"
-[axes.e]
-key = "surfaces.hard.restitution"
-range = [0.2, 0.8, 11]
-[measure.highest]
-column = "ball.y"
-reduce = "max"
-each = "period"
-[derived]
-rise = "highest - 0.05"
-)";
-
-struct Place {
-  test::TemporaryFolder folder;
-  Study study;
-  Place() : study(read(text)) {}
-  Study read(std::string of) {
-    std::filesystem::copy_file(test::source_folder() / "cases/bouncing-ball/scene.toml",
-                               folder.path() / "scene.toml",
-                               std::filesystem::copy_options::overwrite_existing);
-    const auto each = of.find("each = \"period\"\n");  // the scene has none
-    if (each != of.npos) of.erase(each, 16);
-    write_file(folder.path() / "study.toml", of);
-    return read_study(folder.path() / "study.toml");
-  }
-  Division division() const { return divided_sweep(study, {}, "sweep", {"study.toml"}, subject_of(study)); }
+struct Place : test::BallStudy {
+  Study read = read_study(study);
+  Place()
+      : BallStudy(
+            "range = [0.2, 0.8, 11]\n[measure.highest]\ncolumn = \"ball.y\"\nreduce = \"max\"\n[derived]\n"
+            "rise = \"highest - 0.05\"") {}
+  Division division() const { return divided_sweep(read, {}, "sweep", {"study.toml"}, subject_of(read)); }
   std::filesystem::path at(const std::string& name) const { return folder.path() / name; }
   ShardMade make(const std::string& into, std::size_t k, StopToken stop = {}) const {
     return make_shard(division(), at(into),
@@ -61,29 +35,17 @@ struct Place {
 
 /// All rows of what does not depend on the machine, in the order of their text.
 std::vector<std::string> dump(const std::filesystem::path& file) {
-  sqlite3* db = nullptr;
-  REQUIRE(sqlite3_open_v2(file.c_str(), &db, SQLITE_OPEN_READONLY, nullptr) == SQLITE_OK);
+  const Database database(file, Database::Access::read);
   std::vector<std::string> rows;
   for (const std::string table :
        {"named", "turns", "flights", "impacts", "measures", "spectra", "traces", "work", "derived"}) {
-    sqlite3_stmt* s = nullptr;
-    INFO(table << ": " << sqlite3_errmsg(db));
-    REQUIRE(sqlite3_prepare_v2(db, ("SELECT * FROM " + table).c_str(), -1, &s, nullptr) == SQLITE_OK);
-    while (sqlite3_step(s) == SQLITE_ROW) {
-      auto row = table;
-      for (int c = 0; c < sqlite3_column_count(s); ++c) {
-        const auto* bytes = static_cast<const char*>(sqlite3_column_blob(s, c));
-        row += fmt::format("|{}:", sqlite3_column_type(s, c));
-        if (sqlite3_column_type(s, c) == SQLITE_FLOAT)
-          row += fmt::format("{:a}", sqlite3_column_double(s, c));
-        else
-          row.append(bytes ? bytes : "", static_cast<std::size_t>(sqlite3_column_bytes(s, c)));
-      }
-      rows.push_back(row);
+    Database::Statement s(database, "SELECT * FROM " + table);
+    while (s.step()) {
+      rows.push_back(table);
+      for (int c = 0; c < s.columns(); ++c)  // a number bit for bit, a text or blob byte for byte
+        rows.back() += s.is_text(c) ? "|" + s.text(c) : fmt::format("|{:a} {}", s.number(c), s.text(c));
     }
-    sqlite3_finalize(s);
   }
-  sqlite3_close(db);
   std::ranges::sort(rows);
   return rows;
 }
@@ -92,9 +54,9 @@ std::vector<std::string> made_by_one(const Place& place) {
   make_folder(place.at("one"));
   {
     const FolderLock lock(place.at("one"), "sweep", FolderLock::Use::together);
-    Results results(place.at("one") / "sweep.db", place.study);
-    sweep(place.study, plan(place.study, {}), {}, results, lock, 1, {});
-    results.derive(place.study);
+    Results results(place.at("one") / "sweep.db", place.read);
+    sweep(place.read, plan(place.read, {}), {}, results, lock, 1, {});
+    results.derive(place.read);
   }
   return dump(place.at("one") / "sweep.db");
 }
@@ -180,9 +142,8 @@ TEST_CASE("a study that was changed since it was planned is refused", "[shards][
   Place place;
   make_plan(place.division(), place.at("out"), 2);
   place.make("out", 1);
-  auto other = text;
-  other.replace(other.find("0.8"), 3, "0.7");
-  place.study = place.read(other);
+  test::put_ball_study(place.folder.path(), "range = [0.2, 0.7, 11]");
+  place.read = read_study(place.study);
   CHECK_THROWS_WITH(place.make("out", 2), Contains("has changed since it was planned"));
   CHECK_THROWS_WITH(make_plan(place.division(), place.at("out"), 2), Contains("another plan"));
   CHECK_THROWS_WITH(merge_shards(place.division(), place.at("out"), place.at("scratch")),
@@ -204,10 +165,8 @@ TEST_CASE("what lies beside shards and has values of another kind is refused, in
   make_plan(place.division(), place.at("out"), 2);
   place.make("out", 1);
   const auto shards = place.at("out") / "shards";
-  const auto read = [](const std::filesystem::path& file) {
-    return nlohmann::json::parse(std::ifstream(file));
-  };
-  const auto manifest = read(shards / "manifest.json"), seal = read(shards / "1.json");
+  const auto parsed = [&](const char* name) { return nlohmann::json::parse(test::file_text(shards / name)); };
+  const auto manifest = parsed("manifest.json"), seal = parsed("1.json");
   const auto missing = [](nlohmann::json j, const char* key) {
     j.erase(key);
     return j;
@@ -236,7 +195,7 @@ TEST_CASE("what lies beside shards and has values of another kind is refused, in
   }
   write_file(shards / "2.state.json", R"({"state": "running", "done": 1e300, "total": -5})");
   const auto state = state_of(place.at("out"), 2);
-  CHECK(state.state == "running");
+  CHECK(state.state.empty());
   CHECK(state.done == 0);
   CHECK(state.total == 0);
 }
@@ -265,33 +224,44 @@ TEST_CASE("the five commands of docs/cluster.md do what they say", "[shards][doc
   CHECK(dump(place.at("out/study/sweep.db")) == made_by_one(place));
 }
 
-TEST_CASE("chains of a basin are divided like runs, and none is made again after the merge", "[shards]") {
+TEST_CASE(
+    "chains of a basin and starts of an ensemble are divided like runs, and none is made again after the merge",
+    "[shards]") {
   const test::TemporaryFolder folder;
-  const auto source = test::source_folder() / "cases/bistable-rotor";
-  std::filesystem::copy(source, folder.path(), std::filesystem::copy_options::recursive);
+  std::filesystem::copy(test::source_folder() / "cases/bistable-rotor", folder.path(),
+                        std::filesystem::copy_options::recursive);
   const auto study = folder.path() / "study.toml";
-  std::ifstream in(study);
-  std::string of{std::istreambuf_iterator<char>(in), {}};
+  auto of = test::file_text(study);
   for (const auto& [from, to] : {std::pair("0.95, 39]", "0.95, 4]"), std::pair("6, 40]", "6, 3]")}) {
     REQUIRE(of.find(from) != of.npos);
     of.replace(of.find(from), std::string(from).size(), to);
   }
   write_file(study, of);
-  const std::string verb = "basin";
-  const auto run = [&](const std::string& rest) {
-    return std::system(fmt::format("cd '{}' && '{}/freeplay' {} study.toml {} >>said 2>&1",
-                                   folder.path().string(), FREEPLAY_BINARY_DIR, verb, rest)
-                           .c_str());
-  };
-  REQUIRE(run("--plan 2 -o out") == 0);
-  REQUIRE(run("--shard 2/2 -o out") == 0);
-  CHECK(run("--merge out") / 256 == 2);
-  REQUIRE(run("--shard 1/2 -o out") == 0);
-  REQUIRE(run("--merge out") == 0);
-  std::filesystem::remove(folder.path() / "said");
-  run("-o out");
-  std::ifstream said(folder.path() / "said");
-  std::string first;
-  std::getline(said, first);
-  CHECK_THAT(first, Contains("were there, 0 made"));
+  const std::vector<std::string> basin{"basin", study.string()},
+      ensemble{
+          "ensemble", test::flores().string(), "--starts", "3", "--rows", "3", "--set", "run.revolutions=0.1",
+          "--set",    "run.discard=0.02"};
+  for (const auto& words : {basin, ensemble}) {
+    const auto out = (folder.path() / words[0]).string();
+    const auto run = [&](const std::vector<std::string>& more) {
+      auto all = words;
+      all.insert(all.end(), more.begin(), more.end());
+      const auto o = test::BallStudy::run(all);
+      UNSCOPED_INFO(words[0] << ": " << o.out << o.err);
+      return o;
+    };
+    REQUIRE(run({"--plan", "2", "-o", out}).status == 0);
+    REQUIRE(run({"--shard", "2/2", "-o", out}).status == 0);
+    CHECK(run({"--merge", out}).status == 2);
+    REQUIRE(run({"--shard", "1/2", "-o", out}).status == 0);
+    REQUIRE(run({"--merge", out}).status == 0);
+    if (words == basin) CHECK_THAT(run({"-o", out}).out, Contains("were there, 0 made"));
+  }
+  // The time that starts take is of those that are made.
+  auto again = ensemble;
+  again.insert(again.end(), {"-o", (folder.path() / "ensemble").string()});
+  REQUIRE(test::BallStudy::run(again).status == 0);
+  const auto told = nlohmann::json::parse(test::file_text(folder.path() / "ensemble/ensemble.json"));
+  CHECK(told["ensemble"]["finished"] == 3);
+  CHECK(told["ensemble"]["cpu_seconds"] == 0);
 }

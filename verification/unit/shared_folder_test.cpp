@@ -198,16 +198,16 @@ TEST_CASE("one form of a study at a time, and claims of the living only", "[stud
   CHECK(first.taken(second->seat()));
   const std::vector<std::string> runs{"a", "b"}, others{"a", "c"};
   WorkList list(mine.database(), first, runs, WorkList::Earlier::kept);
-  CHECK(list.claim() == "a");
+  CHECK(list.claim(1) == std::vector<std::string>{"a"});
   CHECK_THROWS_WITH(WorkList(theirs.database(), *second, others, WorkList::Earlier::kept),
                     Contains("another form of this study") && Contains(std::to_string(getpid())));
   {
     WorkList same(theirs.database(), *second, runs, WorkList::Earlier::kept);
-    CHECK(same.claim() == "b");
-    CHECK(same.claim() == std::nullopt);
-    CHECK(list.claim() == std::nullopt);
+    CHECK(same.claim(1) == std::vector<std::string>{"b"});
+    CHECK(same.claim(1).empty());
+    CHECK(list.claim(1).empty());
   }  // gives b back
-  CHECK(list.claim() == "b");
+  CHECK(list.claim(1) == std::vector<std::string>{"b"});
   CHECK_FALSE(list.ended());
 }
 

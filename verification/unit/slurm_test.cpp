@@ -6,8 +6,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "io/files/output_file.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/ball_study.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -16,12 +15,7 @@ namespace {
 
 struct Cluster {
   Cluster() {
-    std::filesystem::copy_file(test::source_folder() / "cases/bouncing-ball/scene.toml",
-                               folder.path() / "scene.toml");
-    write_file(
-        folder.path() / "study.toml",
-        "scene = \"scene.toml\"\nformulations = [\"nonsmooth\"]\nrestitution = \"as-given\"\nduration = 0.05\n"
-        "[axes.e]\nkey = \"surfaces.hard.restitution\"\nvalues = [0.5, 0.6]\n");
+    test::put_ball_study(folder.path(), "values = [0.5, 0.6]", "formulations = [\"nonsmooth\"]\n");
     make_folder(folder.path() / "bin");
     command("sinfo", "echo 0/1/0/1");
     command("sbatch", "echo 7");

@@ -8,11 +8,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "io/files/output_file.hpp"
-#include "io/files/shell_words.hpp"
-#include "study/partition/division.hpp"
+#include "study/partition/record.hpp"
 #include "study/partition/shard_file.hpp"
-#include "verification/support/support.hpp"
+#include "verification/support/ball_study.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -23,25 +21,18 @@ const std::string hostile =
     "a'b\"c $(touch canary) `touch canary` \\ %j\n#SBATCH --wrap=touch\n; touch canary #";
 
 /// A study that is planned, and how to ask for its scripts.
-struct Planned {
-  test::TemporaryFolder folder;
-  std::filesystem::path study = folder.path() / "study.toml", out = folder.path() / "out";
-  Planned() {
-    std::filesystem::copy_file(test::source_folder() / "cases/bouncing-ball/scene.toml",
-                               folder.path() / "scene.toml");
-    write_file(
-        study,
-        "scene = \"scene.toml\"\nrestitution = \"as-given\"\ndiscard_time = \"0.33 s\"\nduration = \"0.3 s\"\n"
-        "[axes.e]\nkey = \"surfaces.hard.restitution\"\nrange = [0.2, 0.8, 3]\n");
-    const auto o = test::freeplay(shell_words({"sweep", study.string(), "--plan", "2", "-o", out.string()}));
+struct Planned : test::BallStudy {
+  Planned() : BallStudy("range = [0.2, 0.8, 3]") {
+    const auto o = run({"sweep", study.string(), "--plan", "2", "-o", out.string()});
     CAPTURE(o.err);
     REQUIRE(o.status == 0);
   }
-  auto submit(std::vector<std::string> more = {}) const {
-    std::vector<std::string> words{"submit", study.string(), "--slurm", "--dry-run", "-o", out.string()};
+  auto submit(const std::vector<std::string>& more, const std::filesystem::path& into) const {
+    std::vector<std::string> words{"submit", study.string(), "--slurm", "--dry-run", "-o", into.string()};
     words.insert(words.end(), more.begin(), more.end());
-    return test::freeplay(shell_words(words));
+    return run(words);
   }
+  auto submit(const std::vector<std::string>& more = {}) const { return submit(more, out); }
   nlohmann::json manifest() const {
     return nlohmann::json::parse(std::ifstream(out / "shards/manifest.json"));
   }
@@ -82,14 +73,12 @@ TEST_CASE("options that Slurm's lines cannot hold are refused", "[security][shar
              Contains("#SBATCH --partition=short,long-1\n") && Contains("#SBATCH --time=1-12:00:00\n"));
   for (const auto* name : {"a\nb", "a'b", "a\"b", "a\\b", "%j", "a\x7f"}) {
     CAPTURE(name);
-    const auto refused = test::freeplay(shell_words({"submit", place.study.string(), "--slurm", "--dry-run",
-                                                     "-o", (place.folder.path() / name).string()}));
+    const auto refused = place.submit({}, place.folder.path() / name);
     CHECK(refused.status == 2);
     CHECK_THAT(refused.err, Contains("-o "));
     CHECK_FALSE(std::filesystem::exists(place.folder.path() / name));
   }
-  const auto spaced = test::freeplay(shell_words({"submit", place.study.string(), "--slurm", "--dry-run",
-                                                  "-o", (place.folder.path() / "two words").string()}));
+  const auto spaced = place.submit({}, place.folder.path() / "two words");
   CHECK(spaced.status == 0);
   CHECK_THAT(spaced.out, Contains("two words/shards/log/%A_%a.log\"\n"));
 }
@@ -113,14 +102,13 @@ TEST_CASE("a node's name that no machine has does not reach the script", "[secur
 TEST_CASE("a plan that is another study's, or says what no plan does, is refused", "[security][shards]") {
   const Planned place;
   const auto file = place.out / "shards/manifest.json";
+  const auto study = place.study.string();
   const auto first = place.manifest();
   const auto refused = [&](const nlohmann::json& m) {
     write_whole(file, m.dump());
     for (const auto& o :
-         {place.submit(),
-          test::freeplay(
-              shell_words({"sweep", place.study.string(), "--shard", "1/2", "-o", place.out.string()})),
-          test::freeplay(shell_words({"sweep", place.study.string(), "--merge", place.out.string()}))}) {
+         {place.submit(), place.run({"sweep", study, "--shard", "1/2", "-o", place.out.string()}),
+          place.run({"sweep", study, "--merge", place.out.string()})}) {
       CAPTURE(m.dump(), o.out, o.err);
       CHECK(o.status != 0);
       CHECK_THAT(o.out, !Contains("#SBATCH"));
@@ -131,18 +119,9 @@ TEST_CASE("a plan that is another study's, or says what no plan does, is refused
   const auto forged = [&](const char* key, const nlohmann::json& value) {
     auto m = first;
     m[key] = value;
-    const Manifest said{.plan = {},
-                        .verb = m.at("verb"),
-                        .arguments = m.at("arguments"),
-                        .subject = m.at("subject"),
-                        .program = m.at("program"),
-                        .units_digest = m.at("units_digest"),
-                        .shards = m.at("shards"),
-                        .units = m.at("units")};
-    m["plan"] = plan_digest(said);
+    m["plan"] = plan_digest(m.get<Manifest>());
     return m;
   };
-  const auto study = place.study.string();
   refused(forged("verb", "run"));
   refused(forged("verb", "sweep; touch canary"));
   refused(forged("arguments", {study, "--allow-outside"}));
@@ -150,6 +129,12 @@ TEST_CASE("a plan that is another study's, or says what no plan does, is refused
   refused(forged("arguments", {"--help"}));
   refused(forged("arguments", nlohmann::json::array()));
   refused(forged("arguments", {"x\n#SBATCH --wrap=touch"}));
+  refused(forged("arguments", {study, "--set", "run.duration=1"}));  // an ensemble's
+  auto ensemble = forged("verb", "ensemble");
+  ensemble["arguments"] = {study, "-o", "/elsewhere"};
+  ensemble["plan"] = plan_digest(ensemble.get<Manifest>());
+  refused(ensemble);
+  CHECK(place.run({"status", study, "-o", place.out.string()}).status == 2);
   refused(forged("shards", std::uint64_t{1} << 62));
   refused(forged("units", std::uint64_t{1} << 62));
   std::filesystem::remove(file);
@@ -166,9 +151,8 @@ TEST_CASE("a plan that is another study's, or says what no plan does, is refused
 TEST_CASE("a merge that ends on a node is not sent there again", "[shards]") {
   const Planned place;
   for (const char* shard : {"1/2", "2/2"})
-    REQUIRE(test::freeplay(
-                shell_words({"sweep", place.study.string(), "--shard", shard, "-o", place.out.string()}))
-                .status == 0);
+    REQUIRE(place.run({"sweep", place.study.string(), "--shard", shard, "-o", place.out.string()}).status ==
+            0);
   setenv("SLURMD_NODENAME", "node3", 1);
   const auto first = place.submit(), later = place.submit({"--round", "2", "--exclude", "node5"}),
              refused = place.submit({"--exclude", "node5\n#SBATCH --wrap=touch"});

@@ -1,6 +1,5 @@
-// The results of bifurcations and basins in one SQLite file that any program can ask. A run is stored whole in one transaction
-// under the digest of all that it depends on; what is there is not run again, so that a study that was interrupted goes on, and
-// its file then holds what it would have held.
+// The results of bifurcations and basins (study/store/run_store.hpp). What is there is not run again, so that a study that was
+// interrupted goes on, and its file then holds what it would have held.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +8,7 @@
 
 #include "study/attractors/attractor.hpp"
 #include "study/runs/section_run.hpp"
-#include "study/store/database.hpp"
+#include "study/store/run_store.hpp"
 
 namespace freeplay {
 
@@ -25,15 +24,12 @@ struct SettledRun {
 };
 
 /// The results file.
-class AttractorStore {
+class AttractorStore : public RunStore {
  public:
   explicit AttractorStore(const std::filesystem::path& file, StopToken stop);
   /// False where there is none of that key.
   bool find(const std::string& key, SettledRun& run) const;
   void store(const std::string& key, const SettledRun& run, const std::vector<NamedColumn>& columns);
-
- private:
-  Database database_;
 };
 
 }  // namespace freeplay

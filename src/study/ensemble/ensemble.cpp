@@ -11,6 +11,7 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <numeric>
 #include <optional>
 #include <set>
 
@@ -219,27 +220,40 @@ Ensemble Starts::together(const std::vector<StartOutcome>& outcomes) const {
   return all;
 }
 
+void Starts::make_all(const std::vector<int>& starts,
+                      const std::function<bool(std::size_t, StartOutcome&)>& find,
+                      const std::function<void(std::size_t, StartOutcome&, bool)>& done) const {
+  std::mutex guard;
+  oneapi::tbb::task_arena arena(plan_.threads > 0 ? plan_.threads : oneapi::tbb::task_arena::automatic);
+  arena.execute([&] {
+    oneapi::tbb::parallel_for(std::size_t{0}, starts.size(), [&](std::size_t place) {
+      if (plan_.stop()) return;
+      StartOutcome outcome;
+      const bool found = [&] {
+        const std::lock_guard lock(guard);
+        return find(place, outcome);
+      }();
+      if (!found) outcome = make(starts[place]);
+      const std::lock_guard lock(guard);
+      done(place, outcome, found);
+    });
+  });
+}
+
 Ensemble run_ensemble(const Scene& scene, const EnsemblePlan& plan,
                       const std::function<void(double)>& on_progress, const KnownStarts& known) {
   const auto began = std::chrono::steady_clock::now();
   const Starts starts(scene, plan);
-  std::vector<StartOutcome> outcomes(static_cast<std::size_t>(plan.starts));
-  std::mutex guard;
+  std::vector<int> list(static_cast<std::size_t>(plan.starts));
+  std::iota(list.begin(), list.end(), 0);
+  std::vector<StartOutcome> outcomes(list.size());
   int done = 0;
-  oneapi::tbb::task_arena arena(plan.threads > 0 ? plan.threads : oneapi::tbb::task_arena::automatic);
-  arena.execute([&] {
-    oneapi::tbb::parallel_for(0, plan.starts, [&](int k) {
-      if (plan.stop()) return;
-      auto& outcome = outcomes[static_cast<std::size_t>(k)];
-      const auto there = [&] {
-        const std::lock_guard lock(guard);
-        return known && known(k, outcome);
-      };
-      if (!there()) outcome = starts.make(k);
-      const std::lock_guard lock(guard);
-      if (on_progress) on_progress(static_cast<double>(++done) / plan.starts);
-    });
-  });
+  starts.make_all(
+      list, [&](std::size_t place, StartOutcome& outcome) { return known && known(list[place], outcome); },
+      [&](std::size_t place, StartOutcome& outcome, bool) {
+        outcomes[place] = std::move(outcome);
+        if (on_progress) on_progress(static_cast<double>(++done) / plan.starts);
+      });
   auto all = starts.together(outcomes);
   all.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   return all;

@@ -71,12 +71,20 @@ struct StartOutcome {
   bool interrupted = false;
 };
 
+/// Where outcomes are that need not be made: true when it was one of those.
+using KnownStarts = std::function<bool(int start, StartOutcome& outcome)>;
+
 /// Every start of a scene by itself, and all together.
 class Starts {
  public:
   /// Of a scene that stays as it is. Throws as run_ensemble.
   Starts(const Scene& scene, const EnsemblePlan& plan);
   StartOutcome make(int start) const;
+  /// These starts on the plan's threads. Each is looked for first; then `done` is told, also of those that a stop has ended. Both are
+  /// given the place in the list, and are called by one thread at a time.
+  void make_all(const std::vector<int>& starts,
+                const std::function<bool(std::size_t place, StartOutcome& outcome)>& find,
+                const std::function<void(std::size_t place, StartOutcome& outcome, bool found)>& done) const;
   /// Of all starts, in their order.
   Ensemble together(const std::vector<StartOutcome>& outcomes) const;
   const EnsemblePlan& plan() const { return plan_; }
@@ -88,9 +96,6 @@ class Starts {
   std::vector<double> times_;  // s, of the bands
   std::vector<double> near_;
 };
-
-/// Where outcomes are that need not be made: true when it was one of those.
-using KnownStarts = std::function<bool(int start, StartOutcome& outcome)>;
 
 /// Runs them. Throws SceneError where starts are all alike, a column is none, or what is kept does not fit in two gigabytes.
 Ensemble run_ensemble(const Scene& scene, const EnsemblePlan& plan,

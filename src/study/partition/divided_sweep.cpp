@@ -13,8 +13,6 @@
 namespace freeplay {
 namespace {
 
-constexpr std::size_t most_reasons_of_a_sweep = 5;
-
 /// These runs, each with the name that the plan gave it.
 std::vector<PlannedRun> runs_of(const Study& study, const Conduct& conduct, const std::vector<Unit>& units) {
   auto all = cases(study);
@@ -77,11 +75,8 @@ Division divided_sweep(const Study& study, const Conduct& conduct, const char* v
                                              if (how.on_progress) how.on_progress(p.done);
                                            });
                 MadeUnits made{.failed = 0, .reasons = {}, .interrupted = summary.interrupted};
-                for (const auto& [variant, formulation, reason] : results.failures()) {
-                  ++made.failed;
-                  if (made.reasons.size() < most_reasons_of_a_sweep)
-                    made.reasons.push_back(fmt::format("{}, {}: {}", variant, formulation, reason));
-                }
+                for (const auto& [variant, formulation, reason] : results.failures())
+                  made.add_failure(fmt::format("{}, {}: {}", variant, formulation, reason));
                 return made;
               },
           .finish =

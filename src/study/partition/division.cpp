@@ -4,23 +4,22 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "io/files/digest.hpp"
 #include "io/files/identity.hpp"
-#include "io/files/input_file.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/shell_words.hpp"
 #include "io/files/visible.hpp"
 #include "mechanism/error.hpp"
+#include "study/partition/record.hpp"
 #include "study/partition/shard_file.hpp"
 
 namespace freeplay {
 namespace {
 
-constexpr int format = 1;  // of the manifest
 constexpr std::size_t key_letters = 32, number_letters = 12, line = key_letters + number_letters + 2;
 
 /// The last step of SplitMix64 (Steele, Lea, Flood 2014): every bit of a checksum decides the place.
@@ -30,7 +29,7 @@ std::uint64_t mixed(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-std::string text_of(std::vector<Unit> units) {
+std::string lines_of(const std::vector<Unit>& units) {
   std::vector<std::pair<std::uint64_t, std::size_t>> order;
   for (std::size_t i = 0; i < units.size(); ++i) order.emplace_back(mixed(checksum(units[i].key)), i);
   std::ranges::sort(order, [&](const auto& a, const auto& b) {
@@ -46,16 +45,13 @@ std::filesystem::path units_file(const std::filesystem::path& folder) {
   return shards_folder(folder) / "units.txt";
 }
 
-nlohmann::json to_json(const Manifest& m) {
-  return {{"format", format},
-          {"plan", m.plan},
-          {"verb", m.verb},
-          {"arguments", m.arguments},
-          {"subject", m.subject},
-          {"program", m.program},
-          {"units_digest", m.units_digest},
-          {"shards", m.shards},
-          {"units", m.units}};
+/// Whether any is there, whole or begun.
+bool has_shards(const std::filesystem::path& place) {
+  std::error_code none;
+  return std::ranges::any_of(std::filesystem::directory_iterator(place, none), [](const auto& entry) {
+    const char first = entry.path().filename().string().front();
+    return first >= '1' && first <= '9';
+  });
 }
 
 /// The first line in which two programs' identities differ, for people.
@@ -78,10 +74,8 @@ std::string plan_digest(const Manifest& m) {
 
 std::filesystem::path shards_folder(const std::filesystem::path& folder) { return folder / "shards"; }
 
-std::string units_digest(const std::filesystem::path& folder) { return file_checksum(units_file(folder)); }
-
 Manifest make_plan(const Division& study, const std::filesystem::path& folder, std::size_t shards) {
-  auto units = study.units();
+  const auto units = study.units();
   if (shards > units.size())
     throw SceneError(
         fmt::format("--plan {}: the study has {} units that can be made apart; ask for at most as many",
@@ -95,8 +89,8 @@ Manifest make_plan(const Division& study, const std::filesystem::path& folder, s
              .shards = shards,
              .units = units.size()};
   const auto place = shards_folder(folder);
-  const auto text = text_of(std::move(units));
-  m.units_digest = text_checksum(text);
+  const auto text = lines_of(units);
+  m.units_digest = digest(text);
   m.plan = plan_digest(m);
   const auto database = folder / (study.verb + ".db");
   if (std::filesystem::exists(place / "manifest.json")) {
@@ -111,29 +105,35 @@ Manifest make_plan(const Division& study, const std::filesystem::path& folder, s
   }
   make_folder(place);
   write_file(units_file(folder), text);
-  write_whole(place / "manifest.json", to_json(m).dump(1) + "\n");
+  write_whole(place / "manifest.json", nlohmann::json(m).dump(1) + "\n");
   return m;
 }
 
 namespace {
 
-/// The file may be anyone's, and what it says is printed as commands: a verb, a study, --allow-outside, and no more
-/// shards than units.
+/// A study and --allow-outside, or an ensemble's scene and options.
+bool are_arguments(const std::string& verb, const std::vector<std::string>& words) {
+  constexpr std::array<std::string_view, 8> of_ensembles{"--set",  "--formulation", "--starts", "--seed",
+                                                         "--turn", "--play",        "--rows",   "--column"};
+  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 32 || c == 127; };
+  if (words.empty() || words[0].starts_with('-') ||
+      std::ranges::any_of(words, [&](const auto& word) { return std::ranges::any_of(word, is_control); }))
+    return false;
+  if (verb != "ensemble") return words.size() == 1 || (words.size() == 2 && words[1] == "--allow-outside");
+  for (std::size_t i = 1; i < words.size(); i += 2)
+    if (std::ranges::find(of_ensembles, words[i]) == of_ensembles.end()) return false;
+  return words.size() % 2 == 1;
+}
+
+/// The file may be anyone's, and what it says is printed as commands.
 void require_said(const Manifest& m) {
   constexpr std::size_t most_units = 1'000'000'000;
   const auto is_letter = [](char c) { return c >= 'a' && c <= 'z'; };
-  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 32 || c == 127; };
-  const auto& a = m.arguments;
-  if (!std::ranges::all_of(m.verb, is_letter) || a.empty() || a[0].starts_with('-') ||
-      std::ranges::any_of(a[0], is_control) || a.size() > 2 || (a.size() == 2 && a[1] != "--allow-outside") ||
-      m.shards > m.units || m.units > most_units)
+  if (m.format != Manifest::current) throw std::runtime_error("of another freeplay");
+  if (m.plan != plan_digest(m) || m.shards == 0) throw std::runtime_error("has been changed");
+  if (!std::ranges::all_of(m.verb, is_letter) || !are_arguments(m.verb, m.arguments) || m.shards > m.units ||
+      m.units > most_units)
     throw std::runtime_error("says what no plan does");
-}
-
-/// A count as freeplay writes it. A fraction or a negative number is none, and what it would be converted to is not defined.
-std::size_t count(const nlohmann::json& j, const char* key) {
-  if (!j.at(key).is_number_unsigned()) throw std::runtime_error("says what no plan does");
-  return j.at(key);
 }
 
 }  // namespace
@@ -152,18 +152,8 @@ Manifest read_manifest(const std::filesystem::path& folder) {
                                   file.string(), why));
   };
   const JsonFile read(file);
-  const auto& j = read.document();
   try {
-    if (j.at("format") != format) throw std::runtime_error("of another freeplay");
-    Manifest m{.plan = j.at("plan"),
-               .verb = j.at("verb"),
-               .arguments = j.at("arguments"),
-               .subject = j.at("subject"),
-               .program = j.at("program"),
-               .units_digest = j.at("units_digest"),
-               .shards = count(j, "shards"),
-               .units = count(j, "units")};
-    if (m.plan != plan_digest(m) || m.shards == 0) throw std::runtime_error("has been changed");
+    auto m = record_of<Manifest>(read.document());
     require_said(m);
     return m;
   } catch (const nlohmann::json::exception&) {
@@ -175,8 +165,10 @@ Manifest read_manifest(const std::filesystem::path& folder) {
 
 void require_same(const Manifest& m, const Division& study, const std::filesystem::path& folder) {
   const auto again = [&] {
-    return fmt::format("freeplay {} {} --plan {} -o {}", study.verb, shell_words(study.arguments), m.shards,
-                       shell_words({folder.string() + "-2"}));
+    auto other = m;
+    other.verb = study.verb;
+    other.arguments = study.arguments;
+    return command_for(other, {"--plan", std::to_string(m.shards), "-o", folder.string() + "-2"});
   };
   if (const auto here = program_identity(); m.program != here)
     throw SceneError(fmt::format(
@@ -213,28 +205,15 @@ std::vector<Unit> units_of(const Manifest& m, const std::filesystem::path& folde
   return units;
 }
 
-std::string command_for(const Manifest& m, const std::filesystem::path& folder, const std::string& what) {
-  return fmt::format("freeplay {} {} {} -o {}", m.verb, shell_words(m.arguments), what,
-                     shell_words({folder.string()}));
+std::string command_for(const Manifest& m, const std::vector<std::string>& more) {
+  return fmt::format("freeplay {} {} {}", m.verb, shell_words(m.arguments), shell_words(more));
 }
 
 std::optional<Seal> read_seal(const std::filesystem::path& folder, std::size_t shard) {
   const auto file = shards_folder(folder) / fmt::format("{}.json", shard);
   if (!std::filesystem::exists(file)) return std::nullopt;
   try {
-    const JsonFile read(file);
-    const auto& j = read.document();
-    return Seal{.plan = j.at("plan"),
-                .file = j.at("file"),
-                .checksum = j.at("checksum"),
-                .bytes = count(j, "bytes"),
-                .shard = count(j, "shard"),
-                .shards = count(j, "shards"),
-                .units = count(j, "units"),
-                .failed = count(j, "failed"),
-                .reasons = j.at("reasons"),
-                .seconds = j.at("seconds"),
-                .host = j.at("host")};
+    return record_of<Seal>(JsonFile(file).document());
   } catch (const std::exception&) {
     return Seal{};  // a seal that is none: fault_of says so
   }

@@ -43,6 +43,9 @@ struct MadeUnits {
   std::size_t failed = 0;            ///< runs that gave up; they are stored, with their reasons
   std::vector<std::string> reasons;  ///< the first few
   bool interrupted = false;
+  void add_failure(std::string why) {
+    if (++failed <= 5) reasons.push_back(std::move(why));
+  }
 };
 
 /// What a verb has to say so that its study can be divided.
@@ -59,18 +62,20 @@ struct Division {
 
 /// What was planned.
 struct Manifest {
+  static constexpr std::size_t current = 1;
   std::string plan;  ///< digest of what follows
   std::string verb;
   std::vector<std::string> arguments;
   std::string subject, program, units_digest;
   std::size_t shards = 0, units = 0;
+  std::size_t format = current;
 };
 
 /// The seal of a shard that is whole.
 struct Seal {
   std::string plan, file, checksum;
   std::uintmax_t bytes = 0;
-  std::size_t shard = 0, shards = 0, units = 0, failed = 0;
+  std::size_t units = 0, failed = 0;
   std::vector<std::string> reasons;
   double seconds = 0;  ///< of its making, all attempts
   std::string host;
@@ -93,12 +98,9 @@ void require_same(const Manifest& manifest, const Division& study, const std::fi
 
 /// The units of shard k, 1 … N.
 std::vector<Unit> units_of(const Manifest& manifest, const std::filesystem::path& folder, std::size_t shard);
-/// The digest of all units as their file stands.
-std::string units_digest(const std::filesystem::path& folder);
 
-/// The command that makes a shard, for messages; `what`: "--shard 3/24".
-std::string command_for(const Manifest& manifest, const std::filesystem::path& folder,
-                        const std::string& what);
+/// The plan's verb with its arguments and more, for messages: "freeplay sweep study.toml --shard 3/24 -o out".
+std::string command_for(const Manifest& manifest, const std::vector<std::string>& more);
 
 /// The seal of a shard, whole or not; none where there is no seal.
 std::optional<Seal> read_seal(const std::filesystem::path& folder, std::size_t shard);

@@ -177,7 +177,8 @@ MergeSummary merge_shards(const Division& study, const std::filesystem::path& fo
     throw SceneError(fmt::format(
         "{}: {} of {} shards cannot be merged: {} (the first: {}); make them: {}", place.string(),
         lacking.size(), manifest.shards, ranges(numbers), lacking.front().second,
-        command_for(manifest, folder, fmt::format("--shard {}/{}", lacking.front().first, manifest.shards))));
+        command_for(manifest, {"--shard", fmt::format("{}/{}", lacking.front().first, manifest.shards), "-o",
+                               folder.string()})));
   }
   const FolderLock lock(folder, "merge");
   MergeSummary summary;
@@ -187,7 +188,6 @@ MergeSummary merge_shards(const Division& study, const std::filesystem::path& fo
     files.push_back(place / seal.file);
     summary.units += seal.units;
     summary.failed += seal.failed;
-    summary.reasons.insert(summary.reasons.end(), seal.reasons.begin(), seal.reasons.end());
   }
   summary.shards = files.size();
   if (summary.units != manifest.units)

@@ -9,7 +9,6 @@ namespace freeplay {
 
 struct MergeSummary {
   std::size_t shards = 0, units = 0, failed = 0;
-  std::vector<std::string> reasons;
   double seconds = 0;
   bool found = false;  ///< it was merged already
 };

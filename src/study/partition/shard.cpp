@@ -9,12 +9,11 @@
 #include <cstdlib>
 #include <fstream>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <thread>
 
-#include "io/files/input_file.hpp"
 #include "io/files/output_file.hpp"
 #include "mechanism/error.hpp"
+#include "study/partition/record.hpp"
 #include "study/partition/shard_file.hpp"
 #include "study/store/database.hpp"
 #include "study/store/scratch.hpp"
@@ -39,6 +38,17 @@ std::string host() {
   if (auto node = environment("SLURMD_NODENAME"); !node.empty()) return node;
   std::array<char, 256> name{};
   return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "?";
+}
+
+std::filesystem::path state_file(const std::filesystem::path& folder, std::size_t shard) {
+  return shards_folder(folder) / fmt::format("{}.state.json", shard);
+}
+
+void write_state(const std::filesystem::path& folder, std::size_t shard, ShardState s) {
+  s.host = host();
+  s.job = environment("SLURM_JOB_ID");
+  s.when = now();
+  write_whole(state_file(folder, shard), text_of(s));
 }
 
 class Making {
@@ -94,17 +104,9 @@ class Making {
     copy_whole(part(), file_);
   }
 
-  void say(const char* state, const std::string& why = {}) const {
-    const nlohmann::json j = {{"state", state},
-                              {"reason", why},
-                              {"host", host()},
-                              {"job", environment("SLURM_JOB_ID")},
-                              {"done", done_.load()},
-                              {"total", total_},
-                              {"seconds", earlier_ + seconds()},
-                              {"when", now()}};
-    write_whole(place_ / fmt::format("{}.state.json", asked_.shard),
-                j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  void say(const char* state) const {
+    write_state(folder_, asked_.shard,
+                {.state = state, .done = done_, .total = total_, .seconds = earlier_ + seconds()});
   }
 
   void bring_copy() {
@@ -144,8 +146,6 @@ class Making {
            .file = {},
            .checksum = file_checksum(whole),
            .bytes = std::filesystem::file_size(whole),
-           .shard = asked_.shard,
-           .shards = manifest_.shards,
            .units = units,
            .failed = made.failed,
            .reasons = made.reasons,
@@ -153,12 +153,7 @@ class Making {
            .host = host()};
     s.file = fmt::format("{}-{}.db", asked_.shard, s.checksum);
     copy_whole(whole, place_ / s.file);
-    const nlohmann::json j = {{"plan", s.plan},       {"file", s.file},     {"checksum", s.checksum},
-                              {"bytes", s.bytes},     {"shard", s.shard},   {"shards", s.shards},
-                              {"units", s.units},     {"failed", s.failed}, {"reasons", s.reasons},
-                              {"seconds", s.seconds}, {"host", s.host}};
-    write_whole(place_ / fmt::format("{}.json", asked_.shard),
-                j.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    write_whole(place_ / fmt::format("{}.json", asked_.shard), text_of(s));
     remove_what_is_left(s.file);
     return s;
   }
@@ -167,7 +162,7 @@ class Making {
   void remove_what_is_left(const std::string& sealed) const {
     std::error_code none;
     std::filesystem::remove(part(), none);
-    std::filesystem::remove(place_ / fmt::format("{}.state.json", asked_.shard), none);
+    std::filesystem::remove(state_file(folder_, asked_.shard), none);
     for (const auto& entry : std::filesystem::directory_iterator(place_, none)) {
       const auto name = entry.path().filename().string();
       if (name.starts_with(fmt::format("{}-", asked_.shard)) && name != sealed)
@@ -189,12 +184,10 @@ class Making {
 
 void note_failure(const std::filesystem::path& folder, const ShardAsked& asked, const std::string& why) {
   auto s = state_of(folder, asked.shard);
-  const nlohmann::json j = {
-      {"state", "failed"}, {"reason", why},    {"host", host()},       {"job", environment("SLURM_JOB_ID")},
-      {"done", s.done},    {"total", s.total}, {"seconds", s.seconds}, {"when", now()}};
+  s.state = "failed";
+  s.reason = why;
   try {
-    write_whole(shards_folder(folder) / fmt::format("{}.state.json", asked.shard),
-                j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+    write_state(folder, asked.shard, s);
   } catch (const OutputError&) {
     // The shared folder itself refuses; the caller tells why.
   }
@@ -221,22 +214,10 @@ ShardMade make_shard(const Division& study, const std::filesystem::path& folder,
 }
 
 ShardState state_of(const std::filesystem::path& folder, std::size_t shard) {
-  const auto file = shards_folder(folder) / fmt::format("{}.state.json", shard);
+  const auto file = state_file(folder, shard);
   if (!std::filesystem::exists(file)) return {};
   try {
-    const JsonFile read(file);
-    const auto& j = read.document();
-    const auto count = [&](const char* key) {
-      return j.contains(key) && j[key].is_number_unsigned() ? j[key].get<std::size_t>() : 0;
-    };
-    return {.state = j.value("state", ""),
-            .reason = j.value("reason", ""),
-            .host = j.value("host", ""),
-            .job = j.value("job", ""),
-            .done = count("done"),
-            .total = count("total"),
-            .seconds = j.value("seconds", 0.0),
-            .when = j.value("when", 0.0)};
+    return record_of<ShardState>(JsonFile(file).document());
   } catch (const std::exception&) {
     return {};  // it may be written at this instant, elsewhere
   }

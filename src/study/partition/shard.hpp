@@ -33,8 +33,8 @@ ShardMade make_shard(const Division& study, const std::filesystem::path& folder,
 
 /// How far a shard is that has no seal, as its process said last.
 struct ShardState {
-  std::string state;  ///< "running", "stopped" (goes on), "failed"; "" when nobody has begun it
-  std::string reason, host, job;
+  std::string state = {};  ///< "running", "stopped" (goes on), "failed"; "" when nobody has begun it
+  std::string reason = {}, host = {}, job = {};
   std::size_t done = 0, total = 0;
   double seconds = 0;  ///< of its making
   double when = 0;     ///< s since 1970, when it said so

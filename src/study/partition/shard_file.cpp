@@ -68,15 +68,6 @@ class Growing {
   bool done_ = false;
 };
 
-class Checksum {
- public:
-  void add(std::string_view bytes) { sums_ += fmt::format("{:016x}", checksum(bytes)); }
-  std::string text() const { return fmt::format("{:016x}", checksum(sums_)); }
-
- private:
-  std::string sums_;
-};
-
 /// Of a regular file that is no link, whole or torn: a FIFO or a device of that name would never end.
 template <class F>
 void each_block(const RegularFile& from, const std::filesystem::path& file, F&& use) {
@@ -101,15 +92,10 @@ RegularFile open_block_file(const std::filesystem::path& file) {
 }  // namespace
 
 std::string file_checksum(const std::filesystem::path& file) {
-  Checksum sum;
-  each_block(open_block_file(file), file, [&](std::string_view bytes) { sum.add(bytes); });
-  return sum.text();
-}
-
-std::string text_checksum(std::string_view text) {
-  Checksum sum;
-  for (; !text.empty(); text.remove_prefix(std::min(block, text.size()))) sum.add(text.substr(0, block));
-  return sum.text();
+  std::string sums;
+  each_block(open_block_file(file), file,
+             [&](std::string_view bytes) { sums += fmt::format("{:016x}", checksum(bytes)); });
+  return fmt::format("{:016x}", checksum(sums));
 }
 
 void write_whole(const std::filesystem::path& file, std::string_view text) {
@@ -132,15 +118,6 @@ void copy_whole(const std::filesystem::path& from, const std::filesystem::path& 
 
 void copy_database(const std::filesystem::path& from, const std::filesystem::path& to) {
   Database(from, Database::Access::read).copy_to(to);
-}
-
-bool has_shards(const std::filesystem::path& folder) {
-  std::error_code none;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
-    const auto name = entry.path().filename().string();
-    if (!name.empty() && name.front() >= '1' && name.front() <= '9') return true;
-  }
-  return false;
 }
 
 }  // namespace freeplay

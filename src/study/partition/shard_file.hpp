@@ -11,7 +11,6 @@ namespace freeplay {
 /// A checksum of 64 bits over blocks of a megabyte, as 16 hexadecimal digits. Throws SceneError of anything but a regular file of at
 /// most most_of_a_database (io/files/input_file.hpp).
 std::string file_checksum(const std::filesystem::path& file);
-std::string text_checksum(std::string_view text);
 
 /// Writes a file whole: written, on the disk, renamed. Throws OutputError.
 void write_whole(const std::filesystem::path& file, std::string_view text);
@@ -21,8 +20,5 @@ void copy_whole(const std::filesystem::path& from, const std::filesystem::path& 
 
 /// A copy of a database that somebody may be writing, in one file and as of one instant. Throws OutputError.
 void copy_database(const std::filesystem::path& from, const std::filesystem::path& to);
-
-/// Whether a folder of shards holds any, whole or begun.
-bool has_shards(const std::filesystem::path& folder);
 
 }  // namespace freeplay

@@ -79,6 +79,12 @@ class Database {
     Statement& bind(const Statement& row, int column);
     bool step();
     void again();
+    /// Binds all of a row, and again().
+    template <class... X>
+    void put(const X&... x) {
+      (bind(x), ...);
+      again();
+    }
     std::string text(int column) const;
     double number(int column) const;
     long whole(int column) const;

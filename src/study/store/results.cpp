@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "study/store/results_inserts.hpp"
 #include "study/store/results_tables.hpp"
 #include "study/store/work_list.hpp"
 
@@ -16,24 +15,96 @@ using Statement = Database::Statement;
 /// A run that the study does not name any more stays, and is left out of what is made of the others. `derived`: further columns.
 void make_view(const Database& database, const std::string& columns, const std::string& derived) {
   database.execute(
-      fmt::format("CREATE VIEW named AS SELECT {}{} FROM runs{} WHERE runs.run NOT IN "
+      fmt::format("CREATE VIEW IF NOT EXISTS named AS SELECT {}{} FROM runs{} WHERE runs.run NOT IN "
                   "(SELECT run FROM work WHERE state = 'kept')",
                   columns, derived, derived.empty() ? "" : " LEFT JOIN derived ON derived.run = runs.run"));
+}
+
+std::string insert(const char* into, std::size_t columns) {
+  std::string marks = "?";
+  for (std::size_t i = 1; i < columns; ++i) marks += ", ?";
+  return fmt::format("INSERT {} VALUES ({})", into, marks);
+}
+
+double finite(double x) { return std::isfinite(x) ? x : std::nan(""); }
+
+/// The statements that store a run, prepared once a batch.
+struct Inserts {
+  Inserts(const Database& owner, std::size_t columns_of_runs)
+      : database(owner),
+        run(owner, insert("OR REPLACE INTO runs", columns_of_runs)),
+        turn(owner, insert("INTO turn_rows", 3)),
+        flight(owner, insert("INTO flight_rows", 6)),
+        impact(owner, insert("INTO impact_rows", 5)),
+        measure(owner, insert("INTO measure_rows", 5)),
+        cost(owner, insert("INTO cost_rows", 5)),
+        spectrum(owner, insert("INTO spectrum_blobs", 2)),
+        trace(owner, insert("INTO trace_blobs", 4)),
+        done(owner, WorkList::done) {}
+
+  const Database& database;
+  Statement run, turn, flight, impact, measure, cost, spectrum, trace, done;
+};
+
+/// `measures`: their names.
+void put(Inserts& into, const MadeRun& made, const std::vector<std::string>& measures) {
+  const auto& [key, what, r] = made;
+  const auto& m = r.metrics;
+  const bool finished = r.ending.status == Ending::Status::finished;
+  auto& s = into.run;
+  s.bind(key).bind(what->variant).bind(what->formulation).bind(static_cast<long>(what->start));
+  for (const double x : what->values) s.bind(x);
+  for (const double x : m.value) s.bind(finished ? finite(x) : std::nan(""));
+  for (std::size_t i = 0; i < measures.size(); ++i)
+    s.bind(finished ? finite(r.measured[i].value) : std::nan(""));
+  auto reason = r.ending.reason;
+  for (const auto& note : r.notes)
+    if (finished && note.starts_with("DOUBTFUL")) reason += (reason.empty() ? "" : "; ") + note;
+  s.put(std::string(finished ? "finished" : "failed"), reason, std::nan(""));  // SQLite gives its number
+  const long id = into.database.last_id();
+
+  const auto contact = [&](int k) {
+    const auto i = static_cast<std::size_t>(k);
+    return i < r.contacts.size() ? r.contacts[i] : std::string();
+  };
+  for (std::size_t i = 0; i < m.peaks.size(); ++i) into.turn.put(id, static_cast<long>(i + 1), m.peaks[i]);
+  for (const auto& f : m.flights)
+    into.flight.put(id, f.loss, f.angle, f.duration, f.deceleration, contact(f.contact));
+  for (const auto& i : m.impacts) into.impact.put(id, i.angle, i.approach, i.impulse, contact(i.contact));
+  for (std::size_t i = 0; i < r.measured.size(); ++i) {
+    long number = 0;
+    for (const auto& part : r.measured[i].parts)
+      into.measure.put(id, measures[i], ++number, part.t, part.value);
+  }
+  const std::vector<float> amplitudes(m.spectrum.begin(), m.spectrum.end());
+  if (!amplitudes.empty()) into.spectrum.put(id, amplitudes);
+  if (what->start == 0 && !m.last_turn.empty()) {
+    const auto trace = packed(m.last_turn);
+    into.trace.put(id, trace.angle, trace.acceleration, trace.position);
+  }
+  into.cost.put(id, r.cpu_seconds, r.work.steps, r.work.rhs, r.work.pivots);
+  into.done.put(key);
 }
 
 }  // namespace
 
 Results::Results(const std::filesystem::path& file, const Study& study, StopToken stop)
-    : database_(file, Database::Access::write, stop), axes_(study.axes.size()), shown_(shown_columns(study)) {
+    : RunStore(file, Database::Access::write, results_form(study), stop),
+      axes_(study.axes.size()),
+      shown_(shown_columns(study)) {
   for (const auto& m : study.measures) measures_.push_back(m.name);
-  Database::Transaction whole(database_);  // two processes may open a new file at a time
-  const bool fresh = require_tables(database_, study);
-  WorkList::make_table(database_);
-  if (fresh) make_view(database_, shown_, "");
-  whole.commit();
+  make_view(database_, shown_, "");
 }
 
-Results::~Results() = default;
+void Results::store(std::span<const MadeRun> batch) {
+  Database::Transaction whole(database_);
+  {
+    // run, variant, formulation, start; status, reason; its number
+    Inserts into(database_, 4 + axes_ + TurnMetrics::count + measures_.size() + 2 + 1);
+    for (const auto& made : batch) put(into, made, measures_);
+  }
+  whole.commit();
+}
 
 std::set<std::string> Results::keys() const {
   std::set<std::string> keys;

@@ -1,14 +1,12 @@
-// A study's results in one SQLite file. Each run is stored whole in one transaction, by itself or with others, so a program that
-// is stopped at any moment leaves only whole runs; the next one carries on with what is missing.
+// The results of a sweep: its tables are in study/store/results_tables.hpp, the list of its work in study/store/work_list.hpp.
 #pragma once
 
-#include <memory>
 #include <set>
 #include <span>
 
 #include "study/runs/case_run.hpp"
 #include "study/settings/expression.hpp"
-#include "study/store/database.hpp"
+#include "study/store/run_store.hpp"
 
 namespace freeplay {
 
@@ -45,17 +43,14 @@ struct MadeRun {
   CaseResult result;
 };
 
-class Results {
+class Results : public RunStore {
  public:
   /// Opens or makes the file; `axes` are the names of its columns. Throws OutputError, also when the file
   /// holds another study's axes, or keys of another kind than run_key().
   Results(const std::filesystem::path& file, const Study& study, StopToken stop = {});
-  ~Results();
 
-  const Database& database() const { return database_; }
   /// Keys of the runs that are there.
   std::set<std::string> keys() const;
-  void store(const std::string& key, const Case& one, const CaseResult& result);
   /// All of them or none.
   void store(std::span<const MadeRun> batch);
   /// Finished runs by variant, formulation, axes and start; of these keys, or with none given all that the study names.
@@ -76,15 +71,9 @@ class Results {
   void derive(const Study& study);
 
  private:
-  class Inserts;
-  void put(const std::string& key, const Case& one, const CaseResult& result);
-  Inserts& inserts();
-
-  Database database_;
   std::size_t axes_ = 0;
   std::vector<std::string> measures_;  // names
   std::string shown_;                  // columns of runs
-  std::unique_ptr<Inserts> inserts_;   // none before the first store
 };
 
 }  // namespace freeplay

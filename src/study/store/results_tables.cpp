@@ -5,16 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/files/output_file.hpp"
+#include "study/store/work_list.hpp"
 
 namespace freeplay {
 namespace {
-
-using Statement = Database::Statement;
-
-/// What a file is made of, in its user_version. 0: keys of the commit and a list of fields; 1: keys that are digests of
-/// identities, a row for each harmonic and sample; 2: a file of attractors; 3: blobs, by whole numbers.
-constexpr int kind_of_file = 3;
 
 /// What a run has many of: the table, the view that shows it, its columns.
 struct Many {
@@ -49,14 +43,6 @@ std::string names_in(const std::string& columns) {
   return names;
 }
 
-void require_kind(const Database& database) {
-  if (const auto kind = database.kind(); kind != kind_of_file)
-    throw OutputError(fmt::format(
-        "{}: its runs were stored by {} freeplay, by keys or in tables that are not this one's; they stay as they "
-        "are, and none is used: give another folder with -o, or move the file away",
-        database.file().string(), kind < kind_of_file ? "an earlier" : "a later"));
-}
-
 }  // namespace
 
 std::string shown_columns(const Study& study) {
@@ -67,33 +53,20 @@ std::string shown_columns(const Study& study) {
   return names + ", runs.status, runs.reason";
 }
 
-bool require_tables(const Database& database, const Study& study) {
-  const auto table = table_of_runs(study);
-  {
-    Statement existing(database, "SELECT sql FROM sqlite_master WHERE name = 'runs'");
-    if (existing.step()) {
-      require_kind(database);
-      Statement parts(database, "SELECT 1 FROM sqlite_master WHERE name = 'trace_blobs'");
-      if (existing.text(0) != table || !parts.step())
-        throw OutputError(fmt::format(
-            "{}: holds another study, or one of another version; give another folder with -o, or remove it",
-            database.file().string()));
-      return false;
-    }
-  }
-  database.execute(fmt::format("PRAGMA user_version = {}", kind_of_file));
-  database.execute(table);
+StoreForm results_form(const Study& study) {
+  StoreForm form{3, {table_of_runs(study)}};
   for (const auto& [rows, view, columns] : of_runs) {
     const bool single = std::string_view(columns).find("BLOB") != std::string_view::npos;
-    database.execute(
+    form.definitions.push_back(
         fmt::format("CREATE TABLE {} (id INTEGER {}REFERENCES runs(\"run id\") ON DELETE CASCADE, {})", rows,
                     single ? "PRIMARY KEY " : "", columns));
-    if (!single) database.execute(fmt::format("CREATE INDEX {0}_id ON {0}(id)", rows));
-    database.execute(fmt::format(
+    if (!single) form.definitions.push_back(fmt::format("CREATE INDEX {0}_id ON {0}(id)", rows));
+    form.definitions.push_back(fmt::format(
         "CREATE VIEW {} AS SELECT runs.run AS run{} FROM runs JOIN {} AS many ON many.id = runs.\"run id\"",
         view, names_in(columns), rows));
   }
-  return true;
+  form.definitions.insert(form.definitions.end(), WorkList::definitions.begin(), WorkList::definitions.end());
+  return form;
 }
 
 PackedTrace packed(const std::vector<TracePoint>& trace) {

@@ -14,13 +14,12 @@
 
 #include "measure/turns.hpp"
 #include "study/settings/study.hpp"
-#include "study/store/database.hpp"
+#include "study/store/run_store.hpp"
 
 namespace freeplay {
 
-/// Makes them where there are none, which it says; `columns`: of runs, but its number. Throws OutputError where the file
-/// holds another study's, or those of another freeplay.
-bool require_tables(const Database& database, const Study& study);
+/// Of a study's axes and measures; but for the view `named` and the table `derived`, which follow what the study derives.
+StoreForm results_form(const Study& study);
 
 /// The columns of `runs` as queries show them, from the table `runs`.
 std::string shown_columns(const Study& study);

@@ -19,15 +19,6 @@ std::size_t count(const Database& database, const std::string& rows) {
 
 }  // namespace
 
-void WorkList::make_table(const Database& database) {
-  database.execute("CREATE TABLE IF NOT EXISTS work (run TEXT PRIMARY KEY, state TEXT, seat INTEGER)");
-  database.execute("CREATE INDEX IF NOT EXISTS work_state ON work(state)");
-  database.execute("CREATE TABLE IF NOT EXISTS sweeps (seat INTEGER PRIMARY KEY)");
-}
-
-const char* const WorkList::done =
-    "INSERT INTO work VALUES (?, 'done', NULL) ON CONFLICT DO UPDATE SET state = 'done', seat = NULL";
-
 WorkList::WorkList(const Database& database, const FolderLock& lock, const std::vector<std::string>& runs,
                    Earlier earlier)
     : database_(database), lock_(lock) {
@@ -36,10 +27,7 @@ WorkList::WorkList(const Database& database, const FolderLock& lock, const std::
   database_.execute("DELETE FROM asked");
   {
     Statement s(database_, "INSERT OR IGNORE INTO asked VALUES (?)");
-    for (const auto& run : runs) {
-      s.bind(run);
-      s.again();
-    }
+    for (const auto& run : runs) s.put(run);
   }
   forget_the_dead();
   if (count(database_, "sweeps") > 0)
@@ -93,10 +81,7 @@ void WorkList::make_list(const std::vector<std::string>& runs, Earlier earlier) 
   Statement s(database_,  // in the study's order
               "INSERT INTO work VALUES (?1, CASE WHEN EXISTS (SELECT 1 FROM runs WHERE run = ?1) THEN 'done' "
               "ELSE 'open' END, NULL) ON CONFLICT DO UPDATE SET state = excluded.state, seat = NULL");
-  for (const auto& run : runs) {
-    s.bind(run);
-    s.again();
-  }
+  for (const auto& run : runs) s.put(run);
 }
 
 WorkList::~WorkList() {
@@ -111,12 +96,6 @@ WorkList::~WorkList() {
   } catch (const OutputError&) {
     // The claims end with this process.
   }
-}
-
-std::optional<std::string> WorkList::claim() {
-  auto one = claim(1);
-  if (one.empty()) return std::nullopt;
-  return std::move(one.front());
 }
 
 std::vector<std::string> WorkList::claim(int most) {
@@ -140,7 +119,7 @@ std::vector<std::string> WorkList::claim(int most) {
     runs = open();
   }
   Statement claimed(database_, "UPDATE work SET state = 'claimed', seat = ? WHERE run = ?");
-  for (const auto& run : runs) claimed.bind(static_cast<long>(lock_.seat())).bind(run).again();
+  for (const auto& run : runs) claimed.put(static_cast<long>(lock_.seat()), run);
   whole.commit();
   return runs;
 }

@@ -8,7 +8,7 @@
 // Each change is one transaction that has the right to write from its beginning, so that no run is claimed twice.
 #pragma once
 
-#include <optional>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -35,18 +35,19 @@ class WorkList {
   std::size_t kept() const { return kept_; }
   /// How many runs were claimed by processes that ended without storing them or giving them back.
   std::size_t lost() const { return lost_; }
-  /// A run to be made by this process; none when all are done or made by others that live.
-  std::optional<std::string> claim();
-  /// As many, or fewer where fewer are open.
+  /// At most as many runs to be made by this process; none when all are done or made by others that live.
   std::vector<std::string> claim(int most);
   /// How many of them are done by now, by whomever.
   std::size_t done_now() const;
   /// Whether all are done.
   bool ended() const;
 
-  /// Parts of transactions on the results: the table where there is none, and the statement for a run that has been stored.
-  static void make_table(const Database& database);
-  static const char* const done;
+  /// SQL of its tables, and for a run that is stored, in the transaction that stores it.
+  static constexpr std::array definitions{
+      "CREATE TABLE work (run TEXT PRIMARY KEY, state TEXT, seat INTEGER)",
+      "CREATE INDEX work_state ON work(state)", "CREATE TABLE sweeps (seat INTEGER PRIMARY KEY)"};
+  static constexpr const char* done =
+      "INSERT INTO work VALUES (?, 'done', NULL) ON CONFLICT DO UPDATE SET state = 'done', seat = NULL";
 
  private:
   void make_list(const std::vector<std::string>& runs, Earlier earlier);
