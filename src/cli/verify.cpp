@@ -1,5 +1,5 @@
 // freeplay verify: every claim judged, on the terminal and in verification.json; with --document also as
-// Markdown with its figures.
+// Markdown with its figures, and as a table of what the claims ask.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -97,8 +97,7 @@ int verify(const VerifyRequest& request) {
   make_folder(folder);
   const FolderLock lock(folder, "verify");
   settle_result_sets(folder);
-  auto origin = provenance();
-  origin["scene_file"] = "verification";
+  const auto origin = provenance();
   const nlohmann::json document{
       {"provenance",
        {{"version", origin["version"]}, {"commit", origin["commit"]}, {"scene_file", "verification"}}},
@@ -107,6 +106,9 @@ int verify(const VerifyRequest& request) {
   if (!request.document.empty()) {
     draw_curves(verdicts, folder);
     write_file(folder / "verification.md", verification::document(verdicts));
+    std::string rows = asked_columns;
+    for (const auto& v : verdicts) rows += asked(v);
+    write_file(folder / "verification.csv", rows);
   }
   fmt::print("results in {}\n", folder.string());
   return all ? 0 : 1;
@@ -119,7 +121,9 @@ void verify_verb(Program& program) {
       program.verb("verify", "judge every claim that the program makes of itself", verify);
   options.add("names", request.names, "sets of claims; default all");
   options.output(request.output, "result folder");
-  options.add("--document", request.document, "write verification.md and its figures into this folder")
+  options
+      .add("--document", request.document,
+           "write verification.md, its figures and verification.csv into this folder")
       .takes("FOLDER");
 }
 

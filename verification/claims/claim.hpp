@@ -96,6 +96,11 @@ std::string table(const Verdict& verdict);                     ///< for a termin
 nlohmann::json to_json(const std::vector<Verdict>& verdicts);  ///< verification.json
 std::string document(const std::vector<Verdict>& verdicts);    ///< docs/verification.md
 
+/// What the claims of a set ask, without anything that was measured: a row each of `asked_columns`,
+/// docs/verification.csv. A number in parentheses in a name was measured, so it is left out.
+std::string asked(const Verdict& verdict);
+inline constexpr const char* asked_columns = "set,judged,expected,bound,unit,quantity\n";
+
 // The sets, one file each; that of forces has its parts in force_*.cpp.
 Findings closed_forms();
 Findings restitution();

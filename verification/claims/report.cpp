@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <regex>
 
 #include "verification/claims/claim.hpp"
 
@@ -122,6 +123,15 @@ nlohmann::json to_json(const std::vector<Verdict>& verdicts) {
                         {"claims", claims}});
   }
   return document;
+}
+
+std::string asked(const Verdict& verdict) {
+  static const std::regex measured(R"( \(-?[0-9.]+(e[-+]?\d+)?\))");
+  std::string rows;
+  for (const auto& c : verdict.findings.claims)
+    rows += fmt::format("{},{},{:.4g},{:.4g},{},\"{}\"\n", verdict.set->name, name_of(c.judged), c.expected,
+                        c.bound, c.unit, std::regex_replace(c.quantity, measured, ""));
+  return rows;
 }
 
 std::string document(const std::vector<Verdict>& verdicts) {

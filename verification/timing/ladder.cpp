@@ -1,5 +1,5 @@
 // The ladder from a pendulum to the paper's rig with everything on: what each rung adds. With two arguments,
-// RUNG and FORMULATION, runs just that (for counting instructions, scripts/ladder); with "loose" and COUNT a row of so many
+// RUNG and FORMULATION, runs just that (for counting instructions, scripts/benchmark ladder); with "loose" and COUNT a row of so many
 // loose four-bars by penalty; without, prints the table in time.
 #include <fmt/format.h>
 

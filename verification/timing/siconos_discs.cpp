@@ -1,5 +1,5 @@
 // Discs in a box with Siconos as Debian carries it: Moreau–Jean with θ = ½, its own broad phase (SpaceFilter) and
-// Gauss–Seidel over blocks for friction in the plane. Not part of the build; scripts/time-discs compiles and runs it.
+// Gauss–Seidel over blocks for friction in the plane. Not part of the build; scripts/benchmark time-discs compiles and runs it.
 //
 //     siconos_discs COLUMNS ROWS STEPS TOLERANCE EVERY      discs of radius 1 m; a line of CSV every EVERY steps
 #include <Friction_cst.h>

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <fstream>
-#include <regex>
+#include <sstream>
 
 #include "verification/claims/claim.hpp"
 #include "verification/support/support.hpp"
@@ -12,45 +12,68 @@ using namespace freeplay::verification;
 
 namespace {
 
-/// What a claim asks; a name may carry a number in parentheses that was measured.
-std::string asks(const nlohmann::json& claim) {
-  return std::regex_replace(claim["quantity"].get<std::string>(), std::regex(R"( \(-?[0-9.]+(e[-+]?\d+)?\))"),
-                            "") +
-         ", " + claim["unit"].get<std::string>() + ", " + claim["judged"].get<std::string>();
+/// A row of docs/verification.csv.
+struct Asked {
+  std::string set, judged, name;  ///< name: unit and quantity
+  double expected, bound;
+};
+
+/// The rows of a set.
+std::vector<Asked> rows_of(const std::string& table, const std::string& set) {
+  std::vector<Asked> rows;
+  std::istringstream in(table);
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream fields(line);
+    Asked row;
+    std::string expected, bound;
+    std::getline(fields, row.set, ',');
+    if (row.set != set) continue;
+    std::getline(fields, row.judged, ',');
+    std::getline(fields, expected, ',');
+    std::getline(fields, bound, ',');
+    std::getline(fields, row.name);
+    row.expected = std::stod(expected);
+    row.bound = std::stod(bound);
+    rows.push_back(row);
+  }
+  return rows;
 }
 
 /// The set as the page has it asks the same within a hundredth.
-void check_page(const nlohmann::json& page, const nlohmann::json& set) {
+void check_page(const std::string& page, const Verdict& verdict) {
   INFO("docs/verification.md is older than what it shows; make it anew: scripts/pages --make verification");
-  CAPTURE(set["name"].get<std::string>());
-  const auto shown = std::ranges::find(page, set["name"], [](const auto& s) { return s["name"]; });
-  REQUIRE(shown != page.end());
-  const auto &old = (*shown)["claims"], &now = set["claims"];
+  CAPTURE(verdict.set->name);
+  const auto old = rows_of(page, verdict.set->name), now = rows_of(asked(verdict), verdict.set->name);
+  REQUIRE(now.size() == verdict.findings.claims.size());
   REQUIRE(old.size() == now.size());
   for (std::size_t i = 0; i < now.size(); ++i) {
-    CHECK(asks(old[i]) == asks(now[i]));
-    for (const auto* number : {"expected", "bound"})
-      CHECK(old[i][number].get<double>() == Approx(now[i][number].get<double>()).epsilon(0.01));
+    CHECK(old[i].judged == now[i].judged);
+    CHECK(old[i].name == now[i].name);
+    CHECK(old[i].expected == Approx(now[i].expected).epsilon(0.01));
+    CHECK(old[i].bound == Approx(now[i].bound).epsilon(0.01));
   }
 }
 
 }  // namespace
 
 TEST_CASE("every claim holds, and the page of claims shows it", "[claims]") {
-  std::ifstream file(freeplay::test::source_folder() / "docs/verification.json");
-  const auto page = nlohmann::json::parse(file)["sets"];
-  CHECK(page.size() == claim_sets().size());
+  std::ifstream file(freeplay::test::source_folder() / "docs/verification.csv");
+  const std::string page{std::istreambuf_iterator<char>(file), {}};
+  CHECK(page.starts_with(asked_columns));
+  std::size_t claims = 0;
   for (const auto& set : claim_sets()) {
     const auto verdict = judge(set);
     INFO(table(verdict));
     CHECK(verdict.failure.empty());
     CHECK_FALSE(verdict.findings.claims.empty());
-    check_page(page, to_json({verdict})[0]);
+    check_page(page, verdict);
+    claims += verdict.findings.claims.size();
     for (const auto& c : verdict.findings.claims) {
       CAPTURE(c.quantity, c.measured, c.expected, c.bound);
       CHECK(c.holds());
     }
   }
+  CHECK(static_cast<std::size_t>(std::ranges::count(page, '\n')) == claims + 1);
 }
 
 TEST_CASE("a claim fails outside its bound, on either side, and for a NaN", "[claims]") {

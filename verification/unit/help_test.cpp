@@ -49,7 +49,7 @@ TEST_CASE("every verb's help fits a terminal of 80 columns, and says what it lea
 TEST_CASE("docs/verbs.md shows each verb's help", "[help][pages]") {
   const auto page = read_text(test::source_folder() / "docs/verbs.md");
   std::string expected =
-      "# The verbs\n\nWhat `freeplay help` and `freeplay help VERB` print; `scripts/verbs-page` writes this "
+      "# The verbs\n\nWhat `freeplay help` and `freeplay help VERB` print; `scripts/pages` writes this "
       "page.\n";
   const auto show = [&](const std::string& verb) {
     expected += fmt::format("\n```text\n{}```\n", test::freeplay("help " + verb).out);
@@ -59,7 +59,7 @@ TEST_CASE("docs/verbs.md shows each verb's help", "[help][pages]") {
     expected += fmt::format("\n## {}\n", verb);
     show(verb);
   }
-  INFO("make it anew: scripts/verbs-page");
+  INFO("make it anew: scripts/pages --make verbs");
   CHECK(page == expected);
 }
 
