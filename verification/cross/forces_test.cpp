@@ -131,7 +131,7 @@ TEST_CASE("powers of drives and loads add up to the change of energy", "[forces]
   // Every joint ideal, so that nothing else does work but gravity.
   auto scene = read_scene(test::scene_file("forces"));
   scene.mechanism = idealised(scene.mechanism);
-  scene.run.duration = 0.02;
+  scene.run.duration = 0.008;
   scene.penalty.integrator = Integrator::dopri5;
   const auto start = assemble(scene.mechanism, scene.run.start);
   const auto energy = [&](const State& s) {

@@ -17,7 +17,7 @@ using namespace freeplay;
 using namespace freeplay::verification;
 using namespace freeplay::verification::strangers;
 
-TEST_CASE("two hundred strangers are right, told or refused by every way", "[strangers][program]") {
+TEST_CASE("two hundred strangers are right, told or refused by every way", "[strangers][program][long]") {
   test::TemporaryFolder folder;
   const auto place = folder.path().string();
   const auto o =
