@@ -8,79 +8,46 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 namespace {
 
-constexpr std::array<std::string_view, 4> kinds{"unit", "property", "process", "long"};
-
-/// Files, without _test.cpp, whose tests start programs; tests of other files that do have the tag [program].
-constexpr std::string_view starts_programs[] = {"animate",
-                                                "bounded",
-                                                "equilibrium",
-                                                "figure_script",
-                                                "force_figures",
-                                                "help",
-                                                "hostile_database",
-                                                "hostile_folders",
-                                                "hostile",
-                                                "large_check",
-                                                "library",
-                                                "mistakes",
-                                                "name_length",
-                                                "new",
-                                                "plain_words",
-                                                "planted",
-                                                "plot",
-                                                "point_bodies",
-                                                "point_bodies_use",
-                                                "repeat",
-                                                "report",
-                                                "scaling",
-                                                "section",
-                                                "shards",
-                                                "slurm",
-                                                "style",
-                                                "study",
-                                                "submit",
-                                                "walk",
-                                                "written"};
-/// From a tag or a folder of verification/ to the kind; the first line that fits decides.
-constexpr std::pair<std::string_view, std::string_view> kind_by_name[] = {{"long", "long"},
-                                                                          {"program", "process"},
-                                                                          {"killed", "process"},
-                                                                          {"extremes", "process"},
-                                                                          {"claims", "property"},
-                                                                          {"cross", "property"},
-                                                                          {"invariants", "property"},
-                                                                          {"order", "property"},
-                                                                          {"random_scenes", "property"},
-                                                                          {"strangers", "property"},
-                                                                          {"analytic", "unit"},
-                                                                          {"timing", "unit"},
-                                                                          {"unit", "unit"}};
+/// A kind, and the tags, folders of verification/ and files that have it; the first that fits decides. A test that starts
+/// programs in none of these files has the tag [program].
+struct Kind {
+  std::string_view name, of;
+};
+constexpr Kind kinds[] = {
+    {"long", " long "},
+    {"process",
+     " program killed extremes "
+     "animate_test bounded_test equilibrium_test figure_script_test force_figures_test help_test "
+     "hostile_database_test hostile_folders_test hostile_test large_check_test library_test "
+     "mistakes_test name_length_test new_test plain_words_test planted_test plot_test "
+     "point_bodies_test point_bodies_use_test repeat_test report_test scaling_test section_test "
+     "shards_test slurm_test style_test study_test submit_test walk_test written_test "},
+    {"property", " claims cross invariants order random_scenes strangers "},
+    {"unit", " analytic timing unit "}};
 
 bool has_tag(const Catch::TestCaseInfo& test, std::string_view tag) {
   return std::ranges::find(test.tags, tag) != test.tags.end();
 }
 
 std::string kind_of(const Catch::TestCaseInfo& test) {
-  const std::filesystem::path path(test.lineInfo.file);
-  const auto file = path.stem().string(), folder = path.parent_path().filename().string();
-  if (!has_tag(test, "long"))
-    for (const auto name : starts_programs)
-      if (file == std::string(name) + "_test") return "process";
-  for (const auto& [name, kind] : kind_by_name)
-    if (has_tag(test, name) || folder == name) return std::string(kind);
-  throw std::runtime_error("the test \"" + test.name + "\" in the folder " + folder +
-                           " has no kind: name the folder in verification/main.cpp");
+  const std::filesystem::path file(test.lineInfo.file);
+  auto names = test.tags;
+  names.push_back(file.stem().string());
+  names.push_back(file.parent_path().filename().string());
+  for (const auto& kind : kinds)
+    for (const auto& name : names)
+      if (kind.of.find(" " + name + " ") != kind.of.npos) return std::string(kind.name);
+  throw std::runtime_error("the test \"" + test.name +
+                           "\" has no kind: name its folder in verification/main.cpp");
 }
 
 /// As Catch2 itself does for the option --filenames-as-tags.
@@ -90,7 +57,7 @@ void tag_with_kinds(const Catch::IConfig& config) {
     const auto kind = kind_of(test);
     if (!has_tag(test, kind)) tags.push_back(kind);
     setTags(test, tags);
-    if (std::ranges::count_if(kinds, [&](std::string_view k) { return has_tag(test, k); }) != 1)
+    if (std::ranges::count_if(kinds, [&](const Kind& k) { return has_tag(test, k.name); }) != 1)
       throw std::runtime_error("the test \"" + test.name +
                                "\" has more than one kind: " + test.tagsAsString());
   }

@@ -33,6 +33,9 @@ class Copy:
         with open(self.log, "a") as log:
             return subprocess.run(words, cwd=cwd or self.tree, stdout=log, stderr=log, stdin=subprocess.DEVNULL).returncode == 0
 
+    def build(self):
+        return self.command("scripts/build", "release", "freeplay", "freeplay-tests")
+
     def prepare(self):
         """The sources as they stand, built and tested without a fault; what is the same is left alone, so that little is built."""
         self.put_back()
@@ -49,7 +52,7 @@ class Copy:
             for path in (self.tree / folder).rglob("*"):
                 if path.is_file() and str(path.relative_to(self.tree)) not in names:
                     path.unlink()
-        if not self.command("scripts/build", "release", "freeplay", "freeplay-tests"):
+        if not self.build():
             return False
         if not (self.built / "test-seconds").exists():
             self.command("scripts/check", "release", CHOSEN)  # how long each part takes
@@ -99,11 +102,15 @@ class Copy:
             return run([link for link in self.links if " ar " in link or "/ar " in link]) and run(self.links[-2:])
 
     def put_back(self):
-        """Sources and objects as without a fault, with their times, so that nothing is built again; programs are linked at the next."""
+        """Sources and objects as without a fault, with their times, so that they are not built again; what was linked is removed."""
+        if not self.aside.exists():
+            return
         for path in self.aside.rglob("*"):
             if path.is_file() and path.suffix != ".half":
                 shutil.copy2(path, self.tree / path.relative_to(self.aside))
-        shutil.rmtree(self.aside, ignore_errors=True)
+        for path in [*self.built.glob("lib*.a"), self.built / "freeplay", self.built / "freeplay-tests"]:
+            path.unlink(missing_ok=True)
+        shutil.rmtree(self.aside)
 
 
 class Suite:

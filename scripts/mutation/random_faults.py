@@ -175,6 +175,7 @@ def main():
             refused += 1
         else:
             judged.append((fault, verdict))
+    copy.build()
     known = equivalents()
     missed = [f for f, v in judged if v["how"] in ("survives", "crash") and f.key not in known]
     for f in missed:
