@@ -56,7 +56,8 @@ class Copy:
             return False
         if not (self.built / "test-seconds").exists():
             self.command("scripts/check", "release", CHOSEN)  # how long each part takes
-        read = lambda *words: subprocess.run(["ninja", "-C", self.built, "-t", *words], capture_output=True, text=True).stdout
+        read = lambda *words: subprocess.run(["ninja", "-C", self.built, "-t", *words], capture_output=True, text=True,
+                                             check=True).stdout
         self.units, unit = {}, None
         for line in read("deps").split("\n"):
             if line and line[0] != " ":
