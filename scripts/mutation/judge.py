@@ -18,7 +18,7 @@ FILES = ["CMakeLists.txt", "CMakePresets.json"]
 FOLDERS = ["src", "formulations", "plots", "verification", "cases", "scripts", "docs", ".ci", "README.md"]
 UNITS = 16
 # [library] builds programs of a user against the installed library, which costs more than all that it could judge.
-CHOSEN = "~[long]~[library]"
+CHOSEN = "~[long]~[library]~[.]"
 
 
 class Copy:
