@@ -151,11 +151,9 @@ class Suite:
                 status = None
             with lock:
                 del running[part]
-                if done.is_set():
-                    return
                 text = log.read_text(errors="replace")
                 log.unlink()
-                if status == 0:
+                if done.is_set() or status == 0:
                     return
                 first = re.search(r"^-{20,}\n(.*?)(?:\n|$)", text, re.M)
                 by = f"{part}: {first[1].strip() if first else (text.strip().splitlines() or ['nothing is printed'])[-1]}"
