@@ -35,8 +35,8 @@ class EventPace {
 
   template <class M>
   void remember(M& m) {
-    m(time_scale_, span_, events_, thousand_since_, window_since_, slow_windows_, changes_, changes_since_, impacts_,
-      impacts_since_, first_, several_);
+    m(time_scale_, span_, events_, thousand_since_, window_since_, slow_windows_, changes_, changes_since_,
+      impacts_, impacts_since_, first_, several_);
   }
 
  private:

@@ -1,198 +1,174 @@
-"""Builds a copy of the project with a fault and judges it: claims and tests in groups, the cheapest first."""
-import json
+"""A copy of the project with a build of its own, in which a fault is compiled, linked and judged.
+
+Compiled are the units that read the file at fault, tests excepted: one for a source, for a header the UNITS nearest to it, and all
+of them where those do not show the fault. What is linked then is judged by scripts/check's parts, files of tests and sets of
+claims, two at a time on two cores: first those whose sources include the file's own header, then the others, the shortest first. So
+a fault that is caught is caught early, and one that survives has survived every part but the [long] ones.
+"""
+import concurrent.futures
 import os
 import pathlib
 import re
 import shutil
+import signal
 import subprocess
-import time
-import xml.etree.ElementTree
+import threading
 
 FILES = ["CMakeLists.txt", "CMakePresets.json"]
-FOLDERS = ["src", "formulations", "plots", "verification", "cases", "scripts", "docs"]
-# Not run: maps that take an hour. [library] builds a program of a user against the installed library.
-TESTS = "~[extremes]~[strangers]~[library]"
-GROUPS = [0.5, 2, 10, 60, float("inf")]  # s: a group ends where its tests take longer, each alone
-
-
-def path_matters(name):
-    """Whether what is built or judged may depend on a file; pages are read by tests, but their words decide nothing."""
-    return not name.endswith(".md")
+FOLDERS = ["src", "formulations", "plots", "verification", "cases", "scripts", "docs", ".ci", "README.md"]
+UNITS = 16
+# [library] builds programs of a user against the installed library, which costs more than all that it could judge.
+CHOSEN = "~[long]~[library]~[.]"
 
 
 class Copy:
-    """A copy of the sources with a build of its own, whose objects without a fault are kept aside."""
-
-    def __init__(self, root, place):
+    def __init__(self, root, place, tree):
         self.root, self.place = pathlib.Path(root), pathlib.Path(place)
-        self.tree, self.kept = self.place / "tree", self.place / "kept"
+        self.tree = pathlib.Path(tree) if tree else self.place / "tree"
         self.built = self.tree / "build" / "release"
-        self.log, self.planted = self.place / "build.log", self.place / "planted"  # the file with a fault in it
+        self.aside, self.log = self.place / "aside", self.place / "build.log"  # what a fault has changed, as it was
 
-    def take(self):
-        """The sources as they stand, files that are the same left alone so that little is built; true where one differs."""
+    def command(self, *words, cwd=None):
+        """Whether a command succeeds; what it prints stands in the log."""
+        with open(self.log, "a") as log:
+            return subprocess.run(words, cwd=cwd or self.tree, stdout=log, stderr=log, stdin=subprocess.DEVNULL).returncode == 0
+
+    def build(self):
+        return self.command("scripts/build", "release", "freeplay", "freeplay-tests")
+
+    def prepare(self):
+        """The sources as they stand, built and tested without a fault; what is the same is left alone, so that little is built."""
+        self.put_back()
+        self.log.write_text("")
         listed = subprocess.run(["git", "ls-files", "-z", *FILES, *FOLDERS], cwd=self.root, capture_output=True, check=True).stdout
-        names = {n for n in listed.decode().split("\0") if n and (self.root / n).is_file() and not n.startswith("scripts/mutation")}
-        changed = False
+        names = {n for n in listed.decode().split("\0") if n and (self.root / n).is_file()}
         for name in names:
             to = self.tree / name
             if not to.exists() or to.read_bytes() != (self.root / name).read_bytes():
                 to.parent.mkdir(parents=True, exist_ok=True)
-                shutil.copyfile(self.root / name, to)
-                shutil.copymode(self.root / name, to)
-                changed = changed or path_matters(name)
+                shutil.copy2(self.root / name, to)
+                os.utime(to)
         for folder in FOLDERS:
             for path in (self.tree / folder).rglob("*"):
                 if path.is_file() and str(path.relative_to(self.tree)) not in names:
                     path.unlink()
-                    changed = changed or path_matters(str(path))
-        return changed
+        if not self.build():
+            return False
+        if not (self.built / "test-seconds").exists():
+            self.command("scripts/check", "release", CHOSEN)  # how long each part takes
+        read = lambda *words: subprocess.run(["ninja", "-C", self.built, "-t", *words], capture_output=True, text=True,
+                                             check=True).stdout
+        self.units, unit = {}, None
+        for line in read("deps").split("\n"):
+            if line and line[0] != " ":
+                unit = line.split(":")[0]
+            elif line and unit.endswith(".o") and "freeplay-tests" not in unit:
+                self.units.setdefault(os.path.relpath(os.path.join(self.built, line.strip()), self.tree), []).append(unit)
+        self.links = [line for line in read("commands", "freeplay", "freeplay-tests").split("\n") if line.startswith(": &&")]
+        return True
 
-    def build(self, *targets):
-        with open(self.log, "w") as log:
-            if not (self.built / "build.ninja").exists():
-                if subprocess.run(["cmake", "--preset", "release"], cwd=self.tree, stdout=log, stderr=log).returncode:
-                    return False
-            return subprocess.run(["cmake", "--build", self.built, "--target", *targets], stdout=log, stderr=log).returncode == 0
-
-    def stamps(self):
-        found = {}
-        for folder, _, names in os.walk(self.built):
-            for name in names:
-                path = os.path.join(folder, name)
-                if not (os.path.relpath(path, self.built).startswith("test-") or name.endswith(".gch")):
-                    state = os.stat(path)
-                    found[os.path.relpath(path, self.built)] = [state.st_mtime_ns, state.st_size]
-        return found
-
-    def keep(self):
-        """Keeps what is built now."""
-        shutil.rmtree(self.kept, ignore_errors=True)
-        before = self.stamps()
-        for name in before:
-            (self.kept / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(self.built / name, self.kept / name)
-        (self.place / "kept.json").write_text(json.dumps(before))
-
-    def put_back(self):
-        """Sources and objects as without a fault, so that nothing is built again."""
-        before = json.loads((self.place / "kept.json").read_text())
-        now = self.stamps()
-        for name, state in before.items():
-            if now.get(name) != state:
-                shutil.copy2(self.kept / name, self.built / name)
-        for name in now.keys() - before.keys():
-            (self.built / name).unlink(missing_ok=True)
-        if self.planted.exists():  # also where an earlier run was interrupted
-            name = self.planted.read_text()
-            shutil.copyfile(self.root / name, self.tree / name)
-            time_then = json.loads((self.place / "times.json").read_text())[name]
-            os.utime(self.tree / name, ns=(time_then, time_then))
-            self.planted.unlink()
-
-    def keep_times(self):
-        times = {str(p.relative_to(self.tree)): p.stat().st_mtime_ns
-                 for folder in FOLDERS for p in (self.tree / folder).rglob("*") if p.is_file()}
-        (self.place / "times.json").write_text(json.dumps(times))
+    def units_of(self, file):
+        """Those that read a file, the nearest in the tree first."""
+        near = lambda unit: -len(os.path.commonprefix([unit.split(".dir/")[1], file]))
+        return sorted(self.units.get(file, []), key=near)
 
     def plant(self, fault):
-        self.planted.write_text(fault.file)
+        self.keep(fault.file)
         path = self.tree / fault.file
         lines = path.read_text().split("\n")
         assert lines[fault.line - 1] == fault.old, f"{fault.file}:{fault.line} is another line now"
         lines[fault.line - 1] = fault.new
         path.write_text("\n".join(lines))
 
-    def same_objects(self):
-        """Whether the compiler made of it what it made without the fault (but for the hash of the sources)."""
-        before = json.loads((self.place / "kept.json").read_text())
-        return not any(name.endswith(".o") and "identity" not in name and before.get(name) != state and
-                       (self.built / name).read_bytes() != (self.kept / name).read_bytes()
-                       for name, state in self.stamps().items())
+    def keep(self, name):
+        to = self.aside / name
+        if not to.exists():
+            to.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(self.tree / name, to.with_name(to.name + ".half"))
+            os.rename(to.with_name(to.name + ".half"), to)
 
+    def compile(self, units):
+        """False where the compiler refuses."""
+        for unit in units:
+            self.keep(f"build/release/{unit}")
+        return self.command("ninja", "-C", str(self.built), *units)
 
-def run(command, cwd, limit, log):
-    """Exit status (None: not ended within the limit, negative: a signal) and seconds."""
-    began = time.monotonic()
-    with open(log, "w") as out:
-        child = subprocess.Popen(command, cwd=cwd, stdout=out, stderr=out, stdin=subprocess.DEVNULL, start_new_session=True)
-        try:
-            status = child.wait(limit)
-        except subprocess.TimeoutExpired:
-            os.killpg(child.pid, 9)  # what it started, too
-            child.wait()
-            status = None
-    return status, time.monotonic() - began
+    def same(self, units):
+        """Whether the compiler made of the fault what it made without."""
+        return all((self.built / u).read_bytes() == (self.aside / "build/release" / u).read_bytes() for u in units)
+
+    def link(self):
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            run = lambda links: all(pool.map(lambda link: self.command("bash", "-c", link, cwd=self.built), links))
+            return run([link for link in self.links if " ar " in link or "/ar " in link]) and run(self.links[-2:])
+
+    def put_back(self):
+        """Sources and objects as without a fault, with their times, so that they are not built again; what was linked is removed."""
+        if not self.aside.exists():
+            return
+        for path in self.aside.rglob("*"):
+            if path.is_file() and path.suffix != ".half":
+                shutil.copy2(path, self.tree / path.relative_to(self.aside))
+        for path in [*self.built.glob("lib*.a"), self.built / "freeplay", self.built / "freeplay-tests"]:
+            path.unlink(missing_ok=True)
+        shutil.rmtree(self.aside)
 
 
 class Suite:
-    """The claims' sets and the tests, in groups by what they cost without a fault."""
+    """scripts/check's parts."""
 
     def __init__(self, copy):
-        self.copy, self.file, self.log = copy, copy.place / "costs.json", copy.place / "judged.log"
+        self.copy, self.program = copy, copy.built / "freeplay-tests"
+        listed = subprocess.run([self.program, "-#", "--list-tags", CHOSEN], capture_output=True, text=True).stdout
+        took = dict(reversed(line.split()) for line in (copy.built / "test-seconds").read_text().splitlines())
+        self.seconds = {part: float(took.get(part, 60)) for part in re.findall(r"\[#(.*)\]$", listed, re.M)}
+        self.sources = {path.stem: path.read_text() for path in (copy.root / "verification").rglob("*_test.cpp")}
 
-    def tests(self):
-        listed = subprocess.run([self.copy.built / "freeplay-tests", "--list-test-names-only", TESTS], capture_output=True,
-                                text=True).stdout
-        return [line.strip() for line in listed.split("\n") if line.strip()]
+    def order(self, file):
+        header = re.sub(r"^src/", "", str(pathlib.Path(file).with_suffix(".hpp")))
+        near = lambda part: f'"{header}"' in self.sources.get(part, "")
+        return sorted(self.seconds, key=lambda part: (not near(part), self.seconds[part]))
 
-    def sets(self):
-        said = subprocess.run([self.copy.built / "freeplay", "verify", "?"], capture_output=True, text=True).stderr
-        return said[said.index("there is: ") + len("there is: "):].replace(",", " ").split()
+    def judge(self, file):
+        """(how, by what) by the first part that fails: how is claims, tests, time, crash (nothing but crashes) or survives."""
+        done, running, lock, verdicts = threading.Event(), {}, threading.Lock(), []
 
-    def measure(self):
-        """Every set and test without a fault; what fails then can judge nothing, and is named."""
-        costs = {"sets": {}, "tests": {}, "failing": []}
-        for name in self.sets():
-            status, seconds = run([self.copy.built / "freeplay", "verify", name, "-o", self.copy.place / "out"], self.copy.tree,
-                                  None, self.log)
-            costs["sets" if status == 0 else "failing"] |= {name: seconds} if status == 0 else []
-            if status != 0:
-                costs["failing"].append(f"verify {name}")
-        report = self.copy.place / "tests.xml"
-        run([self.copy.built / "freeplay-tests", TESTS, "-d", "yes", "-r", "xml", "-o", report], self.copy.tree, None, self.log)
-        for case in xml.etree.ElementTree.parse(report).iter("TestCase"):
-            result = case.find("OverallResult")
-            if result.get("success") == "true":
-                costs["tests"][case.get("name")] = float(result.get("durationInSeconds"))
-            else:
-                costs["failing"].append(case.get("name"))
-        self.file.write_text(json.dumps(costs, indent=1, ensure_ascii=False))
-        return costs
+        def run(part):
+            limit = 60 + 5 * self.seconds[part]
+            with lock:
+                if done.is_set():
+                    return
+                log = self.copy.place / f"judged-{part}.log"
+                with open(log, "w") as out:
+                    child = subprocess.Popen([self.program, "-#", "--abort", f"[#{part}]{CHOSEN}"], cwd=self.copy.tree, stdout=out,
+                                             stderr=out, stdin=subprocess.DEVNULL, start_new_session=True)
+                running[part] = child
+            try:
+                status = child.wait(limit)
+            except subprocess.TimeoutExpired:
+                os.killpg(child.pid, signal.SIGKILL)  # what it started, too
+                child.wait()
+                status = None
+            with lock:
+                del running[part]
+                text = log.read_text(errors="replace")
+                log.unlink()
+                if done.is_set() or status == 0:
+                    return
+                first = re.search(r"^-{20,}\n(.*?)(?:\n|$)", text, re.M)
+                by = f"{part}: {first[1].strip() if first else (text.strip().splitlines() or ['nothing is printed'])[-1]}"
+                if status is None:
+                    verdicts.append(("time", f"{part} after {limit:.0f} s"))
+                elif status < 0 or "fatal error condition" in text:
+                    verdicts.append(("crash", by))
+                    return  # whether something judges it, too
+                else:
+                    verdicts.append(("claims" if part.startswith("claims-") else "tests", by))
+                done.set()
+                for other in running.values():
+                    os.killpg(other.pid, signal.SIGKILL)
 
-    def groups(self):
-        """(what, command, seconds without a fault, how many judge: a set has some ten claims), the cheapest judges first."""
-        costs = json.loads(self.file.read_text())
-        found, low = [], 0
-        for n, high in enumerate(GROUPS):
-            names = [t for t, s in costs["tests"].items() if low <= s < high]
-            if names:
-                listed = self.copy.place / f"tests-{n}.txt"
-                listed.write_text("".join(re.sub(r'([,\[\]\\"])', r"\\\1", t) + "\n" for t in names))
-                found.append(("tests", ["freeplay-tests", "--abort", "-f", listed], sum(costs["tests"][t] for t in names), len(names)))
-            low = high
-        found += [("claims", ["freeplay", "verify", s, "-o", self.copy.place / "out"], seconds, 10)
-                  for s, seconds in costs["sets"].items()]
-        return sorted(found, key=lambda g: g[2] / g[3])
-
-    def judge(self, kind, crash=None):
-        """(how, by what) by the claims or the tests: how is claims, tests, time, crash (nothing but crashes, `crash` one before) or
-        survives."""
-        for what, command, seconds, _ in self.groups():
-            if what != kind:
-                continue
-            status, _ = run([self.copy.built / command[0], *command[1:]], self.copy.tree, 60 + 5 * seconds, self.log)
-            text = self.log.read_text(errors="replace")
-            if status is None:
-                return "time", f"{command[2] if what == 'claims' else 'tests'} after {60 + 5 * seconds:.0f} s"
-            if status == 0:
-                continue
-            if status < 0 or "fatal error condition" in text:
-                crash = crash or f"{what}: signal {-status if status < 0 else 'in a test'}"
-                continue  # whether something judges it, too
-            if what == "claims":
-                first = re.search(r"^  FAILS (.*)", text, re.M)
-                return "claims", f"{command[2]}: {first[1].strip() if first else text.strip().splitlines()[-1]}"
-            first = re.search(r"^-{20,}\n(.*?)(?:\n|$)", text, re.M)
-            return "tests", first[1].strip() if first else text.strip().splitlines()[-1]
-        return ("crash", crash) if crash else ("survives", "")
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            for result in [pool.submit(run, part) for part in self.order(file)]:
+                result.result()
+        return verdicts[-1] if verdicts else ("survives", "")

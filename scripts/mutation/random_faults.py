@@ -6,19 +6,21 @@ a run that was interrupted goes on. The checkout is not changed but for the page
   --draw        shows the faults and changes nothing
   --again       judges anew what survived, by the tests as they are now
   --first N     judges at most N more now, and leaves the page alone unless all N of --random are done
-  --part K/N    of the order every N-th from the K-th alone, in a clone of its own; their verdicts.jsonl are joined by hand
+  --tree CLONE  plants them in this clone, whose build serves, in place of a copy under build/
 """
 import argparse
 import collections
 import json
+import math
 import os
 import pathlib
 import re
 import sys
+import time
 
 sys.dont_write_bytecode = True
 from draw import order  # noqa: E402
-from judge import Copy, Suite  # noqa: E402
+from judge import UNITS, Copy, Suite  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PLACE = ROOT / "build" / "mutations-random"
@@ -55,32 +57,17 @@ class Verdicts:
         if again:
             self.of = {k: v for k, v in self.of.items() if v["how"] not in ("survives", "crash")}
 
-    def add(self, fault, how, by):
-        self.of[fault.key] = {"key": fault.key, "how": how, "by": by}
+    def add(self, fault, how, by, seconds):
+        self.of[fault.key] = {"key": fault.key, "how": how, "by": by, "seconds": round(seconds)}
         with open(self.file, "a") as out:
             out.write(json.dumps(self.of[fault.key], ensure_ascii=False) + "\n")
 
 
-def prepare():
-    """The copy, built and measured without a fault where it is not already as the checkout is."""
-    PLACE.mkdir(parents=True, exist_ok=True)
-    copy = Copy(ROOT, PLACE)
-    suite = Suite(copy)
-    ready = PLACE / "ready"
-    if ready.exists():
-        copy.put_back()
-    if copy.take() or not ready.exists():
-        ready.unlink(missing_ok=True)
-        print("building and measuring the copy without a fault", flush=True)
-        if not copy.build("freeplay", "freeplay-tests"):
-            sys.exit(f"without a fault the copy does not build: see {copy.log}")
-        copy.keep_times()
-        copy.keep()
-        for name in suite.measure()["failing"]:
-            print(f"fails without a fault, and judges nothing: {name}", flush=True)
-        copy.put_back()
-        ready.touch()
-    return copy, suite
+def interval(caught, tried):
+    """Wilson's interval of 95 % for a share."""
+    z, share = 1.96, caught / tried
+    middle, half = share + z * z / (2 * tried), z * math.sqrt(share * (1 - share) / tried + z * z / (4 * tried * tried))
+    return (middle - half) / (1 + z * z / tried), (middle + half) / (1 + z * z / tried)
 
 
 def cell(text):
@@ -100,18 +87,19 @@ def page(seed, judged, refused):
     counts = collections.Counter((f.kind, how[f.key]) for f, _ in judged)
     real = sum(h != "equivalent" for h in how.values())
     caught = sum(h in ("claims", "tests", "time") for h in how.values())
+    low, high = interval(caught, real)
+    seconds = sum(v["seconds"] for _, v in judged)
     lines = [HEAD, "",
-             f"Written by `scripts/mutations --random {len(judged)} --seed {seed}`: {len(judged)} faults on lines drawn from all "
-             "code of src/ and formulations/, each",
-             "built in a copy and judged by the tests (but for the maps of the extremes and of strangers, and those that build against",
-             f"the installed library) and by `freeplay verify`, claims first, the cheapest before the others, up to the first that fails. **{caught} of {real} "
-             "that change anything are",
-             f"caught.** {refused} more were drawn that the compiler refuses. *Time*: the suite did not end in five times its time; "
-             "*crash*: nothing",
-             "but crashes tells it. *Equivalent*: the compiler makes the same code of it, or judged by hand",
+             f"Written by `scripts/mutations --random {len(judged)} --seed {seed}`: {len(judged)} faults on lines drawn from all code of "
+             "src/ and formulations/, each compiled",
+             "and linked in a copy and judged by the tests and the sets of claims (but for [long], and for the tests that build against the "
+             "installed library), up to the first that fails.",
+             f"**{caught} of {real} that change anything are caught: {caught / real:.0%}, with 95 % confidence {low:.0%} to {high:.0%} "
+             "(Wilson's interval).**",
+             f"{refused} more were drawn that the compiler refuses. A fault took {seconds / len(judged):.0f} s. *Time*: a part did not end in "
+             "five times its time and a minute;",
+             "*crash*: nothing but crashes tells it. *Equivalent*: the compiler makes the same code of it, or judged by hand",
              "(`scripts/mutation/equivalent.txt`).", ""]
-    if failing := json.loads((PLACE / "costs.json").read_text())["failing"]:
-        lines += [f"Failing without a fault, and so judging nothing: {'; '.join(failing)}.", ""]
     lines += [
              "| kind | drawn | " + " | ".join(columns) + " |", "| --- " * (len(columns) + 2) + "|"]
     for kind in sorted({f.kind for f, _ in judged}) + ["all"]:
@@ -133,18 +121,18 @@ def page(seed, judged, refused):
 
 
 def judged_fault(copy, suite, fault):
-    """(how, by what). The claims first, by the program alone: the tests take long to build where a header is at fault."""
+    """(how, by what)."""
     copy.plant(fault)
-    if not copy.build("freeplay"):
-        return "refused", ""
-    how, by = ("survives", "") if copy.same_objects() else suite.judge("claims")
-    if how in ("claims", "time"):
-        return how, by
-    if not copy.build("freeplay-tests"):
-        return "refused", ""
-    if copy.same_objects():
-        return "same", "the same code"
-    return suite.judge("tests", by if how == "crash" else None)
+    units = copy.units_of(fault.file)
+    if not units:
+        return "same", "no unit but tests reads it"
+    for some in dict.fromkeys([tuple(units[:UNITS]), tuple(units)]):
+        if not copy.compile(some) or not copy.link():
+            return "refused", ""
+        how, by = ("same", "the same code") if copy.same(some) else suite.judge(fault.file)
+        if how in ("claims", "tests", "time"):
+            break
+    return how, by
 
 
 def main():
@@ -152,7 +140,7 @@ def main():
     parse.add_argument("--random", type=int, required=True, metavar="N")
     parse.add_argument("--seed", type=int, default=1)
     parse.add_argument("--first", type=int, default=10**9)
-    parse.add_argument("--part", default="1/1")
+    parse.add_argument("--tree")
     parse.add_argument("--draw", action="store_true")
     parse.add_argument("--again", action="store_true")
     asked = parse.parse_args()
@@ -160,30 +148,34 @@ def main():
         for n, f in zip(range(asked.random), order(ROOT, asked.seed)):
             print(f"{n + 1}. {f.file}:{f.line} {f.kind}\n  -{f.old.strip()}\n  +{f.new.strip()}")
         return 0
-    copy, suite = prepare()
+    PLACE.mkdir(parents=True, exist_ok=True)
+    copy = Copy(ROOT, PLACE, asked.tree)
+    if not copy.prepare():
+        sys.exit(f"without a fault the copy does not build: see {copy.log}")
+    suite = Suite(copy)
     verdicts = Verdicts(asked.again)
     judged, refused, left = [], 0, asked.first
-    part, parts = map(int, asked.part.split("/"))
     for n, fault in enumerate(order(ROOT, asked.seed)):
         if len(judged) == asked.random or n >= 2 * asked.random:
             break
         verdict = verdicts.of.get(fault.key)
-        if verdict is None and n % parts != part - 1:
-            continue
         if verdict is None:
             if left == 0:
                 break
             left -= 1
+            began = time.monotonic()
             try:
-                verdicts.add(fault, *judged_fault(copy, suite, fault))
+                how, by = judged_fault(copy, suite, fault)
             finally:
                 copy.put_back()
+            verdicts.add(fault, how, by, time.monotonic() - began)
             verdict = verdicts.of[fault.key]
-            print(f"{fault.file}:{fault.line} {fault.kind}: {verdict['how']} {verdict['by']}", flush=True)
+            print(f"{fault.file}:{fault.line} {fault.kind}: {verdict['how']} {verdict['by']} ({verdict['seconds']} s)", flush=True)
         if verdict["how"] == "refused":
             refused += 1
         else:
             judged.append((fault, verdict))
+    copy.build()
     known = equivalents()
     missed = [f for f, v in judged if v["how"] in ("survives", "crash") and f.key not in known]
     for f in missed:
@@ -192,7 +184,8 @@ def main():
         print(f"{len(judged)} of {asked.random} judged; the same command goes on")
         return 1
     caught, real = page(asked.seed, judged, refused)
-    print(f"{caught} of {real} caught")
+    low, high = interval(caught, real)
+    print(f"{caught} of {real} caught: {caught / real:.0%}, with 95 % confidence {low:.0%} to {high:.0%}")
     return 0 if caught >= 0.95 * real else 1
 
 

@@ -15,7 +15,8 @@
 using namespace freeplay;
 using namespace freeplay::verification::random_scenes;
 
-TEST_CASE("two hundred random scenes are right, doubted or refused by every way", "[strangers][program]") {
+TEST_CASE("two hundred random scenes are right, doubted or refused by every way",
+          "[strangers][program][long]") {
   test::TemporaryFolder folder;
   const auto place = folder.path().string();
   const auto o =

@@ -52,7 +52,7 @@ bool may_not_be_right(const std::string& axis, const std::string& label, const s
 
 }  // namespace
 
-TEST_CASE("no extreme is silently wrong, hangs or crashes", "[extremes][program]") {
+TEST_CASE("no extreme is silently wrong, hangs or crashes", "[extremes][program][long]") {
   test::TemporaryFolder folder;
   const auto place = folder.path().string();
   const auto o = test::freeplay("extremes -o " + place + "/out --document " + place + "/doc");

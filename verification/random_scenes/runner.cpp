@@ -16,8 +16,8 @@
 #include <stdexcept>
 #include <thread>
 
-#include "verification/support/apart.hpp"
 #include "verification/random_scenes/judge.hpp"
+#include "verification/support/apart.hpp"
 
 namespace freeplay::verification::random_scenes {
 namespace {

@@ -31,9 +31,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return text.replace(at, from.size(), to);
 }
 
-nlohmann::json read_json(const std::filesystem::path& file) {
-  return nlohmann::json::parse(file_text(file));
-}
+nlohmann::json read_json(const std::filesystem::path& file) { return nlohmann::json::parse(file_text(file)); }
 
 std::string notes_of(const Result& run) {
   std::string all;

@@ -29,7 +29,8 @@ namespace {
 
 Result checked(Result run) {
   if (run.ending.status != Ending::Status::finished)
-    throw std::runtime_error(fmt::format("the {} run did not finish: {}", run.formulation, run.ending.reason));
+    throw std::runtime_error(
+        fmt::format("the {} run did not finish: {}", run.formulation, run.ending.reason));
   return run;
 }
 

@@ -139,7 +139,7 @@ TEST_CASE("tradeoff: finer settings cost more and miss less, statistics have the
 }
 
 TEST_CASE("validate a study: calibration, matrix, verdicts, figures, and again without a run",
-          "[program][study]") {
+          "[program][study][long]") {
   test::TemporaryFolder folder;
   const auto place = folder.path().string();
   const auto smaller = [&](const char* name, std::vector<std::pair<std::string, std::string>> changes) {

@@ -19,7 +19,8 @@ int passed(F next, int most) {
 
 TEST_CASE("event pace: a thousand events in a thousandth of the time scale are too many", "[event-driven]") {
   EventPace fast(1), slow(1);
-  CHECK(passed([&](int k) { return fast.event(0.9e-6 * k); }, 5000) == 2000);  // the first thousand has no beginning
+  CHECK(passed([&](int k) { return fast.event(0.9e-6 * k); }, 5000) ==
+        2000);  // the first thousand has no beginning
   CHECK(fast.exceeded());
   CHECK(passed([&](int k) { return slow.event(1.1e-6 * k); }, 5000) == 5000);
   CHECK_FALSE(slow.exceeded());

@@ -154,7 +154,7 @@ TEST_CASE("a mechanism in code, observers, threads, snapshots and errors, outsid
   CHECK_THAT(done.said, !Contains("FAILED"));
 }
 
-TEST_CASE("the public headers need the standard library alone, each by itself", "[library]") {
+TEST_CASE("the public headers need the standard library alone, each by itself", "[library][long]") {
   const auto& installed = Installed::get();
   const auto headers = installed.prefix() / "include/freeplay", place = installed.folder() / "headers";
   fs::create_directories(place);

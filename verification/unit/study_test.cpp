@@ -285,7 +285,7 @@ TEST_CASE("response surfaces: exact for quadratics, honest about noise", "[study
 }
 
 TEST_CASE("known parameters are recovered from a synthetic measurement, through the whole chain",
-          "[study][slow]") {
+          "[study][long]") {
   // Peaks keep to a state for a hundred turns and more: taken for six independent stretches, they left the truth out (13.0 to
   // 15.1 N for 12).
   test::TemporaryFolder folder;

@@ -1,6 +1,6 @@
 #include "mechanism/error.hpp"
-#include "verification/support/apart.hpp"
 #include "verification/random_scenes/extremes/extremes.hpp"
+#include "verification/support/apart.hpp"
 #include "verification/support/support.hpp"
 
 namespace freeplay::verification::random_scenes {
