@@ -7,7 +7,7 @@
 #include "verification/claims/claim.hpp"
 #include "verification/references/journal_bearing.hpp"
 #include "verification/support/support.hpp"
-#include "verification/support/ways.hpp"
+#include "verification/support/film_ways.hpp"
 
 namespace freeplay::verification {
 namespace {
@@ -17,7 +17,7 @@ using reference::JournalBearing;
 constexpr double R = 20e-3, L = 15e-3, c = 0.1e-3, g = 9.81;
 
 using test::Way;
-const Way ways[] = {test::penalty, test::fixed_steps(1e-5, "Moreau–Jean, fixed steps"), test::chosen_steps,
+const Way film_ways[] = {test::penalty, test::fixed_steps(1e-5, "Moreau–Jean, fixed steps"), test::chosen_steps,
                     test::event_driven, test::automatic};
 
 std::string name_of(const JournalBearing& b) {
@@ -71,7 +71,7 @@ void settles(Findings& f) {
   for (const bool is_short : {true, false}) {
     const JournalBearing b{is_short, true, is_short ? 0.03 : 0.003, R, L, c};
     const double W = 2 * g, omega = 100, e = b.eccentricity(W, omega), phi = b.attitude(e, omega);
-    for (const auto& way : ways) {
+    for (const auto& way : film_ways) {
       const auto s = by(journal(b, 2, 1e6, omega, g, 1.5), way).final_state;
       const auto what = fmt::format("{}, {}: steady running", name_of(b), way.name);
       f.relative(
@@ -89,7 +89,7 @@ void stays(Findings& f) {
   for (const bool is_short : {true, false}) {
     const JournalBearing b{is_short, false, is_short ? 0.03 : 0.003, R, L, c};
     const double W = 2 * g, omega = 100, e = b.eccentricity(W, omega);
-    for (const auto& way : ways) {
+    for (const auto& way : film_ways) {
       const auto s = by(journal(b, 2, 1e6, omega, g, 0.1, {e * c, 0}), way).final_state;
       f.at_most(
           fmt::format("{}, {}: leaves its steady running by, over clearance", name_of(b), way.name), "",
@@ -106,7 +106,7 @@ void squeezes(Findings& f) {
     JournalBearing b{is_short, false, 1, R, L, c};
     const double m = 2, W = m * g, T = 0.5;
     b.viscosity = W * T / (b.K() * (b.f(0.8) - b.f(0.1)));  // K is in proportion to it
-    for (const auto& way : ways) {
+    for (const auto& way : film_ways) {
       const auto s = by(journal(b, m, 0.5, 0, g, T, {0, -0.1 * c}), way).final_state;
       const double e = -s.q[1] / c;
       const auto what = fmt::format("{}, {}: squeezed from ε = 0.1", name_of(b), way.name);
@@ -146,7 +146,7 @@ void whirls(Findings& f) {
       return std::abs(std::complex<double>(run.final_state.q[0], run.final_state.q[1]) - exact) /
              std::abs(exact);
     };
-    for (const auto& way : ways) {
+    for (const auto& way : film_ways) {
       auto found = scene(T);
       found.nonsmooth.step_tolerance = 1e-11;  // of the clearance, of which this is 1e-4
       found.penalty.tolerance = found.nonsmooth.tolerance = 1e-12;
@@ -170,7 +170,7 @@ void whirls(Findings& f) {
 void brakes(Findings& f) {
   const JournalBearing b{true, true, 0.05, R, L, c};
   const double I = 1e-3, T = 0.2, omega = 100;
-  for (const auto& way : ways) {
+  for (const auto& way : film_ways) {
     const auto s = by(journal(b, 2, I, omega, 0, T), way).final_state;
     f.relative(fmt::format("{}: speed of a shaft braked by its film", way.name), "rad/s", s.v[2],
                omega * std::exp(-b.petroff() * T / I), 1e-5, "Petroff: ω₀ e^(−2πμR³Lt/(cI))",
@@ -181,7 +181,7 @@ void brakes(Findings& f) {
 /// Thin and thick oil.
 void limits(Findings& f) {
   const double fall = std::sqrt(2 * c / g);
-  for (const auto& way : ways) {
+  for (const auto& way : film_ways) {
     const JournalBearing thin{true, true, 1e-13, R, L, c};
     const auto run = by(journal(thin, 2, 0.5, 0, g, 3 * fall), way);
     const auto touch = test::touch(run, 0);
@@ -212,9 +212,9 @@ void pin(Findings& f) {
                                 {"run.revolutions=1", "run.discard=0"});
   auto fine = scene;
   fine.penalty.tolerance = 1e-12;
-  const auto exact = by(fine, ways[0]);
+  const auto exact = by(fine, film_ways[0]);
   const double clearance = 0.25e-3;
-  for (const auto& way : ways) {
+  for (const auto& way : film_ways) {
     const auto run = by(scene, way);
     double apart = 0;
     for (std::size_t i = 0; i < run.final_state.q.size(); ++i)
@@ -237,7 +237,7 @@ void pin(Findings& f) {
   auto quarter = read_scene(test::source_folder() / "cases/lubricated-pin/scene.toml",
                             {"run.revolutions=0.25", "run.discard=0"});
   quarter.nonsmooth.tolerance = 1e-12;
-  const auto end = by(quarter, ways[3]).final_state;
+  const auto end = by(quarter, film_ways[3]).final_state;
   std::vector<double> steps{2e-4, 1e-4, 5e-5, 2.5e-5}, errors;
   for (const double h : steps) {
     const auto s = by(quarter, {"", Family::nonsmooth, Scheme::moreau_jean, h}).final_state;

@@ -28,7 +28,7 @@ T record_of(const nlohmann::json& document) {
 
 /// As a line of JSON; bytes that are no text are replaced.
 template <class T>
-std::string text_of(const T& record) {
+std::string record_text(const T& record) {
   return nlohmann::json(record).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 

@@ -48,7 +48,7 @@ void write_state(const std::filesystem::path& folder, std::size_t shard, ShardSt
   s.host = host();
   s.job = environment("SLURM_JOB_ID");
   s.when = now();
-  write_whole(state_file(folder, shard), text_of(s));
+  write_whole(state_file(folder, shard), record_text(s));
 }
 
 class Making {
@@ -153,7 +153,7 @@ class Making {
            .host = host()};
     s.file = fmt::format("{}-{}.db", asked_.shard, s.checksum);
     copy_whole(whole, place_ / s.file);
-    write_whole(place_ / fmt::format("{}.json", asked_.shard), text_of(s));
+    write_whole(place_ / fmt::format("{}.json", asked_.shard), record_text(s));
     remove_what_is_left(s.file);
     return s;
   }
