@@ -7,7 +7,7 @@
 #include "verification/claims/claim.hpp"
 #include "verification/references/journal_bearing.hpp"
 #include "verification/support/support.hpp"
-#include "verification/support/film_ways.hpp"
+#include "verification/support/ways.hpp"
 
 namespace freeplay::verification {
 namespace {
