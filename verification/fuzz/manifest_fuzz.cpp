@@ -22,7 +22,7 @@ std::string fitting(std::string text) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const auto input = fuzz::record_text(data, size);
+  const auto input = fuzz::text_of(data, size);
   // Behind a line of dashes stands the file of units.
   const auto cut = std::min(input.find("\n---\n"), input.size());
   const auto text = fitting(std::string(input.substr(0, cut)));
