@@ -48,8 +48,8 @@ std::string table_file(const std::vector<Row>& rows, std::uint64_t seed) {
 }  // namespace
 
 int random_scenes(const RandomScenesRequest& request, const std::string& output) {
-  const verification::random_scenes::Request asked{static_cast<std::uint64_t>(request.seed), request.first, request.count, request.kinds,
-                      request.way};
+  const verification::random_scenes::Request asked{static_cast<std::uint64_t>(request.seed), request.first,
+                                                   request.count, request.kinds, request.way};
   const bool known = !asked.kinds.empty();
   const auto folder = result_folder(output, known ? "out/random-scenes" : "out/strangers");
   make_folder(folder);

@@ -17,8 +17,8 @@ using reference::JournalBearing;
 constexpr double R = 20e-3, L = 15e-3, c = 0.1e-3, g = 9.81;
 
 using test::Way;
-const Way film_ways[] = {test::penalty, test::fixed_steps(1e-5, "Moreau–Jean, fixed steps"), test::chosen_steps,
-                    test::event_driven, test::automatic};
+const Way film_ways[] = {test::penalty, test::fixed_steps(1e-5, "Moreau–Jean, fixed steps"),
+                         test::chosen_steps, test::event_driven, test::automatic};
 
 std::string name_of(const JournalBearing& b) {
   return fmt::format("{} {} film", b.is_short ? "short" : "long", b.cavitated ? "half-Sommerfeld" : "full");

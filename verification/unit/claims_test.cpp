@@ -103,8 +103,8 @@ TEST_CASE("the page of claims names its columns and the sets of the program alon
   std::string line;
   for (std::getline(page, line); std::getline(page, line);) {
     CAPTURE(line);
-    CHECK(
-        std::ranges::any_of(claim_sets(), [&](const auto& set) { return line.starts_with(set.name + ","); }));
+    CHECK(std::ranges::any_of(
+        claim_sets(), [&](const auto& set) { return line.starts_with(std::string(set.name) + ","); }));
   }
 }
 
