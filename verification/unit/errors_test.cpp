@@ -406,7 +406,7 @@ TEST_CASE("a hundred errors are told in a line of the program's own words", "[pr
   }
   all.push_back({"run --resume " + place + "nowhere", "nowhere"});
   make_folder(folder.path() / "cut");
-  file("cut/run.checkpoint", "freeplay checkpoint 3 10 0\n");
+  file("cut/run.checkpoint", "freeplay checkpoint 4 10 0\n");
   all.push_back({"run --resume " + place + "cut", "is damaged"});
   make_folder(folder.path() / "none");
   file("none/run.checkpoint", "nothing of the kind");

@@ -368,7 +368,7 @@ TEST_CASE("resume: what cannot be gone on with is refused, and nothing is damage
     }
 
   // The checkpoint.
-  const std::string checkpoint = "run.checkpoint", head = "freeplay checkpoint 3 ";
+  const std::string checkpoint = "run.checkpoint", head = "freeplay checkpoint 4 ";
   const auto whole = test::file_text(cut / checkpoint);
   REQUIRE(whole.starts_with(head));
   const auto rewritten = [&](const std::string& bytes) {
@@ -384,7 +384,7 @@ TEST_CASE("resume: what cannot be gone on with is refused, and nothing is damage
   const auto sealed = [](const std::string& body) {
     std::uint64_t hash = 0xcbf29ce484222325u;
     for (const unsigned char c : body) hash = (hash ^ c) * 0x100000001b3u;
-    return fmt::format("freeplay checkpoint 3 {} {:016x}\n", body.size(), hash) + body;
+    return fmt::format("freeplay checkpoint 4 {} {:016x}\n", body.size(), hash) + body;
   };
   auto body = whole.substr(whole.find('\n') + 1);
   REQUIRE(sealed(body) == whole);
