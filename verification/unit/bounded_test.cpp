@@ -103,6 +103,21 @@ TEST_CASE("what a run writes is estimated before it starts", "[bounded][files]")
   }
 }
 
+TEST_CASE("forces of discs that touch anew all the time are estimated, and written",
+          "[bounded][files][groups]") {
+  // The contacts of a group are one family without a gap of its own: its columns are taken to be full, so the bound is one-sided.
+  auto scene = read_scene(test::source_folder() / "cases/discs-in-a-box/scene.toml", {"run.forces=true"});
+  scene.run.duration = 0.05;
+  const auto estimate = estimate_output(scene, assemble(scene.mechanism, scene.run.start));
+  const auto told = std::ranges::find(estimate.files, "forces.csv", &OutputEstimate::File::name);
+  REQUIRE(told != estimate.files.end());
+  test::TemporaryFolder folder;
+  run_scene(scene, {.formulation = "nonsmooth", .folder = folder.path()});
+  const auto written = static_cast<double>(std::filesystem::file_size(folder.path() / "forces.csv"));
+  CHECK(told->bytes > 0.8 * written);
+  CHECK(told->bytes < 3 * written);  // in the time of a first contact most are apart
+}
+
 TEST_CASE("what is estimated to be too much is not begun", "[bounded][files][program]") {
   test::TemporaryFolder folder;
   const auto out = (folder.path() / "out").string();

@@ -50,8 +50,10 @@ std::vector<bool> held(const Scene& scene, const System& system, const State& st
   return found;
 }
 
-/// A contact within a joint is closed most of the time; another one is taken as the start has it.
+/// A contact within a joint is closed most of the time; another one is taken as the start has it. A family of contacts has no
+/// gap of its own: some of it is taken to be closed.
 bool touches(const System& system, int contact, const State& start) {
+  if (contact >= system.contacts()) return true;
   const auto& facts = system.contact_facts(contact);
   if (facts.has_clearance) return true;
   auto e = system.make_evaluation();
