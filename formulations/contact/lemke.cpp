@@ -7,6 +7,27 @@
 #include "formulations/contact/solvers.hpp"
 
 namespace freeplay {
+namespace {
+
+struct Size {
+  int normals, tangents, unknowns;
+  double scale;  // impulses over it are velocities: one over the greatest diagonal entry of D
+};
+
+/// Room for one unknown of each normal and so many of each tangent, with an empty matrix.
+Size begin(const ContactEquations& p, int per_tangent, SolverRoom& room) {
+  Size size{0, 0, 0, 1 / p.D.diagonal().head(p.rows).maxCoeff()};
+  for (const auto& c : p.unknowns) {
+    size.normals += c.normal >= 0;
+    size.tangents += c.tangent >= 0;
+  }
+  size.unknowns = size.normals + per_tangent * size.tangents;
+  room.reserve_lemke(size.unknowns);
+  room.A.topLeftCorner(size.unknowns, size.unknowns).setZero();
+  return size;
+}
+
+}  // namespace
 
 void SolverRoom::reserve_lemke(int n) {
   if (n <= lemke_size) return;
@@ -21,19 +42,9 @@ SolverSummary lemke(ContactEquations& p, double, SolverRoom& room) {
   auto& unknowns = p.unknowns;
   const auto& D = p.D;
   const auto& b = p.b;
-  const int rows = p.rows;
-  int normals = 0, tangents = 0;
-  for (const auto& c : unknowns) {
-    normals += c.normal >= 0;
-    tangents += c.tangent >= 0;
-  }
-  const int n = normals + 2 * tangents;
-  room.reserve_lemke(n);
+  const auto [normals, tangents, n, scale] = begin(p, 2, room);
   auto &q = room.q, &z = room.z;
   auto& A = room.A;
-  // Impulses are scaled by the greatest diagonal entry of D, so that every row and unknown is a velocity.
-  const double scale = 1 / D.diagonal().head(rows).maxCoeff();
-  A.topLeftCorner(n, n).setZero();
   // Place of each unknown among (P_N ..., P_R ..., u_L ...), counted in the order of `unknowns`.
   const auto fill_row = [&](int place, int row, double base) {
     q[place] = base;
@@ -81,18 +92,9 @@ SolverSummary copositive_lemke(ContactEquations& p, double accepted, SolverRoom&
   auto& unknowns = p.unknowns;
   const auto& D = p.D;
   const auto& b = p.b;
-  const int rows = p.rows;
-  int normals = 0, tangents = 0;
-  for (const auto& c : unknowns) {
-    normals += c.normal >= 0;
-    tangents += c.tangent >= 0;
-  }
-  const int n = normals + 3 * tangents;
-  room.reserve_lemke(n);
+  const auto [normals, tangents, n, scale] = begin(p, 3, room);
   auto &q = room.q, &z = room.z;
   auto& A = room.A;
-  const double scale = 1 / D.diagonal().head(rows).maxCoeff();
-  A.topLeftCorner(n, n).setZero();
   const auto fill_row = [&](int place, int row, double sign) {
     int i = 0, j = normals;
     for (const auto& c : unknowns) {

@@ -47,7 +47,7 @@ bool EventDriven::fail(const std::string& what) {
 
 /// What event-driven integration cannot resolve.
 bool EventDriven::beyond(const std::string& what) {
-  return fail(gives_way_ ? what : what + "; time stepping passes them (nonsmooth.scheme = \"automatic\")");
+  return fail(gives_way_ ? what : what + "; use nonsmooth.scheme = \"automatic\"");
 }
 
 void EventDriven::interpolate(double t, double* q, double* v) const {
@@ -204,7 +204,8 @@ bool EventDriven::choose(std::vector<int>& touching) {
     const double back = reason.empty() ? d.torn_back(x, method_.t) : std::numeric_limits<double>::infinity();
     if (back > none) {
       d.mend();
-      if (back > little) return beyond("modes of contact change again and again");
+      if (back > little)
+        return beyond("contacts at their friction limit start to slip in no order that events tell");
       reason = d.choose(x, method_.t, touching);
     }
   }

@@ -23,7 +23,7 @@ std::string EventPace::event(double t) {
   if (++events_ % 1000 == 0) {
     if (t - thousand_since_ < 1e-3 * time_scale_)
       return too_many(fmt::format(
-          "1000 impacts and changes of contact within {:.2g} s: they follow each other too fast to be told one by one",
+          "1000 impacts and changes of contact within {:.2g} s are too fast for event-driven integration",
           t - thousand_since_));
     thousand_since_ = t;
   }
@@ -33,8 +33,8 @@ std::string EventPace::event(double t) {
   slow_windows_ = passed < 0.2 * time_scale_ ? slow_windows_ + 1 : 0;
   if (slow_windows_ < most) return "";
   return too_many(fmt::format(
-      "the last {} impacts and changes of contact took {:.2g} s; at this pace {:.2g} of them make a second: more than "
-      "can be told one by one",
+      "the last {} impacts and changes of contact took {:.2g} s; {:.2g} a second are too many for event-driven "
+      "integration",
       window, passed, static_cast<double>(window) / passed));
 }
 
@@ -45,7 +45,9 @@ std::string EventPace::mode_change(double t) {
     changes_ = 0;
     changes_since_ = t;
   }
-  return ++changes_ < most ? "" : too_many("modes of contact change again and again");
+  return ++changes_ < most
+             ? ""
+             : too_many(fmt::format("the mode of contact changes {} times at one instant", most));
 }
 
 /// One contact alone has an end that is known exactly; several may throw each other to and fro for ever.
@@ -61,8 +63,10 @@ std::string EventPace::impact(double t, const std::vector<int>& approaching) {
     if (first_ < 0) first_ = k;
     several_ = several_ || k != first_;
   }
-  return ++impacts_ >= most && several_ ? too_many("contacts kick each other too fast to be told one by one")
-                                        : "";
+  if (++impacts_ < most || !several_) return "";
+  return too_many(
+      fmt::format("{} impacts of several contacts within {:.2g} s are too fast for event-driven integration",
+                  impacts_, t - impacts_since_));
 }
 
 void EventPace::restart() {

@@ -18,10 +18,12 @@ struct Refusal {
   const char* why;
 };
 constexpr Refusal looked_at[] = {
-    {"follow each other too fast",
-     "contacts of a pile kick each other without an end in time; the reason names time "
-     "stepping, which passes it"},
-    {"more than can be told one by one", "as above, at a pace that no run ends"},
+    {"too fast for event-driven",
+     "contacts of a pile throw each other to and fro without an end in time; the reason names the "
+     "automatic scheme, which passes it by time stepping"},
+    {"too many for event-driven", "as above, at a pace that no run ends"},
+    {"mode of contact changes", "as above, of changes between stick and slip"},
+    {"slip in no order", "as above"},
     {"admits more than one motion",
      "Painlevé's paradox: friction leaves the motion open, and the reason names the motions"},
     {"admits no acceleration",

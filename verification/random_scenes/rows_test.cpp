@@ -14,6 +14,47 @@ using namespace freeplay;
 using namespace freeplay::verification::random_scenes;
 namespace reference = freeplay::reference;
 
+namespace {
+
+/// A table that moves along a curve of time, and a ball over it.
+struct BallOnTable {
+  const char* curve;
+  double young, restitution, mass, inertia, height, radius;
+};
+std::string ball_on_table(const BallOnTable& b) {
+  return fmt::format(R"(format = 2
+gravity = [0, -9.81]
+[bodies.table]
+mass = 1
+inertia = 1
+[joints.guide]
+type = "translational"
+between = ["ground", "table"]
+axis = [0, 1]
+[curves.y]
+{}
+[drives.shaker]
+joint = "guide"
+position = "y"
+[surfaces.s]
+young = {}
+poisson = 0.3
+restitution = {}
+[bodies.ball]
+mass = {}
+inertia = {}
+position = [0, {}]
+[contacts.c]
+type = "plane"
+between = ["table", "ball"]
+radius = {}
+surface = "s"
+)",
+                     b.curve, b.young, b.restitution, b.mass, b.inertia, b.height, b.radius);
+}
+
+}  // namespace
+
 TEST_CASE("the small integrator bounces a ball as its parabolas do", "[random-scenes]") {
   reference::OneCoordinate one;
   const double g = 9.81, drop = 0.1, e = 0.8, fall = std::sqrt(2 * drop / g);
@@ -227,36 +268,17 @@ TEST_CASE("rows within an implicit step are that step's own", "[random-scenes]")
   y.repeats = true;
   y.points = {{3.5e-4, -9.8e-8}, {6.7e-4, -3.6e-7}, {9.5e-4, 4.3e-7}, {1.22e-3, -3.7e-7}, {1.47e-3, -9.8e-8}};
   y.prepare();
-  const auto scene = parse_scene(R"(format = 2
-gravity = [0, -9.81]
-[bodies.table]
-mass = 1
-inertia = 1
-[joints.guide]
-type = "translational"
-between = ["ground", "table"]
-axis = [0, 1]
-[curves.y]
-shape = "table"
+  const auto scene = parse_scene(ball_on_table({.curve = R"(shape = "table"
 points = [[3.5e-4, -9.8e-8], [6.7e-4, -3.6e-7], [9.5e-4, 4.3e-7], [1.22e-3, -3.7e-7], [1.47e-3, -9.8e-8]]
 between = "spline"
-repeat = true
-[drives.shaker]
-joint = "guide"
-position = "y"
-[surfaces.s]
-young = 3.7e14
-poisson = 0.3
-restitution = 0.28
-[bodies.ball]
-mass = 1.87
-inertia = 5e-5
-position = [0, 0.0084]
-[contacts.c]
-type = "plane"
-between = ["table", "ball"]
-radius = 0.00838
-surface = "s"
+repeat = true)",
+                                                .young = 3.7e14,
+                                                .restitution = 0.28,
+                                                .mass = 1.87,
+                                                .inertia = 5e-5,
+                                                .height = 0.0084,
+                                                .radius = 0.00838}) +
+                                     R"(
 [run]
 duration = 0.02
 start = "assembled"
@@ -342,37 +364,18 @@ TEST_CASE("integrators of every order see the impacts that touching discs take",
 // The ball of a random scene at whose end a chosen step had left 1.7e-18 s: halves of that have no length, and the state was not
 // finite.
 TEST_CASE("a run with chosen steps whose end only rounding leaves ahead ends there", "[random-scenes]") {
-  const auto scene = parse_scene(R"(format = 2
-gravity = [0, -9.81]
-[bodies.table]
-mass = 1
-inertia = 1
-[joints.guide]
-type = "translational"
-between = ["ground", "table"]
-axis = [0, 1]
-[curves.y]
-shape = "ramp"
+  const auto scene = parse_scene(ball_on_table({.curve = R"(shape = "ramp"
 to = 1.08337206028
 start = 2.36232593591
 rise = 0.480174838526
-profile = "polynomial"
-[drives.lift]
-joint = "guide"
-position = "y"
-[surfaces.s]
-young = 2.93351437496e+14
-poisson = 0.3
-restitution = 1
-[bodies.ball]
-mass = 2.08217153348
-inertia = 4.86140723763e-05
-position = [0, 0.131381743105]
-[contacts.c]
-type = "plane"
-between = ["table", "ball"]
-radius = 0.00763998935741
-surface = "s"
+profile = "polynomial")",
+                                                .young = 2.93351437496e+14,
+                                                .restitution = 1,
+                                                .mass = 2.08217153348,
+                                                .inertia = 4.86140723763e-05,
+                                                .height = 0.131381743105,
+                                                .radius = 0.00763998935741}) +
+                                     R"(
 [run]
 duration = 0.0122776970208
 start = "assembled"
