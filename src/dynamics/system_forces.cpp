@@ -6,11 +6,10 @@
 #include "dynamics/system.hpp"
 
 namespace freeplay {
-namespace {
 
-/// Where drives and loads put what they do: generalised forces and powers.
+/// Sums of what drives and loads do: generalised forces and powers.
 template <class T>
-struct Into {
+struct AppliedForces {
   std::vector<T>& f;
   LoadPower<T>& power;
 
@@ -31,8 +30,6 @@ struct Into {
   }
 };
 
-}  // namespace
-
 template <class T>
 void System::forces(std::type_identity_t<T> t, const T* q, const T* v, const T* z, EvaluationOf<T>& e,
                     const Reading& reading) const {
@@ -40,7 +37,7 @@ void System::forces(std::type_identity_t<T> t, const T* q, const T* v, const T* 
   e.power = {};
   if (!acts_) return;
   const Motion<T> motion{t, q, v, e, reading};
-  const Into<T> out{e.force, e.power};
+  const AppliedForces<T> out{e.force, e.power};
   for_each_item(placed_->lists, [&]<class Facts>(const Placed<Facts>& x) {
     if constexpr (Acts<Facts>)
       x.facts.template act<T>(motion.of(x.phase), x.link, x.state < 0 ? nullptr : z + x.state, out);
