@@ -90,7 +90,7 @@ EventDriven make_event_driven(const Scene& scene, const System& system,
   EventDynamics dynamics(system, scene.nonsmooth, restitution, facts, scales.speed);
   const double first = 1e-3 * scales.time;
   // Films are stiff from the beginning of every mode. Friction that reactions bound has no derivative.
-  const long first_probe = dynamics.has_films() && system.reactive_frictions().empty() ? 100 : 0;
+  const long first_probe = dynamics.films.any() && system.reactive_frictions().empty() ? 100 : 0;
   const auto method = [&](const ErrorNorm& accepted) {
     return EventDriven::Method(Dopri5(accepted, first), accepted, first, first_probe);
   };

@@ -59,7 +59,7 @@ bool CoupledFriction::newton(Eigen::VectorXd& f) {
     std::swap(force_, f);  // slopes() are at force_
     slopes();
     std::swap(force_, f);
-    step_ = lu_.solve(F_);
+    lu_.solve(F_, step_);
     double share = 1, next = INFINITY;
     for (int halved = 0; halved < 12; ++halved, share *= 0.5) {
       trial_ = f - share * step_;
@@ -144,7 +144,7 @@ void CoupledFriction::follow(const double* dlambda, double* df) {
     const int row = bound(k).row;
     step_[k] = -factor_[k] * (g[0] * dlambda[row] + g[1] * dlambda[row + 1]);
   }
-  trial_ = lu_.solve(step_);
+  lu_.solve(step_, trial_);
   for (int k = 0; k < size(); ++k) df[k] = trial_[k];
 }
 

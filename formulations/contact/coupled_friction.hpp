@@ -13,10 +13,10 @@
 // several joints other solutions are looked for from far off.
 #pragma once
 
-#include <Eigen/LU>
 #include <vector>
 
 #include "dynamics/system.hpp"
+#include "numerics/dense.hpp"
 
 namespace freeplay {
 
@@ -59,7 +59,7 @@ class CoupledFriction {
   Eigen::VectorXd factor_, base_, force_, other_, trial_, F_, step_, far_;
   Eigen::MatrixXd R_, slope_;
   mutable Eigen::VectorXd weight_, image_;
-  Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
+  DenseLu lu_;
   double residual_ = 0, scale_ = 0;
 };
 

@@ -16,19 +16,19 @@ EventDriven::EventDriven(EventDynamics dynamics, Method method, Method coarse, d
       method_(std::move(method)),
       coarse_(std::move(coarse)),
       search_(dynamics_),
-      impacts_(dynamics_.system().contacts(), position_error),
+      impacts_(dynamics_.system.contacts(), position_error),
       pace_(time_scale),
-      touches_(static_cast<std::size_t>(dynamics_.system().contacts())) {}
+      touches_(static_cast<std::size_t>(dynamics_.system.contacts())) {}
 
 void EventDriven::start(const State& state, ContactLog& log) {
   log_ = &log;
   std::vector<double> x(static_cast<std::size_t>(dynamics_.size()));
   std::ranges::copy(state.q, x.begin());
-  std::ranges::copy(state.v, x.begin() + dynamics_.system().n());
+  std::ranges::copy(state.v, x.begin() + dynamics_.system.n());
   std::ranges::copy(state.z, x.begin() + dynamics_.state_offset());
-  for (auto& c : dynamics_.contacts()) c.closed = false;
-  for (auto& p : dynamics_.preloaded()) p.slip = 1;  // any mode: the true one is chosen before the first step
-  dynamics_.phases.start(dynamics_.system(), state.q.data(), state.v.data());
+  for (auto& c : dynamics_.contacts) c.closed = false;
+  for (auto& p : dynamics_.preloaded) p.slip = 1;  // any mode: the true one is chosen before the first step
+  dynamics_.phases.start(dynamics_.system, state.q.data(), state.v.data());
   dynamics_.forget_place();
   method_.start(dynamics_, state.t, x);
   last_ = {};
@@ -51,7 +51,7 @@ bool EventDriven::beyond(const std::string& what) {
 }
 
 void EventDriven::interpolate(double t, double* q, double* v) const {
-  const int n = dynamics_.system().n();
+  const int n = dynamics_.system.n();
   const auto& x = search_.at(method_, t);
   std::copy(x.begin(), x.begin() + n, q);
   std::copy(x.begin() + n, x.begin() + 2 * n, v);
@@ -62,8 +62,8 @@ bool EventDriven::step(double t_end) {
   finite_ = method_.x;
   finite_t_ = method_.t;
   forces_.clear();
-  const double knot = d.system().next_knot(method_.t);
-  const bool jumps = d.system().has_motions();
+  const double knot = d.system.next_knot(method_.t);
+  const bool jumps = d.system.has_motions();
   if (jumps) d.knot = std::nextafter(knot, method_.t);
   if (pending_) {
     if (gives_way_) keep_mode();
@@ -73,8 +73,8 @@ bool EventDriven::step(double t_end) {
     }
   }
   // No step crosses a kink of a curve in time, or jumps over what a curve does.
-  t_end = std::min({t_end, knot, method_.t + longest_step(d.system(), v()),
-                    method_.t + curve_step_limit(d.system(), method_.t, q(), v(), Knots::located)});
+  t_end = std::min({t_end, knot, method_.t + longest_step(d.system, v()),
+                    method_.t + curve_step_limit(d.system, method_.t, q(), v(), Knots::located)});
   if (!step_until_lockup(t_end)) return false;
   last_ = search_.find(d, method_);
   pending_ = last_.kind != ModeEvent::Kind::none;
@@ -105,8 +105,8 @@ bool EventDriven::step_until_lockup(double t_end) {
     method_.unshift();
     last_lockup_ = method_.t;
     std::vector<int> touching;
-    for (int k = 0; k < d.system().contacts(); ++k)
-      if (d.contacts()[k].closed) touching.push_back(k);
+    for (int k = 0; k < d.system.contacts(); ++k)
+      if (d.contacts[k].closed) touching.push_back(k);
     if (!end_lockup(touching)) return false;
     method_.start(d, method_.t, std::vector<double>(method_.x));
     search_.mark_gaps(d, method_, true);
@@ -114,10 +114,10 @@ bool EventDriven::step_until_lockup(double t_end) {
     stepped = method_.step(d, t_end);
   }
   return stepped ||
-         fail(d.trouble().empty()
+         fail(d.trouble.empty()
                   ? "no step is accepted any more, however small; the motion is singular there, or "
                     "nonsmooth.tolerance beyond rounding"
-                  : d.trouble());
+                  : d.trouble);
 }
 
 /// Impacts where something approaches, then the mode that the accelerations choose.
@@ -125,9 +125,9 @@ bool EventDriven::change_mode() {
   auto& d = dynamics_;
   auto& x = method_.x;
   pending_ = false;
-  if (pace_length_ > 0) pace_.quicken(pace_length_ / greatest_speed(d.system(), v()));
+  if (pace_length_ > 0) pace_.quicken(pace_length_ / greatest_speed(d.system, v()));
   if (last_.is_phase()) {
-    d.phases.cross(d.system(), {last_.index, last_.kind == ModeEvent::Kind::phase_up, method_.t});
+    d.phases.cross(d.system, {last_.index, last_.kind == ModeEvent::Kind::phase_up, method_.t});
     d.forget_place();
   }
   const double t = method_.t;
@@ -136,8 +136,8 @@ bool EventDriven::change_mode() {
   d.measure_speeds(x);
   if (last_.ends_sticking()) slide_at_limits();
   std::vector<int> was_closed;
-  for (int k = 0; k < d.system().contacts(); ++k)
-    if (d.contacts()[k].closed) was_closed.push_back(k);
+  for (int k = 0; k < d.system.contacts(); ++k)
+    if (d.contacts[k].closed) was_closed.push_back(k);
   auto touching = impacts_.touching(d, x, t, last_);
   if (last_.kind != ModeEvent::Kind::gap && last_.kind != ModeEvent::Kind::none)
     if (const auto reason = pace_.mode_change(t); !reason.empty()) return beyond(reason);
@@ -145,7 +145,7 @@ bool EventDriven::change_mode() {
       !reason.empty())
     return pace_.exceeded() ? beyond(reason) : fail(reason);
   if (!choose(touching)) return false;
-  d.mend();
+  ModeChoice::mend(d);
   d.project(x, t, forces_.impulses_before());
   record(was_closed);
   method_.start(d, t, std::vector<double>(x));
@@ -159,14 +159,14 @@ void EventDriven::slide_at_limits() {
   const auto way = [&](double force, double bound, bool this_one) {
     return this_one || std::abs(force) >= bound * (1 - 1e-7) ? (force > 0 ? -1 : 1) : 0;
   };
-  for (int k = 0; k < d.system().contacts(); ++k) {
-    auto& c = d.contacts()[k];
+  for (int k = 0; k < d.system.contacts(); ++k) {
+    auto& c = d.contacts[k];
     if (!c.closed || c.slip != 0 || c.tangent_unknown < 0) continue;
-    c.forced = way(c.lambda_t, *d.system().contact_facts(k).surface.friction * c.lambda_n,
+    c.forced = way(c.lambda_t, *d.system.contact_facts(k).surface.friction * c.lambda_n,
                    last_.kind == ModeEvent::Kind::stick && last_.index == k);
   }
-  for (int k = 0; k < d.system().frictions(); ++k) {
-    auto& p = d.preloaded()[k];
+  for (int k = 0; k < d.system.frictions(); ++k) {
+    auto& p = d.preloaded[k];
     if (p.slip == 0)
       p.forced = way(p.lambda, p.bound, last_.kind == ModeEvent::Kind::slide_stick && last_.index == k);
   }
@@ -177,7 +177,7 @@ std::optional<bool> EventDriven::open_unpressed(std::vector<int>& touching) {
   auto& d = dynamics_;
   const double none = std::max(1e-6 * d.acceleration_scale(), 1e-9 * d.centripetal_scale(v()));
   auto pressed = touching;
-  std::erase_if(pressed, [&](int k) { return d.contacts()[k].closed && d.pressure(k) <= none; });
+  std::erase_if(pressed, [&](int k) { return d.contacts[k].closed && d.pressure(k) <= none; });
   if (pressed.size() == touching.size()) return {};
   const auto open = [&](int k) {
     return std::ranges::find(pressed, k) != pressed.end() ||
@@ -199,11 +199,11 @@ bool EventDriven::choose(std::vector<int>& touching) {
   auto reason = d.choose(x, method_.t, touching);
   // What reached its limit must slide that way. Where it barely does not, the projection took it back below its bound, by the
   // error of the step that led there: it holds on. Else no order of events tells what gives way.
-  if (d.torn()) {
+  if (ModeChoice::torn(d)) {
     constexpr double none = 1e-9, little = 1e-6;
     const double back = reason.empty() ? d.torn_back(x, method_.t) : std::numeric_limits<double>::infinity();
     if (back > none) {
-      d.mend();
+      ModeChoice::mend(d);
       if (back > little)
         return beyond("contacts at their friction limit start to slip in no order that events tell");
       reason = d.choose(x, method_.t, touching);
@@ -222,16 +222,17 @@ bool EventDriven::end_lockup(std::vector<int>& touching) {
                                : "no solver finds forces that friction admits on what slides");
   bool proved = true;
   for (int tries = 0; tries < 3; ++tries) {
-    const double kinetic = d.system().kinetic(v());
+    const double kinetic = d.system.kinetic(v());
     auto& kind = d.jam_proved() ? findings_.lockups : findings_.unsolved;
     proved = proved && d.jam_proved();
-    if (const auto reason = d.strike(method_.x, method_.t, touching, touching, true); !reason.empty())
+    if (const auto reason = d.strike(method_.x, method_.t, {touching, touching, true}); !reason.empty())
       return fail(reason);
     forces_.strike(d, method_.x, touching);
     forces_.keep_strike();
-    kind.take(kinetic - d.system().kinetic(v()));
-    std::erase_if(touching,
-                  [&](int k) { return d.look(k, method_.x, method_.t).normal.dot(v()) > 2 * d.jam_rate(); });
+    kind.take(kinetic - d.system.kinetic(v()));
+    std::erase_if(touching, [&](int k) {
+      return d.look(k, method_.x, method_.t).normal.dot(v()) > 2 * d.last_impact().pressing_rate();
+    });
     const auto reason = d.choose(method_.x, method_.t, touching);
     if (reason.empty()) return true;
     if (!d.jammed()) return fail(reason);

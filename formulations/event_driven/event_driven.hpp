@@ -67,14 +67,13 @@ class EventDriven {
   double t_old() const { return method_.t_old; }
   const double* q() const { return method_.x.data(); }
   /// At the end of the step, before an impact that may follow there.
-  const double* v() const { return method_.x.data() + dynamics_.system().n(); }
-  const double* v_old() const { return method_.x_old.data() + dynamics_.system().n(); }
+  const double* v() const { return method_.x.data() + dynamics_.system.n(); }
+  const double* v_old() const { return method_.x_old.data() + dynamics_.system.n(); }
   void interpolate(double t, double* q, double* v) const;
   std::span<const double> z() const {
-    return {method_.x.data() + dynamics_.state_offset(),
-            static_cast<std::size_t>(dynamics_.system().states())};
+    return {method_.x.data() + dynamics_.state_offset(), static_cast<std::size_t>(dynamics_.system.states())};
   }
-  std::span<const double> multipliers() const { return dynamics_.multipliers(); }
+  std::span<const double> multipliers() const { return dynamics_.lambda; }
 
   /// @name Forces; see Step
   ///@{
@@ -93,8 +92,8 @@ class EventDriven {
   const Extremes& extremes() const { return dynamics_.extremes; }
   /// How deep, over its clearance, a contact may have been between places where it was looked at; 0: proved apart.
   double unseen() const { return search_.unseen(); }
-  bool singular() const { return dynamics_.singular(); }
-  double nearest_singular() const { return dynamics_.nearest_singular(); }
+  bool singular() const { return dynamics_.saddle.singular(); }
+  double nearest_singular() const { return dynamics_.saddle.nearest_singular(); }
 
  private:
   /// What the log holds of a contact: N s, s.

@@ -11,12 +11,12 @@ namespace freeplay {
 /// The log: impacts, touches that begin to last, and losses of contact.
 void EventDriven::record(const std::vector<int>& was_closed) {
   auto& d = dynamics_;
-  const double t = method_.t, crank = d.system().crank_angle(q());
-  for (int k = 0; k < d.system().contacts(); ++k) {
-    const bool was = std::ranges::find(was_closed, k) != was_closed.end(), is = d.contacts()[k].closed;
+  const double t = method_.t, crank = d.system.crank_angle(q());
+  for (int k = 0; k < d.system.contacts(); ++k) {
+    const bool was = std::ranges::find(was_closed, k) != was_closed.end(), is = d.contacts[k].closed;
     const double* impulse = method_.x.data() + d.impulse_offset() + 2 * k;
     const auto& row = d.look(k, method_.x, t);
-    const double* now = method_.x.data() + d.system().n();
+    const double* now = method_.x.data() + d.system.n();
     const double u = row.normal.dot(now), slide = row.tangent.dot(now);
     auto& at = touches_[k];
     const double struck_n = impulse[0] - at.impulse_n;
@@ -36,23 +36,23 @@ void EventDriven::record(const std::vector<int>& was_closed) {
 
 void EventDriven::tell(std::vector<std::string>& notes) const {
   double rounding = 0;
-  for (int k = 0; k < dynamics_.system().contacts(); ++k)
-    rounding = std::max(rounding, gap_rounding(dynamics_.system(), k, q()));
-  findings_.tell(dynamics_.system(), rounding, notes);
+  for (int k = 0; k < dynamics_.system.contacts(); ++k)
+    rounding = std::max(rounding, gap_rounding(dynamics_.system, k, q()));
+  findings_.tell(dynamics_.system, rounding, notes);
   if (const long count = forces_.unreported(); count > 0)
     notes.push_back(fmt::format(
         "DOUBTFUL: at {} instants no solver found the forces of contacts, which are given as none", count));
-  if (dynamics_.wedged > 0)
+  if (dynamics_.counts.wedged > 0)
     notes.push_back(fmt::format(
         "{} impacts of several contacts took Poisson's ratios of impulses: none were found that give each its "
         "share of work by the energetic law",
-        dynamics_.wedged));
-  if (dynamics_.undecided > 0) notes.push_back(undecided_note(dynamics_.undecided));
+        dynamics_.counts.wedged));
+  if (dynamics_.counts.undecided > 0) notes.push_back(undecided_note(dynamics_.counts.undecided));
 }
 
 bool EventDriven::in_contact() const {
-  return !dynamics_.system().reactive_frictions().empty() ||
-         std::ranges::any_of(dynamics_.contacts(), [](const auto& c) { return c.closed; });
+  return !dynamics_.system.reactive_frictions().empty() ||
+         std::ranges::any_of(dynamics_.contacts, [](const auto& c) { return c.closed; });
 }
 
 std::array<double, 2> EventDriven::outside_work() const {
@@ -67,7 +67,7 @@ EnergyLedger EventDriven::integrals() const {
   l.load = w[EventDynamics::load];
   l.damping = w[EventDynamics::damping];
   l.friction = w[EventDynamics::friction_loss];
-  if (dynamics_.has_films()) l.film = w[EventDynamics::film_loss];
+  if (dynamics_.films.any()) l.film = w[EventDynamics::film_loss];
   l.contact = dynamics_.contact_loss;
   l.stabilisation = dynamics_.stabilisation;
   return l;
@@ -79,7 +79,7 @@ void EventDriven::keep_mode() {
   b.contact_loss = dynamics_.contact_loss;
   b.stabilisation = dynamics_.stabilisation;
   b.closed.clear();
-  for (const auto& c : dynamics_.contacts()) b.closed.push_back(c.closed || c.resting);
+  for (const auto& c : dynamics_.contacts) b.closed.push_back(c.closed || c.resting);
 }
 
 void EventDriven::give_back_mode() {
@@ -87,17 +87,17 @@ void EventDriven::give_back_mode() {
   method_.x = b.x;
   dynamics_.contact_loss = b.contact_loss;
   dynamics_.stabilisation = b.stabilisation;
-  for (std::size_t k = 0; k < b.closed.size(); ++k) dynamics_.contacts()[k].closed = b.closed[k];
+  for (std::size_t k = 0; k < b.closed.size(); ++k) dynamics_.contacts[k].closed = b.closed[k];
   forces_.clear_before();
 }
 
 Handover EventDriven::hand_over() const {
-  const auto& system = dynamics_.system();
+  const auto& system = dynamics_.system;
   const auto n = system.n();
   Handover to;
   to.state = {method_.t, {q(), q() + n}, {v(), v() + n}, {z().begin(), z().end()}};
   for (int k = 0; k < system.contacts(); ++k) {
-    const auto& c = dynamics_.contacts()[k];
+    const auto& c = dynamics_.contacts[k];
     const auto& mark = touches_[k];
     const double* impulse = method_.x.data() + dynamics_.impulse_offset() + 2 * k;
     to.contacts.push_back({c.closed || c.resting, log_->is_open(k), mark.t, impulse[0] - mark.impulse_n,
@@ -110,7 +110,7 @@ Handover EventDriven::hand_over() const {
 }
 
 void EventDriven::take_over(const Handover& from) {
-  const auto& system = dynamics_.system();
+  const auto& system = dynamics_.system;
   auto x = method_.x;
   std::ranges::copy(from.state.q, x.begin());
   std::ranges::copy(from.state.v, x.begin() + system.n());
@@ -120,14 +120,14 @@ void EventDriven::take_over(const Handover& from) {
   w[EventDynamics::load] = from.integrals.load;
   w[EventDynamics::damping] = from.integrals.damping;
   w[EventDynamics::friction_loss] = from.integrals.friction;
-  if (dynamics_.has_films()) w[EventDynamics::film_loss] = from.integrals.film;
+  if (dynamics_.films.any()) w[EventDynamics::film_loss] = from.integrals.film;
   dynamics_.contact_loss = from.integrals.contact;
   dynamics_.stabilisation = from.integrals.stabilisation;
   dynamics_.extremes = from.extremes;
   dynamics_.work = from.work;
   dynamics_.measure_speeds(x);
   for (int k = 0; k < system.contacts(); ++k) {
-    auto& c = dynamics_.contacts()[k];
+    auto& c = dynamics_.contacts[k];
     const auto& was = from.contacts[static_cast<std::size_t>(k)];
     c.closed = was.closed && was.logged;
     c.resting = false;
@@ -140,7 +140,7 @@ void EventDriven::take_over(const Handover& from) {
     touches_[k].impulse_t = impulse[1] - was.impulse_t;
     touches_[k].t = was.t_touch;
   }
-  for (auto& p : dynamics_.preloaded()) p.slip = 1;
+  for (auto& p : dynamics_.preloaded) p.slip = 1;
   dynamics_.phases.start(system, from.state.q.data(), from.state.v.data());
   dynamics_.forget_place();
   method_ = coarse_;  // the state is known to time stepping's tolerance

@@ -10,7 +10,7 @@ bool contains(const std::vector<int>& list, int k) { return std::ranges::find(li
 
 /// A bounce not higher than this (m) is over.
 double least_bounce(const EventDynamics& d, int k, const std::vector<double>& x) {
-  return std::max(1e-9 * d.system().contact_facts(k).clearance, 1e3 * gap_rounding(d.system(), k, x.data()));
+  return std::max(1e-9 * d.system.contact_facts(k).clearance, 1e3 * gap_rounding(d.system, k, x.data()));
 }
 
 }  // namespace
@@ -20,21 +20,21 @@ EventImpacts::EventImpacts(int contacts, double position_error) : position_error
 }
 
 std::vector<int> EventImpacts::touching(EventDynamics& d, const Vector& x, double t, const ModeEvent& event) {
-  const double* v = x.data() + d.system().n();
+  const double* v = x.data() + d.system.n();
   std::vector<int> list;
-  for (int k = 0; k < d.system().contacts(); ++k) {
+  for (int k = 0; k < d.system.contacts(); ++k) {
     const auto& row = d.look(k, x, t);
     rate_[k] = row.normal.dot(v);
     sliding_[k] = row.tangent.dot(v);
     ending_[k] = 0;
     const bool here = event.kind == ModeEvent::Kind::gap && event.index == k;
-    const double near = std::max({1e-10 * d.system().contact_facts(k).clearance, position_error_,
-                                  8 * gap_rounding(d.system(), k, x.data())}) +
-                        1e-14 * d.system().longest_arm();
+    const double near = std::max({1e-10 * d.system.contact_facts(k).clearance, position_error_,
+                                  8 * gap_rounding(d.system, k, x.data())}) +
+                        1e-14 * d.system.longest_arm();
     // What leaves takes part where contacts strike each other to and fro at one instant: without approach it is only
     // kept from approaching.
     const bool crowded = crowd_ >= 8;
-    if (d.contacts()[k].closed || here ||
+    if (d.contacts[k].closed || here ||
         (row.normal.size > 0 && row.gap <= near && (crowded || rate_[k] <= d.speed_tolerance())))
       list.push_back(k);
   }
@@ -46,7 +46,7 @@ std::string EventImpacts::solve(EventDynamics& d, Vector& x, double t, const Mod
                                 WatchedForces& forces) {
   thrown_.clear();
   const double tiny = d.speed_tolerance();
-  const auto& system = d.system();
+  const auto& system = d.system;
   const double* v = x.data() + system.n();
   std::vector<int> approaching;
   std::ranges::copy_if(touching, std::back_inserter(approaching), [&](int k) { return rate_[k] < -tiny; });
@@ -54,14 +54,14 @@ std::string EventImpacts::solve(EventDynamics& d, Vector& x, double t, const Mod
   // In impact at once with the one whose gap came to zero.
   if (touching.size() > 1)
     for (const int k : approaching)
-      if (!d.contacts()[k].closed) findings.merged = std::max(findings.merged, std::abs(d.look(k, x, t).gap));
+      if (!d.contacts[k].closed) findings.merged = std::max(findings.merged, std::abs(d.look(k, x, t).gap));
   crowd_ = t - last_ <= pace.instant() ? crowd_ + 1 : 0;
   last_ = t;
   const auto before = x;
   const double loss_before = d.contact_loss;
   EventFindings::Unloaded unloaded_ones;
   const auto strike = [&](const std::vector<int>& soft) {
-    auto reason = d.strike(x, t, touching, soft);
+    auto reason = d.strike(x, t, {touching, soft});
     if (!reason.empty()) return reason;
     unloaded_ones = unloaded(d, t, event, touching);
     forces.strike(d, x, touching);
@@ -90,8 +90,9 @@ std::string EventImpacts::solve(EventDynamics& d, Vector& x, double t, const Mod
   forces.keep_strike();
   if (findings.unloaded.count == 0) findings.unloaded = unloaded_ones;
   const double kinetic = system.kinetic(before.data() + system.n());
-  if (d.struck_inelastic()) findings.inelastic.take(kinetic - system.kinetic(v));
-  d.extremes.count_gain(d.impact_gain(), kinetic, 1e-12);
+  const auto& impact = d.last_impact();
+  if (impact.inelastic()) findings.inelastic.take(kinetic - system.kinetic(v));
+  d.extremes.count_gain(impact.normal_work() + impact.tangential_work(), kinetic, 1e-12);
   for (const int k : thrown_)
     if (!contains(staying, k)) staying.push_back(k);
   std::ranges::sort(staying);
@@ -103,7 +104,7 @@ std::string EventImpacts::solve(EventDynamics& d, Vector& x, double t, const Mod
 std::string EventImpacts::stay(EventDynamics& d, const Vector& x, double t, const ModeEvent& event,
                                std::vector<int>& touching) const {
   const auto held = [&](int k) {
-    return d.contacts()[k].closed && !(event.kind == ModeEvent::Kind::force && event.index == k);
+    return d.contacts[k].closed && !(event.kind == ModeEvent::Kind::force && event.index == k);
   };
   std::erase_if(touching, [&](int k) { return rate_[k] > d.speed_tolerance() && !held(k); });
   // One whose gap closed within rounding while it opened: if what it does is no bounce, it has not left.
@@ -127,7 +128,7 @@ std::string EventImpacts::end_bounces(EventDynamics& d, const Vector& x, double 
     bool chosen = false, added = false;
     for (const int k : struck) {
       if (contains(held, k)) continue;
-      const double u = d.look(k, x, t).normal.dot(x.data() + d.system().n());
+      const double u = d.look(k, x, t).normal.dot(x.data() + d.system.n());
       // What had its impact without restitution already, and leaves still, is thrown off by its neighbours.
       const bool bounced = rate_[k] < -d.speed_tolerance() && !contains(over, k);
       const double e = bounced ? u / -rate_[k] : 0;
@@ -162,14 +163,14 @@ EventFindings::Unloaded EventImpacts::unloaded(const EventDynamics& d, double t,
   for (std::size_t i = 0; i < struck.size(); ++i) {
     const int k = struck[i];
     const bool located = event.kind == ModeEvent::Kind::gap && event.index == k;
-    if (d.contacts()[k].closed || located || rate_[k] < -d.speed_tolerance() ||
-        d.struck_rate(i) <= 1e-9 * greatest)
+    if (d.contacts[k].closed || located || rate_[k] < -d.speed_tolerance() ||
+        d.last_impact().own_rate(d, i) <= 1e-9 * greatest)
       continue;
     if (found.count++ == 0) {
       found.contact = k;
       found.t = t;
     }
-    found.gap = std::max(found.gap, std::abs(d.contacts()[k].row.gap));
+    found.gap = std::max(found.gap, std::abs(d.contacts[k].row.gap));
   }
   return found;
 }

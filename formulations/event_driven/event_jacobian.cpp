@@ -25,35 +25,35 @@ struct EventDynamics::Tangent {
 
 void EventDynamics::reserve_jacobian() {
   if (tangent_) return;
-  const auto n = static_cast<std::size_t>(system_.n()), m = static_cast<std::size_t>(system_.rows()),
-             states = static_cast<std::size_t>(system_.states());
+  const auto n = static_cast<std::size_t>(system.n()), m = static_cast<std::size_t>(system.rows()),
+             states = static_cast<std::size_t>(system.states());
   tangent_ = std::make_shared<Tangent>();
   auto& d = *tangent_;
-  d.e = system_.make_evaluation<Gradient>();
+  d.e = system.make_evaluation<Gradient>();
   d.state.resize(2 * n + states);
   d.reaction.resize(n);
   d.flow.resize(states);
-  d.sigma.resize(rows_.size());
+  d.sigma.resize(static_cast<std::size_t>(rows.most()));
   d.r.resize(m);
   d.slope.resize(static_cast<std::size_t>(size()));
   for (auto* x : {&d.acceleration, &d.force, &d.a}) x->resize(n);
   for (auto* x : {&d.side, &d.lambda}) x->resize(m);
-  d.active.resize(rows_.size());
+  d.active.resize(static_cast<std::size_t>(rows.most()));
 }
 
 void EventDynamics::jacobian(const Vector& x, double t, double* J, double* dfdt) {
   constexpr int chunk = static_cast<int>(std::tuple_size_v<decltype(Gradient::slope)>);
-  const int n = system_.n(), m = system_.rows(), N = size(), states = system_.states();
+  const int n = system.n(), m = system.rows(), N = size(), states = system.states();
   reserve_jacobian();
   auto& d = *tangent_;
   (*this)(x, d.slope, t);  // accelerations, multipliers and the matrix of the mode
   ++work.jacobians;
   std::fill(J, J + static_cast<long>(N) * N, 0.0);
   std::fill(dfdt, dfdt + N, 0.0);
-  std::ranges::copy(a_, d.acceleration.begin());
-  const double* a = d.acceleration.data();
-  const int used = used_;
-  if (used > 0) std::copy_n(solution_.data(), used, d.active.begin());
+  std::ranges::copy(a, d.acceleration.begin());
+  const double* held = d.acceleration.data();
+  const int used = rows.used();
+  if (used > 0) std::copy_n(rows.x.data(), used, d.active.begin());
   const auto place_of = [&](int input) { return input < 2 * n ? input : state_offset() + input - 2 * n; };
 
   const int inputs = 2 * n + states;  // then time
@@ -66,62 +66,62 @@ void EventDynamics::jacobian(const Vector& x, double t, double* J, double* dfdt)
     Gradient time = t;
     if (inputs < first + chunk) time.slope[inputs - first] = 1;
     const Gradient *q = d.state.data(), *v = q + n, *z = v + n;
-    auto& e = d.e;
-    system_.place(time, q, e, phases.pieces());
-    system_.rate(q, v, e);
-    system_.forces(time, q, v, z, e, {nullptr, phases.pieces()});
-    system_.flow(time, q, v, z, d.flow.data(), {nullptr, phases.pieces()});
+    auto& de = d.e;
+    system.place(time, q, de, phases.pieces());
+    system.rate(q, v, de);
+    system.forces(time, q, v, z, de, {nullptr, phases.pieces()});
+    system.flow(time, q, v, z, d.flow.data(), {nullptr, phases.pieces()});
     Gradient friction_power = 0, film_power = 0;
     const auto take = [&](int active, const SparseRowOf<Gradient>& row, const Gradient& gamma) {
       Gradient rest = gamma;
-      for (int i = 0; i < row.size; ++i) rest -= row.value[i] * a[row.column[i]];
+      for (int i = 0; i < row.size; ++i) rest -= row.value[i] * held[row.column[i]];
       d.sigma[active] = rest;
     };
-    for (int k = 0; k < system_.frictions(); ++k) {
-      const auto& p = preloaded_[k];
-      const Gradient gamma = system_.friction(k, q, v, e, d.slide);
-      d.slide.add_to(e.force.data(), p.lambda);
+    for (int k = 0; k < system.frictions(); ++k) {
+      const auto& p = preloaded[k];
+      const Gradient gamma = system.friction(k, q, v, de, d.slide);
+      d.slide.add_to(de.force.data(), p.lambda);
       if (p.unknown >= 0) take(p.unknown, d.slide, gamma);
       friction_power -= p.lambda * d.slide.dot(v);
     }
-    for (const auto& f : films_) {
-      system_.contact(f.contact, q, v, e, d.row);
+    for (const auto& f : films.list()) {
+      system.contact(f.contact, q, v, de, d.row);
       const auto film = film_action(f.law, v, d.row);
       if (!film) continue;
-      d.row.normal.add_to(e.force.data(), film->normal);
-      d.row.film.add_to(e.force.data(), film->tangential);
-      d.row.spin.add_to(e.force.data(), film->torque);
+      d.row.normal.add_to(de.force.data(), film->normal);
+      d.row.film.add_to(de.force.data(), film->tangential);
+      d.row.spin.add_to(de.force.data(), film->torque);
       film_power += film->loss;
     }
-    for (int k = 0; k < system_.contacts(); ++k) {
-      const auto& c = contacts_[k];
+    for (int k = 0; k < system.contacts(); ++k) {
+      const auto& c = contacts[k];
       if (c.unknown < 0) continue;
-      system_.contact(k, q, v, e, d.row);
-      d.row.normal.add_to(e.force.data(), c.lambda_n);
-      if (c.row.tangent.size > 0) d.row.tangent.add_to(e.force.data(), c.lambda_t);
+      system.contact(k, q, v, de, d.row);
+      d.row.normal.add_to(de.force.data(), c.lambda_n);
+      if (c.row.tangent.size > 0) d.row.tangent.add_to(de.force.data(), c.lambda_t);
       take(c.unknown, d.row.normal, d.row.gamma_n);
       if (c.tangent_unknown >= 0) take(c.tangent_unknown, d.row.tangent, d.row.gamma_t);
       if (c.lambda_t != 0) friction_power -= c.lambda_t * d.row.tangent.dot(v);
     }
     for (int i = 0; i < n; ++i) d.reaction[i] = 0;
-    add_transposed(system_.pattern(), e.G.data(), lambda_.data(), d.reaction.data());
-    for (int i = 0; i < n; ++i) d.reaction[i] = e.force[i] - d.reaction[i];
+    add_transposed(system.pattern(), de.G.data(), lambda.data(), d.reaction.data());
+    for (int i = 0; i < n; ++i) d.reaction[i] = de.force[i] - d.reaction[i];
     for (int k = 0; k < m; ++k) {
-      d.r[k] = e.gamma[k];
-      for (int s = system_.pattern().begin[k]; s < system_.pattern().begin[k + 1]; ++s)
-        d.r[k] -= e.G[s] * a[system_.pattern().column[s]];
+      d.r[k] = de.gamma[k];
+      for (int s = system.pattern().begin[k]; s < system.pattern().begin[k + 1]; ++s)
+        d.r[k] -= de.G[s] * held[system.pattern().column[s]];
     }
 
     for (int s = 0; s < directions; ++s) {
       for (int i = 0; i < n; ++i) d.force[i] = d.reaction[i].slope[s];
       for (int k = 0; k < m; ++k) d.side[k] = d.r[k].slope[s];
-      saddle_.solve(d.force.data(), d.side.data(), d.a.data(), d.lambda.data());
+      saddle.solve(d.force.data(), d.side.data(), d.a.data(), d.lambda.data());
       if (used > 0) {
-        for (int r = 0; r < used; ++r) rhs_[r] = d.sigma[r].slope[s] - rows_[r].dot(d.a.data());
-        solve_active();
+        for (int r = 0; r < used; ++r) rows.b[r] = d.sigma[r].slope[s] - rows.row(r).dot(d.a.data());
+        rows.solve();
         for (int r = 0; r < used; ++r) {
-          for (int i = 0; i < n; ++i) d.a[i] += solution_[r] * response(r)[i];
-          for (int k = 0; k < m; ++k) d.lambda[k] += solution_[r] * reaction(r)[k];
+          for (int i = 0; i < n; ++i) d.a[i] += rows.x[r] * rows.response(r)[i];
+          for (int k = 0; k < m; ++k) d.lambda[k] += rows.x[r] * rows.reaction(r)[k];
         }
       }
       const int input = first + s;
@@ -130,27 +130,27 @@ void EventDynamics::jacobian(const Vector& x, double t, double* J, double* dfdt)
       std::ranges::copy(d.a, column + n);
       double* integral = column + integral_offset();
       integral[friction_loss] = friction_power.slope[s];
-      for (int k = 0; k < system_.contacts(); ++k) {
-        const auto& c = contacts_[k];
+      for (int k = 0; k < system.contacts(); ++k) {
+        const auto& c = contacts[k];
         if (c.unknown < 0) continue;
-        const double normal = solution_[c.unknown];
+        const double normal = rows.x[c.unknown];
         double tangential = 0;
         if (c.tangent_unknown >= 0)
-          tangential = solution_[c.tangent_unknown];
+          tangential = rows.x[c.tangent_unknown];
         else if (c.slip != 0)
-          tangential = -c.slip * *system_.contact_facts(k).surface.friction * normal;
+          tangential = -c.slip * *system.contact_facts(k).surface.friction * normal;
         column[impulse_offset() + 2 * k] = normal;
         column[impulse_offset() + 2 * k + 1] = tangential;
         if (tangential != 0) integral[friction_loss] -= tangential * c.row.tangent.dot(x.data() + n);
       }
-      for (const auto& p : preloaded_)
-        if (p.unknown >= 0) integral[friction_loss] -= solution_[p.unknown] * p.rate;
+      for (const auto& p : preloaded)
+        if (p.unknown >= 0) integral[friction_loss] -= rows.x[p.unknown] * p.rate;
       for (int k = 0; k < states; ++k) column[state_offset() + k] = d.flow[k].slope[s];
-      integral[drive] = e.power.drive.slope[s];
-      integral[load] = e.power.load.slope[s];
-      integral[damping] = -e.power.damping.slope[s];
-      for (int k = 0; k < m; ++k) integral[drive] += d.lambda[k] * e_.phi_t[k];
-      if (has_films()) integral[film_loss] = film_power.slope[s];
+      integral[drive] = de.power.drive.slope[s];
+      integral[load] = de.power.load.slope[s];
+      integral[damping] = -de.power.damping.slope[s];
+      for (int k = 0; k < m; ++k) integral[drive] += d.lambda[k] * e.phi_t[k];
+      if (films.any()) integral[film_loss] = film_power.slope[s];
     }
   }
 }

@@ -7,7 +7,7 @@
 namespace freeplay {
 
 EventSearch::EventSearch(const EventDynamics& dynamics)
-    : marks_(static_cast<std::size_t>(dynamics.system().contacts())),
+    : marks_(static_cast<std::size_t>(dynamics.system.contacts())),
       slope_(static_cast<std::size_t>(dynamics.size())),
       scratch_(static_cast<std::size_t>(dynamics.size())) {}
 
@@ -43,12 +43,12 @@ Watched EventSearch::gap_at(EventDynamics& d, const Method& m, int k, double t) 
   const auto& row = d.look(k, x, t);
   // How far a gap may go below zero before it counts as closed. A contact that has just opened starts within rounding of zero.
   const double slack =
-      d.contacts()[k].resting ? d.closed_gap(k, m.x.data()) : gap_rounding(d.system(), k, m.x.data());
-  return {row.gap + slack + marks_[k].allowance, row.normal.dot(x.data() + d.system().n())};
+      d.contacts[k].resting ? d.closed_gap(k, m.x.data()) : gap_rounding(d.system, k, m.x.data());
+  return {row.gap + slack + marks_[k].allowance, row.normal.dot(x.data() + d.system.n())};
 }
 
 void EventSearch::mark_gaps(EventDynamics& d, const Method& m, bool begin) {
-  for (int k = 0; k < d.system().contacts(); ++k) {
+  for (int k = 0; k < d.system.contacts(); ++k) {
     auto& mark = marks_[k];
     if (begin || mark.allowance > 0) {
       const double before = begin ? INFINITY : mark.allowance;
@@ -68,8 +68,8 @@ ModeEvent EventSearch::shorten_until_bounded(EventDynamics& d, Method& m) {
   for (int tries = 0;; ++tries) {
     ModeEvent first;
     first.t = m.t;
-    double over = curve_overreach(d.system(), m.t_old, m.x_old.data(), m.x_old.data() + d.system().n(), m.t,
-                                  m.x.data(), m.x.data() + d.system().n(), Knots::located);
+    double over = curve_overreach(d.system, m.t_old, m.x_old.data(), m.x_old.data() + d.system.n(), m.t,
+                                  m.x.data(), m.x.data() + d.system.n(), Knots::located);
     if (!(over > most_overreach)) {
       if ((find_gap_events(d, m, first) && (step_unseen_ <= seen_depth || halvings++ == most_halvings)) ||
           !is_finite(m.x)) {
@@ -88,19 +88,19 @@ ModeEvent EventSearch::shorten_until_bounded(EventDynamics& d, Method& m) {
 /// False where the last step is too long: nothing bounds how a gap bends in it, or a contact would be found only when it lies
 /// a hundredth of its clearance inside its wall.
 bool EventSearch::find_gap_events(EventDynamics& d, Method& m, ModeEvent& first) {
-  const auto& system = d.system();
+  const auto& system = d.system;
   if (!(m.t > m.t_old)) return true;
   if (system.contacts() > 0) m.enclose(static_cast<std::size_t>(system.n()), bounds_);
   step_unseen_ = 0;
   for (int k = 0; k < system.contacts(); ++k) {
-    if (d.contacts()[k].closed) continue;
+    if (d.contacts[k].closed) continue;
     const auto motion = narrowed(
         d.gap_motion(k, bounds_, m.x), system, k, m, [&] { return d.look(k, m.x, m.t).normal; }, scratch_);
     if (!std::isfinite(motion.bend)) return false;
     const auto end = gap_at(d, m, k, m.t);
     double unseen = 0;
     const auto t = first_loss([&](double at) { return gap_at(d, m, k, at); }, m.t_old, m.t, marks_[k].gap,
-                              end, motion, gap_rounding(d.system(), k, m.x.data()), unseen);
+                              end, motion, gap_rounding(d.system, k, m.x.data()), unseen);
     const double clearance = system.contact_facts(k).clearance;
     if (t && marks_[k].gap.value >= -too_deep * clearance &&
         gap_at(d, m, k, *t).value < -too_deep * clearance)
@@ -115,7 +115,7 @@ bool EventSearch::find_gap_events(EventDynamics& d, Method& m, ModeEvent& first)
 void EventSearch::find_phase_events(EventDynamics& d, const Method& m, ModeEvent& first) {
   if (!d.phases.any()) return;
   double unseen = 0;
-  const auto& system = d.system();
+  const auto& system = d.system;
   if (system.contacts() == 0) m.enclose(static_cast<std::size_t>(system.n()), bounds_);
   const auto c = d.phases.first(system, m.t_old, m.t, m.x_old, m.x, bounds_,
                                 first.kind == ModeEvent::Kind::none ? INFINITY : first.t, unseen,
@@ -131,20 +131,20 @@ void EventSearch::watch(const EventDynamics& d, const Vector& x, Vector& values)
     watched_.push_back({kind, k, 0});
     values.push_back(value);
   };
-  const double* v = x.data() + d.system().n();
-  for (int k = 0; k < d.system().contacts(); ++k) {
-    const auto& c = d.contacts()[k];
+  const double* v = x.data() + d.system.n();
+  for (int k = 0; k < d.system.contacts(); ++k) {
+    const auto& c = d.contacts[k];
     if (!c.closed) continue;
     put(ModeEvent::Kind::force, k, c.lambda_n);
     if (c.row.tangent.size == 0) continue;
-    const double bound = *d.system().contact_facts(k).surface.friction * c.lambda_n;
+    const double bound = *d.system.contact_facts(k).surface.friction * c.lambda_n;
     if (c.slip == 0)
       put(ModeEvent::Kind::stick, k, bound - std::abs(c.lambda_t));
     else
       put(ModeEvent::Kind::slip, k, c.slip * c.row.tangent.dot(v));
   }
-  for (int k = 0; k < d.system().frictions(); ++k) {
-    const auto& p = d.preloaded()[k];
+  for (int k = 0; k < d.system.frictions(); ++k) {
+    const auto& p = d.preloaded[k];
     if (p.slip == 0)
       put(ModeEvent::Kind::slide_stick, k, p.bound - std::abs(p.lambda));
     else
@@ -211,7 +211,7 @@ void EventSearch::find_mode_events(EventDynamics& d, const Method& m, ModeEvent&
     // A surface that has just begun to slide, or is held still at its bound, is at rest within the tolerance.
     const double tolerance =
         watched_[i].kind == ModeEvent::Kind::slide_slip
-            ? d.preloaded()[static_cast<std::size_t>(watched_[i].index)].share * d.slide_tolerance()
+            ? d.preloaded[static_cast<std::size_t>(watched_[i].index)].share * d.slide_tolerance()
             : d.slide_tolerance();
     const bool fresh = speed && before_[i] <= tolerance;
     const double shift = fresh ? tolerance : 0;
@@ -230,15 +230,15 @@ void EventSearch::land_on(EventDynamics& d, Method& m, ModeEvent& event) {
   ++d.work.events;
   if (event.is_phase()) {
     Phases::Crossing c{event.index, event.kind == ModeEvent::Kind::phase_up, event.t};
-    d.phases.land(d.system(), m, d, c);
+    d.phases.land(d.system, m, d, c);
     event.t = c.t;
-  } else if (event.kind != ModeEvent::Kind::gap || d.contacts()[event.index].resting ||
+  } else if (event.kind != ModeEvent::Kind::gap || d.contacts[event.index].resting ||
              marks_[event.index].allowance > 0)
     land_at(m, d, event.t);
   else
-    land_on_gap(m, d, event.t, gap_rounding(d.system(), event.index, m.x.data()), [&] {
+    land_on_gap(m, d, event.t, gap_rounding(d.system, event.index, m.x.data()), [&] {
       const auto& row = d.look(event.index, m.x, m.t);
-      return Watched{row.gap, row.normal.dot(m.x.data() + d.system().n())};
+      return Watched{row.gap, row.normal.dot(m.x.data() + d.system.n())};
     });
 }
 

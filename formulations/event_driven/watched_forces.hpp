@@ -33,7 +33,7 @@ class WatchedForces {
   }
   /// Impulses of an impact, before they are known to stand.
   void strike(EventDynamics& dynamics, const std::vector<double>& x, const std::vector<int>& struck) {
-    if (watching_) dynamics.report_strike(x, struck, strike_);
+    if (watching_) dynamics.report_impact(x, struck, strike_);
   }
   void keep_strike() {
     if (watching_) before_.add(1, strike_);
@@ -45,7 +45,7 @@ class WatchedForces {
   const Forces& within() const { return within_; }
   Forces& scratch() { return scratch_; }
   /// Instants at which no forces were found.
-  long unreported() const { return probe_ ? probe_->unreported : 0; }
+  long unreported() const { return probe_ ? probe_->counts.unreported : 0; }
 
   template <class M>
   void remember(M& m, const EventDynamics& dynamics) {
@@ -55,7 +55,7 @@ class WatchedForces {
  private:
   void make_probe(const EventDynamics& dynamics) {
     probe_ = dynamics.twin();
-    before_ = within_ = strike_ = scratch_ = dynamics.system().make_forces();
+    before_ = within_ = strike_ = scratch_ = dynamics.system.make_forces();
   }
 
   bool watching_ = false;

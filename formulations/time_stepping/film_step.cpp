@@ -126,7 +126,7 @@ void FilmStep::resist(double* v, double* lambda) {
       rhs_[f.first + a] = f.p[a];
       for (int b = 0; b < 3; ++b) rhs_[f.first + a] += f.J[a][b] * (mean_rate(f, b, v) - f.y[b]);
     }
-  p_ = lu_.solve(rhs_);
+  lu_.solve(rhs_, p_);
   apply(v, lambda);
 }
 
@@ -138,7 +138,7 @@ void FilmStep::relax(double* own, double* own_reaction) const {
       rhs_[f.first + a] = 0;
       for (int b = 0; b < 3; ++b) rhs_[f.first + a] += f.J[a][b] * f.theta[b] * f.of(b).dot(own);
     }
-  p_ = lu_.solve(rhs_);
+  lu_.solve(rhs_, p_);
   apply(own, own_reaction);
 }
 
@@ -176,7 +176,7 @@ void FilmStep::finish(const double* v_old, const double* v_new) {
     }
   E_.diagonal().array() += 1e-12 * greatest;
   E_lu_.compute(E_);
-  beyond_ = E_lu_.solve(way_.head(size));
+  E_lu_.solve(way_.head(size), beyond_);
 }
 
 double FilmStep::greatest_change() const {

@@ -16,13 +16,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/LU>
 #include <array>
 #include <string>
 #include <vector>
 
 #include "dynamics/system.hpp"
 #include "formulations/contact/film.hpp"
+#include "numerics/dense.hpp"
 #include "numerics/saddle_point.hpp"
 
 namespace freeplay {
@@ -102,7 +102,7 @@ class FilmStep {
   double h_ = 0;
   std::vector<double> response_, reaction_;  // A R and its multipliers, a column for each row
   Eigen::MatrixXd D_, K_, E_;
-  Eigen::PartialPivLU<Eigen::MatrixXd> lu_, E_lu_;
+  DenseLu lu_, E_lu_;
   Eigen::VectorXd way_,
       beyond_;  // m of normal and film rows, and the movement along A R (kg m) that makes them
   mutable Eigen::VectorXd rhs_, p_;

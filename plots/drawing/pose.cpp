@@ -15,7 +15,7 @@ namespace freeplay::plots {
 namespace {
 
 constexpr std::size_t most_names = 40;  // of bodies that are named in the figure
-constexpr Word colours[] = {"C1", "C2", "C4", "C5", "C6", "C7", "C8"};
+constexpr Word body_colours[] = {"C1", "C2", "C4", "C5", "C6", "C7", "C8"};
 
 struct Shape {
   std::string kind, name;
@@ -192,11 +192,11 @@ void links(const std::vector<Shape>& shapes, Sheet& sheet, std::map<std::string,
     bodies.back().second.row({s.x, s.y});
   }
   for (auto& [name, block] : bodies)
-    sheet.curve(std::move(block),
-                Script().add("with lines lw 3 lc rgb {}", colours[colour[name] % std::size(colours)]));
+    sheet.curve(std::move(block), Script().add("with lines lw 3 lc rgb {}",
+                                               body_colours[colour[name] % std::size(body_colours)]));
 }
 
-std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_pose(const std::filesystem::path& folder) {
   const auto shapes = read(folder / "pose.csv");
   if (shapes.empty()) return {};
   const auto frame = frame_of(shapes);
@@ -247,7 +247,7 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
     const double up = wide_part ? 2.1 : 0.9;
     f.script.add("set label {} at {},{} {} offset {},{} font SMALL tc rgb {} noenhanced front\n", s.name, s.x,
                  s.y, left ? Word("right") : Word("left"), left ? -0.9 : 0.9, taken ? -up : up,
-                 colours[colour[s.name] % std::size(colours)]);
+                 body_colours[colour[s.name] % std::size(body_colours)]);
     named.push_back(&s);
   }
   sheet.finish();
@@ -256,6 +256,6 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
 
 }  // namespace
 
-const Drawing pose{{"pose.json"}, draw_all};
+const Drawing pose{{"pose.json"}, draw_pose};
 
 }  // namespace freeplay::plots

@@ -67,7 +67,7 @@ Trace last_turn(const std::filesystem::path& file) {
   return trace;
 }
 
-std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_acceleration(const std::filesystem::path& folder) {
   const auto file = [&](const char* run) { return folder / run / "signals.csv"; };
   if (!std::filesystem::exists(file("penalty"))) return {};
   Figure f{.name = "acceleration", .source = "comparison.json"};
@@ -98,6 +98,6 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
 
 }  // namespace
 
-const Drawing acceleration{{"comparison.json"}, draw_all};
+const Drawing acceleration{{"comparison.json"}, draw_acceleration};
 
 }  // namespace freeplay::plots

@@ -12,13 +12,13 @@
 namespace freeplay::plots {
 namespace {
 
-constexpr std::size_t most = 4;  // targets, and unknowns, in one figure
+constexpr std::size_t most_targets = 4;  // targets, and unknowns, in one figure
 
 /// Distinct texts in their order, the first few.
 std::vector<std::string> distinct(const std::vector<std::string>& list) {
   std::vector<std::string> names;
   for (const auto& x : list)
-    if (std::ranges::find(names, x) == names.end() && names.size() < most) names.push_back(x);
+    if (std::ranges::find(names, x) == names.end() && names.size() < most_targets) names.push_back(x);
   return names;
 }
 
@@ -71,7 +71,7 @@ std::vector<std::filesystem::path> misfit(const std::filesystem::path& folder) {
   std::vector<Panel> panels;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     if (panels.empty() || panels.back().x != x_name[i] || panels.back().y != y_name[i]) {
-      if (panels.size() == most) break;
+      if (panels.size() == most_targets) break;
       panels.push_back({x_name[i], y_name[i], x[i], x[i], y[i], y[i]});
       f.blocks.emplace_back("x, y, f - min f");
     } else if (x[i] != x[i - 1]) {
@@ -107,7 +107,7 @@ std::vector<std::filesystem::path> misfit(const std::filesystem::path& folder) {
   return {draw(f, folder)};
 }
 
-std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_calibration(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> all{targets(folder)};
   for (auto& path : misfit(folder)) all.push_back(path);
   return all;
@@ -115,6 +115,6 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
 
 }  // namespace
 
-const Drawing calibration{{"calibration.csv"}, draw_all};
+const Drawing calibration{{"calibration.csv"}, draw_calibration};
 
 }  // namespace freeplay::plots

@@ -9,7 +9,7 @@
 namespace freeplay::plots {
 namespace {
 
-std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_drift(const std::filesystem::path& folder) {
   const Table table(folder / "drift.csv", {"stabilisation"}, {"t", "length", "closure"});
   const auto& kind = table.text("stabilisation");
   const auto &t = table.column("t"), &length = table.column("length"), &closure = table.column("closure");
@@ -45,6 +45,6 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
 
 }  // namespace
 
-const Drawing drift{{"drift.json"}, draw_all};
+const Drawing drift{{"drift.json"}, draw_drift};
 
 }  // namespace freeplay::plots

@@ -9,16 +9,16 @@
 namespace freeplay::plots {
 namespace {
 
-constexpr std::size_t most = 4;  // columns in one figure
+constexpr std::size_t most_columns = 4;  // columns in one figure
 
-std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_ensemble(const std::filesystem::path& folder) {
   const Table table(folder / "bands.csv", {"column"}, {"t", "q05", "q25", "q50", "q75", "q95"});
   const auto& name = table.text("column");
   Figure f{.name = "ensemble", .source = "ensemble.json"};
   std::vector<std::string> names;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     if (names.empty() || names.back() != name[i]) {
-      if (names.size() == most) break;
+      if (names.size() == most_columns) break;
       names.push_back(name[i]);
       f.blocks.emplace_back(name[i] + ": t (s), quantiles 5, 25, 50, 75, 95 %");
     }
@@ -46,6 +46,6 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
 
 }  // namespace
 
-const Drawing ensemble{{"ensemble.json"}, draw_all};
+const Drawing ensemble{{"ensemble.json"}, draw_ensemble};
 
 }  // namespace freeplay::plots

@@ -271,7 +271,7 @@ class Experiment {
   std::vector<double> clearances_, speeds_;
 };
 
-std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_experiment(const std::filesystem::path& folder) {
   const Table table(folder / "cells.csv", {"variant"}, {});
   const auto& variants = table.text("variant");
   if (variants.empty()) return {};
@@ -281,6 +281,6 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
 
 }  // namespace
 
-const Drawing experiment{{"experiment.json"}, draw_all};
+const Drawing experiment{{"experiment.json"}, draw_experiment};
 
 }  // namespace freeplay::plots

@@ -29,7 +29,7 @@ struct Mark {
   std::size_t x, y;
   int kind;
 };
-struct Panel {
+struct CellPanel {
   std::string name;
   std::vector<std::string> columns, rows;  ///< names of the tics
   std::vector<double> values;              ///< of the columns; empty for scenes
@@ -58,7 +58,7 @@ Script tics(const std::vector<std::string>& names) {
 }
 
 /// Where a value lies among the columns, by logarithms between positive ones; NaN beyond them.
-double between(const std::vector<double>& values, double x) {
+double place_among(const std::vector<double>& values, double x) {
   for (std::size_t i = 0; i + 1 < values.size(); ++i) {
     const double a = values[i], b = values[i + 1];
     if (x < a || x > b) continue;
@@ -67,14 +67,14 @@ double between(const std::vector<double>& values, double x) {
   return NAN;
 }
 
-std::vector<Panel> read(const std::filesystem::path& folder) {
+std::vector<CellPanel> read_panels(const std::filesystem::path& folder) {
   const Table csv(folder / "extremes.csv", {"formulation", "outcome"}, {"value"}, {"axis", "label"});
   const Table limits(folder / "limits.csv", {"formulation"}, {"value"}, {"axis"});
   const auto &axis = csv.text("axis"), &label = csv.text("label"), &formulation = csv.text("formulation"),
              &outcome = csv.text("outcome");
   const auto& value = csv.column("value");
   std::vector<std::string> names;
-  std::vector<Panel> panels;
+  std::vector<CellPanel> panels;
   for (std::size_t i = 0; i < csv.rows(); ++i) {
     const auto at = place(names, axis[i]);
     if (at == panels.size()) panels.push_back({axis[i], {}, {}, {}, {}, {}});
@@ -93,18 +93,18 @@ std::vector<Panel> read(const std::filesystem::path& folder) {
   const auto& limit = limits.column("value");
   for (std::size_t i = 0; i < limits.rows(); ++i)
     for (auto& p : panels) {
-      const double x = p.name == limits.text("axis")[i] ? between(p.values, limit[i]) : NAN;
+      const double x = p.name == limits.text("axis")[i] ? place_among(p.values, limit[i]) : NAN;
       if (std::isfinite(x)) p.limits.push_back({x, place(p.rows, limits.text("formulation")[i])});
     }
   return panels;
 }
 
-double height(const Panel& p) { return 1.05 + 0.42 * static_cast<double>(p.rows.size()); }  // cm
+double height(const CellPanel& p) { return 1.05 + 0.42 * static_cast<double>(p.rows.size()); }  // cm
 
-std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
-  const auto panels = read(folder);
+std::vector<std::filesystem::path> draw_extremes(const std::filesystem::path& folder) {
+  const auto panels = read_panels(folder);
   const double total = std::accumulate(panels.begin(), panels.end(), 0.0,
-                                       [](double sum, const Panel& p) { return sum + height(p); });
+                                       [](double sum, const CellPanel& p) { return sum + height(p); });
   Figure f{.name = "extremes", .width_cm = 20, .source = "extremes.json"};
   const auto style = style_of(folder);
   const double unit = style.font_size / Style::usual_font_size;  // panels are as high as their texts need
@@ -170,6 +170,6 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
 
 }  // namespace
 
-const Drawing extremes{{"extremes.json"}, draw_all};
+const Drawing extremes{{"extremes.json"}, draw_extremes};
 
 }  // namespace freeplay::plots

@@ -115,7 +115,7 @@ std::filesystem::path bearing_load(const ForceTable& table, const std::filesyste
   return draw(f, folder);
 }
 
-std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_forces(const std::filesystem::path& folder) {
   const ForceTable table(folder);
   std::vector<std::filesystem::path> made;
   for (const auto& name : table.joints()) {
@@ -129,6 +129,6 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
 
 }  // namespace
 
-const Drawing forces{{"comparison.json", "run.json"}, draw_all};
+const Drawing forces{{"comparison.json", "run.json"}, draw_forces};
 
 }  // namespace freeplay::plots

@@ -16,16 +16,17 @@ constexpr std::size_t most_joints = 12;
 constexpr double tallest = 23;      ///< cm, of a page with a caption on A4
 constexpr double least_cell = 2.9;  ///< cm
 // cm about the cells at the usual size of texts: page's edges, between cells, above and below a line of cells.
-constexpr double left = 1.35, right = 0.3, between = 0.3, above = 0.95, below = 1.05, head = 0.8, foot = 0.35;
+constexpr double left = 1.35, right = 0.3, gap_between = 0.3, above = 0.95, below = 1.05, head = 0.8,
+                 foot = 0.35;
 
-struct Panel {
+struct OrbitPanel {
   std::string title;
   int style;
   const PlayPath* path;
 };
 struct Row {
   const LooseJoint* joint;
-  std::vector<Panel> panels;
+  std::vector<OrbitPanel> panels;
 };
 
 /// What the axes of all rows are, in one sentence.
@@ -72,7 +73,7 @@ Script axes_of(const Row& row) {
 }
 
 /// One panel; its blocks go to the figure.
-Script plot_of(const Row& row, const Panel& panel, Figure& f) {
+Script plot_of(const Row& row, const OrbitPanel& panel, Figure& f) {
   Script plot;
   const bool journal = row.joint->kind == LooseJoint::Kind::journal;
   plot.add(
@@ -94,7 +95,7 @@ std::filesystem::path page(const std::vector<Row>& rows, std::size_t first, std:
                            std::size_t across, double width, double scale, const std::string& name,
                            const std::string& spans, const std::filesystem::path& folder,
                            const char* source) {
-  const double cell = (width - scale * (left + right + between * static_cast<double>(across - 1))) /
+  const double cell = (width - scale * (left + right + gap_between * static_cast<double>(across - 1))) /
                       static_cast<double>(across);
   const std::size_t lines_each = (rows[first].panels.size() + across - 1) / across;
   const double line = cell + scale * (above + below);
@@ -115,7 +116,7 @@ std::filesystem::path page(const std::vector<Row>& rows, std::size_t first, std:
       const auto& row = rows[r];
       const std::size_t column = p % across;
       const bool journal = row.joint->kind == LooseJoint::Kind::journal;
-      const double x = scale * left + static_cast<double>(column) * (cell + scale * between),
+      const double x = scale * left + static_cast<double>(column) * (cell + scale * gap_between),
                    y = down + scale * above;
       f.script.add(
           "unset object 1\nunset object 2\n{}set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\nset tmargin at screen "
@@ -142,7 +143,7 @@ std::filesystem::path page(const std::vector<Row>& rows, std::size_t first, std:
   return draw(f, folder);
 }
 
-std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_journal_orbit(const std::filesystem::path& folder) {
   auto runs = runs_in(folder);
   const bool compared = std::filesystem::exists(folder / "comparison.json");
   std::erase_if(runs, [](const RunFolder& run) { return run.style == 3; });
@@ -182,7 +183,7 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
   std::size_t across = panels;
   const auto cell = [&] {
     const auto n = static_cast<double>(across);
-    return (width - scale * (left + right + between * (n - 1))) / n;
+    return (width - scale * (left + right + gap_between * (n - 1))) / n;
   };
   while (across > 1 && (cell() < least_cell || panels % across != 0)) --across;
   const std::size_t lines = (panels + across - 1) / across;
@@ -204,6 +205,6 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
 
 }  // namespace
 
-const Drawing journal_orbit{{"comparison.json", "run.json"}, draw_all};
+const Drawing journal_orbit{{"comparison.json", "run.json"}, draw_journal_orbit};
 
 }  // namespace freeplay::plots

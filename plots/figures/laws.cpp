@@ -19,8 +19,8 @@ struct Curves {
 };
 
 /// One block per law, in the order of the file; x and y scaled.
-Curves read(const std::filesystem::path& file, const std::string& x, const std::string& y, double sx,
-            double sy) {
+Curves read_curves(const std::filesystem::path& file, const std::string& x, const std::string& y, double sx,
+                   double sy) {
   const Table table(file, {"law"}, {x, y});
   const auto& law = table.text("law");
   const auto &a = table.column(x), &b = table.column(y);
@@ -35,8 +35,8 @@ Curves read(const std::filesystem::path& file, const std::string& x, const std::
   return c;
 }
 
-constexpr Word colours[] = {"C1", "C2", "C4", "C5", "C3", "0x888888", "C8"};
-constexpr Word dashes[] = {"1", "(14,5)", "(3,4)", "(14,4,3,4)"};
+constexpr Word law_colours[] = {"C1", "C2", "C4", "C5", "C3", "0x888888", "C8"};
+constexpr Word law_dashes[] = {"1", "(14,5)", "(3,4)", "(14,4,3,4)"};
 
 /// Adds the plot command for all curves of one kind.
 void plot(const Curves& c, bool (*chosen)(const std::string&), Script& script) {
@@ -44,8 +44,8 @@ void plot(const Curves& c, bool (*chosen)(const std::string&), Script& script) {
   for (std::size_t i = 0; i < c.names.size(); ++i) {
     if (!chosen(c.names[i])) continue;
     script.add("{}DATA index {} using 1:2 with lines lc rgb {} dt {} lw 1.4 title {} noenhanced",
-               style == 0 ? Word("plot ") : Word(", "), i, colours[style % std::size(colours)],
-               dashes[style % std::size(dashes)], c.names[i]);
+               style == 0 ? Word("plot ") : Word(", "), i, law_colours[style % std::size(law_colours)],
+               law_dashes[style % std::size(law_dashes)], c.names[i]);
     ++style;
   }
   script.add("\n");
@@ -76,7 +76,7 @@ struct Legend {
 };
 
 std::filesystem::path impact_loops(const std::filesystem::path& folder) {
-  const auto c = read(folder / "impact_loops.csv", "delta", "force", 1e6, 1e-3);
+  const auto c = read_curves(folder / "impact_loops.csv", "delta", "force", 1e6, 1e-3);
   const JsonFile facts(folder / "laws.json");
   const bool lines = std::ranges::any_of(c.names, line_contact);
   Figure f{
@@ -105,7 +105,7 @@ std::filesystem::path impact_loops(const std::filesystem::path& folder) {
 bool any(const std::string&) { return true; }
 
 std::filesystem::path delivered_restitution(const std::filesystem::path& folder) {
-  const auto c = read(folder / "delivered.csv", "requested", "delivered", 1, 1);
+  const auto c = read_curves(folder / "delivered.csv", "requested", "delivered", 1, 1);
   Figure f{.name = "delivered_restitution", .height_cm = 10, .blocks = c.blocks, .source = "laws.json"};
   const Legend key(f, style_of(folder), 1, c.names.size());
   if (key.below) f.height_cm *= 1.4;
@@ -119,7 +119,7 @@ std::filesystem::path delivered_restitution(const std::filesystem::path& folder)
 }
 
 std::filesystem::path friction_laws(const std::filesystem::path& folder) {
-  const auto c = read(folder / "friction.csv", "speed", "coefficient", 1e3, 1);
+  const auto c = read_curves(folder / "friction.csv", "speed", "coefficient", 1e3, 1);
   Figure f{.name = "friction_laws", .blocks = c.blocks, .source = "laws.json"};
   f.script.add(
       "set key bottom right Left reverse\nset xrange [-5:5]\nset yrange [-1.1:1.1]\nset xlabel 'Sliding speed (mm/s)'\nset ylabel "
@@ -129,12 +129,12 @@ std::filesystem::path friction_laws(const std::filesystem::path& folder) {
   return draw(f, folder);
 }
 
-std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_laws(const std::filesystem::path& folder) {
   return {impact_loops(folder), delivered_restitution(folder), friction_laws(folder)};
 }
 
 }  // namespace
 
-const Drawing laws{{"laws.json"}, draw_all};
+const Drawing laws{{"laws.json"}, draw_laws};
 
 }  // namespace freeplay::plots

@@ -14,7 +14,7 @@ constexpr std::size_t most_bodies = 9;
 constexpr long most_rows = 4000;
 constexpr Word dashes[] = {"1", "(12,5)", "(3,4)", "(14,4,3,4)"};
 
-std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_motion(const std::filesystem::path& folder) {
   if (std::filesystem::exists(folder / "comparison.json") || runs_in(folder).empty()) return {};
   const auto scene = scene_of_run(folder);
   const double end = end_of(folder);
@@ -56,6 +56,6 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
 
 }  // namespace
 
-const Drawing motion{{"run.json"}, draw_all};
+const Drawing motion{{"run.json"}, draw_motion};
 
 }  // namespace freeplay::plots

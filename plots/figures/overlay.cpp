@@ -7,7 +7,7 @@
 namespace freeplay::plots {
 namespace {
 
-std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_overlay(const std::filesystem::path& folder) {
   const std::vector<std::string> curves{"measured", "penalty", "nonsmooth"};
   const Table table(folder / "overlay.csv", {}, {"crank_angle", "measured", "penalty", "nonsmooth"});
   if (table.rows() == 0) return {};
@@ -27,6 +27,6 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
 
 }  // namespace
 
-const Drawing overlay{{"validation.json"}, draw_all};
+const Drawing overlay{{"validation.json"}, draw_overlay};
 
 }  // namespace freeplay::plots

@@ -12,7 +12,7 @@
 namespace freeplay::plots {
 namespace {
 
-std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_paired_impacts(const std::filesystem::path& folder) {
   const JsonFile comparison(folder / "comparison.json");
   const auto* pairs = comparison.find("pairing.pairs");
   if (!pairs || !pairs->is_array()) comparison.fail("pairing.pairs", "a list");
@@ -74,6 +74,6 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
 
 }  // namespace
 
-const Drawing paired_impacts{{"comparison.json"}, draw_all};
+const Drawing paired_impacts{{"comparison.json"}, draw_paired_impacts};
 
 }  // namespace freeplay::plots

@@ -12,8 +12,8 @@
 namespace freeplay::plots {
 namespace {
 
-constexpr std::size_t most_bodies = 9, across = 3;
-constexpr long most_rows = 20'000;
+constexpr std::size_t bodies_drawn = 9, across = 3;
+constexpr long rows_drawn = 20'000;
 constexpr double least_wide = 12;  ///< cm, of a page with three portraits beside one another
 
 /// 0 x, 1 y, 2 angle; −1 where nothing moves.
@@ -27,11 +27,11 @@ int coordinate_of(const std::array<std::vector<double>, 6>& m) {
   return moves(k) && moves(3 + k) ? static_cast<int>(k) : -1;
 }
 
-std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_phase_portrait(const std::filesystem::path& folder) {
   if (std::filesystem::exists(folder / "comparison.json") || runs_in(folder).empty()) return {};
   const double end = end_of(folder), discard = discard_of(folder);
   const Span span{discard < end ? discard : 0, end, ""};
-  const auto table = motion_of(folder, span, most_bodies, most_rows);
+  const auto table = motion_of(folder, span, bodies_drawn, rows_drawn);
   if (table.t.size() < 3) return {};
   struct Panel {
     std::size_t body, coordinate;
@@ -77,6 +77,6 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
 
 }  // namespace
 
-const Drawing phase_portrait{{"run.json"}, draw_all};
+const Drawing phase_portrait{{"run.json"}, draw_phase_portrait};
 
 }  // namespace freeplay::plots

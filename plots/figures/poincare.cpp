@@ -15,7 +15,7 @@ std::string axis(const JsonFile& document, const std::string& which) {
   return document.text("section." + which) + (unit.empty() ? "" : " (" + unit + ")");
 }
 
-std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_poincare(const std::filesystem::path& folder) {
   const JsonFile document(folder / "section.json");
   const auto x = document.text("section.x"), y = document.text("section.y");
   Rows rows(folder / "section.csv");
@@ -42,6 +42,6 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
 
 }  // namespace
 
-const Drawing poincare{{"section.json"}, draw_all};
+const Drawing poincare{{"section.json"}, draw_poincare};
 
 }  // namespace freeplay::plots

@@ -7,7 +7,7 @@
 namespace freeplay::plots {
 namespace {
 
-std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_scaling(const std::filesystem::path& folder) {
   Rows rows(folder / "scaling.csv");
   const auto scene = rows.place("scene"), count = rows.place("count"), cost = rows.place("microseconds"),
              predicted = rows.place("predicted");
@@ -36,6 +36,6 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
 
 }  // namespace
 
-const Drawing scaling{{"scaling.csv"}, draw_all};
+const Drawing scaling{{"scaling.csv"}, draw_scaling};
 
 }  // namespace freeplay::plots

@@ -89,7 +89,7 @@ std::vector<std::filesystem::path> spectra(const std::filesystem::path& folder,
   return {stacked("spectra", folder, drawn, curves, "Frequency (Hz)", axes)};
 }
 
-std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_signals(const std::filesystem::path& folder) {
   if (std::filesystem::exists(folder / "comparison.json") || runs_in(folder).empty() ||
       !std::filesystem::exists(folder / "signals.csv"))
     return {};
@@ -119,6 +119,6 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
 
 }  // namespace
 
-const Drawing signals{{"run.json"}, draw_all};
+const Drawing signals{{"run.json"}, draw_signals};
 
 }  // namespace freeplay::plots

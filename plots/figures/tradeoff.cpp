@@ -16,7 +16,7 @@ namespace freeplay::plots {
 
 namespace {
 
-constexpr Word colours[] = {"C1", "C4", "C9", "C6", "C2", "C5", "C8", "C3", "C7"};
+constexpr Word method_colours[] = {"C1", "C4", "C9", "C6", "C2", "C5", "C8", "C3", "C7"};
 constexpr std::size_t most_scenes = 64;  ///< a figure each
 
 /// Rows of a trade-off, and what its figures share.
@@ -72,7 +72,7 @@ bool add_panel(const Tradeoff& t, const std::string& name, bool touches, bool ti
     plot.add(
         "{}DATA index {} using 1:($2 > 1e-16 ? $2 : 1e-16) with linespoints lw 1.2 dt {} pt {} lc rgb {} ",
         plot.empty() ? Word("plot ") : Word(", "), f.blocks.size(), 1 + k % 4, 1 + k,
-        colours[k % std::size(colours)]);
+        method_colours[k % std::size(method_colours)]);
     if (time)
       plot.add("notitle");
     else
@@ -90,7 +90,7 @@ bool add_panel(const Tradeoff& t, const std::string& name, bool touches, bool ti
   return true;
 }
 
-std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> draw_tradeoff(const std::filesystem::path& folder) {
   const Tradeoff t(folder);
   std::vector<std::filesystem::path> made;
   for (const auto& name : t.scenes) {
@@ -118,6 +118,6 @@ std::vector<std::filesystem::path> draw_all(const std::filesystem::path& folder)
 
 }  // namespace
 
-const Drawing tradeoff{{"tradeoff.json"}, draw_all};
+const Drawing tradeoff{{"tradeoff.json"}, draw_tradeoff};
 
 }  // namespace freeplay::plots

@@ -96,11 +96,6 @@ json contact_table(const std::string& name, const std::vector<RunFacts>& runs) {
   return table;
 }
 
-std::string text_at(const JsonFile& file, const char* path) {
-  const auto* value = file.find(path);
-  return value && value->is_string() ? value->get<std::string>() : "";
-}
-
 }  // namespace
 
 json tables(const std::vector<RunFacts>& runs) {
@@ -173,7 +168,8 @@ json notes(const std::vector<RunFacts>& runs) {
     list.push_back({{"doubtful", doubtful}, {"text", text}});
   };
   for (const auto& run : runs) {
-    const auto status = text_at(*run.json, "ending.status"), reason = text_at(*run.json, "ending.reason");
+    const auto status = run.json->text_or_empty("ending.status"),
+               reason = run.json->text_or_empty("ending.reason");
     if (!status.empty() && status != "finished")
       add_note(true,
                fmt::format("{}: the run is {}{}{}", run.name, status, reason.empty() ? "" : ": ", reason));
@@ -199,7 +195,7 @@ json provenance_table(const std::vector<RunFacts>& files) {
                                    {"provenance.scene_file", "scene"},
                                    {"provenance.format_note", "format"}}) {
     json row = {what};
-    for (const auto& file : files) row.push_back(text_at(*file.json, path));
+    for (const auto& file : files) row.push_back(file.json->text_or_empty(path));
     table["rows"].push_back(row);
   }
   json made = {"program"};

@@ -26,11 +26,6 @@ constexpr long numbers_of_a_page = 620'000;
 constexpr long fewest_frames = 300, most_frames = 6000;
 constexpr std::size_t most_events = 20'000;
 
-std::string text_at(const JsonFile& file, const char* path) {
-  const auto* value = file.find(path);
-  return value && value->is_string() ? value->get<std::string>() : "";
-}
-
 json run_part(const plots::RunFolder& run, long numbers) {
   const auto scene = plots::scene_of_run(run.folder);
   const auto events = read_events(run.folder, most_events / 2);
@@ -46,7 +41,7 @@ json run_part(const plots::RunFolder& run, long numbers) {
 
 /// What makes a run again, from the folder that the page is of.
 std::vector<std::string> commands(const JsonFile& file, const std::string& formulation, bool forces_asked) {
-  const auto scene = text_at(file, "provenance.scene_file");
+  const auto scene = file.text_or_empty("provenance.scene_file");
   if (scene.empty()) return {"freeplay run --from run.json"};
   const auto set = overrides_of(file);
   const bool twice = forces_asked && set.find("run.forces=true") == set.npos;
@@ -63,7 +58,7 @@ json runs_document(const std::filesystem::path& folder, const std::vector<plots:
   for (const auto& run : runs) facts.push_back({run.title, &files.emplace_back(run.folder / "run.json")});
   const auto& first = files.front();
   json document = {{"kind", comparison ? "comparison" : "run"}};
-  document["title"] = text_at(first, "provenance.title");
+  document["title"] = first.text_or_empty("provenance.title");
   document["notes"] = notes(facts);
   document["tables"] = json::array();
   if (comparison) {
@@ -79,9 +74,9 @@ json runs_document(const std::filesystem::path& folder, const std::vector<plots:
   }
   document["tables"] = tables(facts);
   document["provenance"] = provenance_table(facts);
-  document["scene"] = text_at(first, "provenance.scene");
+  document["scene"] = first.text_or_empty("provenance.scene");
   const bool forces = std::filesystem::exists(runs.front().folder / "forces.csv");
-  document["commands"] = commands(first, comparison ? "" : text_at(first, "formulation"), forces);
+  document["commands"] = commands(first, comparison ? "" : first.text_or_empty("formulation"), forces);
   document["runs"] = json::array();
   const long numbers = numbers_of_a_page / static_cast<long>(runs.size());
   for (const auto& run : runs) document["runs"].push_back(run_part(run, numbers));

@@ -24,11 +24,6 @@ constexpr std::size_t most_runs = 5000;       // of a sweep that a page shows
 constexpr std::size_t most_points = 120'000;  // of a diagram
 constexpr long values_of_a_sparkline = 64;
 
-std::string text_at(const JsonFile& file, const std::string& path) {
-  const auto* value = file.find(path);
-  return value && value->is_string() ? value->get<std::string>() : "";
-}
-
 bool has(const Database& database, const char* name) {
   Statement s(database, "SELECT 1 FROM sqlite_master WHERE name = ?");
   return s.bind(std::string(name)).step();
@@ -107,7 +102,7 @@ json sweep_document(const std::filesystem::path& folder) {
 
 json axis_of(const JsonFile& facts, const std::string& at) {
   json axis = {{"scale", 1.0}};
-  for (const char* part : {"name", "key", "unit"}) axis[part] = text_at(facts, at + "." + part);
+  for (const char* part : {"name", "key", "unit"}) axis[part] = facts.text_or_empty(at + "." + part);
   if (const auto* scale = facts.find(at + ".scale"); scale && scale->is_number()) axis["scale"] = *scale;
   return axis;
 }
@@ -115,7 +110,7 @@ json axis_of(const JsonFile& facts, const std::string& at) {
 /// Points of a bifurcation, or cells of a basin: the table's columns by name.
 json attractors_document(const std::filesystem::path& folder, const std::string& kind) {
   const JsonFile facts(folder / (kind + ".json"));
-  json document = {{"kind", kind}, {"title", text_at(facts, "provenance.title")}};
+  json document = {{"kind", kind}, {"title", facts.text_or_empty("provenance.title")}};
   plots::Rows rows(folder / (kind + ".csv"));
   const auto& names = rows.names();
   std::vector<std::vector<double>> numbers_of(names.size());
@@ -142,14 +137,14 @@ json attractors_document(const std::filesystem::path& folder, const std::string&
                                              : json{{"name", names[k]}, {"y", numbers(numbers_of[k], 6)}});
   for (const char* part : {"axis", "x", "y"})
     if (facts.find(kind + "." + part)) document[part] = axis_of(facts, kind + "." + part);
-  document["formulation"] = text_at(facts, kind + ".formulation");
-  document["section"] = text_at(facts, kind + ".section");
-  const auto scene = text_at(facts, "provenance.scene_file");
+  document["formulation"] = facts.text_or_empty(kind + ".formulation");
+  document["section"] = facts.text_or_empty(kind + ".section");
+  const auto scene = facts.text_or_empty("provenance.scene_file");
   document["scene_file"] = shell_word(scene);
   document["overrides"] = overrides_of(facts);
   document["provenance"] = provenance_table({{kind, &facts}});
   document["scene"] =
-      text_at(facts, "provenance.study") + "\n\n# the scene\n" + text_at(facts, "provenance.scene");
+      facts.text_or_empty("provenance.study") + "\n\n# the scene\n" + facts.text_or_empty("provenance.scene");
   document["commands"] = {"freeplay " + kind + " STUDY -o " + shell_word(folder.filename().string())};
   return document;
 }

@@ -17,7 +17,7 @@
 namespace freeplay::plots {
 namespace {
 
-constexpr std::size_t most_rows = 20'000'000;
+constexpr std::size_t most_samples = 20'000'000;
 
 /// Units of columns by the ends of their names; a mean has that of its quantity.
 constexpr std::pair<std::string_view, std::string_view> units[] = {{".x", "m"},
@@ -159,8 +159,8 @@ RunColumns::Series RunColumns::series(const Column& column, const std::string& f
     s.without_rows.clear();
     if (!wanted.empty() && rows.name(name) != wanted) continue;
     if (const double time = rows.number(t); time < from || time > to) continue;
-    if (s.t.size() == most_rows)
-      throw SceneError(fmt::format("{}: has more than {} rows", (folder_ / file).string(), most_rows));
+    if (s.t.size() == most_samples)
+      throw SceneError(fmt::format("{}: has more than {} rows", (folder_ / file).string(), most_samples));
     s.t.push_back(rows.number(t));
     s.v.push_back(column.name == angle_name ? crank(s.t.back()) : own ? rows.maybe_number(v) : s.t.back());
   }

@@ -14,7 +14,7 @@
 namespace freeplay::plots {
 namespace {
 
-constexpr std::size_t most_points = 2000;  ///< of a curve; more rows are merged
+constexpr std::size_t curve_points = 2000;  ///< of a curve; more rows are merged
 constexpr std::size_t most_joints = 12;
 constexpr std::size_t most_drives = 6;
 
@@ -49,7 +49,7 @@ ForceTable::ForceTable(const std::filesystem::path& folder) {
     longest = std::max(longest, run.x.size());
   }
   for (auto& run : runs_) {
-    merge(run, std::max<std::size_t>(1, (longest + most_points - 1) / most_points));
+    merge(run, std::max<std::size_t>(1, (longest + curve_points - 1) / curve_points));
     interval_ = std::max(interval_, run.interval);
   }
 }

@@ -11,7 +11,7 @@
 namespace freeplay::plots {
 namespace {
 
-constexpr long most_points = 20'000;  ///< of a path; of more rows every so-manieth is drawn
+constexpr long path_points = 20'000;  ///< of a path; of more rows every so-manieth is drawn
 constexpr long judged_rows = 5000;
 
 /// Ends of the names of a guide's and of a slot's contacts: those at the lower and at the upper wall, in pairs.
@@ -190,7 +190,7 @@ std::vector<std::vector<PlayPath>> play_paths(const std::filesystem::path& run,
   std::vector<std::vector<long>> seen(joints.size(), std::vector<long>(spans.size(), 0));
   std::vector<long> count(spans.size(), 0);
   each([&](const Rows& rows, std::size_t k) {
-    if (count[k]++ % (1 + rows_of[k] / most_points) != 0) return;
+    if (count[k]++ % (1 + rows_of[k] / path_points) != 0) return;
     for (std::size_t j = 0; j < joints.size(); ++j) places[j].take(rows, paths[j][k], seen[j][k]);
   });
   return paths;

@@ -1,8 +1,9 @@
 #include "numerics/least_squares.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <vector>
+
+#include "numerics/dense.hpp"
 
 namespace freeplay {
 
@@ -22,7 +23,7 @@ void nonnegative_least_squares(const Eigen::MatrixXd& K, const Eigen::VectorXd& 
     if (best < 0) return;
     in.push_back(best);
     for (Eigen::Index inner = 0; inner <= n; ++inner) {
-      const Eigen::VectorXd s = K(Eigen::all, in).completeOrthogonalDecomposition().solve(y);
+      const Eigen::VectorXd s = MinimumNorm(K(Eigen::all, in)).solve(y);
       double step = 1;
       for (std::size_t i = 0; i < in.size(); ++i)
         if (s[static_cast<Eigen::Index>(i)] < 0) {
@@ -62,7 +63,7 @@ bool least_distance(const Eigen::MatrixXd& G, const Eigen::VectorXd& h, double s
     if (y[i] > 0) held.push_back(i);
   const Eigen::VectorXd near = -r.head(n) / r[n];
   if (held.empty()) return true;
-  x = G(held, Eigen::all).completeOrthogonalDecomposition().solve(h(held));
+  x = MinimumNorm(G(held, Eigen::all)).solve(h(held));
   const auto short_by = [&](const Eigen::VectorXd& at) { return (h - G * at).maxCoeff(); };
   if (short_by(x) > std::max(slack, short_by(near))) x = near;
   return true;

@@ -1,7 +1,8 @@
 #include "numerics/rosenbrock4.hpp"
 
-#include <Eigen/LU>
 #include <array>
+
+#include "numerics/dense.hpp"
 
 namespace freeplay {
 namespace {
@@ -33,7 +34,7 @@ constexpr double c[stages][stages - 1] = {
 
 struct Rosenbrock4::Storage {
   Eigen::MatrixXd matrix;
-  Eigen::PartialPivLU<Eigen::MatrixXd> factors;
+  DenseLu factors;
   Eigen::VectorXd dfdt, y, b;
   std::array<Eigen::VectorXd, stages> g;
 };
@@ -41,7 +42,7 @@ struct Rosenbrock4::Storage {
 Rosenbrock4::Rosenbrock4(int size) : storage_(std::make_unique<Storage>()) {
   auto& s = *storage_;
   s.matrix.resize(size, size);
-  s.factors = Eigen::PartialPivLU<Eigen::MatrixXd>(size);
+  s.factors.compute(Eigen::MatrixXd::Identity(size, size));
   for (auto* v : {&s.dfdt, &s.y, &s.b}) v->resize(size);
   for (auto& v : s.g) v.resize(size);
 }
@@ -68,9 +69,7 @@ void Rosenbrock4::step(const Problem& p, const double* x, double t, double h, do
     }
     if (d[k] != 0) s.b += h * d[k] * s.dfdt;
     for (int i = 0; i < k; ++i) s.b += c[k][i] / h * s.g[i];
-    s.g[k] = s.factors.permutationP() * s.b;
-    s.factors.matrixLU().triangularView<Eigen::UnitLower>().solveInPlace(s.g[k]);
-    s.factors.matrixLU().triangularView<Eigen::Upper>().solveInPlace(s.g[k]);
+    s.factors.solve(s.b, s.g[k]);
   }
   Eigen::Map<Eigen::VectorXd>(x_new, n) = s.y + s.g[stages - 1];
   Eigen::Map<Eigen::VectorXd>(error, n) = s.g[stages - 1];

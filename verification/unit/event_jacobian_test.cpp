@@ -68,9 +68,9 @@ TEST_CASE("the exact Jacobian of a mode equals differences of its right-hand sid
   };
   for (const auto mode : {Mode{false, 0, 1}, Mode{false, 0, 0}, Mode{true, 1, -1}, Mode{true, -1, 0}}) {
     EventDynamics f(system, scene.nonsmooth, {0.6}, RowFacts{false}, 1);
-    f.contacts()[0].closed = mode.closed;
-    f.contacts()[0].slip = mode.slip;
-    f.preloaded()[0].slip = mode.rub;
+    f.contacts[0].closed = mode.closed;
+    f.contacts[0].slip = mode.slip;
+    f.preloaded[0].slip = mode.rub;
     EventDynamics::Vector x(static_cast<std::size_t>(f.size()));
     for (auto& y : x) y = uniform(engine);
     // The journal of b at (0, 0.1) + e, in the film or within its hand-over.

@@ -3,7 +3,7 @@
 //     C Z = 0,    ZᵀWZ = 1,    H = ZᵀKZ.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 namespace freeplay {
 

@@ -10,6 +10,7 @@
 #include "dynamics/planar.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/mechanism.hpp"
+#include "numerics/dense.hpp"
 
 namespace freeplay {
 
@@ -38,10 +39,7 @@ RestPlace Descent::place(const VectorXd& q) {
   p.left = R;
   if (p.at.C.rows() > 0) {
     const MatrixXd B = (p.at.C * root_.cwiseInverse().asDiagonal()).transpose();
-    Eigen::CompleteOrthogonalDecomposition<MatrixXd> cod;
-    cod.setThreshold(1e-10);
-    cod.compute(B);
-    p.mu = cod.solve(R);
+    p.mu = MinimumNorm(B, 1e-10).solve(R);
     p.left -= B * p.mu;
   }
   return p;
@@ -58,10 +56,7 @@ std::optional<VectorXd> Descent::close(VectorXd q) {
     if (open <= 1e-15 * reach_ || (open <= 1e-12 * reach_ && open >= 0.5 * before)) return q;
     before = open;
     const MatrixXd B = at.C * root_.cwiseInverse().asDiagonal();
-    Eigen::CompleteOrthogonalDecomposition<MatrixXd> cod;
-    cod.setThreshold(1e-10);
-    cod.compute(B);
-    const VectorXd step = cod.solve(-at.c);
+    const VectorXd step = MinimumNorm(B, 1e-10).solve(-at.c);
     q += step.cwiseQuotient(root_);
   }
   return before <= 1e-9 * s_.length() ? std::optional(q) : std::nullopt;

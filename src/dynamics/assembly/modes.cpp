@@ -1,9 +1,10 @@
 #include "dynamics/assembly/modes.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "numerics/dense.hpp"
 
 namespace freeplay {
 namespace {
@@ -88,12 +89,11 @@ Modes find_modes(const System& system, const Equilibrium& at, const Compliances&
     A.block(2 * n, 0, states, n) = l.flow_q * Z;
     A.block(2 * n, n, states, n) = l.flow_v * Z;
     A.block(2 * n, 2 * n, states, states) = l.flow_z;
-    const Eigen::EigenSolver<MatrixXd> solver(A);
-    const auto& values = solver.eigenvalues();
+    const auto [values, vectors] = general_eigen(A);
     // Twofold zeros of what nothing holds come apart by the root of rounding.
     const double zero = 1e-7 * (all > 0 ? values.cwiseAbs().maxCoeff() : 0);
     for (int i = 0; i < all; ++i)
-      if (values[i].imag() >= 0) add(values[i], Z * solver.eigenvectors().col(i).head(n), zero);
+      if (values[i].imag() >= 0) add(values[i], Z * vectors.col(i).head(n), zero);
   }
   std::ranges::stable_sort(out.modes, [](const Mode& a, const Mode& b) {
     const bool first = a.kind == Mode::Kind::growth, second = b.kind == Mode::Kind::growth;
@@ -120,7 +120,7 @@ Equilibrium as_it_stands(const System& system, const State& state, const Complia
     VectorXd mu = VectorXd::Zero(at.C.rows()), rest = R;
     if (mu.size() > 0) {
       const MatrixXd B = (at.C * root.cwiseInverse().asDiagonal()).transpose();
-      mu = B.completeOrthogonalDecomposition().solve(R);
+      mu = MinimumNorm(B).solve(R);
       rest -= B * mu;
     }
     Eigen::Index worst = -1;

@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <cmath>
 
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/system.hpp"
 #include "mechanism/error.hpp"
+#include "numerics/dense.hpp"
 
 namespace freeplay {
 
@@ -24,11 +24,9 @@ std::vector<int> undetermined_elements(const System& system, const State& state)
       Gt(p.column[i], k) = e.G[i] / std::sqrt(system.mass()[p.column[i]]);
     if (const double length = Gt.col(k).norm(); length > 0) Gt.col(k) /= length;
   }
-  Eigen::FullPivLU<Eigen::MatrixXd> lu(Gt);
-  lu.setThreshold(1e-9);
-  const Eigen::MatrixXd kernel = lu.kernel();
+  const Eigen::MatrixXd free = kernel(Gt, 1e-9);
   for (const auto& [element, begin, end] : system.reaction_rows())
-    if (kernel.middleRows(begin, end - begin).cwiseAbs().maxCoeff() > 1e-9) found.push_back(element);
+    if (free.middleRows(begin, end - begin).cwiseAbs().maxCoeff() > 1e-9) found.push_back(element);
   return found;
 }
 

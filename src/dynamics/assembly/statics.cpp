@@ -7,6 +7,7 @@
 
 #include "dynamics/planar.hpp"
 #include "mechanism/error.hpp"
+#include "numerics/dense.hpp"
 
 namespace freeplay {
 namespace {
@@ -24,6 +25,12 @@ double length_of(const System& system) {
 }
 
 }  // namespace
+
+Eigen::MatrixXd Linearised::settled() const {
+  if (flow_z.rows() == 0) return K;
+  const auto follow = solve_regular(flow_z, flow_q);  // settle_states() has found it regular
+  return follow ? Eigen::MatrixXd(K + Z * *follow) : K;
+}
 
 Statics::Statics(const System& system, Compliances elastic)
     : system_(system),
@@ -54,17 +61,16 @@ void Statics::settle_states(const double* q, std::vector<double>& z) {
         for (int s = 0; s < std::min(chunk, states - first); ++s) J(k, first + s) = rate[k].slope[s];
       }
     }
-    const Eigen::FullPivLU<Eigen::MatrixXd> lu(J);
-    if (!lu.isInvertible())
+    const auto step = solve_regular(J, r);
+    if (!step)
       throw ModelError(
           "run.start",
           "no equilibrium: a drive's first-order state has no stationary value, nothing brings it to "
           "rest");
-    const Eigen::VectorXd step = lu.solve(r);
     double change = 0;
     for (int k = 0; k < states; ++k) {
-      z[k] -= step[k];
-      change = std::max(change, std::abs(step[k]) / system_.state_scale(k));
+      z[k] -= (*step)(k, 0);
+      change = std::max(change, std::abs((*step)(k, 0)) / system_.state_scale(k));
     }
     if (change < 1e-14) return;
   }

@@ -8,7 +8,7 @@
 // and what damps contacts exert nothing at rest and stay out of D.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <vector>
 
 #include "dynamics/assembly/compliance.hpp"
@@ -32,9 +32,7 @@ struct AtRest {
 struct Linearised {
   Eigen::MatrixXd K, D, Z, flow_q, flow_v, flow_z;
   /// K with the states following their stationary values.
-  Eigen::MatrixXd settled() const {
-    return flow_z.rows() == 0 ? K : Eigen::MatrixXd(K + Z * flow_z.fullPivLu().solve(flow_q));
-  }
+  Eigen::MatrixXd settled() const;
 };
 
 class Statics {

@@ -163,6 +163,11 @@ std::string JsonFile::text(std::string_view path) const {
   return node->get<std::string>();
 }
 
+std::string JsonFile::text_or_empty(std::string_view path) const {
+  const auto* value = find(path);
+  return value && value->is_string() ? value->get<std::string>() : "";
+}
+
 std::vector<std::string> JsonFile::texts(std::string_view path) const {
   const auto* node = find(path);
   if (!node || !node->is_array()) fail(path, "a list of texts");

@@ -72,6 +72,8 @@ class JsonFile {
   double number(std::string_view path) const;
   std::string text(std::string_view path) const;
   std::vector<std::string> texts(std::string_view path) const;
+  /// "" where there is no text at `path`.
+  std::string text_or_empty(std::string_view path) const;
   /// Null where there is none.
   const nlohmann::json* find(std::string_view path) const;
   const nlohmann::json& document() const { return *document_; }

@@ -1,0 +1,188 @@
+#include "formulations/event_driven/impact_equations.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace freeplay {
+
+ImpactEquations::ImpactEquations(const NonsmoothOptions& options, const ModeEquations& d)
+    : impact_(options.impact_law, options.solver, options.lcp_tolerance), lambda_(d.lambda.size()) {
+  image_.setZero(d.coupled.size());
+}
+
+std::string ImpactEquations::solve(ModeEquations& d, const Vector& x, double t, const Impact& impact) {
+  d.place(x.data(), t);
+  ++d.work.factorisations;
+  ++d.work.lcp_solves;
+  if (!d.saddle.factor(d.e.G.data())) return "the constraint equations cannot be factorised";
+  pose(d, x, impact);
+  d.rows.fill_symmetric();
+  if (impact.without_collision) press(d);
+  auto& rows = d.rows;
+  const auto reason = d.coupled.size() > 0
+                          ? solve_bounded(d, x.data() + d.system.n(), impact.contacts.size())
+                          : impact_.solve(rows.K, rows.b, rows.used(), struck_);
+  impact_.solution().count(d.work, d.extremes);
+  d.counts.undecided += impact_.solution().undecided;
+  d.counts.wedged += impact_.wedged();
+  if (!reason.empty()) return reason;
+  for (const auto& i : struck_)
+    if (!std::isfinite(i.impulse_n) || !std::isfinite(i.impulse_t))
+      return fmt::format("the impact of {} contacts has no finite impulses that any solver finds",
+                         struck_.size());
+  d.raise_speed_tolerance(2 * impact_.solution().residual_rate);  // what the solver leaves is no approach
+  return "";
+}
+
+void ImpactEquations::pose(ModeEquations& d, const Vector& x, const Impact& impact) {
+  const double *q = x.data(), *v = q + d.system.n();
+  d.rows.clear();
+  struck_.clear();
+  const auto add = [&](const SparseRow& row) {
+    const int r = d.add(row);
+    d.rows.b[r] = row.dot(v);
+    return r;
+  };
+  for (const int k : impact.contacts) {
+    auto& c = d.contacts[k];
+    d.system.contact(k, q, v, d.e, c.row);
+    ImpactContact i;
+    i.normal = add(c.row.normal);
+    const bool inelastic = std::ranges::find(impact.inelastic, k) != impact.inelastic.end();
+    i.restitution = inelastic ? 0 : c.restitution;
+    if (c.row.tangent.size > 0) {
+      const auto& surface = d.system.contact_facts(k).surface;
+      i.tangent = add(c.row.tangent);
+      i.friction = *surface.friction;
+      i.tangential_restitution = inelastic ? 0 : surface.tangential_restitution;
+    }
+    struck_.push_back(i);
+  }
+  for (int i = 0; i < d.coupled.size(); ++i) {
+    auto& p = d.preloaded[d.coupled.friction(i)];
+    d.system.friction(d.coupled.friction(i), q, v, d.e, p.row);
+    ImpactContact pin;
+    pin.tangent = add(p.row);
+    struck_.push_back(pin);
+  }
+}
+
+/// Rates of an impact without collision: what touches approaches as slowly as can be told from the sliding that is to end; what
+/// leaves faster than that has its own rate. Where contacts share their freedoms they are the nearest that a motion has: of
+/// others the laws need have no solution (contact/lemke.cpp).
+void ImpactEquations::press(ModeEquations& d) {
+  auto& rows = d.rows;
+  auto rates = rows.b.head(rows.used());
+  pressing_rate_ = std::max(d.speed_tolerance(), 1e-5 * rates.cwiseAbs().maxCoeff());
+  Eigen::VectorXd pressed = rates;
+  for (const auto& i : struck_)
+    if (i.normal >= 0 && rates[i.normal] <= pressing_rate_)
+      pressed[i.normal] = std::min(0.0, rates[i.normal]) - pressing_rate_;
+  const auto K = rows.K.topLeftCorner(rows.used(), rows.used());
+  if (const MinimumNorm decomposition(K, 1e-10); decomposition.rank() < rows.used())
+    pressed = rates + K * decomposition.solve(pressed - rates);
+  rates = pressed;
+}
+
+/// Rows that no impulse moves, of joints whose motion is prescribed, stand alone: of each, what it would respond with if no
+/// constraint held; of the others 0.
+std::vector<double> ImpactEquations::pose_driven(ModeEquations& d, std::size_t contacts) {
+  auto& rows = d.rows;
+  std::vector<double> driven(static_cast<std::size_t>(d.coupled.size()));
+  for (std::size_t i = 0; i < driven.size(); ++i) {
+    const int own = struck_[contacts + i].tangent;
+    const double free = d.unconstrained_mobility(rows.row(own));
+    if (std::abs(rows.K(own, own)) > 1e-12 * free) continue;
+    driven[i] = free;
+    for (int r = 0; r < rows.used(); ++r) rows.K(r, own) = rows.K(own, r) = 0;
+  }
+  return driven;
+}
+
+/// Mean of the sliding speed of a joint before and after the impact.
+double ImpactEquations::mean_rate(const ModeEquations& d, int own, bool driven, const double* v) const {
+  double mean = d.rows.row(own).dot(v);
+  for (const auto& c : struck_)
+    for (const auto& [row, impulse] : {std::pair{c.normal, c.impulse_n}, std::pair{c.tangent, c.impulse_t}})
+      if (row >= 0 && (row != own || !driven)) mean += 0.5 * d.rows.K(own, row) * impulse;
+  return mean;
+}
+
+/// The impact with friction in joints whose bounds are those of its own reaction impulses.
+std::string ImpactEquations::solve_bounded(ModeEquations& d, const double* v, std::size_t contacts) {
+  auto& rows = d.rows;
+  image_.setZero();
+  bounds_.start(image_);
+  const auto driven = pose_driven(d, contacts);
+  do {
+    for (std::size_t i = 0; i < driven.size(); ++i) {
+      auto& joint = struck_[contacts + i];
+      joint.bound = bounds_.bounds()[static_cast<Eigen::Index>(i)];
+      if (driven[i] == 0) continue;
+      const double rate = std::abs(rows.b[joint.tangent]);
+      rows.K(joint.tangent, joint.tangent) = rate > 0 && joint.bound > 0 ? 0.5 * rate / joint.bound : driven[i];
+    }
+    if (auto reason = impact_.solve(rows.K, rows.b, rows.used(), struck_); !reason.empty()) return reason;
+    for (std::size_t i = 0; i < driven.size(); ++i) {
+      const auto& bound = d.bound_of(static_cast<int>(i));
+      double l[2] = {0, 0};
+      for (const auto& c : struck_)
+        for (const auto& [row, impulse] :
+             {std::pair{c.normal, c.impulse_n}, std::pair{c.tangent, c.impulse_t}})
+          for (const int which : {0, 1})
+            if (row >= 0) l[which] += impulse * rows.reaction(row)[bound.row + which];
+      const double mean = mean_rate(d, struck_[contacts + i].tangent, driven[i] != 0, v);
+      image_[static_cast<Eigen::Index>(i)] = bound.coefficient(mean) * bound.support(l[0], l[1]);
+    }
+  } while (bounds_.refine(image_));
+  d.extremes.friction_residual = std::max(d.extremes.friction_residual, bounds_.residual());
+  return bounds_.met() ? ""
+                       : fmt::format("within an impact {}; bounds and reactions differ by {:.2g} of them",
+                                     words_of(CoupledFriction::Outcome::none), bounds_.residual());
+}
+
+void ImpactEquations::apply(ModeEquations& d, Vector& x, const std::vector<int>& contacts, double& drive) {
+  const int n = d.system.n(), m = d.system.rows();
+  double* v = x.data() + n;
+  std::ranges::fill(lambda_, 0.0);
+  const auto take = [&](int r, double impulse) {
+    if (r < 0) return;
+    for (int i = 0; i < n; ++i) v[i] += impulse * d.rows.response(r)[i];
+    for (int k = 0; k < m; ++k) {
+      drive += impulse * d.rows.reaction(r)[k] * d.e.phi_t[k];
+      lambda_[k] += impulse * d.rows.reaction(r)[k];
+    }
+  };
+  for (std::size_t i = 0; i < struck_.size(); ++i) {
+    take(struck_[i].normal, struck_[i].impulse_n);
+    take(struck_[i].tangent, struck_[i].impulse_t);
+    if (i >= contacts.size()) continue;
+    double* impulse = x.data() + d.impulse_offset() + 2 * contacts[i];
+    impulse[0] += struck_[i].impulse_n;
+    impulse[1] += struck_[i].impulse_t;
+  }
+}
+
+void ImpactEquations::report(ModeEquations& d, const Vector& x, const std::vector<int>& contacts,
+                             Forces& out) const {
+  const double* q = x.data();
+  out.clear();
+  d.system.report_rows(q, d.e, lambda_.data(), 1, out);
+  for (std::size_t i = 0; i < struck_.size(); ++i) {
+    const auto& s = struck_[i];
+    if (i < contacts.size())
+      d.system.report_contact(contacts[i], q, d.e, d.contacts[contacts[i]].row, s.impulse_n, s.impulse_t, 1,
+                              out);
+    else
+      d.system.report_friction(d.coupled.friction(static_cast<int>(i - contacts.size())), q, x.data() + d.system.n(),
+                               d.e, d.rows.row(s.tangent), s.impulse_t, 1, out);
+    for (const auto& [row, impulse] : {std::pair{s.normal, s.impulse_n}, std::pair{s.tangent, s.impulse_t}})
+      for (int k = 0; row >= 0 && k < d.system.n(); ++k)
+        out.acceleration[k] += impulse * d.rows.response(row)[k];
+  }
+}
+
+}  // namespace freeplay

@@ -1,0 +1,267 @@
+#include "formulations/event_driven/mode_choice.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace freeplay {
+
+/// Preloaded joints that slide stay as forces; those at rest, like the contacts, are unknowns.
+void ModeChoice::open_all(ModeEquations& d, const Vector& x, double t) {
+  for (auto& c : d.contacts) {
+    c.closed = c.resting = false;
+    c.slip = 0;
+  }
+  for (int k = 0; k < d.system.frictions(); ++k) {
+    const double u = d.slide_rate(k, x, t);
+    auto& p = d.preloaded[k];
+    p.slip = std::abs(u) > p.share * d.slide_tolerance() ? (u > 0 ? 1 : -1) : p.forced;
+  }
+}
+
+std::string ModeChoice::choose(ModeEquations& d, ModeMotion& motion, const Vector& x, double t,
+                               const std::vector<int>& candidates) {
+  jam_ = false;
+  motion.begin_mode();
+  open_all(d, x, t);
+  if (candidates.empty() && std::ranges::none_of(d.preloaded, [](const auto& p) { return p.slip == 0; }))
+    return "";
+
+  ++d.work.lcp_solves;
+  d.trouble.clear();
+  const auto solution = settle(d, x, t, candidates);
+  if (!d.trouble.empty()) return d.trouble;
+  if (d.coupled.size() > 0 && solution.solved && other_motion(d, x, t, candidates))
+    return words_of(CoupledFriction::Outcome::several);
+  d.work.pivots += solution.pivots;
+  d.work.lcp_retries += solution.retries;
+  jam_ = !solution.solved;
+  jam_proved_ = solution.impossible;
+  if (!solution.solved) return unsolved(d, solution);
+  d.extremes.lcp_residual = std::max(d.extremes.lcp_residual, solution.residual);
+  d.counts.undecided += solution.undecided;
+  if (solution.ambiguous)
+    return "friction admits more than one motion (Painlevé): " +
+           describe_motions(problem_, [&](int i) { return name_of_unknown(d, i); });
+  take(d);
+  return "";
+}
+
+/// The mode of the solution. With all forces known: which way do resting surfaces start to slide?
+void ModeChoice::take(ModeEquations& d) {
+  const auto slip_of = [&](const ContactUnknown& u) {
+    const double bound = u.bound + u.friction * u.impulse_n;
+    if (std::abs(u.impulse_t) < bound * (1 - 1e-12)) return 0;
+    const double rate = problem_.rate(u.tangent);
+    if (std::abs(rate) <= 1e-9 * problem_.scale()) return 0;
+    return rate > 0 ? 1 : -1;
+  };
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    auto& c = d.contacts[contacts_[i]];
+    const auto& u = problem_.unknowns[i];
+    c.closed = u.impulse_n * problem_.D(u.normal, u.normal) > 1e-11 * problem_.scale();
+    c.resting = !c.closed;
+    if (!c.closed) continue;
+    c.slip = u.tangent >= 0 ? slip_of(u) : slips_[i];
+  }
+  for (std::size_t i = 0; i < resting_.size(); ++i)
+    d.preloaded[resting_[i]].slip = slip_of(problem_.unknowns[contacts_.size() + i]);
+}
+
+/// The problem in accelerations of these contacts and of all joints at rest, from what solve_free() left; a contact that slides,
+/// or is torn, has its friction in its normal's column.
+void ModeChoice::pose(ModeEquations& d, const Vector& x, const std::vector<int>& candidates) {
+  const double* q = x.data();
+  const double* v = q + d.system.n();
+  contacts_ = candidates;
+  problem_.clear();
+  d.rows.clear();
+  slips_.clear();
+  resting_.clear();
+  const auto add = [&](const SparseRow& row, double gamma, const SparseRow* beside, double factor) {
+    const int r = d.add(row, beside, factor);
+    problem_.reserve(static_cast<int>(d.rows.K.rows()));
+    problem_.b[r] = row.dot(d.a.data()) - gamma;
+    return r;
+  };
+  for (const int k : candidates) {
+    auto& c = d.contacts[k];
+    d.system.contact(k, q, v, d.e, c.row);
+    ContactUnknown u;
+    int slip = 0;
+    double mu = 0;
+    if (c.row.tangent.size > 0) {
+      mu = *d.system.contact_facts(k).surface.friction;
+      const double rate = c.row.tangent.dot(v);
+      slip = std::abs(rate) > d.slide_tolerance() ? (rate > 0 ? 1 : -1) : c.forced;
+    }
+    u.normal = add(c.row.normal, c.row.gamma_n, slip != 0 ? &c.row.tangent : nullptr, -slip * mu);
+    if (c.row.tangent.size > 0 && slip == 0) {
+      u.tangent = add(c.row.tangent, c.row.gamma_t, nullptr, 0);
+      u.friction = mu;
+    }
+    slips_.push_back(slip);
+    problem_.unknowns.push_back(u);
+  }
+  for (int k = 0; k < d.system.frictions(); ++k) {
+    const auto& p = d.preloaded[k];
+    if (p.slip != 0) continue;
+    ContactUnknown u;
+    u.tangent = add(p.row, p.gamma, nullptr, 0);
+    u.bound = p.bound;
+    resting_.push_back(k);
+    problem_.unknowns.push_back(u);
+  }
+  problem_.rows = d.rows.used();
+  for (int r = 0; r < problem_.rows; ++r)
+    for (int s = 0; s < problem_.rows; ++s) problem_.D(r, s) = d.rows.row(r).dot(d.rows.response(s));
+  if (d.coupled.size() > 0) pose_driven(d);
+}
+
+/// A row that no force moves, of a joint whose motion is prescribed: friction has its bound there, against the rate.
+void ModeChoice::pose_driven(const ModeEquations& d) {
+  for (std::size_t i = contacts_.size(); i < problem_.unknowns.size(); ++i) {
+    const auto& u = problem_.unknowns[i];
+    const double free = d.unconstrained_mobility(d.rows.row(u.tangent));
+    if (std::abs(problem_.D(u.tangent, u.tangent)) > 1e-12 * free) continue;
+    for (int r = 0; r < problem_.rows; ++r) problem_.D(r, u.tangent) = problem_.D(u.tangent, r) = 0;
+    const double rate = std::abs(problem_.b[u.tangent]);
+    problem_.D(u.tangent, u.tangent) = rate > 0 && u.bound > 0 ? 0.5 * rate / u.bound : free;
+  }
+}
+
+/// The problem in accelerations, with the bounds that its reactions give. In d.trouble why it cannot be posed, or why no
+/// bounds are found.
+ContactSolution ModeChoice::settle(ModeEquations& d, const Vector& x, double t,
+                                   const std::vector<int>& candidates) {
+  ContactSolution solution;
+  const auto pose_and_solve = [&] {
+    if (!d.solve_free(x, t)) {
+      if (d.trouble.empty()) d.trouble = "the constraint equations cannot be factorised";
+      solution.solved = false;
+      return false;
+    }
+    pose(d, x, candidates);
+    solution = problem_.solve();
+    return solution.solved;
+  };
+  const int coupled = d.coupled.size();
+  if (coupled == 0) {
+    pose_and_solve();
+    return solution;
+  }
+  for (int i = 0; i < coupled; ++i) image_[i] = d.preloaded[d.coupled.friction(i)].bound;
+  bounds_.start(image_);
+  do {
+    for (int i = 0; i < coupled; ++i) d.preloaded[d.coupled.friction(i)].bound = bounds_.bounds()[i];
+    if (!pose_and_solve()) return solution;
+    for (int i = 0; i < coupled; ++i) {
+      const auto& bound = d.bound_of(i);
+      double l[2] = {d.lambda[bound.row], d.lambda[bound.row + 1]};
+      for (const auto& u : problem_.unknowns)
+        for (const auto& [row, force] : {std::pair{u.normal, u.impulse_n}, std::pair{u.tangent, u.impulse_t}})
+          for (const int which : {0, 1})
+            if (row >= 0) l[which] += force * d.rows.reaction(row)[bound.row + which];
+      const auto& p = d.preloaded[d.coupled.friction(i)];
+      image_[i] = bound.coefficient(p.slip != 0 ? p.rate : 0) * bound.support(l[0], l[1]);
+    }
+  } while (bounds_.refine(image_));
+  if (!bounds_.met()) {
+    d.trouble = fmt::format("{}; after {} tries bounds and reactions differ by {:.2g} of them",
+                            words_of(CoupledFriction::Outcome::none), bounds_.count(), bounds_.residual());
+    solution.solved = false;
+  }
+  d.extremes.friction_residual = std::max(d.extremes.friction_residual, bounds_.residual());
+  return solution;
+}
+
+/// Whether bounds that begin elsewhere lead to another motion, where reactions grow faster than the friction they bound.
+/// Leaves the problem as it was.
+bool ModeChoice::other_motion(ModeEquations& d, const Vector& x, double t,
+                              const std::vector<int>& candidates) {
+  const int coupled = d.coupled.size();
+  std::vector<double> a(static_cast<std::size_t>(d.system.n())), l(static_cast<std::size_t>(d.system.rows()));
+  for (int i = 0; i < coupled; ++i) {
+    const auto& p = d.preloaded[d.coupled.friction(i)];
+    d.saddle.respond(p.row, nullptr, 0, a.data(), l.data());
+    d.coupled.factor(i) = d.bound_of(i).coefficient(p.rate);
+    d.coupled.column(i, l.data());
+  }
+  if (d.coupled.gain() < 1) return false;
+  const auto forces = [&] {
+    std::vector<double> list;
+    for (const auto& p : d.preloaded) list.push_back(p.lambda);
+    for (std::size_t i = 0; i < resting_.size(); ++i)
+      list[static_cast<std::size_t>(resting_[i])] = problem_.unknowns[contacts_.size() + i].impulse_t;
+    return list;
+  };
+  const auto found = forces();
+  const auto bounds = bounds_.bounds();
+  const auto unknowns = problem_.unknowns;
+  double size = bounds.maxCoeff();
+  for (std::size_t i = contacts_.size(); i < unknowns.size(); ++i)  // what would hold each alone
+    if (const int row = unknowns[i].tangent; problem_.D(row, row) > 0)
+      size = std::max(size, std::abs(problem_.b[row]) / problem_.D(row, row));
+  bool other = false;
+  for (const double from : {0.0, 100.0}) {
+    for (int i = 0; i < coupled; ++i) d.preloaded[d.coupled.friction(i)].bound = from * size;
+    const auto again = settle(d, x, t, candidates);
+    d.trouble.clear();
+    if (!again.solved) continue;
+    const auto now = forces();
+    for (std::size_t k = 0; k < now.size(); ++k) other = other || std::abs(now[k] - found[k]) > 1e-6 * size;
+  }
+  for (int i = 0; i < coupled; ++i) d.preloaded[d.coupled.friction(i)].bound = bounds[i];
+  if (d.solve_free(x, t)) pose(d, x, candidates);
+  problem_.unknowns = unknowns;
+  return other;
+}
+
+std::string ModeChoice::name_of_unknown(const ModeEquations& d, int i) const {
+  const auto contacts = static_cast<int>(contacts_.size());
+  return i < contacts ? d.system.contact_facts(contacts_[i]).name
+                      : fmt::format("preloaded joint {}", resting_[i - contacts] + 1);
+}
+
+/// Why the problem in accelerations gave no mode.
+std::string ModeChoice::unsolved(const ModeEquations& d, const ContactSolution& solution) const {
+  if (!solution.impossible)
+    return fmt::format(
+        "the problem in accelerations of {} contacts was not solved by any solver (residual {:.2g} of the "
+        "greatest acceleration); whether it has a solution is not known",
+        problem_.unknowns.size(), solution.residual);
+  std::string sliding;
+  for (std::size_t i = 0; i < contacts_.size(); ++i)
+    if (slips_[i] != 0)
+      sliding += fmt::format("{}{} {}", sliding.empty() ? "" : ", ", d.system.contact_facts(contacts_[i]).name,
+                             slips_[i] > 0 ? "to the right" : "to the left");
+  return fmt::format(
+      "friction admits no acceleration (Painlevé): all modes were tried with what slides there ({}); time "
+      "stepping gives a consistent impulse",
+      sliding);
+}
+
+bool ModeChoice::torn(const ModeEquations& d) {
+  const auto is = [](const auto& x) { return x.forced != 0; };
+  return std::ranges::any_of(d.contacts, is) || std::ranges::any_of(d.preloaded, is);
+}
+
+void ModeChoice::mend(ModeEquations& d) {
+  for (auto& c : d.contacts) c.forced = 0;
+  for (auto& p : d.preloaded) p.forced = 0;
+}
+
+double ModeChoice::torn_back(ModeEquations& d, ModeMotion& motion, const Vector& x, double t) {
+  if (!motion.solve(d, x, t)) return std::numeric_limits<double>::infinity();
+  double back = 0;
+  for (const auto& c : d.contacts)
+    if (c.forced != 0 && c.closed)
+      back = std::max(back, -c.forced * (c.row.tangent.dot(d.a.data()) - c.row.gamma_t));
+  for (const auto& p : d.preloaded)
+    if (p.forced != 0) back = std::max(back, -p.forced * (p.row.dot(d.a.data()) - p.gamma));
+  return back / d.acceleration_scale();
+}
+
+}  // namespace freeplay

@@ -1,0 +1,62 @@
+// Which mode follows an event: a complementarity problem in accelerations (Glocker, Set-Valued Force Laws, 2001, chapters 3
+// and 5),
+//
+//     0 ≤ g̈ ⊥ λ_N ≥ 0,   −λ_T ∈ μ λ_N Sgn(u̇_T) where u_T = 0,   λ_T = −s μ λ_N where it is not,
+//
+// of the contacts that touch without relative normal speed and of the joints whose friction is at rest. Friction that reactions
+// bound has bounds here that are iterated until they agree with its reactions (contact/bound_iteration.hpp).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "formulations/contact/bound_iteration.hpp"
+#include "formulations/contact/contact_problem.hpp"
+#include "formulations/event_driven/mode_motion.hpp"
+
+namespace freeplay {
+
+class ModeChoice {
+ public:
+  using Vector = std::vector<double>;
+
+  ModeChoice(const NonsmoothOptions& options, int coupled) : problem_(options.solver, options.lcp_tolerance) {
+    image_.setZero(coupled);
+  }
+
+  /// Chooses the mode of d from `candidates`, the contacts that touch. An empty text, or why it cannot be chosen.
+  std::string choose(ModeEquations& d, ModeMotion& motion, const Vector& x, double t,
+                     const std::vector<int>& candidates);
+  /// The last choice found no forces that friction admits; all modes having been tried where it is proved.
+  bool jammed() const { return jam_; }
+  bool jam_proved() const { return jam_proved_; }
+
+  /// @name What is to slide one way by `forced`
+  ///@{
+  static bool torn(const ModeEquations& d);
+  /// How fast some of it would begin to slide the other way in the mode chosen, in acceleration_scale(): infinite where that is
+  /// not known.
+  static double torn_back(ModeEquations& d, ModeMotion& motion, const Vector& x, double t);
+  static void mend(ModeEquations& d);
+  ///@}
+
+  long& modes_left() { return problem_.modes_left; }
+
+ private:
+  void open_all(ModeEquations& d, const Vector& x, double t);
+  void pose(ModeEquations& d, const Vector& x, const std::vector<int>& candidates);
+  void pose_driven(const ModeEquations& d);
+  ContactSolution settle(ModeEquations& d, const Vector& x, double t, const std::vector<int>& candidates);
+  bool other_motion(ModeEquations& d, const Vector& x, double t, const std::vector<int>& candidates);
+  void take(ModeEquations& d);
+  std::string name_of_unknown(const ModeEquations& d, int i) const;
+  std::string unsolved(const ModeEquations& d, const ContactSolution& solution) const;
+
+  ContactProblem problem_;
+  std::vector<int> contacts_, slips_, resting_;  // of problem_: contacts, which way each slides, joints at rest
+  BoundIteration bounds_;
+  Eigen::VectorXd image_;  // of the bounds
+  bool jam_ = false, jam_proved_ = false;
+};
+
+}  // namespace freeplay

@@ -1,0 +1,177 @@
+// The equations of motion of the event-driven scheme at one state, and what choice of the mode, motion, impacts and projection
+// share of them: the mode itself, the saddle point of the constraints
+//
+//     M v̇ + Gᵀλ = f,   G v̇ = γ,
+//
+// the rows that take part beside it, and the sizes below which a speed is none.
+//
+// The integrated vector is [q, v, (P_N, P_T) of each contact, first-order states of elements, work integrals].
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "dynamics/system.hpp"
+#include "formulations/contact/coupled_friction.hpp"
+#include "formulations/contact/film.hpp"
+#include "formulations/event_driven/active_rows.hpp"
+#include "formulations/integrators/phases.hpp"
+#include "numerics/saddle_point.hpp"
+#include "simulation/formulation.hpp"
+
+namespace freeplay {
+
+inline bool is_finite(const std::vector<double>& x) {
+  return std::ranges::all_of(x, [](double y) { return std::isfinite(y); });
+}
+
+/// A contact in a mode: open, closed and sticking, or closed and slipping one way.
+struct ModeContact {
+  bool closed = false;
+  int slip = 0;    ///< of a closed one with friction: 0 sticks, ±1 the sign of u_T
+  int forced = 0;  ///< it has just been torn from sticking this way: the next choice starts from that
+  /// Closed without load: no force acts, and the gap stays zero by projection until its rate is more than rounding.
+  bool resting = false;
+  double restitution = 0;
+  ContactRow row;
+  double lambda_n = 0, lambda_t = 0;  ///< N, at the last evaluation
+  double mobility = 0;                ///< 1/kg, of λ_N on its own gap
+  int unknown = -1, tangent_unknown = -1;
+  template <class M>
+  void remember(M& m) {
+    m(closed, slip, forced, resting, row, lambda_n, lambda_t, mobility, unknown, tangent_unknown);
+  }
+};
+
+/// A joint with friction in a mode.
+struct ModeFriction {
+  int slip = 0, forced = 0;  ///< as of a contact
+  SparseRow row;
+  double gamma = 0, rate = 0, lambda = 0;
+  double bound = 0;  ///< N, at the last evaluation
+  double share =
+      1;  ///< of a speed that is none: its sliding over the speed of the bodies that it stands for
+  int unknown = -1;
+  template <class M>
+  void remember(M& m) {
+    m(slip, forced, row, gamma, rate, lambda, bound, unknown);
+  }
+};
+
+/// Films of lubricated joints: forces of a state.
+class ModeFilms {
+ public:
+  explicit ModeFilms(const System& system);
+  bool any() const { return !films_.empty(); }
+  /// Adds their forces to e.force.
+  void add(const System& system, const double* q, const double* v, Evaluation& e);
+  void report(const System& system, const double* q, const double* v, Evaluation& e, Forces& out);
+  double loss() const { return loss_; }  ///< W, at the last add()
+
+  struct JointFilm {
+    int contact;
+    Film law;
+  };
+  const std::vector<JointFilm>& list() const { return films_; }
+
+ private:
+  std::vector<JointFilm> films_;
+  ContactRow row_;
+  double loss_ = 0;
+};
+
+class ModeEquations {
+ public:
+  using Vector = std::vector<double>;
+
+  ModeEquations(const System& system, const std::vector<double>& restitution, RowFacts facts,
+                double speed_scale);
+
+  const System& system;
+  std::vector<ModeContact> contacts;
+  std::vector<ModeFriction> preloaded;
+  Phases phases;  ///< the pieces of torque tables that the present mode is held to
+  /// s: no stage sees a prescribed motion beyond it; its acceleration may jump at a knot, which the next step sees.
+  double knot = INFINITY;
+  SaddlePoint saddle;
+  Evaluation e;
+  ModeFilms films;
+  ActiveRows rows;
+  CoupledFriction coupled;
+  Vector a, lambda;  ///< accelerations and multipliers at the last evaluation
+  std::string trouble;
+  Work work;
+  Extremes extremes;
+  struct Counts {
+    long undecided = 0;   ///< problems whose uniqueness was not decided
+    long wedged = 0;      ///< impacts that took Poisson's ratios for the energetic law's
+    long unreported = 0;  ///< instants at which no forces were found to report
+  } counts;
+
+  /// @name The integrated vector
+  ///@{
+  int impulse_offset() const { return 2 * system.n(); }
+  int state_offset() const { return impulse_offset() + 2 * system.contacts(); }
+  int integral_offset() const { return state_offset() + system.states(); }
+  ///@}
+
+  /// Evaluates the system at q (m, rad) and t (s), unless it was evaluated there last.
+  void place(const double* q, double t);
+  /// To be called where a phase goes over to another piece.
+  void forget_place() { placed_t_ = __builtin_nan(""); }
+  /// Accelerations in `a` with no contact closed, what slips as forces and what rests without friction. False, with the reason
+  /// in `trouble` where there is one, if there are none.
+  bool solve_free(const Vector& x, double t);
+  /// Adds a row to `rows`.
+  int add(const SparseRow& row, const SparseRow* beside = nullptr, double factor = 0) {
+    return rows.add(saddle, row, beside, factor);
+  }
+  /// Σ w²/m of a row: what it would respond with if no constraint held.
+  double unconstrained_mobility(const SparseRow& row) const;
+  /// The k-th of the bounds that reactions give.
+  const ReactionBound& bound_of(int k) const { return *system.friction_facts(coupled.friction(k)).reaction; }
+
+  /// Fills the row of contact k at a state.
+  const ContactRow& look(int k, const Vector& x, double t);
+  double slide_rate(int k, const Vector& x, double t);
+  /// A contact without load whose gap (m) is less is closed: 1e-9 of the clearance, or rounding of the positions.
+  double closed_gap(int k, const double* q) const;
+  /// Takes the violations of constraints and walls at a state into `extremes`.
+  void keep_extremes(const Vector& x, double t);
+
+  /// @name Sizes
+  ///@{
+  /// Greatest of rates or accelerations of all coordinates, those of angles at the longest arm.
+  double greatest(const double* rates) const;
+  /// Greatest acceleration at the last evaluation (m/s²).
+  double acceleration_scale() const { return greatest(a.data()); }
+  /// ω² times the longest arm (m/s²): where nothing is accelerated, such terms cancel in a contact's pressure.
+  double centripetal_scale(const double* v) const;
+  /// Below it a relative speed is none (m/s): rounding of the velocities, or 1e-10 of the scene's scale.
+  double speed_tolerance() const { return speed_tolerance_; }
+  void raise_speed_tolerance(double least) { speed_tolerance_ = std::max(speed_tolerance_, least); }
+  /// Below it a sliding speed is none: the accelerations decide which way it goes on. Wider, because a
+  /// located end of sliding is only as sharp as the dense output.
+  double slide_tolerance() const { return slide_tolerance_; }
+  void measure_speeds(const Vector& x);
+  double speed_scale() const { return speed_scale_; }
+  ///@}
+  RowFacts facts() const { return facts_; }
+
+  template <class M>
+  void remember(M& m) {
+    for (auto& c : contacts) m(c);
+    for (auto& p : preloaded) m(p);
+    m(phases, saddle, speed_tolerance_, slide_tolerance_, a, work, extremes);
+  }
+
+ private:
+  RowFacts facts_;
+  double speed_scale_, speed_tolerance_ = 0, slide_tolerance_ = 0;
+  Vector placed_;  // q and t that e was evaluated at
+  double placed_t_ = __builtin_nan("");
+};
+
+}  // namespace freeplay

@@ -1,0 +1,183 @@
+#include "formulations/event_driven/mode_motion.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace freeplay {
+
+bool ModeMotion::solve(ModeEquations& d, const Vector& x, double t) {
+  const auto& system = d.system;
+  if (d.coupled.size() > 0) {
+    if (!is_finite(x)) return false;  // a stage after one that failed
+    d.trouble.clear();
+    for (int k = 0; k < d.coupled.size(); ++k) d.preloaded[d.coupled.friction(k)].bound = 0;
+  }
+  if (!d.solve_free(x, t)) return false;
+  hold_rows(d, x);
+  auto& rows = d.rows;
+  if (rows.used() == 0 && d.coupled.size() == 0) return true;
+  solve_rows(d);
+  if (passes_pole(d)) return false;
+  if (d.coupled.size() > 0 && !add_coupled(d)) return false;
+  rows.apply(d.a.data(), d.lambda.data());
+  // Bounds that the reactions give.
+  for (int i = 0; i < d.coupled.size(); ++i) {
+    const int k = d.coupled.friction(i);
+    auto& p = d.preloaded[k];
+    p.bound = system.friction_facts(k).limit(p.slip != 0 ? p.rate : 0, d.lambda.data());
+  }
+  for (int k = 0; k < system.contacts(); ++k) {
+    auto& c = d.contacts[k];
+    if (c.unknown < 0) continue;
+    c.lambda_n = rows.x[c.unknown];
+    c.mobility = rows.K(c.unknown, c.unknown);
+    if (c.row.tangent.size == 0) continue;
+    const double mu = *system.contact_facts(k).surface.friction;
+    c.lambda_t = c.slip != 0 ? -c.slip * mu * c.lambda_n : rows.x[c.tangent_unknown];
+  }
+  for (auto& p : d.preloaded)
+    if (p.unknown >= 0) p.lambda = rows.x[p.unknown];
+  return true;
+}
+
+bool ModeMotion::solve_for_report(ModeEquations& d, const Vector& x, double t) {
+  reporting_ = true;
+  const bool solved = solve(d, x, t);
+  reporting_ = false;
+  return solved;
+}
+
+/// The rows that hold, with what is wanted of them.
+void ModeMotion::hold_rows(ModeEquations& d, const Vector& x) {
+  const auto& system = d.system;
+  const double *q = x.data(), *v = q + system.n();
+  d.rows.clear();
+  const auto want = [&](const SparseRow& row, double gamma, const SparseRow* beside, double factor) {
+    const int r = d.add(row, beside, factor);
+    d.rows.b[r] = gamma - row.dot(d.a.data());
+    return r;
+  };
+  for (int k = 0; k < system.contacts(); ++k) {
+    auto& c = d.contacts[k];
+    c.unknown = c.tangent_unknown = -1;
+    c.lambda_n = c.lambda_t = 0;
+    if (!c.closed) continue;
+    system.contact(k, q, v, d.e, c.row);
+    const bool rough = c.row.tangent.size > 0;
+    const double mu = rough ? *system.contact_facts(k).surface.friction : 0;
+    c.unknown = want(c.row.normal, c.row.gamma_n, c.slip != 0 ? &c.row.tangent : nullptr, -c.slip * mu);
+    if (rough && c.slip == 0) c.tangent_unknown = want(c.row.tangent, c.row.gamma_t, nullptr, 0);
+  }
+  for (auto& p : d.preloaded) {
+    p.unknown = -1;
+    if (p.slip == 0) p.unknown = want(p.row, p.gamma, nullptr, 0);
+  }
+}
+
+void ModeMotion::solve_rows(ModeEquations& d) {
+  auto& rows = d.rows;
+  if (rows.used() == 0) return;
+  rows.fill();
+  rows.solve();
+  if (!rows.dependent()) return;
+  // Weighed by bounds: those of reactions are known with the forces only, and looked at once before.
+  for (int i = 0; i < d.coupled.size(); ++i) {
+    auto& p = d.preloaded[d.coupled.friction(i)];
+    if (p.slip != 0) return;  // its force would not agree with another choice
+    const auto& bound = d.bound_of(i);
+    double l[2] = {d.lambda[bound.row], d.lambda[bound.row + 1]};
+    for (int r = 0; r < rows.used(); ++r)
+      for (const int which : {0, 1}) l[which] += rows.x[r] * rows.reaction(r)[bound.row + which];
+    p.bound = bound.coefficient(0.0) * bound.support(l[0], l[1]);
+  }
+  share_friction(d);
+}
+
+/// Where sticking rows depend on each other their forces are not unique. They are shared in proportion to
+/// what each contact can hold (least Σ λ²/bound), so that none gives way while others could hold on. One that seems unpressed
+/// keeps a small share: without its force its row may not be met at all.
+void ModeMotion::share_friction(ModeEquations& d) {
+  Eigen::VectorXd share = Eigen::VectorXd::Ones(d.rows.used());
+  for (int k = 0; k < d.system.contacts(); ++k) {
+    const auto& c = d.contacts[k];
+    if (c.tangent_unknown < 0) continue;
+    const double bound = *d.system.contact_facts(k).surface.friction * d.rows.x[c.unknown];
+    share[c.tangent_unknown] = std::max(bound, 0.0);
+  }
+  for (const auto& p : d.preloaded)
+    if (p.unknown >= 0) share[p.unknown] = p.bound;
+  d.rows.share((share / share.maxCoeff()).cwiseMax(1e-6));
+}
+
+/// Where D_NN − s μ D_NT (of several rows the determinant) of what slides comes to zero its forces grow beyond any bound, and
+/// behind it they pull: no step leads across, however well its stages agree (Painlevé).
+bool ModeMotion::passes_pole(ModeEquations& d) {
+  const auto slides = [](const ModeContact& c) { return c.closed && c.slip != 0 && c.row.tangent.size > 0; };
+  if (d.rows.used() == 0 || d.rows.dependent() || std::ranges::none_of(d.contacts, slides)) return false;
+  if (orientation_ == 0) orientation_ = d.rows.turn();
+  if (d.rows.turn() == orientation_ || reporting_) {
+    if (std::exchange(pole_, false)) d.trouble.clear();  // a shorter step ends before it
+    return false;
+  }
+  pole_ = true;
+  d.trouble =
+      "friction admits no finite force on what slides (Painlevé); time stepping gives a consistent impulse";
+  return true;
+}
+
+/// What slips and is bounded by reactions: a unit of each, with what then holds the rows that hold, added to d.a and
+/// d.lambda, and to the rows' forces.
+bool ModeMotion::add_coupled(ModeEquations& d) {
+  const int n = d.system.n(), m = d.system.rows();
+  auto& rows = d.rows;
+  auto& coupled = d.coupled;
+  const int held = rows.used();
+  const auto total = [&](const double* own, const Eigen::VectorXd& forces, int k) {
+    double sum = own[k];
+    for (int r = 0; r < held; ++r) sum += forces[r] * rows.reaction(r)[k];
+    return sum;
+  };
+  if (held > 0) held_forces_ = rows.x;
+  auto& reactions = held_reactions_;
+  reactions.resize(static_cast<std::size_t>(m));
+  for (int k = 0; k < m; ++k) reactions[k] = total(d.lambda.data(), held_forces_, k);
+  coupled.base(reactions.data());
+  answers_.resize(static_cast<std::size_t>(coupled.size()));
+  int own = held;  // the next slot behind the rows that hold
+  for (int i = 0; i < coupled.size(); ++i) {
+    const int f = coupled.friction(i);
+    const auto& p = d.preloaded[f];
+    coupled.factor(i) = p.slip * d.bound_of(i).coefficient(p.rate);
+    if (p.slip == 0) continue;
+    rows.put(own, d.saddle, p.row);
+    auto& answer = answers_[i];
+    if (held > 0) {
+      for (int r = 0; r < held; ++r) rows.b[r] = -rows.row(r).dot(rows.response(own));
+      rows.solve();
+      answer = rows.x;
+    }
+    for (int k = 0; k < m; ++k) reactions[k] = total(rows.reaction(own), answer, k);
+    coupled.column(i, reactions.data());
+    ++own;
+  }
+  if (held > 0) rows.x = held_forces_;
+  if (own == held) return true;
+  if (const auto outcome = coupled.solve(); outcome != CoupledFriction::Outcome::solved) {
+    d.trouble = words_of(outcome);
+    return false;
+  }
+  d.extremes.friction_residual = std::max(d.extremes.friction_residual, coupled.residual());
+  own = held;
+  for (int i = 0; i < coupled.size(); ++i) {
+    auto& p = d.preloaded[coupled.friction(i)];
+    if (p.slip == 0) continue;
+    p.lambda = coupled.force(i);
+    for (int k = 0; k < n; ++k) d.a[k] += p.lambda * rows.response(own)[k];
+    for (int k = 0; k < m; ++k) d.lambda[k] += p.lambda * rows.reaction(own)[k];
+    ++own;
+    if (held > 0) rows.x += p.lambda * answers_[i];
+  }
+  return true;
+}
+
+}  // namespace freeplay
