@@ -1,15 +1,11 @@
 // The default: event-driven where it can tell events one by one, time stepping with controlled steps through what it
 // cannot (hops without number, modes of many contacts that change again and again, Painlevé's configurations), and back
-// when nothing has been struck for a while, at a tenth of the tolerance that the steps had: finer than that the state is not known.
+// when nothing has been struck for a while, at a tenth of the tolerance that the steps had: finer than that the state is not
+// known. policy.hpp has the rules.
 //
 // Both share the log of contacts. State, energies, extremes, counts of work and open touches are handed over whole, so that
 // nothing is lost but what either scheme's own tolerance is; a step that the event-driven scheme could not make is made by
-// the other from the same state. A return that does not last makes the next one wait twice as long.
-//
-// Where impacts do not cease, cost decides. A scheme's pace is the time that it passes over its factorisations, counts that do
-// not depend on the machine. Time stepping whose pace over the last N factorisations is below that of the event-driven
-// scheme so far gives way to a trial of N/10 factorisations. Where that has the greater pace, the event-driven scheme goes on;
-// else time stepping does, with 2N: trials cost a tenth of the work at most. Each trial that pays halves N.
+// the other from the same state.
 #pragma once
 
 #include <array>
@@ -17,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "formulations/automatic/policy.hpp"
 #include "formulations/event_driven/event_driven.hpp"
 #include "formulations/time_stepping/adaptive.hpp"
 
@@ -34,8 +31,7 @@ class AutomaticStepper {
   template <class M>
   void remember(M& m) {
     m.part("automatic");
-    m(events_, stepping_, steps_, shown_, since_, wait_, returned_, told_.count, told_.longest, told_.reasons,
-      struck_, paced_, paced_since_, paced_events_, best_, weighing_);
+    m(events_, stepping_, steps_, shown_, times_, struck_, shrinkage_, costs_);
   }
 
   double t() const { return shown_ ? stepping_.t() : events_.t(); }
@@ -76,50 +72,22 @@ class AutomaticStepper {
   void tell(std::vector<std::string>& notes) const;
 
  private:
-  bool calm() const;
   const char* gives_up();
-  void begin_window();
-  const char* trial_fails();
-  bool trial_pays() const;
-  void end_trial();
-  bool costs_more();
-  void begin_stretch(double t, const Work& work);
   void pass_on(const std::string& why);
-  void return_to_events(bool trial);
+  void return_to_events();
+  Progress progress() const {
+    return {steps_ ? stepping_.t() : events_.t(),
+            (steps_ ? stepping_.work() : events_.work()).factorisations};
+  }
 
   EventDriven events_;
   AdaptiveMoreau stepping_;
   ContactLog* log_ = nullptr;
-  bool steps_ = false;                          // the next step is time stepping's
-  bool shown_ = false;                          // the last one was
-  int paced_ = 0;                               // event-driven steps since
-  double paced_since_ = 0;                      // s
-  long paced_events_ = 0;                       // events until then
-  double best_ = 0;                             // s, the most that a thousand of them passed
-  double since_ = 0, wait_ = 0, returned_ = 0;  // s
-  /// How often, how long and why.
-  struct Told {
-    long count = 0;
-    double longest = 0;  // s
-    std::string reasons;
-  } told_;
-  /// What the two schemes cost, in factorisations.
-  struct Weighing {
-    static constexpr long first_patience = 50'000,
-                          least_patience = 2'000;  // the first: half a second of a small mechanism
-    double events_time = 0;                        // s, that the event-driven scheme passed
-    long events_cost = 0;
-    double from = 0;  // s; where the present stretch of either scheme began
-    long since = 0;
-    double stepping_pace = 0;  // s a factorisation, before the present trial
-    long patience = first_patience;
-    long trials = 0, won = 0;
-    bool trial = false;
-    template <class M>
-    void remember(M& m) {
-      m(events_time, events_cost, from, since, stepping_pace, patience, trials, won, trial);
-    }
-  } weighing_;
+  bool steps_ = false;  // the next step is time stepping's
+  bool shown_ = false;  // the last one was
+  HandoverTimes times_;
+  StepShrinkage shrinkage_;
+  SchemeCosts costs_;
   double after_;
   bool watching_ = false;
   Forces struck_;  // by the event-driven scheme before it gave up

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "formulations/contact/projections.hpp"
+
 namespace freeplay {
 namespace {
 
@@ -45,44 +47,35 @@ int BandNewton::order(const SparseIsland& x) {
   return at == rows ? width : rows;
 }
 
-/// F of the projections at the present impulses and, where asked for, its Jacobian in the band; |F|².
-double BandNewton::project(const SparseIsland& x, bool with_jacobian, double proximal) {
-  double sum = 0;
-  const auto fill = [&](int row, double rho) {
-    for (int e = x.begin[row]; e < x.begin[row + 1]; ++e)
-      band_.at(place_[row], place_[x.column[e]]) = rho * x.value[e];
-    band_.at(place_[row], place_[row]) += proximal;
-  };
-  for (const auto& c : x.unknowns) {
-    const int n = c.normal, t = c.tangent;
-    double pressed = 0;
-    if (n >= 0) {
-      const double d = x.entry(n, n), rho = d > 0 ? 1 / d : 0;
-      pressed = x.impulse[n];
-      const double trial = d > 0 ? pressed - rho * (x.rate(n) - c.target_n) : 0;
-      F_[n] = pressed - std::max(0.0, trial);
-      if (with_jacobian && trial > 0)
-        fill(n, rho);
-      else if (with_jacobian)
-        band_.at(place_[n], place_[n]) = 1;
-      sum += F_[n] * F_[n];
+/// F of the projections at the present impulses and, where asked for, its derivative in the band; |F|².
+double BandNewton::project(const SparseIsland& x, bool with_derivative, double proximal) {
+  struct Rows {
+    const SparseIsland& x;
+    BandNewton& in;
+    double proximal, sum = 0;
+    double rate(int r) const { return x.rate(r); }
+    double impulse(int r) const { return x.impulse[r]; }
+    double rho(int r) const {
+      const double d = x.entry(r, r);
+      return d > 0 ? 1 / d : 0;
     }
-    if (t < 0) continue;
-    const double d = x.entry(t, t), rho = d > 0 ? 1 / d : 0,
-                 bound = c.bound + c.friction * std::max(0.0, pressed);
-    const double trial = d > 0 ? x.impulse[t] - rho * (x.rate(t) - c.target_t) : 0;
-    const double kept = std::clamp(trial, -bound, bound);
-    F_[t] = x.impulse[t] - kept;
-    sum += F_[t] * F_[t];
-    if (!with_jacobian) continue;
-    if (kept == trial && d > 0) {
-      fill(t, rho);
-    } else {
-      band_.at(place_[t], place_[t]) = 1;
-      if (n >= 0 && pressed > 0) band_.at(place_[t], place_[n]) = trial > 0 ? -c.friction : c.friction;
+    double& at(int r, int s) { return in.band_.at(in.place_[r], in.place_[s]); }
+    void value(int r, double f) {
+      in.F_[r] = f;
+      sum += f * f;
     }
-  }
-  return sum;
+    void follows(int r, double rho) {
+      for (int e = x.begin[r]; e < x.begin[r + 1]; ++e) at(r, x.column[e]) = rho * x.value[e];
+      at(r, r) += proximal;
+    }
+    void free(int r) { at(r, r) = 1; }
+    void slides(int r, int n, double c) {
+      free(r);
+      at(r, n) = c;
+    }
+  } rows{x, *this, proximal};
+  project_on_laws(x.unknowns, rows, with_derivative);
+  return rows.sum;
 }
 
 SolverSummary BandNewton::solve(SparseIsland& x, double accepted, int most) {

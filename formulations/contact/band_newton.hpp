@@ -1,8 +1,4 @@
-// Newton's method for an island of many contacts, on the projections
-//
-//     P_N = (P_N − ρ u_N)⁺,    P_T = clamp(P_T − ρ u_T, ±(bound + μP_N))
-//
-// (Alart and Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353) from the impulses given, with band factors in the order
+// Newton's method for an island of many contacts (projections.hpp), from the impulses given, with band factors in the order
 // of a breadth-first walk over the island (Cuthill and McKee, Proc. 24th ACM Conf. (1969) 157): along a chain its cost is linear.
 #pragma once
 
@@ -24,7 +20,7 @@ class BandNewton {
   bool hold(SparseIsland& x);
 
  private:
-  double project(const SparseIsland& x, bool with_jacobian, double proximal);
+  double project(const SparseIsland& x, bool with_derivative, double proximal);
 
   std::vector<int> unknown_;       // of each row
   std::vector<int> place_, walk_;  // order of rows in the band

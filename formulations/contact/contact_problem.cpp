@@ -76,18 +76,6 @@ void ContactProblem::finish(ContactSolution& s, double size) const {
   s.residual = size > 0 ? s.residual_rate / size : s.residual_rate;
 }
 
-ContactSolution ContactProblem::solve_near() {
-  if (unknowns.size() < 2) return solve();
-  ContactSolution s;
-  const double size = scale();
-  const auto found = newton_from(From::given, *this, tolerance_ * size);
-  s.solved = found.solved;
-  s.pivots = found.iterations;
-  if (!s.solved) return solve();
-  finish(s, size);
-  return s;
-}
-
 ContactSolution ContactProblem::solve() {
   ContactSolution s;
   if (unknowns.empty()) return s;

@@ -48,8 +48,6 @@ class ContactProblem : public ContactEquations {
   void reserve_rates(int size);
   /// Solves for the impulses of `unknowns` to the tolerance, by the chosen solver or the next that can.
   ContactSolution solve();
-  /// The same where the impulses given are near the solution: Newton's method from them first.
-  ContactSolution solve_near();
   ContactModes modes(int most) const { return find_modes(*this, most, modes_left); }
 
   /// Modes that solves may still try, of all problems of a run together: some seconds of CPU time. Part of what a

@@ -1,41 +1,26 @@
 #include <algorithm>
-#include <cmath>
 
-#include "formulations/contact/solvers.hpp"
+#include "formulations/contact/sweeps.hpp"
 
 namespace freeplay {
 
-/// Contact by contact, each solved exactly with the others held, from the impulses given (Jourdan, Alart,
-/// Jean, Comput. Methods Appl. Mech. Eng. 155 (1998) 31).
 SolverSummary sweeps(ContactEquations& p, double accepted, SolverRoom& room, int most) {
-  const auto& D = p.D;
-  const int rows = p.rows;
   auto& u = room.rates;
-  int done = 0;
-  u.conservativeResize(std::max<Eigen::Index>(u.size(), rows));
+  u.conservativeResize(std::max<Eigen::Index>(u.size(), p.rows));
   for (const auto& c : p.unknowns)
     for (const int row : {c.normal, c.tangent})
       if (row >= 0) u[row] = p.rate(row);
-  const auto change = [&](int column, double by) {
-    if (column >= 0 && by != 0) u.head(rows) += by * D.col(column).head(rows);
-  };
-  for (int sweep = 0; sweep < most; ++sweep) {
-    ++done;
-    double moved = 0;
-    for (auto& c : p.unknowns) {
-      const int n = c.normal, t = c.tangent;
-      const double Pn = c.impulse_n, Pt = c.impulse_t, Dnn = n >= 0 ? D(n, n) : 0, Dtt = t >= 0 ? D(t, t) : 0,
-                   Dnt = n >= 0 && t >= 0 ? D(n, t) : 0;
-      const double bn = n >= 0 ? u[n] - Dnn * Pn - Dnt * Pt : 0;
-      const double bt = t >= 0 ? u[t] - Dtt * Pt - Dnt * Pn : 0;
-      if (!solve_one(c, bn, bt, Dnn, Dnt, Dtt)) return {false, done};
-      change(n, c.impulse_n - Pn);
-      change(t, c.impulse_t - Pt);
-      moved = std::max({moved, Dnn * std::abs(c.impulse_n - Pn), Dtt * std::abs(c.impulse_t - Pt)});
-    }
-    if (moved <= 0.1 * accepted && p.residual() <= accepted) return {true, done};
-  }
-  return {false, done};
+  struct Dense {
+    ContactEquations& p;
+    Eigen::VectorXd& u;
+    std::vector<ContactUnknown>& unknowns;
+    double entry(int r, int s) const { return p.D(r, s); }
+    double impulse(int, double own) const { return own; }
+    double rate(int r) const { return u[r]; }
+    double residual() const { return p.residual(); }
+    void change(int r, double by) { u.head(p.rows) += by * p.D.col(r).head(p.rows); }
+  } dense{p, u, p.unknowns};
+  return sweep_contacts(dense, accepted, most);
 }
 
 SolverSummary gauss_seidel(ContactEquations& p, double accepted, SolverRoom& room) {

@@ -4,15 +4,14 @@
 #include <cmath>
 #include <type_traits>
 
+#include "formulations/contact/projections.hpp"
 #include "formulations/contact/solvers.hpp"
 
 namespace freeplay {
 
-/// Newton's method on the projections P_N = (P_N − ρ u_N)⁺, P_T = clamp(P_T − ρ u_T, ±bound) (Alart and
-/// Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353), the step halved while it does not help.
+/// Newton's method on the projections (projections.hpp), the step halved while it does not help.
 SolverSummary newton_from(From from, ContactEquations& p, double accepted) {
   auto& unknowns = p.unknowns;
-  const auto& D = p.D;
   const int rows = p.rows;
   int steps = 0;
   const int most = from == From::nothing ? 100 : from == From::given ? 20 : 4;
@@ -20,12 +19,12 @@ SolverSummary newton_from(From from, ContactEquations& p, double accepted) {
   const auto within = [&]<int room>(std::integral_constant<int, room>) {
     using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, room, 1>;
     using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, room, room>;
-    Vector F(rows), P(rows), step(rows);
+    Vector F(rows), P(rows), now(rows), step(rows);
     Matrix J(rows, rows);
-    const auto gather = [&] {
+    const auto gather = [&](Vector& x) {
       for (const auto& c : unknowns) {
-        if (c.normal >= 0) P[c.normal] = c.impulse_n;
-        if (c.tangent >= 0) P[c.tangent] = c.impulse_t;
+        if (c.normal >= 0) x[c.normal] = c.impulse_n;
+        if (c.tangent >= 0) x[c.tangent] = c.impulse_t;
       }
     };
     const auto scatter = [&](const Vector& x) {
@@ -34,36 +33,27 @@ SolverSummary newton_from(From from, ContactEquations& p, double accepted) {
         if (c.tangent >= 0) c.impulse_t = x[c.tangent];
       }
     };
-    const auto evaluate = [&](bool with_jacobian) {
-      for (const auto& c : unknowns) {
-        const int n = c.normal, t = c.tangent;
-        bool pressed = false;
-        if (n >= 0) {
-          const double rho = 1 / D(n, n), trial = c.impulse_n - rho * (p.rate(n) - c.target_n);
-          pressed = trial > 0;
-          F[n] = c.impulse_n - (pressed ? trial : 0);
-          if (with_jacobian) {
-            J.row(n).setZero();
-            if (pressed)
-              J.row(n) = rho * D.row(n).head(rows);
-            else
-              J(n, n) = 1;
-          }
-        }
-        if (t < 0) continue;
-        const double rho = 1 / D(t, t), bound = c.bound + c.friction * std::max(0.0, c.impulse_n);
-        const double trial = c.impulse_t - rho * (p.rate(t) - c.target_t);
-        const double kept = std::clamp(trial, -bound, bound);
-        F[t] = c.impulse_t - kept;
-        if (!with_jacobian) continue;
-        J.row(t).setZero();
-        if (kept == trial) {
-          J.row(t) = rho * D.row(t).head(rows);
-        } else {
-          J(t, t) = 1;
-          if (n >= 0 && c.impulse_n > 0) J(t, n) = trial > 0 ? -c.friction : c.friction;
-        }
+    struct Rows {
+      ContactEquations& p;
+      Vector &F, &P;
+      Matrix& J;
+      double rate(int r) const { return p.rate(r); }
+      double impulse(int r) const { return P[r]; }
+      double rho(int r) const { return 1 / p.D(r, r); }
+      void value(int r, double f) { F[r] = f; }
+      void follows(int r, double rho) { J.row(r) = rho * p.D.row(r).head(p.rows); }
+      void free(int r) {
+        J.row(r).setZero();
+        J(r, r) = 1;
       }
+      void slides(int r, int n, double c) {
+        free(r);
+        J(r, n) = c;
+      }
+    } projected{p, F, now, J};
+    const auto evaluate = [&](bool with_derivative) {
+      gather(now);
+      project_on_laws(unknowns, projected, with_derivative);
       return F.squaredNorm();
     };
     if (from == From::nothing)
@@ -73,7 +63,7 @@ SolverSummary newton_from(From from, ContactEquations& p, double accepted) {
       const double before = evaluate(true);
       if (p.residual() <= accepted) return true;
       if (!std::isfinite(before)) return false;
-      gather();
+      P = now;
       const Eigen::PartialPivLU<Matrix> lu(J);
       const auto pivots = lu.matrixLU().diagonal().cwiseAbs();
       if (pivots.minCoeff() > 1e-12 * pivots.maxCoeff()) {

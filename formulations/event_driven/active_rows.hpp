@@ -31,7 +31,9 @@ class ActiveRows {
 
   const SparseRow& row(int r) const { return rows_[static_cast<std::size_t>(r)]; }
   const double* response(int r) const { return response_.data() + static_cast<long>(r) * n_; }  ///< n numbers
-  const double* reaction(int r) const { return reaction_.data() + static_cast<long>(r) * m_; }  ///< m multipliers
+  const double* reaction(int r) const {
+    return reaction_.data() + static_cast<long>(r) * m_;
+  }  ///< m multipliers
 
   void fill();            ///< K of all rows
   void fill_symmetric();  ///< the same of rows that respond to themselves alone

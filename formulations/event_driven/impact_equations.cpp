@@ -22,9 +22,8 @@ std::string ImpactEquations::solve(ModeEquations& d, const Vector& x, double t, 
   d.rows.fill_symmetric();
   if (impact.without_collision) press(d);
   auto& rows = d.rows;
-  const auto reason = d.coupled.size() > 0
-                          ? solve_bounded(d, x.data() + d.system.n(), impact.contacts.size())
-                          : impact_.solve(rows.K, rows.b, rows.used(), struck_);
+  const auto reason = d.coupled.size() > 0 ? solve_bounded(d, x.data() + d.system.n(), impact.contacts.size())
+                                           : impact_.solve(rows.K, rows.b, rows.used(), struck_);
   impact_.solution().count(d.work, d.extremes);
   d.counts.undecided += impact_.solution().undecided;
   d.counts.wedged += impact_.wedged();
@@ -123,7 +122,8 @@ std::string ImpactEquations::solve_bounded(ModeEquations& d, const double* v, st
       joint.bound = bounds_.bounds()[static_cast<Eigen::Index>(i)];
       if (driven[i] == 0) continue;
       const double rate = std::abs(rows.b[joint.tangent]);
-      rows.K(joint.tangent, joint.tangent) = rate > 0 && joint.bound > 0 ? 0.5 * rate / joint.bound : driven[i];
+      rows.K(joint.tangent, joint.tangent) =
+          rate > 0 && joint.bound > 0 ? 0.5 * rate / joint.bound : driven[i];
     }
     if (auto reason = impact_.solve(rows.K, rows.b, rows.used(), struck_); !reason.empty()) return reason;
     for (std::size_t i = 0; i < driven.size(); ++i) {
@@ -177,8 +177,8 @@ void ImpactEquations::report(ModeEquations& d, const Vector& x, const std::vecto
       d.system.report_contact(contacts[i], q, d.e, d.contacts[contacts[i]].row, s.impulse_n, s.impulse_t, 1,
                               out);
     else
-      d.system.report_friction(d.coupled.friction(static_cast<int>(i - contacts.size())), q, x.data() + d.system.n(),
-                               d.e, d.rows.row(s.tangent), s.impulse_t, 1, out);
+      d.system.report_friction(d.coupled.friction(static_cast<int>(i - contacts.size())), q,
+                               x.data() + d.system.n(), d.e, d.rows.row(s.tangent), s.impulse_t, 1, out);
     for (const auto& [row, impulse] : {std::pair{s.normal, s.impulse_n}, std::pair{s.tangent, s.impulse_t}})
       for (int k = 0; row >= 0 && k < d.system.n(); ++k)
         out.acceleration[k] += impulse * d.rows.response(row)[k];

@@ -235,8 +235,9 @@ std::string ModeChoice::unsolved(const ModeEquations& d, const ContactSolution& 
   std::string sliding;
   for (std::size_t i = 0; i < contacts_.size(); ++i)
     if (slips_[i] != 0)
-      sliding += fmt::format("{}{} {}", sliding.empty() ? "" : ", ", d.system.contact_facts(contacts_[i]).name,
-                             slips_[i] > 0 ? "to the right" : "to the left");
+      sliding +=
+          fmt::format("{}{} {}", sliding.empty() ? "" : ", ", d.system.contact_facts(contacts_[i]).name,
+                      slips_[i] > 0 ? "to the right" : "to the left");
   return fmt::format(
       "friction admits no acceleration (Painlevé): all modes were tried with what slides there ({}); time "
       "stepping gives a consistent impulse",

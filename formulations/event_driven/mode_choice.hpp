@@ -53,7 +53,8 @@ class ModeChoice {
   std::string unsolved(const ModeEquations& d, const ContactSolution& solution) const;
 
   ContactProblem problem_;
-  std::vector<int> contacts_, slips_, resting_;  // of problem_: contacts, which way each slides, joints at rest
+  std::vector<int> contacts_, slips_,
+      resting_;  // of problem_: contacts, which way each slides, joints at rest
   BoundIteration bounds_;
   Eigen::VectorXd image_;  // of the bounds
   bool jam_ = false, jam_proved_ = false;

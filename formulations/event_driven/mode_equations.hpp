@@ -51,8 +51,7 @@ struct ModeFriction {
   SparseRow row;
   double gamma = 0, rate = 0, lambda = 0;
   double bound = 0;  ///< N, at the last evaluation
-  double share =
-      1;  ///< of a speed that is none: its sliding over the speed of the bodies that it stands for
+  double share = 1;  ///< of a speed that is none: its sliding over the speed of the bodies that it stands for
   int unknown = -1;
   template <class M>
   void remember(M& m) {

@@ -17,8 +17,7 @@ double ModeProjection::project(ModeEquations& d, std::vector<double>& x, double 
   hold_positions(d, q, v);
   move(d, q);
   d.place(q, t);
-  for (int k = 0; k < m; ++k)
-    residual_[k] = -(row_dot(system.pattern(), d.e.G.data(), k, v) + d.e.phi_t[k]);
+  for (int k = 0; k < m; ++k) residual_[k] = -(row_dot(system.pattern(), d.e.G.data(), k, v) + d.e.phi_t[k]);
   hold_velocities(d, q, v);
   move(d, v);
   if (book) enter(d, q, v, *book);

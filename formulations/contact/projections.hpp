@@ -1,0 +1,57 @@
+// Newton's method on the laws of contact and friction as projections,
+//
+//     F_N = P_N − (P_N − ρ_N (u_N − target_N))⁺,   F_T = P_T − clamp(P_T − ρ_T (u_T − target_T), ±(bound + μ P_N)),
+//
+// ρ = 1/D_rr (Alart and Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353): F and what each row of its derivative is, for
+// any storage of D.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "formulations/contact/contact_equations.hpp"
+
+namespace freeplay {
+
+/// `row` gives of a row with the present impulses
+///
+///     rate(r), impulse(r),   rho(r): 1/D_rr, 0 where the row cannot move,
+///
+/// and takes value(r, F_r) and, where `with_derivative`, one of
+///
+///     follows(r, ρ): the row of F' is ρ times D's,   free(r): it is P_r's own,
+///     slides(r, n, c): P_r's own and c times P_n's.
+template <class Row>
+void project_on_laws(const std::vector<ContactUnknown>& unknowns, Row& row, bool with_derivative) {
+  const auto trial_of = [&](int r, double target) {
+    const double rho = row.rho(r);
+    return rho != 0 ? row.impulse(r) - rho * (row.rate(r) - target) : 0;
+  };
+  for (const auto& c : unknowns) {
+    double pressed = 0;
+    if (c.normal >= 0) {
+      pressed = row.impulse(c.normal);
+      const double trial = trial_of(c.normal, c.target_n);
+      row.value(c.normal, pressed - (trial > 0 ? trial : 0));
+      if (with_derivative) {
+        if (trial > 0)
+          row.follows(c.normal, row.rho(c.normal));
+        else
+          row.free(c.normal);
+      }
+    }
+    if (c.tangent < 0) continue;
+    const double bound = c.bound + c.friction * std::max(0.0, pressed);
+    const double trial = trial_of(c.tangent, c.target_t), kept = std::clamp(trial, -bound, bound);
+    row.value(c.tangent, row.impulse(c.tangent) - kept);
+    if (!with_derivative) continue;
+    if (kept == trial && row.rho(c.tangent) != 0)
+      row.follows(c.tangent, row.rho(c.tangent));
+    else if (c.normal >= 0 && pressed > 0)
+      row.slides(c.tangent, c.normal, trial > 0 ? -c.friction : c.friction);
+    else
+      row.free(c.tangent);
+  }
+}
+
+}  // namespace freeplay
