@@ -1,4 +1,4 @@
-# docs/decisions/006-default-scheme.md has what was measured. Run here: gnuplot chosen_steps.gp
+# docs/development/decisions/006-default-scheme.md has what was measured. Run here: gnuplot chosen_steps.gp
 set terminal pngcairo size 900,520 font "DejaVu Sans,12"
 set output "chosen_steps.png"
 set logscale xy

@@ -8,7 +8,7 @@
 //     u⁻ = Wᵀv + (h/2) γ_c,            u⁺ = Wᵀv⁺ − (h/2) γ_c
 //     u⁻ = Wᵀ(v + (h/2) a_γ),          u⁺ = Wᵀ(v⁺ − (h/2) a_γ)      where it is in impact: rates at that instant
 //
-// Contacts of the system have their numbers. Pairs among many bodies (docs/decisions/028-groups.md) have a slot behind them as
+// Contacts of the system have their numbers. Pairs among many bodies (docs/development/decisions/028-groups.md) have a slot behind them as
 // long as they are near or in contact, and leave it to another pair then. A pair without a slot cannot touch before the
 // list of near pairs is made anew, in the middle of a step if need be (dynamics/neighbours.hpp).
 #pragma once

@@ -1,4 +1,4 @@
-// Friction in joints that their own reactions bound (docs/decisions/019): −P_T ∈ μ S(Λ) Sgn(u_T⁺) with Λ the impulses of the
+// Friction in joints that their own reactions bound (docs/development/decisions/019): −P_T ∈ μ S(Λ) Sgn(u_T⁺) with Λ the impulses of the
 // step, those of impacts among them (dynamics/reaction_bound.hpp). Bounds and impulses are iterated until they agree
 // (contact/bound_iteration.hpp); μ is that of the mean of the sliding speeds at the step's ends. Where the reactions grow faster than
 // the friction that they bound, other motions are looked for, and one that is not unique is a failure.

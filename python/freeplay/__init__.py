@@ -7,7 +7,7 @@
     result.events                                   # a pandas frame with the columns of events.csv
     result.info["energy_J"]                         # what run.json holds
 
-SI units and radians throughout. docs/python.md is the guide; freeplay.plots draws.
+SI units and radians throughout. docs/tutorials/python.md is the guide; freeplay.plots draws.
 """
 
 from . import _freeplay

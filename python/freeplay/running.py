@@ -140,7 +140,7 @@ def run(
     matched: an impact law takes the restitution that the scene's penalty law delivers, as compare() does.
     law: of the penalty formulation: the normal force of contacts in place of penalty.contact, law(contact, penetration, rate,
         touch_speed) in N with the contact's name, δ > 0 (m), δ̇ (m/s) and v₀ > 0 (m/s), for trials; or the file of a
-        compiled plugin (docs/library.md), for speed. Less than 0 counts as 0; with rate 0 it must be of δ alone and grow with it.
+        compiled plugin (docs/reference/library.md), for speed. Less than 0 counts as 0; with rate 0 it must be of δ alone and grow with it.
     loads: of loads of type "force", by name: the force in place of what the scene says, f(t, place, velocity) -> (Fx, Fy) in N
         along the load's axes, with t in s and the loaded point's place (m) and velocity (m/s) in the world, as tuples.
     companion: after a time-stepped run, a short one at a smaller step says how far the first touches may be off.

@@ -1,4 +1,4 @@
-"""Scenes as nested mappings with the keys of docs/scene.md."""
+"""Scenes as nested mappings with the keys of docs/reference/scene.md."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ class Table(MutableMapping[str, Any]):
 class Scene(Table):
     """A scene: the mechanism, and what is asked of its runs.
 
-    Built from nested mappings with the keys of docs/scene.md, or read by read_scene(). SI units and radians, except where
+    Built from nested mappings with the keys of docs/reference/scene.md, or read by read_scene(). SI units and radians, except where
     a key names another unit; a text such as "0.25 mm" may stand for a number. Keys that were left out read as the value in
     force. `folder`: where files that the scene names lie. Throws SceneError, which names the key.
 

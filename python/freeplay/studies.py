@@ -28,7 +28,7 @@ class Study:
 
     @property
     def database(self) -> Path:
-        """The SQLite file, described in docs/study.md."""
+        """The SQLite file, described in docs/reference/study.md."""
         return self.folder / "sweep.db"
 
     def sql(self, query: str) -> pd.DataFrame:
@@ -74,7 +74,7 @@ def sweep(
 ) -> Study:
     """Makes what is missing of a study, as `freeplay sweep` does, and stores each run whole: called again it goes on.
 
-    study: path of a study file (docs/study.md).
+    study: path of a study file (docs/reference/study.md).
     output: result folder; default out/NAME.
     processes: how many share the work; default one for each core. They are spawned, never forked.
     outside: the study may name files that lie anywhere (--allow-outside).

@@ -1,6 +1,6 @@
 """Instructions a step and a penalty right-hand side on each rung of the ladder; some minutes.
 
-By callgrind. Fails when a rung costs a quarter more than docs/decisions/007 records, or when a right-hand side of the loose rig,
+By callgrind. Fails when a rung costs a quarter more than docs/development/decisions/007 records, or when a right-hand side of the loose rig,
 eliminated, takes more than eight times the oracle's.
 """
 import re

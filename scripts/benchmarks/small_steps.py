@@ -1,6 +1,6 @@
 """How many times the cost of a hand-derived program Freeplay takes for the same steps; about a minute.
 
-The paper's rig with its gudgeon pin loose against verification/timing/hand_derived.cpp (docs/performance.md, Small mechanisms):
+The paper's rig with its gudgeon pin loose against verification/timing/hand_derived.cpp (docs/verification/performance.md, Small mechanisms):
 CPU seconds of whole processes with their output and of stepping alone, the least of seven; instructions by callgrind.
 """
 import tempfile

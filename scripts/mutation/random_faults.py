@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """scripts/mutations --random N --seed S: draws N faults from all lines of code, builds and judges each in a copy of the
-sources under build/, and writes their table into docs/mutations.md. What has been judged is kept in build/mutations-random:
+sources under build/, and writes their table into docs/verification/mutations.md. What has been judged is kept in build/mutations-random:
 a run that was interrupted goes on. The checkout is not changed but for the page.
 
   --draw        shows the faults and changes nothing
@@ -79,7 +79,7 @@ def code(text):
 
 
 def page(seed, judged, refused):
-    """The part of docs/mutations.md on random faults."""
+    """The part of docs/verification/mutations.md on random faults."""
     same = equivalents()
     how = {f.key: ("equivalent" if f.key in same and v["how"] in ("survives", "crash", "same") else v["how"]) for f, v in judged}
     how = {k: "equivalent" if h == "same" else h for k, h in how.items()}

@@ -88,7 +88,8 @@ int attractors(const AttractorsRequest& request, const Verb& verb) {
   const auto study = read_study(request.study, request.reach);
   const auto* plan = verb.plan(study);
   if (!plan)
-    throw SceneError(fmt::format("{}: has no table [{}]; docs/attractors.md", request.study, verb.name));
+    throw SceneError(
+        fmt::format("{}: has no table [{}]; docs/how-to/attractors.md", request.study, verb.name));
   const auto folder =
       result_folder(request.output, default_folder(study.file, fmt::format("-{}", verb.name)));
   if (request.shards.asked())

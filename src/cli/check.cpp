@@ -47,7 +47,7 @@ void burdens(const System& system) {
   }
 }
 
-/// Every key of a scene as docs/scene.md lists it.
+/// Every key of a scene as docs/reference/scene.md lists it.
 int list_keys() {
   for (const auto& k : schema())
     fmt::print("| `{}` | {} | {} | {} | {} |\n", k.path, k.type, k.unit, k.fallback, k.meaning);

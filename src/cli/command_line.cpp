@@ -208,7 +208,7 @@ Option Options::output(std::string& folder, const char* what) {
 Option Options::accuracy(std::string& level) {
   std::vector<std::string> levels;
   for (const auto& a : accuracies) levels.emplace_back(a.text);
-  return add("--accuracy", level, "settings measured in docs/tradeoff.md instead of the scene's")
+  return add("--accuracy", level, "settings measured in docs/verification/tradeoff.md instead of the scene's")
       .one_of(levels);
 }
 Option Options::allow_outside(Reach& reach) {

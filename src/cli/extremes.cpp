@@ -49,7 +49,7 @@ int extremes(const ExtremesRequest& request) {
   int defects = 0;
   std::map<Outcome, int> counts;
   std::string text =
-      "# The extremes\n\nWritten by `freeplay extremes --document docs`. Each cell is a scene at the edge of "
+      "# The extremes\n\nWritten by `freeplay extremes --document docs/verification`. Each cell is a scene at the edge of "
       "what can be "
       "asked, judged in a process of its own:\n*right* within a bound of a reference (the paper's rig along "
       "an axis: its first "
@@ -135,7 +135,7 @@ void extremes_verb(Program& program) {
   options.output(request.output, "result folder");
   options
       .add("--document", request.document,
-           "write extremes.md and its figure, or strangers.md, into this folder")
+           "write extremes.md and its figure, or random-scenes.md, into this folder")
       .takes("FOLDER");
   const auto count =
       options.add("--strangers", request.scenes.count, "judge this many random scenes, in place of the map")

@@ -1,5 +1,5 @@
 // Help, for a terminal of 80 columns: what the program and each verb says of itself. The options come from where they are
-// declared (src/cli/NAME.cpp), what a verb does and leaves behind, with examples, from src/cli/help/NAME.txt. docs/verbs.md
+// declared (src/cli/NAME.cpp), what a verb does and leaves behind, with examples, from src/cli/help/NAME.txt. docs/reference/verbs.md
 // is made of the same pages (scripts/pages).
 #pragma once
 

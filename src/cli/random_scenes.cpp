@@ -84,7 +84,7 @@ int random_scenes(const RandomScenesRequest& request, const std::string& output)
     if (!known && !request.document.empty()) {
       const auto place = real_folder(request.document);
       const auto document = lock_document(place, folder, "extremes");
-      write_file(place / "strangers.md", page_of(rows, asked.seed, asked.count, seconds));
+      write_file(place / "random-scenes.md", page_of(rows, asked.seed, asked.count, seconds));
     }
   }
   return defects == 0 ? 0 : 1;

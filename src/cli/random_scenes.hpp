@@ -9,7 +9,7 @@ namespace freeplay::cli {
 struct RandomScenesRequest {
   int count = 0, seed = 1;
   int only = -1;                     ///< judge this one alone and write its scene; −1: all
-  std::string document = {};         ///< folder for strangers.md
+  std::string document = {};         ///< folder for random-scenes.md
   std::string kinds = {}, way = {};  ///< of scenes that are known at every row; empty: the others, all ways
   int first = 0;                     ///< of those that are known at every row
 };

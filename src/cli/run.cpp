@@ -176,7 +176,8 @@ void run_verb(Program& program) {
   options.allow_outside(request.reach);
   options.add("--formulation", request.formulation, "which; needed but with --resume and --from")
       .one_of(family_names());
-  options.add("--law-plugin", request.law, "forces of a compiled plugin; docs/library.md").takes("FILE");
+  options.add("--law-plugin", request.law, "forces of a compiled plugin; docs/reference/library.md")
+      .takes("FILE");
   options.accuracy(request.accuracy);
   options.output(request.output, "result folder; default out/NAME-FORMULATION");
   options.flag("--forces", request.forces, "write forces.csv too, as run.forces = true does");

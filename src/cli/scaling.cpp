@@ -74,7 +74,7 @@ int scaling(const ScalingRequest& request) {
   std::string csv =
       "scene,count,bodies,microseconds,predicted,setup_s,megabytes,units,solves,pivots,lasting\n";
   std::string text = fmt::format(
-      "# Cost against size\n\nWritten by `freeplay scaling --document docs`, at the least of {} runs, each in a process of its "
+      "# Cost against size\n\nWritten by `freeplay scaling --document docs/verification`, at the least of {} runs, each in a process of its "
       "own, one thread. *µs*: processor time of a step, or of a right-hand side; *each*: over the number of what "
       "grows; *set-up*: from the scene to what can step; *MB*: the most that the process held; *problems*: contact "
       "problems a step, *pivots*: pivots, sweeps or Newton steps a problem. Times are of one machine; exponents and "

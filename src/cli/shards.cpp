@@ -85,9 +85,10 @@ int merge(const Division& study, const ShardOptions& asked) {
 }  // namespace
 
 void declare_shards(Options& options, ShardOptions& into) {
-  auto plan = options.add("--plan", into.plan, "divide it into N shards for many machines; docs/cluster.md")
-                  .between(1, 1'000'000)
-                  .takes("N");
+  auto plan =
+      options.add("--plan", into.plan, "divide it into N shards for many machines; docs/how-to/cluster.md")
+          .between(1, 1'000'000)
+          .takes("N");
   auto shard = options.add("--shard", into.shard, "make shard k of N of what is planned in the result folder")
                    .takes("k/N");
   auto merge = options.add("--merge", into.merge, "check the shards of a result folder and put them together")

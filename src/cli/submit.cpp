@@ -92,7 +92,7 @@ void require_slurm(StopToken stop) {
   if (said && !said->well) throw std::runtime_error("sbatch --version: " + visible(said->errors));
   if (!said)
     throw SceneError(
-        "--slurm: there is no Slurm on this machine (no sbatch); docs/cluster.md shows how shards run without it");
+        "--slurm: there is no Slurm on this machine (no sbatch); docs/how-to/cluster.md shows how shards run without it");
 }
 
 /// Numbers of the study's jobs that are queued or run, but this one.

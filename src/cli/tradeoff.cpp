@@ -91,7 +91,7 @@ int tradeoff(const TradeoffRequest& request) {
       "scene,formulation,method,fineness,events,state,energy,statistics,rhs,cpu_s,cpu_least_s,cpu_greatest_"
       "s\n";
   std::string text = fmt::format(
-      "# Speed against accuracy\n\nWritten by `freeplay tradeoff {}{} --document docs`. Errors: *events*, the "
+      "# Speed against accuracy\n\nWritten by `freeplay tradeoff {}{} --document docs/verification`. Errors: *events*, the "
       "greatest relative error of the\ntouches' times (over the time since the last), approach speeds and "
       "impulses up to the horizon; *state*, of\nvelocities midway in the flight before the last judged "
       "touch (with fewer than two: before the first, or at the end); *energy*, what the balance leaves open "

@@ -2,7 +2,7 @@
 //
 //     M a + Gᵀ λ = f(t, q, v) + contact forces,     Φ(q, t) = 0,   G v + Φ_t = 0,   G a = γ(t, q, v)
 //
-// plus, for every contact, its gap g and the rows of ġ and of the sliding rate (docs/notation.md). A System
+// plus, for every contact, its gap g and the rows of ġ and of the sliding rate (docs/theory/notation.md). A System
 // is constant; what varies with the state lives in an Evaluation. Nothing here allocates once an Evaluation
 // is made. The rows themselves, contacts, drives and loads are files of rows/, pairs/ and elements/.
 #pragma once

@@ -1,7 +1,7 @@
 // How far the first touches of a time-stepped run may be off, measured: the same run once more at a shorter step.
 //
 // A touch acts somewhere within its step, so its time, and with it all that follows, has an error C h, where C depends
-// on where in the step (docs/decisions/006). Of two runs at h and h/r
+// on where in the step (docs/development/decisions/006). Of two runs at h and h/r
 //
 //     |C h| ≤ |difference| + |C' h/r|,   |C'| ≈ |C|   ⇒   error(h) ≈ r/(r − 1) difference at most,
 //

@@ -81,7 +81,8 @@ Outside load_plugin(const std::filesystem::path& file) {
   const auto need = [&](const char* symbol) {
     void* found = dlsym(handle, symbol);
     if (!found)
-      throw refuse(fmt::format("it exports no {}; docs/library.md says what it must export", symbol));
+      throw refuse(
+          fmt::format("it exports no {}; docs/reference/library.md says what it must export", symbol));
     return found;
   };
   const int version = reinterpret_cast<int (*)()>(need("freeplay_law_abi"))();

@@ -14,7 +14,7 @@ namespace freeplay {
 
 struct Group {
   /// How its pairs are kept: each as a contact of its own with columns and statistics, or found as they come near and told
-  /// by their events and by sums over each wall (docs/decisions/028-groups.md).
+  /// by their events and by sums over each wall (docs/development/decisions/028-groups.md).
   enum class Pairs { each, near };
   static constexpr std::string_view what = "a group";
   /// Pairs up to which each is a contact of its own where nothing is said.

@@ -3,7 +3,7 @@
 //     static void keys(auto& k, auto& x);
 //
 // which names every key once: k is the reader (fills x), the writer of the canonical text (x is const) or the
-// list of all keys, from which docs/scene.md and the check for unknown keys are made. k offers
+// list of all keys, from which docs/reference/scene.md and the check for unknown keys are made. k offers
 //
 //     need(Key, value, Range)     a key that must be there; value: number, Vec2, text, whole number
 //     take(Key, value, Range)     one that may be left out: value keeps its default, an optional stays empty
@@ -54,7 +54,7 @@ template <class E>
 struct Choice {
   E value{};
   std::string_view text = {};
-  std::string_view meaning = {};  ///< stands behind the word in docs/scene.md
+  std::string_view meaning = {};  ///< stands behind the word in docs/reference/scene.md
   Traits<E> traits = {};
 };
 

@@ -76,7 +76,7 @@ constexpr const Magnitude* magnitude_of(std::string_view unit) {
   return nullptr;
 }
 
-/// As docs/scene.md shows it.
+/// As docs/reference/scene.md shows it.
 std::string row_of(const Magnitude& m);
 
 }  // namespace freeplay

@@ -19,7 +19,7 @@
 namespace freeplay {
 
 /// A key that only some choices of other keys read. The reader refuses it under any other choice, the canonical text of a
-/// scene leaves it out there, and docs/scene.md names the choices: all three take them from the rows of own_keys().
+/// scene leaves it out there, and docs/reference/scene.md names the choices: all three take them from the rows of own_keys().
 template <class Options>
 struct OwnKey {
   std::string_view name;

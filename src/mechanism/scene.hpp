@@ -31,7 +31,7 @@ struct Scene {
   NonsmoothOptions nonsmooth;
   std::vector<Instrument> instruments;
 
-  /// Sets any key of docs/scene.md as `--set KEY=VALUE` does: a scene that still is what its text and
+  /// Sets any key of docs/reference/scene.md as `--set KEY=VALUE` does: a scene that still is what its text and
   /// overrides say is read again with one more override, so what the text derives from the key follows (the
   /// duration of so many revolutions follows the speed). One that was built or changed in code keeps its
   /// other facts as they are: its text becomes to_toml() of them, in seconds and rad/s. Throws SceneError,

@@ -29,7 +29,7 @@ enum class SolvePath { automatic, dense, sparse };
 
 class SaddleBlock {
  public:
-  /// Up to this many rows the dense path is the faster one (measured, docs/decisions/003).
+  /// Up to this many rows the dense path is the faster one (measured, docs/development/decisions/003).
   static constexpr int dense_rows = 28;
 
   /// `mass`: diagonal of M, length G.columns. `redundant`: the rows are known to depend on each other.

@@ -42,7 +42,7 @@ struct Claim {
   }
 };
 
-/// A curve that a claim was read from, for docs/verification.md.
+/// A curve that a claim was read from, for docs/verification/verification.md.
 struct Curve {
   std::string figure, title, x_label, y_label;
   std::vector<double> x, y;
@@ -94,10 +94,10 @@ Verdict judge(const ClaimSet& set);
 
 std::string table(const Verdict& verdict);                     ///< for a terminal of 80 columns
 nlohmann::json to_json(const std::vector<Verdict>& verdicts);  ///< verification.json
-std::string document(const std::vector<Verdict>& verdicts);    ///< docs/verification.md
+std::string document(const std::vector<Verdict>& verdicts);    ///< docs/verification/verification.md
 
 /// What the claims of a set ask, without anything that was measured: a row each of `asked_columns`,
-/// docs/verification.csv. A number in parentheses in a name was measured, so it is left out.
+/// docs/verification/verification.csv. A number in parentheses in a name was measured, so it is left out.
 std::string asked(const Verdict& verdict);
 inline constexpr const char* asked_columns = "set,judged,expected,bound,unit,quantity\n";
 

@@ -142,7 +142,7 @@ std::string document(const std::vector<Verdict>& verdicts) {
       holding += c.holds();
     }
   std::string out = fmt::format(
-      "# Verification\n\nWritten by `freeplay verify --document docs`; {} of {} claims hold. Each has a "
+      "# Verification\n\nWritten by `freeplay verify --document docs/verification`; {} of {} claims hold. Each has a "
       "value, an expected "
       "value with its source, a bound fixed before the run with its reason, and a verdict "
       "([how to add one](../verification/README.md)). Times are those of the machine that wrote this.\n",

@@ -20,7 +20,7 @@ std::string calibration_tables(const Study& study, const CalibrationResult& r) {
   const auto& c = *study.calibration;
   std::string out =
       "Response surfaces of each statistic's logarithm: a quadratic and a Gaussian process in the scaled "
-      "unknowns\n([calibration](study.md#calibration)); their error is that of predicting each of their "
+      "unknowns\n([calibration](../reference/study.md#calibration)); their error is that of predicting each of their "
       "points from the others. A weak\npull to the middle of the ranges decides what the targets leave open.\n\n"
       "| target | statistic | measured | surface's error | outcomes' spread |\n| --- | --- | --- | --- | --- |\n";
   for (std::size_t i = 0; i < c.targets.size(); ++i)

@@ -1,4 +1,4 @@
-// docs/experiment.md: what a referee needs, from the results alone.
+// docs/verification/experiment.md: what a referee needs, from the results alone.
 #include <fmt/format.h>
 
 #include "verification/experiment/tables.hpp"
@@ -10,7 +10,7 @@ std::string experiment_document(const Study& study, const Results& results, cons
   const auto runs = results.runs();
   const Evidence evidence{study, results, runs, calibration_study};
   std::string out = fmt::format(
-      "# The model against the experiment\n\nWritten by `freeplay validate {} --document docs`, version "
+      "# The model against the experiment\n\nWritten by `freeplay validate {} --document docs/verification`, version "
       "{}.\nSource of what was measured: P. Flores, C. S. Koshy, H. M. Lankarani, J. Ambrósio, J. C. P. "
       "Claro,\n\"Numerical and experimental investigation on multibody systems with revolute clearance "
       "joints\",\nNonlinear Dynamics 65 (2011) 383–398. Its figures are images without public data: what "

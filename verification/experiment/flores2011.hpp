@@ -1,5 +1,5 @@
 // What Flores, Koshy, Lankarani, Ambrósio and Claro (Nonlinear Dynamics 65 (2011) 383–398) measured, as their
-// text states it (X1 to X13, docs/experiment.md), judged on the runs of a study whose axes are clearance (m)
+// text states it (X1 to X13, docs/verification/experiment.md), judged on the runs of a study whose axes are clearance (m)
 // and speed (rpm). Bounds were fixed before the matrix was run; what "maximum" means, the datum of X3 to X5
 // and the quantities of X5 and X13 were settled after first runs had been seen.
 #pragma once
@@ -35,7 +35,7 @@ struct Cells {
 };
 Cells formulations_agree(const Study& study, const std::vector<RunRow>& runs, const std::string& variant);
 
-/// docs/experiment.md. `calibration` may be null; `version` is of the program that made the results.
+/// docs/verification/experiment.md. `calibration` may be null; `version` is of the program that made the results.
 std::string experiment_document(const Study& study, const Results& results, const Study* calibration_study,
                                 const CalibrationResult* calibration, const std::string& version);
 

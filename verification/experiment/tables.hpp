@@ -1,4 +1,4 @@
-// The tables of docs/experiment.md.
+// The tables of docs/verification/experiment.md.
 #pragma once
 
 #include <string>

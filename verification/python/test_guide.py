@@ -1,4 +1,4 @@
-"""Every chapter of docs/python.md is run, as a script of its own in an empty folder beside the cases."""
+"""Every chapter of docs/tutorials/python.md is run, as a script of its own in an empty folder beside the cases."""
 
 import os
 import re
@@ -12,7 +12,7 @@ from pathlib import Path
 import pandas as pd
 
 ROOT = Path(__file__).resolve().parents[2]
-GUIDE = (ROOT / "docs/python.md").read_text(encoding="utf-8")
+GUIDE = (ROOT / "docs/tutorials/python.md").read_text(encoding="utf-8")
 
 
 def chapters(language):

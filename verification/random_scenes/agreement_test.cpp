@@ -33,7 +33,7 @@ TEST_CASE("two hundred random scenes are right, doubted or refused by every way"
   CHECK(defects == 0);
   CHECK(rows > 450);
   CHECK(refused <= 0.03 * rows);
-  CHECK(std::filesystem::exists(folder.path() / "doc/strangers.md"));
+  CHECK(std::filesystem::exists(folder.path() / "doc/random-scenes.md"));
 }
 
 TEST_CASE("random scenes that once were silently wrong, or refused for the program's own reasons, are right",

@@ -150,7 +150,7 @@ std::string noted_of(const std::vector<Row>& rows) {
 
 std::string page_of(const std::vector<Row>& rows, std::uint64_t seed, int count, double seconds) {
   std::string text = fmt::format(
-      "# Random-scene tests without a reference\n\nWritten by `freeplay extremes --strangers {0} --seed {1} --document docs`. {0} scenes, "
+      "# Random-scene tests without a reference\n\nWritten by `freeplay extremes --strangers {0} --seed {1} --document docs/verification`. {0} scenes, "
       "drawn by a seed\n(verification/random_scenes/): {2}.\nLengths from a millimetre to ten "
       "metres, speeds over five decades, mass ratios to 1e6, friction to 1.5, restitution 0 to 1, starts that touch "
       "or graze.\nEach is run by every way that has a model of it (no restitution of 0 with penalty), judged in a process of its own and without a\nreference of its own. *Right*: within every bound below. "

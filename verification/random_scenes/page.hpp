@@ -20,7 +20,7 @@ std::string defects_by_kind(const std::vector<Row>& rows);
 /// Of the others, refusals by kind, and what the notes of runs outside a bound say.
 std::string refusals_of(const std::vector<Row>& rows);
 std::string noted_of(const std::vector<Row>& rows);
-/// docs/strangers.md.
+/// docs/verification/random-scenes.md.
 std::string page_of(const std::vector<Row>& rows, std::uint64_t seed, int count, double seconds);
 
 }  // namespace freeplay::verification::random_scenes

@@ -1,4 +1,4 @@
-// The list of claims that `freeplay verify` prints is a test as it stands; docs/verification.md shows that list.
+// The list of claims that `freeplay verify` prints is a test as it stands; docs/verification/verification.md shows that list.
 #include <fmt/format.h>
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -14,7 +14,7 @@ using namespace freeplay::verification;
 
 namespace {
 
-/// A row of docs/verification.csv.
+/// A row of docs/verification/verification.csv.
 struct Asked {
   std::string set, judged, name;  ///< name: unit and quantity
   double expected, bound;
@@ -43,7 +43,8 @@ std::vector<Asked> rows_of(const std::string& table, const std::string& set) {
 
 /// The set as the page has it asks the same within a hundredth.
 void check_page(const std::string& page, const Verdict& verdict) {
-  INFO("docs/verification.md is older than what it shows; make it anew: scripts/pages --make verification");
+  INFO(
+      "docs/verification/verification.md is older than what it shows; make it anew: scripts/pages --make verification");
   CAPTURE(verdict.set->name);
   const auto old = rows_of(page, verdict.set->name), now = rows_of(asked(verdict), verdict.set->name);
   REQUIRE(now.size() == verdict.findings.claims.size());
@@ -57,7 +58,7 @@ void check_page(const std::string& page, const Verdict& verdict) {
 }
 
 std::string asked_page() {
-  std::ifstream file(freeplay::test::source_folder() / "docs/verification.csv");
+  std::ifstream file(freeplay::test::source_folder() / "docs/verification/verification.csv");
   return {std::istreambuf_iterator<char>(file), {}};
 }
 

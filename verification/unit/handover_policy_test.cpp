@@ -47,7 +47,7 @@ TEST_CASE("shrunk steps are told from short ones by contacts, events and what st
   };
   StepShrinkage s;
   s.begin(0, 0);
-  CHECK_FALSE(thousand(s, 0.5, 0, true));    // as usual
+  CHECK_FALSE(thousand(s, 0.5, 0, true));     // as usual
   CHECK_FALSE(thousand(s, 0.501, 0, false));  // short, but nothing touches
   CHECK(thousand(s, 0.502, 0, true));
   CHECK(thousand(s, 0.503, 100, false));  // a hundred events

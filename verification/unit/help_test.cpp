@@ -46,8 +46,8 @@ TEST_CASE("every verb's help fits a terminal of 80 columns, and says what it lea
   }
 }
 
-TEST_CASE("docs/verbs.md shows each verb's help", "[help][pages]") {
-  const auto page = read_text(test::source_folder() / "docs/verbs.md");
+TEST_CASE("docs/reference/verbs.md shows each verb's help", "[help][pages]") {
+  const auto page = read_text(test::source_folder() / "docs/reference/verbs.md");
   std::string expected =
       "# The verbs\n\nWhat `freeplay help` and `freeplay help VERB` print; `scripts/pages` writes this "
       "page.\n";

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// From the bottom up (docs/contributing.md, docs/decisions/036-layers.md).
+// From the bottom up (docs/development/contributing.md, docs/development/decisions/036-layers.md).
 constexpr std::array layers{"src/values/",     "src/numerics/", "src/mechanism/", "src/dynamics/",
                             "src/simulation/", "formulations/", "src/io/",        "src/facade/",
                             "src/measure/",    "src/study/",    "plots/",         "verification/",

@@ -407,14 +407,15 @@ TEST_CASE("a scene in code is refused where a file would be", "[library]") {
   }
 }
 
-TEST_CASE("what docs/library.md shows is compiled", "[library]") {
+TEST_CASE("what docs/reference/library.md shows is compiled", "[library]") {
   std::string examples;
   for (const auto& entry : fs::directory_iterator(test::source_folder() / "verification/library"))
     examples += even(test::file_text(entry.path())) + " ";
   bool within = false;
   std::string block, language;
   int count = 0;
-  for (const auto& line : test::lines_of(test::file_text(test::source_folder() / "docs/library.md"))) {
+  for (const auto& line :
+       test::lines_of(test::file_text(test::source_folder() / "docs/reference/library.md"))) {
     if (!line.starts_with("```")) {
       if (within) block += line + "\n";
       continue;

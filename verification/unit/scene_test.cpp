@@ -1,5 +1,5 @@
 // Reading scenes: the reference scene, overrides, every kind of bad input with the message it must get, and
-// docs/scene.md in step with the schema.
+// docs/reference/scene.md in step with the schema.
 #include "mechanism/scene.hpp"
 
 #include <catch2/catch.hpp>
@@ -226,12 +226,13 @@ TEST_CASE("bad scenes are refused with place, key and remedy", "[scene]") {
 }
 
 TEST_CASE(
-    "docs/scene.md, docs/study.md and docs/figures.md list exactly the keys of the reader, with their units and defaults",
+    "docs/reference/scene.md, docs/reference/study.md and docs/reference/figures.md list exactly the keys of the reader, with their units and defaults",
     "[scene][docs]") {
   std::size_t listed = 0;
   // Keys of a study or a style stand at the root of its file, and so they do in its page.
-  for (const auto& [file, root] : {std::pair("docs/scene.md", ""), std::pair("docs/study.md", "study."),
-                                   std::pair("docs/figures.md", "style.")}) {
+  for (const auto& [file, root] :
+       {std::pair("docs/reference/scene.md", ""), std::pair("docs/reference/study.md", "study."),
+        std::pair("docs/reference/figures.md", "style.")}) {
     std::ifstream in(test::source_folder() / file);
     REQUIRE(in);
     std::string line;
@@ -254,9 +255,10 @@ TEST_CASE(
   REQUIRE(listed == schema().size());
 }
 
-TEST_CASE("every unit of a key has bounds, docs/scene.md lists them, and what lies beyond is refused",
-          "[scene][docs][bounded]") {
-  const auto page = test::file_text(test::source_folder() / "docs/scene.md");
+TEST_CASE(
+    "every unit of a key has bounds, docs/reference/scene.md lists them, and what lies beyond is refused",
+    "[scene][docs][bounded]") {
+  const auto page = test::file_text(test::source_folder() / "docs/reference/scene.md");
   for (const auto& m : magnitudes) CHECK_THAT(page, Contains(row_of(m)));
   for (const auto& key : schema()) {
     CAPTURE(key.path);

@@ -200,9 +200,9 @@ TEST_CASE("what lies beside shards and has values of another kind is refused, in
   CHECK(state.total == 0);
 }
 
-TEST_CASE("the five commands of docs/cluster.md do what they say", "[shards][docs]") {
+TEST_CASE("the five commands of docs/how-to/cluster.md do what they say", "[shards][docs]") {
   const Place place;
-  std::ifstream page(test::source_folder() / "docs/cluster.md");
+  std::ifstream page(test::source_folder() / "docs/how-to/cluster.md");
   std::string line;
   while (std::getline(page, line) && line != "```sh") {
   }

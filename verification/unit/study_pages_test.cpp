@@ -16,9 +16,9 @@ using test::StudyDesk, test::value_of;
 
 namespace {
 
-/// The example of docs/study.md.
+/// The example of docs/reference/study.md.
 std::string example() {
-  const auto page = test::file_text(test::source_folder() / "docs/study.md");
+  const auto page = test::file_text(test::source_folder() / "docs/reference/study.md");
   const auto begin = page.find("```toml\n");
   REQUIRE(begin != page.npos);
   return page.substr(begin + 8, page.find("```", begin + 8) - begin - 8);
@@ -26,7 +26,7 @@ std::string example() {
 
 }  // namespace
 
-TEST_CASE("the study that docs/study.md shows: a ball rebounds to e²h", "[studies][program]") {
+TEST_CASE("the study that docs/reference/study.md shows: a ball rebounds to e²h", "[studies][program]") {
   // v₋ = √(2gh) at the first touch, e v₋ behind it, and (e v₋)²/(2g) = e²h up: rows and ends of steps are at most
   // Δt = duration/20000 apart, so the highest is missed by g Δt²/8 = 3e-10 m at most; locating the touch errs by less.
   const StudyDesk desk("bouncing-ball");
@@ -58,12 +58,13 @@ TEST_CASE("the studies of cases/ can be run", "[studies]") {
   }
 }
 
-TEST_CASE("docs/study.md lists every table and column of the database", "[studies][docs][program]") {
+TEST_CASE("docs/reference/study.md lists every table and column of the database",
+          "[studies][docs][program]") {
   const StudyDesk desk("bouncing-ball");
   REQUIRE(desk.sweep(example()).status == 0);
   const auto study = read_study(desk.folder.path() / "study.toml");
   std::map<std::string, std::vector<std::string>> stated, there;
-  std::istringstream page(test::file_text(test::source_folder() / "docs/study.md"));
+  std::istringstream page(test::file_text(test::source_folder() / "docs/reference/study.md"));
   bool within = false;
   for (std::string line; std::getline(page, line);) {
     if (line.starts_with("| table |")) within = true;

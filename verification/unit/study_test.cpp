@@ -374,7 +374,7 @@ TEST_CASE("a statistic that is nothing within the ranges is no target", "[study]
 }
 
 TEST_CASE("dampers' losses are not a study's energy per turn", "[study]") {
-  // What docs/study.md says: lost in contacts, films and friction. The coupling's damper takes hundreds of times as much.
+  // What docs/reference/study.md says: lost in contacts, films and friction. The coupling's damper takes hundreds of times as much.
   const auto file = test::source_folder() / "cases/flores2011-experiment/flywheel.toml";
   Study study;
   study.file = study.scene = file;

@@ -26,7 +26,7 @@ int walk(const std::filesystem::path& page, const std::filesystem::path& said) {
 TEST_CASE("the tutorial and README do what they show", "[pages][tutorial]") {
   const test::TemporaryFolder folder;
   const auto said = folder.path() / "said";
-  for (const auto* page : {"docs/tutorial.md", "README.md"}) {
+  for (const auto* page : {"docs/tutorials/first-steps.md", "README.md"}) {
     const int status = walk(test::source_folder() / page, said);
     INFO(read_text(said));
     CHECK(status == 0);

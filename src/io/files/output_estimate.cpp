@@ -21,7 +21,7 @@ namespace freeplay {
 namespace {
 
 /// Bytes of a number with its comma: of a coordinate or a rate, and of a force, which is seldom as small. What is zero
-/// throughout is one digit. Measured on the scenes of docs/security.md.
+/// throughout is one digit. Measured on the scenes of docs/reference/security.md.
 constexpr double state_width = 20.6, force_width = 19.4, zero_width = 2;
 constexpr double event_width = 175, row_of_run_json = 12e3;
 

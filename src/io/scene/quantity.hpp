@@ -23,7 +23,7 @@ struct NamedUnit {
   bool prefixes = false;  ///< whether k, m, µ … may stand before it
 };
 std::span<const NamedUnit> named_units();
-/// As docs/scene.md shows it.
+/// As docs/reference/scene.md shows it.
 std::string row_of(const NamedUnit& unit);
 
 struct Quantity {

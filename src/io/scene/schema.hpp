@@ -1,5 +1,5 @@
 // Every key that a scene, a study or a style of figures may hold. The reader refuses what is not listed here and asserts
-// that what it reads is; docs/scene.md, docs/study.md and docs/figures.md show the same rows, and a test compares them.
+// that what it reads is; docs/reference/scene.md, docs/reference/study.md and docs/reference/figures.md show the same rows, and a test compares them.
 #pragma once
 
 #include <span>

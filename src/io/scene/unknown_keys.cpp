@@ -65,9 +65,9 @@ void refuse_mistaken(const toml::table& document, std::string_view pattern, cons
              study = document.contains("scene");
   if (scene == study) return;
   if (pattern == "study" && scene)
-    throw SceneError(
-        fmt::format("{}: this is a scene; a study is a file that names one, scene = \"{}\": docs/study.md",
-                    source.name, std::filesystem::path(source.name).filename().string()));
+    throw SceneError(fmt::format(
+        "{}: this is a scene; a study is a file that names one, scene = \"{}\": docs/reference/study.md",
+        source.name, std::filesystem::path(source.name).filename().string()));
   if (pattern.empty() && study)
     throw SceneError(fmt::format(
         "{}: this is a study, for freeplay sweep, bifurcation or basin; the scene is the file that it names",

@@ -1,4 +1,4 @@
-// What a study asks of its attractors: the tables [bifurcation] and [basin]. Keys are listed in docs/study.md.
+// What a study asks of its attractors: the tables [bifurcation] and [basin]. Keys are listed in docs/reference/study.md.
 #pragma once
 
 #include <optional>

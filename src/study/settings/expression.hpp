@@ -7,7 +7,7 @@
 // so that −2^2 = −4 and 2^3^2 = 2^9. A truth is no number: `1 < x < 2` and `a and 3` are refused. What has no value (a division by
 // zero, the root or logarithm of what has none, an operand that is absent) is absent, which is NaN here and NULL in results;
 // nothing else than a finite number comes out. A text is read once into a list of operations on a stack; it names nothing but
-// what it is given and does nothing but arithmetic (docs/decisions/022-expressions.md).
+// what it is given and does nothing but arithmetic (docs/development/decisions/022-expressions.md).
 #pragma once
 
 #include <cstddef>

@@ -41,7 +41,7 @@ struct AccuracyName {
 inline constexpr std::array accuracies{AccuracyName{Accuracy::fast, "fast"},
                                        AccuracyName{Accuracy::balanced, "balanced"},
                                        AccuracyName{Accuracy::reference, "reference"}};
-/// What --accuracy stands for, each among all_settings; the rule stands in docs/tradeoff.md.
+/// What --accuracy stands for, each among all_settings; the rule stands in docs/verification/tradeoff.md.
 Setting setting_for(Family family, Accuracy accuracy);
 
 /// Touches and state that settings are judged by.

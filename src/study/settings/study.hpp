@@ -1,4 +1,4 @@
-// A study: one scene, what is varied in it, and how often. Keys are listed in docs/study.md.
+// A study: one scene, what is varied in it, and how often. Keys are listed in docs/reference/study.md.
 #pragma once
 
 #include <algorithm>

@@ -53,7 +53,7 @@ struct Allowed {
 std::optional<std::string> off_reference(const Sight& found, const Reference& reference,
                                          const Allowed& allowed, double until);
 
-/// A check: nothing where it does not apply or is met, else what is off. With what stands of it in docs/strangers.md.
+/// A check: nothing where it does not apply or is met, else what is off. With what stands of it in docs/verification/random-scenes.md.
 struct Check {
   const char* name;
   const char* asks;   ///< what is compared with what

@@ -197,7 +197,7 @@ std::span<const Check> conservation_checks() {
        momentum},
       {"penetration", "four instants within each step on the dense output, ends of time steps",
        "1e-3 of the clearance, radius or arm; penalty 0.1",
-       "beyond these the run says DOUBTFUL (docs/results.md)", depth},
+       "beyond these the run says DOUBTFUL (docs/reference/results.md)", depth},
       {"Newton and Euler", "forces summed anew against accelerations, impulses against changes of momentum",
        "1e-6 of the greatest term, impulses 1e-3; Moreau–Jean's impulses 1e-9",
        "rounding of solves at mass ratios of 1e6, drift of joints; Gauss points over Hertz's kink; a step is its impulses",

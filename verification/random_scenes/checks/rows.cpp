@@ -324,7 +324,7 @@ Verdict KnownRows::judge(const Way& way, const std::function<void(Sight&)>& fals
     v.outcome = Outcome::refused;
     v.detail = run.ending.reason;
   } else if (doubtful) {
-    // Time steps say so from errors of a thousandth on (docs/results.md), of which their bounds allow ten.
+    // Time steps say so from errors of a thousandth on (docs/reference/results.md), of which their bounds allow ten.
     const bool stepped = bounds.share >= 1e-2 || way.stepped;
     const bool right = !stepped || compared(bounds.tenth()).off == 0;
     v.outcome = c.known > 0.999 && right ? Outcome::falsely_doubted : Outcome::doubted;
