@@ -75,7 +75,7 @@ class AutomaticStepper {
   const char* gives_up();
   void pass_on(const std::string& why);
   void return_to_events();
-  Progress progress() const {
+  SchemeProgress progress() const {
     return {steps_ ? stepping_.t() : events_.t(),
             (steps_ ? stepping_.work() : events_.work()).factorisations};
   }

@@ -36,13 +36,13 @@ bool StepShrinkage::shrunk(double t, long events, bool crowded, double time_scal
   return (many || crowded) && passed < 1e-2 * usual;
 }
 
-void SchemeCosts::end_events(const Progress& now) {
+void SchemeCosts::end_events(const SchemeProgress& now) {
   events_time_ += now.t - from_.t;
   events_cost_ += now.cost - from_.cost;
   if (trial_) end_trial(now);
 }
 
-bool SchemeCosts::stepping_costs_more(const Progress& now) {
+bool SchemeCosts::stepping_costs_more(const SchemeProgress& now) {
   const long cost = now.cost - from_.cost;
   if (cost < patience_) return false;
   stepping_pace_ = (now.t - from_.t) / static_cast<double>(cost);
@@ -56,18 +56,18 @@ void SchemeCosts::begin_trial() {
   ++trials_;
 }
 
-bool SchemeCosts::trial_failed(const Progress& events) {
+bool SchemeCosts::trial_failed(const SchemeProgress& events) {
   if (!trial_ || events.cost - from_.cost < patience_ / 10) return false;
   if (!pays(events)) return true;
   end_trial(events);
   return false;
 }
 
-bool SchemeCosts::pays(const Progress& events) const {
+bool SchemeCosts::pays(const SchemeProgress& events) const {
   return events.t - from_.t > stepping_pace_ * static_cast<double>(events.cost - from_.cost);
 }
 
-void SchemeCosts::end_trial(const Progress& events) {
+void SchemeCosts::end_trial(const SchemeProgress& events) {
   const bool paid = pays(events);
   patience_ = paid ? std::max(least_patience, patience_ / 2) : 2 * patience_;
   won_ += paid;

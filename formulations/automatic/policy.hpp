@@ -22,7 +22,7 @@
 namespace freeplay {
 
 /// A scheme's place: time (s) and factorisations so far.
-struct Progress {
+struct SchemeProgress {
   double t = 0;
   long cost = 0;
 };
@@ -82,14 +82,14 @@ class SchemeCosts {
   static constexpr long first_patience = 50'000,  ///< half a second of a small mechanism
       least_patience = 2'000;
   /// A stretch of either scheme begins.
-  void begin(const Progress& now) { from_ = now; }
+  void begin(const SchemeProgress& now) { from_ = now; }
   /// The event-driven scheme ends a stretch.
-  void end_events(const Progress& now);
+  void end_events(const SchemeProgress& now);
   /// Whether time stepping was slower over its last N factorisations than the event-driven scheme has been.
-  bool stepping_costs_more(const Progress& now);
+  bool stepping_costs_more(const SchemeProgress& now);
   void begin_trial();
   /// Whether a trial is over that was slower than time stepping; one that paid ends.
-  bool trial_failed(const Progress& events);
+  bool trial_failed(const SchemeProgress& events);
   bool on_trial() const { return trial_; }
   long trials() const { return trials_; }
   long won() const { return won_; }
@@ -101,12 +101,12 @@ class SchemeCosts {
   }
 
  private:
-  bool pays(const Progress& events) const;
-  void end_trial(const Progress& events);
+  bool pays(const SchemeProgress& events) const;
+  void end_trial(const SchemeProgress& events);
 
   double events_time_ = 0;  // s, that the event-driven scheme passed
   long events_cost_ = 0;
-  Progress from_;
+  SchemeProgress from_;
   double stepping_pace_ = 0;  // s a factorisation, before the present trial
   long patience_ = first_patience;
   long trials_ = 0, won_ = 0;
