@@ -1,0 +1,4 @@
+// Sets the equations that Python-Markdown has marked.
+document.addEventListener('DOMContentLoaded', () => renderMathInElement(document.body, {
+  delimiters: [{ left: '\\(', right: '\\)', display: false }, { left: '\\[', right: '\\]', display: true }],
+}));
