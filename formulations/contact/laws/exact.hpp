@@ -1,6 +1,7 @@
 //     χ(1 + e) = ln[(1 + χ)/(1 − χe)]
 //
-// The first integral of a free impact (see contact_law.hpp), solved for χ: delivers what is asked for.
+// The first integral of a free impact (see contact_law.hpp), solved for χ: the law delivers the
+// requested restitution.
 #pragma once
 
 #include "formulations/contact/contact_parts.hpp"

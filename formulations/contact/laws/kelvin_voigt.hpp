@@ -1,7 +1,7 @@
 //     F = K δ + D δ̇ ≥ 0
 //
-// A linear spring and damper, K and D from the scene. The force jumps at entry, and what it delivers depends on the
-// mass: kelvin_voigt_restitution().
+// A linear spring and damper, with K and D from the scene. The force jumps at contact onset, and
+// the delivered restitution depends on the mass: kelvin_voigt_restitution().
 #pragma once
 
 #include "formulations/contact/contact_parts.hpp"

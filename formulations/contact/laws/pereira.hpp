@@ -3,9 +3,9 @@
 //     Y = 1.51 [ln(1000 ΔR)]^(−0.151)   for 0.005 ≤ ΔR < 0.34954,
 //     Y = 0.0151 ΔR + 1.151             for 0.34954 ≤ ΔR < 10,
 //
-// damped by Lankarani and Nikravesh's factor.
-// C. M. Pereira, A. L. Ramalho, J. A. Ambrósio, A critical overview of internal and external cylinder contact force
-// models, Nonlinear Dyn. 63 (2011) 681.
+// with the damping factor of Lankarani and Nikravesh.
+// C. M. Pereira, A. L. Ramalho, J. A. Ambrósio, A critical overview of internal and external
+// cylinder contact force models, Nonlinear Dyn. 63 (2011) 681.
 #pragma once
 
 #include <cmath>
