@@ -52,6 +52,7 @@ class AutomaticStepper {
   Struck struck() const { return shown_ ? stepping_.struck() : Struck{t(), {}}; }
 
   /// @name Forces; see Step
+  ///@{
   void watch_forces(bool on);
   void forces(double t, Forces& out) { shown_ ? stepping_.forces(t, out) : events_.forces(t, out); }
   void add_impulse(double a, double b, Forces& sum) {

@@ -10,7 +10,7 @@ namespace freeplay {
 
 struct Handover {
   struct Contact {
-    bool closed = false;                               // closed in the last mode or step
+    bool closed = false;  // closed in the last mode or step
     bool logged = false;  // the log has its onset, but not its separation
     // s, N s: onset and impulses that the log has so far
     double t_touch = 0, impulse_n = 0, impulse_t = 0;

@@ -85,8 +85,7 @@ class StepShrinkage {
 class SchemeCosts {
  public:
   /// half a second of CPU time for a small mechanism
-  static constexpr long first_patience = 50'000,
-      least_patience = 2'000;
+  static constexpr long first_patience = 50'000, least_patience = 2'000;
   /// Begins a stretch of either scheme.
   void begin(const Progress& now) { from_ = now; }
   /// Ends a stretch of the event-driven scheme.

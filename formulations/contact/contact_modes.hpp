@@ -18,7 +18,8 @@ constexpr int most_for_modes = 8;  // 4⁸ cases at most
 /// One consistent mode.
 struct ContactMode {
   enum class Way { open, stick, right, left };  ///< right: it slides with u_T > 0
-  std::vector<Way> ways;            ///< of each unknown; stick for a frictionless contact that is pressed
+  /// of each unknown; stick for a frictionless contact that is pressed
+  std::vector<Way> ways;
   Eigen::VectorXd impulses, rates;  ///< of each row; one of several possible choices of impulses
 };
 

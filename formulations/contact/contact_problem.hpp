@@ -21,8 +21,9 @@ struct ContactSolution {
   bool solved = true;
   double residual = 0;       ///< relative to the greatest |b|
   double residual_rate = 0;  ///< in the units of b
-  int pivots = 0;            ///< pivots of Lemke; tried cases, sweeps or Newton steps of the other solvers
-  int retries = 0;           ///< number of solvers that failed before
+  /// pivots of Lemke; tried cases, sweeps or Newton steps of the other solvers
+  int pivots = 0;
+  int retries = 0;  ///< number of solvers that failed before
   /// A pressed contact has D_NN ≤ μ|D_NT| (Painlevé), all modes were tried, and there are motions
   /// other than this one.
   bool ambiguous = false;

@@ -36,6 +36,7 @@ class CoupledFriction {
   int friction(int k) const { return which_[static_cast<std::size_t>(k)]; }
 
   /// @name Inputs: c, λ⁰ and the columns of R (multipliers of all rows)
+  ///@{
   double& factor(int k) { return factor_[k]; }
   void base(const double* lambda);
   void column(int j, const double* lambda);

@@ -1,6 +1,6 @@
 // ElasticLaw: elastic part of a contact force, F_el(δ), for a journal inside a bearing. ΔR = c is
-// the radial clearance, E* = E/(2(1 − ν²)) for equal materials, L the length of the bearing; f =
-// F/(π E* L) has the dimension of a length.
+// the radial clearance, E* = E/(2(1 − ν²)) for equal materials, L the length of the bearing.
+// f = F/(π E* L) has the dimension of a length.
 //
 //   hertz        F = K δ^(3/2),  K = (4/3) E* √(R_i R_j/ΔR)            point contact
 //   power        F = K δⁿ

@@ -6,15 +6,19 @@
 //
 // Short bearing (Ocvirk):  p̄ = ∫ p dz = μ L³ (n·w)/h³,   F = −μ L³ R ∫ n (n·w)/h³ dθ
 //
-//     full film     F_r = −μ R L³/c³ π(1 + 2ε²)/(1 − ε²)^(5/2) w_r,   F_t = −μ R L³/c³ π/(1 − ε²)^(3/2) w_t
-//     cavitated     the integral over the half circle n·w > 0 (Gümbel), in closed form by Sommerfeld's substitution
+//     full film     F_r = −μ R L³/c³ π(1 + 2ε²)/(1 − ε²)^(5/2) w_r
+//                   F_t = −μ R L³/c³ π/(1 − ε²)^(3/2) w_t
+//     cavitated     the integral over the half circle n·w > 0 (Gümbel), in closed form by
+//                   Sommerfeld's substitution
 //
 // Long bearing (Sommerfeld), p = 0 at the widest gap:
 //
 //     p = 12μ R²/c³ { w_r/(2ε) [(1 − ε cos θ)^(−2) − (1 + ε)^(−2)]
 //                     + w_t sin θ (2 − ε cos θ)/[(2 + ε²)(1 − ε cos θ)²] }
-//     full film     F_r = −12π μ L R³/c³ w_r/(1 − ε²)^(3/2),   F_t = −24π μ L R³/c³ w_t/[(2 + ε²)(1 − ε²)^(1/2)]
-//     cavitated     the integral of the positive part of p, which is one interval ending at the widest gap
+//     full film     F_r = −12π μ L R³/c³ w_r/(1 − ε²)^(3/2)
+//                   F_t = −24π μ L R³/c³ w_t/[(2 + ε²)(1 − ε²)^(1/2)]
+//     cavitated     the integral of the positive part of p, which is one interval that ends at the
+//                   widest gap
 //
 // Sources: Ocvirk, NACA TN 2808 (1952); Sommerfeld, Z. Math. Phys. 50 (1904) 97; Gümbel, Mbl.
 // Berlin. Bez. VDI (1914); Booker, J. Basic Eng. 87 (1965) 537, for w. The formulas are derived

@@ -1,8 +1,8 @@
 // Interface of the friction laws. The file of a friction law specialises Law with its text,
 // formula, source, range, keys, and
 //
-//   static std::array<double, N> kinks(const FrictionParameters&)      speeds > 0 at which c has a
-//   kink, rising
+//   static std::array<double, N> kinks(const FrictionParameters&)      speeds > 0 at which c has
+//                                                                      a kink, ascending
 //   template <class T> static T coefficient(const FrictionParameters&, const T& s, int n)
 //
 // coefficient() is c as a function of the sliding speed s = |v| ≥ 0 on the n-th branch. The kinks
@@ -13,10 +13,10 @@
 //
 // A law with a bristle (bristle = true) defines instead
 //
-//   template <class T> static T coefficient(const FrictionParameters&, const T& v, const T& speed,
-//   const T& z)
-//   template <class T> static T bristle_rate(const FrictionParameters&, const T& v, const T& speed,
-//   const T& z)
+//   template <class T>
+//   static T coefficient(const FrictionParameters&, const T& v, const T& speed, const T& z)
+//   template <class T>
+//   static T bristle_rate(const FrictionParameters&, const T& v, const T& speed, const T& z)
 //   static double steady_bristle(const FrictionParameters&, double v)  z at which ż = 0
 //
 // with speed = |v| on the branch.

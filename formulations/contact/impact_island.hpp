@@ -16,7 +16,8 @@ struct ImpactContact {
       tangent = -1;
   double restitution = 0, tangential_restitution = 0, friction = 0;
   double impulse_n = 0, impulse_t = 0;  ///< N s
-  double bound = 0;                     ///< N s, bound of friction in addition to μ times the normal impulse
+  /// N s, bound of friction in addition to μ times the normal impulse
+  double bound = 0;
   /// J, work of a phase's impulses on the rates during the phase; negative: lost
   double work_n = 0, work_t = 0;
 };

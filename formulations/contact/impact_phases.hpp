@@ -29,6 +29,7 @@ class ImpactPhases {
   /// both phases.
   bool expand(ImpactIsland& island, std::vector<ImpactContact>& contacts, const std::vector<double>& ratio);
   /// @name Impulses and works of each phase
+  ///@{
   const std::vector<ImpactContact>& compression() const { return compression_; }
   const std::vector<ImpactContact>& expansion() const { return expansion_; }
   ///@}

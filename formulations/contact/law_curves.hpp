@@ -22,7 +22,8 @@ struct LawCurve {
 };
 
 struct LawCurves {
-  std::string contact;              ///< first contact of the scene, for which the curves are computed
+  /// first contact of the scene, for which the curves are computed
+  std::string contact;
   double restitution = 1;           ///< requested restitution
   std::vector<LawCurve> impacts;    ///< (δ in m, F in N) from contact onset to separation
   std::vector<LawCurve> delivered;  ///< (requested e, delivered ê) of the point laws

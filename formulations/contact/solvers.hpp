@@ -34,6 +34,8 @@ struct SolverRoom {
 };
 
 /// @name A single unknown, in closed form (closed_form.cpp)
+///@{
+/// b includes the effect of all other unknowns. Returns false if friction admits no impulse.
 bool solve_one(ContactUnknown& c, double bn, double bt, double Dnn, double Dnt, double Dtt);
 /// Whether both rows of a contact depend on one freedom (or the tangential row on none).
 bool singular_pair(const ContactEquations& p, const ContactUnknown& c);
@@ -45,11 +47,15 @@ constexpr int most_for_enumeration = 6;  // 4⁶ cases
 SolverSummary enumeration(ContactEquations& p, double accepted, SolverRoom& room);
 
 /// @name Lemke's method on the problem in standard form, and in a copositive form (lemke.cpp)
+///@{
 SolverSummary lemke(ContactEquations& p, double accepted, SolverRoom& room);
 SolverSummary copositive_lemke(ContactEquations& p, double accepted, SolverRoom& room);
 ///@}
 
 /// @name Newton's method on the projections (newton.cpp)
+///@{
+/// Initial guess: no impulses, the given impulses, or the impulses of the last problem (with few steps,
+/// and only where forces are unique).
 enum class From { nothing, given, last };
 SolverSummary newton_from(From from, ContactEquations& p, double accepted);
 SolverSummary newton(ContactEquations& p, double accepted, SolverRoom& room);
@@ -58,6 +64,7 @@ SolverSummary newton_from_last(ContactEquations& p, double accepted, SolverRoom&
 ///@}
 
 /// @name Gauss–Seidel over contacts, from the given impulses (gauss_seidel.cpp)
+///@{
 SolverSummary sweeps(ContactEquations& p, double accepted, SolverRoom& room, int most);
 SolverSummary gauss_seidel(ContactEquations& p, double accepted, SolverRoom& room);
 /// Newton steps from the impulses of the last problem, sweeps, Newton steps from their result, and
