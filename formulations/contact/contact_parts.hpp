@@ -1,8 +1,7 @@
 // Interface of the contact laws. The file of a contact law specialises Law with its text, formula,
 // source and range, and by its kind
 //
-//   PointLaw         static double chi(double e)                            0 ≤ e ≤ 1; e > 0 where
-//   positive_restitution
+//   PointLaw         static double chi(double e)      0 ≤ e ≤ 1; e > 0 where positive_restitution
 //   LineLaw          static ElasticLaw elastic(const LineContact&)
 //   SpringDamperLaw  static ElasticLaw elastic(double stiffness, double clearance)
 #pragma once
