@@ -7,7 +7,7 @@
 // that the constraints' own γ requires, M a_γ + GᵀΛ = 0, G a_γ = γ:
 //
 //     u⁻ = Wᵀv + (h/2) γ_c,            u⁺ = Wᵀv⁺ − (h/2) γ_c
-//     u⁻ = Wᵀ(v + (h/2) a_γ),          u⁺ = Wᵀ(v⁺ − (h/2) a_γ)      in impact: rates at that instant
+//     u⁻ = Wᵀ(v + (h/2) a_γ),          u⁺ = Wᵀ(v⁺ − (h/2) a_γ)    in impact, at that instant
 //
 // Contacts of the system keep their numbers. Pairs within groups of many bodies
 // (docs/decisions/028-groups.md) have a slot after them while they are near or in contact; the slot

@@ -113,8 +113,8 @@ class FilmStep {
   std::vector<double> response_, reaction_;  // A R and its multipliers, a column for each row
   Eigen::MatrixXd D_, K_, E_;
   DenseLu lu_, E_lu_;
-  Eigen::VectorXd way_,
-      beyond_;  // m of normal and film rows, and the movement along A R (kg m) that makes them
+  // m, displacement of normal and film rows; kg m, the vector along A R that produces it
+  Eigen::VectorXd way_, beyond_;
   mutable Eigen::VectorXd rhs_, p_;
 };
 

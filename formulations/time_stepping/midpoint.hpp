@@ -1,7 +1,7 @@
 // Equations of a step of h (s) between velocities v and v⁺, with all other quantities at its
 // middle,
 //
-//     M (v⁺ − v) + GᵀΛ = h f,        G v⁺ + Φ_t = (h/2) γ              (the rate of Φ at the end of the step)
+//     M (v⁺ − v) + GᵀΛ = h f,        G v⁺ + Φ_t = (h/2) γ    (the rate of Φ at the end of the step)
 //
 // as the saddle point M v⁺ + GᵀΛ = M v + h f, G v⁺ = −Φ_t + (h/2) γ, and the iteration for the mean
 // velocity if f depends on it. These classes use arrays only and know no mechanism, so that they

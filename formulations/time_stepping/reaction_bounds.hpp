@@ -45,8 +45,8 @@ class ReactionBounds {
 
   CoupledFriction coupled_;
   BoundIteration iteration_;
-  std::vector<double> q_end_, v_end_,
-      taken_back_;                     // what EndRates will do, and where it finds the step's end
+  // predicted correction by EndRates, and the end of the step where it applies
+  std::vector<double> q_end_, v_end_, taken_back_;
   std::vector<double> driven_;         // of each friction element's row: > 0, driven
   Eigen::VectorXd image_, start_;      // bounds from the present impulses; initial bounds
   std::vector<ContactUnknown> found_;  // one motion, while others are sought

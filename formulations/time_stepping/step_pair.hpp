@@ -21,7 +21,7 @@ class StepPair {
   bool take(MoreauStepper& moreau, double h);
   /// Whether the modes are the same in all three steps and no sliding reversed within one.
   bool alike() const { return modes_whole_ == modes_first_ && modes_first_ == modes_second_ && turned_ == 0; }
-  /// Over what is accepted.
+  /// Error estimate over the accepted error.
   double error(const MoreauStepper& moreau) const;
   void extrapolate(MoreauStepper& moreau);
 
