@@ -4,7 +4,7 @@
 //
 //     M (v⁺ − v) + GᵀΛ = h f + W P
 //     G v⁺ + Φ_t = (h/2) γ                                     midpoint.hpp
-//     0 ≤ u_N⁺ + e u_N⁻ ⊥ P_N ≥ 0,   −P_T ∈ μ P_N Sgn(u_T⁺)    step_problem.hpp; u±: contact_set.hpp
+//     0 ≤ u_N⁺ + e u_N⁻ ⊥ P_N ≥ 0,   −P_T ∈ μ P_N Sgn(u_T⁺)    step_problem.hpp, contact_set.hpp
 //     q⁺ = q_m + (h/2) v⁺
 //
 // The accelerations a_γ in u± are necessary: without them v does not belong to the middle of the

@@ -96,8 +96,8 @@ std::optional<double> OnsetSearch::kink_in(const Half& half, const MoreauStepper
     for (const bool up : {false, true}) {
       const double end = up ? piece.high : piece.low;
       if (!std::isfinite(end)) continue;
-      // A length that decreases almost to zero passes its kink only if it is below it by a fraction
-      // of the kink's own length.
+      // A length cannot be below a kink by more than the kink's own length. For kinks near zero, a
+      // tenth of that length replaces the tolerance.
       const double least = phase.of == Phase::Of::distance && end < near ? 0.1 * end : rounding;
       const auto left = [&](const double* q, const double* v) {
         const auto x = phase.at(q, v);
