@@ -29,7 +29,8 @@ class ModeChoice {
   /// reason of a failure.
   std::string choose(ModeEquations& d, ModeMotion& motion, const Vector& x, double t,
                      const std::vector<int>& candidates);
-  /// The last choice found no forces that friction admits; all modes having been tried where it is proved.
+  /// Whether the last choice found no forces that friction admits (jammed), and whether trying all
+  /// modes proved it (jam_proved).
   bool jammed() const { return jam_; }
   bool jam_proved() const { return jam_proved_; }
 
