@@ -1,7 +1,8 @@
 // ModeChoice: the mode after an event, from a complementarity problem in accelerations (Glocker,
 // Set-Valued Force Laws, 2001, chapters 3 and 5),
 //
-//     0 ≤ g̈ ⊥ λ_N ≥ 0,   −λ_T ∈ μ λ_N Sgn(u̇_T) if u_T = 0,   λ_T = −s μ λ_N otherwise, s = sgn u_T,
+//     0 ≤ g̈ ⊥ λ_N ≥ 0,
+//     −λ_T ∈ μ λ_N Sgn(u̇_T) if u_T = 0,   λ_T = −s μ λ_N, s = sgn u_T otherwise,
 //
 // of the contacts that are closed without relative normal speed and of the joints whose friction is
 // at rest. Friction bounds that depend on reactions are iterated until they agree with them
@@ -57,8 +58,8 @@ class ModeChoice {
   std::string unsolved(const ModeEquations& d, const ContactSolution& solution) const;
 
   ContactProblem problem_;
-  std::vector<int> contacts_, slips_,
-      resting_;  // of problem_: contacts, which way each slides, joints at rest
+  // of problem_: contacts, sliding direction of each, joints at rest
+  std::vector<int> contacts_, slips_, resting_;
   BoundIteration bounds_;
   Eigen::VectorXd image_;  // image of the bounds
   bool jam_ = false, jam_proved_ = false;
