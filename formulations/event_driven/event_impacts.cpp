@@ -140,9 +140,8 @@ std::string EventImpacts::end_bounces(EventDynamics& d, const Vector& x, double 
       if (!(e < 1)) continue;
       if (!chosen)
         if (auto reason = d.choose(x, t, decided_); !reason.empty())
-          return d.jammed() ? ""
-                            // lockup: closing accelerations are unknown, and no bounce ends here
-                            : reason;
+          // In a lockup the closing accelerations are unknown, and no bounce ends here.
+          return d.jammed() ? "" : reason;
       chosen = true;
       const double g = d.gap_acceleration(k, x, t);
       if (!(g < 0) || 0.5 * u * u / -g > least_bounce(d, k, x)) continue;
