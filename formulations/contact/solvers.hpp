@@ -54,8 +54,8 @@ SolverSummary copositive_lemke(ContactEquations& p, double accepted, SolverRoom&
 
 /// @name Newton's method on the projections (newton.cpp)
 ///@{
-/// Initial guess: no impulses, the given impulses, or the impulses of the last problem (with few steps,
-/// and only where forces are unique).
+/// Initial guess: no impulses, the given impulses, or the impulses of the last problem (with few
+/// steps, and only where forces are unique).
 enum class From { nothing, given, last };
 SolverSummary newton_from(From from, ContactEquations& p, double accepted);
 SolverSummary newton(ContactEquations& p, double accepted, SolverRoom& room);

@@ -46,7 +46,8 @@ class ActiveRows {
   /// row).
   void share(const Eigen::VectorXd& weight);
   bool dependent() const { return dependent_; }  ///< K was singular in the last solve()
-  int turn() const { return turn_; }             ///< sign of the determinant of K in the last solve()
+  /// sign of the determinant of K in the last solve()
+  int turn() const { return turn_; }
   /// Adds the response to x to accelerations (or rates) `a` and multipliers `lambda`.
   void apply(double* a, double* lambda) const;
 

@@ -39,7 +39,8 @@ struct EventFindings {
   Exceptions unsolved;   ///< no solver found forces that friction admits
   Exceptions inelastic;  ///< no impulses with the restitution of several contacts were found
   Unloaded unloaded;
-  double merged = 0;        ///< m, the greatest gap of a contact that took part in an impact of another
+  /// m, the greatest gap of a contact that took part in an impact of another
+  double merged = 0;
   double most_kinetic = 0;  ///< J, the greatest kinetic energy before an impact
 
   /// `rounding`: accuracy of the gaps (m).

@@ -140,8 +140,10 @@ class AdaptiveMoreau {
   double calm_since_ = 0;  // s
   /// Diagnostics for the reader of the results.
   struct Found {
-    double unseen = 0;                           // greatest possible undetected depth over the clearance
-    long floored = 0;                            // steps at the floor whose error exceeds the tolerance
+    // greatest possible undetected depth over the clearance
+    double unseen = 0;
+    // steps at the floor whose error exceeds the tolerance
+    long floored = 0;
     double most_floored = 0, longest_floor = 0;  // error over the tolerance; s
     long ended = 0;                              // number of ended bounces
     double ended_time = 0;                       // s, duration of the longest

@@ -37,12 +37,13 @@ class StepPace {
   double pace = 0;                    // s, in which the fastest body crosses the least clearance
   double film_pace = 0;               // s, of a film that rotates with its journal
   double floor = 0, least_floor = 0;  // s
-  long steps = 0, strikes = 0;        // since the last check of the pace; of those, steps over impacts
-  double since = 0;                   // s, time of that check
-  double calm_speed = 0;              // m/s, the greatest speed when impacts last raised no energy
-  long gains = 0;                     // impacts that raised the energy, at the last check
-  long calm_gains = 0;                // the same, when calm_speed was taken
-                                      ///@}
+  // since the last check of the pace; of those, steps over impacts
+  long steps = 0, strikes = 0;
+  double since = 0;       // s, time of that check
+  double calm_speed = 0;  // m/s, the greatest speed when impacts last raised no energy
+  long gains = 0;         // impacts that raised the energy, at the last check
+  long calm_gains = 0;    // the same, when calm_speed was taken
+                          ///@}
 
  private:
   void find();

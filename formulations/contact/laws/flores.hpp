@@ -1,7 +1,7 @@
 //     χ = 8(1 − e)/(5e)
 //
-// P. Flores, M. Machado, M. T. Silva, J. M. Martins, On the continuous contact force models for soft materials in
-// multibody dynamics, Multibody Syst. Dyn. 25 (2011) 357.
+// P. Flores, M. Machado, M. T. Silva, J. M. Martins, On the continuous contact force models for
+// soft materials in multibody dynamics, Multibody Syst. Dyn. 25 (2011) 357.
 #pragma once
 
 #include "formulations/contact/contact_parts.hpp"
