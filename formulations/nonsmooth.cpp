@@ -144,9 +144,9 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
     case Scheme::event_driven:
       return with(make_event_driven(scene, system, e, facts, state));
     case Scheme::automatic:
+      // Time stepping does not support all impact laws.
       if (!choice_of(scene.nonsmooth.impact_law).traits.time_stepping)
-        return with(
-            make_event_driven(scene, system, e, facts, state));  // time stepping does not support this law
+        return with(make_event_driven(scene, system, e, facts, state));
       return with(AutomaticStepper(make_event_driven(scene, system, e, facts, state), adaptive(),
                                    tolerance_after_steps(scene.nonsmooth)));
   }

@@ -84,7 +84,8 @@ class StepShrinkage {
 /// Costs of the two schemes.
 class SchemeCosts {
  public:
-  /// half a second of CPU time for a small mechanism
+  /// First and least N, in factorisations; the first is half a second of CPU time for a small
+  /// mechanism.
   static constexpr long first_patience = 50'000, least_patience = 2'000;
   /// Begins a stretch of either scheme.
   void begin(const Progress& now) { from_ = now; }

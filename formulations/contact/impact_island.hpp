@@ -11,9 +11,8 @@ namespace freeplay {
 
 /// A contact in impact: its rows of D and u, its coefficients, and its impulses.
 struct ImpactContact {
-  int normal = -1,
-      /// tangent −1: frictionless; normal −1: friction of a joint, with Newton's law only
-      tangent = -1;
+  /// tangent −1: frictionless; normal −1: friction of a joint, with Newton's law only
+  int normal = -1, tangent = -1;
   double restitution = 0, tangential_restitution = 0, friction = 0;
   double impulse_n = 0, impulse_t = 0;  ///< N s
   /// N s, bound of friction in addition to μ times the normal impulse

@@ -10,9 +10,8 @@ namespace freeplay {
 
 struct RouthImpact {
   double impulse_n = 0, impulse_t = 0;  ///< N s
-  double normal_work = 0,
-         /// J, of the impulses on the rates during the impact; negative: lost
-      tangential_work = 0;
+  /// J, of the impulses on the rates during the impact; negative: lost
+  double normal_work = 0, tangential_work = 0;
   /// False if no impulse ends the approach: the only freedom of the contact cannot change its
   /// approach rate.
   bool ended = true;

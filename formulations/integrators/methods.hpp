@@ -2,7 +2,7 @@
 //
 //     start(f, t, x)          starts at a state (after every event, with a new right-hand side);
 //     step(f, t_end)          makes one accepted step, not beyond t_end; false if there is none;
-//     renew(f)                evaluates the right-hand side at the present state, after a change of it;
+//     renew(f)                evaluates the right-hand side at the present state, if it changed;
 //     land(f, t)              repeats the last step so that it ends at t, t_old < t ≤ its end;
 //     interpolate(t, x)       gives the state within the last step;
 //     cubic                   whether that is hermite() of each component;

@@ -64,8 +64,8 @@ Piecewise course_of(const TorqueCurveDrive& drive, const Mechanism& mechanism) {
 std::vector<Push> pushes(const Mechanism& mechanism, const System& system, const State& start, double arm) {
   std::vector<Push> list;
   const auto n = static_cast<std::size_t>(system.n());
-  std::vector<double> turning(n, 0),
-      longest(n, 0);  // N or N m of drives that reverse; s, the longest reversal time of them
+  // N or N m of drives that reverse; s, the longest reversal time of them
+  std::vector<double> turning(n, 0), longest(n, 0);
   for (const auto& drive : mechanism.drives)
     if (const auto* d = std::get_if<TorqueDrive>(&drive))
       for (const int body : bodies_of(mechanism.joints[d->joint]))

@@ -33,10 +33,9 @@ class OnsetSearch {
   ///@{
   /// a bound of the gaps' curvature within the pair is known
   bool bounded() const { return bounded_; }
-  double unseen() const {
-    return unseen_;
-  }  ///< possible undetected depth of a contact, over the clearance
-     ///@}
+  /// possible undetected depth of a contact, over the clearance
+  double unseen() const { return unseen_; }
+  ///@}
 
  private:
   /// Half of a pair.

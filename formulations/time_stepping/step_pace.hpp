@@ -42,8 +42,9 @@ class StepPace {
   double since = 0;       // s, time of that check
   double calm_speed = 0;  // m/s, the greatest speed when impacts last raised no energy
   long gains = 0;         // impacts that raised the energy, at the last check
-  long calm_gains = 0;    // the same, when calm_speed was taken
-                          ///@}
+  // impacts that raised the energy, when calm_speed was taken
+  long calm_gains = 0;
+  ///@}
 
  private:
   void find();
