@@ -29,7 +29,7 @@ struct ContactUnknown {
   double friction = 0;  ///< μ of a contact
   double bound = 0;     ///< N s: |P_T| ≤ bound + μ P_N
   double target_n = 0;  ///< −e u_N⁻ for an approaching contact, else 0: lower bound of u_N⁺
-  double target_t = 0;  ///< −e_T u_T⁻: the rate at which friction force vanishes
+  double target_t = 0;  ///< −e_T u_T⁻: friction opposes the sliding relative to this rate
   double impulse_n = 0, impulse_t = 0;
 };
 

@@ -64,7 +64,7 @@ struct PenaltyMode {
   /// of v₀ (see contact_law.hpp)
   bool struck = false;
   double mass = 1;  ///< kg, effective mass of that impact
-  /// closed without an impact, or in expansion since its onset: a further compression is a new
+  /// closed without an impact, or has expanded since its onset: a further compression is a new
   /// impact
   bool eased = false;
 

@@ -59,7 +59,7 @@ bool ContactSet::activate(StepData& s, ImpulseResponses& responses) {
 }
 
 /// A contact is in impact if it was open before and approaches faster than rows rotate within the
-/// step. Slower contacts have separated from a lasting contact by rounding and continue it.
+/// step. A slower contact has only just separated from a lasting contact, and continues it.
 bool ContactSet::find_struck(StepData& s) {
   const double h = s.length();
   bool any = false;

@@ -1,7 +1,7 @@
 // EndRates: corrects the velocities after a smooth step to the rates at its end. The rates at the
 // middle of a step, extrapolated by ±(h/2)γ, have a third-order error at its end, which would let a
 // lasting contact with a rotating normal separate. The correction is the least mass-weighted change
-// of v such that the rates at q⁺ of joints, of pressed contacts and of sticking contacts vanish.
+// of v such that joints, pressed contacts and sticking contacts have their prescribed rates at q⁺.
 // For sliding contacts the error is of second order, because γ is that of v⁻. The correction of
 // their normal rate therefore includes the friction impulse, W_N + (P_T/P_N) W_T; otherwise the
 // error of a run would be of first order.

@@ -1,3 +1,5 @@
+// Friction law F_T = −F_N c(v) (friction_law.hpp) with the coefficient
+//
 //     c = [μ + (μ_s − μ) exp(−(v/v₁)²)] tanh(|v|/v₀) + σ₂ |v|
 //
 // Coulomb, Stribeck and viscous friction, smooth at rest. v₁ is Stribeck's speed; the Stribeck

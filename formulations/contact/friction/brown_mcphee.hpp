@@ -1,3 +1,5 @@
+// Friction law F_T = −F_N c(v) (friction_law.hpp) with the coefficient
+//
 //     c = μ tanh(4x) + (μ_s − μ) x/(x²/4 + ¾)² + σ₂ v,   x = v/v₀
 //
 // P. Brown, J. McPhee, A continuous velocity-based friction model for dynamics and control with

@@ -1,3 +1,5 @@
+// Friction law F_T = −F_N c(v) (friction_law.hpp) with the coefficient
+//
 //     c = σ₀ z + σ₁ ż + σ₂ v,   ż = v − |v| z/g,   g = [μ + (μ_s − μ) e^(−(v/v₀)²)]/σ₀
 //
 // The deflection z (m) of the bristle is an additional state variable.

@@ -1,3 +1,5 @@
+// Friction law F_T = −F_N c(v) (friction_law.hpp) with the coefficient
+//
 //     c = μ(1 − exp(−3|v|/v₀)) up to v₀, then constant at its value there, 0.9502 μ
 //
 // The source rounds this value to 0.95 μ, with a jump at v₀.

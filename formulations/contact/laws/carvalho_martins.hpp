@@ -1,3 +1,5 @@
+// Point contact law F = K δ^(3/2) (1 + χ δ̇/v₀) (contact_law.hpp) with the damping factor
+//
 //     χ = 3(1 − e)(11 − e)/[2(1 + 9e)]
 //
 // An approximate solution of the first integral of a free impact (see contact_law.hpp).

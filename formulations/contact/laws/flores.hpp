@@ -1,3 +1,5 @@
+// Point contact law F = K δ^(3/2) (1 + χ δ̇/v₀) (contact_law.hpp) with the damping factor
+//
 //     χ = 8(1 − e)/(5e)
 //
 // P. Flores, M. Machado, M. T. Silva, J. M. Martins, On the continuous contact force models for

@@ -1,3 +1,5 @@
+// Point contact law F = K δ^(3/2) (1 + χ δ̇/v₀) (contact_law.hpp) with the damping factor
+//
 //     χ = 1/e
 //
 // Derived from the energy loss of an impact with low restitution; at e = 1 the law still delivers

@@ -1,6 +1,8 @@
+// Contact law of a linear spring and damper:
+//
 //     F = K δ + D δ̇ ≥ 0
 //
-// A linear spring and damper, with K and D from the scene. The force jumps at contact onset, and
+// K and D are from the scene. The force jumps at contact onset, and
 // the delivered restitution depends on the mass: kelvin_voigt_restitution().
 #pragma once
 

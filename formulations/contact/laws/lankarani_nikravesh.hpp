@@ -1,3 +1,5 @@
+// Point contact law F = K δ^(3/2) (1 + χ δ̇/v₀) (contact_law.hpp) with the damping factor
+//
 //     χ = 3(1 − e²)/4
 //
 // H. M. Lankarani, P. E. Nikravesh, A contact force model with hysteresis damping for impact

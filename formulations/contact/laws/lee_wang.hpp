@@ -1,3 +1,5 @@
+// Point contact law F = K δ^(3/2) (1 + χ δ̇/v₀) (contact_law.hpp) with the damping factor
+//
 //     χ = 3(1 − e)/4
 //
 // T. W. Lee, A. C. Wang, On the dynamics of intermittent-motion mechanisms, J. Mech. Transm. Autom.

@@ -1,3 +1,5 @@
+// Line contact law of a journal inside a bearing of length L (elastic.hpp, contact_parts.hpp):
+//
 //     F = (π/2) L E* δ √(δ/[2(ΔR + δ)])
 //
 // C. Liu, K. Zhang, R. Yang, The compliance contact model of cylindrical joints with clearances,

@@ -1,3 +1,5 @@
+// Line contact law of a journal inside a bearing of length L (elastic.hpp, contact_parts.hpp):
+//
 //     F = [(0.965ΔR + 0.0965) L E*/ΔR] δⁿ,   n = Y ΔR^(−0.005),   lengths in mm, F in N, E* in MPa,
 //
 //     Y = 1.51 [ln(1000 ΔR)]^(−0.151)   for 0.005 ≤ ΔR < 0.34954,

@@ -1,3 +1,5 @@
+// Line contact law of a journal inside a bearing of length L (elastic.hpp, contact_parts.hpp):
+//
 //     F = E* ΔR L π b²(b² + 1)/[2 − ln(b² + 1) − 2b⁴],   b² = δ/(2ΔR + δ)
 //
 // A. Persson, On the stress distribution of cylindrical elastic bodies in contact, Chalmers 1964;

@@ -1,3 +1,5 @@
+// Line contact law of a journal inside a bearing of length L (elastic.hpp, contact_parts.hpp):
+//
 //     δ = f [⅔ + ln(4R_i/b) + ln(4R_j/b)] = f [ln(4ΔR/f) + ⅔ − ln 4],   f = F/(π E* L),
 //
 // with the full width of the contact, b = 2√(4 F R/(π E* L)), R = R_i R_j/ΔR (docs/penalty.md gives
