@@ -1,3 +1,5 @@
+// Factory of the nonsmooth formulation: impact laws and set-valued friction, by time stepping, the
+// event-driven scheme, or the automatic scheme.
 #pragma once
 
 #include <memory>

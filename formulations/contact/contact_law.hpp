@@ -13,8 +13,8 @@
 // D δ̇, is the one law of a different form.
 //
 // v₀ is δ̇ at contact onset during the whole first compression, as in the published laws, and
-// during the expansion that follows. A contact that closes
-// without approach speed, or that is compressed again before it separates, takes v₀ as the greatest w = √(δ̇² + 2U(δ)/m) of that
+// during the expansion that follows. A contact that closes without approach speed, or that is
+// compressed again before it separates, takes v₀ as the greatest w = √(δ̇² + 2U(δ)/m) of that
 // compression: the approach speed of a free impact that would reach this state without loss (U = ∫
 // F_el dδ, m the effective mass of the contact).
 //

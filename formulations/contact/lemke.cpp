@@ -89,7 +89,7 @@ SolverSummary lemke(ContactEquations& p, double, SolverRoom& room) {
 /// The contact problem in the form of Anitescu and Potra (Nonlinear Dynamics 14 (1997) 231):
 /// z = (P_N, P_+, P_−, λ), with P_T = P_+ − P_− and w = (u_N − target, u_T + λ, −u_T + λ, bound +
 /// μP_N − P_+ − P_−). Its matrix is copositive if D has no negative eigenvalue. Lemke's method then
-/// ends in a solution unless a P ≥ 0 with WP = 0 gains from the targets; for inelastic problems it
+/// ends in a solution if no P ≥ 0 with WP = 0 gains from the targets; for inelastic problems it
 /// always ends in a solution. Newton steps then remove the rounding error.
 SolverSummary copositive_lemke(ContactEquations& p, double accepted, SolverRoom& room) {
   auto& unknowns = p.unknowns;

@@ -1,3 +1,5 @@
+// Factory of the penalty formulation (dynamics.hpp, stepper.hpp): contact forces as functions of
+// penetration and velocity, with an integrator of the scene's choice.
 #pragma once
 
 #include <memory>
