@@ -25,10 +25,10 @@
 namespace freeplay {
 
 struct ModeEvent {
-  /// gap: an open contact closes; force: the force of a closed contact reaches zero; stick: friction
-  /// of a sticking contact reaches its limit; slip: sliding of a contact stops; slide_stick and
-  /// slide_slip: the same for joints with friction; phase_down and phase_up: an angle or distance
-  /// reaches the lower or upper end of its piece.
+  /// gap: an open contact closes; force: the force of a closed contact reaches zero; stick:
+  /// friction of a sticking contact reaches its limit; slip: sliding of a contact stops;
+  /// slide_stick and slide_slip: the same for joints with friction; phase_down and phase_up: an
+  /// angle or distance reaches the lower or upper end of its piece.
   enum class Kind { none, gap, force, stick, slip, slide_stick, slide_slip, phase_down, phase_up };
   Kind kind = Kind::none;
   int index = -1;  ///< of the contact, preloaded joint or phase
