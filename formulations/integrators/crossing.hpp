@@ -2,7 +2,8 @@
 // Instead of sampling, it uses rigorous bounds on the function between two times
 // (dynamics/gap_motion.hpp) and halves the interval until they are conclusive. The penalty
 // formulation, the event-driven scheme and adaptive time stepping use it to find contact events.
-// first_loss() is the search, land_on_first() the repetition of a step that ends at its first event.
+// first_loss() is the search, land_on_first() the repetition of a step that ends at its first
+// event.
 #pragma once
 
 #include <algorithm>
