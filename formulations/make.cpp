@@ -15,7 +15,8 @@ namespace freeplay {
 
 namespace {
 
-/// Pairs that come and go are known to time stepping with a fixed step alone.
+/// Only time stepping with a fixed step supports contact pairs that are created and removed during
+/// a run.
 void refuse_families(Family family, const Scene& scene, const System& system) {
   if (system.families().empty()) return;
   const auto& name = system.families().front().name;

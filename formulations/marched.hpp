@@ -1,4 +1,6 @@
-// What every formulation that marches a stepper says of itself in the same way.
+// Marched<Stepper>: the part of the Formulation interface that all formulations share. It owns the
+// stepper and the contact log, runs the stepper with march(), keeps the energy ledger and
+// serializes both for snapshots. Subclasses add the contact models and the notes to the user.
 #pragma once
 
 #include <fmt/format.h>
@@ -16,7 +18,8 @@
 
 namespace freeplay {
 
-/// Contacts that could not be proved apart, and how deep they may have been.
+/// Adds a note if contacts could not be excluded within steps; `unseen` is their possible depth, in
+/// clearances.
 inline void unseen_note(double unseen, std::vector<std::string>& notes) {
   if (unseen > seen_depth)
     notes.push_back(fmt::format(
@@ -25,8 +28,10 @@ inline void unseen_note(double unseen, std::vector<std::string>& notes) {
         unseen));
 }
 
-/// A Stepper adds to what march() asks for: start(state, log), q(), work(), extremes(), integrals(), the ledger
-/// but for the energies of masses and gravity, and outside_work(), those of drives and of loads among them. What contacts are and what a user must read is each family's own.
+/// A Stepper provides the functions that march() uses, and start(state, log), q(), work(),
+/// extremes(), integrals() (the energy ledger without kinetic and gravitational energy) and
+/// outside_work() (the work of drives and of loads). Each subclass defines its contact models and
+/// its notes.
 template <class Stepper>
 class Marched : public Formulation {
  public:
@@ -60,7 +65,7 @@ class Marched : public Formulation {
     l.potential = system_.potential(stepper_.q());
     return l;
   }
-  /// After each step; see EnergyLedger::passed.
+  /// Called after each step; see EnergyLedger::passed.
   void keep_passed() {
     const auto [drive, load] = stepper_.outside_work();
     passed_ = std::max({passed_, system_.kinetic(stepper_.v()), std::abs(drive), std::abs(load)});

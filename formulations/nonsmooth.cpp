@@ -14,11 +14,12 @@
 namespace freeplay {
 namespace {
 
-/// An impact acts up to a step late, with the speed of the step's beginning: after a flight from rest of N
-/// steps that is 1/N off.
+/// An impact acts up to one step late, with the velocity at the step's beginning. After a flight
+/// from rest of N steps the relative error is 1/N.
 constexpr double fewest_steps = 30;
 
-/// What both schemes say of themselves in the same way. A Stepper adds singular() and nearest_singular().
+/// The part that all nonsmooth schemes share: contact models and notes. A Stepper adds singular()
+/// and nearest_singular().
 template <class Stepper>
 class Nonsmooth final : public Marched<Stepper> {
   using Marched<Stepper>::system_, Marched<Stepper>::stepper_;
@@ -72,10 +73,11 @@ class Nonsmooth final : public Marched<Stepper> {
 
  private:
   std::vector<double> restitution_;
-  double accepted_;  // residual of a contact problem, relative
+  double accepted_;  // relative residual accepted of a contact problem
 };
 
-/// Chosen steps leave a state that is known to their tolerance: a tenth of that for what follows.
+/// Adaptive time stepping leaves a state that is accurate to its own tolerance. The event-driven
+/// scheme then uses a tenth of that tolerance.
 double tolerance_after_steps(const NonsmoothOptions& options) {
   return std::max(options.tolerance, 0.1 * options.step_tolerance);
 }
@@ -89,7 +91,8 @@ EventDriven make_event_driven(const Scene& scene, const System& system,
   coarse.tolerance = tolerance_after_steps(scene.nonsmooth);
   EventDynamics dynamics(system, scene.nonsmooth, restitution, facts, scales.speed);
   const double first = 1e-3 * scales.time;
-  // Films are stiff from the beginning of every mode. Friction that reactions bound has no derivative.
+  // Films make every mode stiff from its beginning. Friction bounded by reactions has no
+  // derivative.
   const long first_probe = dynamics.films.any() && system.reactive_frictions().empty() ? 100 : 0;
   const auto method = [&](const ErrorNorm& accepted) {
     return EventDriven::Method(Dopri5(accepted, first), accepted, first, first_probe);
@@ -141,8 +144,9 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
     case Scheme::event_driven:
       return with(make_event_driven(scene, system, e, facts, state));
     case Scheme::automatic:
+      // Time stepping does not support all impact laws.
       if (!choice_of(scene.nonsmooth.impact_law).traits.time_stepping)
-        return with(make_event_driven(scene, system, e, facts, state));  // nobody to hand over to
+        return with(make_event_driven(scene, system, e, facts, state));
       return with(AutomaticStepper(make_event_driven(scene, system, e, facts, state), adaptive(),
                                    tolerance_after_steps(scene.nonsmooth)));
   }

@@ -1,3 +1,5 @@
+// Factory of the nonsmooth formulation: impact laws and set-valued friction, by time stepping, the
+// event-driven scheme, or the automatic scheme.
 #pragma once
 
 #include <memory>
@@ -10,8 +12,9 @@ namespace freeplay {
 struct Scene;
 class System;
 
-/// The nonsmooth formulation of a scene, started at `state`. `restitution`, when not empty, replaces what the
-/// surfaces ask for, one value per contact. Throws ModelError when a surface has no restitution.
+/// Makes the nonsmooth formulation of a scene, started at `state`. `restitution`, if not empty,
+/// replaces the surfaces' coefficients of restitution, one value per contact. Throws ModelError if
+/// a surface has no coefficient of restitution.
 std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& system, const State& state,
                                             const std::vector<double>& restitution);
 

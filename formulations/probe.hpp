@@ -1,13 +1,14 @@
-// Forces are found by another of a stepper's dynamics, from factors with pivots of their own, so that watching
-// them moves no digit of the motion.
+// Serialization of a probe: a second copy of a stepper's dynamics that evaluates forces for an
+// observer. The copy has its own factorisations and pivots, so that observing forces does not
+// change the motion in any digit.
 #pragma once
 
 #include <memory>
 
 namespace freeplay {
 
-/// Writes or reads the probe, if there is one. A stepper that is `watching` needs one after reading too; `make`
-/// makes it as watch_forces() would.
+/// Writes or restores the probe, if there is one. A stepper that is `watching` also needs a probe
+/// after restoring; `make` creates it as watch_forces() does.
 template <class M, class Dynamics, class Make>
 void remember_probe(M& m, std::unique_ptr<Dynamics>& probe, bool watching, Make make) {
   bool probed = probe != nullptr;

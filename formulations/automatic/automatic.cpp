@@ -29,7 +29,7 @@ void AutomaticStepper::watch_forces(bool on) {
   if (on && struck_.elements.empty()) struck_.add(0, stepping_.within());
 }
 
-/// Why the event-driven scheme, which goes on, should not.
+/// The reason to leave the event-driven scheme although it can continue; null if there is none.
 const char* AutomaticStepper::gives_up() {
   if (shrinkage_.due() && shrinkage_.shrunk(events_.t(), events_.events(),
                                             events_.in_contact() || events_.singular(), events_.time_scale()))
@@ -65,7 +65,7 @@ bool AutomaticStepper::step(double t_end) {
   return true;
 }
 
-/// Time stepping goes on from where the event-driven scheme could not.
+/// Time stepping takes over at the state where the event-driven scheme gave up.
 void AutomaticStepper::pass_on(const std::string& why) {
   costs_.end_events(progress());
   const auto from = events_.hand_over();

@@ -1,11 +1,14 @@
-// The default: event-driven where it can tell events one by one, time stepping with controlled steps through what it
-// cannot (hops without number, modes of many contacts that change again and again, Painlevé's configurations), and back
-// when nothing has been struck for a while, at a tenth of the tolerance that the steps had: finer than that the state is not
-// known. policy.hpp has the rules.
+// The automatic scheme, the default of the nonsmooth formulation. It runs the event-driven scheme
+// as long as that can resolve events one by one, and hands over to adaptive time stepping where it
+// cannot: at accumulations of impacts, in modes of many contacts that change repeatedly, and in
+// Painlevé's configurations. It returns to the event-driven scheme once no impact has occurred for
+// a while, with a tenth of the tolerance of the time steps, because the state is not known more
+// accurately than that. policy.hpp has the rules.
 //
-// Both share the log of contacts. State, energies, extremes, counts of work and open touches are handed over whole, so that
-// nothing is lost but what either scheme's own tolerance is; a step that the event-driven scheme could not make is made by
-// the other from the same state.
+// AutomaticStepper owns both schemes, which share one contact log. A handover passes the state,
+// energies, extremes, counts of work and open contacts, so that the only error is each scheme's own
+// tolerance. If the event-driven scheme cannot make a step, time stepping makes it from the same
+// state.
 #pragma once
 
 #include <array>
@@ -21,7 +24,7 @@ namespace freeplay {
 
 class AutomaticStepper {
  public:
-  /// `after`: what steps of `events` are held to once `stepping` had the state.
+  /// `after`: tolerance of the steps of `events` once `stepping` has advanced the state.
   AutomaticStepper(EventDriven events, AdaptiveMoreau stepping, double after);
 
   void start(const State& state, ContactLog& log);
@@ -83,14 +86,14 @@ class AutomaticStepper {
   EventDriven events_;
   AdaptiveMoreau stepping_;
   ContactLog* log_ = nullptr;
-  bool steps_ = false;  // the next step is time stepping's
-  bool shown_ = false;  // the last one was
+  bool steps_ = false;  // time stepping makes the next step
+  bool shown_ = false;  // time stepping made the last step
   HandoverTimes times_;
   StepShrinkage shrinkage_;
   SchemeCosts costs_;
   double after_;
   bool watching_ = false;
-  Forces struck_;  // by the event-driven scheme before it gave up
+  Forces struck_;  // impulses that the event-driven scheme applied before it gave up
   std::string failure_;
 };
 

@@ -1,4 +1,4 @@
-// What one nonsmooth scheme hands to another in the middle of a run.
+// Data that one nonsmooth scheme passes to another in the middle of a run.
 #pragma once
 
 #include <vector>
@@ -10,9 +10,10 @@ namespace freeplay {
 
 struct Handover {
   struct Contact {
-    bool closed = false;                               // held to last
-    bool logged = false;                               // its touch is in the log, its loss is not
-    double t_touch = 0, impulse_n = 0, impulse_t = 0;  // s, N s: of what the log holds
+    bool closed = false;  // closed in the last mode or step
+    bool logged = false;  // the log has its onset, but not its separation
+    // s, N s: onset and impulses that the log has so far
+    double t_touch = 0, impulse_n = 0, impulse_t = 0;
   };
   State state;
   std::vector<Contact> contacts;

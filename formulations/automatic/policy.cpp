@@ -7,11 +7,11 @@ namespace freeplay {
 void HandoverTimes::take_over(double t, const std::string& why, double time_scale) {
   since_ = t;
   ++count_;
-  // A return that did not last: wait longer before the next.
+  // The last return did not last: wait longer before the next.
   wait_ = since_ - returned_ < wait_ && count_ > 1 ? std::min(2 * wait_, 1e3 * time_scale) : 0.1 * time_scale;
   const auto colon = why.find("s: ");
   const auto reason = colon == std::string::npos ? why : why.substr(colon + 3);
-  constexpr std::size_t most = 400;  // characters of them all
+  constexpr std::size_t most = 400;  // characters of all reasons together
   if (reasons_.find(reason) == std::string::npos && reasons_.size() + reason.size() < most)
     reasons_ += (reasons_.empty() ? "" : "; ") + reason;
 }

@@ -1,18 +1,22 @@
-// When the automatic scheme hands over, as rules on numbers of the two schemes; it steps nothing itself.
+// Rules of the automatic scheme: when one scheme hands over to the other. They use numbers only and
+// step nothing.
 //
-// To time stepping, when the event-driven scheme
+// Time stepping takes over if the event-driven scheme
 //   - cannot make its step (its own reason), or
-//   - shrinks its steps to nothing: near a singular position, where friction is close to lockup, or where events crowd, a thousand
-//     steps pass less than a hundredth of what a thousand passed at best so far (StepShrinkage), or
-//   - is on trial and passes less time with the same work than time stepping did (SchemeCosts).
+//   - has steps that shrink towards zero: near a singular position, where friction is close to
+//     lockup, or where events accumulate, a thousand steps cover less than a hundredth of the
+//     greatest time that a thousand steps have covered so far (StepShrinkage), or
+//   - is on trial and covers less time with the same work than time stepping did (SchemeCosts).
 //
-// Back to the event-driven scheme, when time stepping
-//   - has been calm, without impacts, for a while: a tenth of the scene's time scale, twice as long after each return that did not
-//     last (HandoverTimes), or
-//   - has become the dearer: a scheme's pace is the time that it passes over its factorisations, counts that do not depend on
-//     the machine. Time stepping whose pace over the last N factorisations is below that of the event-driven scheme so far gives
-//     way to a trial of N/10. Where the trial pays it goes on and N is halved; else time stepping does, with 2N: trials
-//     cost a tenth of the work at most (SchemeCosts).
+// The event-driven scheme takes over again if time stepping
+//   - has been calm, without impacts, for a while: a tenth of the scene's time scale, and twice as
+//     long after each return that did not last (HandoverTimes), or
+//   - has become the more expensive scheme. The pace of a scheme is the time that it covers per
+//     factorisation; such counts do not depend on the machine. If the pace of time stepping over
+//     the last N factorisations is below that of the event-driven scheme so far, the event-driven
+//     scheme gets a trial of N/10. If the trial succeeds, it continues and N is halved. Otherwise
+//     time stepping continues with 2N, so that trials cost a tenth of the work at most
+//     (SchemeCosts).
 #pragma once
 
 #include <algorithm>
@@ -21,25 +25,31 @@
 
 namespace freeplay {
 
+<<<<<<< HEAD
 /// A scheme's place: time (s) and factorisations so far.
 struct SchemeProgress {
+=======
+/// Progress of a scheme: time (s) and factorisations so far.
+struct Progress {
+>>>>>>> ab69f6f68576667560a7834022c4213b0615b1ab
   double t = 0;
   long cost = 0;
 };
 
-/// How often time stepping took over, for how long, why, and how long it must be calm before it gives back.
+/// Counts and reasons of handovers to time stepping, its longest duration, and the calm time that
+/// it needs before it hands back.
 class HandoverTimes {
  public:
-  /// `time_scale`: s, in which something happens in the scene, as it is known so far.
+  /// `time_scale`: characteristic time of the scene (s), as known so far.
   explicit HandoverTimes(double time_scale) : wait_(0.1 * time_scale) {}
   void take_over(double t, const std::string& why, double time_scale);
   void give_back(double t);
-  /// Nothing was struck since `calm_since` (s).
+  /// Whether the calm time has passed; no impact has occurred since `calm_since` (s).
   bool calm(double t, double calm_since) const { return t - std::max(since_, calm_since) > wait_; }
-  double since() const { return since_; }  ///< s, of the last time that time stepping took over
+  double since() const { return since_; }  ///< s, of the last handover to time stepping
   long count() const { return count_; }
   const std::string& reasons() const { return reasons_; }
-  /// s, the longest that time stepping had the state; `open`: how long it has it now.
+  /// s, the longest duration of time stepping; `open`: its duration since the last handover.
   double longest(double open = 0) const { return std::max(longest_, open); }
 
   template <class M>
@@ -54,12 +64,12 @@ class HandoverTimes {
   std::string reasons_;
 };
 
-/// Whether steps of the event-driven scheme shrink to nothing. Steps that a smooth motion makes short are no reason: time stepping
-/// needs them as well.
+/// Whether steps of the event-driven scheme shrink towards zero. Steps that are short because the
+/// smooth motion is fast do not count: time stepping needs them as well.
 class StepShrinkage {
  public:
   void begin(double t, long events);
-  /// Before each step: whether to ask shrunk(), every thousand steps.
+  /// Called before each step: whether to call shrunk(), every thousand steps.
   bool due() { return ++steps_ >= 1000; }
   /// `crowded`: contacts are closed, or the position is singular.
   bool shrunk(double t, long events, bool crowded, double time_scale);
@@ -72,13 +82,14 @@ class StepShrinkage {
  private:
   int steps_ = 0;
   double from_ = 0;  // s
-  long events_ = 0;  // until then
-  double best_ = 0;  // s, the most that a thousand steps passed
+  long events_ = 0;  // at the beginning of these steps
+  double best_ = 0;  // s, the greatest time that a thousand steps have covered
 };
 
-/// What the two schemes cost.
+/// Costs of the two schemes.
 class SchemeCosts {
  public:
+<<<<<<< HEAD
   static constexpr long first_patience = 50'000,  ///< half a second of a small mechanism
       least_patience = 2'000;
   /// A stretch of either scheme begins.
@@ -90,6 +101,22 @@ class SchemeCosts {
   void begin_trial();
   /// Whether a trial is over that was slower than time stepping; one that paid ends.
   bool trial_failed(const SchemeProgress& events);
+=======
+  /// First and least N, in factorisations; the first is half a second of CPU time for a small
+  /// mechanism.
+  static constexpr long first_patience = 50'000, least_patience = 2'000;
+  /// Begins a stretch of either scheme.
+  void begin(const Progress& now) { from_ = now; }
+  /// Ends a stretch of the event-driven scheme.
+  void end_events(const Progress& now);
+  /// Whether time stepping was slower over its last N factorisations than the event-driven scheme
+  /// has been so far.
+  bool stepping_costs_more(const Progress& now);
+  void begin_trial();
+  /// Whether a trial has ended slower than time stepping. A trial that was faster ends as
+  /// successful.
+  bool trial_failed(const Progress& events);
+>>>>>>> ab69f6f68576667560a7834022c4213b0615b1ab
   bool on_trial() const { return trial_; }
   long trials() const { return trials_; }
   long won() const { return won_; }
@@ -104,10 +131,15 @@ class SchemeCosts {
   bool pays(const SchemeProgress& events) const;
   void end_trial(const SchemeProgress& events);
 
-  double events_time_ = 0;  // s, that the event-driven scheme passed
+  double events_time_ = 0;  // s, covered by the event-driven scheme
   long events_cost_ = 0;
+<<<<<<< HEAD
   SchemeProgress from_;
   double stepping_pace_ = 0;  // s a factorisation, before the present trial
+=======
+  Progress from_;
+  double stepping_pace_ = 0;  // s per factorisation, before the present trial
+>>>>>>> ab69f6f68576667560a7834022c4213b0615b1ab
   long patience_ = first_patience;
   long trials_ = 0, won_ = 0;
   bool trial_ = false;

@@ -8,7 +8,7 @@
 namespace freeplay {
 namespace {
 
-/// Operations of one factorisation beyond which sweeps are the cheaper way.
+/// Number of operations of one factorisation above which sweeps are cheaper.
 constexpr double most_operations = 3e7;
 
 }  // namespace
@@ -47,7 +47,8 @@ int BandNewton::order(const SparseIsland& x) {
   return at == rows ? width : rows;
 }
 
-/// F of the projections at the present impulses and, where asked for, its derivative in the band; |F|².
+/// Computes F of the projections at the present impulses and, if requested, its derivative in the
+/// band; returns |F|².
 double BandNewton::project(const SparseIsland& x, bool with_derivative, double proximal) {
   struct Rows {
     const SparseIsland& x;
@@ -87,7 +88,8 @@ SolverSummary BandNewton::solve(SparseIsland& x, double accepted, int most) {
   for (int i = 0; i < most; ++i) {
     ++steps;
     double before = 0;
-    for (const double proximal : {0.0, 1e-9, 1e-6}) {  // forces that contacts share: the least change of them
+    // for shared contact forces: the least change
+    for (const double proximal : {0.0, 1e-9, 1e-6}) {
       band_.begin(rows, width);
       before = project(x, true, proximal);
       if (!std::isfinite(before)) return {false, steps};

@@ -1,5 +1,7 @@
-// Newton's method for an island of many contacts (projections.hpp), from the impulses given, with band factors in the order
-// of a breadth-first walk over the island (Cuthill and McKee, Proc. 24th ACM Conf. (1969) 157): along a chain its cost is linear.
+// BandNewton: Newton's method on the projections (projections.hpp) for an island of many contacts,
+// started from the given impulses. The Jacobian is factorised as a band matrix, in the order of a
+// breadth-first walk over the island (Cuthill and McKee, Proc. 24th ACM Conf. (1969) 157), so that
+// the cost along a chain of bodies is linear. It owns the band matrix and its work vectors.
 #pragma once
 
 #include <vector>
@@ -11,18 +13,19 @@ namespace freeplay {
 
 class BandNewton {
  public:
-  /// place_ of each row in the order of the walk, begun at the end of another; the half-bandwidth in rows.
+  /// Computes place_ of each row in the order of a walk that starts at the last unknown of a first
+  /// walk. Returns the half-bandwidth in rows.
   int order(const SparseIsland& x);
-  /// Not solved where the band is wide.
+  /// Solves for the impulses. Returns without a solution if the band is too wide.
   SolverSummary solve(SparseIsland& x, double accepted, int most);
-  /// The impulses, of either sign, by which every row's rate vanishes; where rows depend on each other the least. False where
-  /// the band is wide.
+  /// Computes the impulses, of either sign, for which the rate of every row vanishes; where rows
+  /// depend on each other, the least impulses. Returns false if the band is too wide.
   bool hold(SparseIsland& x);
 
  private:
   double project(const SparseIsland& x, bool with_derivative, double proximal);
 
-  std::vector<int> unknown_;       // of each row
+  std::vector<int> unknown_;       // unknown of each row
   std::vector<int> place_, walk_;  // order of rows in the band
   BandLu band_;
   std::vector<double> F_, P_, step_;

@@ -46,7 +46,7 @@ bool BoundIteration::refine(const Eigen::VectorXd& image) {
   stalled_ = residual_ < 0.5 * best_ ? 0 : stalled_ + 1;
   if (++count_ >= most || (residual_ <= 1e-12 && stalled_ > 1) || (met() && stalled_ > 6)) return false;
   best_ = std::min(best_, residual_);
-  if (stalled_ > 10 && !met()) {  // anew, halfway
+  if (stalled_ > 10 && !met()) {  // restart at the midpoint
     kept_ = stalled_ = 0;
     bounds_ = 0.5 * (bounds_ + image);
     return true;

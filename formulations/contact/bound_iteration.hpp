@@ -1,7 +1,13 @@
-// Bounds of friction that follow from what they lead to: B = Γ(B), Γ the problem with fixed bounds solved, then the bounds
-// that its reactions give (dynamics/reaction_bound.hpp). Each B is followed by Γ(B) extrapolated over the last few
-// (D. G. Anderson, J. ACM 12 (1965) 547), which in a fixed mode is a secant method on all bounds at once; where that
-// leads nowhere, by Γ(B) itself, and by the middle of the two where nothing comes nearer for ten tries. Judged by max |Γ(B) − B| over max Γ(B).
+// BoundIteration: fixed-point iteration for friction bounds that depend on the reactions they
+// influence, B = Γ(B). Γ solves the contact problem with fixed bounds B and returns the bounds that
+// its reactions give (dynamics/reaction_bound.hpp). Anderson acceleration over the last few
+// iterates (D. G. Anderson, J. ACM 12 (1965) 547) gives the next B; in a fixed contact mode this is
+// a secant method on all bounds at once. Where the extrapolation is unusable, the next B is Γ(B)
+// itself, and the mean of B and Γ(B) if the residual has not decreased for ten iterations. The
+// residual is max |Γ(B) − B| / max Γ(B).
+//
+// Usage: start(first), then solve the problem with bounds() and pass the result to refine() until
+// it returns false.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,8 +17,10 @@ namespace freeplay {
 class BoundIteration {
  public:
   static constexpr int most = 200, depth = 5;
-  static constexpr int without_heap = 64;   ///< bounds; more are extrapolated with memory of their own
-  static constexpr double accepted = 1e-9;  ///< where rounding, or the solver's tolerance, leaves no less
+  /// number of bounds; more are extrapolated with heap memory
+  static constexpr int without_heap = 64;
+  /// residual accepted if rounding or the solver's tolerance allows no smaller one
+  static constexpr double accepted = 1e-9;
 
   void start(const Eigen::VectorXd& first);
   const Eigen::VectorXd& bounds() const { return bounds_; }
@@ -20,16 +28,17 @@ class BoundIteration {
   bool met() const { return residual_ <= accepted; }
   int count() const { return count_; }
 
-  /// Takes Γ of the present bounds. True when there are others to try; else the present ones stand.
+  /// Takes Γ of the present bounds. Returns true if there are new bounds to try; otherwise the
+  /// present bounds are the result.
   bool refine(const Eigen::VectorXd& image);
 
  private:
-  /// next_, for at most so many bounds and differences.
+  /// Computes next_, for at most this many bounds and differences.
   template <int rows, int columns>
   void extrapolate(const Eigen::VectorXd& image);
 
   Eigen::VectorXd bounds_, r_, next_;
-  Eigen::MatrixXd R_, G_;  // residuals and images of the last few, the latest behind
+  Eigen::MatrixXd R_, G_;  // residuals and images of the last iterates, the latest last
   int kept_ = 0, count_ = 0, stalled_ = 0;
   double best_ = 0, residual_ = 0;
 };

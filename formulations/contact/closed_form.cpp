@@ -1,4 +1,5 @@
-// One contact or joint with friction alone, in closed form by its cases: separation, stick, then slip either way.
+// A single contact or joint with friction, in closed form. The cases are separation, stick, then
+// slip in either direction.
 #include <algorithm>
 #include <cmath>
 
@@ -7,12 +8,13 @@
 namespace freeplay {
 namespace {
 
-/// D_NN D_TT − D_NT² over D_NN D_TT, below which the two rows of a contact see one freedom.
+/// Relative determinant, (D_NN D_TT − D_NT²)/(D_NN D_TT), below which both rows of a contact depend
+/// on one freedom.
 constexpr double same_freedom = 1e-12;
 
 }  // namespace
 
-/// False where no case is consistent (Painlevé).
+/// Returns false if no case is consistent (Painlevé).
 bool solve_one(ContactUnknown& c, double bn, double bt, double Dnn, double Dnt, double Dtt) {
   bt -= c.target_t;
   if (c.normal < 0) {
@@ -26,7 +28,7 @@ bool solve_one(ContactUnknown& c, double bn, double bt, double Dnn, double Dnt, 
     c.impulse_n = std::max(0.0, -bn / Dnn);
     return true;
   }
-  if (c.bound > 0) {  // friction without pressure, where the contact stays open
+  if (c.bound > 0) {  // friction without normal force, if the contact stays open
     c.impulse_t = std::clamp(-bt / Dtt, -c.bound, c.bound);
     if (bn + Dnt * c.impulse_t >= 0) return true;
   } else if (bn >= 0) {
@@ -40,7 +42,8 @@ bool solve_one(ContactUnknown& c, double bn, double bt, double Dnn, double Dnt, 
     c.impulse_t = Pt;
     return true;
   }
-  // Where both rows see one freedom sticking is an end of sliding: of both ends the one with the least impulse.
+  // If both rows depend on one freedom, sticking is a limit of sliding: take the end with the
+  // smaller impulse.
   bool found = false;
   for (double s : {1.0, -1.0}) {
     const double slope = Dnn - s * c.friction * Dnt;
@@ -49,7 +52,8 @@ bool solve_one(ContactUnknown& c, double bn, double bt, double Dnn, double Dnt, 
     const double none = regular ? 0 : same_freedom * (std::abs(bt) + std::abs(Dnt * P) + std::abs(Dtt * T));
     if (P < 0 || s * (bt + Dnt * P + Dtt * T) < -none) continue;
     if (found && P > c.impulse_n * (1 - same_freedom)) {
-      if (P < c.impulse_n * (1 + same_freedom)) c.impulse_t = 0;  // friction moves nothing
+      // friction has no effect on the motion
+      if (P < c.impulse_n * (1 + same_freedom)) c.impulse_t = 0;
       continue;
     }
     c.impulse_n = P;

@@ -1,17 +1,18 @@
-// The contact problem of one step, as equations. Of every active contact and friction element, with b the rates at the end
-// of a step without their impulses and D = WᵀAW the Delassus matrix (A: forces to accelerations, constraints
-// kept):
+// The contact problem of one step, as equations. For all active contacts and friction elements,
 //
 //     u⁺ = D P + b
 //     0 ≤ u_N⁺ + e u_N⁻ ⊥ P_N ≥ 0,                      (Newton; e acts on approach only)
-//     −P_T ∈ μ P_N Sgn(u_T⁺)  or, preloaded,  −P_T ∈ B Sgn(u_T⁺).
+//     −P_T ∈ μ P_N Sgn(u_T⁺)  or, preloaded,  −P_T ∈ B Sgn(u_T⁺),
 //
-// With tangential restitution u_T⁺ + e_T u_T⁻ stands for u_T⁺. The same problem in accelerations chooses what contacts do
-// next.
+// where b are the rates at the end of a step without these impulses and D = WᵀAW is the Delassus
+// matrix (A maps forces to accelerations with the constraints kept). With tangential restitution,
+// u_T⁺ + e_T u_T⁻ takes the place of u_T⁺. The same problem in accelerations determines the next
+// contact mode.
 //
-// ContactEquations has D dense, as small problems are; islands of many contacts have it by rows (sparse_island.hpp), and bodies
-// that no joint holds their velocities (free_sweeps.hpp). All are judged by the one residual below. Solvers (solvers.hpp) read the
-// equations and leave impulses in `unknowns`.
+// ContactEquations owns the unknowns, b, and a dense D for small problems. Islands of many contacts
+// store D by rows (sparse_island.hpp), and islands of bodies without joints store velocities
+// instead (free_sweeps.hpp). All storages share the residual below. Solvers (solvers.hpp) read the
+// equations and write impulses to `unknowns`.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,24 +22,24 @@
 
 namespace freeplay {
 
-/// One set-valued element of the problem and, after a solve, its impulses (before: a guess to start from).
-/// Rows of D and b: `normal`, `tangent`, −1 where there is none.
+/// One set-valued element of the problem and its impulses: the initial guess before a solve, the
+/// solution after it. `normal` and `tangent` are rows of D and b, −1 where there is none.
 struct ContactUnknown {
   int normal = -1, tangent = -1;
   double friction = 0;  ///< μ of a contact
   double bound = 0;     ///< N s: |P_T| ≤ bound + μ P_N
-  double target_n = 0;  ///< −e u_N⁻ for an approaching contact, else 0: u_N⁺ is to be at least this
-  double target_t = 0;  ///< −e_T u_T⁻: the rate at which friction does not resist
+  double target_n = 0;  ///< −e u_N⁻ for an approaching contact, else 0: lower bound of u_N⁺
+  double target_t = 0;  ///< −e_T u_T⁻: friction opposes the sliding relative to this rate
   double impulse_n = 0, impulse_t = 0;
 };
 
-/// A row with the present impulses: its rate, its diagonal of D, its own impulse.
+/// State of a row with the present impulses: its rate, its diagonal entry of D, its impulse.
 struct RowState {
   double rate, diagonal, impulse;
 };
 
-/// What impulses leave of the laws, as rates: for each row the distance to the nearest of its cases. `normal(i)` and
-/// `tangent(i)` give the RowState of unknown i.
+/// Residual of the contact and friction laws, as a rate: the greatest distance of any row to the
+/// nearest case of its law. `normal(i)` and `tangent(i)` return the RowState of unknown i.
 template <class Normal, class Tangent>
 double contact_residual(const std::vector<ContactUnknown>& unknowns, Normal normal, Tangent tangent) {
   double worst = 0;
@@ -54,7 +55,8 @@ double contact_residual(const std::vector<ContactUnknown>& unknowns, Normal norm
       take(std::min(std::abs(n.diagonal) * n.impulse, n.rate - c.target_n));
     }
     if (c.tangent < 0) continue;
-    // −P_T ∈ bound·Sgn(u) is u = 0 or P_T at the bound against u: the distance to the nearer of both.
+    // −P_T ∈ bound·Sgn(u) means u = 0, or P_T at the bound and opposed to u. The residual is the
+    // distance to the nearer of both cases.
     const RowState t = tangent(i);
     const double u = t.rate - c.target_t, bound = c.bound + c.friction * std::max(0.0, pressed);
     take(std::min(std::abs(u), t.diagonal * std::abs(t.impulse + std::copysign(bound, u))));
@@ -65,34 +67,37 @@ double contact_residual(const std::vector<ContactUnknown>& unknowns, Normal norm
 
 class ContactEquations {
  public:
-  /// Makes room for D and b of this many rows and keeps what is there; grows, never shrinks.
+  /// Makes room for D and b of this many rows and keeps their contents. The room never shrinks.
   void reserve(int size);
-  /// The same for b alone, where D lives elsewhere (contact_islands.hpp).
+  /// Makes room for b alone, where D is stored elsewhere (contact_islands.hpp).
   void reserve_rates(int size);
   void clear() {
     unknowns.clear();
     rows = 0;
   }
-  /// Residuals are judged by no less than this rate, where the problem is a part of a greater one.
+  /// Sets a lower limit of the rate that scales residuals, for a problem that is a part of a larger
+  /// one.
   void judge_by(double scale) { least_scale = scale; }
 
-  /// What the present impulses leave of the laws, as rates.
+  /// Residual of the laws with the present impulses, as a rate.
   double residual() const;
-  /// What rounding leaves of the laws' rates at the present impulses, at most.
+  /// Upper bound of the rounding error of the rates with the present impulses.
   double attainable() const;
-  /// Greatest |b| and |target|: what residuals are judged by.
+  /// Greatest |b| and |target|, the scale of residuals.
   double scale() const;
-  /// Of a row with the present impulses: what D and b make of them.
+  /// Rate of a row with the present impulses, from D and b.
   double rate(int row) const;
-  /// Whether some pressed contact has D_NN ≤ μ|D_NT| (Painlevé). Where none has, other motions are not looked for.
+  /// Whether a pressed contact has D_NN ≤ μ|D_NT| (Painlevé). If there is none, no other motions
+  /// are looked for.
   bool doubtful() const;
-  bool finite() const { return D.topLeftCorner(rows, rows).allFinite(); }  ///< D
+  bool finite() const { return D.topLeftCorner(rows, rows).allFinite(); }  ///< Whether D is finite.
 
-  /// Numbers the islands of unknowns that D couples, and how many they are.
+  /// Numbers the islands of unknowns that D couples; returns the number of islands.
   int label_islands(std::vector<int>& label) const;
-  /// The unknowns with label `which`, with their rows; `members`: their numbers here.
+  /// Returns the unknowns with label `which` and their rows; `members` gets their numbers in this
+  /// problem.
   ContactEquations island(const std::vector<int>& label, int which, std::vector<int>& members) const;
-  /// Takes over the impulses of an island.
+  /// Copies the impulses of an island.
   void take_impulses(const ContactEquations& island, const std::vector<int>& members);
 
   std::vector<ContactUnknown> unknowns;

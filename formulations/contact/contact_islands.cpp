@@ -7,10 +7,12 @@
 namespace freeplay {
 namespace {
 
-/// Unknowns of an island of loose bodies beyond which dense matrices are no way out.
+/// Greatest number of unknowns of an island without joints for which dense matrices are an
+/// alternative.
 constexpr int most_loose = 64;
-/// Half-bandwidth of D, in rows, up to which loose bodies hang in a chain: Newton's method meets it in a few steps, where
-/// sweeps hand what happens at one end down a link at a time.
+/// Half-bandwidth of D (in rows) up to which bodies without joints form a chain. Newton's method
+/// solves a chain in a few steps, whereas sweeps propagate a change at one end by one link per
+/// sweep.
 constexpr int most_narrow = 16;
 
 }  // namespace
@@ -100,7 +102,8 @@ ContactSolution ContactIslands::solve(ContactProblem& whole, std::span<const int
     sum.impossible |= x.found.impossible;
     doubtful_ |= x.doubtful;
   }
-  for (int k = 0; k < now_; ++k)  // after all, for the entries of the last call are read above
+  // in a second loop, because the entries of the last call are read above
+  for (int k = 0; k < now_; ++k)
     for (const int own : islands_[k].ids) island_of_id_[own] = k;
   return sum;
 }
@@ -136,7 +139,9 @@ void ContactIslands::solve_long(SparseIsland& x, ContactProblem& whole, const st
   given_ = x.impulse;
   const auto restart = [&] { std::ranges::fill(x.impulse, 0.0); };
   bool solved = false;
-  double best_rate = 1e-6 * size;  // rounding may keep all from the tolerance: less is owed than nothing
+  // rounding may keep all solvers from the tolerance: the best result is accepted up to this
+  // residual
+  double best_rate = 1e-6 * size;
   best_.clear();
   const auto attempt = [&](auto way) {
     if (solved) return;
@@ -153,7 +158,8 @@ void ContactIslands::solve_long(SparseIsland& x, ContactProblem& whole, const st
   const bool loose = free_.gather(x, rows, *saddle_, columns_),
              heap = loose && static_cast<int>(x.unknowns.size()) > most_loose;
   if (loose) {
-    if (heap) best_rate = 1e-3 * size;  // nothing else would come nearer in its time; the run says how near
+    // other methods are no closer in acceptable time; the residual is reported
+    if (heap) best_rate = 1e-3 * size;
     if (newton_.order(x) <= most_narrow) {
       attempt([&] { return newton_.solve(x, accepted, 20); });
       if (!solved) x.impulse = given_;

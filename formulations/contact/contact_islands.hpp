@@ -1,9 +1,13 @@
-// A contact problem of many contacts (contact_equations.hpp), in islands (island_groups.hpp).
+// ContactIslands: solver of a contact problem with many contacts (contact_equations.hpp), island by
+// island (island_groups.hpp).
 //
-// Islands of up to IslandGroups::most_dense unknowns are solved as any small problem is. Longer ones have D by rows
-// (sparse_island.hpp): bodies that no joint holds are swept in their velocities (free_sweeps.hpp), others by Newton's method with
-// band factors (band_newton.hpp). Where the band is wide or that fails: Gauss–Seidel over D's rows, and up to most_whole
-// unknowns the solvers of small problems.
+// Islands of up to IslandGroups::most_dense unknowns are solved as dense contact problems. Longer
+// islands store D by rows (sparse_island.hpp). Islands of bodies without joints are solved by
+// sweeps over velocities (free_sweeps.hpp), other islands by Newton's method with band factors
+// (band_newton.hpp). If the band is too wide or these fail, Gauss–Seidel over the rows of D
+// follows, and for up to most_whole unknowns the solvers of small problems.
+//
+// It owns the islands of the last solve and keeps the impulses of unchanged islands until clear().
 #pragma once
 
 #include <span>
@@ -23,30 +27,32 @@ class ContactIslands {
   static constexpr int most_dense = IslandGroups::most_dense, most_whole = 400;
 
   ContactIslands(const SaddlePoint& saddle, int columns, LcpSolver solver, double tolerance);
-  /// The saddle point that all calls until the next use() belong to; it stays where it is so long.
+  /// Sets the saddle point that all calls until the next use() refer to; it must stay at its
+  /// address until then.
   void use(const SaddlePoint& saddle) {
     saddle_ = &saddle;
     groups_.use(saddle);
   }
 
-  /// Forgets all islands: rows and responses are new.
+  /// Discards all islands; called if rows and responses are new.
   void clear() { now_ = 0; }
-  /// Solves `whole` (its D is not read), whose row r is rows[slot[r]] with the response of the same number, and whose unknown i
-  /// is `id[i]`. An island of the same ids as in the last call since clear() keeps its impulses.
+  /// Solves `whole`, whose D is not read. Its row r is rows[slot[r]] with the response of the same
+  /// number, and its unknown i is `id[i]`. An island with the same ids as in the last call since
+  /// clear() keeps its impulses.
   ContactSolution solve(ContactProblem& whole, std::span<const int> slot, std::span<const int> id,
                         const std::vector<SparseRow>& rows, const Responses& responses);
 
-  /// The impulses, of either sign, by which every row's rate vanishes; where rows depend on each other the least. False where
-  /// an island's band is wide.
+  /// Computes the impulses, of either sign, for which the rate of every row vanishes; where rows
+  /// depend on each other, the least impulses. Returns false if the band of an island is too wide.
   [[nodiscard]] bool hold(ContactProblem& whole, std::span<const int> slot,
                           const std::vector<SparseRow>& rows, const Responses& responses);
 
-  /// Of the last solve's rows. D is 0 between islands.
+  /// Rates of the last solve's rows, and D between them. D is 0 between islands.
   double rate(int row) const;
   double D(int row, int column) const;
-  /// Some pressed contact has D_NN ≤ μ|D_NT|.
+  /// Whether a pressed contact has D_NN ≤ μ|D_NT|.
   bool doubtful() const { return doubtful_; }
-  /// Of the last solve the first island that has more motions than one, and its unknowns.
+  /// The first island of the last solve with more than one motion, and its unknowns.
   const ContactProblem& ambiguous() const { return ambiguous_; }
   const std::vector<int>& ambiguous_ids() const { return ambiguous_ids_; }
   int count() const { return now_; }
@@ -67,7 +73,7 @@ class ContactIslands {
   ContactProblem small_, ambiguous_;
   std::vector<int> ambiguous_ids_;
   std::vector<SparseIsland> islands_, before_;
-  int now_ = 0;  // of islands_ in use
+  int now_ = 0;  // number of islands_ in use
   bool doubtful_ = false;
   std::vector<int> island_of_id_, island_of_row_, local_of_row_;
   std::vector<double> given_, best_, rates_;

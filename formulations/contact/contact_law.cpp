@@ -42,7 +42,7 @@ std::string surface_key(const ContactFacts& contact, const char* name) {
   return fmt::format("surfaces.{}.{}", contact.surface.name, name);
 }
 
-/// Of a contact that states its stiffness: teeth and end stops bend.
+/// Law of a contact with a given stiffness, such as bending teeth and end stops.
 ElasticLaw linear_elastic(double stiffness) {
   ElasticLaw elastic;
   elastic.kind = ElasticLaw::Kind::linear;
@@ -51,8 +51,8 @@ ElasticLaw linear_elastic(double stiffness) {
   return elastic;
 }
 
-/// The key that a contact without stiffness could take one from. Its name is that of a joint or a contact, and which part of it
-/// behind a dot.
+/// The key from which a contact without stiffness could take one. A contact's name is that of a
+/// joint or contact, with its part after a dot.
 std::string curvature_key(const Scene& scene, const std::string& contact) {
   const auto name = contact.substr(0, contact.find('.'));
   for (const auto& joint : scene.mechanism.joints)
@@ -93,7 +93,7 @@ ElasticLaw line_elastic(ContactLaw law, const ContactFacts& contact) {
   });
 }
 
-/// The point law whose χ a contact law takes.
+/// The point law from which a contact law takes its χ.
 ContactLaw damping_of(const PenaltyOptions& o) {
   const auto& own = facts_of(o.contact).damping;
   return own ? o.damping.value_or(*own) : o.contact;
@@ -139,8 +139,8 @@ ContactForce make_contact_force(const Scene& scene, const ContactFacts& contact)
 }
 
 double elastic_duration(const ElasticLaw& law, double mass, double speed) {
-  // Greatest depth from U(δ) = ½ m v²; a force ∝ δⁿ then lasts √π Γ(1 + 1/(n+1))/Γ(½ + 1/(n+1)) · 2 δ/v, with the local
-  // exponent n = δ F/U − 1.
+  // The greatest depth follows from U(δ) = ½ m v². With F ∝ δⁿ the duration is √π Γ(1 +
+  // 1/(n+1))/Γ(½ + 1/(n+1)) · 2 δ/v; the local exponent is n = δ F/U − 1.
   const double kinetic = 0.5 * mass * speed * speed;
   double hi = std::min(1e-9, 0.5 * law.limit());
   while (law.energy(hi) < kinetic && 2 * hi < law.limit()) hi *= 2;

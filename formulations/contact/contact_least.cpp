@@ -1,11 +1,14 @@
-// Which impulses are taken where the laws admit several: contacts share their loads, or see fewer freedoms than they
-// have rows (a lever on a stop sees one), and D is singular; or friction admits several motions. Taken are the least,
+// Choice of impulses where the laws admit several. This happens if D is singular, because contacts
+// share their loads or depend on fewer freedoms than they have rows (a lever on a stop has one
+// freedom); and if friction admits several motions. The impulses taken minimise
 //
-//     Σ D_NN P_N² + η² Σ D_TT P_T²  →  min,   η = 1e-3,
+//     Σ D_NN P_N² + η² Σ D_TT P_T²,   η = 1e-3,
 //
-// over all that the laws admit. For each motion these are a convex set, so the least are one, whatever solver or mirror
-// image asked; where two motions have equal impulses, as mirror images of each other, one of them is taken. Normal impulses count before tangential ones: friction that may help to stop the
-// contact does so, as it does along the impact while the contact slides, and in the direction that dissipates.
+// over all impulses that the laws admit. For each motion these form a convex set, so the minimum is
+// unique and does not depend on the solver or on mirroring the scene. If two motions have equal
+// minima, as mirror images of each other, one of them is taken. Normal impulses have the greater
+// weight: friction that can help to stop the contact does so, as it does along the impact while the
+// contact slides, and in the direction that dissipates.
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -16,8 +19,9 @@
 namespace freeplay {
 namespace {
 
-/// What a contact does: pressed or not, and its tangent; right: it slides with u_T > 0. A contact without pressure still
-/// rubs where it has a bound of its own, as in expansion.
+/// Mode of a contact: pressed or not, and its tangential mode; right: it slides with u_T > 0. A
+/// contact without normal impulse still has friction if it has an additional bound, as in
+/// expansion.
 struct Doing {
   bool pressed;
   enum class Slide { none, stick, right, left } slide;
@@ -41,7 +45,8 @@ std::vector<Doing> choices(const ContactUnknown& c) {
   return list;
 }
 
-/// The problem in units of one: rows and impulses by √D_rr, all by the greatest rate.
+/// The problem in dimensionless form: rows and impulses are scaled by √D_rr, and all of them by the
+/// greatest rate.
 struct Scaled {
   struct Contact {
     int normal, tangent;
@@ -55,7 +60,7 @@ struct Scaled {
   explicit Scaled(const ContactEquations& p) {
     const int m = p.rows;
     root = p.D.diagonal().head(m).cwiseAbs();
-    // A row that nothing moves is a constant rate.
+    // A row that no impulse can move has a constant rate.
     root = root.cwiseMax(1e-14 * root.maxCoeff()).cwiseSqrt();
     D = p.D.topLeftCorner(m, m);
     for (int r = 0; r < m; ++r)
@@ -80,21 +85,23 @@ struct Scaled {
   }
 };
 
-constexpr double rounding = 1e-11;  // of rates and impulses of size one
+constexpr double rounding = 1e-11;  // of rates and impulses of order one
 
-// Of islands that are asked for their least: two rows a contact, up to four conditions. Thousands of modes may be tried, each without memory.
+// Islands for which the least impulses are computed have two rows per contact and up to four
+// conditions. Fixed sizes avoid allocations, because thousands of modes may be tried.
 constexpr int most_rows = 2 * most_for_least_of_mode, most_conditions = 2 * most_rows;
 using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_rows, 1>;
 using Block = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_rows, most_rows>;
 using Row = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, most_rows>;
 
-/// Conditions `rows` P + `constants` ≥ 0 of a mode, by its unknowns x: P = E x + f.
+/// Conditions `rows` P + `constants` ≥ 0 of a mode, where P = E x + f with the unknowns x of the
+/// mode.
 struct Mode {
   const Scaled& p;
-  Block D, E, K0;  // K0 P are the rates that are to be `zero_at`
+  Block D, E, K0;  // K0 P are the rates that have to equal `zero_at`
   Column f, zero_at;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, most_conditions, most_rows>
-      rows;  // of P
+      rows;  // in P
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_conditions, 1> constants;
   Eigen::Index conditions = 0, zeros = 0;
 
@@ -104,7 +111,7 @@ struct Mode {
     rows.row(conditions) = row;
     constants[conditions++] = constant;
   }
-  /// The rate of this row is `at`.
+  /// The rate of this row equals `at`.
   void held(int row, double at) {
     K0.row(zeros) = D.row(row);
     zero_at[zeros++] = at - p.b[row];
@@ -123,7 +130,8 @@ struct Mode {
     for (std::size_t i = 0; i < ways.size(); ++i) {
       const auto& c = p.contacts[i];
       const auto [pressed, slide] = ways[i];
-      const double side = slide == Slide::right ? -1 : slide == Slide::left ? 1 : 0;  // of the friction
+      // sign of the friction impulse
+      const double side = slide == Slide::right ? -1 : slide == Slide::left ? 1 : 0;
       if (pressed) {
         held(c.normal, c.target_n);
         E(c.normal, x) = 1;
@@ -151,10 +159,10 @@ struct Mode {
 
   Row unit(int row) const { return Row::Unit(p.b.size(), row); }
 
-  /// The least impulses of the mode, or false where it admits none.
+  /// Computes the least impulses of the mode; returns false if it admits none.
   bool least(Column& P) const {
     Column x(E.cols());
-    Block free;  // directions of x that leave those rates
+    Block free;  // directions of x that do not change these rates
     if (zeros > 0) {
       const Block K = K0.topRows(zeros) * E;
       const Column y = zero_at.head(zeros) - K0.topRows(zeros) * f;
@@ -172,7 +180,8 @@ struct Mode {
     const auto n = conditions;
     const auto short_by = [&] { return n > 0 ? -(rows.topRows(n) * P + constants.head(n)).minCoeff() : 0; };
     if (free.size() == 0) return !(short_by() > none);
-    // |W(P + E free s)| with W E free = Q R, r = R s + QᵀWP: the least r with G r ≥ h.
+    // Minimise |W(P + E free s)|. With W E free = Q R and r = R s + QᵀWP this is the least r with G
+    // r ≥ h.
     const Eigen::MatrixXd move = E * free;
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(p.weight.asDiagonal() * move);
     const auto d = free.cols();
@@ -188,7 +197,7 @@ struct Mode {
       G.row(i) = rows.row(i) * step;
       h[i] = -constants[i] - rows.row(i).dot(base);
       const double length = G.row(i).norm();
-      if (length <= 1e-10 * rows.row(i).norm()) {  // a row that the impulses do not change
+      if (length <= 1e-10 * rows.row(i).norm()) {  // the impulses do not change this row
         if (h[i] > none) return false;
         G.row(i).setZero();
         h[i] = -1;
@@ -203,7 +212,8 @@ struct Mode {
   }
 };
 
-/// Of an island: the least over all its modes or, where they are too many, over the mode of the impulses given.
+/// Least impulses of an island over all its modes or, if there are too many, over the mode of the
+/// present impulses.
 bool take_least_of_island(ContactEquations& p) {
   auto& unknowns = p.unknowns;
   const Scaled scaled(p);
@@ -211,7 +221,7 @@ bool take_least_of_island(ContactEquations& p) {
   const auto n = unknowns.size();
   std::vector<std::vector<Doing>> all(n);
   for (std::size_t i = 0; i < n; ++i) all[i] = choices(unknowns[i]);
-  if (n > most_for_least) {  // of the motion that was found
+  if (n > most_for_least) {  // modes of the motion that was found
     const double none = 1e-8 * p.scale();
     for (std::size_t i = 0; i < n; ++i) {
       const auto& c = unknowns[i];
@@ -250,7 +260,8 @@ bool take_least_of_island(ContactEquations& p) {
   return true;
 }
 
-/// Whether D is positive definite beyond rounding, and friction nowhere as much as may admit a second motion.
+/// Whether D is positive definite beyond rounding and the friction too low to admit a second
+/// motion.
 bool regular(const ContactEquations& p, SolverRoom& room) {
   const auto& D = p.D;
   const int rows = p.rows;
@@ -281,7 +292,7 @@ bool wants_least(Least least, const ContactEquations& p, SolverRoom& room) {
   if (least == Least::never) return false;
   const bool alone = unknowns.size() == 1;
   if (least == Least::where_singular) return !alone && !regular(p, room);
-  // One contact, or contacts without friction, with a regular D have one solution.
+  // A single contact, or contacts without friction, have one solution if D is regular.
   const bool smooth = std::ranges::all_of(unknowns, [](const ContactUnknown& c) { return c.tangent < 0; });
   return !((alone || smooth) && regular(p, room));
 }
@@ -293,7 +304,8 @@ bool take_least(ContactEquations& p, double accepted, bool solved) {
   for (int k = 0; k < islands; ++k) {
     auto part = p.island(label, k, members);
     const double left = solved ? part.residual() : INFINITY;
-    // Rounding may leave the least impulses with more than the solver's left: they have the same rates then.
+    // With rounding, the least impulses may have a greater residual than the solver's; the solver's
+    // are then kept.
     if (members.size() > most_for_least_of_mode || !take_least_of_island(part) ||
         !(part.residual() <= std::max({accepted, part.attainable(), left}))) {
       found = false;

@@ -1,4 +1,5 @@
-// Which impulses are taken where the laws admit several: the least (contact_least.cpp).
+// Choice of impulses where the contact and friction laws admit several solutions: the least in a
+// weighted norm. contact_least.cpp defines the norm.
 #pragma once
 
 #include "formulations/contact/solvers.hpp"
@@ -8,13 +9,15 @@ namespace freeplay {
 constexpr int most_for_least = 4;  // 6⁴ cases in expansion
 constexpr int most_for_least_of_mode = 16;
 
-/// Where the least impulses that the laws admit are taken: in every problem of an impact, or, in time steps that have one,
-/// where they are not unique.
+/// Where the least admissible impulses are taken: never; in time steps whose solution is not
+/// unique; in every problem of an impact.
 enum class Least { never, where_singular, always };
 
 bool wants_least(Least least, const ContactEquations& p, SolverRoom& room);
-/// Of islands of up to most_for_least unknowns over all motions, of up to most_for_least_of_mode over the motion that the
-/// solver found (`solved`: there is one); larger ones stay as it left them. True where all islands have their least.
+/// Replaces the impulses by the least ones: over all motions for islands of up to most_for_least
+/// unknowns, and within the motion that the solver found (`solved`: there is one) for islands of up
+/// to most_for_least_of_mode. Larger islands keep the solver's impulses. Returns true if all
+/// islands have their least impulses.
 bool take_least(ContactEquations& p, double accepted, bool solved);
 
 }  // namespace freeplay

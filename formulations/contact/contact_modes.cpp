@@ -40,8 +40,9 @@ ContactModes find_modes(const ContactEquations& p, int most, long left) {
   std::vector<int> zero;
   std::vector<Eigen::VectorXd> edges;
   for (;;) {
-    // A contact's force lies in a cone with one edge (open: none; slip) or two (stick); what vanishes are
-    // the rates of `zero`. A preloaded joint's force is its bound, or that and up to twice it back.
+    // The force of a contact lies in a cone with no edge (open), one edge (slip) or two (stick);
+    // the rates of the rows `zero` vanish. The force of a preloaded joint is its bound (slip), or
+    // minus the bound plus up to twice the bound (stick).
     zero.clear();
     edges.clear();
     fixed.setZero();
@@ -151,7 +152,7 @@ std::string describe_motions(const ContactEquations& problem, const std::functio
                              const char* unit) {
   using Way = ContactMode::Way;
   std::vector<std::vector<int>> members;
-  constexpr long enough = 1'000'000;  // what a solve has found can be told
+  constexpr long enough = 1'000'000;  // what a solve has found is always described
   const auto islands = doubtful_motions(problem, enough, members);
   std::string text;
   for (std::size_t k = 0; k < islands.size(); ++k) {

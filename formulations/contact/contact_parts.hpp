@@ -1,6 +1,7 @@
-// What the file of a contact law gives: text, formula, source and range, and by its kind
+// Interface of the contact laws. The file of a contact law specialises Law with its text, formula,
+// source and range, and by its kind
 //
-//   PointLaw         static double chi(double e)                            0 ≤ e ≤ 1; e > 0 where positive_restitution
+//   PointLaw         static double chi(double e)      0 ≤ e ≤ 1; e > 0 where positive_restitution
 //   LineLaw          static ElasticLaw elastic(const LineContact&)
 //   SpringDamperLaw  static ElasticLaw elastic(double stiffness, double clearance)
 #pragma once
@@ -19,7 +20,7 @@ namespace freeplay {
 /// χ from ê, 0 < ê ≤ 1, by the first integral of a free impact (see contact_law.hpp).
 double exact_damping_factor(double restitution);
 
-/// The defaults of every contact law.
+/// Defaults of all contact laws.
 struct AnyContactLaw {
   static constexpr bool takes_restitution = true, positive_restitution = false;
   static constexpr std::optional<ContactLaw> damping = std::nullopt;
@@ -31,7 +32,7 @@ struct PointLaw : AnyContactLaw {
   static constexpr auto kind = ContactKind::point;
 };
 
-/// What a line contact's stiffness comes from.
+/// Data from which a line contact derives its stiffness.
 struct LineContact {
   double modulus;    ///< E* = E/(2(1 − ν²)), Pa
   double length;     ///< L of the bearing, m

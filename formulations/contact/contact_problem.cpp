@@ -31,7 +31,8 @@ std::array<ContactProblem::Way, 4> ContactProblem::order() const {
   using enum Way;
   const auto n = static_cast<int>(unknowns.size());
   if (n == 1 && singular_pair(*this, unknowns.front()))
-    return {closed_form, lemke, newton, none};  // which impulses is a rule, no solver's
+    // which impulses to take is decided by a rule, not by a solver
+    return {closed_form, lemke, newton, none};
   switch (solver_) {
     case LcpSolver::enumeration:
       return n <= most_for_enumeration ? std::array{enumeration, lemke, newton, gauss_seidel}
@@ -70,7 +71,7 @@ SolverSummary ContactProblem::attempt(Way way, double accepted) {
   return {};
 }
 
-/// The residual of the present impulses.
+/// Sets the residuals of the present impulses.
 void ContactProblem::finish(ContactSolution& s, double size) const {
   s.residual_rate = residual();
   s.residual = size > 0 ? s.residual_rate / size : s.residual_rate;
@@ -87,11 +88,12 @@ ContactSolution ContactProblem::solve() {
     finish(s, size);
     return s;
   }
-  // Rounding may keep all solvers from the tolerance: the best of theirs is kept, for less is owed than nothing.
+  // Rounding may keep all solvers from the tolerance. The best result is then accepted, up to this
+  // relative residual.
   constexpr double loose = 1e-6;
   std::vector<ContactUnknown> best;
   double best_rate = loose * size;
-  bool judged = false;  // residual_rate is of the present impulses
+  bool judged = false;  // whether residual_rate belongs to the present impulses
   const auto keep = [&] {
     const double left = residual();
     if (!(left < best_rate)) return;
@@ -100,7 +102,7 @@ ContactSolution ContactProblem::solve() {
   };
   for (const Way way : order()) {
     if (way == Way::none) break;
-    for (auto& c : unknowns)  // nothing is to be taken from a solver that failed
+    for (auto& c : unknowns)  // discard the impulses of a solver that failed
       if (s.retries > 0) c.impulse_n = c.impulse_t = 0;
     const auto found = attempt(way, accepted);
     s.pivots += found.iterations;
@@ -136,7 +138,7 @@ ContactSolution ContactProblem::solve() {
   return s;
 }
 
-/// Whether friction admits other motions than the one that was found.
+/// Determines whether friction admits motions other than the present one.
 void ContactProblem::look_for_others(ContactSolution& s) {
   std::vector<std::vector<int>> members;
   for (const auto& m : doubtful_motions(*this, modes_left, members)) {
@@ -146,7 +148,7 @@ void ContactProblem::look_for_others(ContactSolution& s) {
   }
 }
 
-/// Each island alone; false where there is but one.
+/// Solves each island separately; returns false if there is only one.
 bool ContactProblem::by_islands(ContactSolution& s) {
   std::vector<int> label, members;
   const int islands = label_islands(label);
@@ -169,7 +171,8 @@ bool ContactProblem::by_islands(ContactSolution& s) {
   return true;
 }
 
-/// All modes tried, where they are few enough: the first that is consistent, or that there is none.
+/// Tries all modes, if they are few enough: takes the first consistent one, or finds that there is
+/// none.
 bool ContactProblem::by_modes(ContactSolution& s) {
   const auto all = modes(1);
   modes_left -= all.tried;

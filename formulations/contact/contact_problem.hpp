@@ -1,6 +1,10 @@
-// A contact problem (contact_equations.hpp) with the solvers that are tried on it (solvers.hpp), in an order that its size and
-// nonsmooth.solver choose, what is taken where there are several solutions (contact_least.hpp), and whether there are
-// (contact_modes.hpp).
+// ContactProblem: a contact problem (contact_equations.hpp) together with the solvers that are
+// tried on it (solvers.hpp), in an order that depends on its size and on nonsmooth.solver. It
+// chooses the least impulses where several solutions exist (contact_least.hpp) and checks
+// uniqueness (contact_modes.hpp).
+//
+// Usage: fill `rows`, D, b and `unknowns`, then call solve(), which writes the impulses to
+// `unknowns` and returns a ContactSolution.
 #pragma once
 
 #include <array>
@@ -16,26 +20,28 @@ namespace freeplay {
 struct ContactSolution {
   bool solved = true;
   double residual = 0;       ///< relative to the greatest |b|
-  double residual_rate = 0;  ///< the same in the units of b
-  int pivots = 0;            ///< of Lemke; cases tried, sweeps or Newton steps of the others
-  int retries = 0;           ///< solvers that failed before
-  /// Some pressed contact has D_NN ≤ μ|D_NT| (Painlevé), and up to so many contacts are coupled that all modes
-  /// were tried: there are other motions than this one.
+  double residual_rate = 0;  ///< in the units of b
+  /// pivots of Lemke; tried cases, sweeps or Newton steps of the other solvers
+  int pivots = 0;
+  int retries = 0;  ///< number of solvers that failed before
+  /// A pressed contact has D_NN ≤ μ|D_NT| (Painlevé), all modes were tried, and there are motions
+  /// other than this one.
   bool ambiguous = false;
-  /// Some pressed contact has D_NN ≤ μ|D_NT|, but too many contacts are coupled with it, or too many modes have been
-  /// tried already: whether there are other motions is not known.
+  /// A pressed contact has D_NN ≤ μ|D_NT|, but too many contacts are coupled with it, or the run
+  /// has used its number of modes: the existence of other motions is not known.
   bool undecided = false;
-  /// All modes were tried, and none is consistent. False where solvers failed and nothing is known.
+  /// All modes were tried and none is consistent. False if the solvers failed and nothing is known.
   bool impossible = false;
 
-  /// Adds it to a run's counts and extremes.
+  /// Adds this solution to the counts and extremes of a run.
   void count(Work& work, Extremes& extremes) const;
 };
 
-/// From one solve to the next only `unknowns` and `modes_left` may pass, the former only if the caller leaves them: the
-/// impulses given are a guess to start from. D, b and the solvers' room grow, but what a solve reads of them the
-/// caller or the solve itself has filled, and no result depends on how large they are. So a snapshot needs
-/// nothing of it; who starts from the last impulses remembers those.
+/// The only data that influence a later solve are `unknowns` (if the caller keeps them; their
+/// impulses are the initial guess) and `modes_left`. D, b and the solvers' room grow, but a solve
+/// reads only entries that the caller or the solve itself has filled, and no result depends on
+/// their size. A snapshot therefore needs no data of this class; a caller that starts from the last
+/// impulses serializes those.
 class ContactProblem : public ContactEquations {
  public:
   using Least = freeplay::Least;
@@ -46,12 +52,13 @@ class ContactProblem : public ContactEquations {
 
   void reserve(int size);
   void reserve_rates(int size);
-  /// Solves for the impulses of `unknowns` to the tolerance, by the chosen solver or the next that can.
+  /// Solves for the impulses of `unknowns` to the tolerance, with the chosen solver or the next one
+  /// that succeeds.
   ContactSolution solve();
   ContactModes modes(int most) const { return find_modes(*this, most, modes_left); }
 
-  /// Modes that solves may still try, of all problems of a run together: some seconds of CPU time. Part of what a
-  /// run remembers, for its reports depend on it.
+  /// Number of modes that solves may still try, for all problems of a run together: some seconds of
+  /// CPU time. It is serialized with the run, because the run's diagnostics depend on it.
   long modes_left = 200'000;
   Least least = Least::never;
 

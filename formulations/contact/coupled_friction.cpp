@@ -37,7 +37,7 @@ double CoupledFriction::support(int k) const {
   return bound(k).support(l[0], l[1]);
 }
 
-/// Fills F at f and scale_; returns max |F|.
+/// Computes F at f and scale_; returns max |F|.
 double CoupledFriction::miss(const Eigen::VectorXd& f) {
   double worst = 0;
   scale_ = 0;
@@ -56,7 +56,7 @@ bool CoupledFriction::newton(Eigen::VectorXd& f) {
   double left = miss(f);
   for (int i = 0; i < 60; ++i) {
     if (left <= 1e-15 * scale_) return true;
-    std::swap(force_, f);  // slopes() are at force_
+    std::swap(force_, f);  // slopes() evaluates at force_
     slopes();
     std::swap(force_, f);
     lu_.solve(F_, step_);
@@ -66,7 +66,7 @@ bool CoupledFriction::newton(Eigen::VectorXd& f) {
       next = miss(trial_);
       if (next < left) break;
     }
-    if (!(next < left)) break;  // rounding, or no way on
+    if (!(next < left)) break;  // rounding limit, or no descent
     f.swap(trial_);
     left = next;
   }
@@ -108,7 +108,7 @@ CoupledFriction::Outcome CoupledFriction::solve() {
     residual_ = scale_ > 0 ? miss(force_) / scale_ : 0;
     return Outcome::solved;
   }
-  // From far off, where S is all but linear.
+  // Start from a great distance, where S is nearly linear.
   const double far = std::max(1e3 * other_.cwiseAbs().maxCoeff(), 1e-300);
   for (const double by : {1.0, 1e-2}) {
     for (int k = 0; k < n; ++k) far_[k] = -std::copysign(factor_[k] != 0 ? by * far : 0, factor_[k]);
@@ -124,7 +124,7 @@ CoupledFriction::Outcome CoupledFriction::solve() {
   return Outcome::solved;
 }
 
-/// lu_ of 1 + c S' R at force_.
+/// Factorises 1 + c S' R at force_ in lu_.
 void CoupledFriction::slopes() {
   for (int k = 0; k < size(); ++k) {
     const auto l = multipliers(k, force_);

@@ -1,16 +1,21 @@
-// Friction that is bounded by reactions which it changes itself, of all joints with friction at one instant:
+// CoupledFriction: friction of all joints at one instant, where the reactions that bound the
+// friction depend on it,
 //
 //     f_k = −c_k S_k(λ_k),     λ_k = λ⁰_k + Σ_j R_kj f_j
 //
-// with S of dynamics/reaction_bound.hpp, c_k = ±μ(|u_k|) of what slides (its sign that of u_k; in the penalty formulation
-// weighed by the regularisation), λ⁰ the multipliers without this friction and R_kj those that a unit of f_j adds. Solved
-// by Newton's method on F(f) = f + c S(λ⁰ + R f), F' = 1 + c S' R, with halved steps where |F| does not fall. Judged by
-// max |F| over the greatest |c| S.
+// with the support force S of dynamics/reaction_bound.hpp, c_k = ±μ(|u_k|) for sliding joints (with
+// the sign of u_k; weighted by the regularisation in the penalty formulation), the multipliers λ⁰
+// without this friction, and R_kj the multipliers per unit of f_j. The solver is Newton's method on
+// F(f) = f + c S(λ⁰ + R f), F' = 1 + c S' R, with halved steps where |F| does not decrease. The
+// residual is max |F| over the greatest |c| S.
 //
-// How many solutions there are: S is a norm, so f → −c S(λ⁰ + R f) shrinks distances where the spectral radius of
-// K_kj = |c_k| S_k(R_kj), the gain, is below 1, and there is exactly one. Of one joint alone F is convex on either side:
-// with a gain of 1 or more there are none or two, as in Painlevé's paradox; the mechanism is then self-locking. With
-// several joints other solutions are looked for from far off.
+// Number of solutions: S is a norm, so f → −c S(λ⁰ + R f) is a contraction, with exactly one
+// solution, if the gain, the spectral radius of K_kj = |c_k| S_k(R_kj), is below 1. For one joint
+// alone, F is convex on either side. With a gain of 1 or more there are none or two solutions, as
+// in Painlevé's paradox; the mechanism is then self-locking. With several joints, other solutions
+// are sought from distant starting points.
+//
+// Usage: set factor(), base() and column() for the present state, call solve(), read force().
 #pragma once
 
 #include <vector>
@@ -27,10 +32,10 @@ class CoupledFriction {
   explicit CoupledFriction(const System& system);
 
   int size() const { return static_cast<int>(force_.size()); }
-  /// Index of the k-th among the system's frictions.
+  /// Index of the k-th joint among the system's friction elements.
   int friction(int k) const { return which_[static_cast<std::size_t>(k)]; }
 
-  /// @name What varies: c, λ⁰ and the columns of R (multipliers of all rows)
+  /// @name Inputs: c, λ⁰ and the columns of R (multipliers of all rows)
   ///@{
   double& factor(int k) { return factor_[k]; }
   void base(const double* lambda);
@@ -38,11 +43,12 @@ class CoupledFriction {
   ///@}
   Outcome solve();
   double force(int k) const { return force_[k]; }
-  double residual() const { return residual_; }  ///< of the last solve()
+  double residual() const { return residual_; }  ///< residual of the last solve()
   /// An upper bound of the spectral radius of K.
   double gain() const;
 
-  /// At the solution: S_k(λ_k), and with `dlambda` the change of λ⁰ the change of f that follows it at fixed c.
+  /// At the solution: S_k(λ_k). follow() computes the change of f at fixed c for a change `dlambda`
+  /// of λ⁰, after prepare_follow().
   double support(int k) const;
   void prepare_follow();
   void follow(const double* dlambda, double* df);
@@ -63,7 +69,7 @@ class CoupledFriction {
   double residual_ = 0, scale_ = 0;
 };
 
-/// In words, for a failure: of the joints with friction.
+/// Text of an outcome, for a failure message about joints with friction.
 const char* words_of(CoupledFriction::Outcome outcome);
 
 }  // namespace freeplay

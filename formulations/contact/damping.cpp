@@ -1,4 +1,4 @@
-// Damping factors χ(e) and the restitution that they deliver.
+// Damping factors χ(e) and the restitution that they deliver; contact_law.hpp has the equation.
 #include <fmt/format.h>
 
 #include <boost/math/tools/toms748_solve.hpp>
@@ -19,9 +19,9 @@ double root(F f, double lo, double hi) {
   return 0.5 * (a + b);
 }
 
-/// Near e = 1 the equation's terms cancel. There its series, divided by χ²,
+/// Near e = 1 the terms of the equation cancel. The series of the equation, divided by χ²,
 ///     (1 − e²)/2 − χ(1 + e³)/3 + χ²(1 − e⁴)/4 − χ³(1 + e⁵)/5 + χ⁴(1 − e⁶)/6 = 0,
-/// takes over; for 1 − e or χ below 1e-3 what is cut off is 1e-15 of the leading term.
+/// is used there. For 1 − e or χ below 1e-3 the truncation error is 1e-15 of the leading term.
 constexpr double series_below = 1e-3;
 double series(double chi, double e) {
   const double e2 = e * e, e3 = e2 * e;
@@ -46,7 +46,8 @@ double restitution_by_series(double chi) {
 double delivered_restitution(double chi) {
   if (chi == 0) return 1;
   if (chi < series_below) return restitution_by_series(chi);
-  // With y = ln(1 − χê): (1 − e^y) + χ + y = ln(1 + χ), monotone in y < 0, well conditioned for any χ.
+  // With y = ln(1 − χê) the equation is (1 − e^y) + χ + y = ln(1 + χ), monotone in y < 0 and well
+  // conditioned for any χ.
   const double log_chi = std::log1p(chi);
   const auto f = [&](double y) { return chi - std::expm1(y) + y - log_chi; };
   // f < 0 at y = ln(1 + χ) − χ − 2 and f > 0 at 0; near χ = 0 the root tends to −χ.
@@ -58,12 +59,12 @@ double exact_damping_factor(double restitution) {
   const double e = restitution;
   if (e >= 1) return 0;
   if (1 - e < series_below) return chi_by_series(e);
-  // With y = ln(1 − χe), χ = (1 − e^y)/e: the trivial root y = 0 is divided out by bracketing away from it.
+  // With y = ln(1 − χe), χ = (1 − e^y)/e. The bracket excludes the trivial root y = 0.
   const auto f = [&](double y) {
     const double chi = -std::expm1(y) / e;
     return chi * (1 + e) - std::log1p(chi) + y;
   };
-  // Near y = 0, χ ≈ −y/e and f ≈ χ²(1 − e²)/2 > 0; far below, y dominates and f < 0.
+  // Near y = 0, χ ≈ −y/e and f ≈ χ²(1 − e²)/2 > 0; for large −y, y dominates and f < 0.
   double near = -e * (1 - e);
   while (f(near) <= 0) near *= 0.5;
   double far = -(1 + 1 / e) * 2;
@@ -84,8 +85,9 @@ double damping_factor(ContactLaw law, double restitution) {
   });
 }
 
-/// m δ̈ + D δ̇ + K δ = 0 from δ = 0: with ζ = D/(2√(Km)) the force vanishes at ω_d t = atan2(2ζ√(1−ζ²), 2ζ²−1),
-/// where the speed has fallen to e^(−ζ ω₀ t); overdamped, the same with hyperbolic functions.
+/// m δ̈ + D δ̇ + K δ = 0 from δ = 0. With ζ = D/(2√(Km)) the force vanishes at ω_d
+/// t = atan2(2ζ√(1−ζ²), 2ζ²−1), where the speed has decreased to e^(−ζ ω₀ t). The overdamped
+/// solution has hyperbolic functions instead.
 double kelvin_voigt_restitution(double stiffness, double viscous, double mass) {
   const double zeta = viscous / (2 * std::sqrt(stiffness * mass));
   if (zeta == 0) return 1;

@@ -7,10 +7,11 @@
 namespace freeplay {
 namespace {
 
-/// After a switch that lists every case.
+/// Placed after a switch that handles every case.
 [[noreturn]] inline void unreachable() { __builtin_unreachable(); }
 
-/// Solves δ = f [ln(A/f) + B] for f on its rising branch, f < A e^(B − 1), by Newton's method kept inside a bracket.
+/// Solves δ = f [ln(A/f) + B] for f on its rising branch, f < A e^(B − 1), by Newton's method
+/// within a bracket.
 double logarithmic_root(double delta, double A, double B) {
   if (delta == 0) return 0;
   const double top = A * std::exp(B - 1);
@@ -52,7 +53,8 @@ double ElasticLaw::limit() const {
     case Kind::logarithmic:
       return 4 * clearance * std::exp(offset - 1);  // where dδ/df = 0: δ = f
     case Kind::persson: {
-      // The denominator 2 − ln(b² + 1) − 2b⁴ vanishes at b² = 0.83462…: the load of a full conformal contact.
+      // The denominator 2 − ln(b² + 1) − 2b⁴ vanishes at b² = 0.83462…, the load of a full
+      // conformal contact.
       constexpr double b2 = 0.834615245477657;
       return 2 * clearance * b2 / (1 - b2);
     }
@@ -86,7 +88,7 @@ double ElasticLaw::other_force(double delta) const {
 
 double ElasticLaw::own_force(double delta, double rate, double v0) const {
   const double f = outside->force(outside->context.get(), contact, delta, rate, v0);
-  return f < 0 ? 0 : f;  // a NaN stays one
+  return f < 0 ? 0 : f;  // a NaN stays NaN
 }
 
 double ElasticLaw::slope(double delta) const {

@@ -1,5 +1,6 @@
-// Elastic part of a contact force, F_el(δ), for a journal inside a bearing. ΔR = c, E* = E/(2(1 − ν²)) for like
-// materials, L the bearing's length; f = F/(π E* L) has the dimension of a length.
+// ElasticLaw: elastic part of a contact force, F_el(δ), for a journal inside a bearing. ΔR = c is
+// the radial clearance, E* = E/(2(1 − ν²)) for equal materials, L the length of the bearing.
+// f = F/(π E* L) has the dimension of a length.
 //
 //   hertz        F = K δ^(3/2),  K = (4/3) E* √(R_i R_j/ΔR)            point contact
 //   power        F = K δⁿ
@@ -7,9 +8,9 @@
 //   logarithmic  δ = f [ln(4ΔR/f) + B]
 //   liu          F = (π/2) L E* δ √(δ/[2(ΔR + δ)])
 //   persson      F = E* ΔR L π b²(b² + 1)/[2 − ln(b² + 1) − 2b⁴],  b² = δ/(2ΔR + δ)
-//   own          F(δ, 0, 1) of a law from outside (mechanism/own_law.hpp)
+//   own          F(δ, 0, 1) of a user-defined law (mechanism/own_law.hpp)
 //
-// Which law takes which, and its source, stand in contact/NAME.hpp.
+// The file of each contact law, laws/NAME.hpp, names its elastic law and its source.
 #pragma once
 
 #include <cmath>
@@ -22,34 +23,35 @@ namespace freeplay {
 struct ElasticLaw {
   enum class Kind { hertz, power, linear, logarithmic, liu, persson, own };
   Kind kind = Kind::hertz;
-  double stiffness = 0;   ///< K, N/m^n; of liu (π/2) L E* (N/m); of logarithmic and persson π E* L (N/m)
-  double exponent = 1.5;  ///< n of power
-  double clearance = 0;   ///< ΔR, m
-  double offset = 0;      ///< B of logarithmic
-  const OwnLaw* outside = nullptr;  ///< of own
-  const char* contact = nullptr;    ///< its name, likewise
+  /// K, N/m^n; for liu (π/2) L E* (N/m); for logarithmic and persson π E* L (N/m)
+  double stiffness = 0;
+  double exponent = 1.5;            ///< n of power
+  double clearance = 0;             ///< ΔR, m
+  double offset = 0;                ///< B of logarithmic
+  const OwnLaw* outside = nullptr;  ///< function of own
+  const char* contact = nullptr;    ///< name of the contact, passed to that function
 
   /// Whether F = K δⁿ with K = stiffness and n = exponent.
   bool is_power() const;
-  /// Greatest δ for which the law gives a force (m); infinite for most.
+  /// Greatest δ (m) for which the law gives a force; infinite for most laws.
   double limit() const;
   /// F_el in N for δ ≥ 0 (m); NaN beyond limit().
   double force(double delta) const {
     if (kind == Kind::hertz) return stiffness * delta * std::sqrt(delta);
     return other_force(delta);
   }
-  /// dF_el/dδ (N/m), likewise.
+  /// dF_el/dδ (N/m) for δ ≥ 0 (m); NaN beyond limit().
   double slope(double delta) const;
   template <int N>
   Dual<N> force(const Dual<N>& delta) const {
     return delta.chain(force(delta.value), slope(delta.value));
   }
-  /// F of own, clamped at zero: all of it, with its damping.
+  /// Total force of own, with its damping, clamped at zero.
   double own_force(double delta, double rate, double v0) const;
-  /// The same with its derivatives, by central differences.
+  /// Total force of own with its derivatives by central differences.
   template <class T, class V0>
   T own_force(const T& delta, const T& rate, const V0& v0) const;
-  /// ∫ F_el dδ from 0 (J), in closed form where there is one, else by quadrature.
+  /// ∫ F_el dδ from 0 (J), in closed form where there is one, otherwise by quadrature.
   double energy(double delta) const;
   template <int N>
   Dual<N> energy(const Dual<N>& delta) const {
@@ -63,7 +65,8 @@ struct ElasticLaw {
 template <class T, class V0>
 T ElasticLaw::own_force(const T& delta, const T& rate, const V0& v0) const {
   const double d = value_of(delta), r = value_of(rate), v = value_of(v0);
-  // ∛ε of each argument's own size: the difference's error by rounding and by curvature are then alike.
+  // Differences of ∛ε times the size of each argument: rounding error and truncation error are then
+  // of the same order.
   const auto slope_in = [](double x, double scale, auto f) {
     const double h = 6e-6 * scale;
     return (f(x + h) - f(x - h)) / (2 * h);

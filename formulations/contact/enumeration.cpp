@@ -1,4 +1,4 @@
-// Enumeration of the cases of a small contact problem.
+// Enumeration of the modes of a small contact problem.
 #include <Eigen/LU>
 #include <array>
 #include <cmath>
@@ -7,9 +7,10 @@
 
 namespace freeplay {
 
-/// Every combination of open, stick, slip right and slip left: a small linear system for each, taken when it
-/// leaves no residual. The case of the impulses given comes first, since from step to step it mostly stays;
-/// of the others the first, where sticking comes before slipping.
+/// Tries all combinations of open, stick, slip right and slip left. Each gives a small linear
+/// system, whose solution is accepted if its residual is small enough. The mode of the initial
+/// impulses comes first, because it rarely changes from step to step. Of the other modes the first
+/// consistent one is taken; sticking precedes slipping.
 SolverSummary enumeration(ContactEquations& p, double accepted, SolverRoom&) {
   auto& unknowns = p.unknowns;
   const auto& D = p.D;
@@ -18,7 +19,7 @@ SolverSummary enumeration(ContactEquations& p, double accepted, SolverRoom&) {
   constexpr int most = 2 * most_for_enumeration;
   const int n = static_cast<int>(unknowns.size());
   if (n > most_for_enumeration) return {false, cases};
-  enum { open, stick, right, left };  // of a preloaded joint: open is not a case
+  enum { open, stick, right, left };  // a preloaded joint has no open case
   std::array<int, most_for_enumeration> state{};
   const auto first = [&](int i) { return unknowns[i].normal < 0 ? stick : open; };
   const auto last = [&](int i) { return unknowns[i].tangent < 0 ? stick : left; };
@@ -39,7 +40,7 @@ SolverSummary enumeration(ContactEquations& p, double accepted, SolverRoom&) {
 
   for (;;) {
     ++cases;
-    // Rows that are to vanish, and their unknown impulses in the same order.
+    // Rows whose rates vanish, and their unknown impulses in the same order.
     int m = 0;
     for (int i = 0; i < n; ++i) {
       if (unknowns[i].normal >= 0 && state[i] != open) equation[m++] = unknowns[i].normal;
@@ -55,7 +56,8 @@ SolverSummary enumeration(ContactEquations& p, double accepted, SolverRoom&) {
         const auto& c = unknowns[i];
         if (row == c.normal) rest -= c.target_n;
         if (row == c.tangent) rest -= c.target_t;
-        const double side = state[i] == right ? -1 : state[i] == left ? 1 : 0;  // of the friction
+        // sign of the friction impulse
+        const double side = state[i] == right ? -1 : state[i] == left ? 1 : 0;
         if (c.tangent >= 0 && side != 0) rest += D(row, c.tangent) * side * c.bound;
         if (c.normal >= 0 && state[i] != open)
           K(r, column++) = D(row, c.normal) + (side != 0 ? side * c.friction * D(row, c.tangent) : 0);

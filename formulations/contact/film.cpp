@@ -20,7 +20,7 @@ T sommerfeld(double theta, const T& epsilon) {
   return 2 * pi * turns + atan2(T(sqrt(1 - epsilon * epsilon) * std::sin(x)), T(std::cos(x) - epsilon));
 }
 
-/// Integrals over θ from a to b of products with (1 − ε cos θ)^(−3).
+/// Integrals over θ from a to b of cos²θ, cos θ sin θ and sin²θ over (1 − ε cos θ)³.
 template <class T>
 struct ShortIntegrals {
   T cc, cs, ss;
@@ -38,7 +38,8 @@ ShortIntegrals<T> short_integrals(double a, double b, const T& epsilon) {
   return {B.cc - A.cc, B.cs - A.cs, B.ss - A.ss};
 }
 
-/// ∫ p cos θ dθ and ∫ p sin θ dθ of the long bearing's pressure (in units of 12μR²/c³) from a to b.
+/// ∫ p cos θ dθ and ∫ p sin θ dθ of the pressure of the long bearing (in units of 12μR²/c³) from a
+/// to b.
 template <class T>
 struct LongIntegrals {
   T cosine, sine;
@@ -46,8 +47,9 @@ struct LongIntegrals {
 template <class T>
 LongIntegrals<T> long_integrals(double a, double b, const T& epsilon, const T& w_r, const T& w_t) {
   using std::sin, std::sqrt;
-  // With x = 1 − ε cos θ: squeeze by Sommerfeld's substitution, wedge likewise; sines by the primitive in x.
-  // Small ε is a removable singularity of these primitives: series to second order below 1e-4.
+  // With x = 1 − ε cos θ: squeeze and wedge terms by Sommerfeld's substitution, sine terms by the
+  // primitive in x. These primitives have a removable singularity at ε = 0; below 1e-4 a series
+  // replaces them.
   const T s2 = 1 - epsilon * epsilon, s = sqrt(s2), wedge = w_t / (2 + epsilon * epsilon);
   if (epsilon < 1e-4) {
     // p ≈ w_r (1 + cos θ) + w_t sin θ to zeroth order in ε; the next order is below 3ε relative.
@@ -87,7 +89,8 @@ LongIntegrals<T> long_integrals(double a, double b, const T& epsilon, const T& w
 template <class T>
 Film::Force<T> Film::force(const T& epsilon, const std::type_identity_t<T>& w_r,
                            const std::type_identity_t<T>& w_t) const {
-  // The ends of the film may stand as numbers: the pressure vanishes there, so moving them changes nothing.
+  // The ends of the film need no derivatives: the pressure vanishes there, so that moving them has
+  // no first-order effect.
   const double ratio = value_of(epsilon), radial = value_of(w_r), tangential = value_of(w_t);
   if (radial == 0 && tangential == 0) return {};
   const double c3 = clearance * clearance * clearance;
@@ -100,7 +103,8 @@ Film::Force<T> Film::force(const T& epsilon, const std::type_identity_t<T>& w_r,
   const double unit = 12 * viscosity * length * radius * radius * radius / c3;
   double a = -pi, b = pi;
   if (cavitated) {
-    // p (1 − ε cos θ)²/(1 + cos θ) = w_r (2 + ε − ε cos θ)/(2(1 + ε)²) + w_t tan(θ/2)(2 − ε cos θ)/(2 + ε²): one zero.
+    // p (1 − ε cos θ)²/(1 + cos θ) = w_r (2 + ε − ε cos θ)/(2(1 + ε)²) + w_t tan(θ/2)(2 − ε cos
+    // θ)/(2 + ε²) has one zero.
     const auto sign = [&](double theta) {
       const double ct = std::cos(theta);
       return std::cos(theta / 2) * radial * (2 + ratio - ratio * ct) / (2 * (1 + ratio) * (1 + ratio)) +

@@ -1,22 +1,28 @@
-// Force of a lubricant film between bearing and journal (laminar, isoviscous, no inertia). With h(θ) = c(1 − ε cos θ), θ
-// from the line of centres, ω̄ = (ω_i + ω_j)/2 and the journal's centre moving with w = ė − ω̄ × e as seen from a frame
-// that turns with the mean surface speed, Reynolds' equation has the right-hand side 12μ q, q = −n(θ)·w. It follows that
-// rotation and squeeze act only through w = (w_r, w_t), and the film's force on the journal opposes w.
+// Film: force of a lubricant film between bearing and journal (laminar, isoviscous, without
+// inertia). With h(θ) = c(1 − ε cos θ), θ measured from the line of centres, ω̄ = (ω_i + ω_j)/2 and
+// the velocity w = ė − ω̄ × e of the journal's centre in a frame that rotates with the mean surface
+// speed, the right-hand side of Reynolds' equation is 12μ q, q = −n(θ)·w. Rotation and squeeze
+// therefore act only through w = (w_r, w_t), and the force of the film on the journal opposes w.
 //
 // Short bearing (Ocvirk):  p̄ = ∫ p dz = μ L³ (n·w)/h³,   F = −μ L³ R ∫ n (n·w)/h³ dθ
 //
-//     full film     F_r = −μ R L³/c³ π(1 + 2ε²)/(1 − ε²)^(5/2) w_r,   F_t = −μ R L³/c³ π/(1 − ε²)^(3/2) w_t
-//     cavitated     the integral over the half circle n·w > 0 (Gümbel), in closed form by Sommerfeld's substitution
+//     full film     F_r = −μ R L³/c³ π(1 + 2ε²)/(1 − ε²)^(5/2) w_r
+//                   F_t = −μ R L³/c³ π/(1 − ε²)^(3/2) w_t
+//     cavitated     the integral over the half circle n·w > 0 (Gümbel), in closed form by
+//                   Sommerfeld's substitution
 //
 // Long bearing (Sommerfeld), p = 0 at the widest gap:
 //
 //     p = 12μ R²/c³ { w_r/(2ε) [(1 − ε cos θ)^(−2) − (1 + ε)^(−2)]
 //                     + w_t sin θ (2 − ε cos θ)/[(2 + ε²)(1 − ε cos θ)²] }
-//     full film     F_r = −12π μ L R³/c³ w_r/(1 − ε²)^(3/2),   F_t = −24π μ L R³/c³ w_t/[(2 + ε²)(1 − ε²)^(1/2)]
-//     cavitated     the integral of the positive part of p, which is one interval ending at the widest gap
+//     full film     F_r = −12π μ L R³/c³ w_r/(1 − ε²)^(3/2)
+//                   F_t = −24π μ L R³/c³ w_t/[(2 + ε²)(1 − ε²)^(1/2)]
+//     cavitated     the integral of the positive part of p, which is one interval that ends at the
+//                   widest gap
 //
-// Sources: Ocvirk, NACA TN 2808 (1952); Sommerfeld, Z. Math. Phys. 50 (1904) 97; Gümbel, Mbl. Berlin. Bez. VDI (1914);
-// Booker, J. Basic Eng. 87 (1965) 537, for w. Derived here; tested against quadrature of the pressure.
+// Sources: Ocvirk, NACA TN 2808 (1952); Sommerfeld, Z. Math. Phys. 50 (1904) 97; Gümbel, Mbl.
+// Berlin. Bez. VDI (1914); Booker, J. Basic Eng. 87 (1965) 537, for w. The formulas are derived
+// here and tested against quadrature of the pressure.
 #pragma once
 
 #include <type_traits>
@@ -31,31 +37,32 @@ struct Film {
   double length = 0;     ///< L, m
   double radius = 0;     ///< R, m
   double clearance = 0;  ///< c, m
-  double hand_over = 0;  ///< m, film thickness at which dry contact begins to take over
+  double hand_over = 0;  ///< m, film thickness below which dry contact takes over gradually
 
   template <class T>
   struct Force {
     T radial = 0;      ///< N, on the journal along n (away from the bearing's centre)
     T tangential = 0;  ///< N, on the journal along t
   };
-  /// Force at eccentricity ratio 0 ≤ ε < 1 and velocity w (m/s); T is double or Gradient.
+  /// Force at the eccentricity ratio 0 ≤ ε < 1 and velocity w (m/s); T is double or Gradient.
   template <class T>
   Force<T> force(const T& epsilon, const std::type_identity_t<T>& w_r,
                  const std::type_identity_t<T>& w_t) const;
-  /// The film's share at a gap g (m): 1 down to the hand-over thickness, then falling smoothly to 0 at dry
-  /// contact. Below that thickness force() is taken at it, so that it stays bounded.
+  /// Weight of the film at a gap g (m): 1 down to the hand-over thickness, then decreasing smoothly
+  /// to 0 at dry contact. Below that thickness, force() is evaluated at that thickness, so that it
+  /// stays bounded.
   template <class T>
   T share(const T& gap) const {
     if (gap >= hand_over) return 1;
     const T s = gap > 0 ? T(gap / hand_over) : T(0);
     return s * s * (3 - 2 * s);
   }
-  /// ε that force() is taken at for a gap.
+  /// The ε at which force() is evaluated for a gap.
   template <class T>
   T ratio(const T& gap) const {
     return 1 - (gap > hand_over ? gap : T(hand_over)) / clearance;
   }
-  /// Torque on the journal against its rotation relative to the bearing, over that rotation (N m s):
+  /// Resisting torque on the journal per relative rotation rate of journal and bearing (N m s):
   /// Petroff's shear of a full film, 2π μ R³ L/(c √(1 − ε²)).
   template <class T>
   T shear(const T& epsilon) const;

@@ -1,9 +1,11 @@
-// The film of a lubricated joint as every formulation takes it: forces along the contact's normal and film rows and a
-// couple along its spin (src/dynamics/evaluation.hpp), from the rates y = (ġ, w_t, ω_j − ω_i) of these rows,
+// Film force of a lubricated joint, in the form that all formulations use: forces along the
+// contact's normal and film rows and a couple along its spin row (src/dynamics/evaluation.hpp),
+// from the rates y = (ġ, w_t, ω_j − ω_i) of these rows,
 //
 //     (F_N, F_T, T) = s(g) (−F_r(ε, w), F_t(ε, w), −shear(ε) (ω_j − ω_i)),     w = (−ġ, w_t),
 //
-// s the film's share at the gap g (film.hpp): 1 down to the hand-over thickness, 0 where dry contact begins.
+// where s is the weight of the film at the gap g (film.hpp): 1 down to the hand-over thickness, 0
+// where dry contact begins.
 #pragma once
 
 #include <optional>
@@ -13,13 +15,13 @@
 
 namespace freeplay {
 
-/// What a film does, and the power that it dissipates (W).
+/// Forces and couple of a film, and the power that it dissipates (W).
 template <class T>
 struct FilmAction {
   T normal, tangential, torque, loss;
 };
 
-/// Nothing at gaps that dry contact has alone.
+/// Returns nothing at gaps with dry contact only.
 template <class T>
 std::optional<FilmAction<T>> film_action(const Film& film, const T& gap, const T& normal_rate,
                                          const T& film_rate, const T& spin) {
@@ -37,7 +39,7 @@ std::optional<FilmAction<T>> film_action(const Film& film, const T* v, const Con
   return film_action<T>(film, row.gap, row.normal.dot(v), row.film.dot(v), row.spin.dot(v));
 }
 
-/// The film of a contact that names a lubricant.
+/// The film of a contact that has a lubricant.
 inline std::optional<Film> make_film(const ContactFacts& facts) {
   if (!facts.lubricant) return std::nullopt;
   const auto& oil = *facts.lubricant;

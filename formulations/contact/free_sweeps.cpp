@@ -6,9 +6,9 @@
 namespace freeplay {
 namespace {
 
-/// δ of one attempt after the other: the greater, the further away it may begin, and the more rounds it takes.
+/// δ of successive attempts. A greater δ converges from further away but takes more rounds.
 constexpr std::array deltas{1e-4, 1e-2, 1e-3};
-/// Operations of one factorisation beyond which sweeps are the cheaper way.
+/// Number of operations of one factorisation above which sweeps are cheaper.
 constexpr double most_operations = 4e8;
 
 }  // namespace
@@ -61,7 +61,7 @@ bool FreeSweeps::gather(const SparseIsland& x, const std::vector<SparseRow>& row
   return all;
 }
 
-/// y of the present impulses, without what rounding has left.
+/// Computes y of the present impulses anew, without accumulated rounding.
 void FreeSweeps::sum(const SparseIsland& x) {
   y_.assign(columns_.size(), 0.0);
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
@@ -72,7 +72,7 @@ void FreeSweeps::sum(const SparseIsland& x) {
   }
 }
 
-/// contact_residual() with the rates that y gives.
+/// contact_residual() with the rates at y.
 double FreeSweeps::residual(const SparseIsland& x) const {
   return contact_residual(
       x.unknowns,
@@ -86,7 +86,8 @@ double FreeSweeps::residual(const SparseIsland& x) const {
       });
 }
 
-/// place_ of columns in the order of a breadth-first walk over bodies, begun at the end of another; width_ and masses.
+/// Computes place_ of columns in the order of a breadth-first walk over bodies that starts at the
+/// last column of a first walk; also width_ and the masses.
 void FreeSweeps::order_columns() {
   const int count = static_cast<int>(contacts_.size()), columns = static_cast<int>(columns_.size());
   begin_.assign(static_cast<std::size_t>(columns) + 1, 0);
@@ -123,7 +124,8 @@ void FreeSweeps::order_columns() {
     for (int k = 0; k < f.size; ++k) mass_[f.column[k]] = f.mobility[k] > 0 ? 1 / f.mobility[k] : 0;
 }
 
-/// The impulses that y gives about P⁰ in P_: F = M y − Σ W P, its Jacobian where asked for; the greatest rate that F is.
+/// Computes the impulses at y about P⁰ in P_, F = M y − Σ W P and, if requested, its Jacobian.
+/// Returns the greatest |F| as a rate.
 double FreeSweeps::evaluate(SparseIsland& x, double delta, bool with_jacobian) {
   const int count = static_cast<int>(contacts_.size()), columns = static_cast<int>(columns_.size());
   F_.resize(static_cast<std::size_t>(columns));
@@ -161,8 +163,8 @@ double FreeSweeps::evaluate(SparseIsland& x, double delta, bool with_jacobian) {
   return worst;
 }
 
-/// Newton's steps about the present impulses. Near the solution one or two meet it; where they do not, sweeps come nearer at
-/// less cost.
+/// Newton steps about the present impulses. Near the solution one or two are enough; if they are
+/// not, sweeps approach the solution at less cost.
 void FreeSweeps::newton_round(SparseIsland& x, double accepted, double delta, int& steps) {
   const int columns = static_cast<int>(columns_.size());
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
@@ -199,7 +201,7 @@ bool FreeSweeps::newton(SparseIsland& x, double accepted, double delta, int& ste
     sum(x);
     const double left = residual(x);
     if (left <= accepted) return true;
-    if (!(left < 0.7 * before)) {  // no nearer: sweeps have a better place to go on from
+    if (!(left < 0.7 * before)) {  // no progress: continue with sweeps from the better impulses
       if (!(left < before)) x.unknowns = before_newton_;
       sum(x);
       return false;
@@ -209,7 +211,8 @@ bool FreeSweeps::newton(SparseIsland& x, double accepted, double delta, int& ste
   return false;
 }
 
-/// Every contact once, each solved exactly with the others held. False where friction admits no impulse.
+/// One sweep: solves each contact exactly with all others fixed. Returns false if friction admits
+/// no impulse.
 bool FreeSweeps::sweep(SparseIsland& x, bool back, double& moved) {
   const int count = static_cast<int>(contacts_.size());
   for (int n = 0; n < count; ++n) {
@@ -219,7 +222,7 @@ bool FreeSweeps::sweep(SparseIsland& x, bool back, double& moved) {
     const double Pn = c.impulse_n, Pt = c.impulse_t;
     const auto [un, ut] = f.rates(y_);
     if (c.normal >= 0 && Pn == 0 && Pt == 0 && un >= c.target_n && c.bound == 0)
-      continue;  // open, and stays so
+      continue;  // open, and stays open
     if (!solve_one(c, un - f.nn * Pn - f.nt * Pt, ut - f.nt * Pn - f.tt * Pt, f.nn, f.nt, f.tt)) return false;
     const double dn = c.impulse_n - Pn, dt = c.impulse_t - Pt;
     moved = std::max({moved, f.nn * std::abs(dn), f.tt * std::abs(dt)});

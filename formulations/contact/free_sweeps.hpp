@@ -1,19 +1,28 @@
-// Islands of bodies that no joint holds, as discs in a box are: Gauss–Seidel in their velocities. With the impulses P so far
-// the bodies' velocities have changed by
+// FreeSweeps: solver for islands of bodies without joints, such as discs in a box. It sweeps over
+// contacts (Gauss–Seidel) in terms of body velocities. The impulses P so far have changed the
+// velocities by
 //
 //     y = M⁻¹ Σ W P,     u = b + Wᵀ y
 //
-// so that a contact reads and changes those of its two bodies alone: 60 operations whatever else touches them, where D by
-// rows has an entry for every contact of either (Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235). Sweeps go to and
-// fro, for weight is handed down through a pile in one that goes along with it.
+// so that a contact reads and changes only the velocities of its two bodies. This costs 60
+// operations per contact, independent of other contacts of these bodies, whereas D by rows has an
+// entry for every contact of either body (Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235).
+// Sweeps alternate in direction, because one sweep carries the weight of a pile to the ground only
+// in one direction.
 //
-// They find soon who presses, sticks and slides, and late how much. So between them Newton's method looks for the y with
+// Sweeps find the contact modes (pressed, sticking, sliding) quickly and the impulses slowly.
+// Between sweeps, Newton's method therefore solves for the y with
 //
-//     M y = Σ W P(u),   P_N = (P_N⁰ − (u_N − target)/(δ D_NN))⁺,   P_T = clamp(P_T⁰ − (u_T − target)/(δ D_TT), ±(bound + μ P_N))
+//     M y = Σ W P(u),   P_N = (P_N⁰ − (u_N − target)/(δ D_NN))⁺,
+//     P_T = clamp(P_T⁰ − (u_T − target)/(δ D_TT), ±(bound + μ P_N))
 //
-// about the impulses P⁰ so far, which are those of the problem where P = P⁰ (Rockafellar, Math. Oper. Res. 1 (1976) 97): δ makes
-// forces unique that contacts share, and an error of the problem's is δ times as much in the next round. Its matrix has
-// three rows a body, in a band along a breadth-first walk.
+// about the impulses P⁰ so far; P = P⁰ is a solution of the contact problem (proximal points:
+// Rockafellar, Math. Oper. Res. 1 (1976) 97). The regularisation δ makes shared contact forces
+// unique, and each round multiplies the error by δ. The Jacobian has three rows per body, in a band
+// along a breadth-first walk.
+//
+// Usage: gather() an island, then solve(). It owns the contacts of the gathered island, y and the
+// band matrix.
 #pragma once
 
 #include <array>
@@ -27,22 +36,22 @@ namespace freeplay {
 
 class FreeSweeps {
  public:
-  /// Takes the contacts of an island; false where a joint holds one of its bodies.
+  /// Gathers the contacts of an island; returns false if a joint constrains one of its bodies.
   bool gather(const SparseIsland& x, const std::vector<SparseRow>& rows, const SaddlePoint& saddle,
               int columns);
-  /// From the impulses of the unknowns of the island that was gathered.
+  /// Solves from the impulses of the gathered island's unknowns.
   SolverSummary solve(SparseIsland& x, double accepted, int most);
 
  private:
-  /// A contact's rows in the columns that they touch, by their places in y_.
+  /// The rows of a contact, over the columns with nonzero entries; columns are places in y_.
   struct Contact {
     static constexpr int most = SparseRow::max_size;
     int size = 0;
     std::array<int, most> column{};
     std::array<double, most> normal{}, tangent{}, mobility{};
-    double nn = 0, nt = 0, tt = 0, bn = 0, bt = 0;  // of D and b
+    double nn = 0, nt = 0, tt = 0, bn = 0, bt = 0;  // entries of D and b
 
-    /// The rates that y gives.
+    /// Rates of the contact at y.
     std::array<double, 2> rates(const std::vector<double>& y) const {
       double un = bn, ut = bt;
       for (int k = 0; k < size; ++k) {
@@ -62,10 +71,10 @@ class FreeSweeps {
 
   std::vector<Contact> contacts_;
   std::vector<int> columns_, place_of_column_;
-  std::vector<double> y_;          // m/s, rad/s: what the impulses change
+  std::vector<double> y_;          // m/s, rad/s: velocity changes by the impulses
   std::vector<int> begin_, of_;    // contacts of each column
   std::vector<int> place_, walk_;  // order of columns in the band
-  int width_ = -1;                 // of the band; −1: not known yet; all columns: too wide
+  int width_ = -1;                 // bandwidth; −1: not known yet; number of columns: too wide
   BandLu band_;
   std::vector<double> mass_, F_, P_, step_;
   std::vector<ContactUnknown> before_newton_;

@@ -1,5 +1,6 @@
-// Regularised friction, F_T = −F_N c(v_T), as a function c of the sliding speed v (odd in v). Each law's c and its
-// source stand in its file, friction/NAME.hpp; friction_parts.hpp says what zones and branches are.
+// FrictionForce: regularised friction, F_T = −F_N c(v_T), where c is an odd function of the sliding
+// speed v. The file of each law, friction/NAME.hpp, has its c and its source; friction_parts.hpp
+// defines zones and branches. make_friction() makes the law of a contact from the scene's options.
 #pragma once
 
 #include <cmath>
@@ -20,7 +21,7 @@ struct FrictionForce : FrictionParameters {
     return visit_law(law, [](auto l) { return decltype(l)::bristle; });
   }
 
-  /// Zone of a speed: 0 in the middle where there is one, its sign that of v.
+  /// Zone of a speed: 0 for the middle zone, if there is one; otherwise with the sign of v.
   int zone(double v) const {
     return visit_law(law, [&](auto l) {
       const auto kinks = l.kinks(*this);
@@ -50,7 +51,7 @@ struct FrictionForce : FrictionParameters {
     });
   }
 
-  /// c(v) on the branch of `zone`; z: the bristle's deflection, where the law has one.
+  /// c(v) on the branch of `zone`; z is the deflection of the bristle if the law has one.
   template <class T>
   T coefficient(const T& v, int zone, const std::type_identity_t<T>& z) const {
     return visit_law(law, [&](auto l) -> T {
@@ -60,7 +61,7 @@ struct FrictionForce : FrictionParameters {
         return zone < 0 ? T(-l.coefficient(*this, T(-v), -zone)) : l.coefficient(*this, v, zone);
     });
   }
-  /// ż; 0 for a law without bristles.
+  /// ż; 0 for a law without bristle.
   template <class T>
   T bristle_rate(const T& v, int zone, const std::type_identity_t<T>& z) const {
     return visit_law(law, [&](auto l) -> T {
@@ -80,14 +81,15 @@ struct FrictionForce : FrictionParameters {
   }
 };
 
-/// The law of the scene's options for a contact with Coulomb's μ.
+/// The friction law of the scene's options for a contact with Coulomb's coefficient μ.
 inline FrictionForce make_friction(const PenaltyOptions& o, double mu) {
   return {{mu, mu * o.friction_static, o.friction_v0, o.friction_v1, o.friction_decay, o.friction_viscous,
            o.bristle_stiffness, o.bristle_damping},
           o.friction};
 }
 
-/// Friction of a preloaded joint: linear up to the regularising velocity, then the bound.
+/// Friction of a preloaded joint: linear up to the regularising velocity, then constant at the
+/// bound.
 template <class T>
 T preloaded_friction(double bound, double regularisation, const T& u) {
   const T x = u / regularisation;

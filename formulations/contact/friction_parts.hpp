@@ -1,17 +1,22 @@
-// What the file of a friction law gives: text, formula, source, range, keys, and
+// Interface of the friction laws. The file of a friction law specialises Law with its text,
+// formula, source, range, keys, and
 //
-//   static std::array<double, N> kinks(const FrictionParameters&)      speeds > 0 at which c has a kink, rising
+//   static std::array<double, N> kinks(const FrictionParameters&)      speeds > 0 at which c has
+//                                                                      a kink, ascending
 //   template <class T> static T coefficient(const FrictionParameters&, const T& s, int n)
 //
-// c as a function of the sliding speed s = |v| ≥ 0 on the n-th branch: the kinks cut the speed axis into zones, and
-// within a zone c is the zone's own smooth branch, continued beyond its ends, so that an integrator which stops at the
-// ends never steps over a kink. Branch 0 is the middle one, |v| ≤ the first kink; where c has a kink at rest there is
-// none, and the branches count from 1. The caller makes c odd in v.
+// coefficient() is c as a function of the sliding speed s = |v| ≥ 0 on the n-th branch. The kinks
+// divide the speed axis into zones. Within a zone, c is the zone's smooth branch, extended beyond
+// its ends, so that an integrator that stops at the ends never steps over a kink. Branch 0 is the
+// middle one, |v| ≤ the first kink. If c has a kink at rest, there is no branch 0 and branches
+// count from 1. The caller makes c odd in v.
 //
-// A law with bristles (bristle = true) gives instead
+// A law with a bristle (bristle = true) defines instead
 //
-//   template <class T> static T coefficient(const FrictionParameters&, const T& v, const T& speed, const T& z)
-//   template <class T> static T bristle_rate(const FrictionParameters&, const T& v, const T& speed, const T& z)
+//   template <class T>
+//   static T coefficient(const FrictionParameters&, const T& v, const T& speed, const T& z)
+//   template <class T>
+//   static T bristle_rate(const FrictionParameters&, const T& v, const T& speed, const T& z)
 //   static double steady_bristle(const FrictionParameters&, double v)  z at which ż = 0
 //
 // with speed = |v| on the branch.
@@ -26,7 +31,7 @@
 
 namespace freeplay {
 
-/// What a friction law is made of; μ kinetic, μ_s static.
+/// Parameters of friction laws; μ kinetic, μ_s static.
 struct FrictionParameters {
   double mu = 0, mu_static = 0;
   double v0 = 0, v1 = 0;  ///< m/s
@@ -36,7 +41,7 @@ struct FrictionParameters {
   double sigma1 = 0;      ///< s/m
 };
 
-/// The defaults of every friction law: smooth, without a state of its own.
+/// Defaults of all friction laws: smooth, without internal state.
 struct AnyFrictionLaw {
   static constexpr bool bristle = false, kink_at_rest = false;
   static constexpr bool positive_v0 = true, v1_above_v0 = false;

@@ -27,8 +27,9 @@ SolverSummary gauss_seidel(ContactEquations& p, double accepted, SolverRoom& roo
   return sweeps(p, accepted, room, 2000);
 }
 
-/// Where the same contacts press, stick and slide as in the last problem a step or two of Newton's are exact. Many contacts
-/// that share their loads converge slowly in sweeps: from near the solution Newton's steps are few.
+/// If the contacts have the same modes as in the last problem, one or two Newton steps are exact.
+/// Sweeps converge slowly for many contacts that share their loads; from near the solution, few
+/// Newton steps are needed.
 SolverSummary mixed_gauss_seidel(ContactEquations& p, double accepted, SolverRoom& room) {
   auto sum = newton_from_last(p, accepted, room);
   const auto add = [&](const SolverSummary& one) {

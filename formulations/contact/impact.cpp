@@ -4,7 +4,7 @@
 
 namespace freeplay {
 
-/// Of contacts that D couples, with the D and rates of island_.
+/// Solves the impact of the contacts that D couples, with the D and rates of island_.
 std::string ImpactProblem::solve_island(std::vector<ImpactContact>& contacts) {
   auto& island = island_;
   const double normal = island.normal_work, tangential = island.tangential_work;
@@ -12,7 +12,7 @@ std::string ImpactProblem::solve_island(std::vector<ImpactContact>& contacts) {
   if (impact_by(law_, island, phases_, contacts)) return "";
   island.normal_work = normal;
   island.tangential_work = tangential;
-  island.solution.residual = residual;  // what is not taken leaves nothing
+  island.solution.residual = residual;  // a rejected solution leaves no residual
   island.solution.residual_rate = rate;
   // Without restitution there always is a solution (see copositive_lemke()).
   auto soft = contacts;

@@ -1,10 +1,11 @@
-// The energetic law. For several contacts that D couples, of each i
+// The energetic law. For several contacts i that D couples, the conditions are
 //
-//     z_i (u_N + u_N⁺)_i = 2 e_i² W_i,   z = r P_C,   W the work of compression (taken up, ≥ 0),
+//     z_i (u_N + u_N⁺)_i = 2 e_i² W_i,   z = r P_C,   W the absorbed work of compression, ≥ 0,
 //
-// with u_N the rates after compression and z the impulses of expansion. Without friction u_N = 0 and u_N⁺ = D z, so that z
-// makes ½ zᵀD z − Σ 2 e_i² W_i ln z_i least: a convex function, whose least is one and is found by Newton's method from
-// anywhere. From there Newton's method on the condition itself, through expansion with friction.
+// with the rates u_N after compression and the impulses z of expansion. Without friction, u_N = 0
+// and u_N⁺ = D z, so that z minimises ½ zᵀD z − Σ 2 e_i² W_i ln z_i. This function is convex; its
+// minimum is unique, and Newton's method converges to it from any starting point. From there,
+// Newton's method solves the condition itself, with friction in expansion.
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
@@ -15,12 +16,13 @@
 namespace freeplay {
 namespace {
 
-/// The z > 0 with z_i (D z)_i = work_i, or false where D lets impulses grow without moving anything.
+/// Solves z_i (D z)_i = work_i for z > 0; returns false if D lets impulses grow without any motion.
 bool without_friction(const Eigen::MatrixXd& D, const Eigen::VectorXd& work, Eigen::VectorXd& z) {
   const auto value = [&](const Eigen::VectorXd& x) {
     return 0.5 * x.dot(D * x) - work.dot(x.array().log().matrix());
   };
-  // What is left of each condition, relative: rounding hides what the value still has to fall long before that.
+  // Relative residual of each condition. Rounding hides the remaining decrease of `value` long
+  // before it hides this residual.
   const auto miss = [&](const Eigen::VectorXd& x) {
     return (x.cwiseProduct(D * x) - work).cwiseQuotient(work).cwiseAbs().maxCoeff();
   };
@@ -46,7 +48,8 @@ bool without_friction(const Eigen::MatrixXd& D, const Eigen::VectorXd& work, Eig
   return miss(z) <= 1e-10;
 }
 
-/// Compression, then expansion with ratios that give each contact its work. Poisson's ratios where none are found.
+/// Compression, then expansion with ratios that give each contact its work. Uses Poisson's ratios
+/// if none are found.
 bool expand_by_works(ImpactIsland& island, ImpactPhases& phases, ImpactContacts& contacts) {
   constexpr int most = 30;
   constexpr double met = 1e-11;
@@ -62,13 +65,14 @@ bool expand_by_works(ImpactIsland& island, ImpactPhases& phases, ImpactContacts&
     const double work = -2 * compression[k].work_n;
     poisson.push_back(c.restitution);
     ratio.push_back(c.restitution);
-    // What rounding leaves of an impulse owes nothing.
+    // Impulses at the level of rounding have no work to return.
     const double none = 1e-10 * island.greatest_rate();
     if (c.restitution == 0 || compression[k].impulse_n * island.problem.D(c.normal, c.normal) <= none)
       continue;
     if (!(work > 1e-12 * greatest)) {
-      // Compressed without work, as between bodies that touch and stop together: it owes none in expansion, where it has only
-      // the impulse that keeps it from closing.
+      // The contact was compressed without work, as between bodies that come into contact and stop
+      // together. It returns no work in expansion, where it only gets the impulse that keeps it
+      // from closing.
       if (work > -1e-12 * greatest) ratio.back() = 0;
       continue;
     }
@@ -80,7 +84,7 @@ bool expand_by_works(ImpactIsland& island, ImpactPhases& phases, ImpactContacts&
   if (n == 0) return phases.expand(island, contacts, poisson);
   const Eigen::VectorXd work = Eigen::Map<const Eigen::VectorXd>(owed.data(), n);
   Eigen::VectorXd z, left(n), trial(n);
-  // What is left of each contact's condition, relative.
+  // Relative residual of each contact's condition.
   const auto miss = [&](const Eigen::VectorXd& impulse, Eigen::VectorXd& out) {
     for (Eigen::Index i = 0; i < n; ++i) ratio[at[i]] = impulse[i] / compression[at[i]].impulse_n;
     if (!phases.expand(island, contacts, ratio)) return false;
@@ -90,7 +94,7 @@ bool expand_by_works(ImpactIsland& island, ImpactPhases& phases, ImpactContacts&
   const Eigen::MatrixXd D = island.problem.D(row, row);
   bool found = without_friction(D, work, z) && miss(z, left);
   for (int i = 0; found && i < most && left.cwiseAbs().maxCoeff() > met; ++i) {
-    Eigen::MatrixXd J(n, n);  // of a piecewise smooth condition, by differences
+    Eigen::MatrixXd J(n, n);  // finite differences of a piecewise smooth condition
     for (Eigen::Index k = 0; found && k < n; ++k) {
       Eigen::VectorXd moved = z;
       moved[k] *= 1 + 1e-7;
@@ -100,7 +104,8 @@ bool expand_by_works(ImpactIsland& island, ImpactPhases& phases, ImpactContacts&
     if (!found) break;
     const Eigen::VectorXd step = J.partialPivLu().solve(-left);
     found = false;
-    if (!((step.cwiseQuotient(z)).maxCoeff() < 100)) break;  // wedged: no impulse changes what is left
+    // wedged: no impulse changes the residual
+    if (!((step.cwiseQuotient(z)).maxCoeff() < 100)) break;
     for (double length = 1; !found && length > 1e-2; length *= 0.5) {
       const Eigen::VectorXd next = z + length * step;
       found = (next.array() > 0).all() && miss(next, trial) &&

@@ -1,4 +1,5 @@
-// Contacts that D couples, in impact at one instant: what impact laws read and leave (impact_laws.hpp).
+// ImpactIsland: contacts coupled by D in impact at one instant. It holds the input and output of an
+// impact law (impact_laws.hpp): D, the rates before, and the resulting works and summary.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,14 +9,16 @@
 
 namespace freeplay {
 
-/// A contact that takes part: rows of D and u, its coefficients, and its impulses.
+/// A contact in impact: its rows of D and u, its coefficients, and its impulses.
 struct ImpactContact {
-  int normal = -1,
-      tangent = -1;  ///< tangent −1: frictionless; normal −1: friction of a joint, Newton's law alone
+  /// tangent −1: frictionless; normal −1: friction of a joint, with Newton's law only
+  int normal = -1, tangent = -1;
   double restitution = 0, tangential_restitution = 0, friction = 0;
   double impulse_n = 0, impulse_t = 0;  ///< N s
-  double bound = 0;                     ///< N s, of friction beside μ times the normal impulse
-  double work_n = 0, work_t = 0;  ///< J, of a phase's impulses on the rates as they were; negative: lost
+  /// N s, bound of friction in addition to μ times the normal impulse
+  double bound = 0;
+  /// J, work of a phase's impulses on the rates during the phase; negative: lost
+  double work_n = 0, work_t = 0;
 };
 
 struct ImpactIsland {
@@ -25,22 +28,23 @@ struct ImpactIsland {
 
   /// The unknowns of the contacts, without targets or impulses.
   void pose(const std::vector<ImpactContact>& contacts);
-  /// Solves the posed problem and adds what that took to `solution`.
+  /// Solves the present problem and adds its result to `solution`.
   bool solve();
-  /// Adds what an impulse does to the rates.
+  /// Adds the change of the rates by an impulse.
   void act(Eigen::VectorXd& rates, const ImpactContact& by) const;
-  /// Adds the works of impulses that grow together, from `before` to `after`.
+  /// Adds the works of impulses that grow in proportion, from `before` to `after`.
   void add_works_at_once(const std::vector<ImpactContact>& contacts);
   double greatest_rate() const { return before.cwiseAbs().maxCoeff(); }
 
-  ContactProblem problem;                       ///< D and rows of the island
-  Eigen::VectorXd before, after;                ///< rates; `after` where the law gives the impulses at once
-  ContactSolution solution;                     ///< of all problems so far
-  double normal_work = 0, tangential_work = 0;  ///< J, of the impulses on the contacts' rates; negative: lost
-  bool wedged = false;                          ///< no ratios were found that give the contacts' works
+  ContactProblem problem;         ///< D and rows of the island
+  Eigen::VectorXd before, after;  ///< rates; `after` is set by laws that give the impulses at once
+  ContactSolution solution;       ///< summary of all problems so far
+  /// J, of the impulses on the contacts' rates; negative: lost
+  double normal_work = 0, tangential_work = 0;
+  bool wedged = false;  ///< no ratios were found that give the works of the contacts
 };
 
-/// A contact alone in its island, along its normal impulse (routh.hpp).
+/// Impact of a single contact in its island, integrated along its normal impulse (routh.hpp).
 bool routh_impact(ImpactLaw law, ImpactIsland& island, ImpactContact& c);
 
 }  // namespace freeplay

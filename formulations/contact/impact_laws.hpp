@@ -1,5 +1,6 @@
-// Impact laws (impact.hpp), each in a file of its own and all called alike: a law gets an island with D and the rates before, leaves
-// the impulses of its contacts and adds their works. False where no impulses keep it. To add one: its name in
+// Interface of impact laws (impact.hpp); each law has its own file. A law gets an island with D and
+// the rates before the impact, sets the impulses of its contacts and adds their works to the
+// island. It returns false if no impulses satisfy it. To add a law: add its name in
 // mechanism/options.hpp, a function here with its file, and a case below.
 #pragma once
 
@@ -12,7 +13,7 @@ namespace freeplay {
 
 using ImpactContacts = std::vector<ImpactContact>;
 
-/// `phases`: room for the laws that follow an impact through its phases.
+/// `phases`: work space for laws that integrate an impact through its phases.
 bool newton_impact(ImpactIsland& island, ImpactPhases& phases, ImpactContacts& contacts);
 bool poisson_impact(ImpactIsland& island, ImpactPhases& phases, ImpactContacts& contacts);
 bool energetic_impact(ImpactIsland& island, ImpactPhases& phases, ImpactContacts& contacts);

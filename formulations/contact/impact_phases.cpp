@@ -6,12 +6,13 @@
 namespace freeplay {
 namespace {
 
-constexpr double stopped = 1e-13;  // of the greatest rate
-constexpr int most_pieces = 16;    // a contact's; beyond, what is left is one piece
+constexpr double stopped = 1e-13;  // relative to the greatest rate
+constexpr int most_pieces = 16;    // per contact; beyond this the rest is one piece
 
 }  // namespace
 
-/// Solves for the impulses of λ from `from` to `to`, from these rates on, into the problem and trial_.
+/// Solves for the impulses of λ from `from` to `to`, starting from these rates; writes the problem,
+/// piece_ and trial_.
 bool ImpactPhases::piece(const Course& course, double from, double to, const Eigen::VectorXd& rates) {
   const int m = course.island.problem.rows;
   course.island.pose(piece_);
@@ -38,15 +39,17 @@ bool ImpactPhases::piece(const Course& course, double from, double to, const Eig
   return true;
 }
 
-/// What a contact's approach lies above the least that the phase asks of it at λ: m/s; zero where it bears.
+/// Difference (m/s) between a contact's rate and the lowest rate that the phase admits at λ; zero
+/// for a pressed contact.
 double ImpactPhases::ahead(const Course& course, const ImpactContact& c, double at,
                            const Eigen::VectorXd& rates) {
   return rates[c.normal] -
          (course.phase == Phase::compression ? std::min(0.0, (1 - at) * course.island.before[c.normal]) : 0);
 }
 
-/// Whether nothing has changed within the piece solved last: what slides at its begin slides the same way to its end, or stops there
-/// by sliding friction alone; what is ahead bears nothing.
+/// Whether the modes are constant within the last piece: contacts that slide at its beginning slide
+/// in the same direction to its end, or stop there by sliding friction alone, and contacts above
+/// their lowest rate have no impulse.
 bool ImpactPhases::goes_on(const Course& course, double from, const Eigen::VectorXd& rates) const {
   const double none = course.none;
   for (std::size_t i = 0; i < piece_.size(); ++i) {
@@ -62,7 +65,8 @@ bool ImpactPhases::goes_on(const Course& course, double from, const Eigen::Vecto
   return true;
 }
 
-/// Where something changes first, by the line through two instants before that: λ. At once where it changes now.
+/// The λ of the first change, extrapolated linearly from two values of λ before it; the present λ
+/// if the change is now.
 double ImpactPhases::first_change(const Course& course, double from, const Eigen::VectorXd& rates,
                                   double early, double late) const {
   const double none = course.none;
@@ -79,7 +83,8 @@ double ImpactPhases::first_change(const Course& course, double from, const Eigen
   return first;
 }
 
-/// The piece from `from` to where something changes first: its end, or nothing where no problem was solved.
+/// Solves the piece from `from` to the first change and returns its end; nothing if no problem was
+/// solved.
 std::optional<double> ImpactPhases::piece_until_change(const Course& course, double from,
                                                        const Eigen::VectorXd& rates) {
   double early = from, late = from, high = 1, solved = 1;
@@ -100,12 +105,12 @@ std::optional<double> ImpactPhases::piece_until_change(const Course& course, dou
     late_ = trial_;
   }
   if (late == from) late = high;
-  if (late > 1 - 1000 * stopped) late = 1;  // what stops with the phase
+  if (late > 1 - 1000 * stopped) late = 1;  // contacts that stop at the end of the phase
   if (solved != late && !piece(course, from, late, rates)) return {};
   return late;
 }
 
-/// Takes `rates` through a phase; `done` gets what it adds up to.
+/// Integrates `rates` through a phase; `done` gets the sums of impulses and works.
 bool ImpactPhases::follow(const Course& course, Eigen::VectorXd& rates, std::vector<ImpactContact>& done) {
   piece_ = done;
   for (auto& c : done) c.impulse_n = c.impulse_t = c.work_n = c.work_t = 0;
@@ -127,7 +132,7 @@ bool ImpactPhases::follow(const Course& course, Eigen::VectorXd& rates, std::vec
       c.work_n += 0.5 * p.impulse_n * (rates[c.normal] + trial_[c.normal]);
       if (c.tangent < 0) continue;
       c.work_t += 0.5 * p.impulse_t * (rates[c.tangent] + trial_[c.tangent]);
-      if (std::abs(trial_[c.tangent]) <= none) trial_[c.tangent] = 0;  // it has stopped
+      if (std::abs(trial_[c.tangent]) <= none) trial_[c.tangent] = 0;  // sliding has stopped
     }
     rates = trial_;
     at = to;
@@ -141,7 +146,7 @@ bool ImpactPhases::compress(ImpactIsland& island, const std::vector<ImpactContac
   const std::vector<double> no_ratio;
   const Course course{island, Phase::compression, no_ratio, stopped * island.greatest_rate()};
   if (!follow(course, after_compression_, compression_)) return false;
-  // What has stopped has stopped: rounding left of it would be a motion of its own to expansion.
+  // Rates at the level of rounding are set to zero: the expansion would take them as motion.
   const double none = 1e-10 * island.greatest_rate();
   for (double& rate : after_compression_)
     if (std::abs(rate) <= none) rate = 0;

@@ -1,12 +1,17 @@
-// Compression and expansion of several contacts that D couples, with Coulomb's friction along each. λ runs through a phase
-// from 0 to 1: in compression what approaches is slowed down together, u_N ≥ (1 − λ) u_N⁻, in expansion the impulses
-// r P_C grow together, λ r P_C. Within a piece of it in which nothing that slides stops, and nothing that bore no impulse begins to, all
-// impulses and rates are linear in λ and one contact problem has them; where that happens a new piece begins. So friction always opposes the sliding of
-// its instant, and never drives. The path is an assumption, as of any law for impacts at once; a single contact has the one that
-// its normal impulse goes (routh.hpp), and this is the same.
+// ImpactPhases: compression and expansion of several contacts that D couples, with Coulomb friction
+// along each phase. A parameter λ runs through a phase from 0 to 1. In compression, the approach
+// speeds decrease in proportion, u_N ≥ (1 − λ) u_N⁻. In expansion, the impulses r P_C grow in
+// proportion, λ r P_C. A phase consists of pieces. Within a piece no sliding contact stops and no
+// contact without impulse begins to be pressed, so that all impulses and rates are linear in λ and
+// follow from one contact problem. Each such change begins a new piece. Friction therefore always
+// opposes the present sliding and never drives. The path is an assumption, as in any law for
+// simultaneous impacts. For a single contact it equals the path along its normal impulse
+// (routh.hpp).
 //
-// Poisson's law is compression, then expansion with each contact's restitution as its ratio; the energetic one looks for other
-// ratios.
+// Poisson's law is compression, followed by expansion with each contact's restitution as its ratio.
+// The energetic law iterates the ratios.
+//
+// Usage: compress(), then expand() with ratios, as often as needed, then add_works().
 #pragma once
 
 #include <Eigen/Core>
@@ -20,7 +25,8 @@ namespace freeplay {
 class ImpactPhases {
  public:
   bool compress(ImpactIsland& island, const std::vector<ImpactContact>& contacts);
-  /// Expansion with the given ratios of impulses, after compress(); the contacts get the impulses of both.
+  /// Expansion with the given ratios of impulses, after compress(); `contacts` get the impulses of
+  /// both phases.
   bool expand(ImpactIsland& island, std::vector<ImpactContact>& contacts, const std::vector<double>& ratio);
   /// @name Impulses and works of each phase
   ///@{
@@ -32,12 +38,12 @@ class ImpactPhases {
 
  private:
   enum class Phase { compression, expansion };
-  /// What a phase is followed with.
+  /// Data of a phase that stay constant along it.
   struct Course {
     ImpactIsland& island;
     Phase phase;
     const std::vector<double>& ratio;  // of expansion
-    double none;                       // m/s, what rounding leaves of a rate that has stopped
+    double none;                       // m/s, rates below this are zero up to rounding
   };
   bool follow(const Course& course, Eigen::VectorXd& rates, std::vector<ImpactContact>& done);
   bool piece(const Course& course, double from, double to, const Eigen::VectorXd& rates);

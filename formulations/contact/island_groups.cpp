@@ -11,7 +11,8 @@ IslandGroups::IslandGroups(const SaddlePoint& saddle, int columns) : saddle_(&sa
   head_.assign(clusters, -1);
 }
 
-/// Visits what a row's responses live in: parts, and coordinates that no constraint touches; some twice.
+/// Visits the clusters of a row's responses: parts, and coordinates that no constraint involves;
+/// some of them twice.
 template <class Visit>
 void IslandGroups::each_cluster(const SparseRow& row, Visit visit) const {
   int last = -1;
@@ -22,7 +23,8 @@ void IslandGroups::each_cluster(const SparseRow& row, Visit visit) const {
   }
 }
 
-/// Joins clusters that an unknown's rows touch; members_ of each island in the order of its first unknown.
+/// Joins the clusters of each unknown's rows; members_ lists the islands in the order of their
+/// first unknowns.
 int IslandGroups::group(const ContactProblem& whole, std::span<const int> slot,
                         const std::vector<SparseRow>& rows) {
   for (const int c : touched_) root_[c] = island_of_cluster_[c] = -1;
@@ -62,7 +64,8 @@ int IslandGroups::group(const ContactProblem& whole, std::span<const int> slot,
     int cluster = -1;
     each_row(whole.unknowns[i],
              [&](int row) { each_cluster(rows[slot[row]], [&](int c) { cluster = find(c); }); });
-    int island = cluster >= 0 ? island_of_cluster_[cluster] : begin();  // that nothing moves, alone
+    // an unknown that nothing moves is an island by itself
+    int island = cluster >= 0 ? island_of_cluster_[cluster] : begin();
     if (island < 0) island = island_of_cluster_[cluster] = begin();
     members_[island].push_back(static_cast<int>(i));
   }
@@ -89,13 +92,13 @@ void IslandGroups::take(SparseIsland& x, const ContactProblem& whole, std::span<
   couple(x, rows, responses);
 }
 
-/// D by rows: of each row the rows that share a cluster with it.
+/// D by rows: for each row the rows that share a cluster with it.
 void IslandGroups::couple(SparseIsland& x, const std::vector<SparseRow>& rows, const Responses& responses) {
   const int n = static_cast<int>(x.slots.size());
   x.begin.assign(1, 0);
   x.column.clear();
   x.value.clear();
-  if (static_cast<int>(x.unknowns.size()) <= most_dense) {  // whole
+  if (static_cast<int>(x.unknowns.size()) <= most_dense) {  // dense
     x.value.resize(static_cast<std::size_t>(n) * n);
     for (int r = 0; r < n; ++r) {
       for (int s = 0; s < n; ++s) x.column.push_back(s);
@@ -127,7 +130,8 @@ void IslandGroups::couple(SparseIsland& x, const std::vector<SparseRow>& rows, c
   }
   for (int r = 0; r < n; ++r) each_cluster(rows[x.slots[r]], [&](int c) { head_[c] = -1; });
   x.value.resize(x.column.size());
-  // The lower triangle is computed; seen_ runs through each row's upper entries as their columns come by.
+  // The lower triangle is computed; seen_ advances through the upper entries of each row in the
+  // order of their columns.
   for (int r = 0; r < n; ++r) seen_[r] = x.begin[r];
   for (int r = 0; r < n; ++r)
     for (int e = x.begin[r]; e < x.begin[r + 1] && x.column[e] <= r; ++e) {

@@ -1,5 +1,7 @@
-// Which contacts know each other: those whose rows touch the same part of the mechanism, or the same coordinate that no constraint
-// touches. Their clusters are joined to islands; D of an island has entries where two rows share a cluster.
+// IslandGroups: partition of contacts into islands. Two contacts are coupled if their rows involve
+// the same part of the mechanism, or the same coordinate that no constraint involves. These parts
+// and coordinates, the clusters, are joined to islands; D of an island has entries where two rows
+// share a cluster.
 #pragma once
 
 #include <span>
@@ -12,17 +14,18 @@ namespace freeplay {
 
 class IslandGroups {
  public:
-  static constexpr int most_dense = 8;  // unknowns of an island whose D is whole
+  static constexpr int most_dense = 8;  // greatest number of unknowns of an island with dense D
 
   IslandGroups(const SaddlePoint& saddle, int columns);
-  /// The saddle point that all calls until the next use() belong to; it stays where it is so long.
+  /// Sets the saddle point that all calls until the next use() refer to; it must stay at its
+  /// address until then.
   void use(const SaddlePoint& saddle) { saddle_ = &saddle; }
 
-  /// Numbers the islands of a problem whose row r is rows[slot[r]]; how many they are.
+  /// Numbers the islands of a problem whose row r is rows[slot[r]]; returns the number of islands.
   int group(const ContactProblem& whole, std::span<const int> slot, const std::vector<SparseRow>& rows);
-  /// Unknowns of the island k, in the order of the problem.
+  /// Unknowns of island k, in the order of the problem.
   const std::vector<int>& members(int k) const { return members_[k]; }
-  /// Takes the unknowns `members` of the whole, with D and b.
+  /// Copies the unknowns `members` of the whole problem with their D and b to `x`.
   void take(SparseIsland& x, const ContactProblem& whole, std::span<const int> slot,
             const std::vector<int>& members, const std::vector<SparseRow>& rows, const Responses& responses);
 
@@ -33,9 +36,11 @@ class IslandGroups {
 
   const SaddlePoint* saddle_;
   std::vector<std::vector<int>> members_;
-  std::vector<int> root_, touched_;  // of clusters: parts, then coordinates that no row touches
+  // of clusters: parts, then coordinates that no constraint involves
+  std::vector<int> root_, touched_;
   std::vector<int> island_of_cluster_;
-  std::vector<int> head_, next_, owner_, seen_;  // rows of each cluster of one island
+  // lists of the rows of each cluster, for one island
+  std::vector<int> head_, next_, owner_, seen_;
 };
 
 }  // namespace freeplay

@@ -15,7 +15,7 @@ namespace {
 
 using Pair = std::array<double, 2>;  // δ, δ̇
 
-/// m δ̈ = −F(δ, δ̇) from first touch until the contact opens, in 2000 steps or so.
+/// Integrates m δ̈ = −F(δ, δ̇) from contact onset to separation, in about 2000 steps.
 std::vector<Pair> impact(const ContactForce& law, const ImpactSetting& s) {
   const double h = elastic_duration(law.elastic, s.mass, s.speed) / 500;
   const auto force = [&](const Pair& y) {
@@ -37,8 +37,8 @@ std::vector<Pair> impact(const ContactForce& law, const ImpactSetting& s) {
   return points;
 }
 
-/// Where the scene has no spring and damper: the spring that stores the impact's energy at Hertz's depth, with the
-/// damper that delivers e in full.
+/// If the scene has no spring and damper: the spring that stores the impact energy at Hertz's
+/// depth, with the damper that delivers e for an unclamped force.
 void choose_spring_damper(Scene& scene, const ContactFacts& contact, const ImpactSetting& s) {
   auto& o = scene.penalty;
   if (o.kelvin_stiffness && o.kelvin_damping) return;
@@ -61,7 +61,7 @@ LawCurve delivered(const ContactLawFacts& law) {
 
 LawCurve friction(const FrictionLawFacts& facts, PenaltyOptions options) {
   options.friction = facts.law;
-  const auto law = make_friction(options, 1);  // over μ
+  const auto law = make_friction(options, 1);  // μ = 1, so that the curve is c/μ
   LawCurve curve{facts.text, {}};
   for (int k = -200; k <= 200; ++k) {
     const double v = 5e-2 * std::max(options.friction_v1, options.friction_v0) * k / 2;

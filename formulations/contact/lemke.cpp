@@ -1,6 +1,7 @@
-// Lemke's method (numerics/lcp.hpp) on contact problems. As a linear complementarity problem (Glocker, Set-Valued Force Laws, 2001):
-// with P_T = P_R − μP_N and u_T = u_R − u_L the unknowns are z = (P_N, P_R, u_L) and
-// w = (u_N⁺ + e u_N⁻, u_R, P_L = 2μP_N − P_R).
+// Lemke's method (numerics/lcp.hpp) on contact problems. The standard form as a linear
+// complementarity problem (Glocker, Set-Valued Force Laws, 2001): with P_T = P_R − μP_N and
+// u_T = u_R − u_L, the unknowns are z = (P_N, P_R, u_L) and w = (u_N⁺ + e u_N⁻, u_R, P_L = 2μP_N −
+// P_R).
 #include <algorithm>
 #include <cmath>
 
@@ -11,10 +12,11 @@ namespace {
 
 struct Size {
   int normals, tangents, unknowns;
-  double scale;  // impulses over it are velocities: one over the greatest diagonal entry of D
+  double scale;  // unit of impulses per rate: one over the greatest diagonal entry of D
 };
 
-/// Room for one unknown of each normal and so many of each tangent, with an empty matrix.
+/// Makes room for one unknown of each normal row and `per_tangent` of each tangential row, with a
+/// zero matrix.
 Size begin(const ContactEquations& p, int per_tangent, SolverRoom& room) {
   Size size{0, 0, 0, 1 / p.D.diagonal().head(p.rows).maxCoeff()};
   for (const auto& c : p.unknowns) {
@@ -45,7 +47,7 @@ SolverSummary lemke(ContactEquations& p, double, SolverRoom& room) {
   const auto [normals, tangents, n, scale] = begin(p, 2, room);
   auto &q = room.q, &z = room.z;
   auto& A = room.A;
-  // Place of each unknown among (P_N ..., P_R ..., u_L ...), counted in the order of `unknowns`.
+  // Order of the unknowns: (P_N ..., P_R ..., u_L ...), each in the order of `unknowns`.
   const auto fill_row = [&](int place, int row, double base) {
     q[place] = base;
     int i = 0, j = 0;
@@ -84,10 +86,11 @@ SolverSummary lemke(ContactEquations& p, double, SolverRoom& room) {
   return {result.status == LcpResult::Status::solved, result.pivots};
 }
 
-/// The problem as Anitescu and Potra pose it (Nonlinear Dynamics 14 (1997) 231): z = (P_N, P_+, P_−, λ), with
-/// P_T = P_+ − P_− and w = (u_N − target, u_T + λ, −u_T + λ, bound + μP_N − P_+ − P_−). Its matrix is copositive when D
-/// has no negative eigenvalue, so Lemke's method ends in a solution wherever no P ≥ 0 with WP = 0 gains from the
-/// targets, in inelastic problems always. Newton's steps then take out its rounding.
+/// The contact problem in the form of Anitescu and Potra (Nonlinear Dynamics 14 (1997) 231):
+/// z = (P_N, P_+, P_−, λ), with P_T = P_+ − P_− and w = (u_N − target, u_T + λ, −u_T + λ, bound +
+/// μP_N − P_+ − P_−). Its matrix is copositive if D has no negative eigenvalue. Lemke's method then
+/// ends in a solution if no P ≥ 0 with WP = 0 gains from the targets; for inelastic problems it
+/// always ends in a solution. Newton steps then remove the rounding error.
 SolverSummary copositive_lemke(ContactEquations& p, double accepted, SolverRoom& room) {
   auto& unknowns = p.unknowns;
   const auto& D = p.D;

@@ -9,13 +9,15 @@
 
 namespace freeplay {
 
-/// Newton's method on the projections (projections.hpp), the step halved while it does not help.
+/// Newton's method on the projections (projections.hpp). The step is halved while it does not
+/// decrease |F|.
 SolverSummary newton_from(From from, ContactEquations& p, double accepted) {
   auto& unknowns = p.unknowns;
   const int rows = p.rows;
   int steps = 0;
   const int most = from == From::nothing ? 100 : from == From::given ? 20 : 4;
-  constexpr int few = 24;  // rows that stand on the stack: no step of a small mechanism takes memory
+  // up to this many rows, matrices are on the stack: steps of a small mechanism allocate no memory
+  constexpr int few = 24;
   const auto within = [&]<int room>(std::integral_constant<int, room>) {
     using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, room, 1>;
     using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, room, room>;
@@ -70,7 +72,7 @@ SolverSummary newton_from(From from, ContactEquations& p, double accepted) {
         step = -lu.solve(F);
       } else if (from == From::last) {
         return false;
-      } else {  // forces are not unique: the least change of them
+      } else {  // forces are not unique: take the least change
         Eigen::CompleteOrthogonalDecomposition<Matrix> decomposition;
         decomposition.setThreshold(1e-11);
         step = -decomposition.compute(J).solve(F);

@@ -1,4 +1,5 @@
-// Newton's law, u_N⁺ ≥ −e u_N⁻ ⊥ P_N ≥ 0, −P_T ∈ μ P_N Sgn(u_T⁺ + e_T u_T⁻): one contact problem.
+// Newton's law, u_N⁺ ≥ −e u_N⁻ ⊥ P_N ≥ 0, −P_T ∈ μ P_N Sgn(u_T⁺ + e_T u_T⁻): a single contact
+// problem.
 #include "formulations/contact/impact_laws.hpp"
 
 namespace freeplay {

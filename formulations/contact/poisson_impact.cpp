@@ -1,4 +1,6 @@
-// Poisson's law, P_N = e P_C + extra, extra ≥ 0 ⊥ u_N⁺ ≥ 0 in expansion: each contact expands by e of its impulse of compression.
+// Poisson's law, P_N = e P_C + extra, extra ≥ 0 ⊥ u_N⁺ ≥ 0 in expansion: the expansion impulse of
+// each contact is e times its compression impulse, plus an extra impulse where the contact would
+// close otherwise.
 #include "formulations/contact/impact_laws.hpp"
 
 namespace freeplay {

@@ -1,9 +1,11 @@
-// Newton's method on the laws of contact and friction as projections,
+// Newton's method on contact and friction laws written as projections,
 //
-//     F_N = P_N − (P_N − ρ_N (u_N − target_N))⁺,   F_T = P_T − clamp(P_T − ρ_T (u_T − target_T), ±(bound + μ P_N)),
+//     F_N = P_N − (P_N − ρ_N (u_N − target_N))⁺,
+//     F_T = P_T − clamp(P_T − ρ_T (u_T − target_T), ±(bound + μ P_N)),
 //
-// ρ = 1/D_rr (Alart and Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353): F and what each row of its derivative is, for
-// any storage of D.
+// with ρ = 1/D_rr (Alart and Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353).
+// project_on_laws() computes F and the structure of each row of its derivative, for any storage of
+// D.
 #pragma once
 
 #include <algorithm>
@@ -13,14 +15,15 @@
 
 namespace freeplay {
 
-/// `row` gives of a row with the present impulses
+/// `row` provides for each row, with the present impulses,
 ///
 ///     rate(r), impulse(r),   rho(r): 1/D_rr, 0 where the row cannot move,
 ///
-/// and takes value(r, F_r) and, where `with_derivative`, one of
+/// and receives value(r, F_r) and, if `with_derivative`, one of
 ///
-///     follows(r, ρ): the row of F' is ρ times D's,   free(r): it is P_r's own,
-///     slides(r, n, c): P_r's own and c times P_n's.
+///     follows(r, ρ): the row of F' is ρ times the row of D,
+///     free(r): the row of F' is that of P_r,
+///     slides(r, n, c): the row of F' is that of P_r plus c times that of P_n.
 template <class Row>
 void project_on_laws(const std::vector<ContactUnknown>& unknowns, Row& row, bool with_derivative) {
   const auto trial_of = [&](int r, double target) {

@@ -6,8 +6,9 @@
 
 namespace freeplay {
 
-/// Proximal points: D + ε with b − εP of the last iterate, which Lemke's method solves where contacts share
-/// their loads and D is singular; each followed by Newton's steps on the problem itself.
+/// Proximal-point iteration: each iterate solves the problem with D + ε and b − εP of the last
+/// iterate. Lemke's method solves these problems where contacts share their loads and D is
+/// singular. Newton steps on the original problem follow each iterate.
 SolverSummary proximal(ContactEquations& p, double accepted, SolverRoom& room) {
   auto& unknowns = p.unknowns;
   auto& D = p.D;

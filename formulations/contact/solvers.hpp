@@ -1,6 +1,7 @@
-// Solvers of contact problems (contact_equations.hpp), each in a file of its own and all called alike: a solver gets the equations,
-// with impulses to start from, the residual that is accepted (a rate), and room to work in; it leaves impulses and a summary. To
-// add one: a function here, its file, and a place in ContactProblem::order().
+// Interface of the solvers of contact problems (contact_equations.hpp); each solver has its own
+// file. A solver gets the equations with an initial guess of the impulses, the accepted residual (a
+// rate) and work space; it writes impulses and returns a summary. To add a solver: add a function
+// here, its file, and a place in ContactProblem::order().
 #pragma once
 
 #include <Eigen/Core>
@@ -14,13 +15,13 @@ namespace freeplay {
 
 struct SolverSummary {
   bool solved = false;
-  int iterations = 0;  ///< cases, pivots of Lemke, sweeps, Newton steps
+  int iterations = 0;  ///< cases, pivots of Lemke, sweeps, or Newton steps
 };
 
-/// What solvers take memory for, kept from one solve to the next. No result depends on how large it is.
+/// Work space of solvers, kept from one solve to the next. No result depends on its size.
 struct SolverRoom {
   SolverRoom() : lemke(0) {}
-  /// Room for a complementarity problem of n unknowns.
+  /// Makes room for a complementarity problem of n unknowns.
   void reserve_lemke(int n);
 
   Lemke lemke;
@@ -32,11 +33,11 @@ struct SolverRoom {
   Eigen::MatrixXd factor;  // of D
 };
 
-/// @name One unknown alone, in closed form (closed_form.cpp)
+/// @name A single unknown, in closed form (closed_form.cpp)
 ///@{
-/// b holds what the others do to it. False where friction admits no impulse.
+/// b includes the effect of all other unknowns. Returns false if friction admits no impulse.
 bool solve_one(ContactUnknown& c, double bn, double bt, double Dnn, double Dnt, double Dtt);
-/// A contact whose two rows see one freedom (or none tangentially).
+/// Whether both rows of a contact depend on one freedom (or the tangential row on none).
 bool singular_pair(const ContactEquations& p, const ContactUnknown& c);
 SolverSummary closed_form(ContactEquations& p, double accepted, SolverRoom& room);
 ///@}
@@ -45,7 +46,7 @@ constexpr int most_for_enumeration = 6;  // 4⁶ cases
 /// enumeration.cpp
 SolverSummary enumeration(ContactEquations& p, double accepted, SolverRoom& room);
 
-/// @name Lemke's method on the problem in standard form, and on one that is copositive (lemke.cpp)
+/// @name Lemke's method on the problem in standard form, and in a copositive form (lemke.cpp)
 ///@{
 SolverSummary lemke(ContactEquations& p, double accepted, SolverRoom& room);
 SolverSummary copositive_lemke(ContactEquations& p, double accepted, SolverRoom& room);
@@ -53,23 +54,25 @@ SolverSummary copositive_lemke(ContactEquations& p, double accepted, SolverRoom&
 
 /// @name Newton's method on the projections (newton.cpp)
 ///@{
-/// From no impulses, from those given, or (in a few steps, where forces are unique) from those of the last problem.
+/// Initial guess: no impulses, the given impulses, or the impulses of the last problem (with few
+/// steps, and only where forces are unique).
 enum class From { nothing, given, last };
 SolverSummary newton_from(From from, ContactEquations& p, double accepted);
 SolverSummary newton(ContactEquations& p, double accepted, SolverRoom& room);
-/// A few of Newton's steps from the last problem's impulses, which stay as they were where it fails.
+/// A few Newton steps from the impulses of the last problem, which are kept if it fails.
 SolverSummary newton_from_last(ContactEquations& p, double accepted, SolverRoom& room);
 ///@}
 
-/// @name Gauss–Seidel over contacts, from the impulses given (gauss_seidel.cpp)
+/// @name Gauss–Seidel over contacts, from the given impulses (gauss_seidel.cpp)
 ///@{
 SolverSummary sweeps(ContactEquations& p, double accepted, SolverRoom& room, int most);
 SolverSummary gauss_seidel(ContactEquations& p, double accepted, SolverRoom& room);
-/// Newton's steps from the last problem's impulses, sweeps, Newton's steps from what they found, and sweeps again.
+/// Newton steps from the impulses of the last problem, sweeps, Newton steps from their result, and
+/// sweeps again.
 SolverSummary mixed_gauss_seidel(ContactEquations& p, double accepted, SolverRoom& room);
 ///@}
 
-/// Proximal points, where contacts share their loads (proximal.cpp).
+/// Proximal-point iteration, for contacts that share their loads (proximal.cpp).
 SolverSummary proximal(ContactEquations& p, double accepted, SolverRoom& room);
 
 }  // namespace freeplay

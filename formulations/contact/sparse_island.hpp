@@ -1,5 +1,6 @@
-// A contact problem of coupled contacts (contact_equations.hpp) with D by rows: an island of many contacts, where D has entries only
-// where two rows touch the same part of the mechanism.
+// SparseIsland: a contact problem of coupled contacts (contact_equations.hpp) with D stored by
+// rows, for islands of many contacts. D has entries only where two rows involve the same part of
+// the mechanism.
 #pragma once
 
 #include <vector>
@@ -12,14 +13,14 @@ struct SparseIsland {
   double rate(int row) const;
   double entry(int row, int column) const;
   double residual() const;
-  /// What rounding leaves of the laws' rates at the present impulses, at most.
+  /// Upper bound of the rounding error of the rates with the present impulses.
   double attainable() const;
-  /// Impulses of the rows from those of the unknowns, and back.
+  /// Copies the impulses of the unknowns to the rows (gather) and back (scatter).
   void gather();
   void scatter();
 
-  std::vector<int> ids, members, slots;  // of its unknowns; of its rows
-  std::vector<ContactUnknown> unknowns;  // with rows of the island
+  std::vector<int> ids, members, slots;  // ids and members of its unknowns; slots of its rows
+  std::vector<ContactUnknown> unknowns;  // with row numbers of the island
   std::vector<double> b, impulse;        // of its rows
   std::vector<int> begin, column;        // D by rows
   std::vector<double> value;

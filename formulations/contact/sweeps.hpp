@@ -1,5 +1,6 @@
-// Gauss–Seidel: contact by contact, each solved exactly with the others held, from the impulses given (Jourdan, Alart and Jean,
-// Comput. Methods Appl. Mech. Eng. 155 (1998) 31), for any storage of D.
+// Gauss–Seidel over contacts, from the given impulses: each contact is solved exactly with the
+// impulses of all others fixed (Jourdan, Alart and Jean, Comput. Methods Appl. Mech. Eng. 155
+// (1998) 31), for any storage of D.
 #pragma once
 
 #include <algorithm>
@@ -9,8 +10,9 @@
 
 namespace freeplay {
 
-/// `p` has `unknowns` and gives entry(row, column) of D, impulse(row, unknown's own), rate(row) with the present impulses, and
-/// residual(); change(row, by) changes an impulse and the rates with it.
+/// `p` has `unknowns` and provides entry(row, column) of D, impulse(row, the unknown's value),
+/// rate(row) with the present impulses, and residual(); change(row, by) changes an impulse and the
+/// rates that depend on it.
 template <class Problem>
 SolverSummary sweep_contacts(Problem& p, double accepted, int most) {
   for (int sweep = 1; sweep <= most; ++sweep) {

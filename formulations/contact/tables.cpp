@@ -1,4 +1,4 @@
-// The tables of all laws, made from the enumerators: each law's row stands in its own file.
+// Tables of all laws, generated from the enumerators; the file of each law has its row.
 #include <array>
 
 #include "formulations/contact/contact_parts.hpp"
@@ -43,7 +43,7 @@ constexpr auto all_friction_laws = table<FrictionLaw, FrictionLawFacts>([](auto 
                           .v1_above_v0 = L::v1_above_v0};
 });
 
-/// No two laws of one name.
+/// Law names are unique.
 constexpr bool distinct(const auto& laws) {
   for (std::size_t i = 0; i < laws.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)

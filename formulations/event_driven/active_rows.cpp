@@ -8,7 +8,8 @@ ActiveRows::ActiveRows(int n, int m, int most) : n_(n), m_(m), rows_(static_cast
   b.setZero(most);
 }
 
-/// Contacts that act at one time are few among many: room for their dense matrices grows with the most of them so far.
+/// Few contacts are active at one time: the room for their dense matrices grows with the greatest
+/// number so far.
 void ActiveRows::make_room(int rows) {
   if (rows <= room_) return;
   constexpr int least = 16;

@@ -27,7 +27,8 @@ void EventDriven::start(const State& state, ContactLog& log) {
   std::ranges::copy(state.v, x.begin() + dynamics_.system.n());
   std::ranges::copy(state.z, x.begin() + dynamics_.state_offset());
   for (auto& c : dynamics_.contacts) c.closed = false;
-  for (auto& p : dynamics_.preloaded) p.slip = 1;  // any mode: the true one is chosen before the first step
+  // any mode: the actual one is determined before the first step
+  for (auto& p : dynamics_.preloaded) p.slip = 1;
   dynamics_.phases.start(dynamics_.system, state.q.data(), state.v.data());
   dynamics_.forget_place();
   method_.start(dynamics_, state.t, x);
@@ -35,7 +36,7 @@ void EventDriven::start(const State& state, ContactLog& log) {
   pending_ = true;
 }
 
-/// The state stays one that is finite: else the one before the step.
+/// Keeps the state finite: if it is not, the state before the step is restored.
 bool EventDriven::fail(const std::string& what) {
   if (!is_finite(method_.x)) {
     method_.x = finite_;
@@ -45,7 +46,7 @@ bool EventDriven::fail(const std::string& what) {
   return false;
 }
 
-/// What event-driven integration cannot resolve.
+/// Failure because event-driven integration cannot resolve the motion.
 bool EventDriven::beyond(const std::string& what) {
   return fail(gives_way_ ? what : what + "; use nonsmooth.scheme = \"automatic\"");
 }
@@ -72,7 +73,7 @@ bool EventDriven::step(double t_end) {
       return false;
     }
   }
-  // No step crosses a kink of a curve in time, or jumps over what a curve does.
+  // No step crosses a kink of a curve in time or passes over a feature of a curve.
   t_end = std::min({t_end, knot, method_.t + longest_step(d.system, v()),
                     method_.t + curve_step_limit(d.system, method_.t, q(), v(), Knots::located)});
   if (!step_until_lockup(t_end)) return false;
@@ -86,7 +87,7 @@ bool EventDriven::step(double t_end) {
   }
   search_.mark_gaps(d, method_);
   d.keep_extremes(method_.x, method_.t);
-  if (!pending_ && jumps && method_.t >= knot) {  // the mode is chosen anew
+  if (!pending_ && jumps && method_.t >= knot) {  // the mode is determined anew
     last_ = {};
     pending_ = true;
     return true;
@@ -96,7 +97,7 @@ bool EventDriven::step(double t_end) {
   return reason.empty() || beyond(reason);
 }
 
-/// A step of the method; where sliding locks up just ahead, that is ended first.
+/// Makes a step of the method. If sliding locks up just ahead, the sliding is ended first.
 bool EventDriven::step_until_lockup(double t_end) {
   auto& d = dynamics_;
   search_.begin(d, method_.x);
@@ -120,7 +121,7 @@ bool EventDriven::step_until_lockup(double t_end) {
                   : d.trouble);
 }
 
-/// Impacts where something approaches, then the mode that the accelerations choose.
+/// Solves impacts if contacts approach, then determines the mode from the accelerations.
 bool EventDriven::change_mode() {
   auto& d = dynamics_;
   auto& x = method_.x;
@@ -131,7 +132,8 @@ bool EventDriven::change_mode() {
     d.forget_place();
   }
   const double t = method_.t;
-  // Within a step closed contacts drift by its error: what holds must not seem to leave.
+  // Closed contacts drift within a step by its error. The projection prevents that this drift
+  // appears as a separation.
   d.project(x, t, forces_.impulses_before());
   d.measure_speeds(x);
   if (last_.ends_sticking()) slide_at_limits();
@@ -153,7 +155,8 @@ bool EventDriven::change_mode() {
   return true;
 }
 
-/// All contacts and joints at their friction limit start to slip at the same event: feet of one body give way together.
+/// All contacts and joints at their friction limit start to slip at the same event, as several
+/// contacts of one body do.
 void EventDriven::slide_at_limits() {
   auto& d = dynamics_;
   const auto way = [&](double force, double bound, bool this_one) {
@@ -172,7 +175,8 @@ void EventDriven::slide_at_limits() {
   }
 }
 
-/// Contacts whose force has just come to zero open, unless what presses them then closes them: then nothing is decided.
+/// Opens contacts whose force has just reached zero, unless the resulting accelerations would close
+/// them again; in that case returns nothing.
 std::optional<bool> EventDriven::open_unpressed(std::vector<int>& touching) {
   auto& d = dynamics_;
   const double none = std::max(1e-6 * d.acceleration_scale(), 1e-9 * d.centripetal_scale(v()));
@@ -190,15 +194,17 @@ std::optional<bool> EventDriven::open_unpressed(std::vector<int>& touching) {
   return true;
 }
 
-/// The mode.
+/// Determines the mode.
 bool EventDriven::choose(std::vector<int>& touching) {
   auto& d = dynamics_;
   const auto& x = method_.x;
   if (last_.kind == ModeEvent::Kind::force)
     if (const auto decided = open_unpressed(touching)) return *decided;
   auto reason = d.choose(x, method_.t, touching);
-  // What reached its limit must slide that way. Where it barely does not, the projection took it back below its bound, by the
-  // error of the step that led there: it holds on. Else no order of events tells what gives way.
+  // Contacts at their friction limit have to slide in the direction of the limit. If the mode
+  // contradicts this by little, the projection has moved the force back below the limit by the
+  // error of the last step, and the contact continues to stick. Otherwise the order in which
+  // contacts begin to slip is not resolved.
   if (ModeChoice::torn(d)) {
     constexpr double none = 1e-9, little = 1e-6;
     const double back = reason.empty() ? d.torn_back(x, method_.t) : std::numeric_limits<double>::infinity();
@@ -212,9 +218,9 @@ bool EventDriven::choose(std::vector<int>& touching) {
   return reason.empty() || (d.jammed() && touching.size() > 1 ? end_lockup(touching) : fail(reason));
 }
 
-/// What slides admits no finite forces, or none that are found: sliding ends by an impact without collision (Génot and Brogliato, Eur. J.
-/// Mech. A/Solids 18 (1999) 653), and the mode is chosen anew. One contact alone stops the run: its scene is
-/// about that.
+/// If friction admits no finite forces, or none are found, sliding ends by an impact without
+/// collision (Génot and Brogliato, Eur. J. Mech. A/Solids 18 (1999) 653), and the mode is
+/// determined anew. A single contact stops the run instead, because such a scene studies this case.
 bool EventDriven::end_lockup(std::vector<int>& touching) {
   auto& d = dynamics_;
   if (gives_way_)

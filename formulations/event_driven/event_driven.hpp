@@ -1,16 +1,19 @@
-// Event-driven integration of the set-valued laws: smooth motion by Dormand and Prince's pair with dense output; impacts,
-// losses of contact, and changes between stick and slip located on it and landed on by a step of their own, and the motion
-// begun anew in the mode that the accelerations choose. Where films of lubricated joints hold it to steps of their own decay
-// time, Rosenbrock's implicit method of fourth order goes on (integrators/relieved.hpp).
+// EventDriven: event-driven integration of the set-valued laws. Smooth motion is integrated by the
+// method of Dormand and Prince with dense output. Impacts, separations and changes between stick
+// and slip are located on the dense output, and the last step is repeated to end there. The
+// accelerations then determine the new mode, and integration starts anew. If lubricant films limit
+// the explicit steps to their own decay time, Rosenbrock's implicit method of fourth order takes
+// over (integrators/relieved.hpp).
 //
-// The scheme owns the dynamics of the present mode and the method, and asks
+// The scheme owns the dynamics of the present mode and the integration method. Its parts are
 //
-//   EventSearch    where a mode ends (event_search.hpp),
-//   EventImpacts   for impacts, and for bounces that accumulate (event_impacts.hpp),
-//   EventPace      whether events follow each other too fast to be resolved (event_pace.hpp).
+//   EventSearch    finds the end of a mode (event_search.hpp),
+//   EventImpacts   solves impacts, and ends bounces that accumulate (event_impacts.hpp),
+//   EventPace      checks whether events occur too fast to be resolved (event_pace.hpp).
 //
-// Contacts whose gaps close within the integration's own error of each other are in impact at once: a slider that lands flat on
-// two corners would else be given a cascade of single impacts by whichever error came first.
+// Contacts whose gaps close within the integration error of each other have simultaneous impacts.
+// Otherwise a slider that lands flat on two corners would have a sequence of single impacts, whose
+// order depends on the error.
 #pragma once
 
 #include <array>
@@ -28,25 +31,27 @@ namespace freeplay {
 class EventDriven {
  public:
   using Method = EventSearch::Method;
-  /// `coarse`: the method after another scheme's steps; `time_scale`: s, in which something happens; `position_error`: m,
-  /// accepted in a step.
+  /// `coarse`: the method after steps of another scheme; `time_scale`: characteristic time of the
+  /// scene (s); `position_error`: error accepted in a step (m).
   EventDriven(EventDynamics dynamics, Method method, Method coarse, double time_scale, double position_error);
 
   void start(const State& state, ContactLog& log);
   bool step(double t_end);
   const std::string& failure() const { return failure_; }
 
-  /// @name Handing over to time stepping
+  /// @name Handover to time stepping
   ///@{
-  /// From now on step() gives up, in the state before, where friction admits no force on what slides, instead of ending the
-  /// sliding by an impact without collision.
+  /// From now on, if friction admits no force on a sliding contact, step() fails and keeps the
+  /// state before, instead of ending the sliding by an impact without collision.
   void give_way() { gives_way_ = true; }
-  /// No pace is known of the scene: that of what moves is taken, `length` (m) over its speed.
+  /// Used if the scene has no known time scale: it is derived from the moving bodies, as `length`
+  /// (m) over their speed.
   void find_pace(double length) { pace_length_ = length; }
   double time_scale() const { return pace_.time_scale(); }
   /// Impacts and changes of contact so far, in this run of the scheme.
   long events() const { return pace_.events(); }
-  /// Whether a contact is closed, or friction follows reactions: what may make steps shrink to nothing.
+  /// Whether a contact is closed or friction depends on reactions: conditions under which steps may
+  /// shrink towards zero.
   bool in_contact() const;
   Handover hand_over() const;
   void take_over(const Handover& from);
@@ -84,27 +89,28 @@ class EventDriven {
   const Forces& within() const { return forces_.within(); }
   ///@}
   EnergyLedger integrals() const;
-  /// J, of drives and of loads.
+  /// J, work of drives and of loads.
   std::array<double, 2> outside_work() const;
-  /// What a reader of the results must know of this run's contacts.
+  /// Adds notes about this run's contacts for the reader of the results.
   void tell(std::vector<std::string>& notes) const;
   const Work& work() const { return dynamics_.work; }
   const Extremes& extremes() const { return dynamics_.extremes; }
-  /// How deep, over its clearance, a contact may have been between places where it was looked at; 0: proved apart.
+  /// Greatest possible depth of an undetected contact between the evaluated times, over its
+  /// clearance; 0: excluded.
   double unseen() const { return search_.unseen(); }
   bool singular() const { return dynamics_.saddle.singular(); }
   double nearest_singular() const { return dynamics_.saddle.nearest_singular(); }
 
  private:
-  /// What the log holds of a contact: N s, s.
+  /// Impulses (N s) and time (s) of a contact at its onset, as logged.
   struct Touch {
-    double impulse_n = 0, impulse_t = 0, t = 0;  // at its first touch
+    double impulse_n = 0, impulse_t = 0, t = 0;  // at contact onset
     template <class M>
     void remember(M& m) {
       m(impulse_n, impulse_t, t);
     }
   };
-  /// What a mode that is not found must give back.
+  /// State that is restored if no mode is found.
   struct ModeBefore {
     std::vector<double> x;
     double contact_loss = 0, stabilisation = 0;
@@ -129,18 +135,18 @@ class EventDriven {
 
   EventDynamics dynamics_;
   Method method_, coarse_;
-  bool is_coarse_ = false;  // method_ is that
+  bool is_coarse_ = false;  // method_ is coarse_
   EventSearch search_;
   EventImpacts impacts_;
   EventPace pace_;
-  double pace_length_ = 0;  // m, 0: the scene's own pace
+  double pace_length_ = 0;  // m, 0: the scene has a time scale
   EventFindings findings_;
   WatchedForces forces_;
   ContactLog* log_ = nullptr;
   std::vector<Touch> touches_;
   bool pending_ = false;  // the mode changes before the next step
   ModeEvent last_;
-  double last_lockup_ = -INFINITY;  // s: a step was refused there for what slides
+  double last_lockup_ = -INFINITY;  // s: a step was rejected there because of sliding contacts
   std::vector<double> finite_;      // the state before the last step, and its time
   double finite_t_ = 0;
   std::string failure_;

@@ -16,7 +16,7 @@ void EventDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   const int n = system.n(), m = system.rows();
   const double* v = x.data() + n;
   if (!motion_.solve(*this, x, t)) {
-    std::ranges::fill(dxdt, __builtin_nan(""));  // refused by the step control
+    std::ranges::fill(dxdt, __builtin_nan(""));  // the step is rejected
     return;
   }
   std::copy(v, v + n, dxdt.begin());

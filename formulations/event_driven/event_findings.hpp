@@ -1,4 +1,5 @@
-// What a reader of the results must know of an event-driven run's contacts: counted while it goes on, worded by notes().
+// EventFindings: diagnostics of an event-driven run's contacts for the reader of the results,
+// counted during the run and turned into notes by tell().
 #pragma once
 
 #include <algorithm>
@@ -10,10 +11,10 @@
 namespace freeplay {
 
 struct EventFindings {
-  /// Impacts that a rule other than the impact law decided.
+  /// Impacts decided by a rule other than the impact law.
   struct Exceptions {
     long count = 0;
-    double energy = 0;  ///< J: the greatest that one lost
+    double energy = 0;  ///< J: the greatest energy lost in one
     void take(double lost) {
       ++count;
       energy = std::max(energy, lost);
@@ -23,24 +24,26 @@ struct EventFindings {
       m(count, energy);
     }
   };
-  /// Contacts closed to rounding, without load and without approach, that took part in the first impact that has any.
+  /// Contacts closed to rounding, without load and without approach, that took part in an impact;
+  /// only the first impact with such contacts.
   struct Unloaded {
     int count = 0, contact = -1;  ///< contact: one of them
-    double t = 0, gap = 0;        ///< s, m: the greatest of them
+    double t = 0, gap = 0;        ///< s, m: the greatest of their gaps
     template <class M>
     void remember(M& m) {
       m(count, contact, t, gap);
     }
   };
 
-  Exceptions lockups;    ///< friction admitted no finite force on what slid (Painlevé)
+  Exceptions lockups;    ///< friction admitted no finite force on a sliding contact (Painlevé)
   Exceptions unsolved;   ///< no solver found forces that friction admits
-  Exceptions inelastic;  ///< no impulses were found that keep the restitution of several contacts
+  Exceptions inelastic;  ///< no impulses with the restitution of several contacts were found
   Unloaded unloaded;
-  double merged = 0;        ///< m, the greatest gap of a contact in an impact of another
-  double most_kinetic = 0;  ///< J, before any impact so far
+  /// m, the greatest gap of a contact that took part in an impact of another
+  double merged = 0;
+  double most_kinetic = 0;  ///< J, the greatest kinetic energy before an impact
 
-  /// `rounding`: m, that the gaps are known to.
+  /// `rounding`: accuracy of the gaps (m).
   void tell(const System& system, double rounding, std::vector<std::string>& notes) const;
 
   template <class M>

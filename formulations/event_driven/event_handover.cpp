@@ -1,4 +1,4 @@
-// What the event-driven scheme writes down of a mode, and how it hands over to time stepping and takes over from it.
+// Records of the event-driven scheme for a mode, and its handover to and from time stepping.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace freeplay {
 
-/// The log: impacts, touches that begin to last, and losses of contact.
+/// Logs impacts, onsets of lasting contacts, and separations.
 void EventDriven::record(const std::vector<int>& was_closed) {
   auto& d = dynamics_;
   const double t = method_.t, crank = d.system.crank_angle(q());
@@ -131,7 +131,7 @@ void EventDriven::take_over(const Handover& from) {
     const auto& was = from.contacts[static_cast<std::size_t>(k)];
     c.closed = was.closed && was.logged;
     c.resting = false;
-    // What slides is not to be held.
+    // Sliding contacts must not be held by the projection.
     const double slide = dynamics_.look(k, x, from.state.t).tangent.dot(from.state.v.data());
     c.slip = std::abs(slide) > dynamics_.slide_tolerance() ? (slide > 0 ? 1 : -1) : 0;
     c.forced = 0;
@@ -143,7 +143,7 @@ void EventDriven::take_over(const Handover& from) {
   for (auto& p : dynamics_.preloaded) p.slip = 1;
   dynamics_.phases.start(system, from.state.q.data(), from.state.v.data());
   dynamics_.forget_place();
-  method_ = coarse_;  // the state is known to time stepping's tolerance
+  method_ = coarse_;  // the state has the accuracy of time stepping's tolerance
   is_coarse_ = true;
   method_.rejected = from.work.rejected;
   method_.start(dynamics_, from.state.t, x);

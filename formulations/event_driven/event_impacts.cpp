@@ -8,7 +8,7 @@ namespace {
 
 bool contains(const std::vector<int>& list, int k) { return std::ranges::find(list, k) != list.end(); }
 
-/// A bounce not higher than this (m) is over.
+/// Height (m) up to which a bounce ends the accumulation.
 double least_bounce(const EventDynamics& d, int k, const std::vector<double>& x) {
   return std::max(1e-9 * d.system.contact_facts(k).clearance, 1e3 * gap_rounding(d.system, k, x.data()));
 }
@@ -31,8 +31,8 @@ std::vector<int> EventImpacts::touching(EventDynamics& d, const Vector& x, doubl
     const double near = std::max({1e-10 * d.system.contact_facts(k).clearance, position_error_,
                                   8 * gap_rounding(d.system, k, x.data())}) +
                         1e-14 * d.system.longest_arm();
-    // What leaves takes part where contacts strike each other to and fro at one instant: without approach it is only
-    // kept from approaching.
+    // If contacts have alternating impacts at one instant, separating contacts take part too:
+    // without approach, they are only prevented from approaching.
     const bool crowded = crowd_ >= 8;
     if (d.contacts[k].closed || here ||
         (row.normal.size > 0 && row.gap <= near && (crowded || rate_[k] <= d.speed_tolerance())))
@@ -51,7 +51,7 @@ std::string EventImpacts::solve(EventDynamics& d, Vector& x, double t, const Mod
   std::vector<int> approaching;
   std::ranges::copy_if(touching, std::back_inserter(approaching), [&](int k) { return rate_[k] < -tiny; });
   if (approaching.empty()) return stay(d, x, t, event, touching);
-  // In impact at once with the one whose gap came to zero.
+  // Approaching contacts have an impact at the same time as the one whose gap reached zero.
   if (touching.size() > 1)
     for (const int k : approaching)
       if (!d.contacts[k].closed) findings.merged = std::max(findings.merged, std::abs(d.look(k, x, t).gap));
@@ -74,7 +74,7 @@ std::string EventImpacts::solve(EventDynamics& d, Vector& x, double t, const Mod
   if (auto reason = pace.impact(t, approaching); !reason.empty()) return reason;
   findings.most_kinetic = std::max(findings.most_kinetic, system.kinetic(v));
   std::vector<int> over;
-  // One pass, or, where contacts throw each other off, until no more of them is over.
+  // One pass or, if contacts push each other apart, until no further bounces end.
   for (std::size_t round = 0; round <= touching.size(); ++round) {
     const auto known = over.size();
     thrown_.clear();
@@ -100,14 +100,16 @@ std::string EventImpacts::solve(EventDynamics& d, Vector& x, double t, const Mod
   return "";
 }
 
-/// Without an impact: what was closed does not leave by its drift, but by its force.
+/// Without an impact: closed contacts do not separate because of their drift, but only because of
+/// their force.
 std::string EventImpacts::stay(EventDynamics& d, const Vector& x, double t, const ModeEvent& event,
                                std::vector<int>& touching) const {
   const auto held = [&](int k) {
     return d.contacts[k].closed && !(event.kind == ModeEvent::Kind::force && event.index == k);
   };
   std::erase_if(touching, [&](int k) { return rate_[k] > d.speed_tolerance() && !held(k); });
-  // One whose gap closed within rounding while it opened: if what it does is no bounce, it has not left.
+  // A gap may close within rounding while it opens. If its motion is too small for a bounce, the
+  // contact stays closed.
   const int k = event.kind == ModeEvent::Kind::gap ? event.index : -1;
   if (k < 0 || contains(touching, k)) return "";
   if (auto reason = d.choose(x, t, touching); !reason.empty() && !d.jammed()) return reason;
@@ -117,27 +119,29 @@ std::string EventImpacts::stay(EventDynamics& d, const Vector& x, double t, cons
   return "";
 }
 
-/// Of the contacts in impact that leave again, those whose bounces are over, with the time left in ending_.
+/// Among the separating contacts of the impact, finds those whose bounces end, and sets their
+/// remaining time in ending_.
 std::string EventImpacts::end_bounces(EventDynamics& d, const Vector& x, double t,
                                       const std::vector<int>& struck, const std::vector<int>& staying,
                                       std::vector<int>& over) {
   auto held = staying;
   decided_ = staying;
-  // What is held to stay may press others to stay, as a peg presses a wall that alone carries nothing: until none is added.
+  // A contact that stays closed may keep others closed, as a peg that presses a wall without other
+  // load: repeat until none is added.
   for (std::size_t round = 0; round < struck.size(); ++round) {
     bool chosen = false, added = false;
     for (const int k : struck) {
       if (contains(held, k)) continue;
       const double u = d.look(k, x, t).normal.dot(x.data() + d.system.n());
-      // What had its impact without restitution already, and leaves still, is thrown off by its neighbours.
+      // A contact that already had its impact without restitution and still separates is pushed
+      // away by its neighbours.
       const bool bounced = rate_[k] < -d.speed_tolerance() && !contains(over, k);
       const double e = bounced ? u / -rate_[k] : 0;
       if (!(e < 1)) continue;
       if (!chosen)
         if (auto reason = d.choose(x, t, decided_); !reason.empty())
-          return d.jammed()
-                     ? ""
-                     : reason;  // locked up: nothing is known of what would press, and no bounce ends here
+          // In a lockup the closing accelerations are unknown, and no bounce ends here.
+          return d.jammed() ? "" : reason;
       chosen = true;
       const double g = d.gap_acceleration(k, x, t);
       if (!(g < 0) || 0.5 * u * u / -g > least_bounce(d, k, x)) continue;
@@ -153,8 +157,9 @@ std::string EventImpacts::end_bounces(EventDynamics& d, const Vector& x, double 
   return "";
 }
 
-/// Of the contacts of the last strike those that neither approached nor bore a load before it, and have an impulse in it. An
-/// impact without them would leave them approaching: whether their gaps are zero decides the motion.
+/// Finds the contacts of the last impact that neither approached nor had a load before it, and have
+/// an impulse in it. In an impact without them they would approach afterwards: the motion depends
+/// on whether their gaps are zero.
 EventFindings::Unloaded EventImpacts::unloaded(const EventDynamics& d, double t, const ModeEvent& event,
                                                const std::vector<int>& struck) const {
   double greatest = 0;

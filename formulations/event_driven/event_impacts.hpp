@@ -1,12 +1,14 @@
-// Impacts of the event-driven scheme, and the end of those that accumulate.
+// EventImpacts: impacts of the event-driven scheme, and the end of an accumulation of impacts.
 //
-// A contact that bounces ever faster would take infinitely many impacts to come to rest. With u⁺ its rate after an impact,
-// e = u⁺/|u⁻| and g̈ < 0 what presses it, the rest of the sequence lasts
+// A contact that chatters needs infinitely many impacts to come to rest. With the rate u⁺ after an
+// impact, e = u⁺/|u⁻|, and the acceleration g̈ < 0 that closes the contact, the remaining sequence
+// lasts
 //
 //     τ = 2u⁺/(|g̈| (1 − e)).
 //
-// Once its bounces are lower than 1e-9 of the clearance (or a thousand roundings of the gap) the contact is closed: its
-// impulses over τ are the same up to τ², and the touch is recorded at the end of the sequence, with τ as its uncertainty.
+// If the bounces are lower than 1e-9 of the clearance (or a thousand times the rounding error of
+// the gap), the contact is closed: the error of its impulses over τ is of order τ². The contact
+// onset is recorded at the end of the sequence, with τ as its uncertainty.
 #pragma once
 
 #include <string>
@@ -22,22 +24,24 @@ namespace freeplay {
 class EventImpacts {
  public:
   using Vector = std::vector<double>;
-  /// `position_error`: m, accepted in a step; contacts whose gaps close within it of each other are in impact at once.
+  /// `position_error`: error accepted in a step (m); contacts whose gaps close within it of each
+  /// other have simultaneous impacts.
   EventImpacts(int contacts, double position_error);
 
-  /// At the beginning of a change of mode: the contacts that touch, with their rates.
+  /// Called at the beginning of a change of mode: returns the closed contacts and computes their
+  /// rates.
   std::vector<int> touching(EventDynamics& d, const Vector& x, double t, const ModeEvent& event);
-  /// Solves the impact of the touching contacts if one approaches; leaves in `touching` those that stay. An empty text, or
-  /// why it cannot be solved.
+  /// Solves the impact of the contacts `touching` if one of them approaches; afterwards `touching`
+  /// has those that stay closed. Returns an empty text, or the reason of a failure.
   std::string solve(EventDynamics& d, Vector& x, double t, const ModeEvent& event, std::vector<int>& touching,
                     EventPace& pace, EventFindings& findings, WatchedForces& forces);
 
-  /// @name Before the present change of mode (m/s)
+  /// @name Rates before the present change of mode (m/s)
   ///@{
   double rate(int k) const { return rate_[static_cast<std::size_t>(k)]; }
   double sliding(int k) const { return sliding_[static_cast<std::size_t>(k)]; }
   ///@}
-  /// s, τ of a contact that is closed by accumulation now, else 0.
+  /// s, τ of a contact that is closed now because its impacts accumulate, else 0.
   double ending(int k) const { return ending_[static_cast<std::size_t>(k)]; }
 
   template <class M>
@@ -55,10 +59,12 @@ class EventImpacts {
 
   double position_error_;
   std::vector<double> rate_, sliding_, ending_;
-  std::vector<int> thrown_;   // contacts that an impact elsewhere threw off, by less than a bounce
-  std::vector<int> decided_;  // contacts that a mode is chosen of, for what presses
-  int crowd_ = 0;             // impacts at one instant
-  double last_ = -INFINITY;   // s
+  // contacts with a small separation rate because of impacts elsewhere, less than a bounce
+  std::vector<int> thrown_;
+  // contacts for which the mode is determined, to find the closing accelerations
+  std::vector<int> decided_;
+  int crowd_ = 0;            // number of impacts at one instant
+  double last_ = -INFINITY;  // s
 };
 
 }  // namespace freeplay

@@ -1,12 +1,13 @@
-// The derivative of a mode's right-hand side, exact to rounding: where
+// The derivative of a mode's right-hand side, exact to rounding. With
 //
-//     M a + Gᵀλ − Σ E_r s_r = F,   G a = γ,   W_r a = γ_r      (E_r = W_N − s μ W_T of what slips, else W_r)
+//     M a + Gᵀλ − Σ E_r s_r = F,   G a = γ,   W_r a = γ_r,
 //
-// its derivatives obey
+// where E_r = W_N − s μ W_T for sliding contacts and W_r otherwise, the derivatives satisfy
 //
-//     M da + Gᵀdλ − Σ E_r ds_r = dF − dGᵀλ + Σ dE_r s_r,   G da = dγ − dG a,   W_r da = dγ_r − dW_r a,
+//     M da + Gᵀdλ − Σ E_r ds_r = dF − dGᵀλ + Σ dE_r s_r,
+//     G da = dγ − dG a,   W_r da = dγ_r − dW_r a,
 //
-// with the matrix that the mode was solved with.
+// with the same matrix as the mode.
 #include <algorithm>
 
 #include "formulations/contact/film_force.hpp"

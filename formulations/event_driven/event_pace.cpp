@@ -16,8 +16,8 @@ std::string EventPace::too_many(std::string what) {
   return what;
 }
 
-/// A thousand events in next to no time, or some ten thousands in a small part of the time in which anything moves, are no
-/// motion that the scheme can follow.
+/// A thousand events in a very short time, or several ten thousand in a small part of the time
+/// scale, are more than the scheme can resolve.
 std::string EventPace::event(double t) {
   constexpr long window = 10'000, most = 3;
   if (++events_ % 1000 == 0) {
@@ -38,7 +38,7 @@ std::string EventPace::event(double t) {
       window, passed, static_cast<double>(window) / passed));
 }
 
-/// Modes that change again and again, faster than anything moves, are no sequence of events.
+/// Modes that change repeatedly, faster than anything moves, are not a sequence of events.
 std::string EventPace::mode_change(double t) {
   constexpr int most = 16;
   if (changes_ == 0 || t - changes_since_ > 1e-6 * time_scale_) {
@@ -50,7 +50,8 @@ std::string EventPace::mode_change(double t) {
              : too_many(fmt::format("the mode of contact changes {} times at one instant", most));
 }
 
-/// One contact alone has an end that is known exactly; several may throw each other to and fro for ever.
+/// The accumulation of impacts of one contact has an exactly known end; impacts that alternate
+/// between several contacts may never end.
 std::string EventPace::impact(double t, const std::vector<int>& approaching) {
   constexpr int most = 100;
   if (t - impacts_since_ > span_) {

@@ -1,6 +1,7 @@
-// Whether events follow each other no faster than event-driven integration resolves. Three sequences have no end that it
-// could reach, and each has its own count: events in next to no time, changes of mode in next to no time, and impacts
-// with which several contacts throw each other to and fro. Times are measured by the scene's time scale.
+// EventPace: checks whether events occur too fast for event-driven integration. Three kinds of
+// sequences may never end, and each has its own count: events in a very short time, changes of mode
+// in a very short time, and impacts between several contacts that alternate. Times are relative to
+// the time scale of the scene.
 #pragma once
 
 #include <cmath>
@@ -11,23 +12,24 @@ namespace freeplay {
 
 class EventPace {
  public:
-  /// `time_scale`: s, in which something happens.
+  /// `time_scale`: characteristic time of the scene (s).
   explicit EventPace(double time_scale) : time_scale_(time_scale), span_(0.1 * time_scale) {}
 
   double time_scale() const { return time_scale_; }
-  /// s; an impact within it follows the one before at once.
+  /// s; an impact within it counts as simultaneous with the one before.
   double instant() const { return 1e-6 * span_; }
-  /// Something happens within `time_scale` (s) at least.
+  /// Lowers the time scale to `time_scale` (s), if it is shorter.
   void quicken(double time_scale);
 
-  /// @name One more, at time t (s): why there are too many, or an empty text
+  /// @name Counts one more at time t (s); returns the reason if there are too many, or an empty
+  /// text
   ///@{
   std::string event(double t);
   std::string mode_change(double t);
   /// `approaching`: the contacts that approached.
   std::string impact(double t, const std::vector<int>& approaching);
   ///@}
-  /// Whether the last answer was that there are too many.
+  /// Whether the last count was too many.
   bool exceeded() const { return exceeded_; }
   /// Events since restart().
   long events() const { return events_; }
@@ -45,13 +47,13 @@ class EventPace {
   double time_scale_, span_;
   long events_ = 0;
   double thousand_since_ = -INFINITY, window_since_ = -INFINITY;  // s
-  int slow_windows_ = 0;  // one after the other, of events that took next to no time
-  int changes_ = 0;       // of mode since the last impact, in next to no time
+  int slow_windows_ = 0;  // number of consecutive windows of events in a very short time
+  int changes_ = 0;       // of mode since the last impact, in a very short time
   double changes_since_ = -INFINITY;
   int impacts_ = 0;  // in the present span
   double impacts_since_ = -INFINITY;
   int first_ = -1;        // contact in impact in the present span
-  bool several_ = false;  // contacts were
+  bool several_ = false;  // more than one contact was
   bool exceeded_ = false;
 };
 

@@ -41,7 +41,8 @@ void EventSearch::land(EventDynamics& d, Method& m, ModeEvent& event) {
 Watched EventSearch::gap_at(EventDynamics& d, const Method& m, int k, double t) {
   const auto& x = at(m, t);
   const auto& row = d.look(k, x, t);
-  // How far a gap may go below zero before it counts as closed. A contact that has just opened starts within rounding of zero.
+  // Depth below zero at which a gap counts as closed. The gap of a contact that has just opened
+  // begins within rounding of zero.
   const double slack =
       d.contacts[k].resting ? d.closed_gap(k, m.x.data()) : gap_rounding(d.system, k, m.x.data());
   return {row.gap + slack + marks_[k].allowance, row.normal.dot(x.data() + d.system.n())};
@@ -60,9 +61,9 @@ void EventSearch::mark_gaps(EventDynamics& d, const Method& m, bool begin) {
   }
 }
 
-/// The first loss of a gap in the last step, which is made again, shorter, while it took a curve's argument further than it
-/// may, as a body that came to speed does, or while it is so long that nothing bounds how a gap bends in it, or that it leaves open
-/// whether a gap was lost.
+/// Returns the first closing of a gap in the last step. The step is repeated, shorter, if it moved
+/// a curve's argument further than accepted, as with a body that accelerates, if no bound of the
+/// curvature of a gap exists, or if it leaves open whether a gap closed.
 ModeEvent EventSearch::shorten_until_bounded(EventDynamics& d, Method& m) {
   int halvings = 0;
   for (int tries = 0;; ++tries) {
@@ -85,8 +86,8 @@ ModeEvent EventSearch::shorten_until_bounded(EventDynamics& d, Method& m) {
   }
 }
 
-/// False where the last step is too long: nothing bounds how a gap bends in it, or a contact would be found only when it lies
-/// a hundredth of its clearance inside its wall.
+/// Returns false if the last step is too long: no bound of the curvature of a gap exists, or a
+/// contact would only be found at a depth of a hundredth of its clearance.
 bool EventSearch::find_gap_events(EventDynamics& d, Method& m, ModeEvent& first) {
   const auto& system = d.system;
   if (!(m.t > m.t_old)) return true;
@@ -111,7 +112,7 @@ bool EventSearch::find_gap_events(EventDynamics& d, Method& m, ModeEvent& first)
   return true;
 }
 
-/// Angles that come to a kink of their torque table.
+/// Finds angles that reach a kink of their torque table.
 void EventSearch::find_phase_events(EventDynamics& d, const Method& m, ModeEvent& first) {
   if (!d.phases.any()) return;
   double unseen = 0;
@@ -123,7 +124,8 @@ void EventSearch::find_phase_events(EventDynamics& d, const Method& m, ModeEvent
   if (c.phase >= 0) first = {c.up ? ModeEvent::Kind::phase_up : ModeEvent::Kind::phase_down, c.phase, c.t};
 }
 
-/// What must stay positive for the mode to last, from the last evaluation of the dynamics.
+/// Lists the values that must stay positive in the present mode, from the last evaluation of the
+/// dynamics.
 void EventSearch::watch(const EventDynamics& d, const Vector& x, Vector& values) {
   values.clear();
   watched_.clear();
@@ -158,8 +160,9 @@ void EventSearch::values_at(EventDynamics& d, const Method& m, double t, Vector&
   watch(d, x, values);
 }
 
-/// Where what is watched, positive at a step's ends and middle, falls below zero between them, as sliding does that turns round
-/// for a moment: looked for around the vertex of the parabola through the three where that comes near zero.
+/// Finds where a monitored value that is positive at a step's ends and middle is negative between
+/// them, as when sliding reverses for a moment. It evaluates around the vertex of the parabola
+/// through the three values if that is close to zero.
 std::optional<EventSearch::Dip> EventSearch::find_dip(EventDynamics& d, const Method& m, std::size_t i,
                                                       double start, double middle, double end, double shift) {
   const double bend = 2 * (start - 2 * middle + end), slope = 4 * middle - 3 * start - end;
@@ -167,7 +170,7 @@ std::optional<EventSearch::Dip> EventSearch::find_dip(EventDynamics& d, const Me
   const double least = std::min({start, middle, end});
   if (!(start - 0.25 * slope * slope / bend < 0.5 * least)) return {};
   const double t0 = m.t_old, h = m.t - t0, vertex = -0.5 * slope / bend;
-  // By thirds around the vertex, as far as the parabola may be wrong.
+  // By thirds around the vertex, within the possible error of the parabola.
   double from = std::max(0.0, vertex - 0.25), to = std::min(1.0, vertex + 0.25);
   for (int tries = 0; tries < 12; ++tries) {
     const double s[2] = {from + (to - from) / 3, to - (to - from) / 3};
@@ -208,7 +211,8 @@ void EventSearch::find_mode_events(EventDynamics& d, const Method& m, ModeEvent&
   for (std::size_t i = 0; i < watched_.size(); ++i) {
     const bool speed =
         watched_[i].kind == ModeEvent::Kind::slip || watched_[i].kind == ModeEvent::Kind::slide_slip;
-    // A surface that has just begun to slide, or is held still at its bound, is at rest within the tolerance.
+    // A surface that has just begun to slide, or is at rest at its friction limit, is at rest
+    // within the tolerance.
     const double tolerance =
         watched_[i].kind == ModeEvent::Kind::slide_slip
             ? d.preloaded[static_cast<std::size_t>(watched_[i].index)].share * d.slide_tolerance()
@@ -225,7 +229,7 @@ void EventSearch::find_mode_events(EventDynamics& d, const Method& m, ModeEvent&
   }
 }
 
-/// Steps from the old state to the event.
+/// Repeats the step to end at the event.
 void EventSearch::land_on(EventDynamics& d, Method& m, ModeEvent& event) {
   ++d.work.events;
   if (event.is_phase()) {

@@ -1,13 +1,17 @@
-// Where a mode of the event-driven scheme ends, searched on the dense output of the last step:
+// EventSearch: finds where a mode of the event-driven scheme ends, on the dense output of the last
+// step:
 //
-//   - an open contact's gap reaches zero: proved by bounds on its motion, not sampled (integrators/crossing.hpp);
-//   - a closed contact's normal force reaches zero, or the friction of what sticks reaches its bound;
-//   - sliding comes to an end;
+//   - the gap of an open contact reaches zero, by rigorous bounds on its motion instead of sampling
+//     (integrators/crossing.hpp);
+//   - the normal force of a closed contact reaches zero, or the friction of a sticking contact
+//     reaches its limit;
+//   - sliding stops;
 //   - an angle reaches a kink of a torque table.
 //
-// The earliest of them is the event. Where the step is too long for the bounds to say anything, it is made again, shorter. The
-// search owns what it remembers between steps (gaps at a step's end, values watched at its beginning); dynamics and method
-// belong to the scheme and are passed to each call.
+// The earliest of these is the event. If a step is too long for the bounds to be conclusive, it is
+// repeated with a shorter length. The search owns its state between steps (gaps at a step's end,
+// values at its beginning). The dynamics and the method belong to the scheme and are passed to each
+// call.
 #pragma once
 
 #include <cmath>
@@ -21,12 +25,16 @@
 namespace freeplay {
 
 struct ModeEvent {
+  /// gap: an open contact closes; force: the force of a closed contact reaches zero; stick:
+  /// friction of a sticking contact reaches its limit; slip: sliding of a contact stops;
+  /// slide_stick and slide_slip: the same for joints with friction; phase_down and phase_up: an
+  /// angle or distance reaches the lower or upper end of its piece.
   enum class Kind { none, gap, force, stick, slip, slide_stick, slide_slip, phase_down, phase_up };
   Kind kind = Kind::none;
   int index = -1;  ///< of the contact, preloaded joint or phase
   double t = 0;    ///< s
   bool is_phase() const { return kind == Kind::phase_down || kind == Kind::phase_up; }
-  /// What sticks has reached the bound of its friction.
+  /// The friction of a sticking contact or joint has reached its limit.
   bool ends_sticking() const { return kind == Kind::stick || kind == Kind::slide_stick; }
   template <class M>
   void remember(M& m) {
@@ -36,24 +44,28 @@ struct ModeEvent {
 
 class EventSearch {
  public:
-  /// Explicit; where films make it creep, Rosenbrock's implicit method goes on.
+  /// Explicit; replaced by Rosenbrock's implicit method where films make its steps too short.
   using Method = Relieved<Dopri5>;
   using Vector = std::vector<double>;
 
   explicit EventSearch(const EventDynamics& dynamics);
 
-  /// Before a step: what the mode watches, from the last evaluation of the dynamics.
+  /// Called before a step: takes the monitored values of the mode from the last evaluation of the
+  /// dynamics.
   void begin(const EventDynamics& d, const Vector& x) { watch(d, x, before_); }
-  /// The first event of the last step, kind none if there is none; the step may become shorter.
+  /// Returns the first event of the last step, of kind none if there is none; the step may become
+  /// shorter.
   ModeEvent find(EventDynamics& d, Method& m);
-  /// Makes the last step end at its event, and looks whether a gap was lost before it once more.
+  /// Makes the last step end at its event, and checks once more whether a gap closed before it.
   void land(EventDynamics& d, Method& m, ModeEvent& event);
-  /// Gaps at the end of a step; `begin`: of a mode. A gap that begins below zero opens from there: the correction of what is
-  /// closed moved it, or its impact was merged with another's.
+  /// Evaluates the gaps at the end of a step; `begin`: at the beginning of a mode. A gap that
+  /// begins below zero is measured from there: the projection of closed contacts moved it, or its
+  /// impact was merged with that of another contact.
   void mark_gaps(EventDynamics& d, const Method& m, bool begin = false);
-  /// The state within the last step.
+  /// Returns the state at a time within the last step.
   const Vector& at(const Method& m, double t) const;
-  /// How deep, over its clearance, a contact may have been between places where it was looked at; 0: proved apart.
+  /// Greatest possible depth of an undetected contact between the evaluated times, over its
+  /// clearance; 0: excluded.
   double unseen() const { return unseen_; }
 
   template <class M>
@@ -63,8 +75,8 @@ class EventSearch {
 
  private:
   struct Mark {
-    Watched gap;           // at the end of the last step, open contacts
-    double allowance = 0;  // m: the gap began that far below zero, and opens from there
+    Watched gap;           // at the end of the last step, of open contacts
+    double allowance = 0;  // m: the gap began this far below zero, and is measured from there
     template <class M>
     void remember(M& m) {
       m(gap.value, gap.rate, allowance);
@@ -87,9 +99,9 @@ class EventSearch {
 
   MotionBounds bounds_;     // of the last step
   double unseen_ = 0;       // greatest, over the clearance
-  double step_unseen_ = 0;  // the same of the last search
+  double step_unseen_ = 0;  // the same for the last search
   std::vector<Mark> marks_;
-  std::vector<ModeEvent> watched_;  // what the values stand for
+  std::vector<ModeEvent> watched_;  // meaning of the monitored values
   Vector before_, middle_, after_, between_, slope_;
   mutable Vector scratch_;
 };

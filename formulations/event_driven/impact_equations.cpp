@@ -32,7 +32,8 @@ std::string ImpactEquations::solve(ModeEquations& d, const Vector& x, double t, 
     if (!std::isfinite(i.impulse_n) || !std::isfinite(i.impulse_t))
       return fmt::format("the impact of {} contacts has no finite impulses that any solver finds",
                          struck_.size());
-  d.raise_speed_tolerance(2 * impact_.solution().residual_rate);  // what the solver leaves is no approach
+  // the solver's residual is no approach
+  d.raise_speed_tolerance(2 * impact_.solution().residual_rate);
   return "";
 }
 
@@ -69,9 +70,10 @@ void ImpactEquations::pose(ModeEquations& d, const Vector& x, const Impact& impa
   }
 }
 
-/// Rates of an impact without collision: what touches approaches as slowly as can be told from the sliding that is to end; what
-/// leaves faster than that has its own rate. Where contacts share their freedoms they are the nearest that a motion has: of
-/// others the laws need have no solution (contact/lemke.cpp).
+/// Rates of an impact without collision. Closed contacts get an approach rate as small as is
+/// significant compared with the sliding speed to be stopped; contacts that separate faster keep
+/// their rates. If contacts share freedoms, the rates are replaced by the nearest rates of an
+/// actual motion, because for other rates the laws need not have a solution (contact/lemke.cpp).
 void ImpactEquations::press(ModeEquations& d) {
   auto& rows = d.rows;
   auto rates = rows.b.head(rows.used());
@@ -86,8 +88,8 @@ void ImpactEquations::press(ModeEquations& d) {
   rates = pressed;
 }
 
-/// Rows that no impulse moves, of joints whose motion is prescribed, stand alone: of each, what it would respond with if no
-/// constraint held; of the others 0.
+/// Decouples the rows that no impulse moves, of joints with prescribed motion. Returns for each
+/// such row its mobility without constraints; 0 for the others.
 std::vector<double> ImpactEquations::pose_driven(ModeEquations& d, std::size_t contacts) {
   auto& rows = d.rows;
   std::vector<double> driven(static_cast<std::size_t>(d.coupled.size()));
@@ -101,7 +103,7 @@ std::vector<double> ImpactEquations::pose_driven(ModeEquations& d, std::size_t c
   return driven;
 }
 
-/// Mean of the sliding speed of a joint before and after the impact.
+/// Mean of the sliding speeds of a joint before and after the impact.
 double ImpactEquations::mean_rate(const ModeEquations& d, int own, bool driven, const double* v) const {
   double mean = d.rows.row(own).dot(v);
   for (const auto& c : struck_)
@@ -110,7 +112,7 @@ double ImpactEquations::mean_rate(const ModeEquations& d, int own, bool driven, 
   return mean;
 }
 
-/// The impact with friction in joints whose bounds are those of its own reaction impulses.
+/// Solves the impact with friction in joints whose bounds depend on their own reaction impulses.
 std::string ImpactEquations::solve_bounded(ModeEquations& d, const double* v, std::size_t contacts) {
   auto& rows = d.rows;
   image_.setZero();

@@ -1,6 +1,7 @@
-// Impulses of an impact at fixed positions: the rows of the contacts that touch and of the joints whose reactions bound their
-// friction, their rates before, and an impact law (contact/impact.hpp). Friction of joints has bounds that are iterated until
-// they agree with the reaction impulses (contact/bound_iteration.hpp).
+// ImpactEquations: impulses of an impact at fixed positions. It sets up the rows of the closed
+// contacts and of the joints whose friction depends on their reactions, with the rates before the
+// impact, and solves them by an impact law (contact/impact.hpp). The bounds of joint friction are
+// iterated until they agree with the reaction impulses (contact/bound_iteration.hpp).
 #pragma once
 
 #include <string>
@@ -19,25 +20,29 @@ class ImpactEquations {
   ImpactEquations(const NonsmoothOptions& options, const ModeEquations& d);
 
   struct Impact {
-    const std::vector<int>& contacts;   ///< whose gaps are closed
-    const std::vector<int>& inelastic;  ///< of them, those that take e = 0 and e_T = 0
-    /// Without collision: the contacts press at rates that only just approach, and friction takes what impulses it needs.
+    const std::vector<int>& contacts;   ///< contacts with closed gaps
+    const std::vector<int>& inelastic;  ///< those of them with e = 0 and e_T = 0
+    /// Impact without collision: small approach rates are prescribed, and friction receives the
+    /// impulses that it needs.
     bool without_collision = false;
   };
-  /// Impulses at the state x, in each contact. An empty text, or why there are none.
+  /// Computes the impulses of each contact at the state x. Returns an empty text, or the reason of
+  /// a failure.
   std::string solve(ModeEquations& d, const Vector& x, double t, const Impact& impact);
-  /// Adds the impulses to the velocities of x and to its sums of impulses, and the work of drives to `drive` (J).
+  /// Adds the impulses to the velocities of x and to its sums of impulses, and the work of drives
+  /// to `drive` (J).
   void apply(ModeEquations& d, Vector& x, const std::vector<int>& contacts, double& drive);
-  /// Impulses of the last impact at x, into a cleared table.
+  /// Reports the impulses of the last impact at x to a cleared table.
   void report(ModeEquations& d, const Vector& x, const std::vector<int>& contacts, Forces& out) const;
 
-  /// Of the last impact: work of normal and of tangential impulses (J), whether it took e = 0 for want of impulses that keep
-  /// the law, and the rate of approach given to one without collision (m/s).
+  /// Results of the last impact: work of normal and of tangential impulses (J), whether it used
+  /// e = 0 because no impulses satisfied the law, and the approach rate prescribed in an impact
+  /// without collision (m/s).
   double normal_work() const { return impact_.normal_work(); }
   double tangential_work() const { return impact_.tangential_work(); }
   bool inelastic() const { return impact_.inelastic(); }
   double pressing_rate() const { return pressing_rate_; }
-  /// The rate (m/s) that its i-th contact would have from its own normal impulse alone.
+  /// The rate change (m/s) of its i-th contact by its own normal impulse alone.
   double own_rate(const ModeEquations& d, std::size_t i) const {
     return struck_[i].impulse_n * d.rows.K(struck_[i].normal, struck_[i].normal);
   }
@@ -51,8 +56,9 @@ class ImpactEquations {
   double mean_rate(const ModeEquations& d, int own, bool driven, const double* v) const;
 
   ImpactProblem impact_;
-  std::vector<ImpactContact> struck_;  // contacts, then joints with friction from their reactions
-  std::vector<double> lambda_;         // impulses of the constraint rows
+  // contacts, then joints whose friction depends on their reactions
+  std::vector<ImpactContact> struck_;
+  std::vector<double> lambda_;  // impulses of the constraint rows
   BoundIteration bounds_;
   Eigen::VectorXd image_;
   double pressing_rate_ = 0;

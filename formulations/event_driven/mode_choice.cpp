@@ -8,7 +8,8 @@
 
 namespace freeplay {
 
-/// Preloaded joints that slide stay as forces; those at rest, like the contacts, are unknowns.
+/// Opens all contacts. Sliding friction of preloaded joints stays a force; joints at rest are
+/// unknowns, like the contacts.
 void ModeChoice::open_all(ModeEquations& d, const Vector& x, double t) {
   for (auto& c : d.contacts) {
     c.closed = c.resting = false;
@@ -49,7 +50,8 @@ std::string ModeChoice::choose(ModeEquations& d, ModeMotion& motion, const Vecto
   return "";
 }
 
-/// The mode of the solution. With all forces known: which way do resting surfaces start to slide?
+/// Takes the mode from the solution. With all forces known, it determines the direction in which
+/// resting surfaces begin to slide.
 void ModeChoice::take(ModeEquations& d) {
   const auto slip_of = [&](const ContactUnknown& u) {
     const double bound = u.bound + u.friction * u.impulse_n;
@@ -70,8 +72,9 @@ void ModeChoice::take(ModeEquations& d) {
     d.preloaded[resting_[i]].slip = slip_of(problem_.unknowns[contacts_.size() + i]);
 }
 
-/// The problem in accelerations of these contacts and of all joints at rest, from what solve_free() left; a contact that slides,
-/// or is torn, has its friction in its normal's column.
+/// Sets up the problem in accelerations of these contacts and of all joints at rest, from the
+/// result of solve_free(). A contact that slides or begins to slip includes its friction in the
+/// column of its normal force.
 void ModeChoice::pose(ModeEquations& d, const Vector& x, const std::vector<int>& candidates) {
   const double* q = x.data();
   const double* v = q + d.system.n();
@@ -120,7 +123,8 @@ void ModeChoice::pose(ModeEquations& d, const Vector& x, const std::vector<int>&
   if (d.coupled.size() > 0) pose_driven(d);
 }
 
-/// A row that no force moves, of a joint whose motion is prescribed: friction has its bound there, against the rate.
+/// For a row that no force moves, of a joint with prescribed motion: friction is at its bound,
+/// opposed to the rate.
 void ModeChoice::pose_driven(const ModeEquations& d) {
   for (std::size_t i = contacts_.size(); i < problem_.unknowns.size(); ++i) {
     const auto& u = problem_.unknowns[i];
@@ -132,8 +136,8 @@ void ModeChoice::pose_driven(const ModeEquations& d) {
   }
 }
 
-/// The problem in accelerations, with the bounds that its reactions give. In d.trouble why it cannot be posed, or why no
-/// bounds are found.
+/// Solves the problem in accelerations with the bounds that its reactions give. If there is no
+/// problem or no bounds are found, d.trouble has the reason.
 ContactSolution ModeChoice::settle(ModeEquations& d, const Vector& x, double t,
                                    const std::vector<int>& candidates) {
   ContactSolution solution;
@@ -177,8 +181,8 @@ ContactSolution ModeChoice::settle(ModeEquations& d, const Vector& x, double t,
   return solution;
 }
 
-/// Whether bounds that begin elsewhere lead to another motion, where reactions grow faster than the friction they bound.
-/// Leaves the problem as it was.
+/// Whether other initial bounds lead to another motion, where reactions grow faster than the
+/// friction that they bound. The problem is restored.
 bool ModeChoice::other_motion(ModeEquations& d, const Vector& x, double t,
                               const std::vector<int>& candidates) {
   const int coupled = d.coupled.size();
@@ -201,7 +205,8 @@ bool ModeChoice::other_motion(ModeEquations& d, const Vector& x, double t,
   const auto bounds = bounds_.bounds();
   const auto unknowns = problem_.unknowns;
   double size = bounds.maxCoeff();
-  for (std::size_t i = contacts_.size(); i < unknowns.size(); ++i)  // what would hold each alone
+  // force that would hold each joint alone
+  for (std::size_t i = contacts_.size(); i < unknowns.size(); ++i)
     if (const int row = unknowns[i].tangent; problem_.D(row, row) > 0)
       size = std::max(size, std::abs(problem_.b[row]) / problem_.D(row, row));
   bool other = false;
@@ -225,7 +230,7 @@ std::string ModeChoice::name_of_unknown(const ModeEquations& d, int i) const {
                       : fmt::format("preloaded joint {}", resting_[i - contacts] + 1);
 }
 
-/// Why the problem in accelerations gave no mode.
+/// Reason why the problem in accelerations has no mode.
 std::string ModeChoice::unsolved(const ModeEquations& d, const ContactSolution& solution) const {
   if (!solution.impossible)
     return fmt::format(

@@ -1,10 +1,12 @@
-// Which mode follows an event: a complementarity problem in accelerations (Glocker, Set-Valued Force Laws, 2001, chapters 3
-// and 5),
+// ModeChoice: the mode after an event, from a complementarity problem in accelerations (Glocker,
+// Set-Valued Force Laws, 2001, chapters 3 and 5),
 //
-//     0 ≤ g̈ ⊥ λ_N ≥ 0,   −λ_T ∈ μ λ_N Sgn(u̇_T) where u_T = 0,   λ_T = −s μ λ_N where it is not,
+//     0 ≤ g̈ ⊥ λ_N ≥ 0,
+//     −λ_T ∈ μ λ_N Sgn(u̇_T) if u_T = 0,   λ_T = −s μ λ_N, s = sgn u_T otherwise,
 //
-// of the contacts that touch without relative normal speed and of the joints whose friction is at rest. Friction that reactions
-// bound has bounds here that are iterated until they agree with its reactions (contact/bound_iteration.hpp).
+// of the contacts that are closed without relative normal speed and of the joints whose friction is
+// at rest. Friction bounds that depend on reactions are iterated until they agree with them
+// (contact/bound_iteration.hpp).
 #pragma once
 
 #include <string>
@@ -24,18 +26,21 @@ class ModeChoice {
     image_.setZero(coupled);
   }
 
-  /// Chooses the mode of d from `candidates`, the contacts that touch. An empty text, or why it cannot be chosen.
+  /// Determines the mode of d from `candidates`, the closed contacts. Returns an empty text, or the
+  /// reason of a failure.
   std::string choose(ModeEquations& d, ModeMotion& motion, const Vector& x, double t,
                      const std::vector<int>& candidates);
-  /// The last choice found no forces that friction admits; all modes having been tried where it is proved.
+  /// Whether the last choice found no forces that friction admits (jammed), and whether trying all
+  /// modes proved it (jam_proved).
   bool jammed() const { return jam_; }
   bool jam_proved() const { return jam_proved_; }
 
-  /// @name What is to slide one way by `forced`
+  /// @name Contacts and joints at their friction limit (`forced`), where slip begins in a given
+  /// direction
   ///@{
   static bool torn(const ModeEquations& d);
-  /// How fast some of it would begin to slide the other way in the mode chosen, in acceleration_scale(): infinite where that is
-  /// not known.
+  /// Greatest acceleration, over acceleration_scale(), with which one of them would begin to slide
+  /// in the opposite direction in the chosen mode; infinite if it is not known.
   static double torn_back(ModeEquations& d, ModeMotion& motion, const Vector& x, double t);
   static void mend(ModeEquations& d);
   ///@}
@@ -53,10 +58,10 @@ class ModeChoice {
   std::string unsolved(const ModeEquations& d, const ContactSolution& solution) const;
 
   ContactProblem problem_;
-  std::vector<int> contacts_, slips_,
-      resting_;  // of problem_: contacts, which way each slides, joints at rest
+  // of problem_: contacts, sliding direction of each, joints at rest
+  std::vector<int> contacts_, slips_, resting_;
   BoundIteration bounds_;
-  Eigen::VectorXd image_;  // of the bounds
+  Eigen::VectorXd image_;  // image of the bounds
   bool jam_ = false, jam_proved_ = false;
 };
 

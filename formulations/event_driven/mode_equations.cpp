@@ -57,7 +57,7 @@ ModeEquations::ModeEquations(const System& s, const std::vector<double>& restitu
   extremes.penetration.assign(s.contacts(), 0);
 }
 
-/// Contacts are looked at one by one, many at one state: its sines and rows are evaluated once.
+/// Many contacts are evaluated one by one at the same state; its sines and rows are computed once.
 void ModeEquations::place(const double* q, double t) {
   if (t == placed_t_ && std::equal(placed_.begin(), placed_.end(), q)) return;
   system.place(t, q, e, phases.pieces());

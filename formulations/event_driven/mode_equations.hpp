@@ -1,11 +1,13 @@
-// The equations of motion of the event-driven scheme at one state, and what choice of the mode, motion, impacts and projection
-// share of them: the mode itself, the saddle point of the constraints
+// ModeEquations: the equations of motion of the event-driven scheme at one state. It owns the data
+// that the choice of the mode, the motion, impacts and projection share: the mode itself, the
+// saddle point of the constraints
 //
 //     M v̇ + Gᵀλ = f,   G v̇ = γ,
 //
-// the rows that take part beside it, and the sizes below which a speed is none.
+// the active rows beside it, and the tolerances below which a speed counts as zero.
 //
-// The integrated vector is [q, v, (P_N, P_T) of each contact, first-order states of elements, work integrals].
+// The integrated vector is [q, v, (P_N, P_T) of each contact, first-order states of elements, work
+// integrals].
 #pragma once
 
 #include <algorithm>
@@ -27,17 +29,20 @@ inline bool is_finite(const std::vector<double>& x) {
   return std::ranges::all_of(x, [](double y) { return std::isfinite(y); });
 }
 
-/// A contact in a mode: open, closed and sticking, or closed and slipping one way.
+/// A contact in a mode: open, closed and sticking, or closed and slipping in one direction.
 struct ModeContact {
   bool closed = false;
-  int slip = 0;    ///< of a closed one with friction: 0 sticks, ±1 the sign of u_T
-  int forced = 0;  ///< it has just been torn from sticking this way: the next choice starts from that
-  /// Closed without load: no force acts, and the gap stays zero by projection until its rate is more than rounding.
+  int slip = 0;  ///< of a closed contact with friction: 0 sticks, ±1 the sign of u_T
+  /// it has just reached its friction limit: slip begins in this direction in the next choice of
+  /// mode
+  int forced = 0;
+  /// Closed without load: no force acts, and projection keeps the gap at zero until its rate
+  /// exceeds rounding.
   bool resting = false;
   double restitution = 0;
   ContactRow row;
   double lambda_n = 0, lambda_t = 0;  ///< N, at the last evaluation
-  double mobility = 0;                ///< 1/kg, of λ_N on its own gap
+  double mobility = 0;                ///< 1/kg, response of its gap to its own λ_N
   int unknown = -1, tangent_unknown = -1;
   template <class M>
   void remember(M& m) {
@@ -47,11 +52,12 @@ struct ModeContact {
 
 /// A joint with friction in a mode.
 struct ModeFriction {
-  int slip = 0, forced = 0;  ///< as of a contact
+  int slip = 0, forced = 0;  ///< as for a contact
   SparseRow row;
   double gamma = 0, rate = 0, lambda = 0;
   double bound = 0;  ///< N, at the last evaluation
-  double share = 1;  ///< of a speed that is none: its sliding over the speed of the bodies that it stands for
+  /// ratio of its sliding speed to the speed of the bodies, for the tolerance of zero sliding
+  double share = 1;
   int unknown = -1;
   template <class M>
   void remember(M& m) {
@@ -59,7 +65,7 @@ struct ModeFriction {
   }
 };
 
-/// Films of lubricated joints: forces of a state.
+/// Films of lubricated joints, whose forces depend on the state only.
 class ModeFilms {
  public:
   explicit ModeFilms(const System& system);
@@ -91,8 +97,9 @@ class ModeEquations {
   const System& system;
   std::vector<ModeContact> contacts;
   std::vector<ModeFriction> preloaded;
-  Phases phases;  ///< the pieces of torque tables that the present mode is held to
-  /// s: no stage sees a prescribed motion beyond it; its acceleration may jump at a knot, which the next step sees.
+  Phases phases;  ///< the pieces of torque tables in the present mode
+  /// s: no stage evaluates a prescribed motion beyond this time; its acceleration may jump at a
+  /// knot, where the next step begins.
   double knot = INFINITY;
   SaddlePoint saddle;
   Evaluation e;
@@ -105,7 +112,7 @@ class ModeEquations {
   Extremes extremes;
   struct Counts {
     long undecided = 0;   ///< problems whose uniqueness was not decided
-    long wedged = 0;      ///< impacts that took Poisson's ratios for the energetic law's
+    long wedged = 0;      ///< impacts by the energetic law that used Poisson's ratios
     long unreported = 0;  ///< instants at which no forces were found to report
   } counts;
 
@@ -116,43 +123,48 @@ class ModeEquations {
   int integral_offset() const { return state_offset() + system.states(); }
   ///@}
 
-  /// Evaluates the system at q (m, rad) and t (s), unless it was evaluated there last.
+  /// Evaluates the system at q (m, rad) and t (s), unless this was the last evaluation.
   void place(const double* q, double t);
-  /// To be called where a phase goes over to another piece.
+  /// Called if a phase moves to another piece.
   void forget_place() { placed_t_ = __builtin_nan(""); }
-  /// Accelerations in `a` with no contact closed, what slips as forces and what rests without friction. False, with the reason
-  /// in `trouble` where there is one, if there are none.
+  /// Computes accelerations in `a` with all contacts open, friction of slipping joints as forces
+  /// and joints at rest without friction. Returns false if there are none, with the reason in
+  /// `trouble` if it is known.
   bool solve_free(const Vector& x, double t);
   /// Adds a row to `rows`.
   int add(const SparseRow& row, const SparseRow* beside = nullptr, double factor = 0) {
     return rows.add(saddle, row, beside, factor);
   }
-  /// Σ w²/m of a row: what it would respond with if no constraint held.
+  /// Σ w²/m of a row: its mobility without constraints.
   double unconstrained_mobility(const SparseRow& row) const;
-  /// The k-th of the bounds that reactions give.
+  /// The k-th of the friction bounds that depend on reactions.
   const ReactionBound& bound_of(int k) const { return *system.friction_facts(coupled.friction(k)).reaction; }
 
-  /// Fills the row of contact k at a state.
+  /// Evaluates the row of contact k at a state.
   const ContactRow& look(int k, const Vector& x, double t);
   double slide_rate(int k, const Vector& x, double t);
-  /// A contact without load whose gap (m) is less is closed: 1e-9 of the clearance, or rounding of the positions.
+  /// Gap (m) below which an unloaded contact counts as closed: 1e-9 of the clearance, or the
+  /// rounding error of the positions.
   double closed_gap(int k, const double* q) const;
-  /// Takes the violations of constraints and walls at a state into `extremes`.
+  /// Updates `extremes` with the constraint errors and penetrations at a state.
   void keep_extremes(const Vector& x, double t);
 
-  /// @name Sizes
+  /// @name Scales and tolerances
   ///@{
-  /// Greatest of rates or accelerations of all coordinates, those of angles at the longest arm.
+  /// Greatest absolute rate or acceleration of all coordinates; angles count at the longest arm.
   double greatest(const double* rates) const;
   /// Greatest acceleration at the last evaluation (m/s²).
   double acceleration_scale() const { return greatest(a.data()); }
-  /// ω² times the longest arm (m/s²): where nothing is accelerated, such terms cancel in a contact's pressure.
+  /// ω² times the longest arm (m/s²): if nothing is accelerated, terms of this size cancel in a
+  /// contact force.
   double centripetal_scale(const double* v) const;
-  /// Below it a relative speed is none (m/s): rounding of the velocities, or 1e-10 of the scene's scale.
+  /// A relative speed below it counts as zero (m/s): rounding of the velocities, or 1e-10 of the
+  /// scene's speed scale.
   double speed_tolerance() const { return speed_tolerance_; }
   void raise_speed_tolerance(double least) { speed_tolerance_ = std::max(speed_tolerance_, least); }
-  /// Below it a sliding speed is none: the accelerations decide which way it goes on. Wider, because a
-  /// located end of sliding is only as sharp as the dense output.
+  /// A sliding speed below it counts as zero, and the accelerations determine its further
+  /// direction. It is larger, because the located end of sliding is only as accurate as the dense
+  /// output.
   double slide_tolerance() const { return slide_tolerance_; }
   void measure_speeds(const Vector& x);
   double speed_scale() const { return speed_scale_; }
@@ -169,7 +181,7 @@ class ModeEquations {
  private:
   RowFacts facts_;
   double speed_scale_, speed_tolerance_ = 0, slide_tolerance_ = 0;
-  Vector placed_;  // q and t that e was evaluated at
+  Vector placed_;  // q and t of the evaluation e
   double placed_t_ = __builtin_nan("");
 };
 

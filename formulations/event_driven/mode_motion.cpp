@@ -8,7 +8,7 @@ namespace freeplay {
 bool ModeMotion::solve(ModeEquations& d, const Vector& x, double t) {
   const auto& system = d.system;
   if (d.coupled.size() > 0) {
-    if (!is_finite(x)) return false;  // a stage after one that failed
+    if (!is_finite(x)) return false;  // a stage after a failed one
     d.trouble.clear();
     for (int k = 0; k < d.coupled.size(); ++k) d.preloaded[d.coupled.friction(k)].bound = 0;
   }
@@ -20,7 +20,7 @@ bool ModeMotion::solve(ModeEquations& d, const Vector& x, double t) {
   if (passes_pole(d)) return false;
   if (d.coupled.size() > 0 && !add_coupled(d)) return false;
   rows.apply(d.a.data(), d.lambda.data());
-  // Bounds that the reactions give.
+  // Bounds from the reactions.
   for (int i = 0; i < d.coupled.size(); ++i) {
     const int k = d.coupled.friction(i);
     auto& p = d.preloaded[k];
@@ -47,7 +47,7 @@ bool ModeMotion::solve_for_report(ModeEquations& d, const Vector& x, double t) {
   return solved;
 }
 
-/// The rows that hold, with what is wanted of them.
+/// Sets up the active rows and their right-hand sides.
 void ModeMotion::hold_rows(ModeEquations& d, const Vector& x) {
   const auto& system = d.system;
   const double *q = x.data(), *v = q + system.n();
@@ -80,7 +80,8 @@ void ModeMotion::solve_rows(ModeEquations& d) {
   rows.fill();
   rows.solve();
   if (!rows.dependent()) return;
-  // Weighed by bounds: those of reactions are known with the forces only, and looked at once before.
+  // Forces are shared in proportion to the bounds. Bounds that depend on reactions are evaluated
+  // once, from the forces before.
   for (int i = 0; i < d.coupled.size(); ++i) {
     auto& p = d.preloaded[d.coupled.friction(i)];
     if (p.slip != 0) return;  // its force would not agree with another choice
@@ -93,9 +94,10 @@ void ModeMotion::solve_rows(ModeEquations& d) {
   share_friction(d);
 }
 
-/// Where sticking rows depend on each other their forces are not unique. They are shared in proportion to
-/// what each contact can hold (least Σ λ²/bound), so that none gives way while others could hold on. One that seems unpressed
-/// keeps a small share: without its force its row may not be met at all.
+/// If sticking rows depend on each other, their forces are not unique. They are shared in
+/// proportion to each contact's friction limit (least Σ λ²/bound), so that no contact begins to
+/// slip while others could hold. A contact without apparent normal force keeps a small share,
+/// because its row may not be satisfied without its force.
 void ModeMotion::share_friction(ModeEquations& d) {
   Eigen::VectorXd share = Eigen::VectorXd::Ones(d.rows.used());
   for (int k = 0; k < d.system.contacts(); ++k) {
@@ -109,14 +111,15 @@ void ModeMotion::share_friction(ModeEquations& d) {
   d.rows.share((share / share.maxCoeff()).cwiseMax(1e-6));
 }
 
-/// Where D_NN − s μ D_NT (of several rows the determinant) of what slides comes to zero its forces grow beyond any bound, and
-/// behind it they pull: no step leads across, however well its stages agree (Painlevé).
+/// Where D_NN − s μ D_NT of a sliding contact (of several rows, the determinant) approaches zero,
+/// its forces grow without bound, and beyond zero they are tensile. No step may cross this pole,
+/// however well its stages agree (Painlevé).
 bool ModeMotion::passes_pole(ModeEquations& d) {
   const auto slides = [](const ModeContact& c) { return c.closed && c.slip != 0 && c.row.tangent.size > 0; };
   if (d.rows.used() == 0 || d.rows.dependent() || std::ranges::none_of(d.contacts, slides)) return false;
   if (orientation_ == 0) orientation_ = d.rows.turn();
   if (d.rows.turn() == orientation_ || reporting_) {
-    if (std::exchange(pole_, false)) d.trouble.clear();  // a shorter step ends before it
+    if (std::exchange(pole_, false)) d.trouble.clear();  // a shorter step ends before the pole
     return false;
   }
   pole_ = true;
@@ -125,8 +128,8 @@ bool ModeMotion::passes_pole(ModeEquations& d) {
   return true;
 }
 
-/// What slips and is bounded by reactions: a unit of each, with what then holds the rows that hold, added to d.a and
-/// d.lambda, and to the rows' forces.
+/// Adds the slipping friction that depends on reactions: the effect of a unit of each, including
+/// the reaction of the active rows, on d.a, d.lambda and the forces of the rows.
 bool ModeMotion::add_coupled(ModeEquations& d) {
   const int n = d.system.n(), m = d.system.rows();
   auto& rows = d.rows;
@@ -143,7 +146,7 @@ bool ModeMotion::add_coupled(ModeEquations& d) {
   for (int k = 0; k < m; ++k) reactions[k] = total(d.lambda.data(), held_forces_, k);
   coupled.base(reactions.data());
   answers_.resize(static_cast<std::size_t>(coupled.size()));
-  int own = held;  // the next slot behind the rows that hold
+  int own = held;  // the next place after the active rows
   for (int i = 0; i < coupled.size(); ++i) {
     const int f = coupled.friction(i);
     const auto& p = d.preloaded[f];

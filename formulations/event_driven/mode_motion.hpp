@@ -1,11 +1,12 @@
-// Motion in a mode, in which every contact is open or closed and every closed one with friction, like every joint with
-// friction, sticks or slips one way:
+// ModeMotion: the motion in a mode. Every contact is open or closed, and every closed contact with
+// friction and every joint with friction sticks or slips in one direction:
 //
 //     M v̇ + Gᵀλ = f + Σ (W_N − s μ W_T) λ_N + Σ W_T λ_T,    G v̇ = γ,
-//     W_Nᵀ v̇ = γ_N (closed),   W_Tᵀ v̇ = γ_T (sticking),   s = sgn u_T of those that slip.
+//     W_Nᵀ v̇ = γ_N (closed),   W_Tᵀ v̇ = γ_T (sticking),   s = sgn u_T (slipping).
 //
-// Friction that its joint's reaction bounds (dynamics/reaction_bound.hpp) is λ_T = −s μ(|u|) S(λ) where it slips, solved with
-// the reactions of the same instant (contact/coupled_friction.hpp).
+// Slipping friction that its joint's reaction bounds (dynamics/reaction_bound.hpp) is λ_T = −s
+// μ(|u|) S(λ), solved together with the reactions of the same instant
+// (contact/coupled_friction.hpp).
 #pragma once
 
 #include <vector>
@@ -18,14 +19,15 @@ class ModeMotion {
  public:
   using Vector = std::vector<double>;
 
-  /// Accelerations and multipliers of the mode at a state, in d.a, d.lambda and the contacts and joints. False, with the reason in
-  /// d.trouble where there is one, if there are none.
+  /// Computes accelerations and multipliers of the mode at a state, in d.a, d.lambda and the
+  /// contacts and joints. Returns false if there are none, with the reason in d.trouble if it is
+  /// known.
   bool solve(ModeEquations& d, const Vector& x, double t);
-  /// The same for a report of forces, which a pole does not stop.
+  /// The same for a report of forces; a pole does not stop it.
   bool solve_for_report(ModeEquations& d, const Vector& x, double t);
-  /// The last evaluation lay behind a pole of its forces (Painlevé).
+  /// Whether the last evaluation was beyond a pole of its forces (Painlevé).
   bool behind_pole() const { return pole_; }
-  /// A new mode begins.
+  /// Called when a new mode begins.
   void begin_mode() {
     orientation_ = 0;
     pole_ = false;
@@ -39,9 +41,10 @@ class ModeMotion {
   bool add_coupled(ModeEquations& d);
 
   bool reporting_ = false;
-  int orientation_ = 0;  // sign of the determinant of what holds, since the mode began
+  int orientation_ = 0;  // sign of the determinant of the active rows, since the mode began
   bool pole_ = false;
-  // Of add_coupled(): the rows' forces without that friction and by a unit of each, and multipliers with them.
+  // Of add_coupled(): the row forces without this friction, those per unit of each friction force,
+  // and the multipliers with them.
   Eigen::VectorXd held_forces_;
   std::vector<Eigen::VectorXd> answers_;
   Vector held_reactions_;

@@ -44,7 +44,7 @@ void ModeProjection::hold_positions(ModeEquations& d, const double* q, const dou
     auto& c = d.contacts[k];
     if (!c.closed && !c.resting) continue;
     d.system.contact(k, q, v, d.e, c.row);
-    // One that has left is an open contact like others.
+    // A contact that has separated is open like others.
     if (c.row.gap > d.closed_gap(k, q)) c.resting = false;
     const bool stays = c.resting && c.row.normal.dot(v) <= d.speed_tolerance();
     if (c.closed || stays || c.row.gap < 0) {

@@ -1,4 +1,5 @@
-// The least mass-weighted change that takes a state back onto what its mode holds:
+// ModeProjection: the least mass-weighted change that projects a state onto the constraints of its
+// mode,
 //
 //     positions:   G Δq = −Φ,           W_Nᵀ Δq = −g       (closed)
 //     velocities:  G Δv = −(G v + Φ_t),  W_Nᵀ Δv = −W_Nᵀ v (closed),  W_Tᵀ Δv = −W_Tᵀ v (sticking)
@@ -12,17 +13,17 @@ namespace freeplay {
 
 class ModeProjection {
  public:
-  /// Positions of x, then its velocities; adds the impulses of the latter to `book`, if there is one. The energy that it took in or
-  /// gave out (J).
+  /// Projects the positions of x, then its velocities; adds the impulses of the latter to `book`,
+  /// if given. Returns the change of energy (J).
   double project(ModeEquations& d, std::vector<double>& x, double t, Forces* book);
 
  private:
-  /// What a row belongs to: contact and which of its rows, or a joint with friction.
+  /// Owner of a row: a contact and which of its rows, or a joint with friction.
   struct Owner {
     int contact, friction;
     bool tangent;
   };
-  /// Adds to y the least change with G Δ = −residual and the active rows Δ = −b.
+  /// Adds to y the least change Δ with G Δ = −residual and, for active rows, W Δ = −b.
   void move(ModeEquations& d, double* y);
   void hold_positions(ModeEquations& d, const double* q, const double* v);
   void hold_velocities(ModeEquations& d, const double* q, const double* v);

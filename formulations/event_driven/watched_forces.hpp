@@ -1,5 +1,5 @@
-// Forces of an event-driven run, while somebody watches them: by another of its dynamics, so that watching moves no digit of
-// the motion.
+// WatchedForces: forces of an event-driven run for observers. It evaluates them with a second
+// object of the dynamics, so that observation does not change the motion in any digit.
 #pragma once
 
 #include <memory>
@@ -17,7 +17,7 @@ class WatchedForces {
     if (on && !probe_) make_probe(dynamics);
   }
   bool watching() const { return watching_; }
-  /// Before a step.
+  /// Called before a step.
   void clear() {
     if (!watching_) return;
     before_.clear();
@@ -26,25 +26,26 @@ class WatchedForces {
   void clear_before() {
     if (watching_) before_.clear();
   }
-  /// At x in the mode of the last step, which lasts until the next one begins.
+  /// Forces at x in the mode of the last step, which lasts until the next step begins.
   void at(const EventDynamics& dynamics, const std::vector<double>& x, double t, Forces& out) {
     probe_->take_mode(dynamics);
     probe_->report(x, t, out);
   }
-  /// Impulses of an impact, before they are known to stand.
+  /// Impulses of an impact, before it is accepted.
   void strike(EventDynamics& dynamics, const std::vector<double>& x, const std::vector<int>& struck) {
     if (watching_) dynamics.report_impact(x, struck, strike_);
   }
   void keep_strike() {
     if (watching_) before_.add(1, strike_);
   }
-  /// What takes the impulses of projections before a step and within it; null while nobody watches.
+  /// Where the impulses of projections before a step and within it are accumulated; null without
+  /// observers.
   Forces* impulses_before() { return watching_ ? &before_ : nullptr; }
   Forces* impulses_within() { return watching_ ? &within_ : nullptr; }
   const Forces& before() const { return before_; }
   const Forces& within() const { return within_; }
   Forces& scratch() { return scratch_; }
-  /// Instants at which no forces were found.
+  /// Number of instants at which no forces were found.
   long unreported() const { return probe_ ? probe_->counts.unreported : 0; }
 
   template <class M>
@@ -59,7 +60,7 @@ class WatchedForces {
   }
 
   bool watching_ = false;
-  std::unique_ptr<EventDynamics> probe_;  // made when forces are first watched
+  std::unique_ptr<EventDynamics> probe_;  // made when forces are first observed
   Forces before_, within_, strike_, scratch_;
 };
 

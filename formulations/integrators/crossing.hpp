@@ -1,5 +1,9 @@
-// Where a function watched during a step first leaves its sign: on the dense output of the step, by bounds on what
-// it can do between its ends (dynamics/gap_motion.hpp), halved until they decide.
+// Location of the first sign change of a function within a step, on the dense output of the step.
+// Instead of sampling, it uses rigorous bounds on the function between two times
+// (dynamics/gap_motion.hpp) and halves the interval until they are conclusive. The penalty
+// formulation, the event-driven scheme and adaptive time stepping use it to find contact events.
+// first_loss() is the search, land_on_first() the repetition of a step that ends at its first
+// event.
 #pragma once
 
 #include <algorithm>
@@ -14,8 +18,9 @@
 
 namespace freeplay {
 
-/// Bodies that turn bring their contacts round: a step (s) may not turn any so far that a cubic through its ends departs
-/// from the arc by more than (0.3 rad)⁴/384 = 2e-5 of its radius. `v`: velocities of the bodies.
+/// The longest step (s) for bodies that rotate: a cubic through the ends of the step may deviate
+/// from a circular arc by no more than (0.3 rad)⁴/384 = 2e-5 of its radius. `v`: velocities of the
+/// bodies.
 inline double longest_step(const System& system, const double* v) {
   double omega = 0;
   if (system.contacts() == 0) return INFINITY;
@@ -23,14 +28,16 @@ inline double longest_step(const System& system, const double* v) {
   return omega > 0 ? system.longest_turn() / omega : INFINITY;
 }
 
-/// Of the clearance: a contact of rigid bodies that is found further inside its wall has been missed.
+/// Fraction of the clearance: a contact of rigid bodies found at a greater depth has been missed.
 inline constexpr double too_deep = 1e-2;
-/// Of the clearance: how deep a contact may have been unseen without a doubt. A step that leaves more open is made again, shorter
-/// by half, up to `most_halvings` times: the bound goes with the square of the step.
+/// Fraction of the clearance: possible depth of an undetected contact that needs no warning. A step
+/// with a greater possible depth is repeated with half its length, up to `most_halvings` times; the
+/// bound is proportional to the square of the step.
 inline constexpr double seen_depth = 1e-6;
 inline constexpr int most_halvings = 4;
 
-/// Of f between a and b, where it has the opposite signs fa and fb; b where rounding leaves nothing between.
+/// Root of f between a and b, where f has the opposite signs fa and fb; b if rounding leaves no
+/// interval.
 template <class F>
 double bracketed_root(F f, double a, double b, double fa, double fb) {
   if (!(a < b)) return b;
@@ -40,16 +47,17 @@ double bracketed_root(F f, double a, double b, double fa, double fb) {
   return 0.5 * (lo + hi);
 }
 
-/// First time in [t0, t1] at which `at`, positive while a mode lasts, becomes negative: t0 when it never was
-/// positive. `start` and `end` are its values at the ends, `motion` how it may bend between them. The interval is
-/// halved until each piece is proved to stay above −noise, or to rise or fall all the way; what is shorter than time
-/// resolves counts as negative where its end is. What ten thousand pieces do not decide (it lies within rounding of
-/// zero all along, or moves wildly) is decided by the ends of 4096, and `unseen` is raised to how deep it may have been
-/// between them.
+/// First time in [t0, t1] at which `at`, which is positive while a mode lasts, becomes negative; t0
+/// if it was never positive. `start` and `end` are its values at the ends, and `motion` bounds its
+/// curvature between them. The interval is halved until each piece is proved to stay above −noise,
+/// or to rise or fall monotonically. A piece too short for the resolution of time counts as
+/// negative if its end is. If ten thousand pieces are not conclusive (the function is within
+/// rounding of zero throughout, or its bounds are wide), the ends of 4096 pieces decide, and
+/// `unseen` is raised to the possible depth between them.
 template <class F>
 std::optional<double> first_loss(F at, double t0, double t1, Watched start, const Watched& end,
                                  const GapMotion& motion, double noise, double& unseen) {
-  // The bound to its own rounding.
+  // The bound, reduced by its own rounding error.
   const auto least_of = [&](const Watched& a, const Watched& b, double h) {
     const double terms =
         std::abs(a.value) + std::abs(b.value) + (std::abs(a.rate) + std::abs(b.rate) + motion.bend * h) * h;
@@ -57,9 +65,9 @@ std::optional<double> first_loss(F at, double t0, double t1, Watched start, cons
   };
   if (least_of(start, end, t1 - t0) > -noise) return std::nullopt;
   if (start.value <= 8 * noise && start.rate > 0)
-    start.value = std::max(start.value, 0.0);  // just changed mode here
+    start.value = std::max(start.value, 0.0);  // the mode has just changed here
   const auto value = [&](double t) { return at(t).value; };
-  /// Falling all the way from a to b: the root's quarter, then the root.
+  /// For a function that falls from a to b: first the quarter with the root, then the root.
   const auto root = [&](double ta, const Watched& a, double tb, const Watched& b) -> std::optional<double> {
     if (b.value >= 0) return std::nullopt;
     if (a.value <= 0) return ta;
@@ -91,8 +99,8 @@ std::optional<double> first_loss(F at, double t0, double t1, Watched start, cons
     return self(self, tm, m, tb, b, halvings - 1);
   };
   if (!std::isfinite(motion.bend)) {
-    // A bound that says nothing (wheels whose centres may come closer within the step than teeth mesh; numbers beyond
-    // their range) is no finding either: the ends of 256 pieces decide.
+    // An infinite bound (wheels whose centres may come closer within the step than teeth mesh;
+    // overflow) proves nothing: the ends of 256 pieces decide.
     Watched a = start;
     double ta = t0;
     for (int k = 1; k <= 256; ++k) {
@@ -111,7 +119,7 @@ std::optional<double> first_loss(F at, double t0, double t1, Watched start, cons
   return search(search, t0, start, t1, end, 12);
 }
 
-/// What the gap of contact k is known to by rounding of the positions q (m).
+/// Rounding error (m) of the gap of contact k, from the positions q.
 inline double gap_rounding(const System& system, int k, const double* q) {
   const auto& facts = system.contact_facts(k);
   double reach = system.longest_arm();
@@ -123,9 +131,10 @@ inline double gap_rounding(const System& system, int k, const double* q) {
   return 1e-13 * facts.clearance + 4e-16 * reach;
 }
 
-/// Bound on the acceleration, within the last step of `method`, of a plane vector that is a linear function `of` of the n
-/// coordinates; in the method's state they stand first, their rates behind them. As MethodState::enclose() and widen() where
-/// the method's interpolant is no cubic.
+/// Bound on the acceleration, within the last step of `method`, of a plane vector that is a linear
+/// function `of` of the n coordinates. In the method's state, the coordinates come first, followed
+/// by their rates. Like MethodState::enclose(), widened where the method's interpolant is not
+/// cubic.
 template <class Method, class F>
 double bend_of(const Method& method, int n, F of, std::vector<double>& scratch) {
   const double h = method.t - method.t_old;
@@ -147,9 +156,10 @@ double bend_of(const Method& method, int n, F of, std::vector<double>& scratch) 
   return std::hypot(x + steep * apart[0], y + steep * apart[1]);
 }
 
-/// How the gap of contact k may bend within the last step of `method`, `m` by the motions of its two bodies. Without arms they
-/// move against each other as their centres do, and along a wall at rest as far as across it (`normal()`): the gap of discs
-/// that touch and fall together does not bend at all.
+/// Bound on the curvature of the gap of contact k within the last step of `method`; `m` is the
+/// bound from the separate motions of its two bodies. Without arms, only the relative motion of
+/// their centres matters and, along a wall at rest, only its normal component (`normal()`): the gap
+/// of discs that are in contact and fall together has no curvature.
 template <class Method, class Normal>
 GapMotion narrowed(GapMotion m, const System& system, int k, const Method& method, Normal normal,
                    std::vector<double>& scratch) {
@@ -167,7 +177,7 @@ GapMotion narrowed(GapMotion m, const System& system, int k, const Method& metho
   return m;
 }
 
-/// Ends the last step of `method` at t; where that is its beginning, it begins anew there.
+/// Ends the last step of `method` at t; if that is its beginning, integration starts anew there.
 template <class Method, class F>
 void land_at(Method& method, F& f, double t) {
   if (t <= method.t_old)
@@ -176,8 +186,8 @@ void land_at(Method& method, F& f, double t) {
     method.land(f, t);
 }
 
-/// The same where a gap comes to zero: t is corrected by Newton on `gap` (Watched) at the end of the step, down to
-/// `rounding`.
+/// The same for a gap that reaches zero: Newton's method on `gap` (Watched) at the end of the step
+/// corrects t, up to `rounding`.
 template <class Method, class F, class Gap>
 void land_on_gap(Method& method, F& f, double& t, double rounding, Gap gap) {
   if (t <= method.t_old) return land_at(method, f, t);
@@ -192,9 +202,9 @@ void land_on_gap(Method& method, F& f, double& t, double rounding, Gap gap) {
   }
 }
 
-/// Ends the last step of `method` at `first` by land(first); then, while the shorter step, sampled more
-/// closely, shows a gap that was lost before, at that. gaps() gives the first loss of a gap in the step as it
-/// is, or an event at its end.
+/// Ends the last step of `method` at `first` by land(first). As long as the shorter step, which has
+/// tighter bounds, shows that a gap closed earlier, it ends there instead. gaps() returns the first
+/// closing of a gap in the present step, or an event at its end.
 template <class Method, class Event, class Land, class Gaps>
 void land_on_first(const Method& method, Event& first, Land land, Gaps gaps) {
   land(first);

@@ -1,16 +1,19 @@
-// How long a step may be so that no curve that it reads is jumped over: a curve against time, an angle, a position or a
-// speed, of a prescribed motion, a force or a torque. An error estimate sees a curve only where its stages fall, and nothing of
-// a prescribed motion that the step's ends meet. With x the argument, ẋ its rate at the beginning, L the length that y(x)
-// varies over on the present stretch (dynamics/curve_reader.hpp), and r what is left of the stretch, a step of length h has
+// Limits of the step length, so that no step passes over a feature of a curve that it reads: a
+// curve against time, an angle, a position or a speed, of a prescribed motion, a force or a torque.
+// An error estimate evaluates a curve only at the stages of a step, and does not detect deviations
+// of a prescribed motion between the ends of the step. With the argument x, its rate ẋ at the
+// beginning, the length L over which y(x) varies on the present stretch
+// (dynamics/curve_reader.hpp), and the rest r of the stretch, a step of length h satisfies
 //
 //     |ẋ| h ≤ L/16        and, where knots are not located,        |ẋ| h ≤ L/32,  r + w/10000,  w/2
 //
-// with w the length of the stretch, in w/10000 the lesser of it and the next one: a rate that grows behind the knot bends the
-// rows of the whole step before it. Where ẋ grows within the step (a body at rest, a speed), that is no bound: the step is
-// looked at once more at its end, by curve_overreach(), and made again, shorter, where it went further than it may.
+// where w is the length of the stretch; in w/10000 it is the lesser of this length and the next
+// one, because a rate that grows beyond the knot affects the rows of the whole step before it. If ẋ
+// grows within the step (a body at rest, a speed), this is no bound: curve_overreach() checks the
+// step at its end, and the step is repeated with a shorter length if it went too far.
 //
-// Knots in time are located by every scheme (System::next_knot()); those of angles and positions by integrators that have
-// Phases (integrators/phases.hpp); those of speeds by none.
+// Every scheme locates knots in time (System::next_knot()). Integrators with Phases
+// (integrators/phases.hpp) locate knots of angles and positions. Knots of speeds are not located.
 #pragma once
 
 #include <algorithm>
@@ -20,15 +23,17 @@
 
 namespace freeplay {
 
-/// Whether a scheme ends its steps at the knots of curves against angles and positions, or only does not jump over them.
+/// Whether a scheme ends its steps at the knots of curves against angles and positions, or only
+/// avoids passing over them.
 enum class Knots { located, passed };
 
 namespace curve_limits {
 
-/// How far (in units of its argument) `reader` may go from x, upwards or downwards.
+/// The greatest change of the argument of `reader` from x in one step, upwards or downwards.
 inline double reach(const CurveReader& reader, double x, bool up, Knots knots) {
-  // A sixteenth leaves Dormand and Prince's dense output off by less than 1e-6 of a sine's amplitude, or of a rise. Schemes that
-  // pass knots are of second order: a thirty-second leaves the speed between a step and its half off by 0.2 %.
+  // With a sixteenth, the error of Dormand and Prince's dense output is below 1e-6 of a sine's
+  // amplitude, or of a rise. Schemes that pass knots are of second order: with a thirty-second, the
+  // difference of speeds between a step and its halves is 0.2 %.
   double most = reader.variation(x, up) / (knots == Knots::passed ? 32 : 16);
   const bool passed = knots == Knots::passed || reader.of == CurveReader::Of::speed;
   if (!passed || reader.place.kinks.empty() || reader.of == CurveReader::Of::time) return most;
@@ -41,7 +46,7 @@ inline double reach(const CurveReader& reader, double x, bool up, Knots knots) {
 
 }  // namespace curve_limits
 
-/// s: how long a step from (t, q, v) may be; infinite without curves.
+/// s: greatest length of a step from (t, q, v); infinite without curves.
 inline double curve_step_limit(const System& system, double t, const double* q, const double* v,
                                Knots knots) {
   double limit = INFINITY;
@@ -53,8 +58,8 @@ inline double curve_step_limit(const System& system, double t, const double* q, 
   return limit;
 }
 
-/// How far an argument went in a step from (t0, q0, v0) to (t1, q1, v1), over what it may; 0 without curves. Where that is more
-/// than most_overreach, the step is to be made again, by that factor shorter.
+/// Change of an argument in a step from (t0, q0, v0) to (t1, q1, v1), over its limit; 0 without
+/// curves. If it is more than most_overreach, the step is to be repeated, shorter by that factor.
 inline constexpr double most_overreach = 1.5;
 inline double curve_overreach(const System& system, double t0, const double* q0, const double* v0, double t1,
                               const double* q1, const double* v1, Knots knots) {

@@ -1,18 +1,21 @@
-// Integrators by Boost.Odeint behind one small face. A Method
-//     start(f, t, x)          begins anew at a state (after every event: the right-hand side has changed);
-//     step(f, t_end)          makes one accepted step, not beyond t_end; false when none is to be had;
-//     renew(f)                takes the right-hand side anew at the present state, which may have been moved;
-//     land(f, t)              makes the last step again so that it ends at t, t_old < t ≤ its end;
+// Integrators of Boost.Odeint behind a small common interface. A Method has
+//
+//     start(f, t, x)          starts at a state (after every event, with a new right-hand side);
+//     step(f, t_end)          makes one accepted step, not beyond t_end; false if there is none;
+//     renew(f)                evaluates the right-hand side at the present state, if it changed;
+//     land(f, t)              repeats the last step so that it ends at t, t_old < t ≤ its end;
 //     interpolate(t, x)       gives the state within the last step;
 //     cubic                   whether that is hermite() of each component;
-//     show(t, n, x)           the same for results, by a higher order where it has one;
-//     enclose(n, bounds)      bounds the rates and accelerations of that;
-//     relieve(), reliefs()    takes what help there is where modes chatter, and how often it did;
-//     new_mode()              is told that the right-hand side has another form from here on;
-//     remember(m)             writes or reads all that further steps depend on (values/memory.hpp), so that a
-//                             new method made with the same arguments goes on bit for bit; the dense output
-//                             of the last step is not among it.
-// landing by a step, not by interpolation, keeps an event as accurate as the method.
+//     show(t, n, x)           the same for results, by a higher order if the method has one;
+//     enclose(n, bounds)      bounds the rates and accelerations of interpolate();
+//     relieve(), reliefs()    switches to an implicit method where modes chatter; how often it did;
+//     new_mode()              called when the right-hand side has a different form from here on;
+//     remember(m)             serializes or restores all data that further steps depend on
+//                             (values/memory.hpp), so that a new method with the same arguments
+//                             continues bit by bit; except the dense output of the last step.
+//
+// Landing repeats the step instead of interpolating, so that an event has the accuracy of the
+// method.
 #pragma once
 
 #include <algorithm>
@@ -32,12 +35,12 @@ namespace freeplay {
 
 using Vector = std::vector<double>;
 
-/// The error of a step in units of what is accepted:
+/// Error norm of a step, relative to the accepted error:
 ///
 ///     max |error_i| / (tolerance (absolute_i + relative_i |x_i|)).
 ///
-/// A component with infinite absolute_i, or behind the last of them, is carried along without error control; but a
-/// component that is not finite refuses the step, whichever it is.
+/// Components with infinite absolute_i, or after the last of them, have no error control; but any
+/// component that is not finite rejects the step.
 struct ErrorNorm {
   Vector absolute, relative;
   double tolerance = 1e-8;
@@ -59,11 +62,12 @@ struct ErrorNorm {
 };
 
 struct MethodState {
-  /// Chooses its steps, and a stiff motion may force them to nothing.
+  /// Whether the method chooses its steps, which a stiff motion may make very short.
   static constexpr bool may_creep = true;
-  /// Controls no error: what it makes of a stiff motion may be none.
+  /// Whether the method has no error control; its result may be wrong for stiff motions.
   static constexpr bool fixed_step = false;
-  /// Interpolates by a polynomial of its own order, for steps too long for a low one.
+  /// Whether the method interpolates by a polynomial of its own order, because its steps are too
+  /// long for a low one.
   static constexpr bool long_steps = false;
   static constexpr bool cubic = false;
   double t_old = 0, t = 0;
@@ -83,7 +87,7 @@ struct MethodState {
     std::swap(dxdt, dxdt_old);
     t_old = t;
   }
-  /// Takes a shift back, for a step that was not made.
+  /// Reverts shift(), for a step that was not made.
   void unshift() {
     std::swap(x, x_old);
     std::swap(dxdt, dxdt_old);
@@ -93,27 +97,29 @@ struct MethodState {
   void relieve() {}
   bool relieved() const { return false; }
   long reliefs() const { return 0; }
-  /// Cubic Hermite between the ends of the last step.
+  /// Cubic Hermite interpolation between the ends of the last step.
   void hermite(double at, Vector& out) const {
     const auto of = hermite_weights(at);
     for (std::size_t i = 0; i < x.size(); ++i) out[i] = hermite(of, i);
   }
-  /// The same of a few components alone.
+  /// The same for some components only.
   void hermite(double at, std::span<const int> components, Vector& out) const {
     const auto of = hermite_weights(at);
     for (const int i : components)
       out[static_cast<std::size_t>(i)] = hermite(of, static_cast<std::size_t>(i));
   }
-  /// The state within the last step as it is shown, n coordinates standing first and their rates behind them: those by the
-  /// quintic through positions, rates and accelerations at both ends and its derivative. Where a motion without contacts
-  /// lets a method of high order make long steps, the cubic is off by h⁴/384 of a fourth derivative.
+  /// The state within the last step for results; the first n components are coordinates, followed
+  /// by their rates. These are interpolated by the quintic through positions, rates and
+  /// accelerations at both ends, and by its derivative. If a motion without contacts allows long
+  /// steps of a method of high order, the cubic has an error of h⁴/384 of a fourth derivative.
   void show(double at, std::size_t n, Vector& out) const {
     hermite(at, out);
     const double h = t - t_old, s = (at - t_old) / h, r = 1 - s, bubble = s * s * r * r;
     for (std::size_t i = 0; i < n; ++i) {
       const double moved = x[i] - x_old[i], v0 = x_old[n + i], v1 = x[n + i], a0 = dxdt_old[n + i],
                    a1 = dxdt[n + i];
-      // What the cubic through rates and accelerations misses of the way: of short steps only its rounding.
+      // The part of the displacement that the cubic through rates and accelerations misses; for
+      // short steps only its rounding error.
       const double missed = moved - 0.5 * h * (v0 + v1) - h * h / 12 * (a0 - a1);
       if (!(std::abs(missed) > 1e-13 * (std::abs(x_old[i]) + std::abs(x[i])))) continue;
       const double bend0 = 0.5 * (h * h * a0 - (6 * moved - h * (4 * v0 + 2 * v1)));
@@ -122,7 +128,8 @@ struct MethodState {
       out[n + i] += 30 * bubble * missed / h;
     }
   }
-  /// Bounds on the motion of the last step: of n coordinates, which stand first in x, their rates behind them.
+  /// Bounds on the motion of the last step, for n coordinates, which come first in x, followed by
+  /// their rates.
   void enclose(std::size_t n, MotionBounds& bounds) const {
     bounds.enclose(t - t_old, n, x_old.data(), x_old.data() + n, dxdt_old.data() + n, x.data(), x.data() + n,
                    dxdt.data() + n);
@@ -138,7 +145,7 @@ struct MethodState {
       for (const auto* y : {&x_old, &dxdt_old, &dxdt})
         if (y->size() != x.size()) throw MemoryError("the snapshot's integrator has states of unlike size");
   }
-  /// Of x_old, x and their rates.
+  /// Weights of x_old, x and their rates.
   std::array<double, 4> hermite_weights(double at) const {
     const double h = t - t_old, s = (at - t_old) / h, r = 1 - s;
     return {r * r * (1 + 2 * s), s * s * (3 - 2 * s), h * s * r * r, -h * s * s * r};
@@ -146,7 +153,7 @@ struct MethodState {
   double hermite(const std::array<double, 4>& of, std::size_t i) const {
     return of[0] * x_old[i] + of[1] * x[i] + of[2] * dxdt_old[i] + of[3] * dxdt[i];
   }
-  /// A step this short is lost in rounding.
+  /// Whether a step is so short that rounding dominates.
   bool vanishing(double dt, double first) const {
     return !(dt > 4e-16 * std::abs(t)) || !(dt > 1e-14 * first);
   }
@@ -168,7 +175,7 @@ class Dopri5 : public MethodState {
     begin(at, state);
     f(x, dxdt, t);
   }
-  /// The next step is at most this long.
+  /// Limits the length of the next step.
   void limit_step(double h) { dt_ = std::min(dt_, h); }
 
   template <class F>
@@ -182,7 +189,7 @@ class Dopri5 : public MethodState {
       ++rejected;
       cut = false;
       if (vanishing(dt_, first_step_)) {
-        dt_ = wish;  // of where no step is taken, the next stretch is not to begin with it
+        dt_ = wish;  // a failed step does not determine the next step length
         return false;
       }
     }
@@ -201,8 +208,8 @@ class Dopri5 : public MethodState {
     stepper_.stepper().calc_state(at, out, x_old, dxdt_old, t_old, x, dxdt, t);
   }
   void show(double at, std::size_t, Vector& out) const { interpolate(at, out); }
-  /// The quartic departs from the cubic through rates and accelerations by a multiple of s²(1 − s)², which is known
-  /// from its middle, and has rates of up to 3.1/h of its size.
+  /// The quartic deviates from the cubic through rates and accelerations by a multiple of s²(1 −
+  /// s)². The deviation is known from the middle, and its rate is at most 3.1/h times its size.
   void enclose(std::size_t n, MotionBounds& bounds) const {
     MethodState::enclose(n, bounds);
     middle_.resize(x.size());
@@ -213,7 +220,7 @@ class Dopri5 : public MethodState {
       bounds.widen(i, std::abs(middle_[n + i] - cubic), 3.1);
     }
   }
-  /// Odeint's pair itself carries nothing over: every stage is computed anew.
+  /// The stepper of Odeint keeps no data between steps: every stage is computed anew.
   template <class M>
   void remember(M& m) {
     m.part("dopri5");
@@ -228,7 +235,7 @@ class Dopri5 : public MethodState {
   mutable Vector middle_;
 };
 
-/// The classical fourth-order method with a fixed step; between steps Hermite's cubic.
+/// The classical fourth-order method with a fixed step; cubic Hermite interpolation between steps.
 class Rk4 : public MethodState {
  public:
   static constexpr bool may_creep = false, fixed_step = true, cubic = true;

@@ -1,14 +1,16 @@
-// What Boost.Odeint's steppers of many steps remember from step to step, for snapshots. Odeint has no way to
-// take such a stepper's past out and put it back: it is in private members, and reset() clears only part of
-// it. Adams' method keeps its table of differences, and the errors of other orders, some of them from before
-// the last reset, by which it chooses the next order; Bulirsch and Stoer's keeps its order.
+// Serialization of Boost.Odeint's multistep steppers, for snapshots. Odeint has no interface to
+// save and restore the history of such a stepper: it is in private members, and reset() clears only
+// a part of it. Adams' method keeps its table of differences, and the errors of other orders (some
+// of them from before the last reset), by which it chooses the next order. The method of Bulirsch
+// and Stoer keeps its order.
 //
-// They are reached by a rule of the language: names in the declaration of an explicit specialisation are not
-// subject to access control ([temp.spec.general] 6). A specialisation for each member takes the pointer to it
-// as its argument, and a friend function hands that out.
+// The private members are accessed by a rule of the language: names in the declaration of an
+// explicit specialisation are not subject to access control ([temp.spec.general] 6). A
+// specialisation for each member takes the pointer to it as its argument, and a friend function
+// returns that pointer.
 //
-// All this rests on the insides of the version of Boost that it was written for. Before another is let in,
-// read bulirsch_stoer_dense_out.hpp, controlled_adams_bashforth_moulton.hpp,
+// This depends on the internals of one version of Boost. Before allowing another version, check
+// bulirsch_stoer_dense_out.hpp, controlled_adams_bashforth_moulton.hpp,
 // adaptive_adams_bashforth_moulton.hpp and detail/adaptive_adams_coefficients.hpp for new members.
 #pragma once
 
@@ -29,7 +31,8 @@
 
 namespace freeplay {
 
-/// Step control on the greatest scaled error; a step is accepted when the proposal is not below 0.9 of it.
+/// Step control on the greatest scaled error; a step is accepted if the proposed step is at least
+/// 0.9 of it.
 struct AdamsAdjuster {
   double tolerance = 1e-8;
   double adjust_stepsize(std::size_t steps, double dt, std::vector<double>& error, const std::vector<double>&,
@@ -39,7 +42,7 @@ struct AdamsAdjuster {
     for (const double e : error) {
       const double share = std::abs(e) / tolerance;
       ratio = share < refused ? std::max(ratio, share) : refused;
-      if (!(share < refused)) break;  // one that is not finite refuses the step
+      if (!(share < refused)) break;  // a component that is not finite rejects the step
     }
     const double factor = 0.9 * std::pow(ratio, -1.0 / (static_cast<double>(steps) + 1));
     return dt * std::min(ratio <= 1 ? std::max(1.0, 0.9 * factor) : factor, 2.0);
@@ -61,7 +64,7 @@ constexpr auto member_of(const Key<Member>*) {
   return Member;
 }
 
-/// Makes pointer(Class_member{}) the pointer to that member.
+/// Defines pointer(Class_member{}) as the pointer to that member.
 #define FREEPLAY_REVEAL(Class, member)                                                                      \
   struct Class##_##member {};                                                                               \
   constexpr auto pointer(Class##_##member);                                                                 \
@@ -91,7 +94,8 @@ inline void require(bool fits) {
   if (!fits) throw MemoryError("the snapshot's integrator is of another size, or damaged");
 }
 
-/// Of a state of `size` components. What an unfinished table has not been given yet goes along as it is.
+/// For a state of `size` components. Unset entries of an unfinished table are serialized as they
+/// are.
 template <class M>
 void remember(M& m, AdamsStepper& stepper, std::size_t size) {
   auto& k = (stepper.*pointer(AdamsStepper_m_stepper{})).coeff();
@@ -102,10 +106,10 @@ void remember(M& m, AdamsStepper& stepper, std::size_t size) {
     require(k.m_eo >= 1 && k.m_eo <= order && k.m_steps_init >= 1 && k.m_steps_init <= order + 1 &&
             steps_alike <= order + 2);
   }
-  // Rotating buffers: read in their own order, wherever they begin.
+  // Rotating buffers: in their own order, wherever they begin.
   const auto vector = [&](auto& wrapped) {
-    // One that odeint has not yet sized goes as the zeros it will be: it sizes each but once, and one that is
-    // read into a stepper with a past must not shrink.
+    // A vector not yet sized by Odeint is serialized as zeros, its later content. Odeint sizes each
+    // vector only once, and a vector restored into a used stepper must not shrink.
     if (M::reading || !wrapped.m_v.empty()) {
       m(wrapped.m_v);
     } else {
@@ -123,16 +127,17 @@ void remember(M& m, AdamsStepper& stepper, std::size_t size) {
   numbers(k.g);
   numbers(k.*pointer(AdamsCoefficients_m_time_storage{}));
   numbers(k.*pointer(AdamsCoefficients_c{}));
-  // One of these is left over from the last step for which it was known: the order's choice reads it.
+  // One of these remains from the last step in which it was known; the choice of the order reads
+  // it.
   for (auto& error : stepper.*pointer(AdamsStepper_m_xerr{})) vector(error);
 }
 
-/// Of states like y. The table of the last step, from which it interpolates, does not survive.
+/// For states like y. The table of the last step, which interpolation uses, is not serialized.
 template <class M>
 void remember(M& m, BulirschStoerStepper& stepper, const std::vector<double>& y) {
   auto& x1 = stepper.*pointer(BulirschStoerStepper_m_x1{});
   auto& order = stepper.*pointer(BulirschStoerStepper_m_current_k_opt{});
-  bool begun = !x1.m_v.empty();  // else time and step are not set yet
+  bool begun = !x1.m_v.empty();  // otherwise time and step are not set yet
   m(begun, order);
   if constexpr (M::reading) {
     require(order >= 2 && order < BulirschStoerStepper::m_k_max);

@@ -1,6 +1,7 @@
-// Angles and distances at which tables and one-way forces have kinks: which piece each is on, and where in a step it first
-// leaves that. A table that is only sampled by a method's stages may be jumped over, pulses and all: so each is held to
-// its piece, on which it is a line, and every kink is an event, found like a contact's touch.
+// Phases: angles and distances at which tables and one-way forces have kinks. It keeps the present
+// piece of each, and finds the first crossing of a kink in a step. A method that samples a table
+// only at its stages may pass over whole pulses. Each table is therefore restricted to its present
+// piece, on which it is linear, and every kink is an event, located like a contact onset.
 #pragma once
 
 #include <optional>
@@ -15,7 +16,7 @@ class Phases {
  public:
   struct Crossing {
     int phase = -1;
-    bool up = false;  ///< the upper end of the piece is reached, else the lower
+    bool up = false;  ///< whether the upper end of the piece is reached, else the lower
     double t = 0;     ///< s
   };
 
@@ -29,8 +30,8 @@ class Phases {
   }
   bool any() const { return !pieces_.empty(); }
 
-  /// The first in a step from t0 to t1 from state x0 to x1 (q, v, ...) with these bounds, and before `before` (s).
-  /// `at`: the state at a time within it.
+  /// The first crossing in a step from t0 to t1 from state x0 to x1 (q, v, ...) with these bounds,
+  /// and before `before` (s). `at`: the state at a time within the step.
   template <class State, class At>
   Crossing first(const System& system, double t0, double t1, const State& x0, const State& x1,
                  const MotionBounds& bounds, double before, double& unseen, At at) const {
@@ -55,7 +56,8 @@ class Phases {
   }
   /// The pieces, for Reading::pieces.
   const Piece* pieces() const { return pieces_.data(); }
-  /// What is left of phase k's piece at a state, upwards or downwards, and its rate (rad, rad/s).
+  /// Distance to the end of phase k's piece at a state, upwards or downwards, and its rate (rad,
+  /// rad/s).
   template <class State>
   Watched rest(const System& system, int k, bool up, const State& x) const {
     const auto now = system.phase(k).at(x.data(), x.data() + system.n());

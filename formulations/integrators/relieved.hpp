@@ -1,8 +1,10 @@
-// An explicit method with an implicit one in reserve. A contact whose regularised friction is steep holds an explicit
-// method to steps of its own decay time, thousands to a contact, however smooth the motion; methods of high order
-// find no step there at all. When the explicit method fails, or when after many steps in one mode an implicit step
-// of twenty times their length passes the same control of errors, the implicit method goes on until the mode changes.
-// Where neither happens no digit is touched. A method of a fixed step is relieved only where it fails, or modes chatter.
+// Relieved<Method>: an explicit method with an implicit one in reserve. A contact with steep
+// regularised friction limits an explicit method to steps of the friction's decay time, thousands
+// per contact, even if the motion is smooth; methods of high order find no accepted step at all.
+// The implicit method takes over until the mode changes if the explicit method fails, or if after
+// many steps in one mode an implicit step of twenty times their length passes the same error
+// control. If neither happens, the results are those of the explicit method in every digit. A
+// method with a fixed step is relieved only if it fails or if modes chatter.
 #pragma once
 
 #include "formulations/integrators/methods.hpp"
@@ -13,7 +15,8 @@ namespace freeplay {
 template <class Method>
 class Relieved : public Method {
  public:
-  /// `first_probe`: steps in one mode before an implicit one is tried; 0: the explicit method stays alone.
+  /// `first_probe`: number of steps in one mode before an implicit one is tried; 0: only the
+  /// explicit method is used.
   Relieved(Method method, const ErrorNorm& norm, double first_step, long first_probe = 2000)
       : Method(std::move(method)),
         implicit_(norm, first_step),
@@ -26,17 +29,19 @@ class Relieved : public Method {
     Method::start(f, at, state);
     forget();
   }
-  /// The next step is at most this long.
+  /// Limits the length of the next step.
   void limit_step(double h) {
     limit_ = h;
     Method::limit_step(h);
   }
-  /// The right-hand side has another form from here on.
+  /// Called when the right-hand side has a different form from here on.
   void new_mode() {
-    if (stiff_) Method::limit_step(this->t - this->t_old);  // its past is of before
+    // its history belongs to the time before
+    if (stiff_) Method::limit_step(this->t - this->t_old);
     forget();
   }
-  /// The implicit method goes on from here: modes chatter, because no step of the explicit one is stable in them.
+  /// Switches to the implicit method: modes chatter, because no step of the explicit method is
+  /// stable in them.
   void relieve() {
     if (stiff_ || !affordable_) return;
     stiff_ = true;
@@ -70,14 +75,14 @@ class Relieved : public Method {
         limit_ = INFINITY;
         return true;
       }
-      if (Method::fixed_step || !affordable_) return false;  // what diverged is shown as what it is
+      if (Method::fixed_step || !affordable_) return false;  // a diverged result is shown as it is
       this->unshift();
       if (!finite(this->x) || !finite(this->dxdt)) {
         this->shift();
         return false;
       }
       relieve();
-      implicit_.limit(limit_);  // nothing is known yet of what has just begun
+      implicit_.limit(limit_);  // the new mode has no known step length yet
       by_implicit_ = true;
     }
     this->shift();
@@ -120,10 +125,10 @@ class Relieved : public Method {
 
  private:
   static constexpr double stiff_steps = 20;
-  /// Dense solves of more cost more than an explicit method's short steps.
+  /// Dense solves with more unknowns cost more than the short steps of an explicit method.
   static constexpr std::size_t most_unknowns = 400;
 
-  /// Before the first step, so that none allocates.
+  /// Called before the first step, so that no step allocates.
   template <class F>
   void make_room(F& f, std::size_t n) {
     affordable_ = first_probe_ > 0 && n <= most_unknowns;
@@ -143,11 +148,11 @@ class Relieved : public Method {
   }
   RosenbrockStep implicit_;
   bool stiff_ = false, affordable_;
-  bool by_implicit_ = false;  // the last step was: its mode may have ended since
+  bool by_implicit_ = false;  // the last step was implicit; its mode may have ended since
   long first_probe_;
   long steps_ = 0, counted_ = 0, probe_at_ = first_probe_;  // in this mode
-  double limit_ = INFINITY;                                 // s, asked of the next step
-  double since_ = 0;                                        // s, of the last probe or the mode's beginning
+  double limit_ = INFINITY;                                 // s, limit of the next step
+  double since_ = 0;  // s, time of the last probe or the beginning of the mode
   long reliefs_ = 0;
 };
 

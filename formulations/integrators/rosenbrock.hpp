@@ -1,5 +1,6 @@
-// The implicit method of the penalty formulation, for stiff contacts and strong damping: numerics/rosenbrock4
-// with the exact Jacobian of PenaltyDynamics::jacobian.
+// Rosenbrock: the implicit method of fourth order for stiff contacts and strong damping,
+// numerics/rosenbrock4 with the exact Jacobian of the right-hand side (for example
+// PenaltyDynamics::jacobian()). RosenbrockStep makes its steps, also for Relieved.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +11,7 @@
 
 namespace freeplay {
 
-/// Steps of it from the old state of a method to its new one.
+/// Rosenbrock steps from the old state of a method to its new state.
 class RosenbrockStep {
  public:
   RosenbrockStep(ErrorNorm norm, double first_step)
@@ -26,7 +27,8 @@ class RosenbrockStep {
   void begin() { dt_ = first_step_; }
   void limit(double h) { dt_ = std::min(dt_, h); }
 
-  /// One accepted step, not beyond t_end; `s` is shifted already. False when none is to be had.
+  /// Makes one accepted step, not beyond t_end; `s` is already shifted. Returns false if there is
+  /// none.
   template <class F>
   bool advance(F& f, MethodState& s, double t_end) {
     linearised_ = false;
@@ -44,7 +46,8 @@ class RosenbrockStep {
       if (s.vanishing(dt_, first_step_)) return false;
     }
   }
-  /// A step of length h, if its error is accepted; else only s.x and s.dxdt have been written to.
+  /// Makes a step of length h if its error is accepted; otherwise only s.x and s.dxdt are
+  /// overwritten.
   template <class F>
   bool attempt(F& f, MethodState& s, double h) {
     linearised_ = false;
@@ -52,7 +55,7 @@ class RosenbrockStep {
     end(f, s, s.t_old + h);
     return true;
   }
-  /// One step of length h from the old state, whose Jacobian is taken once.
+  /// Makes one step of length h from the old state, whose Jacobian is computed once.
   template <class F>
   void make(F& f, MethodState& s, double h) {
     struct Context {
@@ -82,19 +85,20 @@ class RosenbrockStep {
     s.t = t;
     f(s.x, s.dxdt, t);
   }
-  /// The Jacobian is of one step only.
+  /// The Jacobian belongs to one step only and is not serialized.
   template <class M>
   void remember(M& m) {
     m(dt_);
   }
 
  private:
-  /// Makes a step, sets the next one's length by its error, and says whether that is accepted.
+  /// Makes a step, sets the length of the next one by its error, and returns whether the error is
+  /// accepted.
   template <class F>
   bool control(F& f, MethodState& s, double h) {
     make(f, s, h);
     const double ratio = norm_.error(*this, s.x, s.dxdt, error_, h);
-    // The error estimate is of third order: it goes with h⁴.
+    // The error estimate is of third order, proportional to h⁴.
     dt_ = h * std::clamp(0.9 * std::pow(std::max(ratio, 1e-10), -0.25), 0.2, 5.0);
     return ratio <= 1;
   }
@@ -129,7 +133,7 @@ class Rosenbrock : public MethodState {
     step_.end(f, *this, to);
   }
   void interpolate(double at, Vector& out) const { hermite(at, out); }
-  /// The accelerations at the ends of a stiff step may be those of layers far shorter than it.
+  /// Accelerations at the ends of a stiff step may belong to layers far shorter than the step.
   void show(double at, std::size_t, Vector& out) const { hermite(at, out); }
   template <class M>
   void remember(M& m) {

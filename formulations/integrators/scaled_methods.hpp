@@ -1,5 +1,5 @@
-// Methods of Boost.Odeint that measure errors by one absolute number: they integrate in units of the error
-// scales.
+// Methods of Boost.Odeint whose error control uses a single absolute tolerance: extrapolation by
+// Bulirsch and Stoer, and the method of Adams. They integrate in units of the error scales.
 #pragma once
 
 #include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
@@ -9,12 +9,12 @@
 
 namespace freeplay {
 
-/// A right-hand side in units of its error scales, for odeint's methods that measure errors by one absolute
-/// number. Components without a scale are measured in units so large that their error never counts.
+/// ScaledSide: a right-hand side in units of its error scales. Components without a scale have
+/// units so large that their error never counts.
 class ScaledSide {
  public:
   explicit ScaledSide(ErrorNorm norm) : norm_(std::move(norm)) {}
-  /// Scales at a state: absolute_i + relative_i |x_i|.
+  /// Sets the scales at a state: absolute_i + relative_i |x_i|.
   void measure(const Vector& x) {
     constexpr double unmeasured = 1e9;
     scale_.assign(x.size(), unmeasured);
@@ -39,7 +39,7 @@ class ScaledSide {
   /// The derivative of the last evaluation, in the units of x.
   const Vector& last() const { return dxdt_; }
   double tolerance() const { return norm_.tolerance; }
-  /// The scales are of the last fresh start; the rest is room. `size`: of a state.
+  /// Only the scales of the last start are serialized. `size`: of a state.
   template <class M>
   void remember(M& m, std::size_t size) {
     m(scale_);
@@ -55,7 +55,8 @@ class ScaledSide {
   Vector scale_, x_, dxdt_;
 };
 
-/// Bulirsch and Stoer's extrapolation with dense output of the same order: an event lands on the interpolant.
+/// Bulirsch and Stoer's extrapolation with dense output of the same order. Events end on the
+/// interpolant.
 class BulirschStoer : public MethodState {
  public:
   static constexpr bool long_steps = true;
@@ -74,7 +75,7 @@ class BulirschStoer : public MethodState {
   }
   void limit_step(double h) {
     dt_ = std::min(dt_, h);
-    fresh_ = true;  // called after an event: the past is of another mode
+    fresh_ = true;  // called after an event: the history belongs to another mode
   }
   template <class F>
   void renew(F& f) {
@@ -111,7 +112,7 @@ class BulirschStoer : public MethodState {
     }
     t = stepper_.current_time();
     dt_ = std::max(stepper_.current_time_step(), t >= t_end ? wish_ : 0.0);
-    // Extrapolation ends where its sums of steps do: what is left of this one is no step.
+    // The sum of substeps may miss the end of the step by rounding; the rest is no step.
     if (std::abs(t - t_end) <= std::max(4e-16 * t_end, 1e-12 * (t_end - t_old))) t = t_end;
     side_.from_scaled(stepper_.current_state(), x);
     dxdt = side_.last();  // the step ends by evaluating at its end
@@ -129,8 +130,8 @@ class BulirschStoer : public MethodState {
     side_.from_scaled(y_, out);
   }
   void show(double at, std::size_t, Vector& out) const { interpolate(at, out); }
-  /// The interpolant is of high degree: how far it departs from the cubic is seen at seven places, and a polynomial of
-  /// degree 8 over a time h has rates of at most 128/h of its size (Markov).
+  /// The interpolant is of high degree. Its deviation from the cubic is evaluated at seven places;
+  /// the rate of a polynomial of degree 8 over a time h is at most 128/h times its size (Markov).
   void enclose(std::size_t n, MotionBounds& bounds) const {
     MethodState::enclose(n, bounds);
     const double h = t - t_old;
@@ -159,14 +160,15 @@ class BulirschStoer : public MethodState {
   }
 
  private:
-  /// A step too long for the constraints to be factorised on its way: odeint's control does not know NaN.
+  /// A step too long to factorise the constraints within it; the step control of Odeint does not
+  /// handle NaN.
   struct NotFinite : std::exception {};
   template <class F>
   bool attempt(const F& scaled) {
     try {
       stepper_.do_step(scaled);
       return true;
-    } catch (const std::exception&) {  // NotFinite, or odeint's way to say that no step is accepted
+    } catch (const std::exception&) {  // NotFinite, or Odeint's exception if no step is accepted
       return false;
     }
   }
@@ -178,9 +180,9 @@ class BulirschStoer : public MethodState {
   mutable Vector y_, middle_, apart_;
 };
 
-/// Adams, Bashforth and Moulton's predictor and corrector of variable order (up to 8) and step; Hermite's
-/// cubic between steps. An event is landed on by one step of Fehlberg's 7(8), since the past is of no use
-/// behind it anyway.
+/// The predictor-corrector method of Adams, Bashforth and Moulton with variable order (up to 8) and
+/// step; cubic Hermite interpolation between steps. A step to an event is made by Fehlberg's 7(8),
+/// because the history is discarded there anyway.
 class Adams : public MethodState {
  public:
   static constexpr bool cubic = true;
@@ -200,8 +202,8 @@ class Adams : public MethodState {
     f(x, dxdt, t);
   }
   void limit_step(double h) {
-    // A restart is of first order: it needs a step far shorter than the one of high order before it. Several contacts
-    // that close at once ask for one restart.
+    // A restart is of first order and needs a step far shorter than the previous one of high order.
+    // Several contacts that close simultaneously cause only one restart.
     dt_ = std::min({cut_short_ ? dt_ : 1e-2 * dt_, h, first_step_});
     fresh_ = cut_short_ = true;
   }
@@ -228,10 +230,10 @@ class Adams : public MethodState {
     if (cut) dt_ = t_end - t;
     while (stepper_.try_step(scaled, y_, t, y_new_, dt_) != boost::numeric::odeint::success) {
       ++rejected;
-      cut = false;  // a shorter one ends where it does
+      cut = false;  // a shorter step ends before t_end
       dt_ = std::min(dt_, t_end - t);
       if (vanishing(dt_, first_step_)) {
-        dt_ = wish;  // of where no step is taken, the next stretch is not to begin with it
+        dt_ = wish;  // a failed step does not determine the next step length
         return false;
       }
     }

@@ -28,18 +28,20 @@ double greatest_speed(const System& system, const double* v) {
 
 namespace {
 
-/// What a load or a drive accelerates a body by (m/s²), and the time (s) within which it turns round: infinite where it may last.
+/// Acceleration of a body by a load or a drive (m/s²), and the time (s) within which the force
+/// reverses: infinite if it may last.
 struct Push {
   double acceleration = 0, time = INFINITY;
-  /// m/s: the speed that it gives within `length` (m).
+  /// m/s: the speed gained within `length` (m).
   double speed(double length) const {
     const double within = std::sqrt(acceleration * length);
     return std::isfinite(time) ? std::min(within, acceleration * time) : within;
   }
 };
 
-/// A course against time without mean gives a mass no more speed than its greatest impulse, max |∫ y dt|, does: that over
-/// max |y|, 2/ω of a sine (s). Infinite for all others.
+/// A force against time without mean gives a mass at most the speed of its greatest impulse, max |∫
+/// y dt|. This time (s) is that impulse over max |y|, 2/ω for a sine; infinite for all other
+/// courses.
 double turning_time(const Piecewise& course) {
   const double period = course.period() > 0      ? course.period()
                         : course.knots().empty() ? course.variation(0)
@@ -57,12 +59,13 @@ Piecewise course_of(const TorqueCurveDrive& drive, const Mechanism& mechanism) {
   return mechanism.curves[static_cast<std::size_t>(drive.curve)].lay();
 }
 
-/// Of what loads and torques give the bodies at the start, and drives at their greatest; angles at `arm` (m).
+/// Accelerations of the bodies by loads and torques at the start, and by the greatest forces of
+/// drives; angles at `arm` (m).
 std::vector<Push> pushes(const Mechanism& mechanism, const System& system, const State& start, double arm) {
   std::vector<Push> list;
   const auto n = static_cast<std::size_t>(system.n());
-  std::vector<double> turning(n, 0),
-      longest(n, 0);  // N or N m by drives that turn round; s, the longest of them
+  // N or N m of drives that reverse; s, the longest reversal time of them
+  std::vector<double> turning(n, 0), longest(n, 0);
   for (const auto& drive : mechanism.drives)
     if (const auto* d = std::get_if<TorqueDrive>(&drive))
       for (const int body : bodies_of(mechanism.joints[d->joint]))
@@ -105,13 +108,13 @@ std::vector<Push> pushes(const Mechanism& mechanism, const System& system, const
                     force <= turning[i] ? longest[i] : INFINITY});
   }
   std::erase_if(list, [](const Push& push) { return std::isnan(push.acceleration); });
-  // Without mass no speed is known.
+  // Without mass, no speed is known.
   if (std::ranges::any_of(list, [](const Push& push) { return std::isinf(push.acceleration); })) list.clear();
   return list;
 }
 
-/// m: the shortest length that a force changes over against a place, angles at `arm`: between two kinks of it, or 1/ω of a sine.
-/// Infinite where none does.
+/// m: the shortest length over which a force changes with position, angles at `arm`: between two
+/// kinks, or 1/ω of a sine. Infinite if there is none.
 double feature_length(const System& system, const State& start, double arm) {
   double least = INFINITY;
   const auto consider = [&](const Phase& phase, double length) {
@@ -154,10 +157,11 @@ Scales make_scales(const Mechanism& mechanism, const System& system, const State
         drive);
   omega = std::max(omega, along / arm);
   s.speed = std::max({s.length * omega, std::sqrt(mechanism.gravity.norm() * s.length), 1e-3 * s.length});
-  double pace = s.speed;  // m/s, of the time scale
+  double pace = s.speed;  // m/s, for the time scale
   if (omega == 0 && mechanism.gravity.is_zero()) {
     s.guessed = true;
-    // What moves within features of its forces may be as much slower. Below 1e-4 of the length rounding of places would decide.
+    // A motion within features of its forces may be slower in proportion. Below 1e-4 of the length,
+    // rounding of positions would dominate.
     const double within = std::clamp(feature_length(system, start, arm), 1e-4 * s.length, s.length);
     const double fastest = greatest_speed(system, start.v.data());
     s.speed = std::max(1e-3 * within, fastest);

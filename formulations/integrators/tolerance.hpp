@@ -1,14 +1,16 @@
-// The scales that errors are measured by. With ℓ the smallest clearance (without contacts the longest arm), L
-// the longest arm, and V the greatest of ℓΩ (drives), √(gℓ) (gravity) and 10⁻³ ℓ/s; where neither drives nor gravity set
-// a pace, the greatest of a body at the start against what it may touch and of what loads and drives give a body of mass m
-// within ℓ, √(F ℓ/m), or by their greatest impulse, max |∫ F dt|/m, where they act against time without mean:
+// Scales of the accepted errors. ℓ is the smallest clearance (without contacts the longest arm), L
+// the longest arm, and V the greatest of ℓΩ (drives), √(gℓ) (gravity) and 10⁻³ ℓ/s. If neither
+// drives nor gravity set a speed, V is the greatest initial speed of a body relative to the bodies
+// that it may contact, or the greatest speed that loads and drives give a body of mass m within ℓ:
+// √(F ℓ/m) or, for drives against time without mean, their greatest impulse max |∫ F dt|/m. The
+// scales are
 //
 //     positions ℓ,    angles ℓ/L,    velocities V + |v|,    angular velocities V/L + |ω|.
 //
-// First-order states of elements have scales of their own (System::state_scale).
+// First-order states of elements have their own scales (System::state_scale).
 //
-// The floor of a contact's v₀ is 10⁻³ V unless the scene gives one: a contact that begins at rest has no
-// approach speed to scale its damping with.
+// The lower limit of a contact's v₀ is 10⁻³ V unless the scene gives one: a contact that begins at
+// rest has no approach speed for its damping.
 #pragma once
 
 #include "formulations/integrators/methods.hpp"
@@ -24,14 +26,16 @@ struct Scales {
   double angle = 1;          ///< ℓ/L, rad
   double speed = 1;          ///< V, m/s
   double angular_speed = 1;  ///< V/L, rad/s
-  double fastest = 1;  ///< m/s, that bodies move with: V by the arm instead of the clearance, or of the start
-  /// s, in which the fastest component changes: 1/Ω of drives, without one ℓ/V; |ẏ|/|ÿ| of prescribed motions, by the
-  /// greatest of each (1/ω of a sine).
+  /// m/s, speed of the bodies: V with the arm instead of the clearance, or the initial speed
+  double fastest = 1;
+  /// s, in which the fastest component changes: 1/Ω of drives, without drives ℓ/V; |ẏ|/|ÿ| of
+  /// prescribed motions, from the greatest of each (1/ω of a sine).
   double time = 1;
-  bool guessed = false;  ///< neither drives nor gravity set a pace: V and time are of the start alone
+  /// neither drives nor gravity set a speed: V and time depend on the initial state and loads only
+  bool guessed = false;
 };
 
-/// Accepted errors of [q, v]; what follows in an integrated vector is carried along without control.
+/// Accepted errors of [q, v]; further components of an integrated vector have no error control.
 ErrorNorm motion_norm(const System& system, const Scales& scales, double tolerance);
 
 /// Adds the elements' first-order states, from place `offset` of the integrated vector.
@@ -39,7 +43,8 @@ void add_states(ErrorNorm& norm, const System& system, int offset);
 
 Scales make_scales(const Mechanism& mechanism, const System& system, const State& start);
 
-/// Of bodies against what they may touch (m/s), their turning at the longest arm.
+/// Greatest speed (m/s) of bodies relative to the bodies that they may contact; rotation counts at
+/// the longest arm.
 double greatest_speed(const System& system, const double* v);
 
 }  // namespace freeplay

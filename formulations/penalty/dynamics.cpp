@@ -12,8 +12,8 @@ namespace freeplay {
 
 namespace {
 
-/// One place per contact, so that a bristle is found by its contact; contacts without friction leave theirs
-/// at zero.
+/// One bristle state per contact, so that its index is that of the contact; it stays zero for
+/// contacts without friction.
 int count_bristles(const std::vector<PenaltyContact>& contacts) {
   const bool any = std::ranges::any_of(
       contacts, [](const PenaltyContact& c) { return c.friction && c.friction->has_state(); });
@@ -90,7 +90,7 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
   }
   for (int k = 0, reactive = 0; k < system_.frictions(); ++k) {
     const auto& facts = system_.friction_facts(k);
-    if (facts.reaction) {  // behind the reactions
+    if (facts.reaction) {  // added after the reactions
       auto& c = terms.coupled[static_cast<std::size_t>(reactive++)];
       system_.friction(k, q, v, e, c.row);
       c.u = c.row.dot(v);
@@ -121,7 +121,7 @@ void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   if (saddle_.factor(e.G.data()))
     saddle_.solve(e.force.data(), terms_.r.data(), a, lambda_.data());
   else
-    std::fill(a, a + n, __builtin_nan(""));  // refused by the step control
+    std::fill(a, a + n, __builtin_nan(""));  // the step is rejected
   if (!saddle_.converged()) std::fill(a, a + n, __builtin_nan(""));
   singular_ = singular_ || saddle_.singular();
   if (coupled_.size() > 0 && !add_coupled(a)) std::fill(a, a + n, __builtin_nan(""));
@@ -144,7 +144,7 @@ void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   }
 }
 
-/// Of r: what γ, Baumgarte's 2αΦ̇ and β²Φ are summed from, in units of their last digits (m/s², rad/s²).
+/// Rounding error of r: of the terms of γ, Baumgarte's 2αΦ̇ and β²Φ (m/s², rad/s²).
 double PenaltyDynamics::rounding_of_rows(const double* q, const double* v) const {
   const auto& p = system_.pattern();
   double fastest = 0, most = 0;  // rad/s
@@ -161,9 +161,10 @@ double PenaltyDynamics::rounding_of_rows(const double* q, const double* v) const
   return 16 * std::numeric_limits<double>::epsilon() * most;
 }
 
-/// Friction that the reactions bound: added to a, λ and the loss. False where there is none, or several.
+/// Adds the friction that the reactions bound to a, λ and the loss. Returns false if there is no
+/// solution, or several.
 bool PenaltyDynamics::add_coupled(double* a) {
-  if (!std::isfinite(a[0])) return true;  // a stage after one that failed
+  if (!std::isfinite(a[0])) return true;  // a stage after a failed one
   trouble_ = nullptr;
   if (saddle_.singular() && !facts_.redundant) {
     trouble_ =
@@ -228,14 +229,15 @@ void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfd
     evaluate(d.state.data(), d.state.data() + n, d.state.data() + 2 * n, d.state.data() + 2 * n + bristles_,
              time, terms);
 
-    // Friction that the reactions bound, at fixed S: what follows S is added to each direction below.
+    // Friction that the reactions bound, at fixed S. The change with S is added to each direction
+    // below.
     for (int k = 0; k < coupled_.size(); ++k) {
       auto& c = terms.coupled[static_cast<std::size_t>(k)];
       c.factor = -coupled_.support(k) * c.factor;  // now the force
       c.row.add_to(terms.e.force.data(), c.factor);
     }
 
-    // What the slopes leave of M a + Gᵀλ = F and G a = r.
+    // Residuals of the derivatives of M a + Gᵀλ = F and G a = r at fixed a and λ.
     for (int i = 0; i < n; ++i) d.reaction[i] = 0;
     add_transposed(system_.pattern(), terms.e.G.data(), lambda_.data(), d.reaction.data());
     for (int i = 0; i < n; ++i) d.reaction[i] = terms.e.force[i] - d.reaction[i];

@@ -1,12 +1,14 @@
-// The right-hand side of the penalty formulation. Contact forces enter the index-1 equations of motion with
-// Baumgarte's stabilisation (Comput. Methods Appl. Mech. Eng. 1 (1972) 1):
+// PenaltyDynamics: the right-hand side of the penalty formulation. Contact forces enter the index-1
+// equations of motion with Baumgarte's stabilisation (Comput. Methods Appl. Mech. Eng. 1 (1972) 1):
 //
 //     M v̇ + Gᵀλ = f + Σ W_N F_N + W_T F_T,       G v̇ = γ − 2α(Gv + Φ_t) − β²Φ.
 //
-// The integrated vector is x = [q, v, (P_N, P_T) of each contact, bristles (LuGre), first-order states of
-// elements, work integrals]. A contact is either open or closed for the whole of a step: an open one exerts
-// no force however the trial state lies, so each mode's right-hand side is smooth and an event is a root of
-// a smooth function.
+// The integrated vector is x = [q, v, (P_N, P_T) of each contact, bristles (LuGre), first-order
+// states of elements, work integrals]. A contact is either open or closed during a whole step. An
+// open contact exerts no force at any trial state, so the right-hand side of each mode is smooth,
+// and an event is a root of a smooth function.
+//
+// It owns the contacts with their laws and modes, the saddle point and the pieces of tables.
 #pragma once
 
 #include <memory>
@@ -24,8 +26,8 @@
 
 namespace freeplay {
 
-/// What the state alone decides, before the reactions are solved for; T is double, or Gradient for
-/// derivatives. Forces are in e.force.
+/// Quantities that depend on the state alone and are evaluated before the reactions; T is double,
+/// or Gradient for derivatives. Forces are in e.force.
 template <class T>
 struct PenaltyTerms {
   EvaluationOf<T> e;
@@ -35,7 +37,8 @@ struct PenaltyTerms {
   std::vector<T> bristle_rate, flow;
   std::vector<T> rate, r;  ///< G v + Φ_t and the right-hand side of G v̇ = r
   T contact_work = 0, friction_loss = 0, film_loss = 0;
-  /// Of friction that its joint's reaction bounds, f = −factor·S(λ): its row, factor and sliding speed.
+  /// Friction that its joint's reaction bounds, f = −factor·S(λ): its row, factor and sliding
+  /// speed.
   struct Coupled {
     SparseRowOf<T> row;
     T factor = 0, u = 0;
@@ -52,14 +55,18 @@ struct PenaltyTerms {
         coupled(system.reactive_frictions().size()) {}
 };
 
-/// What a contact's forces depend on beside the state.
+/// Data besides the state on which the force of a contact depends.
 struct PenaltyMode {
   bool closed = false;
-  int zone = 0;         ///< of the friction law, while closed
-  double v0 = 1;        ///< m/s: δ̇ at first touch of the present contact, or of its last blow
-  bool struck = false;  ///< a blow lasts that is harder than v₀: its w stands for v₀ (see contact_law.hpp)
-  double mass = 1;      ///< kg, that the blow meets
-  bool eased = false;   ///< it was laid down, or has been let go since its touch: a blow is another than that
+  int zone = 0;   ///< of the friction law, while closed
+  double v0 = 1;  ///< m/s: δ̇ at the onset of the present contact, or w of its last impact
+  /// an impact on the closed contact with a greater speed than v₀ is in progress: w takes the place
+  /// of v₀ (see contact_law.hpp)
+  bool struck = false;
+  double mass = 1;  ///< kg, effective mass of that impact
+  /// closed without an impact, or has expanded since its onset: a further compression is a new
+  /// impact
+  bool eased = false;
 
   template <class M>
   void remember(M& m) {
@@ -67,7 +74,7 @@ struct PenaltyMode {
   }
 };
 
-/// One contact as the penalty formulation carries it.
+/// One contact of the penalty formulation.
 struct PenaltyContact : PenaltyMode {
   ContactForce law;
   std::optional<FrictionForce> friction;
@@ -85,67 +92,71 @@ struct PenaltyContact : PenaltyMode {
 class PenaltyDynamics {
  public:
   using Vector = std::vector<double>;
-  /// contact_work: done on contacts that dissipate. Their loss is this less what they store, two functions of the state: in a
-  /// loop ∫ (F − F_el) δ̇ dt would go on where F is clamped at zero and nothing that is integrated with care changes.
+  /// contact_work: work done on dissipative contacts. Their loss is this work less their stored
+  /// energy, both functions of the state. The integral ∫ (F − F_el) δ̇ dt would continue to change
+  /// where F is clamped at zero, without any error-controlled component changing.
   enum Integral { drive, load, damping, contact_work, friction_loss, film_loss, stabilisation, integrals };
 
-  /// `facts`: of the constraint rows.
+  /// `facts`: facts of the constraint rows.
   PenaltyDynamics(const System& system, const PenaltyOptions& options, std::vector<PenaltyContact> contacts,
                   RowFacts facts);
 
   /// dx/dt for odeint.
   void operator()(const Vector& x, Vector& dxdt, double t);
-  /// ∂(dx/dt)/∂x (column-major, size() × size()) and ∂(dx/dt)/∂t at a state, exact to rounding: the
-  /// derivatives of the equations of motion
+  /// ∂(dx/dt)/∂x (column-major, size() × size()) and ∂(dx/dt)/∂t at a state, exact to rounding. The
+  /// derivatives of the equations of motion satisfy
   ///
-  ///     M v̇ + Gᵀλ = F,   G v̇ = r     obey     M dv̇ + Gᵀdλ = dF − dGᵀ λ,   G dv̇ = dr − dG v̇.
+  ///     M v̇ + Gᵀλ = F,   G v̇ = r     ⇒     M dv̇ + Gᵀdλ = dF − dGᵀ λ,   G dv̇ = dr − dG v̇.
   void jacobian(const Vector& x, double t, double* J, double* dfdt);
-  /// Makes what jacobian() works in, which it else makes when first called.
+  /// Allocates the work space of jacobian(), which otherwise does so at its first call.
   void reserve_jacobian();
 
   int size() const { return integral_offset() + integrals; }
   int impulse_offset() const { return 2 * system_.n(); }
   int bristle_offset() const { return impulse_offset() + 2 * system_.contacts(); }
-  /// Bristle states, one per contact with LuGre's law, else none.
+  /// Number of bristle states: one per contact with LuGre's law, else none.
   int bristles() const { return bristles_; }
   int state_offset() const { return bristle_offset() + bristles_; }
   int integral_offset() const { return state_offset() + system_.states(); }
 
-  /// Contact k at x, wherever that is.
+  /// Evaluates contact k at any state x.
   const ContactRow& contact_row(int k, const Vector& x, double t);
-  /// The same without the constraint rows, of a state in which nothing but the contact's own bodies need be right.
+  /// The same without the constraint rows; only the state of the contact's own bodies has to be
+  /// valid.
   const ContactRow& row_alone(int k, const Vector& x);
-  /// @name All contacts at one state, which is placed once
+  /// @name All contacts at one state, which is evaluated once
   ///@{
   void place_end(const Vector& x, double t) { system_.place(t, x.data(), end_); }
   /// Contact k at the x of the last place_end().
   const ContactRow& end_row(int k, const Vector& x);
-  /// How its gap may bend within a step that ends there.
+  /// Bounds of the motion of its gap within a step that ends there.
   GapMotion gap_motion(int k, const MotionBounds& bounds, const Vector& x) const {
     return system_.gap_motion(k, bounds, x.data(), end_);
   }
   ///@}
-  /// Mass that an impact at contact k meets, 1/(W_Nᵀ A W_N) with the constraints kept, at the state of row().
+  /// Effective mass of an impact at contact k, 1/(W_Nᵀ A W_N) with the constraints kept, at the
+  /// state of contact_row().
   double effective_mass(const ContactRow& row);
-  /// Stored in closed contacts (J): in all, and in those that dissipate.
+  /// Energy stored in closed contacts (J): in all, and in those that dissipate.
   struct Stored {
     double all = 0, dissipative = 0;
   };
   Stored elastic_energy(const Vector& x, double t);
 
-  /// Moves x onto Φ = 0 and G v + Φ_t = 0 by the least mass-weighted change, and books what that does to the
-  /// energy.
+  /// Projects x onto Φ = 0 and G v + Φ_t = 0 by the least mass-weighted change, and records the
+  /// change of energy.
   void project(Vector& x, double t);
   bool projects() const { return projects_; }
 
-  /// Another one of the same scene, all contacts open: to look without touching this one's memory.
+  /// Makes a second object for the same scene with all contacts open, which can evaluate without
+  /// changing the state of this one.
   std::unique_ptr<PenaltyDynamics> twin() const {
     auto other = std::make_unique<PenaltyDynamics>(system_, options_, contacts_, facts_);
     for (auto& c : other->contacts_) c.closed = false;
     other->phases = phases;
     return other;
   }
-  /// Forces and accelerations at x in the present mode; dxdt is scratch.
+  /// Forces and accelerations at x in the present mode; dxdt is work space.
   void report(const Vector& x, double t, Vector& dxdt, Forces& out);
   /// Adds the impulses of the last project() at x.
   void report_projection(const Vector& x, Forces& out) const;
@@ -157,17 +168,18 @@ class PenaltyDynamics {
   const std::vector<PenaltyContact>& contacts() const { return contacts_; }
   const Evaluation& evaluation() const { return terms_.e; }
   bool singular() const { return singular_; }
-  /// Why friction that reactions bound has no force at the last evaluation; nullptr where it has.
+  /// The reason why friction bounded by reactions has no force at the last evaluation; nullptr if
+  /// it has.
   const char* trouble() const { return trouble_; }
-  /// Greatest residual of its equations in the run, over the greatest bound.
+  /// Greatest residual of the equations of this friction in the run, over the greatest bound.
   double friction_residual() const { return friction_residual_; }
-  /// 1/s, the fastest of Baumgarte's terms.
+  /// 1/s, the fastest rate of Baumgarte's terms.
   double pull() const { return std::max(two_alpha_, std::sqrt(beta_squared_)); }
   double nearest_singular() const { return saddle_.nearest_singular(); }
   Work work;
-  Phases phases;  ///< the pieces of torque tables that the present mode is held to
-  /// s: the next knot of a table against time. A stage at the step's end may come to lie a rounding beyond it, on a slope of
-  /// 1e13 N m/s.
+  Phases phases;  ///< the pieces of torque tables in the present mode
+  /// s: the next knot of a table against time. A stage at the end of a step may be a rounding error
+  /// beyond it, on a slope of 1e13 N m/s.
   double knot = INFINITY;
 
   template <class M>
@@ -189,18 +201,20 @@ class PenaltyDynamics {
   SaddlePoint saddle_;
   PenaltyTerms<double> terms_;
   Evaluation probe_, end_;  // of contact_row() and of place_end()
-  ContactRow row_;          // the last one asked for by contact_row()
+  ContactRow row_;          // the result of the last contact_row()
   std::vector<double> lambda_, r_, scratch_;
-  std::vector<double> impulse_;  // of the rows, in project() and effective_mass(); lambda_: reactions
-  struct Tangent {               // of jacobian()
+  // of the rows, in project() and effective_mass(); lambda_: reactions
+  std::vector<double> impulse_;
+  struct Tangent {  // work space of jacobian()
     PenaltyTerms<Gradient> terms;
     std::vector<Gradient> state, reaction;
     std::vector<double> slope, force, r, a, lambda, acceleration, friction;
   };
-  std::unique_ptr<Tangent> tangent_;  // made when first asked for
+  std::unique_ptr<Tangent> tangent_;  // made at first use
   bool singular_ = false;
   CoupledFriction coupled_;
-  Vector coupled_a_, coupled_lambda_;  // responses to a unit of each friction, one after the other
+  // responses to a unit of each friction force, one after the other
+  Vector coupled_a_, coupled_lambda_;
   const char* trouble_ = nullptr;
   double friction_residual_ = 0;
 

@@ -68,7 +68,8 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
           "DOUBTFUL: in one fixed step a torque's table changed an acceleration by {:.2g} of the speed: its pulse is not "
           "resolved; take a shorter penalty.step, or an integrator with a tolerance",
           stepper_.pulse()));
-    // A sine in n steps of fourth order has its integral to (2π/n)⁴/2880, 1e-4 for n = 8, half of what curves ask for.
+    // A sine in n steps per period of fourth order has a relative error of its integral of
+    // (2π/n)⁴/2880, 1e-4 for n = 8, half the number that curves require.
     if (stepper_.coarse() > 2)
       notes.push_back(fmt::format(
           "DOUBTFUL: penalty.step is {:.2g} times as long as a curve of the scene asks for; take {:.1g} s, or an "
@@ -99,7 +100,7 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
   }
 
  private:
-  /// Where a law was asked for something outside what it can do.
+  /// Notes about requests outside the range of a contact law.
   void law_notes(std::vector<std::string>& notes) const {
     if (const auto& own = scene_.penalty.own) {
       notes.push_back(fmt::format("normal forces are those of {} (digest {}), not of penalty.contact",
@@ -134,8 +135,8 @@ class Penalty final : public Marched<PenaltyStepper<Method>> {
   const Scene& scene_;
 };
 
-/// Whether a drive or load follows a curve, a motor or a governor. A method of high order may meet such a motion in steps
-/// that are far too long for its work.
+/// Whether a drive or load follows a curve, a motor or a governor. A method of high order may take
+/// steps through such a motion that are far too long for its work integrals.
 bool follows_curves(const Mechanism& m) {
   const auto plain = [](const Drive& d) {
     return std::holds_alternative<SpeedDrive>(d) || std::holds_alternative<TorqueDrive>(d);
@@ -151,19 +152,20 @@ bool follows_curves(const Mechanism& m) {
   return !std::ranges::all_of(m.drives, plain) || std::ranges::any_of(m.loads, scaled);
 }
 
-/// Scales of the integrated vector; impulses and work integrals have none and are carried along, but for the works of
-/// drives and loads where curves say what they do: those by the kinetic energy at the fastest speed, and themselves. (By the
-/// speed across a clearance of micrometres, rounding alone would shorten the steps of free flight to nanoseconds.)
+/// Scales of the integrated vector. Impulses and work integrals have no error control, except the
+/// works of drives and loads if they follow curves: their scale is the kinetic energy at the
+/// greatest speed, and their own value. (With the speed across a clearance of micrometres, rounding
+/// would shorten the steps of free flight to nanoseconds.)
 ErrorNorm make_norm(const System& system, const Scales& s, const PenaltyOptions& options,
                     const Mechanism& mechanism) {
   ErrorNorm norm = motion_norm(system, s, options.tolerance);
   const int n = system.n();
-  // Places for bristles are there when some contact has them, as count_bristles() has it.
+  // Bristle states exist for all contacts if some contact has them, as in count_bristles().
   bool bristles = false;
   for (int k = 0; k < system.contacts(); ++k) bristles |= system.has_friction(k);
   bristles &= facts_of(options.friction).bristle;
   if (bristles) {
-    // Bristles: deflections of the order 1/σ₀ behind the impulses, which are carried along.
+    // Bristles: deflections of the order 1/σ₀, after the impulses, which have no error control.
     norm.absolute.resize(2 * n + 2 * system.contacts(), INFINITY);
     norm.absolute.resize(norm.absolute.size() + system.contacts(), 1 / options.bristle_stiffness);
     norm.relative.resize(norm.absolute.size(), 0);

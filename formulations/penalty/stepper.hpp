@@ -1,6 +1,9 @@
-// One step of the penalty formulation: a step of the method in the present mode, then a search for contact
-// events within it. If there is one, the step is made again to end exactly at the first, and the mode changes
-// there.
+// PenaltyStepper: steps of the penalty formulation. A step of the integration method in the present
+// mode is followed by a search for contact events within it (stepper_search.hpp). If there is one,
+// the step is repeated to end exactly at the first event, and the mode changes there
+// (stepper_modes.hpp).
+//
+// It owns the dynamics, the method, the marks of all contacts and the diagnostics of the run.
 #pragma once
 
 #include <fmt/format.h>
@@ -28,7 +31,7 @@ namespace freeplay {
 template <class Method>
 class PenaltyStepper {
  public:
-  /// `pace`: s, in which something happens (Scales::time).
+  /// `pace`: characteristic time of the scene (s), Scales::time.
   PenaltyStepper(PenaltyDynamics dynamics, Method method, double v0_floor, double pace)
       : f_(std::move(dynamics)), method_(std::move(method)), v0_floor_(v0_floor), pace_(pace) {
     const int contacts = f_.system().contacts();
@@ -61,7 +64,7 @@ class PenaltyStepper {
     find_unloaded();
     for (int k = 0; k < f_.system().contacts(); ++k)
       if (watched(k, mark_[k].at).value < 0 || (mark_[k].at.gap == 0 && mark_[k].at.rate < 0)) close(k);
-    // What contacts that are pressed at the start have stored is no work of this run.
+    // Energy stored in contacts that are compressed at the start is not work of this run.
     method_.x[f_.integral_offset() + PenaltyDynamics::contact_work] =
         f_.elastic_energy(method_.x, state.t).dissipative;
   }
@@ -119,9 +122,9 @@ class PenaltyStepper {
   bool step(double t_end) {
     if (watching_) keep_modes();
     const double run_end = t_end;
-    // A table's knots are stops: no step crosses a kink of the torque, or misses a pulse.
+    // Knots of tables end steps, so that no step crosses a kink of a torque or misses a pulse.
     const double knot = f_.knot = f_.system().next_knot(method_.t);
-    // What a prescribed acceleration jumps to at the knot is the next step's.
+    // A jump of a prescribed acceleration at the knot belongs to the next step.
     if (f_.system().has_motions()) f_.knot = std::nextafter(knot, method_.t);
     if (restart_) method_.renew(f_);
     restart_ = false;
@@ -197,7 +200,7 @@ class PenaltyStepper {
       restart_ = true;
     }
     stalled_ = method_.t > method_.t_old ? 0 : stalled_ + 1;
-    if (first.found() && ++paced_ == 5000) {  // events that take next to no time each are no motion
+    if (first.found() && ++paced_ == 5000) {  // many events in a negligible time are no motion
       if (method_.t - paced_since_ < 1e-9 * ahead(run_end)) stalled_ = most_stalled();
       paced_ = 0;
       paced_since_ = method_.t;
@@ -229,29 +232,31 @@ class PenaltyStepper {
   }
 
   const PenaltyDynamics& dynamics() const { return f_; }
-  /// How often an implicit step took over from the chosen method.
+  /// How often an implicit step replaced the chosen method.
   long reliefs() const { return method_.reliefs(); }
-  /// How deep, over its clearance, a contact may have been between places where it was looked at; 0: proved apart.
+  /// Greatest possible depth of an undetected contact between the evaluated times, over its
+  /// clearance; 0: excluded.
   double unseen() const { return unseen_; }
-  /// Greatest share of an argument's greatest speed that the change of its acceleration in one step made (fixed steps, tables).
+  /// Greatest change of a speed by the change of its acceleration in one step, over the greatest
+  /// speed (fixed steps, tables).
   double pulse() const {
     double most = 0;
     for (const auto& p : pulses_) most = std::max(most, p.change > 0 ? p.change / p.speed : 0);
     return most;
   }
-  /// What fixed steps lose of the impulses of contacts that few of them follow: a half sine in n steps of fourth order loses
-  /// (π/n)⁴/120, 4e-5 in 12.
+  /// Error of fixed steps in the impulses of short contacts: a half sine in n steps of fourth order
+  /// has a relative error of (π/n)⁴/120, 4e-5 for n = 12.
   struct ShortContact {
-    double lost = 0;      ///< m/s, of the one that loses most
-    double duration = 0;  ///< s, of the same
-    double greatest = 0;  ///< m/s, change of speed by a contact
+    double lost = 0;      ///< m/s, the greatest error as a speed
+    double duration = 0;  ///< s, duration of that contact
+    double greatest = 0;  ///< m/s, greatest speed change by a contact
     template <class M>
     void remember(M& m) {
       m(lost, duration, greatest);
     }
   };
   const ShortContact& short_contact() const { return short_; }
-  /// Greatest length of a fixed step over that which the curves that it reads ask for.
+  /// Greatest length of a fixed step over the limit by the curves that it reads.
   double coarse() const { return coarse_; }
   EnergyLedger integrals() {
     const double* w = method_.x.data() + f_.integral_offset();
@@ -267,7 +272,7 @@ class PenaltyStepper {
     l.stabilisation = w[PenaltyDynamics::stabilisation];
     return l;
   }
-  /// J, of drives and of loads.
+  /// J, work of drives and of loads.
   std::array<double, 2> outside_work() const {
     const double* w = method_.x.data() + f_.integral_offset();
     return {w[PenaltyDynamics::drive], w[PenaltyDynamics::load]};
@@ -280,25 +285,26 @@ class PenaltyStepper {
     probe_ = f_.twin();
     nothing_ = within_ = at_ = f_.system().make_forces();
   }
-  /// The modes that the coming step is made in.
+  /// Copies the modes of the next step.
   void keep_modes() {
     for (std::size_t k = 0; k < was_.size(); ++k) was_[k] = f_.contacts()[k].mode();
     was_phases_ = f_.phases;
   }
-  /// After another hundred thousand steps: whether the run would never end. While a contact lasts without
-  /// any event, only stability keeps the steps so short, and a hundred million more of them are too many.
+  /// Called after another hundred thousand steps: whether the run would never end. While a contact
+  /// lasts without any event, only stability requires such short steps, and a hundred million of
+  /// them are too many.
   bool creep(double run_end);
-  /// s: what progress is judged by, the rest of the run or a thousand times the motion's own pace. A longer run takes
-  /// more steps, and is no stiffer.
+  /// s: the time against which progress is measured, the rest of the run or a thousand times the
+  /// characteristic time. A longer run takes more steps, and is no stiffer.
   double ahead(double run_end) const { return std::min(run_end - method_.t, 1000 * pace_); }
-  /// A step of the method, not beyond t_end, in which no curve is jumped over. A fixed step is made as it is, and
-  /// compared with what its curves ask for.
+  /// Makes a step of the method, not beyond t_end, that passes over no curve. A fixed step is made
+  /// as it is, and compared with the limit by its curves.
   bool step_within_curves(double t_end);
-  /// How much of an angle's speed the change of its acceleration within the last step makes, where a torque table acts on
-  /// it: what a method that controls no error leaves of a steep pulse.
+  /// Records how much the change of an angle's acceleration within the last step changes its speed,
+  /// if a torque table acts on it: the error of a method without error control at a steep pulse.
   void keep_pulse();
   void keep_short_contact(double duration, double change);
-  /// Back to the last finite state.
+  /// Restores the last finite state.
   bool lose() {
     lost_ = true;
     method_.t = method_.t_old;
@@ -316,7 +322,7 @@ class PenaltyStepper {
   };
   struct Mark {
     Sample at;                                   // end of the last step
-    double impulse_n = 0, impulse_t = 0, t = 0;  // at first touch
+    double impulse_n = 0, impulse_t = 0, t = 0;  // at contact onset
     template <class M>
     void remember(M& m) {
       m(at, impulse_n, impulse_t, t);
@@ -324,9 +330,11 @@ class PenaltyStepper {
   };
   struct Event {
     int contact = -1;
-    enum class Kind { gap, slide, blow } kind = Kind::gap;  // slide: its speed reaches `boundary`
+    // slide: the sliding speed reaches `boundary`; blow: an impact on a closed contact begins or
+    // ends
+    enum class Kind { gap, slide, blow } kind = Kind::gap;
     double t = 0, boundary = 0;
-    Phases::Crossing crossing = {};  // or an angle comes to a kink of its table
+    Phases::Crossing crossing = {};  // or an angle reaches a kink of its table
     bool found() const { return contact >= 0 || crossing.phase >= 0; }
   };
 
@@ -335,11 +343,11 @@ class PenaltyStepper {
     return {row.gap, row.normal.dot(v), row.tangent.dot(v)};
   }
   Sample sample(int k, const Vector& x, double t) { return sampled(f_.contact_row(k, x, t), x); }
-  /// At the present state, which place_end() was given.
+  /// At the present state, which place_end() has evaluated.
   Sample sample_end(int k) { return sampled(f_.end_row(k, method_.x), method_.x); }
   Sample sample_at(int k, double t) {
     if (t >= method_.t) return end_[k];
-    // Of the two bodies alone: a scene of many contacts asks this of each.
+    // With the two bodies of the contact only, because scenes of many contacts call this for each.
     if constexpr (Method::cubic) {
       method_.hermite(t, seen_[static_cast<std::size_t>(k)], scratch_);
       return sampled(f_.row_alone(k, scratch_), scratch_);
@@ -347,69 +355,75 @@ class PenaltyStepper {
     method_.interpolate(t, scratch_);
     return sample(k, scratch_, t);
   }
-  /// Bounds on the last step's motion; false where it has no length.
+  /// Bounds the last step's motion; returns false if it has no length.
   bool enclose();
-  /// Sets unloaded_ for the coming step.
+  /// Sets unloaded_ for the next step.
   void find_unloaded();
-  /// How far an unloaded contact's gap (m) may go below zero before it closes. The force there is 1e-10 or less of that of an
-  /// impact whose indentation is a thousandth of the clearance.
+  /// Depth (m) below zero gap at which an unloaded contact closes. The force there is 1e-10 or less
+  /// of that of an impact whose penetration is a thousandth of the clearance.
   double unloaded_gap(int k) const {
     return 1e-7 * f_.system().contact_facts(k).clearance + 64 * gap_rounding(f_.system(), k, q());
   }
-  /// What is positive while contact k's mode lasts.
+  /// The value that is positive while the mode of contact k lasts.
   Watched watched(int k, const Sample& s) const {
     if (f_.contacts()[k].closed) return {-s.gap, -s.rate};
     return {s.gap + (unloaded_[k] ? unloaded_gap(k) : 0), s.rate};
   }
-  /// The first change of sign of contact k's gap in the last step before first.t. Comes right behind its end_[k].
+  /// Finds the first change of sign of contact k's gap in the last step before first.t. Called
+  /// directly after end_[k] is set.
   void find_gap_event(int k, Event& first);
   void find_phase_event(Event& first);
 
-  /// The sliding speed of a closed contact leaves its zone between the ends of the step.
+  /// Finds where the sliding speed of a closed contact leaves its zone within the step.
   void find_slide_event(int k, Event& first);
-  /// Where contact k's gap stops falling or rising in the last step, whose ends have opposite rates.
+  /// The time at which the rate of contact k's gap vanishes in the last step, whose ends have
+  /// opposite rates.
   double root_of_rate(int k, double rate);
   /// w of a closed contact (see contact_law.hpp).
   double touch_speed(const PenaltyContact& c, const Sample& s) const {
     return c.law.touch_speed(std::max(0.0, -s.gap), -s.rate, c.mass);
   }
-  /// What makes w grow while a contact is compressed (m/s²): dw²/dt = 2δ̇ (δ̈ + F_el/m), what presses from outside less what
-  /// damping takes.
+  /// The acceleration that increases w while a contact is compressed (m/s²): dw²/dt = 2δ̇ (δ̈ +
+  /// F_el/m), the external load less the damping.
   double push(int k, const Vector& x, const Vector& slope, double t);
   double gap_acceleration(int k, const Vector& x, const Vector& slope, double t);
-  /// Where contact k turned round in the last step, `before` its beginning: of the quintic through gaps, rates and accelerations
-  /// at the ends, or of the method's own interpolant.
+  /// Least gap of contact k in the last step, in which its rate changed sign; `before` is its
+  /// beginning. By the quintic through gaps, rates and accelerations at the ends, or by the
+  /// method's own interpolant.
   double least_gap(int k, const Sample& before);
-  /// A closed contact takes a harder blow than its v₀ is of, is compressed anew, or its blow is over: it is no longer pressed
-  /// beyond what damping takes, or opens. A blow that differs by less than a hundredth is the same.
+  /// Finds the beginning or end of an impact on a closed contact. It begins if the contact has a
+  /// greater w than its v₀, or is compressed again. It ends if the load no longer exceeds the
+  /// damping, or the contact expands. An impact that differs by less than a hundredth is the same.
   void find_blow_event(int k, Event& first);
   struct Instant {
     double t = 0;
     Sample at = {};
   };
-  /// The first such instant between two of the last step.
+  /// The first such time between two times of the last step.
   std::optional<double> blow_between(int k, const Instant& before, const Instant& after);
-  /// A blow begins, or is over and has its v₀.
+  /// An impact on a closed contact begins, or ends and sets v₀.
   void strike(int k);
-  /// Whether a fixed step has thrown a sliding speed that began in a steep piece of its friction law far beyond that: no
-  /// motion does, it is unstable there.
+  /// Whether a fixed step has changed a sliding speed that began in a steep zone of its friction
+  /// law far beyond that zone. No motion does this: the step is unstable there.
   bool leaps() const;
-  /// What a sliding speed is known to where zones meet (m/s): two feet that reach the end of one at the same instant
-  /// would else send each other back by rounding.
+  /// Tolerance of a sliding speed at the boundary of zones (m/s). Otherwise two contacts that reach
+  /// a boundary at the same instant would change each other's zone back by rounding.
   static double nudge(const PenaltyContact& c) { return 1e-9 * std::max(c.friction->v0, c.friction->v1); }
-  /// A speed that was left outside its zone at both ends of a step takes its own zone now.
+  /// If a sliding speed was outside its zone at both ends of a step, it takes its actual zone.
   static void follow_zone(PenaltyContact& c, double slide) {
     const auto [low, high] = c.friction->ends(c.zone);
     if (slide < low - nudge(c) || slide > high + nudge(c)) c.zone = c.friction->zone(slide);
   }
 
-  /// Steps from the old state to the event.
+  /// Repeats the step to end at the event.
   void land(Event& event);
 
   void change_mode(const Event& event);
-  /// A sliding speed that leaves zone after zone with hardly a step between is no motion but a step too long for it.
+  /// Informs the method of a new mode. A sliding speed that leaves one zone after another with
+  /// hardly a step between is caused by a step that is too long.
   void tell_method(const Event& event);
-  /// Contacts whose gaps have come to zero at the same instant, to rounding, are the same event.
+  /// Contacts whose gaps reach zero at the same instant, up to rounding, are part of the same
+  /// event.
   void change_coincident(const Event& first);
   double crank() const { return f_.system().crank_angle(method_.x.data()); }
 
@@ -423,26 +437,29 @@ class PenaltyStepper {
   double v0_floor_, pace_;
   ContactLog* log_ = nullptr;
   std::vector<Mark> mark_;
-  /// Open contacts whose gap, its rate and its acceleration are zero to rounding as the step begins: bodies that touch
-  /// without load. Rounding moves such a gap to and fro across zero, which is no contact.
+  /// Open contacts whose gap, its rate and its acceleration are zero up to rounding at the
+  /// beginning of the step: bodies in contact without load. Rounding changes the sign of such a gap
+  /// repeatedly; this is no contact event.
   std::vector<char> unloaded_;
-  std::vector<Sample> end_;  // of the step as it was made, before an event cuts it
+  std::vector<Sample> end_;  // of the whole step, before it is shortened to an event
   mutable Vector scratch_;
-  std::vector<std::vector<int>> seen_;  // components of the state that a contact's gap and rates depend on
+  // components of the state on which a contact's gap and rates depend
+  std::vector<std::vector<int>> seen_;
   Extremes extremes_;
   bool watching_ = false;
-  std::unique_ptr<PenaltyDynamics> probe_;  // made when forces are first watched
+  std::unique_ptr<PenaltyDynamics> probe_;  // made when forces are first observed
   std::vector<PenaltyMode> was_;            // modes of the last step
   Phases was_phases_;
   Forces nothing_, within_, at_;
   Vector slope_, moving_;
-  bool restart_ = false;  // the mode has changed since the last right-hand side
+  bool restart_ = false;  // the mode has changed since the last evaluation of the right-hand side
   int stalled_ = 0;
   bool creeps_ = false, lost_ = false;
   double unseen_ = 0;  // greatest, over the clearance
   ShortContact short_;
   struct Pulse {
-    double change = 0, speed = 0;  ///< greatest of a phase's argument, of its speed in a step, and its speed
+    /// greatest change of the speed of a phase's argument in a step, and its greatest speed
+    double change = 0, speed = 0;
     template <class M>
     void remember(M& m) {
       m(change, speed);
@@ -450,7 +467,7 @@ class PenaltyStepper {
   };
   std::vector<Pulse> pulses_;
   double coarse_ = 0;
-  int paced_ = 0;  // events since
+  int paced_ = 0;  // number of events since paced_since_
   double paced_since_ = -INFINITY;
   long last_slide_ = 0;  // step
   int chatter_ = 0;

@@ -1,4 +1,5 @@
-// What changes where a step of the penalty formulation ends at an event, and when its steps are no motion any more.
+// Changes of mode where a step of the penalty formulation ends at an event, and criteria for steps
+// that make no progress.
 #pragma once
 
 #include "formulations/penalty/stepper.hpp"
@@ -84,7 +85,8 @@ void PenaltyStepper<Method>::close(int k) {
   c.v0 = std::max(-rate, v0_floor_);
   c.mass = f_.effective_mass(row);
   c.struck = false;
-  c.eased = -rate < v0_floor_ || unloaded_[static_cast<std::size_t>(k)];  // it was laid there
+  // closed without an impact
+  c.eased = -rate < v0_floor_ || unloaded_[static_cast<std::size_t>(k)];
   const int p = f_.impulse_offset() + 2 * k;
   mark_[k] = {{row.gap, rate, slide}, method_.x[p], method_.x[p + 1], method_.t};
   if (c.friction) c.zone = c.friction->zone(slide);

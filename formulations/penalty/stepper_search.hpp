@@ -1,5 +1,5 @@
-// Contact events within a step of the penalty formulation: where gaps change sign, sliding speeds leave their zones and
-// blows begin or end.
+// Contact events within a step of the penalty formulation: where gaps change sign, where sliding
+// speeds leave their zones, and where impacts on closed contacts begin or end.
 #pragma once
 
 #include "formulations/penalty/stepper.hpp"
@@ -21,7 +21,7 @@ bool PenaltyStepper<Method>::step_within_curves(double t_end) {
     }
     if (!(beyond > most_overreach)) return true;
     t_end = method_.t_old + h / beyond;
-    if (!(t_end > method_.t_old)) return true;  // time resolves no shorter one
+    if (!(t_end > method_.t_old)) return true;  // time resolves no shorter step
     ++method_.rejected;
     scratch_ = method_.x_old;
     method_.start(f_, method_.t_old, scratch_);
@@ -55,7 +55,7 @@ template <class Method>
 void PenaltyStepper<Method>::find_unloaded() {
   const auto& system = f_.system();
   const auto n = static_cast<std::size_t>(system.n());
-  double greatest = -1;  // m/s², of all coordinates that are no angles
+  double greatest = -1;  // m/s², of all coordinates except angles
   for (int k = 0; k < system.contacts(); ++k) {
     const auto& at = mark_[k].at;
     auto& unloaded = unloaded_[static_cast<std::size_t>(k)];
@@ -69,7 +69,8 @@ void PenaltyStepper<Method>::find_unloaded() {
       for (std::size_t i = 0; i < n; ++i)
         if (!system.is_angle(static_cast<int>(i)))
           greatest = std::max(greatest, std::abs(method_.dxdt[n + i]));
-    // Where nothing else acts, forces at indentations of rounding are the greatest there are: they are no load either.
+    // If nothing else acts, forces at penetrations of rounding are the greatest forces; they are no
+    // load either.
     const double acceleration = std::abs(gap_acceleration(k, method_.x, method_.dxdt, method_.t));
     unloaded = acceleration <= 1e-9 * greatest ||
                acceleration * f_.effective_mass(f_.contact_row(k, method_.x, method_.t)) <=
@@ -80,7 +81,7 @@ void PenaltyStepper<Method>::find_unloaded() {
 template <class Method>
 void PenaltyStepper<Method>::find_phase_event(Event& first) {
   if (!f_.phases.any()) return;
-  double unseen = 0;  // a line through a kink: its rate tells all
+  double unseen = 0;  // a line through a kink: its rate is conclusive
   const auto crossing =
       f_.phases.first(f_.system(), method_.t_old, method_.t, method_.x_old, method_.x, bounds_,
                       first.found() ? first.t : INFINITY, unseen, [&](double t) -> const Vector& {
@@ -99,7 +100,8 @@ void PenaltyStepper<Method>::find_slide_event(int k, Event& first) {
   const double before = mark_[k].at.slide, after = end_[k].slide;
   if (after >= low && after <= high) return;
   const double boundary = after > high ? high : low;
-  if ((before - boundary) * (after - boundary) >= 0) {  // beyond it already: at once, or follow_zone
+  // already beyond it: at once, or follow_zone()
+  if ((before - boundary) * (after - boundary) >= 0) {
     if (std::abs(before - boundary) <= nudge(c) && first.t > method_.t_old)
       first = {k, Event::Kind::slide, method_.t_old, boundary};
     return;
@@ -147,7 +149,7 @@ template <class Method>
 void PenaltyStepper<Method>::find_blow_event(int k, Event& first) {
   const auto& c = f_.contacts()[k];
   if (!c.closed || !(c.law.chi > 0 || c.law.own()) || !(method_.t > method_.t_old)) return;
-  // An impact on a closed contact may begin and end within a step as long as the contact.
+  // In a step as long as the contact, an impact on it may begin and end.
   const int parts = Method::long_steps && !method_.relieved() ? 8 : 1;
   const double h = (method_.t - method_.t_old) / parts;
   Instant from{method_.t_old, mark_[k].at};
@@ -191,13 +193,13 @@ std::optional<double> PenaltyStepper<Method>::blow_between(int k, const Instant&
   }
   if (!(after.at.rate < 0)) return {};
   Instant begin = before;
-  if (before.at.rate > 0) {  // compressed anew
+  if (before.at.rate > 0) {  // compressed again
     begin.t = turn();
     begin.at = sample_at(k, begin.t);
     const double w = touch_speed(c, begin.at);
     if (std::abs(w - c.v0) > same * c.v0 && std::max(w, c.v0) > v0_floor_) return begin.t;
   }
-  // The first compression has the speed of its touch, whatever is pressed meanwhile.
+  // The first compression keeps the speed of its onset, whatever the load in the meantime.
   const double now = touch_speed(c, after.at);
   if (!c.eased || !(now > (1 + same) * c.v0)) return {};
   const double w = touch_speed(c, begin.at);
@@ -208,7 +210,7 @@ std::optional<double> PenaltyStepper<Method>::blow_between(int k, const Instant&
 
 template <class Method>
 bool PenaltyStepper<Method>::leaps() const {
-  // Where Baumgarte's terms are too fast for the step, it is they that diverge.
+  // If Baumgarte's terms are too fast for the step, they cause the divergence.
   if (method_.relieved() || f_.pull() * (method_.t - method_.t_old) > 1) return false;
   for (int k = 0; k < f_.system().contacts(); ++k) {
     const auto& c = f_.contacts()[k];

@@ -77,7 +77,7 @@ Handover AdaptiveMoreau::hand_over() {
   moreau_.leave_all_open();
   for (const auto& c : moreau_.contacts().all()) {
     Handover::Contact was{c.closed, c.steps > 0};
-    if (was.logged) {  // else the impulses are of an episode that is over
+    if (was.logged) {  // otherwise the impulses are of a contact that has ended
       was.t_touch = c.t_touch;
       was.impulse_n = c.impulse_n;
       was.impulse_t = c.impulse_t;
@@ -100,7 +100,7 @@ void AdaptiveMoreau::interpolate(double t, double* q, double* v) const {
   }
 }
 
-/// A contact that lies too deep inside its wall, and did not at the beginning of the step; −1: none.
+/// Returns a contact that penetrates too deep, and did not at the beginning of the step; −1: none.
 int AdaptiveMoreau::found_inside() const {
   for (int k = 0; k < system_.contacts(); ++k) {
     const double most = -too_deep * system_.contact_facts(k).clearance;
@@ -118,7 +118,7 @@ bool AdaptiveMoreau::fail_inside(int contact) {
       -moreau_.contacts()[contact].gap / system_.contact_facts(contact).clearance));
 }
 
-/// s: how long a step from here may be for the curves that it reads.
+/// s: upper limit of a step from here, for the curves that it reads.
 double AdaptiveMoreau::curve_limit() const {
   const auto& start = pair_.start;
   return curve_step_limit(system_, start.t, start.q.data(), start.v.data(), Knots::passed);
@@ -132,7 +132,7 @@ bool AdaptiveMoreau::step(double t_end) {
         "t = {:.9g} s: impacts that raise the energy drove a speed of {:.2g} m/s to {:.2g} m/s in next to no "
         "time: a restitution of rates with friction can; nonsmooth.impact_law = \"energetic\" does not",
         start.t, pace_.calm_speed, pace_.fastest));
-  // A kink or an end that only rounding leaves ahead lies behind: the time between is no step.
+  // If only rounding separates the state from the next kink or end, time advances without a step.
   const double rounding = std::max(16 * 2.3e-16 * std::abs(start.t), 1e-14 * first_step());
   if (t_end - start.t <= rounding) {
     start.t = t_end;
@@ -145,7 +145,7 @@ bool AdaptiveMoreau::step(double t_end) {
 
 bool AdaptiveMoreau::smooth_step(double t_end, double rounding) {
   const double from = pair_.start.t;
-  // No step crosses a kink of a curve in time, or jumps over what a curve does.
+  // No step crosses a kink of a curve in time or passes over a feature of a curve.
   const double end = std::min({t_end, system_.next_knot(from + rounding),
                                from + longest_step(system_, moreau_.v()), from + curve_limit()});
   Attempt a{end, rounding, std::min(h_, end - from)};
@@ -161,7 +161,7 @@ bool AdaptiveMoreau::smooth_step(double t_end, double rounding) {
   return fail(fmt::format("t = {:.9g} s: no step is accepted any more, however small", from));
 }
 
-/// Gives the try back, for one of `shorter` (s).
+/// Rejects the attempt, for a new one of `shorter` (s).
 void AdaptiveMoreau::refuse(Attempt& a, double shorter) {
   moreau_.go_back(pair_.start);
   ++moreau_.totals().work.rejected;
@@ -194,7 +194,7 @@ AdaptiveMoreau::Outcome AdaptiveMoreau::attempt(Attempt& a, double t_end) {
   const bool alike = pair_.alike();
   const double error = pair_.error(moreau_);
   const double factor = std::clamp(0.9 * std::pow(std::max(error, 1e-10), alike ? -1.0 / 3 : -0.5), 0.1, 4.0);
-  // What was slow so far may have come to a speed within this very step.
+  // A slow motion may have become fast within this step.
   if (error > 1 && h <= floor)
     floor =
         std::min(floor, tolerance_ * scales_.length / greatest_speed(system_, moreau_.v()) * pace_.raised());
@@ -205,7 +205,7 @@ AdaptiveMoreau::Outcome AdaptiveMoreau::attempt(Attempt& a, double t_end) {
   if (alike && error <= 1) pair_.extrapolate(moreau_);
   const auto onset = search_.first_onset(moreau_, pair_);
   const int inside = onset ? -1 : found_inside();
-  const bool shortens = h > std::max(1e-3 * floor, a.least);  // else time would stand still
+  const bool shortens = h > std::max(1e-3 * floor, a.least);  // otherwise time would not advance
   if (inside >= 0 && !shortens) {
     fail_inside(inside);
     return Outcome::failed;
@@ -220,7 +220,7 @@ AdaptiveMoreau::Outcome AdaptiveMoreau::attempt(Attempt& a, double t_end) {
   if (onset) {
     auto& soft = pair_.start.contacts[static_cast<std::size_t>(onset->contact)].soft;
     if (bounce_is_over(*onset)) soft = true;
-    if (onset->t <= start.t) {  // it is there already
+    if (onset->t <= start.t) {  // the onset is at the beginning of the step
       moreau_.go_back(start);
       return impact_step(t_end) ? Outcome::accepted : Outcome::failed;
     }
@@ -236,12 +236,12 @@ AdaptiveMoreau::Outcome AdaptiveMoreau::attempt(Attempt& a, double t_end) {
     found_.longest_floor = std::max(found_.longest_floor, h);
   }
   h_ = a.landings > 0 || last ? std::max(h_, h * factor) : h * factor;
-  h_ = std::max(h_, 2 * floor);  // what made the step short lies behind it
+  h_ = std::max(h_, 2 * floor);  // the reason for the short step lies behind
   settle();
   return Outcome::accepted;
 }
 
-/// Whether the step is made again to end at a contact onset.
+/// Whether the step is repeated to end at a contact onset.
 bool AdaptiveMoreau::land_on_onset(Attempt& a, const OnsetSearch::Onset& onset) {
   const double rest = pair_.start.t + a.h - onset.t;
   const double deep = std::max(std::abs(onset.rate) * rest, -contact(onset.contact).gap);
@@ -251,8 +251,8 @@ bool AdaptiveMoreau::land_on_onset(Attempt& a, const OnsetSearch::Onset& onset) 
   return true;
 }
 
-/// Whether the step is made again to end where a spring begins to act or changes its slope: what acts for a short while is not
-/// jumped over.
+/// Whether the step is repeated to end where a spring begins to act or changes its slope, so that
+/// no step passes over a short action.
 bool AdaptiveMoreau::land_on_kink(Attempt& a, double floor) {
   if (!system_.has_spring_kinks() || a.landings >= 8) return false;
   const double from = pair_.start.t;
@@ -263,7 +263,7 @@ bool AdaptiveMoreau::land_on_kink(Attempt& a, double floor) {
   return true;
 }
 
-/// Whether the flight of a contact that comes to an onset was a bounce that is over.
+/// Whether the flight of a contact before this onset was the last bounce.
 bool AdaptiveMoreau::bounce_is_over(const OnsetSearch::Onset& onset) const {
   const auto& c = moreau_.contacts()[onset.contact];
   const double duration = onset.t - c.t_left;
@@ -273,7 +273,7 @@ bool AdaptiveMoreau::bounce_is_over(const OnsetSearch::Onset& onset) const {
   return c.restitution < 1 && (low || duration <= 2 * pace_.floor);
 }
 
-/// One step over the impact of what is at its onset.
+/// One step over the impact of the contacts at their onset.
 bool AdaptiveMoreau::impact_step(double t_end) {
   const double from = pair_.start.t;
   double approach = scales_.speed;
@@ -282,7 +282,8 @@ bool AdaptiveMoreau::impact_step(double t_end) {
     if (c.row.normal.size > 0 && c.gap <= near(k))
       approach = std::max(approach, -c.row.normal.dot(moreau_.v()));
   }
-  // A raised floor is of the fastest body's pace: a slow impact must not take what moves fast through its walls.
+  // A raised floor belongs to the pace of the fastest body: the step over a slow impact must not
+  // move fast bodies through their walls.
   double h = tolerance_ * scales_.length / approach;
   h = std::max(h, std::min({h * pace_.raised(), pace_.floor, curve_limit()}));
   h = std::max(h, 16 * 2.3e-16 * std::abs(from));
@@ -304,7 +305,7 @@ bool AdaptiveMoreau::impact_step(double t_end) {
   return true;
 }
 
-/// Which contacts of an impact stay closed, without restitution or a rate.
+/// Determines which contacts of an impact stay closed, without restitution or a rate.
 void AdaptiveMoreau::close_after_impact() {
   const double none = tolerance_ * scales_.speed;
   for (int k = 0; k < system_.contacts(); ++k) {
@@ -315,7 +316,8 @@ void AdaptiveMoreau::close_after_impact() {
       ++found_.ended;
       if (c.t_left > -INFINITY) found_.ended_time = std::max(found_.ended_time, moreau_.t() - c.t_left);
     }
-    // What was pressed without rebound stays: rates at the impact and at the step's end differ by how its row turns.
+    // A contact pressed without rebound stays closed: its rates at the impact and at the step's end
+    // differ by the rotation of its row.
     const bool stays = c.last_n > 0 && (c.soft || c.restitution == 0);
     c.soft = false;
     c.closed = (stays || std::abs(rate) <= none) &&
@@ -325,7 +327,8 @@ void AdaptiveMoreau::close_after_impact() {
   }
 }
 
-/// What is left of the step: closed contacts that stand off open, open ones at their onset are in impact next.
+/// After each step: closed contacts with a gap are opened, and open contacts at their onset are in
+/// impact next.
 void AdaptiveMoreau::settle() {
   work().steps = ++steps_;
   pace_.note_speed(greatest_speed(system_, moreau_.v()));
@@ -333,7 +336,7 @@ void AdaptiveMoreau::settle() {
     auto& c = contact(k);
     if (c.row.normal.size == 0) continue;
     const bool at_onset = c.gap <= near(k);
-    if (c.closed && at_onset) {  // it is in contact still
+    if (c.closed && at_onset) {  // the contact lasts
       c.t_pressed = moreau_.t();
       if (c.steps == 1) c.steps = 2;
     }

@@ -1,17 +1,21 @@
-// Moreau–Jean time stepping whose steps are chosen by an estimate of their error (Studer, Leine and Glocker, Int. J.
-// Numer. Meth. Engng 76 (2008) 1747, extrapolate smooth stretches and shrink the steps that hold a switching; what follows
-// is our own way to do so).
+// AdaptiveMoreau: Moreau–Jean time stepping with adaptive steps, chosen by an error estimate.
+// (Studer, Leine and Glocker, Int. J. Numer. Meth. Engng 76 (2008) 1747, extrapolate smooth
+// stretches and shorten the steps that contain a switching; the method here differs.)
 //
-// *Smooth steps.* What is closed takes part, without restitution; what is open does not. A pair of steps is taken, judged and
-// extrapolated (step_pair.hpp), down to a floor of the step (step_pace.hpp).
+// *Smooth steps.* Closed contacts take part, without restitution; open contacts do not. A pair of
+// steps is taken, its error is estimated, and the result is extrapolated (step_pair.hpp). Steps
+// have a lower limit, the floor (step_pace.hpp).
 //
-// *Impacts.* The first contact onset on the path is searched (onset_search.hpp). The step is made again to end there, and one short
-// step over the impact follows, by the impact law and with all contacts: of length tolerance × ℓ over the approach speed, so
-// that an impact that acts anywhere in it moves nothing by more than tolerance × ℓ. Impacts are thus of the step's own problem:
-// several at once, with what rests, in any number.
+// *Impacts.* The first contact onset on the path is located (onset_search.hpp), and the step is
+// repeated to end there. A short step over the impact follows, by the impact law and with all
+// contacts. Its length is tolerance × ℓ over the approach speed, so that the time of the impact
+// within it changes no position by more than tolerance × ℓ. The step's contact problem thus
+// resolves any number of simultaneous impacts together with resting contacts.
 //
-// *Accumulation of impacts.* A bounce not higher than tolerance × clearance, or not longer than two floors, is over: its contact
-// is closed.
+// *Accumulation of impacts.* A bounce that is lower than tolerance × clearance or shorter than two
+// floors ends the accumulation: its contact is closed.
+//
+// It owns the MoreauStepper and the parts that choose its steps.
 #pragma once
 
 #include <array>
@@ -29,14 +33,14 @@ namespace freeplay {
 
 class AdaptiveMoreau {
  public:
-  /// `moreau` without a step of its own; `norm`: accepted errors of [q, v].
+  /// `moreau` has no fixed step; `norm`: accepted errors of [q, v].
   AdaptiveMoreau(const System& system, MoreauStepper moreau, const ErrorNorm& norm, const Scales& scales);
 
   void start(const State& state, ContactLog& log);
-  /// Goes on from where another scheme left, and hands back.
+  /// Continues from the state of another scheme, and returns the state to it.
   void take_over(const Handover& from, ContactLog& log);
   Handover hand_over();
-  /// One accepted step, which ends at t_end at the latest.
+  /// Makes one accepted step, which ends at t_end at the latest.
   bool step(double t_end);
   const std::string& failure() const { return failure_; }
 
@@ -62,7 +66,7 @@ class AdaptiveMoreau {
   std::span<const double> z() const { return moreau_.z(); }
   std::span<const double> multipliers() const { return moreau_.multipliers(); }
 
-  /// @name Forces: of a step its impulses over its length; see MoreauStepper
+  /// @name Forces: impulses of a step divided by its length; see MoreauStepper
   ///@{
   void watch_forces(bool on) {
     pair_.watch_forces(on);
@@ -88,17 +92,17 @@ class AdaptiveMoreau {
   bool singular() const { return moreau_.singular(); }
   double nearest_singular() const { return moreau_.nearest_singular(); }
 
-  /// Whether the next step is one over an impact.
+  /// Whether the next step is a step over an impact.
   bool strikes_next() const { return striking_; }
   /// s: no impact since then.
   double calm_since() const { return calm_since_; }
   double first_step() const { return 1e-3 * scales_.time; }
 
  private:
-  /// One try of a smooth step.
+  /// One attempt of a smooth step.
   struct Attempt {
     double end;    // s, at the latest
-    double least;  // s, what rounding leaves of times
+    double least;  // s, rounding of times
     double h;      // s
     int landings = 0, halvings = 0;
   };
@@ -130,17 +134,19 @@ class AdaptiveMoreau {
   OnsetSearch search_;
   StepPace pace_;
   double h_ = 0;             // s, of the next step
-  bool striking_ = false;    // the next step is one over an impact
-  bool smooth_step_ = true;  // the last one was not
+  bool striking_ = false;    // the next step is a step over an impact
+  bool smooth_step_ = true;  // the last step was smooth
   long steps_ = 0;
   double calm_since_ = 0;  // s
-  /// What a reader of the results must know.
+  /// Diagnostics for the reader of the results.
   struct Found {
-    double unseen = 0;                           // over the clearance, the greatest
-    long floored = 0;                            // steps at the floor beyond the tolerance
-    double most_floored = 0, longest_floor = 0;  // over the tolerance; s
-    long ended = 0;                              // bounces
-    double ended_time = 0;                       // s, the longest
+    // greatest possible undetected depth over the clearance
+    double unseen = 0;
+    // steps at the floor whose error exceeds the tolerance
+    long floored = 0;
+    double most_floored = 0, longest_floor = 0;  // error over the tolerance; s
+    long ended = 0;                              // number of ended bounces
+    double ended_time = 0;                       // s, duration of the longest
   } found_;
   std::string failure_;
 };

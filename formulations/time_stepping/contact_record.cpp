@@ -7,8 +7,8 @@
 namespace freeplay {
 namespace {
 
-/// How long (s) the bounces after this first contact would last that are left out: of a flight D those that follow last
-/// D (e + e² + …).
+/// Duration (s) of the omitted bounces after this contact onset: after a flight of duration D, the
+/// following bounces last D (e + e² + …).
 double left_out(const StepContact& c) {
   if (!c.soft || !(c.t_left > -INFINITY)) return 0;
   const double flight = c.t_touch - c.t_left;
@@ -17,7 +17,7 @@ double left_out(const StepContact& c) {
 
 }  // namespace
 
-/// At the end of the last step with an impulse.
+/// Logs a separation at the end of the last step with an impulse.
 void ContactRecord::log_leave(StepData& s, ContactSet& contacts, int k) {
   auto& c = contacts[k];
   const double t = c.steps > 1 ? c.t_pressed : c.t_touch;
@@ -32,8 +32,9 @@ void ContactRecord::leave_all_open(StepData& s, ContactSet& contacts) {
     if (!contacts[k].closed && s.log->is_open(k)) log_leave(s, contacts, k);
 }
 
-/// Whether a contact that a step did not press has left. What stands off by rounding is pressed again within a fixed
-/// step; one cut short by the run's end is too brief for that, so it is decided over the whole of one.
+/// Whether a contact without an impulse in this step has separated. A gap from rounding is closed
+/// again within a fixed step. A step shortened by the end of the run is too short for that, so the
+/// decision is made over a full step.
 bool ContactRecord::leaves(const StepData& s, const StepContact& c) const {
   const double h = s.length();
   if (!(h < step_ * (1 - 1e-9)) || c.row.normal.size == 0) return true;
@@ -61,7 +62,7 @@ void ContactRecord::record(StepData& s, ContactSet& contacts, StepProblem& probl
     const double tangent_minus = c.row.tangent.size > 0 ? c.row.tangent.dot(s.v_old.data()) + c.bias_t : 0;
     if (c.steps++ == 0) {
       struck_ = true;
-      // First contact where the gap at the step's beginning closes at its rate there.
+      // The onset is where the gap at the step's beginning closes at its rate there.
       const double closing = c.row.normal.dot(s.v_old.data()) + 0.5 * h * c.row.gamma_n;
       c.t_touch = s.t_old + (closing < 0 ? std::clamp(-c.gap / closing, 0.0, h) : 0);
       c.impulse_n = c.impulse_t = 0;
@@ -82,7 +83,7 @@ void ContactRecord::record(StepData& s, ContactSet& contacts, StepProblem& probl
   if (struck_) keep_impacts(s, contacts, problem, responses);
 }
 
-/// The responses to the contacts in impact alone.
+/// Sums the responses to the contacts in impact alone.
 void ContactRecord::keep_impacts(const StepData& s, const ContactSet& contacts, const StepProblem& problem,
                                  const ImpulseResponses& responses) {
   std::ranges::fill(v_, 0.0);
@@ -100,8 +101,9 @@ void ContactRecord::keep_impacts(const StepData& s, const ContactSet& contacts, 
   t_ = sum > 0 ? std::clamp(s.t_old + moment / sum, s.t_old, s.t) : s.t;
 }
 
-/// The shortest flight before any of the fastest impacts: which they are, from a quarter to a half of the
-/// fastest up, shows as the run goes on.
+/// Records the shortest flight before any of the fastest impacts. These are the impacts from a
+/// quarter to a half of the greatest approach speed upwards, which is only known as the run
+/// proceeds.
 void ContactRecord::keep_flight(double approach, double steps, Extremes& extremes) {
   auto& shortest = flights_[std::clamp(std::ilogb(approach) + 96, 1, 127)];
   shortest = std::min(shortest, steps);

@@ -1,5 +1,6 @@
-// What a step's impulses are to the log of contact events: a first contact at the time at which the gap closes, a separation at the
-// end of the last step with an impulse; and the change of the velocities that the step's impacts made, as sensors feel it.
+// ContactRecord: derives contact events from a step's impulses, and the velocity change by the
+// step's impacts, which sensors measure. The time of a contact onset is the time at which the gap
+// closes; a separation is at the end of the last step with an impulse.
 #pragma once
 
 #include <array>
@@ -12,21 +13,21 @@ namespace freeplay {
 
 class ContactRecord {
  public:
-  /// `step`: s, of fixed steps, 0 of adaptive ones.
+  /// `step`: fixed step length (s), 0 for adaptive steps.
   ContactRecord(const System& system, double step) : step_(step), v_(system.n()) {}
   void start() { flights_.fill(INFINITY); }
 
   void record(StepData& step, ContactSet& contacts, StepProblem& problem, const ImpulseResponses& responses);
-  /// Logs the separation of contacts that are no longer closed, which the next step would do.
+  /// Logs the separation of contacts that are no longer closed, as the next step would do.
   void leave_all_open(StepData& step, ContactSet& contacts);
-  /// A contact came into impact in the last step.
+  /// Whether an impact occurred in the last step.
   bool struck() const { return struck_; }
-  /// The impacts of the last step, at the mean of their times by normal impulse.
+  /// The impacts of the last step, at the mean of their times weighted by normal impulse.
   Struck impacts(double t) const {
     if (!struck_) return {t, {}};
     return {t_, v_};
   }
-  /// Steps of the shortest flight, by the binary exponent of the approach that it ended with.
+  /// The shortest flight in steps, by the binary exponent of the approach speed at its end.
   std::array<double, 128>& flights() { return flights_; }
 
  private:
@@ -39,7 +40,7 @@ class ContactRecord {
   double step_;
   bool struck_ = false;
   double t_ = 0;           // s
-  std::vector<double> v_;  // what the impacts did to the velocities
+  std::vector<double> v_;  // velocity change by the impacts
   std::array<double, 128> flights_;
 };
 

@@ -17,7 +17,7 @@ ContactSet::ContactSet(const System& system, const std::vector<double>& restitut
   near_->restitution.assign(restitution.begin() + system.contacts(), restitution.end());
 }
 
-/// With s.end placed at the start.
+/// Called with s.end evaluated at the start.
 void ContactSet::start(StepData& s, ImpulseResponses& responses) {
   for (int k = 0; k < system_.contacts(); ++k) {
     auto& c = contacts_[k];
@@ -58,8 +58,8 @@ bool ContactSet::activate(StepData& s, ImpulseResponses& responses) {
   return added;
 }
 
-/// In impact is what was open before and approaches faster than rows turn within the step: what is slower has come off a
-/// contact that lasts, and goes on with it.
+/// A contact is in impact if it was open before and approaches faster than rows rotate within the
+/// step. A slower contact has only just separated from a lasting contact, and continues it.
 bool ContactSet::find_struck(StepData& s) {
   const double h = s.length();
   bool any = false;
@@ -106,14 +106,15 @@ void ContactSet::renew_pairs(double h, const double* q, const double* v0, const 
   auto& list = near_->neighbours;
   const double moved = list.moved(q, h, v0, v1);
   if (moved < list.reach() || !std::isfinite(moved)) return;
-  // From here on only the step's own motion counts.
+  // From here on only the motion of the present step counts.
   const double ahead =
       h > 0 ? h * std::max(list.fastest(v0), list.fastest(v1)) : step_ * list.fastest(s.v.data());
   list.find(q, list.advised(2 * ahead));
   give_slots(q, s, responses);
 }
 
-/// Gives slots to what the list has found, where it has none, and takes those of what it has lost. A pair in contact stays.
+/// Gives slots to new pairs of the list and frees the slots of pairs that left it. A pair in
+/// contact keeps its slot.
 void ContactSet::give_slots(const double* q, StepData& s, ImpulseResponses& responses) {
   auto& near = *near_;
   const int own = system_.contacts();
@@ -141,7 +142,7 @@ void ContactSet::give_slots(const double* q, StepData& s, ImpulseResponses& resp
     auto& c = contacts_[k];
     c.restitution = near.restitution[static_cast<std::size_t>(wanted.family)];
     c.gap = gap(k, q, s.end);
-    c.t_left = -INFINITY;  // of a flight that was long
+    c.t_left = -INFINITY;  // the flight before is long
     look(k, s.q_mid.data(), s.v_old.data(), s.middle, c.row);
     responses.renew(k);
     live_.push_back(k);
@@ -149,7 +150,7 @@ void ContactSet::give_slots(const double* q, StepData& s, ImpulseResponses& resp
   while (old < near.kept.size()) leave(near.kept[old++]);
 }
 
-/// A free slot, or one more with room for its rows.
+/// Returns a free slot, or adds one with room for its rows.
 int ContactSet::new_slot(StepData& s, ImpulseResponses& responses) {
   auto& near = *near_;
   if (!near.free.empty()) {
@@ -165,7 +166,7 @@ int ContactSet::new_slot(StepData& s, ImpulseResponses& responses) {
   return k;
 }
 
-/// After a snapshot's slots have been read: what follows from them.
+/// Rebuilds the data of the slots after they have been restored from a snapshot.
 void ContactSet::take_slots_again(StepData& s, ImpulseResponses& responses) {
   const auto slots = std::move(near_->slots);
   const int own = system_.contacts(), families = static_cast<int>(system_.families().size());

@@ -1,16 +1,24 @@
-// The contacts of time stepping, what each did so far, and which of them take part in a step:
+// ContactSet: the contacts of time stepping, their data, and which of them take part in a step. A
+// contact takes part if the motion without it would close its gap,
 //
-//     g_m + (h/2) (W_Nᵀ v⁺ − (h/4) γ_N) ≤ 0            (the gap that the motion without the contact would have)
+//     g_m + (h/2) (W_Nᵀ v⁺ − (h/4) γ_N) ≤ 0.
 //
-// Rates at a step's ends, with the row W and its γ at the middle and a_γ the accelerations that the constraints' own γ asks for,
-// M a_γ + GᵀΛ = 0, G a_γ = γ:
+// The rates at the ends of a step use the row W and its γ at the middle, and the accelerations a_γ
+// that the constraints' own γ requires, M a_γ + GᵀΛ = 0, G a_γ = γ:
 //
 //     u⁻ = Wᵀv + (h/2) γ_c,            u⁺ = Wᵀv⁺ − (h/2) γ_c
-//     u⁻ = Wᵀ(v + (h/2) a_γ),          u⁺ = Wᵀ(v⁺ − (h/2) a_γ)      where it is in impact: rates at that instant
+//     u⁻ = Wᵀ(v + (h/2) a_γ),          u⁺ = Wᵀ(v⁺ − (h/2) a_γ)    in impact, at that instant
 //
+<<<<<<< HEAD
 // Contacts of the system have their numbers. Pairs among many bodies (docs/development/decisions/028-groups.md) have a slot behind them as
 // long as they are near or in contact, and leave it to another pair then. A pair without a slot cannot touch before the
 // list of near pairs is made anew, in the middle of a step if need be (dynamics/neighbours.hpp).
+=======
+// Contacts of the system keep their numbers. Pairs within groups of many bodies
+// (docs/decisions/028-groups.md) have a slot after them while they are near or in contact; the slot
+// is then reused for another pair. A pair without a slot cannot come into contact before the list
+// of near pairs is renewed, which may happen in the middle of a step (dynamics/neighbours.hpp).
+>>>>>>> ab69f6f68576667560a7834022c4213b0615b1ab
 #pragma once
 
 #include <cstdint>
@@ -26,21 +34,21 @@ namespace freeplay {
 
 struct StepContact {
   double restitution = 0;
-  bool active = false;  // in this step
-  bool closed = false;  // StepReach::closed knows it
-  bool struck = false;  // in this step: open before, and approaching
-  bool held = false;    // in this step: brought back to its gap's zero from either side
-  bool soft = false;    // in impact next without restitution: its bounces are over
+  bool active = false;  // takes part in this step
+  bool closed = false;  // takes part in steps with StepReach::closed
+  bool struck = false;  // in impact in this step: it was open before, and approaches
+  bool held = false;    // in this step: its gap is corrected to zero from either side
+  bool soft = false;    // its next impact is without restitution: its bounces have ended
   ContactRow row;
   double gap = 0;  // at the end of the last step
   double u_n_minus = 0, u_t_minus = 0, u_n_plus = 0, u_t_plus = 0;
-  double impulse_n = 0, impulse_t = 0;  // of the present episode
-  double last_n = 0, last_t = 0;        // of the last step, to start the next solve from
+  double impulse_n = 0, impulse_t = 0;  // since the onset of the present contact
+  double last_n = 0, last_t = 0;        // of the last step, the initial guess of the next solve
   double t_touch = 0, t_left = 0;
   double t_pressed = 0;           // end of the last step with an impulse
-  int steps = 0;                  // of the present episode
+  int steps = 0;                  // number of steps since the onset of the present contact
   double bias_n = 0, bias_t = 0;  // u⁻ − Wᵀv = Wᵀv⁺ − u⁺
-  int unknown = -1;               // in the step's contact problem
+  int unknown = -1;               // index in the contact problem of the step
   template <class M>
   void remember(M& m) {
     m(active, closed, struck, held, soft, row, gap, u_n_minus, u_t_minus, u_n_plus, u_t_plus, impulse_n,
@@ -50,7 +58,8 @@ struct StepContact {
 
 class ContactSet {
  public:
-  /// `step`: s, of fixed steps, 0 of adaptive ones. `restitution`: of each contact and behind them of each family.
+  /// `step`: fixed step length (s), 0 for adaptive steps. `restitution`: of each contact, followed
+  /// by each family of pairs.
   ContactSet(const System& system, const std::vector<double>& restitution, double step);
   void start(StepData& step, ImpulseResponses& responses);
 
@@ -62,25 +71,29 @@ class ContactSet {
   const std::vector<int>& live() const { return live_; }
   std::span<const int> seated() const { return std::span(live_).subspan(numbered()); }
 
-  /// @name Which take part
+  /// @name Contacts that take part
   ///@{
   bool in_reach(const StepContact& c, StepReach reach) const { return reach == StepReach::all || c.closed; }
-  /// Rows at the middle of the step from q_old at v_old.
+  /// Evaluates the rows at the middle of the step from q_old at v_old.
   void look_at_rows(StepData& step, ImpulseResponses& responses);
-  /// Before the impulses of a step are looked for: with many contacts those that last take part from the beginning.
+  /// Called before the impulses of a step are computed. With many contacts, contacts that were
+  /// pressed in the last steps take part from the beginning.
   void begin(const StepData& step, bool many);
-  /// Adds those whose gap the motion v would have closed by the end of the step. True when one was added.
+  /// Adds contacts whose gaps the motion v would have closed by the end of the step. Returns true
+  /// if any was added.
   bool activate(StepData& step, ImpulseResponses& responses);
-  /// Which active contacts are in impact, and the bias of every one's rates. True where one is.
+  /// Determines which active contacts are in impact, and the rate bias of all. Returns true if any
+  /// is in impact.
   bool find_struck(StepData& step);
-  /// How far a closed contact may stand off and still act (m).
+  /// Gap (m) up to which a closed contact still takes part.
   double slack = 0;
   ///@}
 
-  /// @name Facts of a contact, by its index here
+  /// @name Facts of a contact, by its index in this set
   ///@{
   bool is_seated(int k) const { return k >= system_.contacts(); }
-  /// The number that facts, greatest penetration and events are told by: the contact's own or that of its family.
+  /// The number for facts, greatest penetration and events: the contact's own number or that of its
+  /// family.
   int told_as(int k) const { return is_seated(k) ? system_.contacts() + pair(k).family : k; }
   const ContactFacts& facts(int k) const { return system_.contact_facts(told_as(k)); }
   double gap(int k, const double* q, const Evaluation& e) const;
@@ -88,7 +101,8 @@ class ContactSet {
   const Pair& shape(int k) const { return slot(k).shape; }
   ///@}
 
-  /// Sees to it that whatever a step of h from q at v0 to v1 may close has a slot. h = 0: whatever overlaps at q.
+  /// Ensures that each pair that a step of h from q at v0 to v1 may close has a slot. With h = 0:
+  /// each pair that overlaps at q.
   void keep_near(double h, const double* q, const double* v0, const double* v1, StepData& step,
                  ImpulseResponses& responses) {
     if (near_) renew_pairs(h, q, v0, v1, step, responses);
@@ -112,8 +126,8 @@ class ContactSet {
     explicit Near(const System& system) : neighbours(system.families()) {}
     Neighbours neighbours;
     std::vector<Slot> slots;
-    std::vector<int> free;            // slots
-    std::vector<int> kept;            // while the list is made
+    std::vector<int> free;            // unused slots
+    std::vector<int> kept;            // work space while the list is renewed
     std::vector<double> restitution;  // of each family
     template <class M>
     void remember(M& m) {

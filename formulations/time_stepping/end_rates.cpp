@@ -17,7 +17,8 @@ bool sticks(const ContactUnknown& u, double bound) {
 EndRates::EndRates(const System& system, int rows)
     : rows_(static_cast<std::size_t>(rows)), v_(system.n()), lambda_(system.rows()) {}
 
-/// Calls visit(k, unknown, whether it sticks) of every contact that the step pressed, with its rows at the end in row_.
+/// Calls visit(k, unknown, whether it sticks) for every contact with an impulse in the step; its
+/// rows at the end are in row_.
 template <class Visit>
 void EndRates::each_pressed(const StepData& s, const ContactSet& contacts, const StepProblem& problem,
                             Visit visit) {
@@ -69,7 +70,8 @@ void EndRates::respond(StepData& s, ImpulseResponses& responses) {
   for (int r = 0; r < used_; ++r) {
     auto& x = rows_[r];
     responses.respond(s.saddle, r, &x.beside, x.slope);
-    if (!(responses.along(responses.row(r), r) > 0)) {  // friction that draws in (Painlevé)
+    // friction that pulls the contact closed (Painlevé)
+    if (!(responses.along(responses.row(r), r) > 0)) {
       x.slope = 0;
       responses.respond(s.saddle, r, nullptr, 0);
     }
@@ -77,7 +79,8 @@ void EndRates::respond(StepData& s, ImpulseResponses& responses) {
   }
 }
 
-/// One by one, for the rows may depend on each other. False: friction's shares drive each other on, further with every sweep.
+/// Gauss–Seidel over the rows, which may depend on each other. Returns false if friction impulses
+/// amplify each other from sweep to sweep.
 bool EndRates::sweep(StepData& s, const StepProblem& problem, const ImpulseResponses& responses) {
   double first = 0, begun = 0, most = 0;
   for (int sweep = 0; sweep < (used_ > 1 ? 20 : 1); ++sweep) {
@@ -86,7 +89,8 @@ bool EndRates::sweep(StepData& s, const StepProblem& problem, const ImpulseRespo
       auto& x = rows_[r];
       const double rate = responses.row(r).dot(s.v.data()), d = responses.along(responses.row(r), r);
       if (!(d > 0)) continue;
-      // No more is taken back than the step has pressed: what still parts then, parts, and friction no longer holds it.
+      // The impulse of a contact is reduced at most to zero. A contact that then still separates
+      // does so, and friction no longer holds it.
       double impulse = std::max(x.impulse - rate / d, x.least);
       if (x.held >= 0) {
         const auto& u = problem.problem.unknowns[static_cast<std::size_t>(x.held)];
@@ -108,7 +112,7 @@ bool EndRates::sweep(StepData& s, const StepProblem& problem, const ImpulseRespo
 void EndRates::find_impulses(StepData& s, const StepProblem& problem, ImpulseResponses& responses) {
   v_ = s.v;
   if (sweep(s, problem, responses)) return;
-  // Without friction's shares their problem is symmetric, and sweeps come to an end.
+  // Without friction impulses the problem is symmetric and sweeps converge.
   s.v = v_;
   for (int r = 0; r < used_; ++r) {
     rows_[r].impulse = rows_[r].slope = 0;
@@ -144,7 +148,7 @@ bool EndRates::meet(StepData& s, ContactSet& contacts, const StepProblem& proble
   });
   auto& integrals = s.totals.integrals;
   integrals.friction -= rubbed;
-  // What ideal joints do nothing of is the drives' (account_step()).
+  // Ideal joints do no work, so this work is assigned to the drives (account_step()).
   (s.system.drive_rows() > 0 ? integrals.drive : integrals.stabilisation) +=
       s.system.kinetic(s.v.data()) - before - rubbed;
   if (forces.watching()) report(s, contacts, problem, responses, forces.smooth());

@@ -1,8 +1,10 @@
-// Velocities after a smooth step meet the rates at its end. Rates at the middle of a step, continued by ±(h/2)γ, miss those at its
-// end by an error of third order, by which what stays in contact on a turning normal would lift off: least mass-weighted change of v
-// onto the rates at q⁺ of joints, of what is pressed and of what sticks. Of what slides the error is of second order, γ
-// being that of v⁻: friction has its share of what brings its normal rate back, W_N + (P_T/P_N) W_T, or it would be of first
-// order over a run.
+// EndRates: corrects the velocities after a smooth step to the rates at its end. The rates at the
+// middle of a step, extrapolated by ±(h/2)γ, have a third-order error at its end, which would let a
+// lasting contact with a rotating normal separate. The correction is the least mass-weighted change
+// of v such that joints, pressed contacts and sticking contacts have their prescribed rates at q⁺.
+// For sliding contacts the error is of second order, because γ is that of v⁻. The correction of
+// their normal rate therefore includes the friction impulse, W_N + (P_T/P_N) W_T; otherwise the
+// error of a run would be of first order.
 #pragma once
 
 #include <vector>
@@ -14,19 +16,22 @@ namespace freeplay {
 
 class EndRates {
  public:
-  /// `rows`: of all contacts and friction elements.
+  /// `rows`: number of rows of all contacts and friction elements.
   EndRates(const System& system, int rows);
-  /// With step.end placed at q. Adds its impulses to the contacts' episodes, to the energies and, where watched, to the
-  /// forces. A failure stands in StepData::failure.
+  /// Called with step.end evaluated at q. Adds its impulses to those of the contacts, to the
+  /// energies and, if forces are observed, to the forces. Returns false with the reason in
+  /// StepData::failure.
   bool meet(StepData& step, ContactSet& contacts, const StepProblem& problem, ImpulseResponses& responses,
             StepForces& forces);
 
  private:
-  /// A row whose rate is to vanish, and friction's share beside it.
+  /// A row whose rate has to vanish, and the friction impulse with it.
   struct Row {
-    double least = 0;    // N s: how far back its impulse may go
-    double slope = 0;    // friction's impulse over the normal one, along `beside`
-    int held = -1;       // the unknown whose friction holds what slides along this row, −1: none
+    double least = 0;  // N s: lower bound of its impulse
+    double slope = 0;  // ratio of the friction impulse along `beside` to the normal impulse
+    // for a sticking contact, the unknown whose friction bounds the impulse along this row; −1:
+    // none
+    int held = -1;
     double impulse = 0;  // N s
     SparseRow beside;
   };
@@ -46,7 +51,7 @@ class EndRates {
 
   std::vector<Row> rows_;
   int used_ = 0;
-  ContactRow row_;  // of the contact or joint that is looked at
+  ContactRow row_;  // of the present contact or joint
   std::vector<double> v_, lambda_;
 };
 

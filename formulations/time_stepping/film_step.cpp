@@ -9,7 +9,7 @@
 namespace freeplay {
 namespace {
 
-/// 1/(1 − e^(−z)) − 1/z, z ≥ 0.
+/// θ(z) = 1/(1 − e^(−z)) − 1/z, z ≥ 0.
 double fitted(double z) {
   if (z < 1e-2) return 0.5 + z / 12;  // the next term is z³/720
   return -1 / std::expm1(-z) - 1 / z;
@@ -37,7 +37,7 @@ void FilmStep::take(int film, const ContactRow& row, double gap) {
   f.gap = gap;
 }
 
-/// N s/m, of a full film against squeezing and against sideways motion.
+/// Resistance (N s/m) of a full film against squeeze and against tangential motion.
 std::array<double, 2> FilmStep::resistance(const Place& f, double gap) {
   Film full = f.law;
   full.cavitated = false;
@@ -80,7 +80,8 @@ void FilmStep::set_theta(Place& f) {
   const auto resisted = resistance(f, f.row.gap);
   for (int a = 0; a < 2; ++a) f.theta[a] = fitted(h_ * resisted[a] * D_(r + a, r + a));
   f.theta[2] = fitted(h_ * share * f.law.shear(f.law.ratio(f.row.gap)) * D_(r + 2, r + 2));
-  // Polar rows that turn far within the step, as a journal passes the centre, are taken as they stand.
+  // Polar rows that rotate far within the step, as when a journal passes the centre, are taken as
+  // constant.
   f.gamma = {f.row.gamma_n, f.row.gamma_film, 0};
   if (std::abs(f.row.turn) * h_ > 0.3) {
     f.gamma[0] -= f.row.turn * f.row.turn * (f.law.clearance - f.row.gap);
@@ -110,7 +111,7 @@ void FilmStep::linearise(const double* v_new) {
   if (used_ > 0) lu_.compute(K_);
 }
 
-/// v and λ with impulses p_.
+/// Adds impulses p_ to v and λ.
 void FilmStep::apply(double* v, double* lambda) const {
   for (int r = 0; r < used_; ++r) {
     for (int i = 0; i < n_; ++i) v[i] += p_[r] * response(r)[i];
@@ -149,7 +150,8 @@ void FilmStep::finish(const double* v_old, const double* v_new) {
     const double thickness = std::max(f.gap, f.law.hand_over);
     const double moved = 0.5 * h_ * std::abs(f.row.normal.dot(v_old) + f.row.normal.dot(v_new)) / thickness;
     if (moved > leap.share && f.gap > 0) {
-      // Where a step is short against the film's own time little is lost by a film that it passed over.
+      // If a step is short compared with the film's own time constant, passing over the film has
+      // little effect.
       const double share = moved * std::min(1.0, h_ * resistance(f, f.gap)[0] * f.mobility);
       if (share > leap.share) leap = {share, f.contact};
     }
@@ -164,7 +166,8 @@ void FilmStep::finish(const double* v_old, const double* v_new) {
     }
   }
   if (used_ == 0) return;
-  // D of normal and film rows; where bodies cannot move against each other along one it is singular, and nothing is asked there.
+  // D of normal and film rows. It is singular where bodies cannot move against each other along a
+  // row; no displacement is needed there.
   const int size = 2 * used_ / 3;
   const auto row = [](int i) { return 3 * (i / 2) + i % 2; };
   E_.resize(size, size);

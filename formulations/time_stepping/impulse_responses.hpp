@@ -1,9 +1,9 @@
-// Rows w of a step's contact problems, each in its place, and the responses A w of the mechanism to a unit of impulse along
-// them (numerics/saddle_point.hpp).
+// ImpulseResponses: the rows w of a step's contact problems, each at its place, and the responses A
+// w of the mechanism to unit impulses along them (numerics/saddle_point.hpp).
 //
-// With few contacts the responses are whole vectors, and a problem's row r has the place r. With many each contact's rows
-// have their own places, so that what a step has computed of them serves all its problems, and responses are stored where
-// they are not zero (numerics/responses.hpp).
+// With few contacts, the responses are dense vectors and row r of a problem has place r. With many
+// contacts, the rows of each contact have their own places, so that responses are computed once per
+// step for all its problems, and responses are stored in sparse form (numerics/responses.hpp).
 #pragma once
 
 #include <vector>
@@ -16,11 +16,13 @@ namespace freeplay {
 
 class ImpulseResponses {
  public:
-  /// `rows`: of all contacts and friction elements that have a number; `many`: each has its own place.
+  /// `rows`: number of rows of all numbered contacts and friction elements; `many`: each row has
+  /// its own place.
   ImpulseResponses(const System& system, int rows, bool many);
   bool many() const { return many_; }
 
-  /// Forgets the responses: the saddle point is factorised anew. It stays where it is until the next begin().
+  /// Discards the responses after a new factorisation of the saddle point, which must stay at its
+  /// address until the next begin().
   void begin(SaddlePoint& saddle);
 
   SparseRow& row(int place) { return rows_[place]; }
@@ -29,19 +31,21 @@ class ImpulseResponses {
   const Responses& sparse() const { return sparse_; }
   /// @name Places, with many contacts
   ///@{
-  int first(int contact) const { return first_[contact]; }  ///< of its normal row; the tangential one follows
-  int friction(int k) const { return friction_[k]; }        ///< of a friction element's row
+  /// of its normal row; the tangential one follows
+  int first(int contact) const { return first_[contact]; }
+  int friction(int k) const { return friction_[k]; }  ///< of a friction element's row
   ///@}
 
-  /// Computes the response to row(place); with many contacts once a step.
+  /// Computes the response to row(place); with many contacts once per step.
   void respond(SaddlePoint& saddle, int place);
-  /// To row(place) + factor·`beside` (null: none), with its reactions where contacts are few.
+  /// Computes the response to row(place) + factor·`beside` (null: none), with its reactions if
+  /// contacts are few.
   void respond(SaddlePoint& saddle, int place, const SparseRow* beside, double factor);
-  /// `row` · A w of a place.
+  /// `row` · A w of the row at a place.
   double along(const SparseRow& row, int place) const;
   /// x += by A w
   void push(int place, double by, double* x) const;
-  /// @name Of few contacts: A w, and the multipliers of the constraint rows with it
+  /// @name With few contacts: A w, and the multipliers of the constraint rows with it
   ///@{
   double* response(int place) { return response_.data() + static_cast<long>(place) * n_; }
   const double* response(int place) const { return response_.data() + static_cast<long>(place) * n_; }
@@ -49,12 +53,12 @@ class ImpulseResponses {
   const double* reaction(int place) const { return reaction_.data() + static_cast<long>(place) * m_; }
   ///@}
 
-  /// @name Contacts without a number, behind the others
+  /// @name Contacts of pairs, with slots after the numbered contacts
   ///@{
   void add_contact();
-  /// Drops all behind the first `contacts`.
+  /// Removes all contacts after the first `contacts`.
   void keep_contacts(int contacts);
-  /// The rows of this contact are new.
+  /// Discards the responses of a contact whose rows are new.
   void renew(int contact);
   ///@}
 
@@ -64,7 +68,7 @@ class ImpulseResponses {
   std::vector<SparseRow> rows_;
   std::vector<double> response_, reaction_;
   Responses sparse_;
-  std::vector<char> taken_;  // responses of this step
+  std::vector<char> taken_;  // responses computed in this step
   std::vector<int> first_, friction_;
 };
 

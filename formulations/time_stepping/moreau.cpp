@@ -10,17 +10,18 @@
 namespace freeplay {
 namespace {
 
-/// Rows of contacts and friction up to which one dense matrix is the faster way.
+/// Number of rows of contacts and friction up to which one dense matrix is faster.
 constexpr int most_whole_rows = 24;
 
-/// Of all contacts and friction elements that have a number.
+/// Number of rows of all numbered contacts and friction elements.
 int contact_rows(const System& system) {
   int rows = system.frictions();
   for (int k = 0; k < system.contacts(); ++k) rows += system.has_friction(k) ? 2 : 1;
   return rows;
 }
 
-/// Whether contacts are solved in islands. Films and friction bounded by reactions need whole responses.
+/// Whether contact problems are solved in islands. Films and friction bounded by reactions need
+/// dense responses.
 bool many_contacts(const System& system, const FilmStep& films) {
   return (!system.families().empty() || contact_rows(system) > most_whole_rows) && !films.any() &&
          system.reactive_frictions().empty();
@@ -85,7 +86,7 @@ MidpointTerms MoreauStepper::terms() const {
           e.force.data(),   e.phi_t.data(),      e.gamma.data()};
 }
 
-/// Everything but forces at q_m, and the factors of the saddle point.
+/// Evaluates everything but forces at q_m, and factorises the saddle point.
 bool MoreauStepper::evaluate_middle() {
   auto& d = data_;
   const auto& system = d.system;
@@ -117,7 +118,7 @@ bool MoreauStepper::evaluate_middle() {
   return true;
 }
 
-/// v⁺ and z⁺ with their impulses, and q⁺.
+/// Computes v⁺ and z⁺ with their impulses, and q⁺.
 bool MoreauStepper::solve_step() {
   auto& d = data_;
   if (d.system.has_velocity_flows()) d.z_old = d.z;
@@ -130,7 +131,8 @@ bool MoreauStepper::solve_step() {
   return true;
 }
 
-/// Damper forces, and what tables sweep over, belong to the mean velocity: iterate to it. Films by Newton's method.
+/// Damper forces, and the values of swept tables, belong to the mean velocity: fixed-point
+/// iteration. Films by Newton's method.
 bool MoreauStepper::settle_mean_velocity() {
   auto& d = data_;
   auto& found = d.totals.found;
@@ -170,7 +172,7 @@ bool MoreauStepper::settle_mean_velocity() {
   }
 }
 
-/// z⁺ and its mean z_mid at mean velocities v_mean, by fixed-point iteration.
+/// Computes z⁺ and its mean z_mid at mean velocities v_mean, by fixed-point iteration.
 bool MoreauStepper::advance_states(const double* v_mean) {
   auto& d = data_;
   if (d.z.empty()) return true;
@@ -196,7 +198,7 @@ bool MoreauStepper::advance_states(const double* v_mean) {
   return true;
 }
 
-/// v⁺ from the forces at velocity v_force, with impulses of all active contacts.
+/// Computes v⁺ from the forces at velocity v_force, with the impulses of all active contacts.
 bool MoreauStepper::solve_velocities(const double* v_force) {
   auto& d = data_;
   const double h = d.length();
@@ -216,7 +218,7 @@ bool MoreauStepper::solve_velocities(const double* v_force) {
   return problem_.solve(d, contacts_, responses_, films_);
 }
 
-/// Records the step and corrects positions, and velocities of smooth ones.
+/// Records the step and corrects positions, and the velocities of smooth steps.
 bool MoreauStepper::end_step() {
   auto& d = data_;
   record_.record(d, contacts_, problem_, responses_);
@@ -226,7 +228,7 @@ bool MoreauStepper::end_step() {
   correction_.bring_back(d, contacts_, problem_, responses_, films_);
   if (d.smooth() && !end_rates_.meet(d, contacts_, problem_, responses_, forces_)) return false;
   const double h = d.length();
-  for (double& multiplier : d.lambda) multiplier /= h;  // impulses so far
+  for (double& multiplier : d.lambda) multiplier /= h;  // lambda was an impulse until here
   double sum = 0;
   for (int i = 0; i < d.system.n(); ++i) sum += d.q[i] + d.v[i];
   if (!std::isfinite(sum)) return d.fail(fmt::format("t = {:.9g} s: the state is no longer finite", d.t));
@@ -242,7 +244,7 @@ void MoreauStepper::interpolate(double t, double* q, double* v) const {
   }
 }
 
-/// Everything that a Place holds, named once.
+/// Calls copy() on each member of a Place and the stepper's own data.
 template <class Self, class P, class Copy>
 void MoreauStepper::each_kept(Self& s, P& p, Copy copy) {
   auto& d = s.data_;

@@ -1,19 +1,25 @@
-// Moreau–Jean time stepping with θ = ½ (Moreau 1988; Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235),
-// second order on smooth stretches. With q_m = q + (h/2) v and everything evaluated at (q_m, t + h/2):
+// MoreauStepper: Moreau–Jean time stepping with θ = ½ (Moreau 1988; Jean, Comput. Methods Appl.
+// Mech. Eng. 177 (1999) 235), of second order on smooth stretches. With q_m = q + (h/2) v and
+// everything evaluated at (q_m, t + h/2):
 //
 //     M (v⁺ − v) + GᵀΛ = h f + W P
-//     G v⁺ + Φ_t = (h/2) γ                              midpoint.hpp
-//     0 ≤ u_N⁺ + e u_N⁻ ⊥ P_N ≥ 0,   −P_T ∈ μ P_N Sgn(u_T⁺)      step_problem.hpp; u± in contact_set.hpp
+//     G v⁺ + Φ_t = (h/2) γ                                     midpoint.hpp
+//     0 ≤ u_N⁺ + e u_N⁻ ⊥ P_N ≥ 0,   −P_T ∈ μ P_N Sgn(u_T⁺)    step_problem.hpp, contact_set.hpp
 //     q⁺ = q_m + (h/2) v⁺
 //
-// Without the accelerations a_γ in u±, v is not a motion of the middle of the step, and restitution is wrong by hω; with γ_c
-// instead normals that turn would be in impact by (1 − e)(h/2)γ_c. Friction that its joint's reaction bounds has the bound of
-// this very step's impulses (reaction_bounds.hpp). Films of lubricated joints are smooth forces, implicit in the velocities
-// (film_step.hpp). First-order states of elements take the same midpoint, z⁺ = z + h ż(t + h/2, q_m, (z + z⁺)/2).
-// Then positions are brought back (position_correction.hpp) and, of smooth steps of the adaptive control, velocities
-// (end_rates.hpp).
+// The accelerations a_γ in u± are necessary: without them v does not belong to the middle of the
+// step, and restitution has an error of hω. With γ_c in their place, contacts with rotating normals
+// would have impacts of (1 − e)(h/2)γ_c.
 //
-// MoreauStepper owns the data of the step and its parts, and calls them in this order; each part keeps what is its own.
+// Friction that its joint's reaction bounds uses the impulses of the present step
+// (reaction_bounds.hpp). Films of lubricated joints are smooth forces, implicit in the velocities
+// (film_step.hpp). First-order states of elements use the same midpoint rule, z⁺ = z + h ż(t + h/2,
+// q_m, (z + z⁺)/2). At the end of a step, positions are corrected (position_correction.hpp) and, in
+// smooth steps of adaptive time stepping, also velocities (end_rates.hpp).
+//
+// MoreauStepper owns the data of the step and its parts, and calls the parts in this order; each
+// part keeps its own state. step() makes steps of fixed length; AdaptiveMoreau (adaptive.hpp)
+// chooses the steps itself and uses advance().
 #pragma once
 
 #include <array>
@@ -38,21 +44,22 @@ namespace freeplay {
 
 class MoreauStepper {
  public:
-  /// `step`: s, of step(); only advance() is used where it is 0. `restitution`: e of each contact. `facts`: of the
-  /// constraint rows.
+  /// `step`: fixed step length (s); if 0, only advance() is used. `restitution`: e of each contact.
+  /// `facts`: facts of the constraint rows.
   MoreauStepper(const System& system, const NonsmoothOptions& options, double step,
                 std::vector<double> restitution, RowFacts facts);
 
   void start(const State& state, ContactLog& log);
-  /// One step of the fixed length, which ends at t_end at the latest.
+  /// Makes one step of the fixed length, which ends at t_end at the latest.
   bool step(double t_end);
   const std::string& failure() const { return data_.failure; }
 
-  /// @name For a control of steps
+  /// @name For adaptive time stepping
   ///@{
-  /// One step to t_new.
+  /// Makes one step to t_new.
   bool advance(double t_new, StepReach reach);
-  /// All that a step changes but the work done: what a refused step must give back.
+  /// All data that a step changes, except the count of work; a rejected step is undone by restoring
+  /// them.
   struct Place {
     std::vector<double> q, v, z, slide_last;
     std::vector<StepContact> contacts;
@@ -65,17 +72,17 @@ class MoreauStepper {
   };
   void keep(Place& place) const;
   void go_back(const Place& place);
-  /// The end of two half steps, from the same place as one step that ended at `whole`: Richardson's extrapolation of
-  /// state and energies.
+  /// Richardson extrapolation of state and energies at the end of two half steps, with the end
+  /// `whole` of one full step from the same place.
   void extrapolate(const Place& whole);
   ContactSet& contacts() { return contacts_; }
   const ContactSet& contacts() const { return contacts_; }
   const StepProblem& problem() const { return problem_; }
   const StepData& data() const { return data_; }
-  /// Logs the loss of what is no longer closed, which the next step would do.
+  /// Logs the separation of contacts that are no longer closed, as the next step would do.
   void leave_all_open() { record_.leave_all_open(data_, contacts_); }
   RunTotals& totals() { return data_.totals; }
-  /// Impulses of the last step but its impacts; with within() all.
+  /// Impulses of the last step without its impacts; with within(), all impulses.
   const Forces& smooth() const { return forces_.smooth(); }
   ///@}
 
@@ -99,12 +106,12 @@ class MoreauStepper {
   const double* q() const { return data_.q.data(); }
   std::span<const double> z() const { return data_.z; }
   void interpolate(double t, double* q, double* v) const;
-  /// The impacts of the last step, at the mean of their times by normal impulse.
+  /// The impacts of the last step, at the mean of their times weighted by normal impulse.
   Struck struck() const { return record_.impacts(data_.t); }
-  /// Of the last step, its impacts among it: impulses over its length.
+  /// Impulses of the constraint rows over the length of the last step, including its impacts.
   std::span<const double> multipliers() const { return data_.lambda; }
 
-  /// @name Forces; see Step. A step knows its impulses alone: its forces are these over its length.
+  /// @name Forces; see Step. Forces of a step are its impulses divided by its length.
   ///@{
   void watch_forces(bool on) { forces_.watch(data_.system, on); }
   void forces(double, Forces& out) const { forces_.at(data_.t_old, data_.t, out); }
@@ -115,11 +122,11 @@ class MoreauStepper {
   const Forces& within() const { return forces_.within(); }
   ///@}
   const EnergyLedger& integrals() const { return data_.totals.integrals; }
-  /// J, of drives and of loads.
+  /// J, work of drives and of loads.
   std::array<double, 2> outside_work() const { return {integrals().drive, integrals().load}; }
   const Extremes& extremes() const { return data_.totals.extremes; }
   const Work& work() const { return data_.totals.work; }
-  /// What a reader of the results must know of this run's steps.
+  /// Adds notes about this run's steps for the reader of the results.
   void tell(std::vector<std::string>& notes) const {
     tell_steps(data_.totals.found, data_.system, fixed(), films_.leap, resolution_.bend, notes);
   }
@@ -139,8 +146,8 @@ class MoreauStepper {
   template <class Self, class P, class Copy>
   static void each_kept(Self& stepper, P& place, Copy copy);
 
-  double step_;     // s, fixed; 0: adaptive, controlled from outside
-  bool redundant_;  // constraint rows depend on each other from the start on
+  double step_;     // s, fixed; 0: adaptive, chosen by AdaptiveMoreau
+  bool redundant_;  // constraint rows depend on each other from the start
   StepData data_;
   ContactSet contacts_;
   FilmStep films_;

@@ -96,7 +96,8 @@ std::optional<double> OnsetSearch::kink_in(const Half& half, const MoreauStepper
     for (const bool up : {false, true}) {
       const double end = up ? piece.high : piece.low;
       if (!std::isfinite(end)) continue;
-      // A length that dips to zero is no longer than its own kink below it.
+      // A length cannot be below a kink by more than the kink's own length. For kinks near zero, a
+      // tenth of that length replaces the tolerance.
       const double least = phase.of == Phase::Of::distance && end < near ? 0.1 * end : rounding;
       const auto left = [&](const double* q, const double* v) {
         const auto x = phase.at(q, v);
@@ -115,7 +116,7 @@ std::optional<double> OnsetSearch::kink_in(const Half& half, const MoreauStepper
   return first;
 }
 
-/// Of Hermite's cubic, whose accelerations are linear.
+/// Bounds of a Hermite cubic, whose accelerations are linear.
 void OnsetSearch::enclose(const Half& x) {
   const auto n = static_cast<std::size_t>(system_.n());
   const double h = x.b - x.a;

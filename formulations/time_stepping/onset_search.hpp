@@ -1,5 +1,6 @@
-// The first contact onset on the path of a pair of steps, and the first kink of a spring: the gaps of what is open are searched on
-// Hermite's cubics with the proof of integrators/crossing.hpp, from bounds of speed and acceleration within each half.
+// OnsetSearch: finds the first contact onset on the path of a pair of steps, and the first kink of
+// a spring. The gaps of open contacts are searched on Hermite cubics with the rigorous bounds of
+// integrators/crossing.hpp, from bounds of speed and acceleration within each half.
 #pragma once
 
 #include <optional>
@@ -20,20 +21,21 @@ class OnsetSearch {
   OnsetSearch(const System& system, double tolerance, double length);
 
   std::optional<Onset> first_onset(const MoreauStepper& moreau, const StepPair& pair);
-  /// The first time in the step at which a spring's length or angle leaves the piece that it began on. Where it began within
-  /// the tolerance of a kink, that is the piece that it goes to.
+  /// The first time in the step at which a spring's length or angle passes from its present linear
+  /// piece to another. If the step begins within the tolerance of a kink, the present piece is the
+  /// one that the motion enters.
   std::optional<double> first_kink(const MoreauStepper& moreau, const StepPair& pair);
 
-  /// A gap not greater than this (m) is at its onset.
+  /// A gap up to this value (m) counts as at its onset.
   double near(int contact, const double* q) const;
 
   /// @name Of the last first_onset()
   ///@{
-  bool bounded() const { return bounded_; }  ///< how gaps may bend within the pair is known
-  double unseen() const {
-    return unseen_;
-  }  ///< over the clearance: how deep a contact may have been
-     ///@}
+  /// a bound of the gaps' curvature within the pair is known
+  bool bounded() const { return bounded_; }
+  /// possible undetected depth of a contact, over the clearance
+  double unseen() const { return unseen_; }
+  ///@}
 
  private:
   /// Half of a pair.

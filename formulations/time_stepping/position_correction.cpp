@@ -20,8 +20,9 @@ void look(const StepData& s, ContactSet& contacts) {
   for (const int k : contacts.live()) contacts[k].gap = contacts.gap(k, s.q.data(), s.end);
 }
 
-/// What gaps between many bodies are known to (m). Of a row that just fits between two walls not all can be without it, and to ask
-/// for that in every step would cost more than the steps.
+/// Rounding error (m) of gaps between many bodies. In a row of bodies that just fits between two
+/// walls, not all gaps can be free of it, and trying to correct it in every step would cost more
+/// than the steps.
 double rounding_of_places(const StepData& s) {
   double farthest = 0;
   for (int i = 0; i < s.system.n(); ++i)
@@ -29,7 +30,7 @@ double rounding_of_places(const StepData& s) {
   return 8 * std::numeric_limits<double>::epsilon() * farthest;
 }
 
-/// The greatest overlap of what the step may act on (m, ≤ 0).
+/// The greatest overlap of contacts that may act in the step (m, ≤ 0).
 double deepest(const StepData& s, const ContactSet& contacts) {
   double least = 0;
   for (const int k : contacts.live())
@@ -37,8 +38,9 @@ double deepest(const StepData& s, const ContactSet& contacts) {
   return least;
 }
 
-/// What a curve of time is ahead of the mean of its end rates is driven too: its lift against gravity and springs is work of
-/// drives. (Its share of meet_constraints()'s move.)
+/// The displacement between a curve of time and the mean of its end rates is driven too: its work
+/// against gravity and springs is assigned to the drives. (It is part of the displacement by
+/// meet_constraints().)
 void book_leads(StepData& s) {
   const int first_driven = s.system.rows() - s.system.drive_rows();
   for (int k = 0; k < s.system.rows(); ++k) {
@@ -110,7 +112,7 @@ void PositionCorrection::bring_back(StepData& s, ContactSet& contacts, const Ste
   keep_residuals(s.system, s.end, extremes);
 }
 
-/// Adds a contact's gap to the problem; its row is in this place.
+/// Adds a contact's gap to the problem; its row is at this place.
 void PositionCorrection::add(const StepContact& contact, int place) {
   if (islands_) place_.push_back(place);
   ContactUnknown u;
@@ -119,9 +121,10 @@ void PositionCorrection::add(const StepContact& contact, int place) {
   problem_.unknowns.push_back(u);
 }
 
-/// Brings what lasts in loose joints back to its gap's zero, from either side, as joints are: its status is known, and one
-/// linear problem finds what a search for it would a contact at a time. Discs and walls, whose heaps are redundant and
-/// whose pairs come and go, are left to the search. True where something has moved.
+/// Corrects lasting contacts of joints with clearance to zero gap from either side, like joints.
+/// Their status is known, and one linear problem replaces a search that changes the status of one
+/// contact at a time. Discs and walls are left to that search, because their heaps are redundant
+/// and their pairs change. Returns true if anything moved.
 bool PositionCorrection::hold_lasting(StepData& s, ContactSet& contacts, const StepProblem& problem,
                                       ImpulseResponses& responses) {
   problem_.clear();
@@ -158,7 +161,7 @@ void PositionCorrection::open_gaps(StepData& s, ContactSet& contacts, const Step
     if (c.row.normal.size == 0 || !contacts.in_reach(c, s.reach) || (c.gap >= 0 && c.unknown < 0)) continue;
     const int place = islands_ ? responses.first(k) : problem_.rows;
     if (islands_) id_.push_back(k);
-    // The velocities' problem has left the response to this very row where it was its own place.
+    // The velocity problem has computed the response to this row if it is at the same place.
     const auto* u = problem.unknown_of(c);
     const bool known = !islands_ && !films && u && u->normal == place;
     if (!known) {
@@ -197,8 +200,9 @@ ContactSolution PositionCorrection::solve(const ImpulseResponses& responses) {
   return problem_.solve();
 }
 
-/// dq of a position problem that has no solution: a row of bodies that just fits between two walls asks by rounding for more
-/// room than there is. Sweeps find what of it there is room for; what stays is the run's greatest penetration.
+/// Computes dq for a position problem without solution: a row of bodies that just fits between two
+/// walls can require, by rounding, more space than there is. Sweeps find the least overlaps; the
+/// rest appears in the run's greatest penetration.
 void PositionCorrection::compromise(StepData& s, const ImpulseResponses& responses) {
   constexpr int sweeps = 200;
   std::ranges::fill(s.dq, 0.0);
@@ -215,8 +219,8 @@ void PositionCorrection::compromise(StepData& s, const ImpulseResponses& respons
     }
 }
 
-/// What is pressed drifts off by an error of third order as well as in: it is moved back one by one, which is enough for
-/// gaps that are a small part of the tolerance.
+/// Pressed contacts drift apart by a third-order error, as they drift together. They are moved back
+/// one by one, which is sufficient for gaps that are a small part of the tolerance.
 void PositionCorrection::draw_closed(StepData& s, ContactSet& contacts, const StepProblem& problem,
                                      ImpulseResponses& responses) {
   for (int k = 0; k < s.system.contacts(); ++k) {

@@ -1,10 +1,12 @@
-// Positions at the end of a step are brought back to Φ = 0 and g ≥ 0 by the least mass-weighted movement, velocities untouched:
-// one Newton step onto Φ(q⁺, t⁺) = 0, then contacts whose gap is still negative are opened along A W_N, which leaves Φ alone to
-// first order,
+// PositionCorrection: projects positions at the end of a step onto Φ = 0 and g ≥ 0 by the least
+// mass-weighted displacement; velocities do not change. One Newton step onto Φ(q⁺, t⁺) = 0 is
+// followed by a contact problem that opens negative gaps along A W_N, which conserves Φ to first
+// order,
 //
 //     0 ≤ g + W_Nᵀ Δq ⊥ p ≥ 0,   Δq = A W_N p
 //
-// With many contacts, those of loose joints that last are first brought to g = 0 from either side, as joints are.
+// With many contacts, lasting contacts of joints with clearance are first corrected to g = 0 from
+// either side, like joints.
 #pragma once
 
 #include <memory>
@@ -19,7 +21,8 @@ class PositionCorrection {
  public:
   PositionCorrection(const StepData& step, double tolerance, bool many);
 
-  /// `problem`: the step's, with its impulses. Leaves step.end placed at q, and the gaps of all contacts.
+  /// `problem`: the problem of the step with its impulses. Afterwards, step.end is evaluated at q,
+  /// and the gaps of all contacts are set.
   void bring_back(StepData& step, ContactSet& contacts, const StepProblem& problem,
                   ImpulseResponses& responses, FilmStep& films);
   long& modes_left() { return problem_.modes_left; }
@@ -38,7 +41,7 @@ class PositionCorrection {
 
   ContactProblem problem_;
   std::unique_ptr<ContactIslands> islands_;  // with many contacts
-  std::vector<int> place_, id_;              // likewise, of each row and of each unknown
+  std::vector<int> place_, id_;              // with many contacts: of each row and of each unknown
 };
 
 }  // namespace freeplay

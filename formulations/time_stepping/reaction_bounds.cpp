@@ -11,8 +11,9 @@ namespace freeplay {
 ReactionBounds::ReactionBounds(const System& system)
     : coupled_(system), q_end_(system.n()), v_end_(system.n()), taken_back_(system.rows()) {}
 
-/// A smooth step is followed by EndRates, whose impulses are of second order, but the joints' reactions as much as those of the
-/// step: without them the rows would know the speeds of its beginning alone. Looked at ahead.
+/// EndRates follows a smooth step. Its impulses are of second order, but belong to the joints'
+/// reactions like those of the step: without them the rows would only depend on the velocities at
+/// its beginning. They are therefore predicted here.
 void ReactionBounds::look_at_end(StepData& s, const StepProblem& p, const ImpulseResponses& responses) {
   const int n = s.system.n();
   v_end_ = s.v;
@@ -27,14 +28,14 @@ void ReactionBounds::look_at_end(StepData& s, const StepProblem& p, const Impuls
   s.saddle.solve(nullptr, s.r.data(), s.dq.data(), taken_back_.data());
 }
 
-/// Which rows no force moves; their entries of D are zero but for rounding.
+/// Finds the rows that no force can move; their entries of D are zero up to rounding.
 void ReactionBounds::find_driven(StepData& s, StepProblem& p) {
   auto& problem = p.problem;
   driven_.assign(p.slides.size(), 0.0);
   for (std::size_t k = 0; k < p.slides.size(); ++k) {
     const int row = p.friction(static_cast<int>(k)).tangent;
     const auto& slide = p.slides[k];
-    double free = 0;  // its mobility without constraints
+    double free = 0;  // mobility of the row without constraints
     for (int i = 0; i < slide.size; ++i)
       free += slide.value[i] * slide.value[i] / s.system.mass()[slide.column[i]];
     slide_scale = std::max({slide_scale, std::abs(problem.b[row]), std::abs(slide.dot(s.v_old.data()))});
@@ -44,8 +45,8 @@ void ReactionBounds::find_driven(StepData& s, StepProblem& p) {
   }
 }
 
-/// A driven row is given a diagonal so small that friction there always has its bound, against the rate: twice the bound would not
-/// stop it.
+/// Gives a driven row a diagonal so small that friction there is always at its bound and opposed to
+/// the rate: twice the bound would not stop it.
 void ReactionBounds::hold_driven(StepProblem& p) const {
   for (std::size_t k = 0; k < p.slides.size(); ++k) {
     if (!(driven_[k] > 0)) continue;
@@ -55,7 +56,7 @@ void ReactionBounds::hold_driven(StepProblem& p) const {
   }
 }
 
-/// The bounds that the present impulses give, in image_.
+/// Computes the bounds from the present impulses in image_.
 void ReactionBounds::follow(StepData& s, const StepProblem& p, const ImpulseResponses& responses) {
   const auto& problem = p.problem;
   const double h = s.length();
@@ -81,8 +82,9 @@ void ReactionBounds::follow(StepData& s, const StepProblem& p, const ImpulseResp
   }
 }
 
-/// Whether the present impulses obey the laws with the bounds that they give: what sticks lies within its own, whatever it was
-/// given (of joints that stick together the impulses are not unique, and the bounds need not settle); what slides has it.
+/// Whether the present impulses satisfy the laws with the bounds that they give. A sticking joint
+/// must be within its new bound, whatever its given bound (impulses of joints that stick together
+/// are not unique, and their bounds need not converge); a sliding joint must be at its bound.
 bool ReactionBounds::laws_hold(double share, const StepProblem& p) const {
   const double size = image_.maxCoeff();
   for (int i = 0; i < coupled_.size(); ++i) {
@@ -95,7 +97,8 @@ bool ReactionBounds::laws_hold(double share, const StepProblem& p) const {
   return true;
 }
 
-/// The laws with bounds that begin with `first` and agree with the impulses in the end; else a failure.
+/// Solves the laws with bounds that start with `first` and are iterated until they agree with the
+/// impulses; otherwise fails.
 ContactSolution ReactionBounds::settle(const Eigen::VectorXd& first, StepData& s, StepProblem& p,
                                        const ImpulseResponses& responses) {
   iteration_.start(first);
@@ -107,7 +110,7 @@ ContactSolution ReactionBounds::settle(const Eigen::VectorXd& first, StepData& s
     if (!result.solved) return result;
     follow(s, p, responses);
     if (laws_hold(iteration_.count() > 15 ? BoundIteration::accepted : 1e-14, p)) return result;
-    // Joints that stick together may share their impulses in many ways: a little less than their bounds, if that holds.
+    // Joints that stick together may share their impulses in many ways: try bounds a little lower.
     if (iteration_.count() == 20 || iteration_.count() == 40) {
       for (int i = 0; i < coupled_.size(); ++i)
         p.friction(coupled_.friction(i)).bound = (iteration_.count() == 20 ? 0.95 : 0.7) * image_[i];
@@ -145,7 +148,7 @@ ContactSolution ReactionBounds::solve(StepData& s, StepProblem& p, ImpulseRespon
   found_ = problem.unknowns;
   const std::size_t preloaded = found_.size() - p.slides.size();
   double size = iteration_.bounds().maxCoeff();
-  for (std::size_t k = 0; k < p.slides.size(); ++k)  // what would hold each alone
+  for (std::size_t k = 0; k < p.slides.size(); ++k)  // impulse that would stop each joint alone
     if (const int row = problem.unknowns[preloaded + k].tangent; driven_[k] == 0)
       size = std::max(size, std::abs(problem.b[row]) / problem.D(row, row));
   for (const double from : {0.0, 100.0}) {
@@ -156,7 +159,7 @@ ContactSolution ReactionBounds::solve(StepData& s, StepProblem& p, ImpulseRespon
     for (std::size_t k = 0; k < p.slides.size(); ++k) {
       const auto& was = found_[preloaded + k];
       const double other_by = std::abs(problem.unknowns[preloaded + k].impulse_t - was.impulse_t);
-      // Beyond what moves the joint by rounding of its speeds.
+      // A difference beyond the rounding of the joint's sliding speed.
       if (driven_[k] > 0 || !(other_by > 1e-6 * size) ||
           !(other_by * problem.D(was.tangent, was.tangent) > 1e-9 * slide_scale))
         continue;

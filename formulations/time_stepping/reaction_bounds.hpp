@@ -1,7 +1,11 @@
-// Friction in joints that their own reactions bound (docs/development/decisions/019): −P_T ∈ μ S(Λ) Sgn(u_T⁺) with Λ the impulses of the
-// step, those of impacts among them (dynamics/reaction_bound.hpp). Bounds and impulses are iterated until they agree
-// (contact/bound_iteration.hpp); μ is that of the mean of the sliding speeds at the step's ends. Where the reactions grow faster than
-// the friction that they bound, other motions are looked for, and one that is not unique is a failure.
+// ReactionBounds: joint friction that is bounded by the joint's own reaction (docs/development/decisions/019),
+//
+//     −P_T ∈ μ S(Λ) Sgn(u_T⁺),
+//
+// where Λ are the impulses of the step, including those of impacts (dynamics/reaction_bound.hpp),
+// and μ is taken at the mean of the sliding speeds at both ends of the step. Bounds and impulses
+// are iterated until they agree (contact/bound_iteration.hpp). If the reactions grow faster than
+// the friction that they bound, other motions are sought; a motion that is not unique is a failure.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,14 +24,15 @@ struct StepData;
 class ReactionBounds {
  public:
   explicit ReactionBounds(const System& system);
-  /// Joints with such friction.
+  /// Number of joints with such friction.
   int size() const { return coupled_.size(); }
-  /// Solves the collected problem with bounds that agree with its impulses.
+  /// Solves the present problem of `problem` with bounds that agree with its impulses.
   ContactSolution solve(StepData& step, StepProblem& problem, ImpulseResponses& responses);
-  /// No force moves the k-th friction element's row: the joint's motion is prescribed.
+  /// Whether no force can move the row of the k-th friction element, because the joint's motion is
+  /// prescribed.
   bool driven(int k) const { return !driven_.empty() && driven_[static_cast<std::size_t>(k)] != 0; }
 
-  double slide_scale = 0;  ///< m/s, the fastest that joints with friction have slid
+  double slide_scale = 0;  ///< m/s, the greatest sliding speed so far of joints with friction
 
  private:
   ContactSolution settle(const Eigen::VectorXd& first, StepData& step, StepProblem& problem,
@@ -40,11 +45,11 @@ class ReactionBounds {
 
   CoupledFriction coupled_;
   BoundIteration iteration_;
-  std::vector<double> q_end_, v_end_,
-      taken_back_;                     // what EndRates will do, and where it finds the step's end
+  // predicted correction by EndRates, and the end of the step where it applies
+  std::vector<double> q_end_, v_end_, taken_back_;
   std::vector<double> driven_;         // of each friction element's row: > 0, driven
-  Eigen::VectorXd image_, start_;      // bounds that the present impulses give
-  std::vector<ContactUnknown> found_;  // one motion, while others are looked for
+  Eigen::VectorXd image_, start_;      // bounds from the present impulses; initial bounds
+  std::vector<ContactUnknown> found_;  // one motion, while others are sought
 };
 
 }  // namespace freeplay

@@ -1,5 +1,6 @@
-// What the parts of time stepping read and write of one step: the motion at its beginning, middle and end, the mechanism
-// evaluated there, and the sums of the run. Plain data; MoreauStepper owns it and hands it to the parts.
+// StepData: data of one step that the parts of time stepping read and write: the motion at its
+// beginning, middle and end, the mechanism evaluated there, and the totals of the run. Plain data;
+// MoreauStepper owns it and passes it to the parts.
 #pragma once
 
 #include <string>
@@ -13,11 +14,11 @@
 
 namespace freeplay {
 
-/// Which contacts may act in a step: all whose gap it would close, by the impact law; or those that are held to be
-/// closed alone, without restitution, so that the step is smooth.
+/// Which contacts may act in a step: all contacts whose gaps it would close, by the impact law; or
+/// only contacts marked as closed, without restitution, so that the step is smooth.
 enum class StepReach { all, closed };
 
-/// What the steps of a run add up to.
+/// Totals over the steps of a run.
 struct RunTotals {
   EnergyLedger integrals;
   Extremes extremes;
@@ -36,20 +37,22 @@ struct StepData {
   }
 
   const System& system;
-  SaddlePoint saddle;                        // factorised at q_mid; by EndRates at q
-  Evaluation middle, end;                    // placed at (q_mid, t_old + h/2) and at (q, t)
-  std::vector<double> q, v, z;               // at the end; z: first-order states of elements
-  std::vector<double> q_old, v_old, z_old;   // at the beginning; z_old where their rates depend on velocities
+  SaddlePoint saddle;           // factorised at q_mid; by EndRates at q
+  Evaluation middle, end;       // evaluated at (q_mid, t_old + h/2) and at (q, t)
+  std::vector<double> q, v, z;  // at the end; z: first-order states of elements
+  // at the beginning; z_old if rates of z depend on velocities
+  std::vector<double> q_old, v_old, z_old;
   std::vector<double> q_mid, v_mean, z_mid;  // at the middle
-  std::vector<double> lambda;                // N s, of the constraint rows; after the step over its length
-  std::vector<double> force;                 // N s, M v + h f
-  std::vector<double> r;                     // right-hand sides of constraint rows
-  std::vector<double> dq, dlambda;           // scratch: a movement, and its multipliers
-  double t = 0, t_old = 0;                   // s
+  // N s, of the constraint rows; N after the step (divided by its length)
+  std::vector<double> lambda;
+  std::vector<double> force;        // N s, M v + h f
+  std::vector<double> r;            // right-hand sides of constraint rows
+  std::vector<double> dq, dlambda;  // work space: a displacement and its multipliers
+  double t = 0, t_old = 0;          // s
   StepReach reach = StepReach::all;
   ContactLog* log = nullptr;
   RunTotals totals;
-  std::string failure;  // of the last step that failed
+  std::string failure;  // reason of the last failed step
 };
 
 }  // namespace freeplay

@@ -1,4 +1,4 @@
-// What a reader of the results must know of the steps of a run, as data; worded once, in tell_steps().
+// StepDiagnostics: diagnostics of the steps of a run, as data; tell_steps() turns them into notes.
 #pragma once
 
 #include <string>
@@ -10,18 +10,19 @@
 namespace freeplay {
 
 struct StepDiagnostics {
-  std::string motions;      ///< the first contact problem with more motions than one
-  std::string jam;          ///< the first contact that friction stopped without approach (Painlevé)
-  long jams = 0;            ///< such contacts
-  long undecided = 0;       ///< contact problems whose uniqueness was not decided
-  long inelastic = 0;       ///< steps whose impacts were taken without restitution
-  long unsettled = 0;       ///< fixed steps whose films were not met
-  long unswept = 0;         ///< steps over a table whose sweep did not settle
-  long locked = 0;          ///< problems in which friction in joints outgrows the reactions that bound it
-  double locked_since = 0;  ///< s, the first of them
+  std::string motions;  ///< the first contact problem with more than one motion
+  std::string jam;      ///< the first contact stopped by friction without approach (Painlevé)
+  long jams = 0;        ///< number of such contacts
+  long undecided = 0;   ///< contact problems whose uniqueness was not decided
+  long inelastic = 0;   ///< steps whose impacts were solved without restitution
+  long unsettled = 0;   ///< fixed steps in which the iteration of films did not converge
+  long unswept = 0;     ///< steps in which the iteration over a swept table did not converge
+  /// problems in which joint friction grows faster than the reactions that bound it
+  long locked = 0;
+  double locked_since = 0;  ///< s, of the first such problem
 };
 
-/// `fixed`: steps have a given length.
+/// `fixed`: steps of fixed length.
 void tell_steps(const StepDiagnostics& found, const System& system, bool fixed, const FilmStep::Leap& leap,
                 const StepResolution::Bend& bend, std::vector<std::string>& notes);
 

@@ -5,11 +5,12 @@
 namespace freeplay {
 namespace {
 
-/// Of constraint rows: the drives' work, and what constraint errors do.
+/// Works of constraint rows: the drives' work, and the work of constraint errors.
 void account_rows(StepData& s) {
   const int first_driven = s.system.rows() - (s.system.has_motions() ? s.system.drive_rows() : 0);
-  // Where velocities meet the rates at both ends (EndRates), what all rows do at their mean is the drives' alone: ideal joints do
-  // nothing, and that their rows turn within the step is the step's error, of an order that would add up turn by turn.
+  // If velocities satisfy the rates at both ends (EndRates), the work of all rows on their mean is
+  // that of the drives. Ideal joints do no work, and the rotation of their rows within the step is
+  // an error of the step that would accumulate from turn to turn.
   const bool met = s.smooth() && s.system.drive_rows() > 0;
   const auto& G = s.system.pattern();
   const int* column = G.column.data();
@@ -22,7 +23,8 @@ void account_rows(StepData& s) {
     double rate = 0;
     for (const int end = G.begin[k + 1]; e < end; ++e) rate += value[e] * mean[column[e]];
     const double work = impulse * (rate + driven);
-    // What follows a curve has its own rates at both ends of the step: it is driven at their mean, not at that of its curve.
+    // A row driven by a curve has its own rates at both ends of the step. It is driven at their
+    // mean, not at the mean of the curve.
     if (met || (k >= first_driven && driven != 0))
       drive -= work;
     else
@@ -32,7 +34,7 @@ void account_rows(StepData& s) {
   integrals.stabilisation = stabilisation;
 }
 
-/// Of contacts and friction: their losses; what they gave in all.
+/// Losses of contacts and friction; returns their total energy gain.
 double account_contacts(StepData& s, const StepProblem& problem, const ImpulseResponses& responses) {
   auto& integrals = s.totals.integrals;
   double gain = 0;
@@ -68,8 +70,8 @@ void account_step(StepData& s, const ContactSet& contacts, const StepProblem& pr
     if (const auto* u = problem.unknown_of(contacts[k]))
       approach += u->impulse_n * std::max(0.0, -contacts[k].u_n_minus);
   const double gain = account_contacts(s, problem, responses);
-  // A step's share of lasting contact may add h² times forces; more is an impact that raised the energy. Adaptive steps over
-  // impacts are the shortest.
+  // Lasting contacts may add a gain of h² times forces per step; a greater gain is from an impact
+  // that raised the energy. Adaptive steps over impacts are the shortest steps.
   if (struck)
     s.totals.extremes.count_gain(gain > (fixed ? 1e-3 : 1e-5) * approach ? gain : 0,
                                  s.system.kinetic(s.v_old.data()), 1e-9);

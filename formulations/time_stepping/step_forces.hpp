@@ -1,5 +1,6 @@
-// Forces of a step, for observers: a step knows impulses alone, of contacts in impact, with what the joints answer, apart from the
-// rest. Its forces are the latter over its length.
+// StepForces: forces of a step, for observers. A step computes impulses; those of contacts in
+// impact, with the reactions of the joints to them, are separated from the rest. The forces of a
+// step are the remaining impulses divided by its length.
 #pragma once
 
 #include <vector>
@@ -12,7 +13,7 @@ class StepForces {
  public:
   void watch(const System& system, bool on);
   bool watching() const { return watching_; }
-  /// The impulses of the step, at its middle.
+  /// Collects the impulses of the step, at its middle.
   void collect(StepData& step, const ContactSet& contacts, const StepProblem& problem,
                ImpulseResponses& responses, const FilmStep& films);
   void at(double t_old, double t, Forces& out) const {
@@ -21,7 +22,7 @@ class StepForces {
   }
 
   const Forces& nothing() const { return nothing_; }
-  /// Of all but the impacts, and of these.
+  /// Impulses without the impacts (smooth) and of the impacts (within).
   Forces& smooth() { return smooth_; }
   const Forces& smooth() const { return smooth_; }
   const Forces& within() const { return within_; }

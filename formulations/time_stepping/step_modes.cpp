@@ -28,11 +28,13 @@ double turned_round(const StepData& step, const ContactSet& contacts, const Step
     if (bound <= 0 || before == 0) return;
     if (std::abs(u.impulse_t) >= bound * (1 - 1e-9)) {
       if (before * u.impulse_t > 0)
-        rate = std::max(rate, std::abs(before));  // friction that drives what slid
+        rate = std::max(rate, std::abs(before));  // friction that drives the sliding
       return;
     }
-    if (std::abs(problem.rate(u.tangent)) > 1e-3 * std::abs(before)) return;  // hardly pressed, it slides on
-    // It was stopped. What holds it there, the impulse less what took its speed, may be more than friction bears.
+    // with little normal force, it slides on
+    if (std::abs(problem.rate(u.tangent)) > 1e-3 * std::abs(before)) return;
+    // Sliding was stopped. The impulse that then holds the contact, which is the total less the
+    // impulse that stopped it, may exceed the friction limit.
     const double d = problem.D(u.tangent, u.tangent), held = std::abs(u.impulse_t + before / d);
     if (held > bound) rate = std::max(rate, (held - bound) * d);
   };
@@ -52,7 +54,7 @@ double lifted(const ContactSet& contacts, const StepProblem& problem, const std:
     const auto& c = contacts.all()[k];
     const auto* u = problem.unknown_of(c);
     if (!c.closed || !u) continue;
-    // Forces at a quarter and three quarters of the two half steps, in impulses over both.
+    // Forces at a quarter and three quarters of the two half steps, as impulses over both.
     const double early = 2 * first[k], late = 2 * u->impulse_n, slope = 2 * (late - early);
     const double least = std::min(early, late) - 0.25 * std::abs(slope);
     if (!(early > 0) || !(late > 0) || !(least < 0)) continue;

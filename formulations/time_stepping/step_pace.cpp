@@ -19,7 +19,7 @@ void StepPace::find() {
 
 void StepPace::start(double t, double speed, double film_rate, long gains) {
   fastest = std::max(fastest, speed);
-  // A film that nothing loads goes round with the journal's spin, slow as its centre may be.
+  // An unloaded film whirls with the journal's spin, even if the journal's centre is slow.
   film_pace = film_rate > 0 ? 1 / film_rate : 0;
   find();
   since = t;
@@ -38,7 +38,8 @@ void StepPace::note_step(double t, long gains_now) {
   if (++steps < between) return;
   const double passed = t - since;
   const double slow = scales_.guessed ? pace : scales_.time;
-  // Else steps are short for what is smooth, and a longer floor would miss it.
+  // Otherwise steps are short because the smooth motion needs it, and a higher floor would not
+  // resolve it.
   const bool crowded = strikes >= 40 || gains_now > gains;
   if (crowded && passed < 0.02 * slow) floor = std::min(4 * floor, std::max(least_floor, 0.2 * pace));
   if (passed > 0.2 * slow) floor = std::max(0.25 * floor, least_floor);

@@ -1,9 +1,11 @@
-// How fast a motion is, for adaptive steps: the shortest step worth taking, the floor, is what the fastest body against what it may
-// touch passes in the tolerance of its clearance,
+// StepPace: time scales of a motion for adaptive steps. The shortest useful step, the floor, is the
+// time in which the fastest body, relative to the bodies that it may contact, travels the tolerance
+// of its clearance,
 //
 //     least floor = tolerance × ℓ / v_max
 //
-// Where many impacts follow each other in next to no time the floor is raised, up to a fifth of ℓ/v_max, and lowered again.
+// If many impacts accumulate in a short time, the floor is raised, up to a fifth of ℓ/v_max, and
+// later lowered again.
 #pragma once
 
 #include "formulations/integrators/tolerance.hpp"
@@ -14,32 +16,35 @@ class StepPace {
  public:
   StepPace(double tolerance, const Scales& scales);
 
-  /// From t on, of a motion of this speed; `film_rate`: rad/s, of the fastest journal in a film.
+  /// Starts at t with a motion of this speed; `film_rate`: angular speed (rad/s) of the fastest
+  /// journal in a film.
   void start(double t, double speed, double film_rate, long gains);
-  /// Takes a speed (m/s) that a step came to.
+  /// Takes into account the speed (m/s) after a step.
   void note_speed(double speed);
-  /// After each step; `gains`: impacts so far that raised the energy.
+  /// Called after each step; `gains`: number of impacts so far that raised the energy.
   void note_step(double t, long gains);
-  /// How much longer the floor is at present than it need be.
+  /// Ratio of the present floor to the least floor.
   double raised() const { return least_floor > 0 ? floor / least_floor : 1; }
-  /// Impacts drive the motion faster and faster: it comes to no end that shorter steps would reach. A body that springs or
-  /// drives accelerate from rest gains as much speed by no impact.
+  /// Whether impacts accelerate the motion without limit, so that shorter steps do not help. A body
+  /// that springs or drives accelerate from rest gains speed without impacts and does not count.
   bool runs_away(long gains) const {
     return calm_speed > 0 && fastest > 1e3 * calm_speed && gains > calm_gains;
   }
 
-  /// @name What a run remembers
+  /// @name Serialized state
   ///@{
   double fastest = 0;                 // m/s
-  double pace = 0;                    // s, in which that crosses the least clearance
-  double film_pace = 0;               // s, of a film that turns with its journal
+  double pace = 0;                    // s, in which the fastest body crosses the least clearance
+  double film_pace = 0;               // s, of a film that rotates with its journal
   double floor = 0, least_floor = 0;  // s
-  long steps = 0, strikes = 0;        // since the pace was looked at; of those, steps over impacts
-  double since = 0;                   // s, then
-  double calm_speed = 0;              // m/s, the fastest when impacts last gave nothing
-  long gains = 0;                     // impacts that raised the energy when the pace was last looked at
-  long calm_gains = 0;                // the same when calm_speed was taken
-                                      ///@}
+  // since the last check of the pace; of those, steps over impacts
+  long steps = 0, strikes = 0;
+  double since = 0;       // s, time of that check
+  double calm_speed = 0;  // m/s, the greatest speed when impacts last raised no energy
+  long gains = 0;         // impacts that raised the energy, at the last check
+  // impacts that raised the energy, when calm_speed was taken
+  long calm_gains = 0;
+  ///@}
 
  private:
   void find();

@@ -85,8 +85,9 @@ double StepPair::difference(const MoreauStepper& moreau) const {
   return worst < 1e10 ? worst : 1e10;
 }
 
-/// What both a step and its halves are blind to: the speed of sliding that turned round within a step, which they take for turned all
-/// along, and the rate that lifts off within one that is pressed on the whole.
+/// Error that both the full step and its halves have: the speed of sliding that reversed within a
+/// step, which they take as reversed throughout, and the rate of a contact that separates within a
+/// step but is pressed on average.
 double StepPair::unseen_by_halves() const {
   const double missed = std::max(turned_, lifted_);
   if (missed == 0) return 0;

@@ -1,6 +1,8 @@
-// One step of h and two of h/2 from the same state, of what is closed. They differ by three times the error of the two, which is
-// accepted up to nonsmooth.step_tolerance in the norm of the event-driven scheme's integrator; where all three pressed, stuck and
-// slid alike their extrapolation goes on. Where they did not, the difference itself is the error.
+// StepPair: one step of h and two steps of h/2 from the same state, with closed contacts only.
+// Their difference is three times the error of the two half steps, which is accepted up to
+// nonsmooth.step_tolerance in the norm of the event-driven scheme's integrator. If the contacts
+// have the same modes in all three steps, the result is extrapolated. Otherwise the difference
+// itself is the error estimate.
 #pragma once
 
 #include <vector>
@@ -14,11 +16,12 @@ class StepPair {
  public:
   StepPair(const System& system, const ErrorNorm& norm, double speed_scale);
 
-  /// Takes the steps from `start`, where the stepper is; the two half steps stand. False where one failed.
+  /// Takes the steps from `start`, the present state of the stepper, which ends at the end of the
+  /// half steps. Returns false if one failed.
   bool take(MoreauStepper& moreau, double h);
-  /// All three pressed, stuck and slid alike, and nothing turned round within one.
+  /// Whether the modes are the same in all three steps and no sliding reversed within one.
   bool alike() const { return modes_whole_ == modes_first_ && modes_first_ == modes_second_ && turned_ == 0; }
-  /// Over what is accepted.
+  /// Error estimate over the accepted error.
   double error(const MoreauStepper& moreau) const;
   void extrapolate(MoreauStepper& moreau);
 
@@ -26,12 +29,12 @@ class StepPair {
   ///@{
   void watch_forces(bool on);
   bool watching() const { return watching_; }
-  /// Those of a single step.
+  /// Takes the forces of a single step instead.
   void take_forces(const MoreauStepper& moreau);
   Forces smooth, within;
   ///@}
 
-  /// @name The path: Hermite's cubics through three states
+  /// @name The path: Hermite cubics through three states
   ///@{
   MoreauStepper::Place start;
   std::vector<double> middle_q, middle_v;

@@ -11,7 +11,7 @@ using Multipliers = SaddlePoint::Multipliers;
 
 namespace {
 
-/// D of few contacts, with the responses to their rows.
+/// Computes D of few contacts, with the responses to their rows.
 void assemble(ContactProblem& problem, StepData& s, ImpulseResponses& responses, FilmStep& films,
               Multipliers which) {
   const int rows = problem.rows;
@@ -26,7 +26,7 @@ void assemble(ContactProblem& problem, StepData& s, ImpulseResponses& responses,
     for (int c = 0; c <= r; ++c) D[r + c * size] = D[c + r * size] = row.dot(responses.response(c));
   }
   if (!films.any()) return;
-  for (int r = 0; r < rows; ++r)  // cavitated, they answer one way otherwise than back
+  for (int r = 0; r < rows; ++r)  // D is not symmetric with cavitated films
     for (int c = r + 1; c < rows; ++c) problem.D(r, c) = responses.row(r).dot(responses.response(c));
 }
 
@@ -86,7 +86,8 @@ bool StepProblem::solve(StepData& s, ContactSet& contacts, ImpulseResponses& res
   const bool heap = islands_ && s.system.rows() == 0;
   contacts.begin(s, islands_ != nullptr);
   if (islands_) islands_->clear();
-  // Impulses of the other elements may close a gap that the free motion leaves open: look again with them.
+  // Impulses of other elements may close a gap that the free motion leaves open: check again with
+  // them.
   for (bool first = true; contacts.activate(s, responses) || first; first = false) {
     if (!first) {
       s.v = v_free_;
@@ -99,7 +100,7 @@ bool StepProblem::solve(StepData& s, ContactSet& contacts, ImpulseResponses& res
       lambda_free_ = s.lambda;
     }
     if (!solve_contacts(s, contacts, responses, films)) return false;
-    if (heap)  // should more join, their problem begins from here
+    if (heap)  // initial guess if more contacts join
       for (const int k : contacts.live())
         if (auto& c = contacts[k]; c.active) {
           c.last_n = problem.unknowns[c.unknown].impulse_n;
@@ -126,7 +127,7 @@ int StepProblem::add_row(const SparseRow& row, double end_rate_bias, int place, 
   return r;
 }
 
-/// The contact problem of the active contacts and the joints with friction.
+/// Sets up the contact problem of the active contacts and the joints with friction.
 void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& responses) {
   const double h = s.length();
   const bool all = s.reach == StepReach::all;
@@ -137,8 +138,9 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
     problem.reserve_rates(static_cast<int>(responses.rows().size()));
   problem.least =
       contacts.find_struck(s) ? ContactProblem::Least::where_singular : ContactProblem::Least::never;
-  // An impact's impulses are no guess for the step behind it: in a wedge they may be a solution of their own, that jams.
-  // In a heap of loose bodies somewhere is always one: there each contact has its own.
+  // The impulses of an impact are no initial guess for the step after it: in a wedge they may be
+  // another solution, which jams. A heap of bodies without joints always has an impact somewhere;
+  // there, each contact decides for itself.
   const auto struck_last = [](const StepContact& c) { return c.steps == 1 && c.last_n > 0; };
   const bool heap = islands_ && s.system.rows() == 0,
              any = !heap &&
@@ -159,7 +161,7 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
       u.tangent = add_row(c.row.tangent, -c.bias_t, place + 1, s.v.data(), responses);
       u.friction = *surface.friction;
       u.impulse_t = guess ? c.last_t : 0;
-      // Reversal belongs to impacts; a contact that lasts would be driven back by it.
+      // Reversal of sliding is for impacts only; it would drive back a lasting contact.
       if (c.u_n_minus < 0 && c.steps == 0 && all && !c.soft)
         u.target_t = -surface.tangential_restitution * (c.row.tangent.dot(s.v_old.data()) + c.bias_t);
     }
@@ -178,7 +180,7 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
   }
 }
 
-/// Solves the collected problem and adds its impulses to v and, but with islands, to lambda.
+/// Solves the present problem and adds its impulses to v and, without islands, to lambda.
 bool StepProblem::solve_contacts(StepData& s, ContactSet& contacts, ImpulseResponses& responses,
                                  FilmStep& films) {
   if (!islands_)
@@ -205,7 +207,7 @@ bool StepProblem::solve_contacts(StepData& s, ContactSet& contacts, ImpulseRespo
   return true;
 }
 
-/// Solves the collected problem in islands; reactions follow by react_to_all().
+/// Solves the present problem in islands; react_to_all() computes the reactions.
 ContactSolution StepProblem::solve_islands(StepData& s, ImpulseResponses& responses) {
   auto& totals = s.totals;
   for (const int place : place_) responses.respond(s.saddle, place);
@@ -237,7 +239,7 @@ ContactSolution StepProblem::solve_laws(StepData& s) {
   return result;
 }
 
-/// Takes restitution out of the present problem; false where there was none.
+/// Removes restitution from the present problem; returns false if there was none.
 bool StepProblem::strip_restitution() {
   bool any = false;
   for (auto& u : problem.unknowns) {
@@ -247,7 +249,7 @@ bool StepProblem::strip_restitution() {
   return any;
 }
 
-/// The joints' impulses with all that contacts and friction give.
+/// Computes the joints' impulses with all impulses of contacts and friction.
 void StepProblem::react_to_all(StepData& s, const ImpulseResponses& responses) const {
   for (const auto& c : problem.unknowns)
     for (const auto& [row, impulse] : {std::pair{c.normal, c.impulse_n}, std::pair{c.tangent, c.impulse_t}})
@@ -255,8 +257,9 @@ void StepProblem::react_to_all(StepData& s, const ImpulseResponses& responses) c
   s.saddle.solve(s.force.data(), s.r.data(), s.dq.data(), s.lambda.data());
 }
 
-/// Notes the first problem with more than one motion, and the first contact that slid on without approach and
-/// was stopped by an impulse, because friction there admits no finite force on what slides.
+/// Records the first problem with more than one motion, and the first contact that slid without
+/// approach and was stopped by an impulse, because friction admits no finite force on the sliding
+/// body.
 void StepProblem::note_painleve(StepData& s, const ContactSet& contacts,
                                 const ContactSolution& result) const {
   auto& found = s.totals.found;

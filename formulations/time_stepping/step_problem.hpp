@@ -1,13 +1,15 @@
-// The impulses of a step: the contact problem (contact/contact_problem.hpp) of the contacts that take part and of the joints
-// with friction, and what it adds to velocities and reactions.
+// StepProblem: the impulses of a step. It sets up the contact problem (contact/contact_problem.hpp)
+// of the contacts that take part and of the joints with friction, solves it, and adds the impulses
+// to velocities and reactions,
 //
 //     0 ≤ u_N⁺ + e u_N⁻ ⊥ P_N ≥ 0,   −P_T ∈ μ P_N Sgn(u_T⁺)
 //
-// Contacts are added while the motion with the impulses so far would close their gaps. With few contacts the problem is dense;
-// with many it is solved in islands, and reactions follow once, from all impulses together.
+// Contacts are added as long as the motion with the impulses so far would close further gaps. With
+// few contacts the problem is dense. With many contacts it is solved in islands, and reactions are
+// computed once from all impulses.
 //
-// solve() finds the impulses about a free motion in StepData::v and lambda. Afterwards `problem` holds them, until the next
-// step. A failure stands in StepData::failure.
+// solve() starts from a free motion in StepData::v and lambda. Afterwards, `problem` holds the
+// impulses until the next step; the reason of a failure is in StepData::failure.
 #pragma once
 
 #include <memory>
@@ -23,15 +25,16 @@ namespace freeplay {
 
 class StepProblem {
  public:
-  /// `rows`: of all contacts and friction elements that have a number.
+  /// `rows`: number of rows of all numbered contacts and friction elements.
   StepProblem(const StepData& step, const NonsmoothOptions& options, int rows, bool many, bool films);
 
-  /// At the middle of a step; the saddle point stays where it is until the next begin().
+  /// Called at the middle of a step. The saddle point must stay at its address until the next
+  /// begin().
   void begin(StepData& step);
   /// Adds the impulses to v and lambda.
   bool solve(StepData& step, ContactSet& contacts, ImpulseResponses& responses, FilmStep& films);
-  /// Multipliers of eliminated rows are found once, from the velocities that all impulses give. Not where they are asked for
-  /// while impulses are looked for, nor where islands find them.
+  /// Whether multipliers of eliminated rows are computed once, from the velocities after all
+  /// impulses. Not if they are needed while impulses are computed, nor if islands compute them.
   bool late_multipliers() const { return late_multipliers_; }
   bool bounded_by_reactions() const { return bounds_.size() > 0; }
   bool driven(int friction) const { return bounds_.driven(friction); }
@@ -40,7 +43,7 @@ class StepProblem {
   ///@{
   double rate(int row) const { return islands_ ? islands_->rate(row) : problem.rate(row); }
   double D(int r, int s) const { return islands_ ? islands_->D(r, s) : problem.D(r, s); }
-  /// Where ImpulseResponses has the row.
+  /// Place of a row in ImpulseResponses.
   int place(int row) const { return islands_ ? place_[row] : row; }
   ContactUnknown* unknown_of(const StepContact& c) {
     return c.unknown >= 0 ? &problem.unknowns[c.unknown] : nullptr;
@@ -53,7 +56,8 @@ class StepProblem {
     return problem.unknowns[problem.unknowns.size() - slides.size() + k];
   }
   ///@}
-  /// Solves by the laws of contact and friction; without restitution where Newton's law asks for rates that no impulse gives.
+  /// Solves with the laws of contact and friction; without restitution if Newton's law requires
+  /// rates that no impulse gives.
   ContactSolution solve_laws(StepData& step);
 
   ContactProblem problem;

@@ -8,8 +8,9 @@
 namespace freeplay {
 namespace {
 
-/// How far a curve departs, by its knots between a and b, from the straight line that a step of Δx = |b − a| takes it for: with [y′] the
-/// jump of its slope at a knot |[y′]| Δx/4, and of a jump of the value the share of the shorter piece beside it, |[y]| Δx/(2w).
+/// Deviation of a curve, due to its knots between a and b, from the straight line by which a step
+/// of Δx = |b − a| approximates it: |[y′]| Δx/4 for a jump [y′] of its slope at a knot, and |[y]|
+/// Δx/(2w) for a jump of its value, where w is the width of the shorter adjacent piece.
 double departure_at_knots(const CurveReader& reader, double a, double b) {
   constexpr int most = 64;  // more are not resolved anyway
   if (reader.place.kinks.empty()) return 0;
@@ -33,7 +34,8 @@ double departure_at_knots(const CurveReader& reader, double a, double b) {
 
 StepResolution::StepResolution(const System& system) {
   for (int k = 0; k < system.contacts(); ++k) {
-    std::vector<double> any(static_cast<std::size_t>(system.n()));  // two bodies alike in none
+    // no two bodies have equal velocities
+    std::vector<double> any(static_cast<std::size_t>(system.n()));
     std::iota(any.begin(), any.end(), 1.0);
     if (system.passage(k, any.data(), 1) > 0) passing_.push_back(k);
   }
@@ -41,7 +43,7 @@ StepResolution::StepResolution(const System& system) {
   for (const auto& reader : system.curve_readers()) greatest_.push_back(reader.course.greatest().value);
 }
 
-/// What moves far in a step may come and go between two of them.
+/// A contact that moves far in a step may close and open between its ends.
 void StepResolution::judge_passage(const StepData& s, const ContactSet& contacts) {
   const double h = s.length();
   for (const int k : passing_)
@@ -53,8 +55,9 @@ void StepResolution::judge_passage(const StepData& s, const ContactSet& contacts
         passage = {share, contacts.told_as(k)};
 }
 
-/// A fixed step takes what it reads for straight between its ends: of a sine of N steps a period it misses (2π/N)²/8. Two places
-/// within, so that no period that divides the step is missed.
+/// A fixed step takes a curve as straight between its ends; for a sine of N steps per period the
+/// error is (2π/N)²/8. The check uses two places within the step, so that it detects every period
+/// that divides the step.
 void StepResolution::judge_bend(const StepData& s) {
   const auto& readers = s.system.curve_readers();
   const auto take = [&](double share, double most, std::size_t i) {
@@ -65,7 +68,8 @@ void StepResolution::judge_bend(const StepData& s) {
     const double a = reader.argument(s.t_old, s.q_old.data(), s.v_old.data()).value,
                  b = reader.argument(s.t, s.q.data(), s.v.data()).value;
     if (a == b || !(greatest_[i] > 0)) continue;
-    // A sine or a row of kinks at equal distances, each met by one step of five: 20 and more steps a period.
+    // A sine, or knots at equal distances of which one step in five meets one: 20 and more steps
+    // per period.
     if (reader.of != CurveReader::Of::time) take(departure_at_knots(reader, a, b) / greatest_[i], 0.1, i);
     if (!std::isfinite(reader.variation(a, b > a))) continue;
     const auto y = [&](double x) { return reader.course.value(a + x * (b - a)); };

@@ -1,5 +1,7 @@
-// Whether fixed steps are short enough for what lies on their way: a pin that a body moves past within one, a curve that bends
-// within one. Adaptive steps have limits for both (integrators/curve_limit.hpp, crossing.hpp).
+// StepResolution: checks whether fixed steps are short enough for the geometry and the curves of a
+// scene: whether a body can move past a contact, such as a pin, within one step, and whether a
+// curve bends within one step. Adaptive steps have limits for both (integrators/curve_limit.hpp,
+// crossing.hpp).
 #pragma once
 
 #include <vector>
@@ -13,7 +15,8 @@ struct StepData;
 
 class StepResolution {
  public:
-  /// The greatest share of what a contact could pass through that it moved in one step, and which it was.
+  /// The greatest motion in one step relative to the width that a contact could pass through, and
+  /// the contact.
   struct Passage {
     double share = 0;
     int contact = -1;
@@ -22,8 +25,9 @@ class StepResolution {
       m(share, contact);
     }
   };
-  /// By how much of its greatest value a curve departed from a straight line within one step at most, over what it may, and
-  /// which it was.
+  /// The greatest deviation of a curve from a straight line within one step, relative to the
+  /// curve's greatest value (share) and to the accepted deviation (over), and the element that
+  /// reads it.
   struct Bend {
     double share = 0, over = 0;
     int reader = -1;
@@ -46,9 +50,9 @@ class StepResolution {
   void judge_passage(const StepData& step, const ContactSet& contacts);
   void judge_bend(const StepData& step);
 
-  std::vector<double> greatest_;  // |y| of each curve that is read
-  std::vector<int> passing_;      // contacts that something may pass through
-  bool passes_;                   // there are some, or pairs among many bodies
+  std::vector<double> greatest_;  // greatest |y| of each curve
+  std::vector<int> passing_;      // contacts that a body may pass through
+  bool passes_;                   // there are such contacts, or pairs among many bodies
 };
 
 }  // namespace freeplay

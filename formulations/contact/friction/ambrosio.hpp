@@ -1,7 +1,9 @@
+// Friction law F_T = −F_N c(v) (friction_law.hpp) with the coefficient
+//
 //     c = 0 below v₀,   μ(|v| − v₀)/(v₁ − v₀) between,   μ above v₁
 //
-// J. Ambrósio, Impact of rigid and flexible multibody systems: deformation description and contact models, in: Virtual
-// Nonlinear Multibody Systems (2003).
+// J. Ambrósio, Impact of rigid and flexible multibody systems: deformation description and contact
+// models, in: Virtual Nonlinear Multibody Systems (2003).
 #pragma once
 
 #include "formulations/contact/friction_parts.hpp"

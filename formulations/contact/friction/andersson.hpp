@@ -1,8 +1,11 @@
+// Friction law F_T = −F_N c(v) (friction_law.hpp) with the coefficient
+//
 //     c = [μ + (μ_s − μ) exp(−(v/v₁)²)] tanh(|v|/v₀) + σ₂ |v|
 //
-// Coulomb, Stribeck and viscous friction, made smooth at rest; v₁ is Stribeck's speed, and his exponent is 2 here.
-// S. Andersson, A. Söderberg, S. Björklund, Friction models for sliding dry, boundary and mixed lubricated contacts,
-// Tribol. Int. 40 (2007) 580.
+// Coulomb, Stribeck and viscous friction, smooth at rest. v₁ is Stribeck's speed; the Stribeck
+// exponent is 2 here.
+// S. Andersson, A. Söderberg, S. Björklund, Friction models for sliding dry, boundary and mixed
+// lubricated contacts, Tribol. Int. 40 (2007) 580.
 #pragma once
 
 #include "formulations/contact/friction_parts.hpp"

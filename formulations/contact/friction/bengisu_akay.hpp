@@ -1,7 +1,9 @@
+// Friction law F_T = −F_N c(v) (friction_law.hpp) with the coefficient
+//
 //     c = μ_s[1 − (|v|/v₀ − 1)²] up to v₀, then μ + (μ_s − μ) exp[−ξ(|v| − v₀)]
 //
-// M. T. Bengisu, A. Akay, Stability of friction-induced vibrations in multi-degree-of-freedom systems, J. Sound Vib.
-// 171 (1994) 557.
+// M. T. Bengisu, A. Akay, Stability of friction-induced vibrations in multi-degree-of-freedom
+// systems, J. Sound Vib. 171 (1994) 557.
 #pragma once
 
 #include "formulations/contact/friction_parts.hpp"

@@ -1,7 +1,9 @@
+// Friction law F_T = −F_N c(v) (friction_law.hpp) with the coefficient
+//
 //     c = μ tanh(4x) + (μ_s − μ) x/(x²/4 + ¾)² + σ₂ v,   x = v/v₀
 //
-// P. Brown, J. McPhee, A continuous velocity-based friction model for dynamics and control with physically meaningful
-// parameters, J. Comput. Nonlinear Dyn. 11 (2016) 054502.
+// P. Brown, J. McPhee, A continuous velocity-based friction model for dynamics and control with
+// physically meaningful parameters, J. Comput. Nonlinear Dyn. 11 (2016) 054502.
 #pragma once
 
 #include "formulations/contact/friction_parts.hpp"

@@ -1,8 +1,10 @@
+// Friction law F_T = −F_N c(v) (friction_law.hpp) with the coefficient
+//
 //     c = σ₀ z + σ₁ ż + σ₂ v,   ż = v − |v| z/g,   g = [μ + (μ_s − μ) e^(−(v/v₀)²)]/σ₀
 //
-// The bristle's deflection z (m) is a state of its own.
-// C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, A new model for control of systems with friction, IEEE
-// Trans. Autom. Control 40 (1995) 419.
+// The deflection z (m) of the bristle is an additional state variable.
+// C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, A new model for control of systems
+// with friction, IEEE Trans. Autom. Control 40 (1995) 419.
 #pragma once
 
 #include "formulations/contact/friction_parts.hpp"

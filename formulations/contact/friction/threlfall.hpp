@@ -1,7 +1,10 @@
-//     c = μ(1 − exp(−3|v|/v₀)) up to v₀, then its value there, 0.9502 μ (the source rounds to 0.95 and jumps)
+// Friction law F_T = −F_N c(v) (friction_law.hpp) with the coefficient
 //
-// D. C. Threlfall, The inclusion of Coulomb friction in mechanisms programs with particular reference to DRAM, Mech.
-// Mach. Theory 13 (1978) 475.
+//     c = μ(1 − exp(−3|v|/v₀)) up to v₀, then constant at its value there, 0.9502 μ
+//
+// The source rounds this value to 0.95 μ, with a jump at v₀.
+// D. C. Threlfall, The inclusion of Coulomb friction in mechanisms programs with particular
+// reference to DRAM, Mech. Mach. Theory 13 (1978) 475.
 #pragma once
 
 #include "formulations/contact/friction_parts.hpp"

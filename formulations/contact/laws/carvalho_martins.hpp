@@ -1,7 +1,10 @@
+// Point contact law F = K δ^(3/2) (1 + χ δ̇/v₀) (contact_law.hpp) with the damping factor
+//
 //     χ = 3(1 − e)(11 − e)/[2(1 + 9e)]
 //
-// A. S. Carvalho, J. M. Martins, Exact restitution and generalizations for the Hunt–Crossley contact model,
-// Mech. Mach. Theory 139 (2019) 174: the first integral solved approximately.
+// An approximate solution of the first integral of a free impact (see contact_law.hpp).
+// A. S. Carvalho, J. M. Martins, Exact restitution and generalizations for the Hunt–Crossley
+// contact model, Mech. Mach. Theory 139 (2019) 174.
 #pragma once
 
 #include "formulations/contact/contact_parts.hpp"

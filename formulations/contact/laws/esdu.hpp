@@ -1,7 +1,9 @@
+// Line contact law of a journal inside a bearing of length L (elastic.hpp, contact_parts.hpp):
+//
 //     δ = f [ln(4ΔR/f) + 1],   f = F/(π E* L)
 //
-// ESDU 78035, Contact phenomena I: stresses, deflections and contact dimensions for normally loaded unlubricated
-// elastic components, Engineering Sciences Data Unit, 1978.
+// ESDU 78035, Contact phenomena I: stresses, deflections and contact dimensions for normally loaded
+// unlubricated elastic components, Engineering Sciences Data Unit, 1978.
 #pragma once
 
 #include "formulations/contact/contact_parts.hpp"

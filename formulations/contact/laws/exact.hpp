@@ -1,6 +1,10 @@
+// Point contact law F = K δ^(3/2) (1 + χ δ̇/v₀) (contact_law.hpp) with the exact damping factor,
+// from
+//
 //     χ(1 + e) = ln[(1 + χ)/(1 − χe)]
 //
-// The first integral of a free impact (see contact_law.hpp), solved for χ: delivers what is asked for.
+// The first integral of a free impact (see contact_law.hpp), solved for χ: the law delivers the
+// requested restitution.
 #pragma once
 
 #include "formulations/contact/contact_parts.hpp"

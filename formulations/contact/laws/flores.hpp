@@ -1,7 +1,9 @@
+// Point contact law F = K δ^(3/2) (1 + χ δ̇/v₀) (contact_law.hpp) with the damping factor
+//
 //     χ = 8(1 − e)/(5e)
 //
-// P. Flores, M. Machado, M. T. Silva, J. M. Martins, On the continuous contact force models for soft materials in
-// multibody dynamics, Multibody Syst. Dyn. 25 (2011) 357.
+// P. Flores, M. Machado, M. T. Silva, J. M. Martins, On the continuous contact force models for
+// soft materials in multibody dynamics, Multibody Syst. Dyn. 25 (2011) 357.
 #pragma once
 
 #include "formulations/contact/contact_parts.hpp"

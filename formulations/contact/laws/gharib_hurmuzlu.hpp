@@ -1,8 +1,11 @@
+// Point contact law F = K δ^(3/2) (1 + χ δ̇/v₀) (contact_law.hpp) with the damping factor
+//
 //     χ = 1/e
 //
-// From the energy lost in an impact that returns little; at e = 1 it still delivers 0.594.
-// M. Gharib, Y. Hurmuzlu, A new contact force model for low coefficient of restitution impact, J. Appl. Mech. 79 (2012)
-// 064506.
+// Derived from the energy loss of an impact with low restitution; at e = 1 the law still delivers
+// 0.594.
+// M. Gharib, Y. Hurmuzlu, A new contact force model for low coefficient of restitution impact, J.
+// Appl. Mech. 79 (2012) 064506.
 #pragma once
 
 #include "formulations/contact/contact_parts.hpp"

@@ -1,7 +1,9 @@
+// Point contact law F = K δ^(3/2) (1 + χ δ̇/v₀) (contact_law.hpp) with the damping factor
+//
 //     χ = (1 − e²)/e
 //
-// Y. Gonthier, J. McPhee, C. Lange, J.-C. Piedbœuf, A regularized contact model with asymmetric damping and
-// dwell-time dependent friction, Multibody Syst. Dyn. 11 (2004) 209.
+// Y. Gonthier, J. McPhee, C. Lange, J.-C. Piedbœuf, A regularized contact model with asymmetric
+// damping and dwell-time dependent friction, Multibody Syst. Dyn. 11 (2004) 209.
 #pragma once
 
 #include "formulations/contact/contact_parts.hpp"

@@ -1,3 +1,5 @@
+// Point contact law F = K δ^(3/2) (1 + χ δ̇/v₀) (contact_law.hpp) with the damping factor
+//
 //     χ = 6(1 − e)/[(2e − 1)² + 3]
 //
 // R. G. Herbert, D. C. McWhannell, Shape and frequency composition of pulses from an impact pair,

@@ -1,3 +1,5 @@
+// Point contact law of Hertz, without damping (contact_law.hpp):
+//
 //     F = K δ^(3/2),   χ = 0
 //
 // H. Hertz, Über die Berührung fester elastischer Körper, J. reine angew. Math. 92 (1882) 156.

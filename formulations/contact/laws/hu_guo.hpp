@@ -1,7 +1,9 @@
+// Point contact law F = K δ^(3/2) (1 + χ δ̇/v₀) (contact_law.hpp) with the damping factor
+//
 //     χ = 3(1 − e)/(2e)
 //
-// S. Hu, X. Guo, A dissipative contact force model for impact analysis in multibody dynamics, Multibody Syst. Dyn.
-// 35 (2015) 131.
+// S. Hu, X. Guo, A dissipative contact force model for impact analysis in multibody dynamics,
+// Multibody Syst. Dyn. 35 (2015) 131.
 #pragma once
 
 #include "formulations/contact/contact_parts.hpp"

@@ -1,3 +1,5 @@
+// Point contact law F = K δ^(3/2) (1 + χ δ̇/v₀) (contact_law.hpp) with the damping factor
+//
 //     χ = 3(1 − e)/2
 //
 // K. H. Hunt, F. R. E. Crossley, Coefficient of restitution interpreted as damping in vibroimpact,

@@ -1,3 +1,5 @@
+// Line contact law of a journal inside a bearing of length L (elastic.hpp, contact_parts.hpp):
+//
 //     δ = f [ln(4ΔR/f) − 1],   f = F/(π E* L)
 //
 // K. L. Johnson, Contact Mechanics, Cambridge 1985.

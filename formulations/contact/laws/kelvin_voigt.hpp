@@ -1,7 +1,9 @@
+// Contact law of a linear spring and damper:
+//
 //     F = K δ + D δ̇ ≥ 0
 //
-// A linear spring and damper, K and D from the scene. The force jumps at entry, and what it delivers depends on the
-// mass: kelvin_voigt_restitution().
+// K and D are from the scene. The force jumps at contact onset, and
+// the delivered restitution depends on the mass: kelvin_voigt_restitution().
 #pragma once
 
 #include "formulations/contact/contact_parts.hpp"

@@ -1,7 +1,9 @@
+// Point contact law F = K δ^(3/2) (1 + χ δ̇/v₀) (contact_law.hpp) with the damping factor
+//
 //     χ = 3(1 − e²)/4
 //
-// H. M. Lankarani, P. E. Nikravesh, A contact force model with hysteresis damping for impact analysis of multibody
-// systems, J. Mech. Des. 112 (1990) 369.
+// H. M. Lankarani, P. E. Nikravesh, A contact force model with hysteresis damping for impact
+// analysis of multibody systems, J. Mech. Des. 112 (1990) 369.
 #pragma once
 
 #include "formulations/contact/contact_parts.hpp"

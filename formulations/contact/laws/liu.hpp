@@ -1,7 +1,9 @@
+// Line contact law of a journal inside a bearing of length L (elastic.hpp, contact_parts.hpp):
+//
 //     F = (π/2) L E* δ √(δ/[2(ΔR + δ)])
 //
-// C. Liu, K. Zhang, R. Yang, The compliance contact model of cylindrical joints with clearances, Acta Mech. Sin.
-// 21 (2005) 451.
+// C. Liu, K. Zhang, R. Yang, The compliance contact model of cylindrical joints with clearances,
+// Acta Mech. Sin. 21 (2005) 451.
 #pragma once
 
 #include "formulations/contact/contact_parts.hpp"

@@ -1,11 +1,13 @@
+// Line contact law of a journal inside a bearing of length L (elastic.hpp, contact_parts.hpp):
+//
 //     F = [(0.965ΔR + 0.0965) L E*/ΔR] δⁿ,   n = Y ΔR^(−0.005),   lengths in mm, F in N, E* in MPa,
 //
 //     Y = 1.51 [ln(1000 ΔR)]^(−0.151)   for 0.005 ≤ ΔR < 0.34954,
 //     Y = 0.0151 ΔR + 1.151             for 0.34954 ≤ ΔR < 10,
 //
-// damped by Lankarani and Nikravesh's factor.
-// C. M. Pereira, A. L. Ramalho, J. A. Ambrósio, A critical overview of internal and external cylinder contact force
-// models, Nonlinear Dyn. 63 (2011) 681.
+// with the damping factor of Lankarani and Nikravesh.
+// C. M. Pereira, A. L. Ramalho, J. A. Ambrósio, A critical overview of internal and external
+// cylinder contact force models, Nonlinear Dyn. 63 (2011) 681.
 #pragma once
 
 #include <cmath>

@@ -1,7 +1,10 @@
+// Line contact law of a journal inside a bearing of length L (elastic.hpp, contact_parts.hpp):
+//
 //     F = E* ΔR L π b²(b² + 1)/[2 − ln(b² + 1) − 2b⁴],   b² = δ/(2ΔR + δ)
 //
-// A. Persson, On the stress distribution of cylindrical elastic bodies in contact, Chalmers 1964; M. Ciavarella,
-// P. Decuzzi, Int. J. Solids Struct. 38 (2001). b = tan(ε/2), ε the contact angle of the overlap, cos ε = ΔR/(ΔR + δ).
+// A. Persson, On the stress distribution of cylindrical elastic bodies in contact, Chalmers 1964;
+// M. Ciavarella, P. Decuzzi, Int. J. Solids Struct. 38 (2001). b = tan(ε/2), ε the contact angle of
+// the overlap, cos ε = ΔR/(ΔR + δ).
 #pragma once
 
 #include "formulations/contact/contact_parts.hpp"

@@ -1,3 +1,5 @@
+// Point contact law F = K δ^(3/2) (1 + χ δ̇/v₀) (contact_law.hpp) with the damping factor
+//
 //     χ = ¾(1 − e²) exp[2(1 − e)]
 //
 // Zhiying, Qishao (2006): Lankarani and Nikravesh's factor with a correction for low restitution.
