@@ -14,6 +14,7 @@
 #include "cli/verb.hpp"
 #include "io/scene/spelling.hpp"
 #include "study/settings/settings.hpp"
+#include "io/files/identity.hpp"
 #include "version.hpp"
 
 namespace freeplay::cli {
@@ -232,6 +233,7 @@ Program::Program(StopToken stop)
       app_(std::make_unique<CLI::App>(
           "Freeplay: dynamics of mechanisms with clearance joints in two formulations")) {
   app_->set_version_flag("--version", fmt::format("freeplay {} ({})", version, commit));
+  app_->add_flag("--verbose", "with --version: how the program was built");
   app_->set_help_flag("-h,--help", "print this");
   app_->require_subcommand(0, 1);  // so that a word that is no command is named
 #define VERB(name) name##_verb(*this);
@@ -274,7 +276,9 @@ int Program::run(int argc, char** argv) {
     fmt::print("{}", verb ? verb_page(described(*verb)) : overview_page(overview(*app_)));
     return 0;
   } catch (const CLI::CallForVersion& e) {
-    fmt::print("{}\n", e.what());
+    const auto is_verbose = [](std::string_view word) { return word == "--verbose"; };
+    const bool verbose = std::any_of(argv + 1, argv + argc, is_verbose);
+    fmt::print("{}\n{}", e.what(), verbose ? program_identity() : "");
     return 0;
   } catch (const CLI::ParseError& e) {
     fmt::print(stderr, "{}", refusal(*app_, e));

@@ -1,0 +1,80 @@
+// `freeplay doctor`: the build of this program, and the other programs that parts of it need: which are there, in which version,
+// and what is missing without them.
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+
+#include "cli/verb.hpp"
+#include "io/files/child.hpp"
+#include "io/files/identity.hpp"
+#include "mechanism/error.hpp"
+#include "plots/export/export.hpp"
+#include "version.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+/// A program that freeplay starts, and the Debian package that has it.
+struct Companion {
+  const char* name;
+  std::vector<std::string> ask;  ///< prints its version
+  const char* needed_for;
+  const char* package;
+};
+
+const Companion companions[] = {
+    {"gnuplot", {"gnuplot", "--version"}, "figures of all verbs", "gnuplot-nox"},
+    {"DejaVu Sans", {"fc-match", "--format=%{family}\n", "DejaVu Sans"}, "letters of figures", "fonts-dejavu-core fontconfig"},
+    {"pdflatex", {"pdflatex", "--version"}, "figures in LaTeX format", "texlive-latex-recommended"},
+    {"ffmpeg", {"ffmpeg", "-version"}, "films (animate --mp4, --gif)", "ffmpeg"},
+    {"c++", {"c++", "--version"}, "contact laws of your own (run --law-plugin)", "g++"},
+    {"cmake", {"cmake", "--version"}, "programs that use the library", "cmake"},
+    {"python3", {"python3", "--version"}, "the Python package", "python3"},
+    {"sbatch", {"sbatch", "--version"}, "studies on a Slurm cluster (submit)", "slurm-client"},
+};
+
+/// The first line that it prints about itself; nothing if it cannot be started or says it fails.
+std::optional<std::string> version_of(const Companion& c, StopToken stop) {
+  const auto end = run_child({.command = c.ask, .seconds = 20, .listen = true, .stop = stop});
+  if (end.status != 0 || end.late) return {};
+  auto line = end.output.substr(0, end.output.find('\n'));
+  if (line.find("DejaVu") == std::string::npos && c.ask.front() == "fc-match") return {};
+  return line.substr(0, 40);
+}
+
+const char* hdf5() {
+  try {
+    require_hdf5();
+    return "found";
+  } catch (const SceneError&) {
+    return "missing (Debian: libhdf5-dev, build again)";
+  }
+}
+
+int doctor(const Request& request) {
+  fmt::print("freeplay {} ({})\n{}\n", version, commit, program_identity());
+  bool figures = true;
+  for (const auto& c : companions) {
+    const auto found = version_of(c, request.stop);
+    fmt::print("{:<13}{:<40}  {}\n", c.name, found ? *found : fmt::format("missing (Debian: {})", c.package), c.needed_for);
+    if (!found && std::string_view(c.name) == "gnuplot") figures = false;
+  }
+  fmt::print("{:<13}{:<40}  export --hdf5\n", "HDF5", hdf5());
+  std::error_code error;
+  const auto here = std::filesystem::current_path(error);
+  const auto space = std::filesystem::space(here, error);
+  if (!error) fmt::print("{:<13}{:.1f} GB free in this folder\n", "disk", static_cast<double>(space.available) / 1e9);
+  fmt::print("\n{}\n", figures ? "Everything that runs and figures need is installed."
+                               : "Runs work. Figures are written as data and gnuplot scripts only.");
+  return 0;
+}
+
+}  // namespace
+
+void doctor_verb(Program& program) {
+  program.verb<Request>("doctor", "report versions, and which optional programs are missing", doctor);
+}
+
+}  // namespace freeplay::cli
