@@ -36,8 +36,8 @@ class Builder {
   void distance(const Link& link, double length, const std::string& name);
   void angle(const Link& link, double angle, const std::string& name);
   void prescribed(const Link& link, double angle, double speed, const std::string& name);
-  /// Prescribes the angle, or with `axis` the position along it, as a function of time or, if `of`
-  /// ≥ 0, of the angle of joint `of`.
+  /// Prescribes the angle, or with `axis` the position along it, as a function of time or, if
+  /// `of` ≥ 0, of the angle of joint `of`.
   void motion(const Link& link, const Piecewise& course, const Vec2* axis, int of, const std::string& name);
   template <class Mesh>
   void mesh(const Link& link, const Mesh& mesh, const std::string& name) {

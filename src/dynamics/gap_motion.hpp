@@ -132,8 +132,8 @@ struct GapMotion {
   }
 };
 
-/// Bound on the relative motion of a link's points within h (s) at these rates, along arcs: |ẋ_j −
-/// ẋ_i| h + Σ |s| |ω| h.
+/// Bound on the relative motion of a link's points within h (s) at these rates, along arcs:
+/// |ẋ_j − ẋ_i| h + Σ |s| |ω| h.
 inline double path(const Link& link, const double* v, double h) {
   Vec2 across{0, 0};
   double along = 0;

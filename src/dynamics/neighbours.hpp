@@ -5,8 +5,8 @@
 //     g ≥ g_list − d_i − d_j ≥ reach − 2 max d > 0
 //
 // for every pair not in the list, so that no contact is missed while 2 max d < reach (Verlet, Phys.
-// Rev. 159 (1967) 98). A time step with midpoint q + (h/2) v⁻ and end q + (h/2)(v⁻ + v⁺) has d_i =
-// |q_i − q_list,i| + (h/2)(|v_i⁻| + |v_i⁺|).
+// Rev. 159 (1967) 98). A time step with midpoint q + (h/2) v⁻ and end q + (h/2)(v⁻ + v⁺) has
+// d_i = |q_i − q_list,i| + (h/2)(|v_i⁻| + |v_i⁺|).
 //
 // Usage: find() makes the list; before each step, moved() is compared with reach() and the list is
 // made anew if necessary.

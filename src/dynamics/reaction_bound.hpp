@@ -8,9 +8,9 @@
 //     translational   S = |N|                     N = λ_1 across the guide, f along it, u = a·ḋ
 //     with a length L S = |N_1| + |N_2| = max(|N|, 2|M|/L)
 //
-// The ends of the slider, at ±L/2 along the axis, share N and the guide's couple M = λ_2: N_1 + N_2
-// = N and (N_2 − N_1) L/2 = M. S is a norm (a seminorm if the couple is neglected), so |S(a) −
-// S(b)| ≤ S(a − b). This property decides whether the friction is unique
+// The ends of the slider, at ±L/2 along the axis, share N and the guide's couple M = λ_2:
+// N_1 + N_2 = N and (N_2 − N_1) L/2 = M. S is a norm (a seminorm if the couple is neglected), so
+// |S(a) − S(b)| ≤ S(a − b). This property decides whether the friction is unique
 // (formulations/contact/coupled_friction.hpp). In time steps λ are impulses, and the bound is one
 // of an impulse. Source of μ(s) with exponent 2: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de
 // Wit, Automatica 30 (1994) 1083.

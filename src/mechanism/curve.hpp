@@ -1,5 +1,5 @@
-// A function y(x) as a scene states it. The element that uses the curve defines x and y. With s =
-// (x − start)/rise from 0 to 1:
+// A function y(x) as a scene states it. The element that uses the curve defines x and y. With
+// s = (x − start)/rise from 0 to 1:
 //
 //     constant             y = value
 //     ramp                 y = from + (to − from) p(s), constant before and after

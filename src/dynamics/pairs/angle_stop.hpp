@@ -1,6 +1,6 @@
 // Stop of a joint's angle θ = θ_j − θ_i at a radius r. With c the direction from the joint to the
-// stop, fixed in body i, n = −s perp c (s = +1 for the greatest angle, −1 for the least), d = r_j −
-// r_i:
+// stop, fixed in body i, n = −s perp c (s = +1 for the greatest angle, −1 for the least),
+// d = r_j − r_i:
 //
 //     g = s r (limit − θ) + n·d,     ġ = −s r (ω_j − ω_i) + n·ḋ + ω_i perp n·d
 //     g̈ = −s r (α_j − α_i) + n·d̈ + α_i perp n·d + 2 ω_i perp n·ḋ − ω_i² n·d

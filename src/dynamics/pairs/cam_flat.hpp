@@ -1,7 +1,7 @@
 // A flat face of body j on a cam of body i. The cam's outline is the envelope of its tangents. Its
-// support function in the direction u, at the angle ψ in the cam's frame, is H(ψ) = base radius +
-// h(ψ) from the cam's point; the tangent point is H u + H' τ, τ = perp u. The free side of the face
-// is towards −u. With d = r_j − r_i
+// support function in the direction u, at the angle ψ in the cam's frame, is H(ψ) = base
+// radius + h(ψ) from the cam's point; the tangent point is H u + H' τ, τ = perp u. The free side of
+// the face is towards −u. With d = r_j − r_i
 //
 //     g = u·d − H(ψ),      ġ = u·ḋ + ω_j τ·d − H' (ω_j − ω_i)
 //     g̈ = u·d̈ + 2 ω_j τ·ḋ + α_j τ·d − ω_j² u·d − H' (α_j − α_i) − H'' (ω_j − ω_i)²

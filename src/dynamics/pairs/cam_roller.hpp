@@ -1,8 +1,8 @@
 // A roller of radius R on body j and a cam on body i. The roller's centre is on the pitch curve
-// when they touch. In polar form in the cam's frame this is p(φ) = r(φ) e(φ), r = base radius + R +
-// h(φ). g is the distance of the centre from that curve along its outward normal u at the nearest
-// point, τ = perp u, ρ the radius of curvature there (< 0: concave). With d = r_j − r_i and w = ḋ −
-// ω_i perp d, the centre's velocity in the cam's frame,
+// when they touch. In polar form in the cam's frame this is p(φ) = r(φ) e(φ), r = base
+// radius + R + h(φ). g is the distance of the centre from that curve along its outward normal u at
+// the nearest point, τ = perp u, ρ the radius of curvature there (< 0: concave). With d = r_j − r_i
+// and w = ḋ − ω_i perp d, the centre's velocity in the cam's frame,
 //
 //     g = u·(d − p),    ġ = u·w
 //     g̈ = u·d̈ + α_i τ·d + 2 ω_i τ·w + ω_i² u·d + (τ·w)²/(ρ + g)

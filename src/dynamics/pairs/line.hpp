@@ -20,8 +20,8 @@ struct LinePair {
   double gap(const Vec2& d, const Evaluation& e) const {
     return side * dot(perp(turned(link.i, axis, e)), d) - rest;
   }
-  /// Bounds on the gap's second derivative within a step; d at its end. A turning wall adds n̈·d +
-  /// 2ṅ·ḋ with |ṅ| ≤ |ω_i|.
+  /// Bounds on the gap's second derivative within a step; d at its end. A turning wall adds
+  /// n̈·d + 2ṅ·ḋ with |ṅ| ≤ |ω_i|.
   GapMotion motion(const MotionBounds& bounds, const Vec2& d) const {
     auto m = relative_motion(link, bounds);
     if (link.i == ground) {  // fixed wall: motion along it has no effect

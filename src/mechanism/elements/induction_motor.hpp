@@ -1,5 +1,5 @@
-// Asynchronous motor on a revolute joint by Kloss's quasi-stationary formula. With the slip s =
-// (ω_s − ω)/ω_s of the second body's speed ω relative to the first:
+// Asynchronous motor on a revolute joint by Kloss's quasi-stationary formula. With the slip
+// s = (ω_s − ω)/ω_s of the second body's speed ω relative to the first:
 //
 //     M = 2 M_k/(s/s_k + s_k/s) = 2 M_k s s_k/(s² + s_k²)      in the sense of ω_s
 //

@@ -1,5 +1,5 @@
-// Prescribed motion of a joint along a curve, one row (rows/motion.hpp). s is the angle θ_second −
-// θ_first of a revolute joint, or the position of a translational one along its axis:
+// Prescribed motion of a joint along a curve, one row (rows/motion.hpp). s is the angle
+// θ_second − θ_first of a revolute joint, or the position of a translational one along its axis:
 //
 //     s = y(t) or y(angle of another joint)        or        ṡ = y(t),  s = initial + ∫₀ᵗ y
 #pragma once

@@ -1,6 +1,6 @@
 // Force of a spring and damper with nonconstant rates, as a function of a coordinate s: a distance
-// (m, the force pulls together) or a relative angle (rad, the torque turns back). With x = s −
-// rest,
+// (m, the force pulls together) or a relative angle (rad, the torque turns back). With
+// x = s − rest,
 //
 //     E(s) = preload + stiffness x + cubic x³,  or a table,      D(ṡ) = damping ṡ,  or a table
 //     F = E + D,                                                 U = ∫ E ds
