@@ -1,6 +1,7 @@
 // The equations of motion of a mechanism, ready for evaluation:
 //
-//     M a + Gᵀ λ = f(t, q, v) + contact forces,     Φ(q, t) = 0,   G v + Φ_t = 0,   G a = γ(t, q, v)
+//     M a + Gᵀ λ = f(t, q, v) + contact forces
+//     Φ(q, t) = 0,   G v + Φ_t = 0,   G a = γ(t, q, v)
 //
 // For every contact it also gives the gap g and the rows of ġ and of the sliding rate
 // (docs/notation.md).

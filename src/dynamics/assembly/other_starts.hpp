@@ -1,12 +1,12 @@
 // Alternative starts of an assembly, for a given pose that leads to no closed pose or to another
 // branch than the requested one. The list is the same at every call:
 //
-//     first    pairs of links with a common joint are mirrored: the joint about the line through their
-//              other joints (for a slider, about the line through the other link's joint across the
-//              guide), one pair, then several;
-//     then     angles 2π {n α_b} of all bodies, with α_b = {φ^−b}, φ^(d+1) = φ + 1 (Kronecker sequence
-//              with the generators of M. Roberts, 2018). Each body is attached to the one before it
-//              along the joints from the ground; driven and fixed angles are kept.
+//     first    pairs of links with a common joint are mirrored: the joint about the line through
+//              their other joints (for a slider, about the line through the other link's joint
+//              across the guide), one pair, then several;
+//     then     angles 2π {n α_b} of all bodies, with α_b = {φ^−b}, φ^(d+1) = φ + 1 (Kronecker
+//              sequence with the generators of M. Roberts, 2018). Each body is attached to the
+//              one before it along the joints from the ground; driven and fixed angles are kept.
 #pragma once
 
 #include <string>

@@ -39,7 +39,7 @@ struct Dynamics<SpringDamper> : SpringDamper {
     using std::sqrt;
     const auto a = m.arms(link);
     const T length = sqrt(dot(a.d, a.d));
-    // No direction; a spring without free length needs none, and keeps its derivative.
+    // The direction is undefined. A spring without free length needs none and keeps its derivative.
     if (!(length > 0)) {
       if (free_length == 0) out.pull(link, a, Vec2Of<T>{-stiffness * a.d.x(), -stiffness * a.d.y()});
       return;

@@ -1,11 +1,12 @@
 // One flank of two wheels with involute teeth, at the present distance of the wheels. Signed base
 // radii are R_i = r_b,i and R_j = κ r_b,j with κ = +1 for external gears and −1 if wheel i is a
-// ring with internal teeth; S = R_i + R_j. With d = r_j − r_i of length a in the direction n = (cos
-// ψ, sin ψ), t = perp n, cos α = S/a and L = √(a² − S²), flank σ (+1: wheel i turning
+// ring with internal teeth; S = R_i + R_j. Let d = r_j − r_i have length a and the direction
+// n = (cos ψ, sin ψ), and let t = perp n, cos α = S/a, L = √(a² − S²). Flank σ (+1: wheel i turning
 // counterclockwise pushes, −1: clockwise) acts along the line of action,
 //
 //     u = σ cos α t + κ sin α n       (the force on wheel j)
-//     g = κ S (inv α − inv α₀) + b/2 + σ (S ψ − R_i θ_i − R_j θ_j − φ₀),    S inv α = L − S atan(L/S)
+//     g = κ S (inv α − inv α₀) + b/2 + σ (S ψ − R_i θ_i − R_j θ_j − φ₀)
+//     S inv α = L − S atan(L/S)
 //     ġ = u·ḋ − σ (R_i ω_i + R_j ω_j)
 //     g̈ = u·d̈ − σ (R_i α_i + R_j α_j) + κ (m·ḋ)²/L,     m = cos α n − σ κ sin α t ⊥ u
 //

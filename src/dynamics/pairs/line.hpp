@@ -38,9 +38,9 @@ struct LinePair {
     return m;
   }
 
-  /// Motion within a time h as a share of what could pass through the contact undetected: the arc
-  /// below the wall of a point on a turning arm, as long as the arm's diameter. A point that passes
-  /// through without turning stays below.
+  /// Motion within a time h as a share of the motion that could pass the contact undetected: the
+  /// arc below the wall of a point on a turning arm, as long as the arm's diameter. A point that
+  /// passes through without turning stays below.
   double passage(const double* v, double h) const {
     if (link.j == ground || link.sj.is_zero()) return 0;
     return 0.5 * std::abs(planar::rate(v, link.j)) * h;

@@ -30,9 +30,9 @@ struct RoundPair {
     return m;
   }
 
-  /// Motion within a time h as a share of what could pass through the contact undetected: twice the
-  /// sum of the radii for discs. Zero for a journal, which stays outside its bearing's wall once it
-  /// is there.
+  /// Motion within a time h as a share of the motion that could pass the contact undetected: twice
+  /// the sum of the radii for discs. Zero for a journal, which stays outside its bearing's wall
+  /// once it is there.
   double passage(const double* v, double h) const { return side > 0 ? 0 : path(link, v, h) / (2 * rest); }
 
   template <class T>
