@@ -47,7 +47,7 @@ struct ContactRowOf {
   /// included. spin·v = ω_j − ω_i.
   SparseRowOf<T> film, spin;
   T gamma_n = 0, gamma_t = 0;  ///< g̈ = normal·a − gamma_n, v̇_T = tangent·a − gamma_t
-  /// Of a film: γ of the film row, and rotation rate of the normal (rad/s).
+  /// Lubricated joints only: γ of the film row, and rotation rate of the normal (rad/s).
   T gamma_film = 0, turn = 0;
   template <class M>
   void remember(M& m) {

@@ -22,8 +22,8 @@ constexpr auto body_of(std::integral auto coordinate) { return coordinate / coor
 /// Name of a coordinate within its body.
 constexpr const char* name(int coordinate) { return names[coordinate % coordinates]; }
 
-/// @name Of a moving body, from all coordinates q or rates v
-/// @{
+/// @name Coordinates and rates of a moving body, from those of all bodies, q or v
+///@{
 inline Vec2 position(const double* q, std::integral auto body) {
   return {q[first(body)], q[first(body) + 1]};
 }

@@ -59,7 +59,7 @@ class Check {
   void centres(const auto& x) const {
     for (const std::size_t end : {0, 1}) at_centre(x.between[end], x.at[end]);
   }
-  /// For elements whose directions are those of the first body.
+  /// Checks an element whose directions are those of the first body.
   void second_only(const auto& x, const char* what) const {
     centres(x);
     if (is_point(x.between[0]))

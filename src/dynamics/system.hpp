@@ -159,9 +159,8 @@ class System {
 
   /// The first knot of a table or curve of time after t (s); infinite if there is none.
   double next_knot(double t) const;
-  /// @name Angles and distances at which tables and one-sided forces have kinks
-  /// (dynamics/phase.hpp)
-  /// @{
+  /// @name Phases: coordinates at which forces have kinks (dynamics/phase.hpp), and curves
+  ///@{
   int phases() const { return static_cast<int>(phases_.size()); }
   const Phase& phase(int k) const { return phases_[k]; }
   /// Readers of curves that are not constant; prescribed motions come first.
@@ -170,13 +169,14 @@ class System {
   bool sweeps() const { return sweeps_; }
   /// Whether a spring force has a phase with kinks; such a force has no pulses.
   bool has_spring_kinks() const { return spring_kinks_; }
-  /// @} Greatest rotation of a body within a step (rad), so that no feature of a profile is stepped
+  ///@}
+  /// Greatest rotation of a body within a step (rad), so that no feature of a profile is stepped
   /// over.
   double longest_turn() const { return longest_turn_; }
 
-  /// @name Resulting forces (values/forces.hpp) Each function adds `weight` times the given forces;
-  /// e is from place().
-  /// @{
+  /// @name Resulting forces (values/forces.hpp)
+  /// Each function adds `weight` times the given forces; e is from place().
+  ///@{
   const std::vector<ForceElement>& force_elements() const { return force_elements_; }
   Forces make_forces() const {
     return {std::vector<ElementForce>(force_elements_.size()), std::vector<double>(mass_.size())};

@@ -235,9 +235,9 @@ struct NonsmoothOptions {
   std::optional<Scheme> scheme = {};
   /// s, of Moreau–Jean; empty means "automatic": chosen by step_tolerance
   std::optional<double> step = {};
-  /// For automatically chosen time steps, with the meaning of `tolerance`.
+  /// Tolerance of automatically chosen time steps, with the meaning of `tolerance`.
   double step_tolerance = 1e-6;
-  /// Of the event-driven scheme's integrator, with the meaning of penalty.tolerance.
+  /// Tolerance of the event-driven scheme's integrator, with the meaning of penalty.tolerance.
   double tolerance = 1e-10;
   LcpSolver solver = LcpSolver::automatic;
   double lcp_tolerance = 1e-10;  ///< accept a solve if its relative residual is smaller
@@ -277,7 +277,7 @@ struct NonsmoothOptions {
 };
 
 /// @name Words of the enumerations
-/// @{
+///@{
 inline constexpr auto start_names = complete<RunOptions::Start>(
     {{RunOptions::Start::assembled, "assembled", "rough positions made consistent"},
      {RunOptions::Start::ideal, "ideal", "the ideal joints' configuration and velocities"},
@@ -338,7 +338,7 @@ constexpr bool NonsmoothOptions::chooses_steps() const {
 }
 
 /// @name Keys that are read only under some choices
-/// @{
+///@{
 inline constexpr std::array penalty_own_keys = [] {
   using O = PenaltyOptions;
   using Row = OwnKey<O>;

@@ -15,7 +15,7 @@ struct Scene;
 
 struct Outside {
   std::shared_ptr<const OwnLaw> law = {};  ///< penalty contact law; null: penalty.contact
-  /// By the name of the load that each replaces.
+  /// Applied forces, by the name of the load that each replaces.
   std::map<std::string, std::shared_ptr<const OwnForce>> forces = {};
 
   bool empty() const { return !law && forces.empty(); }

@@ -46,9 +46,9 @@ class Piecewise {
            std::all_of(s.c.begin() + 1, s.c.end(), [](double x) { return x == 0; });
   }
 
-  /// @name Evaluation at x; `within`: uses the stretch that contains this place, also beyond its
-  /// ends
-  /// @{
+  /// @name Evaluation at x
+  /// `within`: uses the stretch that contains this place, also beyond its ends.
+  ///@{
   template <class T>
   T value(const T& x) const {
     return value(x, value_of(x));

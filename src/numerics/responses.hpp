@@ -38,7 +38,7 @@ class Responses {
     int size = 0;  // of the load w
     std::array<int, most> column{};
     std::array<double, most> load{};
-    // At most one for each coordinate, the case without elimination.
+    // Parts involved: at most one for each coordinate, the case without elimination.
     int parts = 0;
     std::array<int, most> part{}, begin{};  // begin: first entry of the part in a
     std::vector<double> a;

@@ -10,7 +10,7 @@
 namespace freeplay {
 namespace {
 
-// Of the proximal term, relative to the mean diagonal of S.
+// Size ε of the proximal term, relative to the mean diagonal of S.
 constexpr double relative_epsilon = 1e-9;
 // a smaller ratio of a pivot of S to its diagonal means dependent rows
 constexpr double pivot_ratio = 1e-12;

@@ -54,7 +54,8 @@ class SaddlePoint {
   }
 
   /// @name Responses of one part, for mechanisms of many parts
-  /// @{ The part of a coordinate; −1 if no row involves it or if it was eliminated.
+  ///@{
+  /// The part of a coordinate; −1 if no row involves it or if it was eliminated.
   int part_of(int column) const { return part_of_column_[column]; }
   /// Index of a coordinate within its part.
   int place_of(int column) const { return place_of_column_[column]; }

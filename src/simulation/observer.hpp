@@ -31,7 +31,7 @@ struct ContactPlace {
 struct Layout {
   std::vector<std::string> bodies;
   std::vector<std::string> contacts;  ///< indexed by ContactEvent::contact
-  /// Of pairs without index; ContactEvent::contact numbers them after the contacts.
+  /// Families of pairs without index; ContactEvent::contact numbers them after the contacts.
   std::vector<std::string> families;
   std::vector<std::string> channels;  ///< instruments, in the scene's order
   std::vector<ForceElement> forces;
@@ -69,7 +69,8 @@ class Step {
   virtual bool cut() const = 0;
 
   /// @name Forces, for observers that request them; else std::logic_error
-  /// @{ Forces at a time within the step, one for each of Layout::forces; resizes `out`. For a time
+  ///@{
+  /// Forces at a time within the step, one for each of Layout::forces; resizes `out`. For a time
   /// step: the mean forces of the whole step without impacts.
   virtual void forces(double t, Forces& out) const = 0;
   /// Adds the impulses of these forces from a to b, t0 ≤ a ≤ b ≤ t1.
@@ -115,7 +116,7 @@ class Observer {
   virtual void sample(std::size_t channel, double t, double value) { (void)channel, (void)t, (void)value; }
   virtual void end(const RunEnd&) {}
   /// @name State of the observer, for runs that are interrupted and resumed
-  /// @{
+  ///@{
   virtual void save(MemoryWriter&) {}
   virtual void load(MemoryReader&) {}
   ///@}

@@ -19,7 +19,7 @@ class Progress {
   static constexpr int most_windows = 3;
   static constexpr double share = 1e-10, longest = 100;  // 1, s
 
-  /// For a run from t to t_end (s).
+  /// Begins to observe a run from t to t_end (s).
   Progress(double t, double t_end) : begin_(t), left_(t_end - t), length_(std::min(left_, longest)) {}
 
   /// Call it after each step with the time t (s) reached; returns whether the run must stop.

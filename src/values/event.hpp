@@ -20,7 +20,7 @@ struct ContactEvent {
   double impulse_n = 0, impulse_t = 0;  ///< N s
   double duration = 0;                  ///< s, of the contact
   double t_uncertainty = 0;             ///< s
-  /// For a pair of a family; `contact` is then the family's index.
+  /// Bodies of a pair of a family, whose index is then `contact`; else −1.
   std::array<int, 2> bodies{-1, -1};
 
   template <class M>

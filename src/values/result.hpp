@@ -92,7 +92,7 @@ struct Result {
   std::vector<std::string> notes;  ///< messages for the user
   /// Assumption about the start if the scene leaves it open, else empty.
   std::string assumed;
-  /// In the order of time; only the first ones if there are more than are kept.
+  /// Events in the order of time; only the first ones if there are more than are kept.
   std::vector<Event> events;
   long events_seen = 0;
   /// Whether the list is truncated: events after its last one are then missing.

@@ -21,7 +21,7 @@ class Snapshot {
  public:
   double t = 0;  ///< s
   /// @name Parts of the identity of its simulation; see identity.hpp
-  /// @{
+  ///@{
   std::string program;
   std::string formulation;
   std::string scene;

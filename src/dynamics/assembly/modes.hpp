@@ -26,7 +26,8 @@ struct Mode {
   };
   Kind kind = Kind::swing;
   std::complex<double> s;  ///< 1/s; Im s ≥ 0
-  /// Of the coordinates; the greatest displacement of a body's centre or of an arm's end is 1 m.
+  /// Amplitudes of the coordinates; the greatest displacement of a body's centre or of an arm's end
+  /// is 1 m.
   std::vector<std::complex<double>> shape;
 
   double natural() const;   ///< Hz

@@ -80,7 +80,7 @@ struct MotionRow {
     e.gamma[row] = g;
   }
 
-  /// For a time step from t0 to t1; call it between place() and rate().
+  /// Prepares a time step from t0 to t1; call it between place() and rate().
   void step(double t0, double t1, Evaluation& e) const {
     if (follows) return;
     const double h = t1 - t0, mean = mean_rate(t0, t1);
