@@ -1,5 +1,13 @@
 // Interface of contacts and joint friction to the formulations: constant facts, and rows at one
 // state.
+//
+// For contact k with velocities v and accelerations a,
+//
+//     ġ = normal·v,     g̈ = normal·a − gamma_n        a normal force F_N ≥ 0 acts as normal·F_N
+//     v_T = tangent·v,  v̇_T = tangent·a − gamma_t     a friction force F_T acts as tangent·F_T
+//
+// System::contact_facts() gives the facts, System::contact() fills a ContactRow. Both are plain
+// values.
 #pragma once
 
 #include <array>

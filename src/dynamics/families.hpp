@@ -1,5 +1,5 @@
 // Contact families: contacts of one kind among many bodies (mechanism/group.hpp), with their common
-// facts and the pair of any two bodies.
+// facts and the pair of any two bodies. Neighbours finds the pairs that may touch within a step.
 #pragma once
 
 #include <array>

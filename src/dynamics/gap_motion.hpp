@@ -8,6 +8,10 @@
 // h²/8, and −|d̈| ≤ |d|″ ≤ |d̈| + |ḋ|²/|d|. For the distance to a turning wall only bounds on its
 // second derivative are used. From these bounds event detection proves, without sampling, that a
 // gap or its rate keeps its sign.
+//
+// Usage: MotionBounds::enclose() bounds the motion of a step, System::gap_motion() gives the
+// GapMotion of a contact, and least(), rises() and falls() decide an interval between two instants
+// (integrators/crossing.hpp).
 #pragma once
 
 #include <algorithm>

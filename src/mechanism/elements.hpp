@@ -1,6 +1,8 @@
-// The kinds of joint, contact, drive and load. The facts of each kind are in a file of elements/,
-// and each kind is listed here once. Reader, canonical text, documentation and System iterate over
-// these lists.
+// The lists of all kinds of joint, contact, drive and load. The facts of each kind are in a file of
+// elements/, and each kind is named here once. Reader, canonical text, documentation and System
+// iterate over these lists:
+//
+//     std::visit([](const auto& joint) { use(joint.name, joint.between); }, mechanism.joints[k]);
 #pragma once
 
 #include <array>

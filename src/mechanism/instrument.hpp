@@ -1,4 +1,6 @@
-// Facts of a sensor of a scene. The readings of each kind are in a file of dynamics/instruments/.
+// Facts of a sensor of a scene. A sensor measures one quantity at a sampling rate, with an optional
+// low-pass, noise and quantisation (model: simulation/instrument.hpp). The measured quantity and
+// the keys of each kind are in a file of dynamics/instruments/.
 #pragma once
 
 #include <array>

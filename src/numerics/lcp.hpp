@@ -1,4 +1,5 @@
-// The linear complementarity problem:  w = A z + b,   0 ≤ w ⊥ z ≥ 0.
+// The linear complementarity problem  w = A z + b,   0 ≤ w ⊥ z ≥ 0.  formulations/contact/lemke.cpp
+// writes contact problems in this form.
 #pragma once
 
 #include <Eigen/Core>

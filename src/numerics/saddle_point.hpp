@@ -8,6 +8,14 @@
 //     a_c = r_k/g,      G′a′ = r − G_c a_c,      λ_k = (f_c − m_c a_c − (G′ᵀλ′)_c)/g,
 //
 // which changes results by rounding only.
+//
+// Usage:
+//
+//     SaddlePoint saddle(system.mass(), system.pattern());
+//     if (!saddle.factor(e.G.data())) return failure;
+//     saddle.solve(f, r, a, lambda);
+//
+// A SaddlePoint owns the blocks, their factors and its work vectors. It copies mass and pattern.
 #pragma once
 
 #include <span>

@@ -1,5 +1,5 @@
 // The columns of a run's tables: names in trajectory.csv and forces.csv, and the place of each
-// value in the data that an observer receives.
+// value in the data that an observer receives. Writers, ensembles and studies all use these lists.
 #pragma once
 
 #include <cstddef>

@@ -1,9 +1,11 @@
 // Interface of a formulation (penalty or nonsmooth): it advances a state in time and reports
 // impulses, energies and work.
 //
-// All choices are made at construction. The stepping loop has no virtual call. It does not
-// allocate, except in the event-driven scheme at events and within odeint's bulirsch_stoer. A
-// formulation owns its state, its energy ledger and its contact log.
+// formulations/make.hpp makes a formulation of a scene; Simulation owns it and calls run(). All
+// choices are made at construction. The stepping loop has no virtual call. It does not allocate,
+// except in the event-driven scheme at events and within odeint's bulirsch_stoer. A formulation
+// owns its state, its energy ledger and its contact log; it refers to the scene and the System,
+// which must outlive it.
 #pragma once
 
 #include <string>

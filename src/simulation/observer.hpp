@@ -1,8 +1,16 @@
 // Interface of observers of a run. An observer receives the start, each accepted step with its
 // dense output, each event, each sample of an instrument, and the end.
 //
-// Observation does not influence stepping: an observed run takes the same steps, bit for bit.
-// Without observers nothing is recorded.
+// Usage:
+//
+//     struct Peak final : Observer {
+//       double speed = 0;
+//       void event(const Event& e) override { speed = std::max(speed, -e.v_n_minus); }
+//     } peak;
+//     simulation.run({.observers = {&peak}});
+//
+// The caller owns its observers. Observation does not influence stepping: an observed run takes the
+// same steps, bit for bit. Without observers nothing is recorded.
 #pragma once
 
 #include <cstddef>

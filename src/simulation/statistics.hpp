@@ -1,5 +1,6 @@
 // Statistics of contacts from their events: times of flight, impacts and lasting contact; approach
-// speeds and impulses.
+// speeds and impulses. ContactStatistics is an observer; into() writes its values to the contacts
+// of a Result.
 #pragma once
 
 #include <array>

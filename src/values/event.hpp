@@ -1,4 +1,9 @@
-// Contact events: the lines of events.csv.
+// Contact events: the lines of events.csv. ContactLog makes them from contact onsets and
+// separations, and observers receive them.
+//
+//     impact        a contact shorter than the limit of the formulation, with its impulse
+//     contact       the beginning of a lasting contact
+//     separation    the end of a lasting contact, with its impulse and duration
 #pragma once
 
 #include <array>

@@ -1,4 +1,6 @@
-// Numbers that a run reports on itself: energies, work, and accuracy of constraints and contacts.
+// Numbers that a run reports on itself: the energy balance, counts of work, the greatest errors of
+// constraints and contacts, and how the run ended. A formulation fills them; Result and run.json
+// contain them.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,5 @@
-// Result of one run, with the same structure for both formulations.
+// Result of one run, with the same structure for both formulations. Simulation::run() returns it,
+// and run.json is written from it. Statistics are present only if their observers took part.
 #pragma once
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// Solution of the assembly program of assembly.hpp by Ipopt's interior-point method (Wächter and
+// Biegler, Math. Program. 106 (2006) 25).
 #pragma once
 
 #include <vector>
