@@ -28,7 +28,7 @@ struct ContactFacts {
   /// m, scale that resolves gaps: the joint's clearance, or another scale (see has_clearance)
   double clearance = 0;
   bool has_clearance = false;  ///< whether a joint with clearance; false for walls and discs
-  /// The length (m) that relates penetrations: the clearance if there is one, else the radius of
+  /// Reference length of penetrations (m): the clearance if there is one, else the radius of
   /// curvature, else (point contact) the longest arm; 0 if there is none.
   double measure() const { return has_clearance ? clearance : radius > 0 ? radius : arm; }
   double arm = 0;  ///< m, longest arm of the mechanism, for a contact without clearance

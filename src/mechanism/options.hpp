@@ -54,7 +54,7 @@ struct RunOptions {
   double duration = 0;  ///< s, > 0
   double discard = 0;   ///< s, excluded from the statistics, 0 ≤ discard < duration
   Start start = Start::assembled;
-  bool eliminate = true;  ///< drop coordinates that one constraint row alone fixes before solving
+  bool eliminate = true;  ///< eliminate coordinates that one constraint row alone fixes
   bool forces = false;    ///< write forces.csv beside trajectory.csv
   /// s between rows of trajectory.csv; default duration/20000
   std::optional<double> output_step = {};

@@ -111,7 +111,7 @@ class Piecewise {
   /// F with F′ = f and F(at) = value.
   Piecewise antiderivative(double at, double value) const;
 
-  /// Places where stretches meet, increasing: all of them, or those of one period.
+  /// Knots, the places where stretches meet, increasing: all of them, or those of one period.
   std::vector<double> knots() const {
     std::vector<double> list;
     for (std::size_t k = period_ > 0 ? 0 : 1; k < stretches_.size(); ++k) list.push_back(stretches_[k].begin);

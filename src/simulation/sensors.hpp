@@ -19,7 +19,7 @@ class Sensors {
   /// `run` identifies the run in the noise of the samples.
   Sensors(const std::vector<Instrument>& instruments, const Layout& layout, std::size_t coordinates,
           std::uint64_t run);
-  /// Whether any measures a force.
+  /// Whether any instrument measures a force.
   bool wants_forces() const { return any_force_; }
   /// Call it before the first step of a run with samples. If the run starts where the last one
   /// ended, the signals continue. After a gap the filters start anew and the samples of the gap are

@@ -166,7 +166,7 @@ class Closing {
     q = best;
     return worst(best) < 1e-6 * length_ && move(rough, q);
   }
-  /// Equivalent for an arbitrary start, for which a nearest pose has no meaning.
+  /// Closes q from an arbitrary start, for which a nearest pose has no meaning.
   bool close_from(std::vector<double>& q) const {
     best_pose(system_, length_, true, q);
     if (!(worst(q) < 1e-6 * length_)) return false;

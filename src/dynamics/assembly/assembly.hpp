@@ -38,7 +38,7 @@ class System;
 /// its result in `assumed`. Driven parts then move, all others rest.
 State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed = nullptr,
                const StopToken& stop = {});
-/// Equivalent, with contacts whose elastic force is `elastic`.
+/// As above, with contacts whose elastic force is `elastic`.
 State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed,
                const StopToken& stop, const Compliances& elastic);
 

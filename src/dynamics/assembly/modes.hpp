@@ -3,7 +3,7 @@
 //
 //     ÿ + ZᵀDZ ẏ + ZᵀKZ y = ZᵀZ_z w,      ẇ = (∂flow/∂q) Z y + (∂flow/∂z) w
 //
-// (statics.hpp). A mode is e^{st}. Without damping and states, s² are the negative eigenvalues of
+// (statics.hpp). A mode is e^{st}. Without damping and states, s² = −κ for the eigenvalues κ of
 // ZᵀKZ; else s are the eigenvalues of the first-order system. The natural frequency is |s|/2π, the
 // frequency of oscillation |Im s|/2π, the damping ratio −Re s/|s|. A mode with Re s > 0 grows.
 #pragma once
