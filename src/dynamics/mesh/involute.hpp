@@ -11,9 +11,9 @@
 //     g̈ = u·d̈ − σ (R_i α_i + R_j α_j) + κ (m·ḋ)²/L,     m = cos α n − σ κ sin α t ⊥ u
 //
 // because S d(inv α) = sin α da and S ψ̇ = cos α (t·ḋ). L is the distance between the points where
-// the line of action is tangent to the base circles. The tooth in mesh is the one with the least |S
-// ψ − …|, so that angles may include full turns. (Involute function, base pitch, normal backlash b:
-// ISO 21771-1:2007.) At a distance below S there is no mesh: inv α is set to 0.
+// the line of action is tangent to the base circles. The tooth in mesh is the one with the least
+// |S ψ − …|, so that angles may include full turns. (Involute function, base pitch, normal backlash
+// b: ISO 21771-1:2007.) At a distance below S there is no mesh: inv α is set to 0.
 #pragma once
 
 #include <algorithm>
@@ -35,9 +35,10 @@ struct FlankOf {
 
 /// Prevents a change of tooth from being missed within a step. If the step is long enough for
 /// another tooth to come into mesh (`speed`: bound on |ġ|, m/s), the gap may jump by a period P
-/// within the step. Between two jumps the flanks move by at least P/2, so intervals of dt = P/(4
-/// speed) contain no jump. A bend of 64 speed²/P prevents longer intervals from being decided: over
-/// dt it lowers the chord by P/2, the whole range of the gap, and changes a rate by 16 speed.
+/// within the step. Between two jumps the flanks move by at least P/2, so intervals of
+/// dt = P/(4 speed) contain no jump. A bend of 64 speed²/P prevents longer intervals from being
+/// decided: over dt it lowers the chord by P/2, the whole range of the gap, and changes a rate by
+/// 16 speed.
 inline void heed_teeth(GapMotion& m, double period, double speed, double h) {
   if (std::isfinite(period) && speed * h > 0.25 * period)
     m.bend = std::max(m.bend, 64 * speed * speed / period);
