@@ -4,10 +4,10 @@
 //
 //     |ḋ| ≤ |ẋ_j − ẋ_i| + Σ |s| |ω|,     |d̈| ≤ |ẍ_j − ẍ_i| + Σ |s| (ω² + |α|).
 //
-// Between two times h apart, |d| is convex up to a term of |d̈|: it is at most the greater end value
-// plus |d̈|h²/8, and −|d̈| ≤ |d|″ ≤ |d̈| + |ḋ|²/|d|. For the distance to a turning wall only bounds on
-// its second derivative are used. From these bounds event detection proves, without sampling, that
-// a gap or its rate keeps its sign.
+// Between two times h apart, |d| is convex up to a term of |d̈|: it is at most the greater end
+// value plus |d̈|h²/8, and −|d̈| ≤ |d|″ ≤ |d̈| + |ḋ|²/|d|. For the distance to a turning wall only
+// bounds on its second derivative are used. From these bounds event detection proves, without
+// sampling, that a gap or its rate keeps its sign.
 //
 // Usage: MotionBounds::enclose() bounds the motion of a step, System::gap_motion() gives the
 // GapMotion of a contact, and least(), rises() and falls() decide an interval between two instants
