@@ -15,7 +15,7 @@
 // list of near pairs is made anew, in the middle of a step if need be (dynamics/neighbours.hpp).
 =======
 // Contacts of the system keep their numbers. Pairs within groups of many bodies
-// (docs/decisions/028-groups.md) have a slot after them while they are near or in contact; the slot
+// (docs/development/decisions/028-groups.md) have a slot after them while they are near or in contact; the slot
 // is then reused for another pair. A pair without a slot cannot come into contact before the list
 // of near pairs is renewed, which may happen in the middle of a step (dynamics/neighbours.hpp).
 >>>>>>> ab69f6f68576667560a7834022c4213b0615b1ab

@@ -1,5 +1,6 @@
-// How curves of drives and loads are read against their argument (mechanism/argument.hpp).
-// A time step that sweeps over an interval of x is given the mean over it, so that no pulse falls between two steps.
+// Evaluation of the curves of drives and loads at their argument (mechanism/argument.hpp). In a
+// time step that covers an interval of x, the mean of the curve over the interval is used, so that
+// no pulse falls between two steps.
 #pragma once
 
 #include <optional>
@@ -14,14 +15,14 @@
 
 namespace freeplay {
 
-/// The joint that a curve is read at, laid flat.
+/// The joint whose angle is the argument, as a link.
 struct ReadJoint {
   int of = -1;  ///< OtherJoint::of
   Link link = {};
   const Link& or_own(const Link& own) const { return of >= 0 ? link : own; }
 };
 
-/// y at the argument. `place`: angle or position now; `rate(v)`: its rate at these velocities.
+/// y at the argument. `place`: present angle or position; `rate(v)`: its rate at these velocities.
 template <class T, class M, class Rate>
 T read_at(const Piecewise& y, Argument x, const M& m, const T& place, Rate rate) {
   if (y.is_constant()) return y.value(T(0));
@@ -36,7 +37,7 @@ T read_at(const Piecewise& y, Argument x, const M& m, const T& place, Rate rate)
   return m.piece ? y.value(place, m.piece->inside()) : y.value(place);
 }
 
-/// The kinks that integrators must not jump over, where there are any.
+/// The kinks at which integrators must end steps, if there are any.
 inline std::optional<Phase> phase_of(const Piecewise& y, Argument x, const Link& link,
                                      const Vec2* axis = nullptr) {
   if (x != Argument::angle && x != Argument::position) return {};
@@ -51,7 +52,8 @@ inline std::optional<Phase> phase_of(const Piecewise& y, Argument x, const Link&
   return phase;
 }
 
-/// How steps see the curve; none where it is constant. `axis`: of a travel, in the first body's frame.
+/// The curve as the choice of steps sees it; empty if it is constant. `axis`: of a travel, in the
+/// first body's frame.
 inline std::optional<CurveReader> reader_of(const std::string& name, const Piecewise& y, Argument x,
                                             const Link& link, const Vec2* axis = nullptr) {
   if (y.is_constant()) return {};
@@ -72,7 +74,8 @@ T read_at_angle(const Piecewise& y, const M& m, const Link& link) {
                     [&](const auto* v) { return omega(v, link.j) - omega(v, link.i); });
 }
 
-/// Forces along the axis of a sliding joint act on both bodies where the second one's point is.
+/// Geometry of a force along the axis of a sliding joint. The force acts on both bodies at the
+/// second one's point.
 template <class T>
 struct AlongAxis {
   Arms<T> arms;

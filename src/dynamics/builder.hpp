@@ -1,5 +1,6 @@
-// What elements build a System from. Each element's build() calls what it needs; links count towards
-// System::longest_arm(), free links do not.
+// Construction of a System by its elements. The build() of each element's Dynamics calls the
+// functions that it needs, for rows, contacts and friction. A Builder refers to the System under
+// construction and owns nothing. Links count towards System::longest_arm(); free links do not.
 #pragma once
 
 #include <algorithm>
@@ -20,12 +21,12 @@ class Builder {
   Link free_link(const std::array<int, 2>& between, const std::array<Vec2, 2>& at) const {
     return {between[0], between[1], at[0], at[1]};
   }
-  /// The bodies of a joint, at their centres of mass.
+  /// The bodies of a joint, with points at their centres of mass.
   Link joint_link(int joint) const { return free_link(bodies_of(mechanism_.joints[joint]), {}); }
   double longest_arm() const { return s_.longest_arm_; }
-  /// No body may turn further than this in a step (rad).
+  /// Limits the rotation of any body within a step (rad).
   void limit_turn(double angle) { s_.longest_turn_ = std::min(s_.longest_turn_, angle); }
-  /// A length that counts as an arm does (m).
+  /// Adds a length (m) to those considered for the longest arm.
   void reach(double length) { s_.longest_arm_ = std::max(s_.longest_arm_, length); }
 
   /// @name Constraint rows
@@ -35,7 +36,8 @@ class Builder {
   void distance(const Link& link, double length, const std::string& name);
   void angle(const Link& link, double angle, const std::string& name);
   void prescribed(const Link& link, double angle, double speed, const std::string& name);
-  /// Of the angle, or of the place along an axis; against time, or the angle of joint `of` (−1: time).
+  /// Prescribes the angle, or with `axis` the position along it, as a function of time or, if
+  /// `of` ≥ 0, of the angle of joint `of`.
   void motion(const Link& link, const Piecewise& course, const Vec2* axis, int of, const std::string& name);
   template <class Mesh>
   void mesh(const Link& link, const Mesh& mesh, const std::string& name) {
@@ -71,18 +73,19 @@ class Builder {
   void angle_stop(const AngleStopPair& stop, const ContactFacts& facts) { pair(stop, facts); }
   ///@}
 
-  /// Coulomb friction of a fixed bound along an axis of the first body.
+  /// Coulomb friction with a fixed bound, along an axis of the first body.
   void sliding(const Link& link, const Vec2& axis, const std::string& name, double bound,
                const std::optional<double>& regularisation);
-  /// The same, and along the surface of a pin, of a bound from the joint's reaction.
+  /// Coulomb friction with a bound from the joint's reaction, along an axis of the first body or
+  /// along the surface of a pin.
   void sliding(const Link& link, const Vec2& axis, const std::string& name, const ReactionBound& bound,
                const std::optional<double>& regularisation);
   void spinning(const Link& link, double radius, const std::string& name, const ReactionBound& bound,
                 const std::optional<double>& regularisation);
-  /// With the rows of an ideal joint's reaction.
+  /// The bound of friction from the constraint rows of an ideal joint.
   ReactionBound reaction_bound(int joint) const;
 
-  /// Any kind of pair.
+  /// Adds a contact pair of any kind.
   void pair(const Pair& pair, const ContactFacts& facts);
 
  private:

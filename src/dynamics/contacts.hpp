@@ -1,4 +1,4 @@
-// The contacts that a mechanism has, for those who need no System.
+// Names of a mechanism's contacts, for code that needs no System.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@ namespace freeplay {
 
 struct Mechanism;
 
-/// Their names, those of loose joints among them, in the order of ContactEvent::contact.
+/// The names, including those of joints with clearance, in the order of ContactEvent::contact.
 std::vector<std::string> contact_names(const Mechanism& mechanism);
 
 }  // namespace freeplay

@@ -1,4 +1,4 @@
-// The dynamics of all kinds of element that mechanism/elements.hpp lists.
+// The dynamics of all kinds of element in mechanism/elements.hpp.
 #pragma once
 
 #include "dynamics/elements/angle_stop.hpp"
@@ -31,7 +31,7 @@
 
 namespace freeplay {
 
-/// Whether each kind of a list of facts has its dynamics.
+/// Whether each kind in a list of facts has its Dynamics.
 template <class List>
 constexpr bool complete_dynamics = false;
 template <class... Kinds>

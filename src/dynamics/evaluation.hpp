@@ -1,4 +1,13 @@
-// What formulations see of a contact and of a preloaded joint: facts, and rows at one state.
+// Interface of contacts and joint friction to the formulations: constant facts, and rows at one
+// state.
+//
+// For contact k with velocities v and accelerations a,
+//
+//     ġ = normal·v,     g̈ = normal·a − gamma_n        a normal force F_N ≥ 0 acts as normal·F_N
+//     v_T = tangent·v,  v̇_T = tangent·a − gamma_t     a friction force F_T acts as tangent·F_T
+//
+// System::contact_facts() gives the facts, System::contact() fills a ContactRow. Both are plain
+// values.
 #pragma once
 
 #include <array>
@@ -12,39 +21,42 @@
 
 namespace freeplay {
 
-/// A contact pair as the formulations see it.
+/// Facts of a contact pair.
 struct ContactFacts {
-  std::string name;                           ///< of the joint
-  std::array<int, 2> bodies{ground, ground};  ///< bearing's and journal's
-  double clearance =
-      0;  ///< m: the length that gaps are resolved by; that of a joint, or a scale (has_clearance)
-  bool has_clearance = false;  ///< a loose joint's; walls and discs have none
-  /// m: what a greatest penetration is told over: the clearance where there is one, else the radius of
-  /// curvature, of a point the longest arm; 0: nothing to compare with.
+  std::string name;                           ///< name of the joint or of the contact
+  std::array<int, 2> bodies{ground, ground};  ///< bearing's and journal's body
+  /// m, scale that resolves gaps: the joint's clearance, or another scale (see has_clearance)
+  double clearance = 0;
+  bool has_clearance = false;  ///< whether a joint with clearance; false for walls and discs
+  /// Reference length of penetrations (m): the clearance if there is one, else the radius of
+  /// curvature, else (point contact) the longest arm; 0 if there is none.
   double measure() const { return has_clearance ? clearance : radius > 0 ? radius : arm; }
-  double arm = 0;  ///< m, longest of the mechanism, of a contact without clearance
-  /// m, of curvature at the contact; 0: a sharp corner. Inside a ring and outside discs R_i R_j/|R_i ∓ R_j|.
+  double arm = 0;  ///< m, longest arm of the mechanism, for a contact without clearance
+  /// Radius of curvature at the contact (m), R_i R_j/|R_i ∓ R_j| inside a ring or between discs; 0
+  /// for a sharp corner.
   double radius = 0;
   bool ring = false;                              ///< a journal inside a bearing
   double radius_bearing = 0, radius_journal = 0;  ///< m, of a ring
-  std::optional<double> stiffness;                ///< N/m, where it is stated; else of the curvature
+  /// N/m, if stated; else it follows from the curvature
+  std::optional<double> stiffness;
   Surface surface;
   std::optional<double> bearing_length;  ///< m
   std::optional<Lubricant> lubricant;
 };
 
-/// A contact's geometry at one state. Without friction the tangent row stays empty. T is double, or Gradient
-/// for derivatives.
+/// Geometry of a contact at one state. Without friction the tangent row is empty. T is double, or
+/// Gradient for derivatives.
 template <class T>
 struct ContactRowOf {
   T gap = 0;                       ///< m
   SparseRowOf<T> normal, tangent;  ///< ġ = normal·v, v_T = tangent·v
-  /// Only for a lubricated joint: film·v = t·ė − ½(ω_i + ω_j)|e|, the journal's sideways motion relative to
-  /// the mean surface, along which the film's tangential force acts (its couples included);
-  /// spin·v = ω_j − ω_i.
+  /// Lubricated joints only. film·v = t·ė − ½(ω_i + ω_j)|e| is the tangential motion of the journal
+  /// relative to the mean surface; the film's tangential force acts along this row, couples
+  /// included. spin·v = ω_j − ω_i.
   SparseRowOf<T> film, spin;
   T gamma_n = 0, gamma_t = 0;  ///< g̈ = normal·a − gamma_n, v̇_T = tangent·a − gamma_t
-  T gamma_film = 0, turn = 0;  ///< of a film: likewise, and how fast its normal turns (rad/s)
+  /// Lubricated joints only: γ of the film row, and rotation rate of the normal (rad/s).
+  T gamma_film = 0, turn = 0;
   template <class M>
   void remember(M& m) {
     m(gap, normal, tangent, film, spin, gamma_n, gamma_t, gamma_film, turn);
@@ -52,15 +64,16 @@ struct ContactRowOf {
 };
 using ContactRow = ContactRowOf<double>;
 
-/// Coulomb friction of an ideal joint as the formulations see it: of a fixed bound (preloaded), or of one from the
-/// joint's reaction.
+/// Coulomb friction of an ideal joint, with a fixed bound (preloaded) or a bound from the joint's
+/// reaction.
 struct FrictionFacts {
   std::string name;
-  double bound = 0;                      ///< N, without `reaction`
+  double bound = 0;                      ///< N, used if `reaction` is empty
   std::optional<double> regularisation;  ///< m/s
   std::optional<ReactionBound> reaction = {};
 
-  /// At the sliding speed u (m/s) and multipliers λ of all constraint rows; of an impulse, where λ are.
+  /// The bound (N) at the sliding speed u (m/s) and multipliers λ of all constraint rows; the bound
+  /// of an impulse if λ are impulses.
   double limit(double u, const double* lambda) const {
     return reaction->coefficient(u) * reaction->support(lambda);
   }

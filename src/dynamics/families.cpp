@@ -23,7 +23,7 @@ std::vector<ContactFamily> families_of(const Mechanism& mechanism, const Group& 
     f.radius_j = group.radius;
     f.facts.surface = surface(group.surface);
     f.facts.radius = radius * group.radius / (radius + group.radius);
-    f.facts.clearance = 1e-3 * f.facts.radius;  // a scale for tolerances
+    f.facts.clearance = 1e-3 * f.facts.radius;  // scale for tolerances
     list.push_back(std::move(f));
   };
   if (group.size() > 1 && !group.alone) discs(ContactFamily::Of::own, group.name, own, group.radius);
@@ -45,7 +45,7 @@ std::vector<ContactFamily> families_of(const Mechanism& mechanism, const Group& 
     f.facts.surface = surface(group.wall_surface.value_or(group.surface));
     f.facts.radius = group.radius;
     f.facts.arm = longest_arm;
-    f.facts.clearance = 1e-3 * std::max(group.radius, longest_arm);  // a scale for tolerances
+    f.facts.clearance = 1e-3 * std::max(group.radius, longest_arm);  // scale for tolerances
     list.push_back(std::move(f));
   }
   for (auto& f : list) f.facts.name = f.name;

@@ -1,4 +1,5 @@
-// Contacts of one kind among many bodies (mechanism/group.hpp): what they share, and the pair of any two.
+// Contact families: contacts of one kind among many bodies (mechanism/group.hpp), with their common
+// facts and the pair of any two bodies. Neighbours finds the pairs that may touch within a step.
 #pragma once
 
 #include <array>
@@ -11,22 +12,24 @@
 
 namespace freeplay {
 
-/// Bodies [first, first + count).
+/// Bodies first … first + count − 1.
 struct BodyRange {
   int first = 0, count = 0;
 };
 
-/// Every disc of one range against every disc of another, against the others of its own, or against a wall of the ground.
+/// All contacts between the discs of one range and those of another (others), among the discs of
+/// one range (own), or between the discs of a range and a wall of the ground (wall).
 struct ContactFamily {
   enum class Of { own, others, wall };
   Of of = Of::own;
   std::string name;
-  BodyRange first, second;            ///< others: both; else `second` alone
-  double radius_i = 0, radius_j = 0;  ///< m; of a wall `radius_j` alone
-  Vec2 at{0, 0}, axis{1, 0};          ///< wall: a point (m) and its direction; free space lies on the left
-  ContactFacts facts;                 ///< of all, but for their names and bodies
+  BodyRange first, second;            ///< others: both are used; else only `second`
+  double radius_i = 0, radius_j = 0;  ///< m; wall: only radius_j
+  /// wall: a point (m) and the direction; free space is on the left
+  Vec2 at{0, 0}, axis{1, 0};
+  ContactFacts facts;  ///< common facts; names and bodies are those of the pair
 
-  /// g of a pair with these centres (m), as the pair itself has it.
+  /// Gap of a pair with these coordinates, equal to that of the pair itself.
   double gap(const double* q, int i, int j) const {
     const Vec2 rj = centre(q, j);
     if (of == Of::wall) return dot(perp(axis), rj - at) - radius_j;
@@ -36,7 +39,7 @@ struct ContactFamily {
     if (of == Of::wall) return LinePair{{ground, j, at, {0, 0}}, 1, axis, radius_j, radius_j};
     return RoundPair{{i, j, {0, 0}, {0, 0}}, -1, radius_i + radius_j, radius_i, -radius_j};
   }
-  /// Calls f with the bodies of each, in order: i < j of its own, i = ground at a wall.
+  /// Calls f with the bodies of each pair, in order: i < j for own, i = ground for a wall.
   template <class F>
   void each(F f) const {
     const int end = second.first + second.count;
@@ -55,7 +58,7 @@ struct ContactFamily {
   }
 };
 
-/// The name of one pair of a family: of its bodies, or of the wall and its body.
+/// The name of a pair: its two bodies, or the wall and the body.
 inline std::string pair_name(const std::string& family, const std::vector<std::string>& bodies, int i,
                              int j) {
   const auto& other = bodies[static_cast<std::size_t>(j)];
@@ -64,10 +67,11 @@ inline std::string pair_name(const std::string& family, const std::vector<std::s
 
 struct Group;
 struct Mechanism;
-/// What the discs of a group touch: each other, those of the groups that it names, its walls; with the scales of their kinds
-/// of contact (elements/disc_contact.hpp, elements/plane_contact.hpp). `longest_arm`: m, of the mechanism.
+/// The contact families of a group: among its discs, with the discs of the groups that it names,
+/// and with its walls. Tolerance scales are those of disc and plane contacts
+/// (elements/disc_contact.hpp, elements/plane_contact.hpp). `longest_arm` (m): of the mechanism.
 std::vector<ContactFamily> families_of(const Mechanism& mechanism, const Group& group, double longest_arm);
-/// Whether its pairs are found as they come near.
+/// Whether the pairs are searched during the run, rather than listed as contacts.
 bool found_near(const Group& group, const std::vector<ContactFamily>& families);
 
 }  // namespace freeplay

@@ -1,11 +1,17 @@
-// What a gap can do within a step, from how the bodies move in it. With d from the first body's point to the
-// second's, s_i and s_j their arms, and bounds on the bodies' velocities and accelerations over the step,
+// Bounds on a gap within a step, from bounds on the motion of the bodies. Let d be the vector from
+// the first body's point to the second's, s_i and s_j their arms. With bounds on the bodies'
+// velocities and accelerations over the step,
 //
-//     |ḋ| ≤ |ẋ_j − ẋ_i| + Σ |s| |ω|,     |d̈| ≤ |ẍ_j − ẍ_i| + Σ |s| (ω² + |α|),
+//     |ḋ| ≤ |ẋ_j − ẋ_i| + Σ |s| |ω|,     |d̈| ≤ |ẍ_j − ẍ_i| + Σ |s| (ω² + |α|).
 //
-// so that |d|, between two times h apart, is convex but for |d̈|: |d| ≤ greater of its ends + |d̈| h²/8, and
-// |d|″ ≥ −|d̈|, |d|″ ≤ |d̈| + |ḋ|²/|d|. A distance along a turning wall has bounds on its second derivative alone.
-// From these it is proved, not sampled, that a gap keeps its sign or its rate keeps its own.
+// Between two times h apart, |d| is convex up to a term of |d̈|: it is at most the greater end
+// value plus |d̈|h²/8, and −|d̈| ≤ |d|″ ≤ |d̈| + |ḋ|²/|d|. For the distance to a turning wall only
+// bounds on its second derivative are used. From these bounds event detection proves, without
+// sampling, that a gap or its rate keeps its sign.
+//
+// Usage: MotionBounds::enclose() bounds the motion of a step, System::gap_motion() gives the
+// GapMotion of a contact, and least(), rises() and falls() decide an interval between two instants
+// (integrators/crossing.hpp).
 #pragma once
 
 #include <algorithm>
@@ -19,7 +25,7 @@
 
 namespace freeplay {
 
-/// A function's value and its rate of change.
+/// Value and rate of a monitored function.
 struct Watched {
   double value = 0, rate = 0;
 };
@@ -28,8 +34,9 @@ struct Watched {
 struct CubicBounds {
   double speed, acceleration;
 };
-/// Of the cubic through rates and accelerations at both ends of a step of length h, which lies within its control
-/// points; where the cubic through positions and rates bends more, by that.
+/// Bounds for the cubic through rates and accelerations at both ends of a step of length h, which
+/// lies within its control points. If the cubic through positions and rates bends more, its bound
+/// is used.
 inline CubicBounds cubic_bounds(double h, double q0, double v0, double a0, double q1, double v1, double a1) {
   const auto size = [](double x) { return x < 0 ? -x : x; };
   const auto more = [](double x, double y) { return x < y ? y : x; };
@@ -42,10 +49,10 @@ inline CubicBounds cubic_bounds(double h, double q0, double v0, double a0, doubl
 
 /// Bounds on the rates and accelerations of all coordinates over a step.
 struct MotionBounds {
-  std::vector<double> speed, acceleration;  ///< m/s, m/s² or rad/s, rad/s²: one per coordinate
+  std::vector<double> speed, acceleration;  ///< m/s, m/s² or rad/s, rad/s²; one per coordinate
   double duration = 0;                      ///< s
 
-  /// Of a step of length h by cubic_bounds, each array of n.
+  /// Sets the bounds for a step of length h by cubic_bounds; each array has n entries.
   void enclose(double h, std::size_t n, const double* q0, const double* v0, const double* a0,
                const double* q1, const double* v1, const double* a1) {
     duration = h;
@@ -57,38 +64,39 @@ struct MotionBounds {
       acceleration[i] = b.acceleration;
     }
   }
-  /// Widens them where an interpolant departs by up to `apart` (of the rate of coordinate i) from that cubic, and its
-  /// derivative by `steep` times that over the step's length.
+  /// Widens the bounds for an interpolant whose rate of coordinate i differs from that cubic by up
+  /// to `apart`, and whose derivative differs by up to `steep` times that over the step's length.
   void widen(std::size_t i, double apart, double steep) {
     speed[i] += apart;
     acceleration[i] += steep / duration * apart;
   }
 };
 
-/// How a watched distance y may bend within a step.
+/// Bounds on the curve of a monitored distance y within a step.
 struct GapMotion {
-  /// y = |d| − rest outside, y = rest − |d| inside, or along a wall.
+  /// outside: y = |d| − rest. inside: y = rest − |d|. straight: distance along or to a wall.
   enum class Shape { outside, inside, straight };
   Shape shape = Shape::straight;
   double speed = 0;  ///< m/s, bound on |ḋ|
-  double bend = 0;   ///< m/s², bound on |d̈|; along a wall on |ÿ|
+  double bend = 0;   ///< m/s², bound on |d̈|; for a wall on |ÿ|
   double rest = 0;   ///< m
 
-  /// The same of −y.
+  /// The bounds of −y.
   GapMotion opposite() const {
     auto m = *this;
     if (shape != Shape::straight) m.shape = shape == Shape::inside ? Shape::outside : Shape::inside;
     return m;
   }
 
-  /// No value of y between a and b, h apart in time, is less.
+  /// A lower bound of y between the states a and b, which are h apart in time.
   double least(const Watched& a, const Watched& b, double h) const {
-    // Inside, |d| is at most its greater end, but for |d̈|; outside it may dip between them.
+    // Inside, |d| is at most its greater end value plus the term of |d̈|. Outside, |d| may be
+    // smaller between the ends.
     const double chord =
         shape == Shape::outside ? -INFINITY : std::min(a.value, b.value) - 0.125 * bend * h * h;
     const double down = bends(a, b, h).down;
     if (!std::isfinite(down)) return chord;
-    // y + ½ down (t − a)(t − b) is convex: it lies above its tangents, and y above it.
+    // y + ½ down (t − a)(t − b) is convex, so it lies above its tangents; y lies above it.
     const double fall = a.rate - 0.5 * down * h, rise = b.rate + 0.5 * down * h;
     double low = std::min(a.value, b.value);
     if (fall < 0 && rise > 0) {
@@ -97,7 +105,7 @@ struct GapMotion {
     }
     return std::max(low, chord);
   }
-  /// Whether y surely rises, or surely falls, all the way.
+  /// Whether y is proved to increase, or to decrease, throughout.
   bool rises(const Watched& a, const Watched& b, double h) const {
     const auto [down, up] = bends(a, b, h);
     return one_way(a.rate, b.rate, h, down, up);
@@ -118,7 +126,8 @@ struct GapMotion {
     const double swirl = length > 0 ? bend + speed * speed / length : INFINITY;
     return sign > 0 ? Bends{bend, swirl} : Bends{swirl, bend};
   }
-  /// A rate that is ra and rb at the ends, falls by at most `down` and rises by at most `up`, stays above zero.
+  /// Whether a rate with end values ra and rb, which decreases by at most `down` and increases by
+  /// at most `up` per unit time, stays positive.
   static bool one_way(double ra, double rb, double h, double down, double up) {
     if (!(ra > 0 && rb > 0) || !std::isfinite(down + up)) return false;
     const double both = down + up;
@@ -127,7 +136,8 @@ struct GapMotion {
   }
 };
 
-/// How far a link's points move against each other within h (s) at these rates, by arcs: |ẋ_j − ẋ_i| h + Σ |s| |ω| h.
+/// Bound on the relative motion of a link's points within h (s) at these rates, along arcs:
+/// |ẋ_j − ẋ_i| h + Σ |s| |ω| h.
 inline double path(const Link& link, const double* v, double h) {
   Vec2 across{0, 0};
   double along = 0;
@@ -140,7 +150,7 @@ inline double path(const Link& link, const double* v, double h) {
   return (across.norm() + along) * h;
 }
 
-/// Bounds on the motion of a link's second point against its first.
+/// Bounds on the motion of a link's second point relative to its first.
 inline GapMotion relative_motion(const Link& link, const MotionBounds& b) {
   double vx = 0, vy = 0, ax = 0, ay = 0;
   GapMotion m;

@@ -1,11 +1,11 @@
-// What a kind of instrument is made of, and the keys that several share. A kind is one enumerator of Instrument::Kind
-// and one file of instruments/ that specialises Sensor for it, with
+// Structure of a kind of instrument, and keys common to several kinds. A kind is one enumerator of
+// Instrument::Kind and one file of instruments/, which specialises Sensor for it with
 //
-//     type, what, meaning      its word in a scene, whose keys they are, what it measures
-//     senses                   what it looks at
+//     type, what, meaning      its word in a scene, its name in messages, its quantity
+//     senses                   the quantity it measures (Sensing)
 //     keys(k, i)               its keys (see keys.hpp)
-//     measure(i, x)            what it makes of positions, of velocities, or of the force of an element
-//     watches(i, element)      forces only: whether the element is one of those it adds up
+//     measure(i, x)            its value from positions, velocities, or the force of an element
+//     watches(i, element)      forces only: whether the element contributes to the sum
 #pragma once
 
 #include "mechanism/instrument.hpp"
@@ -15,7 +15,7 @@ namespace freeplay {
 template <Instrument::Kind kind>
 struct Sensor;
 
-/// How samples are taken and spoiled.
+/// Keys of sampling and noise.
 void sample_keys(auto& k, auto& i) {
   k.need({"sampling", "Hz", "samples per second in signals.csv"}, i.sampling, positive);
   k.take({"noise", "of the channel", "standard deviation of a sample's noise"}, i.noise, non_negative);
@@ -31,7 +31,7 @@ void full_scale_keys(auto& k, auto& i) {
   k.take({"resolution", "of the channel", "step of the samples, rounded down"}, i.resolution, positive);
 }
 
-/// Butterworth low-pass before the samples.
+/// Keys of the Butterworth low-pass before sampling.
 void low_pass_keys(auto& k, auto& i) {
   k.need({"bandwidth", "Hz", "−3 dB frequency of its Butterworth low-pass"}, i.bandwidth, positive);
   k.take({"order", "", "order of the low-pass, 1 to 8"}, i.order, one_to_eight);

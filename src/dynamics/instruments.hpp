@@ -1,5 +1,5 @@
-// All kinds of instrument. The build lists the files of instruments/: an enumerator without its file does not compile,
-// nor a file without its enumerator.
+// All kinds of instrument. The build lists the files of instruments/. An enumerator without a file,
+// or a file without an enumerator, is a compile error.
 #pragma once
 
 #include "dynamics/instrument_parts.hpp"

@@ -1,5 +1,5 @@
-// A mechanism's motion at one instant, as elements ask for it: angles, arms and relative velocities. That a
-// body has three coordinates x, y, θ is known to src/dynamics alone.
+// Kinematics of a mechanism at one instant, for elements: angles, arms and relative velocities.
+// Only src/dynamics knows that a body has the coordinates x, y, θ.
 #pragma once
 
 #include <cmath>
@@ -10,7 +10,7 @@
 
 namespace freeplay {
 
-/// Powers of drives and loads (W): what they put into the mechanism.
+/// Powers (W) of drives and loads into the mechanism.
 template <class T>
 struct LoadPower {
   T drive = 0;    ///< torque drives
@@ -20,26 +20,26 @@ struct LoadPower {
 
 struct Piece;
 
-/// What a System computes at one state.
+/// Quantities that a System computes at one state.
 template <class T>
 struct EvaluationOf {
   std::vector<T> cosine, sine;       ///< of each body's angle
   std::vector<T> phi, phi_t, gamma;  ///< one per constraint row
-  std::vector<T> bend;               ///< y″ of each prescribed motion
+  std::vector<T> bend;               ///< y″ of each prescribed motion, see rows/motion.hpp
   std::vector<T> G;                  ///< values in the order of System::pattern()
-  std::vector<T> force;              ///< n
+  std::vector<T> force;              ///< generalised forces, n entries
   LoadPower<T> power;
-  const Piece* pieces = nullptr;  ///< that System::phases are held to, of the last place()
+  const Piece* pieces = nullptr;  ///< pieces of System::phases that the last place() used
 };
 using Evaluation = EvaluationOf<double>;
 
-/// Two bodies and the arms of an element's points in their frames.
+/// Two bodies and the points of an element in their frames.
 struct Link {
   int i = ground, j = ground;
   Vec2 si{0, 0}, sj{0, 0};
 };
 
-/// World arms and r_j^P − r_i^P.
+/// World arms of the two points, and d = r_j^P − r_i^P.
 template <class T>
 struct Arms {
   Vec2Of<T> ri, rj, d;
@@ -54,12 +54,12 @@ T theta(const T* q, int body) {
   return body == ground ? T(0) : q[3 * body + 2];
 }
 
-/// A body's place or velocity: of its centre of mass in the world.
+/// Position or velocity of a body's centre of mass in the world.
 inline Vec2 centre(const double* x, int body) {
   return body == ground ? Vec2{0, 0} : Vec2{x[3 * body], x[3 * body + 1]};
 }
 
-/// A vector of a body's frame in the world. Always inlined: rows ask for it a dozen times a step.
+/// A vector of a body's frame, in world axes. Always inlined: rows call it a dozen times a step.
 template <class T>
 [[gnu::always_inline]] inline Vec2Of<T> turned(int body, const Vec2& s, const EvaluationOf<T>& e) {
   if (body == ground) return {T(s.x()), T(s.y())};
@@ -92,19 +92,19 @@ Vec2Of<T> relative_velocity(const Link& link, const Arms<T>& a, const T* v) {
   return u;
 }
 
-/// What a whole time step sweeps over, for what must not be sampled at its middle alone.
+/// Data of a whole time step, for functions that must not be sampled at its midpoint alone.
 struct Sweep {
   double h = 0;  ///< s
-  const double* start =
-      nullptr;  ///< rates at its beginning, which the positions of its middle were found with
+  /// Rates at its start, from which the positions at its midpoint were computed.
+  const double* start = nullptr;
   const double* mean = nullptr;  ///< mean rates of the step, as far as they are known
 };
 
-/// What lies between two kinks of a table against an angle (rad, of the angle as it is, turns included), or of a force
-/// against a distance (m); infinite where there is no further one.
+/// The interval between two kinks of a table of an angle (rad, full turns included) or of a force
+/// of a distance (m). An end without a further kink is infinite.
 struct Piece {
   double low = 0, high = 0;
-  /// Some place within.
+  /// A place within the interval.
   double inside() const {
     if (low > -INFINITY && high < INFINITY) return 0.5 * (low + high);
     return low > -INFINITY ? low + 1 : high < INFINITY ? high - 1 : 0;
@@ -115,8 +115,9 @@ struct Piece {
   }
 };
 
-/// How tables are read: each as it stands, or by its mean over a time step, or on the pieces that are held during a
-/// step (one of System::phases each), so that it is smooth however far a stage reaches.
+/// How tables are evaluated: at a point, by their mean over a time step (sweep), or on fixed pieces
+/// (one for each of System::phases), so that they are smooth however far a stage of the integrator
+/// reaches.
 struct Reading {
   const Sweep* sweep = nullptr;
   const Piece* pieces = nullptr;
@@ -127,10 +128,11 @@ template <class T>
 struct Motion {
   T t;
   const T* q;
-  const T* v;  ///< nullptr where no velocity is known
+  const T* v;  ///< nullptr if velocities are not known
   const EvaluationOf<T>& e;
   Reading reading = {};
-  const Piece* piece = nullptr;  ///< of the element that is asked, if it is held to one
+  /// Piece of the element being evaluated, if it is restricted to one.
+  const Piece* piece = nullptr;
 
   Arms<T> arms(const Link& link) const { return freeplay::arms(link, q, e); }
   Vec2Of<T> relative_velocity(const Link& link, const Arms<T>& a) const {
@@ -139,13 +141,13 @@ struct Motion {
   /// θ_j − θ_i and ω_j − ω_i.
   T angle(const Link& link) const { return theta(q, link.j) - theta(q, link.i); }
   T spin(const Link& link) const { return omega(v, link.j) - omega(v, link.i); }
-  /// The same as the element of this phase sees it (−1: none).
+  /// The state for the element of this phase (−1: none).
   Motion of(int phase) const {
     auto m = *this;
     if (phase >= 0 && reading.pieces) m.piece = reading.pieces + phase;
     return m;
   }
-  /// θ_j − θ_i at the beginning of a swept step and at its end.
+  /// θ_j − θ_i at the start and at the end of the time step.
   std::array<double, 2> swept(const Link& link) const {
     const auto& s = *reading.sweep;
     const double from = angle(link) - 0.5 * s.h * (omega(s.start, link.j) - omega(s.start, link.i));
@@ -156,7 +158,7 @@ struct Motion {
 /// Positions alone, for potentials.
 struct Placement {
   const double* q;
-  /// A body's point in the world (m).
+  /// A point of a body in the world (m).
   Vec2 point(int body, const Vec2& s) const {
     if (body == ground) return s;
     const double c = std::cos(q[3 * body + 2]), sn = std::sin(q[3 * body + 2]);

@@ -6,7 +6,7 @@
 namespace freeplay {
 
 Neighbours::Neighbours(std::span<const ContactFamily> families) : families_(families) {
-  std::vector<int> begins;  // of ranges: a kind each
+  std::vector<int> begins;  // first bodies of the ranges; each range is a kind
   least_ = INFINITY;
   const auto enter = [&](const BodyRange& range, double radius) {
     if (range.count == 0 || std::ranges::find(begins, range.first) != begins.end()) return;
@@ -51,7 +51,7 @@ void Neighbours::find(const double* q, double reach) {
     for (int j = f.second.first; j < f.second.first + f.second.count; ++j)
       if (f.gap(q, ground, j) < reach) found_.push_back({static_cast<int>(k), ground, j});
   }
-  // Cells that are far away meet others of the same number: that costs a distance and no more.
+  // Distant cells may share a number. This only costs additional distance computations.
   const double width = 2 * widest_ + reach;
   const auto cell = [&](double x) {
     return static_cast<std::int64_t>(std::floor(std::clamp(x / width, -1e9, 1e9)));
@@ -96,7 +96,7 @@ double Neighbours::moved(const double* q, double h, const double* v0, const doub
     const Vec2 p = centre(q, bodies_[k]);
     double d = std::hypot(p.x() - at_[2 * k], p.y() - at_[2 * k + 1]);
     if (h > 0) d += 0.5 * h * (centre(v0, bodies_[k]).norm() + centre(v1, bodies_[k]).norm());
-    if (!(d <= most)) most = d;  // also where it is no number
+    if (!(d <= most)) most = d;  // also if d is not a number
   }
   return 2 * most;
 }

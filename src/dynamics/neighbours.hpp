@@ -1,10 +1,15 @@
-// Which pairs of a System's families may touch: a list of all whose gap is less than a reach, found on a grid of cells as
-// wide as two discs and the reach. With d_i how far body i's centre may have come from where the list was made,
+// Candidate pairs of a System's contact families: a list of all pairs whose gap is less than a
+// reach, found on a grid of cells as wide as two discs plus the reach. With d_i a bound on the
+// displacement of body i's centre since the list was made,
 //
 //     g ≥ g_list − d_i − d_j ≥ reach − 2 max d > 0
 //
-// for every pair that is not in it, so that none is missed while 2 max d < reach (Verlet, Phys. Rev. 159 (1967) 98). A time
-// step with the midpoint q + (h/2) v⁻ and the end q + (h/2)(v⁻ + v⁺) has d_i = |q_i − q_list,i| + (h/2)(|v_i⁻| + |v_i⁺|).
+// for every pair not in the list, so that no contact is missed while 2 max d < reach (Verlet, Phys.
+// Rev. 159 (1967) 98). A time step with midpoint q + (h/2) v⁻ and end q + (h/2)(v⁻ + v⁺) has
+// d_i = |q_i − q_list,i| + (h/2)(|v_i⁻| + |v_i⁺|).
+//
+// Usage: find() makes the list; before each step, moved() is compared with reach() and the list is
+// made anew if necessary.
 #pragma once
 
 #include <compare>
@@ -20,7 +25,7 @@ namespace freeplay {
 
 class Neighbours {
  public:
-  /// A pair: bodies of a family, i = ground at a wall.
+  /// A pair of a family by its bodies; i = ground for a wall.
   struct Pair {
     int family = 0, i = ground, j = ground;
     auto operator<=>(const Pair&) const = default;
@@ -32,15 +37,16 @@ class Neighbours {
 
   explicit Neighbours(std::span<const ContactFamily> families);
 
-  /// Makes the list anew at positions q: all pairs with a gap of less than `reach` (m), in their order.
+  /// Makes the list at positions q: all pairs with a gap below `reach` (m), sorted.
   void find(const double* q, double reach);
   const std::vector<Pair>& found() const { return found_; }
   double reach() const { return reach_; }
-  /// 2 max d (m) of a step of h (s) from q at rates v0 that ends with v1; h = 0: at q.
+  /// 2 max d (m) for a step of h (s) from q with rates v0 at its start and v1 at its end; h = 0: at
+  /// q.
   double moved(const double* q, double h, const double* v0, const double* v1) const;
-  /// A reach (m) that lasts for some steps of that motion.
+  /// A reach (m) that remains valid for several steps of that motion.
   double advised(double moved) const;
-  /// m/s, greatest speed of a centre.
+  /// Greatest speed of a centre (m/s).
   double fastest(const double* v) const;
 
   template <class M>
@@ -57,14 +63,14 @@ class Neighbours {
   }
 
   std::span<const ContactFamily> families_;
-  std::vector<int> bodies_, kind_;  // kind_ of each body by its index, −1: in none
-  std::vector<int> family_;         // of two kinds, −1: they do not touch
+  std::vector<int> bodies_, kind_;  // kind_ of each body by its index; −1: in no family
+  std::vector<int> family_;         // of two kinds; −1: they have no contact
   std::size_t kinds_ = 0;
-  double least_ = 0, widest_ = 0;  // m, radii
+  double least_ = 0, widest_ = 0;  // m, least and greatest radius
   double reach_ = -1;
-  std::vector<double> at_;  // x, y of each of bodies_ where the list was made
+  std::vector<double> at_;  // x, y of each of bodies_ when the list was made
   std::vector<Pair> found_;
-  std::vector<std::pair<std::uint64_t, int>> cells_;  // of bodies, sorted
+  std::vector<std::pair<std::uint64_t, int>> cells_;  // cells of the bodies, sorted
 };
 
 }  // namespace freeplay

@@ -1,5 +1,5 @@
-// The parts that a System is made of: constraint rows and contact pairs, each kind a file of rows/ and pairs/ and listed here
-// once. Drives and loads stand in placed.hpp.
+// The kinds of constraint row and contact pair that a System consists of. Each kind is a file of
+// rows/ or pairs/ and is listed here once. Drives and loads are in placed.hpp.
 #pragma once
 
 #include <string>
@@ -33,13 +33,13 @@ using Pair = std::variant<RoundPair, LinePair, CamFlatPair, CamRollerPair, Flank
                           FlankPair<RackMesh>, AngleStopPair>;
 using FrictionRow = std::variant<SlidingRow, SpinRow>;
 
-/// What an element makes the solver carry.
+/// Numbers of rows, contacts, frictions and states that an element adds to the solver.
 struct Carried {
   std::string name;
   std::string_view kind;  ///< its word in a scene
   int rows = 0, contacts = 0, frictions = 0, states = 0;
-  bool force = false;  ///< a term of the right-hand side
-  int families = 0;    ///< of contacts that are found as they come near
+  bool force = false;  ///< whether it adds to the right-hand side
+  int families = 0;    ///< of contacts that are searched during the run
 };
 
 }  // namespace freeplay

@@ -1,7 +1,9 @@
-// What a force has kinks against, as integrators see it: between two of them it is smooth. A relative angle, the travel of a
-// point along an axis of the first body, or the distance of two points:
+// The coordinate against which a force has kinks; between two kinks the force is smooth.
+// Integrators end their steps there. The coordinate is a relative angle, the travel of a point
+// along an axis a of the first body, or the distance of two points:
 //
-//     θ = θ_j − θ_i,     s = a·d,   ṡ = a·ḋ + ω_i perp a·d,   |s̈| ≤ |d̈| + 2 |ω_i ḋ| + (ω_i² + |α_i|) |d|,     |d|
+//     θ = θ_j − θ_i,     s = a·d,   ṡ = a·ḋ + ω_i perp a·d,   |d|
+//     |s̈| ≤ |d̈| + 2 |ω_i ḋ| + (ω_i² + |α_i|) |d|
 #pragma once
 
 #include <cmath>
@@ -17,10 +19,11 @@ struct Phase {
   enum class Of { angle, travel, distance };
   Link link = {};
   std::vector<double> kinks = {};  ///< rad or m, increasing, within one period
-  double period = 0;               ///< rad or m; 0: they do not repeat
+  double period = 0;               ///< rad or m; 0: the kinks do not repeat
   Of of = Of::angle;
-  Vec2 axis{1, 0};  ///< a of a travel, in the first body's frame
-  /// Of a curve, whose steps in time go from kink to kink (integrators/curve_limit.hpp), else of a spring: they end at its kinks.
+  Vec2 axis{1, 0};  ///< axis a of a travel, in the first body's frame
+  /// True for a curve, whose time steps go from kink to kink (integrators/curve_limit.hpp). False
+  /// for a spring, at whose kinks steps end.
   bool swept = false;
 
   /// The coordinate and its rate.
@@ -39,7 +42,8 @@ struct Phase {
     return {length, length > 0 ? dot(a.d, rate) / length : 0};
   }
 
-  /// How what is left of a piece, upwards or downwards, may bend within a step that ends at q.
+  /// Bounds on the second derivative of the distance to the upper or lower end of a piece, within a
+  /// step that ends at q.
   GapMotion motion(const MotionBounds& bounds, const Piece& piece, bool up, const double* q) const {
     const double alpha = omega(bounds.acceleration.data(), link.i);
     if (of == Of::angle)
@@ -59,7 +63,7 @@ struct Phase {
     return m;
   }
 
-  /// The piece that a coordinate is on; where it stands on a kink (to rounding), the one above or below.
+  /// The smooth piece that contains x. At a kink (to rounding), the piece above or below it.
   Piece piece(double x, bool above) const { return piece(x, above, 1e-12 * std::fmax(1, std::abs(x))); }
   Piece piece(double x, bool above, double rounding) const {
     const double from = above ? x + rounding : x - rounding;
@@ -67,7 +71,7 @@ struct Phase {
     const double within = from - period * turns;
     std::size_t i = 0;
     while (i < kinks.size() && kinks[i] <= within) ++i;
-    // The kinks before and after it, over the ends of the period.
+    // The kinks before and after x, across the ends of the period.
     const double low = i > 0 ? kinks[i - 1] : period > 0 ? kinks.back() - period : -INFINITY;
     const double high = i < kinks.size() ? kinks[i] : period > 0 ? kinks.front() + period : INFINITY;
     return {low + period * turns, high + period * turns};

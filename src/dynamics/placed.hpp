@@ -1,5 +1,5 @@
-// The drives and loads of a System with what stepping adds to them. Only the sources of System read this: who touches an
-// element's dynamics compiles these alone.
+// Drives and loads of a System with their links and indices. Only the sources of System include
+// this file, so that a change of an element's dynamics recompiles these alone.
 #pragma once
 
 #include <tuple>
@@ -11,14 +11,14 @@
 
 namespace freeplay {
 
-/// A drive or load in place.
+/// A drive or load with its place in the System.
 template <class Facts>
 struct Placed {
   Dynamics<Facts> facts;
   Link link;
-  int element = -1;  ///< in System::force_elements()
-  int state = -1;    ///< first-order state, −1: none
-  int phase = -1;    ///< index of its angle in System::phases, −1: none
+  int element = -1;  ///< index in System::force_elements()
+  int state = -1;    ///< index of its first-order state; −1: none
+  int phase = -1;    ///< index of its phase in System::phases; −1: none
 };
 
 template <class... Lists>
@@ -31,7 +31,7 @@ struct PlacedElements {
   PlacedKinds<Drive, Load>::type lists;
 };
 
-/// Whether a kind of drive or load applies a force by itself (the others add rows).
+/// Whether a kind of drive or load applies a force by itself; the others add rows.
 template <class Facts>
 concept Acts = requires(const Dynamics<Facts>& f) {
   f.does_work();

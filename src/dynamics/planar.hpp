@@ -1,6 +1,6 @@
-// The coordinates of a planar mechanism: of each body in turn the place x, y of its centre of mass (m) and its
-// angle θ (rad), in world axes; rates and accelerations stand in the same order. That a body has three of them is
-// known here and to the files of model/ alone. Nothing but the standard library.
+// Coordinates of a planar mechanism: for each body in turn the position x, y of its centre of mass
+// (m) and its angle θ (rad), in world axes. Rates and accelerations have the same order. Only this
+// file and the sources of src/dynamics know that a body has three coordinates.
 #pragma once
 
 #include <array>
@@ -10,19 +10,19 @@
 
 namespace freeplay::planar {
 
-/// How many coordinates a body has.
+/// Number of coordinates of a body.
 inline constexpr int coordinates = 3;
-/// What a coordinate, its rate and its acceleration are called in result files.
+/// Names of a coordinate, its rate and its acceleration in result files.
 inline constexpr std::array<const char*, coordinates> names{"x", "y", "theta"},
     rate_names{"vx", "vy", "omega"}, acceleration_names{"ax", "ay", "alpha"};
 
-/// The first coordinate of a body; of the body behind the last: how many there are.
+/// Index of the first coordinate of a body; for the number of bodies, the number of coordinates.
 constexpr auto first(std::integral auto body) { return coordinates * body; }
 constexpr auto body_of(std::integral auto coordinate) { return coordinate / coordinates; }
-/// Its name within its body.
+/// Name of a coordinate within its body.
 constexpr const char* name(int coordinate) { return names[coordinate % coordinates]; }
 
-/// @name Of a body that moves, from the coordinates q or rates v of all
+/// @name Coordinates and rates of a moving body, from those of all bodies, q or v
 ///@{
 inline Vec2 position(const double* q, std::integral auto body) {
   return {q[first(body)], q[first(body) + 1]};

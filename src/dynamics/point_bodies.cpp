@@ -59,7 +59,7 @@ class Check {
   void centres(const auto& x) const {
     for (const std::size_t end : {0, 1}) at_centre(x.between[end], x.at[end]);
   }
-  /// The first body has the directions.
+  /// Checks an element whose directions are those of the first body.
   void second_only(const auto& x, const char* what) const {
     centres(x);
     if (is_point(x.between[0]))
@@ -73,7 +73,7 @@ class Check {
       refuse(key,
              fmt::format("acts on the angle of \"{}\", and a point body has none; {}", name(body), instead));
   }
-  /// What rubs on a round surface turns it.
+  /// Friction on a round surface exerts a moment.
   void smooth(const std::array<int, 2>& bodies, int surface, const char* key = "surface") const {
     const int body = point_of(bodies);
     if (body != ground && surface >= 0 && m_.surfaces[static_cast<std::size_t>(surface)].friction)
@@ -120,7 +120,7 @@ class Check {
   }
   void look(const CamContact& c) const { turning(c.between, "between", "give the body inertia"); }
   void look(const TravelStop& c) const {
-    // What would rub on the stop an ideal joint holds.
+    // With an ideal slot joint there is no sliding on the stop.
     const auto* slot = std::get_if<SlotJoint>(&m_.joints[static_cast<std::size_t>(c.joint)]);
     if (slot && slot->clearance) smooth(slot->between, c.stop.surface);
   }

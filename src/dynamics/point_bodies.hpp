@@ -1,14 +1,14 @@
-// Point bodies: masses without rotation. They have no inertia, no directions and no place but their centre. In a System the
-// angle of each is held at zero by a row of its own, which no other element shares: every element acts at the centre, and
-// exerts no moment about it.
+// Point bodies: masses without rotation. They have no inertia, no directions and no points besides
+// their centre. In a System a separate constraint row fixes the angle of each at zero. No other
+// element uses that angle: every element acts at the centre and exerts no moment about it.
 #pragma once
 
 namespace freeplay {
 
 struct Mechanism;
 
-/// Throws ModelError, which names the key, where an element would exert a moment on a point body, act off its centre, or take
-/// a direction or an angle from it.
+/// Throws ModelError, which names the key, if an element exerts a moment on a point body, acts off
+/// its centre, or uses its direction or angle.
 void check_point_bodies(const Mechanism& mechanism);
 
 }  // namespace freeplay

@@ -1,10 +1,23 @@
-// The mechanism laid flat for stepping:
+// The equations of motion of a mechanism, ready for evaluation:
 //
-//     M a + Gᵀ λ = f(t, q, v) + contact forces,     Φ(q, t) = 0,   G v + Φ_t = 0,   G a = γ(t, q, v)
+//     M a + Gᵀ λ = f(t, q, v) + contact forces
+//     Φ(q, t) = 0,   G v + Φ_t = 0,   G a = γ(t, q, v)
 //
-// plus, for every contact, its gap g and the rows of ġ and of the sliding rate (docs/theory/notation.md). A System
-// is constant; what varies with the state lives in an Evaluation. Nothing here allocates once an Evaluation
-// is made. The rows themselves, contacts, drives and loads are files of rows/, pairs/ and elements/.
+// For every contact it also gives the gap g and the rows of ġ and of the sliding rate
+// (docs/theory/notation.md).
+//
+// Usage:
+//
+//     const System system(mechanism);
+//     auto e = system.make_evaluation();
+//     system.place(t, q, e);                // Φ, Φ_t, G and the bodies' orientations
+//     system.rate(q, v, e);                 // γ
+//     system.forces(t, q, v, z, e);         // f
+//     system.contact(k, q, v, e, row);      // gap and rows of contact k
+//
+// A System owns the constant data of the mechanism and never changes; all quantities that depend on
+// the state are in the Evaluation. No function allocates once an Evaluation is made. The constraint
+// rows, contact pairs, drives and loads are files of rows/, pairs/ and elements/.
 #pragma once
 
 #include <memory>
@@ -35,44 +48,48 @@ class System {
   int contacts() const { return static_cast<int>(pairs_.size()); }
   int frictions() const { return static_cast<int>(slidings_.size()); }
   int bodies() const { return n() / 3; }
-  /// Bodies without rotation. A row of its own, the first ones, holds the angle of each at zero; no other row, contact or
-  /// force has a part in it (dynamics/point_bodies.hpp).
+  /// Number of bodies without rotation. One constraint row for each, placed before all other rows,
+  /// fixes its angle at zero; no other row, contact or force involves that angle
+  /// (dynamics/point_bodies.hpp).
   int points() const { return points_; }
   const CsrPattern& pattern() const { return G_; }
   const std::vector<double>& mass() const { return mass_; }
-  /// Of contact k, and behind the contacts of the families.
+  /// Facts of contact k; beyond contacts(), those of the families.
   const ContactFacts& contact_facts(int k) const { return contact_facts_[k]; }
-  /// Contacts among many bodies that have no number here, for their pairs come and go: facts, forces and greatest
-  /// penetration are told of each family, numbered on from contacts().
+  /// Contact families: contacts among many bodies whose pairs appear and vanish, so that the pairs
+  /// have no index here. Facts, forces and greatest penetration are given for each family as a
+  /// whole. Families are numbered from contacts() on.
   const std::vector<ContactFamily>& families() const { return families_; }
-  /// Contacts and families.
+  /// Number of contacts and families.
   int reported() const { return static_cast<int>(contact_facts_.size()); }
   const FrictionFacts& friction_facts(int k) const { return friction_facts_[k]; }
-  /// Those whose bound follows from their joint's reaction, in order.
+  /// Indices, increasing, of the joint frictions whose bound follows from the joint's reaction.
   const std::vector<int>& reactive_frictions() const { return reactive_; }
   /// Name of the joint or drive that a constraint row belongs to.
   const std::string& row_name(int row) const { return row_names_[row]; }
   /// Whether a constraint row is measured in rad (else in m).
   bool is_angle_row(int row) const { return angle_rows_[row]; }
-  /// Number of rows that prescribe motion; they are the last ones.
+  /// Number of rows that prescribe motion; these are the last rows.
   int drive_rows() const {
     return static_cast<int>(std::get<std::vector<SpeedRow>>(constraints_).size() +
                             std::get<std::vector<MotionRow>>(constraints_).size());
   }
-  /// Whether a joint's motion is prescribed along a curve: its acceleration may jump at next_knot().
+  /// Whether the motion of a joint is prescribed along a curve. Its acceleration may then jump at
+  /// next_knot().
   bool has_motions() const { return !std::get<std::vector<MotionRow>>(constraints_).empty(); }
-  /// Prescribed motions over a time step, exact at its end: phi_t, and what rate() takes; between place() and rate().
+  /// Evaluates prescribed motions over a time step, exactly at its end: phi_t and the quantities
+  /// that rate() uses. Call it between place() and rate().
   void step_motions(double t0, double t1, Evaluation& e) const {
     for (const auto& row : std::get<std::vector<MotionRow>>(constraints_)) row.step(t0, t1, e);
   }
   bool has_friction(int contact) const { return contact_facts(contact).surface.friction.has_value(); }
-  /// Whether a coordinate is an angle (rad, else m).
+  /// Whether a coordinate is an angle (rad); the others are lengths (m).
   bool is_angle(int coordinate) const { return coordinate % 3 == 2; }
   /// Whether any load or torque drive does work that is not a change of potential().
   bool has_loads() const { return loads_work_; }
   /// Whether a force depends on the velocities (dampers).
   bool has_velocity_forces() const { return velocity_forces_; }
-  /// Longest distance of a joint's point from its body's centre of mass (m); 0 when all are central.
+  /// Greatest distance of a joint's point from its body's centre of mass (m); 0 if all are central.
   double longest_arm() const { return longest_arm_; }
 
   template <class T = double>
@@ -80,83 +97,91 @@ class System {
   /// Fills cosine, sine, phi, phi_t and G.
   template <class T>
   void place(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e, const Piece* pieces = nullptr) const;
-  /// The same near a configuration q_from that `from` was placed at: sines and cosines are continued from there, to rounding, so
-  /// that a time step calls the library once a body.
+  /// Equivalent to place() for a configuration near q_from, at which `from` was placed. Sines and
+  /// cosines are continued from there to rounding accuracy, so that a time step calls the math
+  /// library once for each body.
   void place_near(double t, const double* q, const double* q_from, const Evaluation& from,
                   Evaluation& e) const;
   /// Fills gamma; needs place().
   template <class T>
   void rate(const T* q, const T* v, EvaluationOf<T>& e) const;
-  /// Fills force and power; needs place(). `reading`: of tables.
+  /// Fills force and power; needs place(). `reading` says how tables are evaluated.
   template <class T>
   void forces(std::type_identity_t<T> t, const T* q, const T* v, const T* z, EvaluationOf<T>& e,
               const Reading& reading = {}) const;
-  /// First-order states of elements (State::z), in the order of their elements; they begin at 0.
+  /// Number of first-order states of elements (State::z), in the order of their elements. Their
+  /// initial value is 0.
   int states() const { return static_cast<int>(state_scales_.size()); }
-  /// What errors of state k are measured by, in its own unit.
+  /// Scale of errors of state k, in its own unit.
   double state_scale(int k) const { return state_scales_[k]; }
-  /// ż of the elements' first-order states.
+  /// Time derivatives ż of the first-order states.
   template <class T>
   void flow(std::type_identity_t<T> t, const T* q, const T* v, const T* z, T* dz,
             const Reading& reading = {}) const;
-  /// Whether any of it depends on the velocities (motors).
+  /// Whether ż of any state depends on the velocities (motors).
   bool has_velocity_flows() const { return velocity_flows_; }
-  /// Gravity and springs (J); constant forces and torques count as loads.
+  /// Potential energy of gravity and springs (J). Constant forces and torques count as loads.
   double potential(const double* q) const;
   double kinetic(const double* v) const;
 
-  /// How contact k's gap may bend within a step with these bounds; e and q at its end. Needs place().
+  /// Bounds on the second derivative of contact k's gap within a step with these bounds of motion;
+  /// e and q are those at its end. Needs place().
   GapMotion gap_motion(int k, const MotionBounds& bounds, const double* q, const Evaluation& e) const;
-  /// The share of what contact k could pass through unseen that it moves within h (s) at rates v.
+  /// Relative motion of contact k within h (s) at rates v, as a share of the motion that could pass
+  /// through the contact undetected.
   double passage(int k, const double* v, double h) const { return passage(pairs_[k], v, h); }
   static double passage(const Pair& pair, const double* v, double h) {
     return std::visit([&](const auto& p) { return p.passage(v, h); }, pair);
   }
-  /// Gap of contact k alone; needs place().
+  /// Gap of contact k; needs place().
   double gap(int k, const double* q, const Evaluation& e) const { return gap(pairs_[k], q, e); }
   static double gap(const Pair& pair, const double* q, const Evaluation& e);
-  /// All of contact k; needs place(). A concentric journal has no normal: its rows are empty, its gap is c.
+  /// Gap and rows of contact k; needs place(). A concentric journal has no normal: its rows are
+  /// empty and its gap is c.
   template <class T>
   void contact(int k, const T* q, const T* v, const EvaluationOf<T>& e, ContactRowOf<T>& row) const {
     contact(pairs_[k], contact_facts_[k], q, v, e, row);
   }
-  /// The same of a pair of a family.
+  /// Gap and rows of a pair of a family.
   template <class T>
   static void contact(const Pair& pair, const ContactFacts& facts, const T* q, const T* v,
                       const EvaluationOf<T>& e, ContactRowOf<T>& row);
-  /// From the first body's point of contact k to the second's, in the world (m): a journal's eccentricity.
-  /// Needs place().
+  /// Vector from the first body's point of contact k to the second's, in the world (m): the
+  /// eccentricity of a journal. Needs place().
   Vec2 eccentricity(int k, const double* q, const Evaluation& e) const;
-  /// Sliding row of a joint with friction, u = row·v; returns γ in u̇ = row·a − γ. Needs place().
+  /// Sliding row of a joint with friction: u = row·v. Returns γ in u̇ = row·a − γ. Needs place().
   template <class T>
   T friction(int k, const T* q, const T* v, const EvaluationOf<T>& e, SparseRowOf<T>& row) const;
 
-  /// Sliding speed of joint k over that of its bodies' masses with the same energy, at most 1: of a thin pin far less.
+  /// Ratio of the sliding speed of joint k to the speed of its bodies' masses at equal energy, at
+  /// most 1; it is much smaller for a thin pin.
   double slide_share(int k) const;
 
-  /// The first knot of a table or curve against time after t (s); infinite when there is none.
+  /// The first knot of a table or curve of time after t (s); infinite if there is none.
   double next_knot(double t) const;
-  /// @name Angles and distances at which tables and one-way forces have kinks (dynamics/phase.hpp)
+  /// @name Phases: coordinates at which forces have kinks (dynamics/phase.hpp), and curves
   ///@{
   int phases() const { return static_cast<int>(phases_.size()); }
   const Phase& phase(int k) const { return phases_[k]; }
-  /// Curves that are read and are not constant, prescribed motions first.
+  /// Readers of curves that are not constant; prescribed motions come first.
   const std::vector<CurveReader>& curve_readers() const { return curve_readers_; }
-  /// Whether any is a table's that acts by its mean over what a time step sweeps.
+  /// Whether a table acts by its mean over the interval that a time step covers.
   bool sweeps() const { return sweeps_; }
-  /// Whether any is of a force that springs exert, which has kinks and no pulses.
+  /// Whether a spring force has a phase with kinks; such a force has no pulses.
   bool has_spring_kinks() const { return spring_kinks_; }
   ///@}
-  /// rad: no body may turn further in a step than this, so that no feature of a profile is jumped over.
+  /// Greatest rotation of a body within a step (rad), so that no feature of a profile is stepped
+  /// over.
   double longest_turn() const { return longest_turn_; }
 
-  /// @name Forces that come out (values/forces.hpp). Each adds `weight` times what it is given; e from place().
+  /// @name Resulting forces (values/forces.hpp)
+  /// Each function adds `weight` times the given forces; e is from place().
   ///@{
   const std::vector<ForceElement>& force_elements() const { return force_elements_; }
   Forces make_forces() const {
     return {std::vector<ElementForce>(force_elements_.size()), std::vector<double>(mass_.size())};
   }
-  /// Constraint rows [begin, end) of each element that has any.
+  /// Constraint rows [begin, end) of an element with reactions.
   struct ReactionRows {
     int element, begin, end;
   };
@@ -165,7 +190,7 @@ class System {
     for (const auto& r : reactions_) list.push_back({r.element, r.begin, r.end});
     return list;
   }
-  /// Ideal joints and drives of prescribed speed, −Gᵀλ.
+  /// Reactions −Gᵀλ of ideal joints and of drives with prescribed motion.
   void report_rows(const double* q, const Evaluation& e, const double* lambda, double weight,
                    Forces& out) const;
   /// Contact k: forces along its normal and tangent rows.
@@ -173,31 +198,32 @@ class System {
                       double ft, double weight, Forces& out) const {
     report_contact(k, link_of(pairs_[k]), q, e, row, fn, ft, weight, out);
   }
-  /// A pair of the family numbered k, added to its sum.
+  /// Forces of a pair of the family numbered k, added to the family's sum.
   void report_contact(int k, const Link& link, const double* q, const Evaluation& e, const ContactRow& row,
                       double fn, double ft, double weight, Forces& out) const;
   static const Link& link_of(const Pair& pair) {
     return std::visit([](const auto& p) -> const Link& { return p.link; }, pair);
   }
-  /// A film in contact k: along its normal and film rows, and a couple along spin.
+  /// Film of contact k: forces along its normal and film rows, and a couple along spin.
   void report_film(int k, const double* q, const Evaluation& e, const ContactRow& row, double fn, double ft,
                    double torque, double weight, Forces& out) const;
   /// Coulomb friction of joint k along its sliding row.
   void report_friction(int k, const double* q, const double* v, const Evaluation& e, const SparseRow& row,
                        double force, double weight, Forces& out) const;
-  /// Torque drives and loads at a state.
+  /// Forces of torque drives and loads at a state.
   void report_loads(double t, const double* q, const double* v, const double* z, const Evaluation& e,
                     double weight, Forces& out, const Reading& reading = {}) const;
   ///@}
 
-  /// Angle of the main drive's joint (rad), 0 without one.
+  /// Angle of the main drive's joint (rad); 0 if there is none.
   double crank_angle(const double* q) const;
-  /// What each joint, contact, drive and load makes the solver carry, in the mechanism's order.
+  /// The rows, contacts and states that each joint, contact, drive and load contributes, in the
+  /// order of the mechanism.
   const std::vector<Carried>& carried() const { return carried_; }
 
  private:
   friend class Builder;
-  struct Reaction {  // of an ideal joint or a prescribed motion: rows [begin, end)
+  struct Reaction {  // rows [begin, end) of an ideal joint or a prescribed motion
     Link link;
     int begin, end, element;
   };
@@ -205,7 +231,8 @@ class System {
   int add_element(const std::string& name, ForceElement::Kind kind, const std::array<int, 2>& bodies,
                   int joint = -1);
   void list_elements(const Mechanism& mechanism);
-  /// Calls f with every constraint row; kinds that few mechanisms have are passed over together.
+  /// Calls f with every constraint row. Kinds of rows that few mechanisms have are skipped
+  /// together.
   template <class F>
   [[gnu::always_inline]] void each_row(F f) const {
     const auto over = [&f](const auto& list) __attribute__((always_inline)) {
@@ -235,25 +262,25 @@ class System {
 
   std::vector<double> mass_;
   CsrPattern G_;
-  std::vector<double> constant_G_;      // entries of G that never change
+  std::vector<double> constant_G_;      // constant entries of G
   std::vector<double> constant_force_;  // gravity
   std::vector<std::string> row_names_;
   std::vector<bool> angle_rows_;
   ConstraintRows constraints_;
   std::vector<Pair> pairs_;
-  std::vector<ContactFacts> contact_facts_;  // families' behind the contacts'
+  std::vector<ContactFacts> contact_facts_;  // of the contacts, then of the families
   std::vector<ContactFamily> families_;
-  std::vector<int> contact_joints_;  // −1: of no joint
+  std::vector<int> contact_joints_;  // −1: belongs to no joint
   std::vector<FrictionRow> slidings_;
   std::vector<FrictionFacts> friction_facts_;
   std::vector<int> reactive_;
-  std::shared_ptr<PlacedElements> placed_;  // not changed once it is built
+  std::shared_ptr<PlacedElements> placed_;  // constant after the construction
   std::vector<Phase> phases_;
   std::vector<CurveReader> curve_readers_;
   std::vector<double> state_scales_;
   std::vector<ForceElement> force_elements_;
   std::vector<Reaction> reactions_;
-  std::vector<int> contact_elements_, friction_elements_;  // by their index there
+  std::vector<int> contact_elements_, friction_elements_;  // indices into force_elements_
   std::vector<Carried> carried_;
   Vec2 gravity_{0, 0};
   Link crank_;
@@ -261,7 +288,7 @@ class System {
        spring_kinks_ = false;
   int points_ = 0;
   bool rare_rows_ = false,
-       acts_ = false;  // kinds of rows that few have; a drive or load that applies a force
+       acts_ = false;  // rare_rows_: has rare kinds of rows; acts_: a drive or load applies a force
   double longest_arm_ = 0, longest_turn_ = 0.3;
 };
 

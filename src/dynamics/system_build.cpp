@@ -1,4 +1,5 @@
-// From a Mechanism to a System: which rows there are, and which of their entries never change.
+// Construction of a System from a Mechanism: the pattern of the rows, and which entries are
+// constant.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -45,7 +46,7 @@ void Builder::points(const Link& link, const std::string& name) {
 }
 
 void Builder::slide(const Link& link, const Vec2& axis, const std::string& name) {
-  // Between ground and a body the normal stands still: an entry that is zero stays so.
+  // Between the ground and a body the normal is constant: zero entries are omitted.
   SlideRow slide{link, axis, s_.G_.rows, link.i != ground || axis.y() != 0,
                  link.i != ground || axis.x() != 0};
   slide.first = static_cast<int>(s_.constant_G_.size());
@@ -114,7 +115,7 @@ void Builder::motion(const Link& link, const Piecewise& course, const Vec2* axis
   if (axis) {
     m.slides = true;
     m.axis = *axis;
-    // Between ground and a body the axis stands still: an entry that is zero stays so.
+    // Between the ground and a body the axis is constant: zero entries are omitted.
     const bool still = link.i == ground;
     for (const int c : {0, 1}) {
       if (!still) m.of_i[c] = entry(3 * link.i + c, 0);
@@ -132,8 +133,8 @@ void Builder::motion(const Link& link, const Piecewise& course, const Vec2* axis
     m.other = joint_link(of);
     m.other_i = turn(m.other.i);
     m.other_j = turn(m.other.j);
-    if (axis) reach(course.greatest().value);  // a lift may be all the length there is
-    // No step jumps over a knot: a narrow rise stands between two of them.
+    if (axis) reach(course.greatest().value);  // a lift may be the only length of the mechanism
+    // No step passes a knot: a narrow rise is between two of them.
     if (auto knots = course.knots(); !knots.empty()) {
       m.phase = s_.phases();
       s_.phases_.push_back({m.other, std::move(knots), course.period(), Phase::Of::angle, {1, 0}, true});
@@ -188,7 +189,7 @@ ReactionBound Builder::reaction_bound(int joint) const {
   return bound;
 }
 
-/// A joint, contact, drive or load: its rows, and what it makes the solver carry.
+/// Adds a joint, contact, drive or load: its rows, and the numbers it adds to the solver.
 template <class Element>
 void System::add(Builder& builder, const Element& element, int joint) {
   const int rows = G_.rows, contacts = this->contacts(), frictions = this->frictions();
@@ -251,8 +252,8 @@ void System::place_load(Builder& builder, const Element& element) {
       if constexpr (requires { facts.axis; }) {
         phase.of = Phase::Of::travel;
         phase.axis = facts.axis;
-        for (const double limit : phase.kinks)
-          builder.reach(std::abs(limit));  // its lengths may be all there are
+        // The limits may be the only lengths of the mechanism.
+        for (const double limit : phase.kinks) builder.reach(std::abs(limit));
       }
       hold(std::move(phase));
     }
@@ -264,7 +265,7 @@ System::System(const Mechanism& m) : placed_(std::make_shared<PlacedElements>())
   check_point_bodies(m);
   G_.columns = 3 * static_cast<int>(m.bodies.size());
   for (const auto& b : m.bodies) {
-    // The angle of a point is held: what stands for its inertia acts on nothing.
+    // The angle of a point body is fixed: the value in place of its inertia has no effect.
     mass_.insert(mass_.end(), {b.mass, b.mass, b.point ? b.mass : b.inertia});
     constant_force_.insert(constant_force_.end(), {b.mass * gravity_.x(), b.mass * gravity_.y(), 0.0});
   }
@@ -279,7 +280,8 @@ System::System(const Mechanism& m) : placed_(std::make_shared<PlacedElements>())
       ++points_;
     }
   each(m.joints, [&](const auto& joint, int j) { add(builder, joint, j); });
-  // All arms are known before a wall takes its scale from them, so that the contacts' order does not matter.
+  // All arms are found before walls use them as scales, so that the order of contacts does not
+  // matter.
   each(m.contacts, [&](const auto& contact, int) {
     if constexpr (requires { contact.at; }) builder.link(contact.between, contact.at);
     const Dynamics<std::decay_t<decltype(contact)>> dynamics{contact};
@@ -294,7 +296,7 @@ System::System(const Mechanism& m) : placed_(std::make_shared<PlacedElements>())
   list_elements(m);
 }
 
-/// Pairs of small groups are contacts; those of others are kept as families.
+/// Pairs of small groups become contacts; those of other groups become families.
 void System::add_groups(Builder& builder, const Mechanism& m) {
   std::vector<std::string> bodies;
   for (const auto& group : m.groups) {

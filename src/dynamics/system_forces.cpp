@@ -1,4 +1,4 @@
-// Applied forces, their potential, and the powers of what has none: every drive and load in turn.
+// Applied forces, their potential, and the powers of forces without one, over all drives and loads.
 #include <algorithm>
 #include <cmath>
 
@@ -7,13 +7,13 @@
 
 namespace freeplay {
 
-/// Sums of what drives and loads do: generalised forces and powers.
+/// Sums over drives and loads: generalised forces and powers.
 template <class T>
 struct AppliedForces {
   std::vector<T>& f;
   LoadPower<T>& power;
 
-  /// A force on the second body at its arm, and its reaction on the first.
+  /// Adds a force on the second body at its arm, and its reaction on the first.
   void pull(const Link& link, const Arms<T>& a, const Vec2Of<T>& force) const {
     const auto push = [&](int body, const Vec2Of<T>& arm, double sign) {
       if (body == ground) return;

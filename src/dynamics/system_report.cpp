@@ -1,6 +1,7 @@
-// Forces that come out. An element acts along rows: an amount λ along a row w is the generalised force λ w, whose
-// entries on a body are a force and a moment about its centre of mass. The moment about the element's own point P
-// follows: m = m_second − (P − c_second) × F. What any element does goes through `along`.
+// Resulting forces. An element acts along rows: an amount λ along a row w is the generalised force
+// λ w, whose entries for a body are a force and a moment about its centre of mass. The moment about
+// the element's own point P follows: m = m_second − (P − c_second) × F. `along` does this for all
+// elements.
 #include <algorithm>
 
 #include "dynamics/builder.hpp"
@@ -10,12 +11,12 @@
 namespace freeplay {
 namespace {
 
-/// Where drives and loads put what they do when it is asked for by each alone.
+/// Records the force of one drive or load; act() writes to it in place of AppliedForces.
 struct Reported {
   const Motion<double>& motion;
   double weight;
   ElementForce& f;
-  LoadPower<double> power = {};  // not asked for
+  LoadPower<double> power = {};  // not used
 
   void couple(const Link& link, double torque) const {
     f.m += weight * torque;
@@ -27,7 +28,8 @@ struct Reported {
     f.fx += weight * force.x();
     f.fy += weight * force.y();
     f.m_second += weight * cross(a.rj, force);
-    // On a first body that is the ground it acts at the same point, so that the two balance about the origin.
+    // On the ground as first body the force acts at the same point, so that both balance about the
+    // origin.
     const Vec2 at = link.i == ground ? centre(motion.q, link.j) + a.rj : a.ri;
     f.m_first -= weight * cross(at, force);
     f.power += weight * dot(force, motion.relative_velocity(link, a));
@@ -42,7 +44,7 @@ int System::add_element(const std::string& name, ForceElement::Kind kind, const 
   return static_cast<int>(force_elements_.size()) - 1;
 }
 
-/// In the order of forces.csv: ideal joints, contacts, drives, loads.
+/// Lists the elements in the order of forces.csv: ideal joints, contacts, drives, loads.
 void System::list_elements(const Mechanism& m) {
   using Kind = ForceElement::Kind;
   for (auto& r : reactions_)
@@ -77,7 +79,8 @@ void System::list_elements(const Mechanism& m) {
 /// Adds an amount along a row to an element's force.
 void System::along(const double* q, const Evaluation& e, const Link& link, const int* column,
                    const double* value, int size, double amount, ElementForce& f) const {
-  double first[3] = {0, 0, 0}, second[3] = {0, 0, 0};  // force and moment on either body
+  // Force and moment on the first and second body.
+  double first[3] = {0, 0, 0}, second[3] = {0, 0, 0};
   for (int k = 0; k < size; ++k) {
     const int body = column[k] / 3;
     if (body == link.i) first[column[k] % 3] += amount * value[k];
@@ -86,7 +89,8 @@ void System::along(const double* q, const Evaluation& e, const Link& link, const
   const auto across = [](const double* arm, const double* force) {
     return arm[0] * force[1] - arm[1] * force[0];
   };
-  // The ground takes the opposite of what its partner gets; its moment is about the world's origin.
+  // The ground receives the opposite of the other body's force; its moment is about the world's
+  // origin.
   const auto opposite = [&](const double* of, int body, double* to) {
     to[0] = -of[0];
     to[1] = -of[1];

@@ -1,4 +1,4 @@
-// Constraint rows and contact pairs at one state: every kind of rows/ and pairs/ in turn.
+// Constraint rows and contact pairs at one state, over all kinds of rows/ and pairs/.
 #include <algorithm>
 #include <cmath>
 
@@ -8,8 +8,9 @@ namespace freeplay {
 
 namespace {
 
-/// Turns further than this (rad) are left to the library; below, the series' first terms that are left out, δ⁷/5040 and δ⁸/40320, are
-/// under a hundredth of a double's rounding of 1.
+/// Rotations (rad) up to which sine and cosine are continued by their series; beyond it the math
+/// library is called. The first omitted terms, δ⁷/5040 and δ⁸/40320, are below a hundredth of the
+/// rounding error of 1.
 constexpr double longest_continued_turn = 1.0 / 128;
 
 }  // namespace
@@ -24,7 +25,8 @@ void System::place_near(double t, const double* q, const double* q_from, const E
       e.cosine[b] = 1;
       e.sine[b] = theta;
     } else if (std::abs(turn) <= longest_continued_turn) {
-      // cos(θ + δ) = c − (s sin δ + c (1 − cos δ)), likewise the sine: what is added is small, and so is its rounding.
+      // cos(θ + δ) = c − (s sin δ + c (1 − cos δ)), and similarly the sine. The correction is
+      // small, and so is its rounding error.
       const double square = turn * turn, c = cosine[b], s = sine[b];
       const double sin = turn - turn * square * (1.0 / 6 - square * (1.0 / 120)),
                    less = square * (0.5 - square * (1.0 / 24 - square * (1.0 / 720)));
@@ -51,12 +53,12 @@ void System::place(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e, co
   for (std::size_t b = 0; b < e.cosine.size(); ++b) {
     const T theta = q[3 * b + 2];
     if constexpr (std::is_same_v<T, double>)
-      if (theta == 0) {  // a body that is guided straight
+      if (theta == 0) {  // a body guided without rotation
         e.cosine[b] = 1;
         e.sine[b] = theta;
         continue;
       }
-    const T c = cos(theta), s = sin(theta);  // one call of the library for both
+    const T c = cos(theta), s = sin(theta);  // the library computes both in one call
     e.cosine[b] = c;
     e.sine[b] = s;
   }
@@ -78,7 +80,7 @@ Vec2 System::eccentricity(int k, const double* q, const Evaluation& e) const {
   return std::visit(
       [&](const auto& p) {
         const auto d = arms(p.link, q, e).d;
-        if constexpr (requires { p.gap(q, d, e); })  // angles beside directions
+        if constexpr (requires { p.gap(q, d, e); })  // pairs that need angles
           return p.gap(q, d, e);
         else
           return p.gap(d, e);
@@ -118,7 +120,7 @@ T System::friction(int k, const T* q, const T* v, const EvaluationOf<T>& e, Spar
 double System::slide_share(int k) const {
   const auto* pin = std::get_if<SpinRow>(&slidings_[k]);
   if (!pin) return 1;
-  double mass = 0, inertia = 0;  // inverse
+  double mass = 0, inertia = 0;  // reciprocals of mass and inertia
   for (const int body : {pin->link.i, pin->link.j})
     if (body != ground) {
       mass += 1 / mass_[3 * body];

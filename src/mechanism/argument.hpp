@@ -1,5 +1,5 @@
-// What a drive's or a load's curve y(x) is read against: time, the angle or the place of what it acts on, its speed, or the
-// angle of another joint (gas on a piston, against its crank).
+// The argument x of a curve y(x) of a drive or load: time, angle or position of the driven part,
+// its speed, or the angle of another joint (gas force on a piston against the crank angle).
 #pragma once
 
 #include "mechanism/keys.hpp"
@@ -14,9 +14,9 @@ inline constexpr auto argument_names =
                         {Argument::speed, "speed", "rad/s or m/s, of the same"}});
 constexpr std::span<const Choice<Argument>> choices(Argument) { return argument_names; }
 
-/// The joint whose angle a curve is read against, where it is another than what the element turns itself.
+/// The joint whose angle is the argument, if it is not the element's own joint.
 struct OtherJoint {
-  int of = -1;  ///< index into Mechanism::joints, −1: none
+  int of = -1;  ///< index into Mechanism::joints; −1: none
 
   static void keys(auto& k, auto& o, Argument against, bool reads) {
     if (k.when(reads && against == Argument::angle, {"of"}, "goes with a curve against = \"angle\""))

@@ -1,4 +1,4 @@
-// A moving body and the ground.
+// Facts of a moving body, and the index of the ground.
 #pragma once
 
 #include <string>
@@ -9,10 +9,10 @@
 
 namespace freeplay {
 
-/// Index of the ground wherever a body is named by its index.
+/// Index of the ground, wherever a body is given by index.
 inline constexpr int ground = -1;
 
-/// A point that joints may name in place of its coordinates.
+/// A named point, which joints may name in place of coordinates.
 struct NamedPoint {
   std::string name;
   Vec2 at{0, 0};  ///< m, in the body's frame, from its centre of mass
@@ -21,15 +21,17 @@ struct NamedPoint {
 struct Body {
   static constexpr std::string_view what = "a body";
   std::string name;
-  double mass = 0;                      ///< kg, > 0
-  double inertia = 0;                   ///< kg m², about the centre of mass, > 0; of a point 0
-  Vec2 position{0, 0};                  ///< m, centre of mass at the start; may be rough
-  double angle = 0;                     ///< rad, at the start; may be rough
-  Vec2 velocity{0, 0};                  ///< m/s, of the centre of mass at the start; may be rough
-  double angular_velocity = 0;          ///< rad/s, at the start; may be rough
-  std::vector<NamedPoint> points = {};  ///< names of places; what uses one holds its coordinates
-  bool of_group = false;                ///< made by a group, which says all of it
-  bool point = false;                   ///< a mass without rotation: no inertia, no angle (point_bodies.hpp)
+  double mass = 0;  ///< kg, > 0
+  /// kg m², about the centre of mass, > 0; 0 for a point body
+  double inertia = 0;
+  Vec2 position{0, 0};                  ///< m, initial centre of mass; may be rough
+  double angle = 0;                     ///< rad, initial; may be rough
+  Vec2 velocity{0, 0};                  ///< m/s, initial, of the centre of mass; may be rough
+  double angular_velocity = 0;          ///< rad/s, initial; may be rough
+  std::vector<NamedPoint> points = {};  ///< the elements that use them store coordinates
+  bool of_group = false;                ///< made from a group, which states all its facts
+  /// a mass without rotation: no inertia, no angle (point_bodies.hpp)
+  bool point = false;
 
   static void keys(auto& k, auto& b) {
     k.check(b.name != "ground", "", "\"ground\" is the fixed frame and cannot be a body");

@@ -7,8 +7,8 @@
 namespace freeplay {
 namespace {
 
-/// Solves a_i x_{i−1} + b_i x_i + c_i x_{i+1} = r_i with indices round the circle: Sherman and Morrison's correction of
-/// the tridiagonal system.
+/// Solves a_i x_{i−1} + b_i x_i + c_i x_{i+1} = r_i with cyclic indices, by the Sherman–Morrison
+/// correction of the tridiagonal system.
 std::vector<double> solve_cyclic(const std::vector<double>& a, const std::vector<double>& b,
                                  const std::vector<double>& c, const std::vector<double>& r) {
   const std::size_t n = b.size();
@@ -63,13 +63,13 @@ CamProfile::Value CamProfile::at(double phi) const {
   return value(p, std::clamp(x - p.begin, 0.0, p.width));
 }
 
-/// A rise over the width, or the same backwards, u → width − u.
+/// A rise over the width, or a return: the same with u → width − u.
 CamProfile::Piece CamProfile::ramp(CamLaw law, double lift, double begin, double width, bool down) {
   Piece p;
   p.begin = begin;
   p.width = width;
   const double sign = down ? -1 : 1;
-  // Each law is odd about its middle: what falls is lift less what rises.
+  // Each law is odd about its middle, so a return is the lift minus a rise.
   p.c[0] = down ? lift : 0;
   switch (law) {
     case CamLaw::harmonic:
@@ -143,7 +143,7 @@ CamProfile CamProfile::through(const std::vector<std::pair<double, double>>& poi
   return profile;
 }
 
-/// Bounds: the greatest sample and half a spacing's worth of the greatest next derivative.
+/// Bounds: the greatest sample plus half a spacing times the greatest next derivative.
 void CamProfile::finish() {
   for (const auto& p : pieces_) {
     const double w = p.w, spacing = p.width / samples();

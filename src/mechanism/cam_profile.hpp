@@ -1,14 +1,14 @@
-// A cam's lift against the angle φ on it, once round, in pieces with a' ≤ φ − a < width:
+// Lift h of a cam against the angle φ on it, over one turn, in pieces with 0 ≤ φ − a < width:
 //
 //     h(u) = Σ c_k u^k + A cos(w u) + B sin(w u),    u = φ − a
 //
-// Standard laws of a rise by L over β, s = u/β (a return is a rise run backwards; Norton, Cam Design and Manufacturing
-// Handbook, ch. 2 and 3):
+// Standard laws of a rise by L over β with s = u/β (a return is a reversed rise; Norton, Cam Design
+// and Manufacturing Handbook, ch. 2 and 3):
 //
 //     harmonic      h = L/2 (1 − cos πs)              cycloidal   h = L (s − sin(2πs)/2π)
 //     polynomial    h = L (10 s³ − 15 s⁴ + 6 s⁵)
 //
-// A table's lifts are joined by the periodic cubic spline, whose second derivative is continuous.
+// Lifts of a table are joined by the periodic cubic spline, whose second derivative is continuous.
 #pragma once
 
 #include <utility>
@@ -29,26 +29,26 @@ constexpr std::span<const Choice<CamLaw>> choices(CamLaw) { return cam_law_names
 class CamProfile {
  public:
   static constexpr double turn = 6.283185307179586;
-  /// h and its derivatives by φ: m, m/rad, ...
+  /// h (m) and its derivatives with respect to φ (m/rad, ...).
   struct Value {
     double h = 0, d1 = 0, d2 = 0, d3 = 0;
   };
-  /// Greatest sizes over a turn: true bounds, not samples.
+  /// Upper bounds of |h′| and |h″| over a turn, valid between samples too.
   struct Bounds {
     double d1 = 0, d2 = 0;
   };
 
   CamProfile() = default;
-  /// Rise, dwell and return from the angle `start` on, then no lift.
+  /// Rise, dwell and return from the angle `start` on, then zero lift.
   static CamProfile standard(CamLaw law, double lift, double start, double rise, double dwell, double fall);
-  /// Through (angle, lift), three or more, increasing within a turn.
+  /// Through points (angle, lift): at least three, increasing, within one turn.
   static CamProfile through(const std::vector<std::pair<double, double>>& points);
 
   Value at(double phi) const;
   const Bounds& bounds() const { return bounds_; }
-  /// rad, of the narrowest piece that lifts.
+  /// rad, width of the narrowest piece with varying lift.
   double narrowest() const { return narrowest_; }
-  /// Calls f(φ, Value) closely round the turn, at least 16 times a piece.
+  /// Calls f(φ, Value) at closely spaced angles over the turn, at least 16 for each piece.
   template <class F>
   void each(F f) const {
     for (const auto& p : pieces_) {
@@ -68,12 +68,12 @@ class CamProfile {
   int samples() const { return pieces_.size() > 64 ? 16 : 1024; }
   void finish();
 
-  std::vector<Piece> pieces_;  // without gaps, from pieces_[0].begin over one turn
+  std::vector<Piece> pieces_;  // adjacent, from pieces_[0].begin over one turn
   Bounds bounds_;
   double narrowest_ = turn;
 };
 
-/// f(x) of a number that may carry derivatives, from f and f' at its value.
+/// f(x) for a number that may carry derivatives, from the values of f and f′.
 inline double lifted(double, double f, double) { return f; }
 template <class T>
 T lifted(const T& x, double f, double df) {

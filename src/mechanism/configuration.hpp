@@ -1,5 +1,7 @@
-// Which of its poses a mechanism is to be put together in: of a four-bar loop the open or the crossed one (dynamics/assembly/four_bar.hpp),
-// of any other the sign of an angle A-B-C, from BA to BC counterclockwise, between −π and π, A, B and C being joints.
+// The requested pose of a mechanism that can be assembled in several ways. For a four-bar loop it
+// is the open or the crossed branch (dynamics/assembly/four_bar.hpp). For any other loop it is the
+// sign of angles A-B-C between joints: the angle at B from BA to BC, counterclockwise, between −π
+// and π.
 #pragma once
 
 #include <array>
@@ -23,7 +25,7 @@ struct Configuration {
   enum class Branch { open, crossed };
   static constexpr std::string_view what = "[assembly]";
   std::optional<Branch> branch = {};                     ///< of the only four-bar loop
-  std::vector<JointAngle> positive = {}, negative = {};  ///< angles of these signs
+  std::vector<JointAngle> positive = {}, negative = {};  ///< angles required to have this sign
 
   bool asks() const { return branch || !positive.empty() || !negative.empty(); }
 
@@ -46,14 +48,15 @@ constexpr std::span<const Choice<Configuration::Branch>> choices(Configuration::
   return branch_names;
 }
 
-/// sin of a named angle in a pose, 0 where two of its joints coincide.
+/// Sine of a named angle in a pose; 0 if two of its joints coincide.
 double sine_of(const Mechanism& mechanism, const JointAngle& angle, const std::vector<double>& q);
-/// rad, between −π and π.
+/// The angle (rad), between −π and π.
 double angle_of(const Mechanism& mechanism, const JointAngle& angle, const std::vector<double>& q);
-/// "A-B-C"
+/// The angle's name "A-B-C".
 std::string spelt(const Mechanism& mechanism, const JointAngle& angle);
 
-/// What in a pose is not as asked for: its key, and the words. Both empty where all is.
+/// A difference between a pose and the requested one: the key and a description. Both are empty if
+/// the pose is as requested.
 struct Mismatch {
   std::string key, what;
 };

@@ -1,14 +1,16 @@
-// A function of one variable as a scene states it, y(x); what x and y are, whoever names the curve says. With
+// A function y(x) as a scene states it. The element that uses the curve defines x and y. With
 // s = (x − start)/rise from 0 to 1:
 //
 //     constant             y = value
-//     ramp                 y = from + (to − from) p(s), before and after it constant
-//     rise-dwell-return    a ramp, a dwell at `to`, a ramp back, a rest at `from`; once or again and again
+//     ramp                 y = from + (to − from) p(s), constant before and after
+//     rise-dwell-return    a ramp, a dwell at `to`, a ramp back, a rest at `from`; may repeat
 //     harmonic             y = mean + amplitude sin(2π x/period + phase)
-//     table                through points: by straight lines, or by a cubic spline, whose second derivative is continuous
+//     table                through points: straight lines, or a cubic spline (y″ continuous)
 //
-// with the profile p = 10 s³ − 15 s⁴ + 6 s⁵ (3-4-5 polynomial) or s − sin(2πs)/(2π) (cycloidal), both without a jump in
-// the second derivative (Norton, Cam Design and Manufacturing Handbook, ch. 3).
+// The profile is p = 10 s³ − 15 s⁴ + 6 s⁵ (3-4-5 polynomial) or s − sin(2πs)/(2π) (cycloidal). Both
+// have a continuous second derivative (Norton, Cam Design and Manufacturing Handbook, ch. 3).
+//
+// Curve holds the facts; lay() makes the Piecewise that is evaluated.
 #pragma once
 
 #include <string>
@@ -25,7 +27,8 @@ struct Curve {
   enum class Shape { constant, ramp, rise_dwell_return, harmonic, table };
   enum class Profile { polynomial, cycloidal };
   enum class Between { linear, spline };
-  /// What a curve is taken for: y itself, the rate of a motion, or its place, whose slope may not jump.
+  /// Use of the curve: as y itself, as the rate of a motion, or as its position, whose slope must
+  /// be continuous.
   enum class Use { value, rate, place };
   using Points = std::vector<std::pair<double, double>>;
 
@@ -33,7 +36,7 @@ struct Curve {
   Shape shape = Shape::constant;
   double value = 0;
   double from = 0, to = 0;
-  double start = 0;                      ///< in x, as all lengths that follow
+  double start = 0;                      ///< in units of x, as the lengths below
   double rise = 0;                       ///< > 0
   double dwell = 0, fall = 0, rest = 0;  ///< fall > 0
   Profile profile = Profile::polynomial;
@@ -81,9 +84,11 @@ struct Curve {
              c.repeats);
   }
 
-  /// The function; throws nothing. `use`: a spline's ends are flat where it is a place, else without curvature.
+  /// The function; does not throw. A spline has zero slope at its ends if `use` is place, else zero
+  /// curvature.
   Piecewise lay(Use use = Use::value) const;
-  /// Why it cannot be used so, or "": y may not jump, nor the slope of a place.
+  /// The reason why the curve cannot be used so, or "". y must be continuous, and the slope of a
+  /// position as well.
   std::string refusal(Use use) const;
 };
 
@@ -118,10 +123,10 @@ inline std::string_view Curve::what() const {
   return "a curve";
 }
 
-/// A constant, or the value of a curve that is named in its place.
+/// A constant, or the value of a named curve.
 struct CurveOr {
   double constant = 0;
-  int curve = -1;  ///< index into Mechanism::curves, −1: the constant
+  int curve = -1;  ///< index into Mechanism::curves; −1: use the constant
 
   Piecewise lay(const std::vector<Curve>& curves) const;
 };

@@ -1,5 +1,8 @@
-// The kinds of element that a mechanism may have. Each kind of joint, contact, drive and load is a file of elements/, and is
-// listed here once: reader, canonical text, documentation and System go over these lists.
+// The lists of all kinds of joint, contact, drive and load. The facts of each kind are in a file of
+// elements/, and each kind is named here once. Reader, canonical text, documentation and System
+// iterate over these lists:
+//
+//     std::visit([](const auto& joint) { use(joint.name, joint.between); }, mechanism.joints[k]);
 #pragma once
 
 #include <array>
@@ -44,7 +47,7 @@ using Drive = std::variant<SpeedDrive, TorqueDrive, MotionDrive, TorqueCurveDriv
 using Load = std::variant<ForceLoad, TorqueLoad, SpringDamper, TorsionalSpringDamper, JointFriction, Bushing,
                           BumpStop, TorsionalBumpStop>;
 
-/// The word for a kind of element: its `type` in a scene, or for drives "speed drive".
+/// The word for a kind of element: its `type` in a scene; for drives, for example, "speed drive".
 template <class Kind>
 constexpr std::string_view word_of() {
   if constexpr (requires { Kind::type; })
@@ -52,7 +55,7 @@ constexpr std::string_view word_of() {
   else
     return Kind::what.substr(Kind::what.find(' ') + 1);
 }
-/// The name of any element.
+/// The name of an element of any kind.
 template <class... Kinds>
 const std::string& name_of(const std::variant<Kinds...>& element) {
   return std::visit([](const auto& x) -> const std::string& { return x.name; }, element);

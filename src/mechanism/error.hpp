@@ -1,4 +1,4 @@
-// What is wrong with a scene: what a user of the model catches.
+// Exceptions for faulty scenes and mechanisms.
 #pragma once
 
 #include <stdexcept>
@@ -6,8 +6,8 @@
 
 namespace freeplay {
 
-/// What a scene lacks or contradicts, in terms of the model. what() is "key: what is wrong, what would be right",
-/// without a key where none is to blame.
+/// A missing or contradictory fact, in terms of the model. what() is "key: what is wrong, what
+/// would be right", without the key if no single key is at fault.
 struct ModelError : std::runtime_error {
   ModelError(const std::string& blamed, const std::string& wrong)
       : std::runtime_error(blamed.empty() ? wrong : blamed + ": " + wrong), key(blamed), message(wrong) {}
@@ -19,16 +19,16 @@ struct ModelError : std::runtime_error {
       : std::runtime_error(what), key(blamed), message(wrong) {}
 };
 
-/// The same with its place in a file. what() is the one line that a user gets: FILE:LINE:COL: key: what is wrong, what would be
-/// right.
+/// A ModelError with its place in a file. what() is the one line that a user sees: FILE:LINE:COL:
+/// key: what is wrong, what would be right.
 struct SceneError : ModelError {
   explicit SceneError(const std::string& what) : ModelError("", what) {}
-  /// `place`: FILE:LINE:COL, or what else the key was set by; empty in code.
+  /// `place`: FILE:LINE:COL, or another source of the value, such as an override; empty in code.
   SceneError(const std::string& place, const std::string& blamed, const std::string& wrong)
       : ModelError((place.empty() ? "" : place + ": ") + blamed + ": " + wrong, blamed, wrong) {}
 };
 
-/// Of a key that the choices in force do not read (OwnKey in mechanism/options.hpp).
+/// A key that the current choices do not read (OwnKey in mechanism/options.hpp).
 struct UnreadKey : SceneError {
   explicit UnreadKey(const SceneError& e) : SceneError(e) {}
 };

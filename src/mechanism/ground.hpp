@@ -1,4 +1,4 @@
-// The fixed frame: what it has are names of places.
+// The fixed frame, whose only facts are named points.
 #pragma once
 
 #include <string_view>
@@ -8,7 +8,7 @@
 
 namespace freeplay {
 
-/// Names stand where they are read for the coordinates that they name: a mechanism holds these alone.
+/// The reader replaces each name by its coordinates, so a Mechanism stores coordinates only.
 struct Ground {
   static constexpr std::string_view what = "[ground]";
   std::vector<NamedPoint> points = {};  ///< m, world coordinates

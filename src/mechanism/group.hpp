@@ -1,7 +1,8 @@
-// Many discs of one kind, declared once: their mass and radius, where they begin, what they touch.
+// A group: many equal discs, declared once by mass, radius, initial positions and contacts.
 //
-// Each is a body called NAME-1, NAME-2, …, in the order of its place, and touches the others of its group, those of the groups
-// named, and straight walls of the ground, each without end, from one point of a line through the next.
+// Each disc is a body named NAME-1, NAME-2, …, in the order of the positions. It may touch the
+// other discs of its group, the discs of the groups in `touches`, and straight walls of the ground.
+// Each wall is an infinite line through two successive points of `walls`.
 #pragma once
 
 #include <optional>
@@ -13,34 +14,36 @@
 namespace freeplay {
 
 struct Group {
-  /// How its pairs are kept: each as a contact of its own with columns and statistics, or found as they come near and told
+  /// How contact pairs of the group are stored. `each`: every pair is a contact with its own
+  /// columns and statistics. `near`: pairs are found as they approach each other, and are reported
   /// by their events and by sums over each wall (docs/development/decisions/028-groups.md).
   enum class Pairs { each, near };
   static constexpr std::string_view what = "a group";
-  /// Pairs up to which each is a contact of its own where nothing is said.
+  /// Default of `pairs`: up to this number of pairs, `each`.
   static constexpr long most_listed = 300;
 
   std::string name;
-  double mass = 0;                       ///< kg, of each
-  double radius = 0;                     ///< m, > 0
-  std::optional<double> inertia = {};    ///< kg m²; left out: m r²/2 of a solid disc
-  std::vector<Vec2> positions;           ///< m, centres at the start
-  Vec2 velocity{0, 0};                   ///< m/s, of all at the start
-  double angular_velocity = 0;           ///< rad/s, of all at the start
-  std::vector<Vec2> walls;               ///< m, free space on the left of the way from point to point
-  std::vector<int> touches;              ///< groups before it
-  int surface = -1;                      ///< of all its contacts
-  std::optional<int> wall_surface = {};  ///< of those with walls, if it is another
+  double mass = 0;                     ///< kg, of each disc
+  double radius = 0;                   ///< m, > 0
+  std::optional<double> inertia = {};  ///< kg m²; default m r²/2, a solid disc
+  std::vector<Vec2> positions;         ///< m, initial centres
+  Vec2 velocity{0, 0};                 ///< m/s, initial, of all discs
+  double angular_velocity = 0;         ///< rad/s, initial, of all discs
+  /// m; the free space is on the left, going from point to point
+  std::vector<Vec2> walls;
+  std::vector<int> touches;              ///< indices of earlier groups
+  int surface = -1;                      ///< of all contacts of the group
+  std::optional<int> wall_surface = {};  ///< of the contacts with walls, if different
   std::optional<Pairs> pairs = {};
   int first = 0;       ///< index of its first body
-  bool alone = false;  ///< they touch nothing: idealised()
+  bool alone = false;  ///< without any contacts: see idealised()
 
   int size() const { return static_cast<int>(positions.size()); }
   double moment() const { return inertia.value_or(0.5 * mass * radius * radius); }
   int wall_count() const { return walls.empty() ? 0 : static_cast<int>(walls.size()) - 1; }
-  /// Number n from 1.
+  /// Name of disc n, counted from 1.
   std::string body_name(int n) const { return name + "-" + std::to_string(n); }
-  /// Its n-th body, from 0.
+  /// Disc n as a body, counted from 0.
   Body body(int n) const {
     Body b;
     b.name = body_name(n + 1);

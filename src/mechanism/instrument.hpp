@@ -1,4 +1,6 @@
-// A sensor of a scene. Each kind is a file of instruments/, listed here once.
+// Facts of a sensor of a scene. A sensor measures one quantity at a sampling rate, with an optional
+// low-pass, noise and quantisation (model: simulation/instrument.hpp). The measured quantity and
+// the keys of each kind are in a file of dynamics/instruments/.
 #pragma once
 
 #include <array>
@@ -10,36 +12,40 @@
 
 namespace freeplay {
 
-/// What a field does not belong to, it is not read for.
+/// A field that a kind does not use is not read.
 struct Instrument {
   enum class Kind {
-    accelerometer,  ///< m/s², of a body's centre of mass along an axis of the world, through a low-pass
-    lvdt,           ///< m, position of a body's centre of mass along an axis of the world
-    encoder,        ///< rad, angle of a joint
-    load_cell,      ///< N, force of a joint on its second body along an axis of the world, through a low-pass
-    torque          ///< N m, torque of a drive, through a low-pass
+    /// m/s², of a body's centre of mass along an axis of the world, through a low-pass
+    accelerometer,
+    lvdt,     ///< m, position of a body's centre of mass along an axis of the world
+    encoder,  ///< rad, angle of a joint
+    /// N, force of a joint on its second body along an axis of the world, through a low-pass
+    load_cell,
+    torque  ///< N m, torque of a drive, through a low-pass
   };
   Kind kind = Kind::accelerometer;
   std::string name;
   int body = ground;
-  std::array<int, 2> pair{ground, ground};  ///< encoder: the joint's bodies
+  std::array<int, 2> pair{ground, ground};  ///< encoder: bodies of the joint
   int joint = -1;                           ///< encoder and load cell: index of the joint
   std::string drive;                        ///< torque: name of the drive
   Vec2 axis{1, 0};                          ///< unit vector
   double bandwidth = 0;                     ///< Hz, −3 dB
-  int order = 2;                            ///< of the Butterworth low-pass, 1 to 8
+  int order = 2;                            ///< order of the Butterworth low-pass, 1 to 8
   double sampling = 0;                      ///< Hz
-  std::optional<double> noise = {};         ///< standard deviation of a sample, in the channel's unit
-  unsigned seed = 1;                        ///< of the noise
-  std::optional<double> range = {};         ///< ± full scale; samples are kept within
-  std::optional<double> resolution = {};    ///< step of the samples, rounded down; an encoder's is 2π/counts
+  /// Standard deviation of a sample, in the channel's unit.
+  std::optional<double> noise = {};
+  unsigned seed = 1;                 ///< of the noise
+  std::optional<double> range = {};  ///< ± full scale; samples are clipped to it
+  /// Quantisation step of the samples, rounded down; 2π/counts for an encoder.
+  std::optional<double> resolution = {};
 };
 
-/// What a sensor looks at.
+/// Quantity that a sensor measures.
 enum class Sensing {
-  velocity,  ///< its measure of the velocities, whose rate passes the low-pass
-  force,     ///< its measure of the forces that come out, which passes the low-pass
-  position   ///< its measure of the positions, sample by sample
+  velocity,  ///< a function of the velocities, whose rate passes through the low-pass
+  force,     ///< a function of the resulting forces, which passes through the low-pass
+  position   ///< a function of the positions, sampled directly
 };
 
 }  // namespace freeplay

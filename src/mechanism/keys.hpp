@@ -1,18 +1,19 @@
-// How facts and options say which keys of a scene file they stand in. Each has
+// Visitor by which facts and options name their keys in a scene file. Each type has
 //
 //     static void keys(auto& k, auto& x);
 //
-// which names every key once: k is the reader (fills x), the writer of the canonical text (x is const) or the
-// list of all keys, from which docs/reference/scene.md and the check for unknown keys are made. k offers
+// which names every key once. The visitor k is the reader (it fills x), the writer of the canonical
+// text (x is const) or the list of all keys, from which docs/reference/scene.md and the check for unknown
+// keys are made. k offers
 //
-//     need(Key, value, Range)     a key that must be there; value: number, Vec2, text, whole number
-//     take(Key, value, Range)     one that may be left out: value keeps its default, an optional stays empty
-//     flag(Key, value)            whether something is so; the canonical text has it where it is
+//     need(Key, value, Range)     a required key; value: number, Vec2, text, whole number
+//     take(Key, value, Range)     an optional key; without it, value keeps its default
+//     flag(Key, value)            a boolean; the canonical text has the key only if it is true
 //     choose(Key, value)          a word; value: an enumeration with choices(E)
-//     group(name, optional)       what the key `name` switches on: a pointer to it, or nullptr
-//     when(condition)             whether keys that hold only then are to be visited
-//     check(holds, name, ...)     refuses what is read when it does not hold: "name: ..." from the pieces
-//     between, ends, body, joint, surface, lubricant     what names other things of the mechanism
+//     group(name, optional)       keys of an optional part; returns a pointer to it, or nullptr
+//     when(condition)             whether to visit keys that are valid only under the condition
+//     check(holds, name, ...)     throws "name: ..." from the pieces if `holds` is false
+//     between, ends, body, joint, surface, lubricant     references to other parts by name
 #pragma once
 
 #include <array>
@@ -25,10 +26,11 @@ namespace freeplay {
 
 struct Key {
   std::string_view name, unit, meaning;
-  std::string_view fallback = {};  ///< what a left-out key stands for, where its value does not show it
+  /// Meaning of an absent key, if its default value does not show it.
+  std::string_view fallback = {};
 };
 
-/// What a number must satisfy; `text` completes "must be ...".
+/// The range of a number; `text` completes the sentence "must be ...".
 struct Range {
   bool (*holds)(double);
   const char* text;
@@ -45,27 +47,27 @@ inline constexpr Range one_to_eight{[](double x) { return x >= 1 && x <= 8 && x 
 inline constexpr Range zero_to_one{[](double x) { return x >= 0 && x <= 1; }, "between 0 and 1"};
 inline constexpr Range zero_to_half{[](double x) { return x >= 0 && x <= 0.5; }, "between 0 and 0.5"};
 
-/// What the values of E differ in beside their names; specialised where there is something.
+/// Properties in which the values of E differ, besides their names. Specialised where needed.
 template <class E>
 struct Traits {};
 
-/// One value of an enumeration as a scene spells it.
+/// One value of an enumeration with its word in a scene.
 template <class E>
 struct Choice {
   E value{};
   std::string_view text = {};
-  std::string_view meaning = {};  ///< stands behind the word in docs/reference/scene.md
+  std::string_view meaning = {};  ///< follows the word in docs/reference/scene.md
   Traits<E> traits = {};
 };
 
-/// A word that an enumeration no longer has, refused with what to use instead. An enumeration that has some has
+/// A former word of an enumeration, refused with advice on its replacement. Such an enumeration has
 /// removed_words(E) beside its choices(E).
 struct RemovedWord {
   std::string_view text = {};
   std::string_view instead = {};
 };
 
-/// A table of all values of E, each at its own number: a forgotten one does not compile.
+/// A table of all values of E in their order. A missing value is a compile error.
 template <class E, std::size_t N>
 consteval std::array<Choice<E>, N> complete(const Choice<E> (&rows)[N]) {
   static_assert(static_cast<int>(N) == enumerators<E>(), "the table of names lacks a value");
@@ -78,7 +80,7 @@ consteval std::array<Choice<E>, N> complete(const Choice<E> (&rows)[N]) {
   return table;
 }
 
-/// The row of a value; every enumeration that a scene spells has choices(E) beside it.
+/// The row of a value. Every enumeration in a scene has choices(E) beside it.
 template <class E>
 constexpr const Choice<E>& choice_of(E value) {
   return choices(value)[static_cast<int>(value)];

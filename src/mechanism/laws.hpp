@@ -1,7 +1,7 @@
-// What is known of the contact and friction laws of the penalty formulation, one row a law: the reader, help, docs and
-// errors are made from it. Each row stands in its law's own file, formulations/contact/laws/NAME.hpp or
-// formulations/contact/friction/NAME.hpp; the tables are put together there, so that this header needs nothing but the
-// standard library.
+// Facts of the contact and friction laws of the penalty formulation, one row a law. The reader,
+// help, documentation and error messages are made from them. Each row is in its law's own file,
+// formulations/contact/laws/NAME.hpp or formulations/contact/friction/NAME.hpp. The tables are put
+// together there, so that this header needs only the standard library.
 #pragma once
 
 #include <limits>
@@ -12,13 +12,14 @@
 namespace freeplay {
 
 enum class ContactLaw;   // options.hpp
-enum class FrictionLaw;  // likewise
+enum class FrictionLaw;  // options.hpp
 
-/// What stands for the elastic part of a contact's force.
+/// Kind of the elastic part of a contact force.
 enum class ContactKind {
-  point,         ///< Hertz's F_el = K δ^(3/2) with the law's own damping factor χ(e)
-  line,          ///< an F_el of the law's own, over the bearing's length; χ from a point law
-  spring_damper  ///< F = K δ + D δ̇; K and D from the scene, so that what it delivers depends on the mass
+  point,  ///< Hertz's F_el = K δ^(3/2) with the law's own damping factor χ(e)
+  line,   ///< the law's own F_el over the bearing's length; χ from a point law
+  /// F = K δ + D δ̇ with K and D from the scene, so its restitution depends on the mass
+  spring_damper
 };
 
 struct ContactLawFacts {
@@ -26,11 +27,11 @@ struct ContactLawFacts {
   std::string_view text;  ///< its name in a scene
   std::string_view formula, source, range;
   ContactKind kind;
-  bool takes_restitution;     ///< its damping comes from the surface's restitution
-  bool positive_restitution;  ///< which must be > 0: χ is infinite at 0
-  /// Of a line law: the point law whose χ it takes unless penalty.damping names one.
+  bool takes_restitution;     ///< its damping follows from the surface's restitution
+  bool positive_restitution;  ///< restitution must be > 0: χ is infinite at 0
+  /// Line laws: the point law whose χ is used unless penalty.damping names another.
   std::optional<ContactLaw> damping;
-  /// m; published for least_clearance ≤ c < clearance_end.
+  /// m; the law is published for least_clearance ≤ c < clearance_end.
   double least_clearance = 0;
   double clearance_end = std::numeric_limits<double>::infinity();
 };
@@ -44,10 +45,10 @@ struct FrictionLawFacts {
   std::string_view text;     ///< its name in a scene
   std::string_view formula;  ///< c(v) = |F_T|/F_N for v ≥ 0, with the symbols of docs/theory/penalty.md
   std::string_view source, range;
-  std::string_view keys;  ///< of [penalty] that it reads, separated by ", "
-  bool bristle;           ///< carries a bristle deflection z (m) in its state
-  bool positive_v0;       ///< friction_v0 > 0, else ≥ 0
-  bool v1_above_v0;       ///< friction_v1 > friction_v0
+  std::string_view keys;  ///< keys of [penalty] that it reads, separated by ", "
+  bool bristle;           ///< has a bristle deflection z (m) as a state
+  bool positive_v0;       ///< requires friction_v0 > 0, else ≥ 0
+  bool v1_above_v0;       ///< requires friction_v1 > friction_v0
 
   /// Whether the law reads a key of [penalty].
   constexpr bool reads(std::string_view key) const {

@@ -1,4 +1,4 @@
-// Whether a film carries a joint while its contact is open.
+// Whether a lubricant film carries a joint while its contact is open.
 #pragma once
 
 #include <algorithm>

@@ -1,6 +1,6 @@
-// What a number of each unit may amount to. Far beyond, a result says nothing of a mechanism: sums lose what they are
-// made of to rounding, squares overflow, a file grows without end. Questions within these bounds are asked in
-// mechanism/sense.hpp.
+// Bounds on numbers by unit. The reader refuses numbers outside them, because results would be
+// meaningless: sums lose small terms to rounding, squares overflow, files grow without limit.
+// Numbers within the bounds are checked for plausibility in mechanism/sense.hpp.
 #pragma once
 
 #include <array>
@@ -10,13 +10,14 @@
 namespace freeplay {
 
 struct Magnitude {
-  std::string_view unit;   ///< as keys spell it; "": a pure number, or one of another channel's unit
-  double least = 0;        ///< of what must be greater than 0
-  double greatest = 0;     ///< of |x|
-  std::string_view why{};  ///< the reason of the bounds
+  /// As spelt in keys; "": a pure number, or one in another channel's unit.
+  std::string_view unit;
+  double least = 0;        ///< lower bound of numbers that must be positive
+  double greatest = 0;     ///< upper bound of |x|
+  std::string_view why{};  ///< reason of the bounds
 };
 
-/// Of what follows from masses, lengths and times, in whatever units those are thought of.
+/// Reason for units derived from mass, length and time, in any system of units.
 inline constexpr std::string_view beyond = "products of a few numbers beyond leave the range of a double";
 
 inline constexpr std::array magnitudes{
@@ -76,7 +77,7 @@ constexpr const Magnitude* magnitude_of(std::string_view unit) {
   return nullptr;
 }
 
-/// As docs/reference/scene.md shows it.
+/// The row of docs/reference/scene.md.
 std::string row_of(const Magnitude& m);
 
 }  // namespace freeplay

@@ -4,7 +4,7 @@ namespace freeplay {
 
 Mechanism idealised(Mechanism mechanism) {
   mechanism.contacts.clear();
-  for (auto& group : mechanism.groups) {  // bodies alone
+  for (auto& group : mechanism.groups) {  // keep the bodies, without contacts
     group.walls.clear();
     group.touches.clear();
     group.alone = true;

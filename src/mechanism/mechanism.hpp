@@ -1,5 +1,8 @@
-// The mechanism as its author states it: facts only, in SI units, nothing about how it will be solved. The kinds of its
-// elements are listed in elements.hpp.
+// A planar mechanism as its author states it: bodies, joints, contacts, drives and loads.
+//
+// All values are facts in SI units. Nothing here depends on how the mechanism is solved. Elements
+// refer to each other by index into these lists; the ground has index −1. elements.hpp lists the
+// kinds of element. dynamics/system.hpp builds the equations of motion from a Mechanism.
 #pragma once
 
 #include <string>
@@ -18,7 +21,7 @@ namespace freeplay {
 struct Mechanism {
   std::string title;
   Vec2 gravity{0, 0};        ///< m/s²
-  std::vector<Body> bodies;  ///< those of groups behind the others
+  std::vector<Body> bodies;  ///< the bodies of groups come last
   std::vector<Joint> joints;
   std::vector<Contact> contacts;
   std::vector<Group> groups;
@@ -27,18 +30,18 @@ struct Mechanism {
   std::vector<Drive> drives;
   std::vector<Load> loads;
   std::vector<Curve> curves;
-  Configuration assembly;  ///< which pose it starts in, where that is asked for
+  Configuration assembly;  ///< the requested pose at the start, if any
 };
 
-/// The same mechanism with every clearance closed, and without contacts between bodies.
+/// Returns the mechanism without clearances and without contacts between bodies.
 Mechanism idealised(Mechanism mechanism);
 
-/// The drive of constant speed whose turns are counted, if there is one: the one that says so, else the first; none where
-/// another motion says so.
+/// The drive of constant speed whose revolutions are counted: the one marked as crank, else the
+/// first. Null if there is none or if a prescribed motion is marked as crank.
 const SpeedDrive* main_drive(const Mechanism& mechanism);
 
-/// The revolute joint whose angle is reported as the crank angle, −1: none. That of the main drive, else of the first
-/// prescribed motion, else of the first drive.
+/// Index of the revolute joint whose angle is reported as the crank angle: that of the main drive,
+/// else of the first prescribed motion, else of the first drive; −1 if there is none.
 int crank_joint(const Mechanism& mechanism);
 
 }  // namespace freeplay

@@ -1,6 +1,9 @@
-// What the author of a scene asks of a run and of each formulation. Options say their unit, their meaning and the
-// inequality they stand in; every word that a scene may use stands in one table here, but for the laws of contact
-// and friction, which are files of formulations/contact and listed by mechanism/laws.hpp.
+// Options of a run ([run]) and of the two formulations ([penalty], [nonsmooth]).
+//
+// Each options struct states its defaults, units, meanings and ranges in keys() (keys.hpp). Each
+// enumeration has one table here that maps its values to the words of a scene file. The contact and
+// friction laws are the exception: each is a file of formulations/contact, and mechanism/laws.hpp
+// lists them.
 #pragma once
 
 #include <array>
@@ -18,19 +21,22 @@
 
 namespace freeplay {
 
-/// A key that only some choices of other keys read. The reader refuses it under any other choice, the canonical text of a
-/// scene leaves it out there, and docs/reference/scene.md names the choices: all three take them from the rows of own_keys().
+/// A key that is read only under some choices of other keys. The reader refuses the key under any
+/// other choice, the canonical text of a scene omits it there, and docs/reference/scene.md names the choices.
+/// All three use the rows of own_keys().
 template <class Options>
 struct OwnKey {
   std::string_view name;
-  bool (*read)(const Options&, std::string_view name);  ///< whether the choices in force read it
-  std::string_view by;                                  ///< the key that chooses
-  std::string_view (*chosen)(const Options&);           ///< the word in force there
-  std::string_view belongs;                             ///< the choices that read it
-  std::array<std::string_view, 2> also = {};            ///< further keys that decide
+  /// Whether the current choices read the key.
+  bool (*read)(const Options&, std::string_view name);
+  std::string_view by;                         ///< the key that chooses
+  std::string_view (*chosen)(const Options&);  ///< the word now chosen for that key
+  std::string_view belongs;                    ///< the choices that read it
+  std::array<std::string_view, 2> also = {};   ///< further keys that take part in the choice
 };
 
-/// The row of a key; every options struct whose keys() call k.own() has own_keys(options) beside it.
+/// The row of a key. Every options struct whose keys() calls k.own() has a function
+/// own_keys(options) beside it.
 template <class Options>
 constexpr const OwnKey<Options>& own_key(const Options& o, std::string_view name) {
   for (const auto& row : own_keys(o))
@@ -40,17 +46,18 @@ constexpr const OwnKey<Options>& own_key(const Options& o, std::string_view name
 
 struct RunOptions {
   enum class Start {
-    assembled,  ///< rough positions made consistent, journals inside their bearings
-    ideal,      ///< the ideal joints' positions and velocities: journals concentric
-    given,      ///< positions and velocities as they stand; refused if they are not consistent
-    equilibrium  ///< at rest where the forces balance, the place that descent from the rough positions comes to
+    assembled,   ///< rough positions are made consistent; journals start inside their bearings
+    ideal,       ///< positions and velocities of the ideal joints: journals are concentric
+    given,       ///< positions and velocities as stated; refused if they are inconsistent
+    equilibrium  ///< at rest in the equilibrium that a descent from the rough positions reaches
   };
   double duration = 0;  ///< s, > 0
-  double discard = 0;   ///< s left out of the statistics, 0 ≤ discard < duration
+  double discard = 0;   ///< s, excluded from the statistics, 0 ≤ discard < duration
   Start start = Start::assembled;
-  bool eliminate = true;                   ///< coordinates that a row alone fixes leave the solves beforehand
-  bool forces = false;                     ///< forces.csv beside trajectory.csv
-  std::optional<double> output_step = {};  ///< s between rows of trajectory.csv; default duration/20000
+  bool eliminate = true;  ///< eliminate coordinates that one constraint row alone fixes
+  bool forces = false;    ///< write forces.csv beside trajectory.csv
+  /// s between rows of trajectory.csv; default duration/20000
+  std::optional<double> output_step = {};
 
   static constexpr std::string_view what = "[run]";
   static void keys(auto& k, auto& o) {
@@ -76,8 +83,8 @@ struct RunOptions {
   }
 };
 
-/// One enumerator a law, in the order that `freeplay laws` lists them. What is known of each stands in its own file,
-/// formulations/contact/laws/NAME.hpp.
+/// One enumerator a law, in the order in which `freeplay laws` lists them. The facts of a law are
+/// in its own file, formulations/contact/laws/NAME.hpp.
 enum class ContactLaw {
   hertz,
   hunt_crossley,
@@ -99,46 +106,52 @@ enum class ContactLaw {
   pereira,
   gharib_hurmuzlu
 };
-/// Likewise, formulations/contact/friction/NAME.hpp.
+/// The facts of each friction law are in formulations/contact/friction/NAME.hpp.
 enum class FrictionLaw { ambrosio, threlfall, bengisu_akay, lugre, brown_mcphee, andersson };
 enum class Integrator { rk4, dopri5, bulirsch_stoer, adams_bashforth_moulton, rosenbrock4 };
 
 template <>
 struct Traits<Integrator> {
-  bool adaptive = true;        ///< takes penalty.tolerance; else penalty.step
-  bool keeps_history = false;  ///< of earlier steps: nothing may move the state between two
+  bool adaptive = true;  ///< reads penalty.tolerance; the others read penalty.step
+  /// Uses earlier steps: the state must not be changed between two steps.
+  bool keeps_history = false;
 };
 
 enum class Stabilisation {
   none,
   baumgarte,
-  projection  ///< least mass-weighted movement onto Φ = 0, then onto G v + Φ_t = 0, after each accepted step
+  /// After each accepted step, least mass-weighted change onto Φ = 0, then G v + Φ_t = 0.
+  projection
 };
 
 struct PenaltyOptions {
   ContactLaw contact = ContactLaw::exact;
-  /// In place of `contact`; no key.
+  /// A contact law supplied in code, which replaces `contact`; it has no key.
   std::shared_ptr<const OwnLaw> own = {};
-  /// A point law's χ(e) for a line contact; hertz: none. Default: the line law's own, or exact.
+  /// The point law whose damping factor χ(e) a line contact uses; hertz means none. Default: the
+  /// line law's own, or exact.
   std::optional<ContactLaw> damping = {};
   std::optional<double> kelvin_stiffness = {};  ///< N/m
   std::optional<double> kelvin_damping = {};    ///< N s/m
   FrictionLaw friction = FrictionLaw::ambrosio;
-  double friction_v0 = 1e-4;  ///< m/s: the speed that each friction law is regularised with
-  double friction_v1 = 1e-3;  ///< m/s, > friction_v0: full friction (Ambrósio); Stribeck's speed (Andersson)
+  double friction_v0 = 1e-4;  ///< m/s, regularisation speed of every friction law
+  /// m/s, > friction_v0: speed of full friction (Ambrósio), Stribeck speed (Andersson)
+  double friction_v1 = 1e-3;
   double friction_static = 1;   ///< μ_s/μ ≥ 1 (Bengisu–Akay, LuGre, Brown–McPhee, Andersson)
-  double friction_decay = 1e3;  ///< s/m, ξ of Bengisu–Akay
-  double friction_viscous = 0;  ///< s/m: adds F_N·friction_viscous·v_T (LuGre's σ₂, Brown–McPhee, Andersson)
-  double bristle_stiffness = 1e5;  ///< 1/m, LuGre's σ₀ over F_N
-  double bristle_damping = 10;     ///< s/m, LuGre's σ₁ over F_N
+  double friction_decay = 1e3;  ///< s/m, ξ of the Bengisu–Akay law
+  /// s/m: adds F_N·friction_viscous·v_T (LuGre's σ₂, Brown–McPhee, Andersson)
+  double friction_viscous = 0;
+  double bristle_stiffness = 1e5;  ///< 1/m, LuGre's σ₀ divided by F_N
+  double bristle_damping = 10;     ///< s/m, LuGre's σ₁ divided by F_N
   Stabilisation stabilisation = Stabilisation::baumgarte;
   double alpha = 5;  ///< 1/s: G a = γ − 2αΦ̇ − β²Φ
   double beta = 5;   ///< 1/s
   Integrator integrator = Integrator::adams_bashforth_moulton;
-  double tolerance =
-      1e-9;            ///< a step is accepted when every |error_i| ≤ tolerance·scale_i (see tolerance.hpp)
-  double step = 1e-6;  ///< s, of the fixed-step integrator
-  std::optional<double> v0_floor = {};  ///< m/s: least v₀ a contact may start with; default see tolerance.hpp
+  /// Accept a step if every |error_i| ≤ tolerance·scale_i (see tolerance.hpp).
+  double tolerance = 1e-9;
+  double step = 1e-6;  ///< s, step of the fixed-step integrator
+  /// m/s, least v₀ at contact onset; default: see tolerance.hpp
+  std::optional<double> v0_floor = {};
 
   static constexpr std::string_view what = "[penalty]";
   static void keys(auto& k, auto& o) {
@@ -200,35 +213,40 @@ enum class Scheme { automatic, moreau_jean, event_driven };
 
 template <>
 struct Traits<Scheme> {
-  bool adaptive = false;  ///< takes nonsmooth.tolerance; else nonsmooth.step
+  bool adaptive = false;  ///< reads nonsmooth.tolerance; the others read nonsmooth.step
 };
 
-/// How the contact problem is solved; automatic: closed form for one contact, enumeration for two, Lemke up
-/// to ContactProblem::most_for_lemke contacts, Gauss–Seidel beyond. The others take over when one fails.
+/// Solver of the contact problem. Automatic: closed form for one contact, enumeration for two,
+/// Lemke up to ContactProblem::most_for_lemke contacts, Gauss–Seidel for more. If a solver fails,
+/// the others are tried.
 enum class LcpSolver { automatic, enumeration, lemke, gauss_seidel, newton };
-/// Restitution by rates (Newton), impulses (Poisson) or work of the normal impulse (Stronge).
+/// Restitution as a ratio of velocities (Newton), of impulses (Poisson) or of the work of the
+/// normal impulse (Stronge).
 enum class ImpactLaw { newton, poisson, energetic };
 
 template <>
 struct Traits<ImpactLaw> {
-  bool time_stepping =
-      false;  ///< whether a step's impulse, of impacts and lasting contact together, can obey it
+  /// Whether the impulse of a time step, which sums impacts and lasting contact, can satisfy it.
+  bool time_stepping = false;
 };
 
 struct NonsmoothOptions {
-  /// Default: Moreau–Jean where `step` is a number, else automatic.
+  /// Default: Moreau–Jean if `step` is a number, else automatic.
   std::optional<Scheme> scheme = {};
-  std::optional<double> step = {};  ///< s, of Moreau–Jean; empty: "automatic", chosen by step_tolerance
-  double step_tolerance = 1e-6;     ///< of time steps that are chosen, as `tolerance`
-  double tolerance = 1e-10;         ///< of the event-driven scheme's integrator, as penalty.tolerance
+  /// s, of Moreau–Jean; empty means "automatic": chosen by step_tolerance
+  std::optional<double> step = {};
+  /// Tolerance of automatically chosen time steps, with the meaning of `tolerance`.
+  double step_tolerance = 1e-6;
+  /// Tolerance of the event-driven scheme's integrator, with the meaning of penalty.tolerance.
+  double tolerance = 1e-10;
   LcpSolver solver = LcpSolver::automatic;
-  double lcp_tolerance = 1e-10;  ///< a solve is accepted when its relative residual is below
+  double lcp_tolerance = 1e-10;  ///< accept a solve if its relative residual is smaller
   ImpactLaw impact_law = ImpactLaw::newton;
 
   constexpr Scheme scheme_in_force() const {
     return scheme.value_or(step ? Scheme::moreau_jean : Scheme::automatic);
   }
-  /// Whether time steps are taken and chosen by step_tolerance.
+  /// Whether the scheme takes time steps whose size step_tolerance determines.
   constexpr bool chooses_steps() const;
 
   static constexpr std::string_view what = "[nonsmooth]";
@@ -258,7 +276,7 @@ struct NonsmoothOptions {
   }
 };
 
-/// @name Their words
+/// @name Words of the enumerations
 ///@{
 inline constexpr auto start_names = complete<RunOptions::Start>(
     {{RunOptions::Start::assembled, "assembled", "rough positions made consistent"},
@@ -300,8 +318,9 @@ constexpr std::span<const Choice<RunOptions::Start>> choices(RunOptions::Start) 
 std::span<const Choice<ContactLaw>> choices(ContactLaw);
 std::span<const Choice<FrictionLaw>> choices(FrictionLaw);
 constexpr std::span<const Choice<Integrator>> choices(Integrator) { return integrator_names; }
-/// Fehlberg's 7(8) pair estimates its error by k₁ + k₁₁ − k₁₂ − k₁₃, two stages at each end of the step: of a force of
-/// time alone that is 0 whatever the error (Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, II.5).
+/// Fehlberg's 7(8) pair is not offered. It estimates its error by k₁ + k₁₁ − k₁₂ − k₁₃, two stages
+/// at each end of the step. For a force that depends on time alone this estimate is 0 whatever the
+/// error (Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, II.5).
 inline constexpr RemovedWord removed_integrators[] = {
     {"fehlberg78",
      "its error estimate is zero for forces of time alone; use \"bulirsch_stoer\", of high order as well"}};
@@ -318,7 +337,7 @@ constexpr bool NonsmoothOptions::chooses_steps() const {
          (in_force == Scheme::automatic && choice_of(impact_law).traits.time_stepping);
 }
 
-/// @name Keys that only some choices read
+/// @name Keys that are read only under some choices
 ///@{
 inline constexpr std::array penalty_own_keys = [] {
   using O = PenaltyOptions;
@@ -360,7 +379,8 @@ inline constexpr std::array nonsmooth_own_keys = [] {
   using Row = OwnKey<O>;
   constexpr auto scheme = [](const O& o) { return text_of(o.scheme_in_force()); };
   return std::array{
-      // The automatic scheme chooses the steps of its time stepping: "automatic" is true of it, a number is not.
+      // The automatic scheme chooses the steps of its time stepping. The word "automatic" is
+      // therefore valid for it, a number is not.
       Row{"step",
           [](const O& o, std::string_view) {
             return o.scheme_in_force() == Scheme::moreau_jean ||
@@ -383,11 +403,11 @@ constexpr std::span<const OwnKey<NonsmoothOptions>> own_keys(const NonsmoothOpti
 }
 ///@}
 
-/// The key that makes the steps of a run finer when it is made smaller: what a message may advise.
+/// The key that refines the steps of a run when its value is reduced, for use in messages.
 constexpr std::string_view fineness_key(const PenaltyOptions& o) {
   return choice_of(o.integrator).traits.adaptive ? "penalty.tolerance" : "penalty.step";
 }
-/// `stepped`: the automatic scheme handed over to time stepping.
+/// `stepped`: whether the automatic scheme has switched to time stepping.
 constexpr std::string_view fineness_key(const NonsmoothOptions& o, bool stepped = false) {
   if (o.scheme_in_force() == Scheme::moreau_jean && o.step) return "nonsmooth.step";
   return o.chooses_steps() && (stepped || o.scheme_in_force() == Scheme::moreau_jean)

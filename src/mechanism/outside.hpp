@@ -1,4 +1,5 @@
-// What a scene in memory has from outside the program, besides its text: code of the caller's own.
+// Code of the caller that a scene in memory uses besides its text: a contact law and applied
+// forces.
 #pragma once
 
 #include <map>
@@ -13,17 +14,18 @@ namespace freeplay {
 struct Scene;
 
 struct Outside {
-  std::shared_ptr<const OwnLaw> law = {};  ///< of contacts, penalty; null: penalty.contact
-  std::map<std::string, std::shared_ptr<const OwnForce>> forces = {};  ///< by the load that each stands in
+  std::shared_ptr<const OwnLaw> law = {};  ///< penalty contact law; null: penalty.contact
+  /// Applied forces, by the name of the load that each replaces.
+  std::map<std::string, std::shared_ptr<const OwnForce>> forces = {};
 
   bool empty() const { return !law && forces.empty(); }
 };
 
-/// Puts it into a scene, which keeps nothing that it had from outside before. Throws SceneError, then nothing is changed, where a force
-/// stands in for what is no load of type "force".
+/// Sets the outside code of a scene and removes any that it had before. Throws SceneError, with the
+/// scene unchanged, if a force names no load of type "force".
 void put(Scene& scene, const Outside& outside);
 
-/// What a scene has.
+/// The outside code that a scene uses.
 Outside outside_of(const Scene& scene);
 
 }  // namespace freeplay

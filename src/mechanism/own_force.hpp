@@ -1,5 +1,6 @@
-// An applied force from outside the program: of a compiled plugin, or of a function of the caller's. It stands in place of what a load
-// of type "force" says. No scene names one: whoever gives the scene to the program adds it, and the provenance tells of it.
+// An applied force from code outside the program: from a compiled plugin or from a function of the
+// caller. It replaces the force of a load of type "force". A scene file cannot name it: the caller
+// adds it to the scene (outside.hpp), and the provenance of the results records it.
 #pragma once
 
 #include <array>
@@ -13,18 +14,21 @@
 namespace freeplay {
 
 struct OwnForce {
-  /// N, along the load's `axes`, on the load of this name at t (s), the loaded point's place (m) and velocity (m/s), both in the
-  /// world. Called from one thread at a time. What it throws leaves the run.
+  /// Force (N) along the load's `axes`, on the load of this name at time t (s). `place` (m) and
+  /// `velocity` (m/s) are those of the loaded point in the world. Called from one thread at a time.
+  /// An exception that it throws ends the run.
   Vec2 (*force)(const void* context, const char* load, double t, const Vec2& place,
                 const Vec2& velocity) = nullptr;
   std::shared_ptr<const void> context = {};
-  std::string name;    ///< for people, on one line: "gas.so"
-  std::string digest;  ///< of what it was made from (io/files/digest.hpp), in the identity of a run
+  std::string name;  ///< for messages, on one line: "gas.so"
+  /// Digest of its source (io/files/digest.hpp), part of the identity of a run.
+  std::string digest;
 
   Vec2 at(const std::string& load, double t, const Vec2& place, const Vec2& velocity) const {
     return force(context.get(), load.c_str(), t, place, velocity);
   }
-  /// With derivatives by central differences: steps of ∛ε of the size of what is changed leave errors of ∛ε².
+  /// The force with its derivatives by central differences. Steps of ∛ε relative to the size of the
+  /// argument give errors of the order ∛ε².
   template <int N>
   Vec2Of<Dual<N>> at(const std::string& load, const Dual<N>& t, const Vec2Of<Dual<N>>& place,
                      const Vec2Of<Dual<N>>& velocity) const {

@@ -1,5 +1,6 @@
-// A normal force of contacts from outside the program: of a compiled plugin, or of a function of the caller's. It stands in place of
-// penalty.contact. No scene names one: whoever gives the scene to the program adds it, and the provenance tells of it.
+// A normal contact force from code outside the program: from a compiled plugin or from a function
+// of the caller. It replaces penalty.contact. A scene file cannot name it: the caller adds it to
+// the scene (outside.hpp), and the provenance of the results records it.
 #pragma once
 
 #include <memory>
@@ -8,13 +9,15 @@
 namespace freeplay {
 
 struct OwnLaw {
-  /// N, at the penetration δ > 0 (m), its rate δ̇ (m/s) and the touch speed v₀ > 0 (m/s; contact_law.hpp says which) of the contact
-  /// of this name. Less than 0 counts as 0. F(δ, 0, 1) is what it stores: it must be of δ alone, 0 at 0 and grow with it. Called
-  /// from one thread at a time. What it throws leaves the run.
+  /// Force (N) of the contact of this name at penetration δ > 0 (m), penetration rate δ̇ (m/s) and
+  /// onset speed v₀ > 0 (m/s; defined in contact_law.hpp). Negative values count as 0. F(δ, 0, 1)
+  /// is the elastic part: it must depend on δ alone, be 0 at 0 and increase with δ. Called from one
+  /// thread at a time. An exception that it throws ends the run.
   double (*force)(const void* context, const char* contact, double delta, double rate, double v0) = nullptr;
   std::shared_ptr<const void> context = {};
-  std::string name;    ///< for people, on one line: "hunt-crossley.so"
-  std::string digest;  ///< of what it was made from (io/files/digest.hpp), in the identity of a run
+  std::string name;  ///< for messages, on one line: "hunt-crossley.so"
+  /// Digest of its source (io/files/digest.hpp), part of the identity of a run.
+  std::string digest;
 };
 
 }  // namespace freeplay

@@ -14,7 +14,7 @@ Piecewise Piecewise::antiderivative(double at, double value) const {
       s.phase -= std::numbers::pi / 2;
     }
   }
-  // Each stretch goes on from the one before.
+  // Constants of integration make the stretches continuous.
   const auto level = [](const Stretch& s, double x) {
     double y = 0;
     for (int n = terms - 1; n >= 0; --n) y = y * (x - s.origin) + s.c[n];

@@ -1,9 +1,9 @@
-// A function of one variable made of stretches. From origin x_k on, with u = x − x_k,
+// A piecewise function of one variable. On stretch k, with u = x − x_k,
 //
 //     f(x) = Σ_n c_n uⁿ + A sin(ω u + φ),
 //
-// so its derivatives and its integral are known exactly. Before the first end and behind the last the first and the last
-// stretch go on; or the function repeats with a period, each turn by `gain` above the one before.
+// so its derivatives and its integral are exact. Outside all stretches the first and the last one
+// continue. Alternatively the function repeats with a period, and each period adds `gain`.
 #pragma once
 
 #include <algorithm>
@@ -27,14 +27,15 @@ class Piecewise {
   static constexpr int terms = 7;
   static_assert(terms % 2 == 1);
   struct Stretch {
-    double begin = 0;  ///< the stretch before ends here; the first one's is not looked at unless it repeats
+    /// End of the previous stretch; of the first stretch, read only if the function repeats.
+    double begin = 0;
     std::array<double, terms> c{};
     double amplitude = 0, rate = 0, phase = 0;
     double origin = 0;  ///< u = x − origin
   };
 
   Piecewise() : Piecewise({Stretch{}}) {}
-  /// At least one stretch, in order.
+  /// `stretches`: at least one, in increasing order.
   explicit Piecewise(std::vector<Stretch> stretches, double period = 0, double gain = 0)
       : stretches_(std::move(stretches)), period_(period), gain_(gain) {}
 
@@ -45,7 +46,8 @@ class Piecewise {
            std::all_of(s.c.begin() + 1, s.c.end(), [](double x) { return x == 0; });
   }
 
-  /// @name At x; `within`: on the stretch that this place lies on, also beyond its ends
+  /// @name Evaluation at x
+  /// `within`: uses the stretch that contains this place, also beyond its ends.
   ///@{
   template <class T>
   T value(const T& x) const {
@@ -100,7 +102,7 @@ class Piecewise {
     }
     return by_stretches(a, b);
   }
-  /// Its mean between a and b; its value where they are the same.
+  /// Mean of f between a and b; f if they are equal.
   double mean(double a, double b) const {
     const double middle = 0.5 * (a + b);
     if (!(std::abs(b - a) > 1e-12 * std::max(1.0, std::abs(middle)))) return value(middle);
@@ -109,13 +111,13 @@ class Piecewise {
   /// F with F′ = f and F(at) = value.
   Piecewise antiderivative(double at, double value) const;
 
-  /// Where stretches meet: all, or of one period, increasing.
+  /// Knots, the places where stretches meet, increasing: all of them, or those of one period.
   std::vector<double> knots() const {
     std::vector<double> list;
     for (std::size_t k = period_ > 0 ? 0 : 1; k < stretches_.size(); ++k) list.push_back(stretches_[k].begin);
     return list;
   }
-  /// The first knot behind x; infinite where there is none.
+  /// The first knot after x; infinite if there is none.
   double next_knot(double x) const {
     if (period_ == 0) {
       const auto next = std::upper_bound(stretches_.begin() + 1, stretches_.end(), x, behind);
@@ -124,12 +126,13 @@ class Piecewise {
     const double shift = period_ * std::floor((x - stretches_.front().begin) / period_);
     for (const double more : {shift, shift + period_, shift + 2 * period_}) {
       auto next = std::upper_bound(stretches_.begin(), stretches_.end(), x - more, behind);
-      while (next != stretches_.end() && !(next->begin + more > x)) ++next;  // but for rounding
+      while (next != stretches_.end() && !(next->begin + more > x)) ++next;  // rounding
       if (next != stretches_.end()) return next->begin + more;
     }
     return x + period_;
   }
-  /// The length that the stretch at x varies over (dynamics/curve_reader.hpp): infinite for a straight line.
+  /// The length over which the stretch at x varies (dynamics/curve_reader.hpp); infinite for a
+  /// straight line.
   double variation(double x) const {
     const auto& s = *find(x).stretch;
     if (s.amplitude != 0) return 6.283185307179586 / std::abs(s.rate);
@@ -141,19 +144,20 @@ class Piecewise {
     const double length = (last ? stretches_.front().begin + period_ : (&s + 1)->begin) - s.begin;
     return degree < 4 ? 4 * length : length;
   }
-  /// What jumps at a knot: the value, its first and its second derivative, as the size of the jumps.
+  /// Absolute jumps of the value and of its first and second derivative at a knot.
   Jet<double> jump(double knot) const {
     const double after = 0.5 * (knot + std::min(next_knot(knot), knot + 1)), before = before_knot(knot);
     const auto a = jet(knot, before), b = jet(knot, after);
     return {std::abs(b.value - a.value), std::abs(b.slope - a.slope), std::abs(b.bend - a.bend)};
   }
-  /// The greatest |f|, |f′| and |f″| at places that stretches are sampled at, from 0 or the first knot on.
+  /// The greatest |f|, |f′| and |f″| among samples of the stretches, starting at 0 or at the first
+  /// knot.
   Jet<double> greatest() const;
 
  private:
   struct Place {
     const Stretch* stretch;
-    double shift, above;  ///< of the turn that it is on
+    double shift, above;  ///< of its period
   };
   static bool behind(double x, const Stretch& s) { return x < s.begin; }
   Place find(double x) const {
@@ -172,14 +176,15 @@ class Piecewise {
     }
     return sum;
   }
-  /// The mean of the stretch around `middle` from middle − d to middle + d, with its Taylor series there,
-  ///     Σ_k even f⁽ᵏ⁾ dᵏ/(k + 1)!    and    A sin(·) sin(ωd)/(ωd):
-  /// no difference of two integrals, of which little would be left over a short interval.
+  /// The mean from middle − d to middle + d on the stretch around `middle`, from its Taylor series
+  /// there:
+  ///     Σ_k even f⁽ᵏ⁾ dᵏ/(k + 1)!    and    A sin(·) sin(ωd)/(ωd).
+  /// A difference of two integrals would lose most digits over a short interval.
   double level(double middle, double d) const {
     const auto p = find(middle);
     const auto& s = *p.stretch;
     const double u = middle - (s.origin + p.shift);
-    auto t = s.c;  // f⁽ᵏ⁾/k!, by Horner's scheme again and again
+    auto t = s.c;  // f⁽ᵏ⁾/k! by repeated Horner schemes
     for (int k = 0; k < terms; ++k)
       for (int n = terms - 2; n >= k; --n) t[n] += u * t[n + 1];
     double y = 0;

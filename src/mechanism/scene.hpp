@@ -1,4 +1,13 @@
-// A scene: a mechanism together with what the author of the scene asks of a run.
+// A scene: one mechanism and the options of its run, as a user writes them in a TOML file
+// (docs/reference/scene.md).
+//
+// Usage:
+//
+//     Scene scene = read_scene("four-bar.toml", {"run.duration=0.5"});
+//     scene.set("bodies.crank.mass", 0.2);
+//
+// A Scene is a plain value. It owns its mechanism, its options and the text it was read from. It
+// knows nothing about solvers: formulations/ reads the options, dynamics/ the mechanism.
 #pragma once
 
 #include <filesystem>
@@ -14,36 +23,42 @@
 
 namespace freeplay {
 
-/// Of scene files. Defaults may change with a newer one only: a scene that states its format keeps its meaning.
+/// Newest format of scene files. Only a newer format may change a default, so a scene that states
+/// its format keeps its meaning.
 inline constexpr int newest_format = 2;
 
 struct Scene {
   std::filesystem::path file;
-  std::optional<int> format;           ///< as the file states it; without one it is read as newest_format
-  std::string text;                    ///< as read, for the provenance of results
+  /// As stated in the file; a file without it is read as newest_format.
+  std::optional<int> format;
+  std::string text;                    ///< as read; results store it as provenance
   std::vector<std::string> overrides;  ///< KEY=VALUE as given
-  std::vector<std::string> idle;       ///< keys of the file that an option's choice does not read, and why
-  bool outside = false;                ///< files that it names may lie anywhere, not only beside it or below
-  std::vector<ReadFile> files;         ///< that its text names, as read
+  /// Keys of the file that the chosen options do not read, with the reason.
+  std::vector<std::string> idle;
+  bool outside = false;         ///< whether the scene may name files outside its own folder
+  std::vector<ReadFile> files;  ///< files that the text names, as read
   Mechanism mechanism;
   RunOptions run;
   PenaltyOptions penalty;
   NonsmoothOptions nonsmooth;
   std::vector<Instrument> instruments;
 
-  /// Sets any key of docs/reference/scene.md as `--set KEY=VALUE` does: a scene that still is what its text and
-  /// overrides say is read again with one more override, so what the text derives from the key follows (the
-  /// duration of so many revolutions follows the speed). One that was built or changed in code keeps its
-  /// other facts as they are: its text becomes to_toml() of them, in seconds and rad/s. Throws SceneError,
-  /// which names KEY=VALUE; then the scene is as it was.
+  /// Sets any key of docs/reference/scene.md, as `--set KEY=VALUE` does. Throws SceneError, which names
+  /// KEY=VALUE; the scene is then unchanged.
+  ///
+  /// If the scene still equals its text and overrides, it is read again with one more override.
+  /// Values that the text derives from the key are therefore updated: a duration given in
+  /// revolutions follows the speed. If the scene was built or changed in code, its other values are
+  /// kept: its text becomes its to_toml(), in seconds and rad/s.
   void set(const std::string& key, const std::string& value);
   void set(const std::string& key, double value);
 };
 
-/// Reads and validates a scene; each override is KEY=VALUE with a dotted key. `outside`: as in Scene. Throws SceneError.
+/// Reads and validates a scene. Each override is KEY=VALUE with a dotted key; `outside` as in
+/// Scene. Throws SceneError.
 Scene read_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {},
                  bool outside = false);
-/// The same from text; `name` stands for the file in messages.
+/// Reads and validates a scene from text; messages use `name` in place of the file.
 Scene parse_scene(const std::string& text, const std::string& name,
                   const std::vector<std::string>& overrides = {}, bool outside = false);
 

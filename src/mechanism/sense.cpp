@@ -14,13 +14,14 @@
 namespace freeplay {
 namespace {
 
-/// A mechanism with what its lengths say of each body.
+/// A mechanism with the lengths that its elements imply for each body.
 struct Looked {
   const Mechanism& m;
-  std::vector<double> arm;   ///< m, longest distance of a point from the body's centre of mass; 0: none
+  /// m, greatest distance of a point from the body's centre of mass; 0: none
+  std::vector<double> arm;
   std::vector<double> disc;  ///< m, greatest radius in [contacts]; 0: none
-  std::vector<double> size;  ///< m, the longest of arm, disc, bearing and slider
-  double longest = 0;        ///< m, arm of all bodies
+  std::vector<double> size;  ///< m, the greatest of arm, disc, bearing and slider
+  double longest = 0;        ///< m, greatest arm of all bodies
 
   explicit Looked(const Mechanism& mechanism)
       : m(mechanism), arm(mechanism.bodies.size()), disc(arm.size()), size(arm.size()) {
@@ -67,7 +68,7 @@ struct Looked {
   }
 };
 
-/// What one rule found: the first of its kind, and how many there are.
+/// Findings of one rule: the text of the first, and their number.
 class Found {
  public:
   void add(const std::string& what) {
@@ -83,8 +84,8 @@ class Found {
   int count_ = 0;
 };
 
-/// A turn and more, in a number as people write degrees: whole, or with two decimals. A start that was taken from a
-/// run has all its digits; multiples of π/2 that were rounded are angles.
+/// Angles beyond one turn that look like degrees: whole, or with at most two decimals. A start
+/// taken from a run has all its digits; rounded multiples of π/2 are angles in rad.
 void degrees(const Looked& l, Found& found) {
   const auto ask = [&](const std::string& key, double x) {
     const double cents = 100 * std::abs(x), quarters = std::abs(x) / (std::numbers::pi / 2);
@@ -105,7 +106,7 @@ void degrees(const Looked& l, Found& found) {
     if (const auto* d = std::get_if<SpeedDrive>(&drive)) {
       const auto& [i, j] = bodies_of(l.m.joints[d->joint]);
       const auto angle = [&](int body) { return body == ground ? 0 : l.m.bodies[body].angle; };
-      if (d->initial_angle != angle(j) - angle(i))  // else it follows from the bodies' own
+      if (d->initial_angle != angle(j) - angle(i))  // else it follows from the bodies' angles
         ask(fmt::format("drives.{}.initial_angle", d->name), d->initial_angle);
     }
   for (const auto& load : l.m.loads)
@@ -113,7 +114,7 @@ void degrees(const Looked& l, Found& found) {
       ask(fmt::format("loads.{}.free_angle", s->name), s->free_angle);
 }
 
-/// The softest silicones have about 1 MPa; the stiffest matter, diamond, 1.2 TPa.
+/// The softest silicones have about 1 MPa; diamond, the stiffest material, has 1.2 TPa.
 void modulus(const Looked& l, Found& found) {
   for (const auto& s : l.m.surfaces) {
     if (!s.young || (*s.young >= 3e5 && *s.young <= 3e12)) continue;
@@ -126,7 +127,8 @@ void modulus(const Looked& l, Found& found) {
   }
 }
 
-/// A body's radius of gyration √(J/m) is of the size of the body: a rod's is 0.58 of its half length.
+/// The radius of gyration √(J/m) of a body is comparable to its size: a rod's is 0.58 of its half
+/// length.
 void gyration(const Looked& l, Found& found) {
   struct Unit {
     const char* name;
@@ -150,7 +152,8 @@ void gyration(const Looked& l, Found& found) {
   }
 }
 
-/// Loose fits are thousandths of the radius; a fifth is no bearing. One that is ten times longer than every arm is none.
+/// Usual clearances are thousandths of the radius; a fifth is no bearing. A bearing radius ten
+/// times longer than every arm is implausible.
 void bearings(const Looked& l, Found& found) {
   for (const auto& joint : l.m.joints) {
     if (const auto* r = std::get_if<RevoluteJoint>(&joint); r && r->clearance) {
@@ -177,8 +180,8 @@ void bearings(const Looked& l, Found& found) {
   }
 }
 
-/// A body of some length weighs something: less than 50 g a metre from 5 m on, 0.2 kg from 20 m, 1 kg from 100 m are
-/// millimetres. A disc of less than 10 g/m² is lighter than any paper.
+/// Lengths in mm: an arm beyond 5 m with less than 50 g/m, beyond 20 m with less than 0.2 kg/m,
+/// beyond 100 m with less than 1 kg/m. A disc of less than 10 g/m² is lighter than any paper.
 void millimetres(const Looked& l, Found& found) {
   for (std::size_t i = 0; i < l.arm.size(); ++i) {
     const auto& b = l.m.bodies[i];
@@ -195,7 +198,7 @@ void millimetres(const Looked& l, Found& found) {
   }
 }
 
-/// Gravity in mm/s², cm/s² or in/s²: no field that a machine stands in has 300 m/s².
+/// Gravity in mm/s², cm/s² or in/s²: no machine works in a field of 300 m/s².
 void gravity(const Looked& l, Found& found) {
   const double g = l.m.gravity.norm();
   if (!(g > 300)) return;
@@ -210,7 +213,8 @@ void gravity(const Looked& l, Found& found) {
                         g / 9.80665, g, unit.name, g * unit.metres));
 }
 
-/// No crank bears 1000 m/s at its pin: a ring of the best steel bursts at some 500 m/s, √(σ/ρ).
+/// No crank withstands 1000 m/s at its pin: a ring of the best steel bursts at about 500 m/s,
+/// √(σ/ρ).
 void speeds(const Looked& l, Found& found) {
   for (const auto& drive : l.m.drives) {
     const auto* d = std::get_if<SpeedDrive>(&drive);
@@ -226,9 +230,9 @@ void speeds(const Looked& l, Found& found) {
   }
 }
 
-/// A body that one pin alone holds, in a mechanism that a drive moves, with nothing that acts on it: pinned at its centre of
-/// mass, where nothing ever turns it, or without gravity at the end of a chain of links, which flies about. A slider whose
-/// guide was forgotten is one.
+/// A forgotten guide: in a driven mechanism, a body that is connected by one pin alone and has no
+/// other force on it. It is pinned at its centre of mass, so that nothing turns it, or it is the
+/// last link of a chain without gravity, which moves freely.
 void unguided(const Looked& l, Found& found) {
   const bool driven = std::ranges::any_of(l.m.drives, [](const Drive& d) {
     return std::holds_alternative<SpeedDrive>(d) || std::holds_alternative<MotionDrive>(d);

@@ -1,5 +1,6 @@
-// Numbers that are possible but make no sense in the units of a scene (SI): degrees for radians, GPa for Pa, mm for m.
-// A scene that means them is run all the same: they are questions, not errors.
+// Plausibility check of units. It finds numbers that are valid but unlikely in SI units: degrees in
+// place of rad, GPa in place of Pa, mm in place of m. The scene runs all the same: the results are
+// questions to its author, not errors.
 #pragma once
 
 #include <string>
@@ -9,8 +10,8 @@ namespace freeplay {
 
 struct Mechanism;
 
-/// What its author should be asked, each with the likely meaning; at most one for each rule of sense.cpp, which names
-/// the first element and counts the others. Empty for a mechanism in order.
+/// One question for each rule of sense.cpp that finds something, with the likely intended value. A
+/// question names the first element found and counts the others. Empty if nothing is implausible.
 std::vector<std::string> questions(const Mechanism& mechanism);
 
 }  // namespace freeplay

@@ -1,4 +1,4 @@
-// What bodies are made of where they touch, and what fills a clearance.
+// Material pairs of contacts, and lubricants of clearances.
 #pragma once
 
 #include <array>
@@ -9,16 +9,16 @@
 
 namespace freeplay {
 
-/// A pair of like materials in contact. What is left out is not modelled: without `friction` the contact
-/// has no tangent row, without `young` no penalty law can be made from it.
+/// A pair of equal materials in contact. An absent property is not modelled: without `friction` the
+/// contact has no tangential row, without `young` the penalty formulation refuses it.
 struct Surface {
   static constexpr std::string_view what = "a surface";
   std::string name;
   std::optional<double> young = {};        ///< Pa, > 0
   std::optional<double> poisson = {};      ///< in [0, 0.5]
-  std::optional<double> restitution = {};  ///< asked for, in [0, 1]
-  std::optional<double> friction = {};     ///< Coulomb's μ, ≥ 0
-  double tangential_restitution = 0;       ///< e_T in [0, 1], of impact laws
+  std::optional<double> restitution = {};  ///< coefficient of restitution, in [0, 1]
+  std::optional<double> friction = {};     ///< Coulomb's μ, ≥ 0; empty: frictionless
+  double tangential_restitution = 0;       ///< e_T in [0, 1], read by impact laws
 
   static void keys(auto& k, auto& s) {
     k.take({"young", "Pa", "Young's modulus, > 0; the penalty formulation needs it"}, s.young, positive);
@@ -33,7 +33,7 @@ struct Surface {
   }
 };
 
-/// What fills a clearance.
+/// A lubricant that fills a clearance.
 struct Lubricant {
   enum class Film { short_bearing, long_bearing };
   enum class Cavitation { half_sommerfeld, none };
@@ -42,8 +42,8 @@ struct Lubricant {
   double viscosity = 0;  ///< Pa s, > 0
   Film film = Film::short_bearing;
   Cavitation cavitation = Cavitation::half_sommerfeld;
-  std::optional<double> hand_over =
-      {};  ///< m: film thickness below which dry contact takes over; default 0.01 clearance
+  /// m, film thickness below which dry contact takes over; default 0.01 clearance
+  std::optional<double> hand_over = {};
 
   static void keys(auto& k, auto& l) {
     k.need({"viscosity", "Pa s", "dynamic viscosity, > 0"}, l.viscosity, positive);

@@ -1,7 +1,8 @@
-// LU factors of a band matrix by Gaussian elimination with partial pivoting (Golub and Van Loan, Matrix Computations,
-// 4th ed., section 4.3.5): n w² operations for half-bandwidth w, in storage that grows and is never given back.
+// LU factors of a band matrix by Gaussian elimination with partial pivoting (Golub and Van Loan,
+// Matrix Computations, 4th ed., section 4.3.5): n w² operations for half-bandwidth w. The storage
+// grows and is never released.
 //
-// Row i holds columns i − w … i + 2w, for interchanges widen the upper band to 2w.
+// Row i holds columns i − w … i + 2w, because row interchanges widen the upper band to 2w.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +13,7 @@ namespace freeplay {
 
 class BandLu {
  public:
-  /// An empty matrix of n rows and half-bandwidth w.
+  /// Starts an empty matrix of n rows and half-bandwidth w.
   void begin(int n, int w) {
     n_ = n;
     w_ = w;
@@ -24,7 +25,7 @@ class BandLu {
     return entries_[static_cast<std::size_t>(i) * static_cast<std::size_t>(width_) +
                     static_cast<std::size_t>(j - i + w_)];
   }
-  /// False on a pivot below `least` times the greatest of its column before elimination.
+  /// Factorises in place. Returns false if a pivot is at most `least`.
   [[nodiscard]] bool factor(double least) {
     for (int k = 0; k < n_; ++k) {
       const int last = std::min(n_ - 1, k + w_), right = std::min(n_ - 1, k + 2 * w_);

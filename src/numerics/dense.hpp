@@ -1,6 +1,7 @@
-// Dense decompositions of matrices whose size is known at run time. Eigen's templates are instantiated in dense.cpp alone;
-// systems of at most a few rows on hot paths keep matrices of fixed capacity, which take no memory, in their own files.
-// Source: Golub and Van Loan, Matrix Computations, 4th ed. (2013), chapters 3, 5, 7 and 8.
+// Dense decompositions of matrices whose size is known at run time. Only dense.cpp instantiates
+// Eigen's templates for them. Systems of a few rows on hot paths use matrices of fixed capacity,
+// which do not allocate, in their own files. Source: Golub and Van Loan, Matrix Computations, 4th
+// ed. (2013), chapters 3, 5, 7 and 8.
 #pragma once
 
 #include <Eigen/LU>
@@ -13,13 +14,13 @@ namespace freeplay {
 using ConstMatrix = Eigen::Ref<const Eigen::MatrixXd>;
 using ConstVector = Eigen::Ref<const Eigen::VectorXd>;
 
-/// P A = L U with partial pivoting. Keeps its memory from one matrix to the next of the same size.
+/// P A = L U with partial pivoting. Reuses its memory for matrices of the same size.
 class DenseLu {
  public:
   void compute(const ConstMatrix& A);
-  /// x = A⁻¹ b; x is not b.
+  /// x = A⁻¹ b; x and b must be different vectors.
   void solve(const ConstVector& b, Eigen::VectorXd& x) const;
-  /// Least pivot over the largest, in size: zero where A is singular.
+  /// Ratio of the least to the greatest pivot in absolute value; zero if A is singular.
   double pivot_ratio() const;
   /// Sign of the determinant of A.
   int sign() const;
@@ -28,12 +29,12 @@ class DenseLu {
   Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
 };
 
-/// The complete orthogonal decomposition A = Q [T 0; 0 0] Zᵀ Pᵀ. Pivots below `threshold` times the largest count as zero;
-/// without one, below rounding.
+/// The complete orthogonal decomposition A = Q [T 0; 0 0] Zᵀ Pᵀ. Pivots below `threshold` times the
+/// greatest one count as zero; without a threshold, those below rounding.
 class MinimumNorm {
  public:
   explicit MinimumNorm(const ConstMatrix& A, std::optional<double> threshold = {});
-  /// Of all x with least |A x − b| the shortest.
+  /// The shortest x among those with least |A x − b|.
   Eigen::VectorXd solve(const ConstVector& b) const;
   Eigen::Index rank() const;
 
@@ -41,20 +42,21 @@ class MinimumNorm {
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition_;
 };
 
-/// A⁻¹ B by elimination with full pivoting; nothing where A is singular.
+/// A⁻¹ B by elimination with full pivoting; empty if A is singular.
 std::optional<Eigen::MatrixXd> solve_regular(const ConstMatrix& A, const ConstMatrix& B);
 
-/// Columns that span {x: A x = 0}, by elimination with full pivoting; one column of zeros where there is none but zero.
+/// A basis of {x: A x = 0} in columns, by elimination with full pivoting; one column of zeros if A
+/// is regular.
 Eigen::MatrixXd kernel(const ConstMatrix& A, double threshold);
 
-/// Orthonormal columns that span what is orthogonal to the columns of A.
+/// An orthonormal basis, in columns, of the orthogonal complement of A's columns.
 Eigen::MatrixXd orthogonal_complement(const ConstMatrix& A, double threshold);
 
 struct SymmetricEigen {
   Eigen::VectorXd values;  ///< ascending
   Eigen::MatrixXd vectors;
 };
-/// Of a symmetric A, of which the lower triangle is read.
+/// Eigenvalues and eigenvectors of a symmetric A; only its lower triangle is read.
 SymmetricEigen symmetric_eigen(const ConstMatrix& A);
 
 struct GeneralEigen {

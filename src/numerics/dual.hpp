@@ -1,6 +1,6 @@
-// Forward differentiation: a number with its derivatives in N directions, carried through by the rules of
-// calculus, so a Jacobian is exact to rounding. (Eigen's AutoDiffScalar keeps expressions that cannot stand in
-// vectors of the plane, Boost.Math's autodiff carries higher orders that nobody asks for.)
+// Forward differentiation: a number with its derivatives in N directions, computed by the chain
+// rule, so that a Jacobian is exact to rounding. (Eigen's AutoDiffScalar keeps expressions, which
+// Vec2Of cannot store; Boost.Math's autodiff computes higher orders, which are not needed.)
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ struct Dual {
 
   Dual() = default;
   Dual(double x) : value(x) {}  // a constant
-  /// f(x) with f' at x.value.
+  /// f(x) with the derivative f' at x.value.
   Dual chain(double f, double derivative) const {
     Dual r(f);
     for (int i = 0; i < N; ++i) r.slope[i] = derivative * slope[i];
@@ -80,7 +80,7 @@ double value_of(const Dual<N>& x) {
   return x.value;
 }
 
-/// A number with its derivatives in four directions at once.
+/// A number with its derivatives in four directions.
 using Gradient = Dual<4>;
 
 }  // namespace freeplay

@@ -32,7 +32,8 @@ void Lemke::pivot(int n, int row, int column) {
   basis_[row] = column;
 }
 
-/// Row of the lexicographically least (b, w-columns)/entry among positive entries; −1 when there is none.
+/// The row with the lexicographically least (b, w-columns)/entry among those with a positive entry;
+/// −1 if there is none.
 int Lemke::leaving_row(int n, int column) const {
   const double least = 1e-12 * tableau_.col(column).head(n).cwiseAbs().maxCoeff();
   const int rhs = 2 * n + 1;
@@ -46,9 +47,9 @@ int Lemke::leaving_row(int n, int column) const {
     const double pi = tableau_(i, column), pb = tableau_(best, column);
     double difference = tableau_(i, rhs) / pi - tableau_(best, rhs) / pb;
     const double tie = 1e-13 * (std::abs(tableau_(i, rhs) / pi) + std::abs(tableau_(best, rhs) / pb)) +
-                       1e-14 * scale_ / std::min(pi, pb);  // a zero of a degenerate problem is only rounding
+                       1e-14 * scale_ / std::min(pi, pb);  // rounding of a degenerate zero
     if (std::abs(difference) <= tie) {
-      // z0 leaves whenever it can: the problem is then solved.
+      // z0 leaves the basis whenever possible: the problem is then solved.
       if (basis_[i] == 2 * n) {
         best = i;
         continue;
@@ -69,7 +70,7 @@ LcpResult Lemke::solve(int n, const double* A, int stride, const double* b, doub
   const int z0 = 2 * n, rhs = 2 * n + 1;
   int worst = 0;
   for (int i = 1; i < n; ++i)
-    if (b[i] <= b[worst]) worst = i;  // of equals the last: the lexicographically least row (b_i, e_i)
+    if (b[i] <= b[worst]) worst = i;  // last of equals: lexicographically least (b_i, e_i)
   if (n == 0 || b[worst] >= 0) return result;
 
   for (int i = 0; i < n; ++i) {
@@ -104,8 +105,8 @@ LcpResult Lemke::solve(int n, const double* A, int stride, const double* b, doub
   for (int i = 0; i < n; ++i)
     if (basis_[i] >= n && basis_[i] < z0) z[basis_[i] - n] = std::max(0.0, tableau_(i, rhs));
   result.residual = lcp_residual(n, A, stride, b, z);
-  // In a degenerate problem the artificial variable may stay basic at zero: z solves it all the same, and
-  // shows it.
+  // In a degenerate problem the artificial variable may remain basic at zero. z is then a solution,
+  // and its residual shows it.
   if (result.status == LcpResult::Status::ray && result.residual < 1e-12)
     result.status = LcpResult::Status::solved;
   return result;

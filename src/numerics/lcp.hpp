@@ -1,4 +1,5 @@
-// The linear complementarity problem:  w = A z + b,   0 ≤ w ⊥ z ≥ 0.
+// The linear complementarity problem  w = A z + b,   0 ≤ w ⊥ z ≥ 0.  formulations/contact/lemke.cpp
+// writes contact problems in this form.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,18 +10,18 @@ struct LcpResult {
   enum class Status { solved, ray, pivots_exhausted };
   Status status = Status::solved;
   int pivots = 0;
-  /// max_i |min(z_i, w_i)| with w = A z + b computed afresh, divided by max |b|.
+  /// max_i |min(z_i, w_i)| divided by max |b|, with w = A z + b computed from z.
   double residual = 0;
 };
 
 /// Lemke's complementary pivoting with lexicographic ratio test (Cottle, Pang, Stone, "The Linear
-/// Complementarity Problem", 1992, section 4.4 and 4.9): it cannot cycle, and ends in a solution or on a ray.
-/// Storage is made once for problems up to `max_size`; solving allocates nothing. Each solve fills what it
-/// reads: nothing passes from one to the next.
+/// Complementarity Problem", 1992, sections 4.4 and 4.9). It cannot cycle; it ends in a solution or
+/// on a ray. Storage for problems up to `max_size` is allocated once; solve() does not allocate. No
+/// state passes from one solve to the next.
 class Lemke {
  public:
   explicit Lemke(int max_size);
-  /// A (n × n, column-major with leading dimension `stride`), b, and the solution z of length n.
+  /// Solves for z (n entries). A is n × n, column-major with leading dimension `stride`.
   LcpResult solve(int n, const double* A, int stride, const double* b, double* z);
 
  private:
@@ -29,10 +30,10 @@ class Lemke {
 
   Eigen::MatrixXd tableau_;  // columns: w (n), z (n), z0, b
   Eigen::VectorXi basis_;
-  double scale_ = 0;  // of b
+  double scale_ = 0;  // scale of b
 };
 
-/// The residual of a proposed solution, as defined in LcpResult.
+/// The residual of a given z, as defined in LcpResult.
 double lcp_residual(int n, const double* A, int stride, const double* b, const double* z);
 
 }  // namespace freeplay

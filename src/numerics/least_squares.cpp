@@ -44,8 +44,8 @@ void nonnegative_least_squares(const Eigen::MatrixXd& K, const Eigen::VectorXd& 
   }
 }
 
-/// With E = [Gᵀ; hᵀ] and f = (0, …, 0, 1) the residual r = E y − f of the least squares over y ≥ 0 gives x_j = −r_j/r_{n+1};
-/// r = 0 where no x is admissible. Its last entry is −1/(1 + |x|²).
+/// With E = [Gᵀ; hᵀ] and f = (0, …, 0, 1), the residual r = E y − f of the least squares over y ≥ 0
+/// gives x_j = −r_j/r_{n+1}. r = 0 if no x is admissible. The last entry of r is −1/(1 + |x|²).
 bool least_distance(const Eigen::MatrixXd& G, const Eigen::VectorXd& h, double slack, Eigen::VectorXd& x) {
   const auto n = G.cols(), m = G.rows();
   x.setZero(n);
@@ -57,7 +57,7 @@ bool least_distance(const Eigen::MatrixXd& G, const Eigen::VectorXd& h, double s
   nonnegative_least_squares(E, f, y, 1e-14);
   const Eigen::VectorXd r = E * y - f;
   if (!(r[n] < -1e-9)) return false;
-  // The constraints that hold it, met exactly: least length on their intersection.
+  // Least length on the intersection of the active constraints, which are thus satisfied exactly.
   std::vector<Eigen::Index> held;
   for (Eigen::Index i = 0; i < m; ++i)
     if (y[i] > 0) held.push_back(i);

@@ -11,7 +11,7 @@
 namespace freeplay {
 namespace {
 
-/// Rows that share columns, directly or over others, together: in the order of their first rows.
+/// Groups of rows that share columns directly or indirectly, in the order of their first rows.
 std::vector<std::vector<int>> components(const CsrPattern& G) {
   std::vector<int> root(G.columns);
   std::iota(root.begin(), root.end(), 0);
@@ -33,8 +33,8 @@ std::vector<std::vector<int>> components(const CsrPattern& G) {
   return list;
 }
 
-/// The triangular factor of A = QR, built up from the rows of A by Givens rotations (George and Heath, Linear Algebra
-/// Appl. 34 (1980) 69); Q is not kept, so that memory is that of R.
+/// The triangular factor of A = QR, built from the rows of A by Givens rotations (George and Heath,
+/// Linear Algebra Appl. 34 (1980) 69). Q is not stored, so only R needs memory.
 class Triangle {
  public:
   using Row = std::vector<std::pair<int, double>>;  ///< (column, value), ascending columns
@@ -52,8 +52,9 @@ class Triangle {
     }
   }
 
-  /// Columns that are farther than `tolerance` from the span of those accepted before them. A lesser pivot is taken for zero,
-  /// and the rest of its row is worked into the rows below (Heath, SIAM J. Sci. Stat. Comput. 3 (1982) 223).
+  /// Columns whose distance from the span of the earlier accepted columns exceeds `tolerance`. A
+  /// smaller pivot is set to zero, and the remainder of its row is rotated into the rows below
+  /// (Heath, SIAM J. Sci. Stat. Comput. 3 (1982) 223).
   std::vector<int> independent(double tolerance) {
     std::vector<int> found;
     for (std::size_t k = 0; k < rows_.size(); ++k) {
@@ -70,7 +71,7 @@ class Triangle {
   }
 
  private:
-  /// Takes the first entry of x, which stands in the first column of `pivot`, out of x.
+  /// Eliminates the first entry of x, which is in the first column of `pivot`.
   void rotate(Row& pivot, Row& x) {
     const double r = std::hypot(pivot.front().second, x.front().second);
     if (r == 0) {
@@ -96,7 +97,7 @@ class Triangle {
     x.swap(below_);
   }
 
-  std::vector<Row> rows_;  // by their first columns
+  std::vector<Row> rows_;  // by first column
   Row above_, below_;
 };
 
@@ -105,7 +106,7 @@ class Triangle {
 std::vector<int> independent_rows(const CsrPattern& G, std::span<const double> values,
                                   std::span<const double> mass, double tolerance) {
   std::vector<int> independent;
-  std::map<int, int> column;  // of one component, in the order of the whole
+  std::map<int, int> column;  // of one component, in the order of the whole matrix
   std::vector<Eigen::Triplet<double>> entries;
   for (const auto& rows : components(G)) {
     entries.clear();
@@ -134,7 +135,8 @@ std::vector<int> independent_rows(const CsrPattern& G, std::span<const double> v
     for (const auto& e : entries)
       A[static_cast<std::size_t>(e.row())].emplace_back(place[e.col()], e.value());
     for (auto& row : A) std::ranges::sort(row);
-    // Rows that end first go first: each then meets few others (George and Ng, SIAM J. Sci. Stat. Comput. 4 (1983) 187).
+    // Rows whose last column comes first are added first, so that each meets few others (George and
+    // Ng, SIAM J. Sci. Stat. Comput. 4 (1983) 187).
     std::ranges::stable_sort(A, {}, [](const auto& row) { return row.empty() ? -1 : row.back().first; });
     Triangle R(static_cast<int>(rows.size()));
     for (auto& row : A) R.add(std::move(row));

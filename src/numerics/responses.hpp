@@ -1,8 +1,9 @@
-// Responses A w of rows w (saddle_point.hpp: A takes forces to accelerations, the constraints kept), stored where they are
-// not zero: in the parts of the mechanism that the row touches, and in coordinates that no constraint touches.
+// Responses A w of rows w, where A maps forces to accelerations under the constraints
+// (saddle_point.hpp). Only nonzero entries are stored: those in the parts of the mechanism that the
+// row involves, and in coordinates without constraints.
 //
-// What `row · A w` and `x += P A w` cost then depends on the size of those parts, not on that of the mechanism; both give
-// the same bits as the whole vectors would.
+// The cost of `row · A w` and `x += P A w` therefore depends on the size of those parts, not on
+// that of the mechanism. Both give the same bits as full vectors.
 #pragma once
 
 #include <array>
@@ -14,19 +15,21 @@ namespace freeplay {
 
 class Responses {
  public:
-  /// Of up to `rows` rows.
+  /// Makes room for `rows` rows.
   explicit Responses(int rows) : of_(static_cast<std::size_t>(rows)) {}
   void make_room(int rows) {
     if (static_cast<std::size_t>(rows) > of_.size()) of_.resize(static_cast<std::size_t>(rows));
   }
-  /// The saddle point that all calls until the next use() belong to; it stays where it is so long.
+  /// Sets the saddle point of all calls until the next use(). It must stay at its address
+  /// meanwhile.
   void use(SaddlePoint& saddle) { saddle_ = &saddle; }
 
-  /// Takes the response of `row` + factor·`beside` (null: none), with the saddle point's present factors, as number r.
+  /// Computes response r: that of `row` + factor·`beside` (null: none), with the present factors of
+  /// the saddle point.
   void take(int r, const SparseRow& row, const SparseRow* beside = nullptr, double factor = 0);
-  /// row · A w_r
+  /// row · A w_r.
   double along(const SparseRow& row, int r) const;
-  /// a += by A w_r
+  /// a += by A w_r.
   void add(int r, double by, double* a) const;
 
  private:
@@ -35,8 +38,9 @@ class Responses {
     int size = 0;  // of the load w
     std::array<int, most> column{};
     std::array<double, most> load{};
-    int parts = 0;  // as many as coordinates at most: without elimination each may be its own
-    std::array<int, most> part{}, begin{};  // begin: of the part's coordinates in a
+    // Parts involved: at most one for each coordinate, the case without elimination.
+    int parts = 0;
+    std::array<int, most> part{}, begin{};  // begin: first entry of the part in a
     std::vector<double> a;
   };
   SaddlePoint* saddle_ = nullptr;

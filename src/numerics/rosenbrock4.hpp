@@ -1,6 +1,7 @@
-// One step of Shampine's implicit method of order 4 with an error estimate of order 3, A-stable (Hairer and Wanner,
-// Solving Ordinary Differential Equations II, section IV.7; the coefficients are those of odeint's rosenbrock4, but for one
-// sign). It takes no memory within a step; odeint's keeps its matrices in uBLAS, which does.
+// One step of Shampine's implicit method of order 4 with an error estimate of order 3, A-stable
+// (Hairer and Wanner, Solving Ordinary Differential Equations II, section IV.7). The coefficients
+// are those of odeint's rosenbrock4, with one sign corrected. A step does not allocate; odeint's
+// does, because its matrices are in uBLAS.
 #pragma once
 
 #include <memory>
@@ -18,12 +19,13 @@ class Rosenbrock4 {
   };
   explicit Rosenbrock4(int size);
   ~Rosenbrock4();
-  Rosenbrock4(const Rosenbrock4& other);  ///< one of the same size: nothing passes from step to step
+  Rosenbrock4(const Rosenbrock4& other);  ///< of the same size; no state passes from step to step
   Rosenbrock4& operator=(const Rosenbrock4& other);
   Rosenbrock4(Rosenbrock4&&) noexcept;
   Rosenbrock4& operator=(Rosenbrock4&&) noexcept;
 
-  /// One step of length h from (x, t); the dense solves cost the cube of the size.
+  /// One step of length h from (x, t). The cost of the dense solves grows with the cube of the
+  /// size.
   void step(const Problem& problem, const double* x, double t, double h, double* x_new, double* error);
 
  private:

@@ -10,16 +10,18 @@
 namespace freeplay {
 namespace {
 
-constexpr double relative_epsilon = 1e-9;  // of the proximal term, against the mean diagonal of S
-constexpr double pivot_ratio = 1e-12;      // a smaller pivot of S against its diagonal means dependent rows
-constexpr double lossy_ratio =
-    1e-6;  // a smaller one costs more than six digits, which refinement brings back
+// Size ε of the proximal term, relative to the mean diagonal of S.
+constexpr double relative_epsilon = 1e-9;
+// a smaller ratio of a pivot of S to its diagonal means dependent rows
+constexpr double pivot_ratio = 1e-12;
+// a smaller ratio loses more than six digits, which refinement restores
+constexpr double lossy_ratio = 1e-6;
 constexpr int most_iterations = 50;
-constexpr double rounding =
-    16 * std::numeric_limits<double>::epsilon();  // of the terms that a sum is made of
+// Relative to the terms of a sum.
+constexpr double rounding = 16 * std::numeric_limits<double>::epsilon();
 
-/// In-place Cholesky of the lower triangle of a small dense matrix, column by column; false on a pivot below
-/// `least` times the diagonal it came from. `ratio`: the least pivot over its diagonal.
+/// In-place Cholesky of the lower triangle of a small dense matrix, column by column. Returns false
+/// if the ratio of a pivot to its diagonal is at most `least`. `ratio`: the least such ratio.
 bool cholesky(Eigen::MatrixXd& S, double least, double& ratio) {
   ratio = 1;
   const Eigen::Index m = S.rows();
@@ -40,8 +42,8 @@ bool cholesky(Eigen::MatrixXd& S, double least, double& ratio) {
   return true;
 }
 
-/// (S + εI) λ = G M⁻¹ f − r + ε λ_previous, then a = M⁻¹ (f − Gᵀ λ), in the vectors of `at`. `size`: of λ, 0: any; the same
-/// operations in the same order whatever it is.
+/// (S + εI) λ = G M⁻¹ f − r + ε λ_previous, then a = M⁻¹ (f − Gᵀ λ), in the vectors of `at`. `size`
+/// is that of λ, 0 for any; the operations and their order do not depend on it.
 template <int size>
 void solve_dense(const int* begin, const SaddleBlock::Places& at, const double* value, const double* S,
                  double epsilon, const double* f, const double* r, const double* previous, double* room,
@@ -82,7 +84,7 @@ void solve_dense(const int* begin, const SaddleBlock::Places& at, const double* 
   }
 }
 
-/// A vector whose length is known.
+/// Saves or restores a vector of known length.
 template <class M>
 void remember_fixed(M& m, std::vector<double>& values) {
   const auto size = values.size();
@@ -92,16 +94,17 @@ void remember_fixed(M& m, std::vector<double>& values) {
 
 }  // namespace
 
-/// The sparse matrix [M Gᵀ; G −εI] by columns, and KLU's factors of it.
+/// The sparse matrix [M Gᵀ; G −εI] by columns, and its KLU factors.
 struct SaddleBlock::Klu {
   klu_common common;
   klu_symbolic* symbolic = nullptr;
   klu_numeric* numeric = nullptr;
   std::vector<int> begin{0}, row;
   std::vector<double> value;
-  std::vector<double> pivot_value;           // with which the pivots were chosen
-  bool refactored = false;                   // since then
-  std::vector<int> of_G, of_Gt, of_epsilon;  // places of G's entries, of Gᵀ's, and of the −ε diagonal
+  std::vector<double> pivot_value;  // values for which the pivots were chosen
+  bool refactored = false;          // whether refactorised since then
+  // Places of the entries of G, of Gᵀ and of the diagonal −ε.
+  std::vector<int> of_G, of_Gt, of_epsilon;
   Eigen::VectorXd rhs;
 
   ~Klu() {
@@ -135,7 +138,8 @@ struct SaddleBlock::Klu {
     symbolic = klu_analyze(n + m, begin.data(), row.data(), &common);
   }
 
-  /// Refactors on the old pivots while they stay good, else anew. False when singular.
+  /// Refactorises with the old pivots while these are accurate, else with new ones. Returns false
+  /// if the matrix is singular.
   bool factor(const std::vector<double>& G_values, double epsilon) {
     for (std::size_t e = 0; e < G_values.size(); ++e) value[of_G[e]] = value[of_Gt[e]] = G_values[e];
     for (int e : of_epsilon) value[e] = -epsilon;
@@ -156,8 +160,8 @@ struct SaddleBlock::Klu {
     numeric = klu_factor(begin.data(), row.data(), pivot_value.data(), symbolic, &common);
   }
 
-  /// Pivots are history: they are chosen again from the values that they were chosen from, and the factors
-  /// then made of the present values as they were made before.
+  /// Pivots depend on the history. They are therefore chosen again from the values for which they
+  /// were chosen, and the factors are then computed for the present values as before.
   template <class M>
   void remember(M& m) {
     remember_fixed(m, value);
@@ -218,7 +222,7 @@ bool SaddleBlock::factor_at(const double* G_values, const int* entries) {
 }
 
 bool SaddleBlock::factor_taken() {
-  double none = 0;  // of finite values
+  double none = 0;  // 0 if all values are finite
   for (const double x : values_) none += x - x;
   if (none != 0) return false;
   proximal_ = redundant_;
@@ -264,7 +268,7 @@ bool SaddleBlock::factor_sparse() {
   return klu_->factor(values_, epsilon_);
 }
 
-/// Kernels of fixed size for the small blocks that most mechanisms fall into.
+/// Uses kernels of fixed size for small blocks, which most mechanisms consist of.
 void SaddleBlock::solve_densely(const Places& at, const double* f, const double* r, const double* previous,
                                 double* a, double* lambda) {
   const auto by = [&](auto kernel) {
@@ -328,7 +332,7 @@ void SaddleBlock::solve(const double* f, const double* r, double* a, double* lam
   solve_once(f, r, nullptr, a, lambda);
   converged_ = true;
   if (!proximal_) return;
-  double size = 0, terms = 0;  // of G M⁻¹f − r, and of what it is summed from
+  double size = 0, terms = 0;  // of G M⁻¹f − r, and of its terms
   for (int k = 0; k < G_.rows; ++k) {
     double x = r ? -r[k] : 0, sum = std::abs(x);
     for (int e = G_.begin[k]; f && e < G_.begin[k + 1]; ++e) {
@@ -345,10 +349,10 @@ void SaddleBlock::solve(const double* f, const double* r, double* a, double* lam
     previous_ = now;
     solve_once(f, r, previous_.data(), a, lambda);
     if ((now - previous_).norm() <= 1e-13 * now.norm()) break;
-    // Rounding asks of dependent rows what none can meet: λ would follow it without end.
+    // Rounding makes dependent rows inconsistent: λ would change without end.
     if (epsilon_ * (now - previous_).lpNorm<Eigen::Infinity>() <= noise) break;
   }
-  // What is left of G a − r is ε times the last change of λ.
+  // The residual G a − r is ε times the last change of λ.
   converged_ = epsilon_ * (now - previous_).lpNorm<Eigen::Infinity>() <= std::max(1e-6 * size, 1e3 * noise);
 }
 

@@ -2,16 +2,19 @@
 //
 //     M a + Gᵀ λ = f,      G a = r,          M diagonal and positive.
 //
-// Dense path: Cholesky of the Schur complement S = G M⁻¹ Gᵀ; where its pivots cancel, as those of a body of next to no inertia
-// do, one step of iterative refinement against G a = r restores the digits. Sparse path: KLU on the whole saddle-point
-// matrix. Where rows of G depend on each other the multipliers are not unique; then the proximal iteration
+// Dense path: Cholesky factorisation of the Schur complement S = G M⁻¹ Gᵀ. If its pivots cancel, as
+// those of a body with a very small inertia do, one step of iterative refinement against G a = r
+// restores the digits. Sparse path: KLU on the whole saddle-point matrix.
+//
+// If rows of G are dependent, the multipliers are not unique. The proximal iteration
 //
 //     G a − ε (λ_{i+1} − λ_i) = r,      λ_0 = 0
 //
-// converges to the a of the consistent system and to the λ of least Euclidean norm, because every increment
-// lies in the range of S (Rockafellar, SIAM J. Control Optim. 14 (1976) 877, applied to a quadratic program).
-// What f and r leave to rounding no a satisfies in dependent rows: there λ goes on by the same increment for ever,
-// and the iteration ends where what is left of G a − r is that rounding.
+// then converges to the a of the consistent system and to the λ of least Euclidean norm, because
+// every increment is in the range of S (Rockafellar, SIAM J. Control Optim. 14 (1976) 877, applied
+// to a quadratic program). Rounding errors of f and r make dependent rows inconsistent: λ then
+// changes by the same increment without end. The iteration stops once the residual G a − r is of
+// the size of that rounding.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -29,47 +32,50 @@ enum class SolvePath { automatic, dense, sparse };
 
 class SaddleBlock {
  public:
-  /// Up to this many rows the dense path is the faster one (measured, docs/development/decisions/003).
+  /// Number of rows up to which the dense path is faster (measured, docs/development/decisions/003).
   static constexpr int dense_rows = 28;
 
-  /// `mass`: diagonal of M, length G.columns. `redundant`: the rows are known to depend on each other.
+  /// `mass`: diagonal of M, G.columns entries. `redundant`: the rows are known to be dependent.
   SaddleBlock(std::span<const double> mass, const CsrPattern& G, SolvePath path = SolvePath::automatic,
               bool redundant = false);
   ~SaddleBlock();
   SaddleBlock(SaddleBlock&&) noexcept;
   SaddleBlock(const SaddleBlock&) = delete;
 
-  /// Takes new values of G. False when no factorisation was found (values not finite).
+  /// Factorises with new values of G. Returns false if that is impossible (values not finite).
   [[nodiscard]] bool factor(const double* G_values);
-  /// The same where the block's values stand at `entries` among others.
+  /// factor() for a block whose values are at `entries` of a larger array.
   [[nodiscard]] bool factor_at(const double* G_values, const int* entries);
-  /// Solves for a (columns) and λ (rows); f and r may be null for zero. Allocates nothing on the dense path.
+  /// Solves for a (columns) and λ (rows); f and r may be null for zero. Allocates nothing on the
+  /// dense path.
   void solve(const double* f, const double* r, double* a, double* lambda);
-  /// Where a greater system has the block's coordinates and rows.
+  /// Coordinates and rows of the block within a larger system.
   struct Places {
     std::vector<int> columns, rows;
-    std::vector<int> column;           ///< of each entry
-    std::span<const double> mobility;  ///< 1/M of the greater system
+    std::vector<int> column;           ///< column of each entry
+    std::span<const double> mobility;  ///< 1/M of the larger system
   };
-  /// The same in a greater system's vectors, of which only the block's places are read and written. The operations are those
-  /// of solve(), in the same order. For the dense path without dependent rows (direct()).
+  /// solve() in the vectors of a larger system; only the entries of the block are read and written.
+  /// The operations and their order are those of solve(). For the dense path without dependent rows
+  /// (direct()).
   void solve_at(const Places& at, const double* f, const double* r, double* a, double* lambda);
   bool direct() const { return dense_ && !proximal_; }
 
-  /// Rounding of the r that follow, absolute, where it is more than theirs: dependent rows are met to that.
+  /// Absolute rounding error of the following r, if it exceeds their own rounding. Dependent rows
+  /// are satisfied to that accuracy.
   void expect_noise(double of_r) { noise_ = of_r; }
 
   bool dense() const { return dense_; }
-  /// The last solve satisfied its constraint rows. With dependent rows of very unlike scale the proximal
-  /// iteration may not.
+  /// Whether the last solve satisfied its constraint rows. With dependent rows of very different
+  /// scale the proximal iteration may fail to.
   bool converged() const { return converged_; }
-  /// The last factorisation met dependent rows.
+  /// Whether the last factorisation found dependent rows.
   bool singular() const { return proximal_; }
-  /// How near the rows have come to depending on each other: the least pivot of S over its diagonal since the
-  /// start, over that of the first factorisation. 1 on the sparse path.
+  /// Nearness to dependent rows: the least ratio of a pivot of S to its diagonal since the start,
+  /// divided by that of the first factorisation. 1 on the sparse path.
   double nearest_singular() const { return first_pivot_ > 0 ? least_pivot_ / first_pivot_ : 1; }
-  /// All that later calls depend on, the pivots among it (values/memory.hpp); a block of the same making that
-  /// reads it goes on bit for bit.
+  /// Saves or restores everything that later calls depend on, the pivots included
+  /// (values/memory.hpp). A block of the same construction that restores it continues bit for bit.
   template <class M>
   void remember(M& m);
 
@@ -89,11 +95,11 @@ class SaddleBlock {
   const CsrPattern G_;
   std::vector<double> mass_, inverse_mass_, values_;
   bool dense_, redundant_, proximal_ = false, converged_ = true;
-  bool lossy_ = false;  // a pivot of the last factorisation lost more than six digits
+  bool lossy_ = false;  // whether a pivot of the last factorisation lost more than six digits
   double epsilon_ = 0, noise_ = 0;
   double first_pivot_ = 0, least_pivot_ = 1;
   std::vector<Product> products_;
-  Places own_;  // each where it is
+  Places own_;  // identity: the block is the whole system
   std::vector<double> room_;
   Eigen::MatrixXd S_;
   Eigen::VectorXd previous_;

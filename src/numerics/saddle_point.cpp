@@ -7,7 +7,8 @@
 
 namespace freeplay {
 
-/// Rows with one entry, unless that leaves another row without any or fixes a coordinate twice.
+/// Finds the rows with one entry. None is used if another row would become empty or a coordinate
+/// would be fixed twice.
 void SaddlePoint::find_fixed(std::span<const double> mass, const CsrPattern& G) {
   std::vector<int> of_column(G.columns, -1);
   for (int k = 0; k < G.rows; ++k) {
@@ -50,7 +51,7 @@ SaddlePoint::SaddlePoint(std::span<const double> mass, const CsrPattern& G, Solv
   std::vector<bool> gone_row(G.rows, false), gone(G.columns, false);
   for (const auto& x : fixed_) gone_row[x.row] = gone[x.column] = true;
   for (const double m : mass) inverse_mass_.push_back(1 / m);
-  // Columns that share a row belong together: union by the least column.
+  // Columns that share a row belong to one part: union-find by the least column.
   std::vector<int> root(G.columns);
   std::iota(root.begin(), root.end(), 0);
   const auto find = [&](int c) {
@@ -58,7 +59,7 @@ SaddlePoint::SaddlePoint(std::span<const double> mass, const CsrPattern& G, Solv
     return c;
   };
   std::map<int, std::vector<int>> rows_of;
-  std::vector<int> first(G.rows, -1);  // column of each row that stays
+  std::vector<int> first(G.rows, -1);  // first column of each remaining row
   for (int k = 0; k < G.rows; ++k)
     for (int e = G.begin[k]; e < G.begin[k + 1]; ++e) {
       if (gone_row[k] || gone[G.column[e]]) continue;
@@ -140,7 +141,7 @@ void SaddlePoint::solve_part(Part& part, const double* f, const double* r, doubl
   for (std::size_t i = 0; i < rows.size(); ++i) lambda[rows[i]] = lambda_[i];
 }
 
-/// Fills what is fixed of a; the right-hand side that is left for the other rows.
+/// Sets the fixed entries of a. Returns the right-hand side of the remaining rows.
 const double* SaddlePoint::know(const double* r, double* a) {
   if (!r) {
     for (const auto& x : fixed_) a[x.column] = 0;
@@ -195,7 +196,7 @@ void SaddlePoint::respond(const SparseRow& row, const SparseRow* beside, double 
     for (int i = 0; i < x.size; ++i) {
       const int c = x.column[i], p = part_of_column_[c];
       if (p < 0) {
-        a[c] = whole[c] * inverse_mass_[c];  // a fixed one is put right below
+        a[c] = whole[c] * inverse_mass_[c];  // a fixed coordinate is corrected below
       } else if (!is_done(p)) {
         done[number++] = p;
         solve_part(parts_[p], whole, nullptr, a, lambda);

@@ -1,4 +1,4 @@
-// Sparse rows: a fixed pattern with values that change, and a single short row for contacts.
+// Sparse rows: a constant pattern with varying values, and one short row for contacts.
 #pragma once
 
 #include <array>
@@ -6,7 +6,7 @@
 
 namespace freeplay {
 
-/// Pattern of a matrix of `rows` rows by compressed rows; values live elsewhere, in the same order as
+/// Pattern of a matrix in compressed row storage. The values are stored elsewhere, in the order of
 /// `column`.
 struct CsrPattern {
   int rows = 0;
@@ -20,7 +20,7 @@ struct CsrPattern {
   }
 };
 
-/// y_k = Σ_j value_kj x_j of one row.
+/// Σ_j value_kj x_j of row k.
 template <class T>
 T row_dot(const CsrPattern& p, const T* value, int k, const T* x) {
   T sum = 0;
@@ -35,7 +35,7 @@ void add_transposed(const CsrPattern& p, const T* value, const double* lambda, T
     for (int e = p.begin[k]; e < p.begin[k + 1]; ++e) x[p.column[e]] += value[e] * lambda[k];
 }
 
-/// A row that touches at most two bodies; T is double or a number with derivatives.
+/// A row with entries of at most two bodies. T is double or a number with derivatives.
 template <class T>
 struct SparseRowOf {
   static constexpr int max_size = 6;  // two bodies in the plane

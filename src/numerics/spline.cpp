@@ -5,7 +5,8 @@
 namespace freeplay {
 namespace {
 
-/// Thomas's algorithm: a_i x_{i−1} + b_i x_i + c_i x_{i+1} = r_i; the matrix is diagonally dominant.
+/// Thomas algorithm for a_i x_{i−1} + b_i x_i + c_i x_{i+1} = r_i; the matrix is diagonally
+/// dominant.
 std::vector<double> tridiagonal(const std::vector<double>& a, std::vector<double> b,
                                 const std::vector<double>& c, std::vector<double> r) {
   const std::size_t n = b.size();
@@ -19,7 +20,8 @@ std::vector<double> tridiagonal(const std::vector<double>& a, std::vector<double
   return r;
 }
 
-/// The same with corners c_n x_1 in the last row and a_1 x_n in the first, by Sherman and Morrison's formula.
+/// The tridiagonal system with corners c_n x_1 in the last row and a_1 x_n in the first, by the
+/// Sherman–Morrison formula.
 std::vector<double> cyclic(const std::vector<double>& a, std::vector<double> b, const std::vector<double>& c,
                            const std::vector<double>& r) {
   const std::size_t n = b.size(), last = n - 1;

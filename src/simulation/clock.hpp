@@ -1,11 +1,12 @@
-// The clock that runs are charged by.
+// The clock for the CPU time of runs.
 #pragma once
 
 #include <ctime>
 
 namespace freeplay {
 
-/// CPU seconds of the calling thread: a run is one thread's, and others may run beside it.
+/// CPU seconds of the calling thread. A run uses one thread, and other runs may use other threads
+/// at the same time.
 inline double thread_seconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

@@ -1,5 +1,5 @@
-// The columns of a run's tables, once: what trajectory.csv and forces.csv call them, and where each is found in what an
-// observer is shown.
+// The columns of a run's tables: names in trajectory.csv and forces.csv, and the place of each
+// value in the data that an observer receives. Writers, ensembles and studies all use these lists.
 #pragma once
 
 #include <cstddef>
@@ -13,30 +13,32 @@
 namespace freeplay {
 
 struct Column {
-  /// mean: of a force since the row before; acceleration: of a body
+  /// mean: mean of a force since the previous row; acceleration: of a body
   enum class Of { time, position, velocity, contact, force, mean, acceleration };
-  std::string owner;  ///< body, contact, joint, drive or load; none of t
+  std::string owner;  ///< name of the body, contact, joint, drive or load; empty for t
   const char* part = "";
   Of of = Of::time;
-  std::size_t index = 0;  ///< into q, v, Layout::contacts, Layout::forces or Forces::acceleration
+  /// Index into q, v, Layout::contacts, Layout::forces or Forces::acceleration.
+  std::size_t index = 0;
   double ContactPlace::*place = nullptr;
   double ElementForce::*force = nullptr;
 
-  /// As a header has it: gudgeon.gap, gudgeon.fn, big_end.fx_mean, t.
+  /// Name in a header: gudgeon.gap, gudgeon.fn, big_end.fx_mean, t.
   std::string name() const;
 };
 
-/// Of trajectory.csv, t first.
+/// Columns of trajectory.csv, t first.
 std::vector<Column> trajectory_columns(const Layout& layout);
-/// Of forces.csv, t first.
+/// Columns of forces.csv, t first.
 std::vector<Column> force_columns(const Layout& layout);
-/// A line of names, with its end.
+/// The header line of the columns, with its line end.
 std::string header_of(const std::vector<Column>& columns);
 
-/// Columns of forces are found by their names: throws ModelError where two elements share one.
+/// Throws ModelError if two elements have the same name, because columns of forces are found by
+/// name.
 void refuse_shared_names(const Layout& layout);
 
-/// Of one element of forces.csv: at an instant, and of means.
+/// Columns of one element of forces.csv: values at an instant, and means.
 struct ForceParts {
   std::vector<std::pair<const char*, double ElementForce::*>> now, mean;
 };

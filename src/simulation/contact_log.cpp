@@ -74,7 +74,7 @@ void ContactLog::leave(int k, double t, double crank_angle, double v_n, double v
   push(event);
 }
 
-/// Events before the first touch that is still undecided are settled.
+/// Events before the first unclassified contact are final.
 std::size_t ContactLog::settled() const {
   if (open_count_ == 0) return pending_.size();
   double first = INFINITY;

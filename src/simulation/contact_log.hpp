@@ -1,7 +1,12 @@
-// From touches and losses of contact to events and modes, in the same way for both formulations. A contact
-// that ends within its `limit` was an impact; one that outlasts it is lasting contact, reported by its
-// beginning and its separation. The formulation sets the limit: four times the duration of the undamped Hertz
-// impact (penalty), one step (time stepping).
+// Classifies contact onsets and separations as events, in the same way for both formulations.
+//
+// A contact that ends within its `limit` is an impact. A longer one is a lasting contact, reported
+// by its onset and its separation. The formulation sets the limit: four times the duration of the
+// undamped Hertz impact (penalty), one step (time stepping). Events leave the log in the order of
+// time; an event therefore waits until all earlier contacts are classified.
+//
+// Usage: touch() at an onset, leave() at a separation, advance() after each step, drain() to obtain
+// the final events.
 #pragma once
 
 #include <array>
@@ -16,29 +21,30 @@ namespace freeplay {
 class ContactLog {
  public:
   ContactLog() = default;
-  /// `reported`: behind the contacts those indices of families that pairs without a number are told by.
+  /// `reported`: number of contacts and families. Pairs without an index are reported with the
+  /// index of their family, which is at least `contacts`.
   explicit ContactLog(int contacts, int reported = 0);
 
-  /// Room for pairs without a number, up to k.
+  /// Makes room for slots of pairs without an index, up to slot k.
   void make_room(int k) {
     if (k >= static_cast<int>(open_.size())) open_.resize(static_cast<std::size_t>(k) + 1);
   }
-  /// Of a touch just logged: the family and bodies of a pair without a number.
+  /// Sets the family and bodies of the pair in slot k, just after its touch().
   void name(int k, int family, const std::array<int, 2>& bodies) {
     open_[k].first.contact = family;
     open_[k].first.bodies = bodies;
   }
 
-  /// First touch of contact k. All arguments as in ContactEvent.
+  /// Onset of contact k. All arguments as in ContactEvent.
   void touch(int k, double t, double crank_angle, double v_n, double v_t, double uncertainty, double limit);
-  /// Loss of contact. `duration` may be zero for an impact law.
+  /// Separation of contact k. `duration` may be zero for an impact law.
   void leave(int k, double t, double crank_angle, double v_n, double v_t, double impulse_n, double impulse_t,
              double duration);
-  /// Time has come to t: contacts that have outlasted their limit become lasting.
+  /// Classifies contacts that have lasted longer than their limit at time t as lasting.
   void advance(double t);
   bool is_open(int k) const { return open_[k].open; }
 
-  /// Passes on the events whose order is settled, in the order of t, and forgets them.
+  /// Passes the final events to `sink` in the order of t and removes them.
   template <class Sink>
   void drain(Sink&& sink) {
     const std::size_t n = settled();
@@ -46,9 +52,9 @@ class ContactLog {
     pending_.erase(pending_.begin(), pending_.begin() + static_cast<long>(n));
   }
   bool has_pending() const { return !pending_.empty(); }
-  /// Events that a touch before them, still undecided, holds back.
+  /// Events that wait for an earlier contact, which is not yet classified.
   std::span<const ContactEvent> held_back() const { return pending_; }
-  /// When contact k was first touched, if it is open and not yet known to last (s), else NaN.
+  /// Onset time (s) of contact k if it is closed and not yet classified, else NaN.
   double undecided_since(int k) const {
     return open_[k].open && !open_[k].lasting ? open_[k].first.t : __builtin_nan("");
   }
@@ -71,7 +77,7 @@ class ContactLog {
     }
   };
   void push(const ContactEvent& event);
-  /// Throws MemoryError where what was read is of other contacts than these.
+  /// Throws MemoryError if the restored data belong to other contacts.
   void require(std::size_t contacts) const;
   std::size_t settled() const;
 

@@ -1,5 +1,5 @@
-// Impulses of forces that are known at instants: Gauss and Legendre's three points, of sixth order in the length
-// of the piece, on the state's dense output.
+// Impulses of forces that are known at instants, by Gauss–Legendre quadrature with three points on
+// the dense output; the error is of sixth order in the length of the interval.
 #pragma once
 
 #include <cmath>
@@ -8,7 +8,8 @@
 
 namespace freeplay {
 
-/// Adds the impulse of source.forces(t, out) from a to b to `sum`. `at`: scratch of the same shape.
+/// Adds the impulse of source.forces(t, out) from a to b to `sum`. `at` is scratch of the same
+/// size.
 template <class Source>
 void integrate_forces(Source& source, double a, double b, Forces& at, Forces& sum) {
   if (!(b > a)) return;

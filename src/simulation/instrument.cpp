@@ -20,7 +20,8 @@ LowPass::LowPass(double bandwidth, int order) {
     }
     const bool real = 2 * k == order + 1;
     pole_[modes_] = real ? Complex(-cut) : pole(k);
-    residue_[modes_++] = real ? residue.real() : 2.0 * residue;  // a pair gives twice its real part
+    // a conjugate pair contributes twice its real part
+    residue_[modes_++] = real ? residue.real() : 2.0 * residue;
   }
 }
 
@@ -47,7 +48,7 @@ double LowPass::output() const {
 
 namespace {
 
-/// SplitMix64: the output of a counter.
+/// SplitMix64: a hash of the counter.
 std::uint64_t mixed(std::uint64_t counter) {
   std::uint64_t z = counter * 0x9e3779b97f4a7c15u + 0x9e3779b97f4a7c15u;
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -58,14 +59,14 @@ std::uint64_t mixed(std::uint64_t counter) {
 /// Uniform in (0, 1].
 double uniform(std::uint64_t counter) { return static_cast<double>((mixed(counter) >> 11) + 1) * 0x1p-53; }
 
-/// Where a channel's counter begins.
+/// Start of a channel's counter.
 std::uint64_t stream_of(const Instrument& settings, std::uint64_t run) {
   std::uint64_t stream = mixed(settings.seed);
   for (const char c : settings.name) stream = mixed(stream ^ static_cast<unsigned char>(c));
   return mixed(stream ^ mixed(run));
 }
 
-/// A standard normal number (Box and Muller).
+/// A standard normal number by the Box–Muller method.
 double normal(std::uint64_t stream, std::uint64_t index) {
   const std::uint64_t counter = stream + 2 * index;
   return std::sqrt(-2 * std::log(uniform(counter))) * std::cos(2 * std::numbers::pi * uniform(counter + 1));

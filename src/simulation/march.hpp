@@ -1,5 +1,5 @@
-// The stepping loop, one instance for each kind of stepper: no virtual call, no allocation, no string inside,
-// but for showing a step to whoever watches.
+// The stepping loop, one instance for each kind of stepper. It makes no virtual call, no allocation
+// and no string, except to show a step to observers.
 #pragma once
 
 #include <fmt/format.h>
@@ -16,9 +16,10 @@
 
 namespace freeplay {
 
-/// A stepper's last step as observers see it. A Stepper has t_old(), t(), v_old(), v(), z() and
-/// interpolate(t, q, v) within its last step, multipliers(), struck() where it steps over impacts, and of forces forces(t, out), add_impulse(a, b,
-/// sum), before() and within() as in Step; its owner ledger() and keep_passed().
+/// Adapts a stepper's last step to the interface Step. A Stepper has, for its last step: t_old(),
+/// t(), v_old(), v(), z(), interpolate(t, q, v) and multipliers(); struck() if it steps over
+/// impacts; and for forces forces(t, out), add_impulse(a, b, sum), before() and within() as in
+/// Step. Its Owner has ledger() and keep_passed().
 template <class Owner, class Stepper>
 class StepOf final : public Step {
  public:
@@ -53,7 +54,8 @@ class StepOf final : public Step {
     else
       return Step::struck();
   }
-  /// Only of a step with very many rows: what else is left of one is soon recorded, and is then not lost.
+  /// Only a step with very many rows is cut. The remainder of any other step is recorded soon, so
+  /// its rows are not lost.
   bool stopped() const override { return cut_ = cut_ || (++asked_ > 10000 && watch_.stop()); }
   bool cut() const override { return cut_; }
   void forces(double t, Forces& out) const override { stepper_.forces(t, shaped(out)); }
@@ -80,12 +82,13 @@ class StepOf final : public Step {
   Stepper& stepper_;
   const Watch& watch_;
   mutable Evaluation e_;
-  mutable long asked_ = 0;  // during this step
+  mutable long asked_ = 0;  // calls during this step
   mutable bool cut_ = false;
   std::size_t elements_ = system_.force_elements().size();
 };
 
-/// Why a run that crawls is stopped; names the contact that is nearest by its own measure.
+/// The message for a run whose steps have become too small; names the contact with the smallest gap
+/// relative to its own scale.
 inline std::string crawl_reason(const System& system, const Progress& progress, double t, const double* q) {
   auto e = system.make_evaluation();
   system.place(t, q, e);
@@ -106,8 +109,9 @@ inline std::string crawl_reason(const System& system, const Progress& progress, 
       nearest.empty() ? "" : "make that contact looser or leave it out, or ");
 }
 
-/// A Stepper also has step(t_end), which advances by one step not beyond t_end and is false when it cannot (then
-/// failure() says why).
+/// Steps until t_end and shows each step to the observers. A Stepper also has step(t_end), which
+/// advances by one step, not beyond t_end, and returns false on failure; failure() then gives the
+/// reason.
 template <class Owner, class Stepper>
 Ending march(Owner& owner, const System& system, Stepper& stepper, double t_end, ContactLog& log,
              Watch& watch) {

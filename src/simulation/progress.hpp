@@ -1,11 +1,12 @@
-// Whether a run gets on. Steps of a stiff or singular motion may shrink until the end is out of reach although each of
-// them is accepted. With N = Progress::window steps a window, L the run's length and at most 100 s, a window crawls where
+// Detects runs that do not progress. Steps of a stiff or singular motion may become so small that
+// the end is out of reach, although each step is accepted. With windows of N = Progress::window
+// steps and L the length of the run, at most 100 s, a window is too slow if
 //
 //     Δt < share · N · L,        share = 1e-10,
 //
-// which is a pace of more than 1e10 steps for L: hours at a microsecond a step. A run stops after three such windows, one
-// behind the other. Impacts that accumulate, and contacts that come and go, are passed in fewer steps than that. L ends
-// at 100 s, for a long run of ordinary steps is long and does not crawl.
+// that is, if more than 1e10 steps are needed for L: hours at a microsecond a step. A run stops
+// after three such windows in succession. Accumulating impacts and repeated contacts need fewer
+// steps than that. L is limited to 100 s so that a long run of ordinary steps is not stopped.
 #pragma once
 
 #include <algorithm>
@@ -18,10 +19,10 @@ class Progress {
   static constexpr int most_windows = 3;
   static constexpr double share = 1e-10, longest = 100;  // 1, s
 
-  /// Of a run from t to t_end (s).
+  /// Begins to observe a run from t to t_end (s).
   Progress(double t, double t_end) : begin_(t), left_(t_end - t), length_(std::min(left_, longest)) {}
 
-  /// Of each step, with the time t (s) that it has come to: whether the run is to stop.
+  /// Call it after each step with the time t (s) reached; returns whether the run must stop.
   bool crawls(double t) {
     if (++steps_ < window) return false;
     const double advance = t - begin_;
@@ -31,8 +32,9 @@ class Progress {
     begin_ = t;
     return windows_ == most_windows;
   }
-  double pace() const { return pace_; }                              ///< s a step, of the last window
-  double needed() const { return left_ / std::max(pace_, 1e-300); }  ///< steps of a run at that pace
+  double pace() const { return pace_; }  ///< s a step, in the last window
+  /// Steps for the whole run at that pace.
+  double needed() const { return left_ / std::max(pace_, 1e-300); }
 
  private:
   double begin_, left_, length_;  // s

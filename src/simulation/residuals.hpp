@@ -1,4 +1,4 @@
-// How well a state keeps the constraint rows.
+// Residuals of the constraint rows at a state.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace freeplay {
 
-/// Takes |Φ| of an evaluation that has been placed into the greatest so far, rows in m apart from those in rad.
+/// Updates the greatest |Φ| so far from a placed evaluation, separately for rows in m and in rad.
 inline void keep_residuals(const System& system, const Evaluation& e, Extremes& extremes) {
   for (int k = 0; k < system.rows(); ++k) {
     double& worst = system.is_angle_row(k) ? extremes.constraint_angle : extremes.constraint_length;

@@ -9,7 +9,8 @@ namespace freeplay {
 namespace {
 
 constexpr double turn = 2 * std::numbers::pi;
-/// Steps that a touch may wait to be settled: four durations of the elastic impact, each of some tens of steps.
+/// Steps for which an onset may wait to become final: four durations of the elastic impact, each of
+/// some tens of steps.
 constexpr std::size_t most_places = 8192;
 
 /// Within (−π, π].
@@ -18,7 +19,7 @@ double wrapped(double angle) {
   return x <= -std::numbers::pi ? x + turn : x;
 }
 
-/// Share of the period, in [0, 1).
+/// Phase in the period, in [0, 1).
 double phase_of(double t, double period) {
   const double x = std::fmod(t, period) / period;
   return x < 0 ? x + 1 : x;
@@ -29,7 +30,7 @@ double difference(const StateColumn& c, std::span<const double> x) {
   return of(c.first) - of(c.second);
 }
 
-/// Which side of the value: below and above it, or between which turns.
+/// Index of the side of the value: below or above it; for an angle, the number of the turn.
 double side(const SectionRule& rule, double s) {
   if (rule.what.angle) return std::floor(s / turn);
   return s < 0 ? -1 : 0;
@@ -56,7 +57,7 @@ void SectionPoints::begin(const Layout& layout, const State& state) {
   newest_ = -1;
   touches_.clear();
   if (rule_.kind == SectionRule::Kind::touch && places_.empty()) places_.resize(most_places);
-  if (rule_.kind == SectionRule::Kind::touch) {  // where the first step begins
+  if (rule_.kind == SectionRule::Kind::touch) {  // start of the first step
     auto& p = places_[0];
     p = {state.t, false, state.q, state.v};
     newest_ = 0;
@@ -99,7 +100,8 @@ void SectionPoints::crossings(const Step& step) {
   const double before = last_;
   last_ = distance_at(step, step.t1);
   const double r0 = rate(step.v0), r1 = rate(step.v1);
-  // Both ends on one side, which it may have left meanwhile: it moved away from where it now comes back to.
+  // Both ends are on one side, but the rates have opposite signs: s may have crossed the value and
+  // returned.
   if (side(rule_, before) == side(rule_, last_) && r0 * r1 < 0 && step.t1 > step.t0) {
     const auto rate_at = [&](double t) {
       step.state(t, q_, v_);
@@ -120,7 +122,7 @@ void SectionPoints::crossings(const Step& step) {
   cross(step, step.t0, step.t1, before, last_);
 }
 
-/// The crossings between two places in a step, between which what crosses rises or falls.
+/// The crossings between two instants of a step, between which s is monotonic.
 void SectionPoints::cross(const Step& step, double a, double b, double s_a, double s_b) {
   const double from = side(rule_, s_a), to = side(rule_, s_b);
   if (from == to || !std::isfinite(from) || !std::isfinite(to)) return;
@@ -138,7 +140,7 @@ void SectionPoints::cross(const Step& step, double a, double b, double s_a, doub
           f, a, b, f_a, f_b, boost::math::tools::eps_tolerance<double>(51), most);
       at = 0.5 * (low + high);
     } else if (f_a * f_b > 0) {
-      at = a;  // crossed as it was moved between two steps
+      at = a;  // a projection between two steps moved it across
     }
     point(step, at);
   }
@@ -160,7 +162,8 @@ void SectionPoints::keep_place(const Step& step) {
   step.state(step.t1, p.q, p.v);
 }
 
-/// Those that lie before the step that is shown: what settled them is shown before it.
+/// Processes onsets up to the end of this step. Events become final before the step that makes them
+/// so is shown.
 void SectionPoints::settle_touches(const Step& step) {
   std::size_t done = 0;
   for (; done < touches_.size(); ++done) {
@@ -173,7 +176,7 @@ void SectionPoints::settle_touches(const Step& step) {
         ++lost_;
       continue;
     }
-    // Within this very step: it steps over its impacts, or ends a row of them.
+    // Within this step: the step contains impacts, or ends a sequence of them.
     const double share = step.t1 > step.t0 ? (e.t - step.t0) / (step.t1 - step.t0) : 0;
     step.state(step.t1, q_, v_);
     const auto& p = place(newest_);
@@ -184,10 +187,10 @@ void SectionPoints::settle_touches(const Step& step) {
   touches_.erase(touches_.begin(), touches_.begin() + static_cast<long>(done));
 }
 
-/// The state at a time that is past, into q_ and v_; false where it is not kept any more.
+/// Puts the state at a past time into q_ and v_; returns false if it is no longer stored.
 bool SectionPoints::touched(double t) {
   const long oldest = std::max(0L, newest_ - static_cast<long>(places_.size()) + 1);
-  long low = oldest, high = newest_;  // the first place that is not before t
+  long low = oldest, high = newest_;  // search for the first place not before t
   while (low < high) {
     const long middle = low + (high - low) / 2;
     if (place(middle).t < t)
@@ -197,7 +200,7 @@ bool SectionPoints::touched(double t) {
   }
   const auto& p = place(low);
   const double rounding = 1e-12 * std::abs(t);
-  if (!p.struck && p.t - t <= rounding) {  // landed on
+  if (!p.struck && p.t - t <= rounding) {  // a step ended at t
     q_ = p.q;
     v_ = p.v;
     return true;
@@ -219,7 +222,7 @@ void SectionPoints::point(const Step& step, double t) {
   keep(step, t, std::nan(""));
 }
 
-/// The columns of the state in q_ and v_.
+/// Stores the columns of the state in q_ and v_.
 void SectionPoints::keep(const Step& step, double t, double approach) {
   if (t < discard_) return;
   if (t_.size() == most) {

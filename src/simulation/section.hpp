@@ -1,16 +1,17 @@
-// Poincaré sections of a run: the state at chosen instants,
+// Poincaré sections of a run: the state at selected instants,
 //
-//     every period      t_k = from + k T,   k = 1, 2, …                   (stroboscopic)
-//     a crossing        s(q(t)) = 0, s a coordinate or an angle between two bodies less a value, rising or falling
-//     each touch        the first instant of a contact, as the contact log has it
+//     period      t_k = from + k T,   k = 1, 2, …                   (stroboscopic)
+//     crossing    s(q(t)) = 0; s is a coordinate or relative angle minus a value, rising or falling
+//     touch       the onset of a contact, from the contact log
 //
-// at instants that lie within a step, by the method's own dense output: never at the nearest row. A crossing is the root of
-// s on it (Alefeld, Potra and Shi's algorithm 748, ACM Trans. Math. Softw. 21 (1995) 327); where the ends of a step lie on
-// one side and the rates say that s turned round between them, the turn is found first, so that a graze counts twice or
-// not at all. The coordinate is carried from step to step: one crossing is counted once, also where a projection moved it.
+// The state at an instant within a step is taken from the method's dense output. A crossing is the
+// root of s on it (Alefeld, Potra and Shi's algorithm 748, ACM Trans. Math. Softw. 21 (1995) 327).
+// If both ends of a step are on one side and the rates show that s has an extremum between them,
+// the extremum is located first, so that a grazing motion counts twice or not at all. s is carried
+// from step to step: a crossing is counted once, also if a projection moved the state across it.
 //
-// Sign convention: at an instant at which something is struck the state is the one before the impact. Angles cross a value
-// in every turn. Watching changes no digit of the run.
+// Convention: at the instant of an impact the state is the one before the impact. Angles cross a
+// value once in every turn. Observation changes no digit of the run.
 #pragma once
 
 #include <span>
@@ -20,46 +21,46 @@
 
 namespace freeplay {
 
-/// A place in the state: a coordinate, or the difference of two, or what a contact shows.
+/// One value of the state: a coordinate, a difference of two coordinates, or a value of a contact.
 struct StateColumn {
   enum class Kind {
     coordinate,  ///< q[first] − q[second] (m, rad)
     rate,        ///< v[first] − v[second]
-    ex,          ///< m, of the contact `first`: eccentricity, world axes
+    ex,          ///< m, eccentricity of the contact `first`, world axes
     ey,          ///< m
     gap,         ///< m
-    ex_c,  ///< ex over the clearance of a journal in its bearing, which is its gap and its eccentricity together
+    ex_c,        ///< ex over the clearance of a journal bearing, computed as gap + |e|
     ey_c,
     phase,    ///< share of the period, from 0 to 1
-    approach  ///< m/s, of the touch: rate at which the gap closes
+    approach  ///< m/s, rate at which the gap closes at the onset
   };
   Kind kind = Kind::coordinate;
   int first = -1, second = -1;  ///< −1: none
-  bool angle = false;           ///< rad: told within (−π, π]
-  /// The length of its circle, 0 for what lies on a line: 2π of an angle, 1 of a phase.
+  bool angle = false;           ///< rad, reported within (−π, π]
+  /// The period of a cyclic value: 2π for an angle, 1 for a phase; 0 if it is not cyclic.
   double circle() const;
 };
 
-/// Which instants.
+/// Selection of the instants.
 struct SectionRule {
   enum class Kind { period, crossing, touch };
   enum class Direction { upwards, downwards, either };
   Kind kind = Kind::period;
-  double period = 0;      ///< s, T; also the one that phases count by, 0: none
+  double period = 0;      ///< s, T, also the period of phases; 0: none
   double from = 0;        ///< s
-  StateColumn what = {};  ///< what crosses
+  StateColumn what = {};  ///< the crossing value s
   double value = 0;       ///< m or rad
   Direction direction = Direction::either;
-  std::vector<int> contacts = {};  ///< whose touches; empty: of all
+  std::vector<int> contacts = {};  ///< contacts whose onsets are used; empty: all
 };
 
-/// The section's points, a row of columns each; begin() of another run goes on behind what is there.
+/// The points of a section, one row of columns each. begin() of another run appends to them.
 class SectionPoints final : public Observer {
  public:
-  /// Further ones are counted and not kept: memory has an end.
+  /// Greatest number of stored points; further points are only counted.
   static constexpr std::size_t most = 1'000'000;
 
-  /// `discard`: s, before which no point is kept.
+  /// `discard` (s): earlier points are not stored.
   SectionPoints(SectionRule rule, std::vector<StateColumn> columns, double discard);
 
   std::size_t size() const { return t_.size(); }
@@ -67,7 +68,7 @@ class SectionPoints final : public Observer {
   std::span<const double> row(std::size_t i) const {
     return {rows_.data() + i * columns_.size(), columns_.size()};
   }
-  /// Touches whose state was not kept any more when they were settled; then a point is missing.
+  /// Number of missing points: onsets whose state was no longer stored when they became final.
   long lost() const { return lost_; }
   /// Points beyond `most`.
   long beyond() const { return beyond_; }
@@ -77,10 +78,10 @@ class SectionPoints final : public Observer {
   void event(const Event& event) override;
 
  private:
-  /// The end of a step, for touches that are settled later.
+  /// The state at the end of a step, for onsets that become final later.
   struct Place {
     double t = 0;
-    bool struck = false;  // the step has impacts within it
+    bool struck = false;  // whether the step has impacts within
     std::vector<double> q, v;
   };
   void each_period(const Step& step);
@@ -101,12 +102,12 @@ class SectionPoints final : public Observer {
   double discard_;
   bool wants_contacts_ = false;
   long index_ = 1;               // of the next period
-  double begin_ = 0, last_ = 0;  // s; of what crosses, at the last step's end
+  double begin_ = 0, last_ = 0;  // begin_: s; last_: value of s at the end of the last step
   std::vector<double> q_, v_;
   std::vector<ContactPlace> contacts_;
-  std::vector<Place> places_;  // a ring
+  std::vector<Place> places_;  // ring buffer
   long newest_ = -1;
-  std::vector<ContactEvent> touches_;  // not yet told
+  std::vector<ContactEvent> touches_;  // not yet processed
   long lost_ = 0, beyond_ = 0;
   std::vector<double> t_, rows_;
 };

@@ -49,7 +49,7 @@ void Sensors::step(const Step& step, const Sink& sink) {
 }
 
 void Sensors::read(const Step& step, Channel& channel, std::size_t index, const Sink& sink) {
-  // A sample that falls on the run's end but for rounding is taken there, and not lost behind it.
+  // A sample at the end of the run up to rounding is taken there, so that it is not lost.
   const double last = step.t1 == end_ ? end_ + channel.near() : step.t1;
   for (double t = channel.next_sample(); t <= last && !step.stopped(); t = channel.next_sample()) {
     t = std::min(t, step.t1);
@@ -58,7 +58,8 @@ void Sensors::read(const Step& step, Channel& channel, std::size_t index, const 
   }
 }
 
-/// f(from, to) over the step up to the instant of its impacts, `jump` there, and f over the rest.
+/// Calls f(from, to) over the step up to the instant of its impacts, then `jump`, then f over the
+/// remainder.
 template <class F, class Jump>
 void around(const Step& step, double struck, F f, Jump jump) {
   f(step.t0, struck);
@@ -68,9 +69,9 @@ void around(const Step& step, double struck, F f, Jump jump) {
 
 void Sensors::feed(const Step& step, Channel& channel, std::size_t index, const Sink& sink) {
   double v = channel.measure(step.v0.data());
-  // What an impact between two steps, or a projection, did to the velocity.
+  // Change of the velocity by an impact or projection between two steps.
   channel.jump(v - last_velocity_[index]);
-  // A step's own impacts stand in its velocities as a ramp, which is taken out.
+  // The step's own impacts appear in the interpolated velocities as a ramp, which is subtracted.
   const auto struck = step.struck();
   const double dv = struck.v.empty() ? 0 : channel.measure(struck.v.data());
   const double ramp = step.t1 > step.t0 ? dv / (step.t1 - step.t0) : 0;
@@ -101,7 +102,8 @@ double Sensors::measured(const Channel& channel, const Forces& forces) const {
   return sum;
 }
 
-/// The force as its mean over each piece; impulses before the step and within it as such.
+/// The force enters as its mean over each interval; impulses before and within the step as
+/// impulses.
 void Sensors::feed_force(const Step& step, Channel& channel, std::size_t index, const Sink& sink) {
   channel.jump(measured(channel, step.before()));
   const auto feed = [&](double from, double until) {

@@ -1,5 +1,5 @@
-// The scene's instruments on a run: what each would have shown, sample by sample. They are part of a simulation,
-// since their filters remember, and rest while nobody wants samples.
+// The instruments of a scene during a run: computes their samples. They belong to the simulation,
+// because their filters have a state. They are inactive if no observer requests samples.
 #pragma once
 
 #include <cmath>
@@ -16,13 +16,14 @@ class Sensors {
  public:
   using Sink = std::function<void(std::size_t channel, double t, double value)>;
 
-  /// `run`: stands for what runs, in the noise of its samples.
+  /// `run` identifies the run in the noise of the samples.
   Sensors(const std::vector<Instrument>& instruments, const Layout& layout, std::size_t coordinates,
           std::uint64_t run);
-  /// Whether any measures a force.
+  /// Whether any instrument measures a force.
   bool wants_forces() const { return any_force_; }
-  /// Before the first step of a run that wants samples. One that goes on where the last one ended continues
-  /// it; behind a rest filters start anew, and samples that nobody took are not made up for. `state`: where it begins; `end`: of the run (s).
+  /// Call it before the first step of a run with samples. If the run starts where the last one
+  /// ended, the signals continue. After a gap the filters start anew and the samples of the gap are
+  /// omitted. `state`: the start of the run; `end`: its end (s).
   void begin(const State& state, double end);
   void step(const Step& step, const Sink& sink);
 
@@ -39,10 +40,12 @@ class Sensors {
   double measured(const Channel& channel, const Forces& forces) const;
 
   std::vector<Channel> channels_;
-  std::vector<std::vector<int>> elements_;  // of each force channel, into Layout::forces
-  std::vector<double> last_velocity_;       // of each channel, at the end of the last step or where it began
-  double until_ = -INFINITY;                // s, end of the last step
-  double end_ = 0;                          // s, of the run
+  // Elements of each force channel, indices into Layout::forces.
+  std::vector<std::vector<int>> elements_;
+  // Of each channel, at the end of the last step or at the start.
+  std::vector<double> last_velocity_;
+  double until_ = -INFINITY;  // s, end of the last step
+  double end_ = 0;            // s, end of the run
   std::vector<double> q_, v_;
   Forces forces_;
   bool any_force_ = false;

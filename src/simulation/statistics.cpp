@@ -70,7 +70,7 @@ void LogHistogram::add(const LogHistogram& other) {
 void ContactStatistics::begin(const Layout& layout, const State&) {
   contacts_ = layout.contacts.size();
   const auto all = contacts_ + layout.families.size();
-  if (tallies_.size() == all) return;  // goes on
+  if (tallies_.size() == all) return;  // a continued run
   tallies_.assign(all, {});
   for (auto& tally : tallies_) tally.fast.reserve();
   since_.assign(all, std::nan(""));
@@ -80,7 +80,8 @@ void ContactStatistics::begin(const Layout& layout, const State&) {
 void ContactStatistics::count(const ContactEvent& e, std::vector<ContactTally>& tallies,
                               std::vector<double>& since, std::vector<double>& left) const {
   auto& tally = tallies[e.contact];
-  if (static_cast<std::size_t>(e.contact) >= contacts_) {  // of a family: how many and how hard, no times
+  // Of a family: number and strength of impacts, no durations.
+  if (static_cast<std::size_t>(e.contact) >= contacts_) {
     if (e.kind != EventKind::impact || e.t < discard_) return;
     tally.approach.add(-e.v_n_minus);
     tally.fast.add(-e.v_n_minus);
@@ -141,7 +142,8 @@ void ContactStatistics::into(Result& result) const {
     c.median_impulse = tally.impulse.quantile(0.5);
     c.greatest_impulse = tally.impulse.greatest();
     if (tally.flown > 0) c.impact_over_flight = tally.struck / tally.flown;
-    // Without a clearance the flights are the measure of what an impact may take: no longer one beyond that.
+    // Without a clearance, the flights limit the duration of an impact: beyond that it is not an
+    // impact.
     if (!c.has_clearance() && c.impact_over_flight > 0.5)
       result.notes.push_back(fmt::format(
           "DOUBTFUL: {}: its impacts take {:.2g} of the flights before them; the contact is too soft "

@@ -1,4 +1,6 @@
-// Statistics of contacts from their events: how long they flew, struck and lasted, how fast and how hard.
+// Statistics of contacts from their events: times of flight, impacts and lasting contact; approach
+// speeds and impulses. ContactStatistics is an observer; into() writes its values to the contacts
+// of a Result.
 #pragma once
 
 #include <array>
@@ -10,15 +12,15 @@
 
 namespace freeplay {
 
-/// Counts by decades of a positive quantity, 20 bins each; the memory does not grow.
+/// Histogram of a positive quantity with 20 bins per decade; its memory is constant.
 class LogHistogram {
  public:
   void add(double x);
   long total() const { return total_; }
   double greatest() const { return greatest_; }
-  /// The value below which a share p of all lie; 0 when empty.
+  /// The p-quantile; 0 if the histogram is empty.
   double quantile(double p) const;
-  /// Takes over what another has counted.
+  /// Adds the counts of another histogram.
   void add(const LogHistogram& other);
   template <class M>
   void remember(M& m) {
@@ -33,16 +35,16 @@ class LogHistogram {
   double greatest_ = 0;
 };
 
-/// The values among positive ones that are at least a tenth of the greatest; what is slower can never count again. Each is kept
-/// as it is while there are no more than `most`; beyond that neighbours are joined to their mean, two by two, so that memory is bound
-/// and a count is off by a few of `most`.
+/// Positive values of at least a tenth of the greatest one. Smaller values are dropped, because the
+/// greatest never decreases. Up to `most` values are stored exactly. Beyond that, neighbours are
+/// merged in pairs to their mean: memory is bounded, and a count may be wrong by a few of `most`.
 class FastOnes {
  public:
   static constexpr std::size_t most = 512;
-  /// Takes its room; without it the first value does.
+  /// Allocates the memory; otherwise the first value does.
   void reserve() { kept_.reserve(most); }
   void add(double x) { add(x, 1); }
-  /// How many were at least x, which is at least a tenth of the greatest.
+  /// The number of values of at least x, where x is at least a tenth of the greatest value.
   long at_least(double x) const;
   double greatest() const { return greatest_; }
   void add(const FastOnes& other);
@@ -67,16 +69,16 @@ class FastOnes {
   double greatest_ = 0;
 };
 
-/// Modes and impacts of one contact after the discarded start.
+/// Durations and impacts of one contact after the discarded start.
 struct ContactTally {
   double time = 0;          ///< s, observed
   double lasting_time = 0;  ///< s, in lasting contact
-  double impact_time = 0;   ///< s, within impacts
+  double impact_time = 0;   ///< s, in impacts
   LogHistogram approach;    ///< m/s, of impacts
-  FastOnes fast;            ///< m/s, the same from a tenth of the fastest on
+  FastOnes fast;            ///< m/s, approach speeds of at least a tenth of the fastest
   LogHistogram impulse;     ///< N s, of impacts
-  /// N s², impulse times duration and impulse times the flight before, of impacts that a flight between two
-  /// contacts led to
+  /// N s², sums of impulse times duration and of impulse times preceding flight, over impacts after
+  /// a flight between two contacts
   double struck = 0, flown = 0;
   template <class M>
   void remember(M& m) {
@@ -86,12 +88,12 @@ struct ContactTally {
 
 class ContactStatistics final : public Observer {
  public:
-  /// `discard`: s left out.
+  /// `discard` (s): excluded start.
   explicit ContactStatistics(double discard) : discard_(discard) {}
-  /// Of the last run that ended, contacts still open counted so far.
+  /// The tallies at the end of the last run; contacts that are still closed count up to the end.
   const std::vector<ContactTally>& tallies() const { return at_end_; }
 
-  /// Puts them into a result.
+  /// Writes the statistics into a result.
   void into(Result& result) const;
 
   Wants wants() const override { return {.steps = false}; }
@@ -106,9 +108,9 @@ class ContactStatistics final : public Observer {
              std::vector<double>& left) const;
 
   double discard_;
-  std::size_t contacts_ = 0;  // behind them families
+  std::size_t contacts_ = 0;  // indices from here on are families
   std::vector<ContactTally> tallies_, at_end_;
-  std::vector<double> since_;  // s, beginning of the lasting contact; NaN: none
+  std::vector<double> since_;  // s, onset of the present lasting contact; NaN: none
   std::vector<double> left_;   // s, end of the last contact; NaN: none yet
 };
 

@@ -46,7 +46,7 @@ void ForceRows::begin(const Layout& layout, const State& state, bool fresh) {
 }
 
 void ForceRows::step(const Step& step, RowSink& sink) {
-  if (!started_) {  // known once a first step has been made; the mean of no time is the value itself
+  if (!started_) {  // forces are known after the first step; the first row uses them as means
     started_ = true;
     step.forces(step.t0, now_);
     row(step.t0, now_, now_, 1, sink);

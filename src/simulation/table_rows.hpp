@@ -1,5 +1,5 @@
-// The rows of a run's tables, made once for those who write them to files and for those who keep them: the trajectory, and
-// the forces with their means since the row before, at multiples of the output step.
+// Rows of a run's tables, for writing to files and for storing in memory: the trajectory, and the
+// forces with their means since the previous row, at multiples of the output step.
 #pragma once
 
 #include <span>
@@ -11,7 +11,7 @@
 
 namespace freeplay {
 
-/// Takes rows as they are made; the numbers are valid while it is called.
+/// Receives rows as they are computed; the numbers are valid during the call only.
 class RowSink {
  public:
   virtual void row(std::span<const double> numbers) = 0;
@@ -23,7 +23,7 @@ class RowSink {
 /// Rows of trajectory_columns().
 class TrajectoryRows {
  public:
-  /// `fresh`: the start is a row; else a run goes on.
+  /// `fresh`: the start is the first row; otherwise a run is continued.
   void begin(const Layout& layout, const State& state, bool fresh, RowSink& sink);
   void step(const Step& step, RowSink& sink);
   template <class M>
@@ -55,7 +55,7 @@ class ForceRows {
   Grid grid_;
   double since_ = 0;  // s, of the last row
   Forces now_, sum_;
-  bool started_ = false;  // the first row is made
+  bool started_ = false;  // whether the first row was written
   std::vector<double> row_;
 };
 

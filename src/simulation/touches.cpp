@@ -3,7 +3,7 @@
 namespace freeplay {
 namespace {
 
-/// |a − b|/|b|; of a reference of nothing any difference is whole.
+/// |a − b|/|b|; 1 if b is 0 and a is not.
 double share(double a, double b) {
   const double size = b != 0 ? std::abs(b) : std::abs(a);
   return size > 0 ? std::abs(a - b) / size : 0;
@@ -24,7 +24,7 @@ void TouchComparison::add(const ContactEvent& found, const ContactEvent& referen
   before_ = reference.t;
   const double time = share(found.t - reference.t + since_, since_),
                speed = share(found.v_n_minus, reference.v_n_minus);
-  // What a lasting contact passes on depends on how long it lasts, not on how it began.
+  // The impulse of a lasting contact depends on its duration, so only impacts are compared.
   const bool impacts = found.kind == EventKind::impact && reference.kind == EventKind::impact;
   const double impulse = impacts ? share(found.impulse_n, reference.impulse_n) : 0;
   last_ = std::max({time, speed, impulse});
@@ -37,7 +37,7 @@ void TouchComparison::add(const ContactEvent& found, const ContactEvent& referen
 TouchDifference touch_difference(const std::vector<ContactEvent>& found,
                                  const std::vector<ContactEvent>& reference) {
   TouchComparison comparison;
-  std::vector<std::size_t> next;  // in `found`, of each contact
+  std::vector<std::size_t> next;  // index into `found`, for each contact
   for (const auto& b : reference) {
     next.resize(std::max(next.size(), static_cast<std::size_t>(b.contact) + 1));
     auto& i = next[b.contact];

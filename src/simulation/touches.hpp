@@ -1,4 +1,5 @@
-// How far apart two runs' touches are: the one measure that advice, trade-off and a run's own companion judge by.
+// Difference between the contact onsets of two runs. This is the common measure of `advice`, of the
+// trade-off study and of a run's companion at a shorter step.
 #pragma once
 
 #include <algorithm>
@@ -9,34 +10,35 @@
 
 namespace freeplay {
 
-/// Whether an event is a touch: an impact, or the beginning of a lasting contact. A contact that rests at the start
-/// has touched before: its "touch" within the first instants' uncertainty is none, and nothing is divided by it.
+/// Whether an event is an onset: an impact or the beginning of a lasting contact. A contact that is
+/// closed at the start is excluded (t within the uncertainty of the first instants), because
+/// differences are divided by the time.
 inline bool is_touch(const ContactEvent& e) {
   return e.kind != EventKind::separation && e.t > e.t_uncertainty;
 }
 
-/// Greatest relative differences over a list of touches.
+/// Greatest relative differences over a list of onsets.
 struct TouchDifference {
-  double time = 0;     ///< |Δt| over the time since the touch before, of any contact
-  double speed = 0;    ///< |Δv|/|v| of the approach speed
-  double impulse = 0;  ///< |ΔP|/|P| of the normal impulse, where both are impacts
-  long touches = 0;    ///< compared before the first that has no partner
+  double time = 0;     ///< |Δt| over the time since the previous onset of any contact
+  double speed = 0;    ///< |Δv|/|v| of approach speeds
+  double impulse = 0;  ///< |ΔP|/|P| of normal impulses, if both events are impacts
+  long touches = 0;    ///< number compared before the first one without a counterpart
   bool missing = false;
   double greatest() const { return missing ? INFINITY : std::max({time, speed, impulse}); }
 };
 
-/// One touch against another, `interval` (s) after the touch before: the greatest of the three; infinite where one is
-/// an impact and the other the beginning of lasting contact.
+/// Difference of one onset, `interval` (s) after the previous one: the greatest of the three;
+/// infinite if one event is an impact and the other the beginning of a lasting contact.
 double touch_off(const ContactEvent& found, const ContactEvent& reference, double interval);
 
-/// Compares touches one by one, in the order of the reference. Two contacts that strike at once may stand in either
-/// order: those within 1e-6 of their time share the interval before them.
+/// Compares onsets one by one, in the order of the reference. Simultaneous impacts of two contacts
+/// may be in either order: onsets within 1e-6 of their time share the preceding interval.
 class TouchComparison {
  public:
-  /// The same contact's touch in both runs.
+  /// Adds an onset of the same contact in both runs.
   void add(const ContactEvent& found, const ContactEvent& reference);
   const TouchDifference& so_far() const { return sum_; }
-  /// Of the last touch alone.
+  /// The difference of the last onset alone.
   double last() const { return last_; }
 
  private:
@@ -44,8 +46,8 @@ class TouchComparison {
   double before_ = 0, since_ = 0, last_ = 0;
 };
 
-/// The touches of `found` against those of `reference`, each contact's in their order; those that `found` has beyond
-/// do not count.
+/// Compares the onsets of `found` with those of `reference`, for each contact in their order.
+/// Additional onsets of `found` do not count.
 TouchDifference touch_difference(const std::vector<ContactEvent>& found,
                                  const std::vector<ContactEvent>& reference);
 

@@ -6,7 +6,7 @@
 
 namespace freeplay {
 
-/// Of step and end, and of their product.
+/// Rounding error of step, end and their product.
 double Grid::rounding() const { return 1e-9 * step_ + 4 * std::numeric_limits<double>::epsilon() * end_; }
 
 bool Grid::beyond(long index) const {
@@ -29,7 +29,7 @@ void Grid::begin(double t, double step, double end, double last) {
     next_ = INFINITY;
     return;
   }
-  // The first multiple after t, which division finds up to rounding.
+  // The first multiple after t; the division finds it up to rounding.
   index_ = std::max(0L, static_cast<long>(std::floor(t / step)) - 1);
   while (multiple(index_) <= t) ++index_;
   next_ = multiple(index_);
@@ -37,8 +37,8 @@ void Grid::begin(double t, double step, double end, double last) {
 
 void Trajectory::begin(const Layout& layout, const State& state) {
   const bool goes_on = n_ == state.q.size() && !t_.empty() && t_.back() <= state.t;
-  // By its index, for a row at the last end may be a multiple but for rounding, and is not due again; behind a time
-  // that it did not watch, by time.
+  // By index: a row at the last end may equal a multiple up to rounding and must not be repeated.
+  // After a time that was not observed: by time.
   if (goes_on && grid_.next() >= state.t) return grid_.go_on_to(layout.end);
   grid_.begin(state.t, step_ > 0 ? step_ : layout.output_step, layout.end, layout.duration);
   if (goes_on) return;

@@ -1,4 +1,4 @@
-// Observers that keep what they see in memory.
+// Observers that store trajectory, energies and events in memory.
 #pragma once
 
 #include <span>
@@ -8,18 +8,19 @@
 
 namespace freeplay {
 
-/// Multiples of a step in time, each once, by their index, and the end of the scene's run. A multiple that is a run's end
-/// but for rounding stands at the end exactly: 20000·(0.03/20000) is greater than 0.03.
+/// Multiples of a time step, each by its index, and the end of the scene's run. A multiple that
+/// equals the end of a run up to rounding is replaced by the end: 20000·(0.03/20000) is greater
+/// than 0.03.
 class Grid {
  public:
-  /// Begins behind t: a row at t itself is the caller's; step (s) ≤ 0: no rows. `end`: of the run, `last`: of the
-  /// scene's (s), which has a row also where it is no multiple.
+  /// Starts after t; the caller makes a row at t. `step` (s) ≤ 0: no rows. `end` is the end of the
+  /// run, `last` the end of the scene's run (s), which has a row even if it is no multiple.
   void begin(double t, double step, double end, double last);
-  /// Another run goes on to an end of its own.
+  /// Continues with another run and its end.
   void go_on_to(double end) {
     end_ = end;
     if (step_ <= 0) return;
-    if (beyond(index_ - 1)) --index_;  // its row stands at the scene's end
+    if (beyond(index_ - 1)) --index_;  // its row is at the end of the scene's run
     next_ = multiple(index_);
   }
   double next() const { return next_; }
@@ -31,14 +32,14 @@ class Grid {
 
  private:
   double rounding() const;
-  /// Whether a multiple is the first beyond the scene's end, which is no multiple.
+  /// Whether a multiple is the first one beyond the scene's end, which is not a multiple itself.
   bool beyond(long index) const;
   double multiple(long index) const;
   double step_ = 0, next_ = 0, end_ = 0, last_ = 0;
   long index_ = 0;
 };
 
-/// Rows of the state, at multiples of the scene's output step or of one's own.
+/// Rows of the state, at multiples of the scene's output step or of another step.
 class Trajectory final : public Observer {
  public:
   Trajectory() = default;
@@ -60,7 +61,8 @@ class Trajectory final : public Observer {
   std::vector<double> t_, q_, v_;
 };
 
-/// Rows of the energy ledger, at the first step's end from each multiple of the output step or of one's own.
+/// Rows of the energy ledger, at the end of the first step after each multiple of the output step
+/// or of another step.
 class Energies final : public Observer {
  public:
   Energies() = default;
@@ -79,7 +81,7 @@ class Energies final : public Observer {
   Grid grid_;
 };
 
-/// The events, up to a number.
+/// The first events, up to a number.
 class EventList final : public Observer {
  public:
   explicit EventList(std::size_t most) : most_(most) {}

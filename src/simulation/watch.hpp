@@ -1,5 +1,5 @@
-// What stands between the stepping loop and those who watch: passes events, steps and samples on, and knows when
-// to stop.
+// Connects the stepping loop with the observers: forwards events, steps and samples, and holds the
+// stop token.
 #pragma once
 
 #include <span>
@@ -17,12 +17,12 @@ class Watch {
   Watch(const Layout& layout, Sensors& sensors, std::vector<Observer*> observers, StopToken stop);
 
   bool stop() const { return stop_(); }
-  /// Anybody to show steps to.
+  /// Whether any observer or sensor needs the steps.
   bool any() const { return wants_.steps || wants_.samples; }
   bool wants_forces() const { return wants_.forces; }
 
   void begin(const State& state);
-  /// Settled events, in the order of time.
+  /// Forwards the final events in the order of time.
   void drain(ContactLog& log) {
     if (log.has_pending()) log.drain([this](const ContactEvent& e) { event(e); });
   }
@@ -34,11 +34,11 @@ class Watch {
 
   const Layout& layout_;
   Sensors& sensors_;
-  std::vector<Observer*> observers_, of_steps_;  // the latter want steps
+  std::vector<Observer*> observers_, of_steps_;  // of_steps_: those that want steps
   StopToken stop_;
   Wants wants_;
   Sensors::Sink sink_;
-  Event event_;  // the one being shown
+  Event event_;  // the event being forwarded
 };
 
 }  // namespace freeplay

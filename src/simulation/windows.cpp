@@ -22,7 +22,7 @@ Energies difference(const EnergyLedger& from, const EnergyLedger& to) {
           to.closure() - from.closure()};
 }
 
-/// What lies at a share of the way from one to the other.
+/// Linear interpolation between two ledgers.
 EnergyLedger between(const EnergyLedger& from, const EnergyLedger& to, double share) {
   EnergyLedger l = to;
   for (const auto term :
@@ -44,7 +44,7 @@ double standard_error(const std::vector<double>& x) {
 }  // namespace
 
 void WindowStatistics::begin(const Layout& layout, const State&) {
-  if (length_ > 0) return;  // goes on
+  if (length_ > 0) return;  // a continued run
   const double turn = layout.crank_speed != 0 ? 2 * std::numbers::pi / std::abs(layout.crank_speed) : 0;
   length_ = turn > 0 ? turn : std::max((end_ - discard_) / 16, 1e-300);
   batches_.assign(most, Batch(layout.contacts.size()));
@@ -57,7 +57,7 @@ void WindowStatistics::Part::add(const Part& other) {
   approach.add(other.approach);
 }
 
-/// Two batches become one of twice the length.
+/// Merges pairs of batches into batches of twice the length.
 void WindowStatistics::join() {
   for (std::size_t i = 0; i < most / 2; ++i)
     for (std::size_t k = 0; k < batches_[i].size(); ++k) {
@@ -79,7 +79,7 @@ void WindowStatistics::fit(double t) {
 void WindowStatistics::step(const Step& step) {
   fit(step.t1);
   const Mark now{step.t1, step.ledger()};
-  if (std::isnan(before_.t)) {  // nothing has been done, and only the sum of what is stored counts
+  if (std::isnan(before_.t)) {  // no work is done yet; only the sum of the stored energies matters
     before_.t = step.t0;
     before_.ledger.kinetic = before_.ledger.initial = now.ledger.initial;
   }
@@ -138,7 +138,8 @@ void WindowStatistics::end(const RunEnd& end) {
 void WindowStatistics::into(Result& r) const {
   Window w{.from = discard_, .to = r.t_end, .batch = length_, .batches = 0, .energy = {}, .error = {}};
   if (!(w.to > w.from) || marks_.empty()) return;
-  // A last batch that lacks a rounding error is whole; its end needs no mark, the run's own ledger is there.
+  // A last batch that is short by rounding counts as complete. Its end needs no mark: the run's
+  // final ledger is used.
   const double length = w.to - w.from;
   const auto n = std::min(static_cast<std::size_t>(length / length_ + 1e-6), marks_.size());
   w.energy = difference(marks_[0].ledger, r.ledger);
@@ -155,8 +156,8 @@ void WindowStatistics::into(Result& r) const {
   }
   r.window = w;
   if (w.batches == 0) return;
-  const double per =
-      r.revolutions > 0 ? r.revolutions / r.observed : 1;  // what impacts are counted over, in 1/s
+  // Rate of revolutions, or 1: impacts are counted over it, in 1/s.
+  const double per = r.revolutions > 0 ? r.revolutions / r.observed : 1;
   for (std::size_t k = 0; k < std::min(since_.size(), r.contacts.size()); ++k) {
     auto& c = r.contacts[k];
     std::vector<double> flight, impact, lasting, impacts;

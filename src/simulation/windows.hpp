@@ -1,11 +1,13 @@
-// Statistics with their error: the observed time cut into equal batches, whose scatter says how well the mean is known
-// (batch means: Law, Simulation Modeling and Analysis, ch. 9). A batch is one revolution, or a sixteenth of the
-// observed time where nothing turns at a prescribed speed; when there are more than the memory holds they are joined
-// two by two. With n whole batches of mean x_i
+// Statistics with standard errors by batch means (Law, Simulation Modeling and Analysis, ch. 9).
+// The observed time is divided into equal batches, whose scatter gives the error of the mean. A
+// batch is one revolution, or a sixteenth of the observed time if no drive prescribes a speed. If
+// there are more batches than can be stored, they are merged in pairs. With n complete batches of
+// mean x_i
 //
-//     standard error of the mean = √(Σ (x_i − x̄)²/(n (n − 1))),   given from n = 4 on.
+//     standard error of the mean = √(Σ (x_i − x̄)²/(n (n − 1))),   given for n ≥ 4.
 //
-// Batches are taken as independent: of motion that remembers longer than one of them the true error is greater.
+// Batches are assumed to be independent. If the motion is correlated over more than one batch, the
+// true error is greater.
 #pragma once
 
 #include <cmath>
@@ -17,13 +19,14 @@ namespace freeplay {
 
 class WindowStatistics final : public Observer {
  public:
-  static constexpr int fewest = 4;  ///< batches, for a standard error
-  static constexpr int most = 16;   ///< kept
+  static constexpr int fewest = 4;  ///< batches needed for a standard error
+  static constexpr int most = 16;   ///< batches stored
 
-  /// `discard`: s left out; `end`: s, of the whole run.
+  /// `discard` (s): excluded start; `end` (s): end of the whole run.
   WindowStatistics(double discard, double end) : discard_(discard), end_(end) {}
 
-  /// Window, energies in it and standard errors, beside the statistics that ContactStatistics puts there.
+  /// Writes the window, its energies and the standard errors; ContactStatistics writes the mean
+  /// values.
   void into(Result& result) const;
 
   void begin(const Layout& layout, const State& state) override;
@@ -34,7 +37,7 @@ class WindowStatistics final : public Observer {
   void load(MemoryReader& m) override { remember(m); }
 
  private:
-  /// What one contact did in a batch.
+  /// Contribution of one contact to a batch.
   struct Part {
     double lasting_time = 0, impact_time = 0;  // s
     FastOnes approach;                         // m/s, of impacts
@@ -45,7 +48,7 @@ class WindowStatistics final : public Observer {
     }
   };
   using Batch = std::vector<Part>;  // of each contact
-  /// The ledger at a batch's beginning, in proportion to time between the ends of the step that it lies in.
+  /// The ledger at the beginning of a batch, interpolated linearly in time within its step.
   struct Mark {
     double t = 0;
     EnergyLedger ledger;
@@ -62,14 +65,14 @@ class WindowStatistics final : public Observer {
   void join();
   void fit(double t);
   void count(const ContactEvent& e, std::vector<Batch>& batches, std::vector<double>& since);
-  /// Adds the part of [from, to] in each batch to its lasting or impact time.
+  /// Adds the part of [from, to] in each batch to the lasting or impact time of that batch.
   void spread(double from, double to, int contact, double Part::*time, std::vector<Batch>& batches);
 
   double discard_, end_, length_ = 0;
   std::vector<Batch> batches_, at_end_;
   std::vector<Mark> marks_;
-  Mark before_{NAN, {}};       // the last step's end
-  std::vector<double> since_;  // s, beginning of the lasting contact; NaN: none
+  Mark before_{NAN, {}};       // end of the last step
+  std::vector<double> since_;  // s, onset of the present lasting contact; NaN: none
 };
 
 }  // namespace freeplay

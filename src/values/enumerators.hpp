@@ -1,10 +1,11 @@
-// How many enumerators an enumeration has, told at compile time, so that a table beside it can be held to it:
+// Number of enumerators of an enumeration, at compile time, so that the size of a table can be
+// checked:
 //
 //     constexpr std::array<Facts, enumerators<Kind>()> table = …;
 //
-// A template on the value V names itself with the enumerator's name where V has one, and with a cast, (E)7, where it
-// has none; g++ and clang both do. The enumerators must be 0, 1, 2, … without holes, as they are when none is given
-// a value.
+// The function name of a template on the value V contains the enumerator's name if V has one, else
+// a cast such as (E)7; this is true of g++ and clang. The enumerators must be 0, 1, 2, … without
+// holes, as they are if none is given a value.
 #pragma once
 
 #include <cstddef>
@@ -19,13 +20,13 @@ concept ScopedEnum = std::is_enum_v<E> && !std::is_convertible_v<E, int>;
 
 namespace detail {
 
-/// The compiler's spelling of V, with the function's own name around it.
+/// The compiler's spelling of V, within the name of the function.
 template <auto V>
 constexpr std::string_view spelled() {
   return __PRETTY_FUNCTION__;
 }
 
-/// Whether V is an enumerator and not a number cast to its type: a cast ends in ")7".
+/// Whether V is an enumerator rather than a number cast to the type: a cast ends in ")7".
 template <auto V>
 constexpr bool is_enumerator() {
   const auto text = spelled<V>();
@@ -44,14 +45,14 @@ constexpr int count_from() {
 
 }  // namespace detail
 
-/// Number of enumerators of E, which count up from 0.
+/// Number of enumerators of E, counted from 0.
 template <ScopedEnum E>
 constexpr int enumerators() {
   return detail::count_from<E, 0>();
 }
 
-/// Calls f with std::integral_constant<E, V> for each enumerator V in order, and returns what the braces of R make
-/// of the results: `each_enumerator<Kind, std::array<Facts, n>>([](auto v) { return Facts{…}; })`.
+/// Calls f with std::integral_constant<E, V> for each enumerator V in order, and returns
+/// R{results...}: `each_enumerator<Kind, std::array<Facts, n>>([](auto v) { return Facts{…}; })`.
 template <ScopedEnum E, class R, class F>
 constexpr R each_enumerator(F f) {
   return [&]<std::size_t... I>(std::index_sequence<I...>) {

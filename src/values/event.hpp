@@ -1,4 +1,9 @@
-// Contact events: the lines of events.csv.
+// Contact events: the lines of events.csv. ContactLog makes them from contact onsets and
+// separations, and observers receive them.
+//
+//     impact        a contact shorter than the limit of the formulation, with its impulse
+//     contact       the beginning of a lasting contact
+//     separation    the end of a lasting contact, with its impulse and duration
 #pragma once
 
 #include <array>
@@ -11,16 +16,17 @@ const char* name_of(EventKind kind);
 
 /// An event of the contact with this index.
 struct ContactEvent {
-  double t = 0;  ///< s, of first touch; for a separation of the loss
+  double t = 0;  ///< s, of contact onset; for a separation, of its instant
   int contact = 0;
   EventKind kind = EventKind::impact;
   double crank_angle = 0;               ///< rad, at t
   double v_n_minus = 0, v_n_plus = 0;   ///< m/s, rate of the gap before and after
-  double v_t_minus = 0, v_t_plus = 0;   ///< m/s, sliding
+  double v_t_minus = 0, v_t_plus = 0;   ///< m/s, sliding rate before and after
   double impulse_n = 0, impulse_t = 0;  ///< N s
-  double duration = 0;                  ///< s
+  double duration = 0;                  ///< s, of the contact
   double t_uncertainty = 0;             ///< s
-  std::array<int, 2> bodies{-1, -1};    ///< of a pair of a family, whose index `contact` is
+  /// Bodies of a pair of a family, whose index is then `contact`; else −1.
+  std::array<int, 2> bodies{-1, -1};
 
   template <class M>
   void remember(M& m) {
@@ -29,7 +35,7 @@ struct ContactEvent {
   }
 };
 
-/// The same with the name that the scene gives the contact: its joint's, or the contact's own.
+/// A ContactEvent with the name of the contact in the scene: that of its joint, or its own.
 struct Event : ContactEvent {
   std::string joint;
 

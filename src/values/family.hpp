@@ -1,4 +1,5 @@
-// The families of formulations, and what each is called on the command line, in scenes and in result files.
+// The families of formulations, with their names on the command line, in scenes and in result
+// files.
 #pragma once
 
 #include <array>
@@ -21,14 +22,14 @@ inline constexpr std::array families{FamilyName{Family::penalty, "penalty"},
 constexpr const char* name_of(Family family) {
   for (const auto& f : families)
     if (f.value == family) return f.text;
-  return nullptr;  // families has every one
+  return nullptr;  // unreachable: the table is complete
 }
 constexpr std::optional<Family> family_named(std::string_view text) {
   for (const auto& f : families)
     if (f.text == text) return f.value;
   return std::nullopt;
 }
-/// All names, in the order of the table.
+/// All names in the order of the table.
 inline std::vector<std::string> family_names() {
   std::vector<std::string> list;
   for (const auto& f : families) list.emplace_back(f.text);

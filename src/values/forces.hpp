@@ -1,12 +1,15 @@
-// Forces that come out: of every ideal joint, contact, drive and load, and the accelerations of every body.
+// Resulting forces: of every ideal joint, contact, drive and load, and the accelerations of every
+// body.
 //
-// An element acts on two bodies. Its force and moment are those on the second; in the plane, with c the centre
-// of mass of a body (the world's origin for the ground), P the element's point on the second body:
+// An element acts on two bodies. Its force F and moment m are those on the second body. In the
+// plane, with c the centre of mass of a body (the world's origin for the ground) and P the
+// element's point on the second body:
 //
-//     m_second = m + (P − c_second) × F,     m_first likewise of what acts on the first.
+//     m_second = m + (P − c_second) × F,     m_first likewise for the action on the first body.
 //
-// Newton and Euler: m_b a_b = m_b g + Σ ±F,  J_b α_b = Σ m_first or m_second, over the elements of a body. The
-// same table holds impulses (N s, N m s, J), where accelerations are changes of velocity.
+// Newton and Euler: m_b a_b = m_b g + Σ ±F,  J_b α_b = Σ m_first or m_second, over the elements of
+// a body. The same structures store impulses (N s, N m s, J); accelerations are then changes of
+// velocity.
 #pragma once
 
 #include <array>
@@ -17,25 +20,27 @@
 namespace freeplay {
 
 struct ForceElement {
-  /// drive: a torque, push: a drive's force along a translational joint; force and torque: loads
+  /// drive: torque of a drive; push: force of a drive along a translational joint; force and
+  /// torque: loads
   enum class Kind { joint, contact, drive, push, force, torque };
   std::string name;
   Kind kind = Kind::joint;
   std::array<int, 2> bodies{-1, -1};  ///< first and second; −1: ground
-  int joint = -1;                     ///< index of the joint that it belongs to, −1: none
-  /// False where constraint rows depend on each other: mechanics then fixes only the sum of such reactions,
-  /// and those given are the ones of least norm.
+  int joint = -1;                     ///< index of its joint; −1: none
+  /// False if constraint rows are dependent. Mechanics then determines only the sum of such
+  /// reactions, and the reported ones have the least norm.
   bool determined = true;
 };
 
 struct ElementForce {
-  double fx = 0, fy = 0;             ///< N, on the second body, world
-  double m = 0;                      ///< N m, on the second body about its point
-  double m_first = 0, m_second = 0;  ///< N m, on either body about its centre of mass
-  double fn = 0, ft = 0;             ///< N, contacts: normal (≥ 0 pushes apart) and along the sliding rate
-  double power = 0;                  ///< W, drives and loads: what it puts into the mechanism
+  double fx = 0, fy = 0;  ///< N, on the second body, world
+  double m = 0;           ///< N m, on the second body, about the element's point
+  /// N m, on the first and second body, about its centre of mass
+  double m_first = 0, m_second = 0;
+  double fn = 0, ft = 0;  ///< N, contacts: normal (≥ 0: repulsion) and along the sliding rate
+  double power = 0;       ///< W, power of drives and loads into the mechanism
 
-  /// Adds weight times another.
+  /// Adds `weight` times f.
   void add(double weight, const ElementForce& f) {
     fx += weight * f.fx;
     fy += weight * f.fy;
@@ -60,7 +65,7 @@ struct Forces {
     for (auto& f : elements) f = {};
     for (auto& a : acceleration) a = 0;
   }
-  /// Adds weight times another, whose shape an empty one takes.
+  /// Adds `weight` times `other`; an empty object takes its size.
   void add(double weight, const Forces& other) {
     elements.resize(other.elements.size());
     acceleration.resize(other.acceleration.size());
@@ -73,9 +78,10 @@ struct Forces {
   }
 };
 
-/// What the impacts within a time step did to the velocities, all at once at t; no other step has any within it.
+/// Change of the velocities by the impacts within a time step, all at time t. Other steps have no
+/// impacts within.
 struct Struck {
-  double t = 0;               ///< s; of a step without impacts within it its end
+  double t = 0;               ///< s; the end of the step if it has no impacts
   std::span<const double> v;  ///< m/s, rad/s: change of the velocities; empty: none
 };
 

@@ -1,4 +1,6 @@
-// What a run says of itself in numbers: energies, work done, how well constraints and walls were kept.
+// Numbers that a run reports on itself: the energy balance, counts of work, the greatest errors of
+// constraints and contacts, and how the run ended. A formulation fills them; Result and run.json
+// contain them.
 #pragma once
 
 #include <cmath>
@@ -7,30 +9,33 @@
 
 namespace freeplay {
 
-/// Energies (J) since the start. With T, V, E the kinetic, potential and elastic energy the balance is, up to
-/// `closure()`,
+/// Energies (J) since the start. With the kinetic, potential and elastic energy T, V, E the balance
+/// is, up to `closure()`,
 ///
-///     (T + V + E) − (T₀ + V₀ + E₀) = drive + load + stabilisation − contact − friction − damping − film.
+///     (T + V + E) − (T₀ + V₀ + E₀) =
+///         drive + load + stabilisation − contact − friction − damping − film.
 struct EnergyLedger {
-  double kinetic = 0, potential = 0, elastic = 0;  ///< now
+  double kinetic = 0, potential = 0, elastic = 0;  ///< at the present state
   double initial = 0;                              ///< kinetic + potential + elastic at the start
   double drive = 0;                                ///< work of the drives
   double load = 0;                                 ///< work of constant forces and torques
   double damping = 0;                              ///< dissipated in dampers, ≥ 0
-  double contact = 0;                              ///< dissipated in the normal direction of contacts
-  double friction = 0;  ///< dissipated by friction, in contacts and preloaded joints
-  double film = 0;      ///< dissipated in lubricant films
-  /// Greatest kinetic energy, or work of the drives or of the loads, at the end of any step so far: what the balance of
-  /// a motion that ends near rest is judged by. No term of the balance.
+  /// Dissipated in the normal direction of contacts.
+  double contact = 0;
+  /// Dissipated by friction, in contacts and joints.
+  double friction = 0;
+  double film = 0;  ///< dissipated in lubricant films
+  /// Greatest kinetic energy, work of the drives or work of the loads at the end of any step so
+  /// far: the scale of the balance for a motion that ends near rest. Not a term of the balance.
   double passed = 0;
-  /// Work of constraint forces along constraint errors, and of moving positions back.
+  /// Work of constraint forces along constraint errors, and of projections of the positions.
   double stabilisation = 0;
-  /// What the balance leaves unexplained: the integration error of the energies themselves.
+  /// Residual of the balance: the integration error of the energies.
   double closure() const {
     return kinetic + potential + elastic - initial - drive - load - stabilisation + contact + friction +
            damping + film;
   }
-  /// The largest of the balance's terms, to judge the closure by.
+  /// The greatest term of the balance, the scale of closure().
   double scale() const;
 
   template <class M>
@@ -39,19 +44,20 @@ struct EnergyLedger {
   }
 };
 
-/// Counts that do not depend on the machine.
+/// Counts of work, independent of the machine.
 struct Work {
-  long steps = 0;           ///< accepted
-  long rejected = 0;        ///< adaptive steps refused
-  long rhs = 0;             ///< right-hand sides, or evaluations of the system in time stepping
+  long steps = 0;     ///< accepted
+  long rejected = 0;  ///< rejected adaptive steps
+  /// Evaluations of the right-hand side, or of the system in time stepping.
+  long rhs = 0;
   long jacobians = 0;       ///< of the right-hand side (implicit integrators)
   long factorisations = 0;  ///< saddle-point
-  long lcp_solves = 0;      ///< complementarity problems with at least one unknown
-  long lcp_retries = 0;     ///< solvers of them that failed before another did not
-  long pivots = 0;          ///< of Lemke; cases, sweeps or Newton steps of the other solvers
+  long lcp_solves = 0;      ///< solved complementarity problems with at least one unknown
+  long lcp_retries = 0;     ///< solvers that failed before another succeeded
+  long pivots = 0;          ///< Lemke's pivots; cases, sweeps or Newton steps of the other solvers
   long events = 0;          ///< located contact events
-  long handovers = 0;       ///< to time stepping, by the automatic scheme
-  double stepped = 0;       ///< s, of the time, that it took over for
+  long handovers = 0;       ///< switches of the automatic scheme to time stepping
+  double stepped = 0;       ///< s, simulated time during these switches
 
   template <class M>
   void remember(M& m) {
@@ -60,28 +66,31 @@ struct Work {
   }
 };
 
-/// How well the run kept its constraints and its walls.
+/// Greatest errors of constraints and contacts during the run.
 struct Extremes {
   double constraint_length = 0;  ///< m, greatest |Φ| of rows in m
   double constraint_angle = 0;   ///< rad
   double lcp_residual = 0;       ///< greatest relative residual of a complementarity solve
   double lcp_residual_rate = 0;  ///< m/s (m/s² in accelerations), the same before division
-  double friction_residual = 0;  ///< greatest of friction bounded by reactions, over its bound
-  /// Steps of the shortest flight that ended in one of the run's fastest impacts (time stepping)
+  /// Greatest residual of friction bounded by reactions, relative to its bound.
+  double friction_residual = 0;
+  /// Steps of the shortest flight before one of the fastest impacts (time stepping)
   double shortest_flight = INFINITY;
-  long ambiguous = 0;               ///< complementarity solves that may have had other solutions (Painlevé)
-  long gains = 0;                   ///< impacts that raised the energy by more than rounding
-  double greatest_gain = 0;         ///< J, of one of them
-  double greatest_kinetic = 0;      ///< J, before an impact: what the rounding of gains is judged by
-  std::vector<double> penetration;  ///< m, of each contact
+  /// Complementarity problems that may have several solutions (Painlevé).
+  long ambiguous = 0;
+  long gains = 0;                   ///< impacts that increased the energy beyond rounding
+  double greatest_gain = 0;         ///< J, greatest of these increases
+  double greatest_kinetic = 0;      ///< J, before an impact: the scale of rounding for `gains`
+  std::vector<double> penetration;  ///< m, greatest of each contact
 
   template <class M>
   void remember(M& m) {
     m(constraint_length, constraint_angle, lcp_residual, lcp_residual_rate, friction_residual,
       shortest_flight, ambiguous, gains, greatest_gain, greatest_kinetic, penetration);
   }
-  /// Counts an impact that raised the energy by `gain` (J) if that is more than `share` of the greatest kinetic
-  /// energy that impacts have found so far: after a mechanism has come to rest, rounding is no gain.
+  /// Counts an impact that increased the energy by `gain` (J), if that exceeds `share` of the
+  /// greatest kinetic energy before any impact so far. After the mechanism has come to rest,
+  /// rounding is therefore not counted.
   void count_gain(double gain, double kinetic, double share) {
     if (kinetic > greatest_kinetic) greatest_kinetic = kinetic;
     if (!(gain > share * greatest_kinetic)) return;
@@ -90,7 +99,7 @@ struct Extremes {
   }
 };
 
-/// What a formulation makes of one contact.
+/// Parameters of one contact in a formulation.
 struct ContactModel {
   double restitution_asked = 0;
   double restitution_delivered = 0;
@@ -103,7 +112,7 @@ struct ContactModel {
 struct Ending {
   enum class Status { finished, interrupted, failed };
   Status status = Status::finished;
-  std::string reason;  ///< for a failure: what happened and what may help
+  std::string reason;  ///< for a failure: its cause and possible remedies
 };
 
 }  // namespace freeplay

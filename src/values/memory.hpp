@@ -1,9 +1,10 @@
-// What a run remembers, as a flat list of bytes. Every class whose future depends on its past has one function
+// Serialisation of the state of a run into a flat list of bytes. Every class with state has one
+// function
 //
 //     template <class M> void remember(M& m) { m(t_, x_, ...); }
 //
-// which the writer and the reader both go through, so that what is written and what is read cannot part. The
-// bytes are those of the machine: a snapshot belongs to the kind of machine that made it.
+// which both the writer and the reader call, so that the two formats cannot differ. The bytes are
+// in the machine's representation: a snapshot is valid only on the kind of machine that made it.
 #pragma once
 
 #include <array>
@@ -20,12 +21,12 @@
 
 namespace freeplay {
 
-/// The bytes are not what the reader expects: cut short, or of something else. what() says which.
+/// The bytes are truncated or belong to other data; what() says which.
 struct MemoryError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Appends what it is shown to `bytes`.
+/// Appends its arguments to `bytes`.
 class MemoryWriter {
  public:
   static constexpr bool reading = false;
@@ -34,7 +35,7 @@ class MemoryWriter {
   void operator()(T&... values) {
     (put(values), ...);
   }
-  /// Marks the beginning of a part, by which a reader knows that it is where it should be.
+  /// Marks the beginning of a named part; the reader checks the name.
   void part(std::string_view name) {
     std::string text(name);
     put(text);
@@ -50,7 +51,7 @@ class MemoryWriter {
   std::vector<std::byte>& bytes_;
 };
 
-/// Fills what it is shown from `bytes`; throws MemoryError where they do not fit.
+/// Fills its arguments from `bytes`; throws MemoryError if they do not match.
 class MemoryReader {
  public:
   static constexpr bool reading = true;
@@ -94,7 +95,7 @@ struct IsOptional : std::false_type {};
 template <class T>
 struct IsOptional<std::optional<T>> : std::true_type {};
 
-/// Scalars byte by byte, containers by their length and elements, classes by their remember().
+/// Scalars byte by byte, containers by length and elements, classes by their remember().
 template <class M, class T>
 void through(M& m, T& value) {
   if constexpr (std::is_same_v<T, bool>) {
@@ -118,7 +119,8 @@ void through(M& m, T& value) {
     std::uint64_t size = value.size();
     m(size);
     if constexpr (M::reading) {
-      if (size > m.left()) throw MemoryError("the snapshot is cut short");  // every element has a byte
+      // Every element has at least one byte.
+      if (size > m.left()) throw MemoryError("the snapshot is cut short");
       value.resize(size);
     }
     if constexpr ((std::is_arithmetic_v<typename T::value_type> &&

@@ -1,4 +1,5 @@
-// What one run amounts to, in the same shape from either formulation.
+// Result of one run, with the same structure for both formulations. Simulation::run() returns it,
+// and run.json is written from it. Statistics are present only if their observers took part.
 #pragma once
 
 #include <algorithm>
@@ -14,30 +15,34 @@
 
 namespace freeplay {
 
-/// One contact. Its statistics, after the discarded start, are those of a ContactStatistics that watched; else 0.
+/// One contact. Statistics cover the time after the discarded start and need a ContactStatistics
+/// observer; otherwise they are 0.
 struct ContactSummary {
   std::string name;
   ContactModel model;
-  double flight_fraction = 0, impact_fraction = 0, lasting_fraction = 0;  ///< of the time
-  long impacts = 0;                                                       ///< all
-  long counted_impacts = 0;           ///< with an approach speed of at least a tenth of the fastest
-  double impacts_per_revolution = 0;  ///< counted ones; per second when nothing turns at a prescribed speed
-  double fastest_approach = 0;        ///< m/s
-  double median_approach = 0;         ///< m/s, of all impacts
+  double flight_fraction = 0, impact_fraction = 0, lasting_fraction = 0;  ///< share of the time
+  long impacts = 0;                                                       ///< all impacts
+  long counted_impacts = 0;  ///< impacts with an approach speed of at least a tenth of the fastest
+  /// Counted impacts; per second if no drive prescribes a speed.
+  double impacts_per_revolution = 0;
+  double fastest_approach = 0;                      ///< m/s
+  double median_approach = 0;                       ///< m/s, of all impacts
   double median_impulse = 0, greatest_impulse = 0;  ///< N s
   double penetration = 0;                           ///< m, greatest
-  /// Of the clearance; without one of the radius of curvature, of a point of the longest arm.
+  /// Penetration over `measure`: the clearance; without it, the radius of curvature; for a point,
+  /// the longest arm.
   double penetration_ratio = 0;
-  std::string measure = "clearance";  ///< which of these: "clearance", "radius" or "arm"
+  std::string measure = "clearance";  ///< "clearance", "radius" or "arm"
   bool has_clearance() const { return measure == "clearance"; }
-  /// Duration of impacts over that of the flight before each, both weighted by the impulse; 0 under an impact
-  /// law, or when no flight between two contacts was seen.
+  /// Duration of impacts over that of the flight before each, both weighted by the impulse. 0 with
+  /// an impact law, or if no flight between two contacts was observed.
   double impact_over_flight = 0;
-  /// Standard errors of the four, from batches (Result::window); NaN where there are too few.
+  /// Standard errors of the three fractions and of impacts_per_revolution, from batches
+  /// (Result::window); NaN if there are too few batches.
   double flight_error = NAN, impact_error = NAN, lasting_error = NAN, impacts_error = NAN;
 };
 
-/// Energies of a Window as result files name them, in the order of Window::Term.
+/// Names of a Window's energies in result files, in the order of Window::Term.
 inline constexpr std::array energy_terms{"work_of_drives",
                                          "work_of_loads",
                                          "dissipated_in_dampers",
@@ -48,53 +53,57 @@ inline constexpr std::array energy_terms{"work_of_drives",
                                          "stored",
                                          "closure"};
 
-/// The time that statistics are over, and the energies of that time alone.
+/// The time interval of the statistics and the energies of this interval.
 struct Window {
-  /// What `energy` and `error` hold.
+  /// Indices of `energy` and `error`.
   enum Term { drives, loads, dampers, contacts, friction, films, stabilisation, stored, closure };
-  double from = 0, to = 0;  ///< s
-  double batch = 0;         ///< s, length of the batches that standard errors come from
-  int batches = 0;          ///< whole ones; 0: too few for an error
+  double from = 0, to = 0;                         ///< s
+  double batch = 0;                                ///< s, length of the batches for standard errors
+  int batches = 0;                                 ///< complete ones; 0: too few for an error
   std::array<double, energy_terms.size()> energy;  ///< J, in the window
   std::array<double, energy_terms.size()> error;   ///< J, standard errors
 };
 
-/// How far the first touches of a time-stepped run may be off, from a companion at a shorter step.
+/// Estimated errors of the first contact onsets of a time-stepped run, from a companion run with a
+/// shorter step.
 struct TouchDoubt {
-  int touches = 0;            ///< judged
-  double until = 0;           ///< s, of the last of them
+  int touches = 0;            ///< number of onsets compared
+  double until = 0;           ///< s, time of the last one
   double step = 0;            ///< s, of the run
   double companion_step = 0;  ///< s
-  double factor = 0;          ///< from the companion's difference to what is said
-  double time = 0;            ///< said of times, over the time since the touch before
-  double speed = 0;           ///< said of approach speeds, relative
-  double impulse = 0;         ///< said of normal impulses, relative
-  bool missing = false;       ///< the companion's touches are others
+  double factor = 0;          ///< ratio of the estimate to the difference of the two runs
+  double time = 0;            ///< estimate for times, relative to the time since the previous onset
+  double speed = 0;           ///< estimate for approach speeds, relative
+  double impulse = 0;         ///< estimate for normal impulses, relative
+  bool missing = false;       ///< the companion run has other contact onsets
   double greatest() const { return missing ? INFINITY : std::max({time, speed, impulse}); }
 };
 
 struct Result {
   std::string formulation;
   Ending ending;
-  double t_end = 0;     ///< s, reached
-  double observed = 0;  ///< s, of them after the discarded start
+  double t_end = 0;     ///< s, time reached
+  double observed = 0;  ///< s, after the discarded start
   State final_state;
-  double revolutions = 0;  ///< counted in the statistics; 0 without a drive of prescribed speed
+  double revolutions = 0;  ///< in the statistics; 0 without a drive of prescribed speed
   EnergyLedger ledger;
   Work work;
   Extremes extremes;
   std::vector<ContactSummary> contacts;
-  std::vector<std::string> notes;  ///< what a user must read
-  std::string assumed;             ///< of the start, where the scene leaves it open; else empty
-  std::vector<Event> events;  ///< in the order of time, the first of them when there are more than are kept
+  std::vector<std::string> notes;  ///< messages for the user
+  /// Assumption about the start if the scene leaves it open, else empty.
+  std::string assumed;
+  /// Events in the order of time; only the first ones if there are more than are kept.
+  std::vector<Event> events;
   long events_seen = 0;
-  /// The list is cut: what follows its last event is not known from it.
+  /// Whether the list is truncated: events after its last one are then missing.
   bool events_cut() const { return events_seen > static_cast<long>(events.size()); }
-  /// Ideal joints and drives whose reactions mechanics does not determine; found when forces were watched.
+  /// Ideal joints and drives whose reactions mechanics does not determine; found if forces were
+  /// observed.
   std::vector<std::string> undetermined;
-  std::optional<Window> window;              ///< where a WindowStatistics watched
-  std::optional<TouchDoubt> first_touches;   ///< where a companion was asked for
-  double wall_seconds = 0, cpu_seconds = 0;  ///< CPU time is that of the run's thread
+  std::optional<Window> window;              ///< with a WindowStatistics observer
+  std::optional<TouchDoubt> first_touches;   ///< if a companion run was requested
+  double wall_seconds = 0, cpu_seconds = 0;  ///< CPU time of the run's thread
   long peak_memory_kib = 0;                  ///< of the whole process so far
 };
 

@@ -1,5 +1,6 @@
-// All that the future of a run depends on, as a value: taken from a simulation between two steps, given to another
-// of the same scene, formulation and program, which goes on from it bit for bit.
+// Snapshot of a simulation: the complete state that its further run depends on, as a value. It is
+// taken between two steps. Another simulation of the same scene, formulation and program can
+// restore it and continues bit for bit.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +11,8 @@
 
 namespace freeplay {
 
-/// A snapshot that cannot be read, or that belongs to something else; what() says to what.
+/// A snapshot that cannot be read or that belongs to another scene, formulation or program; what()
+/// says to which.
 struct SnapshotError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -18,7 +20,7 @@ struct SnapshotError : std::runtime_error {
 class Snapshot {
  public:
   double t = 0;  ///< s
-  /// @name Parts of the identity of the simulation that it was taken from; see identity.hpp
+  /// @name Parts of the identity of its simulation; see identity.hpp
   ///@{
   std::string program;
   std::string formulation;
@@ -26,15 +28,15 @@ class Snapshot {
   ///@}
   std::vector<std::byte> memory;
 
-  /// Throws SnapshotError when another program made it, which could not go on bit for bit: other sources, another
-  /// compiler, other flags or another kind of processor. The commit does not count.
+  /// Throws SnapshotError if the snapshot is from a program that would not continue bit for bit:
+  /// with other sources, compiler, flags or kind of processor. The commit does not count.
   void require_program() const;
-  /// Identity::program of this one.
+  /// Identity::program of this program.
   static std::string this_program();
 
-  /// Writes it whole or not at all, with its version and a checksum. Throws SnapshotError.
+  /// Writes the file completely or not at all, with version and checksum. Throws SnapshotError.
   void write(const std::filesystem::path& file) const;
-  /// Throws SnapshotError for what is no snapshot, is damaged, or has another version.
+  /// Throws SnapshotError if the file is no snapshot, is damaged or has another version.
   static Snapshot read(const std::filesystem::path& file);
 };
 

@@ -1,4 +1,5 @@
-// How a run is asked to stop: a flag that the caller owns and may set from another thread or a signal handler.
+// Request to stop a run: a flag that the caller owns and may set from another thread or a signal
+// handler.
 #pragma once
 
 #include <atomic>
@@ -8,10 +9,11 @@ namespace freeplay {
 
 class StopToken {
  public:
-  StopToken() = default;  ///< never asks
+  StopToken() = default;  ///< never requests a stop
   explicit StopToken(const std::atomic<bool>& requested) : requested_(&requested) {}
-  explicit StopToken(const std::atomic<bool>&&) = delete;  // a flag that would be gone
-  /// `heard` is set when somebody was told to stop, who will then end in order.
+  explicit StopToken(const std::atomic<bool>&&) = delete;  // the flag would not outlive the token
+  /// `heard` is set once the token has reported the request; the code that polls it then ends in
+  /// order.
   StopToken(const std::atomic<bool>& requested, std::atomic<bool>& heard)
       : requested_(&requested), heard_(&heard) {}
   bool operator()() const {
@@ -25,7 +27,7 @@ class StopToken {
   std::atomic<bool>* heard_ = nullptr;
 };
 
-/// What was asked to stop before it had anything to give: an assembly, a child process.
+/// Thrown by an operation that was stopped before it had a result: an assembly, a child process.
 struct Interrupted : std::runtime_error {
   Interrupted() : std::runtime_error("interrupted") {}
 };

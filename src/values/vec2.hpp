@@ -1,5 +1,5 @@
-// A vector of the plane: of facts and results (what a user of the library sees of geometry), and of the
-// evaluation of a System, where T may carry derivatives.
+// A vector of the plane, for facts and results and for the evaluation of a System, where T may
+// carry derivatives.
 #pragma once
 
 #include <cmath>
@@ -21,7 +21,7 @@ class Vec2Of {
     return sqrt(squared_norm());
   }
   constexpr bool is_zero() const { return x_ == 0 && y_ == 0; }
-  /// The same direction with length 1, also where squares would overflow or vanish.
+  /// The unit vector; valid also if squares would overflow or vanish.
   Vec2Of direction() const {
     const T greatest = std::fmax(std::abs(x_), std::abs(y_));
     const Vec2Of scaled{x_ / greatest, y_ / greatest};
@@ -47,7 +47,7 @@ class Vec2Of {
   friend constexpr Vec2Of operator/(const Vec2Of& a, const T& s) { return {a.x_ / s, a.y_ / s}; }
   friend bool operator==(const Vec2Of&, const Vec2Of&) = default;
 
-  /// Turned by +90°.
+  /// Rotated by +90°.
   friend constexpr Vec2Of perp(const Vec2Of& r) { return {-r.y_, r.x_}; }
   friend constexpr T dot(const Vec2Of& a, const Vec2Of& b) { return a.x_ * b.x_ + a.y_ * b.y_; }
   friend constexpr T cross(const Vec2Of& a, const Vec2Of& b) { return a.x_ * b.y_ - a.y_ * b.x_; }

@@ -30,7 +30,7 @@ State given_state(const Mechanism& m) {
   return s;
 }
 
-/// Newton steps of least mass-weighted length onto Φ = 0, down to rounding.
+/// Newton steps of least mass-weighted length onto Φ = 0, to rounding accuracy.
 void close_exactly(const System& system, std::vector<double>& q, bool redundant) {
   auto e = system.make_evaluation();
   SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic, {redundant});
@@ -44,10 +44,12 @@ void close_exactly(const System& system, std::vector<double>& q, bool redundant)
   }
 }
 
-/// Newton's method for the pose nearest to `rough`: dq = M⁻¹(−Gᵀλ) + (rough − q) onto Φ + G dq = 0, whose limit has
-/// M(q − rough) + Gᵀλ = 0 and Φ = 0. What it leaves out, the curvature of Φ times λ, is small near closure: each step must be
-/// half the last and the first shorter than a tenth of `length` and of a radian, or it gives up and leaves q as it was, for
-/// from farther away another branch may be nearer. True with a pose that is closed to `accepted`.
+/// Newton's method for the pose nearest to `rough`: dq = M⁻¹(−Gᵀλ) + (rough − q) onto Φ + G dq = 0.
+/// Its limit has M(q − rough) + Gᵀλ = 0 and Φ = 0. The neglected term, the curvature of Φ times λ,
+/// is small near closure. Each step must be at most half the previous one, and the first shorter
+/// than a tenth of `length` and of a radian. Otherwise it stops and leaves q unchanged, because
+/// farther away another branch may be nearer. Returns true with a pose that is closed to
+/// `accepted`.
 bool step_to_nearest(const System& system, const std::vector<double>& rough, double length, double accepted,
                      std::vector<double>& q) {
   constexpr int most = 30;
@@ -71,7 +73,7 @@ bool step_to_nearest(const System& system, const std::vector<double>& rough, dou
       size += system.mass()[c] * pose[c] * pose[c];
     }
     if (!(moved < 0.25 * last)) {
-      // Down to rounding, or not on its way to anything.
+      // Converged to rounding, or not converging.
       if (!(last <= 1e-28 * size)) return false;
       break;
     }
@@ -83,7 +85,7 @@ bool step_to_nearest(const System& system, const std::vector<double>& rough, dou
   return true;
 }
 
-/// Lengths that a mechanism is measured by when its positions are judged.
+/// Length scale of a mechanism, to which errors of positions are related.
 double length_scale(const System& system) {
   double scale = system.longest_arm();
   for (int k = 0; k < system.contacts(); ++k)
@@ -95,7 +97,7 @@ double size_of(const OpenJoint& open, double length) {
   return open.angular ? length * open.amount : open.amount;
 }
 
-/// rad, of the joint that a drive turns.
+/// Angle of a drive's joint (rad).
 double driven_angle(const Mechanism& mechanism, const std::string& drive, const std::vector<double>& q) {
   const auto it = std::ranges::find_if(mechanism.drives, [&](const Drive& d) { return name_of(d) == drive; });
   const int joint = std::visit([](const auto& d) { return d.joint; }, *it);
@@ -104,7 +106,7 @@ double driven_angle(const Mechanism& mechanism, const std::string& drive, const 
   return angle(pair[1]) - angle(pair[0]);
 }
 
-/// Throws about what stays open in the best pose `q`.
+/// Throws the error for the joints that stay open in the best pose `q`.
 [[noreturn]] void refuse_open(const Mechanism& mechanism, const System& system, std::vector<double> q,
                               int others) {
   const double length = length_scale(system);
@@ -118,7 +120,7 @@ double driven_angle(const Mechanism& mechanism, const std::string& drive, const 
     message +=
         fmt::format(", \"{}\" by {:.4g} {}", open[i].name, open[i].amount, open[i].angular ? "rad" : "m");
   if (open.size() > shown) message += fmt::format(", and {} more", open.size() - shown);
-  // A drive may hold the mechanism where it has no position.
+  // A drive may hold the mechanism in a position where it cannot be closed.
   best_pose(system, length, false, q);
   const auto free = open_joints(system, q, length);
   std::string remedy = "check the lengths, or give bodies.*.position and .angle nearer to closure";
@@ -137,7 +139,8 @@ double driven_angle(const Mechanism& mechanism, const std::string& drive, const 
   throw ModelError(key_of(mechanism, open.front()), fmt::format("{}; {}", message, remedy));
 }
 
-/// Puts a mechanism together: from one start, and from another where that does not close or the pose is not as asked for.
+/// Assembly of positions: from one start, and from others if that does not close or gives another
+/// pose than the requested one.
 class Closing {
  public:
   Closing(const Mechanism& mechanism, const System& system, const StopToken& stop)
@@ -147,13 +150,15 @@ class Closing {
         length_(length_scale(system)),
         accepted_(1e-9 * length_) {}
 
-  /// The pose nearest to q; false: none was found, and `best` is the best of those that do not close.
+  /// Finds the pose nearest to q. Returns false if none was found; `best` is then the best pose
+  /// that is not closed.
   bool close(std::vector<double>& q, std::vector<double>& best) const {
     if (open(q) <= 1e-14 * length_) return true;
     if (!std::isfinite(open(q))) refuse_open(mechanism_, system_, q, 0);
     const auto rough = q;
     if (move(rough, q)) return true;
-    // From the better of the best poses near the rough positions and near the last ones: where that closes, once more.
+    // Start from the better of two best poses: near the rough positions and near the last iterate.
+    // If it is closed, try once more.
     best = rough;
     best_pose(system_, length_, true, best);
     best_pose(system_, length_, true, q);
@@ -161,7 +166,7 @@ class Closing {
     q = best;
     return worst(best) < 1e-6 * length_ && move(rough, q);
   }
-  /// The same from a start that is only a guess: there nothing is nearest.
+  /// Closes q from an arbitrary start, for which a nearest pose has no meaning.
   bool close_from(std::vector<double>& q) const {
     best_pose(system_, length_, true, q);
     if (!(worst(q) < 1e-6 * length_)) return false;
@@ -169,7 +174,7 @@ class Closing {
     return open(q) <= 1e-14 * length_ || move(start, q);
   }
   double length() const { return length_; }
-  /// Without the whole turns that a search wound up.
+  /// Removes whole turns that a search added.
   void unwind_to(const std::vector<double>& given, std::vector<double>& q) const {
     const auto before = q;
     unwind(mechanism_, given, q);
@@ -182,12 +187,14 @@ class Closing {
     const auto list = open_joints(system_, q, length_);
     return list.empty() ? 0 : size_of(list.front(), length_);
   }
-  /// Rows that depend on others at the rough positions may not do so at the assembled ones: they are chosen again once.
+  /// Rows that are dependent at the rough positions may be independent at the assembled ones: they
+  /// are selected again once.
   bool move(const std::vector<double>& rough, std::vector<double>& q) const {
     if (step_to_nearest(system_, rough, length_, accepted_, q)) return true;
     for (int attempt = 0; attempt < 2 && !(open(q) <= accepted_); ++attempt) {
       least_movement(system_, rough, redundant_rows(system_, q), q, stop_);
-      // An interior-point method keeps away from contacts that do not bind, and light bodies weigh little in its tolerance.
+      // An interior-point method keeps a distance from inactive contacts, and light bodies have
+      // little weight in its tolerance.
       if (step_to_nearest(system_, rough, length_, accepted_, q)) return true;
       if (open(q) < 1e-3 * length_) close_exactly(system_, q, !redundant_rows(system_, q).empty());
     }
@@ -200,7 +207,8 @@ class Closing {
   double length_, accepted_;
 };
 
-/// `from`: where it began, if not at the positions given; nullptr: it begins there alone and takes what pose it finds.
+/// `from` receives the start used if it is not the given one. nullptr: only the given start is
+/// tried, and any pose is accepted.
 void assemble_positions(const Mechanism& mechanism, const System& system, State& s, std::string* from,
                         const StopToken& stop) {
   const Closing closing(mechanism, system, stop);
@@ -233,7 +241,7 @@ void assemble_positions(const Mechanism& mechanism, const System& system, State&
                                           wrong.what, others.count()));
 }
 
-/// The joint or drive of a row.
+/// Key of the joint or drive of a row.
 std::string key_of_row(const Mechanism& mechanism, const System& system, int row) {
   return key_of(mechanism,
                 {.name = system.row_name(row), .drive = row >= system.rows() - system.drive_rows()});
@@ -259,7 +267,7 @@ void assemble_velocities(const Mechanism& mechanism, const System& system, State
     return std::pair{worst, row};
   };
   const double before = residual().first;
-  // What counts as rounding: the size of the terms that the constraint rates are made of.
+  // Scale of rounding: the size of the terms of the constraint rates.
   double terms = before;
   for (int k = 0; k < system.rows(); ++k) {
     double sum = std::abs(e.phi_t[k]);
@@ -319,7 +327,7 @@ std::vector<int> redundant_rows(const System& system, const std::vector<double>&
 
 namespace {
 
-/// Whether a drive turns that no body's velocity answers: all are zero, as those that a scene leaves out.
+/// Whether a drive moves although all velocities of bodies are zero, which is also their default.
 bool leaves_velocities_open(const Mechanism& m) {
   const auto rests = [](const Body& b) { return b.velocity.is_zero() && b.angular_velocity == 0; };
   const auto turns = [&](const Drive& d) {
@@ -331,7 +339,7 @@ bool leaves_velocities_open(const Mechanism& m) {
   return std::ranges::all_of(m.bodies, rests) && std::ranges::any_of(m.drives, turns);
 }
 
-/// To the equilibrium that descent from s comes to, at rest.
+/// Moves s to the equilibrium that descent from s reaches, at rest.
 void settle(const Mechanism& m, const System& system, const Compliances& elastic, State& s,
             std::string* assumed, const StopToken& stop) {
   for (const auto& b : m.bodies)
@@ -350,7 +358,8 @@ void settle(const Mechanism& m, const System& system, const Compliances& elastic
         turns ? "; found with all drives held at their initial angles, from which they turn" : "");
 }
 
-/// Velocities of the ideal mechanism at the position nearest to s, which stands in a loose one; false: there is none.
+/// Sets the velocities of the ideal mechanism at the position nearest to s, which belongs to a
+/// mechanism with clearance. Returns false if there is none.
 bool move_ideally(const Mechanism& loose, State& s, const StopToken& stop) {
   const System ideal(idealised(loose));
   State nearest = s;
@@ -378,8 +387,8 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
   State s = given_state(mechanism);
   std::string from;
   if (start == RunOptions::Start::given) {
-    // A loaded contact is compressed: by up to a tenth of the clearance, or of a disc's radius of curvature, beyond which a
-    // run's own results would be doubtful (facade/judge.cpp).
+    // A loaded contact is compressed, by up to a tenth of the clearance or of a disc's radius of
+    // curvature; beyond that a run's own results would be doubtful (facade/judge.cpp).
     const auto open = worst_open_joint(system, s.q, 0.1);
     if (open.amount > 1e-6 * length_scale(system))
       throw ModelError("run.start",
@@ -404,7 +413,7 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
   } else {
     assemble_positions(mechanism, system, s, &from, stop);
   }
-  // Where no joint is loose the rows alone say how it moves.
+  // Without clearances the rows alone determine the motion.
   const bool rests = start == RunOptions::Start::equilibrium;
   if (rests) settle(mechanism, system, elastic, s, assumed, stop);
   if ((start == RunOptions::Start::assembled || rests) && leaves_velocities_open(mechanism) &&

@@ -1,10 +1,12 @@
-// A consistent start. Positions: the least mass-weighted movement from the rough ones,
+// Consistent initial states. Positions: the least mass-weighted change of the rough positions,
 //
-//     min ½ (q − q₀)ᵀ M (q − q₀)   subject to   Φ(q, 0) = 0   and   |e_k| ≤ c_k for every loose joint,
+//     min ½ (q − q₀)ᵀ M (q − q₀)
+//     subject to   Φ(q, 0) = 0   and   |e_k| ≤ c_k for every joint with clearance.
 //
-// a nonlinear program for Ipopt (Wächter and Biegler, Math. Program. 106 (2006) 25), finished by Newton steps
-// to rounding. Velocities: the least mass-weighted change subject to G v + Φ_t = 0, one linear saddle-point
-// system.
+// Newton's method solves this nonlinear program near closure (assembly.cpp), otherwise Ipopt
+// (Wächter and Biegler, Math. Program. 106 (2006) 25); Newton steps reduce the residual to
+// rounding. Velocities: the least mass-weighted change subject to G v + Φ_t = 0, one linear
+// saddle-point system.
 #pragma once
 
 #include <string>
@@ -21,28 +23,34 @@ namespace freeplay {
 struct Mechanism;
 class System;
 
-/// Throws ModelError that names the joint which stays open in the best pose found (closure.hpp) and by how much. A start that may be made consistent
-/// ("assembled") and gives no body a velocity, though a drive turns, takes the velocities of the ideal mechanism at its
-/// nearest position: the least change from standing still would leave loose parts at rest and a kick at the first
-/// touch. `assumed` is then told so in one line, else left empty. Where the positions given lead to no closed pose, or to another
-/// than mechanism.assembly asks for, other starts are tried (other_starts.hpp) and `assumed` is told which one led there. Throws
-/// Interrupted when `stop` asks.
-/// "equilibrium" descends from the assembled place (equilibrium.hpp) with rigid contacts, and says in `assumed` what it
-/// came to; what a drive turns then moves, all else rests.
+/// Computes a consistent start. `assumed` receives one line for each assumption below, else it is
+/// empty. Throws ModelError, which names the joint that stays open in the best pose found
+/// (closure.hpp) and its gap, and Interrupted if `stop` requests it.
+///
+/// If the start is "assembled" and no body states a velocity although a drive moves, the velocities
+/// are those of the ideal mechanism at its nearest position. The least change from rest would
+/// instead leave parts with clearance at rest and cause large impacts at their first contacts.
+///
+/// If the given positions lead to no closed pose, or to another one than mechanism.assembly
+/// requests, other starts are tried (other_starts.hpp).
+///
+/// "equilibrium" descends from the assembled pose (equilibrium.hpp) with rigid contacts and reports
+/// its result in `assumed`. Driven parts then move, all others rest.
 State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed = nullptr,
                const StopToken& stop = {});
-/// The same with contacts that yield as `elastic` says.
+/// As above, with contacts whose elastic force is `elastic`.
 State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed,
                const StopToken& stop, const Compliances& elastic);
 
-/// Gives the bodies the places and rates of a state to start from.
+/// Sets the bodies' initial positions and velocities to those of a state.
 void start_from(Mechanism& mechanism, const State& state);
 
-/// The worst single row. Contacts that overlap by up to allowed_penetration of ContactFacts::measure() do not count.
+/// The row with the greatest violation, or the contact with the greatest overlap. Overlaps of up to
+/// allowed_penetration times ContactFacts::measure() do not count.
 OpenJoint worst_open_joint(const System& system, const std::vector<double>& q,
                            double allowed_penetration = 0);
 
-/// Indices of constraint rows that depend on others at q; empty when none do.
+/// Indices of constraint rows that depend on other rows at q.
 std::vector<int> redundant_rows(const System& system, const std::vector<double>& q);
 
 }  // namespace freeplay

@@ -98,7 +98,8 @@ class Assembly : public Ipopt::TNLP {
       for (int i = p.begin[k]; i < p.begin[k + 1]; ++i) *values++ = at(e_.G, i);
     ContactRow contact;
     for (int k = 0; k < system_.contacts(); ++k) {
-      // Rings: ∂|e|²/∂q = −2|e| W_N, smooth where a journal has no normal, and the derivative is zero.
+      // Rings: ∂|e|²/∂q = −2|e| W_N, which is smooth and zero where a concentric journal has no
+      // normal.
       const auto& facts = system_.contact_facts(k);
       system_.contact(k, x, zero_.data(), e_, contact);
       const double factor =

@@ -1,3 +1,5 @@
+// Solution of the assembly program of assembly.hpp by Ipopt's interior-point method (Wächter and
+// Biegler, Math. Program. 106 (2006) 25).
 #pragma once
 
 #include <vector>
@@ -8,9 +10,9 @@ namespace freeplay {
 
 class System;
 
-/// Moves q to the solution of the assembly program of assembly.hpp, with the rows `left_out` (ascending) not
-/// imposed. On failure q holds Ipopt's last iterate, the point nearest to closure that it found. Throws Interrupted
-/// when `stop` asks, heard at each iteration.
+/// Moves q to the solution of the program of assembly.hpp, without the rows `left_out` (ascending).
+/// On failure q is Ipopt's last iterate, the point nearest to closure that it found. Polls `stop`
+/// at each iteration and throws Interrupted if it is set.
 void least_movement(const System& system, const std::vector<double>& start, const std::vector<int>& left_out,
                     std::vector<double>& q, const StopToken& stop);
 

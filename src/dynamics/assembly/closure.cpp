@@ -12,10 +12,10 @@
 namespace freeplay {
 namespace {
 
-/// What a drive's residual counts more than a joint's.
+/// Weight of a drive's residual relative to a joint's.
 constexpr double held = 1e4;
 
-/// Residuals and their derivatives at one q, in lengths.
+/// Residuals, as lengths, and their derivatives at one q.
 class Residuals {
  public:
   Residuals(const System& system, double length, bool hold_drives, double t)
@@ -31,7 +31,7 @@ class Residuals {
     visit(q, [&](int, double r, double weight, auto&&) { sum += weight * weight * r * r; });
     return sum / 2;
   }
-  /// JᵀJ + μ D and −Jᵀr, with D the squares of the coordinates' lengths.
+  /// JᵀJ + μ D and −Jᵀr, where D is the diagonal of the squared lengths of the coordinates.
   void normal_equations(const std::vector<double>& q, double damping, Eigen::SparseMatrix<double>& A,
                         Eigen::VectorXd& b) {
     std::vector<Eigen::Triplet<double>> entries;
@@ -50,7 +50,7 @@ class Residuals {
   }
 
  private:
-  /// Calls see(row, residual, weight, each entry of its derivative).
+  /// Calls see(row, residual, weight, function over the entries of its derivative).
   template <class See>
   void visit(const std::vector<double>& q, See see) {
     system_.place(t_, q.data(), e_);
@@ -132,7 +132,7 @@ std::vector<OpenJoint> open_joints(const System& system, const std::vector<doubl
   for (const auto& o : list) worst = std::max(worst, size(o));
   if (!(worst > 0) || !std::isfinite(worst)) return list;
   std::erase_if(list, [&](const OpenJoint& o) { return size(o) < worst / 100; });
-  // Gaps that are equal but for rounding stand in the mechanism's order.
+  // Gaps that are equal up to rounding are sorted in the mechanism's order.
   std::ranges::stable_sort(list, std::ranges::greater{},
                            [&](const OpenJoint& o) { return std::round(1e4 * size(o) / worst); });
   return list;

@@ -1,4 +1,4 @@
-// How contacts yield to a load that lasts, as a formulation has it.
+// Elastic force of contacts under a constant load, as a formulation models it.
 #pragma once
 
 #include <functional>
@@ -6,12 +6,12 @@
 
 namespace freeplay {
 
-/// A default one does not yield: it is rigid.
+/// A default-constructed Compliance is rigid.
 struct Compliance {
   /// F_el (N), its derivative (N/m) and its energy (J) at a penetration δ > 0 (m).
   std::function<double(double)> force, slope, energy;
   explicit operator bool() const { return force != nullptr; }
 };
-using Compliances = std::vector<Compliance>;  ///< one a contact; empty: all are rigid
+using Compliances = std::vector<Compliance>;  ///< one for each contact; empty: all are rigid
 
 }  // namespace freeplay

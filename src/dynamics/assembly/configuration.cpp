@@ -11,7 +11,7 @@
 namespace freeplay {
 namespace {
 
-/// From B to A and from B to C.
+/// The vectors from B to A and from B to C.
 std::array<Vec2, 2> legs(const Mechanism& m, const JointAngle& angle, const std::vector<double>& q) {
   std::array<Vec2, 3> p;
   for (std::size_t i = 0; i < 3; ++i)

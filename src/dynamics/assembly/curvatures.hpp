@@ -1,4 +1,5 @@
-// What a symmetric matrix K makes of the motions that rows C leave: with W the weights of the coordinates,
+// Restriction of a symmetric matrix K to the motions that rows C allow. With the weights W of the
+// coordinates,
 //
 //     C Z = 0,    ZᵀWZ = 1,    H = ZᵀKZ.
 #pragma once
@@ -7,13 +8,14 @@
 
 namespace freeplay {
 
-/// The null space of rows C in the metric Σ w_i dq_i²: a basis with ZᵀWZ = 1.
+/// A basis Z of the null space of C, with ZᵀWZ = 1, W = diag(weights).
 Eigen::MatrixXd null_space(const Eigen::MatrixXd& C, const Eigen::VectorXd& weights);
 
-/// H = ZᵀKZ apart into its values, with what each may be off by rounding and cancellation; `weights` as in null_space().
+/// Eigenvalues of H = ZᵀKZ with their error bounds from rounding and cancellation; `weights` as in
+/// null_space().
 struct Curvatures {
   Eigen::VectorXd value, doubt;
-  Eigen::MatrixXd direction;  ///< columns, in coordinates
+  Eigen::MatrixXd direction;  ///< eigenvectors as columns, in the coordinates q
 };
 Curvatures curvatures(const Eigen::MatrixXd& K, const Eigen::MatrixXd& Z, const Eigen::VectorXd& weights);
 

@@ -113,13 +113,14 @@ RestPlace Descent::settle(VectorXd q, double radius, double share) {
     const MatrixXd Z = null_space(now.at.C, weights_);
     if (Z.cols() == 0) return now;
     const auto h = curvatures(0.5 * (K + K.transpose()), Z, weights_);
-    // What pushes along each direction, and what of it may be rounding: of forces, and of places under stiff springs.
+    // The force along each direction, and its rounding: of the forces, and of positions under stiff
+    // springs.
     const VectorXd push = h.direction.transpose() * now.left.cwiseProduct(root_);
     const VectorXd sizes = s_.sizes(now.at, now.mu);
     const VectorXd rounding = h.direction.cwiseAbs().transpose() *
                               (share * sizes + 1e-15 * (sizes.cwiseQuotient(root_).sum() * root_ +
                                                         K.cwiseAbs() * now.at.q.cwiseAbs()));
-    VectorXd whole(push.size());  // the Newton step, negative curvatures turned
+    VectorXd whole(push.size());  // the Newton step with absolute curvatures
     bool arrived = true;
     for (int d = 0; d < push.size(); ++d) {
       const bool pushed = std::abs(push[d]) > rounding[d];
@@ -128,7 +129,8 @@ RestPlace Descent::settle(VectorXd q, double radius, double share) {
       arrived &= !pushed;
     }
     if (arrived || whole.norm() < 1e-15 * reach_) {
-      // To rounding: Newton's steps where there is curvature, as long as they bring less.
+      // Newton steps to rounding accuracy in directions with curvature, as long as the residual
+      // decreases.
       if (share > 1e-9 || polished++ >= 3) return now;
       VectorXd step = VectorXd::Zero(q.size());
       for (int d = 0; d < push.size(); ++d)
@@ -141,7 +143,7 @@ RestPlace Descent::settle(VectorXd q, double radius, double share) {
       continue;
     }
     polished = 0;
-    // The shift that keeps the step within the radius, by bisection of its logarithm.
+    // The shift that limits the step to the radius, by bisection of its logarithm.
     VectorXd s = whole;
     if (!(whole.norm() <= radius)) {
       double high = push.norm() / radius, low = 1e-18 * high;
@@ -167,8 +169,8 @@ RestPlace Descent::settle(VectorXd q, double radius, double share) {
       RestPlace next = place(*closed);
       const double fallen = -s_.climb(now.at, next.at);
       const double ratio = fallen / promised;
-      // So near that the fall is lost in rounding what is left to push decides; what lay within its own rounding before need not
-      // become less.
+      // Near the minimum the decrease of energy is lost in rounding, so the remaining force
+      // decides. A force that was within its rounding before need not decrease.
       const VectorXd still = h.direction.transpose() * next.left.cwiseProduct(root_);
       const auto excess = [&](const VectorXd& x) { return x.cwiseAbs().cwiseQuotient(rounding).maxCoeff(); };
       const bool near = length < 1e-5 * s_.length() && excess(still) < std::max(1.0, 0.5 * excess(push));
@@ -180,7 +182,8 @@ RestPlace Descent::settle(VectorXd q, double radius, double share) {
       radius = 0.25 * length;
     }
     if (accepted) refuse_endless(now.at.q);
-    if (!(radius > 1e-16 * s_.length())) {  // no step helps: rounding, or a kink that cannot be passed
+    // No step helps: rounding, or a kink that cannot be passed.
+    if (!(radius > 1e-16 * s_.length())) {
       if ((push.cwiseAbs() - 1e-8 * h.direction.cwiseAbs().transpose() * sizes).maxCoeff() <= 0) return now;
       refuse_stuck(now, l);
     }

@@ -1,5 +1,6 @@
-// Descent of the potential energy on the manifold Φ = 0 to where nothing is left that pushes: Newton's method within a trust
-// region, as equilibrium.hpp says, for one set of contacts that yield and contacts that are held closed (dynamics/assembly/statics.hpp).
+// Descent of the potential energy on the manifold Φ = 0 to a point without remaining force:
+// Newton's method in a trust region (see equilibrium.hpp), for given elastic and closed contacts
+// (dynamics/assembly/statics.hpp).
 #pragma once
 
 #include <optional>
@@ -12,29 +13,32 @@ namespace freeplay {
 
 struct Mechanism;
 
-/// Throws ModelError: there is no equilibrium, and why.
+/// Throws ModelError: no equilibrium, with the reason.
 [[noreturn]] void no_equilibrium(const std::string& why);
 
-/// A place on the manifold with its reactions and what remains to move it.
+/// A point on the manifold with its reactions and the remaining force.
 struct RestPlace {
   AtRest at;
   Eigen::VectorXd mu;
-  Eigen::VectorXd left;  ///< R in unit weights: what no reaction answers
+  Eigen::VectorXd left;  ///< R in unit weights: the force that no reaction balances
 };
 
 class Descent {
  public:
   Descent(const Mechanism& mechanism, Statics& statics, const Eigen::VectorXd& from, const StopToken& stop);
 
-  /// Down to where nothing is left but `share` of the forces; `radius` of the first step (m).
+  /// Descends until the remaining force is below `share` of the forces; `radius` (m) of the first
+  /// step.
   RestPlace settle(Eigen::VectorXd q, double radius, double share = 1e-12);
   int steps = 0;
 
  private:
   RestPlace place(const Eigen::VectorXd& q);
-  /// Onto the manifold by steps of least length; nothing where they do not come down to rounding.
+  /// Projects q onto the manifold by steps of least length; empty if they do not converge to
+  /// rounding.
   std::optional<Eigen::VectorXd> close(Eigen::VectorXd q);
-  /// How far a step may go: no angle more than a radian, no contact past what it could pass unseen.
+  /// Factor that limits a step: no angle by more than a radian, no contact by more than it could
+  /// pass through undetected.
   double allowed(const Eigen::VectorXd& step) const;
   void refuse_endless(const Eigen::VectorXd& q) const;
   [[noreturn]] void refuse_stuck(const RestPlace& p, const Linearised& l) const;

@@ -13,14 +13,15 @@ namespace {
 
 using Eigen::MatrixXd, Eigen::VectorXd;
 
-/// What makes rigid contacts yield by `depth` of their clearance under all forces together.
+/// Elastic laws by which all forces together would compress each contact by `depth` of its
+/// clearance.
 Compliances soft(const System& system, const VectorXd& sizes, double depth) {
   double all = 0;
   for (int i = 0; i < sizes.size(); ++i)
     if (!system.is_angle(i)) all += sizes[i];
   Compliances list(system.contacts());
   for (int k = 0; k < system.contacts(); ++k) {
-    // Walls and discs have a scale of a thousandth of their size for a clearance.
+    // Walls and discs have a thousandth of their size in place of a clearance.
     const auto& facts = system.contact_facts(k);
     const double give =
         std::min(depth, 0.3) * facts.clearance * (facts.has_clearance ? 1 : std::max(1.0, depth));
@@ -31,7 +32,7 @@ Compliances soft(const System& system, const VectorXd& sizes, double depth) {
   return list;
 }
 
-/// The active set: `s` holds the contacts that press when it returns.
+/// The active-set method. On return `s` has the closed contacts.
 RestPlace settle_rigid(const Mechanism& mechanism, Statics& s, const VectorXd& q, const StopToken& stop,
                        int& steps) {
   const auto& system = s.system();
@@ -53,7 +54,7 @@ RestPlace settle_rigid(const Mechanism& mechanism, Statics& s, const VectorXd& q
   for (int round = 0; round < 10 + 10 * system.contacts(); ++round) {
     if (s.closed.empty()) break;
     now = descent.settle(now.at.q, 0.01 * s.length());
-    // The one that pulls most lets go; whatever lies in another is held.
+    // Opens the contact with the greatest tension; closes every overlapping contact.
     int pulls = -1;
     double most = 1e-11 * s.sizes(now.at, now.mu).maxCoeff();
     for (std::size_t i = 0; i < s.closed.size(); ++i)
@@ -85,7 +86,8 @@ Equilibrium find_equilibrium(const Mechanism& mechanism, const System& system, c
                              const Compliances& elastic, const StopToken& stop) {
   const VectorXd start = Eigen::Map<const VectorXd>(q.data(), static_cast<Eigen::Index>(q.size()));
   Equilibrium found;
-  // Rigid first; elastic contacts go on from there, so that both find the same place.
+  // Rigid contacts first; elastic contacts continue from there, so that both find the same
+  // equilibrium.
   Statics guarded(system);
   RestPlace place = settle_rigid(mechanism, guarded, start, stop, found.steps);
   Statics yielding(system, elastic);

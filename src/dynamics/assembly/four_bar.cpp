@@ -12,9 +12,9 @@ namespace {
 
 constexpr std::size_t most_loops = 1000;
 
-/// A revolute joint as seen from one of its bodies.
+/// A revolute joint from the viewpoint of one of its bodies.
 struct Side {
-  int joint, other, end;  ///< `end` of the joint is in the body
+  int joint, other, end;  ///< `end`: the end of the joint on that body
 };
 
 std::vector<std::vector<Side>> sides_of(const Mechanism& m) {
@@ -69,7 +69,8 @@ FourBar loop_of(const Mechanism& m, std::array<int, 4> joints, std::array<int, 4
   return loop;
 }
 
-/// Indices of the links from the shortest to the longest; of equal ones the fixed link is the shortest, then in order.
+/// Indices of the links from the shortest to the longest. Among equal links the fixed one counts as
+/// the shortest, then the order applies.
 std::array<int, 4> by_length(const FourBar& loop) {
   std::array<int, 4> order{0, 1, 2, 3};
   std::ranges::stable_sort(order, {}, [&](int i) { return loop.lengths[static_cast<std::size_t>(i)]; });
@@ -94,8 +95,8 @@ std::vector<FourBar> four_bars(const Mechanism& m) {
   const auto at = [&](int body) -> const std::vector<Side>& {
     return sides[static_cast<std::size_t>(body) + 1];
   };
-  // The first body of a loop has the least index of its four: from a body with many joints, as the ground, each path
-  // is left as soon as it comes back to it.
+  // The first body of a loop has the least index of its four. A path from a body with many joints,
+  // such as the ground, is therefore abandoned as soon as it returns to that body.
   for (int fixed = ground; fixed < static_cast<int>(m.bodies.size()); ++fixed)
     for (const auto& A : at(fixed)) {
       if (A.other < fixed) continue;

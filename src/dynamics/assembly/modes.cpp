@@ -13,7 +13,7 @@ using Eigen::MatrixXd, Eigen::VectorXd;
 
 VectorXd masses(const System& system) { return Eigen::Map<const VectorXd>(system.mass().data(), system.n()); }
 
-/// Multipliers of the rows of `at` from those of an equilibrium.
+/// Multipliers of the rows of `at`, from those of an equilibrium.
 VectorXd multipliers(const Statics& s, const AtRest& at, const Equilibrium& e) {
   const auto& system = s.system();
   VectorXd mu(at.C.rows());
@@ -90,7 +90,7 @@ Modes find_modes(const System& system, const Equilibrium& at, const Compliances&
     A.block(2 * n, n, states, n) = l.flow_v * Z;
     A.block(2 * n, 2 * n, states, states) = l.flow_z;
     const auto [values, vectors] = general_eigen(A);
-    // Twofold zeros of what nothing holds come apart by the root of rounding.
+    // Double zeros of free motions split by the square root of the rounding error.
     const double zero = 1e-7 * (all > 0 ? values.cwiseAbs().maxCoeff() : 0);
     for (int i = 0; i < all; ++i)
       if (values[i].imag() >= 0) add(values[i], Z * vectors.col(i).head(n), zero);
@@ -114,7 +114,7 @@ Equilibrium as_it_stands(const System& system, const State& state, const Complia
   VectorXd root = VectorXd::Ones(system.n());
   for (int i = 0; i < system.n(); ++i)
     if (system.is_angle(i)) root[i] = s.length();
-  for (;;) {  // without those that would pull
+  for (;;) {  // without contacts that would pull
     s.look(q, at);
     const VectorXd R = at.force.cwiseQuotient(root);
     VectorXd mu = VectorXd::Zero(at.C.rows()), rest = R;

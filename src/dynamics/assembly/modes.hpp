@@ -1,10 +1,11 @@
-// Small motions about a place where a mechanism rests. With q = q₀ + Z y, Z a basis of what constraints and closed contacts
-// leave, ZᵀMZ = 1, and first-order states z = z₀ + w:
+// Small motions about a position of rest. Let q = q₀ + Z y, where Z is a basis of the motions that
+// constraints and closed contacts allow, ZᵀMZ = 1, and first-order states z = z₀ + w:
 //
 //     ÿ + ZᵀDZ ẏ + ZᵀKZ y = ZᵀZ_z w,      ẇ = (∂flow/∂q) Z y + (∂flow/∂z) w
 //
-// (statics.hpp). A mode e^{st}: without damping and states s² = −(values of ZᵀKZ), else the values of the system of first
-// order. A natural frequency is |s|/2π, that of the swing |Im s|/2π, the damping ratio −Re s/|s|; s > 0 runs away.
+// (statics.hpp). A mode is e^{st}. Without damping and states, s² = −κ for the eigenvalues κ of
+// ZᵀKZ; else s are the eigenvalues of the first-order system. The natural frequency is |s|/2π, the
+// frequency of oscillation |Im s|/2π, the damping ratio −Re s/|s|. A mode with Re s > 0 grows.
 #pragma once
 
 #include <complex>
@@ -18,32 +19,33 @@ namespace freeplay {
 
 struct Mode {
   enum class Kind {
-    swing,   ///< a pair s, s*
+    swing,   ///< oscillation, a pair s, s*
     decay,   ///< s < 0, real
     growth,  ///< Re s > 0
-    free     ///< s = 0: neither returns nor runs away
+    free     ///< s = 0: neither restored nor growing
   };
   Kind kind = Kind::swing;
   std::complex<double> s;  ///< 1/s; Im s ≥ 0
-  /// Of coordinates, scaled to 1 m for the farthest that any body's centre or arm's end moves.
+  /// Amplitudes of the coordinates; the greatest displacement of a body's centre or of an arm's end
+  /// is 1 m.
   std::vector<std::complex<double>> shape;
 
   double natural() const;   ///< Hz
-  double swinging() const;  ///< Hz
+  double swinging() const;  ///< Hz, frequency of oscillation
   double damping() const { return s.real() != 0 ? -s.real() / std::abs(s) : 0; }
 };
 
 struct Modes {
-  std::vector<Mode> modes;  ///< what grows first, then by |s|
-  double length = 1;        ///< m, the arm that a turn counts by
+  std::vector<Mode> modes;  ///< growing modes first, then by |s|
+  double length = 1;        ///< m, length that converts angles
 };
 
-/// About an equilibrium, or about any other place at rest, `at`: then reactions are those that hold it there as far as they
-/// can.
+/// Modes about an equilibrium, or about another position of rest `at`, whose reactions balance the
+/// forces as far as they can.
 Modes find_modes(const System& system, const Equilibrium& at, const Compliances& elastic);
 
-/// A place as it stands, contacts that touch (within a thousandth of their clearance) and are pressed closed. `left`: the
-/// greatest force (N, or N m over length) that no reaction answers.
+/// A position as it is: contacts that touch (within a thousandth of their clearance) and carry a
+/// force are closed. `left`: the greatest force (N, or N m over length) that no reaction balances.
 Equilibrium as_it_stands(const System& system, const State& state, const Compliances& elastic, double& left);
 
 }  // namespace freeplay

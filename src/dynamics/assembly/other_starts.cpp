@@ -18,10 +18,11 @@ constexpr std::size_t most_work = 4000;  // bodies times poses
 
 const Joint& joint_at(const Mechanism& m, int k) { return m.joints[static_cast<std::size_t>(k)]; }
 
-/// Which end of a joint is in the body.
+/// The end of a joint that is on the body.
 int end_in(const Joint& joint, int body) { return bodies_of(joint)[0] == body ? 0 : 1; }
 
-/// rad, θ of the second body less that of the first where a joint or its drive holds it; false: it turns freely.
+/// The relative angle (rad), θ of the second body minus θ of the first, if a joint or its drive
+/// fixes it. Returns false if the joint turns freely.
 bool held_angle(const Mechanism& m, int joint, double& angle) {
   const bool held = std::visit(
       [&](const auto& j) {
@@ -53,7 +54,7 @@ bool held_angle(const Mechanism& m, int joint, double& angle) {
   return false;
 }
 
-/// The direction in which a joint lets its second body slide, in the world; zero: it does not.
+/// The direction, in the world, in which a joint lets its second body slide; zero if it does not.
 Vec2 slide_of(const Joint& joint, const std::vector<double>& q) {
   return std::visit(
       [&](const auto& j) {
@@ -80,8 +81,9 @@ void hang(std::vector<double>& q, int body, const Joint& joint, const Vec2& p, d
 
 double fraction(double x) { return x - std::floor(x); }
 
-/// All bodies that joints connect with the ground, each hung on one that is nearer to it: at the angle of its own unless a
-/// joint or a drive holds it, and slid along a guide by so much.
+/// Attaches all bodies that joints connect with the ground, each to one nearer to the ground. Its
+/// angle is angle_of(body) unless a joint or drive fixes it; it is displaced along a guide by
+/// slide_by(body).
 std::vector<double> hang_all(const Mechanism& m, std::vector<double> q, const auto& angle_of,
                              const auto& slide_by) {
   std::vector<char> placed(m.bodies.size(), 0);
@@ -180,7 +182,7 @@ void OtherStarts::find_dyads() {
     const auto J = static_cast<int>(k);
     if (i == ground || j == ground || held_angle(m_, J, angle)) continue;
     const int K = another(i, J, j), L = another(j, J, i);
-    // A link that a drive holds against the ground does not turn over.
+    // A link whose angle to the ground is driven cannot be mirrored.
     if (K < 0 || L < 0 || (held_angle(m_, K, angle) && slide_of(joint_at(m_, K), near_).is_zero()) ||
         (held_angle(m_, L, angle) && slide_of(joint_at(m_, L), near_).is_zero()))
       continue;
@@ -192,7 +194,7 @@ void OtherStarts::turn_over(const Dyad& d, std::vector<double>& q) const {
   const Joint &J = joint_at(m_, d.J), &K = joint_at(m_, d.K), &L = joint_at(m_, d.L);
   const Vec2 p = joint_place(J, q), k = end_place(K, end_in(K, d.i), q), l = end_place(L, end_in(L, d.j), q);
   const Vec2 along_k = slide_of(K, q), along_l = slide_of(L, q);
-  // The mirror line goes through a fixed joint and, for a slider, across its guide.
+  // The mirror line passes through a fixed joint or, for a slider, is perpendicular to its guide.
   const Vec2 from = !along_k.is_zero() ? l : k;
   const Vec2 line = !along_l.is_zero() ? perp(along_l) : !along_k.is_zero() ? perp(along_k) : l - k;
   if (!(line.squared_norm() > 0)) return;
@@ -212,7 +214,7 @@ void OtherStarts::turn_over(const Dyad& d, std::vector<double>& q) const {
 }
 
 std::vector<double> OtherStarts::drawn(int n) const {
-  // φ of as many dimensions as bodies: φ^(d+1) = φ + 1, by its fixed point.
+  // φ for as many dimensions as bodies: φ^(d+1) = φ + 1, by fixed-point iteration.
   const auto bodies = static_cast<int>(m_.bodies.size());
   double phi = 2;
   for (int i = 0; i < 60; ++i) phi = std::pow(1 + phi, 1.0 / (bodies + 1));

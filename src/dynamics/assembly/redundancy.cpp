@@ -16,7 +16,7 @@ std::vector<int> undetermined_elements(const System& system, const State& state)
   if (redundant_rows(system, state.q).empty()) return found;
   auto e = system.make_evaluation();
   system.place(state.t, state.q.data(), e);
-  // Gᵀ in units of energy: √m⁻¹ a column, rows of equal length.
+  // Gᵀ in units of energy: scaled by √m⁻¹ for each coordinate, with rows of unit length.
   Eigen::MatrixXd Gt = Eigen::MatrixXd::Zero(system.n(), system.rows());
   const auto& p = system.pattern();
   for (int k = 0; k < system.rows(); ++k) {

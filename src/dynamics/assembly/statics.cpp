@@ -14,7 +14,7 @@ namespace {
 
 constexpr int chunk = static_cast<int>(std::tuple_size_v<decltype(Gradient::slope)>);
 
-/// Where a mechanism without arms is measured: by radii, then by how far apart its bodies stand.
+/// Length scale: the longest arm, or the greatest radius of a contact.
 double length_of(const System& system) {
   double length = system.longest_arm();
   for (int k = 0; k < system.contacts(); ++k) {
@@ -28,7 +28,7 @@ double length_of(const System& system) {
 
 Eigen::MatrixXd Linearised::settled() const {
   if (flow_z.rows() == 0) return K;
-  const auto follow = solve_regular(flow_z, flow_q);  // settle_states() has found it regular
+  const auto follow = solve_regular(flow_z, flow_q);  // settle_states() found it regular
   return follow ? Eigen::MatrixXd(K + Z * *follow) : K;
 }
 
@@ -41,7 +41,7 @@ Statics::Statics(const System& system, Compliances elastic)
       rest_(system.n(), 0.0),
       f_(system.n()) {}
 
-/// Newton's method on flow(q, z) = 0, which is linear in z for every element there is.
+/// Newton's method on flow(q, z) = 0, which is linear in z for all present elements.
 void Statics::settle_states(const double* q, std::vector<double>& z) {
   const int states = system_.states();
   z.resize(states, 0.0);
@@ -178,7 +178,7 @@ Linearised Statics::linearise(const AtRest& at, const Eigen::VectorXd& mu) {
 }
 
 double Statics::climb(const AtRest& a, const AtRest& b) {
-  // Gauss and Legendre's five points.
+  // Gauss–Legendre quadrature with five points.
   constexpr std::array node{0.0, 0.5384693101056831, 0.9061798459386640};
   constexpr std::array weight{0.5688888888888889, 0.4786286704993665, 0.2369268850561891};
   const Eigen::VectorXd step = b.q - a.q;
@@ -199,7 +199,8 @@ double Statics::climb(const AtRest& a, const AtRest& b) {
 
 Eigen::VectorXd Statics::sizes(const AtRest& at, const Eigen::VectorXd& mu) {
   const int n = system_.n();
-  // What is constant, weight and what acts alike anywhere, as it stands without the elements that are reported.
+  // The total applied force, for constant forces such as weight, plus the reported force of each
+  // element.
   Eigen::VectorXd all = at.applied.cwiseAbs();
   system_.place(0, at.q.data(), e_);
   auto each = system_.make_forces();
@@ -218,7 +219,7 @@ Eigen::VectorXd Statics::sizes(const AtRest& at, const Eigen::VectorXd& mu) {
   }
   all += (at.force - at.applied).cwiseAbs();
   if (at.C.rows() > 0) all += at.C.cwiseAbs().transpose() * mu.cwiseAbs();
-  // A couple of what pulls at arms, where forces pass through the centre of mass by rounding only.
+  // Couples of forces on arms: a force through the centre of mass passes it up to rounding only.
   for (int i = 0; i < n; ++i)
     if (system_.is_angle(i)) all[i] += 1e-3 * length_ * (all[i - 1] + all[i - 2]);
   return all;

@@ -1,11 +1,12 @@
-// What acts on a mechanism at rest, and how that changes with its position. With first-order states at their stationary
+// Forces on a mechanism at rest and their derivatives. With first-order states at their stationary
 // values z(q), flow(q, z) = 0, and drives at t = 0,
 //
 //     R(q, μ) = f(q, 0, z(q)) + Σ_elastic W_N F_el(−g) − Cᵀ μ,      K = −∂R/∂q,   D = −∂R/∂v,
 //
-// where C has the constraint rows G and, for contacts that are held closed, their rows W_N (F_N = −μ). K holds the
-// geometric stiffness ∂(Cᵀμ)/∂q of reactions and contact forces; derivatives come from dual numbers. Friction, films
-// and what damps contacts exert nothing at rest and stay out of D.
+// where C consists of the constraint rows G and, for contacts held closed, their rows W_N
+// (F_N = −μ). K includes the geometric stiffness ∂(Cᵀμ)/∂q of reactions and contact forces.
+// Derivatives are computed with dual numbers. Friction, films and contact damping exert no force at
+// rest and are not part of D.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,7 +17,7 @@
 
 namespace freeplay {
 
-/// A mechanism at rest at one place.
+/// A mechanism at rest at one position.
 struct AtRest {
   Eigen::VectorXd q;
   std::vector<double> z;
@@ -24,14 +25,14 @@ struct AtRest {
   std::vector<double> gap;      ///< m, of every contact
   std::vector<double> elastic;  ///< N, of elastic contacts
   Eigen::VectorXd force;        ///< f and elastic contacts
-  Eigen::MatrixXd C;            ///< G, then a row for each contact held closed
+  Eigen::MatrixXd C;            ///< G, then one row for each contact held closed
   Eigen::VectorXd c;            ///< Φ and gaps
 };
 
 /// −∂R/∂q, −∂R/∂v, ∂R/∂z and the derivatives of the states' flow, all at fixed μ.
 struct Linearised {
   Eigen::MatrixXd K, D, Z, flow_q, flow_v, flow_z;
-  /// K with the states following their stationary values.
+  /// K for states that follow their stationary values.
   Eigen::MatrixXd settled() const;
 };
 
@@ -40,20 +41,21 @@ class Statics {
   explicit Statics(const System& system, Compliances elastic = {});
 
   const System& system() const { return system_; }
-  /// m: what an angle of 1 rad counts as.
+  /// Length (m) that converts an angle of 1 rad.
   double length() const { return length_; }
-  /// Contacts that are held closed, ascending.
+  /// Contacts held closed, ascending.
   std::vector<int> closed;
 
-  /// Contacts yield otherwise from now on.
+  /// Replaces the elastic laws of the contacts.
   void yield_by(Compliances elastic) { elastic_ = std::move(elastic); }
 
-  /// Throws ModelError where a first-order state has no stationary value.
+  /// Evaluates the position q. Throws ModelError if a first-order state has no stationary value.
   void look(const Eigen::VectorXd& q, AtRest& at);
   Linearised linearise(const AtRest& at, const Eigen::VectorXd& mu);
-  /// −∫ f·dq along the chord from a to b, and what elastic contacts store more: of forces that have a potential its change.
+  /// −∫ f·dq along the chord from a to b, plus the increase of the energy of elastic contacts: the
+  /// change of the potential, if there is one.
   double climb(const AtRest& a, const AtRest& b);
-  /// How large the forces are whose sum R is, by coordinate (N, N m).
+  /// Sum of the absolute values of the forces in R, for each coordinate (N, N m).
   Eigen::VectorXd sizes(const AtRest& at, const Eigen::VectorXd& mu);
   const Compliance* compliance(int contact) const {
     return elastic_.empty() || !elastic_[contact] ? nullptr : &elastic_[contact];

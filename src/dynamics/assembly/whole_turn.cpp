@@ -15,9 +15,9 @@ namespace freeplay {
 namespace {
 
 constexpr int places = 72;
-constexpr double resolution = 1e-3;  // of a place
+constexpr double resolution = 1e-3;  // relative to an interval
 
-/// m, by which loose joints together may give way.
+/// Sum of the clearances of the joints (m).
 double play(const Mechanism& m) {
   double sum = 0;
   for (const auto& joint : m.joints) {
@@ -39,7 +39,7 @@ std::optional<DeadPoint> dead_point(const Mechanism& mechanism, double duration)
   try {
     q = assemble(ideal, RunOptions::Start::ideal).q;
   } catch (const ModelError&) {
-    return {};  // a run says so itself
+    return {};  // the run reports this error
   }
   const double length = std::max(system.longest_arm(), 1e-18), allowed = play(mechanism) + 1e-6 * length;
   const double turn = 2 * std::numbers::pi / std::abs(drive->speed);
@@ -48,7 +48,7 @@ std::optional<DeadPoint> dead_point(const Mechanism& mechanism, double duration)
     best_pose(system, length, true, pose, t);
     const auto open = open_joints(system, pose, length, t);
     if (open.empty()) return {};
-    double gap = 0;  // the best pose shares it among the loop's joints
+    double gap = 0;  // the best pose distributes the gap over the joints of the loop
     for (const auto& o : open) gap += (o.angular ? length : 1) * o.amount;
     return gap > allowed ? std::optional(open.front()) : std::nullopt;
   };
@@ -57,7 +57,7 @@ std::optional<DeadPoint> dead_point(const Mechanism& mechanism, double duration)
     auto pose = q;
     const double next = std::min(t + h, places * step);
     auto open = open_at(next, pose);
-    while (open && h > resolution * step) {  // from nearer, unless it does not close there
+    while (open && h > resolution * step) {  // retry from nearer
       h /= 2;
       pose = q;
       open = open_at(t + h, pose);

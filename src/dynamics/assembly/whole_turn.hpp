@@ -1,7 +1,8 @@
-// Whether the ideal mechanism closes over a turn of its main drive (E. Grashof's question, of any mechanism). It is followed
-// through 72 places of the turn, each from the pose before it by closure.hpp's best pose with the drives held. Where the
-// best pose stays open by more than the joints' clearances together, the arc before it is halved until the place is known
-// to 1e-3 of such a step.
+// Whether the ideal mechanism can be closed over a full turn of its main drive (Grashof's question
+// for any mechanism). The mechanism is followed through 72 positions of the turn, each from the
+// previous pose by the best pose of closure.hpp with the drives held. If the best pose stays open
+// by more than the sum of the joints' clearances, the preceding interval is halved until the
+// position is known to 1e-3 of an interval.
 #pragma once
 
 #include <optional>
@@ -12,18 +13,19 @@ namespace freeplay {
 
 struct Mechanism;
 
-/// Up to as many bodies a turn takes less than a second to follow.
+/// Greatest number of bodies for which a turn is followed; it then takes less than a second.
 inline constexpr std::size_t most_followed = 100;
 
-/// Where a turn ends that cannot be gone on with.
+/// A position of the main drive beyond which the mechanism cannot be closed.
 struct DeadPoint {
   double t = 0;      ///< s, of the main drive from its start
-  double angle = 0;  ///< rad, that the main drive has turned by then
-  OpenJoint open;    ///< what stays open just behind it
+  double angle = 0;  ///< rad, rotation of the main drive up to it
+  OpenJoint open;    ///< the greatest gap just beyond it
 };
 
-/// The first dead point within a turn of the main drive and `duration` (s); none where the turn closes, where no drive turns
-/// at a constant speed, where the ideal mechanism has no start, and for more than most_followed bodies.
+/// The first dead point within a turn of the main drive and `duration` (s). Empty if the turn
+/// closes, if no drive has a constant speed, if the ideal mechanism has no start, and for more than
+/// most_followed bodies.
 std::optional<DeadPoint> dead_point(const Mechanism& mechanism, double duration);
 
 }  // namespace freeplay

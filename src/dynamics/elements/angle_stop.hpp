@@ -1,4 +1,4 @@
-// Dynamics of mechanism/elements/angle_stop.hpp; the equations stand there.
+// Dynamics of mechanism/elements/angle_stop.hpp, which states the equations.
 #pragma once
 
 #include "dynamics/elements/dynamics.hpp"
@@ -15,7 +15,7 @@ struct Dynamics<AngleStop> : AngleStop {
     for (const auto& [limit, side] : {std::pair{stop.lower, -1}, std::pair{stop.upper, 1}}) {
       if (!limit) continue;
       auto facts = stop.contact(b, name, on.between, side > 0, radius);
-      // What would rub there an ideal joint holds.
+      // There is no sliding on the stop of an ideal joint.
       facts.surface.friction.reset();
       const Vec2 normal =
           direction ? Vec2{side * std::sin(*direction), -side * std::cos(*direction)} : Vec2{};

@@ -1,4 +1,4 @@
-// Dynamics of mechanism/elements/bump_stop.hpp; the equations stand there.
+// Dynamics of mechanism/elements/bump_stop.hpp, which states the equations.
 #pragma once
 
 #include "dynamics/elements/dynamics.hpp"
@@ -6,21 +6,23 @@
 
 namespace freeplay {
 
-/// The force of a Bump along what it limits, and its energy.
+/// Force of a Bump along the limited coordinate, and its energy.
 struct BumpForce : Bump {
   template <class T>
   struct Push {
-    T force = 0;    ///< on the second body, along what is limited
+    T force = 0;    ///< on the second body, along the limited coordinate
     T damping = 0;  ///< W, ≤ 0
   };
-  /// `piece`: what lies between two limits, which a step is held to (dynamics/phase.hpp). It decides whether the stop acts:
-  /// the force jumps by damping ẏ at a limit, where rounding leaves `at` on either side.
+  /// `piece`: interval between two limits to which a step is restricted (dynamics/phase.hpp). It
+  /// decides whether the stop acts: the force jumps by damping ẏ at a limit, where rounding puts
+  /// `at` on either side.
   template <class T>
   Push<T> push(const T& at, const T& speed, const Piece* piece) const {
     const auto one = [&](const T& y, const T& rate, double sign) -> Push<T> {
       const T spring = stiffness * y, f = spring + damping * rate;
-      // Beyond the piece the formula goes on, also below zero, and without a jump at the limit either way: stages of a long step
-      // that saw no force there would agree that there is none.
+      // Beyond the piece the formula continues, also to negative values, without a jump at the
+      // limit. Otherwise stages of a long step that find no force there would agree that there is
+      // none.
       const T size = value_of(y) < 0 ? (rate > T(0) ? f : spring) : f > T(0) ? f : T(0);
       return {-sign * size, -(size - spring) * rate};
     };
@@ -48,7 +50,7 @@ struct Dynamics<BumpStop> : BumpStop {
     auto a = m.arms(link);
     const auto along = turned(link.i, axis, m.e);
     const T travel = dot(along, a.d);
-    a.ri += a.d;  // the first body's point where the second's is
+    a.ri += a.d;  // on the first body it acts at the second's point
     const auto push = limit.push(travel, T(dot(along, m.relative_velocity(link, a))), m.piece);
     out.pull(link, a, Vec2Of<T>{push.force * along.x(), push.force * along.y()});
     out.power.damping += push.damping;

@@ -1,4 +1,4 @@
-// Dynamics of mechanism/elements/bushing.hpp; the equations stand there.
+// Dynamics of mechanism/elements/bushing.hpp, which states the equations.
 #pragma once
 
 #include "dynamics/elements/dynamics.hpp"
@@ -17,7 +17,7 @@ struct Dynamics<Bushing> : Bushing {
   auto link(auto& b) const { return b.link(between, at); }
   bool does_work() const { return needs_velocity(); }
   bool needs_velocity() const { return !damping.is_zero() || turn_damping > 0; }
-  /// m, distances where the force has kinks.
+  /// Distances (m) at which the force has kinks.
   std::vector<double> kinks() const { return spring.kinks(0, 0); }
 
   template <class T>

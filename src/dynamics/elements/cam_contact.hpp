@@ -1,4 +1,4 @@
-// Dynamics of mechanism/elements/cam_contact.hpp; the equations stand there.
+// Dynamics of mechanism/elements/cam_contact.hpp, which states the equations.
 #pragma once
 
 #include "dynamics/elements/dynamics.hpp"
@@ -14,10 +14,11 @@ struct Dynamics<CamContact> : CamContact {
     const auto profile = this->profile();
     const auto curve = curvature(profile);
     auto facts = b.facts(name, between, surface);
-    // Of a face on the outline; of two discs, the outline's radius being less than the pitch curve's by the roller's.
+    // Flat face: radius of the outline. Roller: reduced radius of two discs, where the outline's
+    // radius is that of the pitch curve minus the roller's.
     facts.radius = follower == Follower::flat ? curve.round
                                               : roller_radius * (curve.round - roller_radius) / curve.round;
-    facts.clearance = 1e-3 * facts.radius;  // a scale for tolerances
+    facts.clearance = 1e-3 * facts.radius;  // scale for tolerances
     b.limit_turn(table.empty() ? profile.narrowest() / 8 : profile.narrowest() / 2);
     const auto link = b.link(between, at);
     if (follower == Follower::flat)

@@ -1,4 +1,4 @@
-// Dynamics of mechanism/elements/dc_motor.hpp; the equations stand there.
+// Dynamics of mechanism/elements/dc_motor.hpp, which states the equations.
 #pragma once
 
 #include "dynamics/argument.hpp"
@@ -11,14 +11,14 @@ namespace freeplay {
 
 template <>
 struct Dynamics<DcMotor> : DcMotor {
-  Piecewise supply = {};  ///< of prepare()
+  Piecewise supply = {};  ///< set by prepare()
 
   void prepare(const auto& mechanism) { supply = voltage.lay(mechanism.curves); }
   auto link(auto& b) const { return b.joint_link(joint); }
   bool does_work() const { return true; }
   bool needs_velocity() const { return true; }
   bool has_state() const { return inductance.has_value(); }
-  /// A
+  /// Scale of the current (A).
   double state_scale() const {
     const double most = supply.greatest().value;
     return most > 0 ? most / resistance : 1;

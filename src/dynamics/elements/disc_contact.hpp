@@ -1,4 +1,4 @@
-// Dynamics of mechanism/elements/disc_contact.hpp; the equations stand there.
+// Dynamics of mechanism/elements/disc_contact.hpp, which states the equations.
 #pragma once
 
 #include "dynamics/elements/dynamics.hpp"
@@ -12,7 +12,7 @@ struct Dynamics<DiscContact> : DiscContact {
     const auto [Ri, Rj] = radii;
     auto facts = b.facts(name, between, surface);
     facts.radius = Ri * Rj / (Ri + Rj);
-    facts.clearance = 1e-3 * facts.radius;  // a scale for tolerances
+    facts.clearance = 1e-3 * facts.radius;  // scale for tolerances
     b.round(b.link(between, at), -1, Ri + Rj, Ri, -Rj, facts);
   }
 };

@@ -1,11 +1,12 @@
-// What an element of a mechanism does in a System. Its facts and keys stand in mechanism/elements/NAME.hpp, and this in
-// dynamics/elements/NAME.hpp:
+// Dynamics of an element in a System. The facts and keys of an element are in
+// mechanism/elements/NAME.hpp, its Dynamics in dynamics/elements/NAME.hpp:
 //
-//     build(b)                 composes constraint rows and contact pairs (dynamics/builder.hpp)
+//     build(b)                 adds constraint rows and contact pairs (dynamics/builder.hpp)
 //     act(m, link, z, out)     applies a force, with its power; flow() is the rate of its state z
 //     potential(m, link)       the energy that it stores
 //
-// System alone reads it. A Dynamics is made of the facts, and holds besides what is laid flat of them once.
+// Only System uses it. A Dynamics inherits the facts and also owns data that are computed from them
+// once.
 #pragma once
 
 #include "dynamics/kinematics.hpp"

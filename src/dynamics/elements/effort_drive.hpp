@@ -1,4 +1,4 @@
-// Dynamics of mechanism/elements/effort_drive.hpp; the equations stand there.
+// Dynamics of mechanism/elements/effort_drive.hpp, which states the equations.
 #pragma once
 
 #include "dynamics/argument.hpp"
@@ -12,7 +12,7 @@ namespace freeplay {
 
 template <>
 struct Dynamics<TorqueCurveDrive> : TorqueCurveDrive {
-  Piecewise course = {};  ///< of prepare()
+  Piecewise course = {};  ///< set by prepare()
   ReadJoint read{other.of};
 
   void prepare(const auto& mechanism) { course = mechanism.curves[curve].lay(); }
@@ -37,7 +37,7 @@ struct Dynamics<TorqueCurveDrive> : TorqueCurveDrive {
 
 template <>
 struct Dynamics<ForceDrive> : ForceDrive {
-  Piecewise course = {};  ///< of prepare(), as the axis
+  Piecewise course = {};  ///< set by prepare(), as is the axis
   Vec2 axis{1, 0};
   ReadJoint read{other.of};
 

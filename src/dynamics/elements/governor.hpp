@@ -1,4 +1,4 @@
-// Dynamics of mechanism/elements/governor.hpp; the equations stand there.
+// Dynamics of mechanism/elements/governor.hpp, which states the equations.
 #pragma once
 
 #include "dynamics/argument.hpp"
@@ -11,14 +11,14 @@ namespace freeplay {
 
 template <>
 struct Dynamics<Governor> : Governor {
-  Piecewise course = {};  ///< of prepare()
+  Piecewise course = {};  ///< set by prepare()
 
   void prepare(const auto& mechanism) { course = target.lay(mechanism.curves); }
   auto link(auto& b) const { return b.joint_link(joint); }
   bool does_work() const { return true; }
   bool needs_velocity() const { return true; }
   bool has_state() const { return integral > 0; }
-  /// rad: the angle that is lacking when the integral share is the size of the proportional one.
+  /// Scale of the state (rad): its value if the integral and the proportional term are equal.
   double state_scale() const {
     const double speed = course.greatest().value;
     return (speed > 0 ? speed : 1) * (proportional > 0 ? proportional / integral : 1);

@@ -1,4 +1,4 @@
-// Dynamics of mechanism/elements/joint_friction.hpp; the equations stand there.
+// Dynamics of mechanism/elements/joint_friction.hpp, which states the equations.
 #pragma once
 
 #include "dynamics/elements/dynamics.hpp"
@@ -11,7 +11,7 @@ struct Dynamics<JointFriction> : JointFriction {
   auto link(auto& b) const {
     return std::visit([&](const auto& j) { return b.link(j.between, j.at); }, b.mechanism().joints[joint]);
   }
-  /// What it is called in forces.csv: on a pin a couple.
+  /// Its kind in forces.csv: a torque for a pin.
   auto reports_as(auto& b) const {
     return std::holds_alternative<RevoluteJoint>(b.mechanism().joints[joint]) ? ForceElement::Kind::torque
                                                                               : reports;

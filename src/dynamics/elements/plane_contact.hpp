@@ -1,4 +1,4 @@
-// Dynamics of mechanism/elements/plane_contact.hpp; the equations stand there.
+// Dynamics of mechanism/elements/plane_contact.hpp, which states the equations.
 #pragma once
 
 #include "dynamics/elements/dynamics.hpp"
@@ -13,7 +13,7 @@ struct Dynamics<PlaneContact> : PlaneContact {
     facts.radius = radius;
     facts.stiffness = stiffness;
     facts.arm = b.longest_arm();
-    facts.clearance = 1e-3 * std::max(radius, facts.arm);  // a scale for tolerances
+    facts.clearance = 1e-3 * std::max(radius, facts.arm);  // scale for tolerances
     if (!(facts.clearance > 0)) facts.clearance = 1e-3;
     b.line(b.link(between, at), 1, axis, radius, radius, facts);
   }

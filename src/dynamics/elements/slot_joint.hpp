@@ -1,4 +1,4 @@
-// Dynamics of mechanism/elements/slot_joint.hpp; the equations stand there.
+// Dynamics of mechanism/elements/slot_joint.hpp, which states the equations.
 #pragma once
 
 #include "dynamics/elements/dynamics.hpp"

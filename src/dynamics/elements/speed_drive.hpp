@@ -1,4 +1,4 @@
-// Dynamics of mechanism/elements/speed_drive.hpp; the equations stand there.
+// Dynamics of mechanism/elements/speed_drive.hpp, which states the equations.
 #pragma once
 
 #include "dynamics/elements/dynamics.hpp"

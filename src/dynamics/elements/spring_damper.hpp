@@ -1,4 +1,4 @@
-// Dynamics of mechanism/elements/spring_damper.hpp; the equations stand there.
+// Dynamics of mechanism/elements/spring_damper.hpp, which states the equations.
 #pragma once
 
 #include "dynamics/elements/dynamics.hpp"
@@ -17,7 +17,8 @@ struct Dynamics<SpringDamper> : SpringDamper {
   auto link(auto& b) const { return b.link(between, at); }
   bool does_work() const { return spring.damps(damping); }
   bool needs_velocity() const { return spring.damps(damping); }
-  /// m, lengths where the force has kinks; the least stands for 0, where one that exerts something turns round.
+  /// Lengths (m) at which the force has kinks. The least one represents length 0, where the
+  /// direction of a nonzero force reverses.
   std::vector<double> kinks() const {
     auto list = spring.kinks(stiffness, free_length);
     const double reach = 1e-9 * reversing();
@@ -25,7 +26,7 @@ struct Dynamics<SpringDamper> : SpringDamper {
     if (reach > 0) list.insert(list.begin(), reach);
     return list;
   }
-  /// m, the length that its force at length 0 acts over; 0: it exerts nothing there.
+  /// Length scale (m) of the force at length 0; 0 if it exerts no force there.
   double reversing() const {
     const double force = spring.elastic(stiffness, free_length, 0.0, 0.0);
     if (force == 0 || !spring.acts(force)) return 0;
@@ -38,7 +39,8 @@ struct Dynamics<SpringDamper> : SpringDamper {
     using std::sqrt;
     const auto a = m.arms(link);
     const T length = sqrt(dot(a.d, a.d));
-    if (!(length > 0)) {  // no direction; a spring without free length needs none, and its derivative stays
+    // The direction is undefined. A spring without free length needs none and keeps its derivative.
+    if (!(length > 0)) {
       if (free_length == 0) out.pull(link, a, Vec2Of<T>{-stiffness * a.d.x(), -stiffness * a.d.y()});
       return;
     }

@@ -1,4 +1,4 @@
-// The force, kinks and energy of a SpringLaw (mechanism/elements/spring_law.hpp, where the equations stand).
+// Force, kinks and energy of a SpringLaw; mechanism/elements/spring_law.hpp states the equations.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace freeplay {
 
 struct SpringForce : SpringLaw {
-  /// E with its line or polynomial at `at`.
+  /// E, with the line or polynomial that is valid at `at`.
   template <class T>
   T elastic(double stiffness, double rest, const T& s, double at) const {
     if (!table.empty()) return line(table, segment(table, at), s);
@@ -24,12 +24,12 @@ struct SpringForce : SpringLaw {
     if (damping_table.empty()) return damping * rate;
     return line(damping_table, segment(damping_table, value_of(rate)), rate);
   }
-  /// F, and its part that is no change of U.
+  /// F, and the part of it that is not a derivative of U.
   template <class T>
   struct Force {
     T whole{0}, damping{0};
   };
-  /// `rate` is asked for only where there is a damper.
+  /// `rate` is used only if there is a damper.
   template <class T>
   Force<T> force(double stiffness, double rest, double damper_rate, const T& s, const T& rate,
                  const Piece* piece) const {
@@ -38,7 +38,7 @@ struct SpringForce : SpringLaw {
     const T e = elastic(stiffness, rest, s, at);
     if (!damps(damper_rate)) return {e, T(0)};
     const T resists = damper(damper_rate, rate);
-    if (one_way && !acts(value_of(e))) {  // beyond the piece, without a jump at its end either way
+    if (one_way && !acts(value_of(e))) {  // beyond the piece, without a jump at its end
       const bool tautens = *one_way == OneWay::pull ? resists > T(0) : resists < T(0);
       return {tautens ? e + resists : e, tautens ? resists : T(0)};
     }
@@ -47,7 +47,8 @@ struct SpringForce : SpringLaw {
     return {whole, whole - e};
   }
 
-  /// Where E changes its slope or, one way, its sign, increasing; none that lies where nothing acts.
+  /// Places, increasing, where E changes its slope or, for a one-sided spring, its sign. Places
+  /// where the spring does not act are omitted.
   std::vector<double> kinks(double stiffness, double rest) const {
     std::vector<double> list;
     const auto e = [&](double s) { return elastic(stiffness, rest, s, s); };
@@ -75,7 +76,7 @@ struct SpringForce : SpringLaw {
     return list;
   }
 
-  /// U from where E is zero, or from rest, or from a table's first point.
+  /// U relative to the place where E is zero, to the rest position, or to a table's first point.
   double energy(double stiffness, double rest, double s) const {
     if (table.empty()) {
       const auto stored = [&](double at) {
@@ -111,14 +112,15 @@ struct SpringForce : SpringLaw {
   static T line(const SpringTable& t, std::size_t i, const T& s) {
     return t[i].second + slope(t, i) * (s - t[i].first);
   }
-  /// ∫ of what acts of a line.
+  /// ∫ of the acting part of a line.
   double area(double a, double ea, double b, double eb) const {
     if (acts(ea) && acts(eb)) return 0.5 * (b - a) * (ea + eb);
     if (!acts(ea) && !acts(eb)) return 0;
     const double width = (b - a) * (acts(ea) ? ea / (ea - eb) : eb / (eb - ea));
     return 0.5 * width * (acts(ea) ? ea : eb);
   }
-  /// Where preload + stiffness x + cubic x³, which rises, is zero: on the tangent's side, so Newton comes from one side.
+  /// Root of preload + stiffness x + cubic x³, which increases. Newton's method starts on the side
+  /// where it converges monotonically.
   double root(double stiffness, double rest) const {
     const double p = preload.value_or(0), c = cubic.value_or(0);
     if (p == 0) return rest;

@@ -1,4 +1,4 @@
-// Dynamics of mechanism/elements/torque_drive.hpp; the equations stand there.
+// Dynamics of mechanism/elements/torque_drive.hpp, which states the equations.
 #pragma once
 
 #include "dynamics/curve_reader.hpp"
@@ -13,7 +13,7 @@ struct Dynamics<TorqueDrive> : TorqueDrive {
   auto link(auto& b) const { return b.joint_link(joint); }
   bool does_work() const { return true; }
   bool has_state() const { return lag.has_value(); }
-  /// What errors of the state are measured by (N m).
+  /// Scale of errors of the state (N m).
   double state_scale() const {
     double greatest = 0;
     for (const auto& point : table) greatest = std::max(greatest, std::abs(point.second));
@@ -30,13 +30,13 @@ struct Dynamics<TorqueDrive> : TorqueDrive {
     out.couple(link, torque);
     out.power.drive += torque * m.spin(link);
   }
-  /// Angles, within one turn, where the table's slope changes (rad); none against time.
+  /// Angles (rad) within one turn at which the table's slope changes; empty for a table of time.
   std::vector<double> angle_kinks() const {
     std::vector<double> kinks;
     if (against != Against::angle || table.size() < 2) return kinks;
     const auto n = table.size();
     double steepest = 0;
-    std::vector<double> slope(n);  // from each point to the next, over the end of the turn
+    std::vector<double> slope(n);  // from each point to the next, across the end of the turn
     for (std::size_t i = 0; i < n; ++i) {
       const auto& next = table[(i + 1) % n];
       const double width = next.first + (i + 1 == n ? turn : 0) - table[i].first;
@@ -49,13 +49,13 @@ struct Dynamics<TorqueDrive> : TorqueDrive {
       kinks.pop_back();  // the same kink
     return kinks;
   }
-  /// How steps see a table against the angle: straight lines between its kinks.
+  /// A table of the angle as steps see it: straight lines between its kinks.
   std::optional<CurveReader> reader(const Link& link) const {
     auto kinks = angle_kinks();
     if (kinks.empty()) return {};
     return CurveReader{name, CurveReader::Of::place, {link, std::move(kinks), turn}};
   }
-  /// The first knot against time after t (s); infinite when there is none.
+  /// The first knot of a table of time after t (s); infinite if there is none.
   double next_knot(double t) const {
     if (against == Against::time && table.size() > 1)
       for (const auto& knot : table)
@@ -64,7 +64,7 @@ struct Dynamics<TorqueDrive> : TorqueDrive {
   }
 
  private:
-  /// The table's torque, before any lag.
+  /// The table's torque, before a lag.
   template <class T>
   T demand(const auto& m, const auto& link) const {
     if (table.size() == 1) return table[0].second;
@@ -78,8 +78,9 @@ struct Dynamics<TorqueDrive> : TorqueDrive {
     const double u = interpolate_periodic(at), slope = (interpolate_periodic(at + third) - u) / third;
     return u + slope * (angle - at);
   }
-  /// The table's mean over what a time step sweeps over: no pulse falls between two steps, and with the step's own mean
-  /// rates the work of an angle's table is that of the angle swept.
+  /// The table's mean over the interval that a time step covers, so that no pulse falls between two
+  /// steps. With the mean rates of the step, the work of an angle's table is exact for the angle
+  /// covered.
   double mean(const auto& m, const auto& link) const {
     const bool time = against == Against::time;
     const auto [from, to] =
@@ -91,7 +92,8 @@ struct Dynamics<TorqueDrive> : TorqueDrive {
     double sum = whole > 0 ? whole * integral(a, a + turn) : 0;
     return (sum + integral(a, a + (width - whole * turn))) / width;
   }
-  /// From a to b, at most one turn apart: linear between knots, the trapezoidal rule from one to the next is exact.
+  /// Integral from a to b, at most one turn apart. The trapezoidal rule between knots is exact for
+  /// a piecewise linear table.
   double integral(double a, double b) const {
     const bool time = against == Against::time;
     const auto value = [&](double x) { return time ? interpolate(x) : interpolate_periodic(x); };
@@ -121,7 +123,7 @@ struct Dynamics<TorqueDrive> : TorqueDrive {
     const auto lo = hi - 1;
     return lo->second + (hi->second - lo->second) / (hi->first - lo->first) * (x - lo->first);
   }
-  /// One turn of a table against an angle, closed from its last point to its first.
+  /// One turn of a table of the angle, closed by a line from its last point to its first.
   template <class T>
   T interpolate_periodic(const T& angle) const {
     const double first = table.front().first, last = table.back().first;

@@ -1,4 +1,4 @@
-// Dynamics of mechanism/elements/torque_load.hpp; the equations stand there.
+// Dynamics of mechanism/elements/torque_load.hpp, which states the equations.
 #pragma once
 
 #include "dynamics/argument.hpp"
@@ -12,7 +12,7 @@ namespace freeplay {
 
 template <>
 struct Dynamics<TorqueLoad> : TorqueLoad {
-  Piecewise course = {};  ///< of prepare()
+  Piecewise course = {};  ///< set by prepare()
   ReadJoint read{other.of};
 
   void prepare(const auto& mechanism) {

@@ -1,4 +1,4 @@
-// Dynamics of mechanism/elements/torsional_spring_damper.hpp; the equations stand there.
+// Dynamics of mechanism/elements/torsional_spring_damper.hpp, which states the equations.
 #pragma once
 
 #include "dynamics/elements/dynamics.hpp"
@@ -17,7 +17,7 @@ struct Dynamics<TorsionalSpringDamper> : TorsionalSpringDamper {
   auto link(auto& b) const { return b.free_link(between, {}); }
   bool does_work() const { return spring.damps(damping); }
   bool needs_velocity() const { return spring.damps(damping); }
-  /// rad, angles where the torque has kinks.
+  /// Angles (rad) at which the torque has kinks.
   std::vector<double> kinks() const { return spring.kinks(stiffness, free_angle); }
 
   template <class T>

@@ -1,4 +1,4 @@
-// Dynamics of mechanism/elements/translational_joint.hpp; the equations stand there.
+// Dynamics of mechanism/elements/translational_joint.hpp, which states the equations.
 #pragma once
 
 #include "dynamics/elements/dynamics.hpp"
@@ -18,7 +18,7 @@ struct Dynamics<TranslationalJoint> : TranslationalJoint {
  private:
   void build_corners(auto& b) const {
     const auto& c = *clearance;
-    // The slider's own directions in its body's frame.
+    // Axes of the slider in its body's frame.
     const double turn = -angle;
     const Vec2 along{std::cos(turn) * axis.x() - std::sin(turn) * axis.y(),
                      std::sin(turn) * axis.x() + std::cos(turn) * axis.y()};

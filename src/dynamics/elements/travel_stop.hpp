@@ -1,4 +1,4 @@
-// Dynamics of mechanism/elements/travel_stop.hpp; the equations stand there.
+// Dynamics of mechanism/elements/travel_stop.hpp, which states the equations.
 #pragma once
 
 #include "dynamics/elements/dynamics.hpp"
@@ -22,7 +22,7 @@ struct Dynamics<TravelStop> : TravelStop {
       for (const auto& [limit, side] : {std::pair{stop.lower, 1}, std::pair{stop.upper, -1}}) {
         if (!limit) continue;
         auto facts = stop.contact(b, name, on.between, side < 0, size);
-        // What would rub on the stop an ideal joint holds.
+        // There is no sliding on the stop of an ideal joint.
         if (!on.clearance) facts.surface.friction.reset();
         b.line(b.link(on.between, on.at), side, -perp(on.axis), side * *limit, pin, facts);
       }

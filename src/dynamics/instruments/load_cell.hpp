@@ -1,5 +1,6 @@
-// Force of a joint on its second body along an axis of the world, through a low-pass: its ideal reaction, its
-// contacts and the friction of its preload. A drive turns the joint, with no force.
+// Force of a joint on its second body along an axis of the world, through a low-pass. It is the sum
+// of the ideal reaction, the contacts and the joint friction. A drive of the joint contributes
+// nothing: it exerts a torque only.
 #pragma once
 
 #include "dynamics/instrument_parts.hpp"

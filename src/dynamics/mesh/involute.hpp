@@ -1,16 +1,19 @@
-// One flank of two wheels with involute teeth, on the distance that the wheels have. Signed base radii R_i = r_b,i and
-// R_j = κ r_b,j with κ = +1 outside each other, −1 where wheel i is a ring with its teeth inside; S = R_i + R_j. With
-// d = r_j − r_i of length a in the direction n = (cos ψ, sin ψ), t = perp n, cos α = S/a and L = √(a² − S²), flank σ
-// (+1: wheel i turning counter-clockwise pushes, −1: clockwise) acts along the line of action,
+// One flank of two wheels with involute teeth, at the present distance of the wheels. Signed base
+// radii are R_i = r_b,i and R_j = κ r_b,j with κ = +1 for external gears and −1 if wheel i is a
+// ring with internal teeth; S = R_i + R_j. Let d = r_j − r_i have length a and the direction
+// n = (cos ψ, sin ψ), and let t = perp n, cos α = S/a, L = √(a² − S²). Flank σ (+1: wheel i turning
+// counterclockwise pushes, −1: clockwise) acts along the line of action,
 //
 //     u = σ cos α t + κ sin α n       (the force on wheel j)
-//     g = κ S (inv α − inv α₀) + b/2 + σ (S ψ − R_i θ_i − R_j θ_j − φ₀),    S inv α = L − S atan(L/S)
+//     g = κ S (inv α − inv α₀) + b/2 + σ (S ψ − R_i θ_i − R_j θ_j − φ₀)
+//     S inv α = L − S atan(L/S)
 //     ġ = u·ḋ − σ (R_i ω_i + R_j ω_j)
 //     g̈ = u·d̈ − σ (R_i α_i + R_j α_j) + κ (m·ḋ)²/L,     m = cos α n − σ κ sin α t ⊥ u
 //
-// for S d(inv α) = sin α da and S ψ̇ = cos α (t·ḋ). L is the distance between the points where the line of action touches
-// the base circles. The tooth that is in mesh is the one of the least |S ψ − …|, so that no angle need be unwound.
-// (Involute function, base pitch, normal backlash b: ISO 21771-1:2007.) Closer than S there is no mesh: inv α stays 0.
+// because S d(inv α) = sin α da and S ψ̇ = cos α (t·ḋ). L is the distance between the points where
+// the line of action is tangent to the base circles. The tooth in mesh is the one with the least
+// |S ψ − …|, so that angles may include full turns. (Involute function, base pitch, normal backlash
+// b: ISO 21771-1:2007.) At a distance below S there is no mesh: inv α is set to 0.
 #pragma once
 
 #include <algorithm>
@@ -27,12 +30,15 @@ template <class T>
 struct FlankOf {
   T gap;                     ///< m
   Vec2Of<T> along;           ///< u, direction of the force on the second body
-  T turn_i = 0, turn_j = 0;  ///< m, of ġ with ω_i and ω_j where ḋ is zero
+  T turn_i = 0, turn_j = 0;  ///< m, coefficients of ω_i and ω_j in ġ
 };
 
-/// Where a step is long enough for another tooth to come (speed: bound on |ġ|, m/s), the gap jumps by a period P unseen. From
-/// play to play that is a way of P/2 at least, so pieces of dt = P/(4 speed) hold no jump: a bend of 64 speed²/P lets no longer
-/// one be decided, for it takes P/2, all there is, off the chord, and changes a rate by 16 speed.
+/// Prevents a change of tooth from being missed within a step. If the step is long enough for
+/// another tooth to come into mesh (`speed`: bound on |ġ|, m/s), the gap may jump by a period P
+/// within the step. Between two jumps the flanks move by at least P/2, so intervals of
+/// dt = P/(4 speed) contain no jump. A bend of 64 speed²/P prevents longer intervals from being
+/// decided: over dt it lowers the chord by P/2, the whole range of the gap, and changes a rate by
+/// 16 speed.
 inline void heed_teeth(GapMotion& m, double period, double speed, double h) {
   if (std::isfinite(period) && speed * h > 0.25 * period)
     m.bend = std::max(m.bend, 64 * speed * speed / period);
@@ -67,7 +73,7 @@ struct InvoluteMesh : InvoluteFlank {
     return f;
   }
 
-  /// What of g̈ is neither u·d̈ nor of angular accelerations.
+  /// Terms of g̈ without linear or angular accelerations.
   template <class T>
   T bend(const FlankOf<T>& f, const Vec2Of<T>& d, const Vec2Of<T>& rate, const T&, const T&) const {
     using std::sqrt;
@@ -75,7 +81,7 @@ struct InvoluteMesh : InvoluteFlank {
     return L2 > 0 ? T(kind * across * across / sqrt(L2)) : T(0);
   }
 
-  /// How the gap may bend within a step; d at its end.
+  /// Bounds on the gap's second derivative within a step; d at its end.
   GapMotion motion(const Link& link, const MotionBounds& bounds, const Vec2& d) const {
     auto m = relative_motion(link, bounds);
     const double S = sum(), near = d.norm() - m.speed * bounds.duration;

@@ -1,6 +1,7 @@
-// One flank of a wheel i against a rack, straight teeth on body j along an axis A with the wheel on its left. The flanks
-// are at the pressure angle α wherever the rack is: with d = r_j − r_i to a point of the rack's pitch line, r its pitch
-// radius, r_b = r cos α, and σ as in mesh/involute.hpp (+1: the wheel turning counter-clockwise pushes the rack along A),
+// One flank of a wheel i and a rack: straight teeth on body j along an axis A, with the wheel on
+// its left. The flanks are at the pressure angle α at any distance. With d = r_j − r_i to a point
+// of the rack's pitch line, r the wheel's pitch radius, r_b = r cos α, and σ as in
+// mesh/involute.hpp (+1: the wheel turning counterclockwise pushes the rack along A),
 //
 //     u = σ cos α A − sin α perp A      (the force on the rack; it turns with body j)
 //     g = b/2 − r sin α − sin α perp A·d + σ (cos α A·d − r_b (θ_i − θ_j) − φ₀)
@@ -34,7 +35,7 @@ struct RackMesh : RackFlank {
     return 2 * wj * dot(perp(f.along), rate) - wj * wj * dot(f.along, d);
   }
 
-  /// How the gap may bend within a step; d at its end. A rack that does not turn counts along its flank's normal alone.
+  /// Bounds on the gap's second derivative within a step; d at its end.
   GapMotion motion(const Link& link, const MotionBounds& bounds, const Vec2& d) const {
     auto m = relative_motion(link, bounds);
     double speed = m.speed;

@@ -1,10 +1,12 @@
-// A stop of a joint's angle θ = θ_j − θ_i at a radius r. With c the direction from the joint to the stop, fixed in body i,
-// n = −s perp c (s = +1 for the greatest angle, −1 for the least), d = r_j − r_i:
+// Stop of a joint's angle θ = θ_j − θ_i at a radius r. With c the direction from the joint to the
+// stop, fixed in body i, n = −s perp c (s = +1 for the greatest angle, −1 for the least),
+// d = r_j − r_i:
 //
 //     g = s r (limit − θ) + n·d,     ġ = −s r (ω_j − ω_i) + n·ḋ + ω_i perp n·d
 //     g̈ = −s r (α_j − α_i) + n·d̈ + α_i perp n·d + 2 ω_i perp n·ḋ − ω_i² n·d
 //
-// so that the force acts through the stop's point. Without a direction n = 0: two stops face to face, a couple.
+// The force thus acts through the stop's point. Without a direction n = 0: two opposite stops, a
+// couple.
 #pragma once
 
 #include "dynamics/pairs/pair.hpp"
@@ -22,7 +24,7 @@ struct AngleStopPair {
     return side * radius * (limit - (theta(q, link.j) - theta(q, link.i))) +
            dot(turned(link.i, normal, e), d);
   }
-  /// How the gap may bend within a step; d at its end.
+  /// Bounds on the gap's second derivative within a step; d at its end.
   GapMotion motion(const MotionBounds& bounds, const Vec2& d) const {
     auto m = relative_motion(link, bounds);
     if (normal.is_zero()) m.bend = 0;
@@ -34,7 +36,7 @@ struct AngleStopPair {
     m.bend += 2 * turn * m.speed + (turn * turn + bounds.acceleration[c]) * reach;
     return m;
   }
-  /// What is beyond a stop stays beyond.
+  /// Zero: a closed stop cannot be passed through.
   double passage(const double*, double) const { return 0; }
 
   template <class T>

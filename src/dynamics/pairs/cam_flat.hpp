@@ -1,12 +1,14 @@
-// A flat face of body j on a cam of body i. The cam's outline is the envelope of its tangents: in the direction u, which
-// stands at the angle ψ in the cam's frame, it reaches H(ψ) = base radius + h(ψ) from the cam's point, and touches at
-// H u + H' τ, τ = perp u. The face has its free side towards −u, so that with d = r_j − r_i
+// A flat face of body j on a cam of body i. The cam's outline is the envelope of its tangents. Its
+// support function in the direction u, at the angle ψ in the cam's frame, is H(ψ) = base
+// radius + h(ψ) from the cam's point; the tangent point is H u + H' τ, τ = perp u. The free side of
+// the face is towards −u. With d = r_j − r_i
 //
 //     g = u·d − H(ψ),      ġ = u·ḋ + ω_j τ·d − H' (ω_j − ω_i)
 //     g̈ = u·d̈ + 2 ω_j τ·ḋ + α_j τ·d − ω_j² u·d − H' (α_j − α_i) − H'' (ω_j − ω_i)²
-//     v_T = τ·ḋ − ω_j g − ω_i H,   v̇_T = τ·d̈ − ω_j (u·ḋ + ġ) − α_j g − α_i H − ω_i H' (ω_j − ω_i)
+//     v_T = τ·ḋ − ω_j g − ω_i H
+//     v̇_T = τ·d̈ − ω_j (u·ḋ + ġ) − α_j g − α_i H − ω_i H' (ω_j − ω_i)
 //
-// exact for every outline that is convex, H + H'' > 0.
+// This is exact for every convex outline, H + H'' > 0.
 #pragma once
 
 #include <cmath>
@@ -18,16 +20,16 @@ namespace freeplay {
 
 struct CamFlatPair {
   Link link;
-  Vec2 axis{1, 0};         ///< along the face, in body j's frame; the cam lies on its left
+  Vec2 axis{1, 0};         ///< along the face, in body j's frame; the cam is on its left
   double base_radius = 0;  ///< m
   CamProfile profile;
 
-  /// u·d − H with the angle ψ of u in the cam's frame.
+  /// u·d − H, with the angle ψ of u in the cam's frame.
   double gap(const Vec2& d, const Evaluation& e) const {
     const Vec2 u = -perp(turned(link.j, axis, e));
     return dot(u, d) - (base_radius + profile.at(angle_in_cam(u, e)).h);
   }
-  /// How the gap may bend within a step; d at its end.
+  /// Bounds on the gap's second derivative within a step; d at its end.
   GapMotion motion(const MotionBounds& bounds, const Vec2& d) const {
     auto m = relative_motion(link, bounds);
     const auto of = [](const std::vector<double>& x, int body) { return omega(x.data(), body); };
@@ -38,7 +40,7 @@ struct CamFlatPair {
     m.bend += profile.bounds().d1 * more + profile.bounds().d2 * relative * relative;
     return m;
   }
-  /// What share of the narrowest rise or return passes under the face in a time h.
+  /// Rotation within a time h, as a share of the narrowest rise or return.
   double passage(const double* v, double h) const {
     return std::abs(omega(v, link.j) - omega(v, link.i)) * h / profile.narrowest();
   }

@@ -1,13 +1,17 @@
-// A roller of radius R on body j against a cam on body i. Its centre rolls along the pitch curve, which stands in polar form
-// in the cam's frame: p(φ) = r(φ) e(φ), r = base radius + R + h(φ). g is the centre's distance from that curve, along its
-// outward normal u at the place nearest to it, τ = perp u, ρ its radius of curvature there (< 0: hollow). With
-// d = r_j − r_i and w = ḋ − ω_i perp d, the centre's velocity in the cam's frame,
+// A roller of radius R on body j and a cam on body i. The roller's centre is on the pitch curve
+// when they touch. In polar form in the cam's frame this is p(φ) = r(φ) e(φ), r = base
+// radius + R + h(φ). g is the distance of the centre from that curve along its outward normal u at
+// the nearest point, τ = perp u, ρ the radius of curvature there (< 0: concave). With d = r_j − r_i
+// and w = ḋ − ω_i perp d, the centre's velocity in the cam's frame,
 //
-//     g = u·(d − p),    ġ = u·w,          g̈ = u·d̈ + α_i τ·d + 2 ω_i τ·w + ω_i² u·d + (τ·w)²/(ρ + g)
-//     v_T = τ·w − R (ω_j − ω_i),          v̇_T = τ·d̈ − α_i u·d − 2 ω_i u·w + ω_i² τ·d − (τ·w)(u·w)/(ρ + g) − R (α_j − α_i)
+//     g = u·(d − p),    ġ = u·w
+//     g̈ = u·d̈ + α_i τ·d + 2 ω_i τ·w + ω_i² u·d + (τ·w)²/(ρ + g)
+//     v_T = τ·w − R (ω_j − ω_i)
+//     v̇_T = τ·d̈ − α_i u·d − 2 ω_i u·w + ω_i² τ·d − (τ·w)(u·w)/(ρ + g) − R (α_j − α_i)
 //
-// The nearest place is found by Newton's method from the centre's own polar angle: nothing is remembered. Of a hollow pitch
-// curve it is the nearest while the centre is within the hollow's radius.
+// The nearest point is found by Newton's method from the polar angle of the centre; no state is
+// kept. For a concave pitch curve it is the nearest point while the centre is within the radius of
+// curvature.
 #pragma once
 
 #include <algorithm>
@@ -22,8 +26,9 @@ struct CamRollerPair {
   Link link;
   double pitch_radius = 0;  ///< m, base radius + R
   double radius = 0;        ///< m, R
-  double least_round = 0;   ///< m, least radius of curvature of the pitch curve where it is convex
-  double least_hollow = 0;  ///< m, likewise where it is hollow, infinite where it is not
+  double least_round = 0;   ///< m, least radius of curvature where the pitch curve is convex
+  /// m, least radius where it is concave; infinite if it is nowhere concave
+  double least_hollow = 0;
   CamProfile profile;
 
   double gap(const Vec2& d, const Evaluation& e) const {
@@ -31,17 +36,18 @@ struct CamRollerPair {
     const auto p = place(nearest(c));
     return cross(c - p.at, p.slope) / p.slope.norm();
   }
-  /// How the gap may bend within a step; d at its end.
+  /// Bounds on the gap's second derivative within a step; d at its end.
   GapMotion motion(const MotionBounds& bounds, const Vec2& d) const {
     auto m = relative_motion(link, bounds);
     const double turn = omega(bounds.speed.data(), link.i), twist = omega(bounds.acceleration.data(), link.i);
     const double reach = d.norm() + m.speed * bounds.duration, w = m.speed + turn * reach;
     m.bend += twist * reach + 2 * turn * w + turn * turn * reach;
-    // Within a hollow's radius of it; a centre that is further away stands off by much and is no concern of the next step.
+    // Valid within the radius of a concave part. A centre farther away has a large gap and cannot
+    // touch in the next step.
     m.bend += w * w * std::max(1 / least_round, 2 / least_hollow);
     return m;
   }
-  /// What share of the narrowest rise or return passes the roller in a time h.
+  /// Rotation of the cam within a time h, as a share of the narrowest rise or return.
   double passage(const double* v, double h) const {
     return std::abs(omega(v, link.i)) * h / profile.narrowest();
   }
@@ -53,7 +59,7 @@ struct CamRollerPair {
     const Vec2Of<T> c = in_cam(a.d, e);
     const double at = nearest({value_of(c.x()), value_of(c.y())});
     const auto p = place(at);
-    // The derivatives of the place nearest to it: one Newton step with those of c.
+    // Derivatives of the nearest point: one Newton step with those of c.
     const double bend = dot(Vec2{value_of(c.x()), value_of(c.y())} - p.at, p.curl) - dot(p.slope, p.slope);
     const T off = (c.x() - p.at.x()) * p.slope.x() + (c.y() - p.at.y()) * p.slope.y();
     const T phi = at - (off - value_of(off)) / bend;
@@ -65,7 +71,7 @@ struct CamRollerPair {
     const Vec2Of<T> slope{r1 * radial.x() + r * round.x(), r1 * radial.y() + r * round.y()};
     const T square = slope.squared_norm(), length = slope.norm();
     const T rho = square * length / (r * r + 2 * r1 * r1 - r * r2);
-    // Back to the world: u, and the tangent round the cam counter-clockwise.
+    // Back to the world: u, and the tangent counterclockwise around the cam.
     const Vec2Of<T> tau = in_world(Vec2Of<T>{slope.x() / length, slope.y() / length}, e), u = -perp(tau);
     row.gap = ((c.x() - r * co) * slope.y() - (c.y() - r * si) * slope.x()) / length;
 
@@ -94,7 +100,8 @@ struct CamRollerPair {
     const Vec2 e{std::cos(phi), std::sin(phi)}, f = perp(e);
     return {r * e, y.d1 * e + r * f, (y.d2 - r) * e + 2 * y.d1 * f};
   }
-  /// φ of the place nearest to c: Newton on (c − p)·p' = 0, whose slope is < 0 at a least distance.
+  /// φ of the point nearest to c: Newton's method on (c − p)·p' = 0, whose slope is negative at a
+  /// minimum of the distance.
   double nearest(const Vec2& c) const {
     double phi = std::atan2(c.y(), c.x());
     for (int i = 0; i < 30; ++i) {

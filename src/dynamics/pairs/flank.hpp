@@ -1,8 +1,9 @@
-// A flank of toothed bodies as a contact: its gap and direction from mesh/involute.hpp or mesh/rack.hpp,
+// A tooth flank as a contact, with gap and direction from mesh/involute.hpp or mesh/rack.hpp,
 //
 //     ġ = u·ḋ + ρ_i ω_i + ρ_j ω_j
 //
-// Teeth have no friction here: how they slide depends on which pair of teeth carries, and that no state holds.
+// Teeth have no friction: their sliding depends on which pair of teeth carries, which no state
+// stores.
 #pragma once
 
 #include "dynamics/mesh/involute.hpp"
@@ -18,7 +19,7 @@ struct FlankPair {
 
   double gap(const double* q, const Vec2& d, const Evaluation& e) const { return mesh.at(link, q, d, e).gap; }
   GapMotion motion(const MotionBounds& bounds, const Vec2& d) const { return mesh.motion(link, bounds, d); }
-  /// Flanks that overlap stay so until half a tooth further.
+  /// Zero: overlapping flanks stay so over half a tooth pitch.
   double passage(const double*, double) const { return 0; }
 
   template <class T>

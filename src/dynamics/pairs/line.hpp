@@ -1,8 +1,9 @@
-// A disc of radius R (0: a corner) of body j against a wall along the axis a of body i. With n = s perp a into
-// the free space, d = r_j − r_i, y = n·d − R the contact point's distance from body i's point along n:
+// A disc of radius R (0: a corner) of body j and a wall along the axis a of body i. n = s perp a
+// points into the free space, d = r_j − r_i, y = n·d − R is the distance of the contact point from
+// body i's point along n:
 //
 //     g = n·d − rest,    ġ = n·ḋ − s ω_i a·d,    g̈ = n·d̈ − s α_i a·d − 2 s ω_i a·ḋ − ω_i² n·d
-//     v_T = a·ḋ + s R ω_j + s y ω_i,             v̇_T = a·d̈ + ω_i perp(a)·ḋ + s(ω_i ġ + R α_j + y α_i)
+//     v_T = a·ḋ + s R ω_j + s y ω_i,        v̇_T = a·d̈ + ω_i perp(a)·ḋ + s(ω_i ġ + R α_j + y α_i)
 #pragma once
 
 #include "dynamics/pairs/pair.hpp"
@@ -11,18 +12,19 @@ namespace freeplay {
 
 struct LinePair {
   Link link;
-  double side = 1;  ///< s: free space on the left (+1) or right of the axis
+  double side = 1;  ///< s, +1: free space on the left of the axis, −1: on the right
   Vec2 axis{1, 0};
-  double rest = 0;    ///< m: what n·d is short of the gap
+  double rest = 0;    ///< m, n·d at contact
   double radius = 0;  ///< m, R
 
   double gap(const Vec2& d, const Evaluation& e) const {
     return side * dot(perp(turned(link.i, axis, e)), d) - rest;
   }
-  /// How the gap may bend within a step; d at its end. A wall that turns adds n̈·d + 2ṅ·ḋ, |ṅ| ≤ |ω_i|.
+  /// Bounds on the gap's second derivative within a step; d at its end. A turning wall adds
+  /// n̈·d + 2ṅ·ḋ with |ṅ| ≤ |ω_i|.
   GapMotion motion(const MotionBounds& bounds, const Vec2& d) const {
     auto m = relative_motion(link, bounds);
-    if (link.i == ground) {  // the wall stands still: what goes along it does not count
+    if (link.i == ground) {  // fixed wall: motion along it has no effect
       const int c = planar::first(link.j);
       const double turn = bounds.speed[c + 2];
       m.bend = std::abs(axis.y()) * bounds.acceleration[c] + std::abs(axis.x()) * bounds.acceleration[c + 1] +
@@ -36,8 +38,9 @@ struct LinePair {
     return m;
   }
 
-  /// What share of what it can pass through a contact moves in a time h: the arc below the wall of a point on an arm
-  /// that turns, as long as the arm's diameter. What falls through stays below.
+  /// Motion within a time h as a share of the motion that could pass the contact undetected: the
+  /// arc below the wall of a point on a turning arm, as long as the arm's diameter. A point that
+  /// passes through without turning stays below.
   double passage(const double* v, double h) const {
     if (link.j == ground || link.sj.is_zero()) return 0;
     return 0.5 * std::abs(planar::rate(v, link.j)) * h;

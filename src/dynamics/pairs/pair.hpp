@@ -1,4 +1,4 @@
-// What kinds of contact pair share.
+// Common functions of the kinds of contact pair.
 #pragma once
 
 #include "dynamics/evaluation.hpp"
@@ -7,7 +7,8 @@
 
 namespace freeplay {
 
-/// Adds a body's entries for a unit force along `direction` and the couple `turn` about its centre of mass.
+/// Adds the entries of a body for a unit force along `direction` and the couple `turn` about its
+/// centre of mass.
 template <class T>
 void push(SparseRowOf<T>& row, int body, const Vec2Of<T>& direction, const T& turn) {
   if (body == ground) return;
@@ -16,7 +17,7 @@ void push(SparseRowOf<T>& row, int body, const Vec2Of<T>& direction, const T& tu
   row.push(3 * body + 2, turn);
 }
 
-/// The part of d̈ that the accelerations leave out: ω_i² r_i − ω_j² r_j.
+/// The part of d̈ without accelerations: ω_i² r_i − ω_j² r_j.
 template <class T>
 Vec2Of<T> centripetal(const Vec2Of<T>& ri, const T& wi, const Vec2Of<T>& rj, const T& wj) {
   return {wi * wi * ri.x() - wj * wj * rj.x(), wi * wi * ri.y() - wj * wj * rj.y()};

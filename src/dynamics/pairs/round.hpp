@@ -1,10 +1,14 @@
-// Two circles. With e = r_j − r_i, n = e/|e|, t = perp n; a journal inside a bearing has s = +1 and touches at
-// |e| = R_i − R_j; discs outside each other have s = −1 and, counted with R_j < 0, too:
+// Two circles. With e = r_j − r_i, n = e/|e|, t = perp n. A journal inside a bearing has s = +1 and
+// touches at |e| = R_i − R_j. Discs outside each other have s = −1 and are described with R_j < 0:
 //
 //     g = s(R_i − R_j − |e|),    ġ = −s n·ė,         g̈ = −s[n·ë + (t·ė)²/|e|]
-//     v_T = t·ė + R_j ω_j − R_i ω_i   (velocity of the second surface relative to the first's)
+//     v_T = t·ė + R_j ω_j − R_i ω_i   (velocity of the second surface relative to the first)
 //     v̇_T = t·ë − (t·ė)(n·ė)/|e| + R_j α_j − R_i α_i
-//     w_t = t·ė − ½(ω_i + ω_j)|e|,   ẇ_t = t·ë − (t·ė)(n·ė)/|e| − ½(α_i + α_j)|e| − ½(ω_i + ω_j) n·ė   (films)
+//
+// and for films
+//
+//     w_t = t·ė − ½(ω_i + ω_j)|e|
+//     ẇ_t = t·ë − (t·ė)(n·ė)/|e| − ½(α_i + α_j)|e| − ½(ω_i + ω_j) n·ė
 #pragma once
 
 #include "dynamics/pairs/pair.hpp"
@@ -13,12 +17,12 @@ namespace freeplay {
 
 struct RoundPair {
   Link link;
-  double side = 1;                    ///< +1 ring, −1 discs
-  double rest = 0;                    ///< m: |e| at touch
-  double radius_i = 0, radius_j = 0;  ///< m; R_j < 0 outside each other
+  double side = 1;                    ///< s: +1 ring, −1 discs
+  double rest = 0;                    ///< m, |e| at contact
+  double radius_i = 0, radius_j = 0;  ///< m; R_j < 0 for discs
 
   double gap(const Vec2& d, const Evaluation&) const { return side * (rest - d.norm()); }
-  /// How the gap may bend within a step.
+  /// Bounds on the gap's second derivative within a step.
   GapMotion motion(const MotionBounds& bounds, const Vec2&) const {
     auto m = relative_motion(link, bounds);
     m.shape = side > 0 ? GapMotion::Shape::inside : GapMotion::Shape::outside;
@@ -26,8 +30,9 @@ struct RoundPair {
     return m;
   }
 
-  /// What share of what it can pass through a contact moves in a time h: two discs of each other's widths. A journal
-  /// stays outside its wall once it is there.
+  /// Motion within a time h as a share of the motion that could pass the contact undetected: twice
+  /// the sum of the radii for discs. Zero for a journal, which stays outside its bearing's wall
+  /// once it is there.
   double passage(const double* v, double h) const { return side > 0 ? 0 : path(link, v, h) / (2 * rest); }
 
   template <class T>
@@ -37,7 +42,8 @@ struct RoundPair {
     const int i = link.i, j = link.j;
     const T length = sqrt(dot(a.d, a.d));
     row.gap = side * (rest - length);
-    // A concentric journal has no normal; a film still resists it, alike in all directions: any will do.
+    // A concentric journal has no normal. A film still resists it, equally in all directions, so
+    // any normal is used.
     const bool concentric = !(length > 1e-9 * facts.clearance);
     if (concentric && !facts.lubricant) return;
 

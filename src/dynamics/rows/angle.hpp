@@ -1,4 +1,4 @@
-// A fixed relative angle, or one that grows at a prescribed speed, one row; γ = 0:
+// A fixed relative angle, or one with a prescribed speed. One row, γ = 0:
 //
 //     Φ = θ_j − θ_i − angle,     Φ = θ_j − θ_i − angle − speed·t,   Φ_t = −speed
 #pragma once

@@ -1,8 +1,8 @@
-// Two points kept at a distance L > 0, one row. With d = r_j^P − r_i^P, u = ḋ and arms r_i, r_j:
+// Two points at a fixed distance L > 0. One row, with d = r_j^P − r_i^P, u = ḋ and arms r_i, r_j:
 //
 //     Φ = (d·d − L²)/(2L),     Φ̇ = d·u/L,     γ = −(u·u + d·(ω_i² r_i − ω_j² r_j))/L
 //
-// On the constraint d/L has length one, and the multiplier is the tension (N).
+// On the constraint d/L has unit length, and the multiplier is the tension (N).
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@ struct DistanceRow {
   Link link;
   double length = 0;  ///< m
   int row = 0;
-  std::array<int, 2> first{-1, -1},  ///< entries of G, x and y of i and j, begin there; −1: the ground
-      theta{-1, -1};                 ///< and θ; −1: the ground, or an arm of zero
+  std::array<int, 2> first{-1, -1},  ///< first of the entries x, y of i and j in G; −1: ground
+      theta{-1, -1};                 ///< their entries θ; −1: ground, or arm zero
 
   template <class T>
   void place(const T&, const T* q, EvaluationOf<T>& e) const {

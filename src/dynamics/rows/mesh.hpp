@@ -1,6 +1,8 @@
-// Toothed bodies without play, one row: the flank that carries stays closed, Φ = g of mesh/involute.hpp or mesh/rack.hpp,
+// Toothed bodies without backlash. One row: the carrying flank stays closed, Φ = g of
+// mesh/involute.hpp or mesh/rack.hpp,
 //
-//     Φ̇ = u·ḋ + ρ_i ω_i + ρ_j ω_j,     γ = −u·(ω_i² r_i − ω_j² r_j) − (what else of Φ̈ no acceleration makes)
+//     Φ̇ = u·ḋ + ρ_i ω_i + ρ_j ω_j
+//     γ = −u·(ω_i² r_i − ω_j² r_j) − (other terms of Φ̈ without accelerations)
 #pragma once
 
 #include <array>
@@ -15,7 +17,7 @@ struct MeshRow {
   Link link;
   Mesh mesh;
   int row = 0;
-  std::array<int, 2> first{-1, -1};  ///< its entries of G, x, y and θ of i and j, begin there; −1: the ground
+  std::array<int, 2> first{-1, -1};  ///< first of the entries x, y, θ of i and j in G; −1: ground
 
   template <class T>
   void place(const T&, const T* q, EvaluationOf<T>& e) const {

@@ -1,11 +1,12 @@
-// A prescribed motion of a joint, one row. With s the joint's angle θ_j − θ_i, or its place a·d along the axis a of
-// body i, and y a function of x, time or the angle φ of another joint:
+// A prescribed motion of a joint, one row. s is the joint's angle θ_j − θ_i, or its position a·d
+// along the axis a of body i; y is a function of x, which is time or the angle φ of another joint:
 //
 //     Φ = s − y(x),   x = t:  Φ_t = −y′, γ = y″        x = φ:  Φ_t = 0, ∂Φ/∂φ = −y′, γ = y″ φ̇²
 //
-// and along an axis, with n = perp a, γ besides −2 ω_i n·ḋ + ω_i² a·d + ω_j² a·r_j − ω_i² a·r_i.
+// Along an axis, with n = perp a, γ also has the terms −2 ω_i n·ḋ + ω_i² a·d + ω_j² a·r_j − ω_i²
+// a·r_i.
 //
-// A time step from t₀ to t₁ is given what makes its end exact, whatever lies between (step()):
+// For a time step from t₀ to t₁, step() sets values that make the end of the step exact:
 //
 //     Φ_t = −(y₁ − y₀)/h,     −Φ_t + ½ h γ = y′₁
 #pragma once
@@ -20,21 +21,21 @@ namespace freeplay {
 
 struct MotionRow {
   Link link;
-  int row = 0, index = 0;  ///< of the row, and among these rows
+  int row = 0, index = 0;  ///< of the row, and among the motion rows
   Piecewise course = {};
   bool slides = false;
   Vec2 axis{1, 0};
-  bool follows = false;  ///< x is the angle of `other`
+  bool follows = false;  ///< whether x is the angle of `other`
   Link other = {};
-  int phase = -1;  ///< of x among System::phases, −1: none
-  /// Entries of G, −1: none; bodies i and j have x, y, θ, of which an angle's row has θ alone.
+  int phase = -1;  ///< index of x in System::phases; −1: none
+  /// Entries of G (−1: none). Bodies i and j have x, y, θ; a row of an angle uses θ alone.
   std::array<int, 3> of_i{-1, -1, -1}, of_j{-1, -1, -1};
   int other_i = -1, other_j = -1;
 
   template <class T>
   void place(const T& t, const T* q, EvaluationOf<T>& e) const {
     const T x = follows ? T(theta(q, other.j) - theta(q, other.i)) : t;
-    // Held to its piece, y is smooth up to a knot at which a step ends.
+    // Restricted to its piece, y is smooth up to the knot at which a step ends.
     const auto y = phase >= 0 && e.pieces ? course.jet(x, e.pieces[phase].inside()) : course.jet(x);
     e.bend[index] = y.bend;
     if (slides) {
@@ -52,7 +53,7 @@ struct MotionRow {
       e.phi_t[row] = -y.slope;
       return;
     }
-    // A body may have its entry already.
+    // A body may already have an entry.
     const auto add = [&](int entry, int body, const T& amount) {
       if (entry < 0) return;
       const bool shared = body == link.i || body == link.j;
@@ -79,7 +80,7 @@ struct MotionRow {
     e.gamma[row] = g;
   }
 
-  /// Of a time step from t0 to t1; after place() and before rate().
+  /// Prepares a time step from t0 to t1; call it between place() and rate().
   void step(double t0, double t1, Evaluation& e) const {
     if (follows) return;
     const double h = t1 - t0, mean = mean_rate(t0, t1);
@@ -88,7 +89,8 @@ struct MotionRow {
   }
 
  private:
-  /// (y₁ − y₀)/h; over a short step, where the difference is rounding, by Gauss's three places.
+  /// (y₁ − y₀)/h. Over a short step, where the difference is mostly rounding, by Gauss quadrature
+  /// with three points.
   double mean_rate(double t0, double t1) const {
     const double h = t1 - t0, y0 = course.value(t0), y1 = course.value(t1), whole = (y1 - y0) / h;
     const double middle = 0.5 * (t0 + t1), out = 0.3872983346207417 * h;  // √(3/5)/2

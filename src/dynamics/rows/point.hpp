@@ -1,4 +1,4 @@
-// Two points kept together, two rows. With arms r_i, r_j (perp turns by +90°):
+// Two coinciding points, two rows. With arms r_i, r_j (perp rotates by +90°):
 //
 //     Φ = r_j^P − r_i^P,   Φ̇ = v_j + ω_j perp r_j − v_i − ω_i perp r_i,   γ = ω_j² r_j − ω_i² r_i
 #pragma once
@@ -12,8 +12,8 @@ namespace freeplay {
 struct PointRows {
   Link link;
   int row = 0;
-  std::array<int, 2> theta_i{-1, -1},
-      theta_j{-1, -1};  // entries of G that turn with the bodies, −1: arm zero
+  // Entries of G for the bodies' angles; −1: arm zero.
+  std::array<int, 2> theta_i{-1, -1}, theta_j{-1, -1};
 
   template <class T>
   void place(const T&, const T* q, EvaluationOf<T>& e) const {

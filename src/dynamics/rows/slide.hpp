@@ -11,7 +11,7 @@ struct SlideRow {
   Link link;
   Vec2 axis{1, 0};
   int row = 0;
-  bool x = true, y = true;  // which entries of the second body the row has
+  bool x = true, y = true;  // which entries of the second body exist
   int first = 0, last = 0;  // its entries of G
 
   template <class T>

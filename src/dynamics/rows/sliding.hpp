@@ -1,4 +1,5 @@
-// The sliding row of a preloaded joint along an axis a of body i: u = a·ḋ, so u̇ = a·d̈ + ω_i n·ḋ, n = perp a.
+// Sliding row of joint friction along an axis a of body i: u = a·ḋ, u̇ = a·d̈ + ω_i n·ḋ, n = perp
+// a.
 #pragma once
 
 #include "dynamics/kinematics.hpp"

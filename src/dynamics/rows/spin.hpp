@@ -1,5 +1,6 @@
-// The sliding row of a pin of radius r: the speed of its surface, u = r (ω_j − ω_i), so u̇ = r (α_j − α_i) and γ = 0.
-// A force f along it is the couple r f on the second body and its opposite on the first.
+// Sliding row of a pin of radius r. The surface speed is u = r (ω_j − ω_i), so u̇ = r (α_j − α_i)
+// and γ = 0. A force f along the row is the couple r f on the second body and its opposite on the
+// first.
 #pragma once
 
 #include "dynamics/kinematics.hpp"

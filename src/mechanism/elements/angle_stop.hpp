@@ -1,5 +1,6 @@
-// End stops of what turns: the angle θ = θ_j − θ_i of a revolute joint stays between two limits, each a contact at a radius
-// (pairs/angle_stop.hpp). The joint itself may be loose.
+// End stops of a revolute joint: the angle θ = θ_j − θ_i stays between two limits. Each limit is a
+// contact at a distance `radius` from the joint (pairs/angle_stop.hpp). The joint may have
+// clearance.
 #pragma once
 
 #include <array>
@@ -17,9 +18,9 @@ struct AngleStop {
   static constexpr std::string_view type = "angle-stop", what = "an angle stop";
   std::string name;
   int joint = -1;
-  double radius = 0;  ///< m, > 0: of the stop from the joint
-  std::optional<double> direction =
-      {};          ///< rad, of the stop from the joint in the first body's frame; absent: a couple
+  double radius = 0;  ///< m, > 0, distance of the stop from the joint
+  /// rad, of the stop from the joint, in the first body's frame; empty: a couple
+  std::optional<double> direction = {};
   StopFacts stop;  ///< limits in rad
 
   static void keys(auto& k, auto& c) {

@@ -1,7 +1,9 @@
-// One-sided springs and dampers: a bump stop of the travel x = a·(r_j − r_i) along an axis a of the first body, and one of
-// the angle θ_j − θ_i. Beyond a limit by y > 0 they push back, and never pull,
+// One-sided springs and dampers: a bump stop of the travel x = a·(r_j − r_i) along an axis a of the
+// first body, and one of the angle θ_j − θ_i. At a distance y > 0 beyond a limit they exert a
+// restoring force that never pulls,
 //
-//     F = max(0, stiffness y + damping ẏ),     U = ½ stiffness y²,     dissipated (F − stiffness y) ẏ ≥ 0
+//     F = max(0, stiffness y + damping ẏ),     U = ½ stiffness y²,
+//     dissipated power (F − stiffness y) ẏ ≥ 0
 //
 // The force acts on both bodies through the second one's point.
 #pragma once
@@ -15,9 +17,9 @@
 
 namespace freeplay {
 
-/// What both kinds share: limits, and the force along what they limit.
+/// Common facts of both kinds: limits and force law.
 struct Bump {
-  std::optional<double> lower = {}, upper = {};  ///< m or rad, one of them at least
+  std::optional<double> lower = {}, upper = {};  ///< m or rad, at least one of them
   double stiffness = 0;                          ///< N/m or N m/rad
   double damping = 0;                            ///< N s/m or N m s/rad
 

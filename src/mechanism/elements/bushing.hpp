@@ -1,12 +1,14 @@
-// Bushing: an elastic joint of two bodies. With d from the first body's point to the second's, in the axes a (along `axis`)
-// and n = perp a of the first body, w = ḋ − ω_i perp d its rate in them, and φ = θ_j − θ_i − free_angle,
+// Bushing: an elastic joint of two bodies. d is the vector from the first body's point to the
+// second's; a (along `axis`) and n = perp a are axes of the first body; w = ḋ − ω_i perp d is the
+// rate of d in these axes; φ = θ_j − θ_i − free_angle. Then
 //
 //     F_a = −(k_a a·d + c_a a·w),    F_n = −(k_n n·d + c_n n·w),    M = −(k_φ φ + c_φ φ̇),
 //     U = ½ k_a (a·d)² + ½ k_n (n·d)² + ½ k_φ φ²
 //
-// on the second body at its point; the opposite on the first acts at the same place, so that a turn of the axes takes no
-// energy. The three directions are not coupled. (Ambrósio and Veríssimo, Multibody System Dynamics 22 (2009) 341, keep to
-// the diagonal too.) Of a radial table, alike in all directions, F = −f(|d|) d/|d| takes the place of k_a and k_n.
+// act on the second body at its point. The opposite force acts on the first body at the same place,
+// so that a rotation of the axes needs no energy. The three directions are uncoupled, as in
+// Ambrósio and Veríssimo, Multibody System Dynamics 22 (2009) 341. A radial table, isotropic,
+// replaces k_a and k_n by F = −f(|d|) d/|d|.
 #pragma once
 
 #include <array>
@@ -26,9 +28,9 @@ struct Bushing {
   std::array<int, 2> between{ground, ground};
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
   Vec2 axis{1, 0};            ///< unit vector in the first body's frame
-  SpringLaw radial = {};      ///< its table alone: f against |d|
+  SpringLaw radial = {};      ///< only its table is used: f against |d|
   Vec2 stiffness{0, 0};       ///< N/m, along and across the axis
-  Vec2 damping{0, 0};         ///< N s/m, likewise
+  Vec2 damping{0, 0};         ///< N s/m, along and across the axis
   double turn_stiffness = 0;  ///< N m/rad
   double turn_damping = 0;    ///< N m s/rad
   double free_angle = 0;      ///< rad, of θ_second − θ_first

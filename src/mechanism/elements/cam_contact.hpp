@@ -1,11 +1,13 @@
-// A cam of the first body under a follower of the second: one contact, which may be lost.
+// A cam on the first body and a follower on the second: one contact, which may separate.
 //
-//     flat      the follower's face touches an outline that reaches base_radius + lift(ψ) in the direction ψ (pairs/cam_flat.hpp)
-//     roller    the centre of the follower's roller runs on the pitch curve of polar radius base_radius + roller_radius +
-//               lift(φ) (pairs/cam_roller.hpp)
+//     flat      the face touches an outline with the support function base_radius + lift(ψ) in the
+//               direction ψ (pairs/cam_flat.hpp)
+//     roller    the roller's centre is on the pitch curve of polar radius base_radius +
+//               roller_radius + lift(φ) (pairs/cam_roller.hpp)
 //
-// so that either follower, guided straight towards the cam's point, moves by the lift. Angles are measured on the cam from
-// its body's x axis, counter-clockwise. The stiffness of penalty contacts is that of its most curved place all round.
+// Either follower, guided radially, therefore moves by the lift. Angles are measured on the cam
+// from its body's x axis, counterclockwise. The stiffness of penalty contacts is that of the place
+// with the greatest curvature, for all angles.
 #pragma once
 
 #include <algorithm>
@@ -25,16 +27,17 @@ struct CamContact {
   static constexpr std::string_view type = "cam";
   std::string name;
   std::array<int, 2> between{ground, ground};
-  std::array<Vec2, 2> at{Vec2{0, 0},
-                         Vec2{0, 0}};  ///< the cam's point; a point of the face, or the roller's centre
+  /// The cam's point; a point of the face, or the roller's centre.
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
   Follower follower = Follower::flat;
-  Vec2 axis{1, 0};  ///< unit vector along the face, in the second body's frame; the cam lies on its left
-  double roller_radius = 0;  ///< m, > 0 of a roller
+  /// Unit vector along the face, in the second body's frame; the cam is on its left.
+  Vec2 axis{1, 0};
+  double roller_radius = 0;  ///< m, > 0 for a roller
   double base_radius = 0;    ///< m, > 0
   CamLaw law = CamLaw::cycloidal;
   double lift = 0;                                  ///< m, ≥ 0
   double start = 0, rise = 0, dwell = 0, fall = 0;  ///< rad
-  SpringTable table = {};                           ///< (angle, lift); empty: by the law
+  SpringTable table = {};                           ///< (angle, lift); empty: use `law`
   int surface = -1;
 
   std::string_view what() const {
@@ -45,8 +48,9 @@ struct CamContact {
     return table.empty() ? CamProfile::standard(law, lift, start, rise, dwell, fall)
                          : CamProfile::through(table);
   }
-  /// Least radii of curvature of what the follower's point runs on, and where: of the outline under a flat face, H + H'',
-  /// of the pitch curve of a roller; `hollow` where it bends the other way.
+  /// Least radii of curvature of the curve that the follower's point follows, and their place. The
+  /// curve is the outline under a flat face, with radius H + H'', or the pitch curve of a roller.
+  /// `hollow` is the least radius of concave places.
   struct Curvature {
     double round = std::numeric_limits<double>::infinity(), hollow = round, at = 0;
     double least_lift = 0;
@@ -102,9 +106,9 @@ struct CamContact {
     k.surface({"surface", "", "the surface of the contact"}, c.surface);
     c.check_outline(k);
   }
-  /// Refuses an outline that cannot be made.
+  /// Refuses an impossible outline.
   void check_outline(auto& k) const {
-    if (table.empty() && !(rise > 0)) return;  // the list of keys
+    if (table.empty() && !(rise > 0)) return;  // keys() is called to list the keys
     const auto c = curvature(profile());
     const char* key = table.empty() ? "lift" : "lift_table";
     k.check(c.least_lift > -base_radius, key, "reaches below the cam's point: least lift ", c.least_lift);

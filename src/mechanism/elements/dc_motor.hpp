@@ -1,8 +1,11 @@
-// Direct current motor with permanent magnets on a revolute joint, ω the speed of its second body against the first:
+// DC motor with permanent magnets on a revolute joint; ω is the speed of the second body relative
+// to the first:
 //
-//     L di/dt = U(t) − R i − k_e ω from i = 0,     M = k_t i          without inductance i = (U − k_e ω)/R
+//     L di/dt = U(t) − R i − k_e ω,  i(0) = 0,     M = k_t i
+//     without inductance: i = (U − k_e ω)/R
 //
-// At rest and in the end M = k_t U/R (stall), without load ω = U/k_e. (Leonhard, Control of Electrical Drives, ch. 5)
+// Stall torque M = k_t U/R; no-load speed ω = U/k_e. (Leonhard, Control of Electrical Drives, ch.
+// 5)
 #pragma once
 
 #include <array>
@@ -27,8 +30,9 @@ struct DcMotor {
   CurveOr voltage = {};                     ///< V
   double resistance = 0;                    ///< Ω, > 0
   double torque_constant = 0;               ///< N m/A, > 0
-  std::optional<double> emf_constant = {};  ///< V s/rad, > 0; absent: the torque constant
-  std::optional<double> inductance = {};    ///< H, > 0; absent: the current follows at once
+  std::optional<double> emf_constant = {};  ///< V s/rad, > 0; empty: equal to the torque constant
+  /// H, > 0; empty: the current follows the voltage without delay
+  std::optional<double> inductance = {};
 
   static void keys(auto& k, auto& d) {
     k.template joint<RevoluteJoint>({"joint", "", "the revolute joint that is driven"}, d.joint);

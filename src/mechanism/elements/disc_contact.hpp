@@ -1,4 +1,4 @@
-// Two discs that may touch from outside: one contact (pairs/round.hpp).
+// External contact of two discs: one contact (pairs/round.hpp).
 #pragma once
 
 #include <array>

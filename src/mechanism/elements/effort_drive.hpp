@@ -1,5 +1,6 @@
-// Torque of a revolute joint or force along the axis of a translational one, on the second body and its opposite on the
-// first, by a curve against time, the joint's angle or place, its speed, or the angle of another joint; both power the drive: M (ω_j − ω_i), F ṡ.
+// Torque of a revolute joint, or force along the axis of a translational joint. It acts on the
+// second body, and its opposite on the first. Its curve depends on time, on the joint's angle or
+// position, on its speed, or on the angle of another joint. The power is M (ω_j − ω_i) or F ṡ.
 #pragma once
 
 #include <array>

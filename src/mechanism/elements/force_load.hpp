@@ -1,5 +1,6 @@
-// Force F on a point of a body, in the world's directions or in the body's own; its power is F·v_P. A curve may scale it:
-// F(x) = force·factor(x). In memory a function from outside may stand in its place (mechanism/own_force.hpp).
+// Force F on a point of a body, in axes of the world or of the body; its power is F·v_P. A curve
+// may scale it: F(x) = force·factor(x). A function of the caller may replace it
+// (mechanism/own_force.hpp).
 #pragma once
 
 #include <array>
@@ -25,10 +26,10 @@ struct ForceLoad {
   Vec2 at{0, 0};     ///< m, in the body's frame
   Vec2 force{0, 0};  ///< N
   Axes axes = Axes::world;
-  int factor = -1;  ///< index into Mechanism::curves, −1: the force is constant
+  int factor = -1;  ///< index into Mechanism::curves; −1: constant force
   Argument against = Argument::time;
   OtherJoint other = {};
-  std::shared_ptr<const OwnForce> own = {};  ///< in place of force and factor; no key
+  std::shared_ptr<const OwnForce> own = {};  ///< replaces force and factor; it has no key
 
   static void keys(auto& k, auto& l) {
     k.body({"body", "", "the loaded body"}, l.body);

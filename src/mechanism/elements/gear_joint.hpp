@@ -1,8 +1,8 @@
-// A pair of gears with involute teeth, ideal or with backlash; their centres are held by other joints, and need not stand
-// still (mesh/involute.hpp).
+// A pair of gears with involute teeth, ideal or with backlash. Other joints hold their centres,
+// which may move (mesh/involute.hpp).
 //
-//     ideal          one flank stays closed:                  one row
-//     with backlash  two flanks that may touch, face to face:  two contacts (pairs/flank.hpp)
+//     ideal          one flank stays closed:               one row
+//     with backlash  two flanks on opposite sides:         two contacts (pairs/flank.hpp)
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace freeplay {
 
-/// Which flank an ideal pair of teeth carries by.
+/// The flank that carries in an ideal pair.
 enum class Flank { forward, backward };
 inline constexpr auto flank_names =
     complete<Flank>({{Flank::forward, "forward", "the first turning counter-clockwise pushes the second"},
@@ -24,9 +24,9 @@ inline constexpr auto flank_names =
 constexpr std::span<const Choice<Flank>> choices(Flank) { return flank_names; }
 constexpr double side_of(Flank flank) { return flank == Flank::forward ? 1 : -1; }
 
-/// Play between teeth.
+/// Backlash of a pair of teeth.
 struct Backlash {
-  double normal = 0;                     ///< m, > 0, along the line of action, at the standard distance
+  double normal = 0;  ///< m, > 0, clearance along the line of action at the standard distance
   std::optional<double> stiffness = {};  ///< N/m, > 0, of the mesh along the line of action
   int surface = -1;                      ///< index into Mechanism::surfaces
 
@@ -55,15 +55,16 @@ struct GearJoint {
   std::string name;
   std::array<int, 2> between{ground, ground};
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< centres
-  std::optional<Vec2> teeth = {};                  ///< numbers of teeth; goes with module
+  std::optional<Vec2> teeth = {};                  ///< numbers of teeth; requires tooth_module
   std::optional<double> tooth_module = {};         ///< m
-  std::optional<Vec2> pitch_radii = {};            ///< m, in place of both
+  std::optional<Vec2> pitch_radii = {};            ///< m, replaces teeth and tooth_module
   double pressure_angle = pressure_angle_20;       ///< rad, at the standard distance
-  bool internal = false;                           ///< the first is a ring with its teeth inside
+  bool internal = false;                           ///< the first gear is a ring with internal teeth
   Flank flank = Flank::forward;                    ///< of an ideal pair
-  /// rad: angle of the second body at which, the first at angle 0 and the centres along x, its teeth stand amid the gaps.
+  /// rad, angle of the second body at which its teeth are centred in the gaps, if the first body is
+  /// at angle 0 and the line of centres is along x.
   double phase = 0;
-  std::optional<Backlash> clearance = {};  ///< absent: an ideal joint
+  std::optional<Backlash> clearance = {};  ///< empty: an ideal joint
 
   std::string_view what() const { return clearance ? "a gear pair" : "a gear pair without backlash"; }
 
@@ -103,12 +104,12 @@ struct GearJoint {
     }
   }
 
-  /// m
+  /// Pitch radius (m).
   double pitch(int which) const {
     if (pitch_radii) return which == 0 ? pitch_radii->x() : pitch_radii->y();
     return teeth && tooth_module ? 0.5 * *tooth_module * (which == 0 ? teeth->x() : teeth->y()) : 0;
   }
-  /// Its flank on one side with this play (m).
+  /// The flank on one side, with this clearance (m).
   InvoluteFlank mesh(double side, double play) const {
     const double c = std::cos(pressure_angle), kind = internal ? -1 : 1;
     InvoluteFlank m{side, kind, c * pitch(0), kind * c * pitch(1)};
@@ -117,11 +118,12 @@ struct GearJoint {
     m.period = 2 * std::numbers::pi * (teeth ? m.Ri / teeth->x() : m.sum());
     return m;
   }
-  /// The phase by which bodies stand amid the gaps, or where an ideal pair closes; none where they cannot mesh.
+  /// The phase with which the teeth of these bodies are centred in the gaps, or with which an ideal
+  /// pair is closed; empty if they cannot mesh.
   std::optional<double> phase_of(const Body& one, const Body& two, bool ideal) const {
     const auto m = mesh(side_of(flank), 0);
     const Vec2 d = placed(two, at[1]) - placed(one, at[0]);
-    // Teeth are a module high beyond their pitch circles.
+    // The height of teeth beyond their pitch circles is one module.
     const double far = std::abs(d.norm() - m.sum() / std::cos(pressure_angle));
     if (!(d.norm() > m.sum()) || (tooth_module && far > 2 * *tooth_module)) return {};
     double middle = m.sum() * std::atan2(d.y(), d.x()) - m.Ri * one.angle - m.Rj * two.angle;

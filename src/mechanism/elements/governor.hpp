@@ -1,8 +1,9 @@
-// Speed governor: a torque on a revolute joint by a proportional and an integral share of what its speed ω lacks,
+// Speed governor: a torque on a revolute joint with a proportional and an integral term of the
+// speed error,
 //
-//     M = k_p e + k_i z,     e = ω_target(t) − ω,     ż = e from z = 0,
+//     M = k_p e + k_i z,     e = ω_target(t) − ω,     ż = e,  z(0) = 0.
 //
-// held within ±limit where one is given; at the limit z does not grow any further into it (no wind-up).
+// With a limit, |M| ≤ limit; at the limit z does not grow further beyond it (no wind-up).
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// Asynchronous motor by Kloss's formula, quasi-stationary, on a revolute joint. With the slip s = (ω_s − ω)/ω_s of the
-// second body's speed ω against the first:
+// Asynchronous motor on a revolute joint by Kloss's quasi-stationary formula. With the slip
+// s = (ω_s − ω)/ω_s of the second body's speed ω relative to the first:
 //
 //     M = 2 M_k/(s/s_k + s_k/s) = 2 M_k s s_k/(s² + s_k²)      in the sense of ω_s
 //
@@ -22,7 +22,7 @@ struct InductionMotor {
   int joint = -1;
   double breakdown_torque = 0;   ///< N m, > 0
   double breakdown_slip = 0;     ///< > 0
-  double synchronous_speed = 0;  ///< rad/s, not 0; its sign is the sense of turning
+  double synchronous_speed = 0;  ///< rad/s, nonzero; its sign is the sense of rotation
 
   static void keys(auto& k, auto& d) {
     k.template joint<RevoluteJoint>({"joint", "", "the revolute joint that is driven"}, d.joint);

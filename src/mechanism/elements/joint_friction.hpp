@@ -1,9 +1,9 @@
-// Coulomb friction of an ideal joint, set-valued in the nonsmooth formulation: −f ∈ B Sgn(u), u the sliding speed along one
-// row (rows/sliding.hpp, rows/spin.hpp), which the formulations weigh. Its bound B is
+// Coulomb friction of an ideal joint, set-valued in the nonsmooth formulation: −f ∈ B Sgn(u) with
+// the sliding speed u along one row (rows/sliding.hpp, rows/spin.hpp). The keys choose the bound B:
 //
 //     force                  a fixed force: the preload of a translational joint
-//     friction, pin_radius   μ |F| at a pin of radius r, F the joint's own reaction: a couple of at most μ r |F|
-//     friction               μ S of a translational joint's reaction, S as reaction_bound.hpp has it
+//     friction, pin_radius   couple of at most μ r |F|; r pin radius, F joint reaction
+//     friction               μ S of a translational joint's reaction, with S of reaction_bound.hpp
 #pragma once
 
 #include <optional>
@@ -16,7 +16,7 @@
 
 namespace freeplay {
 
-/// Friction that the joint's own reaction bounds.
+/// Friction bounded by the joint's own reaction.
 struct ReactionFriction {
   double friction = 0;                         ///< μ of sliding, ≥ 0
   double pin_radius = 0;                       ///< m, > 0, of a revolute joint
@@ -30,9 +30,9 @@ struct JointFriction {
   static constexpr auto reports = ForceElement::Kind::force;
   std::string name;
   int joint = -1;
-  std::optional<double> force = {};  ///< N, the bound where it is fixed, ≥ 0
-  std::optional<double> regularisation =
-      {};  ///< m/s: below it the penalty formulation's force is linear in speed
+  std::optional<double> force = {};  ///< N, fixed bound, ≥ 0
+  /// m/s, speed below which the penalty formulation's force is linear in speed
+  std::optional<double> regularisation = {};
   std::optional<ReactionFriction> reaction = {};
 
   std::string_view what() const {

@@ -1,5 +1,5 @@
-// Prescribed motion of a joint along a curve, one row (rows/motion.hpp). With s the angle θ_second − θ_first of a
-// revolute joint, or the place of a translational one along its axis:
+// Prescribed motion of a joint along a curve, one row (rows/motion.hpp). s is the angle
+// θ_second − θ_first of a revolute joint, or the position of a translational one along its axis:
 //
 //     s = y(t) or y(angle of another joint)        or        ṡ = y(t),  s = initial + ∫₀ᵗ y
 #pragma once
@@ -22,9 +22,10 @@ struct MotionDrive {
   static constexpr auto reports = ForceElement::Kind::drive;
   std::string name;
   int joint = -1;
-  int position = -1, velocity = -1;  ///< index into Mechanism::curves of the one that is given, −1: the other
-  int of = -1;                       ///< joint whose angle the position follows, −1: time
-  double initial = 0;                ///< rad or m, at t = 0, beside a velocity
+  /// Index into Mechanism::curves of the given one; the other is −1.
+  int position = -1, velocity = -1;
+  int of = -1;         ///< joint whose angle is the argument of the position; −1: time
+  double initial = 0;  ///< rad or m, at t = 0, used with `velocity`
   bool crank = false;
 
   static void keys(auto& k, auto& d) {
@@ -53,19 +54,20 @@ struct MotionDrive {
   ForceElement::Kind kind(const auto& mechanism) const {
     return slides(mechanism) ? ForceElement::Kind::push : ForceElement::Kind::drive;
   }
-  /// Greatest prescribed rate: rad/s, m/s; 0 where it follows an angle.
+  /// Greatest prescribed rate (rad/s, m/s); 0 if the position follows an angle.
   double pace(const auto& mechanism) const { return slides(mechanism) ? 0 : greatest_rate(mechanism); }
   double slide_pace(const auto& mechanism) const { return slides(mechanism) ? greatest_rate(mechanism) : 0; }
   double greatest_rate(const auto& mechanism) const {
     return of >= 0 ? 0 : course(mechanism.curves).greatest().slope;
   }
-  /// s, in which the prescribed rate changes by itself: 1/ω of a sine; infinite where it stays, or follows an angle.
+  /// Time scale (s) of the prescribed rate: 1/ω for a sine; infinite if the rate is constant or
+  /// follows an angle.
   double change_time(const auto& mechanism) const {
     if (of >= 0) return INFINITY;
     const auto most = course(mechanism.curves).greatest();
     return most.bend > 0 ? most.slope / most.bend : INFINITY;
   }
-  /// s, of time or an angle.
+  /// s as a function of time or of the angle.
   auto course(const auto& curves) const {
     if (position >= 0) return curves[position].lay(Curve::Use::place);
     return curves[velocity].lay(Curve::Use::rate).antiderivative(0, initial);

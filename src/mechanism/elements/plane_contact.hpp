@@ -1,4 +1,5 @@
-// A disc (or a point) of the second body against a straight wall of the first: one contact (pairs/line.hpp).
+// A disc (or a point) of the second body and a straight wall of the first: one contact
+// (pairs/line.hpp).
 #pragma once
 
 #include <algorithm>
@@ -15,9 +16,11 @@ struct PlaneContact {
   std::string name;
   std::array<int, 2> between{ground, ground};
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< a point of the wall, the disc's centre
-  Vec2 axis{1, 0};    ///< unit vector along the wall, in the first body's frame; free space lies on its left
+  /// Unit vector along the wall, in the first body's frame; free space is on its left.
+  Vec2 axis{1, 0};
   double radius = 0;  ///< m, ≥ 0
-  std::optional<double> stiffness = {};  ///< N/m, > 0, of penalty contacts; absent: of Hertz's contact
+  /// N/m, > 0, of penalty contacts; empty: that of Hertz's contact
+  std::optional<double> stiffness = {};
   int surface = -1;
 
   std::string_view what() const { return "a plane contact"; }

@@ -1,8 +1,8 @@
-// A gear on the first body and a rack on the second, ideal or with backlash; what guides the rack is another joint
-// (mesh/rack.hpp).
+// A gear on the first body and a rack on the second, ideal or with backlash. Another joint guides
+// the rack (mesh/rack.hpp).
 //
-//     ideal          one flank stays closed:                  one row
-//     with backlash  two flanks that may touch, face to face:  two contacts (pairs/flank.hpp)
+//     ideal          one flank stays closed:               one row
+//     with backlash  two flanks on opposite sides:         two contacts (pairs/flank.hpp)
 #pragma once
 
 #include "mechanism/elements/gear_joint.hpp"
@@ -13,16 +13,19 @@ struct RackJoint {
   static constexpr std::string_view type = "rack";
   std::string name;
   std::array<int, 2> between{ground, ground};
-  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< the gear's centre, a point of the rack's pitch line
-  Vec2 axis{1, 0};  ///< unit vector along the rack in the second body's frame; the gear lies on its left
+  /// The gear's centre, a point of the rack's pitch line.
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
+  /// Unit vector along the rack, in the second body's frame; the gear is on its left.
+  Vec2 axis{1, 0};
   double pitch_radius = 0;  ///< m, of the gear
-  std::optional<double> tooth_module =
-      {};  ///< m: the teeth's distance along the rack by π; absent: not known
+  /// m, spacing of the teeth along the rack divided by π; empty: unknown
+  std::optional<double> tooth_module = {};
   double pressure_angle = pressure_angle_20;  ///< rad
   Flank flank = Flank::forward;               ///< of an ideal pair
-  double phase =
-      0;  ///< rad: angle of the gear less the rack's at which a tooth stands amid a gap at the rack's point
-  std::optional<Backlash> clearance = {};  ///< absent: an ideal joint
+  /// rad, angle of the gear minus that of the rack at which, at the rack's point, a tooth is
+  /// centred in a gap
+  double phase = 0;
+  std::optional<Backlash> clearance = {};  ///< empty: an ideal joint
 
   std::string_view what() const { return clearance ? "a rack" : "a rack without backlash"; }
 

@@ -1,7 +1,9 @@
-// Revolute joint, ideal or loose. The bearing is on the first body, the journal on the second.
+// Revolute joint, ideal or with clearance. The bearing is on the first body, the journal on the
+// second.
 //
-//     ideal    r_j^P − r_i^P = 0:  two rows
-//     loose    a circle inside a circle: one contact (pairs/round.hpp), with a film if it names a lubricant
+//     ideal            r_j^P − r_i^P = 0:  two rows
+//     with clearance   a circle inside a circle: one contact (pairs/round.hpp), with a film if it
+//                      names a lubricant
 #pragma once
 
 #include <array>
@@ -12,22 +14,22 @@
 
 namespace freeplay {
 
-/// Play of a revolute joint.
+/// Clearance of a revolute joint.
 struct Clearance {
-  double radial = 0;                          ///< m, > 0: bearing radius less journal radius
+  double radial = 0;                          ///< m, > 0: bearing radius minus journal radius
   double bearing_radius = 0;                  ///< m, > radial
   int surface = -1;                           ///< index into Mechanism::surfaces
-  std::optional<double> bearing_length = {};  ///< m, > 0: line contacts and films need it
-  int lubricant = -1;                         ///< index into Mechanism::lubricants, −1: dry
+  std::optional<double> bearing_length = {};  ///< m, > 0, required by line contacts and films
+  int lubricant = -1;                         ///< index into Mechanism::lubricants; −1: dry
 };
 
-/// Two points kept together, each in its body's frame (ground: world), m from the centre of mass.
+/// A point of each body, in the body's frame (ground: world), m from the centre of mass.
 struct RevoluteJoint {
   static constexpr std::string_view type = "revolute";
   std::string name;
   std::array<int, 2> between{ground, ground};
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
-  std::optional<Clearance> clearance = {};  ///< absent: an ideal joint
+  std::optional<Clearance> clearance = {};  ///< empty: an ideal joint
 
   std::string_view what() const {
     return clearance ? "a revolute joint" : "a revolute joint without clearance";

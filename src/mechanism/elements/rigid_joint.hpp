@@ -1,4 +1,4 @@
-// Two bodies welded together at a point, at a fixed relative angle: three rows.
+// Rigid connection of two bodies at a point with a fixed relative angle: three rows.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@ struct RigidJoint {
   std::string name;
   std::array<int, 2> between{ground, ground};
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
-  double angle = 0;  ///< rad, θ of the second body less θ of the first
+  double angle = 0;  ///< rad, θ of the second body minus θ of the first
 
   std::string_view what() const { return "a rigid joint"; }
 

@@ -1,4 +1,5 @@
-// A massless rod between two bodies, pinned at both ends: it keeps two points at a distance (rows/distance.hpp), one row.
+// A massless rod between two bodies, pinned at both ends. It fixes the distance of two points
+// (rows/distance.hpp): one row.
 #pragma once
 
 #include <array>

@@ -1,8 +1,8 @@
-// A round pin of the second body in a straight slot of the first, ideal or loose. Where the slot ends, a travel stop
-// (elements/travel_stop.hpp) says.
+// A round pin of the second body in a straight slot of the first, ideal or with clearance. The ends
+// of the slot are a travel stop (elements/travel_stop.hpp).
 //
-//     ideal    no offset across the slot:                       one row
-//     loose    the pin between two walls, each of which it may touch: two contacts (pairs/line.hpp)
+//     ideal            no offset across the slot:      one row
+//     with clearance   the pin between two walls:      two contacts (pairs/line.hpp)
 #pragma once
 
 #include <array>
@@ -13,9 +13,9 @@
 
 namespace freeplay {
 
-/// Play of a pin in a slot.
+/// Clearance of a pin in a slot.
 struct SlotClearance {
-  double half_play = 0;   ///< m, > 0: half the slot's width less the pin's radius
+  double half_play = 0;   ///< m, > 0: half the slot's width minus the pin's radius
   double pin_radius = 0;  ///< m, > 0
   int surface = -1;       ///< index into Mechanism::surfaces
 };
@@ -24,9 +24,11 @@ struct SlotJoint {
   static constexpr std::string_view type = "slot";
   std::string name;
   std::array<int, 2> between{ground, ground};
-  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< a point of the slot's middle line, the pin's centre
-  Vec2 axis{1, 0};                                 ///< unit vector along the slot, in the first body's frame
-  std::optional<SlotClearance> clearance = {};     ///< absent: an ideal joint
+  /// a point of the slot's centre line, the pin's centre
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
+  /// Unit vector along the slot, in the first body's frame.
+  Vec2 axis{1, 0};
+  std::optional<SlotClearance> clearance = {};  ///< empty: an ideal joint
 
   std::string_view what() const { return clearance ? "a slot" : "a slot without clearance"; }
 

@@ -20,7 +20,8 @@ struct SpeedDrive {
   int joint = -1;
   double speed = 0;          ///< rad/s
   double initial_angle = 0;  ///< rad, at t = 0
-  bool crank = false;        ///< its joint's turns are counted, whichever drive stands first
+  /// Marks the joint whose revolutions are counted, regardless of the order of drives.
+  bool crank = false;
 
   static double from_rpm(double rpm) { return rpm * 2 * std::numbers::pi / 60; }
 

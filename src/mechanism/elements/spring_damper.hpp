@@ -1,10 +1,11 @@
-// Spring and damper between two points: pulls them together with
+// Spring and damper between two points at the distance l. It pulls them together with
 //
 //     F = stiffness (l − free_length) + damping l̇,     U = ½ stiffness (l − free_length)²
 //
-// along the line through them, l their distance. Where they coincide there is no direction and no force; what passes through
-// that place is turned round at once, F a jump, which is found as kinks are. What goes
-// beyond constant rates (a cubic term, preload, tables, one way only) is spring_law.hpp's.
+// along the line through them. If the points coincide, the force has no direction and is zero. A
+// motion through that place reverses the direction at once; F then jumps, and the jump is located
+// like a kink. spring_law.hpp adds nonconstant rates (a cubic term, preload, tables, one-sided
+// action).
 #pragma once
 
 #include <array>
@@ -26,7 +27,7 @@ struct SpringDamper {
   double stiffness = 0;    ///< N/m
   double damping = 0;      ///< N s/m
   double free_length = 0;  ///< m
-  SpringLaw law = {};      ///< what is not constant of it
+  SpringLaw law = {};      ///< nonconstant part
 
   static void keys(auto& k, auto& l) {
     k.between("two bodies, or \"ground\" and a body", l.between);

@@ -1,13 +1,16 @@
-// What a spring and damper exert beyond a constant rate, against a coordinate s: a distance (m, pulling together) or a
-// relative angle (rad, turning back). With x = s − rest,
+// Force of a spring and damper with nonconstant rates, as a function of a coordinate s: a distance
+// (m, the force pulls together) or a relative angle (rad, the torque turns back). With
+// x = s − rest,
 //
-//     E(s) = preload + stiffness x + cubic x³,  or a table's,      D(ṡ) = damping ṡ,  or a table's
-//     F = E + D,                                                   U = ∫ E ds
+//     E(s) = preload + stiffness x + cubic x³,  or a table,      D(ṡ) = damping ṡ,  or a table
+//     F = E + D,                                                 U = ∫ E ds
 //
-// Tables are linear between their points and go on beyond them at their last slopes. One that only pulls exerts
-// max(0, E + D) where E > 0 and nothing elsewhere, one that only pushes min(0, E + D) where E < 0: so a cable's damper
-// acts while it is taut. Where E changes its slope or its sign is a kink (dynamics/phase.hpp): on a piece between two of
-// them F is one formula, also beyond the piece's ends, where it may have the other sign.
+// Tables are linear between their points and continue with their last slopes. A spring that only
+// pulls exerts max(0, E + D) where E > 0, else nothing; one that only pushes exerts min(0, E + D)
+// where E < 0. The damper of a cable therefore acts only while the cable is taut. E has a kink
+// where its slope or, for a one-sided spring, its sign changes (dynamics/phase.hpp). Between two
+// kinks F is one formula. It is evaluated also beyond the ends of that interval, where it may have
+// the other sign.
 #pragma once
 
 #include <algorithm>
@@ -34,12 +37,12 @@ struct SpringLaw {
   std::optional<double> cubic = {};    ///< N/m³ or N m/rad³
   std::optional<double> preload = {};  ///< N or N m, at rest
   std::optional<OneWay> one_way = {};
-  SpringTable table = {};          ///< E; empty: by its rate
-  SpringTable damping_table = {};  ///< D; empty: by its rate
+  SpringTable table = {};          ///< E; empty: constant rate
+  SpringTable damping_table = {};  ///< D; empty: constant rate
 
   bool plain() const { return !cubic && !preload && !one_way && table.empty() && damping_table.empty(); }
 
-  /// Refuses what is no spring.
+  /// Refuses data that do not describe a spring and damper.
   void check(auto& k, std::string_view table_key, std::string_view damping_key, double stiffness) const {
     k.check(table.size() != 1, table_key, "must have two points or more, has 1");
     k.check(damping_table.size() != 1, damping_key, "must have two points or more, has 1");
@@ -57,7 +60,7 @@ struct SpringLaw {
             "needs a stiffness, cubic or table that acts one way; there is none");
   }
 
-  /// Whether a one-way spring acts where E is this.
+  /// Whether a one-sided spring acts at this value of E.
   bool acts(double elastic) const {
     return !one_way || (*one_way == OneWay::pull ? elastic > 0 : elastic < 0);
   }

@@ -1,7 +1,7 @@
-// Torque between a joint's two bodies, from a table against time or angle; it may follow the table's u with a
-// first-order lag, a state z of the element:
+// Torque between a joint's two bodies, from a table u of time or angle. It may follow the table
+// with a first-order lag, where z is a state of the element:
 //
-//     lag·ż = u − z from z = 0,     M = z;     without a lag M = u
+//     lag·ż = u − z,  z(0) = 0,   M = z;     without a lag M = u
 #pragma once
 
 #include <algorithm>
@@ -28,10 +28,11 @@ struct TorqueDrive {
   std::string name;
   int joint = -1;
   Against against = Against::time;
-  /// (t in s or joint angle in rad, torque in N m), increasing; linear between, constant outside in time,
-  /// repeated every 2π in angle. One point: a constant torque. Positive turns the second body counter-clockwise.
+  /// (t in s or joint angle in rad, torque in N m), increasing; linear between points. Constant
+  /// outside for time, repeated every 2π for an angle. One point is a constant torque. A positive
+  /// torque turns the second body counterclockwise.
   Table table;
-  /// s, > 0: the torque z follows the table's u with a first-order lag from 0, lag·ż = u − z. Absent: z = u.
+  /// Time constant of the lag (s), > 0; empty: no lag.
   std::optional<double> lag = {};
 
   static void keys(auto& k, auto& d) {

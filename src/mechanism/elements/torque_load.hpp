@@ -1,4 +1,4 @@
-// Torque on a body; a curve may scale it: M(x) = torque·factor(x).
+// Torque on a body. A curve may scale it: M(x) = torque·factor(x).
 #pragma once
 
 #include <cmath>
@@ -18,7 +18,7 @@ struct TorqueLoad {
   std::string name;
   int body = ground;
   double torque = 0;  ///< N m
-  int factor = -1;    ///< index into Mechanism::curves, −1: the torque is constant
+  int factor = -1;    ///< index into Mechanism::curves; −1: constant torque
   Argument against = Argument::time;
   OtherJoint other = {};
 

@@ -2,7 +2,7 @@
 //
 //     M = −stiffness (φ − free_angle) − damping φ̇,     U = ½ stiffness (φ − free_angle)²
 //
-// What goes beyond constant rates (a cubic term, preload, tables, one way only) is spring_law.hpp's, M = −F.
+// spring_law.hpp adds nonconstant rates (a cubic term, preload, tables, one-sided action); M = −F.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ struct TorsionalSpringDamper {
   double stiffness = 0;   ///< N m/rad
   double damping = 0;     ///< N m s/rad
   double free_angle = 0;  ///< rad, of θ_second − θ_first
-  SpringLaw law = {};     ///< what is not constant of it
+  SpringLaw law = {};     ///< nonconstant part
 
   static void keys(auto& k, auto& l) {
     k.between("two bodies, or \"ground\" and a body", l.between);

@@ -1,8 +1,9 @@
-// Translational joint, ideal or loose: the second body slides along an axis of the first without turning
-// relative to it.
+// Translational joint, ideal or with clearance: the second body slides along an axis of the first
+// without rotating relative to it.
 //
-//     ideal    no offset across the axis, a fixed relative angle:  two rows
-//     loose    the four corners of a rectangle between two walls: four contacts (pairs/line.hpp)
+//     ideal            no offset across the axis, a fixed relative angle:  two rows
+//     with clearance   the four corners of a rectangle between two walls: four contacts
+//                     (pairs/line.hpp)
 #pragma once
 
 #include <array>
@@ -14,13 +15,14 @@
 
 namespace freeplay {
 
-/// Play of a translational joint: a rectangular slider, centred on the second body's point, between two
-/// parallel walls of the first body. Its four corners can touch.
+/// Clearance of a translational joint. A rectangular slider, centred on the second body's point, is
+/// between two parallel walls of the first body; each of its four corners is a contact.
 struct SliderClearance {
-  double half_play = 0;           ///< m, > 0: half the distance of the walls less half the slider's height
+  /// m, > 0: half the distance of the walls minus half the slider's height
+  double half_play = 0;
   double length = 0, height = 0;  ///< m, of the slider along and across the axis, > 0
-  std::optional<double> corner_radius =
-      {};            ///< m, of the rounded corners: for the stiffness of penalty contacts
+  /// m, of rounded corners, for the stiffness of penalty contacts
+  std::optional<double> corner_radius = {};
   int surface = -1;  ///< index into Mechanism::surfaces
 };
 
@@ -29,9 +31,10 @@ struct TranslationalJoint {
   std::string name;
   std::array<int, 2> between{ground, ground};
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};
-  Vec2 axis{1, 0};                                ///< unit vector in the first body's frame
-  double angle = 0;                               ///< rad, θ of the second body less θ of the first
-  std::optional<SliderClearance> clearance = {};  ///< absent: an ideal joint
+  Vec2 axis{1, 0};  ///< unit vector in the first body's frame
+  /// rad, θ of the second body minus θ of the first
+  double angle = 0;
+  std::optional<SliderClearance> clearance = {};  ///< empty: an ideal joint
 
   std::string_view what() const {
     return clearance ? "a translational joint" : "a translational joint without clearance";

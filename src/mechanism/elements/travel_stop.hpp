@@ -1,5 +1,5 @@
-// End stops of what slides: the travel x = a·(r_j − r_i) of a translational joint or of a pin in a slot stays between two
-// limits, each a contact against a wall across the axis (pairs/line.hpp),
+// End stops of a translational joint or of a pin in a slot: the travel x = a·(r_j − r_i) stays
+// between two limits. Each limit is a contact with a wall across the axis (pairs/line.hpp),
 //
 //     g = x − lower,     g = upper − x
 #pragma once
@@ -17,14 +17,15 @@
 
 namespace freeplay {
 
-/// What the end stops of all kinds of joint share.
+/// Common facts of the end stops of all kinds of joint.
 struct StopFacts {
-  std::optional<double> lower = {}, upper = {};  ///< m or rad, one of them at least
-  std::optional<double> stiffness = {};          ///< N/m, > 0, at the stop; else of Hertz's contact
-  std::optional<double> curvature_radius = {};   ///< m, > 0, at the stop's contact
+  std::optional<double> lower = {}, upper = {};  ///< m or rad, at least one of them
+  /// N/m, > 0, at the stop; empty: that of Hertz's contact
+  std::optional<double> stiffness = {};
+  std::optional<double> curvature_radius = {};  ///< m, > 0, at the stop's contact
   int surface = -1;
 
-  /// Returns its surface where k reads.
+  /// Returns the surface if k is the reader.
   static const Surface* keys(auto& k, auto& s, std::string_view unit) {
     k.take({"lower", unit, "least travel or angle; left out: no stop there"}, s.lower, any_number);
     k.take({"upper", unit, "greatest travel or angle; left out: no stop there"}, s.upper, any_number);
@@ -39,14 +40,14 @@ struct StopFacts {
             "is for the stiffness, which is given; one of them");
     return k.surface({"surface", "", "the surface of its contacts"}, s.surface);
   }
-  /// Facts of the contact at one end; `size`: m, what the stop is measured by.
+  /// Facts of the contact at one end. `size` (m): length that scales penetrations.
   auto contact(auto& b, const std::string& name, const std::array<int, 2>& between, bool top,
                double size) const {
     auto facts = b.facts(name + (top ? ".upper" : ".lower"), between, surface);
     facts.stiffness = stiffness;
     facts.radius = curvature_radius.value_or(0);
     facts.arm = size;
-    facts.clearance = size > 0 ? 1e-3 * size : 1e-3;  // a scale for tolerances
+    facts.clearance = size > 0 ? 1e-3 * size : 1e-3;  // scale for tolerances
     return facts;
   }
 };
