@@ -2,16 +2,10 @@
 //
 //     δ = f [⅔ + ln(4R_i/b) + ln(4R_j/b)] = f [ln(4ΔR/f) + ⅔ − ln 4],   f = F/(π E* L),
 //
-<<<<<<< HEAD
-// with b = 2√(4 F R/(π E* L)), R = R_i R_j/ΔR, the full width of the contact (docs/theory/penalty.md says why).
-// E. I. Radzimovsky, Stress distribution and strength condition of two rolling cylinders pressed together, Univ.
-// Illinois Eng. Exp. Station Bull. 408 (1953).
-=======
 // with the full width of the contact, b = 2√(4 F R/(π E* L)), R = R_i R_j/ΔR (docs/theory/penalty.md gives
 // the reason).
 // E. I. Radzimovsky, Stress distribution and strength condition of two rolling cylinders pressed
 // together, Univ. Illinois Eng. Exp. Station Bull. 408 (1953).
->>>>>>> ab69f6f68576667560a7834022c4213b0615b1ab
 #pragma once
 
 #include <cmath>
