@@ -206,8 +206,7 @@ def bifurcation(folder: PathLike, axes: Any = None) -> Any:
 
 
 def basin(folder: PathLike, axes: Any = None) -> Any:
-    """Attractor reached from each start of a grid, from `freeplay basin`; grey: no attractor
-    identified."""
+    """Attractor reached from each start of a grid, from `freeplay basin`; grey: the run failed."""
     import matplotlib.pyplot as plt
 
     document, path = _folder(folder, "basin")
