@@ -1,11 +1,14 @@
 // Positions of joints within their clearance c, from a trajectory, in units of c:
 //
-//     journal     (e_x, e_y)/c: centre of the journal relative to that of the bearing, world axes;  c = gap + |e|
-//     guide       the ends of the slider across the walls:  δ/c with δ = (g_lower − g_upper)/2,  c = (g_lower + g_upper)/2
-//     slot        the pin across the walls:  δ/c with δ = (g_right − g_left)/2,  c = (g_right + g_left)/2
+//     journal   (e_x, e_y)/c: centre of the journal relative to the bearing, world axes
+//               c = gap + |e|
+//     guide     δ/c of both ends of the slider, across the walls
+//               δ = (g_lower − g_upper)/2,  c = (g_lower + g_upper)/2
+//     slot      δ/c of the pin, across the walls
+//               δ = (g_right − g_left)/2,   c = (g_right + g_left)/2
 //
-// Guides and slots also have the position along their walls. δ/c = 1 is contact with the upper
-// (left) wall, −1 with the other.
+// δ/c = 1 is contact with the upper (left) wall, −1 with the other. Guides and slots also have the
+// position along their walls.
 #pragma once
 
 #include <array>
