@@ -1,4 +1,4 @@
-# find_package(freeplay): the target freeplay::freeplay.
+# find_package(freeplay) defines the target freeplay::freeplay.
 include(${CMAKE_CURRENT_LIST_DIR}/link-packages.cmake)
 set(freeplay_FOUND ${freeplay_link_packages_found})
 if(freeplay_FOUND)

@@ -1,5 +1,6 @@
-# The packages that libfreeplay's archives are linked with, for the build and for find_package(freeplay) alike. Sets
-# freeplay_link_packages_found, or freeplay_link_packages_missing to what is missing and what to install.
+# Finds the packages with which the archives of libfreeplay are linked, for the build and for
+# find_package(freeplay). Sets freeplay_link_packages_found, or freeplay_link_packages_missing to
+# the missing packages and how to install them.
 set(freeplay_link_packages_missing "")
 find_package(fmt 9.1 QUIET)
 if(NOT TARGET fmt::fmt)

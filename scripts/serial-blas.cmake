@@ -1,7 +1,8 @@
-# Ipopt asks the system for libblas.so.3 and liblapack.so.3, and where OpenBLAS with threads stands for them it makes a
-# thread for every core when the program starts, which under a memory limit fails and spins. The problems here are
-# tiny: programs look first where Debian keeps the plain ones (libblas3, liblapack3), also for what libraries ask for,
-# which only RPATH says, not RUNPATH.
+# Ipopt loads libblas.so.3 and liblapack.so.3 of the system. If these are a threaded OpenBLAS, it
+# creates a thread for every core at program start, which fails and spins under a memory limit. The
+# problems here are small, so programs search first in the folders of Debian's reference libraries
+# (libblas3, liblapack3). RPATH is used instead of RUNPATH, because only RPATH also applies to the
+# dependencies of libraries.
 function(freeplay_serial_blas target)
   set(folders "")
   foreach(name blas lapack)

@@ -1,4 +1,5 @@
-# Writes a unit of tests: files that compile together, each in a namespace of its own, behind the headers of all.
+# Writes a translation unit of several test files: the headers of all files, then each file in its
+# own namespace.
 #   cmake -DUNIT=FILE -DTESTS=A,B,... -P scripts/test-unit.cmake
 string(REPLACE "," ";" TESTS "${TESTS}")
 set(headers "")

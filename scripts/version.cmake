@@ -1,12 +1,12 @@
-# Writes version.hpp with the commit that is being built, for people, and content.hpp with what identifies the program;
-# touches them only when something changed.
+# Writes version.hpp with the commit of the build (for information) and content.hpp with the
+# identity of the program. The files are changed only if their content differs.
 execute_process(COMMAND git -C ${SOURCE} describe --always --dirty --abbrev=10 OUTPUT_VARIABLE COMMIT
                 OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
 if(NOT COMMIT)
   set(COMMIT "unknown")
 endif()
-# What decides the bits of a result: the sources of all that steps, reads, writes and measures, and how they are built.
-# Commands, plots and documents do not.
+# Files that determine the bits of a result: the sources that simulate, read, write and measure, and
+# the build description. Commands, plots and documents are excluded.
 file(GLOB_RECURSE SOURCES RELATIVE ${SOURCE} ${SOURCE}/src/*.cpp ${SOURCE}/src/*.hpp ${SOURCE}/formulations/*.cpp
      ${SOURCE}/formulations/*.hpp ${SOURCE}/src/*.def ${SOURCE}/formulations/*.def ${SOURCE}/CMakeLists.txt
      ${SOURCE}/scripts/*.cmake)

@@ -39,7 +39,7 @@ std::vector<Run> runs_of(const ColumnPlot& plot) {
   return list;
 }
 
-/// The column as the first run that has it knows it; one that none has is wrong.
+/// The column of this name in the first run that has it. Throws SceneError if no run has it.
 const Column& known(const std::vector<Run>& runs, const std::string& name) {
   for (const auto& run : runs)
     if (const auto* column = run.columns.find(name)) return *column;
@@ -50,7 +50,7 @@ const Column& known(const std::vector<Run>& runs, const std::string& name) {
   throw SceneError(no_column(name, all));
 }
 
-/// Columns that are asked for together, apart by their units.
+/// The panels of the figure: columns requested together share a panel if their units are equal.
 std::vector<std::vector<Column>> panels_of(const ColumnPlot& plot, const std::vector<Run>& runs) {
   std::vector<std::vector<Column>> list;
   for (const auto& asked : plot.panels) {
@@ -85,11 +85,11 @@ std::string label_of(const std::vector<Column>& panel) {
   std::string names;
   for (const auto& c : panel) names += (names.empty() ? "" : ", ") + c.name;
   const auto& unit = panel.front().unit;
-  if (names.size() > 30) return unit.empty() ? "" : fmt::format("({})", unit);  // the key names them
+  if (names.size() > 30) return unit.empty() ? "" : fmt::format("({})", unit);  // the key has the names
   return with_unit(names, unit);
 }
 
-/// Whether both axes are lengths of one scale, as of a point's path.
+/// Whether both axes are lengths, as for the path of a point; the axes then have the same scale.
 bool is_path(const Column& x, const std::vector<std::vector<Column>>& panels,
              const std::optional<Crossing>& section) {
   return panels.size() == 1 && x.name != "t" && x.unit == "m" && panels[0].front().unit == "m" && !section;
@@ -176,7 +176,7 @@ std::filesystem::path draw_columns(const ColumnPlot& plot) {
     for (const auto& wanted : panels[k])
       for (const auto& run : runs) {
         const auto *own_x = run.columns.find(x.name), *own_y = run.columns.find(wanted.name);
-        if (!own_x || !own_y) continue;  // of an ideal mechanism, the contacts
+        if (!own_x || !own_y) continue;  // an ideal mechanism has no contacts
         if (++curve > most_curves)
           throw SceneError(fmt::format("more than {} curves in a panel; draw several figures", most_curves));
         const auto points = thinned(run.columns.read(*own_x, *own_y, from, to, plot.section), most_points);
@@ -188,7 +188,8 @@ std::filesystem::path draw_columns(const ColumnPlot& plot) {
         const auto title = panels[k].size() == 1 ? run.title
                            : runs.size() == 1    ? wanted.name
                                                  : wanted.name + ", " + run.title;
-        // Of one column the formulations have their own look; of several each curve its own.
+        // With one column each formulation has its usual line style; with several each curve has
+        // its own.
         const auto look = static_cast<std::size_t>(
             panels[k].size() == 1 && plot.folders.size() == 1 ? run.style - 1 : curve - 1);
         curves.add("{}DATA index {} using 1:2 with ", curves.empty() ? Word("plot ") : Word(", "),

@@ -1,4 +1,5 @@
-// A figure of any columns of one run or several: panels one above the other, a curve for each column and run.
+// A figure of chosen columns of one or more runs: stacked panels, with one curve per column and
+// run.
 #pragma once
 
 #include <filesystem>
@@ -12,24 +13,24 @@
 namespace freeplay::plots {
 
 struct ColumnPlot {
-  std::vector<std::filesystem::path> folders;  ///< of runs or comparisons; the figure goes to the first
+  std::vector<std::filesystem::path> folders;  ///< result folders; the first receives the figure
   std::string x = "t";
-  std::vector<std::vector<std::string>>
-      panels;                                ///< columns; those of different units get panels of their own
-  std::optional<double> from = {}, to = {};  ///< s
+  std::vector<std::vector<std::string>> panels;  ///< columns; one panel per unit
+  std::optional<double> from = {}, to = {};      ///< s
   std::optional<Crossing> section = {};
-  std::string name = {};             ///< of its files; empty: by its columns
-  std::vector<Format> formats = {};  ///< empty: the style's
+  std::string name = {};             ///< of the files; empty: derived from the columns
+  std::vector<Format> formats = {};  ///< empty: those of the style
 };
 
-/// The path of its first format. Throws SceneError for columns that there are not.
+/// Draws the figure and returns the path of its first format. Throws SceneError for unknown
+/// columns.
 std::filesystem::path draw_columns(const ColumnPlot& plot);
 
-/// COLUMN=VALUE, with :up or :down behind it. Throws SceneError.
+/// Parses COLUMN=VALUE, optionally followed by :up or :down. Throws SceneError.
 Crossing crossing_of(const std::string& text);
 
-/// Fewer points of a curve that look the same on paper: of each stretch of a curve over time its first, last, least and
-/// greatest; of others every so-manieth.
+/// Reduces a curve to fewer points that look the same on paper. A curve over time keeps the first,
+/// last, least and greatest point of each interval; other curves keep every n-th point.
 Points thinned(const Points& points, std::size_t most);
 
 }  // namespace freeplay::plots

@@ -15,7 +15,7 @@
 namespace freeplay::plots {
 namespace {
 
-/// What a figure says of its origin: program, commit, case.
+/// The origin of a figure: program, commit, case.
 std::string origin(const Figure& f, const std::filesystem::path& folder) {
   const JsonFile source(folder / f.source);
   return fmt::format("freeplay {} ({}), {}", source.text("provenance.version"),
@@ -23,8 +23,8 @@ std::string origin(const Figure& f, const std::filesystem::path& folder) {
                      f.scene_file.empty() ? source.text("provenance.scene_file") : f.scene_file);
 }
 
-/// Line styles that differ in dash and width as well as in colour: 1 penalty, 2 nonsmooth, 3 ideal, 4 help
-/// lines.
+/// Line styles that differ in dash and width as well as in colour: 1 penalty, 2 nonsmooth, 3 ideal,
+/// 4 auxiliary lines.
 constexpr Word look =
     "set style line 1 lc rgb C1 lw 1.6 dt 1 pt 6 ps 1.1\n"
     "set style line 2 lc rgb C2 lw 1.3 dt (12,5) pt 2 ps 1.0\n"
@@ -35,15 +35,14 @@ constexpr Word look =
     "set grid lt 1 lc rgb 0xd4d4d4 lw 0.7\n"
     "set key top right samplen 3 spacing 1.1\n"
     "set pointsize 1\n"
-    "set bmargin at screen Y(1.5)\n";  // above what the figure says of its origin
+    "set bmargin at screen Y(1.5)\n";  // leaves room for the origin below
 
-/// How a format is drawn, and its file: NAME and the suffix.
+/// A file format: its gnuplot terminal, and the suffix of its file after NAME.
 struct Terminal {
   Format format;
   const char* suffix;
-  double unit;  ///< of its size, per cm
-  double
-      font_scale;  ///< such that a point is one on paper: cairo's terminals take 4/3 pt at scale 1, SVG has 96 units an inch
+  double unit;        ///< units of the size per cm
+  double font_scale;  ///< makes 1 pt = 1/72 in on paper; cairo: 4/3 pt at scale 1, SVG: 96 units/in
   double line_scale;
 };
 constexpr double dots = 100;  ///< per cm, of a PNG
@@ -62,7 +61,7 @@ struct Paper {
   double width, height;  ///< cm
 };
 
-/// A narrower figure keeps the size of its texts, and so more of its height than of its width.
+/// A narrower figure keeps its text size. It therefore shrinks less in height than in width.
 Paper paper_of(const Figure& f, const Style& style) {
   if (f.sized) return {f.width_cm, f.height_cm};
   const double width = width_of(f, style);
@@ -88,7 +87,7 @@ Script terminal(const Terminal& t, const Paper& paper, const Style& style) {
     case Format::svg:
       size.add("svg size {:.0f},{:.0f}", width, height);
       break;
-    case Format::cairolatex:  // texts are the document's
+    case Format::cairolatex:  // the document sets the texts
       return size.add("cairolatex pdf size {:.6g}cm,{:.6g}cm linewidth {:.6g}", width, height,
                       t.line_scale * style.line_width);
   }
@@ -96,7 +95,7 @@ Script terminal(const Terminal& t, const Paper& paper, const Style& style) {
                   t.line_scale * style.line_width);
 }
 
-/// What does not depend on the format: sizes, colours, line styles.
+/// Commands independent of the format: sizes, colours, line styles.
 Script beginning(const Paper& paper, const Style& style, double font_size) {
   Script script;
   script.add(
@@ -110,14 +109,14 @@ Script beginning(const Paper& paper, const Style& style, double font_size) {
   return script.add("{}", look);
 }
 
-/// What a figure says of its origin, in its lower right corner.
+/// Command that writes the origin in the lower right corner of the figure.
 Script signature(const std::string& origin) {
   return Script().add(
       "set label 100 {} at screen 1-X(0.3), screen Y(0.12) right font TINY tc rgb 0x888888 noenhanced\n",
       origin);
 }
 
-/// The same figure in every format but LaTeX's: each in a pass of its own over the one script.
+/// The script for all formats except LaTeX. gnuplot runs the script once per format (PASS).
 std::string script_of(const Figure& f, const std::vector<Format>& formats, const Style& style,
                       const std::string& from) {
   const auto paper = paper_of(f, style);
@@ -135,7 +134,8 @@ std::string script_of(const Figure& f, const std::vector<Format>& formats, const
   return script.text();
 }
 
-/// For LaTeX, which sets the texts in the document's own font, of 10 pt as a rule; the document says where it comes from.
+/// The script for LaTeX, which sets the texts in the font of the document, usually of 10 pt. It
+/// writes no origin; the document states it.
 std::string latex_script(const Figure& f, const Style& style) {
   const auto paper = paper_of(f, style);
   const auto& t = terminal_of(Format::cairolatex);
@@ -152,12 +152,12 @@ std::string latex_script(const Figure& f, const Style& style) {
   return script.text() + files + body.tex();
 }
 
-/// A folder to draw in, which goes with what is left in it.
+/// A temporary folder for drawing. The destructor removes it with its remaining files.
 class DrawingPlace {
  public:
   explicit DrawingPlace(const std::filesystem::path& folder) : folder_(folder) {
     make_folder(folder.parent_path());
-    std::filesystem::remove_all(folder);  // of a drawing that was killed
+    std::filesystem::remove_all(folder);  // left by a drawing that was killed
     make_folder(folder);
   }
   ~DrawingPlace() {
@@ -226,7 +226,7 @@ std::filesystem::path draw(const Figure& f, const std::filesystem::path& folder)
   if (std::ranges::find(formats, Format::png) == formats.end()) formats.push_back(Format::png);
   const auto from = origin(f, folder);
   std::string data;
-  for (const auto& block : f.blocks)  // gnuplot does not count a block without rows
+  for (const auto& block : f.blocks)  // gnuplot skips a block without rows
     data += block.text() + (block.empty() ? "NaN NaN\n" : "") + "\n\n";
   const auto figures = folder / "figures";
   const DrawingPlace place(figures / (f.name + ".partial"));
@@ -248,10 +248,10 @@ std::filesystem::path draw(const Figure& f, const std::filesystem::path& folder)
   draw_by(f.name + ".gp", script_of(f, formats, style, from), files, 2000);
   if (latex)
     draw_by(f.name + "_latex.gp", latex_script(f, style), {f.name + "_latex.tex", f.name + "_latex.pdf"},
-            500);  // texts, and with them fonts, are LaTeX's
+            500);  // small: without texts and fonts, which LaTeX adds
   move_file(place.path(), figures, f.name + ".dat");
   if (!f.formats.empty()) return figures / (f.name + terminal_of(first).suffix);
-  // What the style does not ask for any more would show another run, or another style.
+  // Removes files of formats that the style no longer lists: they would show another run or style.
   std::error_code ignored;
   for (const auto& t : terminals)
     if (t.format != Format::cairolatex && std::ranges::find(formats, t.format) == formats.end())

@@ -1,14 +1,16 @@
-// A figure of a result folder. It reads result files only, and leaves its data (NAME.dat), the script that
-// redraws it (NAME.gp: run gnuplot on it in its own folder), the formats that style.toml asks for (a PDF without one) and a
-// PNG to look at. Of cairolatex it leaves NAME_latex.tex, which a LaTeX document takes by \input, with its PDF and script.
+// A figure of a result folder. It reads result files only. It writes its data (NAME.dat), the
+// script that redraws it (NAME.gp: run gnuplot on it in its own folder), the formats listed in
+// style.toml (default: PDF), and a PNG for viewing. The format cairolatex writes NAME_latex.tex,
+// which a LaTeX document includes by \input, with its PDF and script.
 //
-// The script holds what this program wrote and no more (plots/drawing/script.hpp); numbers go to gnuplot in the data file. It is
-// drawn in a folder of its own, figures/NAME.partial, by gnuplot without start-up files, and put in its place when it is
-// whole. It knows
+// The script contains only text that this program wrote (plots/drawing/script.hpp); numbers reach
+// gnuplot in the data file. gnuplot runs without start-up files in a folder of its own,
+// figures/NAME.partial; the files are moved to their place when they are complete. The script
+// defines
 //
-//     WIDTH, HEIGHT     cm on paper                   SIZE              pt of texts; SMALL, TINY: fonts of lesser ones
-//     X(cm), Y(cm)      share of the page that is taken by what is so long at the usual size of texts: margins
-//     C1 … C9           colours of curves; line styles 1 to 3 are those of penalty, nonsmooth, ideal, 4 of help lines
+//     WIDTH, HEIGHT     cm on paper                   SIZE              pt of texts; SMALL, TINY: fonts
+//     X(cm), Y(cm)      share of the page of a length in cm at the usual text size, for margins
+//     C1 … C9           colours of curves; line styles: 1 penalty, 2 nonsmooth, 3 ideal, 4 auxiliary lines
 #pragma once
 
 #include <filesystem>
@@ -23,15 +25,16 @@
 
 namespace freeplay::plots {
 
-/// Numbers of a data file that gnuplot finds by their index: rows behind a comment that names their columns.
+/// A block of the data file, which gnuplot addresses by its index: a comment with the names of the
+/// columns, then rows.
 class Block {
  public:
   explicit Block(std::string_view heading);
   Block& row(std::initializer_list<double> values) { return row(std::vector<double>(values)); }
   Block& row(const std::vector<double>& values);
-  /// A blank line: where a curve is broken, or one of a surface's ends.
+  /// Adds a blank line: a gap in a curve, or the end of one line of a surface.
   Block& gap();
-  bool empty() const { return !filled_; }  ///< has no rows
+  bool empty() const { return !filled_; }  ///< whether there are no rows
   const std::string& text() const { return text_; }
 
  private:
@@ -40,42 +43,44 @@ class Block {
 };
 
 struct Figure {
-  std::string name;                     ///< of its files, as file_name() makes it
-  double width_cm = 16, height_cm = 9;  ///< without a style that says otherwise
+  std::string name;                     ///< of the files, made by file_name()
+  double width_cm = 16, height_cm = 9;  ///< used unless the style overrides it
   std::vector<Block> blocks = {};
   Script script = {};                ///< commands after the style; DATA is the data file
-  std::string source = {};           ///< the folder's JSON file whose provenance it names
-  std::string scene_file = {};       ///< of the case, where a folder has several; else the one of the source
-  std::vector<Format> formats = {};  ///< in place of the style's
-  bool sized = false;                ///< its size follows the style already
+  std::string source = {};           ///< JSON file of the folder with the provenance
+  std::string scene_file = {};       ///< scene file if a folder has several; empty: that of the source
+  std::vector<Format> formats = {};  ///< replaces the formats of the style
+  bool sized = false;                ///< whether its size already follows the style
 };
 
-/// The name of a figure's files: `kind`, and what it is of. Letters, digits, _ - and . alone and of bounded length, other
-/// for every other text.
+/// The name of a figure's files: `kind` and its subject `of`. The name has bounded length and
+/// consists of letters, digits, _,
+/// - and . only; different texts have different names.
 std::string file_name(std::string_view kind, std::string_view of);
-/// What file_name puts behind the kind.
+/// The part of file_name() after the kind.
 std::string safe_name(std::string_view of);
 
-/// Distance of tics on a short axis: 1, 2, 2.5 or 5 times a power of ten, of which a range holds two to five; on a narrow
-/// one at most three.
+/// Distance of tics on a short axis: 1, 2, 2.5 or 5 times a power of ten, such that the range has
+/// two to five tics, on a narrow figure at most three.
 double tic_step(double range, bool narrow = false);
 
-/// The format of a logarithmic axis.
+/// gnuplot format of the tics of a logarithmic axis.
 inline constexpr Word powers{"'10^{%T}'", "'$10^{%T}$'"};
 
-/// How wide it gets (cm).
+/// Width of the figure with this style (cm).
 double width_of(const Figure& figure, const Style& style);
-/// Whether it has room for no more than about 60 letters beside each other, as one column of a journal.
+/// Whether the figure has room for at most about 60 letters per line, like one column of a journal.
 bool is_narrow(const Figure& figure, const Style& style);
 
-/// Writes and draws the figure into folder/figures; returns the path of its first format. Throws OutputError when gnuplot
-/// fails, SceneError for a style.toml that is wrong.
+/// Writes and draws the figure into folder/figures; returns the path of its first format. Throws
+/// OutputError if gnuplot fails, SceneError for an invalid style.toml.
 std::filesystem::path draw(const Figure& figure, const std::filesystem::path& folder);
 
-/// Figures of one kind. Each stands in a file of its own under plots/, and its name on one line of figures.def.
+/// Figures of one kind. Each kind has its own file under plots/ and one line in figures.def.
 struct Drawing {
-  std::vector<const char*> needs;  ///< result files: it is drawn where the folder has any of them
-  /// Draws it from these and what stands beside them; no paths when they have nothing to show in it.
+  std::vector<const char*> needs;  ///< result files; drawn if the folder has any of them
+  /// Draws the figures of a folder and returns their paths; empty if the folder has nothing to
+  /// show.
   std::vector<std::filesystem::path> (*draw)(const std::filesystem::path& folder);
 };
 
@@ -83,12 +88,13 @@ struct Drawing {
 #include "plots/figures/figures.def"
 #undef FIGURES
 
-/// All figures that the result files of a folder allow; asked to stop, it draws no further one.
+/// Draws all figures that the result files of a folder allow. A stop request ends the loop after
+/// the current figure.
 std::vector<std::filesystem::path> all(const std::filesystem::path& folder);
 std::vector<std::filesystem::path> all(const std::filesystem::path& folder, const StopToken& stop);
 
-/// Removes the figures that all() has drawn of a single run in the folder. What a user has there stays: style.toml, and
-/// figures of chosen columns.
+/// Removes the figures that all() has drawn of a single run in the folder. Files of the user
+/// remain: style.toml and figures of chosen columns.
 void remove_of_run(const std::filesystem::path& folder);
 
 }  // namespace freeplay::plots

@@ -1,4 +1,4 @@
-// Ranges that impacts do not flatten, and the figure of panels one above the other.
+// Ranges that are robust against impact peaks, and the figure of stacked panels.
 #include "plots/drawing/force_panels.hpp"
 
 #include <fmt/format.h>
@@ -13,9 +13,9 @@
 namespace freeplay::plots {
 namespace {
 
-constexpr double share = 0.99;  ///< quantile of a range's upper end; of its lower one, 1 less it
+constexpr double share = 0.99;  ///< quantile of the upper end of a range; the lower end is 1 − share
 
-/// Which runs have how many points outside.
+/// Text with the number of points of each run outside the range.
 std::string note(const ForceRange& range, const std::vector<ForceRun>& runs) {
   std::string list;
   for (std::size_t r = 0; r < range.outside.size(); ++r)
@@ -25,7 +25,7 @@ std::string note(const ForceRange& range, const std::vector<ForceRun>& runs) {
   return list.empty() ? "" : "outside: " + list;
 }
 
-/// A run's block of the data file: x and the panels' quantities, a gap where the angle begins anew.
+/// Data block of a run: x and the quantities of the panels, with a gap where the angle wraps.
 Block block_of(const ForceTable& table, std::size_t r, const std::vector<ForcePanel>& panels) {
   const auto& run = table.runs()[r];
   std::string heading = fmt::format("{}: {}", run.title, table.turns() ? "angle (degrees)" : "t (s)");
@@ -41,7 +41,7 @@ Block block_of(const ForceTable& table, std::size_t r, const std::vector<ForcePa
   return block;
 }
 
-/// Commands for the range of angle or time.
+/// Commands for the range of the angle or time axis.
 Script across(const ForceTable& table) {
   Script script;
   if (table.turns()) return script.add("set xrange [0:360]\nset xtics 45\n");
@@ -78,7 +78,7 @@ ForceRange range_of(const std::vector<Values>& runs) {
   const double margin = 0.06 * (high - low);
   range.low = low - margin;
   range.high = high + margin;
-  // A constant force has no range of its own; one below the digits of the script is none either.
+  // A constant force has no range, nor has one that varies less than the digits of the script.
   const double size = std::max(std::abs(low), std::abs(high));
   if (const double least_range = size > 0 ? 0.1 * size : 1; high - low < 1e-3 * size || size == 0)
     widen(range, least_range);

@@ -1,6 +1,6 @@
-// Panels of forces: their ranges, and curves one above the other over the same angle or time. Impacts make
-// rare means far beyond all others: ranges follow a quantile where these would flatten the rest, and the
-// figure says how many points lie outside.
+// Panels of forces: their ranges, and stacked panels of curves over the same angle or time. Impacts
+// cause rare means far beyond all others. Where these would flatten the rest of a curve, the range
+// follows a quantile and the figure states how many points are outside.
 #pragma once
 
 #include <filesystem>
@@ -12,28 +12,30 @@
 
 namespace freeplay::plots {
 
-/// Of an axis, in the unit of its quantity.
+/// Range of an axis, in the unit of its quantity.
 struct ForceRange {
   double low = 0, high = 0;
-  std::vector<std::size_t> outside;  ///< points of each run
+  std::vector<std::size_t> outside;  ///< number of points outside, per run
 };
 
-/// Of one quantity in all runs. Its extremes, unless they are thrice as far apart as the quantiles.
+/// Range of one quantity over all runs: the extremes, unless they are more than three times as far
+/// apart as the quantiles.
 ForceRange range_of(const std::vector<Values>& runs);
-/// Widens a range about its middle until it is `least` long: rounding errors are not to fill a panel.
+/// Widens a range about its middle to a length of at least `least`, so that rounding errors do not
+/// fill a panel.
 void widen(ForceRange& range, double least);
-/// Greatest size of a finite value; 0 without one.
+/// Greatest magnitude of the finite values; 0 if there is none.
 double greatest(const std::vector<Values>& runs);
 
 struct ForcePanel {
-  Word quantity;             ///< with its unit, left of the panel
-  std::string name;          ///< what stands above it
-  std::vector<Values> runs;  ///< of each run of the table; empty where one has none of it
+  Word quantity;             ///< with its unit; the label left of the panel
+  std::string name;          ///< title above the panel
+  std::vector<Values> runs;  ///< per run of the table; empty if the run has no such quantity
   bool from_zero = false;
 };
 
-/// Draws panels one above the other, none shorter than `least` in its own unit. Those without values are left
-/// out; an empty path when none is left.
+/// Draws stacked panels. The range of each is at least `least` in its unit. Panels without values
+/// are omitted; the path is empty if no panel remains.
 std::filesystem::path stack(const ForceTable& table, const std::filesystem::path& folder,
                             const std::string& name, const std::string& heading,
                             std::vector<ForcePanel> panels, double least);

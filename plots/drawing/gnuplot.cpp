@@ -18,7 +18,8 @@ namespace {
 
 constexpr double longest = 60;  // s
 
-/// What gnuplot is told on its standard input: a line, which the pipe that gnuplot-iostream writes to can hold.
+/// The standard input of gnuplot: one line, short enough for the buffer of the pipe that
+/// gnuplot-iostream writes to.
 std::string commands(const std::string& script) {
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0)
@@ -27,7 +28,7 @@ std::string commands(const std::string& script) {
   Descriptor write_end(ends[1]);
   if (std::FILE* file = fdopen(write_end.number(), "w")) {
     write_end.release();
-    Gnuplot gnuplot(file);  // closes it
+    Gnuplot gnuplot(file);  // its destructor closes the file
     gnuplot << "load '" << script << "'\n";
   }
   write_end = Descriptor();

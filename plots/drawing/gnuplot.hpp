@@ -1,4 +1,4 @@
-// gnuplot as a child of this program.
+// Runs gnuplot as a child process.
 #pragma once
 
 #include <filesystem>
@@ -6,9 +6,10 @@
 
 namespace freeplay::plots {
 
-/// Draws `script`, the name of a file in `folder`, with gnuplot working there: it reads no start-up file, and no name of a
-/// folder is part of what it is told. Empty when it went well, else the first line of what gnuplot said. Throws
-/// OutputError when it cannot be started.
+/// Runs gnuplot on `script`, the name of a file in `folder`, with this folder as working directory.
+/// gnuplot reads no start-up file, and its input contains no name of a folder. Returns an empty
+/// string on success, otherwise the first line of gnuplot's message. Throws OutputError if gnuplot
+/// cannot be started.
 std::string run_gnuplot(const std::filesystem::path& folder, const std::string& script);
 
 }  // namespace freeplay::plots

@@ -1,5 +1,6 @@
-// The pose that a mechanism is assembled in, to scale: links through their joints, each body in its own colour and with its
-// name, joints, supports, guides, walls, discs and springs (io/scene/pose_file.hpp has the shapes).
+// The pose in which a mechanism is assembled, to scale: links through their joints, each body in
+// its own colour with its name, joints, supports, guides, walls, discs and springs
+// (io/scene/pose_file.hpp defines the shapes).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,7 +15,7 @@
 namespace freeplay::plots {
 namespace {
 
-constexpr std::size_t most_names = 40;  // of bodies that are named in the figure
+constexpr std::size_t most_names = 40;  // number of bodies with names in the figure
 constexpr Word body_colours[] = {"C1", "C2", "C4", "C5", "C6", "C7", "C8"};
 
 struct Shape {
@@ -31,7 +32,7 @@ std::vector<Shape> read(const std::filesystem::path& file) {
   return list;
 }
 
-/// What the shapes cover.
+/// Bounding box of the shapes.
 struct Frame {
   double left = INFINITY, right = -INFINITY, low = INFINITY, high = -INFINITY;
 
@@ -53,7 +54,7 @@ Frame frame_of(const std::vector<Shape>& shapes) {
   return f;
 }
 
-/// A curve of points, drawn by one plot element.
+/// Collects the elements of the plot command; each draws one data block.
 class Sheet {
  public:
   explicit Sheet(Figure& figure) : figure_(figure) {}
@@ -72,7 +73,7 @@ class Sheet {
 
 Script with(Word style) { return Script().add("{}", style); }
 
-/// Strokes behind a line from (x, y) on along (cx, cy): what stands still.
+/// Hatching behind a line through (x, y) along (cx, cy): marks a fixed part.
 void hatch(Block& block, double x, double y, double cx, double cy, double length, double stroke) {
   const int strokes = std::clamp(static_cast<int>(2 * length / stroke), 8, 60);
   for (int i = 0; i <= strokes; ++i) {
@@ -158,7 +159,7 @@ Block springs(const std::vector<Shape>& shapes, double u) {
   return block;
 }
 
-/// Faces of racks and followers, and outlines of cams.
+/// Lines of the faces of racks and followers and of the outlines of cams.
 Block faces(const std::vector<Shape>& shapes) {
   Block block("faces");
   const Shape* last = nullptr;
@@ -204,7 +205,7 @@ std::vector<std::filesystem::path> draw_pose(const std::filesystem::path& folder
   Figure f{.name = "pose", .width_cm = 16, .source = "pose.json"};
   const double wide = frame.right - frame.left + 6 * u, tall = frame.high - frame.low + 6 * u;
   const auto style = style_of(folder);
-  const double unit = style.font_size / Style::usual_font_size;  // of what goes with the texts
+  const double unit = style.font_size / Style::usual_font_size;  // scale of parts that follow the texts
   f.sized = true;
   f.width_cm = width_of(f, style);
   f.height_cm = style.height ? 0.1 * *style.height
@@ -234,8 +235,8 @@ std::vector<std::filesystem::path> draw_pose(const std::filesystem::path& folder
   std::vector<const Shape*> named;
   for (const auto& s : shapes) {
     if (s.kind != "mass" || named.size() >= most_names) continue;
-    // Names stand above, higher over a slider or a bearing; below where one stands already, and to the left near the
-    // right edge.
+    // A name is above its body, higher above a slider or a bearing. It is below if another name is
+    // already there, and to the left near the right edge.
     const bool taken = std::ranges::any_of(named, [&](const Shape* other) {
       return std::abs(other->x - s.x) < 6 * u && std::abs(other->y - s.y) < 2 * u;
     });

@@ -9,7 +9,7 @@
 namespace freeplay::plots {
 namespace {
 
-/// Whether a character means nothing to gnuplot within double quotes.
+/// Whether a character has no special meaning to gnuplot within double quotes.
 bool is_plain(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
          std::string_view(" ,.:_+-=()/").find(c) != std::string_view::npos;
@@ -21,7 +21,7 @@ std::string in_quotes(std::string_view text) {
   std::string out = "\"";
   bool escaped = false;
   for (const char c : text) {
-    // gnuplot takes a digit behind \ooo for one more of its own.
+    // gnuplot reads a digit after \ooo as part of the number.
     const bool plain = is_plain(c) && !(escaped && c >= '0' && c <= '9');
     if (plain)
       out += c;

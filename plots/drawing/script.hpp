@@ -1,8 +1,10 @@
-// Commands for gnuplot that hold only what this program wrote. A command is a constant of the source with places for
-// numbers and texts; a text becomes a literal that nothing in it can end. A command made in another way does not compile.
+// Commands for gnuplot that contain only text which this program wrote. A command is a constant of
+// the source with places for numbers and texts. A text becomes a literal that its content cannot
+// terminate. A command made in another way does not compile.
 //
-// Every script is kept twice: as gnuplot draws it, and as it writes it for LaTeX (cairolatex), which reads the texts of a
-// figure as its own language. There a text has every sign of TeX spelt, and a Word may have a form of its own.
+// Every script exists in two versions: one for gnuplot's own terminals, and one for LaTeX
+// (cairolatex), which interprets the texts of a figure as TeX. In the second version every special
+// character of TeX is escaped, and a Word may have another form.
 #pragma once
 
 #include <fmt/format.h>
@@ -14,7 +16,8 @@
 
 namespace freeplay::plots {
 
-/// A piece of gnuplot's language, such as a colour: known when the program is compiled, so that no file made it.
+/// A piece of gnuplot's language, such as a colour. It is a compile-time constant, so it cannot
+/// come from a file.
 class Word {
  public:
   consteval Word(const char* text)  // NOLINT(google-explicit-constructor): it is a constant
@@ -27,20 +30,23 @@ class Word {
   const char *text_, *tex_;
 };
 
-/// A text in gnuplot's double quotes, shortened to 200 characters, control characters spelt. Letters, digits and
-/// harmless signs stand for themselves, every other byte as \ooo: gnuplot 5.4 ends a single-quoted literal in the middle
-/// of a''''b, and runs what stands in backquotes within double quotes. Markup is switched off where it is used
-/// (noenhanced).
+/// A text in gnuplot's double quotes, shortened to 200 characters, with visible control characters.
+/// Letters, digits and harmless characters are unchanged; every other byte is written as \ooo,
+/// because gnuplot 5.4 ends a single-quoted literal in the middle of a''''b and executes backquotes
+/// within double quotes. Commands that use the text switch off markup (noenhanced).
 std::string literal(std::string_view text);
 
-/// The same for a tic of an axis, whose text gnuplot takes for a number's format: a % is doubled.
+/// A literal for a tic of an axis. gnuplot reads such a text as a number format, so each % is
+/// doubled.
 std::string tic_literal(std::string_view text);
 
-/// A text for LaTeX, in which no sign means anything to TeX; and such a text in gnuplot's double quotes.
+/// A text for LaTeX without special characters of TeX (in_tex), and the same in gnuplot's double
+/// quotes (tex_literal).
 std::string in_tex(std::string_view text);
 std::string tex_literal(std::string_view text);
 
-/// The number itself; OutputError for what is not finite, which gnuplot would take for the name of a variable.
+/// Returns x. Throws OutputError if x is not finite, because gnuplot would read it as the name of a
+/// variable.
 double finite(double x);
 
 class Script {
@@ -49,7 +55,7 @@ class Script {
       std::is_integral_v<I> && !std::is_same_v<I, char> && !std::is_same_v<I, bool>;
 
  public:
-  /// What stands in a command's place for a value.
+  /// The form of a value in a command.
   static double place(double x) { return finite(x); }
   template <class I>
   requires counts<I>
@@ -61,7 +67,7 @@ class Script {
   template <class A>
   using Place = decltype(place(std::declval<const A&>()));
 
-  /// The same for LaTeX.
+  /// The form of a value in a command for LaTeX.
   template <class A>
   static Place<A> tex_place(const A& value) {
     if constexpr (std::is_same_v<A, Word>)
@@ -81,7 +87,7 @@ class Script {
     tex_ += fmt::format(command, tex_place(values)...);
     return *this;
   }
-  /// A tic of an axis.
+  /// Appends a tic of an axis.
   Script& add_tic(std::string_view text, std::size_t at);
   bool empty() const { return text_.empty(); }
   const std::string& text() const { return text_; }

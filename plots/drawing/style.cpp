@@ -13,7 +13,7 @@
 namespace freeplay::plots {
 namespace {
 
-/// Widths of columns as the publishers' pages for authors give them.
+/// Column widths from the publishers' pages for authors.
 constexpr PageSize sizes[] = {
     {"one-column", 90, "Elsevier, artwork sizing: single column"},
     {"one-and-a-half-column", 140, "Elsevier: 1.5 column"},
@@ -29,7 +29,8 @@ struct NamedColour {
   std::string_view name;
   unsigned value;
 };
-/// Okabe and Ito (2008), told apart by colour-blind readers too, and basic names as in CSS Color Level 4.
+/// The palette of Okabe and Ito (2008), which colour-blind readers can distinguish, and basic names
+/// of CSS Color Level 4.
 constexpr NamedColour named_colours[] = {
     {"black", 0x000000},   {"grey", 0x808080},      {"silver", 0xc0c0c0},    {"red", 0xff0000},
     {"maroon", 0x800000},  {"olive", 0x808000},     {"green", 0x008000},     {"teal", 0x008080},
@@ -51,7 +52,7 @@ std::vector<std::string> words(const auto& all) {
   return list;
 }
 
-/// #rrggbb or a name.
+/// Parses #rrggbb or a name.
 std::optional<unsigned> colour(std::string_view text) {
   const auto named = std::ranges::find(named_colours, text, &NamedColour::name);
   if (named != std::end(named_colours)) return named->value;
@@ -61,14 +62,14 @@ std::optional<unsigned> colour(std::string_view text) {
   return error == std::errc() && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
 }
 
-/// "; did you mean …?", or what there is.
+/// "; did you mean …?", or the list of all names.
 std::string remedy(std::string_view word, const std::vector<std::string>& known) {
   const auto near = nearest_word(word, known);
   return near.empty() ? listed("there are", known) : fmt::format("; did you mean {}?", near);
 }
 
-/// Whether fontconfig, which gnuplot takes fonts from, has a family; true where that cannot be asked. It would otherwise
-/// take another one and say nothing.
+/// Whether fontconfig, which supplies the fonts of gnuplot, has a family; true if fontconfig cannot
+/// be queried. For an unknown family it would silently substitute another one.
 bool installed(const std::string& font) {
   std::string pattern = ":family=";
   for (const char c : font) pattern += c == '-' ? std::string("\\-") : std::string(1, c);

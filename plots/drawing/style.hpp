@@ -1,7 +1,9 @@
-// How figures look: typed values, which a user may keep in style.toml beside the figures. It is read anew by every verb
-// that draws there and never written; what is in it reaches gnuplot as numbers and quoted texts alone.
+// The style of figures: typed values, which a user may set in style.toml in the folder of the
+// figures. Every command that draws there reads the file; none writes it. Its values reach gnuplot
+// only as numbers and quoted texts.
 //
-// Lengths are those on paper. A point is 1/72 in; 7 pt is what Elsevier's page on the sizing of artwork asks of texts.
+// Lengths are those on paper. A point is 1/72 in; Elsevier's page on artwork sizing requires texts
+// of 7 pt.
 #pragma once
 
 #include <array>
@@ -16,7 +18,7 @@ namespace freeplay::plots {
 
 enum class Format { pdf, png, svg, eps, cairolatex };
 
-/// Each with its name; a PNG to look at is drawn whichever is asked for.
+/// The file formats and their names. A PNG for viewing is always drawn.
 struct FormatFacts {
   Format format;
   std::string_view name;
@@ -25,7 +27,7 @@ inline constexpr std::array format_names{FormatFacts{Format::pdf, "pdf"}, Format
                                          FormatFacts{Format::svg, "svg"}, FormatFacts{Format::eps, "eps"},
                                          FormatFacts{Format::cairolatex, "cairolatex"}};
 
-/// A width that journals ask for.
+/// A width that journals require.
 struct PageSize {
   std::string_view name;
   double width;  ///< mm
@@ -34,23 +36,24 @@ struct PageSize {
 std::span<const PageSize> page_sizes();
 
 struct Style {
-  static constexpr double usual_font_size = 7;  ///< pt, which the figures' margins are made for
+  static constexpr double usual_font_size = 7;  ///< pt, for which the margins of the figures are chosen
   std::string font = "DejaVu Sans";
   double font_size = usual_font_size;  ///< pt
-  double line_width = 1;               ///< times as drawn
-  /// 0xRRGGBB: penalty, nonsmooth, ideal joint, and further curves. Of more curves they are taken in turn.
+  double line_width = 1;               ///< factor on all line widths
+  /// 0xRRGGBB: penalty, nonsmooth, ideal joint, and further curves. Further curves reuse the
+  /// colours cyclically.
   std::vector<unsigned> colours{0x0b3c8c, 0xc8500a, 0x000000, 0x1b7837, 0x7b3294,
                                 0x8c510a, 0x01665e, 0xb2182b, 0x3d9be0};
-  bool monochrome = false;              ///< black; curves differ by dashes and marks
-  std::optional<double> width, height;  ///< mm; left out: each figure's own
+  bool monochrome = false;              ///< all black; curves differ by dashes and marks
+  std::optional<double> width, height;  ///< mm; absent: the size of each figure
   std::vector<Format> formats{Format::pdf};
 };
 
-/// Of the figures of a result folder: folder/figures/style.toml, or as they look without one. Throws SceneError
-/// FILE:LINE:COL: key: what is wrong.
+/// Reads the style of a result folder from folder/figures/style.toml; the default style if there is
+/// no such file. Throws SceneError with FILE:LINE:COL, the key and the error.
 Style style_of(const std::filesystem::path& folder);
 
-/// Formats by their names in a list with commas. Throws SceneError for one that there is not.
+/// Parses a comma-separated list of formats. Throws SceneError for an unknown format.
 std::vector<Format> formats_named(const std::vector<std::string>& names);
 
 }  // namespace freeplay::plots

@@ -1,5 +1,5 @@
-// Result folders in the formats of other programs: HDF5 for large runs in Python, MATLAB or Julia, VTK for ParaView. Both
-// read result files only, row by row: memory does not grow with the run.
+// Exports result folders to formats of other programs: HDF5 for large runs in Python, MATLAB or
+// Julia, VTK for ParaView. Both exports read result files only, row by row, with constant memory.
 #pragma once
 
 #include <cstddef>
@@ -9,32 +9,36 @@
 
 namespace freeplay {
 
-/// What was written.
+/// Amount of data written.
 struct Exported {
-  std::size_t tables = 0;  ///< of HDF5
-  std::size_t rows = 0;    ///< of all tables, or frames of VTK
+  std::size_t tables = 0;  ///< number of tables (HDF5)
+  std::size_t rows = 0;    ///< rows of all tables (HDF5), or frames (VTK)
 };
 
 /// Throws SceneError unless this program was built with HDF5 and finds its library.
 void require_hdf5();
 
-/// Every table and JSON document of the folder, and of the runs of a comparison in it, as one HDF5 file:
+/// Writes every table and JSON document of the folder, and of the runs of a comparison in it, to
+/// one HDF5 file:
 ///
 ///     /TABLE/COLUMN           a dataset of 64-bit numbers or of texts, with the attribute units
 ///     /TABLE                  attributes source, rows, columns (in the order of the file)
-///     /statistics/FIELD       what run.json says of the contacts, in the order of /statistics/contact
+///     /statistics/FIELD       statistics of contacts (run.json), ordered as /statistics/contact
 ///     /run/…                  run.json: an object is a group, a value an attribute
-///     /                       attributes NAME.json: the documents as they stand
+///     /                       attributes NAME.json: the unchanged documents
 ///
-/// Written whole or not at all. Throws SceneError for what is no result file, OutputError, and Interrupted when asked to stop.
+/// The file is written completely or not at all. Throws SceneError for files that are no result
+/// files, OutputError, and Interrupted on a stop request.
 Exported export_hdf5(const std::filesystem::path& folder, const std::filesystem::path& path, StopToken stop);
 
-/// The mechanism of a run at every k-th row of its trajectory, k = `every`: a file frame_N.vtp each, and mechanism.pvd, which ParaView
-/// opens. They replace those that stand in `place` as a whole. Throws as export_hdf5.
+/// Writes the mechanism of a run at every k-th row of its trajectory, k = `every`: files
+/// frame_N.vtp, and mechanism.pvd, which ParaView opens. They replace the files of an earlier
+/// export in `place`. Throws as export_hdf5.
 Exported export_vtk(const std::filesystem::path& folder, const std::filesystem::path& place, int every,
                     StopToken stop);
 
-/// Files of one series: what asks for more says how many rows to leave out.
+/// Limit of the files of one series. A request for more is an error that suggests a value of
+/// `every`.
 inline constexpr std::size_t most_frames = 20'000;
 
 }  // namespace freeplay

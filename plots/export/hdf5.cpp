@@ -1,5 +1,6 @@
-// A result folder as one HDF5 file. Each table is read twice: first to see that all of it can be read, how many rows it has and
-// how long its texts are, then to write it; so a damaged table is refused before anything is written.
+// A result folder as one HDF5 file. Each table is read twice: first to check it and to find the
+// number of rows and the lengths of the texts, then to write it. A damaged table is thus an error
+// before anything is written.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,23 +26,23 @@ namespace {
 using Path = std::filesystem::path;
 using plots::Rows;
 
-/// A table as its first reading found it.
+/// Properties of a table from its first reading.
 struct Found {
   Path file;
   std::vector<std::string> names;
-  std::vector<std::size_t> widths;  ///< of texts, bytes; 0: a column of numbers
+  std::vector<std::size_t> widths;  ///< bytes of the texts; 0: column of numbers
   std::size_t rows = 0;
 };
 
-/// A folder with the results of one run, or of one verb.
+/// A folder with the results of one run or one command.
 struct Source {
-  std::string group;  ///< "" of the folder itself
+  std::string group;  ///< "" for the folder itself
   Path folder;
   std::vector<Found> tables;
   std::vector<Path> documents;
 };
 
-/// Columns that hold names, whatever these look like.
+/// Columns of names, even if the names look like numbers.
 bool holds_names(std::string_view column) {
   return column == "joint" || column == "kind" || column == "channel" || column == "name";
 }
@@ -56,7 +57,8 @@ void ask(const StopToken& stop) {
   if (stop()) throw Interrupted();
 }
 
-/// A column's first field says what the others must be. An empty field is NaN among numbers.
+/// The first field of a column determines the type of the others. An empty field of a column of
+/// numbers is NaN.
 Found first_reading(const Path& file, const StopToken& stop) {
   Rows in(file);
   Found found{file, in.names(), std::vector<std::size_t>(in.names().size(), 0), 0};
@@ -82,7 +84,7 @@ Found first_reading(const Path& file, const StopToken& stop) {
   return found;
 }
 
-/// Regular files of the folder alone: what a link leads to is none of its results.
+/// Reads only regular files of the folder; targets of links are not results of it.
 Source read_first(const std::string& group, const Path& folder, const StopToken& stop) {
   Source source{group, folder, {}, {}};
   std::vector<Path> files;
@@ -115,7 +117,8 @@ std::vector<Source> sources_in(const Path& folder, const StopToken& stop) {
       ": has no result tables to export; give a folder made by freeplay run, compare or another verb");
 }
 
-/// Of 64-bit numbers 32 MiB at most are held, whatever the number of columns.
+/// Rows per block such that at most 32 MiB of 64-bit numbers are in memory, for any number of
+/// columns.
 std::size_t block_length(std::size_t columns) {
   return std::clamp<std::size_t>((std::size_t{4} << 20) / std::max<std::size_t>(columns, 1), 64, 16384);
 }
@@ -124,7 +127,7 @@ std::size_t block_length(std::size_t columns) {
   throw SceneError(file.string() + ": has changed while it was read; export it when nothing writes there");
 }
 
-/// Columns of one table, block by block.
+/// Writes the columns of one table block by block.
 class TableWriter {
  public:
   TableWriter(const hdf5::File& file, hid_t parent, const Found& found, const StopToken& stop)
@@ -172,7 +175,7 @@ class TableWriter {
     bytes_[i].insert(bytes_[i].end(), text.begin(), text.end());
     bytes_[i].resize(bytes_[i].size() + width - text.size(), 0);
   }
-  /// The rows up to `end`, which are kept.
+  /// Writes the buffered rows up to `end`.
   void flush(std::size_t end) {
     ask(stop_);
     if (end > found_.rows) changed(found_.file);
@@ -197,7 +200,7 @@ class TableWriter {
   std::vector<std::vector<char>> bytes_;
 };
 
-/// Instruments have units of their own: arrays of their names and units beside the samples.
+/// Each instrument has its own unit: writes arrays of names and units beside the samples.
 void tell_channels(const hdf5::File& file, hid_t signals, const Path& folder) {
   std::vector<std::string> channels, units;
   const plots::RunColumns run(folder);

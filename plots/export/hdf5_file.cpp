@@ -17,15 +17,16 @@ std::filesystem::path folder_of(const std::filesystem::path& file) {
   return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
 }
 
-/// HDF5 opens files by itself and follows links: nothing stands where it makes a new one, and no folder on the way is a link.
+/// Creates the file. HDF5 opens files itself and follows links; therefore the path must not exist
+/// and no folder of it may be a link.
 hid_t created(const Library& h, const std::filesystem::path& path, const std::filesystem::path& partial) {
   require_own(path);
   remove_file(partial);
   const Handle access(h.H5Pcreate(h.H5P_CLS_FILE_ACCESS_ID_g), h.H5Pclose),
       made(h.H5Pcreate(h.H5P_CLS_FILE_CREATE_ID_g), h.H5Pclose);
-  // Readable since HDF5 1.8, of 2008, which knows attributes greater than 64 KiB.
+  // Readable by HDF5 1.8 (2008) and later, which support attributes above 64 KiB.
   if (h.H5Pset_libver_bounds(access.id(), H5F_LIBVER_V18, H5F_LIBVER_V110) < 0) return -1;
-  if (h.H5Pset_obj_track_times(made.id(), false) < 0) return -1;  // the same results are the same bytes
+  if (h.H5Pset_obj_track_times(made.id(), false) < 0) return -1;  // identical results give identical bytes
   errno = 0;
   return h.H5Fcreate(partial.c_str(), H5F_ACC_EXCL, made.id(), access.id());
 }
@@ -84,7 +85,7 @@ Handle File::space(std::size_t length) const {
   return checked(h_.H5Screate_simple(1, &size, nullptr), h_.H5Sclose, "hold so many rows");
 }
 
-/// UTF-8; width 0: of any length.
+/// Type of UTF-8 texts; width 0: variable length.
 Handle File::text_type(std::size_t width) const {
   auto type = checked(h_.H5Tcopy(h_.H5T_C_S1_g), h_.H5Tclose, "hold texts");
   check(h_.H5Tset_size(type.id(), width == 0 ? H5T_VARIABLE : width), "hold texts");
@@ -119,7 +120,7 @@ void File::set(hid_t at, const std::string& name, std::int64_t number) const {
   attribute(at, name, h_.H5T_NATIVE_INT64_g, h_.H5T_STD_I64LE_g, one.id(), &number);
 }
 
-/// As h5py writes and reads them: an enumeration of FALSE and TRUE.
+/// Sets a flag in the form that h5py uses: an enumeration of FALSE and TRUE.
 void File::set(hid_t at, const std::string& name, bool flag) const {
   const auto type = checked(h_.H5Tenum_create(h_.H5T_NATIVE_INT8_g), h_.H5Tclose, "hold flags"),
              one = checked(h_.H5Screate(H5S_SCALAR), h_.H5Sclose, "hold flags");
@@ -154,7 +155,7 @@ Handle File::dataset(hid_t group, const std::string& name, Block block, hid_t ty
       check(h_.H5Pset_shuffle(made.id()), what);
       check(h_.H5Pset_deflate(made.id(), 1), what);
     }
-    check(h_.H5Pset_chunk_cache(access.id(), 0, 0, 1), what);  // blocks are written whole, once
+    check(h_.H5Pset_chunk_cache(access.id(), 0, 0, 1), what);  // each block is written completely and once
   }
   return checked(
       h_.H5Dcreate2(group, name.c_str(), type, space(block.rows).id(), H5P_DEFAULT, made.id(), access.id()),

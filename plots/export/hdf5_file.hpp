@@ -1,4 +1,5 @@
-// An HDF5 file that is written: groups, attributes, and columns block by block. Every call is checked.
+// Writes an HDF5 file: groups, attributes, and columns block by block. The result of every call is
+// checked.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +12,7 @@
 
 namespace freeplay::hdf5 {
 
-/// What HDF5 has opened, closed with the object.
+/// Owns an HDF5 identifier and closes it in the destructor.
 class Handle {
  public:
   using Close = herr_t (*)(hid_t);
@@ -22,7 +23,7 @@ class Handle {
     if (id_ >= 0) close_(id_);
   }
   hid_t id() const { return id_; }
-  /// Whether closing it succeeded.
+  /// Closes the identifier and returns whether this succeeded.
   bool close() { return close_(std::exchange(id_, -1)) >= 0; }
 
  private:
@@ -30,24 +31,26 @@ class Handle {
   Close close_;
 };
 
-/// Rows of a dataset are written, compressed and read by blocks.
+/// Rows of a dataset are written, compressed and read in blocks.
 struct Block {
-  std::size_t rows, length;  ///< of the dataset, of a block
+  std::size_t rows, length;  ///< rows of the dataset, rows of a block
 };
 
 class File {
  public:
-  /// Grows beside its place as NAME.partial. Throws OutputError, as all here.
+  /// Creates the file as NAME.partial in the same folder. All functions of this class throw
+  /// OutputError.
   explicit File(const std::filesystem::path& path);
-  /// What is not committed is removed.
+  /// Removes the file unless it was committed.
   ~File();
   File(const File&) = delete;
   File& operator=(const File&) = delete;
-  /// Puts it in its place.
+  /// Renames the complete file to its final name.
   void commit();
 
   hid_t root() const { return file_.id(); }
-  /// `name`: not empty, no "/", not "." (HDF5 takes these for paths), not there yet; else SceneError.
+  /// Creates a group. Throws SceneError if `name` is empty, contains "/" or is "." (paths in HDF5),
+  /// or exists already.
   Handle group(hid_t parent, const std::string& name) const;
   void set(hid_t at, const std::string& name, const std::string& text) const;
   void set(hid_t at, const std::string& name, double number) const;
@@ -55,11 +58,11 @@ class File {
   void set(hid_t at, const std::string& name, bool flag) const;
   void set(hid_t at, const std::string& name, const std::vector<double>& numbers) const;
   void set(hid_t at, const std::string& name, const std::vector<std::string>& texts) const;
-  /// Numbers.
+  /// Creates a column of numbers.
   Handle numbers(hid_t group, const std::string& name, Block block) const;
-  /// Texts of `width` bytes at most, filled up with zeros.
+  /// Creates a column of texts of at most `width` bytes, padded with zeros.
   Handle texts(hid_t group, const std::string& name, Block block, std::size_t width) const;
-  /// Rows from `from` on; of texts their bytes one after another.
+  /// Writes rows from index `from` on; texts as their concatenated bytes.
   void write(const Handle& column, std::size_t from, const std::vector<double>& rows) const;
   void write(const Handle& column, std::size_t from, std::size_t rows, std::size_t width,
              const std::vector<char>& bytes) const;

@@ -24,11 +24,11 @@ constexpr std::pair<std::string_view, std::string_view> endings[] = {
 std::string dumped(const Json& value) { return value.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 bool is_text(const Json& value) {
-  // What holds a zero would be cut off there.
+  // A text with a zero byte would be truncated there.
   return value.is_string() && value.get_ref<const std::string&>().find('\0') == std::string::npos;
 }
 
-/// Whether a 64-bit number holds it exactly; integers that doubles do not are told as text.
+/// Whether a double represents the value exactly. Other integers are written as text.
 bool is_double(const Json& value) {
   if (value.is_number_float()) return true;
   constexpr double limit = 9007199254740992.0;  // 2^53

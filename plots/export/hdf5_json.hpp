@@ -1,4 +1,4 @@
-// JSON documents in an HDF5 file.
+// Writes JSON documents into an HDF5 file.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -8,15 +8,17 @@
 
 namespace freeplay::hdf5 {
 
-/// An object's members as attributes of the group `at`; objects in it are groups below. Lists of numbers or of texts are
-/// arrays, any others JSON text.
+/// Writes the members of an object as attributes of the group `at`. Objects in it become subgroups,
+/// lists of numbers or of texts become arrays, and other values become JSON text.
 void mirror(const File& file, hid_t at, const nlohmann::json& object);
 
-/// What run.json says of each contact: a dataset each, NaN where a contact has no such value; standard errors as
-/// FIELD_standard_error. Nothing of a run without contacts. How many contacts there are.
+/// Writes the statistics of the contacts from run.json, one dataset per field: NaN if a contact has
+/// no such value; standard errors as FIELD_standard_error. A run without contacts writes nothing.
+/// Returns the number of contacts.
 std::size_t statistics(const File& file, hid_t at, const nlohmann::json& run);
 
-/// By the end of a name, as result files have them: "m/s" of greatest_m_per_s; else that of a column; "" where it has none.
+/// Unit by the suffix of a name in result files: "m/s" for greatest_m_per_s; otherwise that of a
+/// column; "" if it has none.
 std::string unit_of(const std::string& name);
 
 }  // namespace freeplay::hdf5

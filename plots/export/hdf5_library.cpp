@@ -21,20 +21,21 @@ void* symbol(void* handle, const char* name) {
 }
 
 Library opened() {
-  // By the name of its binary interface, which the header is of.
+  // The file name contains the version of the binary interface that matches the header.
   void* handle = dlopen(FREEPLAY_HDF5, RTLD_NOW | RTLD_LOCAL);
   if (!handle) missing(dlerror());
   Library l;
 #define FREEPLAY_FIND(name) l.name = reinterpret_cast<decltype(l.name)>(symbol(handle, #name));
   FREEPLAY_HDF5_FUNCTIONS(FREEPLAY_FIND)
 #undef FREEPLAY_FIND
-  // At the end it would try again to write what a full disk refused, and fall over it. Every file is closed by then.
+  // At exit HDF5 would retry writes that failed on a full disk, and crash. All files are closed by
+  // then.
   l.H5dont_atexit();
   if (l.H5open() < 0) missing("it does not start");
 #define FREEPLAY_FIND(name) l.name = *static_cast<hid_t*>(symbol(handle, #name));
   FREEPLAY_HDF5_NUMBERS(FREEPLAY_FIND)
 #undef FREEPLAY_FIND
-  l.H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // failures are told in our words
+  l.H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are reported by this program
   return l;
 }
 

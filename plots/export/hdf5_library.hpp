@@ -1,10 +1,11 @@
-// The functions of HDF5 that are called. The library is opened when it is asked for and linked nowhere: with all that it
-// needs itself it takes 6 ms to load, more than the whole program, and a computer without it still runs everything else.
+// The functions of HDF5 that are used. The library is loaded on demand instead of linked: loading
+// it with its dependencies takes 6 ms, more than the whole program, and the rest of the program
+// must run on computers without it.
 #pragma once
 
 #include <hdf5.h>
 
-// Macros that would call the library before it is opened; library() has made sure of it.
+// These macros would call the library before it is loaded. library() loads it first.
 #undef H5CHECK
 #undef H5OPEN
 #define H5CHECK
@@ -26,7 +27,7 @@
 namespace freeplay::hdf5 {
 
 struct Library {
-// A name cannot stand in parentheses here.
+// A member name must not be in parentheses.
 // NOLINTNEXTLINE(bugprone-macro-parentheses)
 #define FREEPLAY_MEMBER(name) decltype(&::name) name = nullptr;
   FREEPLAY_HDF5_FUNCTIONS(FREEPLAY_MEMBER)
@@ -36,7 +37,7 @@ struct Library {
 #undef FREEPLAY_MEMBER
 };
 
-/// Opens it at the first call. Throws SceneError, which says what to install.
+/// Loads the library at the first call. Throws SceneError, which names the package to install.
 const Library& library();
 
 }  // namespace freeplay::hdf5

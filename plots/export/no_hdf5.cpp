@@ -1,4 +1,4 @@
-// In the place of hdf5*.cpp in a program that was built without HDF5.
+// Replaces hdf5*.cpp in a program built without HDF5.
 #include "mechanism/error.hpp"
 #include "plots/export/export.hpp"
 

@@ -1,7 +1,8 @@
-// The motion of a mechanism for ParaView: PolyData of VTK's XML format in text, one file a frame. The cells are the shapes of
-// the pose (io/scene/pose_file.hpp): points, links as lines through their corners, discs and bearings as circles.
+// The motion of a mechanism for ParaView: PolyData in VTK's XML text format, one file per frame.
+// The cells are the shapes of the pose (io/scene/pose_file.hpp): points, links as lines through
+// their corners, discs and bearings as circles.
 //
-//     CellData   shape, name    numbers into the lists of texts that the file holds under shapes and names
+//     CellData   shape, name    indices into the lists of texts shapes and names in the file
 //     FieldData  TimeValue      s
 #include <fmt/format.h>
 
@@ -30,11 +31,11 @@ using plots::Rows;
 
 constexpr int circle_corners = 48;
 
-/// Points, lines and what belongs to each.
+/// Points and cells with their data.
 struct Drawing {
   std::vector<Vec2> points;
   struct Cell {
-    std::size_t first, count;  ///< points
+    std::size_t first, count;  ///< range of points
     bool closed;
     int shape, name;
   };
@@ -62,7 +63,7 @@ std::vector<Vec2> circle(const Vec2& middle, double radius) {
   return corners;
 }
 
-/// Half the diagonal of what stands around all places.
+/// Half the diagonal of the bounding box of all positions.
 double extent(const std::vector<PoseShape>& shapes) {
   constexpr double far = std::numeric_limits<double>::infinity();
   double low[] = {far, far}, high[] = {-far, -far};
@@ -74,16 +75,16 @@ double extent(const std::vector<PoseShape>& shapes) {
   return shapes.empty() ? 0 : 0.5 * std::hypot(high[0] - low[0], high[1] - low[1]);
 }
 
-/// `size`: m, what has a direction and no length is drawn by it, the same in all frames.
+/// `size` (m, the same in all frames): length of shapes that have a direction but no length.
 Drawing drawn(const std::vector<PoseShape>& shapes, double size) {
   Drawing d;
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     const auto& s = shapes[i];
-    if (s.kind == "link" || s.kind == "outline") {  // rows that follow each other
+    if (s.kind == "link" || s.kind == "outline") {  // consecutive rows make one line
       std::vector<Vec2> corners{s.at};
       while (i + 1 < shapes.size() && shapes[i + 1].kind == s.kind && shapes[i + 1].name == s.name)
         corners.push_back(shapes[++i].at);
-      d.add(d.lines, s, corners, false);  // those that are closed end where they began
+      d.add(d.lines, s, corners, false);  // closed lines repeat their first point
     } else if ((s.kind == "disc" || s.kind == "loose") && s.more.x() > 0) {
       d.add(d.lines, s, circle(s.at, s.more.x()), true);
     } else if (s.kind == "slider" || s.kind == "wall") {
@@ -127,7 +128,8 @@ class Frame {
   void put(fmt::format_string<X...> form, X&&... x) {
     fmt::format_to(std::back_inserter(text_), form, std::forward<X>(x)...);
   }
-  /// VTK's texts are numbers of their bytes, with a zero behind each: nothing in them is markup.
+  /// VTK writes texts as the numbers of their bytes, terminated by a zero, so that they contain no
+  /// markup.
   void words(const char* name, const std::vector<std::string>& list) {
     put("<Array type=\"String\" Name=\"{}\" NumberOfTuples=\"{}\" format=\"ascii\">\n", name, list.size());
     for (const auto& word : list) {
@@ -159,7 +161,7 @@ class Frame {
   std::string text_;
 };
 
-/// Where the coordinates of all bodies stand in trajectory.csv.
+/// Indices of the columns of trajectory.csv with the coordinates of all bodies.
 std::vector<std::size_t> places_of(const Rows& rows, const Mechanism& m) {
   std::vector<std::size_t> places;
   for (std::size_t b = 0; b < m.bodies.size(); ++b)
@@ -167,7 +169,7 @@ std::vector<std::size_t> places_of(const Rows& rows, const Mechanism& m) {
   return places;
 }
 
-/// Reads the trajectory once more than it writes it: before anything is made it is known how many files there will be.
+/// Number of frames. An additional pass over the trajectory finds it before any file is written.
 std::size_t frames_of(const Path& trajectory, int every, const StopToken& stop) {
   Rows rows(trajectory);
   std::size_t count = 0;

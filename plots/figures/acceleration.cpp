@@ -1,4 +1,4 @@
-// Acceleration through the scene's accelerometer over the crank angle of the last whole revolution: both
+// Signal of the scene's accelerometer over the crank angle of the last whole revolution: both
 // formulations and the ideal joint.
 #include <fmt/format.h>
 
@@ -18,12 +18,12 @@ constexpr double turn = 2 * std::numbers::pi;
 
 struct Trace {
   std::string channel;
-  bool turns = false;  ///< whether the crank's angle is known, and grows or falls
+  bool turns = false;  ///< whether the crank angle is known and not constant
   Block block{"angle (degrees) or t (s), acceleration (m/s^2)"};
 };
 
-/// The first accelerometer of the scene that a run was made of; "" where there is none, or none can be known: another
-/// channel is no acceleration.
+/// The first accelerometer of the scene of a run; "" if there is none or the scene cannot be read.
+/// Other channels are not accelerations.
 std::string accelerometer(const std::filesystem::path& run) {
   try {
     const JsonFile json(run / "run.json");
@@ -36,8 +36,9 @@ std::string accelerometer(const std::filesystem::path& run) {
   return "";
 }
 
-/// The last whole turn of the accelerometer, at the crank's own angles; without a crank the last tenth of the time. The
-/// file is read twice: where the turn begins is known at its end.
+/// The signal of the accelerometer over the last whole turn of the crank; without a crank over the
+/// last tenth of the time. The file is read twice, because the start of the turn is known only at
+/// the end of the file.
 Trace last_turn(const std::filesystem::path& file) {
   Trace trace{.channel = accelerometer(file.parent_path())};
   const auto each = [&](const auto& take) {

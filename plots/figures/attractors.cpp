@@ -1,5 +1,5 @@
-// Where motions settle: section points over a parameter, one colour for each branch; and the attractor that each start of a
-// grid leads to.
+// Bifurcation diagram: section points over a parameter, one colour per branch. Basins of
+// attraction: the attractor reached from each start of a grid.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,8 +22,9 @@ std::string axis_label(const JsonFile& document, const std::string& path) {
   return with_unit(document.text(path + ".name"), document.text(path + ".unit"));
 }
 
-/// Dots of the first colour upwards, over rings of the second downwards, so that neither hides the other; what began from drawn starts
-/// lies below both in grey.
+/// Upward branch: dots of the first colour, drawn over the rings of the second colour of the
+/// downward branch, so that neither hides the other. Points from random starts are grey and below
+/// both.
 constexpr Word branch_colours[] = {"0x9aa0a6", "C1", "C2"};
 constexpr Word branch_marks[] = {"7", "7", "6"};
 constexpr Word no_points =
@@ -35,10 +36,10 @@ std::vector<std::filesystem::path> draw_bifurcation(const std::filesystem::path&
   const auto column = document.text("bifurcation.columns.0.name");
   Rows rows(folder / "bifurcation.csv");
   const auto branch = rows.place("branch"), value = rows.place("value"), at = rows.place(column);
-  Block blocks[] = {Block("from drawn starts"), Block("swept upwards"), Block("swept downwards")};
-  Block none[] = {Block("from drawn starts, no points"), Block("swept upwards, no points"),
+  Block blocks[] = {Block("from random starts"), Block("swept upwards"), Block("swept downwards")};
+  Block none[] = {Block("from random starts, no points"), Block("swept upwards, no points"),
                   Block("swept downwards, no points")};
-  double least = INFINITY, most = -INFINITY;  // of all values, those without points among them
+  double least = INFINITY, most = -INFINITY;  // of all values, including those without points
   while (rows.next()) {
     const double x = rows.number(value), y = rows.number(at);
     if (std::isfinite(x)) {
@@ -52,7 +53,7 @@ std::vector<std::filesystem::path> draw_bifurcation(const std::filesystem::path&
       none[k].row({x, 0.012 + 0.016 * static_cast<double>(k)});
   }
   Figure f{.name = "bifurcation", .height_cm = 10, .source = "bifurcation.json"};
-  constexpr Word titles[] = {"from drawn starts", "swept upwards", "swept downwards"};
+  constexpr Word titles[] = {"from random starts", "swept upwards", "swept downwards"};
   Script plot;
   bool points = false, without = false;
   const auto opening = [&] { return plot.empty() ? Word("plot ") : Word(", "); };
@@ -66,7 +67,8 @@ std::vector<std::filesystem::path> draw_bifurcation(const std::filesystem::path&
     f.blocks.push_back(blocks[k]);
     points = true;
   }
-  // What was run and met the section nowhere stands along the bottom: an answer, and not a value left out.
+  // Runs without section points are marked along the bottom, to distinguish them from values
+  // without runs.
   for (std::size_t k = 0; k < 3; ++k) {
     if (none[k].empty()) continue;
     plot.add("{}DATA index {} using 1:2 axes x1y2 with points pt 5 ps 0.3 lc rgb {} notitle", opening(),
@@ -94,7 +96,8 @@ constexpr unsigned basin_colours[] = {0x0b3c8c, 0xe0a458, 0x1a7f37, 0xcf222e, 0x
 constexpr unsigned greys[] = {0x303030, 0xd8d8d8, 0x787878, 0xa8a8a8, 0x505050, 0xc0c0c0, 0x909090};
 constexpr unsigned gave_up = 0xf0f0f0;
 
-/// Of a map: those of the style where it names any, greys where it wants no colour.
+/// Colour of an attractor: from the style if it sets colours, grey if it is monochrome, else the
+/// default.
 unsigned colour_of(const Style& style, int attractor) {
   if (attractor < 0) return gave_up;
   const auto k = static_cast<std::size_t>(attractor);
@@ -103,7 +106,7 @@ unsigned colour_of(const Style& style, int attractor) {
   return basin_colours[k % std::size(basin_colours)];
 }
 
-/// Half the way to the nearest neighbour, of the cells' edges.
+/// Half the least distance of two values: half the width of a cell.
 double half_step(std::vector<double> values) {
   std::ranges::sort(values);
   double least = INFINITY;
@@ -127,7 +130,7 @@ std::vector<std::filesystem::path> draw_basin(const std::filesystem::path& folde
   Figure f{.name = "basin", .height_cm = 11, .source = "basin.json"};
   Script plot;
   for (const auto& [a, block] : cells) {
-    std::string title = "gave up";
+    std::string title = "run failed";
     if (a >= 0) {
       const auto path = fmt::format("basin.attractors.{}.", a);
       title = document.text(path + "kind");

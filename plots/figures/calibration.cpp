@@ -1,5 +1,6 @@
-// A calibration: what every point gave of each target over each unknown, beside what was measured; and the misfit over each two
-// unknowns, with the contours that bound 68 % and 95 % (of two degrees of freedom: excess 2.30 and 5.99).
+// A calibration: the outcome of each target at every point over each unknown, with the measured
+// value; and the misfit over each pair of unknowns, with the contours of 68 % and 95 % (two degrees
+// of freedom: excess 2.30 and 5.99).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,9 +13,9 @@
 namespace freeplay::plots {
 namespace {
 
-constexpr std::size_t most_targets = 4;  // targets, and unknowns, in one figure
+constexpr std::size_t most_targets = 4;  // limit of targets and of unknowns in one figure
 
-/// Distinct texts in their order, the first few.
+/// The first distinct texts, in their order.
 std::vector<std::string> distinct(const std::vector<std::string>& list) {
   std::vector<std::string> names;
   for (const auto& x : list)

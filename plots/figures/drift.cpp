@@ -1,4 +1,4 @@
-// Constraint error and closure of the energy balance over time, for every stabilisation.
+// Constraint error and residual of the energy balance over time, for every stabilisation.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -25,7 +25,7 @@ std::vector<std::filesystem::path> draw_drift(const std::filesystem::path& folde
   const auto curves = [&](int column) {
     f.script.add("plot ");
     for (std::size_t i = 0; i < names.size(); ++i)
-      // Zero has no place on a logarithmic axis: the rounding of a position stands in for it.
+      // A logarithmic axis cannot show zero: the rounding error of a position replaces it.
       f.script.add(
           "{0}DATA index {1} using 1:(${2} > 1e-17 ? ${2} : 1e-17) with lines ls {3} title {4} noenhanced",
           i ? Word(", ") : Word(""), i, column, i + 1, names[i]);

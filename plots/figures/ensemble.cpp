@@ -1,4 +1,5 @@
-// Bands of an ensemble: at each time the quantiles of its starts, 5 to 95 % and 25 to 75 %, and the median.
+// Bands of an ensemble: the quantiles over its starts at each time, 5 to 95 % and 25 to 75 %, and
+// the median.
 #include <fmt/format.h>
 
 #include <map>
@@ -9,7 +10,7 @@
 namespace freeplay::plots {
 namespace {
 
-constexpr std::size_t most_columns = 4;  // columns in one figure
+constexpr std::size_t most_columns = 4;  // at most, in one figure
 
 std::vector<std::filesystem::path> draw_ensemble(const std::filesystem::path& folder) {
   const Table table(folder / "bands.csv", {"column"}, {"t", "q05", "q25", "q50", "q75", "q95"});

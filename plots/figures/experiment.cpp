@@ -1,5 +1,6 @@
-// The figures of a study of the test matrix (axes clearance and speed): what figures 5 to 13 of Flores et al.
-// 2011 show, from the model, penalty beside nonsmooth, with the measured values that the paper's text states.
+// Figures of a study of the test matrix (axes clearance and speed). They show the content of
+// figures 5 to 13 of Flores et al. 2011 as computed by the model in both formulations, with the
+// measured values stated in the text of the paper.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,7 +21,7 @@ struct Key {
   auto operator<=>(const Key&) const = default;
 };
 
-/// Rows of one variant of a table, by formulation and cell: the chosen columns.
+/// Selected columns of one variant of a table, by formulation and cell.
 using Cells = std::map<Key, std::vector<std::vector<double>>>;
 
 constexpr Word angles = "set xrange [0:360]\nset xtics 90\n";
@@ -78,7 +79,7 @@ class Experiment {
   Figure begin(const char* what, double height) const {
     return {.name = fmt::format("experiment_{}", what), .height_cm = height, .source = "experiment.json"};
   }
-  /// Adds a block; the beginning of its plot command.
+  /// Adds a block and returns the beginning of its plot command.
   static Script data(Figure& f, const Block& block) {
     f.blocks.push_back(block);
     return Script().add("DATA index {}", f.blocks.size() - 1);
@@ -89,7 +90,7 @@ class Experiment {
   double paper_speed() const { return nearest(speeds_, 200); }
   double paper_clearance() const { return nearest(clearances_, 0.25e-3); }
 
-  /// Adds the curves of one cell: both formulations over the ideal.
+  /// Adds the curves of one cell: both formulations, drawn over the ideal mechanism.
   static void add_curves(Figure& f, const Cells& cells, double c, double n, const Script& use, bool titles) {
     Script plot;
     const std::pair<const char*, int> styles[] = {{"ideal", 3}, {"penalty", 1}, {"nonsmooth", 2}};
@@ -108,7 +109,7 @@ class Experiment {
     f.script.add("{}\n", plot);
   }
 
-  /// Adds one point with its interval, behind other columns.
+  /// Adds one point with its interval, after the columns `before`.
   static void add_point(const Cells& cells, const Key& key, std::vector<double> before, Block& block) {
     const auto it = cells.find(key);
     if (it == cells.end()) return;
@@ -168,7 +169,7 @@ class Experiment {
         "ylabel 'Velocity (m/s)'\n",
         angles);
     const double n = paper_speed();
-    // Of the position's signal, by differences between samples; the first of a curve has none.
+    // Finite differences of the position signal; the first sample of a curve has no value.
     const auto rate = Script().add(
         "1:(d = $3 - x0, s = ($1 - a0)/360*{}, x0 = $3, a0 = $1, (s > 0 && s < 0.01) ? d/s : 1/0)", 60 / n);
     const auto last = clearances_.size();
@@ -183,10 +184,10 @@ class Experiment {
     return draw(f, folder_);
   }
 
-  /// How the measured points are drawn, and whether they may surprise.
+  /// Plot command of the measured points. The title states whether the fit used them.
   Script measured(Figure& f, const Block& block) const {
     return Script().add("{} using 1:2 with points pt 7 ps 1.4 lc rgb C3 title 'measured{}'\n", data(f, block),
-                        variant_ == "calibrated" ? Word(", and fitted to") : Word(""));
+                        variant_ == "calibrated" ? Word(", used in the fit") : Word(""));
   }
 
   std::filesystem::path peaks_by_clearance() {
@@ -196,14 +197,14 @@ class Experiment {
       Block block("clearance, mean, low, high");
       const bool penalty = family == Family::penalty;
       for (double c : clearances_) add_point(peaks_, {formulation, c, paper_speed()}, {1e3 * c}, block);
-      // Moved apart to be seen, in the figure alone.
+      // The abscissae are shifted in the figure only, to separate the two formulations.
       plot.add("{} using ($1{}0.004):2:3:4 with yerrorlines ls {} title {}, ", data(f, block),
                penalty ? Word("-") : Word("+"), penalty ? 1 : 2, formulation);
     }
     plot.add("{}",
              measured(f, Block("measured: X7, X6, X8").row({0.10, 3.5}).row({0.25, 4}).row({1.00, 20})));
     f.script.add(
-        "set logscale y\nset ylabel 'Greatest acceleration over the ideal'\nset xlabel 'Clearance (mm)'\nset "
+        "set logscale y\nset ylabel 'Greatest acceleration / ideal'\nset xlabel 'Clearance (mm)'\nset "
         "xrange [0:1.1]\nset yrange [1:100]\nset key outside top center horizontal\nplot {}",
         plot);
     return draw(f, folder_);
@@ -235,7 +236,7 @@ class Experiment {
         if (penalty && std::isfinite(end))
           f.script.add("set label '{:.2f} mm' at {},{} left\n", 1e3 * c, speeds_.back() + 4, end);
       }
-    // X7, X6, X8 times the ideal's r ω² (1 + r/l) = 25.59 m/s² at 200 rpm.
+    // X7, X6, X8 times r ω² (1 + r/l) = 25.59 m/s² of the ideal mechanism at 200 rpm.
     f.script.add("{}, {}", plot,
                  measured(f, Block("measured").row({200, 89.6}).row({200, 102.4}).row({200, 511.8})));
     return draw(f, folder_);

@@ -1,5 +1,5 @@
-// The map of the extremes: a panel for each axis, its cells side by side with their values below and a row
-// for each formulation, predicted limits over them; and one of the scenes that are extreme by what they are.
+// The map of the extremes. Each axis has a panel: one column per value, one row per formulation,
+// with the predicted limits as lines. A further panel shows scenes that are extreme in themselves.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,12 +32,12 @@ struct Mark {
 struct CellPanel {
   std::string name;
   std::vector<std::string> columns, rows;  ///< names of the tics
-  std::vector<double> values;              ///< of the columns; empty for scenes
+  std::vector<double> values;              ///< values of the columns; empty for scenes
   std::vector<Mark> marks;
-  std::vector<std::pair<double, std::size_t>> limits;  ///< place among the columns, row
+  std::vector<std::pair<double, std::size_t>> limits;  ///< position among the columns, row
 };
 
-/// Its place in the list, to which it is added if it is not there.
+/// Index of a name in the list. A new name is appended.
 std::size_t place(std::vector<std::string>& list, const std::string& name) {
   const auto it = std::ranges::find(list, name);
   if (it != list.end()) return static_cast<std::size_t>(it - list.begin());
@@ -57,7 +57,8 @@ Script tics(const std::vector<std::string>& names) {
   return list.add(")");
 }
 
-/// Where a value lies among the columns, by logarithms between positive ones; NaN beyond them.
+/// Position of a value among the columns, interpolated (logarithmically between positive values);
+/// NaN outside.
 double place_among(const std::vector<double>& values, double x) {
   for (std::size_t i = 0; i + 1 < values.size(); ++i) {
     const double a = values[i], b = values[i + 1];
@@ -107,11 +108,11 @@ std::vector<std::filesystem::path> draw_extremes(const std::filesystem::path& fo
                                        [](double sum, const CellPanel& p) { return sum + height(p); });
   Figure f{.name = "extremes", .width_cm = 20, .source = "extremes.json"};
   const auto style = style_of(folder);
-  const double unit = style.font_size / Style::usual_font_size;  // panels are as high as their texts need
+  const double unit = style.font_size / Style::usual_font_size;  // panel heights follow the texts
   f.sized = true;
   f.width_cm = width_of(f, style);
   const bool one = f.width_cm < 16 * unit;
-  // Two columns where there is room; the second begins where half is drawn.
+  // Two columns if there is room. The second begins after half of the total height.
   std::vector<int> column;
   double filled[2] = {0, 0};
   for (const auto& p : panels) {
@@ -162,7 +163,7 @@ std::vector<std::filesystem::path> draw_extremes(const std::filesystem::path& fo
       f.blocks.push_back(block);
     }
     if (i == 0) plot.add("{}NaN with lines {} title 'predicted limit'", next(), limit_look);
-    f.script.add("{}\nunset label 100\n", plot);  // the origin stands once
+    f.script.add("{}\nunset label 100\n", plot);  // the origin is written once
   }
   f.script.add("unset multiplot\n");
   return {draw(f, folder)};

@@ -1,6 +1,6 @@
-// What the joints and drives carry: reactions and driving torques over the crank angle, and polar load
-// diagrams of the revolute joints, both formulations over the ideal mechanism. Of a driven mechanism the last
-// whole turn, else the whole run.
+// Forces of joints and drives: reactions and driving torques over the crank angle, and polar load
+// diagrams of the revolute joints, both formulations over the ideal mechanism. A driven mechanism
+// is shown over its last whole turn, others over the whole run.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +15,8 @@ namespace {
 
 constexpr Word force_x{"F_x (N)", "$F_x$ (N)"}, force_y{"F_y (N)", "$F_y$ (N)"};
 
-/// |F| and its components; of a loose guide |F| of all corners and of each, of a loose slot of its sides.
+/// |F| and its components; for a guide with clearance |F| of all corners together and of each,
+/// for a slot with clearance likewise of its sides.
 std::filesystem::path reaction(const ForceTable& table, const std::filesystem::path& folder,
                                const std::string& name) {
   const auto size = table.magnitudes(name);
@@ -32,8 +33,9 @@ std::filesystem::path reaction(const ForceTable& table, const std::filesystem::p
         panels.push_back({"|F| (N)", label, table.magnitudes(name + "." + corner), true});
       }
   } else {
-    // A component that is nothing but rounding, such as a revolute joint's moment, has no panel; a moment's
-    // arm is of the order of a metre or less.
+    // A component that consists of rounding errors, such as the moment of a revolute joint, has no
+    // panel. Moments are compared with forces, because their arms are of the order of a metre or
+    // less.
     for (const auto& [quantity, suffix] :
          {std::pair{force_x, ".fx"}, {force_y, ".fy"}, {Word("M (N m)"), ".m"}})
       if (auto v = table.columns(name, suffix); greatest(v) > rounding)
@@ -52,13 +54,13 @@ std::filesystem::path drive_torque(const ForceTable& table, const std::filesyste
   return stack(table, folder, "drive_torque", "", std::move(panels), std::max(1e-6 * size, 1e-9));
 }
 
-/// Fx against Fy, a panel for each formulation with the ideal joint in it.
+/// F_y over F_x: one panel per formulation, each with the ideal joint.
 std::filesystem::path bearing_load(const ForceTable& table, const std::filesystem::path& folder,
                                    const std::string& name) {
   const auto& runs = table.runs();
   const auto x = table.columns(name, ".fx"), y = table.columns(name, ".fy");
   auto across = range_of(x), up = range_of(y);
-  // The origin in sight, the same scale on both axes.
+  // The range contains the origin; both axes have the same scale.
   for (auto* range : {&across, &up}) {
     const double margin = 0.06 * (range->high - range->low);
     range->low = std::min(range->low, -margin);
@@ -81,7 +83,7 @@ std::filesystem::path bearing_load(const ForceTable& table, const std::filesyste
       panels.push_back(r);
   }
   if (panels.empty()) return {};
-  // Square panels, whatever the page.
+  // Square panels on any page.
   const auto style = style_of(folder);
   const double scale = style.font_size / Style::usual_font_size, count = static_cast<double>(panels.size());
   f.width_cm = style.width ? 0.1 * *style.width : panels.size() == 1 ? 9 : 16;

@@ -1,6 +1,7 @@
-// The paths of loose joints within their play: journals in the circle of their clearance, sliders' ends and pins between
-// their walls (plots/tables/loose_joints.hpp). A row for each joint: of a comparison both formulations, first turn and last two;
-// of a run its own. Rows that no page holds go to the next one.
+// Paths of joints within their clearance: journals in the clearance circle, ends of sliders and
+// pins between their walls (plots/tables/loose_joints.hpp). Each joint has a row: for a comparison
+// both formulations, first turn and last two turns; for a run the same spans of this run. Rows that
+// do not fit on a page go to the next page.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +16,8 @@ namespace {
 constexpr std::size_t most_joints = 12;
 constexpr double tallest = 23;      ///< cm, of a page with a caption on A4
 constexpr double least_cell = 2.9;  ///< cm
-// cm about the cells at the usual size of texts: page's edges, between cells, above and below a line of cells.
+// cm around the cells at the usual text size: edges of the page, between cells, above and below a
+// line of cells.
 constexpr double left = 1.35, right = 0.3, gap_between = 0.3, above = 0.95, below = 1.05, head = 0.8,
                  foot = 0.35;
 
@@ -29,19 +31,19 @@ struct Row {
   std::vector<OrbitPanel> panels;
 };
 
-/// What the axes of all rows are, in one sentence.
+/// One sentence that explains the axes of all rows.
 std::string frame_of(const std::vector<Row>& rows) {
   const auto any = [&](LooseJoint::Kind kind) {
     return std::ranges::any_of(rows, [&](const Row& r) { return r.joint->kind == kind; });
   };
   std::string said;
   if (any(LooseJoint::Kind::journal))
-    said = "circles: the journal's centre from the bearing's, axes of the world";
+    said = "circles: centre of the journal relative to the bearing, world axes";
   if (any(LooseJoint::Kind::guide) || any(LooseJoint::Kind::slot))
-    said +=
-        fmt::format("{}walls: {}", said.empty() ? "" : "; ",
-                    any(LooseJoint::Kind::guide) ? "the slider's ends across the guide, in the guide's frame"
-                                                 : "the pin across the slot, in the slot's frame");
+    said += fmt::format("{}walls: {}", said.empty() ? "" : "; ",
+                        any(LooseJoint::Kind::guide)
+                            ? "ends of the slider across the guide, in the frame of the guide"
+                            : "pin across the slot, in the frame of the slot");
   return said;
 }
 
@@ -50,7 +52,7 @@ std::string shown(double clearance) {
                           : fmt::format("{:.4g} mm", 1e3 * clearance);
 }
 
-/// Axes, frame and walls of a row.
+/// Commands for axes, frame and walls of a row.
 Script axes_of(const Row& row) {
   Script script;
   const bool journal = row.joint->kind == LooseJoint::Kind::journal;
@@ -72,7 +74,7 @@ Script axes_of(const Row& row) {
       placed ? Word("along (mm)") : Word("time (ms)"));
 }
 
-/// One panel; its blocks go to the figure.
+/// Plot command of one panel. Adds its blocks to the figure.
 Script plot_of(const Row& row, const OrbitPanel& panel, Figure& f) {
   Script plot;
   const bool journal = row.joint->kind == LooseJoint::Kind::journal;
@@ -90,7 +92,7 @@ Script plot_of(const Row& row, const OrbitPanel& panel, Figure& f) {
   return plot.add("\n");
 }
 
-/// A page of rows.
+/// Draws one page of rows.
 std::filesystem::path page(const std::vector<Row>& rows, std::size_t first, std::size_t last,
                            std::size_t across, double width, double scale, const std::string& name,
                            const std::string& spans, const std::filesystem::path& folder,
@@ -156,7 +158,7 @@ std::vector<std::filesystem::path> draw_journal_orbit(const std::filesystem::pat
   const auto turn = turn_of(scene.get());
   std::vector<std::vector<std::vector<PlayPath>>> paths;  // [run][joint][span]
   std::vector<Span> spans;
-  // Of no more than a turn the first is all there is, and stands once.
+  // A run of at most one turn has only the first span, which is shown once.
   const bool once = std::ranges::all_of(runs, [&](const RunFolder& run) {
     const double end = end_of(run.folder);
     return first_part(turn, end).to >= end;
@@ -194,7 +196,7 @@ std::vector<std::filesystem::path> draw_journal_orbit(const std::filesystem::pat
   for (const auto& span : spans)
     said += fmt::format("{}{}: {:.4g} to {:.4g} s", said.empty() ? "" : "; ", span.name, span.from, span.to);
   if (std::ranges::any_of(joints, [](const LooseJoint& j) { return j.kind == LooseJoint::Kind::guide; }))
-    said += "; rear end full, front end dashed";
+    said += "; rear end solid, front end dashed";
   std::vector<std::filesystem::path> made;
   for (std::size_t from = 0; from < rows.size(); from += each)
     made.push_back(page(rows, from, std::min(from + each, rows.size()), across, width, scale,

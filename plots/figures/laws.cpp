@@ -1,5 +1,5 @@
-// Contact and friction laws: hysteresis loops of one free impact, delivered over requested restitution,
-// friction over sliding speed. Each curve carries its name at its side or in the key, with dash and colour.
+// Contact and friction laws: hysteresis loops of one free impact, resulting over given restitution,
+// friction over sliding speed. The key names each curve by dash and colour.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -56,7 +56,8 @@ bool line_contact(const std::string& name) {
   return law != contact_laws().end() && law->kind == ContactKind::line;
 }
 
-/// Where the laws are named: beside the panel, or in a narrow figure below it, in two columns. Of panel `k` of `panels`.
+/// Position of the key: beside the panel, or, in a narrow figure, in two columns below it. at(k) is
+/// that of panel k.
 struct Legend {
   bool below;
   std::size_t panels, rows;
@@ -88,14 +89,14 @@ std::filesystem::path impact_loops(const std::filesystem::path& folder) {
   if (key.below) f.height_cm *= 1.4;
   f.script.add(
       "set multiplot layout {},1 margins X(1.7),1-X({}),Y({}),1-Y(0.9) spacing 0,Y({})\n{}set xlabel 'Penetration (µm)'\nset ylabel 'Normal force (kN)'\n"
-      "set xrange [0:*]\nset yrange [0:*]\nset title 'Point contacts: {:.4g} kg at {:.4g} m/s, e = {:.3g} "
-      "asked for'\n",
+      "set xrange [0:*]\nset yrange [0:*]\nset title 'Point contacts: {:.4g} kg at {:.4g} m/s, given "
+      "e = {:.3g}'\n",
       panels, key.below ? 0.5 : 4.6, key.below ? 1.6 + key.height() : 1.5, 2.4 + key.height(), key.at(0),
       facts.number("mass_kg"), facts.number("approach_m_per_s"), facts.number("restitution_asked"));
   plot(
       c, [](const std::string& n) { return !line_contact(n); }, f.script);
   if (lines) {
-    f.script.add("unset label 100\n{}set title 'Line contacts, the same impact'\n", key.at(1));
+    f.script.add("unset label 100\n{}set title 'Line contacts, same impact'\n", key.at(1));
     plot(c, line_contact, f.script);
   }
   f.script.add("unset multiplot\n");
@@ -112,8 +113,8 @@ std::filesystem::path delivered_restitution(const std::filesystem::path& folder)
   f.script.add("{}", key.at(0));
   if (key.below) f.script.add("set bmargin at screen B\nset tmargin at screen 1-Y(0.4)\n");
   f.script.add(
-      "set xlabel 'Restitution asked for'\n"
-      "set ylabel 'Restitution delivered in a free impact'\nset xrange [0:1]\nset yrange [0:1.02]\n");
+      "set xlabel 'Given restitution'\n"
+      "set ylabel 'Restitution of a free impact'\nset xrange [0:1]\nset yrange [0:1.02]\n");
   plot(c, any, f.script);
   return draw(f, folder);
 }

@@ -1,4 +1,5 @@
-// The motion of a run's bodies over time: places of their centres of mass, and angles; of bodies that go round, how fast.
+// The motion of the bodies of a run over time: positions of the centres of mass, and angles, or, if
+// a body rotates fully, angular velocities.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -38,7 +39,7 @@ std::vector<std::filesystem::path> draw_motion(const std::filesystem::path& fold
       "set multiplot layout 3,1 margins X(1.9),1-X(0.5),Y(1.5),1-Y(1.3) spacing 0,Y(0.5)\n"
       "set key at screen 1-X(0.5),1-Y(0.15) right top horizontal maxrows 2 samplen 2 font SMALL\nset format x ''\n"
       "set xrange [{:.8g}:{:.8g}]\n",
-      table.t.front(), std::max(table.t.back(), span.to));  // rows are thinned: the last may be left out
+      table.t.front(), std::max(table.t.back(), span.to));  // thinning may omit the last row
   const Word quantities[] = {
       "x (m)", "y (m)", round ? Word("ω (rad/s)", "$\\omega$ (rad/s)") : Word("θ (rad)", "$\\theta$ (rad)")};
   for (int panel = 0; panel < 3; ++panel) {

@@ -1,4 +1,4 @@
-// A measured mean turn with both formulations' over it.
+// The measured mean turn, with those of both formulations over it.
 #include <fmt/format.h>
 
 #include "plots/drawing/figure.hpp"

@@ -1,5 +1,6 @@
-// The impacts of both formulations up to the horizon: approach speed over time, and below it what each pair
-// differs by, as shares of the nonsmooth value (time: of the interval since the previous impact).
+// The impacts of both formulations up to the horizon: approach speed over time, and below it the
+// differences of each pair relative to the nonsmooth value (time: relative to the interval since
+// the previous impact).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,7 +20,8 @@ std::vector<std::filesystem::path> draw_paired_impacts(const std::filesystem::pa
   if (pairs->empty()) return {};
 
   Figure f{.name = "paired_impacts", .height_cm = 12, .source = "comparison.json"};
-  Block penalty("penalty: t (ms), approach speed (m/s)"), nonsmooth("nonsmooth: the same");
+  Block penalty("penalty: t (ms), approach speed (m/s)"),
+      nonsmooth("nonsmooth: t (ms), approach speed (m/s)");
   Block difference("number, |difference| of time / interval, of approach speed, of impulse");
   double before = 0, interval = NAN, least = INFINITY, most = 0, least_share = INFINITY, most_share = 0;
   int number = 0;
@@ -35,7 +37,7 @@ std::vector<std::filesystem::path> draw_paired_impacts(const std::filesystem::pa
     penalty.row({1e3 * tp, vp});
     nonsmooth.row({1e3 * tn, vn});
     const auto share = [](double a, double b) { return a > 0 && b > 0 ? std::abs(a / b - 1) : NAN; };
-    // Contacts that strike at once share the interval before them, as TouchComparison has it.
+    // Simultaneous impacts share the interval before them, as in TouchComparison.
     if (tn - before > 1e-6 * tn) interval = tn - before;
     const double shown[] = {std::abs(tp - tn) / interval, share(vp, vn), share(Pp, Pn)};
     for (const double x : shown)
@@ -44,14 +46,15 @@ std::vector<std::filesystem::path> draw_paired_impacts(const std::filesystem::pa
     before = tn;
   }
   f.blocks = {penalty, nonsmooth, difference};
-  // Of one pair gnuplot would find an empty range; within a decade it would put no number on a logarithmic axis.
+  // With one pair gnuplot would find an empty range; within one decade it would label no tic of a
+  // logarithmic axis.
   const bool wide = least > 0 && most > 10 * least;
   Script range, shares;
   if (wide)
     range.add("[{:.4g}:{:.4g}]", 0.8 * least, 1.25 * most);
   else
     range.add("[0:{:.4g}]", most > 0 ? 1.15 * most : 1);
-  // Whole decades, with the points off the frame.
+  // Whole decades, with a margin between points and frame.
   if (least_share < INFINITY)
     shares.add("[{:.4g}:{:.4g}]", std::pow(10, std::floor(std::log10(0.8 * least_share))),
                std::pow(10, std::ceil(std::log10(1.25 * most_share))));
@@ -62,8 +65,8 @@ std::vector<std::filesystem::path> draw_paired_impacts(const std::filesystem::pa
       "graph 1.08 horizontal maxrows 1 samplen 1\nset pointsize 1.1\nset xlabel 'Time (ms)'\nset ylabel 'Approach "
       "speed (m/s)'\n{}set format y '%g'\nset yrange {}\nset xrange [0:{:.4g}]\nplot DATA index 0 using "
       "1:2 with points ls 1 title 'penalty', DATA index 1 using 1:2 with points ls 2 title "
-      "'nonsmooth'\nunset label 100\nset xlabel 'Number of the impact'\nset ylabel 'Difference "
-      "(share)'\nset logscale y\nset format y {}\nset yrange {}\nset xrange [0.5:{}]\nset xtics {}\nplot DATA index 2 using 1:2 "
+      "'nonsmooth'\nunset label 100\nset xlabel 'Impact number'\nset ylabel 'Relative "
+      "difference'\nset logscale y\nset format y {}\nset yrange {}\nset xrange [0.5:{}]\nset xtics {}\nplot DATA index 2 using 1:2 "
       "with points pt 4 lc rgb C3 title 'time', '' index 2 using 1:3 with "
       "points pt 8 lc rgb C1 title 'speed', '' index 2 using 1:4 with points pt 2 lc rgb "
       "C2 title 'impulse'\nunset multiplot\n",

@@ -1,5 +1,6 @@
-// Phase portraits of a run's bodies behind its transient: of each the coordinate that moves it, over its rate. A body that
-// goes round and round is drawn by its place instead of its angle; one that only turns steadily is left out.
+// Phase portraits of the bodies of a run after its transient: the rate of a coordinate over this
+// coordinate. The coordinate is the angle, or x or y if the body rotates fully. A body that only
+// rotates steadily is omitted.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,9 +15,9 @@ namespace {
 
 constexpr std::size_t bodies_drawn = 9, across = 3;
 constexpr long rows_drawn = 20'000;
-constexpr double least_wide = 12;  ///< cm, of a page with three portraits beside one another
+constexpr double least_wide = 12;  ///< cm, for three portraits side by side
 
-/// 0 x, 1 y, 2 angle; −1 where nothing moves.
+/// The coordinate to draw: 0 x, 1 y, 2 angle; −1 if none of them moves.
 int coordinate_of(const std::array<std::vector<double>, 6>& m) {
   const auto moves = [&](std::size_t k) {
     const auto [least, most] = std::ranges::minmax(m[k]);

@@ -1,4 +1,4 @@
-// Points of a Poincaré section, in the plane of two columns.
+// Points of a Poincaré section in the plane of two columns.
 #include <fmt/format.h>
 
 #include <cmath>

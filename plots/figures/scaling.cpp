@@ -1,4 +1,5 @@
-// Processor time of a step against the size of the mechanism, with the slopes that the algorithms predict.
+// Processor time per step over the size of the mechanism, with the slopes predicted by the
+// algorithms.
 #include <cmath>
 
 #include "plots/drawing/figure.hpp"
@@ -23,7 +24,7 @@ std::vector<std::filesystem::path> draw_scaling(const std::filesystem::path& fol
   if (names.empty()) return {};
   f.script.add(
       "set logscale xy\nset format y {}\nset xlabel 'Joints, links or bodies'\n"
-      "set ylabel 'Processor time of a step (µs)'\nset key top left\nplot ",
+      "set ylabel 'Processor time per step (µs)'\nset key top left\nplot ",
       powers);
   for (std::size_t i = 0; i < names.size(); ++i)
     f.script.add(

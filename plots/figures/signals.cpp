@@ -1,4 +1,5 @@
-// What a run's instruments showed: each channel over time, and its spectrum behind the transient.
+// Signals of the instruments of a run: each channel over time, and its spectrum after the
+// transient.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,11 +17,11 @@ namespace freeplay::plots {
 namespace {
 
 constexpr std::size_t most_channels = 6, most_points = 8000;
-constexpr double most_samples = 1 << 18;  ///< of a spectrum
+constexpr double most_samples = 1 << 18;  ///< at most, per spectrum
 
 struct Channel {
   std::string name, unit;
-  Points points;  ///< over t
+  Points points;  ///< values over t
 };
 
 std::string label(const Channel& c) {
@@ -41,7 +42,7 @@ std::map<std::string, double> intervals(const std::filesystem::path& file) {
   return list;
 }
 
-/// Panels of channels one above the other.
+/// Draws stacked panels, one per channel.
 std::filesystem::path stacked(const char* name, const std::filesystem::path& folder,
                               const std::vector<Channel>& channels, const std::vector<Points>& curves,
                               const std::string& abscissa, const Script& axes) {
@@ -72,7 +73,7 @@ std::vector<std::filesystem::path> spectra(const std::filesystem::path& folder,
         static_cast<double>(c.points.x.size() - 1) / (c.points.x.back() - c.points.x.front());
     auto s = spectrum_of(c.points.y, sampling);
     if (std::ranges::all_of(s.amplitude, [](double a) { return !(a > 0); })) continue;
-    for (auto& a : s.amplitude) a = std::max(a, 1e-300);  // a logarithm follows
+    for (auto& a : s.amplitude) a = std::max(a, 1e-300);  // the axis is logarithmic
     drawn.push_back(c);
     curves.push_back(thinned({std::move(s.frequency), std::move(s.amplitude)}, most_points));
   }
@@ -80,7 +81,7 @@ std::vector<std::filesystem::path> spectra(const std::filesystem::path& folder,
   Script axes;
   double top = 0;
   for (const auto& c : curves) top = std::max(top, c.x.back());
-  // Lines of rounding far below the greatest are not to stretch the axes.
+  // Spectral lines due to rounding, far below the greatest, must not widen the range.
   axes.add("set logscale y\nset format y {}\nset xrange [0:{:.6g}]\n", powers, top);
   for (auto& c : curves) {
     const double least = 1e-9 * *std::ranges::max_element(c.y);

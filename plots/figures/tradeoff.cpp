@@ -1,5 +1,5 @@
-// Work–precision figures: error over right-hand sides, one figure for each scene of a trade-off; a line where
-// the penalty formulation's model, not its numerics, stands.
+// Work–precision diagrams: error over evaluations of the right-hand side and over CPU time, one
+// figure per scene of a trade-off. A line marks the model error of the penalty formulation.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,9 +17,9 @@ namespace freeplay::plots {
 namespace {
 
 constexpr Word method_colours[] = {"C1", "C4", "C9", "C6", "C2", "C5", "C8", "C3", "C7"};
-constexpr std::size_t most_scenes = 64;  ///< a figure each
+constexpr std::size_t most_scenes = 64;  ///< at most; one figure per scene
 
-/// Rows of a trade-off, and what its figures share.
+/// The rows of a trade-off and its lists of scenes and methods.
 struct Tradeoff {
   explicit Tradeoff(const std::filesystem::path& folder)
       : table(folder / "tradeoff.csv", {"scene", "method", "formulation"},
@@ -40,9 +40,11 @@ struct Tradeoff {
   std::vector<std::string> scenes, methods;
 };
 
-/// Which formulation of a scene is left out of its figure, and why; empty: none is.
+/// A note on the formulation that the figure of a scene omits, with the reason; empty if none is
+/// omitted.
 std::string left_out(const Tradeoff& t, const std::string& name) {
-  // Without judged touches a formulation's `events` is NaN throughout (an infinity is a touch missed).
+  // `events` of a formulation is NaN throughout if there are no contact onsets to compare; infinity
+  // means a missed onset.
   std::vector<std::string> all, judged;
   for (std::size_t i = 0; i < t.table.rows(); ++i) {
     if (t.table.text("scene")[i] != name) continue;
@@ -52,11 +54,12 @@ std::string left_out(const Tradeoff& t, const std::string& name) {
   for (const auto& one : family_names())
     if (!judged.empty() && std::ranges::find(all, one) != all.end() &&
         std::ranges::find(judged, one) == judged.end())
-      return fmt::format("{}: no touch to judge by, left out", one);
+      return fmt::format("{}: omitted, no contact onset to compare", one);
   return "";
 }
 
-/// Adds the panel over CPU time, or over right-hand sides; false when there is nothing to show.
+/// Adds the panel over CPU time or over right-hand sides. Returns false if there is nothing to
+/// show.
 bool add_panel(const Tradeoff& t, const std::string& name, bool touches, bool time, double model_error,
                const std::string& omitted, Figure& f) {
   const auto& error = t.table.column(touches ? "events" : "state");
@@ -81,12 +84,12 @@ bool add_panel(const Tradeoff& t, const std::string& name, bool touches, bool ti
   }
   if (plot.empty()) return false;
   f.script.add("unset label 2\n");
-  if (model_error > 0)  // of its finite stiffness; named in the key, where no curve lies over it
+  if (model_error > 0)  // due to its finite stiffness; named in the key
     plot.add(", {} with lines lw 1.4 dt (8,5) lc rgb 0x555555 {}", model_error,
              time ? Word("notitle") : Word("title 'penalty: model error'"));
   if (!omitted.empty())
     f.script.add("set label 2 {} at graph 0, graph 1.02 font TINY tc rgb 0x555555 noenhanced\n", omitted);
-  f.script.add("set xlabel {}\n{}\nunset ylabel\n", time ? "CPU (ms)" : "Right-hand sides", plot);
+  f.script.add("set xlabel {}\n{}\nunset ylabel\n", time ? "CPU (ms)" : "RHS evaluations", plot);
   return true;
 }
 
@@ -106,7 +109,7 @@ std::vector<std::filesystem::path> draw_tradeoff(const std::filesystem::path& fo
         "set multiplot layout 1,2 margins X(1.8),1-X(0.4),Y(3.1),1-Y(0.5) spacing X(1.6),0\nset logscale xy\nset format "
         "{}\nset key at "
         "screen 0.5,Y(0.35) center bottom vertical maxrows 4 font SMALL\nset ylabel {}\n",
-        powers, touches ? "Error of touches (relative)" : "Error of velocities (relative)");
+        powers, touches ? "Relative error of contact onsets" : "Relative error of velocities");
     const auto omitted = left_out(t, name);
     for (const bool time : {false, true})
       if (!add_panel(t, name, touches, time, model_error, omitted, f)) break;

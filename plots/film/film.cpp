@@ -19,27 +19,27 @@ namespace {
 using Path = std::filesystem::path;
 
 constexpr double usual_length = 20;  // s
-constexpr double rounding = 1e-9;    // of a frame
+constexpr double rounding = 1e-9;    // fraction of a frame
 
 std::vector<FilmRun> runs_of(const Path& folder) {
   auto folders = plots::runs_in(folder);
   if (folders.empty())
     throw SceneError(folder.string() +
                      ": holds no run that a film could show; give a folder made by freeplay run or compare");
-  // What a comparison is about are the two loose runs.
+  // A film of a comparison omits the ideal mechanism.
   if (folders.size() > 1) std::erase_if(folders, [](const auto& run) { return run.title == "ideal joint"; });
   std::vector<FilmRun> runs;
   for (const auto& run : folders) runs.push_back(film_run(run, 6000));
   return runs;
 }
 
-/// The next of 1, 2, 5 times a power of ten.
+/// The least number ≥ x of the form 1, 2 or 5 times a power of ten.
 double round_above(double x) {
   const double power = std::pow(10, std::floor(std::log10(x)));
   return power * (x <= power ? 1 : x <= 2 * power ? 2 : x <= 5 * power ? 5 : 10);
 }
 
-/// When the film begins and ends, how fast it runs, and so how many frames it has.
+/// Determines start, end, speed and number of frames of the film.
 Film plan(const std::vector<FilmRun>& runs, const FilmOptions& asked) {
   double begin = INFINITY, end = -INFINITY;
   for (const auto& run : runs) begin = std::min(begin, run.t.front()), end = std::max(end, run.t.back());
@@ -84,7 +84,8 @@ bool has_ffmpeg(StopToken stop) {
              .status == 0;
 }
 
-/// `how`: what stands between the frames and the file, whose names are fixed and which lies in `place`.
+/// Runs ffmpeg in `place`. `how`: the options between the names of the frames and the file, which
+/// are fixed.
 void encode(const Path& place, const FilmOptions& asked, const Film& film, std::vector<std::string> how,
             const std::string& file, StopToken stop) {
   std::vector<std::string> command{
@@ -92,7 +93,7 @@ void encode(const Path& place, const FilmOptions& asked, const Film& film, std::
       "error",         "-y",       "-framerate",   fmt::format("{:.6g}", asked.fps),
       "-start_number", "1",        "-i",           "frame_%06d.svg"};
   command.insert(command.end(), how.begin(), how.end());
-  // The same frames are the same bytes.
+  // Identical frames give identical bytes.
   for (const char* word : {"-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact"})
     command.emplace_back(word);
   command.push_back(file);

@@ -25,7 +25,7 @@ struct Box {
   }
 };
 
-/// What the shapes of all runs cover in all their frames, and some room around it.
+/// Bounding box of the shapes of all runs over all frames, with a margin.
 Box bounds(const std::vector<FilmRun>& runs) {
   Box box;
   for (const auto& run : runs) {
@@ -43,7 +43,7 @@ Box bounds(const std::vector<FilmRun>& runs) {
   return {box.left - pad, box.right + pad, box.low - pad, box.high + pad};
 }
 
-/// 1, 2 or 5 times a power of ten, the greatest that is at most x.
+/// The greatest number ≤ x of the form 1, 2 or 5 times a power of ten.
 double round_below(double x) {
   const double power = std::pow(10, std::floor(std::log10(x)));
   return power * (x >= 5 * power ? 5 : x >= 2 * power ? 2 : 1);
@@ -66,7 +66,8 @@ FilmDrawing::FilmDrawing(const std::vector<FilmRun>& runs, FilmLook look)
   middle_ = {0.5 * (box.left + box.right), 0.5 * (box.low + box.high)};
   const double count = look_.over ? 1.0 : static_cast<double>(runs_.size());
   const double room = look_.width - (names_.empty() ? 0 : beside), width = room / count;
-  // As tall as the mechanism is, within the form of a screen; and as the magnified joints, as far as there is room.
+  // The height follows the mechanism, within screen proportions, and at least the magnified joints
+  // if there is room.
   const double shape = (box.high - box.low) / (box.right - box.left);
   const double most = 0.62 * look_.width, least = std::min(most, names_.empty() ? 220.0 : loose_height);
   double height = std::clamp(shape * width, least, most);
@@ -131,7 +132,7 @@ void FilmDrawing::draw_mechanism(Svg& svg, const Panel& panel, double t, double 
       svg.arrow(in_panel(run.acts_at(force.shapes, painter.at)), by,
                 {.stroke = force_colour, .width = 2, .opacity = painter.opacity});
     }
-    // An impulse has no force: it is a ring.
+    // An impulse has no finite force; a ring marks it.
     for (auto e = std::ranges::lower_bound(run.events.list, t - reach, {}, &Event::t);
          e != run.events.list.end() && e->t <= t + reach; ++e) {
       if (run.events.kinds[static_cast<std::size_t>(e->kind)] == "separation") continue;
@@ -202,7 +203,7 @@ std::string FilmDrawing::frame(double t, double reach) const {
   if (hidden_ > 0)
     svg.text({look_.width - 0.5 * beside, top - 6}, fmt::format("{} more loose joints", hidden_), 11, soft,
              Svg::Anchor::middle);
-  // Runs by name and colour: under their panels, or beside one another.
+  // Names and colours of the runs: under their panels, or side by side.
   double x = 12;
   for (std::size_t r = 0; r < runs_.size(); ++r) {
     const double left = look_.over ? x : panels_[r].corner.x() + 12;

@@ -1,4 +1,5 @@
-// One frame of a film: the mechanism of each run, loose joints magnified beside it, time and crank angle below.
+// One frame of a film: the mechanism of each run, magnified joints with clearance beside it, time
+// and crank angle below.
 #pragma once
 
 #include <string>
@@ -11,21 +12,22 @@ namespace freeplay::report {
 
 struct FilmLook {
   std::string title;
-  int width = 960;    ///< px; the height follows from what the runs show
-  bool over = false;  ///< runs over one another instead of side by side
+  int width = 960;    ///< px; the height follows from the content
+  bool over = false;  ///< all runs in one panel instead of side by side
 };
 
 class FilmDrawing {
  public:
-  /// Of runs that stay as they are while this is used.
+  /// Keeps a reference to `runs`, which must not change.
   FilmDrawing(const std::vector<FilmRun>& runs, FilmLook look);
 
   int width() const { return look_.width; }
-  int height() const { return height_; }  ///< px, even: films ask for it
-  /// SVG of the time t (s); impacts within `reach` (s) of it have their ring.
+  int height() const { return height_; }  ///< px, even, as video codecs require
+  /// SVG of the frame at time t (s). Impacts within `reach` (s) of t are marked by a ring.
   std::string frame(double t, double reach) const;
 
-  /// px in a frame, of a point of run r in the world (m); of its journal k, the centre.
+  /// Position in a frame (px) of a point of run r in the world frame (m), and of the centre of its
+  /// journal k.
   Vec2 place(std::size_t r, const Vec2& point) const;
   Vec2 journal(std::size_t r, std::size_t k, double t) const;
 
@@ -44,10 +46,10 @@ class FilmDrawing {
   const std::vector<FilmRun>& runs_;
   FilmLook look_;
   std::vector<Panel> panels_;
-  std::vector<std::string> names_;  // of the joints that are magnified
-  std::size_t hidden_ = 0;          // those for which there is no room
+  std::vector<std::string> names_;  // of the magnified joints
+  std::size_t hidden_ = 0;          // number of joints without room
   double scale_ = 1;                // px per m
-  Vec2 middle_;                     // m, in the middle of a panel
+  Vec2 middle_;                     // m, shown in the middle of a panel
   int height_ = 0;
 };
 

@@ -27,7 +27,8 @@ std::vector<Column> columns_of(const json& list) {
   return columns;
 }
 
-/// [kind, name, body, x, y, other, a, b]: corners of one link or outline together.
+/// Shapes from rows [kind, name, body, x, y, other, a, b]. The corners of one link or outline make
+/// one shape.
 std::vector<FilmShape> shapes_of(const json& list) {
   std::vector<FilmShape> shapes;
   for (const auto& s : list) {
@@ -53,7 +54,8 @@ double clearance_of(const FilmLoose& joint) {
   return joint.kind == "journal" ? first(2) + std::hypot(first(0), first(1)) : 0.5 * (first(0) + first(1));
 }
 
-/// That 1 in 50 values exceed: single peaks leave the others their length.
+/// The force that 1 in 50 values exceed. It scales the arrows, so that single peaks do not shorten
+/// all others.
 double usual(const std::vector<FilmForce>& forces) {
   Column sizes;
   for (const auto& f : forces)
@@ -129,12 +131,12 @@ std::vector<int> FilmRun::shapes_of(const std::string& name) const {
       (s.kind == "disc" ? discs : others).push_back(static_cast<int>(i));
     }
     if (others.empty())
-      return discs.size() <= 2 ? discs : std::vector<int>();  // of many discs nobody knows which
+      return discs.size() <= 2 ? discs : std::vector<int>();  // with many discs the disc is unknown
     others.resize(1);
     return others;
   };
   auto found = named(name);
-  return found.empty() ? named(name.substr(0, name.rfind('.'))) : found;  // of a guide's corner the guide
+  return found.empty() ? named(name.substr(0, name.rfind('.'))) : found;  // guide of a guide corner
 }
 
 Vec2 FilmRun::acts_at(const std::vector<int>& list, const At& now) const {
@@ -162,7 +164,7 @@ FilmRun film_run(const plots::RunFolder& folder, long frames) {
   run.bodies = data["bodies"].get<std::vector<std::string>>();
   run.poses = columns_of(data["poses"]);
   run.shapes = shapes_of(data["shapes"]);
-  if (run.shapes.empty())  // of a scene that cannot be read: its bodies' centres
+  if (run.shapes.empty())  // the scene cannot be read: centres of the bodies
     for (std::size_t b = 0; b < run.bodies.size(); ++b)
       run.shapes.push_back({"mass", run.bodies[b], static_cast<int>(b), -1, {{0, 0}}, {0, 0}});
   for (const auto& joint : data["loose"]) {

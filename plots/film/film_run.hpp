@@ -1,5 +1,5 @@
-// A run as a film shows it: shapes in the frames of their bodies, poses, play and forces at frames of its own, between which it is
-// straight.
+// The data of a run for a film: shapes in the frames of their bodies; poses, positions within the
+// clearance and forces at frames, with linear interpolation between them.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +13,7 @@
 
 namespace freeplay::report {
 
-/// Where a time lies: behind frame i, a part of the way to the next.
+/// Position of a time: after frame i, at the fraction `part` of the interval to the next frame.
 struct At {
   std::size_t i = 0;
   double part = 0;
@@ -27,8 +27,8 @@ struct Pose {
 };
 
 struct FilmShape {
-  std::string kind, name;  ///< of the table of a pose (io/scene/pose_file.hpp)
-  int body, other;         ///< −1 the ground
+  std::string kind, name;  ///< as in the table of a pose (io/scene/pose_file.hpp)
+  int body, other;         ///< −1: ground
   std::vector<Vec2> points;
   Vec2 more;
 };
@@ -44,7 +44,7 @@ struct FilmLoose {
 struct FilmForce {
   std::string name;
   Column fx, fy;            ///< N
-  std::vector<int> shapes;  ///< where it acts; none: nowhere that is drawn
+  std::vector<int> shapes;  ///< shapes at which it acts; empty: not drawn
 };
 
 struct FilmRun {
@@ -55,24 +55,28 @@ struct FilmRun {
   std::vector<FilmShape> shapes;
   std::vector<FilmLoose> loose;
   std::vector<FilmForce> forces;
-  double usual_force = 0;  ///< N, that 1 in 50 values exceed
+  double usual_force = 0;  ///< N, exceeded by 1 in 50 values
   Events events;
-  std::pair<int, int> crank{-1, -1};  ///< bodies whose angle to one another is the crank's; equal: none
+  std::pair<int, int> crank{-1, -1};  ///< bodies whose relative angle is the crank angle; equal: none
 
   At at(double now) const;
   Pose pose(int body, const At& now) const;
   double crank_angle(const At& now) const;  ///< rad
-  /// Of a journal (ex, ey)/c; of a guide its ends', of a slot its pin's place across, −1 to 1.
+  /// Position within the clearance: (ex, ey)/c of a journal; position across of the ends of a guide
+  /// or the pin of a slot, −1 to 1.
   std::vector<double> play(const FilmLoose& joint, const At& now) const;
-  /// The shapes that a force or an impact of this name acts at: of two round ones both. Empty: none is drawn.
+  /// The shapes at which a force or an impact of this name acts; both shapes if two are round.
+  /// Empty: not drawn.
   std::vector<int> shapes_of(const std::string& name) const;
-  /// Where it acts, of those shapes: where two discs are nearest, in the middle of a face, else at the shape's point (m, in the world).
+  /// Point of action on these shapes (m, world frame): the nearest point of two discs, the middle
+  /// of a face, else the point of the shape.
   Vec2 acts_at(const std::vector<int>& list, const At& now) const;
 };
 
 double between(const Column& column, const At& at);
 
-/// With about `frames` frames and those beside the hardest events. Throws SceneError for tables that are wrong.
+/// Reads a run with about `frames` frames, and further frames beside the hardest events. Throws
+/// SceneError for invalid tables.
 FilmRun film_run(const plots::RunFolder& folder, long frames);
 
 }  // namespace freeplay::report

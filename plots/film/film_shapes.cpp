@@ -10,11 +10,11 @@ namespace {
 constexpr std::array<std::string_view, 3> of_runs{"#0072b2", "#d55e00", "#6b7280"};
 constexpr std::array<std::string_view, 7> of_bodies{"#0072b2", "#c8770a", "#008a68", "#b04a86",
                                                     "#a03f2a", "#2d7fa8", "#7a6a00"};
-/// What stands behind what.
+/// Drawing order, from back to front.
 constexpr std::array<std::string_view, 13> order{"wall", "support", "outline", "line", "disc",
                                                  "link", "spring",  "slider",  "weld", "joint",
                                                  "pin",  "loose",   "mass"};
-constexpr double far = 4000;  // px, beyond every panel
+constexpr double far = 4000;  // px, outside every panel
 
 }  // namespace
 
@@ -94,7 +94,7 @@ void ShapePainter::paint(const FilmShape& s) const {
              {.fill = ink, .opacity = opacity}, true);
   } else if (s.kind == "mass") {
     svg.circle(p, 2.5, {.fill = of(s.body), .opacity = opacity});
-    // Half an em is about what a letter takes: names stay within the panel.
+    // A letter is about half an em wide; names stay within the panel.
     const double room = width - 6.5 * static_cast<double>(std::min<std::size_t>(s.name.size(), 28));
     if (names)
       svg.text({std::min(p.x() + 7, std::max(0.0, room)), p.y() - 7}, s.name, 12, ink, Svg::Anchor::start,

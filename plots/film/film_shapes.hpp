@@ -1,4 +1,4 @@
-// The shapes of a mechanism as a film draws them.
+// Draws the shapes of a mechanism in a film.
 #pragma once
 
 #include <functional>
@@ -9,7 +9,7 @@
 
 namespace freeplay::report {
 
-/// The page's colours in the light (page/page.css).
+/// Colours of the report page in its light theme (page/page.css).
 inline constexpr std::string_view ink = "#1b1f24", soft = "#5b6570", accent = "#0b62b5",
                                   force_colour = "#c0162c";
 std::string_view run_colour(std::size_t r);
@@ -19,16 +19,16 @@ struct ShapePainter {
   Svg& svg;
   const FilmRun& run;
   At at;
-  std::function<Vec2(const Vec2&)> pixel;  ///< of a point in the world (m)
+  std::function<Vec2(const Vec2&)> pixel;  ///< maps a point in the world frame (m)
   double scale;                            ///< px per m
-  std::string_view colour = {};            ///< of the whole run; empty: of each body its own
+  std::string_view colour = {};            ///< for the whole run; empty: one colour per body
   double opacity = 1;
   bool names = true;
-  double width;  ///< px, of the panel
+  double width;  ///< px, width of the panel
 
-  /// All shapes, those behind first.
+  /// Draws all shapes, from back to front.
   void paint() const;
-  /// Where a shape is (px).
+  /// Position of a shape (px).
   Vec2 place(const FilmShape& shape) const;
 
  private:

@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr long fewest = 60, greatest = 4000;  // values of a curve
+constexpr long fewest = 60, greatest = 4000;  // limits of the number of values per curve
 
 json curves_of(const std::string& file, long rows, const std::vector<std::string>& names,
                const ThinnedTable& table) {
@@ -27,7 +27,7 @@ json curves_of(const std::string& file, long rows, const std::vector<std::string
 long rows_of(const std::filesystem::path& file) {
   LineReader lines(file);
   std::string line;
-  long count = -1;  // the header
+  long count = -1;  // does not count the header
   while (lines.next(line)) ++count;
   return count;
 }
@@ -50,7 +50,7 @@ json table(const std::filesystem::path& file, long most) {
   return curves_of(file.filename().string(), count, names, thinned);
 }
 
-/// How many samples each channel has, in the order of the file.
+/// Number of samples of each channel, in the order of the file.
 std::vector<std::pair<std::string, long>> channels_in(const std::filesystem::path& file) {
   std::vector<std::pair<std::string, long>> list;
   plots::Rows rows(file);

@@ -1,4 +1,4 @@
-// The columns of a run's tables as curves that a page can show.
+// The columns of the tables of a run as curves for a page.
 #pragma once
 
 #include <filesystem>
@@ -6,8 +6,8 @@
 
 namespace freeplay::report {
 
-/// Of trajectory.csv, forces.csv and each channel of signals.csv: names, units and thinned values; about so many numbers in all.
-/// Throws SceneError for tables that are wrong.
+/// Names, units and thinned values of trajectory.csv, forces.csv and each channel of signals.csv;
+/// about `most` numbers in all. Throws SceneError for invalid tables.
 nlohmann::json curves(const std::filesystem::path& folder, long most);
 
 }  // namespace freeplay::report

@@ -17,7 +17,8 @@ std::size_t place_in(std::vector<std::string>& names, const std::string& name) {
   return names.size() - 1;
 }
 
-/// By impulse, then by approach: the beginning of a lasting contact has no impulse yet.
+/// Orders by impulse, then by approach speed, because the onset of a lasting contact has no impulse
+/// yet.
 bool harder(const Event& a, const Event& b) {
   const double p = std::abs(a.impulse), q = std::abs(b.impulse);
   return p != q ? p > q : std::abs(a.approach) > std::abs(b.approach);

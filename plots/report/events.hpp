@@ -1,5 +1,4 @@
-// The events of a run for a page: all of them, or where there are very many the hardest; which rows of the trajectory stand
-// beside each.
+// The events of a run for a page: all events, or the hardest if there are too many.
 #pragma once
 
 #include <filesystem>
@@ -11,21 +10,22 @@ namespace freeplay::report {
 
 struct Event {
   double t, approach, impulse, duration;  ///< s, m/s, N s, s
-  std::size_t joint;                      ///< in Events::joints
-  int kind;                               ///< in Events::kinds
+  std::size_t joint;                      ///< index in Events::joints
+  int kind;                               ///< index in Events::kinds
 };
 
 struct Events {
   std::vector<Event> list;          ///< in the order of time
   std::vector<std::string> joints;  ///< names
   std::vector<std::string> kinds;   ///< impact, contact, separation
-  long all = 0;                     ///< in the file
+  long all = 0;                     ///< number of events in the file
 };
 
-/// Those of events.csv in a folder, none where it has none; at most so many, the hardest.
+/// Reads events.csv of a folder; empty if there is no such file. If there are more than `most`
+/// events, only the hardest.
 Events read_events(const std::filesystem::path& folder, std::size_t most);
 
-/// Times of at most so many, the hardest, in their order.
+/// Times of the hardest events, at most `most`, in ascending order.
 std::vector<double> hardest(const Events& events, std::size_t most);
 
 nlohmann::json to_json(const Events& events);

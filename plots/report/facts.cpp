@@ -19,7 +19,7 @@ std::string shown(const json& value) {
   return value.is_null() ? "–" : "";
 }
 
-/// greatest_impulse_N_s: the words of a key, its unit after a comma.
+/// The words of a key such as greatest_impulse_N_s, with its unit after a comma.
 std::string words_of(std::string key) {
   for (const auto& [end, unit] : {std::pair{"_N_s", "N s"},
                                   {"_m_per_s", "m/s"},
@@ -36,7 +36,7 @@ std::string words_of(std::string key) {
   return key;
 }
 
-/// Rows by the keys of an object that the files have at `path`, a column each file.
+/// Table of the objects at `path` in the files: one row per key, one column per file.
 json side_by_side(const std::string& title, const std::vector<RunFacts>& runs, const std::string& path,
                   const std::string& unit) {
   json table = {{"title", title}, {"head", json::array({""})}, {"rows", json::array()}};
@@ -72,7 +72,7 @@ std::vector<std::string> contacts_of(const std::vector<RunFacts>& runs) {
   return names;
 }
 
-/// Of one contact; its name may hold dots, so that it has no path.
+/// Table of one contact. Its name may contain dots, so that it cannot be part of a path.
 json contact_table(const std::string& name, const std::vector<RunFacts>& runs) {
   json table = {{"title", "Contact " + name}, {"head", json::array({""})}, {"rows", json::array()}};
   std::vector<std::string> keys;
@@ -99,7 +99,7 @@ json contact_table(const std::string& name, const std::vector<RunFacts>& runs) {
 }  // namespace
 
 json tables(const std::vector<RunFacts>& runs) {
-  constexpr std::size_t most = 40;  // contacts
+  constexpr std::size_t most = 40;  // limit of contacts
   auto list = json::array();
   add(list, side_by_side("Energy ledger, whole run", runs, "energy_J", ", J"));
   add(list, side_by_side("Energy after the discarded time", runs, "window.energy_J", ", J"));

@@ -1,4 +1,5 @@
-// What run.json says of the runs of a page, as tables; what warns first; how the results are made again.
+// Content of run.json of the runs of a page: tables, notes (warnings first), and the commands that
+// reproduce the results.
 #pragma once
 
 #include <filesystem>
@@ -10,24 +11,25 @@
 
 namespace freeplay::report {
 
-/// A run, and what its page calls it.
+/// A run and its name on the page.
 struct RunFacts {
   std::string name;
   const JsonFile* json;
 };
 
-/// Energy ledgers side by side, statistics of contacts, work and cost: { title, head, rows } each.
+/// Tables { title, head, rows }: energy ledgers side by side, statistics of contacts, work and
+/// cost.
 nlohmann::json tables(const std::vector<RunFacts>& runs);
 /// The tables and paragraphs of a Markdown file that freeplay wrote.
 nlohmann::json markdown_tables(const std::filesystem::path& file);
-/// { doubtful, text } of each note of the runs, DOUBTFUL ones and endings before the end first.
+/// { doubtful, text } of each note of the runs. DOUBTFUL notes and early endings come first.
 nlohmann::json notes(const std::vector<RunFacts>& runs);
-/// Version, commit, digests and the like of what made a file: { title, head, rows }.
+/// Table { title, head, rows } of the provenance of files: version, commit, digests and the like.
 nlohmann::json provenance_table(const std::vector<RunFacts>& files);
 
-/// An argument as a shell takes it.
+/// An argument quoted for a shell.
 std::string shell_word(const std::string& text);
-/// " --set KEY=VALUE" of each override that a file names.
+/// " --set KEY=VALUE" for each override in a file.
 std::string overrides_of(const JsonFile& file);
 
 }  // namespace freeplay::report

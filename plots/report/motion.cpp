@@ -19,7 +19,7 @@ namespace {
 using nlohmann::json;
 using plots::LooseJoint;
 
-/// The same rows in each frame: names of columns, and what was read of them.
+/// Columns that are read from the same row for each frame: their names, indices and values.
 struct Series {
   std::vector<std::string> names = {};
   std::vector<std::size_t> places = {};
@@ -41,7 +41,8 @@ std::vector<std::string> bodies_in(const plots::Rows& rows) {
   return list;
 }
 
-/// Joints, contacts and loads of a table of forces that have a force at its rows' instants.
+/// Joints, contacts and loads with a force at the instants of the rows (not only means) in a table
+/// of forces.
 std::vector<std::string> forces_in(const plots::Rows& rows) {
   std::vector<std::string> list;
   for (const auto& name : rows.names())
@@ -64,10 +65,10 @@ std::vector<std::string> columns_of(const LooseJoint& joint) {
   return list;
 }
 
-/// The rows that are shown: by their number.
+/// The numbers of the selected rows.
 struct Choice {
   long rows = 0, each = 1;
-  std::vector<long> beside;  ///< events, in order; may repeat
+  std::vector<long> beside;  ///< rows beside events, in order; may repeat
 };
 
 Choice choose(const std::filesystem::path& file, long most, const std::vector<double>& times) {
@@ -90,7 +91,8 @@ const char* kind_of(const LooseJoint& joint) {
                                                  : "slot";
 }
 
-/// [kind, name, body, x, y, other, a, b] of each shape: in the frame of its body by the names of the table, −1 the ground.
+/// [kind, name, body, x, y, other, a, b] of each shape, in the frame of its body. Bodies are
+/// indices into `bodies`, −1: ground.
 json shapes_of(const Scene& scene, const std::vector<std::string>& bodies, const Series& poses) {
   const auto& known = scene.mechanism.bodies;
   std::vector<int> place(known.size(), -1);

@@ -1,5 +1,6 @@
-// The motion of a run as frames that a page can show: poses of the bodies, where loose joints have their play, contact forces.
-// Of a long run every so-manieth row, and beside them those between which an event lies, and the first and the last.
+// The motion of a run as frames for a page: poses of the bodies, positions within the clearance of
+// joints, contact forces. A long run has every n-th row, the rows before and after each selected
+// event, and the first and last row.
 #pragma once
 
 #include <filesystem>
@@ -12,11 +13,11 @@ struct Scene;
 
 namespace freeplay::report {
 
-/// How many numbers a frame of the run in a folder has.
+/// Number of values per frame of the run in a folder.
 long numbers_of_frame(const std::filesystem::path& folder, const Scene* scene);
 
-/// The frames, at most about `most` and those of these times (s) beside; shapes of the scene, where there is one, in the frames of
-/// their bodies. Throws SceneError for tables that are wrong.
+/// The frames, about `most` and those beside `times` (s), and the shapes of the scene (if given) in
+/// the frames of their bodies. Throws SceneError for invalid tables.
 nlohmann::json motion(const std::filesystem::path& folder, const Scene* scene, long most,
                       const std::vector<double>& times);
 

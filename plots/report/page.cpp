@@ -12,7 +12,7 @@ namespace {
 
 int digit(char c) { return c <= '9' ? c - '0' : c - 'a' + 10; }
 
-/// Base 64 (RFC 4648) of bytes in hexadecimal digits, as a policy names a hash.
+/// Converts hexadecimal digits to base 64 (RFC 4648), the form of a hash in a policy.
 std::string base64(std::string_view hex) {
   constexpr std::string_view letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string out;
@@ -84,7 +84,7 @@ std::string page(const std::string& title, const nlohmann::json& document) {
                   base64(script_sha256) + "'; style-src 'sha256-" + base64(style_sha256) + "'"},
       Filling{"{{title}}", html_text(title)}, Filling{"{{style}}", std::string(page_style)},
       Filling{"{{data}}", embedded(document)}, Filling{"{{script}}", std::string(page_script)}};
-  // Each mark stands once, in this order; what fills one is not looked at again.
+  // Each mark occurs once, in this order. Inserted text is not searched for further marks.
   std::string out;
   std::string_view rest = page_html;
   for (const auto& [mark, text] : fillings) {

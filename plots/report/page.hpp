@@ -1,8 +1,10 @@
-// One page for a browser: page/page.html with its style, its script and the data, no file and no address beside it.
+// A self-contained page for a browser: page/page.html with its style, its script and the data. It
+// refers to no other file and no address.
 //
-// Texts of a page are data to it. They stand in one block of JSON in which <, >, & and the line separators of JavaScript are spelt
-// as \u003c, ..., so that nothing in them ends the block; the script shows them as text only. And should one get further,
-// the page's policy lets no script and no style run but those two whose SHA-256 it names, and reaches nothing.
+// All texts of a page are data in one block of JSON. There <, >, & and the line separators of
+// JavaScript are written as \u003c, ..., so that no text can end the block; the script shows them
+// as text only. As a second protection the content security policy of the page permits only its own
+// script and style, by their SHA-256, and no connections.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -11,13 +13,13 @@
 
 namespace freeplay::report {
 
-/// A document as the text of an element <script type="application/json">.
+/// A document as the content of an element <script type="application/json">.
 std::string embedded(const nlohmann::json& document);
 
-/// Text as the content of an element, or of an attribute in quotes.
+/// Text escaped as the content of an element or of an attribute in quotes.
 std::string html_text(std::string_view text);
 
-/// The page that shows a document, called `title`.
+/// The page of a document, with this title.
 std::string page(const std::string& title, const nlohmann::json& document);
 
 }  // namespace freeplay::report

@@ -21,7 +21,7 @@ namespace {
 
 using nlohmann::json;
 
-// Numbers of a page, of some seven bytes each; of these half is motion.
+// Limit of the numbers on a page, of about seven bytes each. Half of them are for the motion.
 constexpr long numbers_of_a_page = 620'000;
 constexpr long fewest_frames = 300, most_frames = 6000;
 constexpr std::size_t most_events = 20'000;
@@ -39,7 +39,7 @@ json run_part(const plots::RunFolder& run, long numbers) {
   return part;
 }
 
-/// What makes a run again, from the folder that the page is of.
+/// Commands that repeat a run, to be called in the folder of the page.
 std::vector<std::string> commands(const JsonFile& file, const std::string& formulation, bool forces_asked) {
   const auto scene = file.text_or_empty("provenance.scene_file");
   if (scene.empty()) return {"freeplay run --from run.json"};
@@ -83,7 +83,7 @@ json runs_document(const std::filesystem::path& folder, const std::vector<plots:
   return document;
 }
 
-/// Nothing that a text hides, moves or reorders reaches a reader, in a page as in a terminal.
+/// Makes control and bidirectional characters in all texts visible, as in a terminal.
 void make_visible(json& value) {
   if (value.is_string())
     value = visible(value.get_ref<const std::string&>(), "\n\t");

@@ -1,4 +1,4 @@
-// The page of a result folder: a run, a comparison or a study.
+// The HTML page of a result folder: a run, a comparison or a study.
 #pragma once
 
 #include <filesystem>
@@ -7,13 +7,14 @@
 
 namespace freeplay::report {
 
-/// Bytes that a page is to stay below; what is thinned is thinned for it.
+/// Upper limit of the size of a page in bytes. Tables are thinned to meet it.
 inline constexpr double most_of_a_page = 5e6;
 
-/// What a page shows of a folder. Throws SceneError for a folder without results, or with such that are wrong.
+/// The content of the page of a folder. Throws SceneError for a folder without results or with
+/// invalid ones.
 nlohmann::json document_of(const std::filesystem::path& folder);
 
-/// The page, whole.
+/// The complete page.
 std::string report_page(const std::filesystem::path& folder);
 
 }  // namespace freeplay::report

@@ -20,8 +20,8 @@ namespace {
 using nlohmann::json;
 using Statement = Database::Statement;
 
-constexpr std::size_t most_runs = 5000;       // of a sweep that a page shows
-constexpr std::size_t most_points = 120'000;  // of a diagram
+constexpr std::size_t most_runs = 5000;       // limit of the runs of a sweep on a page
+constexpr std::size_t most_points = 120'000;  // limit, of a diagram
 constexpr long values_of_a_sparkline = 64;
 
 bool has(const Database& database, const char* name) {
@@ -29,7 +29,7 @@ bool has(const Database& database, const char* name) {
   return s.bind(std::string(name)).step();
 }
 
-/// The last turn's acceleration of a run, by its digest; empty where it has none.
+/// Acceleration over the last turn of a run, found by its digest; empty if there is none.
 json sparkline(Statement& of_run, const std::string& run) {
   of_run.again();
   of_run.bind(run);
@@ -107,7 +107,7 @@ json axis_of(const JsonFile& facts, const std::string& at) {
   return axis;
 }
 
-/// Points of a bifurcation, or cells of a basin: the table's columns by name.
+/// Points of a bifurcation or cells of a basin, as columns of the table by name.
 json attractors_document(const std::filesystem::path& folder, const std::string& kind) {
   const JsonFile facts(folder / (kind + ".json"));
   json document = {{"kind", kind}, {"title", facts.text_or_empty("provenance.title")}};

@@ -1,4 +1,5 @@
-// What a page shows of a study: the runs of a sweep as a matrix, the points of a bifurcation or the cells of a basin.
+// Content of the page of a study: the runs of a sweep, the points of a bifurcation or the cells of
+// a basin.
 #pragma once
 
 #include <filesystem>
@@ -6,10 +7,10 @@
 
 namespace freeplay::report {
 
-/// Whether a folder holds sweep.db, bifurcation.csv or basin.csv.
+/// Whether a folder has sweep.db, bifurcation.csv or basin.csv.
 bool holds_study(const std::filesystem::path& folder);
 
-/// Throws SceneError or OutputError for files that are wrong.
+/// Reads the content of the page. Throws SceneError or OutputError for invalid files.
 nlohmann::json study_document(const std::filesystem::path& folder);
 
 }  // namespace freeplay::report

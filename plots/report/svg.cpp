@@ -55,7 +55,7 @@ void Svg::circle(const Vec2& middle, double radius, const Pen& with) {
 
 void Svg::arrow(const Vec2& from, const Vec2& by, const Pen& with) {
   const double length = by.norm();
-  if (!(length >= 2)) return;  // shorter than its head, or no number
+  if (!(length >= 2)) return;  // shorter than its head, or not finite
   const Vec2 u = by.direction(), n{-u.y(), u.x()}, tip = from + by;
   const double head = std::min(8.0, 0.5 * length);
   line(std::array{from, tip}, with);

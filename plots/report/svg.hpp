@@ -1,4 +1,5 @@
-// A drawing as SVG 1.1 text, in pixels from the upper left corner. Texts are escaped and made visible: nothing in them is markup.
+// A drawing as SVG 1.1 text, in pixels from the upper left corner. Texts are escaped, so that they
+// contain no markup, and hidden characters are made visible.
 #pragma once
 
 #include <span>
@@ -22,16 +23,17 @@ class Svg {
   enum class Anchor { start, middle };
 
   Svg(int width, int height);
-  /// What follows, until close_panel(), is cut at the panel's edges and measured from its corner.
+  /// Until close_panel(), drawing is clipped to the panel and coordinates are relative to its
+  /// corner.
   void open_panel(const Vec2& corner, double width, double height);
   void close_panel();
   void line(std::span<const Vec2> points, const Pen& with, bool closed = false);
   void circle(const Vec2& middle, double radius, const Pen& with);
   void arrow(const Vec2& from, const Vec2& by, const Pen& with);
-  /// At most `longest` characters of it.
+  /// Writes at most `longest` characters of the text.
   void text(const Vec2& at, std::string_view words, double size, std::string_view colour,
             Anchor anchor = Anchor::start, std::size_t longest = 100);
-  /// The whole document; the drawing is empty behind it.
+  /// Returns the complete document and clears the drawing.
   std::string finish();
 
  private:

@@ -15,7 +15,7 @@ double rounded(double x, int digits) {
   const auto* end = fmt::format_to_n(text, sizeof text, "{:.{}g}", x, digits).out;
   double out = x;
   std::from_chars(text, end, out);
-  return out == 0 ? 0 : out;  // not −0
+  return out == 0 ? 0 : out;  // avoids −0
 }
 
 ThinnedTable::ThinnedTable(long rows, std::size_t columns, long most) : columns_(columns) {
@@ -64,7 +64,7 @@ nlohmann::json numbers(const std::vector<double>& list, int digits) {
   auto out = nlohmann::json::array();
   for (const double x : list)
     if (const double y = rounded(x, digits); y == std::trunc(y) && std::abs(y) < 1e15)
-      out.push_back(static_cast<std::int64_t>(y));  // 0, not 0.0
+      out.push_back(static_cast<std::int64_t>(y));  // writes 0 instead of 0.0
     else
       out.push_back(y);
   return out;

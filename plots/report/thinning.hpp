@@ -1,9 +1,11 @@
-// Long tables made short enough for a screen, and no peak lost: of each bucket of rows the least and the greatest value of each
-// column, in the order in which they came,
+// Reduces long tables to the resolution of a screen without losing peaks. Rows are grouped into
+// buckets; each bucket keeps the least and the greatest value of each column, in their order in
+// time:
 //
 //     y_2i, y_2i+1 = min, max of bucket i (or max, min),    at a quarter and three quarters of its time.
 //
-// A value is one that the file has; its time is off by less than the bucket's length. A table that is short enough stays whole.
+// All values occur in the file; the error of their times is less than the length of a bucket. Short
+// tables are not reduced.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -12,16 +14,16 @@
 
 namespace freeplay::report {
 
-/// x to so many significant digits: what a screen can show is shorter to write.
+/// Rounds x to the given number of significant digits, to save space.
 double rounded(double x, int digits);
 
 class ThinnedTable {
  public:
-  /// Of `rows` rows, so many columns; about `most` values a column are kept, at least two.
+  /// A table of `rows` rows. About `most` values per column are kept, at least two.
   ThinnedTable(long rows, std::size_t columns, long most);
-  /// The next row.
+  /// Adds the next row.
   void take(double t, std::span<const double> values);
-  /// Behind the last row.
+  /// To be called after the last row.
   void finish();
 
   bool whole() const { return each_ == 1; }
@@ -32,18 +34,19 @@ class ThinnedTable {
   struct Column {
     std::vector<double> values = {};
     double least = 0, greatest = 0;
-    bool rises = true;  ///< the least came first
-    bool any = false;   ///< a number has come
+    bool rises = true;  ///< the least value comes before the greatest
+    bool any = false;   ///< the bucket has a number
   };
   void close();
 
-  long each_, filled_ = 0;  // rows a bucket; in the present one
+  long each_, filled_ = 0;  // rows per bucket; rows in the current one
   double from_ = 0, to_ = 0;
   std::vector<double> t_;
   std::vector<Column> columns_;
 };
 
-/// Numbers for a page: six significant digits, of times ten; what is no finite number is null.
+/// JSON numbers rounded to `digits` significant digits (ten for times). Values that are not finite
+/// become null.
 nlohmann::json numbers(const std::vector<double>& list, int digits = 6);
 
 }  // namespace freeplay::report

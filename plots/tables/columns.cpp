@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t most_samples = 20'000'000;
 
-/// Units of columns by the ends of their names; a mean has that of its quantity.
+/// Units of columns by the ends of their names. A mean has the unit of its quantity.
 constexpr std::pair<std::string_view, std::string_view> units[] = {{".x", "m"},
                                                                    {".y", "m"},
                                                                    {".theta", "rad"},
@@ -50,7 +50,7 @@ constexpr std::pair<std::string_view, std::string_view> units[] = {{".x", "m"},
                                                                    {"duration", "s"},
                                                                    {"t_uncertainty", "s"}};
 
-/// Of an instrument's samples.
+/// Unit of the samples of an instrument.
 const char* unit_of(Instrument::Kind kind) {
   switch (kind) {
     case Instrument::Kind::accelerometer:
@@ -105,7 +105,7 @@ std::string no_column(const std::string& name, const std::vector<Column>& all) {
 
 struct RunColumns::Series {
   std::vector<double> t, v;
-  std::string without_rows;  ///< the file, where it has a header alone
+  std::string without_rows;  ///< the file, if it has only a header
 };
 
 RunColumns::RunColumns(const std::filesystem::path& folder) : folder_(folder), scene_(scene_of_run(folder)) {
@@ -144,7 +144,8 @@ const Column* RunColumns::find(std::string_view name) const {
 
 double RunColumns::crank(double t) const { return crank_->first + crank_->second * t; }
 
-/// A column over the time of its own file, or, of those that every file has, over that of `file`.
+/// A column over the time of its file. A column without a file (t, crank_angle) is over the time of
+/// `file`.
 RunColumns::Series RunColumns::series(const Column& column, const std::string& file,
                                       const std::string& channel, double from, double to) const {
   const bool own = !column.file.empty();
@@ -185,7 +186,7 @@ Points RunColumns::read(const Column& x, const Column& y, double from, double to
   }
   for (const auto& one : all)
     if (!one.without_rows.empty()) return {.without_rows = one.without_rows};
-  // Rows that all have at the same t.
+  // The rows whose t occurs in all series.
   std::vector<std::array<double, 4>> rows;
   const auto same_file = [](const Column& a, const Column& b) {
     return a.file.empty() || b.file.empty() || (a.file == b.file && a.channel == b.channel);
@@ -206,7 +207,7 @@ Points RunColumns::read(const Column& x, const Column& y, double from, double to
                       of_crank         ? crank(t) * 180 / std::acos(-1.0)
                       : all.size() > 2 ? all[2].v[at[2]]
                                        : 0});
-    if (found && events_alone)  // several at one instant
+    if (found && events_alone)  // there may be several events at one instant
       for (auto& k : at) ++k;
   }
   if (rows.empty() && from == -INFINITY && to == INFINITY)
@@ -224,7 +225,7 @@ Points RunColumns::read(const Column& x, const Column& y, double from, double to
   }
   for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
     double a = rows[i][3] - section->value, b = rows[i + 1][3] - section->value;
-    if (of_crank) {  // every turn passes it
+    if (of_crank) {  // the angle passes the section in every turn
       const double turn = 360 * (b > a ? std::floor(b / 360) : std::ceil(b / 360));
       a -= turn, b -= turn;
     }

@@ -1,5 +1,6 @@
-// Columns of a run's result files by their names: those of trajectory.csv, forces.csv and events.csv as their headers have
-// them, the channels of signals.csv, t, and crank_angle where a drive turns at a prescribed speed.
+// Columns of a run's result files by their names: those in the headers of trajectory.csv,
+// forces.csv and events.csv, the channels of signals.csv, t, and, if a drive turns at a prescribed
+// speed, crank_angle.
 #pragma once
 
 #include <filesystem>
@@ -15,49 +16,50 @@ struct Scene;
 
 namespace freeplay::plots {
 
-/// Of a column of a result file by its name: "m" of slider.x, "N" of pin.fx_mean; "" where there is none.
+/// Unit of a column of a result file by its name: "m" for slider.x, "N" for pin.fx_mean; "" if it
+/// has none.
 std::string_view unit_of_column(std::string_view column);
 
-/// A column, and where it stands.
+/// A column and its file.
 struct Column {
   std::string name;
-  std::string file;     ///< trajectory.csv, …; "" of t and crank_angle, which every file has
-  std::string channel;  ///< of signals.csv
+  std::string file;     ///< trajectory.csv, …; "" for t and crank_angle, which every file has
+  std::string channel;  ///< channel in signals.csv
   std::string unit;
 };
 
-/// Instants at which another column passes a value, or at which the crank is at an angle.
+/// A section: the instants at which another column passes a value, or the crank an angle.
 struct Crossing {
   std::string column;  ///< "crank": the crank's angle
-  double value = 0;    ///< in the column's unit; of the crank degrees
+  double value = 0;    ///< in the unit of the column; degrees for the crank
   int sense = 0;       ///< 1: rising, −1: falling, 0: both
 };
 
-/// What is drawn of one column over another.
+/// Points of one column over another.
 struct Points {
   std::vector<double> x = {}, y = {};
-  std::string without_rows = {};  ///< the file that has none, if one has
+  std::string without_rows = {};  ///< the file without rows, if there is one
 };
 
 class RunColumns {
  public:
-  /// Throws SceneError, as all here, for a folder that holds no run.
+  /// Throws SceneError if the folder has no run. All functions of this class throw SceneError.
   explicit RunColumns(const std::filesystem::path& folder);
-  /// All of them, in the order of the files.
+  /// All columns, in the order of the files.
   const std::vector<Column>& all() const { return all_; }
-  /// Null where there is none of that name.
+  /// Null if there is no column of that name.
   const Column* find(std::string_view name) const;
-  /// y over x from one time to another; of rows that both have at the same t. With a section its instants alone, between
-  /// rows along straight lines.
+  /// y over x between two times, from the rows that both have at the same t. With a section: only
+  /// its instants, by linear interpolation between rows.
   Points read(const Column& x, const Column& y, double from, double to,
               const std::optional<Crossing>& section) const;
 
  private:
   struct Series;
-  /// Its rows from one time to another: memory is that of what is drawn.
+  /// The rows of a column between two times. Only these are kept in memory.
   Series series(const Column& column, const std::string& file, const std::string& channel, double from,
                 double to) const;
-  /// crank_angle at a time (rad).
+  /// crank_angle at time t (rad).
   double crank(double t) const;
 
   std::filesystem::path folder_;
@@ -66,7 +68,7 @@ class RunColumns {
   std::vector<Column> all_;
 };
 
-/// What is wrong with a name that no run has: the one that was meant, or those that there are.
+/// Message for an unknown column: a similar name, or the list of all names.
 std::string no_column(const std::string& name, const std::vector<Column>& all);
 
 }  // namespace freeplay::plots

@@ -1,4 +1,4 @@
-// Reads forces.csv, finds the last turn in it and merges its rows.
+// Reads forces.csv, finds its last turn and merges its rows.
 #include "plots/tables/force_run.hpp"
 
 #include <algorithm>
@@ -23,7 +23,7 @@ ForceRun read_force_run(const std::filesystem::path& file, const char* title, in
   }
   while (rows.next()) {
     run.t.push_back(rows.number(t));
-    if (run.t.size() == 1) continue;  // the mean of no time
+    if (run.t.size() == 1) continue;  // the first row has no interval before it
     for (const auto& [place, values] : means) values->push_back(rows.maybe_number(place));
   }
   return run;
@@ -49,7 +49,7 @@ void keep_last_turn(ForceRun& run, const SpeedDrive* drive) {
     for (auto& x : run.x) x = turns(x);
     while (first < n && run.x[first] < begin) ++first;
     while (last > first && run.x[last - 1] > begin + 1) --last;
-    for (auto& x : run.x) {  // at the crank's own angles, which a crank that turns backwards passes falling
+    for (auto& x : run.x) {  // the angle decreases if the crank turns backwards
       x = drive->speed < 0 ? -x : x;
       x = 360 * (x - std::floor(x));
     }
@@ -71,7 +71,7 @@ void merge(ForceRun& run, std::size_t count) {
     for (std::size_t i = 0; i < n; i += count) {
       double sum = 0;
       const std::size_t end = std::min(i + count, n);
-      // An angle that jumps back to 0, or to 360, has no mean.
+      // No mean can be taken of angles across the wrap at 360°.
       if (angle && std::abs(v[end - 1] - v[i]) > 180) {
         out.push_back(v[i]);
         continue;

@@ -1,4 +1,4 @@
-// Which runs, joints, drives and columns the figures of forces are of.
+// Selects the runs, joints, drives and columns of the figures of forces.
 #include "plots/tables/force_table.hpp"
 
 #include <fmt/format.h>
@@ -14,11 +14,11 @@
 namespace freeplay::plots {
 namespace {
 
-constexpr std::size_t curve_points = 2000;  ///< of a curve; more rows are merged
+constexpr std::size_t curve_points = 2000;  ///< at most, per curve; further rows are merged
 constexpr std::size_t most_joints = 12;
 constexpr std::size_t most_drives = 6;
 
-/// The scene that a run's run.json carries, when this program can read it.
+/// The scene in a run.json; null if this program cannot read it.
 std::shared_ptr<const Scene> scene_of(const JsonFile& run) {
   try {
     return std::make_shared<const Scene>(parse_scene(
@@ -64,7 +64,7 @@ void ForceTable::add(const std::filesystem::path& folder, const char* title, int
   if (run.t.size() > 2) runs_.push_back(std::move(run));
 }
 
-/// A force with a moment is a joint's or a contact's; a force without one is a load.
+/// Joints and contacts have a column for the moment; loads have none.
 std::vector<std::string> ForceTable::joints() const {
   std::vector<std::string> list;
   for (const auto& run : runs_)

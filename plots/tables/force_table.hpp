@@ -1,5 +1,5 @@
-// The forces of a result folder: its runs side by side, and what their columns mean by the scene, as far as
-// this program can read it.
+// The forces of a result folder: its runs side by side, and the meaning of their columns according
+// to the scene, if this program can read it.
 #pragma once
 
 #include <filesystem>
@@ -18,38 +18,39 @@ struct Scene;
 
 namespace freeplay::plots {
 
-/// Corners of a loose guide and sides of a loose slot, as the columns of their forces end.
+/// Suffixes of force columns: corners of a guide with clearance, sides of a slot with clearance.
 inline constexpr const char* guide_corners[] = {"rear_lower",  "rear_upper", "front_lower",
                                                 "front_upper", "right",      "left"};
 
 class ForceTable {
  public:
-  /// Of a compared scene both formulations and the ideal mechanism, else the folder's own run; those that
-  /// have a forces.csv. Throws SceneError when such a file cannot be read.
+  /// Reads the runs that have a forces.csv: both formulations and the ideal mechanism of a
+  /// comparison, or a single run. Throws SceneError if such a file cannot be read.
   explicit ForceTable(const std::filesystem::path& folder);
 
-  /// The folder's JSON file: of a comparison or of the run.
+  /// The JSON file of the folder: that of the comparison or of the run.
   const char* source() const { return source_; }
   const std::vector<ForceRun>& runs() const { return runs_; }
-  /// Whether ForceRun::x is the crank's angle.
+  /// Whether ForceRun::x is the crank angle.
   bool turns() const { return drive_.has_value(); }
 
-  /// Names of joints and contacts; of too many the loose joints first.
+  /// Names of joints and contacts. If there are too many, joints with clearance have priority.
   std::vector<std::string> joints() const;
-  /// Names of the drives with a torque.
+  /// Names of the drives that have a torque.
   std::vector<std::string> drives() const;
   bool revolute(const std::string& name) const;
-  /// What a figure of its force is headed with: on which body the force is.
+  /// Heading of a figure of this force; it names the body on which the force acts.
   std::string heading(const std::string& name) const;
 
   bool any(const std::string& column) const;
-  /// A column of every run (N, N m); of a loose guide the sum over its corners. Empty where a run has none.
+  /// A column of every run (N, N m); for a guide with clearance the sum over its corners. Empty for
+  /// runs without it.
   std::vector<Values> columns(const std::string& name, const char* suffix) const;
-  /// |F| of every run (N).
+  /// |F| in every run (N).
   std::vector<Values> magnitudes(const std::string& name) const;
 
-  std::string abscissa() const;  ///< what is drawn over, with its unit
-  std::string extent() const;    ///< which part of the run is drawn, and what the means are over
+  std::string abscissa() const;  ///< label of the abscissa, with its unit
+  std::string extent() const;    ///< the part of the run that is drawn, and the interval of the means
 
  private:
   void add(const std::filesystem::path& folder, const char* title, int style);
@@ -59,8 +60,8 @@ class ForceTable {
   const char* source_ = "run.json";
   std::vector<ForceRun> runs_;
   std::shared_ptr<const Scene> scene_;
-  std::optional<SpeedDrive> drive_;  // that turns the crank
-  double interval_ = 0;              // s, greatest of the runs
+  std::optional<SpeedDrive> drive_;  // the drive of the crank
+  double interval_ = 0;              // s, greatest interval of the runs
   std::set<std::string> undetermined_;
 };
 

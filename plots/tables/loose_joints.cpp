@@ -11,10 +11,10 @@
 namespace freeplay::plots {
 namespace {
 
-constexpr long path_points = 20'000;  ///< of a path; of more rows every so-manieth is drawn
+constexpr long path_points = 20'000;  ///< at most, per path; of more rows every n-th is drawn
 constexpr long judged_rows = 5000;
 
-/// Ends of the names of a guide's and of a slot's contacts: those at the lower and at the upper wall, in pairs.
+/// Suffixes of the contact names of guides and slots, in pairs of lower and upper wall.
 constexpr std::array guide_pairs{std::pair{".rear_lower", ".rear_upper"},
                                  std::pair{".front_lower", ".front_upper"}};
 constexpr std::array slot_pairs{std::pair{".right", ".left"}};
@@ -28,7 +28,8 @@ std::vector<std::pair<std::string, std::string>> pairs_of(const LooseJoint& join
   return list;
 }
 
-/// Whether a contact is a journal's without a scene to say so: gap and eccentricity add up to the same in all rows.
+/// Whether a contact is that of a journal if no scene is available: gap + eccentricity is then
+/// constant in all rows.
 bool runs_round(const std::filesystem::path& file, const std::string& name) {
   Rows rows(file);
   const auto x = rows.place(name + ".ex"), y = rows.place(name + ".ey"), gap = rows.place(name + ".gap");
@@ -49,7 +50,7 @@ const Joint* find(const Scene* scene, const std::string& name) {
   return it == list.end() ? nullptr : &*it;
 }
 
-/// The frame of a guide or a slot, where the scene says it.
+/// Sets the frame of a guide or a slot, if the scene is available.
 void take_frame(LooseJoint& joint, const Scene* scene) {
   const auto* known = find(scene, joint.name);
   if (!known) return;
@@ -65,7 +66,7 @@ void take_frame(LooseJoint& joint, const Scene* scene) {
       *known);
 }
 
-/// Columns of one joint, and its row in their terms.
+/// Columns of one joint, and the position within its clearance computed from a row.
 class Places {
  public:
   Places(const Rows& rows, const LooseJoint& joint, const Scene* scene) : joint_(joint) {
@@ -84,7 +85,7 @@ class Places {
     }
   }
 
-  /// Takes the present row into the path; the points of its blocks.
+  /// Adds a row to the blocks of the path, and updates clearance and range.
   void take(const Rows& rows, PlayPath& path, long& seen) const {
     if (joint_.kind == LooseJoint::Kind::journal) {
       const auto& p = contacts_.front();
@@ -111,7 +112,8 @@ class Places {
     std::size_t x, y, gap;
   };
 
-  /// mm along the walls of the slider's middle or the pin; without a frame the time (ms).
+  /// Position along the walls of the middle of the slider or of the pin (mm); without a frame the
+  /// time (ms).
   double along(const Rows& rows) const {
     if (joint_.axis[0] == 0 && joint_.axis[1] == 0) return 1e3 * rows.number(t_);
     double ex = 0, ey = 0;

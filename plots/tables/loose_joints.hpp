@@ -1,10 +1,14 @@
-// Where loose joints have their play, from a trajectory, in units of the clearance c:
+// Positions of joints within their clearance c, from a trajectory, in units of c:
 //
-//     journal     (e_x, e_y)/c, the journal's centre from the bearing's, along the axes of the world;  c = gap + |e|
-//     guide       its slider's ends across the walls, place along them:  δ = (g_lower − g_upper)/2,  c = (g_lower + g_upper)/2
-//     slot        the pin likewise:  δ = (g_right − g_left)/2
+//     journal   (e_x, e_y)/c: centre of the journal relative to the bearing, world axes
+//               c = gap + |e|
+//     guide     δ/c of both ends of the slider, across the walls
+//               δ = (g_lower − g_upper)/2,  c = (g_lower + g_upper)/2
+//     slot      δ/c of the pin, across the walls
+//               δ = (g_right − g_left)/2,   c = (g_right + g_left)/2
 //
-// δ = 1 is at the upper (left) wall, −1 at the other.
+// δ/c = 1 is contact with the upper (left) wall, −1 with the other. Guides and slots also have the
+// position along their walls.
 #pragma once
 
 #include <array>
@@ -22,21 +26,22 @@ struct LooseJoint {
   enum class Kind { journal, guide, slot };
   Kind kind;
   std::string name;
-  int frame = -1;           ///< body that the walls belong to; −1 ground
+  int frame = -1;           ///< body with the walls; −1: ground
   std::string frame_name;   ///< its name, "the ground"
-  double axis[2] = {0, 0};  ///< along the walls in that body's frame; 0 where it is not known
+  double axis[2] = {0, 0};  ///< direction of the walls in the frame of that body; 0 if unknown
 };
 
-/// The loose joints of a run, in the order of its trajectory.
+/// The joints with clearance of a run, in the order of its trajectory.
 std::vector<LooseJoint> loose_joints(const std::filesystem::path& run, const Scene* scene);
 
-/// Paths of one joint in one span: of a journal one, of a guide those of its rear and front end.
+/// Path of one joint in one time span: one block for a journal or slot, two for the rear and front
+/// end of a guide.
 struct PlayPath {
   std::vector<Block> blocks;
-  double clearance = 0;      ///< m, mean
-  double low = 0, high = 0;  ///< mm along the walls; of a journal nothing
+  double clearance = 0;      ///< m, mean value
+  double low = 0, high = 0;  ///< mm, range along the walls; unused for a journal
 };
-/// [joint][span]
+/// Reads all paths: [joint][span].
 std::vector<std::vector<PlayPath>> play_paths(const std::filesystem::path& run,
                                               const std::vector<LooseJoint>& joints,
                                               const std::vector<Span>& spans);

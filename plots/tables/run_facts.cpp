@@ -22,7 +22,7 @@ std::shared_ptr<const Scene> scene_of_run(const std::filesystem::path& folder) {
         run.text("provenance.scene"), run.text("provenance.scene_file"), run.texts("provenance.overrides")));
   } catch (const SceneError&) {
   }
-  try {  // made in code, or naming files that are gone: by what it was made of
+  try {  // the scene was built in code, or refers to missing files: use the setup of the run
     return std::make_shared<const Scene>(read_run(folder / "run.json").setup.scene);
   } catch (const SceneError&) {
     return {};
@@ -42,7 +42,7 @@ Span first_part(std::optional<double> turn, double end) {
 
 Span last_part(std::optional<double> turn, double end, int turns) {
   if (!turn) return {0.9 * end, end, "last tenth"};
-  while (turns > 1 && (turns + 0.5) * *turn > end) --turns;  // not all of a short run
+  while (turns > 1 && (turns + 0.5) * *turn > end) --turns;  // a short run is not covered completely
   if (turns * *turn >= end) return {0, end, "whole run"};
   return {end - turns * *turn, end, turns == 1 ? "last turn" : fmt::format("last {} turns", turns)};
 }

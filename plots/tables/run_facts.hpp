@@ -1,4 +1,4 @@
-// What figures take from the run.json of a run beside its tables: the scene, and which time they show.
+// Facts that figures read from the run.json of a run: the scene, and the time span to show.
 #pragma once
 
 #include <filesystem>
@@ -13,36 +13,37 @@ struct Scene;
 
 namespace freeplay::plots {
 
-/// The scene of the run in a folder, as far as this program can read it; null where it cannot.
+/// The scene of the run in a folder; null if this program cannot read it.
 std::shared_ptr<const Scene> scene_of_run(const std::filesystem::path& folder);
 
-/// Time of one turn of the drive whose turns are counted (s); nothing where none drives at a prescribed speed.
+/// Duration of one turn of the drive whose turns are counted (s); empty if no drive has a
+/// prescribed speed.
 std::optional<double> turn_of(const Scene* scene);
 
-/// A stretch of a run, and what figures call it.
+/// A time span of a run and its name in figures.
 struct Span {
   double from, to;  ///< s
   std::string name;
   bool holds(double t) const { return t >= from && t <= to; }
 };
-/// The first turn, or the first tenth of a run that turns nothing.
+/// The first turn; without turns the first tenth of the run.
 Span first_part(std::optional<double> turn, double end);
-/// The last `turns` turns, fewer of a run that has hardly as many; or the last tenth.
+/// The last `turns` turns, fewer if the run is short; without turns the last tenth.
 Span last_part(std::optional<double> turn, double end, int turns);
 
-/// A run whose tables are drawn.
+/// A run with tables to draw.
 struct RunFolder {
   std::filesystem::path folder;
   std::string title;  ///< penalty, nonsmooth, ideal joint
-  int style;          ///< 1, 2, 3: line style of that
+  int style;          ///< its line style: 1, 2, 3
 };
-/// The folder itself, or the runs of a comparison that stand in it, those that have a trajectory.
+/// The runs with a trajectory: the folder itself, or the runs of a comparison in it.
 std::vector<RunFolder> runs_in(const std::filesystem::path& folder);
 
-/// Time of a run's last row (s).
+/// Time of the last row of a run (s).
 double end_of(const std::filesystem::path& folder);
 
-/// s, before which statistics of the run do not count.
+/// Time before which the statistics of the run are discarded (s).
 double discard_of(const std::filesystem::path& folder);
 
 }  // namespace freeplay::plots

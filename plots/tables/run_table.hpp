@@ -1,4 +1,5 @@
-// Columns of a trajectory together, in one pass, thinned out for paper: of more rows than a curve needs every so-manieth.
+// Reads columns of a trajectory in one pass, thinned for paper: if there are more rows than a curve
+// needs, every n-th row.
 #pragma once
 
 #include <array>
@@ -17,10 +18,10 @@ struct RunTable {
   std::vector<std::array<std::vector<double>, 6>> motion;
 };
 
-/// The motion of the first bodies of a run within a span; `rows` is about how many rows are kept.
+/// The motion of the first bodies of a run within a time span. About `rows` rows are kept.
 RunTable motion_of(const std::filesystem::path& run, const Span& span, std::size_t most_bodies, long rows);
 
-/// Greatest less least value.
+/// Difference of greatest and least value.
 double range_of(const std::vector<double>& values);
 
 }  // namespace freeplay::plots

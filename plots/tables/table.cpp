@@ -14,7 +14,7 @@ namespace freeplay::plots {
 namespace {
 
 constexpr std::size_t longest_label = 200;
-constexpr std::size_t most_rows = 10'000'000;  ///< of a table that is read whole
+constexpr std::size_t most_rows = 10'000'000;  ///< at most, of a table that is read as a whole
 
 bool is_name(std::string_view text) {
   const auto plain = [](char c) {

@@ -1,4 +1,5 @@
-// Result tables (CSV with names in the header) read by type: a field is a number or a name, or the file is refused.
+// Typed readers of result tables (CSV with names in the header). A field that is neither a number
+// nor a name is an error.
 #pragma once
 
 #include <filesystem>
@@ -11,26 +12,28 @@
 
 namespace freeplay::plots {
 
-/// A table row by row; memory does not grow with it.
+/// Reads a table row by row with constant memory.
 class Rows {
  public:
-  /// Throws SceneError, as all here, when the file cannot be read or has no header.
+  /// Throws SceneError if the file cannot be read or has no header. All functions of this class
+  /// throw SceneError.
   explicit Rows(const std::filesystem::path& file);
   const std::vector<std::string>& names() const { return names_; }
   bool has(std::string_view column) const;
-  /// Where the column of that name stands; throws when there is none.
+  /// Index of the column of that name. Throws if there is none.
   std::size_t place(std::string_view column) const;
-  /// The next row; false behind the last. Throws when it has not as many fields as the header.
+  /// Advances to the next row; false after the last one. Throws if the number of fields differs
+  /// from the header.
   bool next();
-  /// A field of the row as a number, of which nan and inf are some.
+  /// A field of the row as a number; nan and inf are allowed.
   double number(std::size_t place) const;
-  /// The same; NaN for an empty field.
+  /// number(), but NaN for an empty field.
   double maybe_number(std::size_t place) const;
-  /// A name: letters, digits, spaces and _ - + . : at most 100 of them.
+  /// A field as a name: at most 100 letters, digits, spaces and _ - + . :
   const std::string& name(std::size_t place) const;
-  /// A text for people, with nothing hidden in it.
+  /// A field as a text for display; hidden characters are an error.
   const std::string& label(std::size_t place) const;
-  /// The same; empty for an empty field.
+  /// label(), but empty for an empty field.
   const std::string& maybe_label(std::size_t place) const;
 
  private:
@@ -40,10 +43,10 @@ class Rows {
   std::string file_, line_;
   LineReader lines_;
   std::vector<std::string> names_, fields_;
-  std::size_t count_ = 0;  // of fields
+  std::size_t count_ = 0;  // number of fields in the row
 };
 
-/// The chosen columns of a small table, whole.
+/// Selected columns of a small table, read as a whole.
 class Table {
  public:
   Table(const std::filesystem::path& file, const std::vector<std::string>& names,

@@ -1,13 +1,15 @@
-"""Freeplay: the dynamics of planar mechanisms whose joints have clearance, in two formulations of one scene.
+"""Freeplay: the dynamics of planar mechanisms whose joints have clearance, in two formulations
+of one scene.
 
     import freeplay as fp
     scene = fp.read_scene("scene.toml")
     scene["joints.gudgeon.clearance"] = 1e-3        # m
     result = fp.run(scene, "nonsmooth")             # or fp.compare(scene), fp.sweep("study.toml")
     result.events                                   # a pandas frame with the columns of events.csv
-    result.info["energy_J"]                         # what run.json holds
+    result.info["energy_J"]                         # the content of run.json
 
-SI units and radians throughout. docs/tutorials/python.md is the guide; freeplay.plots draws.
+All quantities are in SI units and radians. docs/python.md is the guide; freeplay.plots draws
+figures.
 """
 
 from . import _freeplay
@@ -25,7 +27,7 @@ from .running import Simulation, Stop, check, compare, run
 from .scene import Scene, Table, read_scene
 from .studies import Study, read_study, sweep
 
-#: Of the program whose digits these are.
+#: Version of the program that computes the results.
 __version__ = _freeplay.version()
 
 __all__ = [

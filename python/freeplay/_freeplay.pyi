@@ -1,4 +1,4 @@
-# The compiled module, as python/src binds it. Checked by stubtest.
+# Types of the compiled module that python/src binds. Checked by stubtest.
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Optional

@@ -1,4 +1,4 @@
-"""What goes wrong, as exceptions. Each message is the one line that the command prints."""
+"""Exceptions and warnings of the package. Each message is the line that the command prints."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ _PLACE = re.compile(r"(?:^|: )(?P<file>[^:\n]+):(?P<line>\d+):(?P<column>\d+)(?:
 
 
 class FreeplayError(Exception):
-    """Any error of this package but wrong arguments, which are TypeError and ValueError."""
+    """Base class of all errors of this package except wrong arguments, which raise TypeError or
+    ValueError."""
 
 
 class SceneError(FreeplayError, ValueError):
-    """A scene or study that lacks or contradicts something.
+    """A scene or study that is incomplete or contradictory.
 
-    file, line, column: where it stands, None where the scene was built in Python.
-    key: dotted, None where no key is to blame.  message: what is wrong and what would be right.
+    file, line, column: place of the error; None if the scene was built in Python.
+    key: dotted key; None if the error belongs to no key.  message: the error and its correction.
     """
 
     def __init__(
@@ -34,15 +35,16 @@ class SceneError(FreeplayError, ValueError):
 
 
 class SnapshotError(FreeplayError):
-    """A snapshot that is damaged, or of another scene, formulation or program."""
+    """A snapshot that is damaged, or belongs to another scene, formulation or program."""
 
 
 class OutputError(FreeplayError, OSError):
-    """What cannot be written, and why."""
+    """A file that cannot be written, with the reason."""
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C ended a run after its present step. `result` is whole up to there; None where nothing was made."""
+    """Ctrl-C ended a run after its current step. `result` is complete up to that step; None if
+    there is no result."""
 
     def __init__(self, what: str = "interrupted", result: Any = None) -> None:
         super().__init__(what)
@@ -50,26 +52,26 @@ class Interrupted(KeyboardInterrupt):
 
 
 class DoubtfulWarning(UserWarning):
-    """A result says of itself that it may not be what it seems; the text says why."""
+    """A result that may be wrong by the program's own checks; the text states the reason."""
 
 
 class FailedWarning(UserWarning):
-    """A run ended before its time for a numerical reason; `result.status` is "failed"."""
+    """A run that ended early for a numerical reason; `result.status` is "failed"."""
 
 
-#: What scenes that were built in Python are called where a file's name would stand.
+#: Stands for the file name in messages about scenes that were built in Python.
 IN_PYTHON = "scene in Python"
 
 
 def scene_error(what: str, key: str, message: str) -> SceneError:
-    """Of the library's one line, with its parts."""
+    """Makes a SceneError from a message line of the library and splits it into its parts."""
     tail = f": {key}: {message}"
     place = what[: -len(tail)] if key and what.endswith(tail) else ""
     found = _PLACE.search(place or what)
     if not found or found["file"].endswith(IN_PYTHON):
-        if found:  # lines of a text that nobody wrote
+        if found:  # line numbers of generated TOML mean nothing to the user
             what = what.replace(f"{found['file']}:{found['line']}:{found['column']}", IN_PYTHON)
         return SceneError(what, None, None, None, key or (found and found["key"]) or None, message)
-    if not place:  # composed of another line: the key and what is wrong stand behind the place
+    if not place:  # the line contains another message: its key and error follow the place
         key, message = key or found["key"] or "", what[found.end() :]
     return SceneError(what, found["file"], int(found["line"]), int(found["column"]), key or None, message)

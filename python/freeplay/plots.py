@@ -1,5 +1,5 @@
-"""Figures by matplotlib that show what the gnuplot figures of a result folder show. Each draws into `axes`, or makes new
-ones, and returns them."""
+"""Figures by matplotlib with the content of the gnuplot figures of a result folder. Each
+function draws into `axes`, or into new ones, and returns them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .results import Comparison, Run
 from .scene import PathLike
 from .studies import Study
 
-#: Of penalty, nonsmooth and ideal, as in the other figures.
+#: Colours of the formulations and of the ideal mechanism, as in the gnuplot figures.
 COLOURS = {"penalty": "#0072b2", "nonsmooth": "#d55e00", "ideal": "#555555"}
 
 
@@ -42,7 +42,8 @@ def columns(run: Run, y: str, x: str = "t", axes: Any = None, **style: Any) -> A
 
 
 def journal_orbit(run: Run, joint: str, axes: Any = None) -> Any:
-    """Where the journal of a joint went in its bearing (mm), and the circle of the clearance where gap = 0."""
+    """Path of the journal of a joint in its bearing (mm), and the clearance circle, on which the
+    gap is 0."""
     ex, ey, gap = (run.trajectory[f"{joint}.{part}"].to_numpy() for part in ("ex", "ey", "gap"))
     axes = _axes(axes)
     colour = COLOURS[run.info["formulation"]]
@@ -58,7 +59,7 @@ def journal_orbit(run: Run, joint: str, axes: Any = None) -> Any:
 
 
 def signal(run: Run, channel: str, axes: Any = None, **style: Any) -> Any:
-    """An instrument's samples over time."""
+    """Samples of an instrument over time."""
     samples = run.signal(channel)
     axes = _axes(axes)
     style.setdefault("color", COLOURS[run.info["formulation"]])
@@ -77,7 +78,8 @@ def phase_portrait(run: Run, body: str, coordinate: str = "x", axes: Any = None,
 
 
 def paired(comparison: Comparison, channel: Optional[str] = None, column: Optional[str] = None, axes: Any = None) -> Any:
-    """A channel, or a column of the trajectory, of both formulations and of the ideal mechanism over one another."""
+    """A channel, or a column of the trajectory, of both formulations and of the ideal mechanism
+    in one figure."""
     if (channel is None) == (column is None):
         raise ValueError("give a channel or a column, one of both")
     axes = _axes(axes)
@@ -107,7 +109,8 @@ def forces(run: Run, element: str, axes: Any = None, **style: Any) -> Any:
 
 
 def load_diagram(run: Run, element: str, axes: Any = None, **style: Any) -> Any:
-    """Where the force of a joint, contact or load points: F_y over F_x (N). Needs a run with forces=True."""
+    """Polar load diagram of a joint, contact or load: F_y over F_x (N). Needs a run with
+    forces=True."""
     fx, fy = _components(run, element)
     axes = _axes(axes)
     axes.plot(fx, fy, **{"lw": 0.6, "color": COLOURS[run.info["formulation"]], **style})
@@ -128,7 +131,8 @@ def _components(run: Run, element: str) -> tuple[Any, Any]:
 
 
 def impacts(comparison: Comparison, axes: Any = None) -> Any:
-    """Approach speeds (m/s) of the impacts of both formulations that were paired, up to the horizon, over time."""
+    """Approach speeds (m/s) of the impacts that are paired between the formulations, over time,
+    up to the horizon."""
     axes = _axes(axes)
     pairs = comparison.info["pairing"]["pairs"]
     for name, marker in (("penalty", "o"), ("nonsmooth", "x")):
@@ -142,7 +146,8 @@ def impacts(comparison: Comparison, axes: Any = None) -> Any:
 
 
 def over(study: Study, y: str, x: str, by: Optional[str] = None, axes: Any = None, **style: Any) -> Any:
-    """A measure of a study's runs over an axis: mean and standard deviation of the starts, a line for each value of `by`."""
+    """A measure of a study's runs over an axis: mean and standard deviation over the starts, one
+    line per value of `by`."""
     axes = _axes(axes)
     for key in (y, x, by):
         if key is not None and key not in study.runs:
@@ -171,7 +176,7 @@ def _label(facts: dict[str, Any]) -> str:
 
 
 def poincare(folder: PathLike, axes: Any = None, **style: Any) -> Any:
-    """The points of a section that `freeplay poincare` left in a folder."""
+    """Points of the Poincaré section in a result folder of `freeplay poincare`."""
     document, path = _folder(folder, "section")
     section = document["section"]
     points = pd.read_csv(path / "section.csv")
@@ -183,7 +188,8 @@ def poincare(folder: PathLike, axes: Any = None, **style: Any) -> Any:
 
 
 def bifurcation(folder: PathLike, axes: Any = None) -> Any:
-    """Section points over a parameter, of `freeplay bifurcation`: swept upwards, downwards, from drawn starts."""
+    """Section points over a parameter, from `freeplay bifurcation`: swept upwards, swept
+    downwards, and from random starts."""
     document, path = _folder(folder, "bifurcation")
     facts = document["bifurcation"]
     column = facts["columns"][0]
@@ -200,7 +206,7 @@ def bifurcation(folder: PathLike, axes: Any = None) -> Any:
 
 
 def basin(folder: PathLike, axes: Any = None) -> Any:
-    """The attractor that each start of a grid leads to, of `freeplay basin`; grey: gave up."""
+    """Attractor reached from each start of a grid, from `freeplay basin`; grey: the run failed."""
     import matplotlib.pyplot as plt
 
     document, path = _folder(folder, "basin")
@@ -219,7 +225,8 @@ def basin(folder: PathLike, axes: Any = None) -> Any:
 
 
 def ensemble(folder: PathLike, column: str, axes: Any = None) -> Any:
-    """Quantiles over time of a column of `freeplay ensemble`: median, 25 to 75 and 5 to 95 %."""
+    """Quantiles over time of a column, from `freeplay ensemble`: median, 25 to 75 % and 5 to 95
+    %."""
     _, path = _folder(folder, "ensemble")
     bands = pd.read_csv(path / "bands.csv")
     if column not in set(bands["column"]):

@@ -1,4 +1,4 @@
-"""Runs as pandas frames: from memory, or from a result folder."""
+"""Runs as pandas frames, from memory or from a result folder."""
 
 from __future__ import annotations
 
@@ -14,62 +14,68 @@ import pandas as pd
 from . import _freeplay
 from .scene import PathLike
 
-#: run.json's words for how a run ended.
+#: The values of ending.status in run.json, in the order of the library's codes.
 _STATUS = ("finished", "interrupted", "failed")
 
 
 class Run:
-    """A run: `trajectory`, `events`, `forces` and `signals` are pandas frames with the columns of the CSV files of these
-    names (SI units, rad); a table that the run has not is None. `info` holds what run.json holds.
+    """A run: `trajectory`, `events`, `forces` and `signals` are pandas frames with the columns
+    of the CSV files of the same names (SI units, rad). A table that the run does not have is
+    None. `info` is the content of run.json.
 
-    Numbers of a run in memory are not copied: `trajectory` and `forces` look at what the run recorded.
+    The numbers of a run in memory are not copied: `trajectory` and `forces` are views of the
+    recorded data.
     """
 
-    #: The result folder, None of a run in memory.
+    #: The result folder; None for a run in memory.
     folder: Optional[Path] = None
 
     @cached_property
     def trajectory(self) -> pd.DataFrame:
-        """t (s); of each body NAME.x, .y (m), .theta (rad), .vx, .vy (m/s), .omega (rad/s); of each contact NAME.ex, .ey,
-        .gap (m). Rows at multiples of run.output_step and at the end."""
+        """t (s); of each body NAME.x, .y (m), .theta (rad), .vx, .vy (m/s), .omega (rad/s); of
+        each contact NAME.ex, .ey, .gap (m). The rows are at multiples of run.output_step and at
+        the end."""
         raise NotImplementedError
 
     @cached_property
     def events(self) -> Optional[pd.DataFrame]:
-        """t (s), joint, kind (impact, contact, separation), crank_angle (rad), v_n_minus, v_n_plus, v_t_minus, v_t_plus
-        (m/s; v_n is the rate of the gap, negative on approach), impulse_n, impulse_t (N s), duration (s), t_uncertainty
-        (s). None where the scene has no contacts."""
+        """t (s), joint, kind (impact, contact, separation), crank_angle (rad), v_n_minus,
+        v_n_plus, v_t_minus, v_t_plus (m/s; v_n is the rate of the gap, negative on approach),
+        impulse_n, impulse_t (N s), duration (s), t_uncertainty (s). None if the scene has no
+        contacts."""
         raise NotImplementedError
 
     @cached_property
     def forces(self) -> Optional[pd.DataFrame]:
-        """Forces (N), moments (N m), powers (W), accelerations (m/s², rad/s²) and means since the row before, at the rows
-        of the trajectory. None unless the scene says run.forces = true or run() was asked for them."""
+        """Forces (N), moments (N m), powers (W), accelerations (m/s², rad/s²) and means since
+        the previous row, at the rows of the trajectory. None unless the scene has run.forces =
+        true or run() has forces=True."""
         raise NotImplementedError
 
     @cached_property
     def signals(self) -> Optional[pd.DataFrame]:
-        """channel, t (s), crank_angle (rad), value: the instruments' samples. None where the scene has no instruments."""
+        """channel, t (s), crank_angle (rad), value: samples of the instruments. None if the
+        scene has none."""
         raise NotImplementedError
 
     @cached_property
     def info(self) -> dict[str, Any]:
-        """What run.json holds: ending, contacts, energy_J, work, cost, notes, provenance, ..."""
+        """Content of run.json: ending, contacts, energy_J, work, cost, notes, provenance, ..."""
         raise NotImplementedError
 
     @property
     def status(self) -> str:
-        """finished, interrupted or failed; `info["ending"]["reason"]` says why."""
+        """finished, interrupted or failed; `info["ending"]["reason"]` is the reason."""
         return str(self.info["ending"]["status"])
 
     @property
     def statistics(self) -> pd.DataFrame:
-        """What run.json says of each contact, a contact a row."""
+        """Statistics of the contacts from run.json, one row per contact."""
         table = {name: {k: v for k, v in facts.items() if not isinstance(v, dict)} for name, facts in self.info["contacts"].items()}
         return pd.DataFrame.from_dict(table, orient="index")
 
     def signal(self, channel: str) -> pd.DataFrame:
-        """t, crank_angle and value of one instrument."""
+        """t (s), crank_angle (rad) and value of one instrument."""
         if self.signals is None or channel not in set(self.signals["channel"]):
             known = [] if self.signals is None else sorted(set(self.signals["channel"]))
             raise KeyError(f"{channel}: no such channel; there are: {', '.join(known) or 'none'}")
@@ -95,7 +101,7 @@ def _frame(table: tuple[list[str], np.ndarray[Any, Any]]) -> pd.DataFrame:
 
 
 class MemoryRun(Run):
-    """A run whose tables are in memory."""
+    """A run with its tables in memory."""
 
     def __init__(self, record: "_freeplay.Record") -> None:
         self._record = record
@@ -141,7 +147,7 @@ class MemoryRun(Run):
 
 
 class FolderRun(Run):
-    """A run whose tables are files, read when they are asked for."""
+    """A run with its tables in files, which are read at first access."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -152,7 +158,7 @@ class FolderRun(Run):
         if not file.exists():
             return None
         texts = {column: str for column in ("joint", "kind", "channel")}
-        # Names of the user stand there: none of them is a missing value.
+        # These columns contain names of the user: a joint named "NA" is not a missing value.
         return pd.read_csv(file, float_precision="round_trip", dtype=texts, keep_default_na=False)
 
     @cached_property
@@ -182,7 +188,7 @@ class FolderRun(Run):
 
 
 def read_run(folder: PathLike) -> Run:
-    """The run in a folder that `freeplay run` or run(..., output=folder) made."""
+    """Reads the run in a result folder of `freeplay run` or run(..., output=folder)."""
     path = Path(os.fspath(folder))
     if not (path / "run.json").is_file():
         raise FileNotFoundError(f"{path}: has no run.json; give the folder of one run")
@@ -190,11 +196,13 @@ def read_run(folder: PathLike) -> Run:
 
 
 class Comparison:
-    """One scene in both formulations. `penalty`, `nonsmooth` and `ideal` (None where no joint has a clearance) are runs,
-    `info` holds what comparison.json holds, `table` is comparison.md."""
+    """One scene in both formulations. `penalty`, `nonsmooth` and `ideal` (None if no joint has a
+    clearance) are runs, `info` is the content of comparison.json, `table` the text of
+    comparison.md."""
 
     def __init__(self, folder: Path, keep: Any = None) -> None:
-        self.folder, self._keep = folder, keep  # a temporary folder goes with its keeper
+        # `keep` owns a temporary folder, which is deleted with it.
+        self.folder, self._keep = folder, keep
         self.penalty = read_run(folder / "penalty")
         self.nonsmooth = read_run(folder / "nonsmooth")
         self.ideal = read_run(folder / "ideal") if (folder / "ideal" / "run.json").exists() else None
@@ -213,7 +221,7 @@ class Comparison:
 
 
 def read_comparison(folder: PathLike) -> Comparison:
-    """What `freeplay compare` left in a folder."""
+    """Reads the comparison in a result folder of `freeplay compare`."""
     path = Path(os.fspath(folder))
     if not (path / "comparison.json").is_file():
         raise FileNotFoundError(f"{path}: has no comparison.json; give a folder made by compare")

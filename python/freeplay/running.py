@@ -25,7 +25,7 @@ Loads = Mapping[str, LoadForce]
 
 
 class Stop:
-    """A flag that ends a run after its present step, set from an observer or another thread.
+    """A flag that ends a run after its current step. An observer or another thread may set it.
 
     >>> stop = fp.Stop(); ...; stop.set()
     """
@@ -34,11 +34,11 @@ class Stop:
         self._flag = _freeplay.StopFlag()
 
     def set(self) -> None:
-        """Asks all runs that were given this flag to end."""
+        """Requests the end of all runs that have this flag."""
         self._flag.set()
 
     def is_set(self) -> bool:
-        """Whether it was."""
+        """Whether the flag is set."""
         return self._flag.is_set()
 
 
@@ -51,7 +51,7 @@ def _scene(scene: SceneLike) -> Scene:
 
 
 def _with_own(scene: Scene, formulation: Optional[str], law: Optional[Law], loads: Optional[Loads]) -> Scene:
-    """A copy with this normal force of contacts and these forces of loads."""
+    """A copy of the scene with user-defined normal force of contacts and forces of loads."""
     if law is None and not loads:
         return scene
     own, normal = scene.copy(), False
@@ -72,7 +72,8 @@ def _name_of(function: Callable[..., Any]) -> str:
 
 
 def _text_of(function: Callable[..., Any]) -> str:
-    """What tells a function from others: its source, or byte code where it has none, with its defaults and what it encloses."""
+    """Text that identifies a function: its source, or its byte code if there is no source, with
+    defaults and enclosed values."""
     try:
         text = inspect.getsource(function)
     except (OSError, TypeError):
@@ -93,7 +94,8 @@ def _formulation(name: str) -> str:
 
 
 def _interrupt(result: Any) -> None:
-    """Ctrl-C was pressed meanwhile: what Python would have done then, with what was made until then."""
+    """Handles a Ctrl-C that was pressed during a run as Python would; Interrupted carries the
+    partial result."""
     try:
         signal.raise_signal(signal.SIGINT)
     except KeyboardInterrupt:
@@ -131,29 +133,37 @@ def run(
     stop: Optional[Stop] = None,
     output: Optional[PathLike] = None,
 ) -> Run:
-    """Solves a scene in one formulation, as `freeplay run` does, with the same digits.
+    """Solves a scene in one formulation, as `freeplay run` does, with bitwise identical results.
 
     scene: a Scene, a nested mapping, or the path of a scene file.
     formulation: "penalty" or "nonsmooth".
-    set: dotted keys and values for this run alone; the scene stays as it is.
-    forces: record the forces too, as run.forces = true does.
-    matched: an impact law takes the restitution that the scene's penalty law delivers, as compare() does.
-    law: of the penalty formulation: the normal force of contacts in place of penalty.contact, law(contact, penetration, rate,
-        touch_speed) in N with the contact's name, δ > 0 (m), δ̇ (m/s) and v₀ > 0 (m/s), for trials; or the file of a
-        compiled plugin (docs/reference/library.md), for speed. Less than 0 counts as 0; with rate 0 it must be of δ alone and grow with it.
-    loads: of loads of type "force", by name: the force in place of what the scene says, f(t, place, velocity) -> (Fx, Fy) in N
-        along the load's axes, with t in s and the loaded point's place (m) and velocity (m/s) in the world, as tuples.
-    companion: after a time-stepped run, a short one at a smaller step says how far the first touches may be off.
-    on_event: called with each settled event, a dict with the columns of events.csv.
-    on_row: called with each row of the trajectory, a dict with its columns. Either may return True to end the run after
-        its present step; what they raise ends it at once and comes out here. They are never called per inner step.
+    set: dotted keys and values for this run only; the scene is not changed.
+    forces: also record the forces, as run.forces = true does.
+    matched: the impact law uses the restitution that the scene's penalty law yields, as in
+        compare().
+    law: normal force of the contacts in the penalty formulation, replaces penalty.contact.
+        Either a function law(contact, penetration, rate, touch_speed) that returns N, with the
+        name of the contact, the penetration δ > 0 (m), its rate δ̇ (m/s) and the speed at
+        contact onset v₀ > 0 (m/s); or the file of a compiled plugin (docs/library.md), which is
+        faster. A negative value counts as 0. At rate 0 the force must depend on δ only and grow
+        with it.
+    loads: forces of loads of type "force", by name; each replaces the force in the scene: f(t,
+        place, velocity) -> (Fx, Fy) in N along the axes of the load, with t in s, and position
+        (m) and velocity (m/s) of the loaded point in the world frame as tuples.
+    companion: after a time-stepped run, a short run at a smaller step estimates the error of the
+        first contact onsets.
+    on_event: called with each final event, a dict with the columns of events.csv.
+    on_row: called with each row of the trajectory, a dict with its columns. Both functions may
+        return True to end the run after its current step. An exception that they raise ends the
+        run at once and is raised here. They are not called in every internal step.
     stop: a Stop that another thread may set.
-    output: a folder for the files of `freeplay run`; without one nothing is written.
+    output: a folder for the files of `freeplay run`; without it nothing is written.
 
     Returns a Run: .trajectory, .events, .forces, .signals (pandas, SI units), .info (run.json).
-    Ctrl-C raises Interrupted (a KeyboardInterrupt), whose .result is whole up to the step that it ended.
-    A numerical failure is no exception: .status is "failed", and a FailedWarning says why. A note DOUBTFUL is a
-    DoubtfulWarning. Throws SceneError for a scene that lacks or contradicts something.
+    Ctrl-C raises Interrupted (a KeyboardInterrupt), whose .result is complete up to the last
+    step. A numerical failure raises no exception: .status is "failed", and a FailedWarning
+    states the reason. A note DOUBTFUL becomes a DoubtfulWarning. Raises SceneError for an
+    incomplete or contradictory scene.
 
     >>> result = fp.run("scene.toml", "nonsmooth", set={"joints.gudgeon.clearance": 1e-3})
     >>> result.events[result.events.kind == "impact"].impulse_n.max()      # N s
@@ -190,11 +200,15 @@ def compare(
     stop: Optional[Stop] = None,
     output: Optional[PathLike] = None,
 ) -> Comparison:
-    """Solves a scene in both formulations and says how far they agree, as `freeplay compare` does.
+    """Solves a scene in both formulations and compares the results, as `freeplay compare` does.
 
-    matched: the impact law takes the restitution that the penalty law delivers; False: the one asked for (--as-given).
-    output: folder for its files; without one they lie in a temporary folder, which goes with the Comparison.
-    The other arguments are those of run(). Returns a Comparison: .penalty, .nonsmooth, .ideal (runs), .info, .table.
+    matched: True: the impact law uses the restitution that the penalty law yields; False: that
+        of the scene (--as-given).
+    output: folder for the files; by default a temporary folder, which is deleted with the
+        Comparison.
+    The other arguments are those of run().
+
+    Returns a Comparison: .penalty, .nonsmooth, .ideal (runs), .info, .table.
     """
     given: dict[str, Any] = dict(set or {})
     if forces:
@@ -215,9 +229,10 @@ def compare(
 
 
 def check(scene: SceneLike, *, set: Optional[Mapping[str, Any]] = None) -> dict[str, Any]:
-    """What a scene makes the solver carry, as `freeplay check` says: bodies, coordinates, constraint_rows, redundant_rows,
-    degrees_of_freedom, contacts, duration_s (s), ..., and of each formulation the restitution that it delivers in each
-    contact, or a text that says why it is not available. Throws SceneError."""
+    """Size and properties of a scene, as printed by `freeplay check`: bodies, coordinates,
+    constraint_rows, redundant_rows, degrees_of_freedom, contacts, duration_s (s), ..., and for
+    each formulation the restitution that it yields in each contact, or a text with the reason
+    why the formulation is not available. Raises SceneError."""
     wanted = _scene(scene)
     if set:
         wanted = wanted.with_(set)
@@ -225,13 +240,13 @@ def check(scene: SceneLike, *, set: Optional[Mapping[str, Any]] = None) -> dict[
 
 
 class Simulation:
-    """A scene that moves, for those who want to stop midway, go on, or go back.
+    """A simulation of a scene that can be interrupted, continued, saved and restored.
 
     >>> simulation = fp.Simulation(scene, "nonsmooth")
     >>> first = simulation.run(until=0.1); simulation.snapshot("here.snapshot")
     >>> rest = simulation.run(); simulation.restore("here.snapshot")
 
-    One thread at a time; make one for each thread.
+    An object must not be used by two threads at a time.
     """
 
     def __init__(
@@ -258,28 +273,30 @@ class Simulation:
         on_row: Optional[Watch] = None,
         stop: Optional[Stop] = None,
     ) -> Run:
-        """Goes on to `until` (s; default the scene's end). The tables are those of this stretch."""
+        """Continues to `until` (s; default: the end of the scene's run). The tables cover this
+        interval only."""
         return _finish(self._it.run(until, on_event, on_row, (stop or Stop())._flag, _here(), False))
 
     @property
     def t(self) -> float:
-        """s, now."""
+        """Current time, s."""
         return self._it.state()[0]
 
     @property
     def q(self) -> Any:
-        """x, y (m) and theta (rad) of each body, a copy."""
+        """Copy of the coordinates: x, y (m) and theta (rad) of each body."""
         return self._it.state()[1]
 
     @property
     def v(self) -> Any:
-        """Their rates (m/s, rad/s), a copy."""
+        """Copy of the velocities: the rates of the coordinates (m/s, rad/s)."""
         return self._it.state()[2]
 
     def snapshot(self, file: PathLike) -> None:
-        """Writes all that the future depends on."""
+        """Writes the complete state to a file."""
         self._it.snapshot(Path(os.fspath(file)))
 
     def restore(self, file: PathLike) -> None:
-        """Goes back, bit for bit. Throws SnapshotError for a snapshot of something else."""
+        """Restores a state bit for bit. Raises SnapshotError if the snapshot belongs to another
+        simulation."""
         self._it.restore(Path(os.fspath(file)))

@@ -17,7 +17,8 @@ PathLike = Union[str, "os.PathLike[str]"]
 
 
 def _plain(value: Any) -> Any:
-    """A value as TOML knows it: numbers of NumPy become Python's, mappings dicts, sequences lists."""
+    """Converts a value to a TOML type: NumPy numbers to Python numbers, mappings to dicts,
+    sequences to lists."""
     if isinstance(value, Mapping):
         return {str(k): _plain(v) for k, v in value.items()}
     if isinstance(value, (str, bool, int, float)):
@@ -32,7 +33,7 @@ def _plain(value: Any) -> Any:
 
 
 def _spelled(value: Any) -> str:
-    """A value as --set takes it."""
+    """A value in the syntax of --set."""
     if isinstance(value, list):
         return "[" + ", ".join(_spelled(v) for v in value) + "]"
     if isinstance(value, dict):
@@ -61,7 +62,8 @@ def _find(document: Mapping[str, Any], key: str) -> Any:
 
 
 class Table(MutableMapping[str, Any]):
-    """A table of a scene. What is set or deleted here is set in the scene, and checked as a file would be."""
+    """A table of a scene. Setting or deleting a key changes the scene, which is then validated
+    like a file."""
 
     def __init__(self, scene: "Scene", path: str) -> None:
         self._scene, self._path = scene, path
@@ -96,7 +98,7 @@ class Table(MutableMapping[str, Any]):
         return len(self._own())
 
     def to_dict(self) -> dict[str, Any]:
-        """A copy as plain dicts, lists, numbers and texts."""
+        """A copy in plain dicts, lists, numbers and strings."""
         return tomllib.loads(tomli_w.dumps(self._own()))
 
     def __repr__(self) -> str:
@@ -104,11 +106,12 @@ class Table(MutableMapping[str, Any]):
 
 
 class Scene(Table):
-    """A scene: the mechanism, and what is asked of its runs.
+    """A scene: the mechanism and the settings of its runs.
 
-    Built from nested mappings with the keys of docs/reference/scene.md, or read by read_scene(). SI units and radians, except where
-    a key names another unit; a text such as "0.25 mm" may stand for a number. Keys that were left out read as the value in
-    force. `folder`: where files that the scene names lie. Throws SceneError, which names the key.
+    Built from nested mappings with the keys of docs/scene.md, or read by read_scene(). Numbers
+    are in SI units and radians, except where a key names another unit; a string such as "0.25
+    mm" may replace a number. Reading an absent key gives its default. `folder`: the folder of
+    the files that the scene refers to. Raises SceneError, which names the key.
 
     >>> scene["joints.pin.clearance"] = 1e-3          # m; the same as scene["joints"]["pin"]["clearance"] = 1e-3
     """
@@ -168,8 +171,9 @@ class Scene(Table):
         self._take(self._again(document))
 
     def set(self, values: Mapping[str, Any]) -> None:
-        """Sets several dotted keys at once, as `--set KEY=VALUE` does; checked when all are set. Whatever is wrong leaves the
-        scene as it was. A mapping as value replaces a table."""
+        """Sets several dotted keys at once, as `--set KEY=VALUE` does, and validates the scene
+        after the last one. On an error the scene is not changed. A mapping as value replaces a
+        table."""
         plain = {key: _plain(value) for key, value in values.items()}
         if any(isinstance(value, dict) for value in plain.values()):
             document = self.to_dict()
@@ -187,7 +191,7 @@ class Scene(Table):
         self._take(handle)
 
     def copy(self) -> "Scene":
-        """Another scene with the same facts."""
+        """A copy of the scene."""
         return Scene._of(self._handle.copy())
 
     def with_(self, values: Mapping[str, Any]) -> "Scene":
@@ -198,12 +202,12 @@ class Scene(Table):
 
     @property
     def file(self) -> str:
-        """Where it was read from."""
+        """The file of the scene."""
         return self._handle.file
 
     @property
     def text(self) -> str:
-        """The TOML that it was read from, without overrides."""
+        """The TOML text of the scene, without overrides."""
         return self._handle.text
 
     @property
@@ -213,24 +217,25 @@ class Scene(Table):
 
     @property
     def idle(self) -> list[str]:
-        """Keys that were given and have no effect, and why."""
+        """Keys of the scene that have no effect, with the reasons."""
         return self._handle.idle
 
     def canonical(self) -> str:
-        """Every fact and every option in force, in SI units: what the identity of a run is made from."""
+        """All keys with their values in force, defaults included, in SI units. The identity of a
+        run derives from this text."""
         return self._handle.canonical()
 
     def to_toml(self) -> str:
-        """The scene as a file, overrides included."""
+        """The TOML text of the scene, with overrides."""
         return tomli_w.dumps(self._document())
 
 
 def read_scene(file: PathLike, overrides: Optional[Mapping[str, Any]] = None, *, outside: bool = False) -> Scene:
     """Reads and validates a scene file.
 
-    overrides: dotted keys and their values, as `--set` takes them.
-    outside: files that the scene names may lie anywhere, not only beside it or below (`--allow-outside`).
-    Throws SceneError with file, line, column and key.
+    overrides: dotted keys and their values, as for `--set`.
+    outside: allow files outside the folder of the scene and its subfolders (`--allow-outside`).
+    Raises SceneError with file, line, column and key.
     """
     given = [f"{key}={_spelled(_plain(value))}" for key, value in (overrides or {}).items()]
     return Scene._of(_freeplay.Scene.read(os.fspath(file), given, outside))

@@ -1,4 +1,4 @@
-"""Studies: many runs of one scene, in processes that share the work."""
+"""Studies: many runs of one scene, distributed over processes."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from .scene import PathLike
 
 
 class Study:
-    """A study's results: `runs` is a pandas frame, a run a row; `info` says how many were there, made and failed; `table` is
-    what the command prints."""
+    """Results of a study: `runs` is a pandas frame with one row per run; `info` has the numbers
+    of runs that existed, were computed and failed; `table` is the text that the command prints."""
 
     def __init__(self, folder: Path, info: dict[str, Any]) -> None:
         self.folder, self.info = folder, info
@@ -28,11 +28,11 @@ class Study:
 
     @property
     def database(self) -> Path:
-        """The SQLite file, described in docs/reference/study.md."""
+        """The SQLite file; docs/study.md describes it."""
         return self.folder / "sweep.db"
 
     def sql(self, query: str) -> pd.DataFrame:
-        """Any query of the database, read only."""
+        """Result of a query of the database, which is opened read-only."""
         connection = sqlite3.connect(f"{self.database.resolve().as_uri()}?mode=ro", uri=True)
         try:
             return pd.read_sql_query(query, connection)
@@ -41,7 +41,8 @@ class Study:
 
     @cached_property
     def runs(self) -> pd.DataFrame:
-        """The view `named`: axes, statistics, measures and what is derived of every run that the study names."""
+        """The view `named`: axes, statistics, measures and derived quantities of every run of
+        the study."""
         return self.sql("SELECT * FROM named")
 
     def __repr__(self) -> str:
@@ -49,7 +50,7 @@ class Study:
 
 
 def read_study(folder: PathLike) -> Study:
-    """What `freeplay sweep` or sweep() left in a folder."""
+    """Reads the study in a result folder of `freeplay sweep` or sweep()."""
     path = Path(os.fspath(folder))
     if not (path / "sweep.db").is_file():
         raise FileNotFoundError(f"{path}: has no sweep.db; give the folder of a sweep")
@@ -57,7 +58,7 @@ def read_study(folder: PathLike) -> Study:
 
 
 def _folder(study: Path) -> Path:
-    """out/NAME, as the command has it."""
+    """Default result folder out/NAME, as in the command."""
     name = study.stem
     if name in ("scene", "study"):
         name = study.resolve().parent.name
@@ -72,14 +73,16 @@ def sweep(
     outside: bool = False,
     stop: Optional[Stop] = None,
 ) -> Study:
-    """Makes what is missing of a study, as `freeplay sweep` does, and stores each run whole: called again it goes on.
+    """Computes the missing runs of a study, as `freeplay sweep` does. Each run is stored as a
+    whole; a second call resumes.
 
     study: path of a study file (docs/reference/study.md).
     output: result folder; default out/NAME.
-    processes: how many share the work; default one for each core. They are spawned, never forked.
-    outside: the study may name files that lie anywhere (--allow-outside).
+    processes: number of processes; default one per core. They are spawned, never forked.
+    outside: allow files outside the folder of the study (--allow-outside).
 
-    Returns a Study: .runs (pandas), .sql(query), .info, .table. Ctrl-C raises Interrupted; the runs that are made stay.
+    Returns a Study: .runs (pandas), .sql(query), .info, .table. Ctrl-C raises Interrupted;
+    completed runs are kept.
     """
     file = Path(os.fspath(study))
     folder = Path(os.fspath(output)) if output is not None else _folder(file)
@@ -92,7 +95,7 @@ def sweep(
     command = [sys.executable, "-m", "freeplay.worker", os.fspath(file), os.fspath(folder), str(int(outside))]
     environment = dict(os.environ)
     environment["PYTHONPATH"] = os.pathsep.join([str(Path(__file__).parent.parent), environment.get("PYTHONPATH", "")])
-    # In a process group of their own: a Ctrl-C reaches them through this process alone, once.
+    # In their own session: a Ctrl-C reaches them only once, through this process.
     helpers = [
         subprocess.Popen(
             command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,

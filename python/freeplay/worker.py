@@ -1,4 +1,4 @@
-"""A process that shares a sweep: python3 -m freeplay.worker STUDY FOLDER OUTSIDE. sweep() starts it."""
+"""Worker process of a sweep: python3 -m freeplay.worker STUDY FOLDER OUTSIDE. sweep() starts it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ def main() -> int:
     flag = _freeplay.StopFlag()
 
 
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # what it has claimed and not made is open again
+    # Runs that the process claimed and did not finish become available again.
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     try:
         _freeplay.sweep_into(Path(file), Path(folder), outside == "1", 1, flag, True)
     except FreeplayError as error:

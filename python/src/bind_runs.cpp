@@ -15,7 +15,7 @@ namespace py = pybind11;
 namespace freeplay::python {
 namespace {
 
-/// Numbers of a table as an array that shares its memory, which `owner` keeps.
+/// A NumPy array that shares the memory of a table; `owner` keeps the memory alive.
 py::tuple shown(const Table& table, const py::object& owner) {
   const auto columns = static_cast<py::ssize_t>(table.names.size());
   const auto rows = static_cast<py::ssize_t>(table.rows());
@@ -105,7 +105,7 @@ void bind_record(py::module_& m) {
       .def_property_readonly("pressed", [](const Record& r) { return r.pressed; });
 }
 
-/// A simulation with what it was made from.
+/// A simulation with the options from which it was made.
 struct Live {
   Live(const Scene& scene, const std::string& formulation, bool is_matched, StopFlag& flag, bool here)
       : options{.matched = is_matched} {
@@ -121,7 +121,7 @@ struct Live {
   std::atomic<bool> running{false};
 };
 
-/// One thread at a time.
+/// Guards against use by two threads at a time.
 class Alone {
  public:
   explicit Alone(std::atomic<bool>& running) : running_(running) {

@@ -21,7 +21,7 @@ namespace py = pybind11;
 namespace freeplay::python {
 namespace {
 
-/// What `freeplay check` prints of a scene, as values.
+/// The output of `freeplay check` for a scene, as values.
 py::dict check(const Scene& scene) {
   const UnderWay working;
   const System system(scene.mechanism);
@@ -91,7 +91,7 @@ bool run_into(const Scene& scene, const std::string& formulation, const std::fil
   return ctrl_c.pressed();
 }
 
-/// Makes what is missing of a study, shared with other processes that work on it.
+/// Computes the missing runs of a study; other processes may work on the same study.
 py::dict sweep_into(const std::filesystem::path& file, const std::filesystem::path& named, bool anywhere,
                     int threads, StopFlag& flag, bool here) {
   const UnderWay working(true);

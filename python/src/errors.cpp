@@ -12,7 +12,7 @@ namespace py = pybind11;
 namespace freeplay::python {
 namespace {
 
-/// Raises what errors.py makes of it.
+/// Raises the exception that errors.py makes of the message.
 template <class... Given>
 void raise(const char* maker, const Given&... given) {
   const py::object error = py::module_::import("freeplay.errors").attr(maker)(given...);

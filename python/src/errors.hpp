@@ -1,9 +1,9 @@
-// Errors of the library as exceptions of Python.
+// Maps errors of the library to Python exceptions.
 #pragma once
 
 namespace freeplay::python {
 
-/// Once, when the module is made. The classes stand in freeplay/errors.py.
+/// Called once, when the module is created. The classes are in freeplay/errors.py.
 void register_errors();
 
 }  // namespace freeplay::python

@@ -1,4 +1,4 @@
-// The compiled part of the Python package freeplay: what python/freeplay/*.py is made of.
+// The compiled module of the Python package freeplay, which python/freeplay/*.py uses.
 #include "errors.hpp"
 #include "record.hpp"
 #include "version.hpp"

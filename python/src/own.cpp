@@ -8,7 +8,8 @@ namespace py = pybind11;
 namespace freeplay::python {
 namespace {
 
-/// Held by laws that end in any thread.
+/// A Python function owned by a law. A law may be destroyed in any thread, so the destructor
+/// acquires the interpreter lock.
 struct Function {
   explicit Function(py::function called) : f(std::move(called)) {}
   Function(const Function&) = delete;
@@ -21,7 +22,7 @@ struct Function {
 };
 
 double call(const void* context, const char* contact, double delta, double rate, double v0) {
-  const py::gil_scoped_acquire locked;  // a run steps without it
+  const py::gil_scoped_acquire locked;  // a run does not hold the lock
   return py::float_(static_cast<const Function*>(context)->f(contact, delta, rate, v0));
 }
 

@@ -1,4 +1,4 @@
-// Functions of Python's as forces of a scene in memory.
+// Python functions as user-defined forces of a scene in memory.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -11,11 +11,13 @@
 
 namespace freeplay::python {
 
-/// f(contact, penetration, rate, touch speed) in N; `what` tells it from any other. What it raises leaves the run.
+/// Contact law from f(contact, penetration, rate, speed at contact onset), which returns N. `what`
+/// is the text that identifies the function. Exceptions of f propagate out of the run.
 std::shared_ptr<const OwnLaw> law_of(const pybind11::function& f, const std::string& name,
                                      const std::string& what);
 
-/// f(t, place, velocity) gives two numbers in N; place and velocity are tuples of two.
+/// Force from f(t, place, velocity), which returns two numbers in N; place and velocity are tuples
+/// of two.
 std::shared_ptr<const OwnForce> force_of(const pybind11::function& f, const std::string& name,
                                          const std::string& what);
 

@@ -9,7 +9,7 @@ namespace py = pybind11;
 namespace freeplay::python {
 namespace {
 
-/// Calls a function of Python for each event; one that returns True ends the run.
+/// Calls a Python function for each event. The run ends when the function returns True.
 class EventCalls final : public Observer {
  public:
   EventCalls(const py::object& call, StopFlag& flag) : call_(call), flag_(flag) {}
@@ -37,7 +37,8 @@ class EventCalls final : public Observer {
   StopFlag& flag_;
 };
 
-/// The same for each row of the trajectory.
+/// Calls a Python function for each row of the trajectory. The run ends when the function returns
+/// True.
 class RowCalls final : public Observer, RowSink {
  public:
   RowCalls(const py::object& call, StopFlag& flag) : call_(call), flag_(flag) {}
@@ -49,7 +50,7 @@ class RowCalls final : public Observer, RowSink {
     rows_.begin(layout, state, true, *this);
   }
   void step(const Step& step) override { rows_.step(step, *this); }
-  /// Before it goes, its names must be dropped with the lock held.
+  /// Releases the names. Must be called with the interpreter lock held before destruction.
   void forget() { names_.clear(); }
 
  private:

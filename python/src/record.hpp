@@ -1,4 +1,4 @@
-// A run with all that it showed, in memory.
+// A run with all its tables in memory.
 #pragma once
 
 #include <pybind11/numpy.h>
@@ -26,18 +26,19 @@ struct Record {
   EventsTable events;
   SignalsTable signals;
   bool has_forces = false, has_events = false, has_signals = false;
-  bool pressed = false;  ///< Ctrl-C ended it
+  bool pressed = false;  ///< Ctrl-C ended the run
 };
 
-/// Runs on and keeps what is shown, with the interpreter's lock released; observers in Python are called with it. `here`: in
-/// the main thread. `companion`: as `freeplay run` does.
+/// Continues a simulation and records its tables. The interpreter lock is released during the run
+/// and acquired for calls of Python observers. `here`: whether this is the main thread.
+/// `companion`: adds the companion run as `freeplay run` does.
 std::unique_ptr<Record> record(Simulation& simulation, const SimulationOptions& options,
                                std::optional<double> until, const Watchers& watchers, StopFlag& flag,
                                bool here, bool companion);
 
 /// Adds Scene, Record, Simulation and StopFlag to the module.
 void bind_runs(pybind11::module_& module);
-/// Adds check, compare, sweep and runs into folders.
+/// Adds check, compare, sweep and runs that write a result folder.
 void bind_studies(pybind11::module_& module);
 
 }  // namespace freeplay::python

@@ -8,7 +8,7 @@
 namespace freeplay::python {
 namespace {
 
-// Read and written by a signal handler: atomics alone.
+// A signal handler reads and writes these variables, so they are lock-free atomics.
 std::atomic<StopFlag*> present{nullptr};
 std::atomic<bool> pressed_now{false};
 static_assert(std::atomic<StopFlag*>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);

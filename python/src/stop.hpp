@@ -1,4 +1,4 @@
-// How a run that Python has called is stopped: by Ctrl-C, by another thread, by an observer.
+// Stops a run that Python started: by Ctrl-C, from another thread, or from an observer.
 #pragma once
 
 #include <atomic>
@@ -9,17 +9,18 @@
 
 namespace freeplay::python {
 
-/// A flag that Python holds and any thread may set.
+/// A stop flag owned by Python. Any thread may set it.
 struct StopFlag {
   std::atomic<bool> asked{false};
   StopToken token() const { return StopToken(asked); }
 };
 
-/// While it lives, SIGINT sets a flag: the run ends after its present step, wherever it is, without the interpreter having
-/// to be asked. Only the main thread may make one; Python's own handler is back afterwards.
+/// During its lifetime SIGINT sets a flag and the run ends after its current step, without
+/// involving the interpreter. Only the main thread may create one. The destructor restores Python's
+/// handler.
 class CtrlC {
  public:
-  /// `here`: whether this thread is the main one; else nothing is done.
+  /// `here`: whether this is the main thread; otherwise the object has no effect.
   CtrlC(StopFlag& flag, bool here);
   ~CtrlC();
   CtrlC(const CtrlC&) = delete;
@@ -33,11 +34,11 @@ class CtrlC {
   bool pressed_before_ = false;
 };
 
-/// Counts as work under way while it lives: a process that is forked meanwhile cannot go on in the child, whose copy of
-/// locks and threads is a torn one.
+/// Marks work as under way during its lifetime. A child process that is forked meanwhile must not
+/// use the library, because its copies of locks and threads are inconsistent.
 class UnderWay {
  public:
-  /// `threads`: makes threads of its own, which stay.
+  /// `threads`: the work starts threads that outlive it.
   explicit UnderWay(bool threads = false);
   ~UnderWay();
   UnderWay(const UnderWay&) = delete;

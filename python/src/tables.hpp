@@ -1,5 +1,5 @@
-// What a run shows, kept in memory for pandas: the rows of trajectory.csv, forces.csv, events.csv and signals.csv, by the
-// same arithmetic as the files'.
+// Tables of a run in memory for pandas: the rows of trajectory.csv, forces.csv, events.csv and
+// signals.csv, computed by the same arithmetic as the files.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace freeplay::python {
 
-/// Numbers row by row behind each other, and what their columns are called.
+/// Column names, and the numbers in row-major order.
 struct Table {
   std::vector<std::string> names;
   std::vector<double> numbers;
@@ -20,10 +20,10 @@ struct Table {
   void add(std::span<const double> row) { numbers.insert(numbers.end(), row.begin(), row.end()); }
 };
 
-/// Words of a column, each told once.
+/// A column of words: each distinct word is stored once.
 struct Words {
   std::vector<std::string> names;
-  std::vector<std::int32_t> codes;  ///< of each row
+  std::vector<std::int32_t> codes;  ///< index into `names`, one per row
   void add(const std::string& word);
 
  private:

@@ -1,9 +1,9 @@
-"""How soon each verb ends on Ctrl-C, for docs/reference/security.md.
+"""Response time of each command to Ctrl-C, for docs/security.md.
 
-    interrupts [SIGNALS [VERB...]]       default: 20 signals for each verb
+    interrupts [SIGNALS [VERB...]]       default: 20 signals per command
 
-Sends SIGINT at random instants of a run of each verb; median and worst time until the process has ended. Fails when a JSON file
-is left half-written.
+Sends SIGINT at random instants of a run of each command and reports the median and worst time until
+the process ends. Fails if a JSON file is incomplete.
 """
 import json
 import os
@@ -24,7 +24,7 @@ STUDIES = {"validate": "flores2011-experiment/study", "sweep": "flores2011-exper
 
 
 def pile(side):
-    """A hexagonal pile of discs in TOML: about three contacts a disc."""
+    """Scene (TOML) of a hexagonal pile of discs with about three contacts per disc."""
     r, text, at = 0.02, ["gravity = [0.0, -9.81]"], []
     for row in range(side):
         for column in range(side - row % 2):
@@ -52,7 +52,8 @@ def pile(side):
 
 
 def interrupt(command, span, environment):
-    """Seconds from the signal to the end of the process, and its status; None when it had ended before."""
+    """Seconds from the signal to the end of the process, and its status; None if it ended
+    earlier."""
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=ROOT,
                                env={**os.environ, **environment})
     time.sleep(random.uniform(0.1, span))
@@ -69,7 +70,7 @@ def interrupt(command, span, environment):
 
 
 def runs(freeplay, place):
-    """Name, longest wait before the signal (s), command and environment of each."""
+    """Name, longest wait before the signal (s), command and environment of each measurement."""
     def quiet(*command):
         subprocess.run([freeplay, *map(str, command)], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
 

@@ -1,13 +1,15 @@
-"""Instructions a step and a penalty right-hand side on each rung of the ladder; some minutes.
+"""Instructions per step and per penalty right-hand side for scenes of growing complexity.
 
-By callgrind. Fails when a rung costs a quarter more than docs/development/decisions/007 records, or when a right-hand side of the loose rig,
-eliminated, takes more than eight times the oracle's.
+Counted by callgrind; takes some minutes. Fails if a scene (a rung of the ladder) costs 25 % more
+than recorded in docs/decisions/007, or if a right-hand side of the rig with clearance, with
+eliminated constraints, takes more than eight times that of the hand-derived reference program.
 """
 import re
 
 from measure import LENGTH, Table, call, instructions_each, program
 
-# Instructions a step and a right-hand side as recorded, by rung; compilers move them by some per cent.
+# Recorded instructions per step and per right-hand side, by rung. Compilers change them by some per
+# cent.
 RECORDED = ((3503, 4848), (8273, 9049), (10889, 11107), (9274, 8344), (11093, 8754), (15006, 10429), (11376, 11836),
             (13819, 11830))
 
@@ -25,7 +27,7 @@ def main():
                   for what, count, old in zip(("a step", "a right-hand side"), counts, recorded) if 4 * count > 5 * old]
     text = call([ladder])[0]
     print(text)
-    # The oracle's contact is closed: only the loose rungs compare like with like.
+    # The contact of the reference program is closed: only rungs with clearance are comparable.
     wrong += [f"{line}: more than eight oracles" for line in text.splitlines()
               if re.match("rig, loose|with ", line) and float(line.split()[-1]) > 8]
     for line in wrong:

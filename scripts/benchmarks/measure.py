@@ -1,4 +1,4 @@
-"""What the benchmarks of scripts/benchmark share: programs, runs in turn, counted instructions, and the table."""
+"""Shared functions of the benchmarks: programs, interleaved runs, instruction counts, tables."""
 import json
 import os
 import re
@@ -11,19 +11,19 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 RIG = ROOT / "cases/flores2011/scene.toml"
 ENVIRONMENT = dict(os.environ, LC_ALL="C", OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1")
-LENGTH = object()  # in a command of instructions_each: the run's length
+LENGTH = object()  # placeholder for the length of the run in a command of instructions_each
 built = ROOT / "build/release"  # scripts/benchmark --built FOLDER sets another
 
 
 def program(name):
-    """The path of a program of this build; the default build is brought up to date first."""
+    """The path of a program of this build. The default build is updated first."""
     if built == ROOT / "build/release":
         subprocess.run([ROOT / "scripts/build", "release", name], check=True, stdout=subprocess.DEVNULL)
     return str(built / name)
 
 
 def call(command):
-    """What a command printed, and its CPU seconds."""
+    """Output of a command, and its CPU time (s)."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     done = subprocess.run([str(x) for x in command], check=True, capture_output=True, text=True, env=ENVIRONMENT)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -31,14 +31,16 @@ def call(command):
 
 
 def run(freeplay, scene, folder, formulation="nonsmooth", **settings):
-    """`freeplay run` with settings such as run__duration=1, its results in `folder`; run.json."""
+    """Calls `freeplay run` with settings such as run__duration=1 and results in `folder`;
+    returns run.json."""
     sets = [x for key, value in settings.items() for x in ("--set", f"{key.replace('__', '.')}={value}")]
     call([freeplay, "run", scene, "--formulation", formulation, "--no-figures", "-o", folder, *sets])
     return json.loads((Path(folder) / "run.json").read_text())
 
 
 def rig(folder, duration):
-    """The paper's rig for a duration in seconds, nothing of it discarded, as a scene in `folder`."""
+    """Writes a scene of the paper's rig with a duration in s and without discarded time to
+    `folder`."""
     text = RIG.read_text().replace("revolutions = 12 ", f"duration = {duration} ", 1)
     scene = Path(folder) / "rig.toml"
     scene.write_text(text.replace("discard = 2 ", "discard = 0 ", 1))
@@ -46,13 +48,15 @@ def rig(folder, duration):
 
 
 def in_turn(measures, rounds):
-    """Measure each once a round, one after the other. Of each: least and median of its first value, the last's other values."""
+    """Runs all measurements once per round, one after the other. Returns for each the least and the
+    median of its first value, and the other values of its last round."""
     found = [[measure() for measure in measures] for _ in range(rounds)]
     return [(min(x[0] for x in one), statistics.median(x[0] for x in one), *one[-1][1:]) for one in zip(*found)]
 
 
 def instructions(command):
-    """What callgrind counts of a command, and what the command printed. Needs Debian's package valgrind."""
+    """Instructions of a command, counted by callgrind, and its output. Needs Debian's package
+    valgrind."""
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run(["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/out", *map(str, command)],
                               check=True, capture_output=True, text=True, env=ENVIRONMENT)
@@ -60,13 +64,15 @@ def instructions(command):
 
 
 def instructions_each(command, short, long, column=0):
-    """Instructions a unit: the difference of two runs, so that set-up does not count. The programs print the number of units."""
+    """Instructions per unit, from the difference of two runs, which excludes the set-up. The
+    programs print the number of units."""
     (i, a), (j, b) = (instructions([length if x is LENGTH else x for x in command]) for length in (short, long))
     return (j - i) / (int(b.split()[column]) - int(a.split()[column]))
 
 
 def siconos(folder, name):
-    """verification/timing/NAME.cpp compiled against Debian's libsiconos-mechanics-dev; None where that is not installed."""
+    """Compiles verification/timing/NAME.cpp with Debian's libsiconos-mechanics-dev; None if that is
+    not installed."""
     headers = [f"-I{p}" for p in Path("/usr/include/siconos").glob("**/") if p.is_dir()]
     if not headers:
         print("Siconos is not installed: left out")
@@ -78,7 +84,7 @@ def siconos(folder, name):
 
 
 class Table:
-    """A Markdown table, each row printed at once."""
+    """A Markdown table. Each row is printed immediately."""
 
     def __init__(self, *columns):
         self.row(*columns)

@@ -1,6 +1,8 @@
-"""Peak memory of runs of growing length in both formulations, for docs/reference/security.md; some minutes.
+"""Peak memory of runs of increasing length in both formulations; some minutes.
 
     memory-of-runs [REVOLUTIONS...]       default: 10 100 1000
+
+The table is that of docs/security.md.
 """
 import tempfile
 
@@ -15,7 +17,7 @@ def main(*revolutions):
         for formulation in ("penalty", "nonsmooth"):
             for forces in ("false", "true"):
                 with tempfile.TemporaryDirectory() as place:
-                    # Rows and samples grow with the length; coarse steps save time.
+                    # Rows and samples grow with the length. Coarse steps save time.
                     cost = run(freeplay, RIG, f"{place}/run", formulation, run__revolutions=turns, run__discard=0,
                                run__output_step=1e-3, run__forces=forces, nonsmooth__step=5e-5,
                                penalty__tolerance=1e-6)["cost"]

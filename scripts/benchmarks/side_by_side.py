@@ -1,10 +1,12 @@
-"""Freeplay, a program derived by hand and Siconos on the same scenes and steps: time, and the error beside it; about a minute.
+"""Time and error of Freeplay, a hand-derived program and Siconos; about a minute.
 
-Moreau–Jean with θ = ½ everywhere. A ball that bounces on a table (closed form: parabolas between impacts), and the paper's rig with
-its gudgeon pin loose (error: of the first impact's time and speed against the event-driven scheme at 1e-12). Siconos
-(Debian's libsiconos-mechanics-dev, with g++) has the ball alone here; thousands of discs are the benchmark time-discs'. CPU time
-a step, least and median of five rounds; of Freeplay all that a run does but reading its scene, of the hand-derived program its
-whole process.
+All use Moreau–Jean with θ = ½ on the same scenes with the same steps. Scenes: a ball that
+bounces on a table (closed form: parabolas between impacts), and the paper's rig with clearance
+in its gudgeon pin (error of the time and speed of the first impact, relative to the event-driven
+scheme at 1e-12). Siconos (Debian's libsiconos-mechanics-dev, with g++) computes only the ball
+here; the benchmark time-discs has thousands of discs. Reported is the CPU time per step, least
+and median of five rounds: for Freeplay the whole run except reading the scene, for the
+hand-derived program the whole process.
 """
 import csv
 import math
@@ -40,7 +42,7 @@ step = 1e-4
 
 
 def height(t):
-    """Of the ball above the table at time t (m)."""
+    """Height of the ball above the table at time t (m)."""
     fall = math.sqrt(2 * DROP / G)
     if t < fall:
         return DROP - 0.5 * G * t * t

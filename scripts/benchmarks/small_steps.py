@@ -1,14 +1,15 @@
-"""How many times the cost of a hand-derived program Freeplay takes for the same steps; about a minute.
+"""Cost of Freeplay relative to a hand-derived program for the same steps; about a minute.
 
-The paper's rig with its gudgeon pin loose against verification/timing/hand_derived.cpp (docs/verification/performance.md, Small mechanisms):
-CPU seconds of whole processes with their output and of stepping alone, the least of seven; instructions by callgrind.
+Compares the paper's rig with clearance in its gudgeon pin with
+verification/timing/hand_derived.cpp (docs/performance.md, Small mechanisms): CPU time of whole
+processes with their output and of stepping only, the least of seven; instructions by callgrind.
 """
 import tempfile
 
 from measure import LENGTH, Table, call, in_turn, instructions_each, program, rig
 
 STEP = 1e-5  # s
-RUNG = 4  # of the ladder: the rig, loose, with friction
+RUNG = 4  # of the ladder: the rig with clearance and friction
 
 
 def main():
@@ -26,10 +27,11 @@ def main():
         command = [freeplay, "run", rig(folder, 2.0), "--formulation", "nonsmooth", "--no-figures", "-o", out]
         call(command)
         with open(f"{out}/trajectory.csv") as trajectory:
-            rows = sum(1 for _ in trajectory) - 1  # the hand-derived program writes as many
+            rows = sum(1 for _ in trajectory) - 1  # the hand-derived program writes the same number
         line(f"whole process, 200,000 steps, {rows:,} rows (s)",
              *least(command, [hand, "nonsmooth", 2.0, STEP, folder, rows]), ".3f")
-    # A longer run less a shorter one, without output; the hand-derived program's is ten times as long.
+    # Difference of a longer and a shorter run, without output. The hand-derived program runs ten
+    # times as long.
     a, b, c, d = least([ladder, RUNG, "nonsmooth", 3.0], [ladder, RUNG, "nonsmooth", 0.1],
                        [hand, "nonsmooth", 30.0, STEP], [hand, "nonsmooth", 0.1, STEP])
     line("a step of Moreau–Jean alone (µs)", 1e6 * (a - b) * STEP / 2.9, 1e6 * (c - d) * STEP / 29.9, ".3f")

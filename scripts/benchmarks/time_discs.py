@@ -1,11 +1,12 @@
-"""Discs that fall into a box, Freeplay beside Siconos: the same scene and steps, one after the other in turn.
+"""Discs that fall into a box: Freeplay and Siconos on the same scene with the same steps.
 
     time-discs [COLUMNS ROWS STEPS EVERY]     default: 40 25 600 100
 
-Needs g++ and Debian's libsiconos-mechanics-dev. Both run Moreau–Jean with θ = ½ at 1e-3 s, restitution 0.2, friction 0.3, and
-solve contacts to 1e-8; each runs on one thread, from the start to 1, 2, 3, … times EVERY steps. For each: the time of a
-step since the row before and over all (µs of CPU time; Freeplay's with its result files), the greatest
-penetration (m; Freeplay: so far, Siconos: then), the kinetic energy (J) and the residual in its own measure.
+Needs g++ and Debian's libsiconos-mechanics-dev. Both programs use Moreau–Jean with θ = ½ at 1e-3
+s, restitution 0.2, friction 0.3, and solve contacts to 1e-8. They run alternately on one thread,
+from the start to 1, 2, 3, … times EVERY steps. Columns: CPU time per step since the previous row
+and overall (µs; for Freeplay with its result files), greatest penetration (m; Freeplay: so far,
+Siconos: at that time), kinetic energy (J), and the residual in the measure of each program.
 """
 import tempfile
 from pathlib import Path
@@ -16,7 +17,8 @@ RADIUS, STAGGER = 1.0, 0.05  # m
 
 
 def scene_of(columns, rows, gap=0.02):
-    """The discs, in rows `gap` apart (m); verification/timing/siconos_discs.cpp has the same."""
+    """The scene, with rows `gap` apart (m). verification/timing/siconos_discs.cpp has the same
+    scene."""
     across, up = 2.1, 2 * RADIUS + gap
     width = across * (columns - 1) + 2 * RADIUS + 0.1 + STAGGER
     height = up * rows + 10

@@ -1,9 +1,10 @@
-"""Faults that a tired hand could make, drawn from all lines of code.
+"""Draws random faults of the kind of typing errors from all lines of code.
 
-A fault is one change on one line: a sign, an operator, a comparison, a constant by one per cent (a whole number by
-one), a removed statement, an index. A line is drawn first, each with the same chance, then one of its faults: long
-lines are not favoured. Texts, comments, the preprocessor, declarations of types and assertions (which a release does
-not compile) have none. What the compiler refuses is no fault: the next of the order is taken.
+A fault is one change on one line: a sign, an operator, a comparison, a constant by one per cent (an
+integer by one), a removed statement, an index. First a line is drawn, with equal probability, then
+one of its faults, so that long lines are not favoured. Strings, comments, preprocessor lines,
+declarations of types and assertions (which a release does not compile) have no faults. A fault that
+does not compile is skipped.
 """
 import dataclasses
 import pathlib
@@ -18,18 +19,18 @@ SUFFIXES = {".cpp", ".hpp"}
 @dataclasses.dataclass(frozen=True)
 class Fault:
     file: str
-    line: int  # from 1
+    line: int  # counted from 1
     kind: str
-    old: str  # the line as it is
-    new: str  # and with the fault
+    old: str  # the original line
+    new: str  # the line with the fault
 
     @property
     def key(self):
-        """The same for the same fault where lines above it have moved."""
+        """Identifies a fault independently of its line number."""
         return f"{self.file}\n-{self.old.strip()}\n+{self.new.strip()}"
 
 
-# What is not code becomes blanks, so that places stay.
+# Text other than code is replaced by blanks, so that positions do not change.
 HIDDEN = re.compile(
     r'R"(?P<tag>\w*)\(.*?\)(?P=tag)"|//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|(?<!\w)\'(?:\\.|[^\'\\\n])\'|^[ \t]*\#[^\n]*(?:\\\n[^\n]*)*',
     re.S | re.M)
@@ -49,7 +50,7 @@ COMPARED = {"<": ["<=", ">"], "<=": ["<", ">="], ">": [">=", "<"], ">=": [">", "
 
 
 def code_of(text):
-    """The text with all that is no code blank."""
+    """The text with everything except code replaced by blanks."""
     return HIDDEN.sub(lambda m: re.sub(r"[^\n]", lambda c: '"' if m[0][0] in "\"'R" else " ", m[0]), text)
 
 
@@ -65,7 +66,7 @@ def constant(text):
 
 
 def on_line(code, line):
-    """(kind, new line) of all faults of one line; `code`: the line with what is no code blank."""
+    """(kind, new line) of all faults of one line. `code`: the line with only its code."""
     def swap(start, end, text):
         return line[:start] + text + line[end:]
 
@@ -107,19 +108,19 @@ def on_line(code, line):
 
 
 def removed(codes, lines, n):
-    """The line without its statement, or None where it is none."""
+    """The line without its statement; None if the line is not a statement."""
     code = codes[n].rstrip()
     if not STATEMENT.match(code) or NOT_REMOVED.match(code) or DECLARATION.match(code) or code.count("(") != code.count(")"):
         return None
     before = next((c.rstrip() for c in reversed(codes[:n]) if c.strip()), "")
     if before and before[-1] not in ";{})" and not before.endswith("else"):
-        return None  # the rest of one that began above
+        return None  # continuation of a statement that began above
     indent = re.match(r"\s*(?:if \(.*?\) (?=\S+;)|else )?", code)[0]
     return indent.rstrip(" ") + ";" if not indent.strip() else indent + ";"
 
 
 def order(root, seed):
-    """All lines of code in the order of the seed, a fault of each."""
+    """A fault for each line of code, in the random order of the seed."""
     files = subprocess.run(["git", "ls-files", "-z", *FOLDERS], cwd=root, capture_output=True, text=True, check=True).stdout
     faults = []
     for name in sorted(f for f in files.split("\0") if pathlib.Path(f).suffix in SUFFIXES):
@@ -139,6 +140,6 @@ def order(root, seed):
     draw = random.Random(seed)
     draw.shuffle(faults)
     for found in faults:
-        kinds = sorted({f.kind for f in found})  # kinds alike, however many signs a line has
+        kinds = sorted({f.kind for f in found})  # each kind has equal probability
         kind = draw.choice(kinds)
         yield draw.choice([f for f in found if f.kind == kind])

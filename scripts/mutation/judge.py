@@ -1,9 +1,11 @@
-"""A copy of the project with a build of its own, in which a fault is compiled, linked and judged.
+"""A copy of the project with its own build, in which a fault is compiled, linked and tested.
 
-Compiled are the units that read the file at fault, tests excepted: one for a source, for a header the UNITS nearest to it, and all
-of them where those do not show the fault. What is linked then is judged by scripts/check's parts, files of tests and sets of
-claims, two at a time on two cores: first those whose sources include the file's own header, then the others, the shortest first. So
-a fault that is caught is caught early, and one that survives has survived every part but the [long] ones.
+Only the translation units that include the faulty file are compiled, without tests: one unit for
+a source; for a header the UNITS nearest ones, and all of them if these do not detect the fault.
+The linked programs are tested by the parts of scripts/check (files of tests and sets of claims),
+one per core. Parts whose sources include the header of the file come first, then the others, the
+shortest first. Thus most faults are detected early, and a surviving fault has passed every part
+except the [long] ones.
 """
 import concurrent.futures
 import os
@@ -17,7 +19,7 @@ import threading
 FILES = ["CMakeLists.txt", "CMakePresets.json"]
 FOLDERS = ["src", "formulations", "plots", "verification", "cases", "scripts", "docs", ".ci", "README.md"]
 UNITS = 16
-# [library] builds programs of a user against the installed library, which costs more than all that it could judge.
+# [library] builds user programs against the installed library, which is too expensive here.
 CHOSEN = "~[long]~[library]~[.]"
 
 
@@ -26,10 +28,10 @@ class Copy:
         self.root, self.place = pathlib.Path(root), pathlib.Path(place)
         self.tree = pathlib.Path(tree) if tree else self.place / "tree"
         self.built = self.tree / "build" / "release"
-        self.aside, self.log = self.place / "aside", self.place / "build.log"  # what a fault has changed, as it was
+        self.aside, self.log = self.place / "aside", self.place / "build.log"  # aside: original files
 
     def command(self, *words, cwd=None):
-        """Whether a command succeeds; what it prints stands in the log."""
+        """Runs a command; its output goes to the log. Returns whether it succeeds."""
         with open(self.log, "a") as log:
             return subprocess.run(words, cwd=cwd or self.tree, stdout=log, stderr=log, stdin=subprocess.DEVNULL).returncode == 0
 
@@ -37,7 +39,8 @@ class Copy:
         return self.command("scripts/build", "release", "freeplay", "freeplay-tests")
 
     def prepare(self):
-        """The sources as they stand, built and tested without a fault; what is the same is left alone, so that little is built."""
+        """Copies, builds and tests the sources without a fault. Unchanged files keep their
+        times, so that little is rebuilt."""
         self.put_back()
         self.log.write_text("")
         listed = subprocess.run(["git", "ls-files", "-z", *FILES, *FOLDERS], cwd=self.root, capture_output=True, check=True).stdout
@@ -55,7 +58,7 @@ class Copy:
         if not self.build():
             return False
         if not (self.built / "test-seconds").exists():
-            self.command("scripts/check", "release", CHOSEN)  # how long each part takes
+            self.command("scripts/check", "release", CHOSEN)  # measures the duration of each part
         read = lambda *words: subprocess.run(["ninja", "-C", self.built, "-t", *words], capture_output=True, text=True,
                                              check=True).stdout
         self.units, unit = {}, None
@@ -68,7 +71,7 @@ class Copy:
         return True
 
     def units_of(self, file):
-        """Those that read a file, the nearest in the tree first."""
+        """The translation units that include a file, the nearest in the tree first."""
         near = lambda unit: -len(os.path.commonprefix([unit.split(".dir/")[1], file]))
         return sorted(self.units.get(file, []), key=near)
 
@@ -88,13 +91,13 @@ class Copy:
             os.rename(to.with_name(to.name + ".half"), to)
 
     def compile(self, units):
-        """False where the compiler refuses."""
+        """Compiles units; False if the compiler reports an error."""
         for unit in units:
             self.keep(f"build/release/{unit}")
         return self.command("ninja", "-C", str(self.built), *units)
 
     def same(self, units):
-        """Whether the compiler made of the fault what it made without."""
+        """Whether the fault does not change the object files."""
         return all((self.built / u).read_bytes() == (self.aside / "build/release" / u).read_bytes() for u in units)
 
     def link(self):
@@ -103,7 +106,8 @@ class Copy:
             return run([link for link in self.links if " ar " in link or "/ar " in link]) and run(self.links[-2:])
 
     def put_back(self):
-        """Sources and objects as without a fault, with their times, so that they are not built again; what was linked is removed."""
+        """Restores sources and objects without the fault, with their times, so that they are not
+        rebuilt; removes linked files."""
         if not self.aside.exists():
             return
         for path in self.aside.rglob("*"):
@@ -115,7 +119,7 @@ class Copy:
 
 
 class Suite:
-    """scripts/check's parts."""
+    """The parts of scripts/check."""
 
     def __init__(self, copy):
         self.copy, self.program = copy, copy.built / "freeplay-tests"
@@ -130,7 +134,8 @@ class Suite:
         return sorted(self.seconds, key=lambda part: (not near(part), self.seconds[part]))
 
     def judge(self, file):
-        """(how, by what) by the first part that fails: how is claims, tests, time, crash (nothing but crashes) or survives."""
+        """(how, by what) for the first part that fails. how: claims, tests, time, crash (only
+        crashes) or survives."""
         done, running, lock, verdicts = threading.Event(), {}, threading.Lock(), []
 
         def run(part):
@@ -146,7 +151,7 @@ class Suite:
             try:
                 status = child.wait(limit)
             except subprocess.TimeoutExpired:
-                os.killpg(child.pid, signal.SIGKILL)  # what it started, too
+                os.killpg(child.pid, signal.SIGKILL)  # and its child processes
                 child.wait()
                 status = None
             with lock:
@@ -161,7 +166,7 @@ class Suite:
                     verdicts.append(("time", f"{part} after {limit:.0f} s"))
                 elif status < 0 or "fatal error condition" in text:
                     verdicts.append(("crash", by))
-                    return  # whether something judges it, too
+                    return  # continues: another part may detect it without a crash
                 else:
                     verdicts.append(("claims" if part.startswith("claims-") else "tests", by))
                 done.set()

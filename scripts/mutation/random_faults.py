@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""scripts/mutations --random N --seed S: draws N faults from all lines of code, builds and judges each in a copy of the
-sources under build/, and writes their table into docs/verification/mutations.md. What has been judged is kept in build/mutations-random:
-a run that was interrupted goes on. The checkout is not changed but for the page.
+"""scripts/mutations --random N --seed S: draws N random faults from all lines of code, builds
+and tests each in a copy of the sources under build/, and writes their table into
+docs/mutations.md. Verdicts are kept in build/mutations-random, so that an interrupted run can be
+resumed. Of the checkout only the page is changed.
 
-  --draw        shows the faults and changes nothing
-  --again       judges anew what survived, by the tests as they are now
-  --first N     judges at most N more now, and leaves the page alone unless all N of --random are done
-  --tree CLONE  plants them in this clone, whose build serves, in place of a copy under build/
+  --draw        prints the faults and changes nothing
+  --again       tests the surviving faults again with the current tests
+  --first N     tests at most N further faults; writes the page only if all faults of --random are done
+  --tree CLONE  uses this clone and its build instead of a copy under build/
 """
 import argparse
 import collections
@@ -30,7 +31,7 @@ HEAD = "## Faults drawn at random"
 
 
 def equivalents():
-    """What was judged by hand to change nothing that anyone could see: key of the fault to the reason."""
+    """Equivalent faults, as checked by hand: key of the fault to the reason."""
     found, block = {}, []
     for line in EQUIVALENT.read_text().split("\n") + [""]:
         if line.startswith("#"):
@@ -45,7 +46,8 @@ def equivalents():
 
 
 class Verdicts:
-    """What was judged, a line of JSON each, by the fault; written at once, so that nothing is judged twice."""
+    """Verdicts by fault, one line of JSON each. Written immediately, so that no fault is tested
+    twice."""
 
     def __init__(self, again):
         self.file = PLACE / "verdicts.jsonl"
@@ -64,7 +66,7 @@ class Verdicts:
 
 
 def interval(caught, tried):
-    """Wilson's interval of 95 % for a share."""
+    """Wilson's 95 % confidence interval of a proportion."""
     z, share = 1.96, caught / tried
     middle, half = share + z * z / (2 * tried), z * math.sqrt(share * (1 - share) / tried + z * z / (4 * tried * tried))
     return (middle - half) / (1 + z * z / tried), (middle + half) / (1 + z * z / tried)
@@ -79,7 +81,7 @@ def code(text):
 
 
 def page(seed, judged, refused):
-    """The part of docs/verification/mutations.md on random faults."""
+    """Writes the section on random faults in docs/mutations.md."""
     same = equivalents()
     how = {f.key: ("equivalent" if f.key in same and v["how"] in ("survives", "crash", "same") else v["how"]) for f, v in judged}
     how = {k: "equivalent" if h == "same" else h for k, h in how.items()}
@@ -121,7 +123,7 @@ def page(seed, judged, refused):
 
 
 def judged_fault(copy, suite, fault):
-    """(how, by what)."""
+    """Plants and tests a fault; returns (how, by what) as Suite.judge()."""
     copy.plant(fault)
     units = copy.units_of(fault.file)
     if not units:

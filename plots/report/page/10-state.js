@@ -1,10 +1,10 @@
-// What is shown and when: the data, the clock, who is told of a change. Texts come from files of unknown origin and reach the
-// page by textContent and fillText alone.
+// State of the page: the data, the clock, and the listeners to changes. Texts come from files of
+// unknown origin and reach the page only through textContent and fillText.
 const data = JSON.parse(document.getElementById('data').textContent);
 const runs = Array.isArray(data.runs) && data.kind !== 'sweep' ? data.runs : [];
 const byId = (id) => document.getElementById(id);
 
-/** An element with a class and a text. */
+/** Creates an element with a class and a text. */
 function element(tag, className, text) {
   const e = document.createElement(tag);
   if (className) e.className = className;
@@ -18,15 +18,15 @@ const begin = runs.length ? runs.reduce((t, run) => Math.min(t, run.motion.t[0] 
 
 const state = {
   t: begin, playing: false, rate: 1, layout: 'beside', names: true, arrows: true,
-  from: begin, to: end,  // s, what the plots show
-  view: { zoom: 1, x: 0, y: 0 },  // of the mechanism
+  from: begin, to: end,  // s, time range of the plots
+  view: { zoom: 1, x: 0, y: 0 },  // view of the mechanism
 };
 
 const listeners = [];
-/** Calls f when the time or the view has changed. */
+/** Registers f to be called when the time or the view changes. */
 function watch(f) { listeners.push(f); }
 let asked = false;
-/** Has all drawn again, once a frame of the screen. */
+/** Schedules a redraw of everything, at most once per screen frame. */
 function redraw() {
   if (asked) return;
   asked = true;
@@ -68,7 +68,7 @@ function before(list, t) {
   return low;
 }
 
-/** Where the time t lies between frames of a run: the one before, and the part of the way to the next. */
+/** The frame before the time t, and the fraction of the interval to the next frame. */
 function frame(run, t) {
   const list = run.motion.t, i = before(list, t);
   if (i + 1 >= list.length || t <= list[i]) return { i, part: 0 };
@@ -78,12 +78,12 @@ function between(column, { i, part }) {
   return part > 0 ? column[i] + part * (column[i + 1] - column[i]) : column[i];
 }
 
-// The events of all runs in the order of time, those of one instant together.
+// The events of all runs in the order of time.
 const events = [];
 runs.forEach((run, r) => run.events.t.forEach((t, i) => events.push({ run: r, i, t })));
 events.sort((a, b) => a.t - b.t);
 
-/** To the next event after the present time, or to the one before. */
+/** Moves to the next event after the current time, or to the previous one. */
 function stepEvent(forward) {
   play(false);
   const tiny = 1e-9 * Math.max(end, 1e-9);
@@ -96,7 +96,7 @@ function stepEvent(forward) {
   }
 }
 
-/** A number for people. */
+/** A number formatted for display. */
 function shown(x, digits = 4) {
   if (x === null || x === undefined || Number.isNaN(x)) return '–';
   const size = Math.abs(x);

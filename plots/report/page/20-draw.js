@@ -1,4 +1,4 @@
-// Canvases of the page's size and the screen's resolution, colours of the theme.
+// Canvases with the resolution of the screen, and colours of the theme.
 const colours = {};
 function takeColours() {
   const style = getComputedStyle(document.documentElement);
@@ -9,7 +9,7 @@ function takeColours() {
 const runColour = (r) => colours['c' + Math.min(r, 2)];
 const bodyColour = (b) => colours['b' + b % 7];
 
-/** The context of a canvas, cleared, and its size in the page's pixels. */
+/** Clears a canvas; returns its context and its size in CSS pixels. */
 function paper(canvas) {
   const scale = window.devicePixelRatio || 1;
   const width = Math.max(1, canvas.clientWidth), height = Math.max(1, canvas.clientHeight);
@@ -55,10 +55,10 @@ function arrow(c, x, y, dx, dy) {
   c.stroke();
 }
 
-/** The middle of a text about x that nothing cuts off at the right. */
+/** Centre of a text near x such that the text is not cut off at the right. */
 const withinWidth = (c, words, x) => Math.min(x, c.canvas.clientWidth - 0.5 * c.measureText(words).width - 1);
 
-/** A text at what is in the picture: long names do not push it out. */
+/** Draws a text near an object. Long texts are shortened and kept inside the picture. */
 function label(c, text, x, y, most = 28) {
   const words = text.length > most ? text.slice(0, most) + '…' : text, width = c.canvas.clientWidth;
   c.fillText(words, x < width ? Math.min(x, width - c.measureText(words).width - 2) : x, y);

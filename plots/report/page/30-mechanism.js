@@ -1,6 +1,7 @@
-// The mechanism at the present time, to scale: shapes in the frames of their bodies, moved by the frames of a run.
+// The mechanism at the current time, to scale: shapes in the frames of their bodies, moved by the
+// frames of a run.
 
-/** Pose of a body: x, y, cos, sin; the ground's stands still. */
+/** Pose of a body: x, y, cos, sin; that of the ground is constant. */
 function poseOf(run, body, at) {
   if (body < 0) return { x: 0, y: 0, c: 1, s: 0 };
   const p = run.motion.poses, angle = between(p[3 * body + 2], at);
@@ -9,7 +10,7 @@ function poseOf(run, body, at) {
 const placed = (pose, x, y) => [pose.x + pose.c * x - pose.s * y, pose.y + pose.s * x + pose.c * y];
 const turned = (pose, x, y) => [pose.c * x - pose.s * y, pose.s * x + pose.c * y];
 
-/** Shapes of a run, in its order: points of links and outlines gathered. */
+/** Shapes of a run, in its order. The points of a link or an outline are collected in one shape. */
 function gather(run) {
   const list = [];
   for (const [kind, name, body, x, y, other, a, b] of run.motion.shapes) {
@@ -23,7 +24,7 @@ function gather(run) {
 }
 for (const run of runs) run.shapes = gather(run);
 
-/** What the shapes of all runs cover in all their frames. */
+/** Bounding box of the shapes of all runs over all frames. */
 function bounds() {
   const box = { left: Infinity, right: -Infinity, low: Infinity, high: -Infinity };
   const hold = ([x, y], r) => {
@@ -52,7 +53,7 @@ function bounds() {
 }
 const box = runs.length ? bounds() : null;
 
-/** From metres to the pixels of a canvas. */
+/** Map from metres to the pixels of a canvas. */
 function scaleOf(width, height) {
   const k = Math.min(width / (box.right - box.left), height / (box.high - box.low)) * state.view.zoom;
   const x0 = 0.5 * (box.left + box.right) + state.view.x, y0 = 0.5 * (box.low + box.high) + state.view.y;
@@ -173,7 +174,7 @@ function ring(c, [x, y], r, colour) {
   c.stroke();
 }
 
-/** The shapes that a force of this name acts at: of a corner of a guide the guide, of two round ones both; none of many discs. */
+/** The shapes at which a force acts: the guide for its corners, both of two discs, none of many. */
 function shapesOf(run, name) {
   const named = (n) => {
     const list = run.shapes.filter((s) => s.name === n && order.includes(s.kind) && !['mass', 'support', 'link', 'outline'].includes(s.kind));
@@ -183,7 +184,7 @@ function shapesOf(run, name) {
   const found = named(name);
   return found.length ? found : named(name.slice(0, name.lastIndexOf('.')));
 }
-/** Where it acts: where two discs are nearest, in the middle of a face, else at the shape's point. */
+/** Point of action: nearest point of two discs, middle of a face, else the point of the shape. */
 function actsAt(list, pose) {
   const [s, other] = list, p = placed(pose(s.body), s.x, s.y);
   if (s.kind === 'line') { const q = placed(pose(s.other), s.a, s.b); return [0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])]; }
@@ -194,7 +195,8 @@ function actsAt(list, pose) {
   return [from[0] + sign * r * (q[0] - p[0]) / d, from[1] + sign * r * (q[1] - p[1]) / d];
 }
 for (const run of runs) {
-  // The longest arrow is that of the force that 1 in 50 values exceed: single peaks leave the others their length.
+  // Arrows are scaled by the force that 1 in 50 values exceed, so that single peaks do not shorten
+  // all others.
   const sizes = [];
   for (const a of run.motion.arrows) {
     a.shapes = shapesOf(run, a.name);
@@ -216,7 +218,7 @@ function drawForces(c, run, to, pose, at) {
     if (long > 1) { fx /= long; fy /= long; }
     arrow(c, x, y, fx, -fy);
   }
-  // An impulse has no force: it is a ring, while a fiftieth of a second of the screen passes.
+  // An impulse has no finite force; a ring marks it for 1/50 s of screen time.
   const reach = Math.max(0.02 * state.rate, 1e-6 * end);
   const e = run.events;
   for (let i = before(e.t, state.t + reach); i >= 0 && e.t[i] >= state.t - reach; --i) {
@@ -226,7 +228,7 @@ function drawForces(c, run, to, pose, at) {
   }
 }
 
-/** Draws runs over one another into a canvas. */
+/** Draws several runs into one canvas, each over the previous ones. */
 function drawMechanism(canvas, list) {
   const { c, width, height } = paper(canvas);
   const to = scaleOf(width, height);
@@ -243,7 +245,7 @@ function drawMechanism(canvas, list) {
     if (state.arrows) drawForces(c, run, to, pose, at);
     c.globalAlpha = 1;
   });
-  // The scale: a round length of about a fifth of the width.
+  // Scale bar: a round length of about a fifth of the width.
   const length = ticks(0, 0.25 * width / to.k, 1)[1] || ticks(0, 0.25 * width / to.k, 2)[1];
   if (length) {
     c.strokeStyle = c.fillStyle = colours.soft;

@@ -1,7 +1,7 @@
-// Loose joints, magnified: where the journal's centre stands in its clearance circle, where a slider's ends or a slot's pin stand
-// between their walls; the path of the last while behind it.
+// Magnified joints with clearance: the centre of a journal in its clearance circle with its recent
+// path, the ends of a slider or the pin of a slot between their walls.
 
-/** What a joint's play is told by at a frame: of a journal (ex, ey)/c; else places across, −1 to 1. */
+/** Position within the clearance: (ex, ey)/c of a journal, else positions across, −1 to 1. */
 function playAt(joint, at) {
   const v = joint.columns.map((column) => between(column, at));
   if (joint.kind === 'journal') {
@@ -90,7 +90,7 @@ function drawLoose(canvas, name, list) {
   }
 }
 
-/** Figures of the loose joints in the page; what draws them. */
+/** Adds the figures of the joints with clearance to the page and registers their drawing. */
 function makeLoose(parent) {
   const canvases = looseNames.slice(0, mostLoose).map((name) => {
     const figure = element('figure', 'play'), canvas = element('canvas');

@@ -1,9 +1,10 @@
-// Columns over time: all runs over one another, events as ticks, a cursor at the present time. The wheel zooms, dragging zooms to what was
-// drawn over, a double click shows all, a click takes the motion there.
+// Columns over time: all runs in one plot, events as ticks, a cursor at the current time. The wheel
+// zooms, dragging zooms to the selected range, a double click resets the zoom, a click moves the
+// motion to that time.
 const plotMargin = { left: 64, right: 12, top: 8, bottom: 24 };
 const mostPlots = 8;
 
-/** The curve of a column in a run, if it has it. */
+/** The curve of a column in a run; undefined if the run has no such column. */
 function curveOf(run, file, name) {
   const table = run.curves.find((t) => t.file === file && t.columns.some((column) => column.name === name));
   return table && { t: table.t, ...table.columns.find((column) => column.name === name) };
@@ -15,7 +16,7 @@ for (const run of runs)
       if (!columns.some((k) => k.file === table.file && k.name === column.name))
         columns.push({ file: table.file, name: column.name, unit: column.unit });
 
-/** What is shown first: what sensors saw, the play and contact force of loose joints, a body's speed. */
+/** The columns shown first: a signal, gap and force of joints with clearance, a speed. */
 function firstColumns() {
   const list = columns.filter((k) => k.file === 'signals.csv').slice(0, 1);
   for (const name of looseNames) {
@@ -32,7 +33,7 @@ function firstColumns() {
 const toPixel = (width, t) => plotMargin.left + (t - state.from) / (state.to - state.from) * (width - plotMargin.left - plotMargin.right);
 const toTime = (width, x) => state.from + (x - plotMargin.left) / (width - plotMargin.left - plotMargin.right) * (state.to - state.from);
 
-/** Least and greatest value of curves within the time that is shown. */
+/** Range of the values of curves within the displayed time range, with a margin. */
 function rangeOf(curves) {
   let low = Infinity, high = -Infinity;
   for (const { t, y } of curves)

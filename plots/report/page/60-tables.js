@@ -1,4 +1,5 @@
-// Tables, notes, events that can be clicked, and how to make it all again.
+// Tables, notes, the list of events (a click moves the motion there), and the commands that
+// reproduce the results.
 
 function tableOf(head, rows, className) {
   const table = element('table', className), body = element('tbody');
@@ -47,7 +48,7 @@ function makeTables(section) {
   for (const table of data.tables || []) section.append(card(table.title, scrolled(tableOf(table.head, table.rows))));
 }
 
-const eventRows = 500;  // that the list shows at a time
+const eventRows = 500;  // per page of the list
 function makeEvents(section) {
   if (!events.length) return;
   section.hidden = false;

@@ -1,6 +1,7 @@
-// Studies: the runs of a sweep as a matrix with sparklines and as a table, the points of a bifurcation, the cells of a basin.
+// Pages of studies: the runs of a sweep as a matrix with sparklines and as a table, the points of a
+// bifurcation, the cells of a basin.
 
-/** A value as text, "–" where there is none. */
+/** A value as text; "–" if there is none. */
 const cellText = (x) => (x === null ? '–' : shown(x, 5));
 
 function drawSpark(canvas, values) {
@@ -13,7 +14,7 @@ function drawSpark(canvas, values) {
   c.stroke();
 }
 
-/** A line that says what was chosen, and the command that makes its run. */
+/** Box with the parameters of the selected run or point and the command that repeats its run. */
 function chosenBox() {
   const box = element('pre', '', 'Click a run or a point: its parameters and the command that makes it stand here.');
   box.id = 'chosen';
@@ -46,7 +47,8 @@ function makeSweep(section) {
     sparks.length = 0;
     const statistic = Number(choice.value), across = axes.length ? values(0) : [], down = axes.length > 1 ? values(1) : [null];
     const groups = [...new Set(list.map((run) => run.variant + ' · ' + run.formulation))];
-    // A grid is a matrix; of values spread over their ranges most cells of one would be empty.
+    // Only a grid is shown as a matrix. For values spread over their ranges most cells would be
+    // empty.
     const cells = across.length * down.length * groups.length;
     const grid = cells <= 1500 && new Set(list.map((run) => [run.variant, run.formulation, run.values[0], run.values[1]].join())).size >= 0.4 * cells;
     if (across.length && grid)
@@ -93,7 +95,7 @@ function makeSweep(section) {
   sweepTable(section, names.filter((_, k) => told[k]), names.map((_, k) => k).filter((k) => told[k]), choose);
 }
 
-/** All runs as a table that a click on a column's head sorts. */
+/** All runs as a table. A click on the head of a column sorts it. */
 function sweepTable(section, names, places, choose) {
   const table = tableOf(['variant', 'formulation', 'start', ...names, 'status'], []), body = table.querySelector('tbody');
   let sorted = -1, sign = 1;
@@ -119,7 +121,7 @@ function sweepTable(section, names, places, choose) {
 
 function columnNamed(name) { return data.columns.find((column) => column.name === name); }
 
-/** Points of two columns, by branches; a click on one tells of it. */
+/** Scatter plot of two columns, coloured by branch. A click shows `tell` of the point. */
 function makeScatter(section, x, ys, tell, options) {
   const columnOf = options.columnOf || columnNamed;
   const head = element('div', 'row'), choice = element('select', 'controls'), chosen = options.chosen || chosenBox(), canvas = element('canvas');
@@ -167,7 +169,7 @@ function makeScatter(section, x, ys, tell, options) {
   watch(draw);
 }
 
-/** The command that makes the run of these values of axes. */
+/** The command that repeats the run with these values of the axes. */
 function commandOf(sets) {
   const formulation = data.formulation || 'nonsmooth';
   return `freeplay run ${data.scene_file} --formulation ${formulation}${data.overrides || ''}` +

@@ -1,4 +1,4 @@
-// The page put together: theme, controls, keys; what tests and the curious ask.
+// Assembles the page: theme, controls, keys, and the interface for tests.
 const themes = ['light', 'dark'];
 function setTheme(name) {
   document.documentElement.dataset.theme = name;
@@ -11,7 +11,7 @@ dark.addEventListener('change', () => setTheme(dark.matches ? 'dark' : 'light'))
 const swapTheme = () => setTheme(themes[1 - themes.indexOf(document.documentElement.dataset.theme)]);
 byId('theme').addEventListener('click', swapTheme);
 
-// Paper is white: what is printed is drawn for it.
+// Printing uses the light theme.
 let screenTheme = '';
 const drawAll = () => { for (const f of listeners) f(); };
 window.addEventListener('beforeprint', () => { screenTheme = document.documentElement.dataset.theme; setTheme('light'); drawAll(); });
@@ -32,7 +32,7 @@ function showKeys() {
 }
 
 const rates = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10];
-/** One turn, or the whole of a run that turns nothing, takes some seconds. */
+/** Rate at which one turn, or a whole run without turns, takes about 4 s. */
 function firstRate() {
   const turn = runs[0].turn || (end - begin);
   return rates.reduce((best, rate) => (Math.abs(Math.log(turn / rate / 4)) < Math.abs(Math.log(turn / best / 4)) ? rate : best));
@@ -45,7 +45,7 @@ function setRate(rate) {
 function bindView(canvas) {
   let from = null;
   canvas.addEventListener('wheel', (e) => {
-    if (!e.ctrlKey && !e.shiftKey) return;  // the page scrolls
+    if (!e.ctrlKey && !e.shiftKey) return;  // the wheel scrolls the page
     e.preventDefault();
     state.view.zoom = Math.min(1e4, Math.max(0.2, state.view.zoom * (e.deltaY > 0 ? 0.8 : 1.25)));
     redraw();
@@ -79,7 +79,7 @@ function layViews() {
   fitViews();
 }
 
-/** A canvas is as tall as what it shows is, against its width, within limits. */
+/** Sets the heights of the canvases to the aspect ratio of the mechanism, within limits. */
 function fitViews() {
   const shape = (box.high - box.low) / (box.right - box.left);
   const least = window.innerWidth > 760 ? 240 : 150, most = Math.max(least, Math.min(520, 0.6 * window.innerHeight));
@@ -157,7 +157,7 @@ makeAgain(byId('again'));
 window.addEventListener('resize', () => (runs.length ? fitViews() : redraw()));
 redraw();
 
-/** What stands on the screen, for tests: time; of each run poses of its bodies, (ex, ey)/c of journals, pixels of shapes. */
+/** Interface for tests: the displayed state (time, poses, positions within clearances), pixels. */
 window.freeplay = {
   data, seek, play, zoom,
   state() {
@@ -167,7 +167,7 @@ window.freeplay = {
       return { name: run.name, poses: run.motion.poses.map((column) => between(column, at)), loose: run.motion.loose.map((joint) => ({ name: joint.name, ...playAt(joint, at) })) };
     }) };
   },
-  /** Pixel of a body's centre of mass in a view. */
+  /** Pixel of the centre of mass of a body in a view. */
   pixel(view, body) {
     const { canvas, list } = views[view], run = runs[list[0]], p = poseOf(run, body, frame(run, state.t));
     return scaleOf(canvas.clientWidth, canvas.clientHeight).at([p.x, p.y]);
