@@ -8,7 +8,7 @@ of one scene.
     result.events                                   # a pandas frame with the columns of events.csv
     result.info["energy_J"]                         # the content of run.json
 
-All quantities are in SI units and radians. docs/python.md is the guide; freeplay.plots draws
+All quantities are in SI units and radians. docs/tutorials/python.md is the guide; freeplay.plots draws
 figures.
 """
 

@@ -144,7 +144,7 @@ def run(
     law: normal force of the contacts in the penalty formulation, replaces penalty.contact.
         Either a function law(contact, penetration, rate, touch_speed) that returns N, with the
         name of the contact, the penetration δ > 0 (m), its rate δ̇ (m/s) and the speed at
-        contact onset v₀ > 0 (m/s); or the file of a compiled plugin (docs/library.md), which is
+        contact onset v₀ > 0 (m/s); or the file of a compiled plugin (docs/reference/library.md), which is
         faster. A negative value counts as 0. At rate 0 the force must depend on δ only and grow
         with it.
     loads: forces of loads of type "force", by name; each replaces the force in the scene: f(t,

@@ -108,7 +108,7 @@ class Table(MutableMapping[str, Any]):
 class Scene(Table):
     """A scene: the mechanism and the settings of its runs.
 
-    Built from nested mappings with the keys of docs/scene.md, or read by read_scene(). Numbers
+    Built from nested mappings with the keys of docs/reference/scene.md, or read by read_scene(). Numbers
     are in SI units and radians, except where a key names another unit; a string such as "0.25
     mm" may replace a number. Reading an absent key gives its default. `folder`: the folder of
     the files that the scene refers to. Raises SceneError, which names the key.

@@ -28,7 +28,7 @@ class Study:
 
     @property
     def database(self) -> Path:
-        """The SQLite file; docs/study.md describes it."""
+        """The SQLite file; docs/reference/study.md describes it."""
         return self.folder / "sweep.db"
 
     def sql(self, query: str) -> pd.DataFrame:

@@ -1,4 +1,4 @@
-"""Response time of each command to Ctrl-C, for docs/security.md.
+"""Response time of each command to Ctrl-C, for docs/reference/security.md.
 
     interrupts [SIGNALS [VERB...]]       default: 20 signals per command
 

@@ -1,7 +1,7 @@
 """Instructions per step and per penalty right-hand side for scenes of growing complexity.
 
 Counted by callgrind; takes some minutes. Fails if a scene (a rung of the ladder) costs 25 % more
-than recorded in docs/decisions/007, or if a right-hand side of the rig with clearance, with
+than recorded in docs/development/decisions/007, or if a right-hand side of the rig with clearance, with
 eliminated constraints, takes more than eight times that of the hand-derived reference program.
 """
 import re

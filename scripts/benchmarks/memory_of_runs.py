@@ -2,7 +2,7 @@
 
     memory-of-runs [REVOLUTIONS...]       default: 10 100 1000
 
-The table is that of docs/security.md.
+The table is that of docs/reference/security.md.
 """
 import tempfile
 

@@ -1,7 +1,7 @@
 """Cost of Freeplay relative to a hand-derived program for the same steps; about a minute.
 
 Compares the paper's rig with clearance in its gudgeon pin with
-verification/timing/hand_derived.cpp (docs/performance.md, Small mechanisms): CPU time of whole
+verification/timing/hand_derived.cpp (docs/verification/performance.md, Small mechanisms): CPU time of whole
 processes with their output and of stepping only, the least of seven; instructions by callgrind.
 """
 import tempfile

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """scripts/mutations --random N --seed S: draws N random faults from all lines of code, builds
 and tests each in a copy of the sources under build/, and writes their table into
-docs/mutations.md. Verdicts are kept in build/mutations-random, so that an interrupted run can be
+docs/verification/mutations.md. Verdicts are kept in build/mutations-random, so that an interrupted run can be
 resumed. Of the checkout only the page is changed.
 
   --draw        prints the faults and changes nothing
@@ -81,7 +81,7 @@ def code(text):
 
 
 def page(seed, judged, refused):
-    """Writes the section on random faults in docs/mutations.md."""
+    """Writes the section on random faults in docs/verification/mutations.md."""
     same = equivalents()
     how = {f.key: ("equivalent" if f.key in same and v["how"] in ("survives", "crash", "same") else v["how"]) for f, v in judged}
     how = {k: "equivalent" if h == "same" else h for k, h in how.items()}
