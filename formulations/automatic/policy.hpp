@@ -25,13 +25,8 @@
 
 namespace freeplay {
 
-<<<<<<< HEAD
-/// A scheme's place: time (s) and factorisations so far.
+/// SchemeProgress of a scheme: time (s) and factorisations so far.
 struct SchemeProgress {
-=======
-/// Progress of a scheme: time (s) and factorisations so far.
-struct Progress {
->>>>>>> ab69f6f68576667560a7834022c4213b0615b1ab
   double t = 0;
   long cost = 0;
 };
@@ -89,34 +84,20 @@ class StepShrinkage {
 /// Costs of the two schemes.
 class SchemeCosts {
  public:
-<<<<<<< HEAD
-  static constexpr long first_patience = 50'000,  ///< half a second of a small mechanism
-      least_patience = 2'000;
-  /// A stretch of either scheme begins.
-  void begin(const SchemeProgress& now) { from_ = now; }
-  /// The event-driven scheme ends a stretch.
-  void end_events(const SchemeProgress& now);
-  /// Whether time stepping was slower over its last N factorisations than the event-driven scheme has been.
-  bool stepping_costs_more(const SchemeProgress& now);
-  void begin_trial();
-  /// Whether a trial is over that was slower than time stepping; one that paid ends.
-  bool trial_failed(const SchemeProgress& events);
-=======
   /// First and least N, in factorisations; the first is half a second of CPU time for a small
   /// mechanism.
   static constexpr long first_patience = 50'000, least_patience = 2'000;
   /// Begins a stretch of either scheme.
-  void begin(const Progress& now) { from_ = now; }
+  void begin(const SchemeProgress& now) { from_ = now; }
   /// Ends a stretch of the event-driven scheme.
-  void end_events(const Progress& now);
+  void end_events(const SchemeProgress& now);
   /// Whether time stepping was slower over its last N factorisations than the event-driven scheme
   /// has been so far.
-  bool stepping_costs_more(const Progress& now);
+  bool stepping_costs_more(const SchemeProgress& now);
   void begin_trial();
   /// Whether a trial has ended slower than time stepping. A trial that was faster ends as
   /// successful.
-  bool trial_failed(const Progress& events);
->>>>>>> ab69f6f68576667560a7834022c4213b0615b1ab
+  bool trial_failed(const SchemeProgress& events);
   bool on_trial() const { return trial_; }
   long trials() const { return trials_; }
   long won() const { return won_; }
@@ -133,13 +114,8 @@ class SchemeCosts {
 
   double events_time_ = 0;  // s, covered by the event-driven scheme
   long events_cost_ = 0;
-<<<<<<< HEAD
   SchemeProgress from_;
-  double stepping_pace_ = 0;  // s a factorisation, before the present trial
-=======
-  Progress from_;
   double stepping_pace_ = 0;  // s per factorisation, before the present trial
->>>>>>> ab69f6f68576667560a7834022c4213b0615b1ab
   long patience_ = first_patience;
   long trials_ = 0, won_ = 0;
   bool trial_ = false;

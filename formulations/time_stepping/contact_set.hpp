@@ -9,16 +9,10 @@
 //     u⁻ = Wᵀv + (h/2) γ_c,            u⁺ = Wᵀv⁺ − (h/2) γ_c
 //     u⁻ = Wᵀ(v + (h/2) a_γ),          u⁺ = Wᵀ(v⁺ − (h/2) a_γ)    in impact, at that instant
 //
-<<<<<<< HEAD
-// Contacts of the system have their numbers. Pairs among many bodies (docs/development/decisions/028-groups.md) have a slot behind them as
-// long as they are near or in contact, and leave it to another pair then. A pair without a slot cannot touch before the
-// list of near pairs is made anew, in the middle of a step if need be (dynamics/neighbours.hpp).
-=======
 // Contacts of the system keep their numbers. Pairs within groups of many bodies
 // (docs/development/decisions/028-groups.md) have a slot after them while they are near or in contact; the slot
 // is then reused for another pair. A pair without a slot cannot come into contact before the list
 // of near pairs is renewed, which may happen in the middle of a step (dynamics/neighbours.hpp).
->>>>>>> ab69f6f68576667560a7834022c4213b0615b1ab
 #pragma once
 
 #include <cstdint>
