@@ -1,4 +1,4 @@
-"""How soon each verb ends on Ctrl-C, for docs/security.md.
+"""How soon each verb ends on Ctrl-C, for docs/performance.md.
 
     interrupts [SIGNALS [VERB...]]       default: 20 signals for each verb
 
