@@ -1,4 +1,4 @@
-"""Response time of each command to Ctrl-C, for docs/reference/security.md.
+"""How soon each verb ends on Ctrl-C, for docs/performance.md.
 
     interrupts [SIGNALS [VERB...]]       default: 20 signals per command
 
