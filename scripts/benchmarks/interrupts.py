@@ -1,4 +1,4 @@
-"""How soon each verb ends on Ctrl-C, for docs/performance.md.
+"""How soon each verb ends on Ctrl-C, for docs/verification/performance.md.
 
     interrupts [SIGNALS [VERB...]]       default: 20 signals per command
 

@@ -1,4 +1,4 @@
-"""Peak memory of runs of growing length in both formulations, for docs/performance.md; some minutes.
+"""Peak memory of runs of growing length in both formulations, for docs/verification/performance.md; some minutes.
 
     memory-of-runs [REVOLUTIONS...]       default: 10 100 1000
 
