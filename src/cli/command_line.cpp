@@ -12,9 +12,9 @@
 
 #include "cli/help.hpp"
 #include "cli/verb.hpp"
+#include "io/files/identity.hpp"
 #include "io/scene/spelling.hpp"
 #include "study/settings/settings.hpp"
-#include "io/files/identity.hpp"
 #include "version.hpp"
 
 namespace freeplay::cli {

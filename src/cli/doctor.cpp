@@ -26,7 +26,10 @@ struct Companion {
 
 const Companion companions[] = {
     {"gnuplot", {"gnuplot", "--version"}, "figures of all verbs", "gnuplot-nox"},
-    {"DejaVu Sans", {"fc-match", "--format=%{family}\n", "DejaVu Sans"}, "letters of figures", "fonts-dejavu-core fontconfig"},
+    {"DejaVu Sans",
+     {"fc-match", "--format=%{family}\n", "DejaVu Sans"},
+     "letters of figures",
+     "fonts-dejavu-core fontconfig"},
     {"pdflatex", {"pdflatex", "--version"}, "figures in LaTeX format", "texlive-latex-recommended"},
     {"ffmpeg", {"ffmpeg", "-version"}, "films (animate --mp4, --gif)", "ffmpeg"},
     {"c++", {"c++", "--version"}, "contact laws of your own (run --law-plugin)", "g++"},
@@ -58,14 +61,16 @@ int doctor(const Request& request) {
   bool figures = true;
   for (const auto& c : companions) {
     const auto found = version_of(c, request.stop);
-    fmt::print("{:<13}{:<40}  {}\n", c.name, found ? *found : fmt::format("missing (Debian: {})", c.package), c.needed_for);
+    fmt::print("{:<13}{:<40}  {}\n", c.name, found ? *found : fmt::format("missing (Debian: {})", c.package),
+               c.needed_for);
     if (!found && std::string_view(c.name) == "gnuplot") figures = false;
   }
   fmt::print("{:<13}{:<40}  export --hdf5\n", "HDF5", hdf5());
   std::error_code error;
   const auto here = std::filesystem::current_path(error);
   const auto space = std::filesystem::space(here, error);
-  if (!error) fmt::print("{:<13}{:.1f} GB free in this folder\n", "disk", static_cast<double>(space.available) / 1e9);
+  if (!error)
+    fmt::print("{:<13}{:.1f} GB free in this folder\n", "disk", static_cast<double>(space.available) / 1e9);
   fmt::print("\n{}\n", figures ? "Everything that runs and figures need is installed."
                                : "Runs work. Figures are written as data and gnuplot scripts only.");
   return 0;
