@@ -140,9 +140,8 @@ class PoseShapes {
   void draw_joint(const J& j) {
     const Joint joint = j;
     const auto p = joint_place(joint, q_);
-    const int holder =
-        // The body to which joint_place refers.
-        j.between[1] == ground ? j.between[0] : j.between[1];
+    // The body to which joint_place refers.
+    const int holder = j.between[1] == ground ? j.between[0] : j.between[1];
     if constexpr (requires { j.axis.x(); }) {
       row("slider", j.name, holder, p, direction(j.between[0], j.axis), j.between[0]);
     } else if constexpr (requires { j.clearance->bearing_radius; }) {

@@ -204,9 +204,8 @@ std::vector<NamedColumn> all_columns(const Scene& scene, const Layout& layout, c
   for (std::size_t k = 0; k < layout.contacts.size(); ++k) {
     auto name = layout.contacts[k];
     const auto same = std::ranges::count(layout.contacts, name);
-    if (same > 1)
-      // Contacts of one translational joint with clearance.
-      name += fmt::format(".{}", std::ranges::count(told, layout.contacts[k]) + 1);
+    // Contacts of one translational joint with clearance have the same name.
+    if (same > 1) name += fmt::format(".{}", std::ranges::count(told, layout.contacts[k]) + 1);
     told.push_back(layout.contacts[k]);
     const int at = static_cast<int>(k);
     list.push_back({name + ".ex", "m", {Kind::ex, at}});
