@@ -31,7 +31,8 @@ constexpr std::chrono::milliseconds between_tries(10), patience(60000);
 // The slowest statement of a sweep of 10^6 runs creates the index of its impacts, and takes 5 s for
 // 746 MB on a local disk.
 constexpr double least_seconds = 120, bytes_a_second = 1e6;
-constexpr int steps_between_looks = 100'000;  // instructions of SQLite's virtual machine, 5 ms
+// Instructions of the virtual machine between two checks of the time.
+constexpr int steps_between_looks = 100'000;  // of SQLite's machine, 5 ms
 
 double seconds_now() {
   timespec now{};
