@@ -1,5 +1,5 @@
-// What each stabilisation of the penalty formulation does to the constraints and to the energy balance over a
-// run.
+// Drift: effect of each constraint stabilisation of the penalty formulation on constraint errors
+// and energy balance over a run (`freeplay drift`).
 #pragma once
 
 #include <filesystem>
@@ -14,6 +14,7 @@ namespace freeplay {
 
 struct Scene;
 
+/// Result of one stabilisation.
 struct DriftRun {
   std::string stabilisation;
   Ending ending;
@@ -23,9 +24,9 @@ struct DriftRun {
   double cpu_seconds = 0;
 };
 
-/// Runs the scene without stabilisation, with Baumgarte's and with projection, by a one-step integrator
-/// (dopri5 unless the scene names another), and writes drift.csv (stabilisation,t,length,angle,closure) and
-/// drift.json into the folder.
+/// Runs the scene without stabilisation, with Baumgarte's stabilisation and with projection, by a
+/// one-step integrator (dopri5 unless the scene names another). Writes drift.csv
+/// (stabilisation,t,length,angle,closure) and drift.json into the folder.
 std::vector<DriftRun> measure_drift(const Scene& scene, const StopToken& stop,
                                     const std::filesystem::path& folder,
                                     const std::function<void(const std::string&, double)>& on_progress);

@@ -201,7 +201,7 @@ CaseResult run_case(const Study& study, const Case& one, const Conduct& conduct)
   TurnRules rules;
   const auto [channel, lvdt] = channels(study, given, rules);
   int every = 1;
-  // no coarser than the instrument's own rate, which its filter may need.
+  // No coarser than the instrument's own rate, which its filter may need.
   if (one.sampling > 0 && channel >= 0) {
     auto& own = given.instruments[channel].sampling;
     every = static_cast<int>(std::ceil(own / one.sampling * (1 - 1e-9)));

@@ -19,7 +19,7 @@ std::vector<double> near_pose(const Scene& scene, const StopToken& stop) {
     if (independent < q.size()) return {};
     return q;
   } catch (const ModelError&) {
-    // a scene that closes only with displaced joints: the caller that displaces them reports
+    // A scene that closes only with displaced joints: the caller that displaces them reports
     // errors.
     return {};
   }
