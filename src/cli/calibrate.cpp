@@ -168,7 +168,8 @@ int calibrate(const CalibrateRequest& request) {
   const auto origin = provenance(study);  // reads all named files
   auto plan = plan_calibration(study, request.conduct());
   if (request.stop()) return interrupted(Kept::nothing);
-  if (request.shards.asked())  // the points; fits follow after the merge, by the verb without these options
+  // The points; fits follow after the merge, by the verb without these options.
+  if (request.shards.asked())
     return in_shards(divided_sweep(plan.study, request.conduct(), "calibrate",
                                    study_arguments(request.scene, request.reach), subject_of(study)),
                      request.shards, folder, request.threads, request.stop);

@@ -7,9 +7,10 @@ namespace freeplay::cli {
 
 /// Options of the verb.
 struct ValidateRequest : Request {
-  std::string scene;                   ///< file of the scene or study
-  Reach reach = Reach::beside;         ///< permitted files of a study
-  std::string data;                    ///< measured file; empty: compare a study with published findings
+  std::string scene;            ///< file of the scene or study
+  Reach reach = Reach::beside;  ///< permitted files of a study
+  /// Measured file; empty: compare a study with published findings.
+  std::string data;
   std::vector<std::string> overrides;  ///< of a scene
   std::string output;                  ///< result folder
   bool as_given = false;               ///< the impact law takes the surfaces' restitution unchanged

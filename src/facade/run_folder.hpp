@@ -28,7 +28,8 @@ struct RunPlan {
   /// whether contacts of an impact law take the restitution that the scene's penalty law delivers
   bool matched = false;
   std::optional<State> start = {};  ///< as SimulationOptions::start
-  Outside outside = {};             ///< code of the caller; a resumed run needs the code it began with
+  /// Code of the caller; a resumed run needs the code it began with.
+  Outside outside = {};
   /// Folder of run.json, trajectory.csv, events.csv, signals.csv and forces.csv. If absent, nothing
   /// is written.
   std::optional<std::filesystem::path> folder = {};

@@ -54,7 +54,8 @@ struct RunRequest {
   /// samples that lie in it.
   std::vector<Observer*> observers = {};
   bool keep_events = true;  ///< whether Result::events is filled
-  /// Maximum number of events in Result::events; Result::events_cut() reports whether there were more.
+  /// Maximum number of events in Result::events; Result::events_cut() reports whether there were
+  /// more.
   std::size_t most_events = 1'000'000;
   /// Stop request: the run ends after the current step, and run() can continue it later.
   StopToken stop = {};

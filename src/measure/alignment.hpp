@@ -32,7 +32,8 @@ struct Alignment {
   int sign = 1;          ///< −1: the measured curve is reversed
   bool decided = false;  ///< the sign is beyond doubt, as above
   double gain = 0;       ///< measured over computed, > 0
-  double phase = 0;      ///< rad, in [−π, π): forward shift of the computed curve onto the measured one
+  /// Rad, in [−π, π): forward shift of the computed curve onto the measured one.
+  double phase = 0;
   double gain_error = NAN;  ///< standard error; NaN with fewer than two turns of either signal
   /// Standard error of the phase, rad; NaN as above.
   double phase_error = NAN;

@@ -38,7 +38,8 @@ std::string read_text(const std::filesystem::path& file);
 struct SceneSource {
   std::string name;
   std::map<std::string, std::string> overridden = {};  ///< dotted key → KEY=VALUE as given
-  std::vector<std::string> order = {};                 ///< these keys in the order of the command line
+  /// These keys in the order of the command line.
+  std::vector<std::string> order = {};
   /// Keys that an option's choice disabled, with the reason.
   mutable std::vector<std::string> idle = {};
   /// Units found with numbers whose key has no fixed unit, by table and axis: curves.NAME, "of x"

@@ -102,10 +102,11 @@ struct CalibrationResult {
   /// Leave-one-out error of each surface of ln statistic, root mean square.
   std::vector<double> surface_error;
   std::vector<double> surface_spread;  ///< standard deviation of the outcomes of each surface
-  std::vector<int> points;             ///< for each surface: number of its points, those with a finished run
-  int tried = 0;                       ///< number of points of the design and of refinements
-  int rounds = 0;                      ///< number of refinements
-  Identifiability before;              ///< for the space-filling design
+  /// For each surface: number of its points, those with a finished run.
+  std::vector<int> points;
+  int tried = 0;           ///< number of points of the design and of refinements
+  int rounds = 0;          ///< number of refinements
+  Identifiability before;  ///< for the space-filling design
   std::vector<Misfit::Parts>
       at_optimum;  ///< parts of each target's variance, at the optimum of the fit to all
   /// Whether each surface's error there is at most half of the measurement's uncertainty.

@@ -8,7 +8,7 @@
 // the noise of the outcomes. Each ξ is first transformed by a warp that stretches one end of its
 // range, with u = ½(ξ + 1):
 //
-//     a > 0:  u → ln(1 + a u)/ln(1 + a);     a < 0:  likewise from the other end;     a = 0:  u → u.
+//     a > 0:  u → ln(1 + a u)/ln(1 + a);     a < 0:  likewise from the other end;    a = 0:  u → u.
 //
 // Without the warp, outcomes that are steep in one corner would affect a surface with a single
 // length scale everywhere (Snoek, Swersky, Zemel and Adams, ICML 31 (2014) 1674). Clusters of

@@ -30,9 +30,10 @@ struct Agreement {
   bool sign_decided = false;  ///< beyond doubt (measure/alignment.hpp)
   /// Measured over computed mean turn; 95 % if turns scatter or the file has an uncertainty.
   Interval gain;
-  Interval phase;         ///< degrees of the computed crank angle behind the measured one, in [−180, 180)
-  double moved = 0;       ///< degrees, applied shift: the phase if the file has no datum, else 0
-  double peak_ratio = 0;  ///< median peak of a turn, computed over measured
+  /// Degrees of the computed crank angle behind the measured one, in [−180, 180).
+  Interval phase;
+  double moved = 0;           ///< degrees, applied shift: the phase if the file has no datum, else 0
+  double peak_ratio = 0;      ///< median peak of a turn, computed over measured
   double greatest_ratio = 0;  ///< greatest peak, computed over measured
   double rms_difference = 0;  ///< m/s², of the difference of the mean turns
   /// m/s², standard deviation of that difference expected from the file's uncertainty and the

@@ -40,7 +40,8 @@ struct Advice {
   Reference reference;
   /// Compared by contact onsets; else by the state at Reference::state_time.
   bool by_events = false;
-  bool to_the_end = false;            ///< the horizon is the end of the run, so no statistics are needed
+  /// The horizon is the end of the run, so no statistics are needed.
+  bool to_the_end = false;
   std::vector<Statistic> statistics;  ///< of the chosen setting beyond the horizon; may be empty
   struct Refused {
     Setting setting;

@@ -53,8 +53,9 @@ struct Ensemble {
   std::vector<std::vector<double>> runs;  ///< for each start, for each statistic; NaN: absent
   std::vector<Spread> spreads;            ///< for each statistic
   std::vector<std::string> columns;
-  std::vector<double> t;                     ///< s
-  std::vector<Spread> bands;                 ///< for each time and column, columns in the inner loop
+  std::vector<double> t;  ///< s
+  /// For each time and column, columns in the inner loop.
+  std::vector<Spread> bands;
   std::vector<std::string> failures;         ///< for each start its error; empty if it finished
   double wall_seconds = 0, cpu_seconds = 0;  ///< s; CPU: of the runs, including their starts
   long steps = 0;

@@ -9,8 +9,8 @@
 //
 //     shards/manifest.json     the plan: verb, arguments, N, digests of study, program and units
 //     shards/units.txt         the units in their order: digest and number, lines of equal length
-//     shards/K.json            seal of shard K: name, size, checksum of its file, and its statistics
-//     shards/K-CHECKSUM.db     database of shard K, as one process would have made it of these units
+//     shards/K.json            seal of shard K: name, size and checksum of its file, statistics
+//     shards/K-CHECKSUM.db     database of shard K, as one process would make it of these units
 //     shards/K.part.db         copy of an unfinished shard, from which another machine can continue
 //     shards/K.state.json      progress of the shard, or reason of its failure
 #pragma once

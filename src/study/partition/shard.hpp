@@ -2,9 +2,9 @@
 // the node's local disk, because SQLite needs reliable locks, and copies complete files to the
 // shared folder (study/partition/shard_file.hpp):
 //
-//     while it runs          periodically a copy, from which another node can continue, and its progress
-//     when it is stopped     the same at once
-//     when it is complete    its file, then its seal; older files of the shard are removed
+//     while it runs        periodically its progress, and a copy from which another node can continue
+//     when it is stopped   the same at once
+//     when it is complete  its file, then its seal; older files of the shard are removed
 //
 // Two processes that compute the same shard do not conflict: their results are equal, and the last
 // seal is valid.

@@ -37,7 +37,8 @@ class Expression {
  public:
   enum class Type { number, truth };
   static constexpr std::size_t longest = 1000;  ///< limit of the text's length, bytes
-  static constexpr int deepest = 32;            ///< limit of the nesting of parentheses, signs and powers
+  /// Limit of the nesting of parentheses, signs and powers.
+  static constexpr int deepest = 32;
 
   /// Compiles a text. `names`: the permitted names. Throws ExpressionError.
   Expression(std::string_view text, std::span<const std::string> names);

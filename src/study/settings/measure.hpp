@@ -35,7 +35,8 @@ inline constexpr auto reduce_names = complete<Reduce>({{Reduce::mean, "mean"},
 /// A measure as the study states it. It is evaluated by study/runs/measurer.hpp.
 struct Measure {
   std::string name;
-  std::string column;  ///< a column of trajectory.csv or forces.csv, an instrument, or a path in run.json
+  /// A column of trajectory.csv or forces.csv, an instrument, or a path in run.json.
+  std::string column;
   Reduce reduce = Reduce::mean;
   double q = 0.5;  ///< probability of the quantile
   bool each_period = false;

@@ -52,7 +52,8 @@ Setting setting_for(Family family, Accuracy accuracy);
 /// Contact onsets and state of a reference run.
 struct Reference {
   std::vector<ContactEvent> touches;  ///< contact onsets up to the horizon
-  double horizon = 0;                 ///< s, time of the last of them; without onsets the scene's duration
+  /// s, time of the last of them; without onsets the scene's duration.
+  double horizon = 0;
   /// Relative difference up to there between two methods, or between tolerances 100 times apart.
   double accuracy = 0;
   /// Time of the compared state, s: the middle of the flight before the last compared onset; with

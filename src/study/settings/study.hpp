@@ -116,8 +116,10 @@ struct Study {
   std::filesystem::path scene;
   /// Study whose calibration defines the variant "calibrated"; may be empty.
   std::filesystem::path fit;
-  std::string claims;                   ///< name of a list of published findings to verify; may be empty
-  std::vector<std::string> joints;      ///< contacts whose flights and impacts are counted; empty: all
+  /// Name of a list of published findings to verify; may be empty.
+  std::string claims;
+  /// Contacts whose flights and impacts are counted; empty: all.
+  std::vector<std::string> joints;
   std::string accelerometer, position;  ///< instruments; may be empty
   /// Whether the impact law takes the restitution that the penalty law delivers.
   bool matched = true;

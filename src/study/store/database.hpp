@@ -3,13 +3,14 @@
 // database is trusted:
 //
 //     before opening   a regular file, no link, of at most most_of_a_database; so SQLite's files
-//                      beside it; no rollback journal that names another file (SQLite would delete it)
+//                      beside it; no rollback journal that names another file (SQLite would
+//                      delete that)
 //     in SQLite        defensive mode, untrusted schema, no triggers, nothing attached, and an
-//                      authorizer that permits only what freeplay's own statements need; a file that
-//                      is only read is opened read-only
+//                      authorizer that permits only the actions of freeplay's own statements; a file
+//                      that is only read is opened read-only
 //     after opening    UTF-8; each definition is one of this program (study/store/schema.hpp);
-//                      consistent pages (quick_check up to the first fault: 3 s for a cached gigabyte)
-//     in use           a statement ends after a time that grows with the file: 120 s, and one second
+//                      consistent pages (quick_check to the first fault: 3 s for a cached gigabyte)
+//     in use           a statement ends after a time that grows with the file: 120 s, and a second
 //                      for each megabyte
 //
 // The file is not changed before these checks have passed, except that SQLite rolls back an
