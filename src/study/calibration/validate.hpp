@@ -32,7 +32,7 @@ struct Agreement {
   Interval gain;
   /// Degrees of the computed crank angle behind the measured one, in [−180, 180).
   Interval phase;
-  double moved = 0;           ///< degrees, applied shift: the phase if the file has no datum, else 0
+  double moved = 0;           ///< degrees, applied shift: the phase without a datum, else 0
   double peak_ratio = 0;      ///< median peak of a turn, computed over measured
   double greatest_ratio = 0;  ///< greatest peak, computed over measured
   double rms_difference = 0;  ///< m/s², of the difference of the mean turns

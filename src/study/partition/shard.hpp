@@ -2,7 +2,7 @@
 // the node's local disk, because SQLite needs reliable locks, and copies complete files to the
 // shared folder (study/partition/shard_file.hpp):
 //
-//     while it runs        periodically its progress, and a copy from which another node can continue
+//     while it runs        its progress, and at intervals a copy from which another node continues
 //     when it is stopped   the same at once
 //     when it is complete  its file, then its seal; older files of the shard are removed
 //

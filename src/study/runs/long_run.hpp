@@ -38,8 +38,8 @@ std::vector<Scene> perturbed_starts(const Scene& scene, const Sampling& sampling
 std::vector<LongRun> long_runs(const std::vector<Scene>& starts, const std::vector<Setting>& settings,
                                const Conduct& conduct, const std::function<void(double)>& on_progress);
 
-/// |difference of the means|/√(s₁²/n₁ + s₂²/n₂), the greatest of the statistics (Welch, Biometrika
-/// 34 (1947) 28). NaN without samples.
+/// Welch's statistic |difference of the means|/√(s₁²/n₁ + s₂²/n₂), the greater of those of the
+/// dissipated power and the flight share (Welch, Biometrika 34 (1947) 28). NaN without samples.
 double deviation(const LongRun& a, const LongRun& b);
 
 /// Sample mean and sample variance.

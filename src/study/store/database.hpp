@@ -6,8 +6,8 @@
 //                      beside it; no rollback journal that names another file (SQLite would
 //                      delete that)
 //     in SQLite        defensive mode, untrusted schema, no triggers, nothing attached, and an
-//                      authorizer that permits only the actions of freeplay's own statements; a file
-//                      that is only read is opened read-only
+//                      authorizer that permits the actions of freeplay's own statements only; a
+//                      file that is only read is opened read-only
 //     after opening    UTF-8; each definition is one of this program (study/store/schema.hpp);
 //                      consistent pages (quick_check to the first fault: 3 s for a cached gigabyte)
 //     in use           a statement ends after a time that grows with the file: 120 s, and a second

@@ -2,8 +2,8 @@
 // runs. A run is
 //
 //     open       not begun
-//     claimed    computed by the process with this slot (io/files/folder_lock.hpp); open again if that
-//                process has ended
+//     claimed    computed by the process with this slot (io/files/folder_lock.hpp); open again if
+//                that process has ended
 //     done       stored in `runs`
 //     kept       stored in `runs`, from an earlier version of the study or another program
 //
