@@ -30,6 +30,7 @@ struct ProgramHelp {
   std::vector<VerbHelp> verbs;
 };
 
+/// The text of `freeplay help`, and of `freeplay help VERB`.
 std::string overview_page(const ProgramHelp& program);
 std::string verb_page(const VerbHelp& verb);
 

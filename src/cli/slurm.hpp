@@ -16,6 +16,7 @@ struct Said {
   std::string text, errors;
   bool well = false;
 };
+/// Runs a command of Slurm and returns its output, as above.
 std::optional<Said> ask(const std::vector<std::string>& command, StopToken stop = {});
 
 /// Name of all jobs of a plan.

@@ -73,6 +73,8 @@ struct TracePoint {
 /// Metrics of one run. The scalars are in the order of names(); those per turn are means over
 /// turns.
 struct TurnMetrics {
+  /// The scalars of a run: peaks and spectra in m/s², ratios to the ideal maximum, angles in
+  /// degrees, energy in J. docs/study.md defines each.
   enum Name {
     peak_5,
     peak_median,

@@ -42,6 +42,7 @@ struct Origin {
     m(file, text, overrides, states_format);
   }
 };
+/// The origin of a scene, from the file it was read from.
 Origin origin_of(const Scene& scene);
 
 }  // namespace freeplay

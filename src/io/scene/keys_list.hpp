@@ -25,6 +25,7 @@ namespace freeplay {
 /// Visitor of the `keys()` functions that records each key; never reads or writes a value.
 class KeysList {
  public:
+  /// One row of the list: dotted path, type, unit, default and meaning of a key.
   struct Row {
     std::string path, type, unit, fallback, meaning;
   };

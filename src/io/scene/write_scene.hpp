@@ -31,6 +31,7 @@ std::string first_difference(const std::string& a, const std::string& b);
 struct CanonicalLine {
   std::string key, value, line;
 };
+/// All lines of a canonical text, in their order.
 std::vector<CanonicalLine> canonical_lines(const std::string& text);
 
 }  // namespace freeplay

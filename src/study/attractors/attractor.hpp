@@ -42,6 +42,7 @@ struct Attractor {
 /// Classifies section points. `rows`: as many columns as likeness.circles.
 Attractor attractor_of(std::span<const double> rows, const Likeness& likeness);
 
+/// Whether two attractors are equal, as defined above.
 bool same(const Attractor& a, const Attractor& b, const Likeness& likeness);
 
 /// Index of an attractor in a list; a new one is appended.

@@ -35,6 +35,7 @@ struct BasinPlan : AttractorPlan {
   std::size_t x = 0, y = 1;  ///< indices in the axes of the study
 };
 
+/// Readers of the two tables. `axes`: those of the study. Throw SceneError.
 BifurcationPlan read_bifurcation(Section s, const std::vector<Axis>& axes);
 BasinPlan read_basin(Section s, const std::vector<Axis>& axes);
 

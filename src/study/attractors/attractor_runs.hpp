@@ -30,6 +30,7 @@ struct Chain {
   std::vector<ChainLink> links;
 };
 
+/// Progress of all chains, in runs.
 struct ChainProgress {
   std::size_t done = 0, total = 0;
 };

@@ -1,4 +1,5 @@
-// Results of bifurcation diagrams and basins, as tables for users and figures.
+// Results of bifurcation diagrams and basins: makes the chains of runs from the study, numbers the
+// distinct attractors, and writes tables for users and figures. The functions keep no state.
 #pragma once
 
 #include <filesystem>

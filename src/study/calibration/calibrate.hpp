@@ -94,6 +94,7 @@ struct CalibrationResult {
     Eigen::VectorXd xi;
     double value = 0;
   };
+  /// f − min f over two unknowns.
   struct Map {
     std::size_t x = 0, y = 0;         ///< unknowns
     std::vector<MisfitPoint> points;  ///< x is the outer loop

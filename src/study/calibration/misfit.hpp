@@ -46,6 +46,7 @@ class Misfit {
       : targets_(std::move(targets)), scatter_(std::move(scatter)) {}
   const std::vector<Observed>& targets() const { return targets_; }
 
+  /// The misfit at one ξ.
   struct At {
     Eigen::VectorXd residual;    ///< r, of the used targets
     Eigen::MatrixXd covariance;  ///< V
@@ -85,6 +86,7 @@ struct Identifiability {
   /// Whether the interval is expected to exclude a substantial part of the range.
   bool identified(std::size_t unknown) const { return left_open[unknown] < 0.8; }
 };
+/// Evaluates the identifiability over the points ξ of a design, one a row.
 Identifiability identifiability(const Misfit& misfit, const Eigen::MatrixXd& points);
 
 }  // namespace freeplay

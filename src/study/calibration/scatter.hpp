@@ -34,6 +34,7 @@ class Scatter {
   /// Determines the widths h_j by cross-validation, after all points were added.
   void choose_widths();
   const Eigen::VectorXd& widths() const { return widths_; }
+  /// The covariance at one ξ.
   struct Local {
     Eigen::MatrixXd covariance;  ///< of the logarithms of one run
     double freedom = 0;

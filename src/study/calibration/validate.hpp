@@ -18,6 +18,7 @@ namespace freeplay {
 struct Quiet {
   double from = 0, to = 0;
 };
+/// The quiet interval of a mean turn, given in equal parts from crank angle 0.
 Quiet quiet_stretch(const std::vector<double>& mean_turn, double ideal_maximum);
 
 /// Comparison of one formulation with the measurement. Differences that are beyond doubt are
@@ -59,6 +60,7 @@ inline constexpr double told_gain = 0.02, told_phase = 1, told_difference = 2;
 /// the signals. `datum`: the file gives angles. `uncertainty`: m/s², standard deviation, assumed
 /// not to average out.
 void judge(const TurnMetrics& measured, double uncertainty, bool datum, Agreement& a);
+/// Name of a verdict: "agrees", "differs" or "undecided".
 const char* text_of(Agreement::Verdict verdict);
 
 /// Result of a validation.
@@ -76,6 +78,7 @@ struct Validation {
 Validation validate(const std::filesystem::path& file, const std::vector<std::string>& overrides,
                     const std::filesystem::path& data, const Conduct& conduct);
 
+/// The result as JSON, without provenance.
 nlohmann::json to_json(const Validation& v);
 
 }  // namespace freeplay

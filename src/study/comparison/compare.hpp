@@ -80,6 +80,7 @@ Comparison compare(const Scene& scene, const CompareSetup& setup, const std::fil
 
 /// The tables as text of at most 80 columns, or as Markdown.
 std::string comparison_table(const Scene& scene, const Comparison& comparison, bool markdown);
+/// The contents of comparison.json, without provenance.
 nlohmann::json to_json(const Comparison& comparison);
 
 }  // namespace freeplay

@@ -36,6 +36,7 @@ TradeoffScene trade_off(const Scene& scene, const Conduct& conduct, int repeats,
 /// line (correlation of the logarithms below 0.9).
 std::vector<std::pair<std::string, double>> orders_in_work(const TradeoffScene& t);
 
+/// The results of one scene as JSON.
 nlohmann::json to_json(const TradeoffScene& t);
 
 }  // namespace freeplay

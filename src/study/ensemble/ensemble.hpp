@@ -45,6 +45,7 @@ struct Spread {
   double error = 0;  ///< standard error of the mean; NaN for fewer than two
   std::array<double, band_levels.size()> quantile{};  ///< NaN without values
 };
+/// Statistics of the finite values.
 Spread spread(std::vector<double> values);
 
 /// Result of an ensemble.

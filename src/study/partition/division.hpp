@@ -84,6 +84,7 @@ struct Seal {
   std::string host;
 };
 
+/// The folder DIR/shards of a result folder DIR.
 std::filesystem::path shards_folder(const std::filesystem::path& folder);
 
 /// Divides a study into shards and writes the manifest. Repeating the same plan changes nothing.

@@ -44,6 +44,7 @@ struct ShardState {
   double seconds = 0;  ///< s, computing time
   double when = 0;     ///< s since 1970, time of the report
 };
+/// Reads the progress of a shard; an empty state if there is none or it cannot be read.
 ShardState state_of(const std::filesystem::path& folder, std::size_t shard);
 
 }  // namespace freeplay

@@ -46,6 +46,7 @@ double deviation(const LongRun& a, const LongRun& b);
 struct Moments {
   double mean = 0, variance = 0;  ///< of the sample
 };
+/// Mean of n values, and their variance with the divisor n − 1.
 Moments moments(const std::vector<double>& x);
 
 /// Sample standard deviation over the mean.

@@ -28,6 +28,7 @@ struct CountedTime {
 /// Value of one measure.
 struct MeasureValue {
   double value = 0;  ///< NaN if absent
+  /// The value of one period or section point.
   struct Part {
     double t = 0, value = 0;  ///< s, beginning of a period, or time of a section point
   };

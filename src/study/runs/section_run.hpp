@@ -1,5 +1,8 @@
 // One run of a scene that records the points of a Poincaré section in memory
 // (simulation/section.hpp).
+//
+// Use: construct a SectionSimulation, which resolves the request and assembles the start; inspect
+// plan(); then call run() once. It owns the simulation.
 #pragma once
 
 #include <optional>

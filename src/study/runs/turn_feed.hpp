@@ -1,5 +1,7 @@
 // Connection between a run and a TurnMeter (measure/turns.hpp): selects the study's instruments,
 // and passes their samples and the contact events to the meter.
+//
+// Use: channels(), attach a Feed to the run, then Feed::finish() and TurnMeter::finish().
 #pragma once
 
 #include <cmath>

@@ -20,6 +20,7 @@
 
 namespace freeplay {
 
+/// Reductions of a column to a number, as defined above.
 enum class Reduce { mean, rms, min, max, peak, first, last, std, quantile, count };
 inline constexpr auto reduce_names = complete<Reduce>({{Reduce::mean, "mean"},
                                                        {Reduce::rms, "rms"},

@@ -1,4 +1,5 @@
-// Planning of a study: all its runs are made and checked before any result is changed.
+// Planning of a study: all its runs are made and checked before any result is changed. The list is
+// the input of study/sweep/sweep.hpp.
 #pragma once
 
 #include <string>

@@ -39,6 +39,7 @@ std::vector<Setting> all_settings(Family family);
 
 /// Accuracy classes of the option `--accuracy`.
 enum class Accuracy { fast, balanced, reference };
+/// An accuracy class and its name.
 struct AccuracyName {
   Accuracy value;
   const char* text;  ///< value of `--accuracy`

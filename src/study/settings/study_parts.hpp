@@ -13,6 +13,7 @@ inline constexpr Range study_count{
     [](double x) { return x >= 1 && x <= 1e6 && x == static_cast<double>(static_cast<int>(x)); },
     "a whole number from 1"};
 
+/// Reads the evaluated part of a run: periods or times, discarded and counted.
 void read_windows(Section& root, Study& study);
 /// Reads the axes, the sampling of drawn axes, and the filter of cells.
 void read_axes(Section& root, Study& study);

@@ -43,6 +43,7 @@ struct DamagedDatabase : SceneError {
 /// One open SQLite file.
 class Database {
  public:
+  /// Purpose for which a file is opened.
   enum class Access {
     read,    ///< read-only
     sealed,  ///< read-only, and complete without SQLite's files beside it

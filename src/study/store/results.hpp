@@ -1,5 +1,6 @@
 // Results: the database of a sweep. results_tables.hpp defines its tables, work_list.hpp the list
-// of its runs.
+// of its runs. study/sweep/sweep.hpp stores runs; figures, tables and claims read them by runs()
+// and the functions for lists of one run. A Results object owns the open database.
 #pragma once
 
 #include <set>

@@ -31,6 +31,8 @@ std::string shown_columns(const Study& study);
 struct PackedTrace {
   std::vector<float> angle, acceleration, position;  ///< position: empty without a position sensor
 };
+/// Conversion between a trace and its blobs. unpacked() returns an empty trace for inconsistent
+/// blobs.
 PackedTrace packed(const std::vector<TracePoint>& trace);
 std::vector<TracePoint> unpacked(const PackedTrace& trace);
 

@@ -1,4 +1,7 @@
-// Statistics of the cells of a study over their perturbed starts: means with confidence intervals.
+// Statistics of the cells of a study over their perturbed starts. For n values with mean x̄ and
+// standard deviation s, the 95 % confidence interval of the mean is x̄ ± t_{n−1}(0.975) s/√n
+// (Student). Directions are averaged on the circle; positive values and shares use a transformed
+// scale if the interval would leave their range.
 #pragma once
 
 #include <functional>
