@@ -69,8 +69,9 @@ Pilot pilot(const Division& study, const std::vector<Unit>& units, const SubmitR
   return p;
 }
 
-/// Number of shards such that the start of a task takes two per cent of its work, or more, to keep
-/// all cores busy to the end.
+/// Number of shards, a multiple of the cores: four for each core, so that all cores are busy to the
+/// end, but fewer (at least one for each core) if the start of a task would take more than two per
+/// cent of its work.
 std::size_t shards_for(const Pilot& p, std::size_t units, std::size_t cores) {
   const double work = p.unit * static_cast<double>(units);
   const double most = std::max(1.0, work / (50 * start_seconds)), even = static_cast<double>(4 * cores);

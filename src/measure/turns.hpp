@@ -115,8 +115,8 @@ struct TurnMetrics {
 /// Number of parts of the mean turn.
 inline constexpr int mean_bins = 720;
 
-/// Number of whole turns (of `turn` s) among n ≥ 2 uniform samples that span `span` s. N turns of P
-/// samples have N·P samples. Rounded down if a turn begins with a sample.
+/// Number of whole turns (of `turn` s) among n ≥ 2 uniform samples that span `span` s. The first
+/// sample is at the beginning of a turn, so N turns of P samples each need ⌊N P⌋ samples.
 int whole_turns(std::size_t n, double span, double turn);
 
 /// Accumulates events and samples of a run, and computes its metrics.
