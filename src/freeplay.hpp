@@ -56,7 +56,8 @@
 ///
 /// Threads: simulations are independent of each other. One thread at a time may use a simulation.
 ///
-/// The public headers need the C++20 standard library only. docs/library.md has complete examples.
+/// The public headers need the C++20 standard library only. With CMake, find_package(freeplay) and
+/// link freeplay::freeplay. docs/library.md has complete examples.
 #pragma once
 
 #include "facade/simulation.hpp"
