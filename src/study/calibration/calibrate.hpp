@@ -62,11 +62,15 @@ struct Fit {
   /// Prediction of one more run within the uncertainty of the fit: median and 95 % interval, from
   /// runs at the draws.
   std::vector<Estimate> predictive;
-  /// For each used target: whether the measured value lies outside 99 % of the range that runs at
-  /// the optimum, the surface's error there and the measurement's tolerance allow together, |ln m −
-  /// mean ln r| > hypot(2.58 tolerance, t √(p + 1/n) s, 2.58 s_i) over the n starts. p is
-  /// Stretches::share, 1 if the value is given. With a single start, the leave-one-out error of the
-  /// surface replaces the last two terms. A run without the statistic contradicts.
+  /// For each used target: whether the measured value m lies outside the 99 % range that results
+  /// from the outcomes r of n runs at the optimum, the surface's error there and the measurement's
+  /// tolerance,
+  ///
+  ///     |ln m − mean ln r| > hypot(2.58 tolerance, t √(p + 1/n) s, 2.58 s_i),
+  ///
+  /// with s the standard deviation of ln r, and p from Stretches::share, 1 if the value is given.
+  /// With a single start, the leave-one-out error of the surface replaces the last two terms. A run
+  /// without the statistic contradicts.
   std::vector<bool> contradicted;
   Eigen::MatrixXd draws;        ///< points ξ of the likelihood, one a row
   Eigen::MatrixXd correlation;  ///< of the unknowns, at the optimum

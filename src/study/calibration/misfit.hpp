@@ -79,8 +79,9 @@ struct Identifiability {
   /// Of each target (row) and unknown (column): root mean square of ∂y_i/∂ξ_j/√V_ii, in standard
   /// uncertainties over half the range.
   Eigen::MatrixXd sensitivity;
-  /// Of each unknown: expected 95 % interval over its range, median over the points: min(1, 1.96
-  /// σ_j), σ² = ((JᵀV⁻¹J + w)⁻¹)_jj.
+  /// Of each unknown: expected 95 % interval over its range, median over the points,
+  ///
+  ///     min(1, 1.96 σ_j),   σ_j² = ((JᵀV⁻¹J + w)⁻¹)_jj.
   std::vector<double> left_open;
   Eigen::MatrixXd correlation;  ///< of the unknowns, from the mean of JᵀV⁻¹J + w
   /// Whether the interval is expected to exclude a substantial part of the range.

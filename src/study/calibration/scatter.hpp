@@ -14,8 +14,11 @@
 //     Σ_p Σ_i −½ ((S_p − 1) ln W_ii(ξ_p) + Σ_s r_psi²/W_ii(ξ_p)),      W without point p
 //
 // (cross-validation: Stone, J. R. Statist. Soc. B 36 (1974) 111), initially h = ½√n. Correlations
-// from few runs are exaggerated, so they are shrunk by the factor (1 − λ), λ = Σ_{i<j} (1 −
-// ρ_ij²)²/ν / Σ_{i<j} ρ_ij² (Schäfer and Strimmer, Stat. Appl. Genet. Mol. Biol. 4 (2005) 32).
+// from few runs are exaggerated, so they are shrunk by the factor (1 − λ),
+//
+//     λ = Σ_{i<j} (1 − ρ_ij²)²/ν / Σ_{i<j} ρ_ij²
+//
+// (Schäfer and Strimmer, Stat. Appl. Genet. Mol. Biol. 4 (2005) 32).
 //
 // Use: add() all points, choose_widths(), then at(). Owns the sums of all points.
 #pragma once

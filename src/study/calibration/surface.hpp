@@ -18,11 +18,13 @@
 // 545; with |BᵀB|, so that trends of different warps are comparable), with lognormal priors of
 // median 1: factor 2 for each ℓ_j, factor 5 for each 1 + |a_j|. ρ = 0 leaves the trend alone.
 //
-// The leave-one-out error is Dubrule's closed form, e_p = (Qy)_p/Q_pp with Q = K⁻¹ −
-// K⁻¹B(BᵀK⁻¹B)⁻¹BᵀK⁻¹ (Mathematical Geology 15 (1983) 687); for ρ = 0 it is Allen's PRESS. The
-// variance s² of the surface (without the noise of an outcome) is the kriging variance s_K² of β
-// and z. It is increased where the points nearby have large leave-one-out errors e_p²Q_pp/σ² (1 on
-// average):
+// The leave-one-out error is Dubrule's closed form (Mathematical Geology 15 (1983) 687),
+//
+//     e_p = (Qy)_p/Q_pp,      Q = K⁻¹ − K⁻¹B(BᵀK⁻¹B)⁻¹BᵀK⁻¹;
+//
+// for ρ = 0 it is Allen's PRESS. The variance s² of the surface (without the noise of an outcome)
+// is the kriging variance s_K² of β and z. It is increased where the points nearby have large
+// leave-one-out errors e_p²Q_pp/σ² (1 on average):
 //
 //     s²(ξ) = s_K²(ξ) max(1, (1 + Σ_p k_p e_p²Q_pp/σ²)/(1 + Σ_p k_p)),
 //     k_p = exp(−½ Σ_j (ξ_j − ξ_pj)²/(½ℓ_j)²).
