@@ -68,9 +68,9 @@ struct Fit {
   ///
   ///     |ln m − mean ln r| > hypot(2.58 tolerance, t √(p + 1/n) s, 2.58 s_i),
   ///
-  /// with s the standard deviation of ln r, and p from Stretches::share, 1 if the value is given.
-  /// With a single start, the leave-one-out error of the surface replaces the last two terms. A run
-  /// without the statistic contradicts.
+  /// with s the standard deviation of ln r, t = t_{n−1}(0.995), and p from Stretches::share, 1 if
+  /// the value is given. With a single start, the leave-one-out error of the surface replaces the
+  /// last two terms. A run without the statistic contradicts.
   std::vector<bool> contradicted;
   Eigen::MatrixXd draws;        ///< points ξ of the likelihood, one a row
   Eigen::MatrixXd correlation;  ///< of the unknowns, at the optimum

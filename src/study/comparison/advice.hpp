@@ -1,9 +1,9 @@
 // Advice: the least expensive numerical setting that keeps a requested error for a scene (`freeplay
 // advise`).
 //
-// Two fine runs determine the horizon up to which single contact onsets are reproducible: where
-// they differ by more than a hundredth of the requested error. Up to the horizon each contact onset
-// of a setting is compared,
+// Two fine runs determine the horizon up to which single contact onsets are reproducible. It ends
+// where they differ by more than a hundredth of the requested error. Up to the horizon each contact
+// onset of a setting is compared,
 //
 //     error: the greatest of |Δt|/interval since the onset before, |Δv|/|v| and |ΔP|/|P| over all,
 //
